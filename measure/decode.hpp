@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// Images of one camera -> wrapped phase -> absolute projector coordinate.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "twin/capture_set.hpp"
+#include "twin/fringes.hpp"
+#include "twin/image.hpp"
+
+namespace fringetwin::measure {
+
+/// Why a pixel is not valid (bit flags).
+enum PixelFlag : unsigned char {
+  kValid = 0,
+  kSaturated = 1,
+  kLowModulation = 2,
+  kOrderInvalid = 4,  ///< residual of the unwrapping too large, or coordinate outside the projector
+};
+
+struct DecodeOptions {
+  double min_modulation_dn = 5.0;
+  /// Phase steps used (subset of 0...N-1); empty = all. At least 3.
+  std::vector<int> use_steps;
+  /// Known noise of a gray value (DN rms, as function parameters var = a + b*DN); else sigma_rad is
+  /// estimated from the N-step residuals (N > 3) or quantisation only.
+  std::optional<double> variance_offset_dn2, variance_per_dn;
+  /// Size of the projector image along x/y when known: coordinates outside [-0.5, size-0.5) are invalid.
+  std::optional<double> projector_width_px, projector_height_px;
+  bool repair_orders = true;
+};
+
+/// What fringe-order repair changed, always reported.
+struct OrderRepair {
+  std::uint64_t n_checked = 0;  ///< valid pixels looked at
+  std::uint64_t n_changed = 0;  ///< moved by a whole period
+  std::uint64_t n_left = 0;     ///< jumps that remain between valid 4-neighbours (not at occlusions)
+};
+
+struct DirectionDecode {
+  Axis axis = Axis::x;
+  std::vector<double> pitches_px;
+  int finest = 0;                    ///< index of the smallest pitch
+  std::vector<ImageF> wrapped_rad;   ///< per pitch, (-pi, pi]; NaN where the modulation is too low
+  std::vector<ImageF> amplitude_dn;  ///< per pitch
+  ImageF mean_dn;                    ///< finest pitch
+  ImageF sigma_rad;                  ///< predicted phase sigma, finest pitch
+  ImageD coordinate_px;              ///< absolute projector coordinate; NaN where invalid
+  ImageF coordinate_sigma_px;
+  OrderRepair repair;
+};
+
+struct CameraDecode {
+  std::string camera;
+  std::vector<DirectionDecode> directions;
+  ImageU8 flags;  ///< PixelFlag, all directions or-ed
+  int width() const { return flags.width; }
+  int height() const { return flags.height; }
+  const DirectionDecode* direction(Axis axis) const;
+};
+
+/// N-step least squares (any N >= 3, any subset of steps), masks, then unwrapping as
+/// fringes.unwrap says. `images` in sequence order. Throws UserError(usage) when the fringes cannot
+/// be unwrapped as asked (heterodyne needs three pitches whose synthetic wavelength covers the
+/// projector, gray needs its code ...).
+CameraDecode decode(const CameraImages& images, const Fringes& fringes, const DecodeOptions& options);
+
+/// Phase of an N-step set at n = 0 by least squares: I_n = mean + amplitude cos(phase + 2 pi n / N).
+struct StepPhase {
+  ImageF phase_rad, amplitude_dn, mean_dn, residual_dn;  ///< residual rms of the fit, NaN when 3 steps
+};
+StepPhase least_squares_phase(const std::vector<const ImageF*>& images, const std::vector<int>& steps_n,
+                              int steps_total);
+
+}  // namespace fringetwin::measure

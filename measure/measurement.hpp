@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole chain for one capture set, the same for real and simulated images ("same eyes").
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "measure/decode.hpp"
+#include "measure/fits.hpp"
+#include "measure/points.hpp"
+#include "twin/capture_set.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::measure {
+
+struct Measurement {
+  std::vector<CameraDecode> cameras;  ///< order of twin.cameras
+  PointCloud cloud;
+  TriangulationSummary triangulation;
+  std::vector<ObjectFit> fits;
+  std::map<std::string, double> timing_s;  ///< decode, triangulate, fit
+  std::vector<std::string> warnings;
+};
+
+/// `images`: order of twin.cameras. Decode only where the rig cannot triangulate (one camera and no
+/// projector, or unwrap = "none"). Throws UserError as the stages do.
+Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
+                    const std::vector<int>& use_steps = {});
+
+/// points.ply and phase_<camera>.exr (channels: DESIGN §4). result.json is the caller's.
+void write_measurement(const std::filesystem::path& dir, const Measurement& measurement);
+
+/// "wrapped_x_13p5": shortest decimal, '.' as 'p'.
+std::string wrapped_channel_name(Axis axis, double pitch_px);
+
+/// A measured depth map as a mesh (twin shape = "measured"): local smoothing over smoothing_px,
+/// triangles between neighbouring pixels without depth jumps. World frame, mm.
+std::shared_ptr<const Mesh> build_surface(const Twin& twin, std::size_t camera, const PointCloud& cloud,
+                                          double smoothing_px);
+
+}  // namespace fringetwin::measure

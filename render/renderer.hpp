@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// The Vulkan renderer: one trace of a camera, then all its patterns (DESIGN §1.2, §3, §5).
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "twin/image.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::render {
+
+struct DeviceInfo {
+  std::string name;         ///< e.g. "llvmpipe (LLVM 15.0.6, 256 bits)"
+  std::string driver;       ///< e.g. "llvmpipe Mesa 22.3.6"
+  std::string api_version;  ///< e.g. "1.3.230"
+  bool is_cpu = false;
+};
+/// Empty when there is no Vulkan loader, driver or device.
+std::vector<DeviceInfo> list_devices();
+
+/// How a pixel is sampled, after the defaults: gauss = n x n Gauss-Legendre (samples = n*n).
+struct Sampling {
+  Sampler sampler = Sampler::gauss;
+  int samples = 4;
+};
+/// The cheapest scheme meeting options.phase_error_rad at the finest pitch, or what the user fixed.
+/// Throws UserError(usage) when gauss samples are no square of 1...16, or samples < 1 / > 65536.
+Sampling choose_sampling(const RenderOptions& options);
+
+/// Per-pixel transport of one camera (all images W x H, irradiance per unit pattern value).
+/// E = weight-sum form of DESIGN §3; a pattern with harmonics a_k (response, blur included) gives
+/// E = ambient_hit + sum_k a_k (cosine_k cos(k delta) - sine_k sin(k delta)).
+struct Transport {
+  ImageF mean;     ///< mean of w over the pixel (pattern value 1 everywhere)
+  ImageF ambient;  ///< ambient irradiance x hit fraction
+  /// [direction][pitch]: mean of w cos(theta), w sin(theta), theta = 2 pi (x - origin)/pitch; the
+  /// fundamental with the blur attenuation already in it. Empty where the projector's response is
+  /// not linear (then phase-step images are evaluated directly in the trace).
+  std::vector<std::vector<ImageF>> cosine, sine;
+  /// Images evaluated directly in the trace (mean of w * value), by sequence index; empty elsewhere.
+  std::vector<ImageF> direct;
+  Image<std::int32_t> object;  ///< index of the object at the pixel centre's ray, -1 none
+  double trace_ms = 0.0;
+  std::uint64_t rays = 0;  ///< primary + shadow
+};
+
+struct RenderedCamera {
+  std::string camera;
+  std::vector<ImageF> irradiance;      ///< E per image, sequence order
+  std::optional<ImageF> white, black;  ///< when needs_white_black()
+  Image<std::int32_t> object;
+  Sampling sampling;
+  double trace_ms = 0.0, total_ms = 0.0;
+  std::uint64_t rays = 0;
+};
+
+class Renderer {
+ public:
+  /// `device`: "" = default (lavapipe unless FRINGETWIN_DEVICE says otherwise) or a part of a name.
+  /// Throws UserError(device) when there is none, listing what there is.
+  explicit Renderer(const std::string& device = "");
+  ~Renderer();
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+
+  const DeviceInfo& device() const;
+
+  /// Meshes must be loaded and MeasuredShapes replaced. Throws UserError(usage) when the camera is
+  /// inside an object.
+  Transport trace(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
+                  std::uint64_t seed = 0);
+  RenderedCamera render(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
+                        std::uint64_t seed = 0);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Irradiance images from a transport: sequence order.
+std::vector<ImageF> form_images(const Twin& twin, const Transport& transport);
+
+}  // namespace fringetwin::render

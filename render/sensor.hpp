@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Irradiance -> gray values (DESIGN §3): DN = clamp(round(gain E + black + noise), 0, 2^bits - 1).
+#pragma once
+#include <cstdint>
+
+#include "render/renderer.hpp"
+#include "twin/capture_set.hpp"
+
+namespace fringetwin::render {
+
+/// Independent of thread count: the noise of a pixel depends on (seed, camera, image, pixel) only.
+ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
+              std::uint32_t image);
+/// All images of one camera.
+CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::size_t camera_index,
+                    std::uint64_t seed);
+/// The irradiance itself as a capture set without quantisation.
+CameraImages as_radiance(const RenderedCamera& rendered);
+
+}  // namespace fringetwin::render

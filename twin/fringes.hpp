@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// The projected sequence: phase-shifted fringes and Gray code (DESIGN §3), its order and values.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fringetwin {
+
+enum class Axis { x, y };  ///< the projector axis along which a pattern varies
+inline const char* axis_name(Axis a) { return a == Axis::x ? "x" : "y"; }
+
+enum class Unwrap { heterodyne, hierarchical, gray, none };
+
+struct GrayCode {
+  enum class Threshold { mean, inverse, white_black };
+  int bits = 0;
+  bool lsb_first = false;
+  bool complementary = false;   ///< one more, half-period-shifted bit after the others
+  double offset_periods = 0.0;  ///< where the code changes, relative to phase_origin_px
+  Threshold threshold = Threshold::mean;
+};
+
+struct DirectionFringes {
+  Axis axis = Axis::x;
+  std::vector<double> pitches_px;       ///< projector px per period, in sequence order
+  std::vector<double> phase_origin_px;  ///< one per pitch
+  std::optional<GrayCode> gray;         ///< pitch of the code = the (single) pitch
+  /// Index of the smallest pitch.
+  int finest() const;
+};
+
+struct Fringes {
+  std::vector<DirectionFringes> directions;
+  int steps = 4;  ///< 0 = Gray code only
+  Unwrap unwrap = Unwrap::heterodyne;
+  double mean = 0.5;  ///< fraction of the projector's full scale
+  double amplitude = 0.5;
+};
+
+/// One image of the sequence.
+struct PatternSpec {
+  enum class Kind { phase_step, gray_bit, gray_bit_inverse, complementary, complementary_inverse };
+  Kind kind = Kind::phase_step;
+  int direction = 0;  ///< index into Fringes::directions
+  int pitch = 0;      ///< index into pitches_px (phase_step)
+  int step = 0;       ///< n of N (phase_step)
+  int bit = 0;        ///< gray_bit: 0 = most significant, bits-1 = least, whatever the file order
+  bool is_gray() const { return kind != Kind::phase_step; }
+  /// e.g. "x pitch 13 step 2/4", "x gray bit 3".
+  std::string label(const Fringes& fringes) const;
+};
+
+/// Sequence order = file number: per direction all pitches x steps, then Gray images (pattern,
+/// inverse where pairs are used), then the complementary bit.
+std::vector<PatternSpec> expand_sequence(const Fringes& fringes);
+
+/// True when the sequence needs white and black reference images besides (threshold white-black).
+bool needs_white_black(const Fringes& fringes);
+
+/// The ideal projected value, fraction of full scale, at projector coordinate `coordinate_px` along
+/// the pattern's axis (double-precision truth; before projector response and blur).
+/// Gray bits are 1 (bright) or 0.
+double pattern_value(const Fringes& fringes, const PatternSpec& pattern, double coordinate_px);
+
+/// Gray value (0/1) of `bit` (0 = MSB of `bits`) of word k.
+inline int gray_code_bit(unsigned k, int bits, int bit) {
+  return static_cast<int>(((k ^ (k >> 1)) >> (bits - 1 - bit)) & 1u);
+}
+
+}  // namespace fringetwin

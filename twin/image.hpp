@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// A plain row-major single-channel image.
+#pragma once
+#include <cstddef>
+#include <vector>
+
+namespace fringetwin {
+
+/// Row-major, no padding; (0,0) is the top-left pixel, whose CENTRE is the coordinate origin.
+template <class T>
+struct Image {
+  int width = 0;
+  int height = 0;
+  std::vector<T> data;
+
+  Image() = default;
+  Image(int w, int h, T fill = T{})
+      : width(w), height(h), data(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), fill) {}
+
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+  }
+  T& operator()(int x, int y) { return data[index(x, y)]; }
+  const T& operator()(int x, int y) const { return data[index(x, y)]; }
+  std::size_t size() const { return data.size(); }
+  bool empty() const { return data.empty(); }
+  template <class U>
+  bool same_size(const Image<U>& o) const {
+    return width == o.width && height == o.height;
+  }
+};
+
+using ImageF = Image<float>;
+using ImageD = Image<double>;
+using ImageU8 = Image<unsigned char>;
+
+}  // namespace fringetwin

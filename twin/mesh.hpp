@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Triangle meshes and their files (PLY, STL, OBJ).
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+namespace fringetwin {
+
+struct Mesh {
+  std::vector<Eigen::Vector3f> vertices_mm;
+  std::vector<std::array<int, 3>> triangles;    ///< vertex indices
+  std::vector<Eigen::Vector3f> vertex_normals;  ///< unit; empty = compute area-weighted on demand
+  std::vector<float> vertex_albedo;             ///< optional factor on diffuse, per vertex (measured shapes)
+};
+
+/// Reads PLY, STL or OBJ (by content, through assimp); `unit` "mm" or "m". Identical vertices are
+/// joined, degenerate (zero-area) triangles dropped and counted on stderr.
+/// Throws UserError(input) naming the file for: missing, truncated or unknown format, no triangle,
+/// a NaN or infinite coordinate (names the vertex).
+std::shared_ptr<const Mesh> load_mesh(const std::filesystem::path& file, const std::string& unit);
+
+/// Binary little-endian PLY, mm; written to a temporary name, then renamed.
+void save_mesh_ply(const std::filesystem::path& file, const Mesh& mesh);
+
+/// Area-weighted unit vertex normals.
+std::vector<Eigen::Vector3f> compute_vertex_normals(const Mesh& mesh);
+
+}  // namespace fringetwin

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole twin: what twin.toml says (DESIGN §4), after checking.
+#pragma once
+#include <Eigen/Core>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "twin/fringes.hpp"
+#include "twin/lens.hpp"
+#include "twin/mesh.hpp"
+#include "twin/pose.hpp"
+
+namespace fringetwin {
+
+struct Sensor {
+  int bit_depth = 8;  ///< 8...16
+  std::optional<double> exposure_ms;
+  double gain_dn = 1.0;  ///< photoelectric gain coefficient, DN per unit irradiance
+  double black_level_dn = 0.0;
+  std::optional<double> electrons_per_dn;  ///< shot noise on when given
+  std::optional<double> read_noise_dn;
+  double max_dn() const { return static_cast<double>((1 << bit_depth) - 1); }
+  bool has_noise() const { return electrons_per_dn.has_value() || read_noise_dn.value_or(0.0) > 0.0; }
+};
+
+/// Thin lens; the aperture diameter is focal_length_mm / f_number, the focus plane lies at camera
+/// z = focus_distance_mm.
+struct Optics {
+  double f_number = 0.0;
+  double focal_length_mm = 0.0;
+  double focus_distance_mm = 0.0;
+};
+
+struct Camera {
+  std::string name;
+  Lens lens;
+  Pose T_cam_world;
+  Sensor sensor;
+  std::optional<Optics> optics;
+  Eigen::Vector3d center_world_mm() const { return T_cam_world.inverse().translation_mm; }
+};
+
+struct ProjectorResponse {
+  enum class Kind { linear, gamma, table };
+  Kind kind = Kind::linear;
+  double gamma = 1.0;
+  std::vector<double> table;  ///< >= 2 equally spaced levels 0...1, linear interpolation
+  double operator()(double value) const;
+};
+
+struct Projector {
+  Lens lens;
+  Pose T_proj_world;
+  double intensity = 1.0;
+  bool inverse_square = false;  ///< falloff (d0/d)^2, d = distance to the projector centre
+  double reference_distance_mm = 0.0;
+  double blur_px = 0.0;  ///< Gaussian sigma, projector px, applied after the response
+  ProjectorResponse response;
+  double ambient = 0.0;  ///< irradiance added wherever an object is hit
+  Eigen::Vector3d center_world_mm() const { return T_proj_world.inverse().translation_mm; }
+};
+
+struct Material {
+  double diffuse = 0.8;
+  double specular = 0.0;
+  double shininess = 10.0;
+};
+
+struct SphereShape {
+  Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();
+  double radius_mm = 0.0;
+};
+/// Infinite unless size_mm is given: then a rectangle size_mm[0] x size_mm[1] centred at point_mm,
+/// first side along u_axis (made orthogonal to the normal).
+struct PlaneShape {
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit
+  std::optional<Eigen::Vector2d> size_mm;
+  Eigen::Vector3d u_axis = Eigen::Vector3d::UnitX();  ///< unit, orthogonal to normal
+};
+/// Open (no caps), infinite unless length_mm is given: then centred at point_mm.
+struct CylinderShape {
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitY();  ///< unit
+  double radius_mm = 0.0;
+  std::optional<double> length_mm;
+};
+struct MeshShape {
+  std::filesystem::path file;  ///< empty for a mesh made in memory
+  std::string unit = "mm";
+  Pose T_world_object;
+  bool smooth = false;               ///< interpolated vertex normals instead of facets
+  std::shared_ptr<const Mesh> mesh;  ///< filled by load_meshes(); the same pointer = an instance
+};
+/// Built from the real capture's own depth map (measure/surface.hpp turns it into a MeshShape).
+struct MeasuredShape {
+  std::string steps = "even";  ///< "even" | "odd" | "all": phase steps the surface is built from
+  double smoothing_px = 3.0;   ///< radius of the local fit that removes pixel noise
+};
+using Shape = std::variant<SphereShape, PlaneShape, CylinderShape, MeshShape, MeasuredShape>;
+const char* shape_kind(const Shape& shape);  ///< "sphere", "plane", "cylinder", "mesh", "measured"
+
+struct Object {
+  std::string name;
+  Shape shape;
+  Material material;
+};
+
+enum class Sampler { gauss, multi_jittered, sobol };
+
+struct RenderOptions {
+  double pixel_fill = 1.0;  ///< side of the sampled square, px
+  double phase_error_rad = 1e-4;
+  std::optional<int> samples;  ///< fixed sampling when given
+  std::optional<Sampler> sampler;
+};
+
+enum class Triangulate { stereo, projector };
+
+struct FitRequest {
+  std::string object;
+  double gate_mm = 2.0;
+};
+struct MeasureOptions {
+  std::optional<Triangulate> triangulate;  ///< default: stereo with two cameras, else projector
+  double min_modulation_dn = 5.0;
+  std::vector<FitRequest> fits;
+};
+
+/// A published physical result where no images exist. Keys as in result.json fits.
+struct PublishedFit {
+  std::string object;
+  std::map<std::string, double> numbers;           ///< radius_mm, rms_mm, ...
+  std::map<std::string, Eigen::Vector3d> vectors;  ///< center_mm, point_mm, normal, axis
+};
+struct RealSource {
+  std::optional<std::filesystem::path> captures;  ///< folder with a capture.toml; resolved
+  std::vector<PublishedFit> results;
+  std::string results_source;  ///< where the published numbers come from
+};
+
+struct Twin {
+  std::string name;
+  std::filesystem::path file;  ///< the twin.toml; relative paths start here
+  std::vector<Camera> cameras;
+  std::optional<Projector> projector;
+  Fringes fringes;
+  std::vector<Object> objects;
+  RenderOptions render;
+  MeasureOptions measure;
+  RealSource real;
+  std::map<std::string, double> limits;            ///< name -> limit; names: docs/FORMATS.md
+  std::vector<std::filesystem::path> input_files;  ///< every file read, for inputs_sha256
+
+  const Object* find_object(const std::string& name) const;
+  /// stereo or projector, after the default.
+  Triangulate triangulate() const;
+};
+
+/// Reads and checks a twin.toml. Throws UserError(usage) with file, line and key; unknown keys name
+/// the nearest known one. ${FRINGETWIN_CAPTURES} in a path is replaced by that environment variable
+/// (default: ../shared/captures beside the project's checkout).
+Twin load_twin(const std::filesystem::path& file);
+
+/// Loads the files of all MeshShapes that have none yet; one file is read once and shared.
+void load_meshes(Twin& twin);
+
+/// Root of the real captures: $FRINGETWIN_CAPTURES or the default.
+std::filesystem::path captures_root();
+
+}  // namespace fringetwin
