@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the projector really throws: pattern value -> response -> blur (DESIGN §3), in double precision.
+#pragma once
+#include <cstddef>
+#include <vector>
+
+#include "twin/twin.hpp"
+
+namespace fringetwin::render {
+
+/// True when the response maps every value onto itself: phase steps are then pure cosines.
+bool is_linear(const ProjectorResponse& response);
+
+/// Gaussian blur multiplies harmonic k of a period of `pitch_px` by exp(-2 (pi k sigma / pitch)^2),
+/// the Fourier transform of a unit Gaussian of sigma `sigma_px`.
+double blur_attenuation(int harmonic, double sigma_px, double pitch_px);
+
+/// a[0] + sum_k a[k] cos(k t).
+struct CosineSeries {
+  std::vector<double> a;
+  double operator()(double t_rad) const;  ///< Clenshaw's recurrence
+};
+
+/// The even Fourier series of response(mean + amplitude cos t) up to `harmonics`, each coefficient to
+/// about 1e-15: Gauss-Legendre panels split at the kinks of the response and graded towards the
+/// branch point of a power law at value 0.
+CosineSeries cosine_series(const ProjectorResponse& response, double mean, double amplitude, int harmonics);
+
+/// One image of the sequence after response and blur, as a function of the projector coordinate.
+/// Build once, evaluate often. Without blur: response(pattern_value(x)).
+class EffectivePattern {
+ public:
+  EffectivePattern(const Twin& twin, const PatternSpec& pattern);
+  /// Fraction of full scale at `coordinate_px` along the pattern's axis. The pattern continues
+  /// beyond the projector's image; whether light reaches a point there is the renderer's business.
+  double operator()(double coordinate_px) const;
+
+ private:
+  enum class Method { direct, series, convolution, edges };
+  struct Edge {
+    double position_px = 0.0;
+    double step = 0.0;
+  };
+  double convolve(double coordinate_px) const;
+  double sum_edges(double coordinate_px) const;
+  void find_edges(double size_px);
+
+  Method method_ = Method::direct;
+  Fringes fringes_;
+  PatternSpec pattern_;
+  ProjectorResponse response_;
+  double sigma_px_ = 0.0, pitch_px_ = 1.0, origin_px_ = 0.0, shift_rad_ = 0.0;
+  CosineSeries series_;        ///< blurred, phase steps
+  std::vector<double> kinks_;  ///< t in [0, pi] where the response is not smooth
+  std::vector<Edge> edges_;    ///< ascending, Gray images
+  double first_value_ = 0.0;   ///< left of all edges
+};
+
+/// EffectivePattern evaluated once: for a loop build an EffectivePattern.
+double effective_pattern_value(const Twin& twin, const PatternSpec& pattern, double coordinate_px);
+
+/// One period of a phase step: sample i at theta = 2 pi (x - origin)/pitch = 2 pi i / samples, i.e. at
+/// x = origin + i pitch / samples; the step's own shift 2 pi n/N is in the values.
+std::vector<float> periodic_waveform(const Twin& twin, const PatternSpec& pattern, int samples);
+
+/// Any pattern along its whole axis: sample i at *first_px + i / samples_per_px, covering the
+/// projector's image [-0.5, size - 0.5] and a margin of two pixels on either side.
+std::vector<float> axis_waveform(const Twin& twin, const PatternSpec& pattern, double samples_per_px,
+                                 double* first_px);
+
+}  // namespace fringetwin::render
