@@ -14,6 +14,7 @@ if(FRINGETWIN_ASAN)
   add_link_options(-fsanitize=address,undefined)
 endif()
 find_package(OpenMP REQUIRED)
+add_custom_target(unit_tests) # what the sanitizer run builds
 
 # fringetwin_library(NAME SOURCES a.cpp ... PUBLIC libs PRIVATE libs)
 # -> library fringetwin_NAME, alias fringetwin::NAME
@@ -35,6 +36,9 @@ function(fringetwin_test name)
   add_executable(${name} ${A_SOURCES})
   target_link_libraries(${name} PRIVATE fringetwin_options ${A_LINK} GTest::gmock GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  if("unit" IN_LIST A_LABELS)
+    add_dependencies(unit_tests ${name})
+  endif()
   add_test(NAME ${name} COMMAND ${name})
   if(NOT A_TIMEOUT)
     set(A_TIMEOUT 300)

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+# Thin front of CMake; `make demo` and `make test` are all a new user needs.
+CAPTURES := $(or $(FRINGETWIN_CAPTURES),$(abspath $(CURDIR)/../shared/captures))
+JOBS ?= $(shell nproc)
+OUT ?= out
+
+.PHONY: help deps build demo test test-all test-quick asan format-check format bench clean
+help:
+	@echo "make demo      install packages, build, run the paper's sphere (and a real capture if present), say where the report is"
+	@echo "make test      everything CI runs (format, includes, unit, accuracy, real data, end to end, sanitizers)"
+	@echo "make test-all  the same and the long statistical tests"
+	@echo "make build | bench | format | clean"
+
+deps:
+	@scripts/install_packages.sh
+
+build: deps
+	@cmake --preset release >build-configure.log 2>&1 || { cat build-configure.log; exit 2; }
+	@mv build-configure.log build/configure.log
+	@cmake --build build -j $(JOBS)
+
+demo: build
+	@scripts/demo.sh "$(OUT)" "$(CAPTURES)"
+
+test: build format-check
+	@scripts/run_tests.sh build -LE slow
+	@$(MAKE) --no-print-directory asan
+
+test-all: build format-check
+	@scripts/run_tests.sh build
+	@$(MAKE) --no-print-directory asan
+
+asan: deps
+	@cmake --preset asan >build-configure.log 2>&1 || { cat build-configure.log; exit 2; }
+	@mv build-configure.log build-asan/configure.log
+	@cmake --build build-asan -j $(JOBS) --target unit_tests
+	@scripts/run_tests.sh build-asan -L unit
+
+format-check:
+	@scripts/check_format.sh
+
+format:
+	@git ls-files '*.cpp' '*.hpp' | xargs clang-format -i
+
+bench: build
+	@build/bench/bench_render
+	@scripts/bench_chain.sh
+
+clean:
+	rm -rf build build-asan build-debug out

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/version.hpp"
+#include "render/renderer.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::cli {
+
+namespace {
+
+int run(bool as_json) {
+  nlohmann::ordered_json info;
+  info["version"] = version_string();
+  info["devices"] = nlohmann::ordered_json::array();
+  for (const auto& device : render::list_devices())
+    info["devices"].push_back({{"name", device.name},
+                               {"driver", device.driver},
+                               {"api_version", device.api_version},
+                               {"kind", device.is_cpu ? "cpu" : "gpu"}});
+  info["captures_root"] = captures_root().string();
+  info["captures_present"] = std::filesystem::is_directory(captures_root());
+  if (as_json) {
+    fmt::print("{}\n", info.dump(2));
+    return 0;
+  }
+  fmt::print("fringetwin {}\n", version_string());
+  for (const auto& device : info["devices"])
+    fmt::print("Vulkan device   {} ({}, {}, {})\n", device["name"].get<std::string>(),
+               device["driver"].get<std::string>(), device["api_version"].get<std::string>(),
+               device["kind"].get<std::string>());
+  if (info["devices"].empty()) fmt::print("Vulkan device   none (install mesa-vulkan-drivers)\n");
+  fmt::print("captures        {} ({})\n", captures_root().string(),
+             info["captures_present"].get<bool>() ? "present" : "absent; set FRINGETWIN_CAPTURES");
+  return 0;
+}
+
+}  // namespace
+
+void add_info(CLI::App& app, Invocation& invocation) {
+  auto as_json = std::make_shared<bool>(false);
+  CLI::App* sub = app.add_subcommand("info", "Version, Vulkan devices, where real captures are looked for");
+  sub->add_flag("--json", *as_json, "As JSON");
+  sub->callback([as_json, &invocation] { invocation.run = [as_json] { return run(*as_json); }; });
+}
+
+}  // namespace fringetwin::cli

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/flags.hpp"
+#include "cli/pipeline.hpp"
+#include "twin/errors.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::cli {
+
+namespace {
+
+struct Options {
+  std::string twin;
+  std::string out;
+  RenderFlags flags;
+};
+
+int run(const Options& o) {
+  if (o.flags.device == "list") return print_devices();
+  if (o.twin.empty()) throw UserError(ExitCode::usage, "render", "no twin given", "fringetwin render TWIN.toml --out DIR");
+  if (o.out.empty()) throw UserError(ExitCode::usage, "render", "no output folder given", "add --out DIR");
+  Twin twin = load_twin(o.twin);
+  load_meshes(twin);
+  if (has_measured_shape(twin)) {
+    if (!twin.real.captures)
+      throw UserError(ExitCode::usage, o.twin, "an object has shape = \"measured\" but [real] names no captures",
+                      "add [real] captures = \"FOLDER\"");
+    build_measured_shapes(twin, load_captures(twin, *twin.real.captures));
+  }
+  StageTimer timer;
+  timer.start("render");
+  const Simulated simulated = simulate(twin, o.flags);
+  timer.start("write");
+  write_simulated(o.out, simulated, o.flags.radiance, o.flags.seed, twin.name);
+  timer.stop();
+  say(fmt::format("rendered {} camera(s) x {} images in {:.2f} s on {}, {} samples per pixel; written to {} in {:.2f} s",
+                  simulated.captures.size(), simulated.captures.front().images.size(), timer.seconds["render"],
+                  simulated.device, simulated.sampling.samples, o.out, timer.seconds["write"]));
+  return static_cast<int>(ExitCode::ok);
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, Invocation& invocation) {
+  auto options = std::make_shared<Options>();
+  CLI::App* sub = app.add_subcommand("render", "Render every image of the sequence as each camera would record it");
+  sub->add_option("twin", options->twin, "The twin.toml");
+  sub->add_option("--out", options->out, "Folder for the capture set (made if missing)");
+  add_render_flags(*sub, options->flags);
+  sub->add_flag("--radiance", options->flags.radiance, "Also write float32 EXR images (E before the sensor)");
+  sub->callback([options, &invocation] { invocation.run = [options] { return run(*options); }; });
+}
+
+}  // namespace fringetwin::cli

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// The steps that several subcommands share: load, simulate, measure, keep time.
+#pragma once
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "measure/measurement.hpp"
+#include "render/renderer.hpp"
+#include "twin/capture_set.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::cli {
+
+/// Options of everything that renders.
+struct RenderFlags {
+  std::optional<int> samples;
+  std::optional<std::string> sampler;       ///< gauss | multi-jittered | sobol
+  std::optional<double> phase_error_rad;
+  bool radiance = false;
+  std::uint64_t seed = 0;
+  std::string device;
+};
+
+/// The images of one simulated camera, before and after the sensor.
+struct Simulated {
+  std::vector<CameraImages> captures;    ///< DN
+  std::vector<CameraImages> irradiance;  ///< E
+  render::Sampling sampling;
+  std::string device;
+};
+
+/// Wall time per named stage, s.
+class StageTimer {
+ public:
+  void start(const std::string& stage);
+  void stop();
+  std::map<std::string, double> seconds;
+
+ private:
+  std::string stage_;
+  std::chrono::steady_clock::time_point begin_;
+};
+
+/// Applies command-line sampling over the twin's own [render] (CLI > file > default).
+void apply_flags(const RenderFlags& flags, RenderOptions& options);
+
+/// All cameras' images of a capture folder, order of twin.cameras.
+std::vector<CameraImages> load_captures(const Twin& twin, const std::filesystem::path& dir);
+
+/// True when an object's shape is to be built from the real capture.
+bool has_measured_shape(const Twin& twin);
+/// Replaces every MeasuredShape by the surface measured from `real`. Returns the phase steps that
+/// were NOT used for it (the ones a comparison may use); empty = all steps were used.
+std::vector<int> build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real);
+
+/// Renders and exposes all cameras. Throws UserError(usage) when no camera sees any object; warns
+/// for an object that no camera sees.
+Simulated simulate(const Twin& twin, const RenderFlags& flags);
+
+/// Writes the simulated capture set; with `radiance` the EXR images too, described by
+/// DIR/radiance/capture.toml.
+void write_simulated(const std::filesystem::path& dir, const Simulated& simulated, bool radiance,
+                     std::uint64_t seed, const std::string& twin_name);
+
+}  // namespace fringetwin::cli
