@@ -20,6 +20,7 @@ find_program(GLSLANG_VALIDATOR glslangValidator REQUIRED)
 find_program(SPIRV_VAL spirv-val REQUIRED)
 if(FRINGETWIN_TESTS)
   find_package(GTest 1.12 REQUIRED)
+  find_package(rapidcheck REQUIRED)
 endif()
 
 # libmrcal ships neither a CMake config nor a .pc file.
