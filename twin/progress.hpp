@@ -1,27 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
 // Progress on stderr (a bar on a terminal, else a line per 10 %), warnings, and Ctrl-C.
 #pragma once
+#include <atomic>
 #include <cstddef>
 #include <string>
 
 namespace fringetwin {
 
+/// One task of `total` equal pieces. Shows nothing when set_quiet(true).
 class Progress {
  public:
   Progress(std::string task, std::size_t total);
   ~Progress();
-  /// Thread-safe. Throws Cancelled once the user pressed Ctrl-C.
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  /// Thread-safe. Throws Cancelled once the user pressed Ctrl-C; an exception must not leave an OpenMP
+  /// region, so inside one use tick() and call throw_if_cancelled() after it.
   void advance(std::size_t n = 1);
+  /// As advance(), but returns false instead of throwing.
+  bool tick(std::size_t n = 1) noexcept;
 
  private:
+  void show(int percent);
+
   std::string task_;
-  std::size_t total_, done_ = 0;
-  int shown_percent_ = -1;
+  std::size_t total_;
+  std::atomic<std::size_t> done_ = 0;
+  std::atomic<int> shown_percent_ = 0;
+  bool terminal_;
 };
 
 /// Installs the SIGINT handler that makes cancelled() true (second Ctrl-C kills).
 void install_cancel_handler();
-bool cancelled();
+bool cancelled() noexcept;
 /// Throws Cancelled if the user pressed Ctrl-C.
 void throw_if_cancelled();
 

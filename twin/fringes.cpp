@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "twin/fringes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "twin/errors.hpp"
+
+namespace fringetwin {
+namespace {
+
+/// floor(words) modulo 2^bits: the code repeats where the projector is wider than 2^bits words.
+unsigned wrapped_word(double words, int bits) {
+  const double n = std::ldexp(1.0, bits);
+  const double k = std::floor(words);
+  return static_cast<unsigned>(k - n * std::floor(k / n));
+}
+
+void append_with_inverse(std::vector<PatternSpec>& sequence, PatternSpec spec, bool pairs) {
+  sequence.push_back(spec);
+  if (!pairs) return;
+  spec.kind = spec.kind == PatternSpec::Kind::gray_bit ? PatternSpec::Kind::gray_bit_inverse
+                                                       : PatternSpec::Kind::complementary_inverse;
+  sequence.push_back(spec);
+}
+
+void append_gray(std::vector<PatternSpec>& sequence, const GrayCode& gray, int direction) {
+  const bool pairs = gray.threshold == GrayCode::Threshold::inverse;
+  PatternSpec spec;
+  spec.direction = direction;
+  spec.kind = PatternSpec::Kind::gray_bit;
+  for (int i = 0; i < gray.bits; ++i) {
+    spec.bit = gray.lsb_first ? gray.bits - 1 - i : i;
+    append_with_inverse(sequence, spec, pairs);
+  }
+  if (!gray.complementary) return;
+  spec.kind = PatternSpec::Kind::complementary;
+  spec.bit = gray.bits;
+  append_with_inverse(sequence, spec, pairs);
+}
+
+double gray_value(const DirectionFringes& direction, const PatternSpec& pattern, double coordinate_px) {
+  FT_CHECK(direction.gray.has_value(), "Gray pattern of a direction without Gray code");
+  const GrayCode& gray = *direction.gray;
+  const double periods = (coordinate_px - direction.phase_origin_px.front()) / direction.pitches_px.front();
+  const double words = periods - gray.offset_periods;
+  int bright = 0;
+  switch (pattern.kind) {
+    case PatternSpec::Kind::gray_bit:
+    case PatternSpec::Kind::gray_bit_inverse:
+      bright = gray_code_bit(wrapped_word(words, gray.bits), gray.bits, pattern.bit);
+      break;
+    default: {  // the last bit of the code of half periods
+      const int bits = gray.bits + 1;
+      bright = gray_code_bit(wrapped_word(2.0 * words, bits), bits, bits - 1);
+    }
+  }
+  const bool inverse = pattern.kind == PatternSpec::Kind::gray_bit_inverse ||
+                       pattern.kind == PatternSpec::Kind::complementary_inverse;
+  return inverse ? 1.0 - bright : bright;
+}
+
+}  // namespace
+
+int DirectionFringes::finest() const {
+  FT_CHECK(!pitches_px.empty(), "a direction needs a pitch");
+  return static_cast<int>(std::min_element(pitches_px.begin(), pitches_px.end()) - pitches_px.begin());
+}
+
+std::string PatternSpec::label(const Fringes& fringes) const {
+  const DirectionFringes& d = fringes.directions.at(static_cast<std::size_t>(direction));
+  const char* axis = axis_name(d.axis);
+  switch (kind) {
+    case Kind::phase_step:
+      return fmt::format("{} pitch {} step {}/{}", axis, d.pitches_px.at(static_cast<std::size_t>(pitch)),
+                         step + 1, fringes.steps);
+    case Kind::gray_bit:
+      return fmt::format("{} gray bit {}", axis, bit);
+    case Kind::gray_bit_inverse:
+      return fmt::format("{} gray bit {} inverse", axis, bit);
+    case Kind::complementary:
+      return fmt::format("{} complementary bit", axis);
+    case Kind::complementary_inverse:
+      return fmt::format("{} complementary bit inverse", axis);
+  }
+  return axis;
+}
+
+std::vector<PatternSpec> expand_sequence(const Fringes& fringes) {
+  std::vector<PatternSpec> sequence;
+  for (int d = 0; d < static_cast<int>(fringes.directions.size()); ++d) {
+    const DirectionFringes& direction = fringes.directions[static_cast<std::size_t>(d)];
+    for (int pitch = 0; pitch < static_cast<int>(direction.pitches_px.size()); ++pitch) {
+      for (int step = 0; step < fringes.steps; ++step) {
+        PatternSpec spec;
+        spec.direction = d;
+        spec.pitch = pitch;
+        spec.step = step;
+        sequence.push_back(spec);
+      }
+    }
+    if (direction.gray) append_gray(sequence, *direction.gray, d);
+  }
+  return sequence;
+}
+
+bool needs_white_black(const Fringes& fringes) {
+  return std::any_of(fringes.directions.begin(), fringes.directions.end(), [](const DirectionFringes& d) {
+    return d.gray && d.gray->threshold == GrayCode::Threshold::white_black;
+  });
+}
+
+double pattern_value(const Fringes& fringes, const PatternSpec& pattern, double coordinate_px) {
+  const DirectionFringes& direction = fringes.directions.at(static_cast<std::size_t>(pattern.direction));
+  if (pattern.is_gray()) return gray_value(direction, pattern, coordinate_px);
+  const auto pitch = static_cast<std::size_t>(pattern.pitch);
+  const double periods =
+      (coordinate_px - direction.phase_origin_px.at(pitch)) / direction.pitches_px.at(pitch);
+  const double shift = static_cast<double>(pattern.step) / fringes.steps;
+  return fringes.mean + fringes.amplitude * std::cos(2.0 * std::numbers::pi * (periods + shift));
+}
+
+}  // namespace fringetwin
