@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bad input: one clear sentence (what, where, what to do), the right exit code, nothing left behind that
+// looks complete. No tolerances here.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "tests/e2e/cli_runner.hpp"
+
+namespace fringetwin::test {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+/// A small rig (160 x 120 px) that sees a sphere; `extra` goes at the end, `replace` swaps text.
+std::string small_twin(const std::vector<std::pair<std::string, std::string>>& replace = {},
+                       const std::string& extra = "") {
+  std::string text = R"(schema = "fringetwin-twin/1"
+name = "small"
+[[camera]]
+name = "left"
+lensmodel = "LENSMODEL_OPENCV4"
+imagersize = [160, 120]
+intrinsics = [260, 260, 79.5, 59.5, -0.1, 0.1, 0, 0]
+rt_cam_world = [0, 0, 0, 0, 0, 0]
+[camera.sensor]
+gain_dn = 20
+[projector]
+lensmodel = "LENSMODEL_PINHOLE"
+imagersize = [1280, 720]
+intrinsics = [1700, 1700, 639.5, 359.5]
+rt_cam_world = [0, 0.35, 0, -95, 0, 12]
+intensity = 40
+[fringes]
+directions = ["x"]
+pitches_px = [13, 14, 15]
+steps = 4
+[[object]]
+name = "ball"
+shape = "sphere"
+center_mm = [0, 0, 270]
+radius_mm = 19
+[measure]
+triangulate = "projector"
+[[measure.fit]]
+object = "ball"
+)";
+  for (const auto& [from, to] : replace) {
+    const auto at = text.find(from);
+    if (at == std::string::npos) throw std::runtime_error("no '" + from + "' in the twin");
+    text.replace(at, from.size(), to);
+  }
+  return text + extra;
+}
+
+RunResult render_twin(const std::string& toml, const fs::path& dir) {
+  write_file(dir / "twin.toml", toml);
+  return run_fringetwin({"render", (dir / "twin.toml").string(), "--out", (dir / "out").string()});
+}
+
+void expect_refused(const RunResult& run, int exit_code, const std::vector<std::string>& parts) {
+  EXPECT_EQ(run.exit_code, exit_code) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("fringetwin: error: "));
+  for (const auto& part : parts) EXPECT_THAT(run.err, HasSubstr(part));
+}
+
+/// A rendered capture set of the small twin, to be damaged.
+class DamagedCapture : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    FT_NEED_DEVICE();
+    dir_ = scratch_folder("damaged");
+    const RunResult run = render_twin(small_twin(), dir_);
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+  }
+  RunResult measure() {
+    return run_fringetwin({"measure", (dir_ / "twin.toml").string(), "--captures", (dir_ / "out").string(), "--out",
+                           (dir_ / "measured").string()});
+  }
+  void expect_no_result() { EXPECT_FALSE(fs::exists(dir_ / "measured" / "result.json")); }
+  fs::path image(const std::string& name) { return dir_ / "out" / "left" / name; }
+  fs::path dir_;
+};
+
+TEST_F(DamagedCapture, UndamagedIsMeasured) {
+  const RunResult run = measure();
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(fs::exists(dir_ / "measured" / "result.json"));
+}
+
+TEST_F(DamagedCapture, MissingImage) {
+  fs::remove(image("0003.png"));
+  expect_refused(measure(), 3, {"0003.png"});
+  expect_no_result();
+}
+
+TEST_F(DamagedCapture, TruncatedImage) {
+  fs::resize_file(image("0005.png"), fs::file_size(image("0005.png")) / 2);
+  expect_refused(measure(), 3, {"0005.png", "truncated"});
+  expect_no_result();
+}
+
+TEST_F(DamagedCapture, EmptyImage) {
+  fs::resize_file(image("0000.png"), 0);
+  expect_refused(measure(), 3, {"0000.png"});
+  expect_no_result();
+}
+
+TEST_F(DamagedCapture, OddSizedImage) {
+  const fs::path other = dir_ / "other";
+  ASSERT_EQ(render_twin(small_twin({{"[160, 120]", "[150, 120]"}}), other).exit_code, 0);
+  fs::copy_file(other / "out" / "left" / "0002.png", image("0002.png"), fs::copy_options::overwrite_existing);
+  expect_refused(measure(), 3, {"0002.png", "150", "160"});
+  expect_no_result();
+}
+
+TEST_F(DamagedCapture, TooManyImages) {
+  fs::copy_file(image("0000.png"), image("0012.png"));
+  expect_refused(measure(), 3, {"13", "12"});
+}
+
+TEST_F(DamagedCapture, NoCaptureToml) {
+  fs::remove(dir_ / "out" / "capture.toml");
+  expect_refused(measure(), 3, {"capture.toml"});
+}
+
+TEST_F(DamagedCapture, UnknownKeyInCaptureToml) {
+  std::string text = read_file(dir_ / "out" / "capture.toml");
+  const auto at = text.find("pattern");
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at, 7, "patern");
+  write_file(dir_ / "out" / "capture.toml", text);
+  const RunResult run = measure();
+  EXPECT_TRUE(run.exit_code == 2 || run.exit_code == 3) << run.exit_code;
+  EXPECT_THAT(run.err, HasSubstr("patern"));
+  EXPECT_THAT(run.err, HasSubstr("pattern"));
+}
+
+TEST(BadTwin, UnknownKeyNamesFileLineAndNearest) {
+  const auto dir = scratch_folder("unknown-key");
+  expect_refused(render_twin(small_twin({{"radius_mm", "raduis_mm"}}), dir), 2,
+                 {"twin.toml:25", "raduis_mm", "radius_mm"});
+  EXPECT_FALSE(fs::exists(dir / "out"));
+}
+
+TEST(BadTwin, MissingFile) {
+  expect_refused(run_fringetwin({"render", "/nonexistent/twin.toml", "--out", "/tmp/never"}), 2,
+                 {"/nonexistent/twin.toml"});
+}
+
+TEST(BadTwin, BrokenToml) {
+  expect_refused(render_twin(small_twin({}, "[unclosed\n"), scratch_folder("broken")), 2, {"twin.toml:30"});
+}
+
+TEST(BadTwin, NonInvertibleLens) {
+  expect_refused(render_twin(small_twin({{"-0.1, 0.1, 0, 0", "-4.0, 0.0, 0, 0"}}), scratch_folder("lens")), 2,
+                 {"left", "invert"});
+}
+
+TEST(BadTwin, CameraInsideTheObject) {
+  FT_NEED_DEVICE();
+  expect_refused(render_twin(small_twin({{"radius_mm = 19", "radius_mm = 300"}}), scratch_folder("inside")), 2,
+                 {"left", "inside", "ball"});
+}
+
+TEST(BadTwin, ObjectOutsideTheView) {
+  FT_NEED_DEVICE();
+  expect_refused(render_twin(small_twin({{"[0, 0, 270]", "[900, 0, 270]"}}), scratch_folder("outside")), 2,
+                 {"no camera sees"});
+}
+
+TEST(BadTwin, OneOfTwoObjectsOutsideTheViewIsAWarning) {
+  FT_NEED_DEVICE();
+  const std::string second = "[[object]]\nname = \"lost\"\nshape = \"sphere\"\ncenter_mm = [900, 0, 270]\nradius_mm = 5\n"
+                             "[[measure.fit]]\nobject = \"lost\"\n";
+  const auto dir = scratch_folder("one-outside");
+  RunResult run = render_twin(small_twin({}, second), dir);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("\"lost\" is outside the view"));
+  // A fit with too few points is listed with its n, null values and a warning, exit code 0.
+  run = run_fringetwin({"measure", (dir / "twin.toml").string(), "--captures", (dir / "out").string(), "--out",
+                        (dir / "m").string()});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const auto result = read_json(dir / "m" / "result.json");
+  ASSERT_EQ(result["fits"].size(), 2u);
+  EXPECT_EQ(result["fits"][1]["object"], "lost");
+  EXPECT_EQ(result["fits"][1]["measured"]["n"], 0);
+  EXPECT_TRUE(result["fits"][1]["measured"]["radius_mm"].is_null());
+}
+
+TEST(BadTwin, SamplesNotASquare) {
+  FT_NEED_DEVICE();
+  const auto dir = scratch_folder("samples");
+  write_file(dir / "twin.toml", small_twin());
+  expect_refused(run_fringetwin({"render", (dir / "twin.toml").string(), "--out", (dir / "out").string(), "--samples",
+                                 "5"}),
+                 2, {"5", "square"});
+}
+
+TEST(BadMesh, NanVertex) {
+  const auto dir = scratch_folder("nan-mesh");
+  write_file(dir / "part.obj", "v 0 0 0\nv 10 0 0\nv 0 nan 0\nf 1 2 3\n");
+  expect_refused(render_twin(small_twin({{"shape = \"sphere\"\ncenter_mm = [0, 0, 270]\nradius_mm = 19",
+                                          "shape = \"mesh\"\nfile = \"part.obj\""}}),
+                             dir),
+                 3, {"part.obj", "vertex"});
+}
+
+TEST(BadMesh, EmptyMesh) {
+  const auto dir = scratch_folder("empty-mesh");
+  write_file(dir / "part.ply",
+             "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n"
+             "element face 0\nproperty list uchar int vertex_indices\nend_header\n");
+  expect_refused(render_twin(small_twin({{"shape = \"sphere\"\ncenter_mm = [0, 0, 270]\nradius_mm = 19",
+                                          "shape = \"mesh\"\nfile = \"part.ply\""}}),
+                             dir),
+                 3, {"part.ply", "triangle"});
+}
+
+TEST(BadMesh, MissingMesh) {
+  expect_refused(render_twin(small_twin({{"shape = \"sphere\"\ncenter_mm = [0, 0, 270]\nradius_mm = 19",
+                                          "shape = \"mesh\"\nfile = \"gone.ply\""}}),
+                             scratch_folder("missing-mesh")),
+                 3, {"gone.ply"});
+}
+
+TEST(NoDevice, NoVulkanDriverIsExitCode4) {
+  const auto dir = scratch_folder("no-device");
+  write_file(dir / "twin.toml", small_twin());
+  expect_refused(run_fringetwin({"render", (dir / "twin.toml").string(), "--out", (dir / "out").string()},
+                                {"VK_ICD_FILENAMES=/nonexistent.json", "VK_DRIVER_FILES=/nonexistent.json"}),
+                 4, {"Vulkan"});
+  EXPECT_FALSE(fs::exists(dir / "out" / "capture.toml"));
+}
+
+TEST(NoDevice, UnknownDeviceNameListsWhatThereIs) {
+  FT_NEED_DEVICE();
+  const auto dir = scratch_folder("other-device");
+  write_file(dir / "twin.toml", small_twin());
+  expect_refused(run_fringetwin({"render", (dir / "twin.toml").string(), "--out", (dir / "out").string(), "--device",
+                                 "NoSuchGPU"}),
+                 4, {"NoSuchGPU", "llvmpipe"});
+}
+
+TEST(Usage, UnknownSubcommandAndOptionAreExitCode2) {
+  EXPECT_EQ(run_fringetwin({"frobnicate"}).exit_code, 2);
+  EXPECT_EQ(run_fringetwin({}).exit_code, 2);
+  EXPECT_EQ(run_fringetwin({"render", "x.toml", "--no-such-option"}).exit_code, 2);
+  EXPECT_EQ(run_fringetwin({"--help"}).exit_code, 0);
+  EXPECT_EQ(run_fringetwin({"--version"}).exit_code, 0);
+}
+
+TEST(Usage, OutFolderThatCannotBeMade) {
+  FT_NEED_DEVICE();
+  const auto dir = scratch_folder("blocked");
+  write_file(dir / "twin.toml", small_twin());
+  write_file(dir / "file", "in the way");
+  const RunResult run = run_fringetwin({"render", (dir / "twin.toml").string(), "--out", (dir / "file").string()});
+  EXPECT_TRUE(run.exit_code == 2 || run.exit_code == 3) << run.exit_code;
+  EXPECT_EQ(read_file(dir / "file"), "in the way");
+}
+
+}  // namespace
+}  // namespace fringetwin::test

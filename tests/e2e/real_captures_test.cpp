@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// Real captures through the command line. Bounds: issue "The twin, end to end" and the README of each
+// set (figures an independent decode reached).
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "tests/e2e/cli_runner.hpp"
+#include "twin/image_io.hpp"
+
+namespace fringetwin::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+fs::path measure(const std::string& dataset) {
+  const fs::path out = scratch_folder("measure-" + dataset);
+  const fs::path twin = dataset_twin(dataset);
+  const RunResult run = run_fringetwin(
+      {"measure", twin.string(), "--captures", twin.parent_path().string(), "--out", out.string()});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  return out;
+}
+
+ImageF channel(const fs::path& exr, const std::string& name) {
+  for (auto& [channel_name, image] : read_exr(exr))
+    if (channel_name == name) return image;
+  ADD_FAILURE() << "no channel " << name << " in " << exr;
+  return {};
+}
+
+double valid_fraction(const ImageF& image) {
+  std::size_t n = 0;
+  for (const float v : image.data) n += std::isnan(v) ? 0u : 1u;
+  return static_cast<double>(n) / static_cast<double>(image.size());
+}
+
+TEST(Slmaster, CosimComparesTheOddSteps) {
+  FT_NEED_DEVICE();
+  FT_NEED_CAPTURES("slmaster-mono-relief");
+  const fs::path out = scratch_folder("cosim-slmaster");
+  const RunResult run =
+      run_fringetwin({"cosim", dataset_twin("slmaster-mono-relief").string(), "--out", out.string()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json result = read_json(out / "result.json");
+  ASSERT_EQ(result["gain"].size(), 1u);
+  EXPECT_LT(result["gain"][0]["rms_after_dn"].get<double>(), result["gain"][0]["rms_before_dn"].get<double>());
+  for (const json& row : result["gray"])  // odd steps only, no Gray-code image
+    EXPECT_THAT(row["pattern"].get<std::string>(), ::testing::Not(::testing::HasSubstr("gray")));
+  EXPECT_EQ(result["gray"].size(), 6u);
+  ASSERT_EQ(result["phase"].size(), 1u);
+  // Even-step phase noise 0.0188 sqrt(2) smoothed away, odd-step noise 0.0188 sqrt(2) left, plus harmonics.
+  EXPECT_LT(result["phase"][0]["rms_rad"].get<double>(), 0.1);
+  const std::string html = read_file(out / "report.html");
+  EXPECT_THAT(html, ::testing::HasSubstr("even"));
+}
+
+TEST(Slmaster, MeasuredPoints) {
+  FT_NEED_CAPTURES("slmaster-mono-relief");
+  const fs::path out = measure("slmaster-mono-relief");
+  const ImageF column = channel(out / "phase_camera.exr", "column_px");
+  EXPECT_GE(valid_fraction(column) * 1280 * 1024, 195000);
+  const ImageF sigma = channel(out / "phase_camera.exr", "sigma_rad");
+  EXPECT_EQ(sigma.width, 1280);
+}
+
+TEST(Slsdk, LeftPixelsTriangulated) {
+  FT_NEED_CAPTURES("slsdk-stereo-statue");
+  const fs::path out = measure("slsdk-stereo-statue");
+  const json result = read_json(out / "result.json");
+  EXPECT_GE(result["points"]["n"].get<double>() / (2048.0 * 1536.0), 0.48);
+}
+
+TEST(Cpsd, DecodesEveryFrequency) {
+  FT_NEED_CAPTURES("cpsd-plane-4freq12step");
+  const fs::path out = measure("cpsd-plane-4freq12step");
+  const ImageF column = channel(out / "phase_camera.exr", "column_px");
+  EXPECT_GT(valid_fraction(column), 0.9);
+  EXPECT_EQ(channel(out / "phase_camera.exr", "wrapped_x_1").width, 900);
+}
+
+TEST(Kamino, DecodesBothAxes) {
+  FT_NEED_CAPTURES("kamino-procam-board");
+  const fs::path out = measure("kamino-procam-board");
+  const ImageF column = channel(out / "phase_camera.exr", "column_px");
+  const ImageF row = channel(out / "phase_camera.exr", "row_px");
+  ImageF both = column;
+  for (std::size_t i = 0; i < both.size(); ++i)
+    if (std::isnan(row.data[i])) both.data[i] = row.data[i];
+  EXPECT_GE(valid_fraction(both), 0.45);
+  EXPECT_LE(valid_fraction(both), 0.56);
+}
+
+}  // namespace
+}  // namespace fringetwin::test
