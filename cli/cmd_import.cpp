@@ -37,23 +37,27 @@ struct Request {
 
 Request parse_request(const std::string& option, const std::string& text) {
   const auto fail = [&](const std::string& what) -> UserError {
-    return UserError(ExitCode::usage, option + " " + text, what,
-                     "write NAME=MATRIX,DISTORTION[,ROTATION,TRANSLATION]@WIDTHxHEIGHT, e.g. left=M1,D1@1280x1024");
+    return UserError(
+        ExitCode::usage, option + " " + text, what,
+        "write NAME=MATRIX,DISTORTION[,ROTATION,TRANSLATION]@WIDTHxHEIGHT, e.g. left=M1,D1@1280x1024");
   };
   const auto equals = text.find('=');
   const auto at = text.find('@');
   if (equals == std::string::npos || at == std::string::npos || at < equals) throw fail("cannot be read");
   Request request;
   request.name = text.substr(0, equals);
-  if (request.name.empty() || request.name.find('/') != std::string::npos) throw fail("the name is empty or has a slash");
+  if (request.name.empty() || request.name.find('/') != std::string::npos)
+    throw fail("the name is empty or has a slash");
   std::vector<std::string> keys;
   std::stringstream list(text.substr(equals + 1, at - equals - 1));
   for (std::string key; std::getline(list, key, ',');) keys.push_back(key);
-  if (keys.size() != 2 && keys.size() != 4) throw fail(fmt::format("has {} keys instead of 2 or 4", keys.size()));
+  if (keys.size() != 2 && keys.size() != 4)
+    throw fail(fmt::format("has {} keys instead of 2 or 4", keys.size()));
   request.keys = {keys[0], keys[1], keys.size() == 4 ? keys[2] : "", keys.size() == 4 ? keys[3] : ""};
   char by = 0;
   std::stringstream size(text.substr(at + 1));
-  if (!(size >> request.imagersize[0] >> by >> request.imagersize[1]) || by != 'x') throw fail("the image size cannot be read");
+  if (!(size >> request.imagersize[0] >> by >> request.imagersize[1]) || by != 'x')
+    throw fail("the image size cannot be read");
   return request;
 }
 
@@ -88,7 +92,8 @@ int run(const Options& o) {
   std::filesystem::create_directories(o.out);
   std::vector<std::pair<Request, bool>> requests;
   for (const auto& text : o.cameras) requests.emplace_back(parse_request("--camera", text), false);
-  if (!o.projector.empty()) requests.emplace_back(parse_request("--projector", "projector=" + o.projector), true);
+  if (!o.projector.empty())
+    requests.emplace_back(parse_request("--projector", "projector=" + o.projector), true);
   std::vector<OpenCvModel> models;
   for (const auto& [request, is_projector] : requests) models.push_back(import_opencv(files, request.keys));
   for (std::size_t i = 0; i < requests.size(); ++i) {
@@ -115,9 +120,11 @@ void add_import(CLI::App& app, Invocation& invocation) {
   CLI::App* opencv = import->add_subcommand("opencv", "OpenCV YAML/XML files (cv::FileStorage)");
   opencv->add_option("files", options->files, "YAML or XML files")->required();
   opencv->add_flag("--list", options->list, "List the matrices in the files and stop");
-  opencv->add_option("--camera", options->cameras,
-                     "NAME=MATRIX,DISTORTION[,ROTATION,TRANSLATION]@WIDTHxHEIGHT; once per camera; x_cam = R x_ref + T, mm");
-  opencv->add_option("--projector", options->projector, "MATRIX,DISTORTION[,ROTATION,TRANSLATION]@WIDTHxHEIGHT");
+  opencv->add_option(
+      "--camera", options->cameras,
+      "NAME=MATRIX,DISTORTION[,ROTATION,TRANSLATION]@WIDTHxHEIGHT; once per camera; x_cam = R x_ref + T, mm");
+  opencv->add_option("--projector", options->projector,
+                     "MATRIX,DISTORTION[,ROTATION,TRANSLATION]@WIDTHxHEIGHT");
   opencv->add_option("--out", options->out, "Folder for the .cameramodel files and twin.toml");
   opencv->callback([options, &invocation] { invocation.run = [options] { return run(*options); }; });
 }

@@ -21,13 +21,15 @@ struct Options {
 
 int run(const Options& o) {
   if (o.flags.device == "list") return print_devices();
-  if (o.twin.empty()) throw UserError(ExitCode::usage, "render", "no twin given", "fringetwin render TWIN.toml --out DIR");
+  if (o.twin.empty())
+    throw UserError(ExitCode::usage, "render", "no twin given", "fringetwin render TWIN.toml --out DIR");
   if (o.out.empty()) throw UserError(ExitCode::usage, "render", "no output folder given", "add --out DIR");
   Twin twin = load_twin(o.twin);
   load_meshes(twin);
   if (has_measured_shape(twin)) {
     if (!twin.real.captures)
-      throw UserError(ExitCode::usage, o.twin, "an object has shape = \"measured\" but [real] names no captures",
+      throw UserError(ExitCode::usage, o.twin,
+                      "an object has shape = \"measured\" but [real] names no captures",
                       "add [real] captures = \"FOLDER\"");
     build_measured_shapes(twin, load_captures(twin, *twin.real.captures));
   }
@@ -37,9 +39,10 @@ int run(const Options& o) {
   timer.start("write");
   write_simulated(o.out, simulated, o.flags.radiance, o.flags.seed, twin.name);
   timer.stop();
-  say(fmt::format("rendered {} camera(s) x {} images in {:.2f} s on {}, {} samples per pixel; written to {} in {:.2f} s",
-                  simulated.captures.size(), simulated.captures.front().images.size(), timer.seconds["render"],
-                  simulated.device, simulated.sampling.samples, o.out, timer.seconds["write"]));
+  say(fmt::format(
+      "rendered {} camera(s) x {} images in {:.2f} s on {}, {} samples per pixel; written to {} in {:.2f} s",
+      simulated.captures.size(), simulated.captures.front().images.size(), timer.seconds["render"],
+      simulated.device, simulated.sampling.samples, o.out, timer.seconds["write"]));
   return static_cast<int>(ExitCode::ok);
 }
 
@@ -47,7 +50,8 @@ int run(const Options& o) {
 
 void add_render(CLI::App& app, Invocation& invocation) {
   auto options = std::make_shared<Options>();
-  CLI::App* sub = app.add_subcommand("render", "Render every image of the sequence as each camera would record it");
+  CLI::App* sub =
+      app.add_subcommand("render", "Render every image of the sequence as each camera would record it");
   sub->add_option("twin", options->twin, "The twin.toml");
   sub->add_option("--out", options->out, "Folder for the capture set (made if missing)");
   add_render_flags(*sub, options->flags);

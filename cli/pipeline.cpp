@@ -32,9 +32,12 @@ void apply_flags(const RenderFlags& flags, RenderOptions& options) {
   }
   if (flags.samples) options.samples = flags.samples;
   if (flags.sampler) {
-    if (*flags.sampler == "gauss") options.sampler = Sampler::gauss;
-    else if (*flags.sampler == "multi-jittered") options.sampler = Sampler::multi_jittered;
-    else options.sampler = Sampler::sobol;
+    if (*flags.sampler == "gauss")
+      options.sampler = Sampler::gauss;
+    else if (*flags.sampler == "multi-jittered")
+      options.sampler = Sampler::multi_jittered;
+    else
+      options.sampler = Sampler::sobol;
   }
 }
 
@@ -89,10 +92,12 @@ std::vector<int> build_measured_shapes(Twin& twin, const std::vector<CameraImage
 
 Simulated simulate(const Twin& twin, const RenderFlags& flags) {
   if (!twin.projector)
-    throw UserError(ExitCode::usage, twin.file.string(), "the twin has no [projector], so nothing can be rendered",
+    throw UserError(ExitCode::usage, twin.file.string(),
+                    "the twin has no [projector], so nothing can be rendered",
                     "add the projector, or use `fringetwin measure` on real captures");
   if (twin.objects.empty())
-    throw UserError(ExitCode::usage, twin.file.string(), "the twin has no [[object]], so nothing can be rendered",
+    throw UserError(ExitCode::usage, twin.file.string(),
+                    "the twin has no [[object]], so nothing can be rendered",
                     "add one, e.g. shape = \"sphere\"");
   RenderOptions options = twin.render;
   apply_flags(flags, options);
@@ -112,8 +117,9 @@ Simulated simulate(const Twin& twin, const RenderFlags& flags) {
     progress.advance();
   }
   if (std::none_of(seen.begin(), seen.end(), [](bool s) { return s; }))
-    throw UserError(ExitCode::usage, twin.file.string(), "no camera sees any object",
-                    "check the objects' positions (mm, world = first camera unless rt_cam_world says otherwise)");
+    throw UserError(
+        ExitCode::usage, twin.file.string(), "no camera sees any object",
+        "check the objects' positions (mm, world = first camera unless rt_cam_world says otherwise)");
   for (std::size_t k = 0; k < seen.size(); ++k)
     if (!seen[k]) warn("object \"" + twin.objects[k].name + "\" is outside the view of every camera");
   return out;

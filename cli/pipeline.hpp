@@ -18,7 +18,7 @@ namespace fringetwin::cli {
 /// Options of everything that renders.
 struct RenderFlags {
   std::optional<int> samples;
-  std::optional<std::string> sampler;       ///< gauss | multi-jittered | sobol
+  std::optional<std::string> sampler;  ///< gauss | multi-jittered | sobol
   std::optional<double> phase_error_rad;
   bool radiance = false;
   std::uint64_t seed = 0;

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/commands.hpp"
+#include "compare/diff.hpp"
+
+namespace fringetwin::cli {
+
+void add_diff(CLI::App& app, Invocation& invocation) {
+  auto runs = std::make_shared<std::pair<std::string, std::string>>();
+  CLI::App* sub = app.add_subcommand("diff", "Two results: paired differences (B - A) on stdout");
+  sub->add_option("run_a", runs->first, "Folder of a run, or its result.json")->required();
+  sub->add_option("run_b", runs->second, "Folder of a run, or its result.json")->required();
+  sub->callback([runs, &invocation] {
+    invocation.run = [runs] {
+      fmt::print("{}", compare::diff_results(runs->first, runs->second));
+      return 0;
+    };
+  });
+}
+
+}  // namespace fringetwin::cli

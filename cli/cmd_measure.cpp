@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/results.hpp"
+#include "twin/image_io.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::cli {
+
+namespace {
+
+struct Options {
+  std::string twin;
+  std::string captures;
+  std::string out;
+};
+
+int run(const Options& o, const Invocation& invocation) {
+  StageTimer timer;
+  timer.start("load");
+  Twin twin = load_twin(o.twin);
+  load_meshes(twin);
+  const std::vector<CameraImages> images = load_captures(twin, o.captures);
+  timer.start("measure");
+  const measure::Measurement measurement = measure::measure(twin, images);
+  timer.start("write");
+  measure::write_measurement(o.out, measurement);
+  timer.stop();
+  timer.seconds.insert(measurement.timing_s.begin(), measurement.timing_s.end());
+  const auto provenance = make_provenance(invocation, twin, capture_files(twin, o.captures), "", 0);
+  write_text_file(std::filesystem::path(o.out) / "result.json",
+                  compare::measurement_json(twin, measurement, provenance, timer.seconds));
+
+  for (const auto& warning : measurement.warnings) warn(warning);
+  for (const auto& camera : measurement.cameras)
+    for (const auto& direction : camera.directions)
+      say(fmt::format("{} {}: {} pixels checked for fringe order, {} moved by a period, {} jumps left",
+                      camera.camera, axis_name(direction.axis), direction.repair.n_checked,
+                      direction.repair.n_changed, direction.repair.n_left));
+  say(fmt::format("{} points of {} candidates", measurement.cloud.size(),
+                  measurement.triangulation.n_candidates));
+  for (const auto& fit : measurement.fits) {
+    if (!fit.usable) {
+      warn(fmt::format("fit of \"{}\": {} (n = {})", fit.object, fit.warning, fit.n));
+      continue;
+    }
+    say(fmt::format("{} ({}): rms {:.6f} mm, n {}", fit.object, fit.kind, fit.numbers.at("rms_mm"), fit.n));
+  }
+  say(fmt::format("measured in {:.2f} s; written to {}", timer.seconds["measure"], o.out));
+  return exit_code_for(measurement.fits, 0);
+}
+
+}  // namespace
+
+void add_measure(CLI::App& app, Invocation& invocation) {
+  auto options = std::make_shared<Options>();
+  CLI::App* sub =
+      app.add_subcommand("measure", "Capture set -> phase, points, fits (real and simulated alike)");
+  sub->add_option("twin", options->twin, "The twin.toml")->required();
+  sub->add_option("--captures", options->captures, "Folder with a capture.toml")->required();
+  sub->add_option("--out", options->out, "Folder for points.ply, phase_<camera>.exr, result.json")
+      ->required();
+  sub->callback([options, &invocation] {
+    invocation.run = [options, &invocation] { return run(*options, invocation); };
+  });
+}
+
+}  // namespace fringetwin::cli

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/results.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "cli/version.hpp"
+#include "compare/report_page.hpp"
+#include "twin/errors.hpp"
+#include "twin/image_io.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::cli {
+
+compare::Provenance make_provenance(const Invocation& invocation, const Twin& twin,
+                                    const std::vector<std::filesystem::path>& more_inputs,
+                                    const std::string& device, std::uint64_t seed) {
+  compare::Provenance provenance;
+  provenance.argv = invocation.argv;
+  provenance.version = version_string();
+  provenance.input_files = twin.input_files;
+  provenance.input_files.insert(provenance.input_files.end(), more_inputs.begin(), more_inputs.end());
+  provenance.device = device;
+  provenance.seed = seed;
+  return provenance;
+}
+
+std::vector<std::filesystem::path> capture_files(const Twin& twin, const std::filesystem::path& dir) {
+  const CaptureSet set = read_capture_set(dir, static_cast<int>(expand_sequence(twin.fringes).size()));
+  std::vector<std::filesystem::path> files = {set.file};
+  for (const CaptureCamera& camera : set.cameras) {
+    files.insert(files.end(), camera.files.begin(), camera.files.end());
+    if (camera.white) files.push_back(*camera.white);
+    if (camera.black) files.push_back(*camera.black);
+  }
+  return files;
+}
+
+int exit_code_for(const std::vector<measure::ObjectFit>& fits, int otherwise) {
+  // Fewer points than this is "too few", which is a warning and no failure (DESIGN §4).
+  constexpr std::size_t kEnoughPoints = 20;
+  for (const auto& fit : fits)
+    if (!fit.usable && fit.n >= kEnoughPoints) {
+      warn(fmt::format("the fit of \"{}\" did not converge: {}", fit.object, fit.warning));
+      return static_cast<int>(ExitCode::no_convergence);
+    }
+  return otherwise;
+}
+
+std::string measured_shape_note(const Twin& twin, const std::vector<int>& compared_steps) {
+  for (const Object& object : twin.objects) {
+    const auto* measured = std::get_if<MeasuredShape>(&object.shape);
+    if (!measured) continue;
+    if (compared_steps.empty())
+      return fmt::format(
+          "The object \"{}\" was built from all phase steps of this same capture, so it agrees with its "
+          "phase by "
+          "construction: only the gray levels are evidence here.",
+          object.name);
+    return fmt::format(
+        "The object \"{}\" was built from the {} phase steps of this same capture (smoothed over {:g} px) "
+        "and is compared "
+        "with the other steps ({}). This can show photometric errors (gain, response, noise, reflectivity), "
+        "phase noise, "
+        "harmonics and errors of the rendering chain. It cannot show errors of the calibration or of the "
+        "shape that "
+        "are common to all steps: those moved the object along with the images.",
+        object.name, measured->steps, measured->smoothing_px, fmt::join(compared_steps, ", "));
+  }
+  return "";
+}
+
+namespace {
+
+void say_summary(const compare::Comparison& c) {
+  for (const auto& gain : c.gain)
+    say(fmt::format("{}: gain {:.4f} DN, black {:.2f} DN, residual {:.2f} -> {:.2f} DN rms", gain.camera,
+                    gain.gain_dn, gain.black_level_dn, gain.rms_before_dn, gain.rms_after_dn));
+  for (const auto& phase : c.phase)
+    say(fmt::format("{} {}: phase difference {:.5f} rad rms, {:.4f} % relative mean, n {}", phase.camera,
+                    phase.direction, phase.rms_rad, 100.0 * phase.mean_relative, phase.n));
+  for (const auto& fit : c.fits)
+    for (const auto& [key, value] : fit.difference)
+      say(fmt::format("{}: {} simulated - real = {:.6f}", fit.object, key, value));
+  for (const auto& limit : c.limits)
+    say(fmt::format("limit {} = {:g}: {:.6g} {}", limit.name, limit.limit, limit.value,
+                    limit.pass ? "pass" : "FAIL"));
+}
+
+}  // namespace
+
+int finish_comparison(const std::filesystem::path& dir, const Twin& twin, const compare::Side& real,
+                      const compare::Side& simulated, const compare::CompareOptions& options,
+                      const compare::Provenance& provenance, StageTimer& timer) {
+  timer.start("compare");
+  const compare::Comparison comparison = compare::compare(twin, real, simulated, options);
+  timer.start("write");
+  std::filesystem::create_directories(dir);
+  if (simulated.measurement) measure::write_measurement(dir / "measured_simulated", *simulated.measurement);
+  if (real.measurement) measure::write_measurement(dir / "measured_real", *real.measurement);
+  timer.start("report");
+  compare::write_report(dir, twin, real, simulated, comparison, options, provenance, timer.seconds);
+  timer.stop();
+  write_text_file(dir / "result.json", compare::comparison_json(twin, comparison, provenance, timer.seconds));
+
+  for (const auto& warning : comparison.warnings) warn(warning);
+  say_summary(comparison);
+  say(fmt::format("verdict {}; report: {}", comparison.pass ? "pass" : "fail",
+                  (dir / "report.html").string()));
+  const int verdict = static_cast<int>(comparison.pass ? ExitCode::ok : ExitCode::limits_not_met);
+  if (real.measurement) {
+    const int code = exit_code_for(real.measurement->fits, verdict);
+    if (code != verdict) return code;
+  }
+  return simulated.measurement ? exit_code_for(simulated.measurement->fits, verdict) : verdict;
+}
+
+}  // namespace fringetwin::cli
