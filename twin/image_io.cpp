@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "twin/image_io.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "twin/errors.hpp"
+#include "twin/png_codec.hpp"
+
+namespace fringetwin {
+namespace fs = std::filesystem;
+namespace {
+
+void write_bytes(const fs::path& file, const void* data, std::size_t size) {
+  TemporaryFile temporary(file);
+  std::FILE* stream = std::fopen(temporary.path().c_str(), "wb");
+  if (stream == nullptr)
+    throw UserError(ExitCode::usage, file.string(),
+                    fmt::format("cannot be written ({})", std::strerror(errno)));
+  const bool written = std::fwrite(data, 1, size, stream) == size;
+  const bool closed = std::fclose(stream) == 0;
+  if (!written || !closed)
+    throw UserError(ExitCode::usage, file.string(),
+                    fmt::format("cannot be written ({})", std::strerror(errno)), "is the disk full?");
+  temporary.commit();
+}
+
+std::vector<std::uint8_t> read_bytes(const fs::path& file) {
+  std::error_code error;
+  if (!fs::exists(file, error))
+    throw UserError(ExitCode::input, file.string(), "no such image", "check the name and the folder");
+  if (fs::is_directory(file, error))
+    throw UserError(ExitCode::input, file.string(), "is a folder, an image is needed");
+  std::ifstream stream(file, std::ios::binary | std::ios::ate);
+  if (!stream)
+    throw UserError(ExitCode::input, file.string(), fmt::format("cannot be read ({})", std::strerror(errno)));
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(stream.tellg()));
+  stream.seekg(0);
+  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!stream) throw UserError(ExitCode::input, file.string(), "cannot be read to its end");
+  return bytes;
+}
+
+template <class T>
+LoadedGray to_float(int width, int height, int file_bits, const T* values) {
+  LoadedGray gray{ImageF(width, height), file_bits};
+  for (std::size_t i = 0; i < gray.image.size(); ++i) gray.image.data[i] = static_cast<float>(values[i]);
+  return gray;
+}
+
+LoadedGray read_png(const fs::path& file, const std::vector<std::uint8_t>& bytes) {
+  GrayPixels pixels;
+  const std::string fault = decode_gray_png(bytes, &pixels);
+  if (!fault.empty()) throw UserError(ExitCode::input, file.string(), fault);
+  if (pixels.file_bits == 16)
+    return to_float(pixels.width, pixels.height, 16,
+                    reinterpret_cast<const std::uint16_t*>(pixels.values.data()));
+  return to_float(pixels.width, pixels.height, 8, pixels.values.data());
+}
+
+LoadedGray read_with_opencv(const fs::path& file, const std::vector<std::uint8_t>& bytes) {
+  cv::Mat mat;
+  try {
+    mat = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {  // an empty Mat says the same
+  }
+  if (mat.empty())
+    throw UserError(ExitCode::input, file.string(), "is no image that can be decoded, or is truncated",
+                    "gray PNG, BMP, TIFF or PGM are read");
+  if (mat.channels() != 1)
+    throw UserError(ExitCode::input, file.string(),
+                    fmt::format("is a colour image ({} channels), a gray image is needed", mat.channels()));
+  if (mat.depth() != CV_8U && mat.depth() != CV_16U)
+    throw UserError(ExitCode::input, file.string(), "does not hold 8 or 16 bit unsigned gray values");
+  if (mat.depth() == CV_16U) return to_float(mat.cols, mat.rows, 16, mat.ptr<std::uint16_t>());
+  return to_float(mat.cols, mat.rows, 8, mat.ptr<std::uint8_t>());
+}
+
+template <class T>
+void round_to(const ImageF& image, float max_value, T* out) {
+  for (std::size_t i = 0; i < image.size(); ++i) {
+    const float value = std::nearbyint(image.data[i]);
+    FT_CHECK(value >= 0.0f && value <= max_value, fmt::format("gray value {} at index {}", image.data[i], i));
+    out[i] = static_cast<T>(value);
+  }
+}
+
+}  // namespace
+
+TemporaryFile::TemporaryFile(fs::path file) : file_(std::move(file)) {
+  static std::atomic<unsigned> counter{0};
+  std::error_code error;
+  const fs::path folder = file_.parent_path();
+  if (!folder.empty()) fs::create_directories(folder, error);
+  if (error)
+    throw UserError(ExitCode::usage, folder.string(),
+                    fmt::format("cannot make this folder ({})", error.message()));
+  temporary_ = folder / fmt::format(".{}.{}.{}.tmp", file_.filename().string(), ::getpid(), counter++);
+}
+
+TemporaryFile::~TemporaryFile() {
+  std::error_code ignored;
+  if (!done_) fs::remove(temporary_, ignored);
+}
+
+void TemporaryFile::commit() {
+  std::error_code error;
+  fs::rename(temporary_, file_, error);
+  if (error)
+    throw UserError(ExitCode::usage, file_.string(), fmt::format("cannot be written ({})", error.message()));
+  done_ = true;
+}
+
+void write_text_file(const fs::path& file, const std::string& text) {
+  write_bytes(file, text.data(), text.size());
+}
+
+LoadedGray read_gray(const fs::path& file) {
+  const std::vector<std::uint8_t> bytes = read_bytes(file);
+  if (bytes.empty())
+    throw UserError(ExitCode::input, file.string(), "is empty (0 bytes)", "an image is needed");
+  if (is_png(bytes)) return read_png(file, bytes);
+  return read_with_opencv(file, bytes);
+}
+
+void write_gray_png(const fs::path& file, const ImageF& image, int file_bits) {
+  FT_CHECK(file_bits == 8 || file_bits == 16, fmt::format("file_bits {}", file_bits));
+  FT_CHECK(!image.empty(), "an empty image cannot be written");
+  GrayPixels pixels{image.width, image.height, file_bits, {}};
+  pixels.values.resize(image.size() * (file_bits == 16 ? 2u : 1u));
+  if (file_bits == 16)
+    round_to(image, 65535.0f, reinterpret_cast<std::uint16_t*>(pixels.values.data()));
+  else
+    round_to(image, 255.0f, pixels.values.data());
+  std::vector<std::uint8_t> bytes;
+  const std::string fault = encode_gray_png(pixels, &bytes);
+  FT_CHECK(fault.empty(), fault);
+  write_bytes(file, bytes.data(), bytes.size());
+}
+
+}  // namespace fringetwin
