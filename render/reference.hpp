@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The double-precision CPU reference of the same physics: the oracle of the tests. Own closed forms
-// for analytic shapes; Embree finds mesh candidates, the hit is recomputed in double.
+// for analytic shapes; Embree only finds mesh candidates, every hit is computed in double.
 #pragma once
-#include <cstdint>
-#include <functional>
+#include <Eigen/Core>
+#include <cstddef>
+#include <memory>
 #include <vector>
 
-#include "render/renderer.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::render {
 
@@ -15,33 +16,65 @@ struct PixelSample {
   int triangle = -1;  ///< meshes
   double t_mm = 0.0;  ///< distance along the unit ray
   Eigen::Vector3d point_world_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal_world = Eigen::Vector3d::Zero();  ///< faces the viewer
+  Eigen::Vector3d normal_world = Eigen::Vector3d::Zero();  ///< geometric, faces the viewer
   bool lit = false;     ///< N.L > 0, visible from the projector, inside its image
   double weight = 0.0;  ///< w: irradiance per unit pattern value
-  Eigen::Vector2d projector_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d projector_px = Eigen::Vector2d::Zero();  ///< where lit
 };
 
-/// Per-pixel truth over an n x n Gauss-Legendre rule (and the lens disk when depth of field is on).
+/// n x n Gauss-Legendre nodes over the pixel's square; with depth of field also lens_rings x
+/// lens_spokes nodes over the lens disk (Gauss in r^2, equal angles).
+struct ReferenceQuadrature {
+  int gauss_n = 8;
+  int lens_rings = 4;
+  int lens_spokes = 12;
+};
+
+/// Per-pixel truth over a quadrature rule.
 struct ReferencePixel {
   double mean = 0.0, ambient = 0.0;
   std::vector<std::vector<double>> cosine, sine;  ///< [direction][pitch], as in Transport
   std::vector<double> irradiance;                 ///< E per image of the sequence (any response, blur)
   bool interior = false;  ///< all 4x4 Gauss samples hit the same lit object (mesh: same triangle)
-  int object = -1;
+  int object = -1;        ///< at the pixel centre
 };
 
 class Reference {
  public:
+  /// Meshes must be loaded and MeasuredShapes replaced; keeps a copy of the twin.
   explicit Reference(const Twin& twin);
   ~Reference();
+  Reference(const Reference&) = delete;
+  Reference& operator=(const Reference&) = delete;
+
+  const Twin& twin() const;
   /// One camera ray through continuous pixel q (lens_uv in the unit disk for depth of field).
   PixelSample sample(std::size_t camera, const Eigen::Vector2d& q_px,
                      const Eigen::Vector2d& lens_uv = Eigen::Vector2d::Zero()) const;
-  ReferencePixel pixel(std::size_t camera, int x, int y, int gauss_n = 8) const;
+  /// Thread-safe.
+  ReferencePixel pixel(std::size_t camera, int x, int y, const ReferenceQuadrature& quadrature = {}) const;
+  /// The 4x4 test alone, without erosion.
+  bool is_whole(std::size_t camera, int x, int y) const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Pixels x0, x0 + stride ... < x0 + width, and the same in y.
+struct PixelBlock {
+  int x0 = 0, y0 = 0, width = 1, height = 1, stride = 1;
+};
+struct ReferenceBlockPixel {
+  int x = 0, y = 0;
+  /// DESIGN §4: `pixel.interior` of the pixel and of its eight neighbours.
+  bool interior = false;
+  ReferencePixel pixel;
+};
+/// All pixels of the block inside the image, in rows, in parallel; the result does not depend on the
+/// number of threads.
+std::vector<ReferenceBlockPixel> reference_block(const Reference& reference, std::size_t camera,
+                                                 const PixelBlock& block,
+                                                 const ReferenceQuadrature& quadrature = {});
 
 }  // namespace fringetwin::render

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr double reach_sigmas = 8.5;  // a Gaussian beyond holds 2e-17
-constexpr int most_harmonics = 2048;  // smaller blurs are convolved directly
+constexpr int most_harmonics = 512;   // smaller blurs are convolved directly
 constexpr double margin_px = 2.0;
 constexpr int panel_nodes = 16;
 

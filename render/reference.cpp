@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/reference.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <tuple>
+
+#include "render/quadrature.hpp"
+#include "render/reference_mesh.hpp"
+#include "render/reference_shapes.hpp"
+#include "render/waveform.hpp"
+#include "twin/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+// A shadow ray starts this far from its surface point: double rounding at 1 m is 1e-13 mm.
+constexpr double shadow_start_mm = 1e-9;
+
+struct SceneHit {
+  double t_mm = infinity;
+  int object = -1;
+  int triangle = -1;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();   // geometric, the shape's own side
+  Eigen::Vector3d shading = Eigen::Vector3d::Zero();  // the normal of the light formula
+  double albedo = 1.0;
+};
+
+struct Instance {
+  const ReferenceMesh* mesh = nullptr;
+  Pose T_world_object, T_object_world;
+  bool smooth = false;
+  Ray to_object(const Ray& world) const {
+    return {T_object_world * world.origin_mm, T_object_world.rotation * world.direction};
+  }
+};
+
+}  // namespace
+
+struct Reference::Impl {
+  Twin twin;
+  std::vector<Pose> T_world_cam;
+  Eigen::Vector3d projector_center = Eigen::Vector3d::Zero();
+  std::map<const Mesh*, std::unique_ptr<ReferenceMesh>> meshes;
+  std::vector<Instance> instances;  // one per object; mesh == nullptr for analytic shapes
+  std::vector<PatternSpec> sequence;
+  std::vector<EffectivePattern> patterns;
+  bool linear = true;
+
+  explicit Impl(const Twin& t);
+  std::optional<Ray> camera_ray(std::size_t camera, const Eigen::Vector2d& q_px,
+                                const Eigen::Vector2d& lens_uv) const;
+  std::optional<SceneHit> hit_object(int object, const Ray& ray, double t_min, double t_max) const;
+  std::optional<SceneHit> nearest(const Ray& ray) const;
+  bool in_shadow(const SceneHit& own, bool outside, const Ray& to_light, double distance) const;
+  void light(const Ray& ray, const SceneHit& hit, PixelSample& sample) const;
+  PixelSample trace(const Ray& ray) const;
+  void add(const PixelSample& s, double weight, ReferencePixel& pixel) const;
+};
+
+Reference::Impl::Impl(const Twin& t) : twin(t) {
+  double reach = 0.0;  // of any ray's start from the world origin
+  for (const Camera& c : twin.cameras) {
+    T_world_cam.push_back(c.T_cam_world.inverse());
+    reach = std::max(reach, c.center_world_mm().norm());
+  }
+  if (twin.projector) {
+    projector_center = twin.projector->center_world_mm();
+    reach = std::max(reach, projector_center.norm());
+    linear = is_linear(twin.projector->response);
+    sequence = expand_sequence(twin.fringes);
+    for (const PatternSpec& p : sequence) patterns.emplace_back(twin, p);
+  }
+  for (const Object& object : twin.objects) {
+    FT_CHECK(!std::holds_alternative<MeasuredShape>(object.shape), "measured shapes must be built first");
+    Instance instance;
+    if (const auto* m = std::get_if<MeshShape>(&object.shape)) {
+      auto& mesh = meshes[m->mesh.get()];
+      if (!mesh)
+        mesh = std::make_unique<ReferenceMesh>(m->mesh, reach + m->T_world_object.translation_mm.norm());
+      instance = {mesh.get(), m->T_world_object, m->T_world_object.inverse(), m->smooth};
+    }
+    instances.push_back(instance);
+  }
+}
+
+// Thin lens: rays from the lens disk (radius focal length / (2 f-number)) meet where the chief ray
+// meets the focus plane.
+std::optional<Ray> Reference::Impl::camera_ray(std::size_t camera, const Eigen::Vector2d& q_px,
+                                               const Eigen::Vector2d& lens_uv) const {
+  const Camera& c = twin.cameras.at(camera);
+  const auto direction = c.lens.unproject(q_px);
+  if (!direction) return std::nullopt;
+  const Pose& T = T_world_cam[camera];
+  if (!c.optics) return Ray{T.translation_mm, (T.rotation * *direction).normalized()};
+  const double radius = 0.5 * c.optics->focal_length_mm / c.optics->f_number;
+  const Eigen::Vector3d start(radius * lens_uv.x(), radius * lens_uv.y(), 0.0);
+  const Eigen::Vector3d focus = *direction * (c.optics->focus_distance_mm / direction->z());
+  return Ray{T * start, (T.rotation * (focus - start)).normalized()};
+}
+
+std::optional<SceneHit> Reference::Impl::hit_object(int object, const Ray& ray, double t_min,
+                                                    double t_max) const {
+  const auto index = static_cast<std::size_t>(object);
+  const Instance& instance = instances[index];
+  if (instance.mesh) {
+    const auto hit = instance.mesh->nearest(instance.to_object(ray), t_min, t_max);
+    if (!hit) return std::nullopt;
+    const auto& R = instance.T_world_object.rotation;
+    SceneHit out{hit->t_mm,
+                 object,
+                 hit->triangle,
+                 R * instance.mesh->geometric_normal(hit->triangle),
+                 {},
+                 instance.mesh->albedo(*hit)};
+    out.shading = instance.smooth ? Eigen::Vector3d(R * instance.mesh->shading_normal(*hit)) : out.normal;
+    return out;
+  }
+  const auto hit = std::visit(
+      [&](const auto& shape) -> std::optional<ShapeHit> {
+        if constexpr (requires { intersect(shape, ray, t_min, t_max); })
+          return intersect(shape, ray, t_min, t_max);
+        else
+          return std::nullopt;
+      },
+      twin.objects[index].shape);
+  if (!hit) return std::nullopt;
+  return SceneHit{hit->t_mm, object, -1, hit->normal, hit->normal, 1.0};
+}
+
+std::optional<SceneHit> Reference::Impl::nearest(const Ray& ray) const {
+  std::optional<SceneHit> best;
+  for (int i = 0; i < static_cast<int>(instances.size()); ++i) {
+    const auto hit = hit_object(i, ray, 0.0, best ? best->t_mm : infinity);
+    if (hit) best = hit;
+  }
+  return best;
+}
+
+// `outside`: the lit side is the shape's own outer side. A sphere or cylinder cannot shade its own
+// outer lit side, nor a plane itself; a cylinder seen from within can.
+bool Reference::Impl::in_shadow(const SceneHit& own, bool outside, const Ray& to_light,
+                                double distance) const {
+  for (int i = 0; i < static_cast<int>(instances.size()); ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    if (const ReferenceMesh* mesh = instances[index].mesh) {
+      const int skipped = i == own.object ? own.triangle : -1;
+      if (mesh->occluded(instances[index].to_object(to_light), shadow_start_mm, distance, skipped))
+        return true;
+      continue;
+    }
+    const bool flat = std::holds_alternative<PlaneShape>(twin.objects[index].shape);
+    if (i == own.object && (flat || outside)) continue;
+    if (hit_object(i, to_light, shadow_start_mm, distance)) return true;
+  }
+  return false;
+}
+
+void Reference::Impl::light(const Ray& ray, const SceneHit& hit, PixelSample& sample) const {
+  const Projector& projector = *twin.projector;
+  const Eigen::Vector3d to_projector = projector_center - sample.point_world_mm;
+  const double distance = to_projector.norm();
+  const Eigen::Vector3d L = to_projector / distance;
+  if (!(sample.normal_world.dot(L) > 0.0)) return;
+  const auto q = projector.lens.project(projector.T_proj_world * sample.point_world_mm);
+  if (!q || q->x() < -0.5 || q->y() < -0.5 || q->x() > projector.lens.width() - 0.5 ||
+      q->y() > projector.lens.height() - 0.5)
+    return;
+  const bool outside = hit.normal.dot(sample.normal_world) > 0.0;
+  if (in_shadow(hit, outside, {sample.point_world_mm, L}, distance)) return;
+  sample.lit = true;
+  sample.projector_px = *q;
+  const Eigen::Vector3d N =
+      hit.shading.dot(sample.normal_world) < 0.0 ? Eigen::Vector3d(-hit.shading) : hit.shading;
+  const double cosine = N.dot(L);
+  if (cosine <= 0.0) return;
+  const Material& material = twin.objects[static_cast<std::size_t>(hit.object)].material;
+  const double falloff =
+      projector.inverse_square ? std::pow(projector.reference_distance_mm / distance, 2) : 1.0;
+  double reflected = material.diffuse * hit.albedo / pi * cosine;
+  if (material.specular > 0.0) {
+    const Eigen::Vector3d mirror = 2.0 * cosine * N - L;
+    reflected += material.specular * std::pow(std::max(0.0, -mirror.dot(ray.direction)), material.shininess);
+  }
+  sample.weight = projector.intensity * falloff * reflected;
+}
+
+PixelSample Reference::Impl::trace(const Ray& ray) const {
+  PixelSample sample;
+  const auto hit = nearest(ray);
+  if (!hit) return sample;
+  sample.object = hit->object;
+  sample.triangle = hit->triangle;
+  sample.t_mm = hit->t_mm;
+  sample.point_world_mm = ray.origin_mm + hit->t_mm * ray.direction;
+  sample.normal_world = hit->normal.dot(ray.direction) > 0.0 ? Eigen::Vector3d(-hit->normal) : hit->normal;
+  if (twin.projector) light(ray, *hit, sample);
+  return sample;
+}
+
+void Reference::Impl::add(const PixelSample& s, double weight, ReferencePixel& pixel) const {
+  if (s.object < 0 || !twin.projector) return;
+  const double ambient = weight * twin.projector->ambient;
+  pixel.ambient += ambient;
+  for (double& e : pixel.irradiance) e += ambient;
+  if (!s.lit) return;
+  const double w = weight * s.weight;
+  pixel.mean += w;
+  for (std::size_t d = 0; d < pixel.cosine.size(); ++d) {
+    const DirectionFringes& fringes = twin.fringes.directions[d];
+    const double x = fringes.axis == Axis::x ? s.projector_px.x() : s.projector_px.y();
+    for (std::size_t p = 0; p < pixel.cosine[d].size(); ++p) {
+      const double theta = 2.0 * pi * (x - fringes.phase_origin_px[p]) / fringes.pitches_px[p];
+      const double contrast = blur_attenuation(1, twin.projector->blur_px, fringes.pitches_px[p]);
+      pixel.cosine[d][p] += w * contrast * std::cos(theta);
+      pixel.sine[d][p] += w * contrast * std::sin(theta);
+    }
+  }
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    const Axis axis = twin.fringes.directions[static_cast<std::size_t>(sequence[i].direction)].axis;
+    pixel.irradiance[i] += w * patterns[i](axis == Axis::x ? s.projector_px.x() : s.projector_px.y());
+  }
+}
+
+Reference::Reference(const Twin& twin) : impl_(std::make_unique<Impl>(twin)) {}
+Reference::~Reference() = default;
+const Twin& Reference::twin() const { return impl_->twin; }
+
+PixelSample Reference::sample(std::size_t camera, const Eigen::Vector2d& q_px,
+                              const Eigen::Vector2d& lens_uv) const {
+  const auto ray = impl_->camera_ray(camera, q_px, lens_uv);
+  return ray ? impl_->trace(*ray) : PixelSample{};
+}
+
+bool Reference::is_whole(std::size_t camera, int x, int y) const {
+  const GaussRule& rule = gauss_rule(4);
+  const double half = 0.5 * impl_->twin.render.pixel_fill;
+  std::optional<PixelSample> first;
+  for (double v : rule.nodes)
+    for (double u : rule.nodes) {
+      const PixelSample s = sample(camera, {x + half * u, y + half * v});
+      if (!first) first = s;
+      if (!s.lit || s.object != first->object || s.triangle != first->triangle) return false;
+    }
+  return true;
+}
+
+ReferencePixel Reference::pixel(std::size_t camera, int x, int y,
+                                const ReferenceQuadrature& quadrature) const {
+  const Twin& twin = impl_->twin;
+  ReferencePixel out;
+  out.object = sample(camera, {x, y}).object;
+  out.interior = is_whole(camera, x, y);
+  out.irradiance.assign(impl_->sequence.size(), 0.0);
+  if (impl_->linear && twin.fringes.steps > 0)
+    for (const DirectionFringes& d : twin.fringes.directions) {
+      out.cosine.emplace_back(d.pitches_px.size(), 0.0);
+      out.sine.emplace_back(d.pitches_px.size(), 0.0);
+    }
+
+  std::vector<std::tuple<Eigen::Vector2d, double>> lens{{Eigen::Vector2d::Zero(), 1.0}};
+  if (twin.cameras.at(camera).optics) {
+    lens.clear();
+    const GaussRule& rings = gauss_rule(quadrature.lens_rings);
+    for (int r = 0; r < quadrature.lens_rings; ++r) {
+      const auto ring = static_cast<std::size_t>(r);
+      const double radius = std::sqrt(0.5 + 0.5 * rings.nodes[ring]);
+      for (int k = 0; k < quadrature.lens_spokes; ++k) {
+        const double angle = 2.0 * pi * (k + 0.5 * (r % 2)) / quadrature.lens_spokes;
+        lens.emplace_back(Eigen::Vector2d(radius * std::cos(angle), radius * std::sin(angle)),
+                          0.5 * rings.weights[ring] / quadrature.lens_spokes);
+      }
+    }
+  }
+  const GaussRule& rule = gauss_rule(quadrature.gauss_n);
+  const double half = 0.5 * twin.render.pixel_fill;
+  for (std::size_t i = 0; i < rule.nodes.size(); ++i)
+    for (std::size_t j = 0; j < rule.nodes.size(); ++j)
+      for (const auto& [uv, lens_weight] : lens)
+        impl_->add(sample(camera, {x + half * rule.nodes[i], y + half * rule.nodes[j]}, uv),
+                   0.25 * rule.weights[i] * rule.weights[j] * lens_weight, out);
+  return out;
+}
+
+std::vector<ReferenceBlockPixel> reference_block(const Reference& reference, std::size_t camera,
+                                                 const PixelBlock& block,
+                                                 const ReferenceQuadrature& quadrature) {
+  const Lens& lens = reference.twin().cameras.at(camera).lens;
+  std::vector<ReferenceBlockPixel> out;
+  for (int y = block.y0; y < block.y0 + block.height; y += block.stride)
+    for (int x = block.x0; x < block.x0 + block.width; x += block.stride)
+      if (x >= 0 && y >= 0 && x < lens.width() && y < lens.height()) out.push_back({x, y, false, {}});
+  const auto n = static_cast<std::ptrdiff_t>(out.size());
+#pragma omp parallel for schedule(dynamic, 16)
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    ReferenceBlockPixel& p = out[static_cast<std::size_t>(i)];
+    p.pixel = reference.pixel(camera, p.x, p.y, quadrature);
+    p.interior = p.pixel.interior;
+    for (int dy = -1; dy <= 1 && p.interior; ++dy)
+      for (int dx = -1; dx <= 1 && p.interior; ++dx)
+        if (dx != 0 || dy != 0) p.interior = reference.is_whole(camera, p.x + dx, p.y + dy);
+  }
+  return out;
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/sensor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "render/philox.hpp"
+#include "twin/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+// Image numbers of the two reference images, far from any sequence index.
+constexpr std::uint32_t white_image = 0xFFFFFFFEu, black_image = 0xFFFFFFFFu;
+
+/// One standard normal deviate per counter (Box-Muller, 53-bit radius).
+double standard_normal(const PhiloxCounter& counter, const PhiloxKey& key) {
+  const PhiloxCounter w = philox4x32(counter, key);
+  const std::uint64_t bits = (std::uint64_t{w[0]} << 32) | w[1];
+  const double u = (static_cast<double>(bits >> 11) + 0.5) * 0x1p-53;  // (0, 1)
+  const double angle = 2.0 * std::numbers::pi * static_cast<double>(w[2]) * 0x1p-32;
+  return std::sqrt(-2.0 * std::log(u)) * std::cos(angle);
+}
+
+}  // namespace
+
+ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
+              std::uint32_t image) {
+  FT_CHECK(sensor.bit_depth >= 1 && sensor.bit_depth <= 16, "sensor bit depth");
+  const double read_variance = std::pow(sensor.read_noise_dn.value_or(0.0), 2);
+  const double shot_per_signal = sensor.electrons_per_dn ? 1.0 / *sensor.electrons_per_dn : 0.0;
+  const bool noisy = sensor.has_noise();
+  const double max_dn = sensor.max_dn();
+  const PhiloxKey key{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)};
+  ImageF gray(irradiance.width, irradiance.height);
+  const auto n = static_cast<std::int64_t>(irradiance.size());
+#pragma omp parallel for schedule(static)
+  for (std::int64_t i = 0; i < n; ++i) {
+    const auto pixel = static_cast<std::size_t>(i);
+    const double signal = sensor.gain_dn * static_cast<double>(irradiance.data[pixel]);
+    double dn = signal + sensor.black_level_dn;
+    if (noisy) {
+      const double variance = std::max(0.0, signal) * shot_per_signal + read_variance;
+      const PhiloxCounter counter{static_cast<std::uint32_t>(pixel),
+                                  static_cast<std::uint32_t>(std::uint64_t{pixel} >> 32), image, camera};
+      dn += std::sqrt(variance) * standard_normal(counter, key);
+    }
+    gray.data[pixel] = static_cast<float>(std::clamp(std::round(dn), 0.0, max_dn));
+  }
+  return gray;
+}
+
+CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::size_t camera_index,
+                    std::uint64_t seed) {
+  const auto number = static_cast<std::uint32_t>(camera_index);
+  CameraImages out;
+  out.camera = rendered.camera;
+  out.bit_depth = camera.sensor.bit_depth;
+  out.images.reserve(rendered.irradiance.size());
+  for (std::size_t i = 0; i < rendered.irradiance.size(); ++i)
+    out.images.push_back(
+        expose(rendered.irradiance[i], camera.sensor, seed, number, static_cast<std::uint32_t>(i)));
+  if (rendered.white) out.white = expose(*rendered.white, camera.sensor, seed, number, white_image);
+  if (rendered.black) out.black = expose(*rendered.black, camera.sensor, seed, number, black_image);
+  return out;
+}
+
+CameraImages as_radiance(const RenderedCamera& rendered) {
+  CameraImages out;
+  out.camera = rendered.camera;
+  out.images = rendered.irradiance;
+  out.white = rendered.white;
+  out.black = rendered.black;
+  out.radiance = true;
+  return out;
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Twins in memory for the tests: the paper's rig (its Tables 1, 3, 4) and crops of it.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "twin/twin.hpp"
+
+namespace fringetwin::test {
+
+/// Two cameras 1440x1080, projector 1280x720, vertical fringes 13/14/15 px in 4 steps, intensity 40,
+/// 8 bit with gain 20 DN (a white Lambertian surface of albedo 0.8 stays below 255); no objects.
+/// Extrinsics read as rotation vectors.
+Twin paper_rig();
+
+/// Adds an object and returns the twin, for chains.
+Twin with_object(Twin twin, const std::string& name, Shape shape, Material material = {});
+
+SphereShape ideal_sphere();     ///< R 5 mm at (0, 0, 250)
+SphereShape physical_sphere();  ///< Table 5: R 19.065 mm at (6.567, -5.497, 270.634)
+PlaneShape frontal_plane(double z_mm = 300.0);
+PlaneShape tilted_plane();
+CylinderShape upright_cylinder();  ///< R 12 mm, leaning, in front of both cameras
+
+/// The same camera seeing only the window x0...x0+width, y0...y0+height: pixel (0,0) of the crop is
+/// pixel (x0, y0) of the whole image. Perspective lens models only.
+Camera crop(const Camera& camera, int x0, int y0, int width, int height);
+/// Every camera of the twin cropped around the projection of a world point.
+Twin crop_around(Twin twin, const Eigen::Vector3d& point_world_mm, int width, int height);
+
+/// Reduces the twin to camera `index`.
+Twin only_camera(Twin twin, std::size_t index);
+
+}  // namespace fringetwin::test
