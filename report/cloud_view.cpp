@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/cloud_view.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "report/map.hpp"
+#include "twin/errors.hpp"
+
+namespace fringetwin::report {
+namespace {
+
+struct Dot {
+  float right_mm, down_mm, depth_mm, value;
+};
+
+std::vector<Dot> to_view(const std::vector<Eigen::Vector3d>& points, const std::vector<float>& value,
+                         const CloudView& view) {
+  const Eigen::Vector3d forward = view.forward_world.normalized();
+  const Eigen::Vector3d right = forward.cross(view.up_world).normalized();
+  const Eigen::Vector3d down = forward.cross(right);
+  const std::size_t stride =
+      std::max<std::size_t>(1, (points.size() + view.max_points - 1) / view.max_points);
+  std::vector<Dot> dots;
+  dots.reserve(points.size() / stride + 1);
+  for (std::size_t i = 0; i < points.size(); i += stride)
+    if (points[i].allFinite())
+      dots.push_back({static_cast<float>(right.dot(points[i])), static_cast<float>(down.dot(points[i])),
+                      static_cast<float>(forward.dot(points[i])), value[i]});
+  return dots;
+}
+
+MapLimits extent(const std::vector<Dot>& dots, float Dot::*coordinate) {
+  std::vector<float> v;
+  v.reserve(dots.size());
+  for (const Dot& d : dots) v.push_back(d.*coordinate);
+  return {percentile(v, 0.1), percentile(v, 99.9)};
+}
+
+}  // namespace
+
+CloudPicture draw_cloud(const std::vector<Eigen::Vector3d>& p_world_mm, const std::vector<float>& value,
+                        const CloudView& view) {
+  FT_CHECK(p_world_mm.size() == value.size(), "one value per point");
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  CloudPicture picture{ImageF(view.width_px, view.height_px, nan), 0.0, 0, p_world_mm.size()};
+  const std::vector<Dot> dots = to_view(p_world_mm, value, view);
+  picture.n_drawn = dots.size();
+  if (dots.empty()) return picture;
+  const MapLimits u = extent(dots, &Dot::right_mm), v = extent(dots, &Dot::down_mm);
+  const double margin = 0.94;
+  picture.mm_per_px = std::max(
+      {(u.high - u.low) / (margin * view.width_px), (v.high - v.low) / (margin * view.height_px), 1e-9});
+  ImageF depth(view.width_px, view.height_px, std::numeric_limits<float>::infinity());
+  for (const Dot& d : dots) {
+    const double px = (static_cast<double>(d.right_mm) - 0.5 * (u.low + u.high)) / picture.mm_per_px;
+    const double py = (static_cast<double>(d.down_mm) - 0.5 * (v.low + v.high)) / picture.mm_per_px;
+    const int x0 = static_cast<int>(std::lround(px + 0.5 * view.width_px));
+    const int y0 = static_cast<int>(std::lround(py + 0.5 * view.height_px));
+    for (int y = std::max(0, y0); y < std::min(view.height_px, y0 + view.dot_px); ++y)
+      for (int x = std::max(0, x0); x < std::min(view.width_px, x0 + view.dot_px); ++x)
+        if (d.depth_mm < depth(x, y)) {
+          depth(x, y) = d.depth_mm;
+          picture.value(x, y) = d.value;
+        }
+  }
+  return picture;
+}
+
+}  // namespace fringetwin::report

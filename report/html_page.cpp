@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/html_page.hpp"
+
+#include <kainjow/mustache.hpp>
+
+#include "report/page_template.hpp"
+
+namespace fringetwin::report {
+
+namespace mustache = kainjow::mustache;
+
+namespace {
+
+/// An empty text hides its block in the template.
+void set_if(mustache::data& data, const std::string& key, const std::string& text) {
+  if (text.empty())
+    data.set(key, mustache::data::type::bool_false);
+  else
+    data.set(key, text);
+}
+
+}  // namespace
+
+std::string Figure::html() const {
+  mustache::data data;
+  data.set("body", body_html);
+  data.set("caption", caption);
+  set_if(data, "formula", formula);
+  set_if(data, "command", command);
+  return mustache::mustache(kFigureTemplate).render(data);
+}
+
+std::string Page::html() const {
+  mustache::data data;
+  data.set("title", title);
+  data.set("subtitle", subtitle);
+  set_if(data, "verdict", verdict);
+  data.set("summary", summary_html);
+  set_if(data, "note", note);
+  mustache::data list{mustache::data::type::list};
+  for (const Section& section : sections) {
+    mustache::data one;
+    one.set("id", section.id);
+    one.set("title", section.title);
+    one.set("body", section.body_html);
+    list << one;
+  }
+  data.set("sections", list);
+  mustache::data texts{mustache::data::type::list};
+  for (const std::string& warning : warnings) texts << mustache::data{"text", warning};
+  data.set("has_warnings",
+           warnings.empty() ? mustache::data::type::bool_false : mustache::data::type::bool_true);
+  data.set("warnings", texts);
+  data.set("footer", footer_html);
+  return mustache::mustache(kPageTemplate).render(data);
+}
+
+}  // namespace fringetwin::report

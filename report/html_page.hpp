@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// One page = one self-contained HTML file: no network, opens from disk, prints well.
+#pragma once
+#include <string>
+#include <vector>
+
+namespace fringetwin::report {
+
+/// Title, body (tables, maps, plots: HTML) and what a reader needs to make it again.
+struct Figure {
+  std::string body_html;
+  std::string caption;  ///< text
+  std::string formula;  ///< text, monospace; may be empty
+  std::string command;  ///< the exact command; may be empty
+  std::string html() const;
+};
+
+struct Section {
+  std::string id;     ///< anchor, unique on the page
+  std::string title;  ///< text
+  std::string body_html;
+};
+
+struct Page {
+  std::string title, subtitle;
+  std::string verdict;       ///< "pass", "fail" or empty
+  std::string summary_html;  ///< first on the page: the verdict table
+  std::string note;          ///< what the page can and cannot show; printed in a frame; may be empty
+  std::vector<std::string> warnings;
+  std::vector<Section> sections;  ///< in order; the table of contents is made of them
+  std::string footer_html;        ///< provenance
+  std::string html() const;
+};
+
+}  // namespace fringetwin::report

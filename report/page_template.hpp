@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace fringetwin::report {
+
+/// Mustache template of a page, style sheet included.
+extern const char* const kPageTemplate;
+/// Mustache template of a figure.
+extern const char* const kFigureTemplate;
+
+}  // namespace fringetwin::report

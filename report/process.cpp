@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/process.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+
+extern char** environ;
+
+namespace fringetwin::report {
+namespace {
+
+/// A close-on-exec socket pair; unlike a pipe it can be written without the risk of SIGPIPE.
+class SocketPair {
+ public:
+  SocketPair() { valid_ = ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, fd_.data()) == 0; }
+  ~SocketPair() {
+    close_mine();
+    close_theirs();
+  }
+  SocketPair(const SocketPair&) = delete;
+  SocketPair& operator=(const SocketPair&) = delete;
+  bool valid() const { return valid_; }
+  int mine() const { return fd_[0]; }
+  int theirs() const { return fd_[1]; }
+  void close_mine() { close_one(fd_[0]); }
+  void close_theirs() { close_one(fd_[1]); }
+
+ private:
+  static void close_one(int& fd) {
+    if (fd >= 0) ::close(fd);
+    fd = -1;
+  }
+  std::array<int, 2> fd_{-1, -1};
+  bool valid_ = false;
+};
+
+void receive(SocketPair& from, std::string& into) {
+  std::array<char, 65536> buffer;
+  const ssize_t n = ::recv(from.mine(), buffer.data(), buffer.size(), MSG_DONTWAIT);
+  if (n > 0)
+    into.append(buffer.data(), static_cast<std::size_t>(n));
+  else if (n == 0 || (errno != EAGAIN && errno != EINTR))
+    from.close_mine();
+}
+
+void send_some(SocketPair& to, const std::string& input, std::size_t& sent) {
+  const ssize_t n = ::send(to.mine(), input.data() + sent, input.size() - sent, MSG_NOSIGNAL | MSG_DONTWAIT);
+  if (n > 0) sent += static_cast<std::size_t>(n);
+  const bool broken = n < 0 && errno != EAGAIN && errno != EINTR;
+  if (broken || sent == input.size()) to.close_mine();
+}
+
+void pump(SocketPair& in, SocketPair& out, SocketPair& err, const std::string& input, ProcessResult& result) {
+  std::size_t sent = 0;
+  if (input.empty()) in.close_mine();
+  while (out.mine() >= 0 || err.mine() >= 0) {
+    std::array<pollfd, 3> wait{
+        {{in.mine(), POLLOUT, 0}, {out.mine(), POLLIN, 0}, {err.mine(), POLLIN, 0}}};  // fd < 0 is skipped
+    if (::poll(wait.data(), wait.size(), -1) < 0 && errno != EINTR) return;
+    if (wait[0].revents != 0) send_some(in, input, sent);
+    if (wait[1].revents != 0) receive(out, result.out);
+    if (wait[2].revents != 0) receive(err, result.err);
+  }
+}
+
+}  // namespace
+
+std::optional<ProcessResult> run_process(const std::vector<std::string>& argv, const std::string& input) {
+  SocketPair in, out, err;
+  if (!in.valid() || !out.valid() || !err.valid()) return std::nullopt;
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, in.theirs(), STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, out.theirs(), STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, err.theirs(), STDERR_FILENO);
+  std::vector<char*> words;
+  for (const std::string& word : argv) words.push_back(const_cast<char*>(word.c_str()));
+  words.push_back(nullptr);
+  pid_t pid = 0;
+  const int failed = ::posix_spawnp(&pid, words[0], &actions, nullptr, words.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (failed != 0) return std::nullopt;
+  in.close_theirs();
+  out.close_theirs();
+  err.close_theirs();
+
+  ProcessResult result;
+  pump(in, out, err, input, result);
+  int status = 0;
+  while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  }
+  result.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return result;
+}
+
+}  // namespace fringetwin::report

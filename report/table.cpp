@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/table.hpp"
+
+#include "report/text.hpp"
+#include "twin/errors.hpp"
+
+namespace fringetwin::report {
+namespace {
+
+const char* align_class(Align align) { return align == Align::left ? "l" : "r"; }
+
+}  // namespace
+
+void Table::add_row(std::vector<std::string> cells, const std::string& css_class) {
+  FT_CHECK(cells.size() <= columns.size(), "a table row has more cells than the table has columns");
+  cells.resize(columns.size());
+  rows.push_back({std::move(cells), css_class});
+}
+
+std::string Table::html() const {
+  std::string out = "<div class=\"table\"><table>";
+  if (!caption.empty()) out += "<caption>" + escape_html(caption) + "</caption>";
+  out += "<thead><tr>";
+  for (const Column& column : columns) {
+    out += std::string("<th scope=\"col\" class=\"") + align_class(column.align) + "\">" +
+           escape_html(column.header);
+    if (!column.unit.empty()) out += "<span class=\"unit\">" + escape_html(column.unit) + "</span>";
+    out += "</th>";
+  }
+  out += "</tr></thead>\n<tbody>";
+  for (const Row& row : rows) {
+    out += row.css_class.empty() ? "<tr>" : "<tr class=\"" + escape_html(row.css_class) + "\">";
+    for (std::size_t i = 0; i < row.cells.size(); ++i)
+      out += std::string("<td class=\"") + align_class(columns[i].align) + "\">" + escape_html(row.cells[i]) +
+             "</td>";
+    out += "</tr>\n";
+  }
+  return out + "</tbody></table></div>\n";
+}
+
+}  // namespace fringetwin::report

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// HTML tables whose columns carry a unit and an alignment.
+#pragma once
+#include <string>
+#include <vector>
+
+namespace fringetwin::report {
+
+enum class Align { left, right };
+
+struct Column {
+  std::string header;
+  std::string unit;  ///< printed small below the header; empty for none
+  Align align = Align::right;
+};
+
+/// Cells are text, escaped on output.
+struct Table {
+  struct Row {
+    std::vector<std::string> cells;
+    std::string css_class;  ///< "pass", "fail", "group" or empty
+  };
+  std::string caption;
+  std::vector<Column> columns;
+  std::vector<Row> rows;
+
+  /// Fewer cells than columns: the rest stays empty; more is a programming fault.
+  void add_row(std::vector<std::string> cells, const std::string& css_class = "");
+  std::string html() const;
+};
+
+}  // namespace fringetwin::report

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers and text as they appear on a page.
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fringetwin::report {
+
+/// &, <, >, " and ' as entities.
+std::string escape_html(std::string_view text);
+
+/// Every `from` as `to`.
+std::string replace_all(std::string_view text, std::string_view from, std::string_view to);
+
+/// `significant` digits, plain decimals between 1e-4 and 1e6, else with an exponent; a non-finite
+/// value is an en dash ("unknown").
+std::string number(double value, int significant = 4);
+/// Exactly `decimals` digits after the point; en dash when not finite.
+std::string fixed(double value, int decimals);
+/// fixed() with an explicit sign, for differences.
+std::string signed_fixed(double value, int decimals);
+/// "17.302 ± 0.004": the value to the digits its standard error justifies (two digits of sigma).
+std::string with_sigma(double value, double sigma);
+/// Thousands apart by thin spaces: "1 555 200".
+std::string count(unsigned long long n);
+
+/// An argv as one line that a POSIX shell reads back as the same words.
+std::string shell_command(const std::vector<std::string>& argv);
+
+}  // namespace fringetwin::report
