@@ -237,16 +237,21 @@ PixelSample Reference::sample(std::size_t camera, const Eigen::Vector2d& q_px,
   return ray ? impl_->trace(*ray) : PixelSample{};
 }
 
+// With depth of field the rim of the lens counts, too.
 bool Reference::is_whole(std::size_t camera, int x, int y) const {
   const GaussRule& rule = gauss_rule(4);
   const double half = 0.5 * impl_->twin.render.pixel_fill;
+  std::vector<Eigen::Vector2d> lens{Eigen::Vector2d::Zero()};
+  if (impl_->twin.cameras.at(camera).optics)
+    for (int k = 0; k < 8; ++k) lens.emplace_back(std::cos(0.25 * pi * k), std::sin(0.25 * pi * k));
   std::optional<PixelSample> first;
   for (double v : rule.nodes)
-    for (double u : rule.nodes) {
-      const PixelSample s = sample(camera, {x + half * u, y + half * v});
-      if (!first) first = s;
-      if (!s.lit || s.object != first->object || s.triangle != first->triangle) return false;
-    }
+    for (double u : rule.nodes)
+      for (const Eigen::Vector2d& uv : lens) {
+        const PixelSample s = sample(camera, {x + half * u, y + half * v}, uv);
+        if (!first) first = s;
+        if (!s.lit || s.object != first->object || s.triangle != first->triangle) return false;
+      }
   return true;
 }
 

@@ -53,7 +53,7 @@ class Reference {
                      const Eigen::Vector2d& lens_uv = Eigen::Vector2d::Zero()) const;
   /// Thread-safe.
   ReferencePixel pixel(std::size_t camera, int x, int y, const ReferenceQuadrature& quadrature = {}) const;
-  /// The 4x4 test alone, without erosion.
+  /// The 4x4 test alone, without erosion (with depth of field also from eight points of the lens rim).
   bool is_whole(std::size_t camera, int x, int y) const;
 
  private:
