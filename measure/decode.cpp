@@ -62,6 +62,7 @@ class DirectionDecoder {
     } else {
       solve_phases();
       choose_noise();
+      if (fringes_.unwrap == Unwrap::gray) learn_code_margins();
       unwrap_phases();
       mend_orders();
     }
@@ -81,6 +82,7 @@ class DirectionDecoder {
   void decode_code();
   void solve_phases();
   void choose_noise();
+  void learn_code_margins();
   void unwrap_phases();
   void mend_orders();
 
@@ -274,6 +276,37 @@ void DirectionDecoder::choose_noise() {
   noise_.raise_to(floor);
 }
 
+/// The code may be brighter or darker than the phase steps: what a settled bit looks like here.
+void DirectionDecoder::learn_code_margins() {
+  constexpr int kRows = 64;
+  std::vector<float> bright, dark;
+  RowScratch scratch;
+  for (int i = 0; i < kRows; ++i) {
+    const int y = static_cast<int>((i + 0.5) * height_ / kRows);
+    point_gray_row(y, scratch);
+    read_gray_row(gray_, scratch.gray_row, scratch.threshold.data(), width_, scratch.gray);
+    const float* amplitude = out_.amplitude_dn.front().data.data() + row(y);
+    const float* phase = out_.wrapped_rad.front().data.data() + row(y);
+    for (int x = 0; x < width_; x += 4) {
+      if (!(static_cast<double>(amplitude[x]) >= min_amplitude_) || !std::isfinite(phase[x])) continue;
+      for (int b = 0; b < gray_.bits; ++b) {
+        const auto at =
+            static_cast<std::size_t>(b) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+        const float margin = scratch.gray.margin[at] / amplitude[x];
+        if (margin > 0.0f) bright.push_back(margin);
+        if (margin < 0.0f) dark.push_back(-margin);
+      }
+    }
+  }
+  const auto median = [](std::vector<float>& v) {
+    const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+    std::nth_element(v.begin(), middle, v.end());
+    return *middle;
+  };
+  if (!bright.empty()) gray_.bright_margin = median(bright);
+  if (!dark.empty()) gray_.dark_margin = median(dark);
+}
+
 double DirectionDecoder::pitch_variance(std::size_t pitch, std::size_t at, double gray_variance) const {
   const auto amplitude = static_cast<double>(out_.amplitude_dn[pitch].data[at]);
   double factor = solver_->phase_variance(1.0, 0.0);
@@ -341,7 +374,8 @@ void DirectionDecoder::order_row(int y, RowScratch& scratch) {
     case Unwrap::gray:
       point_gray_row(y, scratch);
       read_gray_row(gray_, scratch.gray_row, scratch.threshold.data(), width_, scratch.gray);
-      unwrap_gray_row(gray_, scratch.pitches.front(), width_, scratch.gray, x_px, variance);
+      unwrap_gray_row(gray_, scratch.pitches.front(), out_.amplitude_dn.front().data.data() + at, width_,
+                      scratch.gray, x_px, variance);
       break;
     case Unwrap::none:
       break;

@@ -82,7 +82,9 @@ struct GrayPlan {
   bool complementary = false;
   /// The code repeats after this many px; the repetition nearest center_px is taken when `cyclic`.
   double span_px = 0.0, center_px = 0.0;
-  bool cyclic = false;                 ///< the projector's size is known
+  bool cyclic = false;  ///< the projector's size is known
+  /// Margin of a settled bright and dark bit per amplitude of the phase steps (medians).
+  float bright_margin = 1.0f, dark_margin = 1.0f;
   double min_bit_difference_dn = 5.0;  ///< code only: |pattern - inverse|, 2 |value - threshold|
 };
 /// Throws UserError(usage) when there is no code, or it does not cover the range.
@@ -95,10 +97,11 @@ struct GrayScratch {
 /// Signed margins and code words. threshold: one per pixel (ignored with pairs).
 void read_gray_row(const GrayPlan& plan, const GrayRow& row, const float* threshold, int n,
                    GrayScratch& scratch);
-/// Order from code and phase. Near a code edge (a quarter period) the complementary bit decides, else the
-/// bit that flips at the edge: the one that is less certain tells which edge is near.
-void unwrap_gray_row(const GrayPlan& plan, const PitchRow& pitch, int n, const GrayScratch& scratch,
-                     double* x_px, float* variance_px2);
+/// Order from code and phase. Near a code edge (a quarter period) the complementary bit decides; without
+/// it (an eighth), a bit that flips at an edge and is not settled tells which edge is near. amplitude:
+/// of the phase steps, one per pixel.
+void unwrap_gray_row(const GrayPlan& plan, const PitchRow& pitch, const float* amplitude, int n,
+                     const GrayScratch& scratch, double* x_px, float* variance_px2);
 /// Code only: centre of the word, variance of a uniform distribution; NaN where a bit is uncertain.
 void gray_only_row(const GrayPlan& plan, int n, const GrayScratch& scratch, double* x_px,
                    float* variance_px2);

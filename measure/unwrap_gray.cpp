@@ -38,14 +38,20 @@ int word_from_half_periods(unsigned h, double v) {
 
 /// Without the complementary bit: word k read at place v near an edge of its word may be the
 /// neighbour across the OTHER edge (v = 0.99 read as k: inside k, or really k-1 at its upper edge). At
-/// the edge that is near, the flipping bit is close to its threshold; compare both edges' bits.
-int word_by_margins(unsigned k, double v, int bits, const float* margin, std::size_t stride) {
+/// the edge that is near, the flipping bit is not settled (less than half its usual margin).
+int word_by_margins(const GrayPlan& plan, unsigned k, double v, const float* margin, float amplitude,
+                    std::size_t stride) {
   const int word = static_cast<int>(k);
-  if (v >= 0.25 && v < 0.75) return word;
-  const auto certainty = [&](int bit) { return std::fabs(margin[static_cast<std::size_t>(bit) * stride]); };
-  const float lower = certainty(flipping_bit(k, bits)), upper = certainty(flipping_bit(k + 1, bits));
-  if (v >= 0.75) return lower < upper ? word - 1 : word;  // near the upper edge of the true word
-  return upper < lower ? word + 1 : word;
+  constexpr double kZone = 0.125;  // periods; no camera blurs an edge further, and noise stays outside
+  if (v >= kZone && v < 1.0 - kZone) return word;
+  const auto certainty = [&](int bit) {
+    const float m = margin[static_cast<std::size_t>(bit) * stride];
+    return std::fabs(m) / (amplitude * (m > 0.0f ? plan.bright_margin : plan.dark_margin));
+  };
+  const float lower = certainty(flipping_bit(k, plan.bits)),
+              upper = certainty(flipping_bit(k + 1, plan.bits));
+  if (v >= 0.5) return lower < 0.5f && lower < upper ? word - 1 : word;
+  return upper < 0.5f && upper < lower ? word + 1 : word;
 }
 
 }  // namespace
@@ -110,8 +116,8 @@ void read_gray_row(const GrayPlan& plan, const GrayRow& row, const float* thresh
   for (unsigned& w : scratch.word) w = binary_from_gray(w);
 }
 
-void unwrap_gray_row(const GrayPlan& plan, const PitchRow& pitch, int n, const GrayScratch& scratch,
-                     double* x_px, float* variance_px2) {
+void unwrap_gray_row(const GrayPlan& plan, const PitchRow& pitch, const float* amplitude, int n,
+                     const GrayScratch& scratch, double* x_px, float* variance_px2) {
   constexpr double kPerCycle = 1.0 / (2.0 * std::numbers::pi);
   const double scale = plan.pitch_px * kPerCycle;
   const auto stride = static_cast<std::size_t>(n);
@@ -125,8 +131,9 @@ void unwrap_gray_row(const GrayPlan& plan, const PitchRow& pitch, int n, const G
     const double u = t - plan.offset_periods;
     const double v = u - std::floor(u);
     const unsigned read = scratch.word[static_cast<std::size_t>(x)];
-    const int k = plan.complementary ? word_from_half_periods(read, v)
-                                     : word_by_margins(read, v, plan.bits, scratch.margin.data() + x, stride);
+    const int k = plan.complementary
+                      ? word_from_half_periods(read, v)
+                      : word_by_margins(plan, read, v, scratch.margin.data() + x, amplitude[x], stride);
     x_px[x] = into_range(plan, plan.origin_px + plan.pitch_px * (k + v + plan.offset_periods));
     variance_px2[x] = static_cast<float>(static_cast<double>(pitch.variance_rad2[x]) * scale * scale);
   }
