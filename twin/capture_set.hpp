@@ -21,6 +21,8 @@ struct CaptureCamera {
   /// Exposure of the Gray-code images relative to the phase steps; nullopt = the same (1.0 in the
   /// file is the same, too); NaN = "different", unknown.
   std::optional<double> gray_code_exposure;
+  std::string pattern;                ///< with the folder, when the file has one; for messages
+  std::optional<int> images_on_disk;  ///< pattern form: images without a gap from number 0
 };
 
 struct CaptureSet {
@@ -53,14 +55,17 @@ CaptureSet read_capture_set(const std::filesystem::path& dir, int n_images);
 /// a 16-bit value above the sensor's range.
 CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, const Fringes& fringes);
 
-/// Writes images as <camera>/0000.png … (8-bit PNG for bit_depth 8, else 16-bit), each to a temporary
-/// name first. White/black as <camera>/white.png, black.png.
+/// Writes images as <camera>/0000.png … (8-bit PNG for bit_depth 8, else 16-bit), in parallel, each to
+/// a temporary name first. White/black as <camera>/white.png, black.png. Higher numbers left by an
+/// earlier, longer sequence are removed: a pattern in capture.toml names every number on disk.
 void write_camera_images(const std::filesystem::path& dir, const CameraImages& images);
 /// Writes <camera>/0000.exr … float32, channel Y.
 void write_camera_radiance(const std::filesystem::path& dir, const CameraImages& images);
 /// Writes the capture.toml that describes what the two functions above wrote; call it last.
-/// extension "png" or "exr".
+/// extension "png" or "exr". `root`: the folder that holds <camera>/, relative to `dir`
+/// (".." for a capture.toml in a sub-folder that describes the EXR images beside the PNG).
 void write_capture_toml(const std::filesystem::path& dir, const std::vector<const CameraImages*>& cameras,
-                        const std::map<std::string, std::string>& provenance, const std::string& extension);
+                        const std::map<std::string, std::string>& provenance, const std::string& extension,
+                        const std::string& root = ".");
 
 }  // namespace fringetwin

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// A strict reader for our TOML files: every complaint names file, line and key; unknown keys are
+// errors that name the nearest known one.
+#pragma once
+#include <Eigen/Core>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "twin/errors.hpp"
+
+namespace fringetwin {
+
+/// Range of a number; `text` completes "must be ...".
+struct NumberRange {
+  double min = -std::numeric_limits<double>::max();
+  double max = std::numeric_limits<double>::max();
+  bool min_excluded = false;
+  bool max_excluded = false;
+  std::string text() const;
+  bool contains(double value) const {
+    return (min_excluded ? value > min : value >= min) && (max_excluded ? value < max : value <= max);
+  }
+  static NumberRange any() { return {}; }
+  static NumberRange positive() { return {.min = 0.0, .min_excluded = true}; }
+  static NumberRange not_negative() { return {.min = 0.0}; }
+  static NumberRange between(double lo, double hi) { return {.min = lo, .max = hi}; }
+};
+
+/// One table of the file. Cheap to copy. Integers are accepted for reals; NaN and infinity are not.
+class TomlTable {
+ public:
+  /// Parses a file; `code` is the exit code of every complaint about it.
+  static TomlTable parse_file(const std::filesystem::path& file, ExitCode code);
+
+  /// Call first: refuses every other key, naming the nearest known one.
+  void allow(const std::vector<std::string>& keys) const;
+
+  bool has(const std::string& key) const;
+  std::vector<std::string> keys() const;  ///< in alphabetical order
+  bool is_string(const std::string& key) const;
+  bool is_number(const std::string& key) const;
+  bool is_array(const std::string& key) const;
+  bool is_table(const std::string& key) const;
+
+  std::optional<double> number(const std::string& key, const NumberRange& range = {}) const;
+  double number_or(const std::string& key, double otherwise, const NumberRange& range = {}) const;
+  double required_number(const std::string& key, const NumberRange& range = {}) const;
+  std::optional<int> integer(const std::string& key, int min, int max) const;
+  int required_integer(const std::string& key, int min, int max) const;
+  std::optional<bool> boolean(const std::string& key) const;
+  std::optional<std::string> string(const std::string& key) const;
+  std::string required_string(const std::string& key) const;
+  /// One of `choices`; a wrong one is answered with the nearest and the whole list.
+  std::optional<std::string> choice(const std::string& key, const std::vector<std::string>& choices) const;
+  std::string required_choice(const std::string& key, const std::vector<std::string>& choices) const;
+  std::optional<std::vector<double>> numbers(const std::string& key, const NumberRange& range = {}) const;
+  std::optional<std::vector<std::string>> strings(const std::string& key) const;
+  /// An array of exactly n numbers.
+  std::optional<Eigen::VectorXd> vector(const std::string& key, int n, const NumberRange& range = {}) const;
+  Eigen::Vector3d required_vector3(const std::string& key) const;
+
+  std::optional<TomlTable> table(const std::string& key) const;
+  std::vector<TomlTable> tables(const std::string& key) const;  ///< [[key]]; empty when absent
+  /// Every scalar below this table as text, "a.b" = "text", arrays as a[0]...
+  std::map<std::string, std::string> flattened() const;
+
+  /// "file:line" of the key, or of this table where the key is absent.
+  std::string where(const std::string& key = "") const;
+  /// Throws UserError at the key: "file:line: key what; hint".
+  [[noreturn]] void fail(const std::string& key, const std::string& what, const std::string& hint = "") const;
+  /// The key with its table, as in "camera[1].sensor.gain_dn" (counted from 0).
+  std::string full_key(const std::string& key) const;
+
+ private:
+  struct Impl;
+  explicit TomlTable(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
+  std::shared_ptr<const Impl> impl_;
+};
+
+/// The candidate with the smallest edit distance, nullptr when none is near (more than half of its
+/// letters differ).
+const std::string* nearest(const std::string& word, const std::vector<std::string>& candidates);
+
+/// Replaces ${FRINGETWIN_CAPTURES} by captures_root() and makes the path absolute, relative to
+/// `folder`. Other ${...} are refused (`where` names the place).
+std::filesystem::path resolve_path(const std::string& text, const std::filesystem::path& folder,
+                                   const std::string& where, ExitCode code);
+
+}  // namespace fringetwin

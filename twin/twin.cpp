@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// The small methods of twin.hpp. Reading the file: twin_file.cpp.
+#include "twin/twin.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "twin/errors.hpp"
+
+#ifndef FRINGETWIN_SOURCE_DIR
+#error "FRINGETWIN_SOURCE_DIR: folder of the checkout, set in twin/CMakeLists.txt"
+#endif
+
+namespace fringetwin {
+namespace fs = std::filesystem;
+
+double ProjectorResponse::operator()(double value) const {
+  switch (kind) {
+    case Kind::linear:
+      return value;
+    case Kind::gamma:
+      return std::pow(value, gamma);
+    case Kind::table: {
+      const double position = std::clamp(value, 0.0, 1.0) * static_cast<double>(table.size() - 1);
+      const auto i = std::min(static_cast<std::size_t>(position), table.size() - 2);
+      const double part = position - static_cast<double>(i);
+      return table[i] * (1.0 - part) + table[i + 1] * part;
+    }
+  }
+  return value;
+}
+
+const char* shape_kind(const Shape& shape) {
+  static constexpr const char* kinds[] = {"sphere", "plane", "cylinder", "mesh", "measured"};
+  static_assert(std::variant_size_v<Shape> == std::size(kinds));
+  return kinds[shape.index()];
+}
+
+const Object* Twin::find_object(const std::string& object) const {
+  const auto it =
+      std::find_if(objects.begin(), objects.end(), [&](const Object& o) { return o.name == object; });
+  return it == objects.end() ? nullptr : &*it;
+}
+
+Triangulate Twin::triangulate() const {
+  return measure.triangulate.value_or(cameras.size() >= 2 ? Triangulate::stereo : Triangulate::projector);
+}
+
+void load_meshes(Twin& twin) {
+  std::map<std::pair<fs::path, std::string>, std::shared_ptr<const Mesh>> loaded;
+  for (Object& object : twin.objects) {
+    auto* shape = std::get_if<MeshShape>(&object.shape);
+    if (shape == nullptr || shape->mesh) continue;
+    auto& mesh = loaded[{shape->file, shape->unit}];
+    if (!mesh) {
+      mesh = load_mesh(shape->file, shape->unit);
+      twin.input_files.push_back(shape->file);
+    }
+    shape->mesh = mesh;
+  }
+}
+
+fs::path captures_root() {
+  if (const char* variable = std::getenv("FRINGETWIN_CAPTURES"); variable != nullptr && *variable != '\0')
+    return fs::absolute(variable).lexically_normal();
+  const fs::path beside_checkout =
+      (fs::path(FRINGETWIN_SOURCE_DIR) / "../shared/captures").lexically_normal();
+  std::error_code error;
+  if (fs::is_directory(beside_checkout, error)) return beside_checkout;
+  return fs::absolute("../shared/captures").lexically_normal();
+}
+
+}  // namespace fringetwin
