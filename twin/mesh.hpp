@@ -16,8 +16,9 @@ struct Mesh {
   std::vector<float> vertex_albedo;             ///< optional factor on diffuse, per vertex (measured shapes)
 };
 
-/// Reads PLY, STL or OBJ (by content, through assimp); `unit` "mm" or "m". Identical vertices are
-/// joined, degenerate (zero-area) triangles dropped and counted on stderr.
+/// Reads PLY, STL or OBJ; `unit` "mm" or "m". Vertices of equal position are joined, polygons cut
+/// into triangles, degenerate (zero-area) triangles dropped and counted on stderr; normals and
+/// colours in the file are ignored.
 /// Throws UserError(input) naming the file for: missing, truncated or unknown format, no triangle,
 /// a NaN or infinite coordinate (names the vertex).
 std::shared_ptr<const Mesh> load_mesh(const std::filesystem::path& file, const std::string& unit);
