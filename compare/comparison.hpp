@@ -4,6 +4,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -29,11 +30,37 @@ struct CompareOptions {
   std::string note;  ///< what this comparison can and cannot show, printed in the report
 };
 
+inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
 struct GainRow {
   std::string camera;
+  bool usable = false;  ///< false: too few usable samples, the numbers are NaN
   double gain_dn = 0, gain_sigma_dn = 0, black_level_dn = 0, black_level_sigma_dn = 0;
   double rms_before_dn = 0, rms_after_dn = 0, r2 = 0;
-  std::uint64_t n = 0;
+  std::uint64_t n = 0;      ///< gray values (pixel x image)
+  std::string black_state;  ///< "fitted", or why the black level was held at the twin's
+  /// Standard error ratio: cluster-robust / as if all residuals were independent. Far above 1 =
+  /// spatially correlated residuals (albedo, shading, geometry), which the sigmas here allow for.
+  double sigma_inflation = 1.0;
+  double robust_scale_dn = 0, outlier_fraction = 0;  ///< 1.4826 MAD; share beyond the Huber threshold
+  /// Range of predicted gray values used (values near a clip are left out).
+  double low_dn = 0, high_dn = 0;
+};
+/// Where the residual variance after the gain fit comes from (docs/METRICS.md). All in DN²; the parts
+/// add up to total.
+struct GrayBudget {
+  std::string camera;
+  std::string noise_source;  ///< which estimate noise_dn2 is
+  double total_dn2 = 0, noise_dn2 = 0, albedo_dn2 = 0, harmonics_dn2 = 0, geometry_dn2 = 0, rest_dn2 = 0;
+  /// Of harmonics: the orders 0 and 1 (contrast and offset of the projected fringe), and the rest.
+  double contrast_dn2 = 0, higher_orders_dn2 = 0;
+  /// Straight line through that noise: variance = noise_offset_dn2 + noise_per_dn * DN.
+  double noise_offset_dn2 = 0, noise_per_dn = 0;
+  double albedo_sigma = 0;  ///< robust relative spread of the per-pixel scale factor
+  /// Amplitude of order 0...6 of the common periodic residual, relative to the local mean gray
+  /// value above black.
+  std::vector<double> harmonic_amplitude;
+  std::uint64_t n_pixels = 0, n = 0;
 };
 struct GrayRow {
   std::string camera;
@@ -54,7 +81,7 @@ struct FitRow {
 };
 struct LimitRow {
   std::string name;
-  double value = 0, limit = 0;
+  double value = 0, limit = 0;  ///< value NaN: nothing to check it on, counts as not met
   bool pass = false;
 };
 
@@ -62,14 +89,17 @@ struct Comparison {
   std::vector<FitRow> fits;
   std::vector<GainRow> gain;
   std::vector<GrayRow> gray;
+  std::vector<GrayBudget> gray_budget;
   std::vector<PhaseRow> phase;
   std::vector<LimitRow> limits;
   bool pass = true;
   std::vector<std::string> warnings;
 };
 
-/// Pixels whose predicted value is near a clip, saturated pixels and images of another exposure are
-/// left out of gain and gray.
+/// All differences are simulated - real. Pixels whose predicted value is near a clip, saturated
+/// pixels and images of another exposure are left out of gain and gray. A side without images leaves
+/// gain, gray and phase empty. Throws UserError(usage) for an unknown name in twin.limits and
+/// UserError(input) where the two sides do not belong together (sizes, number of images).
 Comparison compare(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options);
 
 }  // namespace fringetwin::compare

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Differences of the absolute phase, simulated - real, at the finest pitch.
+#pragma once
+#include <vector>
+
+#include "compare/comparison.hpp"
+#include "twin/image.hpp"
+
+namespace fringetwin::compare {
+
+/// One row per camera and direction that both sides decoded.
+std::vector<PhaseRow> phase_rows(const Twin& twin, const measure::Measurement& real,
+                                 const measure::Measurement& simulated);
+
+/// 2 pi (x_sim - x_real) / pitch of one camera and direction (indices into both measurements' common
+/// directions); NaN where one side is invalid or the fringe orders disagree (|difference| > pi).
+ImageF phase_difference(const measure::DirectionDecode& real, const measure::DirectionDecode& simulated);
+
+/// 2 pi (x - origin) / pitch at the finest pitch.
+ImageF absolute_phase(const Twin& twin, const measure::DirectionDecode& decode);
+
+}  // namespace fringetwin::compare

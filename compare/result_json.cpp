@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/result_json.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "compare/fit_rows.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using measure::ObjectFit;
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json vector(const Eigen::Vector3d& v) { return Json::array({number(v[0]), number(v[1]), number(v[2])}); }
+
+/// Every fit of a kind has the same keys; what is unknown is null.
+Json fit_template(const std::string& kind) {
+  Json fit = Json::object();
+  std::vector<std::string> keys;
+  if (kind == "sphere") keys = {"center_mm", "center_sigma_mm", "radius_mm", "radius_sigma_mm"};
+  if (kind == "plane") keys = {"point_mm", "normal"};
+  if (kind == "cylinder") keys = {"point_mm", "axis", "radius_mm", "radius_sigma_mm"};
+  for (const std::string& key : keys) fit[key] = nullptr;
+  fit["rms_mm"] = nullptr;
+  return fit;
+}
+
+Json fit_json(const std::optional<ObjectFit>& fit) {
+  if (!fit) return nullptr;
+  Json out = fit_template(fit->kind);
+  if (fit->usable) {
+    for (const auto& [key, value] : fit->numbers) out[key] = number(value);
+    for (const auto& [key, value] : fit->vectors) out[key] = vector(value);
+  }
+  out["n"] = fit->n;
+  if (!fit->warning.empty()) out["warning"] = fit->warning;
+  return out;
+}
+
+Json fit_row_json(const FitRow& row) {
+  Json difference = Json::object(), z = Json::object();
+  for (const auto& [key, value] : row.difference_vectors) {
+    difference[key] = vector(value);
+    const auto at = row.z_vectors.find(key);
+    z[key] = at == row.z_vectors.end() ? Json(nullptr) : vector(at->second);
+  }
+  for (const auto& [key, value] : row.difference) {
+    difference[key] = number(value);
+    const auto at = row.z.find(key);
+    z[key] = at == row.z.end() ? Json(nullptr) : number(at->second);
+  }
+  const bool both = row.simulated && row.real;
+  return {{"object", row.object},
+          {"kind", row.kind},
+          {"simulated", fit_json(row.simulated)},
+          {"real", fit_json(row.real)},
+          {"difference", both ? difference : Json(nullptr)},
+          {"z", both ? z : Json(nullptr)}};
+}
+
+Json gain_json(const GainRow& r) {
+  return {{"camera", r.camera},
+          {"gain_dn", number(r.gain_dn)},
+          {"gain_sigma_dn", number(r.gain_sigma_dn)},
+          {"black_level_dn", number(r.black_level_dn)},
+          {"black_level_sigma_dn", number(r.black_level_sigma_dn)},
+          {"rms_before_dn", number(r.rms_before_dn)},
+          {"rms_after_dn", number(r.rms_after_dn)},
+          {"r2", number(r.r2)},
+          {"n", r.n},
+          {"sigma_inflation", number(r.sigma_inflation)},
+          {"outlier_fraction", number(r.outlier_fraction)}};
+}
+
+Json gray_json(const GrayRow& r) {
+  return {{"camera", r.camera},         {"pattern", r.pattern},       {"mean_dn", number(r.mean_dn)},
+          {"rms_dn", number(r.rms_dn)}, {"p99_dn", number(r.p99_dn)}, {"n", r.n}};
+}
+
+Json budget_json(const GrayBudget& b) {
+  Json harmonics = Json::array();
+  for (double a : b.harmonic_amplitude) harmonics.push_back(number(a));
+  return {{"camera", b.camera},
+          {"noise_source", b.noise_source},
+          {"total_dn2", number(b.total_dn2)},
+          {"noise_dn2", number(b.noise_dn2)},
+          {"albedo_dn2", number(b.albedo_dn2)},
+          {"harmonics_dn2", number(b.harmonics_dn2)},
+          {"geometry_dn2", number(b.geometry_dn2)},
+          {"rest_dn2", number(b.rest_dn2)},
+          {"contrast_dn2", number(b.contrast_dn2)},
+          {"higher_orders_dn2", number(b.higher_orders_dn2)},
+          {"noise_offset_dn2", number(b.noise_offset_dn2)},
+          {"noise_per_dn", number(b.noise_per_dn)},
+          {"albedo_spread", number(b.albedo_sigma)},
+          {"harmonic_amplitude", harmonics},
+          {"n_pixels", b.n_pixels},
+          {"n", b.n}};
+}
+
+Json phase_json(const PhaseRow& r) {
+  return {{"camera", r.camera},
+          {"direction", r.direction},
+          {"mean_rad", number(r.mean_rad)},
+          {"rms_rad", number(r.rms_rad)},
+          {"p99_rad", number(r.p99_rad)},
+          {"mean_relative", number(r.mean_relative)},
+          {"n", r.n},
+          {"n_order_disagree", r.n_order_disagree}};
+}
+
+template <class Rows, class ToJson>
+Json list(const Rows& rows, ToJson to_json) {
+  Json out = Json::array();
+  for (const auto& row : rows) out.push_back(to_json(row));
+  return out;
+}
+
+Json head(const Twin& twin, const char* command_kind, const Provenance& provenance,
+          const std::map<std::string, double>& timing_s) {
+  Json out;
+  out["schema"] = "fringetwin-result/1";
+  out["kind"] = command_kind;
+  out["twin"] = twin.name;
+  Json inputs = Json::object();
+  for (const auto& [file, digest] : sha256_of_files(provenance.input_files)) inputs[file] = digest;
+  out["provenance"] = {{"argv", provenance.argv},
+                       {"version", provenance.version},
+                       {"inputs_sha256", inputs},
+                       {"device", provenance.device.empty() ? Json(nullptr) : Json(provenance.device)},
+                       {"seed", provenance.seed}};
+  out["timing_s"] = Json::object();
+  for (const auto& [stage, seconds] : timing_s) out["timing_s"][stage] = number(seconds);
+  return out;
+}
+
+std::string dump(const Json& json) {
+  return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+Json decode_json(const measure::Measurement& m) {
+  Json out = Json::array();
+  for (const auto& camera : m.cameras)
+    for (const auto& d : camera.directions) {
+      std::uint64_t valid = 0;
+      for (double x : d.coordinate_px.data) valid += std::isfinite(x) ? 1 : 0;
+      out.push_back({{"camera", camera.camera},
+                     {"direction", axis_name(d.axis)},
+                     {"n_valid", valid},
+                     {"orders_checked", d.repair.n_checked},
+                     {"orders_changed", d.repair.n_changed},
+                     {"orders_left", d.repair.n_left}});
+    }
+  return out;
+}
+
+}  // namespace
+
+std::string comparison_json(const Twin& twin, const Comparison& c, const Provenance& provenance,
+                            const std::map<std::string, double>& timing_s) {
+  Json out = head(twin, "comparison", provenance, timing_s);
+  out["fits"] = list(c.fits, fit_row_json);
+  out["gain"] = list(c.gain, gain_json);
+  out["gray"] = list(c.gray, gray_json);
+  out["gray_budget"] = list(c.gray_budget, budget_json);
+  out["phase"] = list(c.phase, phase_json);
+  out["limits"] = list(c.limits, [](const LimitRow& r) -> Json {
+    return {{"name", r.name}, {"value", number(r.value)}, {"limit", number(r.limit)}, {"pass", r.pass}};
+  });
+  out["verdict"] = c.pass ? "pass" : "fail";
+  out["warnings"] = c.warnings;
+  return dump(out);
+}
+
+std::string measurement_json(const Twin& twin, const measure::Measurement& m, const Provenance& provenance,
+                             const std::map<std::string, double>& timing_s) {
+  Json out = head(twin, "measurement", provenance, timing_s);
+  out["fits"] = list(m.fits, [](const ObjectFit& fit) -> Json {
+    return {{"object", fit.object}, {"kind", fit.kind}, {"measured", fit_json(fit)}};
+  });
+  out["decode"] = decode_json(m);
+  out["triangulation"] = {{"n_candidates", m.triangulation.n_candidates},
+                          {"n_points", m.triangulation.n_points},
+                          {"n_no_match", m.triangulation.n_no_match},
+                          {"n_ambiguous", m.triangulation.n_ambiguous},
+                          {"n_rejected", m.triangulation.n_rejected}};
+  for (const char* key : {"gain", "gray", "phase", "limits"}) out[key] = Json::array();
+  out["verdict"] = "pass";
+  out["warnings"] = m.warnings;
+  return dump(out);
+}
+
+}  // namespace fringetwin::compare
