@@ -75,6 +75,16 @@ class Renderer {
   RenderedCamera render(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                         std::uint64_t seed = 0);
 
+  /// Warnings and errors of the Vulkan validation layers so far (FRINGETWIN_VALIDATION=1).
+  int validation_messages() const;
+  /// For tests: most samples per pixel in one dispatch (0 = default). lavapipe 22.3 cuts the loops of
+  /// an invocation at 65,535 iterations; the renderer notices and repeats with fewer samples.
+  void set_samples_per_dispatch(std::uint32_t samples);
+  /// Iterations of a loop of `requested` iterations that one shader invocation really executes.
+  std::uint32_t count_loop_iterations(std::uint32_t requested);
+  /// Dispatches repeated because of that limit so far.
+  int repeated_dispatches() const;
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

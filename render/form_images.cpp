@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Irradiance images from a transport: E = ambient + mean I_mean + amplitude (C cos d - S sin d).
+#include <cmath>
+#include <numbers>
+
+#include "render/renderer.hpp"
+#include "twin/errors.hpp"
+
+namespace fringetwin::render {
+
+std::vector<ImageF> form_images(const Twin& twin, const Transport& transport) {
+  const auto sequence = expand_sequence(twin.fringes);
+  const auto n_pixels = static_cast<std::ptrdiff_t>(transport.mean.size());
+  std::vector<ImageF> images(sequence.size());
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    const PatternSpec& spec = sequence[i];
+    ImageF image(transport.mean.width, transport.mean.height);
+    float* out = image.data.data();
+    const float* ambient = transport.ambient.data.data();
+    if (i < transport.direct.size() && !transport.direct[i].empty()) {
+      const float* direct = transport.direct[i].data.data();
+#pragma omp parallel for
+      for (std::ptrdiff_t k = 0; k < n_pixels; ++k) out[k] = ambient[k] + direct[k];
+    } else {
+      FT_CHECK(!spec.is_gray() && !transport.cosine.empty(), "transport without the image's sums");
+      const auto d = static_cast<std::size_t>(spec.direction), p = static_cast<std::size_t>(spec.pitch);
+      const double delta = 2.0 * std::numbers::pi * spec.step / twin.fringes.steps;
+      const auto level = static_cast<float>(twin.fringes.mean);
+      const auto c = static_cast<float>(twin.fringes.amplitude * std::cos(delta));
+      const auto s = static_cast<float>(twin.fringes.amplitude * std::sin(delta));
+      const float* mean = transport.mean.data.data();
+      const float* cosine = transport.cosine[d][p].data.data();
+      const float* sine = transport.sine[d][p].data.data();
+#pragma omp parallel for
+      for (std::ptrdiff_t k = 0; k < n_pixels; ++k)
+        out[k] = ambient[k] + level * mean[k] + c * cosine[k] - s * sine[k];
+    }
+    images[i] = std::move(image);
+  }
+  return images;
+}
+
+}  // namespace fringetwin::render

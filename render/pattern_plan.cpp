@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/pattern_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/waveform.hpp"
+#include "twin/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+constexpr int period_samples = 8192;        // linear interpolation: 7e-8 of a cosine
+constexpr double samples_per_sigma = 64.0;  // of a blurred edge: 7e-6
+constexpr double fewest_samples_per_px = 16.0;
+
+gpu::vec4 along(Axis axis, double scale, double offset) {
+  return {static_cast<float>(scale), static_cast<float>(offset), axis == Axis::x ? 1.0F : 0.0F,
+          axis == Axis::x ? 0.0F : 1.0F};
+}
+
+double turn_fraction(double turns) { return turns - std::floor(turns); }
+
+DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
+  const DirectionFringes& d = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
+  const auto p = static_cast<std::size_t>(spec.pitch);
+  DirectSlot slot{DirectSlot::Kind::periodic, image, {}, {}, periodic_waveform(twin, spec, period_samples)};
+  slot.waveform.push_back(slot.waveform.front());
+  slot.waveform.push_back(slot.waveform[1]);
+  slot.a = along(d.axis, 1.0 / d.pitches_px[p],
+                 turn_fraction((center_px - d.phase_origin_px[p]) / d.pitches_px[p]));
+  slot.b.y = static_cast<float>(period_samples);
+  return slot;
+}
+
+DirectSlot axis_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
+  const double per_px =
+      std::max(fewest_samples_per_px, std::ceil(samples_per_sigma / twin.projector->blur_px));
+  double first_px = 0.0;
+  DirectSlot slot{DirectSlot::Kind::axis, image, {}, {}, axis_waveform(twin, spec, per_px, &first_px)};
+  const Axis axis = twin.fringes.directions[static_cast<std::size_t>(spec.direction)].axis;
+  slot.a = along(axis, per_px, (center_px - first_px) * per_px);
+  slot.b.y = static_cast<float>(slot.waveform.size() - 2);
+  return slot;
+}
+
+// Without blur a Gray image is two levels with exact edges; the shader finds the code word.
+DirectSlot gray_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
+  const DirectionFringes& d = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
+  FT_CHECK(d.gray.has_value(), "Gray pattern of a direction without Gray code");
+  using Kind = PatternSpec::Kind;
+  const bool half = spec.kind == Kind::complementary || spec.kind == Kind::complementary_inverse;
+  const bool inverse = spec.kind == Kind::gray_bit_inverse || spec.kind == Kind::complementary_inverse;
+  const double words_per_px = (half ? 2.0 : 1.0) / d.pitches_px.front();
+  const double offset =
+      (center_px - d.phase_origin_px.front()) * words_per_px - d.gray->offset_periods * (half ? 2.0 : 1.0);
+  const int bits = d.gray->bits + (half ? 1 : 0);
+  const int bit = half ? bits - 1 : spec.bit;
+  const double dark = twin.projector->response(0.0), bright = twin.projector->response(1.0);
+  DirectSlot slot{DirectSlot::Kind::gray, image, along(d.axis, words_per_px, offset), {}, {}};
+  slot.b = {static_cast<float>(bits - 1 - bit), static_cast<float>((1 << bits) - 1),
+            static_cast<float>(inverse ? bright : dark), static_cast<float>(inverse ? dark : bright)};
+  return slot;
+}
+
+// Table offsets within the pass's one waveform buffer.
+void place_waveforms(PassPlan* pass) {
+  std::size_t first = 0;
+  for (DirectSlot& slot : pass->direct) {
+    slot.b.x = slot.kind == DirectSlot::Kind::gray ? slot.b.x : static_cast<float>(first);
+    first += slot.waveform.size();
+  }
+  // Offsets travel as floats.
+  FT_CHECK(first < (1U << 24), "waveform tables of one pass");
+}
+
+}  // namespace
+
+int PassPlan::count(DirectSlot::Kind kind) const {
+  return static_cast<int>(
+      std::count_if(direct.begin(), direct.end(), [kind](const DirectSlot& s) { return s.kind == kind; }));
+}
+
+std::vector<PassPlan> plan_passes(const Twin& twin, double center_x_px, double center_y_px) {
+  const bool linear = is_linear(twin.projector->response);
+  std::vector<PitchSlot> pitches;
+  std::vector<DirectSlot> direct;
+  if (linear && twin.fringes.steps > 0) {
+    for (std::size_t d = 0; d < twin.fringes.directions.size(); ++d) {
+      const DirectionFringes& direction = twin.fringes.directions[d];
+      const double center = direction.axis == Axis::x ? center_x_px : center_y_px;
+      for (std::size_t p = 0; p < direction.pitches_px.size(); ++p) {
+        const double pitch = direction.pitches_px[p];
+        const double turns = turn_fraction((center - direction.phase_origin_px[p]) / pitch);
+        pitches.push_back({d, p, along(direction.axis, 1.0 / pitch, turns)});
+      }
+    }
+  }
+  const auto sequence = expand_sequence(twin.fringes);
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    const PatternSpec& spec = sequence[i];
+    const Axis axis = twin.fringes.directions[static_cast<std::size_t>(spec.direction)].axis;
+    const double center = axis == Axis::x ? center_x_px : center_y_px;
+    if (!spec.is_gray()) {
+      if (!linear) direct.push_back(periodic_slot(twin, spec, i, center));
+    } else if (twin.projector->blur_px > 0.0) {
+      direct.push_back(axis_slot(twin, spec, i, center));
+    } else {
+      direct.push_back(gray_slot(twin, spec, i, center));
+    }
+  }
+  std::stable_sort(direct.begin(), direct.end(),
+                   [](const DirectSlot& a, const DirectSlot& b) { return a.kind < b.kind; });
+
+  // Even shares, so that the passes can use the same pipeline where the counts agree.
+  const auto parts = [](std::size_t n, std::size_t most) { return (n + most - 1) / most; };
+  const std::size_t n_passes =
+      std::max<std::size_t>({1, parts(pitches.size(), MAX_PITCHES), parts(direct.size(), MAX_DIRECT)});
+  std::vector<PassPlan> passes(n_passes);
+  for (std::size_t k = 0; k < n_passes; ++k) {
+    const auto share = [&](std::size_t n, std::size_t i) { return n * i / n_passes; };
+    for (std::size_t i = share(pitches.size(), k); i < share(pitches.size(), k + 1); ++i)
+      passes[k].pitches.push_back(pitches[i]);
+    for (std::size_t i = share(direct.size(), k); i < share(direct.size(), k + 1); ++i)
+      passes[k].direct.push_back(std::move(direct[i]));
+    place_waveforms(&passes[k]);
+  }
+  return passes;
+}
+
+}  // namespace fringetwin::render

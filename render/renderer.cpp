@@ -1,0 +1,428 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/renderer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <map>
+
+#include "loop_limit_spv.h"
+#include "render/trace_job.hpp"
+#include "render/vulkan_device.hpp"
+#include "render/waveform.hpp"
+#include "trace_spv.h"
+#include "trace_storage_spv.h"
+#include "twin/errors.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+constexpr std::uint32_t mesh_chunk = 64, analytic_chunk = 4096;  // samples per dispatch
+constexpr std::uint64_t samples_per_dispatch = 4U << 20;         // over all pixels: a fraction of a second
+constexpr std::size_t output_bytes = 64U << 20;
+constexpr std::uint64_t samples_worth_a_progress_bar = 400U << 20;
+
+constexpr VkDescriptorType uniform = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+constexpr VkDescriptorType texels = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+constexpr VkDescriptorType storage = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+
+struct BindingInfo {
+  VkDescriptorType type;
+  VkFormat format;
+};
+constexpr std::array<BindingInfo, BIND_COUNT> bindings{{
+    {uniform, VK_FORMAT_UNDEFINED},           // params
+    {uniform, VK_FORMAT_UNDEFINED},           // primitives
+    {uniform, VK_FORMAT_UNDEFINED},           // materials
+    {texels, VK_FORMAT_R32G32B32A32_SINT},    // nodes
+    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // triangles
+    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // corners
+    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // lens grid
+    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // projector grid
+    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // samples
+    {texels, VK_FORMAT_R32G32B32A32_UINT},    // sobol
+    {texels, VK_FORMAT_R32_SFLOAT},           // waveforms
+    {texels, VK_FORMAT_R32_UINT},             // blocks
+    {storage, VK_FORMAT_UNDEFINED},           // output
+    {storage, VK_FORMAT_UNDEFINED},           // objects
+    {storage, VK_FORMAT_UNDEFINED},           // status
+}};
+
+std::size_t texel_bytes(VkFormat format) {
+  return format == VK_FORMAT_R32_SFLOAT || format == VK_FORMAT_R32_UINT ? 4 : 16;
+}
+
+bool is_geometry(std::size_t binding) { return binding >= BIND_NODES && binding <= BIND_CORNERS; }
+
+template <class T>
+std::span<const std::byte> bytes_of(const T& value) {
+  return std::as_bytes(std::span<const T, 1>(&value, 1));
+}
+
+bool same_lens(const Lens& a, const Lens& b) {
+  return a.model() == b.model() && a.intrinsics() == b.intrinsics() && a.width() == b.width() &&
+         a.height() == b.height();
+}
+
+}  // namespace
+
+struct Renderer::Impl {
+  explicit Impl(const std::string& wanted) : device(wanted) {
+    if (device.limits().maxComputeWorkGroupInvocations < BLOCK_PIXELS)
+      throw UserError(ExitCode::device, device.info().name,
+                      fmt::format("its work groups hold {} invocations, the renderer needs {}",
+                                  device.limits().maxComputeWorkGroupInvocations, BLOCK_PIXELS));
+    VkPipelineCacheCreateInfo create{};
+    create.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
+    vk_check(vkCreatePipelineCache(device.handle(), &create, nullptr, &cache), "vkCreatePipelineCache");
+  }
+  ~Impl() {
+    pipelines.clear();
+    vkDestroyPipelineCache(device.handle(), cache, nullptr);
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  const LensTable& lens_table(const Lens& lens) {
+    for (const auto& [known, table] : lens_tables)
+      if (same_lens(known, lens)) return *table;
+    lens_tables.emplace_back(lens, std::make_unique<LensTable>(make_lens_table(lens)));
+    return *lens_tables.back().second;
+  }
+
+  // Grows, never shrinks; a grown buffer loses its contents.
+  Buffer& reserve(std::size_t binding, std::size_t bytes) {
+    auto& slot = buffers[binding];
+    if (slot && slot->bytes() >= bytes) return *slot;
+    const bool as_storage = bindings[binding].type == storage || (is_geometry(binding) && storage_geometry);
+    const bool as_uniform = bindings[binding].type == uniform;
+    const VkBufferUsageFlags usage = as_storage   ? VK_BUFFER_USAGE_STORAGE_BUFFER_BIT
+                                     : as_uniform ? VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT
+                                                  : VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+    const VkFormat format = as_storage || as_uniform ? VK_FORMAT_UNDEFINED : bindings[binding].format;
+    if (format != VK_FORMAT_UNDEFINED && bytes / texel_bytes(format) > device.limits().maxTexelBufferElements)
+      throw UserError(ExitCode::device, device.info().name,
+                      fmt::format("a table of {} elements exceeds its texel buffers ({})",
+                                  bytes / texel_bytes(format), device.limits().maxTexelBufferElements),
+                      "use the CPU device");
+    slot.reset();
+    slot = std::make_unique<Buffer>(device, bytes, usage, format);
+    return *slot;
+  }
+  template <class T>
+  void fill(std::size_t binding, const std::vector<T>& data) {
+    reserve(binding, data.size() * sizeof(T)).upload(data);
+  }
+
+  void upload_geometry(const PackedScene& scene, double reach_mm);
+  ComputePipeline& pipeline(const SpecConstants& constants);
+  void run_pass(const Twin& twin, const PassPlan& pass, const SpecConstants& constants,
+                const std::vector<std::uint32_t>& blocks, std::uint32_t n_samples, bool first_pass,
+                const PackedScene& scene, Progress* progress, Transport* out);
+  void run_band(ComputePipeline& kernel, gpu::Push push, std::uint32_t n_samples, std::uint32_t groups,
+                std::uint32_t* chunk, Transport* out);
+  void scatter(const PassPlan& pass, const std::vector<std::uint32_t>& blocks, std::size_t first,
+               std::size_t n, bool first_pass, const Twin& twin, const PackedScene& scene, Transport* out);
+
+  VulkanDevice device;
+  VkPipelineCache cache = VK_NULL_HANDLE;
+  std::map<std::pair<bool, SpecConstants>, std::unique_ptr<ComputePipeline>> pipelines;
+  std::array<std::unique_ptr<Buffer>, BIND_COUNT> buffers;
+  std::vector<std::pair<Lens, std::unique_ptr<LensTable>>> lens_tables;
+  MeshStore meshes;
+  bool storage_geometry = false;
+  std::uint32_t forced_chunk = 0;
+  int repeated = 0;
+};
+
+// Nodes and triangles of all meshes, one after the other. Boxes grow by the rounding of the slab test
+// for rays that come from `reach_mm` away.
+void Renderer::Impl::upload_geometry(const PackedScene& scene, double reach_mm) {
+  const auto pad = static_cast<float>(1e-6 * reach_mm);
+  std::vector<BvhNode> nodes;
+  std::vector<gpu::vec4> triangles, corners;
+  for (const MeshGeometry* m : scene.meshes) {
+    const std::size_t first = nodes.size();
+    nodes.insert(nodes.end(), m->bvh.nodes.begin(), m->bvh.nodes.end());
+    for (std::size_t i = first; i < nodes.size(); ++i) {
+      nodes[i].left_min.array() -= pad;
+      nodes[i].left_max.array() += pad;
+      nodes[i].right_min.array() -= pad;
+      nodes[i].right_max.array() += pad;
+    }
+    triangles.insert(triangles.end(), m->triangles.begin(), m->triangles.end());
+    if (scene.corners) corners.insert(corners.end(), m->corners.begin(), m->corners.end());
+  }
+  const std::size_t largest = std::max(4 * nodes.size(), triangles.size());
+  const bool needs_storage = largest > device.limits().maxTexelBufferElements;
+  if (needs_storage != storage_geometry) {
+    storage_geometry = needs_storage;
+    for (const std::size_t b : {BIND_NODES, BIND_TRIANGLES, BIND_CORNERS}) buffers[b].reset();
+  }
+  fill(BIND_NODES, nodes);
+  fill(BIND_TRIANGLES, triangles);
+  fill(BIND_CORNERS, corners);
+}
+
+ComputePipeline& Renderer::Impl::pipeline(const SpecConstants& constants) {
+  auto& slot = pipelines[{storage_geometry, constants}];
+  if (slot) return *slot;
+  std::vector<VkDescriptorType> types;
+  for (std::size_t i = 0; i < bindings.size(); ++i)
+    types.push_back(is_geometry(i) && storage_geometry ? storage : bindings[i].type);
+  const std::span<const std::uint32_t> spirv = storage_geometry
+                                                   ? std::span<const std::uint32_t>(trace_storage_spv)
+                                                   : std::span<const std::uint32_t>(trace_spv);
+  slot = std::make_unique<ComputePipeline>(device, spirv, types,
+                                           std::vector<std::uint32_t>(constants.begin(), constants.end()),
+                                           static_cast<std::uint32_t>(sizeof(gpu::Push)), cache);
+  return *slot;
+}
+
+// All samples of one band of blocks, in chunks that stay below the device's loop limit.
+void Renderer::Impl::run_band(ComputePipeline& kernel, gpu::Push push, std::uint32_t n_samples,
+                              std::uint32_t groups, std::uint32_t* chunk, Transport* out) {
+  const gpu::uint n_centre = push.n_centre;
+  std::uint64_t shadow_rays = 0;
+  for (std::uint32_t first = 0; first < n_samples;) {
+    throw_if_cancelled();
+    push.first_sample = first;
+    push.end_sample = std::min(n_samples, first + *chunk);
+    push.n_centre = first == 0 ? n_centre : 0;
+    Buffer& status = *buffers[BIND_STATUS];
+    status.upload(std::vector<std::uint32_t>{0, 0});
+    kernel.dispatch(groups, bytes_of(push));
+    std::array<std::uint32_t, 2> answer{};
+    std::memcpy(answer.data(), status.read(sizeof(answer)), sizeof(answer));
+    if (answer[0] == 0) {
+      shadow_rays += answer[1];
+      first = push.end_sample;
+      continue;
+    }
+    // Some invocation was cut short: its sums are wrong. Again from the start, in smaller portions.
+    if (*chunk == 1)
+      throw UserError(ExitCode::device, device.info().name,
+                      "a single ray exceeds the driver's limit of loop iterations",
+                      "use a newer driver (Mesa 25 has no such limit) or split the mesh");
+    *chunk = std::max(1U, std::min(*chunk, n_samples) / 2);
+    ++repeated;
+    shadow_rays = 0;
+    first = 0;
+  }
+  out->rays += shadow_rays;
+}
+
+// The band's sums, block by block, into the images.
+void Renderer::Impl::scatter(const PassPlan& pass, const std::vector<std::uint32_t>& blocks,
+                             std::size_t first, std::size_t n, bool first_pass, const Twin& twin,
+                             const PackedScene& scene, Transport* out) {
+  struct Target {
+    ImageF* image;
+    float factor;
+  };
+  std::vector<Target> targets{
+      {first_pass ? &out->mean : nullptr, 1.0F},
+      {first_pass ? &out->ambient : nullptr, static_cast<float>(twin.projector->ambient)}};
+  for (const PitchSlot& p : pass.pitches) {
+    const double pitch_px = twin.fringes.directions[p.direction].pitches_px[p.pitch];
+    const auto blur = static_cast<float>(blur_attenuation(1, twin.projector->blur_px, pitch_px));
+    targets.push_back({&out->cosine[p.direction][p.pitch], blur});
+    targets.push_back({&out->sine[p.direction][p.pitch], blur});
+  }
+  for (const DirectSlot& d : pass.direct) targets.push_back({&out->direct[d.image], 1.0F});
+  const std::size_t stride = n * BLOCK_PIXELS;
+  const auto* sums =
+      reinterpret_cast<const float*>(buffers[BIND_OUTPUT]->read(targets.size() * stride * sizeof(float)));
+  const auto* primitives =
+      first_pass
+          ? reinterpret_cast<const std::int32_t*>(buffers[BIND_OBJECTS]->read(stride * sizeof(std::int32_t)))
+          : nullptr;
+  const int width = out->mean.width, height = out->mean.height;
+#pragma omp parallel for
+  for (std::ptrdiff_t b = 0; b < static_cast<std::ptrdiff_t>(n); ++b) {
+    const std::uint32_t block = blocks[first + static_cast<std::size_t>(b)];
+    const int x0 = static_cast<int>(block & 0xffffU) * BLOCK_WIDTH,
+              y0 = static_cast<int>(block >> 16) * BLOCK_HEIGHT;
+    const int columns = std::min(BLOCK_WIDTH, width - x0);
+    for (int y = 0; y < BLOCK_HEIGHT && y0 + y < height; ++y) {
+      const std::size_t slot =
+          static_cast<std::size_t>(b) * BLOCK_PIXELS + static_cast<std::size_t>(y * BLOCK_WIDTH);
+      for (std::size_t c = 0; c < targets.size(); ++c) {
+        if (!targets[c].image) continue;
+        const float* from = sums + c * stride + slot;
+        float* to = &(*targets[c].image)(x0, y0 + y);
+        for (int x = 0; x < columns; ++x) to[x] = from[x] * targets[c].factor;
+      }
+      if (!first_pass) continue;
+      for (int x = 0; x < columns; ++x) {
+        const std::int32_t p = primitives[slot + static_cast<std::size_t>(x)];
+        out->object(x0 + x, y0 + y) = p < 0 ? -1 : scene.object_of_primitive[static_cast<std::size_t>(p)];
+      }
+    }
+  }
+}
+
+void Renderer::Impl::run_pass(const Twin& twin, const PassPlan& pass, const SpecConstants& constants,
+                              const std::vector<std::uint32_t>& blocks, std::uint32_t n_samples,
+                              bool first_pass, const PackedScene& scene, Progress* progress, Transport* out) {
+  std::uint32_t chunk = forced_chunk ? forced_chunk : scene.n_meshes > 0 ? mesh_chunk : analytic_chunk;
+  const std::uint64_t by_time =
+      samples_per_dispatch / (BLOCK_PIXELS * std::uint64_t{std::min(chunk, n_samples)});
+  const std::uint64_t by_memory = output_bytes / (pass.channels() * BLOCK_PIXELS * sizeof(float));
+  const std::size_t band = std::max<std::size_t>(16, std::min({by_time, by_memory, std::uint64_t{16384}}));
+  const std::size_t most = std::min(band, blocks.size());
+  reserve(BIND_OUTPUT, most * pass.channels() * BLOCK_PIXELS * sizeof(float));
+  reserve(BIND_OBJECTS, most * BLOCK_PIXELS * sizeof(std::int32_t));
+  reserve(BIND_STATUS, 2 * sizeof(std::uint32_t));
+  ComputePipeline& kernel = pipeline(constants);
+  std::vector<const Buffer*> bound;
+  for (const auto& b : buffers) bound.push_back(b.get());
+  kernel.bind(bound);
+  for (std::size_t first = 0; first < blocks.size(); first += band) {
+    const std::size_t n = std::min(band, blocks.size() - first);
+    gpu::Push push{};
+    push.first_block = static_cast<gpu::uint>(first);
+    push.n_blocks_band = static_cast<gpu::uint>(n);
+    push.n_centre = first_pass ? 1 : 0;
+    push.sentinel = SENTINEL_LOOPS;
+    run_band(kernel, push, n_samples, static_cast<std::uint32_t>(n), &chunk, out);
+    scatter(pass, blocks, first, n, first_pass, twin, scene, out);
+    if (progress) progress->advance(n);
+  }
+}
+
+Renderer::Renderer(const std::string& device) : impl_(std::make_unique<Impl>(device)) {}
+Renderer::~Renderer() = default;
+const DeviceInfo& Renderer::device() const { return impl_->device.info(); }
+int Renderer::validation_messages() const { return impl_->device.instance().validation_messages(); }
+void Renderer::set_samples_per_dispatch(std::uint32_t samples) { impl_->forced_chunk = samples; }
+int Renderer::repeated_dispatches() const { return impl_->repeated; }
+
+std::uint32_t Renderer::count_loop_iterations(std::uint32_t requested) {
+  ComputePipeline kernel(impl_->device, loop_limit_spv, {storage}, {}, sizeof(gpu::Push), impl_->cache);
+  Buffer status(impl_->device, sizeof(std::uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+  kernel.bind({&status});
+  gpu::Push push{};
+  push.end_sample = requested;
+  kernel.dispatch(1, bytes_of(push));
+  std::uint32_t count = 0;
+  std::memcpy(&count, status.read(sizeof(count)), sizeof(count));
+  return count;
+}
+
+Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
+                          std::uint64_t seed) {
+  const auto start = Clock::now();
+  FT_CHECK(camera_index < twin.cameras.size(), "camera index");
+  if (!twin.projector)
+    throw UserError(ExitCode::usage, twin.file.string(),
+                    "the twin has no projector, so nothing lights the scene", "add a [projector] section");
+  RenderOptions checked = twin.render;
+  checked.samples = sampling.samples;
+  checked.sampler = sampling.sampler;
+  choose_sampling(checked);
+
+  const Camera& camera = twin.cameras[camera_index];
+  const PackedScene scene = pack_scene(twin, camera, impl_->meshes);
+  const LensTable& lens = impl_->lens_table(camera.lens);
+  const ProjectorSetup projector = setup_projector(*twin.projector);
+  const SampleSetup samples = setup_samples(twin, camera, scene, sampling);
+  const std::vector<std::uint32_t> blocks = active_blocks(camera, scene, lens);
+  const std::vector<PassPlan> passes = plan_passes(twin, projector.cx, projector.cy);
+
+  const int width = camera.lens.width(), height = camera.lens.height();
+  Transport out;
+  out.mean = ImageF(width, height);
+  out.ambient = ImageF(width, height);
+  out.object = Image<std::int32_t>(width, height, -1);
+  for (const PassPlan& pass : passes) {
+    for (const PitchSlot& p : pass.pitches) {
+      out.cosine.resize(twin.fringes.directions.size());
+      out.sine.resize(twin.fringes.directions.size());
+      for (auto* images : {&out.cosine[p.direction], &out.sine[p.direction]}) {
+        images->resize(twin.fringes.directions[p.direction].pitches_px.size());
+        (*images)[p.pitch] = ImageF(width, height);
+      }
+    }
+    for (const DirectSlot& d : pass.direct) {
+      out.direct.resize(std::max(out.direct.size(), d.image + 1));
+      out.direct[d.image] = ImageF(width, height);
+    }
+  }
+  if (!blocks.empty()) {
+    const Pose T_proj_cam = twin.projector->T_proj_world * camera.T_cam_world.inverse();
+    const double reach_mm = scene.far_mm + T_proj_cam.translation_mm.norm() + lens_radius_mm(camera);
+    impl_->upload_geometry(scene, reach_mm);
+    std::vector<gpu::vec4> padded = scene.primitives;
+    padded.resize(4 * MAX_PRIMITIVES);
+    impl_->fill(BIND_PRIMITIVES, padded);
+    padded = scene.materials;
+    padded.resize(MAX_PRIMITIVES);
+    impl_->fill(BIND_MATERIALS, padded);
+    impl_->fill(BIND_LENS_GRID, lens.nodes);
+    impl_->fill(BIND_PROJECTOR_GRID, projector.table.nodes);
+    impl_->fill(BIND_SAMPLES, samples.table);
+    impl_->fill(BIND_SOBOL, samples.sobol);
+    impl_->fill(BIND_BLOCKS, blocks);
+    const std::uint64_t work = std::uint64_t{samples.n} * BLOCK_PIXELS * blocks.size() * passes.size();
+    std::unique_ptr<Progress> progress;
+    if (work > samples_worth_a_progress_bar)
+      progress = std::make_unique<Progress>("rendering " + camera.name, blocks.size() * passes.size());
+    for (std::size_t i = 0; i < passes.size(); ++i) {
+      std::vector<float> waveforms;
+      for (const DirectSlot& d : passes[i].direct)
+        waveforms.insert(waveforms.end(), d.waveform.begin(), d.waveform.end());
+      impl_->fill(BIND_WAVEFORMS, waveforms);
+      impl_->reserve(BIND_PARAMS, sizeof(gpu::Params))
+          .upload(bytes_of(make_params(twin, camera, scene, lens, projector, samples, passes[i], seed)));
+      impl_->run_pass(twin, passes[i],
+                      make_constants(twin, camera, scene, lens, projector, samples, passes[i]), blocks,
+                      samples.n, i == 0, scene, progress.get(), &out);
+    }
+    for (const std::uint32_t block : blocks) {
+      const int x = static_cast<int>(block & 0xffffU) * BLOCK_WIDTH,
+                y = static_cast<int>(block >> 16) * BLOCK_HEIGHT;
+      out.rays +=
+          std::uint64_t{samples.n} * passes.size() *
+          static_cast<std::uint64_t>(std::min(BLOCK_WIDTH, width - x) * std::min(BLOCK_HEIGHT, height - y));
+    }
+  }
+  out.trace_ms = ms_since(start);
+  return out;
+}
+
+RenderedCamera Renderer::render(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
+                                std::uint64_t seed) {
+  const auto start = Clock::now();
+  Transport transport = trace(twin, camera_index, sampling, seed);
+  RenderedCamera out;
+  out.camera = twin.cameras[camera_index].name;
+  out.irradiance = form_images(twin, transport);
+  if (needs_white_black(twin.fringes)) {
+    const auto level = [&](double value) {
+      const auto factor = static_cast<float>(twin.projector->response(value));
+      ImageF image = transport.ambient;
+      for (std::size_t i = 0; i < image.size(); ++i) image.data[i] += factor * transport.mean.data[i];
+      return image;
+    };
+    out.white = level(1.0);
+    out.black = level(0.0);
+  }
+  out.object = std::move(transport.object);
+  out.sampling = sampling;
+  out.trace_ms = transport.trace_ms;
+  out.rays = transport.rays;
+  out.total_ms = ms_since(start);
+  return out;
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/sample_table.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "render/quadrature.hpp"
+#include "twin/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+constexpr int largest_gauss = 16;
+constexpr int most_samples = 65536;
+
+bool is_square(int n, int* root) {
+  *root = static_cast<int>(std::lround(std::sqrt(static_cast<double>(n))));
+  return *root * *root == n;
+}
+
+}  // namespace
+
+Sampling choose_sampling(const RenderOptions& options) {
+  const char* where = "render";
+  if (options.samples && (*options.samples < 1 || *options.samples > most_samples))
+    throw UserError(ExitCode::usage, where,
+                    fmt::format("samples = {} is outside 1 ... {}", *options.samples, most_samples));
+  if (!(options.pixel_fill >= 0.0 && options.pixel_fill <= 2.0))
+    throw UserError(ExitCode::usage, where,
+                    fmt::format("pixel_fill = {} is outside 0 ... 2", options.pixel_fill));
+  if (!(options.phase_error_rad > 0.0))
+    throw UserError(ExitCode::usage, where,
+                    fmt::format("phase_error_rad = {} must be positive", options.phase_error_rad));
+  Sampling sampling;
+  sampling.sampler = options.sampler.value_or(Sampler::gauss);
+  int root = 0;
+  if (options.samples) {
+    sampling.samples = *options.samples;
+    // A number that is no square cannot be a Gauss rule; without a named sampler the user gets the
+    // one that takes any number.
+    const bool gauss_fits = is_square(sampling.samples, &root) && root <= largest_gauss;
+    if (!options.sampler && !gauss_fits) sampling.sampler = Sampler::multi_jittered;
+    if (sampling.sampler == Sampler::gauss && !gauss_fits)
+      throw UserError(ExitCode::usage, where,
+                      fmt::format("sampler \"gauss\" takes n x n samples with n = 1 ... {}, not {}",
+                                  largest_gauss, sampling.samples),
+                      "choose a square, or sampler = \"multi-jittered\"");
+    return sampling;
+  }
+  if (sampling.sampler == Sampler::gauss)
+    sampling.samples = options.phase_error_rad >= 5e-5 ? 4 : options.phase_error_rad >= 2.5e-5 ? 9 : 16;
+  else  // 64 points reach 2e-4 rad, 256 reach 3e-5 (interior pixels of the paper's sphere)
+    sampling.samples = options.phase_error_rad >= 2e-4 ? 64 : options.phase_error_rad >= 3e-5 ? 256 : 1024;
+  return sampling;
+}
+
+std::vector<DiskPoint> disk_rule(int radial, int angles) {
+  const GaussRule& rule = gauss_rule(radial);
+  std::vector<DiskPoint> points;
+  for (int i = 0; i < radial; ++i) {
+    const double r = std::sqrt(0.5 * (1.0 + rule.nodes[static_cast<std::size_t>(i)]));
+    const double weight = 0.5 * rule.weights[static_cast<std::size_t>(i)] / angles;
+    for (int k = 0; k < angles; ++k) {
+      // Rings turned against each other: fewer coinciding projections on the fringe direction.
+      const double a = 2.0 * std::numbers::pi * (k + 0.5 * (i % 2)) / angles;
+      points.push_back({r * std::cos(a), r * std::sin(a), weight});
+    }
+  }
+  return points;
+}
+
+std::vector<DiskPoint> disk_rule_for_swing(double swing_rad) {
+  // exp(i s r cos a): angular aliasing is J_m(s) for m angles, and the radial part a Bessel function
+  // of r^2 that a few nodes integrate; both fall off faster than exponentially beyond s.
+  const int angles = std::min(64, 6 + 2 * static_cast<int>(std::ceil(swing_rad)));
+  const int radial = std::min(24, 3 + static_cast<int>(std::ceil(0.5 * swing_rad)));
+  return disk_rule(radial, angles);
+}
+
+std::vector<gpu::vec4> gauss_samples(int samples, double pixel_fill, const std::vector<DiskPoint>& lens,
+                                     double lens_radius_mm) {
+  int n = 0;
+  FT_CHECK(is_square(samples, &n) && n >= 1 && n <= largest_gauss, "a Gauss rule has n x n samples");
+  const GaussRule& rule = gauss_rule(n);
+  std::vector<gpu::vec4> table;
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
+      const double dx = 0.5 * pixel_fill * rule.nodes[a], dy = 0.5 * pixel_fill * rule.nodes[b];
+      const double weight = 0.25 * rule.weights[a] * rule.weights[b];
+      if (lens.empty())
+        table.push_back({static_cast<float>(dx), static_cast<float>(dy), static_cast<float>(weight)});
+      for (const DiskPoint& p : lens) {
+        table.push_back(
+            {static_cast<float>(dx), static_cast<float>(dy), static_cast<float>(weight * p.weight)});
+        table.push_back({static_cast<float>(p.x * lens_radius_mm), static_cast<float>(p.y * lens_radius_mm)});
+      }
+    }
+  return table;
+}
+
+std::vector<gpu::uvec4> sobol_points(std::uint32_t n) {
+  struct Dimension {
+    std::uint32_t degree, coefficients;
+    std::array<std::uint32_t, 3> m;
+  };
+  constexpr std::array<Dimension, 3> joe_kuo{{{1, 0, {1}}, {2, 1, {1, 3}}, {3, 1, {1, 3, 1}}}};
+  std::array<std::array<std::uint32_t, 32>, 4> v{};
+  for (std::uint32_t i = 0; i < 32; ++i) v[0][i] = 1U << (31 - i);
+  for (std::size_t d = 0; d < joe_kuo.size(); ++d) {
+    const Dimension& p = joe_kuo[d];
+    auto& w = v[d + 1];
+    for (std::uint32_t i = 0; i < 32; ++i) {
+      if (i < p.degree) {
+        w[i] = p.m[i] << (31 - i);
+        continue;
+      }
+      w[i] = w[i - p.degree] ^ (w[i - p.degree] >> p.degree);
+      for (std::uint32_t k = 1; k < p.degree; ++k)
+        if (p.coefficients >> (p.degree - 1 - k) & 1U) w[i] ^= w[i - k];
+    }
+  }
+  std::vector<gpu::uvec4> points(n);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    std::array<std::uint32_t, 4> x{};
+    for (std::uint32_t bit = 0; bit < 32; ++bit)
+      if (i >> bit & 1U)
+        for (std::size_t d = 0; d < 4; ++d) x[d] ^= v[d][bit];
+    points[i] = {x[0], x[1], x[2], x[3]};
+  }
+  return points;
+}
+
+Factors multi_jitter_factors(std::uint32_t n) {
+  const auto root = static_cast<std::uint32_t>(std::sqrt(static_cast<double>(n)));
+  for (std::uint32_t c = root; 2 * c >= root && c > 0; --c)
+    if (n % c == 0) return {c, n / c};
+  const std::uint32_t columns = std::max(root, 1U);
+  return {columns, (n + columns - 1) / columns};
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sample sets over the pixel's square and the lens disk, for the shaders.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "render/renderer.hpp"
+#include "render/shaders/shared.h"
+
+namespace fringetwin::render {
+
+struct DiskPoint {
+  double x, y, weight;  ///< unit disk; weights sum to 1
+};
+/// Gauss-Legendre in r^2 (the area element) times equal angles, exact for polynomials of degree
+/// min(2 radial - 1, (angles - 1) / 2) in r^2.
+std::vector<DiskPoint> disk_rule(int radial, int angles);
+
+/// Points needed on the lens so that a fringe whose phase swings by `swing_rad` from the centre of
+/// the lens to its rim is averaged to about 1e-6.
+std::vector<DiskPoint> disk_rule_for_swing(double swing_rad);
+
+/// vec4 (dx, dy, weight, 0) per sample in px; with a lens two per sample, the second (x, y, 0, 0) in mm.
+std::vector<gpu::vec4> gauss_samples(int samples, double pixel_fill, const std::vector<DiskPoint>& lens,
+                                     double lens_radius_mm);
+
+/// The first n points of the 4-dimensional Sobol sequence (Joe and Kuo's direction numbers), 32 bits.
+std::vector<gpu::uvec4> sobol_points(std::uint32_t n);
+
+/// Columns x rows = n as square as possible; {c, r} with c * r > n where n has no good factors.
+struct Factors {
+  std::uint32_t columns, rows;
+};
+Factors multi_jitter_factors(std::uint32_t n);
+
+}  // namespace fringetwin::render

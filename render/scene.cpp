@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "twin/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+using Eigen::Vector3d;
+
+gpu::vec4 pack(const Vector3d& v, double w) {
+  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()),
+          static_cast<float>(w)};
+}
+
+float bits(std::size_t value) { return std::bit_cast<float>(static_cast<std::uint32_t>(value)); }
+
+[[noreturn]] void camera_inside(const Camera& camera, const Object& object) {
+  throw UserError(ExitCode::usage, fmt::format("camera \"{}\"", camera.name),
+                  fmt::format("it is inside the {} \"{}\"", shape_kind(object.shape), object.name),
+                  "check rt_cam_world, the object's place and their units");
+}
+
+// Packs the objects of one kind after the other: the shaders know a primitive's kind by its index.
+class Packer {
+ public:
+  Packer(const Camera& camera, MeshStore& store)
+      : camera_(camera), store_(store), T_cam_world_(camera.T_cam_world), lens_mm_(lens_radius_mm(camera)) {}
+
+  void add(const SphereShape& s, const Object& object) {
+    const Vector3d c = T_cam_world_ * s.center_mm;
+    if (c.norm() <= s.radius_mm + lens_mm_) camera_inside(camera_, object);
+    const double c2 = (c.norm() - s.radius_mm) * (c.norm() + s.radius_mm);
+    push({pack(c, s.radius_mm), {static_cast<float>(c2)}, {}, {}});
+    scene.finite.push_back({c, s.radius_mm});
+    ++scene.n_spheres;
+  }
+
+  void add(const PlaneShape& s, const Object&) {
+    const Vector3d n = T_cam_world_.rotation * s.normal.normalized(), p = T_cam_world_ * s.point_mm;
+    const Vector3d along = T_cam_world_.rotation * s.u_axis;
+    const Vector3d u = (along - along.dot(n) * n).normalized(), v = n.cross(u);
+    constexpr double infinite = std::numeric_limits<float>::max();
+    const double half_u = s.size_mm ? 0.5 * s.size_mm->x() : infinite;
+    const double half_v = s.size_mm ? 0.5 * s.size_mm->y() : infinite;
+    push({pack(n, n.dot(p)), pack(u, half_u), pack(v, half_v), pack(p, 0.0)});
+    if (s.size_mm) {
+      scene.bounded = true;
+      scene.finite.push_back({p, 0.5 * s.size_mm->norm()});
+    } else {
+      scene.unbounded = true;
+      reach(p.norm());
+    }
+    ++scene.n_planes;
+  }
+
+  void add(const CylinderShape& s, const Object& object) {
+    const Vector3d axis = (T_cam_world_.rotation * s.axis).normalized(), p = T_cam_world_ * s.point_mm;
+    const double center = p.dot(axis);
+    const Vector3d foot = p - center * axis;
+    constexpr double infinite = std::numeric_limits<float>::max();
+    const double half = s.length_mm ? 0.5 * *s.length_mm : infinite;
+    if (foot.norm() <= s.radius_mm + lens_mm_ && std::abs(center) <= half + lens_mm_)
+      camera_inside(camera_, object);
+    const double c2 = (foot.norm() - s.radius_mm) * (foot.norm() + s.radius_mm);
+    push({pack(foot, s.radius_mm),
+          pack(axis, half),
+          {static_cast<float>(center), static_cast<float>(c2)},
+          {}});
+    if (s.length_mm) {
+      scene.bounded = true;
+      scene.finite.push_back({p, std::hypot(half, s.radius_mm)});
+    } else {
+      scene.unbounded = true;
+      reach(foot.norm() + s.radius_mm);
+    }
+    ++scene.n_cylinders;
+  }
+
+  void add(const MeshShape& s, const Object& object) {
+    if (!s.mesh)
+      throw UserError(ExitCode::usage, fmt::format("object \"{}\"", object.name), "its mesh is not loaded");
+    if (s.mesh->triangles.empty())
+      throw UserError(ExitCode::input, s.file.string(),
+                      fmt::format("the mesh of \"{}\" has no triangle", object.name));
+    const MeshGeometry& g = store_.get(s.mesh);
+    const Pose T_cam_object = T_cam_world_ * s.T_world_object;
+    const Pose T_object_cam = T_cam_object.inverse();
+    // Shift to the mesh's centre: small coordinates, small rounding errors.
+    const Vector3d eye = T_object_cam.translation_mm - g.center_mm;
+    const Vector3d lo = g.bvh.box_min.cast<double>().array() - lens_mm_;
+    const Vector3d hi = g.bvh.box_max.cast<double>().array() + lens_mm_;
+    if ((eye.array() >= lo.array()).all() && (eye.array() <= hi.array()).all() &&
+        std::abs(winding_number(*s.mesh, T_object_cam.translation_mm)) > 0.5)
+      camera_inside(camera_, object);
+
+    std::size_t first_node = 0, first_triangle = 0, which = 0;
+    for (; which < scene.meshes.size() && scene.meshes[which] != &g; ++which) {
+      first_node += scene.meshes[which]->bvh.nodes.size();
+      first_triangle += scene.meshes[which]->bvh.order.size();
+    }
+    if (which == scene.meshes.size()) scene.meshes.push_back(&g);
+    const bool albedo = !s.mesh->vertex_albedo.empty();
+    const int flags = (s.smooth ? MESH_SMOOTH : 0) | (albedo ? MESH_ALBEDO : 0);
+    scene.corners = scene.corners || flags != 0;
+    const Eigen::Matrix3d& R = T_object_cam.rotation;
+    push({pack(R.row(0), eye.x()),
+          pack(R.row(1), eye.y()),
+          pack(R.row(2), eye.z()),
+          {bits(first_node), bits(first_triangle), bits(first_triangle), static_cast<float>(flags)}});
+    for (const Eigen::Vector4f& c : g.covering)
+      scene.finite.push_back({T_cam_object * (c.head<3>().cast<double>() + g.center_mm), c[3]});
+    ++scene.n_meshes;
+  }
+
+  void add(const MeasuredShape&, const Object& object) {
+    throw UserError(ExitCode::usage, fmt::format("object \"{}\"", object.name),
+                    "its shape is measured from real captures, and none were given");
+  }
+
+  void set_object(int index, const Material& material) {
+    object_ = index;
+    material_ = material;
+  }
+
+  void reach(double distance_mm) { scene.far_mm = std::max(scene.far_mm, distance_mm); }
+
+  PackedScene scene;
+
+ private:
+  void push(const std::array<gpu::vec4, 4>& primitive) {
+    scene.primitives.insert(scene.primitives.end(), primitive.begin(), primitive.end());
+    scene.materials.push_back({static_cast<float>(material_.diffuse), static_cast<float>(material_.specular),
+                               static_cast<float>(material_.shininess), 0.0F});
+    scene.specular = scene.specular || material_.specular > 0.0;
+    scene.object_of_primitive.push_back(object_);
+  }
+
+  const Camera& camera_;
+  MeshStore& store_;
+  Pose T_cam_world_;
+  double lens_mm_;
+  int object_ = 0;
+  Material material_;
+};
+
+template <class Kind>
+void add_kind(Packer& packer, const Twin& twin) {
+  for (std::size_t i = 0; i < twin.objects.size(); ++i)
+    if (const Kind* shape = std::get_if<Kind>(&twin.objects[i].shape)) {
+      packer.set_object(static_cast<int>(i), twin.objects[i].material);
+      packer.add(*shape, twin.objects[i]);
+    }
+}
+
+}  // namespace
+
+double lens_radius_mm(const Camera& camera) {
+  return camera.optics ? 0.5 * camera.optics->focal_length_mm / camera.optics->f_number : 0.0;
+}
+
+PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store) {
+  if (twin.objects.size() > MAX_PRIMITIVES)
+    throw UserError(ExitCode::usage, "object",
+                    fmt::format("{} objects, the renderer takes {}", twin.objects.size(), MAX_PRIMITIVES),
+                    "join static parts into one mesh");
+  Packer packer(camera, store);
+  add_kind<SphereShape>(packer, twin);
+  add_kind<PlaneShape>(packer, twin);
+  add_kind<CylinderShape>(packer, twin);
+  add_kind<MeshShape>(packer, twin);
+  add_kind<MeasuredShape>(packer, twin);
+
+  PackedScene scene = std::move(packer.scene);
+  const std::size_t n = scene.object_of_primitive.size();
+  const bool one_convex = n == 1 && scene.n_meshes == 0 && !(scene.n_cylinders == 1 && scene.bounded);
+  scene.shadow = n > 0 && !one_convex;
+  scene.z_min_mm = std::numeric_limits<double>::infinity();
+  for (const BoundingSphere& b : scene.finite) {
+    scene.far_mm = std::max(scene.far_mm, b.center_mm.norm() + b.radius_mm);
+    scene.z_min_mm = std::min(scene.z_min_mm, b.center_mm.z() - b.radius_mm);
+    scene.z_max_mm = std::max(scene.z_max_mm, b.center_mm.z() + b.radius_mm);
+  }
+  return scene;
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// A twin's objects, seen from one camera: transformed in double into the CAMERA frame, then packed
+// for the shaders (shaders/shared.h).
+#pragma once
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "render/bvh.hpp"
+#include "render/shaders/shared.h"
+#include "twin/twin.hpp"
+
+namespace fringetwin::render {
+
+struct BoundingSphere {
+  Eigen::Vector3d center_mm;  ///< camera frame
+  double radius_mm;
+};
+
+/// A mesh ready for tracing: BVH and triangles in leaf order, relative to `center_mm` (object frame).
+struct MeshGeometry {
+  std::shared_ptr<const Mesh> mesh;
+  Eigen::Vector3d center_mm;
+  Bvh bvh;
+  std::vector<gpu::vec4> triangles;       ///< 3 vertices each
+  std::vector<gpu::vec4> corners;         ///< 3 x (normal, albedo) each
+  std::vector<Eigen::Vector4f> covering;  ///< a few spheres (centre, radius) that cover it, for culling
+};
+
+MeshGeometry build_mesh_geometry(std::shared_ptr<const Mesh> mesh);
+
+/// Generalised winding number of the mesh's surface around a point (object frame): 1 inside a closed
+/// mesh, 0 outside, in between for an open one. Van Oosterom and Strackee's solid angles.
+double winding_number(const Mesh& mesh, const Eigen::Vector3d& point_mm);
+
+struct PackedScene {
+  std::vector<gpu::vec4> primitives, materials;
+  std::vector<int> object_of_primitive;
+  int n_spheres = 0, n_planes = 0, n_cylinders = 0, n_meshes = 0;
+  bool specular = false;
+  bool bounded = false;    ///< a plane or cylinder with an end
+  bool corners = false;    ///< a mesh with vertex normals or albedo
+  bool shadow = true;      ///< false for one convex object alone
+  bool unbounded = false;  ///< something reaches to infinity: every block of pixels may see it
+  std::vector<BoundingSphere> finite;
+  double far_mm = 0.0;  ///< farthest bounded geometry or ray origin, for rounding allowances
+  double z_min_mm = 0.0, z_max_mm = 0.0;    ///< depth range of what is bounded
+  std::vector<const MeshGeometry*> meshes;  ///< distinct, in buffer order
+};
+
+/// Finds (or builds) the geometry of a mesh.
+class MeshStore {
+ public:
+  const MeshGeometry& get(const std::shared_ptr<const Mesh>& mesh);
+
+ private:
+  std::vector<std::unique_ptr<MeshGeometry>> meshes_;
+};
+
+/// Throws UserError(usage) when the camera is inside an object, a mesh is not loaded, a measured
+/// shape was not replaced, or there are more than MAX_PRIMITIVES objects.
+PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store);
+
+/// Radius of the thin lens, 0 without depth of field.
+double lens_radius_mm(const Camera& camera);
+
+}  // namespace fringetwin::render

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// Triangle meshes: a two-wide BVH, while-while traversal with a private stack, Moeller-Trumbore.
+// Node (4 x ivec4): left box min + child, left box max + 0, right min + child, right max + 0.
+// Child >= 0: node; child < 0: leaf, ~child = first triangle * 8 + count - 1. Boxes are stored as
+// integer bits because small integers as floats are denormals, which a device may flush.
+
+const int TRAVERSAL_DONE = -2147483647 - 1;
+
+// Nearest triangle closer than `t` (any: the first found), -1 if none. `skip`: triangle to ignore.
+int traverse(vec3 o, vec3 d, inout float t, int first_node, int first_triangle, bool any, int skip, bool enabled) {
+  vec3 safe = vec3(abs(d.x) < 1e-20 ? 1e-20 : d.x, abs(d.y) < 1e-20 ? 1e-20 : d.y, abs(d.z) < 1e-20 ? 1e-20 : d.z);
+  vec3 inv = 1.0 / safe;
+  vec3 origin_inv = o * inv;
+  int stack[STACK_SIZE + 1];
+  int depth = 1;
+  stack[0] = TRAVERSAL_DONE;
+  int node = enabled ? 0 : TRAVERSAL_DONE;
+  int found = -1;
+  while (node != TRAVERSAL_DONE) {
+    while (node >= 0) {
+      int base = 4 * (first_node + node);
+      ivec4 a = FETCH_NODE(base), b = FETCH_NODE(base + 1), c = FETCH_NODE(base + 2), e = FETCH_NODE(base + 3);
+      vec3 l0 = intBitsToFloat(a.xyz) * inv - origin_inv, l1 = intBitsToFloat(b.xyz) * inv - origin_inv;
+      vec3 r0 = intBitsToFloat(c.xyz) * inv - origin_inv, r1 = intBitsToFloat(e.xyz) * inv - origin_inv;
+      vec3 l_min = min(l0, l1), l_max = max(l0, l1), r_min = min(r0, r1), r_max = max(r0, r1);
+      float l_near = max(max(l_min.x, l_min.y), max(l_min.z, 0.0));
+      float r_near = max(max(r_min.x, r_min.y), max(r_min.z, 0.0));
+      float l_far = min(min(l_max.x, l_max.y), l_max.z), r_far = min(min(r_max.x, r_max.y), r_max.z);
+      // Slack of a few ulp: a box must not be missed because of rounding (Ize, JCGT 2(2), 2013). The
+      // boxes themselves were grown on the CPU for the cancellation in b * inv - origin_inv.
+      bool hit_l = l_near <= l_far * 1.0000008 && l_near < t;
+      bool hit_r = r_near <= r_far * 1.0000008 && r_near < t;
+      bool left_first = l_near <= r_near;
+      int near = hit_l && (left_first || !hit_r) ? a.w : c.w;
+      int far = near == a.w ? c.w : a.w;
+      if (hit_l && hit_r) {
+        stack[depth] = far;
+        depth++;
+      }
+      if (hit_l || hit_r) {
+        node = near;
+      } else {
+        depth--;
+        node = stack[depth];
+      }
+    }
+    if (node != TRAVERSAL_DONE) {
+      int first = ~node >> 3, end = first + (~node & 7) + 1;
+      for (int i = first; i < end; ++i) {
+        int k = 3 * (first_triangle + i);
+        vec3 v0 = FETCH_TRIANGLE(k).xyz;
+        vec3 e1 = FETCH_TRIANGLE(k + 1).xyz - v0, e2 = FETCH_TRIANGLE(k + 2).xyz - v0;
+        vec3 h = cross(d, e2);
+        float inv_det = 1.0 / dot(e1, h);
+        vec3 s = o - v0;
+        float u = dot(s, h) * inv_det;
+        vec3 q = cross(s, e1);
+        float v = dot(d, q) * inv_det;
+        float t_hit = dot(e2, q) * inv_det;
+        if (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t_hit > 0.0 && t_hit < t && i != skip) {
+          t = t_hit;
+          found = i;
+        }
+      }
+      depth--;
+      node = any && found >= 0 ? TRAVERSAL_DONE : stack[depth];
+    }
+  }
+  return found;
+}
+
+// Instance: [0..2] rows of T_object_cam; [3] first node, first triangle, first corner (as integer
+// bits), MESH_SMOOTH | MESH_ALBEDO.
+vec3 to_object(int i, vec3 v, float w) {
+  vec4 x = vec4(v, w);
+  return vec3(dot(primitives[4 * i], x), dot(primitives[4 * i + 1], x), dot(primitives[4 * i + 2], x));
+}
+
+vec3 direction_from_object(int i, vec3 v) {
+  return v.x * primitives[4 * i].xyz + v.y * primitives[4 * i + 1].xyz + v.z * primitives[4 * i + 2].xyz;
+}

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// Layouts and numbers shared by the C++ host and the GLSL shaders. Only 16-byte members, so that
+// std140 and C++ agree by construction; the static_asserts at the end say so.
+#ifndef FRINGETWIN_SHADERS_SHARED_H
+#define FRINGETWIN_SHADERS_SHARED_H
+
+#ifdef __cplusplus
+#include <cstddef>
+#include <cstdint>
+namespace fringetwin::render::gpu {
+using uint = std::uint32_t;
+struct vec4 {
+  float x = 0, y = 0, z = 0, w = 0;
+};
+struct uvec4 {
+  uint x = 0, y = 0, z = 0, w = 0;
+};
+#endif
+
+// ---- sizes
+#define BLOCK_WIDTH 32
+#define BLOCK_HEIGHT 8
+#define BLOCK_PIXELS 256
+#define MAX_PRIMITIVES 256  // 4 vec4 each = 16 KiB, the smallest uniform range Vulkan guarantees
+#define MAX_PITCHES 8       // cosine/sine pairs in one pass
+#define MAX_DIRECT 16       // directly evaluated images in one pass
+#define STACK_SIZE 32
+#define SENTINEL_LOOPS 3
+
+// ---- bindings (set 0)
+#define BIND_PARAMS 0
+#define BIND_PRIMITIVES 1
+#define BIND_MATERIALS 2
+#define BIND_NODES 3      // BVH nodes, 4 x ivec4 each
+#define BIND_TRIANGLES 4  // 3 x vec4 vertices each
+#define BIND_CORNERS 5    // 3 x vec4 (normal, albedo) each
+#define BIND_LENS_GRID 6
+#define BIND_PROJECTOR_GRID 7
+#define BIND_SAMPLES 8  // gauss: vec4 (dx, dy, weight, 0), then (lens x, lens y, 0, 0)
+#define BIND_SOBOL 9    // uvec4, four dimensions of 32 bits
+#define BIND_WAVEFORMS 10
+#define BIND_BLOCKS 11  // x | y << 16, in blocks
+#define BIND_OUTPUT 12  // [channel][block][pixel]
+#define BIND_OBJECTS 13
+#define BIND_STATUS 14  // [0] truncated invocations, [1] shadow rays
+#define BIND_COUNT 15
+
+// ---- specialization constants
+#define SPEC_N_SPHERES 0
+#define SPEC_N_PLANES 1
+#define SPEC_N_CYLINDERS 2
+#define SPEC_N_MESHES 3
+#define SPEC_SHADOW 4
+#define SPEC_SPECULAR 5
+#define SPEC_LENS_DISK 6  // depth of field
+#define SPEC_FALLOFF 7
+#define SPEC_BOUNDED 8  // any plane or cylinder with an end
+#define SPEC_CAMERA 9
+#define SPEC_PROJECTOR 10
+#define SPEC_SAMPLER 11
+#define SPEC_CORNERS 12  // any mesh with vertex normals or albedo
+#define SPEC_N_PITCHES 13
+#define SPEC_N_PERIODIC 14
+#define SPEC_N_AXIS 15
+#define SPEC_N_GRAY 16
+#define SPEC_COUNT 17
+
+#define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
+#define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
+#define CAMERA_GENERAL 2      // direction grid (3 components)
+#define PROJECTOR_PINHOLE 0
+#define PROJECTOR_OPENCV5 1   // k1 k2 p1 p2 k3
+#define PROJECTOR_OPENCV12 2  // + rational and thin prism terms
+#define PROJECTOR_GRID 3      // residual grid over (x/z, y/z)
+#define SAMPLER_TABLE 0
+#define SAMPLER_MULTI_JITTERED 1
+#define SAMPLER_SOBOL 2
+#define SAMPLER_MULTI_JITTERED_ANY 3
+
+#define MESH_SMOOTH 1
+#define MESH_ALBEDO 2
+
+// All geometry is in the CAMERA frame (camera centre = origin), mm.
+struct Params {
+  vec4 camera;        // 1/fx, 1/fy, cx, cy
+  vec4 lens_grid;     // first x, first y, 1/spacing x, 1/spacing y (px)
+  uvec4 lens_grid_n;  // nodes in x, in y, 0, 0
+  vec4 projector_r0;  // rows of T_proj_cam: rotation, translation
+  vec4 projector_r1;
+  vec4 projector_r2;
+  vec4 projector_f;     // fx, fy, largest invertible squared radius, 0
+  vec4 projector_edge;  // image borders minus the principal point: left, right, top, bottom
+  vec4 projector_k0;    // k1 k2 p1 p2
+  vec4 projector_k1;    // k3 k4 k5 k6
+  vec4 projector_k2;    // s1 s2 s3 s4
+  vec4 projector_grid;  // first x, first y, 1/spacing x, 1/spacing y (tangent units)
+  uvec4 projector_grid_n;
+  vec4 projector_center;      // w: intensity
+  vec4 light;                 // falloff numerator d0^2, shadow offset relative to |p|, 0, 0
+  vec4 sampling;              // pixel_fill, 1/N, lens radius mm, 1/focus distance
+  uvec4 sampling_n;           // N, columns, rows, seed
+  uvec4 frame;                // width, height, 0, 0
+  vec4 pitch[MAX_PITCHES];    // 1/pitch, turns at the principal point, axis x, axis y
+  vec4 direct[MAX_DIRECT];    // scale, offset (table: in samples; gray: in words), axis x, axis y
+  vec4 direct_b[MAX_DIRECT];  // table: first, count, 0, 0; gray: bit shift, word mask, value at 0, at 1
+};
+
+// One dispatch.
+struct Push {
+  uint first_block;
+  uint n_blocks_band;  // stride of the output channels in blocks
+  uint first_sample;
+  uint end_sample;
+  uint n_centre;  // 1: also trace the pixel-centre ray for the object image
+  uint sentinel;
+  uint reserved0;
+  uint reserved1;
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(vec4) == 16 && sizeof(uvec4) == 16);
+static_assert(offsetof(Params, pitch) == 18 * 16);
+static_assert(offsetof(Params, direct) == (18 + MAX_PITCHES) * 16);
+static_assert(sizeof(Params) == (18 + MAX_PITCHES + 2 * MAX_DIRECT) * 16);
+static_assert(sizeof(Push) == 32);
+static_assert(MAX_PRIMITIVES * 4 * sizeof(vec4) <= 16384);
+static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);
+}  // namespace fringetwin::render::gpu
+#endif
+#endif

@@ -1,0 +1,84 @@
+#version 460
+// SPDX-License-Identifier: Apache-2.0
+// One camera: per pixel the transport sums of DESIGN §3 over the pixel's square (and the lens disk).
+// One invocation = one pixel; a work group = one block of the list of blocks that can see something.
+// On lavapipe `if` masks lanes but skips no work, only loops end early: hence specialization
+// constants for every switch.
+#extension GL_GOOGLE_include_directive : require
+#include "bindings.glsl"
+#include "camera.glsl"
+#include "sampling.glsl"
+#include "shapes.glsl"
+#include "mesh.glsl"
+#include "scene.glsl"
+#include "projector.glsl"
+#include "patterns.glsl"
+
+layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
+
+// Irradiance per unit pattern value of one hit (paper eq. 6 plus Phong), 0 where unlit.
+// `u` = projector coordinate minus the principal point.
+float shade(const Hit hit, vec3 d, out vec2 u, inout uint shadow_rays) {
+  vec3 to_light = params.projector_center.xyz - hit.p;
+  float distance_sq = dot(to_light, to_light);
+  vec3 l = to_light / sqrt(distance_sq);
+  float cos_l = dot(hit.n, l);
+  bool lit = project(hit.p, u);
+  lit = lit && hit.primitive >= 0 && cos_l > 0.0 && dot(hit.n_geometric, l) > 0.0;
+  if (SHADOW != 0) {
+    shadow_rays += lit ? 1 : 0;
+    lit = !occluded(hit, to_light, lit) && lit;
+  }
+  float w = hit.material.x * (1.0 / PI) * cos_l;
+  if (SPECULAR != 0) {
+    vec3 to_eye = -d / sqrt(dot(d, d));
+    float cos_r = dot(2.0 * cos_l * hit.n - l, to_eye);
+    w += cos_r > 0.0 ? hit.material.y * pow(cos_r, hit.material.z) : 0.0;
+  }
+  if (FALLOFF != 0) w *= params.light.x / distance_sq;
+  return lit ? w * params.projector_center.w : 0.0;
+}
+
+void main() {
+  uint block_index = push.first_block + gl_WorkGroupID.x;
+  uint block = texelFetch(block_list, int(block_index)).x;
+  uvec2 pixel = uvec2((block & 0xffffu) * BLOCK_WIDTH, (block >> 16) * BLOCK_HEIGHT) + gl_LocalInvocationID.xy;
+  uint slot = gl_WorkGroupID.x * BLOCK_PIXELS + gl_LocalInvocationID.y * BLOCK_WIDTH + gl_LocalInvocationID.x;
+  uint stride = push.n_blocks_band * BLOCK_PIXELS;
+
+  PixelRays rays = pixel_rays(vec2(pixel));
+  uint pixel_seed = hash(pixel.x + hash(pixel.y + hash(params.sampling_n.w)));
+
+  float mean = 0.0, hits = 0.0;
+  float cosine[MAX_PITCHES], sine[MAX_PITCHES], direct[MAX_DIRECT];
+  load_sums(push.first_sample > 0, slot, stride, mean, hits, cosine, sine, direct);
+
+  // A loop, because only a loop can be skipped.
+  for (uint k = 0; k < push.n_centre; ++k)
+    objects[slot] = closest_hit(vec3(0.0), ray_direction(rays, vec2(0.0))).primitive;
+
+  uint shadow_rays = 0;
+  for (uint s = push.first_sample; s < push.end_sample; ++s) {
+    Sample sample_ = pixel_sample(s, pixel_seed);
+    vec3 o = vec3(0.0);
+    vec3 d = ray_direction(rays, sample_.offset);
+    if (LENS_DISK != 0) {
+      o = vec3(sample_.lens, 0.0);
+      d = d / d.z - o * params.sampling.w;
+    }
+    Hit hit = closest_hit(o, d);
+    vec2 u;
+    float w = shade(hit, d, u, shadow_rays) * sample_.weight;
+    mean += w;
+    hits += hit.primitive >= 0 ? sample_.weight : 0.0;
+    add_patterns(w, w != 0.0 ? u : vec2(0.0), cosine, sine, direct);
+  }
+  store_sums(slot, stride, mean, hits, cosine, sine, direct);
+
+  // lavapipe cuts all loops of an invocation at 65,535 iterations in total, silently. Once that has
+  // happened every further loop runs its body once, so this one tells.
+  uint loops = 0;
+  for (uint k = 0; k < push.sentinel; ++k) loops += 1 + (k & pixel.x & 0x80000000u);
+  if (loops != SENTINEL_LOOPS) atomicAdd(status[0], 1u);
+  if (SHADOW != 0) atomicAdd(status[1], shadow_rays);
+}

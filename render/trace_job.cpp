@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/trace_job.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "twin/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+using Eigen::Vector3d;
+
+// Shadow rays start this far above the surface, relative to the distance from the camera: some tens
+// of single-precision roundings, 1 um at 250 mm.
+constexpr double shadow_offset = 4e-6;
+
+gpu::vec4 row(const Pose& T, int i) {
+  return {static_cast<float>(T.rotation(i, 0)), static_cast<float>(T.rotation(i, 1)),
+          static_cast<float>(T.rotation(i, 2)), static_cast<float>(T.translation_mm[i])};
+}
+
+std::uint32_t fold_seed(std::uint64_t seed) {
+  // splitmix64
+  std::uint64_t z = seed + 0x9e3779b97f4a7c15ULL;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return static_cast<std::uint32_t>((z ^ (z >> 31)) >> 32);
+}
+
+// Phase by which a fringe at the finest pitch swings between the centre and the rim of the lens.
+double lens_swing_rad(const Twin& twin, const Camera& camera, const PackedScene& scene) {
+  double finest = std::numeric_limits<double>::infinity();
+  for (const DirectionFringes& d : twin.fringes.directions)
+    for (const double pitch : d.pitches_px) finest = std::min(finest, pitch);
+  const double focus = camera.optics->focus_distance_mm;
+  const double f_px = setup_projector(*twin.projector).fx;
+  const auto swing = [&](double z) {
+    const double blur_mm = lens_radius_mm(camera) * std::abs(1.0 - z / focus);
+    // 2: a tilted surface moves the hit further than a frontal one.
+    return 2.0 * 2.0 * std::numbers::pi / finest * f_px * blur_mm / std::max(z, 1e-3 * focus);
+  };
+  if (scene.finite.empty()) return swing(std::max(scene.far_mm, 1e-3 * focus));
+  return std::max(swing(std::max(scene.z_min_mm, 0.1 * focus)), swing(scene.z_max_mm));
+}
+
+}  // namespace
+
+ProjectorSetup setup_projector(const Projector& projector) {
+  ProjectorSetup s;
+  const Lens& lens = projector.lens;
+  if (!lens.is_perspective()) {
+    s.kind = PROJECTOR_GRID;
+    s.table = make_projector_table(lens);
+    s.fx = s.table.fx;
+    s.fy = s.table.fy;
+    s.cx = s.table.cx;
+    s.cy = s.table.cy;
+    return s;
+  }
+  s.fx = lens.intrinsics()[0];
+  s.fy = lens.intrinsics()[1];
+  s.cx = lens.intrinsics()[2];
+  s.cy = lens.intrinsics()[3];
+  const auto& k = lens.opencv_distortion();
+  s.kind = k.isZero(0.0)             ? PROJECTOR_PINHOLE
+           : k.tail<7>().isZero(0.0) ? PROJECTOR_OPENCV5
+                                     : PROJECTOR_OPENCV12;
+  return s;
+}
+
+SampleSetup setup_samples(const Twin& twin, const Camera& camera, const PackedScene& scene,
+                          const Sampling& sampling) {
+  SampleSetup s;
+  const double fill = twin.render.pixel_fill;
+  s.n = static_cast<std::uint32_t>(sampling.samples);
+  switch (sampling.sampler) {
+    case Sampler::gauss: {
+      std::vector<DiskPoint> disk;
+      if (camera.optics) disk = disk_rule_for_swing(lens_swing_rad(twin, camera, scene));
+      s.table = gauss_samples(sampling.samples, fill, disk, lens_radius_mm(camera));
+      s.n *= static_cast<std::uint32_t>(std::max<std::size_t>(disk.size(), 1));
+      break;
+    }
+    case Sampler::multi_jittered:
+      s.factors = multi_jitter_factors(s.n);
+      s.kind =
+          s.factors.columns * s.factors.rows == s.n ? SAMPLER_MULTI_JITTERED : SAMPLER_MULTI_JITTERED_ANY;
+      break;
+    case Sampler::sobol:
+      s.kind = SAMPLER_SOBOL;
+      s.sobol = sobol_points(s.n);
+      break;
+  }
+  return s;
+}
+
+gpu::Params make_params(const Twin& twin, const Camera& camera, const PackedScene& scene,
+                        const LensTable& lens, const ProjectorSetup& projector, const SampleSetup& samples,
+                        const PassPlan& pass, std::uint64_t seed) {
+  const Projector& p = *twin.projector;
+  const Pose T_proj_cam = p.T_proj_world * camera.T_cam_world.inverse();
+  const Vector3d center = T_proj_cam.inverse().translation_mm;
+  gpu::Params g;
+  g.camera = lens.camera;
+  g.lens_grid = lens.grid;
+  g.lens_grid_n = lens.grid_n;
+  g.projector_r0 = row(T_proj_cam, 0);
+  g.projector_r1 = row(T_proj_cam, 1);
+  g.projector_r2 = row(T_proj_cam, 2);
+  const auto f = [](double v) { return static_cast<float>(v); };
+  double max_radius_sq = std::numeric_limits<float>::max();
+  if (p.lens.is_perspective()) {
+    max_radius_sq = std::min(max_radius_sq, p.lens.max_invertible_radius_sq());
+    const auto& k = p.lens.opencv_distortion();
+    g.projector_k0 = {f(k[0]), f(k[1]), f(k[2]), f(k[3])};
+    g.projector_k1 = {f(k[4]), f(k[5]), f(k[6]), f(k[7])};
+    g.projector_k2 = {f(k[8]), f(k[9]), f(k[10]), f(k[11])};
+  }
+  g.projector_f = {f(projector.fx), f(projector.fy), f(max_radius_sq), 0.0F};
+  g.projector_edge = {f(-0.5 - projector.cx), f(p.lens.width() - 0.5 - projector.cx), f(-0.5 - projector.cy),
+                      f(p.lens.height() - 0.5 - projector.cy)};
+  g.projector_grid = projector.table.grid;
+  g.projector_grid_n = projector.table.grid_n;
+  g.projector_center = {f(center.x()), f(center.y()), f(center.z()), f(p.intensity)};
+  g.light = {f(p.reference_distance_mm * p.reference_distance_mm), f(shadow_offset), 0.0F, 0.0F};
+  const double focus = camera.optics ? camera.optics->focus_distance_mm : 1.0;
+  g.sampling = {f(twin.render.pixel_fill), f(1.0 / samples.n), f(lens_radius_mm(camera)), f(1.0 / focus)};
+  g.sampling_n = {samples.n, samples.factors.columns, samples.factors.rows, fold_seed(seed)};
+  g.frame = {static_cast<gpu::uint>(camera.lens.width()), static_cast<gpu::uint>(camera.lens.height()), 0, 0};
+  for (std::size_t i = 0; i < pass.pitches.size(); ++i) g.pitch[i] = pass.pitches[i].values;
+  for (std::size_t i = 0; i < pass.direct.size(); ++i) {
+    g.direct[i] = pass.direct[i].a;
+    g.direct_b[i] = pass.direct[i].b;
+  }
+  FT_CHECK(scene.primitives.size() == 4 * scene.materials.size(), "four vectors per primitive");
+  return g;
+}
+
+SpecConstants make_constants(const Twin& twin, const Camera& camera, const PackedScene& scene,
+                             const LensTable& lens, const ProjectorSetup& projector,
+                             const SampleSetup& samples, const PassPlan& pass) {
+  SpecConstants c{};
+  const auto set = [&c](std::size_t id, int value) { c[id] = static_cast<std::uint32_t>(value); };
+  set(SPEC_N_SPHERES, scene.n_spheres);
+  set(SPEC_N_PLANES, scene.n_planes);
+  set(SPEC_N_CYLINDERS, scene.n_cylinders);
+  set(SPEC_N_MESHES, scene.n_meshes);
+  set(SPEC_SHADOW, scene.shadow);
+  set(SPEC_SPECULAR, scene.specular);
+  set(SPEC_LENS_DISK, camera.optics.has_value());
+  set(SPEC_FALLOFF, twin.projector->inverse_square);
+  set(SPEC_BOUNDED, scene.bounded);
+  set(SPEC_CAMERA, lens.kind);
+  set(SPEC_PROJECTOR, projector.kind);
+  set(SPEC_SAMPLER, samples.kind);
+  set(SPEC_CORNERS, scene.corners);
+  set(SPEC_N_PITCHES, static_cast<int>(pass.pitches.size()));
+  set(SPEC_N_PERIODIC, pass.count(DirectSlot::Kind::periodic));
+  set(SPEC_N_AXIS, pass.count(DirectSlot::Kind::axis));
+  set(SPEC_N_GRAY, pass.count(DirectSlot::Kind::gray));
+  return c;
+}
+
+std::vector<std::uint32_t> active_blocks(const Camera& camera, const PackedScene& scene,
+                                         const LensTable& lens) {
+  // A lens point sees an object at depth z displaced by up to lens radius * (1 + z/focus).
+  const double lens_mm = lens_radius_mm(camera);
+  struct Cone {
+    Vector3d axis;
+    double angle;
+  };
+  std::vector<Cone> cones;
+  for (const BoundingSphere& b : scene.finite) {
+    const double distance = b.center_mm.norm();
+    const double spread =
+        camera.optics ? lens_mm * (1.0 + (distance + b.radius_mm) / camera.optics->focus_distance_mm) : 0.0;
+    const double radius = b.radius_mm * (1.0 + 1e-6) + spread;
+    cones.push_back(
+        {b.center_mm.normalized(), radius >= distance ? std::numbers::pi : std::asin(radius / distance)});
+  }
+  const int n = lens.blocks_x * lens.blocks_y;
+  std::vector<unsigned char> active(static_cast<std::size_t>(n), scene.unbounded);
+#pragma omp parallel for
+  for (int i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Vector3d d = lens.block_cones[k].head<3>();
+    for (std::size_t j = 0; j < cones.size() && !active[k]; ++j) {
+      const double angle = std::atan2(d.cross(cones[j].axis).norm(), d.dot(cones[j].axis));
+      active[k] = angle <= cones[j].angle + lens.block_cones[k][3];
+    }
+  }
+  std::vector<std::uint32_t> blocks;
+  for (int y = 0; y < lens.blocks_y; ++y)
+    for (int x = 0; x < lens.blocks_x; ++x)
+      if (active[static_cast<std::size_t>(y * lens.blocks_x + x)])
+        blocks.push_back(static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 16);
+  return blocks;
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vulkan instance and device, buffers and compute pipelines; every VkResult becomes a
+// UserError(device). Internal to render/ (includes volk).
+#pragma once
+#include <volk.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "render/renderer.hpp"
+
+namespace fringetwin::render {
+
+/// Throws UserError(device) naming the call and the result unless VK_SUCCESS.
+void vk_check(VkResult result, const char* call);
+
+/// A Vulkan 1.2 instance; validation layers when FRINGETWIN_VALIDATION=1.
+class VulkanInstance {
+ public:
+  VulkanInstance();
+  ~VulkanInstance();
+  VulkanInstance(const VulkanInstance&) = delete;
+  VulkanInstance& operator=(const VulkanInstance&) = delete;
+  /// Devices with Vulkan 1.2 and a compute queue.
+  std::vector<VkPhysicalDevice> devices() const;
+  VkInstance handle() const { return instance_; }
+  /// Warnings and errors of the validation layers so far.
+  int validation_messages() const { return *messages_; }
+
+ private:
+  VkInstance instance_ = VK_NULL_HANDLE;
+  VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+  std::unique_ptr<std::atomic<int>> messages_ = std::make_unique<std::atomic<int>>(0);
+};
+
+DeviceInfo describe_device(VkPhysicalDevice device);
+
+/// One logical device with one compute queue.
+class VulkanDevice {
+ public:
+  /// `wanted` as in Renderer; "" = $FRINGETWIN_DEVICE, else a CPU device, else the first.
+  explicit VulkanDevice(const std::string& wanted);
+  ~VulkanDevice();
+  VulkanDevice(const VulkanDevice&) = delete;
+  VulkanDevice& operator=(const VulkanDevice&) = delete;
+
+  VkDevice handle() const { return device_; }
+  const DeviceInfo& info() const { return info_; }
+  const VkPhysicalDeviceLimits& limits() const { return limits_; }
+  const VulkanInstance& instance() const { return instance_; }
+  /// Index of a memory type with all of `required`, preferring those with `preferred`.
+  std::uint32_t memory_type(std::uint32_t allowed, VkMemoryPropertyFlags required,
+                            VkMemoryPropertyFlags preferred) const;
+  bool has_mappable_device_memory() const;
+  /// Records with `record(VkCommandBuffer)`, submits, waits.
+  template <class Record>
+  void run(Record record) {
+    begin();
+    record(commands_);
+    submit_and_wait();
+  }
+
+ private:
+  void begin();
+  void submit_and_wait();
+
+  VulkanInstance instance_;
+  VkPhysicalDevice physical_ = VK_NULL_HANDLE;
+  VkDevice device_ = VK_NULL_HANDLE;
+  VkQueue queue_ = VK_NULL_HANDLE;
+  VkCommandPool pool_ = VK_NULL_HANDLE;
+  VkCommandBuffer commands_ = VK_NULL_HANDLE;
+  VkFence fence_ = VK_NULL_HANDLE;
+  VkPhysicalDeviceLimits limits_{};
+  VkPhysicalDeviceMemoryProperties memory_{};
+  DeviceInfo info_;
+};
+
+/// Device memory the host can fill and read: mapped where the device allows it, else through a
+/// staging buffer (FRINGETWIN_STAGING=1 forces that path, for tests).
+class Buffer {
+ public:
+  Buffer(VulkanDevice& device, std::size_t bytes, VkBufferUsageFlags usage,
+         VkFormat texel_format = VK_FORMAT_UNDEFINED);
+  ~Buffer();
+  Buffer(const Buffer&) = delete;
+  Buffer& operator=(const Buffer&) = delete;
+
+  VkBuffer handle() const { return buffer_; }
+  VkBufferView view() const { return view_; }  ///< texel buffers
+  std::size_t bytes() const { return bytes_; }
+  void upload(std::span<const std::byte> data);
+  template <class T>
+  void upload(const std::vector<T>& data) {
+    upload(std::as_bytes(std::span(data)));
+  }
+  /// The first `bytes` of the buffer; valid until the next call of a Buffer function.
+  const std::byte* read(std::size_t bytes);
+
+ private:
+  struct Allocation {
+    VkBuffer buffer = VK_NULL_HANDLE;
+    VkDeviceMemory memory = VK_NULL_HANDLE;
+    std::byte* mapped = nullptr;
+  };
+  Allocation allocate(VkBufferUsageFlags usage, VkMemoryPropertyFlags required,
+                      VkMemoryPropertyFlags preferred);
+  void release(Allocation& allocation);
+
+  VulkanDevice& device_;
+  std::size_t bytes_;
+  VkBuffer buffer_ = VK_NULL_HANDLE;
+  VkBufferView view_ = VK_NULL_HANDLE;
+  Allocation main_, staging_;
+};
+
+/// A compute pipeline with its own descriptor set.
+class ComputePipeline {
+ public:
+  /// `types[i]`: descriptor type of binding i; `constants`: specialization constants 0, 1, ...
+  ComputePipeline(VulkanDevice& device, std::span<const std::uint32_t> spirv,
+                  const std::vector<VkDescriptorType>& types, const std::vector<std::uint32_t>& constants,
+                  std::uint32_t push_bytes, VkPipelineCache cache);
+  ~ComputePipeline();
+  ComputePipeline(const ComputePipeline&) = delete;
+  ComputePipeline& operator=(const ComputePipeline&) = delete;
+  /// One buffer per binding.
+  void bind(const std::vector<const Buffer*>& buffers);
+  void dispatch(std::uint32_t groups, std::span<const std::byte> push);
+
+ private:
+  VulkanDevice& device_;
+  std::vector<VkDescriptorType> types_;
+  VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
+  VkPipelineLayout layout_ = VK_NULL_HANDLE;
+  VkPipeline pipeline_ = VK_NULL_HANDLE;
+  VkDescriptorPool pool_ = VK_NULL_HANDLE;
+  VkDescriptorSet set_ = VK_NULL_HANDLE;
+};
+
+}  // namespace fringetwin::render
