@@ -5,8 +5,8 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <limits>
-#include <sstream>
 #include <string_view>
 
 #include "twin/errors.hpp"
@@ -18,11 +18,13 @@ namespace {
 
 std::string read_text(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  if (std::filesystem::is_directory(file) || !in || !(text << in.rdbuf()))
+  std::string text;
+  if (in && !std::filesystem::is_directory(file))
+    text.assign(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+  if (!in || std::filesystem::is_directory(file))
     throw UserError(ExitCode::input, file.string(), "cannot read the camera model",
                     "check the path; a .cameramodel is written by mrcal or by fringetwin import");
-  return text.str();
+  return text;
 }
 
 std::vector<std::string> leading_comments(std::string_view text) {

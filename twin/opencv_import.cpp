@@ -17,12 +17,23 @@ namespace {
 /// Files print rotations with 6 or more digits; a matrix further from a rotation is something else.
 constexpr double rotation_tolerance = 1e-5;
 
-/// OpenCV prints its own report of a syntax error on stderr before it throws; ours is enough.
+/// OpenCV prints its own report on stderr before it throws; ours is enough.
+class SilentOpenCv {
+ public:
+  SilentOpenCv() : previous_(cv::redirectError(ignore)) {}
+  ~SilentOpenCv() { cv::redirectError(previous_); }
+  SilentOpenCv(const SilentOpenCv&) = delete;
+  SilentOpenCv& operator=(const SilentOpenCv&) = delete;
+
+ private:
+  static int ignore(int, const char*, const char*, const char*, int, void*) { return 0; }
+  cv::ErrorCallback previous_;
+};
+
 cv::FileStorage open_storage(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(file))
     throw UserError(ExitCode::input, file.string(), "there is no such calibration file");
-  const auto silent = [](int, const char*, const char*, const char*, int, void*) { return 0; };
-  cv::ErrorCallback previous = cv::redirectError(silent);
+  const SilentOpenCv silent;
   cv::FileStorage storage;
   std::string reason = "not a YAML, XML or JSON file";
   bool opened = false;
@@ -31,7 +42,6 @@ cv::FileStorage open_storage(const std::filesystem::path& file) {
   } catch (const cv::Exception& e) {
     reason = e.err;
   }
-  cv::redirectError(previous);
   if (!opened)
     throw UserError(ExitCode::input, file.string(), "OpenCV cannot read the calibration: " + reason);
   return storage;
@@ -39,6 +49,15 @@ cv::FileStorage open_storage(const std::filesystem::path& file) {
 
 bool is_matrix(const cv::FileNode& node) {
   return node.isMap() && !node["data"].empty() && !node["dt"].empty();
+}
+
+cv::Mat to_matrix(const cv::FileNode& node, const std::string& where) {
+  const SilentOpenCv silent;
+  try {
+    return node.mat();
+  } catch (const cv::Exception&) {
+    throw UserError(ExitCode::input, where, "has not as many numbers as its rows and columns say");
+  }
 }
 
 /// The matrix `key` of the first file that has it, as doubles; `where` = file and key.
@@ -50,7 +69,7 @@ cv::Mat1d find_matrix(const std::vector<std::filesystem::path>& files, const std
     if (node.empty()) continue;
     *where = file.string() + ": " + key;
     if (!is_matrix(node)) throw UserError(ExitCode::input, *where, "is not an OpenCV matrix");
-    const cv::Mat matrix = node.mat();
+    const cv::Mat matrix = to_matrix(node, *where);
     if (matrix.channels() != 1 || matrix.dims != 2 || matrix.empty())
       throw UserError(ExitCode::input, *where, "is not a single-channel two-dimensional matrix");
     cv::Mat1d converted;
