@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/lens_table.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -106,7 +107,8 @@ void add_block_cones(const Lens& lens, LensTable* table) {
         angle = d ? std::max(angle, std::atan2(c.cross(*d).norm(), c.dot(*d))) : 4.0;
       }
       // 10 % for the curvature of the block's outline under distortion.
-      table->block_cones[static_cast<std::size_t>(by * table->blocks_x + bx)] = {c.x(), c.y(), c.z(), 1.1 * angle};
+      table->block_cones[static_cast<std::size_t>(by * table->blocks_x + bx)] = {c.x(), c.y(), c.z(),
+                                                                                 1.1 * angle};
     }
 }
 
