@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "twin/twin_file.hpp"
+
+#include <fmt/format.h>
+
+namespace fringetwin {
+namespace fs = std::filesystem;
+namespace {
+constexpr const char* kSchema = "fringetwin-twin/1";
+}
+
+Twin load_twin(const fs::path& file) {
+  const TomlTable root = TomlTable::parse_file(file, ExitCode::usage);
+  if (root.required_string("schema") != kSchema)
+    root.fail("schema", fmt::format("must be \"{}\", is \"{}\"", kSchema, root.required_string("schema")));
+  root.allow({"schema", "name", "cameramodel_unit", "camera", "projector", "fringes", "object", "render",
+              "measure", "real", "limits"});
+  Twin twin;
+  twin.file = fs::absolute(file).lexically_normal();
+  twin.input_files.push_back(twin.file);
+  twin.name = root.string("name").value_or(twin.file.parent_path().filename().string());
+  TwinFileContext context;
+  context.folder = twin.file.parent_path();
+  context.files = &twin.input_files;
+  if (root.choice("cameramodel_unit", {"m", "mm"}) == "mm") context.cameramodel_mm_per_unit = 1.0;
+
+  twin.cameras = read_cameras(root, context);
+  twin.projector = read_projector(root, context);
+  twin.fringes = read_fringes(root);
+  twin.objects = read_objects(root, context);
+  twin.render = read_render(root);
+  twin.measure = read_measure(root, twin);
+  twin.real = read_real(root, twin, context);
+  twin.limits = read_limits(root);
+  return twin;
+}
+
+}  // namespace fringetwin
