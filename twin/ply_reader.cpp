@@ -40,6 +40,7 @@ struct Element {
   std::string name;
   std::size_t count = 0;
   std::vector<Property> properties;
+  std::string fault;  ///< a property line that is not understood: fatal only where the element is read
 };
 enum class Encoding { ascii, little_endian, big_endian };
 struct Header {
@@ -66,21 +67,23 @@ Encoding parse_encoding(const std::string& name, const Refusal& refuse) {
   refuse(fmt::format("has the unknown PLY format \"{}\"", name));
 }
 
-Property parse_property(std::istringstream& words, const std::string& line, const Refusal& refuse) {
+/// Appends the property of a header line; a line that is not understood becomes the element's fault
+/// (the Stanford bunny ends in an element whose properties have name and type swapped).
+void parse_property(std::istringstream& words, const std::string& line, Element* element) {
   Property property;
-  std::string type;
+  std::string type, count;
   words >> type;
   if (type == "list") {
-    std::string count;
     words >> count >> type;
     property.list_count = parse_scalar(count);
-    if (!property.list_count) refuse(fmt::format("has an unknown type in its PLY header: \"{}\"", line));
   }
   const auto scalar = parse_scalar(type);
-  if (!scalar || !(words >> property.name))
-    refuse(fmt::format("has an unknown type in its PLY header: \"{}\"", line));
+  if (!scalar || !(words >> property.name) || (!count.empty() && !property.list_count)) {
+    element->fault = line;
+    return;
+  }
   property.type = *scalar;
-  return property;
+  element->properties.push_back(property);
 }
 
 Header parse_header(const std::string& bytes, const Refusal& refuse) {
@@ -106,7 +109,7 @@ Header parse_header(const std::string& bytes, const Refusal& refuse) {
       header.elements.push_back(element);
     } else if (keyword == "property") {
       if (header.elements.empty()) refuse("has a PLY property before any element");
-      header.elements.back().properties.push_back(parse_property(words, line, refuse));
+      parse_property(words, line, &header.elements.back());
     } else if (keyword != "ply" && keyword != "comment" && keyword != "obj_info" && !keyword.empty()) {
       refuse(fmt::format("has a bad PLY header line: \"{}\"", line));
     }
@@ -267,6 +270,7 @@ RawMesh read_ply(const std::filesystem::path& file, const std::string& bytes) {
   for (const Element& element : header.elements) {
     if (element.name == "vertex") n_vertices = element.count;
     // every entry takes a byte at least: no huge allocation for a damaged count
+    if (element.name == "face" && n_vertices == 0) refuse("has no vertices before its faces");
     if (!element.properties.empty() && element.count > bytes.size() - header.body)
       refuse(fmt::format("is truncated (it announces {} of element {}, the file has {} bytes)", element.count,
                          element.name, bytes.size()));
@@ -276,10 +280,13 @@ RawMesh read_ply(const std::filesystem::path& file, const std::string& bytes) {
   mesh.vertex_name = [](std::size_t i) { return fmt::format("vertex {}", i); };
   Body body(bytes, header, refuse);
   for (const Element& element : header.elements) {
+    if (!element.fault.empty())
+      refuse(fmt::format("has a PLY header line that is not understood: \"{}\"", element.fault));
     if (element.name == "vertex")
       read_vertices(element, body, &mesh, refuse);
     else
       read_other_element(element, n_vertices, body, &mesh, refuse);
+    if (element.name == "face") break;  // what follows is of no use here
   }
   return mesh;
 }
