@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <locale>
 #include <optional>
 #include <sstream>
 
@@ -96,6 +97,7 @@ Header parse_header(const std::string& bytes, const Refusal& refuse) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
     position = end + 1;
     std::istringstream words(line);
+    words.imbue(std::locale::classic());
     std::string keyword, name;
     words >> keyword;
     if (keyword == "end_header") break;
