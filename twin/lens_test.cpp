@@ -91,6 +91,22 @@ TEST(Lens, PaperRigRoundTripsOverTheWholeImage) {
   }
 }
 
+TEST(Lens, PublishedWideOpenCv8RoundTrips) {
+  // A real calibration of mrcal's documentation (6016x4016, 60 degrees off axis in the corners).
+  const Lens lens("LENSMODEL_OPENCV8",
+                  {2073.87291548, 2077.45226676, 3004.68682279, 1997.37725296, 0.479161379745,
+                   0.0266824914005, 4.398264387e-05, -1.18007391311e-05, 8.95972254248e-05, 0.766691246927,
+                   0.0963356123128, 0.00140751331341},
+                  {6016, 4016}, "published");
+  for (double y = -0.5; y <= 4015.5; y += 50.2) {
+    for (double x = -0.5; x <= 6015.5; x += 50.13) {
+      const auto v = lens.unproject({x, y});
+      ASSERT_TRUE(v);
+      EXPECT_LT((*lens.project(*v) - Eigen::Vector2d(x, y)).norm(), 1e-9);
+    }
+  }
+}
+
 TEST(Lens, BehindTheCameraAndBadPointsHaveNoPixel) {
   const Lens lens = testing::paper_left();
   const double nan = std::nan(""), inf = INFINITY;
