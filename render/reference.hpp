@@ -71,10 +71,11 @@ struct ReferenceBlockPixel {
   bool interior = false;
   ReferencePixel pixel;
 };
-/// All pixels of the block inside the image, in rows, in parallel; the result does not depend on the
-/// number of threads.
+/// All pixels of the block inside the image (or only the interior ones), in rows, in parallel; the
+/// result does not depend on the number of threads.
 std::vector<ReferenceBlockPixel> reference_block(const Reference& reference, std::size_t camera,
                                                  const PixelBlock& block,
-                                                 const ReferenceQuadrature& quadrature = {});
+                                                 const ReferenceQuadrature& quadrature = {},
+                                                 bool only_interior = false);
 
 }  // namespace fringetwin::render

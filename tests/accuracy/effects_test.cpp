@@ -1,0 +1,403 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every effect of the renderer: it agrees with the reference, it changes what it should change, and
+// switched off it changes no bit.
+// | tolerance | unit           | origin                                                              |
+// |-----------|----------------|---------------------------------------------------------------------|
+// | 4e-5      | rad rms        | as for the shapes (shapes_test.cpp)                                  |
+// | 5e-5      | full scale rms | as for the shapes                                                   |
+// | 1e-5      | relative       | fp32 sums against a closed form at the pixel centre, 2nd-order term  |
+// | 0         |                | off = bitwise the same image                                         |
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <iostream>
+#include <numbers>
+
+#include "tests/accuracy/agreement.hpp"
+#include "tests/support/freeform.hpp"
+#include "tests/support/paper_rig.hpp"
+
+namespace fringetwin::test {
+namespace {
+
+using Eigen::Vector3d;
+constexpr double phase_limit_rad = 4e-5, gray_limit = 5e-5;
+
+/// The ideal sphere in a window of 160x120 px of the left camera.
+Twin sphere_window() {
+  return with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 250}, 160, 120), "sphere",
+                     ideal_sphere());
+}
+Twin plane_window(int width = 160, int height = 120) {
+  return with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 300}, width, height), "plane",
+                     frontal_plane());
+}
+
+render::RenderedCamera render_default(const Twin& twin) {
+  return shared_renderer()->render(twin, 0, render::choose_sampling(twin.render));
+}
+
+Agreement expect_agreement(const Twin& twin, const std::string& what, int at_least, int stride = 3) {
+  const Agreement a = agreement(twin, 0, render::choose_sampling(twin.render), whole_image(twin, 0, stride));
+  std::cout << what << ": " << a.text() << "\n";
+  EXPECT_GE(a.n, at_least) << what;
+  EXPECT_LE(a.worst_phase_rms_rad(), phase_limit_rad) << what;
+  EXPECT_LE(a.gray_rms, gray_limit) << what;
+  return a;
+}
+
+void expect_same_bits(const Twin& a, const Twin& b) {
+  const auto ra = render_default(a), rb = render_default(b);
+  ASSERT_EQ(ra.irradiance.size(), rb.irradiance.size());
+  for (std::size_t i = 0; i < ra.irradiance.size(); ++i)
+    EXPECT_EQ(ra.irradiance[i].data, rb.irradiance[i].data) << "image " << i;
+}
+
+/// Rms of the relative change of the images, over pixels bright in `a`.
+double change(const Twin& a, const Twin& b) {
+  const auto ra = render_default(a), rb = render_default(b);
+  double sum = 0.0, n = 0.0;
+  for (std::size_t i = 0; i < ra.irradiance.size(); ++i)
+    for (std::size_t p = 0; p < ra.irradiance[i].size(); ++p)
+      if (ra.irradiance[i].data[p] > 1.0F) {
+        sum += std::pow(rb.irradiance[i].data[p] / ra.irradiance[i].data[p] - 1.0, 2);
+        n += 1.0;
+      }
+  return std::sqrt(sum / n);
+}
+
+TEST(Effects, PhongLobe) {
+  REQUIRE_RENDERER();
+  Twin twin = sphere_window();
+  const Twin lambert = twin;
+  twin.objects[0].material.shininess = 35.0;
+  expect_same_bits(lambert, twin);  // specular 0: the exponent is nobody's business
+  twin.objects[0].material.specular = 0.4;
+  expect_agreement(twin, "Phong", 300);
+  EXPECT_GT(change(lambert, twin), 0.1);
+  // linear in the projected intensity: twice the light, twice the image, to the bit
+  Twin brighter = twin;
+  brighter.projector->intensity *= 2.0;
+  const auto one = render_default(twin), two = render_default(brighter);
+  for (std::size_t i = 0; i < one.irradiance.size(); ++i)
+    for (std::size_t p = 0; p < one.irradiance[i].size(); ++p)
+      ASSERT_EQ(2.0F * one.irradiance[i].data[p], two.irradiance[i].data[p]);
+}
+
+TEST(Effects, InverseSquareFalloff) {
+  REQUIRE_RENDERER();
+  Twin twin = plane_window();
+  const Twin flat = twin;
+  twin.projector->reference_distance_mm = 123.0;  // falloff still "none"
+  expect_same_bits(flat, twin);
+  twin.projector->inverse_square = true;
+  expect_agreement(twin, "falloff", 1500);
+  const auto with = render_default(twin), without = render_default(flat);
+  const render::Reference reference(flat);
+  for (int x = 10; x < 150; x += 30) {
+    const auto s = reference.sample(0, {static_cast<double>(x), 60.0});
+    const double d2 = (flat.projector->center_world_mm() - s.point_world_mm).squaredNorm();
+    const auto light = [&](const render::RenderedCamera& r) {
+      return r.irradiance[0](x, 60) + r.irradiance[2](x, 60);
+    };
+    EXPECT_NEAR(light(with) / light(without), 123.0 * 123.0 / d2, 1e-5 * 123 * 123 / d2);
+  }
+}
+
+TEST(Effects, AmbientIsAddedToWhatIsHit) {
+  REQUIRE_RENDERER();
+  Twin twin = sphere_window();
+  const Twin dark = twin;
+  twin.projector->ambient = 0.75;
+  expect_agreement(twin, "ambient", 300);
+  const auto with = render_default(twin), without = render_default(dark);
+  int hits = 0, misses = 0;
+  const render::Reference reference(dark);
+  for (int y = 0; y < 120; y += 4)
+    for (int x = 0; x < 160; x += 4) {
+      const double more = with.irradiance[5](x, y) - without.irradiance[5](x, y);
+      const auto pixel = reference.pixel(0, x, y, {.gauss_n = 4});
+      if (pixel.interior) {
+        EXPECT_NEAR(more, 0.75, 2e-6);
+        ++hits;
+      } else if (with.irradiance[5](x, y) == 0.0F) {
+        ++misses;
+        EXPECT_EQ(pixel.object, -1);
+      }
+    }
+  EXPECT_GT(hits, 100);
+  EXPECT_GT(misses, 300);
+}
+
+TEST(Effects, ProjectorBlur) {
+  REQUIRE_RENDERER();
+  Twin twin = plane_window();
+  const auto sharp = render_default(twin);
+  twin.projector->blur_px = 1.6;
+  expect_agreement(twin, "blur", 1500);
+  const auto soft = render_default(twin);
+  const double pi = std::numbers::pi;
+  const auto contrast = [&](const render::RenderedCamera& r, std::size_t pitch) {
+    const auto& i = r.irradiance;
+    return std::hypot(i[4 * pitch](80, 60) - i[4 * pitch + 2](80, 60),
+                      i[4 * pitch + 1](80, 60) - i[4 * pitch + 3](80, 60));
+  };
+  for (std::size_t pitch = 0; pitch < 3; ++pitch) {
+    const double u = pi * 1.6 / (13.0 + static_cast<double>(pitch));
+    EXPECT_NEAR(contrast(soft, pitch) / contrast(sharp, pitch), std::exp(-2 * u * u), 1e-6);
+  }
+}
+
+TEST(Effects, GammaResponse) {
+  REQUIRE_RENDERER();
+  Twin twin = sphere_window();
+  const Twin linear = twin;
+  twin.projector->response.kind = ProjectorResponse::Kind::gamma;
+  expect_same_bits(linear, twin);  // exponent 1
+  twin.projector->response.gamma = 2.2;
+  expect_agreement(twin, "gamma 2.2", 300);
+  EXPECT_GT(change(linear, twin), 0.1);
+  twin.projector->blur_px = 0.8;
+  expect_agreement(twin, "gamma 2.2 and blur", 300);
+}
+
+TEST(Effects, TableResponse) {
+  REQUIRE_RENDERER();
+  Twin twin = plane_window();
+  twin.projector->response.kind = ProjectorResponse::Kind::table;
+  twin.projector->response.table = {0.0, 1.0};
+  const Twin identity = twin;
+  // A table of two levels is the linear response: the reference knows no difference.
+  const Agreement a = expect_agreement(identity, "identity table", 1500);
+  EXPECT_GT(a.n, 0);
+  twin.projector->response.table = {0.02, 0.1, 0.35, 0.8, 0.97};
+  twin.projector->blur_px = 0.6;
+  expect_agreement(twin, "table and blur", 1500);
+}
+
+TEST(Effects, DepthOfField) {
+  REQUIRE_RENDERER();
+  Twin twin = plane_window(80, 60);
+  const Twin pinhole = twin;
+  twin.cameras[0].optics = Optics{8.0, 10.0, 270.0};  // the paper's lens, focused 30 mm before the plane
+  expect_agreement(twin, "depth of field f/8", 30, 7);
+  twin.cameras[0].optics = Optics{1.4, 10.0, 270.0};
+  expect_agreement(twin, "depth of field f/1.4", 30, 7);
+  EXPECT_GT(change(pinhole, twin), 1e-3);
+  twin.cameras[0].optics = Optics{1e6, 10.0, 270.0};  // a lens of 10 nm
+  EXPECT_LT(change(pinhole, twin), 1e-4);
+}
+
+TEST(Effects, DepthOfFieldOnASphere) {
+  REQUIRE_RENDERER();
+  Twin twin = with_object(crop_around(only_camera(paper_rig(), 0), physical_sphere().center_mm, 120, 90),
+                          "sphere", physical_sphere());
+  twin.cameras[0].optics = Optics{2.0, 10.0, 270.0};
+  expect_agreement(twin, "depth of field f/2, sphere", 50, 9);
+}
+
+TEST(Effects, PixelFill) {
+  REQUIRE_RENDERER();
+  Twin twin = sphere_window();
+  const Twin full = twin;
+  twin.render.pixel_fill = 0.5;
+  expect_agreement(twin, "half-size pixels", 300);
+  EXPECT_GT(change(full, twin), 1e-4);
+}
+
+// The sphere shades the plane. Fully lit and fully shaded pixels are told apart without error.
+TEST(Effects, CastShadow) {
+  REQUIRE_RENDERER();
+  const Twin rig = paper_rig();
+  const Vector3d light = rig.projector->center_world_mm(), along = Vector3d(0, 0, 250) - light;
+  const Vector3d shadow = light + along * ((300 - light.z()) / along.z());
+  Twin twin = with_object(crop_around(only_camera(rig, 0), shadow, 160, 120), "plane", frontal_plane());
+  const Twin alone = twin;
+  twin.objects.push_back({"sphere", ideal_sphere(), {}});
+  expect_agreement(twin, "shadow", 1000, 3);
+  const auto with = render_default(twin), without = render_default(alone);
+  const render::Reference reference(twin);
+  int lit = 0, dark = 0, wrong = 0;
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 160; ++x) {
+      const render::ReferencePixel p = reference.pixel(0, x, y, {.gauss_n = 4});
+      if (p.object != 0) continue;
+      if (p.interior) {
+        ++lit;
+        wrong += std::abs(with.irradiance[3](x, y) / without.irradiance[3](x, y) - 1.0F) > 1e-6F;
+      } else if (p.mean == 0.0) {
+        ++dark;
+        // the 4x4 points may miss a sliver of light at the shadow's edge
+        wrong += with.irradiance[3](x, y) > 0.0F && reference.pixel(0, x, y, {.gauss_n = 32}).mean == 0.0;
+      }
+    }
+  std::cout << "shadow: " << lit << " lit, " << dark << " dark pixels\n";
+  EXPECT_GT(lit, 5000);
+  EXPECT_GT(dark, 1000);
+  EXPECT_EQ(wrong, 0);
+}
+
+// A second object far aside (out of view, shading nothing) leaves every pixel as it was.
+TEST(Effects, AnObjectThatShadesNothingChangesNothing) {
+  REQUIRE_RENDERER();
+  Twin twin = plane_window();
+  const auto alone = render_default(twin);
+  twin.objects.push_back({"aside", SphereShape{{0, 900, 300}, 5.0}, {}});
+  const auto both = render_default(twin);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < alone.irradiance.size(); ++i)
+    for (std::size_t p = 0; p < alone.irradiance[i].size(); ++p)
+      largest = std::max(
+          largest, std::abs(static_cast<double>(alone.irradiance[i].data[p]) - both.irradiance[i].data[p]));
+  EXPECT_LE(largest, 2e-6);  // another shader variant may round differently: 2 ulp of 10
+}
+
+// The border of the projector's image across the view.
+TEST(Effects, ProjectorBorder) {
+  REQUIRE_RENDERER();
+  for (const double border_px : {-0.5, 1279.5}) {
+    Twin twin = plane_window(240, 120);
+    twin.projector->lens = Lens("LENSMODEL_PINHOLE", {1700, 1700, 640, 360}, {1280, 720}, "pinhole");
+    const auto middle = render::Reference(twin).sample(0, {120, 60});
+    // move the principal point so that the border passes the middle of the view
+    twin.projector->lens =
+        Lens("LENSMODEL_PINHOLE", {1700, 1700, 640 + border_px - middle.projector_px.x(), 360}, {1280, 720},
+             "pinhole");
+    expect_agreement(twin, "projector border", 500);
+    const auto rendered = render_default(twin);
+    const render::Reference reference(twin);
+    int dark = 0, lit = 0;
+    for (int x = 0; x < 240; ++x) {
+      const auto p = reference.pixel(0, x, 30, {.gauss_n = 16});
+      const float light = rendered.irradiance[0](x, 30) + rendered.irradiance[2](x, 30);
+      if (p.interior) {
+        ++lit;
+        EXPECT_GT(light, 1.0F) << x;
+      } else if (p.mean == 0.0) {
+        ++dark;
+        EXPECT_EQ(light, 0.0F) << x;
+      }
+    }
+    EXPECT_GT(dark, 50);
+    EXPECT_GT(lit, 50);
+  }
+}
+
+// Barrel distortion x (1 - 0.6 r^2) turns back at r = 0.745: what lies at r = 1.2 would seem to be in
+// the middle of the projector's image, where r = 0.15 is.
+TEST(Effects, NoLightBeyondTheProjectorsInvertibleRadius) {
+  REQUIRE_RENDERER();
+  for (const double radius : {0.2, 1.2}) {
+    Twin twin = plane_window(240, 120);
+    const Vector3d p =
+        twin.projector->T_proj_world * render::Reference(twin).sample(0, {120, 60}).point_world_mm;
+    const double turn = std::atan(radius) - std::atan2(p.x(), p.z());
+    twin.projector->T_proj_world =
+        Pose{rotation_from_vector({0, turn, 0}), Vector3d::Zero()} * twin.projector->T_proj_world;
+    twin.projector->lens =
+        Lens("LENSMODEL_OPENCV4", {600, 600, 199.5, 139.5, -0.6, 0, 0, 0}, {400, 280}, "barrel");
+    if (radius < 0.7) {
+      expect_agreement(twin, "barrel projector", 1500);
+      continue;
+    }
+    const auto rendered = render_default(twin);
+    for (const ImageF& image : rendered.irradiance)
+      for (float e : image.data) ASSERT_EQ(e, 0.0F);
+  }
+}
+
+TEST(Effects, BoundedPlaneAndCylinder) {
+  REQUIRE_RENDERER();
+  Twin twin = crop_around(only_camera(paper_rig(), 0), {0, 0, 290}, 200, 160);
+  PlaneShape tile = tilted_plane();
+  tile.size_mm = Eigen::Vector2d(14.0, 9.0);
+  tile.point_mm = {-2.0, 0.0, 290.0};
+  CylinderShape tube = upright_cylinder();
+  tube.point_mm = {4.0, 0.0, 270.0};
+  tube.radius_mm = 2.0;
+  tube.length_mm = 6.0;
+  twin = with_object(with_object(twin, "tile", tile), "tube", tube);
+  expect_agreement(twin, "bounded shapes", 300);
+}
+
+MeshShape small_part(const std::shared_ptr<const Mesh>& mesh, const Vector3d& at_mm,
+                     const Vector3d& turn_rad) {
+  return {{}, "mm", {rotation_from_vector(turn_rad), at_mm}, false, mesh};
+}
+
+TEST(Effects, InstancesOfOneMesh) {
+  REQUIRE_RENDERER();
+  const auto mesh = std::make_shared<Mesh>(make_bumpy_icosphere(2, 6.0, default_bumps()));
+  Twin twin = crop_around(only_camera(paper_rig(), 0), {0, 0, 260}, 200, 120);
+  twin = with_object(twin, "plane", frontal_plane());
+  twin = with_object(twin, "a", small_part(mesh, {-6.5, 1, 255}, {0, 0, 0}));
+  twin = with_object(twin, "b", small_part(mesh, {6.5, -1, 262}, {0.4, -1.1, 0.9}), {0.5, 0.0, 10.0});
+  const Agreement a = agreement(twin, 0, render::choose_sampling(twin.render), whole_image(twin, 0, 3));
+  std::cout << "instances: " << a.text() << "\n";
+  EXPECT_GT(a.n, 500);
+  EXPECT_LE(a.worst_phase_rms_rad(), 1e-4);
+  EXPECT_LE(a.gray_rms, gray_limit);
+  Twin copies = twin;
+  std::get<MeshShape>(copies.objects[2].shape).mesh = std::make_shared<Mesh>(*mesh);
+  expect_same_bits(twin, copies);
+}
+
+TEST(Effects, VertexNormals) {
+  REQUIRE_RENDERER();
+  const auto mesh = std::make_shared<Mesh>(make_bumpy_icosphere(2, 6.0, default_bumps()));
+  const Twin window = crop_around(only_camera(paper_rig(), 0), {0, 0, 260}, 140, 120);
+  MeshShape part = small_part(mesh, {0, 0, 260}, {0.1, 0.2, 0.3});
+  const Twin facets = with_object(window, "part", part);
+  part.smooth = true;
+  const Twin smooth = with_object(window, "part", part);
+  const Agreement a = agreement(smooth, 0, render::choose_sampling(smooth.render), whole_image(smooth, 0, 3));
+  std::cout << "vertex normals: " << a.text() << "\n";
+  EXPECT_GT(a.n, 200);
+  EXPECT_LE(a.worst_phase_rms_rad(), 1e-4);
+  EXPECT_LE(a.gray_rms, gray_limit);
+  EXPECT_GT(change(facets, smooth), 0.02);
+}
+
+TEST(Effects, VertexAlbedo) {
+  REQUIRE_RENDERER();
+  auto mesh = std::make_shared<Mesh>(make_bumpy_icosphere(2, 6.0, {}));
+  Twin twin = crop_around(only_camera(paper_rig(), 0), {0, 0, 260}, 140, 120);
+  const Twin plain = with_object(twin, "part", small_part(mesh, {0, 0, 260}, {0, 0, 0}));
+  auto painted = std::make_shared<Mesh>(*mesh);
+  painted->vertex_albedo.assign(mesh->vertices_mm.size(), 1.0F);
+  const Twin white = with_object(twin, "part", small_part(painted, {0, 0, 260}, {0, 0, 0}));
+  EXPECT_LT(change(plain, white), 1e-6);
+  auto checked = std::make_shared<Mesh>(*painted);
+  for (std::size_t i = 0; i < checked->vertex_albedo.size(); i += 2) checked->vertex_albedo[i] = 0.4F;
+  twin = with_object(twin, "part", small_part(checked, {0, 0, 260}, {0, 0, 0}));
+  const Agreement a = agreement(twin, 0, render::choose_sampling(twin.render), whole_image(twin, 0, 3));
+  std::cout << "vertex albedo: " << a.text() << "\n";
+  EXPECT_GT(a.n, 200);
+  EXPECT_LE(a.worst_phase_rms_rad(), 1e-4);
+  EXPECT_LE(a.gray_rms, gray_limit);
+}
+
+// Lenses the shader has no closed form for.
+TEST(Effects, OtherLensModels) {
+  REQUIRE_RENDERER();
+  Twin twin = crop_around(only_camera(paper_rig(), 0), {0, 0, 300}, 240, 180);
+  twin = with_object(twin, "plane", tilted_plane());
+  const std::vector<double>& k = twin.cameras[0].lens.intrinsics();
+  const Twin base = twin;
+  twin.cameras[0].lens =
+      Lens("LENSMODEL_OPENCV8", {k[0], k[1], k[2], k[3], 0.2, -0.1, 3e-4, -2e-4, 0.05, 0.3, -0.1, 0.02},
+           {240, 180}, "eight coefficients");
+  expect_agreement(twin, "OPENCV8 camera", 1000);
+  twin.cameras[0].lens =
+      Lens("LENSMODEL_STEREOGRAPHIC", {k[0], k[1], k[2], k[3]}, {240, 180}, "stereographic");
+  expect_agreement(twin, "stereographic camera", 1000);
+  twin = base;
+  const std::vector<double>& p = base.projector->lens.intrinsics();
+  twin.projector->lens =
+      Lens("LENSMODEL_STEREOGRAPHIC", {p[0], p[1], p[2], p[3]}, {1280, 720}, "stereographic");
+  expect_agreement(twin, "stereographic projector", 1000);
+}
+
+}  // namespace
+}  // namespace fringetwin::test
