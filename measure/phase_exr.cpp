@@ -48,7 +48,7 @@ std::vector<std::pair<std::string, ImageF>> phase_channels(const CameraDecode& d
     const DirectionDecode& d = decode.directions[i];
     for (std::size_t p = 0; p < d.wrapped_rad.size(); ++p)
       channels.emplace_back(wrapped_channel_name(d.axis, d.pitches_px[p]), d.wrapped_rad[p]);
-    if (!d.coordinate_px.empty())
+    if (d.unwrapped && !d.coordinate_px.empty())
       channels.emplace_back(d.axis == Axis::x ? "column_px" : "row_px", to_float(d.coordinate_px));
     const std::string suffix = i == 0 ? "" : std::string("_") + axis_name(d.axis);
     if (d.amplitude_dn.empty()) continue;

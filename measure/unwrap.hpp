@@ -37,19 +37,19 @@ struct HeterodynePlan {
   double pitch_px[3] = {}, origin_px[3] = {};
   double beat12_px = 0.0, beat23_px = 0.0, synthetic_px = 0.0;
   double origin12_px = 0.0, origin23_px = 0.0, origin_synthetic_px = 0.0;
-  double sign_synthetic = 1.0;  ///< of the double beat 1 - 2 + 3
-  double weight12 = 0.5;        ///< of the beat 12 in the optimal mean of both beats
-  double gate_beat_px = 0.0;    ///< |x12 - x23| above: wrong order of a beat
-  double gate_pitch_px = 0.0;   ///< |x_i - mean| above: wrong order of a pitch
-  double center_px = 0.0;       ///< of the range: the synthetic order nearest to it is taken
+  double sign_synthetic = 1.0;          ///< of the double beat 1 - 2 + 3
+  double weight12 = 0.5;                ///< of the beat 12 in the optimal mean of both beats
+  double gate_beat_px = 0.0;            ///< |x12 - x23| above: wrong order of a beat
+  double gate_pitch_px = 0.0;           ///< |x_i - mean| above: wrong order of a pitch
+  double begin_px = 0.0, end_px = 0.0;  ///< the range; the synthetic order nearest its middle is tried first
   /// Phase sigma at which the weakest stage fails at 3 sigma.
   double tolerance_rad = 0.0;
 };
 /// Throws UserError(usage) unless there are three different pitches whose synthetic period covers the
 /// range. An unknown range is one synthetic period.
 HeterodynePlan plan_heterodyne(const DirectionFringes& direction, CoordinateRange& range);
-/// x and its variance by inverse-variance mean of the three pitches; NaN where the stages disagree.
-/// pitches in plan order (1, 2, 3).
+/// x and its variance by inverse-variance mean of the three pitches; NaN where the stages disagree or
+/// lead out of the range with either neighbouring synthetic order, too. pitches in plan order (1, 2, 3).
 void unwrap_heterodyne_row(const HeterodynePlan& plan, const PitchRow (&pitches)[3], int n, double* x_px,
                            float* variance_px2);
 /// The same last stage from a coordinate that is known within less than half a period, or nullopt

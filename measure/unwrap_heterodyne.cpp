@@ -12,6 +12,7 @@ namespace fringetwin::measure {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kPerCycle = 1.0 / (2.0 * std::numbers::pi);
 
 void set_beats(HeterodynePlan& p) {
@@ -50,7 +51,11 @@ void set_tolerances(HeterodynePlan& p) {
   const double w = p.weight12;
   const double fused =
       std::sqrt(w * w * v12 + (1 - w) * (1 - w) * v23 + 2.0 * w * (1 - w) * c) / p.pitch_px[0];
-  p.tolerance_rad = std::min({limit(first), limit(second), limit(fused)});
+  // The gates must pass 3 sigma, too: of x12 - x23, and of one pitch against the mean of three.
+  const double b12 = p.beat12_px, b23 = p.beat23_px;
+  const double beats = std::sqrt(b12 * b12 + (b12 + b23) * (b12 + b23) + b23 * b23) / (2.0 * p.gate_beat_px);
+  const double spread = std::sqrt(2.0 / 3.0) * p.pitch_px[2] / (2.0 * p.gate_pitch_px);
+  p.tolerance_rad = std::min({limit(first), limit(second), limit(fused), limit(beats), limit(spread)});
 }
 
 struct Combined {
@@ -58,9 +63,8 @@ struct Combined {
 };
 
 /// Orders of the three pitches from a coordinate, then their inverse-variance mean.
-inline Combined combine(const HeterodynePlan& p, const double* inverse_pitch, double t0, double t1, double t2,
-                        double v0, double v1, double v2, double coarse_px) {
-  const double t[3] = {t0, t1, t2}, v[3] = {v0, v1, v2};
+inline Combined combine(const HeterodynePlan& p, const double* inverse_pitch, const double* t,
+                        const double* v, double coarse_px) {
   double x[3], sum_w = 0.0, sum_wx = 0.0;
   for (int i = 0; i < 3; ++i) {
     const double order = round_even((coarse_px - p.origin_px[i]) * inverse_pitch[i] - t[i]);
@@ -106,7 +110,8 @@ HeterodynePlan plan_heterodyne(const DirectionFringes& direction, CoordinateRang
             "the pitches {}, {}, {} repeat after {:.6g} px, which does not cover the projector's {:g} px",
             p.pitch_px[0], p.pitch_px[1], p.pitch_px[2], p.synthetic_px, range.size()),
         "choose pitches whose double beat 1/|1/p1 - 2/p2 + 1/p3| is at least the projector's size");
-  p.center_px = range.center();
+  p.begin_px = range.begin;
+  p.end_px = range.end;
   set_tolerances(p);
   return p;
 }
@@ -115,23 +120,42 @@ void unwrap_heterodyne_row(const HeterodynePlan& plan, const PitchRow (&pitches)
                            float* variance_px2) {
   const HeterodynePlan p = plan;
   const double inverse_pitch[3] = {1.0 / p.pitch_px[0], 1.0 / p.pitch_px[1], 1.0 / p.pitch_px[2]};
-  const double from_center = (p.center_px - p.origin_synthetic_px) / p.synthetic_px;
+  const double center = 0.5 * (p.begin_px + p.end_px);
+  const double inverse_gate_beat = 1.0 / p.gate_beat_px, inverse_gate_pitch = 1.0 / p.gate_pitch_px;
+  const double from_center = (center - p.origin_synthetic_px) / p.synthetic_px;
+  const double inverse12 = 1.0 / p.beat12_px, inverse23 = 1.0 / p.beat23_px;
   for (int x = 0; x < n; ++x) {
-    const double t0 = kPerCycle * static_cast<double>(pitches[0].phase_rad[x]);
-    const double t1 = kPerCycle * static_cast<double>(pitches[1].phase_rad[x]);
-    const double t2 = kPerCycle * static_cast<double>(pitches[2].phase_rad[x]);
-    const double b12 = t0 - t1, b23 = t1 - t2, b123 = p.sign_synthetic * (b12 - b23);
+    const double t[3] = {kPerCycle * static_cast<double>(pitches[0].phase_rad[x]),
+                         kPerCycle * static_cast<double>(pitches[1].phase_rad[x]),
+                         kPerCycle * static_cast<double>(pitches[2].phase_rad[x])};
+    const double b12 = t[0] - t[1], b23 = t[1] - t[2], b123 = p.sign_synthetic * (b12 - b23);
+    const double v[3] = {static_cast<double>(pitches[0].variance_rad2[x]),
+                         static_cast<double>(pitches[1].variance_rad2[x]),
+                         static_cast<double>(pitches[2].variance_rad2[x])};
+    double doubt = 0.0;  // squared disagreement in units of the gates
+    const auto later_stages = [&](double coarse) {
+      const double x12 =
+          p.origin12_px + p.beat12_px * (b12 + round_even((coarse - p.origin12_px) * inverse12 - b12));
+      const double x23 =
+          p.origin23_px + p.beat23_px * (b23 + round_even((coarse - p.origin23_px) * inverse23 - b23));
+      const double fused = p.weight12 * x12 + (1.0 - p.weight12) * x23;
+      Combined c = combine(p, inverse_pitch, t, v, fused);
+      const double beat_doubt = std::fabs(x12 - x23) * inverse_gate_beat,
+                   pitch_doubt = c.spread_px * inverse_gate_pitch;
+      const bool agree = beat_doubt <= 1.0 && pitch_doubt <= 1.0;
+      if (!agree || !(c.x_px >= p.begin_px) || !(c.x_px < p.end_px)) c.x_px = kNaN;
+      doubt = std::isnan(c.x_px) ? kInfinity : beat_doubt * beat_doubt + pitch_doubt * pitch_doubt;
+      return c;
+    };
     const double coarse = p.origin_synthetic_px + p.synthetic_px * (b123 + round_even(from_center - b123));
-    const double x12 =
-        p.origin12_px + p.beat12_px * (b12 + round_even((coarse - p.origin12_px) / p.beat12_px - b12));
-    const double x23 =
-        p.origin23_px + p.beat23_px * (b23 + round_even((coarse - p.origin23_px) / p.beat23_px - b23));
-    const double fused = p.weight12 * x12 + (1.0 - p.weight12) * x23;
-    const Combined c = combine(p, inverse_pitch, t0, t1, t2, static_cast<double>(pitches[0].variance_rad2[x]),
-                               static_cast<double>(pitches[1].variance_rad2[x]),
-                               static_cast<double>(pitches[2].variance_rad2[x]), fused);
-    const bool agree = std::fabs(x12 - x23) <= p.gate_beat_px && c.spread_px <= p.gate_pitch_px;
-    x_px[x] = agree ? c.x_px : kNaN;
+    Combined c = later_stages(coarse);
+    // Near the ends noise may take the synthetic order to the other end: the pitches tell which it is.
+    if (std::fabs(coarse - center) > 0.4 * p.synthetic_px) {
+      const double first_doubt = doubt;
+      const Combined other = later_stages(coarse + (coarse < center ? p.synthetic_px : -p.synthetic_px));
+      if (doubt < first_doubt) c = other;
+    }
+    x_px[x] = c.x_px;
     variance_px2[x] = static_cast<float>(c.variance_px2);
   }
 }
@@ -139,8 +163,7 @@ void unwrap_heterodyne_row(const HeterodynePlan& plan, const PitchRow (&pitches)
 std::optional<double> resolve_heterodyne(const HeterodynePlan& plan, const double (&t)[3],
                                          const double (&variance_rad2)[3], double predicted_px) {
   const double inverse_pitch[3] = {1.0 / plan.pitch_px[0], 1.0 / plan.pitch_px[1], 1.0 / plan.pitch_px[2]};
-  const Combined c = combine(plan, inverse_pitch, t[0], t[1], t[2], variance_rad2[0], variance_rad2[1],
-                             variance_rad2[2], predicted_px);
+  const Combined c = combine(plan, inverse_pitch, t, variance_rad2, predicted_px);
   if (!(c.spread_px <= plan.gate_pitch_px)) return std::nullopt;
   return c.x_px;
 }
