@@ -42,6 +42,7 @@ struct CylinderFit : FitSummary {
   Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();  ///< on the axis, nearest the centroid
   Eigen::Vector3d axis = Eigen::Vector3d::UnitY();
   double radius_mm = 0.0, radius_sigma_mm = 0.0;
+  double axis_sigma_rad[2] = {0.0, 0.0};  ///< tilts about two directions across the axis
 };
 struct MeshFit : FitSummary {
   Pose T_object_measured;           ///< maps measured points (world) onto the CAD surface (world)

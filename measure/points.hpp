@@ -23,7 +23,10 @@ struct PointCloud {
 struct TriangulationSummary {
   std::size_t n_candidates = 0;  ///< valid pixels of the first camera
   std::size_t n_points = 0;
-  std::size_t n_no_match = 0, n_ambiguous = 0, n_rejected = 0;
+  std::size_t n_no_match = 0;    ///< nothing of that coordinate in the second image
+  std::size_t n_ambiguous = 0;   ///< several matches; decided by the neighbours, else among n_rejected
+  std::size_t n_rejected = 0;    ///< no convergence, depth jump, absurd angle or sigma, isolated
+  double residual_rms_px = 0.0;  ///< disagreement of the two directions; 0 with one direction
 };
 
 /// Left pixel <-> right sub-pixel position of equal absolute coordinate on the epipolar curve of the

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Thin wrapper about PCL's iterative closest point (its headers are heavy).
+#pragma once
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "twin/mesh.hpp"
+#include "twin/pose.hpp"
+
+namespace fringetwin::measure {
+
+/// Samples of a mesh with normals, about 100,000 spread by area, and their search tree.
+class IcpTarget {
+ public:
+  explicit IcpTarget(const Mesh& mesh);
+  ~IcpTarget();
+  struct Impl;
+  const Impl& impl() const { return *impl_; }
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+enum class IcpKind { point_to_point, point_to_plane };
+
+/// T_object_world refined from `start`; pairs farther than max_distance_mm are ignored. Returns
+/// `start` where ICP finds too few pairs or no finite solution.
+Pose run_icp(IcpKind kind, const std::vector<Eigen::Vector3d>& p_world_mm, const IcpTarget& target,
+             const Pose& start, double max_distance_mm);
+
+}  // namespace fringetwin::measure

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "measure/measurement.hpp"
+
+#include <chrono>
+#include <cmath>
+
+#include "measure/phase_exr.hpp"
+#include "twin/errors.hpp"
+
+namespace fringetwin::measure {
+namespace {
+
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double s = std::chrono::duration<double>(now - start_).count();
+    start_ = now;
+    return s;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+DecodeOptions decode_options(const Twin& twin, const Camera& camera, const CameraImages& images,
+                             const std::vector<int>& use_steps) {
+  DecodeOptions options;
+  options.min_modulation_dn = twin.measure.min_modulation_dn;
+  options.use_steps = use_steps;
+  if (twin.projector) {
+    options.projector_width_px = twin.projector->lens.width();
+    options.projector_height_px = twin.projector->lens.height();
+  }
+  const Sensor& sensor = camera.sensor;
+  if (sensor.has_noise() && !images.radiance) {
+    // DESIGN §3: variance = gain E / electrons_per_dn + read_noise^2, and 1/12 for the rounding
+    const double per_dn = sensor.electrons_per_dn ? 1.0 / *sensor.electrons_per_dn : 0.0;
+    options.variance_per_dn = per_dn;
+    options.variance_offset_dn2 =
+        std::pow(sensor.read_noise_dn.value_or(0.0), 2) + 1.0 / 12.0 - per_dn * sensor.black_level_dn;
+  }
+  return options;
+}
+
+bool can_triangulate(const Twin& twin) {
+  if (twin.fringes.unwrap == Unwrap::none) return false;
+  return twin.triangulate() == Triangulate::stereo ? twin.cameras.size() >= 2 : twin.projector.has_value();
+}
+
+void triangulate(const Twin& twin, Measurement& m) {
+  m.cloud = twin.triangulate() == Triangulate::stereo
+                ? triangulate_stereo(twin, m.cameras[0], m.cameras[1], &m.triangulation)
+                : triangulate_projector(twin, 0, m.cameras[0], &m.triangulation);
+  estimate_normals(m.cloud, m.cameras[0].width(), m.cameras[0].height(), twin.cameras[0].center_world_mm());
+  if (m.cloud.size() == 0)
+    m.warnings.push_back("no point was triangulated: " + std::to_string(m.triangulation.n_candidates) +
+                         " decoded pixels, " + std::to_string(m.triangulation.n_no_match) +
+                         " without a match, " + std::to_string(m.triangulation.n_rejected) + " rejected");
+}
+
+}  // namespace
+
+Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
+                    const std::vector<int>& use_steps) {
+  if (images.size() != twin.cameras.size())
+    throw UserError(ExitCode::input, twin.file.string(),
+                    "the twin has " + std::to_string(twin.cameras.size()) + " cameras, the captures " +
+                        std::to_string(images.size()));
+  Measurement m;
+  Stopwatch watch;
+  for (std::size_t i = 0; i < images.size(); ++i)
+    m.cameras.push_back(
+        decode(images[i], twin.fringes, decode_options(twin, twin.cameras[i], images[i], use_steps)));
+  m.timing_s["decode"] = watch.lap();
+  if (!can_triangulate(twin)) {
+    m.warnings.push_back("decoded only: this rig and these fringes cannot be triangulated");
+    return m;
+  }
+  triangulate(twin, m);
+  m.timing_s["triangulate"] = watch.lap();
+  m.fits = fit_objects(twin, m.cloud);
+  m.timing_s["fit"] = watch.lap();
+  for (const ObjectFit& fit : m.fits)
+    if (!fit.warning.empty()) m.warnings.push_back(fit.object + ": " + fit.warning);
+  return m;
+}
+
+void write_measurement(const std::filesystem::path& dir, const Measurement& measurement) {
+  std::error_code error;
+  std::filesystem::create_directories(dir, error);
+  if (error)
+    throw UserError(ExitCode::usage, dir.string(), "cannot make the folder: " + error.message(),
+                    "choose another --out");
+  for (const CameraDecode& camera : measurement.cameras) write_phase_exr(dir, camera);
+  write_points_ply(dir / "points.ply", measurement.cloud);
+}
+
+}  // namespace fringetwin::measure
