@@ -8,6 +8,7 @@
 #include "cli/commands.hpp"
 #include "cli/pipeline.hpp"
 #include "compare/comparison.hpp"
+#include "compare/provenance.hpp"
 #include "compare/result_json.hpp"
 
 namespace fringetwin::cli {

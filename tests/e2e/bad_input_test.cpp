@@ -77,8 +77,8 @@ class DamagedCapture : public ::testing::Test {
     ASSERT_EQ(run.exit_code, 0) << run.err;
   }
   RunResult measure() {
-    return run_fringetwin({"measure", (dir_ / "twin.toml").string(), "--captures", (dir_ / "out").string(), "--out",
-                           (dir_ / "measured").string()});
+    return run_fringetwin({"measure", (dir_ / "twin.toml").string(), "--captures", (dir_ / "out").string(),
+                           "--out", (dir_ / "measured").string()});
   }
   void expect_no_result() { EXPECT_FALSE(fs::exists(dir_ / "measured" / "result.json")); }
   fs::path image(const std::string& name) { return dir_ / "out" / "left" / name; }
@@ -162,8 +162,8 @@ TEST(BadTwin, NonInvertibleLens) {
 
 TEST(BadTwin, CameraInsideTheObject) {
   FT_NEED_DEVICE();
-  expect_refused(render_twin(small_twin({{"radius_mm = 19", "radius_mm = 300"}}), scratch_folder("inside")), 2,
-                 {"left", "inside", "ball"});
+  expect_refused(render_twin(small_twin({{"radius_mm = 19", "radius_mm = 300"}}), scratch_folder("inside")),
+                 2, {"left", "inside", "ball"});
 }
 
 TEST(BadTwin, ObjectOutsideTheView) {
@@ -174,15 +174,16 @@ TEST(BadTwin, ObjectOutsideTheView) {
 
 TEST(BadTwin, OneOfTwoObjectsOutsideTheViewIsAWarning) {
   FT_NEED_DEVICE();
-  const std::string second = "[[object]]\nname = \"lost\"\nshape = \"sphere\"\ncenter_mm = [900, 0, 270]\nradius_mm = 5\n"
-                             "[[measure.fit]]\nobject = \"lost\"\n";
+  const std::string second =
+      "[[object]]\nname = \"lost\"\nshape = \"sphere\"\ncenter_mm = [900, 0, 270]\nradius_mm = 5\n"
+      "[[measure.fit]]\nobject = \"lost\"\n";
   const auto dir = scratch_folder("one-outside");
   RunResult run = render_twin(small_twin({}, second), dir);
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("\"lost\" is outside the view"));
   // A fit with too few points is listed with its n, null values and a warning, exit code 0.
-  run = run_fringetwin({"measure", (dir / "twin.toml").string(), "--captures", (dir / "out").string(), "--out",
-                        (dir / "m").string()});
+  run = run_fringetwin({"measure", (dir / "twin.toml").string(), "--captures", (dir / "out").string(),
+                        "--out", (dir / "m").string()});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   const auto result = read_json(dir / "m" / "result.json");
   ASSERT_EQ(result["fits"].size(), 2u);
@@ -195,8 +196,8 @@ TEST(BadTwin, SamplesNotASquare) {
   FT_NEED_DEVICE();
   const auto dir = scratch_folder("samples");
   write_file(dir / "twin.toml", small_twin());
-  expect_refused(run_fringetwin({"render", (dir / "twin.toml").string(), "--out", (dir / "out").string(), "--samples",
-                                 "5"}),
+  expect_refused(run_fringetwin({"render", (dir / "twin.toml").string(), "--out", (dir / "out").string(),
+                                 "--samples", "5"}),
                  2, {"5", "square"});
 }
 
@@ -240,8 +241,8 @@ TEST(NoDevice, UnknownDeviceNameListsWhatThereIs) {
   FT_NEED_DEVICE();
   const auto dir = scratch_folder("other-device");
   write_file(dir / "twin.toml", small_twin());
-  expect_refused(run_fringetwin({"render", (dir / "twin.toml").string(), "--out", (dir / "out").string(), "--device",
-                                 "NoSuchGPU"}),
+  expect_refused(run_fringetwin({"render", (dir / "twin.toml").string(), "--out", (dir / "out").string(),
+                                 "--device", "NoSuchGPU"}),
                  4, {"NoSuchGPU", "llvmpipe"});
 }
 
@@ -258,7 +259,8 @@ TEST(Usage, OutFolderThatCannotBeMade) {
   const auto dir = scratch_folder("blocked");
   write_file(dir / "twin.toml", small_twin());
   write_file(dir / "file", "in the way");
-  const RunResult run = run_fringetwin({"render", (dir / "twin.toml").string(), "--out", (dir / "file").string()});
+  const RunResult run =
+      run_fringetwin({"render", (dir / "twin.toml").string(), "--out", (dir / "file").string()});
   EXPECT_TRUE(run.exit_code == 2 || run.exit_code == 3) << run.exit_code;
   EXPECT_EQ(read_file(dir / "file"), "in the way");
 }

@@ -24,7 +24,8 @@ std::string quoted(const std::string& text) {
 
 std::string variable(const char* name) {
   const char* value = std::getenv(name);
-  if (value == nullptr) throw std::runtime_error(std::string(name) + " is not set; run the tests through ctest");
+  if (value == nullptr)
+    throw std::runtime_error(std::string(name) + " is not set; run the tests through ctest");
   return value;
 }
 

@@ -14,7 +14,8 @@ struct RunResult {
 };
 
 /// `fringetwin ARGS...`; `environment` entries are "NAME=value" and override. 10 minutes at most.
-RunResult run_fringetwin(const std::vector<std::string>& args, const std::vector<std::string>& environment = {});
+RunResult run_fringetwin(const std::vector<std::string>& args,
+                         const std::vector<std::string>& environment = {});
 
 /// A fresh empty folder, removed at exit.
 std::filesystem::path scratch_folder(const std::string& name);
@@ -33,13 +34,13 @@ bool have_captures(const std::string& set);
 
 }  // namespace fringetwin::test
 
-#define FT_NEED_DEVICE()                                                        \
-  if (!::fringetwin::test::have_device()) {                                     \
-    ASSERT_EQ(std::getenv("CI"), nullptr) << "no Vulkan device in CI";          \
+#define FT_NEED_DEVICE()                                                                \
+  if (!::fringetwin::test::have_device()) {                                             \
+    ASSERT_EQ(std::getenv("CI"), nullptr) << "no Vulkan device in CI";                  \
     ASSERT_EQ(std::getenv("FRINGETWIN_REQUIRE_DEVICE"), nullptr) << "no Vulkan device"; \
-    GTEST_SKIP() << "SKIPPED: no Vulkan device";                                \
+    GTEST_SKIP() << "SKIPPED: no Vulkan device";                                        \
   }
-#define FT_NEED_CAPTURES(set)                                                          \
-  if (!::fringetwin::test::have_captures(set)) {                                       \
+#define FT_NEED_CAPTURES(set)                                                                 \
+  if (!::fringetwin::test::have_captures(set)) {                                              \
     GTEST_SKIP() << "SKIPPED: real captures " << (set) << " not found (FRINGETWIN_CAPTURES)"; \
   }

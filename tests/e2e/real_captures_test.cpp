@@ -48,7 +48,8 @@ TEST(Slmaster, CosimComparesTheOddSteps) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json result = read_json(out / "result.json");
   ASSERT_EQ(result["gain"].size(), 1u);
-  EXPECT_LT(result["gain"][0]["rms_after_dn"].get<double>(), result["gain"][0]["rms_before_dn"].get<double>());
+  EXPECT_LT(result["gain"][0]["rms_after_dn"].get<double>(),
+            result["gain"][0]["rms_before_dn"].get<double>());
   for (const json& row : result["gray"])  // odd steps only, no Gray-code image
     EXPECT_THAT(row["pattern"].get<std::string>(), ::testing::Not(::testing::HasSubstr("gray")));
   EXPECT_EQ(result["gray"].size(), 6u);

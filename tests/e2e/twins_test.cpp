@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The shipped twins, end to end, against what was put in.
 //
-// | tolerance                    | value        | origin                                                      |
-// | ideal plane / sphere, 8 bit  | 0.0013/0.0016 mm rms | the paper's own figures (PAPER.md)                  |
-// | ideal, float images          | 0.0001 mm rms | pixel-average residual 0.00002 mm + interpolation + fp32   |
-// | ideal sphere centre, radius, float | 0.001 mm | the pixel-square average shifts both by < 0.0005 mm      |
-// | Table 5, simulated column    | 0.001 mm centre and radius, 0.004 mm rms | paper: 0.008, 0.004, 0.008      |
-// | free-form                    | 0.005 mm rms, 95 % within 0.010 mm | a third of the paper's 0.015          |
+// | tolerance                    | value        | origin | | ideal plane / sphere, 8 bit  | 0.0013/0.0016 mm
+// rms | the paper's own figures (PAPER.md)                  | | ideal, float images          | 0.0001 mm rms
+// | pixel-average residual 0.00002 mm + interpolation + fp32   | | ideal sphere centre, radius, float | 0.001
+// mm | the pixel-square average shifts both by < 0.0005 mm      | | Table 5, simulated column    | 0.001 mm
+// centre and radius, 0.004 mm rms | paper: 0.008, 0.004, 0.008      | | free-form                    | 0.005
+// mm rms, 95 % within 0.010 mm | a third of the paper's 0.015          |
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -36,8 +36,8 @@ json measure_radiance(const std::string& dataset) {
   RunResult run = run_fringetwin(
       {"render", dataset_twin(dataset).string(), "--out", (out / "sim").string(), "--radiance"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  run = run_fringetwin({"measure", dataset_twin(dataset).string(), "--captures", (out / "sim" / "radiance").string(),
-                        "--out", (out / "m").string()});
+  run = run_fringetwin({"measure", dataset_twin(dataset).string(), "--captures",
+                        (out / "sim" / "radiance").string(), "--out", (out / "m").string()});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   return read_json(out / "m" / "result.json");
 }
@@ -47,7 +47,8 @@ TEST(PaperSphere, SimulatedColumnOfTable5) {
   const json result = cosim("paper-sphere");
   ASSERT_EQ(result["fits"].size(), 1u);
   const json& fit = result["fits"][0];
-  for (int axis = 0; axis < 3; ++axis) EXPECT_LE(std::abs(fit["difference"]["center_mm"][axis].get<double>()), 0.001);
+  for (int axis = 0; axis < 3; ++axis)
+    EXPECT_LE(std::abs(fit["difference"]["center_mm"][axis].get<double>()), 0.001);
   EXPECT_LE(std::abs(fit["difference"]["radius_mm"].get<double>()), 0.001);
   EXPECT_LE(fit["simulated"]["rms_mm"].get<double>(), 0.004);
   EXPECT_DOUBLE_EQ(fit["real"]["rms_mm"].get<double>(), 0.013);
@@ -81,8 +82,7 @@ TEST(IdealSphere, Float) {
   const json fit = measure_radiance("paper-ideal-sphere")["fits"][0]["measured"];
   EXPECT_LE(fit["rms_mm"].get<double>(), 0.0001);
   const double truth[3] = {0, 0, 250};
-  for (int axis = 0; axis < 3; ++axis)
-    EXPECT_NEAR(fit["center_mm"][axis].get<double>(), truth[axis], 0.001);
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(fit["center_mm"][axis].get<double>(), truth[axis], 0.001);
   EXPECT_NEAR(fit["radius_mm"].get<double>(), 5.0, 0.001);
 }
 
@@ -121,13 +121,15 @@ TEST(Bunny, RendersAndRegisters) {
   FT_NEED_CAPTURES("mesh-stanford-bunny");
   const json fit = cosim("bunny")["fits"][0]["simulated"];
   EXPECT_GT(fit["n"].get<int>(), 50000);
-  EXPECT_LE(fit["rms_mm"].get<double>(), 0.05);  // facets of 1-2 mm and self-shadowed folds: looked at, see docs
+  EXPECT_LE(fit["rms_mm"].get<double>(),
+            0.05);  // facets of 1-2 mm and self-shadowed folds: looked at, see docs
 }
 
 TEST(Diff, OfARunWithItselfIsZero) {
   FT_NEED_DEVICE();
   const fs::path out = scratch_folder("diff");
-  ASSERT_EQ(run_fringetwin({"cosim", dataset_twin("paper-sphere").string(), "--out", out.string()}).exit_code, 0);
+  ASSERT_EQ(run_fringetwin({"cosim", dataset_twin("paper-sphere").string(), "--out", out.string()}).exit_code,
+            0);
   const RunResult run = run_fringetwin({"diff", out.string(), out.string()});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, ::testing::HasSubstr("radius_mm"));
@@ -145,7 +147,8 @@ TEST(CosimAgainstOwnRender, VerdictPassAndGainRecovered) {
   rig.replace(at, 14, "gain_dn = 20.5\nblack_level_dn = 3\nelectrons_per_dn = 40\nread_noise_dn = 0.3");
   write_file(dir / "rig.toml", rig);
   write_file(dir / "twin.toml", toml);
-  RunResult run = run_fringetwin({"render", (dir / "rig.toml").string(), "--out", (dir / "real").string(), "--seed", "5"});
+  RunResult run = run_fringetwin(
+      {"render", (dir / "rig.toml").string(), "--out", (dir / "real").string(), "--seed", "5"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   run = run_fringetwin({"cosim", (dir / "twin.toml").string(), "--out", (dir / "out").string()});
   EXPECT_LE(run.exit_code, 1) << run.err;
@@ -156,7 +159,8 @@ TEST(CosimAgainstOwnRender, VerdictPassAndGainRecovered) {
               5 * result["gain"][0]["gain_sigma_dn"].get<double>());
   EXPECT_NEAR(result["gain"][1]["gain_dn"].get<double>(), 22.0,
               5 * result["gain"][1]["gain_sigma_dn"].get<double>());
-  EXPECT_LT(result["gain"][0]["rms_after_dn"].get<double>(), result["gain"][0]["rms_before_dn"].get<double>());
+  EXPECT_LT(result["gain"][0]["rms_after_dn"].get<double>(),
+            result["gain"][0]["rms_before_dn"].get<double>());
 }
 
 }  // namespace
