@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -256,7 +257,7 @@ Lens::Lens(const std::string& model, const std::vector<double>& intrinsics,
     impl->perspective = true;
     impl->focal_px = {intrinsics[0], intrinsics[1]};
     impl->center_px = {intrinsics[2], intrinsics[3]};
-    for (int i = 0; i < *count; ++i) impl->k[i] = intrinsics[static_cast<std::size_t>(4 + i)];
+    std::copy_n(intrinsics.begin() + 4, *count, impl->k.data());
     const double shrunk = max_invertible_radius(impl->k) * (1.0 - 1e-6);  // keeps the Jacobian regular
     impl->max_radius_sq = shrunk * shrunk;
   } else {

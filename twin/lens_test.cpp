@@ -92,7 +92,7 @@ TEST(Lens, PaperRigRoundTripsOverTheWholeImage) {
 }
 
 TEST(Lens, PublishedWideOpenCv8RoundTrips) {
-  // A real calibration of mrcal's documentation (6016x4016, 60 degrees off axis in the corners).
+  // A real calibration of mrcal's documentation (6016x4016, 86 degrees off axis in the corners).
   const Lens lens("LENSMODEL_OPENCV8",
                   {2073.87291548, 2077.45226676, 3004.68682279, 1997.37725296, 0.479161379745,
                    0.0266824914005, 4.398264387e-05, -1.18007391311e-05, 8.95972254248e-05, 0.766691246927,

@@ -16,9 +16,8 @@ Eigen::Vector2d distort(const OpenCvDistortion& k, const Eigen::Vector2d& undist
   const double denominator = 1.0 + u * (k[5] + u * (k[6] + u * k[7]));
   const double radial = numerator / denominator;
   const double p1 = k[2], p2 = k[3];
-  const Eigen::Vector2d distorted(
-      x * radial + 2.0 * p1 * x * y + p2 * (u + 2.0 * x * x) + u * (k[8] + u * k[9]),
-      y * radial + p1 * (u + 2.0 * y * y) + 2.0 * p2 * x * y + u * (k[10] + u * k[11]));
+  Eigen::Vector2d distorted(x * radial + 2.0 * p1 * x * y + p2 * (u + 2.0 * x * x) + u * (k[8] + u * k[9]),
+                            y * radial + p1 * (u + 2.0 * y * y) + 2.0 * p2 * x * y + u * (k[10] + u * k[11]));
   if (jacobian) {
     const double d_numerator = k[0] + u * (2.0 * k[1] + u * 3.0 * k[4]);
     const double d_denominator = k[5] + u * (2.0 * k[6] + u * 3.0 * k[7]);
