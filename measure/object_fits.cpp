@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // [[measure.fit]]: gate the cloud to each object, fit its shape robustly, name the numbers.
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
