@@ -12,6 +12,7 @@
 #include <cmath>
 #include <iomanip>
 #include <random>
+#include <utility>
 
 #include "twin/errors.hpp"
 #include "twin/lens.hpp"
@@ -212,32 +213,36 @@ TEST(LensMrcal, RefusesTheWrongNumberOfKnots) {
 TEST(LensMrcal, AgreesWithMrcalsPython) {
   if (!testing::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
   const testing::ScratchFolder scratch;
-  scratch.write("project.py",
-                "import sys, mrcal, numpy as np\n"
-                "lines = open(sys.argv[1]).read().split('\\n')\n"
-                "intrinsics = np.array([float(x) for x in lines[1].split()])\n"
-                "p = np.array([float(x) for x in lines[2].split()]).reshape(-1, 3)\n"
-                "q = mrcal.project(np.ascontiguousarray(p), lines[0], intrinsics)\n"
-                "print(' '.join(repr(float(x)) for x in q.ravel()))\n");
+  const auto program = scratch.write("project.py",
+                                     "import sys, mrcal, numpy as np\n"
+                                     "lines = open(sys.argv[1]).read().splitlines()\n"
+                                     "for name, i, p in zip(lines[0::3], lines[1::3], lines[2::3]):\n"
+                                     "    numbers = lambda text: np.array([float(x) for x in text.split()])\n"
+                                     "    q = mrcal.project(numbers(p).reshape(-1, 3), name, numbers(i))\n"
+                                     "    print(' '.join(repr(float(x)) for x in q.ravel()))\n");
+  std::ostringstream input;
+  input << std::setprecision(17);
+  std::vector<std::pair<Lens, Eigen::Vector3d>> points;
   for (const NamedLens& named : all_lenses()) {
     const Lens lens = named.make();
-    std::ostringstream input;
-    std::vector<Eigen::Vector3d> points;
-    for (const Eigen::Vector2d& q : grid_of_pixels(lens, 5)) points.push_back(*lens.unproject(q) * 270.0);
-    input << std::setprecision(17) << named.name << "\n";
+    input << named.name << "\n";
     for (const double x : named.intrinsics) input << x << " ";
     input << "\n";
-    for (const Eigen::Vector3d& p : points) input << p.x() << " " << p.y() << " " << p.z() << " ";
-    const auto file = scratch.write("input.txt", input.str());
-    const auto result =
-        testing::run("/usr/bin/python3 " + (scratch / "project.py").string() + " " + file.string() + " 2>&1");
-    ASSERT_EQ(result.status, 0) << result.output;
-    std::istringstream numbers(result.output);
-    for (const Eigen::Vector3d& p : points) {
-      Eigen::Vector2d q;
-      ASSERT_TRUE(numbers >> q.x() >> q.y());
-      EXPECT_LT((*lens.project(p) - q).norm(), 1e-11) << named.name;
+    for (const Eigen::Vector2d& q : grid_of_pixels(lens, 5)) {
+      const Eigen::Vector3d p = *lens.unproject(q) * 270.0;
+      input << p.x() << " " << p.y() << " " << p.z() << " ";
+      points.emplace_back(lens, p);
     }
+    input << "\n";
+  }
+  const auto file = scratch.write("input.txt", input.str());
+  const auto result = testing::run("/usr/bin/python3 " + program.string() + " " + file.string() + " 2>&1");
+  ASSERT_EQ(result.status, 0) << result.output;
+  std::istringstream numbers(result.output);
+  for (const auto& [lens, p] : points) {
+    Eigen::Vector2d q;
+    ASSERT_TRUE(numbers >> q.x() >> q.y());
+    EXPECT_LT((*lens.project(p) - q).norm(), 1e-11) << lens.model();
   }
 }
 

@@ -30,7 +30,10 @@ inline ProcessResult run(const std::string& command) {
 }
 
 /// Debian's mrcal belongs to Debian's Python, which need not be the first in PATH.
-inline bool has_mrcal_python() { return run("/usr/bin/python3 -c 'import mrcal' 2>/dev/null").status == 0; }
+inline bool has_mrcal_python() {
+  static const bool found = run("/usr/bin/python3 -c 'import mrcal' 2>/dev/null").status == 0;
+  return found;
+}
 
 /// A folder of its own, removed at the end of its scope.
 class ScratchFolder {
