@@ -41,8 +41,8 @@ struct BindingInfo {
 };
 constexpr std::array<BindingInfo, BIND_COUNT> bindings{{
     {uniform, VK_FORMAT_UNDEFINED},           // params
-    {uniform, VK_FORMAT_UNDEFINED},           // primitives
-    {uniform, VK_FORMAT_UNDEFINED},           // materials
+    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // primitives
+    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // materials
     {texels, VK_FORMAT_R32G32B32A32_SINT},    // nodes
     {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // triangles
     {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // corners
@@ -362,12 +362,8 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
     const Pose T_proj_cam = twin.projector->T_proj_world * camera.T_cam_world.inverse();
     const double reach_mm = scene.far_mm + T_proj_cam.translation_mm.norm() + lens_radius_mm(camera);
     impl_->upload_geometry(scene, reach_mm);
-    std::vector<gpu::vec4> padded = scene.primitives;
-    padded.resize(4 * MAX_PRIMITIVES);
-    impl_->fill(BIND_PRIMITIVES, padded);
-    padded = scene.materials;
-    padded.resize(MAX_PRIMITIVES);
-    impl_->fill(BIND_MATERIALS, padded);
+    impl_->fill(BIND_PRIMITIVES, scene.primitives);
+    impl_->fill(BIND_MATERIALS, scene.materials);
     impl_->fill(BIND_LENS_GRID, lens.nodes);
     impl_->fill(BIND_PROJECTOR_GRID, projector.table.nodes);
     impl_->fill(BIND_SAMPLES, samples.table);

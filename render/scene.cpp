@@ -168,10 +168,6 @@ double lens_radius_mm(const Camera& camera) {
 }
 
 PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store) {
-  if (twin.objects.size() > MAX_PRIMITIVES)
-    throw UserError(ExitCode::usage, "object",
-                    fmt::format("{} objects, the renderer takes {}", twin.objects.size(), MAX_PRIMITIVES),
-                    "join static parts into one mesh");
   Packer packer(camera, store);
   add_kind<SphereShape>(packer, twin);
   add_kind<PlaneShape>(packer, twin);

@@ -57,8 +57,8 @@ class MeshStore {
   std::vector<std::unique_ptr<MeshGeometry>> meshes_;
 };
 
-/// Throws UserError(usage) when the camera is inside an object, a mesh is not loaded, a measured
-/// shape was not replaced, or there are more than MAX_PRIMITIVES objects.
+/// Throws UserError(usage) when the camera is inside an object, a mesh is not loaded, or
+/// a measured shape was not replaced.
 PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store);
 
 /// Radius of the thin lens, 0 without depth of field.

@@ -31,9 +31,45 @@ const int FIRST_MESH = N_SPHERES + N_PLANES + N_CYLINDERS;
 const int N_DIRECT = N_PERIODIC + N_AXIS + N_GRAY;
 
 layout(push_constant) uniform PushBlock { Push push; };
-layout(std140, binding = BIND_PARAMS) uniform ParamsBlock { Params params; };
-layout(std140, binding = BIND_PRIMITIVES) uniform PrimitivesBlock { vec4 primitives[4 * MAX_PRIMITIVES]; };
-layout(std140, binding = BIND_MATERIALS) uniform MaterialsBlock { vec4 materials[MAX_PRIMITIVES]; };
+layout(std140, binding = BIND_PARAMS) uniform ParamsBlock { Params values; } params_block;
+layout(binding = BIND_PRIMITIVES) uniform samplerBuffer primitive_data;
+layout(binding = BIND_MATERIALS) uniform samplerBuffer material_data;
+
+// lavapipe reads uniform buffers lane by lane, even at constant offsets: everything the sample loop
+// needs is copied here once per pixel (4 times faster on a plane). Unused members cost nothing.
+Params params;
+
+struct Primitive {
+  vec4 a, b, c, d;
+  vec3 material;  // diffuse, specular, shininess
+  int index;
+};
+#define KEPT 3  // primitives of each kind read once per pixel; the others in the loops
+Primitive spheres[KEPT], planes[KEPT], cylinders[KEPT], instance;
+
+Primitive fetch_primitive(int i) {
+  return Primitive(texelFetch(primitive_data, 4 * i), texelFetch(primitive_data, 4 * i + 1),
+                   texelFetch(primitive_data, 4 * i + 2), texelFetch(primitive_data, 4 * i + 3),
+                   texelFetch(material_data, i).xyz, i);
+}
+
+void load_constants() {
+  params = params_block.values;
+#define LOAD_KEPT(k)                                                            \
+  if (k < N_SPHERES) spheres[k] = fetch_primitive(k);                           \
+  if (k < N_PLANES) planes[k] = fetch_primitive(FIRST_PLANE + k);               \
+  if (k < N_CYLINDERS) cylinders[k] = fetch_primitive(FIRST_CYLINDER + k);
+  LOAD_KEPT(0) LOAD_KEPT(1) LOAD_KEPT(2)
+  if (N_MESHES > 0) instance = fetch_primitive(FIRST_MESH);
+}
+
+// CALL(primitive) for all of a kind, the kept ones with constant indices.
+#define FOR_EACH(kept, first, n, CALL) \
+  if (n > 0) CALL(kept[0]);            \
+  if (n > 1) CALL(kept[1]);            \
+  if (n > 2) CALL(kept[2]);            \
+  if (n > 3)                           \
+    for (int index = first + 3; index < first + n; ++index) CALL(fetch_primitive(index));
 
 // On lavapipe 22.3 a uniform texel buffer is 7 times faster than a storage buffer; devices whose
 // texel buffers are too small for the mesh get the storage variant.

@@ -69,13 +69,11 @@ int traverse(vec3 o, vec3 d, inout float t, int first_node, int first_triangle, 
   return found;
 }
 
-// Instance: [0..2] rows of T_object_cam; [3] first node, first triangle, first corner (as integer
+// Instance: a, b, c rows of T_object_cam; d first node, first triangle, first corner (as integer
 // bits), MESH_SMOOTH | MESH_ALBEDO.
-vec3 to_object(int i, vec3 v, float w) {
+vec3 to_object(const Primitive g, vec3 v, float w) {
   vec4 x = vec4(v, w);
-  return vec3(dot(primitives[4 * i], x), dot(primitives[4 * i + 1], x), dot(primitives[4 * i + 2], x));
+  return vec3(dot(g.a, x), dot(g.b, x), dot(g.c, x));
 }
 
-vec3 direction_from_object(int i, vec3 v) {
-  return v.x * primitives[4 * i].xyz + v.y * primitives[4 * i + 1].xyz + v.z * primitives[4 * i + 2].xyz;
-}
+vec3 direction_from_object(const Primitive g, vec3 v) { return v.x * g.a.xyz + v.y * g.b.xyz + v.z * g.c.xyz; }

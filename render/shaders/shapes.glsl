@@ -14,45 +14,41 @@ vec2 circle_roots(float a, float b, float line_distance_sq, float c, float r) {
   return discriminant < 0.0 ? vec2(NO_HIT) : vec2(min(t0, t1), max(t0, t1));
 }
 
-// Sphere: [0] centre, radius; [1].x |centre|^2 - radius^2 made in double for rays from the origin.
-vec2 sphere_roots(int i, vec3 o, vec3 d, bool from_origin) {
-  vec4 s = primitives[4 * i];
-  vec3 f = o - s.xyz;
+// Sphere: a centre, radius; b.x |centre|^2 - radius^2 made in double for rays from the origin.
+vec2 sphere_roots(const Primitive g, vec3 o, vec3 d, bool from_origin) {
+  vec3 f = o - g.a.xyz;
   float a = dot(d, d), b = -dot(f, d);
   vec3 l = f + (b / a) * d;
   float distance = length(f);
-  float c = from_origin ? primitives[4 * i + 1].x : (distance - s.w) * (distance + s.w);
-  return circle_roots(a, b, dot(l, l), c, s.w);
+  float c = from_origin ? g.b.x : (distance - g.a.w) * (distance + g.a.w);
+  return circle_roots(a, b, dot(l, l), c, g.a.w);
 }
 
-// Plane: [0] normal, normal . point; [1] u axis, half size; [2] v axis, half size; [3] point.
-float plane_root(int i, vec3 o, vec3 d) {
-  vec4 n = primitives[4 * i];
-  float t = (n.w - dot(n.xyz, o)) / dot(n.xyz, d);
+// Plane: a normal, normal . point; b u axis, half size; c v axis, half size; d point.
+float plane_root(const Primitive g, vec3 o, vec3 d) {
+  float t = (g.a.w - dot(g.a.xyz, o)) / dot(g.a.xyz, d);
   if (BOUNDED != 0) {
-    vec4 u = primitives[4 * i + 1], v = primitives[4 * i + 2];
-    vec3 p = o + t * d - primitives[4 * i + 3].xyz;
-    if (abs(dot(p, u.xyz)) > u.w || abs(dot(p, v.xyz)) > v.w) t = NO_HIT;
+    vec3 p = o + t * d - g.d.xyz;
+    if (abs(dot(p, g.b.xyz)) > g.b.w || abs(dot(p, g.c.xyz)) > g.c.w) t = NO_HIT;
   }
   return t;
 }
 
-// Cylinder: [0] foot of the perpendicular from the origin to the axis, radius; [1] axis, half
-// length; [2].x coordinate of the centre along the axis, [2].y |foot|^2 - radius^2.
-vec2 cylinder_roots(int i, vec3 o, vec3 d, bool from_origin) {
-  vec4 foot = primitives[4 * i], axis = primitives[4 * i + 1];
+// Cylinder: a foot of the perpendicular from the origin to the axis, radius; b axis, half length;
+// c.x coordinate of the centre along the axis, c.y |foot|^2 - radius^2.
+vec2 cylinder_roots(const Primitive g, vec3 o, vec3 d, bool from_origin) {
+  vec4 foot = g.a, axis = g.b;
   vec3 d_perp = d - dot(d, axis.xyz) * axis.xyz;
   vec3 f = o - foot.xyz;
   f -= dot(f, axis.xyz) * axis.xyz;
   float a = dot(d_perp, d_perp), b = -dot(f, d_perp);
   vec3 l = f + (b / a) * d_perp;
   float distance = length(f);
-  float c = from_origin ? primitives[4 * i + 2].y : (distance - foot.w) * (distance + foot.w);
+  float c = from_origin ? g.c.y : (distance - foot.w) * (distance + foot.w);
   vec2 t = circle_roots(a, b, dot(l, l), c, foot.w);
   if (BOUNDED != 0) {
-    float centre = primitives[4 * i + 2].x;
-    if (abs(dot(o + t.x * d, axis.xyz) - centre) > axis.w) t.x = NO_HIT;
-    if (abs(dot(o + t.y * d, axis.xyz) - centre) > axis.w) t.y = NO_HIT;
+    if (abs(dot(o + t.x * d, axis.xyz) - g.c.x) > axis.w) t.x = NO_HIT;
+    if (abs(dot(o + t.y * d, axis.xyz) - g.c.x) > axis.w) t.y = NO_HIT;
   }
   return t;
 }

@@ -21,7 +21,6 @@ struct uvec4 {
 #define BLOCK_WIDTH 32
 #define BLOCK_HEIGHT 8
 #define BLOCK_PIXELS 256
-#define MAX_PRIMITIVES 256  // 4 vec4 each = 16 KiB, the smallest uniform range Vulkan guarantees
 #define MAX_PITCHES 8       // cosine/sine pairs in one pass
 #define MAX_DIRECT 16       // directly evaluated images in one pass
 #define STACK_SIZE 32
@@ -29,8 +28,8 @@ struct uvec4 {
 
 // ---- bindings (set 0)
 #define BIND_PARAMS 0
-#define BIND_PRIMITIVES 1
-#define BIND_MATERIALS 2
+#define BIND_PRIMITIVES 1  // 4 x vec4 each
+#define BIND_MATERIALS 2   // diffuse, specular, shininess, 0
 #define BIND_NODES 3      // BVH nodes, 4 x ivec4 each
 #define BIND_TRIANGLES 4  // 3 x vec4 vertices each
 #define BIND_CORNERS 5    // 3 x vec4 (normal, albedo) each
@@ -123,7 +122,7 @@ static_assert(offsetof(Params, pitch) == 18 * 16);
 static_assert(offsetof(Params, direct) == (18 + MAX_PITCHES) * 16);
 static_assert(sizeof(Params) == (18 + MAX_PITCHES + 2 * MAX_DIRECT) * 16);
 static_assert(sizeof(Push) == 32);
-static_assert(MAX_PRIMITIVES * 4 * sizeof(vec4) <= 16384);
+static_assert(sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);
 }  // namespace fringetwin::render::gpu
 #endif

@@ -40,6 +40,7 @@ float shade(const Hit hit, vec3 d, out vec2 u, inout uint shadow_rays) {
 }
 
 void main() {
+  load_constants();
   uint block_index = push.first_block + gl_WorkGroupID.x;
   uint block = texelFetch(block_list, int(block_index)).x;
   uvec2 pixel = uvec2((block & 0xffffu) * BLOCK_WIDTH, (block >> 16) * BLOCK_HEIGHT) + gl_LocalInvocationID.xy;
