@@ -142,7 +142,10 @@ void write_simulated(const std::filesystem::path& dir, const Simulated& simulate
       write_camera_radiance(dir, images);
       irradiance.push_back(&images);
     }
-    write_capture_toml(dir / "radiance", irradiance, provenance, "exr");
+    write_capture_toml(dir / "radiance", irradiance, provenance, "exr", "..");
+  } else {
+    // What an earlier run left must not pass for this run's irradiance.
+    std::filesystem::remove(dir / "radiance" / "capture.toml");
   }
   write_capture_toml(dir, cameras, provenance, "png");
 }
