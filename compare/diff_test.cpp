@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/diff.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "compare/result_json.hpp"
+#include "compare/synthetic.hpp"
+#include "twin/errors.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::filesystem::path write_run(const std::string& name, const synthetic::Truth& t) {
+  const auto dir = std::filesystem::temp_directory_path() / ("fringetwin_diff_" + name);
+  std::filesystem::create_directories(dir);
+  const synthetic::Scene scene = synthetic::make_scene(t);
+  const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
+  std::ofstream(dir / "result.json") << comparison_json(scene.twin, c, {}, {});
+  return dir;
+}
+
+TEST(Diff, PairsNumbersByName) {
+  synthetic::Truth t;
+  const auto a = write_run("a", t);
+  t.gain_dn = 18.0;
+  const auto b = write_run("b", t);
+  const std::string text = diff_results(a, b / "result.json");
+  EXPECT_THAT(text, HasSubstr("gain left gain_dn"));
+  EXPECT_THAT(text, HasSubstr("phase left x rms_rad"));
+  EXPECT_THAT(text, HasSubstr("fit ball simulated center_mm[2]"));
+  EXPECT_THAT(text, Not(HasSubstr("sigma")));
+  EXPECT_THAT(text, Not(HasSubstr("only in")));
+  const std::size_t line = text.find("gain left gain_dn");
+  double va = 0, vb = 0, d = 0, z = 0;
+  ASSERT_EQ(std::sscanf(text.c_str() + line + 17, "%lf %lf %lf %lf", &va, &vb, &d, &z), 4);
+  EXPECT_NEAR(va, 17.3, 0.05);
+  EXPECT_NEAR(vb, 18.0, 0.05);
+  EXPECT_NEAR(d, vb - va, 2e-5);
+  EXPECT_GT(z, 20.0);
+}
+
+TEST(Diff, ListsWhatOnlyOneRunHas) {
+  synthetic::Truth t;
+  const auto a = write_run("a", t);
+  t.cameras = 2;
+  const auto b = write_run("c", t);
+  EXPECT_THAT(diff_results(a, b), HasSubstr("only in B: gain right gain_dn"));
+  EXPECT_THAT(diff_results(b, a), HasSubstr("only in A: gain right gain_dn"));
+}
+
+void expect_refused(const std::string& content, const std::string& words) {
+  const auto file = std::filesystem::temp_directory_path() / "fringetwin_diff_bad.json";
+  std::ofstream(file) << content;
+  try {
+    diff_results(file, file);
+    FAIL() << content;
+  } catch (const UserError& error) {
+    EXPECT_EQ(error.code(), ExitCode::input);
+    EXPECT_THAT(error.what(), HasSubstr(words));
+  }
+}
+
+TEST(Diff, RefusesWhatIsNoResult) {
+  expect_refused("{\"schema\": \"other/1\"}", "no fringetwin result");
+  expect_refused("{\"schema\": ", "no JSON");
+  expect_refused("[1, 2]", "no fringetwin result");
+  EXPECT_THROW(diff_results("/nowhere", "/nowhere"), UserError);
+}
+
+}  // namespace
+}  // namespace fringetwin::compare
