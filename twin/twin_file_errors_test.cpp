@@ -172,7 +172,6 @@ TEST_F(TwinFileErrors, MissingKeysNameTheirTable) {
                {"directions", "[fringes]"},
                {"pitches_px", "[fringes]"},
                {"steps", "[fringes]"},
-               {"unwrap", "[fringes]"},
                {"bits", "[fringes.gray]"},
                {"shape", "[[object]]"},
                {"center_mm", "[[object]]"},
@@ -240,8 +239,6 @@ TEST_F(TwinFileErrors, FringesThatDoNotFitTogether) {
               HasSubstr("must be 2 pitches or more"));
   EXPECT_THAT(error(fringes("[13]", 4, "gray"), "unwrap"),
               HasSubstr("fringes.unwrap = \"gray\" needs [fringes.gray]"));
-  EXPECT_THAT(error(fringes("[13]", 4, "none", "[fringes.gray]\nbits = 3\n"), "[fringes.gray]"),
-              HasSubstr("has no effect without unwrap = \"gray\""));
   EXPECT_THAT(error(fringes("[13]", 0, "none"), "steps"),
               HasSubstr("Gray code only and needs unwrap = \"gray\""));
   EXPECT_THAT(error(fringes("[1]", 0, "gray", "[fringes.gray]\nbits = 3\n"), "[fringes.gray]"),

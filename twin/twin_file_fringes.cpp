@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "twin/progress.hpp"
 #include "twin/twin_file.hpp"
 
 namespace fringetwin {
@@ -66,7 +67,8 @@ DirectionFringes read_direction(const TomlTable& table, Axis axis) {
 }
 
 Unwrap read_unwrap(const TomlTable& table) {
-  const std::string name = table.required_choice("unwrap", {"heterodyne", "hierarchical", "gray", "none"});
+  const std::string name =
+      table.choice("unwrap", {"heterodyne", "hierarchical", "gray", "none"}).value_or("heterodyne");
   if (name == "heterodyne") return Unwrap::heterodyne;
   if (name == "hierarchical") return Unwrap::hierarchical;
   return name == "gray" ? Unwrap::gray : Unwrap::none;
@@ -93,7 +95,9 @@ void check_unwrap(const TomlTable& table, const Fringes& fringes) {
       check_gray(table, fringes, direction);
       continue;
     }
-    if (direction.gray) table.fail("gray", "has no effect without unwrap = \"gray\"");
+    // A template may carry the table along: it names no images then, which the user should hear.
+    if (direction.gray)
+      warn(table.where("gray") + ": [fringes.gray] has no effect without unwrap = \"gray\"");
     if (fringes.unwrap == Unwrap::heterodyne && n != 3)
       table.fail("pitches_px", fmt::format("must be 3 pitches with unwrap = \"heterodyne\", are {}", n));
     if (fringes.unwrap == Unwrap::hierarchical && n < 2)
