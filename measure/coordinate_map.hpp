@@ -8,6 +8,7 @@ namespace fringetwin::measure {
 
 struct MapSample {
   double value = 0.0, d_dx = 0.0, d_dy = 0.0;
+  double error_px = 0.0;  ///< size of the interpolation error, from the first neglected differences
 };
 
 /// Interpolates with 4x4 Lagrange cubics; the stencil is centred on the pixel cell where all 16

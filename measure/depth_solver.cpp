@@ -9,9 +9,10 @@ namespace {
 constexpr int kMostSteps = 25;
 constexpr double kLongestStepPx = 4.0;     ///< per iteration, in the second image (maps)
 constexpr double kLongestStepRatio = 0.3;  ///< of the depth, per iteration
-/// A step this short is the last one. Newton is quadratic: what is left after it is far below.
-constexpr double kConvergedPx = 1e-6;
-constexpr double kAcceptedPx = 1e-4;  ///< flicker between neighbouring interpolation pieces
+/// A step this short is the last one: Newton leaves about its square times the curvature of the map (1e-2 per
+/// px at most) and, where interpolation pieces meet, a thousandth of it.
+constexpr double kConvergedPx = 2e-4;
+constexpr double kAcceptedPx = 1e-3;  ///< flicker between neighbouring interpolation pieces
 
 struct Equation {
   double residual_px, slope_px_per_mm, sigma_px;
@@ -85,7 +86,7 @@ SolveStatus solve_depth_in_maps(const Lens& lens, const Pose& T_device_cam, cons
       if (!maps[k]->sample(q.x(), q.y(), sample)) return false;
       equations[k] = {sample.value - targets[k].coordinate_px,
                       sample.d_dx * dq_ds.x() + sample.d_dy * dq_ds.y(),
-                      std::hypot(targets[k].sigma_px, maps[k]->sigma_px(q.x(), q.y()))};
+                      std::hypot(targets[k].sigma_px, maps[k]->sigma_px(q.x(), q.y()), sample.error_px)};
     }
     return true;
   };

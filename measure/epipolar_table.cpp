@@ -50,6 +50,7 @@ void EpipolarTable::set_coarse_rays(const Lens& lens) {
     for (int i = 0; i < grid_width_; ++i)
       if (const auto d = lens.unproject({static_cast<double>(i * kGridPx), static_cast<double>(j * kGridPx)}))
         grid_rays_[static_cast<std::size_t>(j) * grid_width_ + i] = rotation_cam0_cam1_ * *d;
+  for (const Eigen::Vector3d& ray : grid_rays_) grid_angles_.push_back(angle(ray));
 }
 
 Eigen::Vector3d EpipolarTable::coarse_ray_cam0(double x, double y) const {
@@ -62,6 +63,14 @@ Eigen::Vector3d EpipolarTable::coarse_ray_cam0(double x, double y) const {
          b * ((1 - a) * row[grid_width_] + a * row[grid_width_ + 1]);
 }
 
+double EpipolarTable::coarse_angle(int x, int y) const {
+  const int i = std::min(x / kGridPx, grid_width_ - 2), j = std::min(y / kGridPx, grid_height_ - 2);
+  const double* row = &grid_angles_[static_cast<std::size_t>(j) * grid_width_ + i];
+  const double a = static_cast<double>(x) / kGridPx - i, b = static_cast<double>(y) / kGridPx - j;
+  return (1 - b) * ((1 - a) * row[0] + a * row[1]) +
+         b * ((1 - a) * row[grid_width_] + a * row[grid_width_ + 1]);
+}
+
 /// visit(pixel, angle bin, first value bin, last value bin)
 template <class Visit>
 void EpipolarTable::visit_steps(Visit visit) const {
@@ -69,7 +78,7 @@ void EpipolarTable::visit_steps(Visit visit) const {
     for (int x = 0; x + step_x_ < map_.width; ++x) {
       const double a = map_(x, y), b = map_(x + step_x_, y + step_y_);
       if (!std::isfinite(a + b)) continue;
-      const double position = (angle(coarse_ray_cam0(x, y)) - angle_low_) / angle_width_;
+      const double position = (coarse_angle(x, y) - angle_low_) / angle_width_;
       if (!(position >= 0.0 && position < angle_bins_)) continue;
       const int low = static_cast<int>((std::min(a, b) - value_low_) / value_width_);
       const int high = static_cast<int>((std::max(a, b) - value_low_) / value_width_);
@@ -81,8 +90,7 @@ void EpipolarTable::visit_steps(Visit visit) const {
 void EpipolarTable::set_bins() {
   double angle_high = -std::numeric_limits<double>::infinity();
   angle_low_ = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& d : grid_rays_) {
-    const double a = angle(d);
+  for (const double a : grid_angles_) {
     if (!std::isfinite(a)) continue;
     angle_low_ = std::min(angle_low_, a);
     angle_high = std::max(angle_high, a);

@@ -26,6 +26,7 @@ class EpipolarTable {
  private:
   double angle(const Eigen::Vector3d& d_cam0) const;
   Eigen::Vector3d coarse_ray_cam0(double x, double y) const;
+  double coarse_angle(int x, int y) const;
   int collect(int angle_bin, int value_bin, const Eigen::Vector3d& d_cam0, double coordinate_px,
               Eigen::Vector2d* places, double* depth_mm, int count) const;
   void set_coarse_rays(const Lens& lens);
@@ -39,6 +40,7 @@ class EpipolarTable {
   int step_x_ = 1, step_y_ = 0;  ///< neighbour along the epipolar curve
   int grid_width_ = 0, grid_height_ = 0;
   std::vector<Eigen::Vector3d> grid_rays_;
+  std::vector<double> grid_angles_;
   double angle_low_ = 0.0, angle_width_ = 1.0, value_low_ = 0.0, value_width_ = 1.0;
   int angle_bins_ = 0, value_bins_ = 0;
   std::vector<std::uint32_t> first_;   ///< per bin, plus the end

@@ -77,7 +77,7 @@ CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const Cylinde
   RobustModel robust;
   robust.n = p_mm.size();
   robust.min_points = CylinderDistance::kParameters;
-  robust.smallest_scale = points.rounding_mm();
+  robust.smallest_scale = points.smallest_scale_mm();
   robust.distance = [&](std::size_t i) { return model(x, points.p_mm[i], nullptr); };
   robust.solve = [&](const std::vector<std::size_t>& index, const std::vector<double>& weight) {
     for (int k = 0; k < kRebases; ++k) {

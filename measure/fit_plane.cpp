@@ -56,7 +56,7 @@ PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& p_mm, const FitOptions& o
   RobustModel robust;
   robust.n = p_mm.size();
   robust.min_points = kParameters;
-  robust.smallest_scale = points.rounding_mm();
+  robust.smallest_scale = points.smallest_scale_mm();
   robust.distance = [&](std::size_t i) { return plane.normal.dot(points.p_mm[i] - plane.point); };
   robust.solve = [&](const std::vector<std::size_t>& index, const std::vector<double>& weight) {
     return solve_plane(points.p_mm, index, weight, plane);

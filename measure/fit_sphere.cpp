@@ -66,7 +66,7 @@ SphereFit fit_sphere(const std::vector<Eigen::Vector3d>& p_mm, const SphereShape
   RobustModel robust;
   robust.n = p_mm.size();
   robust.min_points = SphereDistance::kParameters;
-  robust.smallest_scale = points.rounding_mm();
+  robust.smallest_scale = points.smallest_scale_mm();
   robust.distance = [&](std::size_t i) { return model(x, points.p_mm[i], nullptr); };
   robust.solve = [&](const std::vector<std::size_t>& index, const std::vector<double>& weight) {
     return minimise(model, points.p_mm, index, weight, o.max_iterations, x) && x[3] > 0.0;

@@ -134,8 +134,9 @@ TEST(SphereFit, ThirtyPercentOutliers) {
               fit.radius_mm - 19.065);
   EXPECT_LT((fit.center_mm - truth.center_mm).norm(), 0.2 * noise);
   EXPECT_NEAR(fit.radius_mm, truth.radius_mm, 0.2 * noise);
-  // outliers within 4 sigma of the surface (4 % of them) cannot be told from inliers
-  EXPECT_NEAR(fit.rms_mm, noise, 0.03 * noise);
+  // outliers within 4 sigma of the surface (4 % of them, 120) cannot be told from inliers; they are uniform
+  // within +-4 sigma, so the rms grows to sqrt((7000 + 120 * 16 / 3) / 7120) = 1.04
+  EXPECT_NEAR(fit.rms_mm, noise, 0.05 * noise);
   EXPECT_GT(fit.n, 6990u);
   EXPECT_LT(fit.n, 7200u);
   EXPECT_EQ(fit.n_gated, 10000u);
@@ -273,7 +274,7 @@ TEST(CylinderFit, OutliersAndDegenerateSets) {
   const CylinderShape truth{{0, 0, 260}, {0, 1, 0}, 12.0, {}};
   Points p = pipe(truth, 0.8, 15, 7000, 0.01, random);
   for (const Eigen::Vector3d& q : pipe(truth, 0.8, 15, 3000, 0.0, random))
-    p.push_back(q + Eigen::Vector3d(0, 0, uniform(random, -0.2, 1.8)));
+    p.push_back(q + uniform(random, -0.2, 1.8) * Eigen::Vector3d(q.x(), 0, q.z() - 260).normalized());
   const CylinderFit fit = fit_cylinder(p, truth, robust());
   ASSERT_TRUE(fit.usable) << fit.message;
   EXPECT_NEAR(fit.radius_mm, 12.0, 0.004);

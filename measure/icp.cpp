@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "measure/icp.hpp"
 
+#include <pcl/console/print.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 #include <pcl/registration/icp.h>
@@ -16,7 +17,23 @@ namespace {
 
 using Cloud = pcl::PointCloud<pcl::PointNormal>;
 constexpr std::size_t kSamples = 100000;
+constexpr float kLargestEntry = 1e5f;    ///< mm: no sane step moves farther
 constexpr int kIterations[] = {12, 15};  ///< point to point, point to plane
+
+/// Where the surface leaves a direction free (a plane slides in itself) the 6x6 system is singular and PCL's
+/// next search would abort on NaN: then stay.
+class PointToPlane
+    : public pcl::registration::TransformationEstimationPointToPlaneLLS<pcl::PointNormal, pcl::PointNormal> {
+ public:
+  using Base = pcl::registration::TransformationEstimationPointToPlaneLLS<pcl::PointNormal, pcl::PointNormal>;
+  using Base::estimateRigidTransformation;
+  void estimateRigidTransformation(const Cloud& source, const Cloud& target,
+                                   const pcl::Correspondences& correspondences,
+                                   Matrix4& transform) const override {
+    Base::estimateRigidTransformation(source, target, correspondences, transform);
+    if (!transform.allFinite() || transform.cwiseAbs().maxCoeff() > kLargestEntry) transform.setIdentity();
+  }
+};
 
 pcl::PointNormal make_point(const Eigen::Vector3d& p, const Eigen::Vector3d& n) {
   pcl::PointNormal q;
@@ -70,11 +87,9 @@ Pose run_icp(IcpKind kind, const std::vector<Eigen::Vector3d>& p_world_mm, const
   Cloud::Ptr source(new Cloud);
   for (const Eigen::Vector3d& p : p_world_mm)
     source->push_back(make_point(start * p - impl.origin, Eigen::Vector3d::UnitZ()));
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // failures are returned, not printed
   pcl::IterativeClosestPoint<pcl::PointNormal, pcl::PointNormal> icp;
-  if (kind == IcpKind::point_to_plane)
-    icp.setTransformationEstimation(
-        pcl::make_shared<pcl::registration::TransformationEstimationPointToPlaneLLS<pcl::PointNormal,
-                                                                                    pcl::PointNormal>>());
+  if (kind == IcpKind::point_to_plane) icp.setTransformationEstimation(pcl::make_shared<PointToPlane>());
   icp.setInputSource(source);
   icp.setInputTarget(impl.cloud);
   icp.setSearchMethodTarget(impl.tree, true);

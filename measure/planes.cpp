@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <pcl/console/print.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 #include <pcl/segmentation/sac_segmentation.h>
@@ -33,6 +34,7 @@ bool ransac_plane(const std::vector<Eigen::Vector3d>& p_mm, const std::vector<st
     const Eigen::Vector3f q = (p_mm[i] - origin).cast<float>();
     cloud->push_back(pcl::PointXYZ(q.x(), q.y(), q.z()));
   }
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // failures are returned, not printed
   pcl::SACSegmentation<pcl::PointXYZ> segmentation;
   segmentation.setModelType(pcl::SACMODEL_PLANE);
   segmentation.setMethodType(pcl::SAC_RANSAC);

@@ -14,6 +14,8 @@ struct CentredPoints {
   explicit CentredPoints(const std::vector<Eigen::Vector3d>& points_mm);
   /// Scale below which residuals are rounding of the coordinates.
   double rounding_mm() const { return 64.0 * 2.3e-16 * (centroid_mm.norm() + extent_mm); }
+  /// Residuals of 2 ppm of the size are no outliers, however small the others are (ideal simulations).
+  double smallest_scale_mm() const { return rounding_mm() + 2e-6 * extent_mm; }
 
   Eigen::Vector3d centroid_mm = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> p_mm;  ///< minus the centroid

@@ -46,6 +46,7 @@ struct Setup {
 };
 
 struct Work {
+  Image<Eigen::Vector3d> ray;
   Image<Match> match;
   Image<State> state;
   std::vector<std::vector<Alternatives>> alternatives;  ///< per row
@@ -91,6 +92,7 @@ void match_pixel(const Setup& setup, int x, int y, Work& work) {
   state = State::no_match;
   const auto d = setup.cam0.lens.unproject({static_cast<double>(x), static_cast<double>(y)});
   if (!d) return;
+  work.ray(x, y) = *d;
   double starts[EpipolarTable::kMostCandidates];
   const int n = setup.table->candidates(*d, coordinates[0], starts);
   std::vector<Match> found;
@@ -193,7 +195,7 @@ PointCloud collect(const Setup& setup, const Work& work, TriangulationSummary* s
       if (state != State::matched) continue;
       const Eigen::Vector2d pixel(x, y);
       const Match& m = work.match(x, y);
-      row.add(pixel, m.depth_mm * *setup.cam0.lens.unproject(pixel), static_cast<double>(m.sigma_mm),
+      row.add(pixel, m.depth_mm * work.ray(x, y), static_cast<double>(m.sigma_mm),
               static_cast<double>(m.residual_px));
     }
   }
@@ -255,8 +257,10 @@ PointCloud triangulate_stereo(const Twin& twin, const CameraDecode& left, const 
   const EpipolarTable table(setup.cam1.lens, setup.T_cam1_cam0, *setup.maps[0]);
   setup.table = &table;
 
-  Work work{
-      Image<Match>(left.width(), left.height()), Image<State>(left.width(), left.height(), State::none), {}};
+  Work work;
+  work.ray = Image<Eigen::Vector3d>(left.width(), left.height(), Eigen::Vector3d::Zero());
+  work.match = Image<Match>(left.width(), left.height());
+  work.state = Image<State>(left.width(), left.height(), State::none);
   work.alternatives.resize(static_cast<std::size_t>(left.height()));
 #pragma omp parallel for schedule(dynamic, 8)
   for (int y = 0; y < left.height(); ++y)
