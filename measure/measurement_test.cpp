@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// The chain decode -> triangulate -> fit on images made per pixel from the projected pattern's definition.
+// Tolerances
+//   1e-4 mm   float images (issue table): rounding of float32 gray values is 1e-5 rad, 2e-5 px, 3e-6 mm a
+//   point
+#include "measure/measurement.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "measure/synthetic_rig.hpp"
+#include "twin/errors.hpp"
+
+namespace fringetwin::measure {
+namespace {
+
+using namespace testing;
+
+CameraImages render_ideal(const Twin& twin, std::size_t camera, const Scene& scene) {
+  MapOptions options;
+  options.shadows = true;
+  const CameraDecode truth = ideal_decode(twin, camera, scene, options);
+  CameraImages images;
+  images.camera = twin.cameras[camera].name;
+  images.radiance = true;
+  for (const PatternSpec& pattern : expand_sequence(twin.fringes)) {
+    ImageF image(truth.width(), truth.height(), 0.0f);
+    for (std::size_t i = 0; i < image.size(); ++i) {
+      const double c = truth.directions[0].coordinate_px.data[i];
+      if (std::isfinite(c))
+        image.data[i] = static_cast<float>(100.0 * pattern_value(twin.fringes, pattern, c));
+    }
+    images.images.push_back(std::move(image));
+  }
+  return images;
+}
+
+struct Bench {
+  Twin twin = paper_rig(0.5);
+  std::vector<CameraImages> images;
+
+  Bench() {
+    twin.objects = {{"ball", SphereShape{{0, 0, 250}, 15}, {}}};
+    twin.measure.fits = {{"ball", 2.0}};
+    for (std::size_t c = 0; c < 2; ++c)
+      images.push_back(render_ideal(twin, c, sphere_scene({0, 0, 250}, 15)));
+  }
+};
+
+TEST(Measurement, StereoAndProjectorFromFloatImages) {
+  Bench bench;
+  for (const Triangulate how : {Triangulate::stereo, Triangulate::projector}) {
+    bench.twin.measure.triangulate = how;
+    const Measurement m = measure(bench.twin, bench.images);
+    ASSERT_EQ(m.cameras.size(), 2u);
+    ASSERT_EQ(m.fits.size(), 1u);
+    ASSERT_TRUE(m.fits[0].usable) << m.fits[0].warning;
+    std::printf("%s: n %zu of %zu points, rms %.2e mm, radius off %.2e mm\n",
+                how == Triangulate::stereo ? "stereo" : "projector", m.fits[0].n, m.cloud.size(),
+                m.fits[0].numbers.at("rms_mm"), m.fits[0].numbers.at("radius_mm") - 15);
+    EXPECT_GT(m.cloud.size(), 8000u);
+    EXPECT_LT(m.fits[0].numbers.at("rms_mm"), 1e-4);
+    EXPECT_NEAR(m.fits[0].numbers.at("radius_mm"), 15.0, 1e-4);
+    EXPECT_LT((m.fits[0].vectors.at("center_mm") - Eigen::Vector3d(0, 0, 250)).norm(), 1e-4);
+    for (const char* key : {"decode", "triangulate", "fit"}) EXPECT_TRUE(m.timing_s.contains(key));
+    EXPECT_EQ(m.cloud.normal_world.size(), m.cloud.size());
+  }
+}
+
+TEST(Measurement, DecodeOnlyWhereTheRigCannotTriangulate) {
+  Bench bench;
+  bench.twin.projector.reset();
+  bench.twin.cameras.pop_back();
+  bench.images.pop_back();
+  const Measurement m = measure(bench.twin, bench.images);
+  EXPECT_EQ(m.cloud.size(), 0u);
+  EXPECT_EQ(m.cameras.size(), 1u);
+  EXPECT_FALSE(m.warnings.empty());
+  Bench wrong;
+  wrong.images.pop_back();
+  EXPECT_THROW(measure(wrong.twin, wrong.images), UserError);
+}
+
+TEST(Measurement, FilesAreWritten) {
+  Bench bench;
+  const Measurement m = measure(bench.twin, bench.images);
+  const auto dir =
+      std::filesystem::temp_directory_path() / ("fringetwin_measurement_" + std::to_string(::getpid()));
+  write_measurement(dir / "nested", m);
+  write_measurement(dir / "nested", m);  // the folder may exist
+  EXPECT_TRUE(std::filesystem::exists(dir / "nested/phase_left.exr"));
+  EXPECT_TRUE(std::filesystem::exists(dir / "nested/phase_right.exr"));
+  std::ifstream in(dir / "nested/points.ply", std::ios::binary);
+  std::stringstream text;
+  text << in.rdbuf();
+  const std::string ply = text.str();
+  const std::size_t end = ply.find("end_header\n") + 11;
+  const std::string header = ply.substr(0, end);
+  EXPECT_EQ(header.rfind("ply\nformat binary_little_endian 1.0\n", 0), 0u);
+  EXPECT_NE(header.find("element vertex " + std::to_string(m.cloud.size()) + "\n"), std::string::npos);
+  ASSERT_EQ(ply.size() - end, m.cloud.size() * 48);
+  const std::size_t k = m.cloud.size() / 2;
+  double p[3];
+  float rest[6];
+  std::memcpy(p, ply.data() + end + 48 * k, sizeof p);
+  std::memcpy(rest, ply.data() + end + 48 * k + 24, sizeof rest);
+  EXPECT_EQ(Eigen::Vector3d(p[0], p[1], p[2]), m.cloud.p_world_mm[k]);
+  EXPECT_EQ(Eigen::Vector2f(rest[3], rest[4]), m.cloud.q_cam_px[k]);
+  EXPECT_EQ(rest[5], m.cloud.sigma_mm[k]);
+  for (const auto& entry : std::filesystem::directory_iterator(dir / "nested"))
+    EXPECT_TRUE(entry.path().extension() == ".exr" || entry.path().extension() == ".ply") << entry.path();
+  std::filesystem::remove_all(dir);
+}
+
+}  // namespace
+}  // namespace fringetwin::measure

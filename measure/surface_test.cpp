@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tolerances
+//   3e-5 mm    noiseless plane: vertices are floats near 260 (rounding 1.5e-5)
+//   noise / 2  a quadratic on a disc of radius 3 (29 points) leaves 0.45 of the noise at its centre
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdio>
+
+#include "measure/closest_point.hpp"
+#include "measure/measurement.hpp"
+#include "measure/synthetic_rig.hpp"
+#include "twin/errors.hpp"
+
+namespace fringetwin::measure {
+namespace {
+
+using namespace testing;
+
+TEST(Surface, PlaneStaysPlaneAndFacesTheCamera) {
+  const Twin twin = paper_rig(0.25);
+  const Eigen::Vector3d n = Eigen::Vector3d(0.5, -0.2, -1).normalized(), at(0, 0, 260);
+  const PointCloud cloud = triangulate_projector(twin, 0, ideal_decode(twin, 0, plane_scene(at, n)));
+  const auto mesh = build_surface(twin, 0, cloud, 3.0);
+  EXPECT_GE(mesh->vertices_mm.size(), cloud.size());
+  EXPECT_GT(mesh->triangles.size(), 19 * cloud.size() / 10);
+  for (const auto& v : mesh->vertices_mm) ASSERT_LT(std::abs(n.dot(v.cast<double>() - at)), 3e-5);
+  for (const auto& t : mesh->triangles) {
+    const Eigen::Vector3d a = mesh->vertices_mm[t[0]].cast<double>(),
+                          b = mesh->vertices_mm[t[1]].cast<double>(),
+                          c = mesh->vertices_mm[t[2]].cast<double>();
+    ASSERT_GT((b - a).cross(c - a).normalized().dot(n), 0.99);
+  }
+  ASSERT_EQ(mesh->vertex_normals.size(), mesh->vertices_mm.size());
+  EXPECT_GT(mesh->vertex_normals[100].cast<double>().dot(n), 0.999);
+}
+
+TEST(Surface, SmoothingTakesTheNoiseNotTheShape) {
+  const Twin twin = paper_rig(0.5);
+  const Eigen::Vector3d center(0, 0, 260);
+  const double radius = 30;
+  MapOptions noisy;
+  noisy.noise_px = 0.1;
+  const Scene scene = sphere_scene(center, radius);
+  const PointCloud cloud = triangulate_projector(twin, 0, ideal_decode(twin, 0, scene, noisy));
+  const PointCloud clean = triangulate_projector(twin, 0, ideal_decode(twin, 0, scene));
+  const auto rms = [&](const Mesh& mesh) {
+    double sum = 0.0;
+    std::size_t n = 0;
+    for (const auto& v : mesh.vertices_mm) {
+      const Eigen::Vector3d d = v.cast<double>() - center;
+      if (d.z() > -0.6 * radius) continue;  // away from the rim
+      sum += std::pow(d.norm() - radius, 2);
+      ++n;
+    }
+    return std::sqrt(sum / static_cast<double>(n));
+  };
+  const double raw = rms(*build_surface(twin, 0, cloud, 0.0)),
+               smoothed = rms(*build_surface(twin, 0, cloud, 3.0)),
+               bias = rms(*build_surface(twin, 0, clean, 3.0));
+  std::printf("surface: raw %.4f, smoothed %.4f, bias %.1e mm\n", raw, smoothed, bias);
+  EXPECT_LT(smoothed, 0.55 * raw);
+  EXPECT_LT(bias, 1e-4);
+}
+
+TEST(Surface, DepthStepsStayOpenAndPinholesAreFilled) {
+  const Twin twin = paper_rig(0.25);
+  const Scene scene = nearest({sphere_scene({0, 0, 220}, 10), plane_scene({0, 0, 300}, {0, 0, -1})});
+  PointCloud cloud = triangulate_projector(twin, 0, ideal_decode(twin, 0, scene));
+  const std::size_t whole = cloud.size();
+  // a pinhole in the wall
+  std::size_t hole = 0;
+  for (std::size_t i = 0; i < whole; ++i)
+    if ((cloud.q_cam_px[i] - Eigen::Vector2f(100, 130)).norm() < 0.1f) hole = i;
+  ASSERT_GT(hole, 0u);
+  const Eigen::Vector3d lost = cloud.p_world_mm[hole];
+  cloud.p_world_mm.erase(cloud.p_world_mm.begin() + static_cast<std::ptrdiff_t>(hole));
+  cloud.q_cam_px.erase(cloud.q_cam_px.begin() + static_cast<std::ptrdiff_t>(hole));
+  cloud.sigma_mm.erase(cloud.sigma_mm.begin() + static_cast<std::ptrdiff_t>(hole));
+  const auto mesh = build_surface(twin, 0, cloud, 3.0);
+  for (const auto& t : mesh->triangles)
+    for (int k = 0; k < 3; ++k)
+      ASSERT_LT(std::abs(mesh->vertices_mm[t[k]].z() - mesh->vertices_mm[t[(k + 1) % 3]].z()), 6.0f);
+  EXPECT_LT(std::abs(MeshDistance(*mesh).query(lost).signed_distance_mm), 1e-3);
+}
+
+TEST(Surface, NothingToBuildFrom) {
+  const Twin twin = paper_rig(0.1);
+  EXPECT_THROW(build_surface(twin, 0, {}, 3.0), UserError);
+  PointCloud one;
+  one.p_world_mm = {{0, 0, 250}};
+  one.q_cam_px = {{70, 50}};
+  EXPECT_THROW(build_surface(twin, 0, one, 3.0), UserError);
+  EXPECT_THROW(build_surface(twin, 0, one, -1.0), UserError);
+}
+
+}  // namespace
+}  // namespace fringetwin::measure
