@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// bench_render: sampling schemes (time and error) and the cost of each effect, one camera of the
+// paper's rig, 12 patterns. Times are the smallest of three runs after a warm-up; CPU time is that of
+// all threads, so on a loaded machine read that. Errors against the double-precision reference.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <functional>
+
+#include "tests/accuracy/agreement.hpp"
+#include "tests/support/freeform.hpp"
+#include "tests/support/paper_rig.hpp"
+#include "twin/errors.hpp"
+
+namespace {
+
+using namespace fringetwin;
+using render::Sampling;
+
+struct Timing {
+  double wall_ms = 1e30, cpu_ms = 1e30;
+  render::RenderedCamera rendered;
+};
+
+Timing measure(const Twin& twin, const Sampling& sampling, int runs) {
+  Timing best;
+  for (int i = 0; i < runs; ++i) {
+    const auto wall = std::chrono::steady_clock::now();
+    const std::clock_t cpu = std::clock();
+    best.rendered = test::shared_renderer()->render(twin, 0, sampling);
+    const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - wall;
+    best.wall_ms = std::min(best.wall_ms, elapsed.count());
+    best.cpu_ms = std::min(best.cpu_ms, 1e3 * static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC);
+  }
+  return best;
+}
+
+Shape freeform() {
+  const auto mesh = std::make_shared<Mesh>(test::make_bumpy_icosphere(6, 35.0, test::default_bumps()));
+  return MeshShape{{}, "mm", {rotation_from_vector({0.11, -0.23, 0.37}), {0.0, 0.0, 275.0}}, false, mesh};
+}
+
+// ---------------------------------------------------------------- sampling schemes
+
+void compare_sampling(const std::string& name, const Twin& twin, int stride) {
+  fmt::print("\n{} ({}x{} px, {} images)\n", name, twin.cameras[0].lens.width(),
+             twin.cameras[0].lens.height(), expand_sequence(twin.fringes).size());
+  fmt::print("{:<22}{:>9}{:>9}{:>10}{:>14}{:>14}{:>14}\n", "scheme", "wall ms", "CPU ms", "Mrays/s",
+             "interior rad", "interior DN", "all pixels DN");
+  const auto truth =
+      reference_block(render::Reference(twin), 0, test::whole_image(twin, 0, stride), {.gauss_n = 24});
+  const std::vector<std::pair<std::string, Sampling>> schemes{
+      {"default", render::choose_sampling(twin.render)},
+      {"gauss 16", {Sampler::gauss, 16}},
+      {"multi-jittered 16", {Sampler::multi_jittered, 16}},
+      {"multi-jittered 64", {Sampler::multi_jittered, 64}},
+      {"sobol 64", {Sampler::sobol, 64}},
+      {"multi-jittered 1024", {Sampler::multi_jittered, 1024}}};
+  for (const auto& [label, sampling] : schemes) {
+    measure(twin, sampling, 1);
+    const Timing t = measure(twin, sampling, sampling.samples > 256 ? 1 : 3);
+    const auto inside = test::compare(twin, 0, t.rendered.irradiance, truth, test::Pixels::interior);
+    const auto all = test::compare(twin, 0, t.rendered.irradiance, truth, test::Pixels::all);
+    const double full_scale = twin.cameras[0].sensor.max_dn();
+    fmt::print("{:<22}{:>9.1f}{:>9.1f}{:>10.1f}{:>14.1e}{:>14.4f}{:>14.4f}\n",
+               fmt::format("{} ({})", label, sampling.samples), t.wall_ms, t.cpu_ms,
+               static_cast<double>(t.rendered.rays) / t.rendered.trace_ms / 1e3, inside.worst_phase_rms_rad(),
+               inside.gray_rms * full_scale, all.gray_rms * full_scale);
+  }
+  fmt::print("{} pixels compared, interior as DESIGN §4 has it\n", truth.size());
+}
+
+// ---------------------------------------------------------------- what a user waits for
+
+void full_frame(const Twin& twin) {
+  const Sampling sampling = render::choose_sampling(twin.render);
+  const Timing first = measure(twin, sampling, 1), next = measure(twin, sampling, 3);
+  fmt::print(
+      "\n{}, 1440x1080, 12 images, {} samples: first {:.0f} ms wall, {:.0f} ms CPU; again {:.0f} ms wall, "
+      "{:.0f} ms CPU\n",
+      twin.objects[0].name, sampling.samples, first.wall_ms, first.cpu_ms, next.wall_ms, next.cpu_ms);
+}
+
+// ---------------------------------------------------------------- effects
+
+struct Effect {
+  std::string name;
+  std::function<void(Twin&)> switch_on;
+};
+
+void compare_effects(const std::string& name, const Twin& base) {
+  const std::vector<Effect> effects{
+      {"Phong", [](Twin& t) { t.objects[0].material.specular = 0.3; }},
+      {"falloff",
+       [](Twin& t) { t.projector->inverse_square = true, t.projector->reference_distance_mm = 270.0; }},
+      {"ambient", [](Twin& t) { t.projector->ambient = 0.5; }},
+      {"projector blur", [](Twin& t) { t.projector->blur_px = 1.0; }},
+      {"gamma 2.2",
+       [](Twin& t) {
+         t.projector->response = {ProjectorResponse::Kind::gamma, 2.2, {}};
+       }},
+      {"two directions",
+       [](Twin& t) {
+         t.fringes.directions.push_back(t.fringes.directions[0]);
+         t.fringes.directions[1].axis = Axis::y;
+       }},
+      {"gray code, 6 bits",
+       [](Twin& t) {
+         t.fringes.directions[0].pitches_px = {20.0};
+         t.fringes.directions[0].phase_origin_px = {0.0};
+         GrayCode gray;
+         gray.bits = 6;
+         t.fringes.directions[0].gray = gray;
+         t.fringes.unwrap = Unwrap::gray;
+       }},
+      {"plane behind (shadow)",
+       [](Twin& t) {
+         t.objects.push_back({"plane", test::frontal_plane(), {}});
+       }},
+      {"depth of field f/8", [](Twin& t) {
+         t.cameras[0].optics = Optics{8.0, 10.0, 270.0};
+       }}};
+  fmt::print("\nEffects, {}, default sampling\n{:<24}{:>9}{:>9}{:>8}{:>8}{:>10}\n", name, "effect", "wall ms",
+             "CPU ms", "x base", "images", "Mrays");
+  const Sampling base_sampling = render::choose_sampling(base.render);
+  measure(base, base_sampling, 1);
+  for (const Effect& effect : effects) {
+    Twin twin = base;
+    effect.switch_on(twin);
+    const Sampling sampling = render::choose_sampling(twin.render);
+    measure(twin, sampling, 1);
+    double base_cpu = 1e30;
+    Timing t;
+    for (int round = 0; round < 3; ++round) {  // in turns: the machine's mood changes
+      base_cpu = std::min(base_cpu, measure(base, base_sampling, 1).cpu_ms);
+      const Timing next = measure(twin, sampling, 1);
+      t = {std::min(t.wall_ms, next.wall_ms), std::min(t.cpu_ms, next.cpu_ms), next.rendered};
+    }
+    fmt::print("{:<24}{:>9.1f}{:>9.1f}{:>8.2f}{:>8}{:>10.2f}\n", effect.name, t.wall_ms, t.cpu_ms,
+               t.cpu_ms / base_cpu, t.rendered.irradiance.size(), static_cast<double>(t.rendered.rays) / 1e6);
+  }
+}
+
+}  // namespace
+
+int main() {
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);  // rows appear as they are measured
+  try {
+    if (!test::shared_renderer()) {
+      fmt::print(stderr, "bench_render: no Vulkan device\n");
+      return static_cast<int>(ExitCode::device);
+    }
+    const auto& device = test::shared_renderer()->device();
+    fmt::print("device {} ({}, Vulkan {})\n", device.name, device.driver, device.api_version);
+
+    const Twin left = test::only_camera(test::paper_rig(), 0);
+    compare_sampling(
+        "sphere R 5 mm, window",
+        test::with_object(test::crop_around(left, {0, 0, 250}, 128, 112), "sphere", test::ideal_sphere()), 2);
+    const Shape mesh = freeform();
+    compare_sampling("mesh of 81,920 triangles, window",
+                     test::with_object(test::crop_around(left, {0, 0, 240}, 96, 96), "mesh", mesh), 3);
+    full_frame(test::with_object(left, "sphere R 19 mm", test::physical_sphere()));
+    full_frame(test::with_object(left, "mesh of 81,920 triangles", mesh));
+    compare_effects("sphere R 19 mm, window of 240x200 px",
+                    test::with_object(test::crop_around(left, test::physical_sphere().center_mm, 240, 200),
+                                      "sphere", test::physical_sphere()));
+    compare_effects("mesh of 81,920 triangles, window of 120x100 px",
+                    test::with_object(test::crop_around(left, {0, 0, 240}, 120, 100), "mesh", mesh));
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "bench_render: {}\n", error.what());
+    return static_cast<int>(ExitCode::internal);
+  }
+}
