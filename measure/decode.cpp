@@ -169,7 +169,7 @@ void DirectionDecoder::decode_code() {
   const auto n = static_cast<std::size_t>(width_);
   const double word_px = direction_.pitches_px.front() * (gray_.complementary ? 0.5 : 1.0);
   const double sigma_rad = 2.0 * std::numbers::pi / direction_.pitches_px.front() * word_px / std::sqrt(12.0);
-#pragma omp parallel
+#pragma omp parallel if (height_ > kSerialRows)
   {
     RowScratch scratch;
     scratch.coordinate_variance.resize(n);
@@ -228,7 +228,7 @@ void DirectionDecoder::solve_phases() {
   out_.amplitude_dn.assign(pitches, ImageF(width_, height_));
   out_.mean_dn = ImageF(width_, height_);
   const auto limit = static_cast<float>(images_.saturation_dn());
-#pragma omp parallel
+#pragma omp parallel if (height_ > kSerialRows)
   {
     std::vector<float> maximum(static_cast<std::size_t>(width_));
     std::vector<const float*> rows(steps_.size());
@@ -256,12 +256,13 @@ void DirectionDecoder::solve_phases() {
 
 /// Variance of a gray value against its mean: known, from the residuals, or quantisation.
 void DirectionDecoder::choose_noise() {
-  const double largest = std::max(1e-30, percentile_999(out_.mean_dn));
+  const double largest =
+      images_.radiance ? std::max(1e-30, percentile_999(out_.mean_dn)) : images_.saturation_dn();
   const double rounding = largest * static_cast<double>(std::numeric_limits<float>::epsilon()) / 2.0;
   const double floor = images_.radiance ? rounding * rounding : kQuantisationVariance;
   if (options_.variance_offset_dn2 || options_.variance_per_dn) {
     noise_ = NoiseModel::linear(options_.variance_offset_dn2.value_or(0.0) + floor,
-                                options_.variance_per_dn.value_or(0.0), 2.0 * largest);
+                                options_.variance_per_dn.value_or(0.0), largest);
     out_.noise_source = NoiseSource::known;
     return;
   }
@@ -403,7 +404,7 @@ void DirectionDecoder::finish_row(int y, const RowScratch& scratch) {
 void DirectionDecoder::unwrap_phases() {
   const auto finest = static_cast<std::size_t>(out_.finest);
   const auto n = static_cast<std::size_t>(width_);
-#pragma omp parallel
+#pragma omp parallel if (height_ > kSerialRows)
   {
     RowScratch scratch;
 #pragma omp for schedule(static)
@@ -433,6 +434,7 @@ void DirectionDecoder::mend_orders() {
   if (!out_.unwrapped) return;
   OrderRepairOptions o;
   o.period_px = direction_.pitches_px[static_cast<std::size_t>(out_.finest)];
+  if (gray_.cyclic) o.cycle_px = gray_.span_px;
   if (!options_.repair_orders) o.max_passes = 0;
   if (fringes_.unwrap == Unwrap::heterodyne)
     o.resolve = [this](std::size_t at, double predicted_px) {

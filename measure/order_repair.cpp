@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "measure/phase.hpp"
 #include "measure/unwrap.hpp"
 
 namespace fringetwin::measure {
@@ -14,7 +15,7 @@ namespace {
 std::vector<std::vector<int>> find_candidates(const ImageD& x_px, double half_period) {
   const int w = x_px.width, h = x_px.height;
   std::vector<std::vector<int>> candidates(static_cast<std::size_t>(h));
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (h > kSerialRows)
   for (int y = 0; y < h; ++y) {
     const double* row = &x_px(0, y);
     const double* above = y > 0 ? row - w : row;
@@ -48,11 +49,12 @@ std::optional<double> local_majority(const ImageD& x_px, int x, int y, const Ord
   return median;
 }
 
-/// One period up or down, if the jump is nearly that.
+/// One period up or down (across the ends of a cyclic code, too), if the jump is nearly that.
 std::optional<double> shift_one_period(double x_px, double predicted_px, const OrderRepairOptions& o) {
   const double periods = (predicted_px - x_px) / o.period_px;
   const double whole = round_even(periods);
-  if (std::fabs(whole) != 1.0 || std::fabs(periods - whole) >= o.near) return std::nullopt;
+  const double steps = o.cycle_px > 0.0 ? std::remainder(whole, std::round(o.cycle_px / o.period_px)) : whole;
+  if (std::fabs(steps) != 1.0 || std::fabs(periods - whole) >= o.near) return std::nullopt;
   return x_px + whole * o.period_px;
 }
 
@@ -75,7 +77,7 @@ struct Change {
 std::vector<Change> one_pass(const ImageD& x_px, const OrderRepairOptions& o) {
   const auto candidates = find_candidates(x_px, 0.5 * o.period_px);
   std::vector<std::vector<Change>> per_row(candidates.size());
-#pragma omp parallel for schedule(dynamic, 16)
+#pragma omp parallel for schedule(dynamic, 16) if (x_px.height > kSerialRows)
   for (int y = 0; y < x_px.height; ++y)
     for (const int x : candidates[static_cast<std::size_t>(y)])
       if (const auto value = repaired_value(x_px, x, y, o))
@@ -113,7 +115,7 @@ std::uint64_t count_order_jumps(const ImageD& coordinate_px, double period_px, d
     return std::fabs(whole) >= 1.0 && std::fabs(periods - whole) < near;
   };
   std::uint64_t count = 0;
-#pragma omp parallel for schedule(static) reduction(+ : count)
+#pragma omp parallel for schedule(static) reduction(+ : count) if (h > kSerialRows)
   for (int y = 0; y < h; ++y) {
     const double* row = &coordinate_px(0, y);
     for (int x = 0; x + 1 < w; ++x) count += is_jump(row[x], row[x + 1]) ? 1u : 0u;

@@ -15,6 +15,7 @@ struct OrderRepairOptions {
   double majority = 0.55;  ///< fraction of the window's other valid pixels that must agree with its median
   int min_support = 8;     ///< valid neighbours in the window
   int max_passes = 4;      ///< later passes see the earlier ones' results
+  double cycle_px = 0.0;   ///< > 0: a cyclic code repeats after this; one period may lead across its ends
   /// The coordinate of pixel `index` when it must be near `predicted_px`, if its phases allow one. Empty
   /// = one period up or down.
   std::function<std::optional<double>(std::size_t index, double predicted_px)> resolve;

@@ -127,7 +127,7 @@ StepPhase least_squares_phase(const std::vector<const ImageF*>& images, const st
   for (const ImageF* image : images) FT_CHECK(image->same_size(*images.front()), "images of one size");
 
   StepPhase result{ImageF(w, h), ImageF(w, h), ImageF(w, h), ImageF(w, h)};
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (h > kSerialRows)
   for (int y = 0; y < h; ++y) {
     std::vector<const float*> rows(images.size());
     const std::size_t at = result.phase_rad.index(0, y);

@@ -37,6 +37,9 @@ class StepSolver {
   bool isotropic_ = false;
 };
 
+/// Images of so few rows are not worth a team of threads.
+inline constexpr int kSerialRows = 32;
+
 /// Outputs of one row; any pointer but phase_rad may be null.
 struct PhaseRow {
   float* phase_rad = nullptr;  ///< (-pi, pi]

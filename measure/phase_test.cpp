@@ -8,7 +8,6 @@
 #include "measure/phase.hpp"
 
 #include <gtest/gtest.h>
-#include <rapidcheck/gtest.h>
 
 #include <cmath>
 #include <numbers>
@@ -17,6 +16,7 @@
 
 #include "measure/decode.hpp"
 #include "twin/errors.hpp"
+#include "twin/property_testing.hpp"
 
 namespace fringetwin::measure {
 namespace {

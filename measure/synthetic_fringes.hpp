@@ -23,7 +23,7 @@ struct Scene {
 };
 
 inline double bit_average(const Fringes& fringes, const PatternSpec& spec, double x_px, double footprint_px) {
-  constexpr int kSamples = 16;
+  constexpr int kSamples = 8;
   double sum = 0.0;
   for (int i = 0; i < kSamples; ++i)
     sum += pattern_value(fringes, spec, x_px + footprint_px * ((i + 0.5) / kSamples - 0.5));

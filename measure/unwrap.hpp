@@ -42,14 +42,16 @@ struct HeterodynePlan {
   double gate_beat_px = 0.0;            ///< |x12 - x23| above: wrong order of a beat
   double gate_pitch_px = 0.0;           ///< |x_i - mean| above: wrong order of a pitch
   double begin_px = 0.0, end_px = 0.0;  ///< the range; the synthetic order nearest its middle is tried first
-  /// Phase sigma at which the weakest stage fails at 3 sigma.
+  /// Phase sigma at which the weakest stage fails at 3 sigma. Pixels whose predicted sigma is twice as
+  /// large are not unwrapped: their orders would be guesses.
   double tolerance_rad = 0.0;
 };
 /// Throws UserError(usage) unless there are three different pitches whose synthetic period covers the
 /// range. An unknown range is one synthetic period.
 HeterodynePlan plan_heterodyne(const DirectionFringes& direction, CoordinateRange& range);
-/// x and its variance by inverse-variance mean of the three pitches; NaN where the stages disagree or
-/// lead out of the range with either neighbouring synthetic order, too. pitches in plan order (1, 2, 3).
+/// x and its variance by inverse-variance mean of the three pitches; NaN where the stages disagree, lead
+/// out of the range (with the neighbouring synthetic order, too), or the noise is too large. pitches in plan
+/// order (1, 2, 3).
 void unwrap_heterodyne_row(const HeterodynePlan& plan, const PitchRow (&pitches)[3], int n, double* x_px,
                            float* variance_px2);
 /// The same last stage from a coordinate that is known within less than half a period, or nullopt

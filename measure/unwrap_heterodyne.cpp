@@ -120,6 +120,7 @@ void unwrap_heterodyne_row(const HeterodynePlan& plan, const PitchRow (&pitches)
                            float* variance_px2) {
   const HeterodynePlan p = plan;
   const double inverse_pitch[3] = {1.0 / p.pitch_px[0], 1.0 / p.pitch_px[1], 1.0 / p.pitch_px[2]};
+  const double largest_variance = 4.0 * p.tolerance_rad * p.tolerance_rad;
   const double center = 0.5 * (p.begin_px + p.end_px);
   const double inverse_gate_beat = 1.0 / p.gate_beat_px, inverse_gate_pitch = 1.0 / p.gate_pitch_px;
   const double from_center = (center - p.origin_synthetic_px) / p.synthetic_px;
@@ -155,7 +156,7 @@ void unwrap_heterodyne_row(const HeterodynePlan& plan, const PitchRow (&pitches)
       const Combined other = later_stages(coarse + (coarse < center ? p.synthetic_px : -p.synthetic_px));
       if (doubt < first_doubt) c = other;
     }
-    x_px[x] = c.x_px;
+    x_px[x] = std::max({v[0], v[1], v[2]}) <= largest_variance ? c.x_px : kNaN;
     variance_px2[x] = static_cast<float>(c.variance_px2);
   }
 }
