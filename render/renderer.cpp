@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 
@@ -163,7 +164,10 @@ void Renderer::Impl::upload_geometry(const PackedScene& scene, double reach_mm) 
     if (scene.corners) corners.insert(corners.end(), m->corners.begin(), m->corners.end());
   }
   const std::size_t largest = std::max(4 * nodes.size(), triangles.size());
-  const bool needs_storage = largest > device.limits().maxTexelBufferElements;
+  // FRINGETWIN_GEOMETRY=storage forces the variant for small devices, for tests.
+  const char* forced = std::getenv("FRINGETWIN_GEOMETRY");
+  const bool needs_storage =
+      largest > device.limits().maxTexelBufferElements || (forced && std::string(forced) == "storage");
   if (needs_storage != storage_geometry) {
     storage_geometry = needs_storage;
     for (const std::size_t b : {BIND_NODES, BIND_TRIANGLES, BIND_CORNERS}) buffers[b].reset();

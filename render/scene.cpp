@@ -23,6 +23,9 @@ gpu::vec4 pack(const Vector3d& v, double w) {
 
 float bits(std::size_t value) { return std::bit_cast<float>(static_cast<std::uint32_t>(value)); }
 
+// 1 inside a closed mesh, a little less with small holes; inside an open bowl one may look around.
+constexpr double closed_winding = 0.9;
+
 [[noreturn]] void camera_inside(const Camera& camera, const Object& object) {
   throw UserError(ExitCode::usage, fmt::format("camera \"{}\"", camera.name),
                   fmt::format("it is inside the {} \"{}\"", shape_kind(object.shape), object.name),
@@ -99,7 +102,7 @@ class Packer {
     const Vector3d lo = g.bvh.box_min.cast<double>().array() - lens_mm_;
     const Vector3d hi = g.bvh.box_max.cast<double>().array() + lens_mm_;
     if ((eye.array() >= lo.array()).all() && (eye.array() <= hi.array()).all() &&
-        std::abs(winding_number(*s.mesh, T_object_cam.translation_mm)) > 0.5)
+        std::abs(winding_number(*s.mesh, T_object_cam.translation_mm)) > closed_winding)
       camera_inside(camera_, object);
 
     std::size_t first_node = 0, first_triangle = 0, which = 0;
