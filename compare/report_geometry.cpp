@@ -77,12 +77,10 @@ std::string side_maps(const ReportInput& in, const Deviations& d, const MapStyle
   const Lens& lens = in.twin.cameras.front().lens;
   const ImageF image = deviation_image(d, lens.width(), lens.height());
   report::write_map_png(in.dir / fmt::format("deviation_{}_{}.png", d.fit->object, d.side), image, style);
-  MapStyle cloud_style = style;
-  cloud_style.nan_color = {255, 255, 255};
   return fmt::format("<div class=\"map\"><h4>{}: camera view</h4>{}</div>", d.side,
                      report::map_html(crop(image, data_window(finite_mask(image))), style)) +
          fmt::format("<div class=\"map\"><h4>{}: points, oblique view</h4>{}</div>", d.side,
-                     report::map_html(cloud_image(d), cloud_style));
+                     report::map_html(cloud_image(d), style));
 }
 
 Plot deviation_histogram(const std::vector<Deviations>& sides, const report::MapLimits& limits) {

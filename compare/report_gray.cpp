@@ -68,7 +68,7 @@ std::vector<Plot> profile_plots(const ImageF& real, const ImageF& predicted, con
   Plot whole = row_plot("gray value [DN]", 290, pair(first, last, 1.0));
   Plot zoom = row_plot("gray value [DN]", 290, pair(middle - half, middle + half, 1.8));
   Plot residual =
-      row_plot("simulated − real [DN]", 190,
+      row_plot("simulated − real [DN]", 220,
                {line(row_data(difference, row, first, last), "", report::color::kDifference, 1.0)});
   residual.zero_line = true;
   for (Plot* plot : {&whole, &residual}) plot->x_range = {{first, last}};

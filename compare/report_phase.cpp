@@ -147,6 +147,7 @@ std::string phase_figures_html(const ReportInput& in) {
     const measure::CameraDecode *real = decode(in.real), *simulated = decode(in.simulated);
     const measure::CameraDecode* any = simulated ? simulated : real;
     if (!any) continue;
+    html += "<h3>Camera " + report::escape_html(any->camera) + "</h3>\n";
     for (const DirectionDecode& d : any->directions) {
       if (d.coordinate_px.empty() || d.pitches_px.empty()) continue;
       const DirectionDecode* other = real && simulated ? real->direction(d.axis) : nullptr;

@@ -99,9 +99,7 @@ std::string points_text(const std::optional<ObjectFit>& fit) {
   return report::count(fit->n) + (fit->usable ? "" : " (no fit)");
 }
 
-std::string percent(double part, double total) {
-  return total > 0.0 ? signed_fixed(100.0 * part / total, 1) : "–";
-}
+std::string percent(double part, double total) { return total > 0.0 ? fixed(100.0 * part / total, 1) : "–"; }
 
 }  // namespace
 
@@ -116,9 +114,10 @@ std::string verdict_html(const Comparison& c) {
                    {"limit", "", Align::right},
                    {"verdict", "", Align::right}};
   for (const LimitRow& row : c.limits)
-    table.add_row({row.name, limit_names().at(row.name), number(row.value, 4),
-                   (row.name == "gain_r2" ? "≥ " : "≤ ") + number(row.limit, 4), row.pass ? "pass" : "fail"},
-                  row.pass ? "pass" : "fail");
+    table.add_row(
+        {row.name, limit_names().at(row.name), number(row.value, 4),
+         fmt::format("{} {:.6g}", row.name == "gain_r2" ? "≥" : "≤", row.limit), row.pass ? "pass" : "fail"},
+        row.pass ? "pass" : "fail");
   return table.html();
 }
 
@@ -227,7 +226,7 @@ std::string budget_html(const Comparison& c) {
         "<p>Amplitude of the common periodic residual by order, relative to the local gray level above "
         "black: " +
         orders + ".";
-    if (b.noise_per_dn > 0.0)
+    if (50.0 * b.noise_per_dn > 0.05 * b.noise_offset_dn2)  // a slope worth a number
       html += fmt::format(" Noise line: variance = {} + {} · DN (about {} electrons per DN).",
                           number(b.noise_offset_dn2, 3), number(b.noise_per_dn, 3),
                           number(1.0 / b.noise_per_dn, 3));

@@ -39,6 +39,11 @@ MapLimits extent(const std::vector<Dot>& dots, float Dot::*coordinate) {
   return {percentile(v, 0.1), percentile(v, 99.9)};
 }
 
+/// Twice the mean spacing of n points over an area: gaps close, single points do not blow up.
+int closing_dot_px(double area_px, std::size_t n) {
+  return std::clamp(static_cast<int>(std::ceil(2.0 * std::sqrt(area_px / static_cast<double>(n)))), 1, 7);
+}
+
 }  // namespace
 
 CloudPicture draw_cloud(const std::vector<Eigen::Vector3d>& p_world_mm, const std::vector<float>& value,
@@ -53,14 +58,16 @@ CloudPicture draw_cloud(const std::vector<Eigen::Vector3d>& p_world_mm, const st
   const double margin = 0.94;
   picture.mm_per_px = std::max(
       {(u.high - u.low) / (margin * view.width_px), (v.high - v.low) / (margin * view.height_px), 1e-9});
+  const double area_px = (u.high - u.low) * (v.high - v.low) / (picture.mm_per_px * picture.mm_per_px);
+  const int dot_px = view.dot_px > 0 ? view.dot_px : closing_dot_px(area_px, dots.size());
   ImageF depth(view.width_px, view.height_px, std::numeric_limits<float>::infinity());
   for (const Dot& d : dots) {
     const double px = (static_cast<double>(d.right_mm) - 0.5 * (u.low + u.high)) / picture.mm_per_px;
     const double py = (static_cast<double>(d.down_mm) - 0.5 * (v.low + v.high)) / picture.mm_per_px;
     const int x0 = static_cast<int>(std::lround(px + 0.5 * view.width_px));
     const int y0 = static_cast<int>(std::lround(py + 0.5 * view.height_px));
-    for (int y = std::max(0, y0); y < std::min(view.height_px, y0 + view.dot_px); ++y)
-      for (int x = std::max(0, x0); x < std::min(view.width_px, x0 + view.dot_px); ++x)
+    for (int y = std::max(0, y0); y < std::min(view.height_px, y0 + dot_px); ++y)
+      for (int x = std::max(0, x0); x < std::min(view.width_px, x0 + dot_px); ++x)
         if (d.depth_mm < depth(x, y)) {
           depth(x, y) = d.depth_mm;
           picture.value(x, y) = d.value;

@@ -13,7 +13,7 @@ struct CloudView {
   Eigen::Vector3d forward_world = Eigen::Vector3d(0.35, 0.30, 1.0);
   Eigen::Vector3d up_world = Eigen::Vector3d(0.0, -1.0, 0.0);  ///< world y points down
   int width_px = 640, height_px = 480;
-  int dot_px = 2;
+  int dot_px = 0;                    ///< 0 = just large enough to close the gaps of a dense cloud
   std::size_t max_points = 300'000;  ///< every k-th point is drawn beyond this
 };
 

@@ -57,14 +57,15 @@ code { font: 12px/1.45 "DejaVu Sans Mono", Menlo, Consolas, monospace; color: #3
 code.command { color: #6a7580; }
 figure svg { width: 100%; height: auto; display: block; }
 .maps { display: flex; flex-wrap: wrap; gap: 18px; }
-.map { flex: 1 1 320px; min-width: 0; max-width: 640px; }
+.map { flex: 1 1 320px; min-width: 0; max-width: 720px; }
+.map .map { max-width: none; }
 .map img { width: 100%; height: auto; display: block; border: 1px solid var(--line); image-rendering: auto; }
 .map h4 { margin: 0 0 4px; font-size: 13px; font-weight: 650; }
 .bar { margin-top: 7px; font-size: 12px; color: var(--soft); }
 .ramp { height: 11px; border: 1px solid #9aa4ad; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 .ticks { display: flex; justify-content: space-between; font-variant-numeric: tabular-nums; }
 .barunit { text-align: center; margin-top: -1px; }
-.slider { flex: 1 1 420px; min-width: 0; max-width: 720px; }
+.slider { flex: 1 1 320px; min-width: 0; max-width: 720px; }
 .stack { position: relative; border: 1px solid var(--line); overflow: hidden; }
 .stack img { width: 100%; height: auto; display: block; }
 .stack .over { position: absolute; inset: 0; clip-path: inset(0 0 0 var(--cut)); }

@@ -79,7 +79,7 @@ std::string gnuplot_script(const Plot& plot) {
                   plot.width_px, plot.height_px);
   s += "set border 3 lc rgb \"#444444\"\nset tics nomirror out scale 0.6 tc rgb \"#333333\"\n"
        "set grid lt 1 lw 0.6 lc rgb \"#e3e3e3\"\nset key outside top right horizontal samplen 2\n"
-       "set boxwidth 0.95 relative\n";
+       "set boxwidth 0.95 relative\nset minussign\nset lmargin 11\nset rmargin 3\n";
   if (!plot.title.empty()) s += "set title " + quoted(plot.title) + "\n";
   s += "set xlabel " + quoted(plot.x_label) + "\nset ylabel " + quoted(plot.y_label) + "\n";
   if (plot.log_x) s += "set logscale x\n";

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/plot.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "report/html_page.hpp"
+#include "report/process.hpp"
+#include "twin/errors.hpp"
+
+namespace fringetwin::report {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+bool has_gnuplot() {
+  const auto result = run_process({"gnuplot", "--version"}, "");
+  return result && result->status == 0;
+}
+
+Plot example() {
+  Plot plot;
+  plot.title = "a \"quoted\" \\ title <1>";
+  plot.x_label = "column [px]";
+  plot.y_label = "Φ [rad]";
+  Series s;
+  s.title = "real_subscript^no";
+  for (int i = 0; i < 500; ++i) {
+    s.x.push_back(i);
+    s.y.push_back(i == 100 ? std::nan("") : std::sin(0.05 * i));
+  }
+  plot.series = {s};
+  return plot;
+}
+
+TEST(Plot, DrawsInlineSvg) {
+  if (!has_gnuplot()) GTEST_SKIP() << "SKIPPED: gnuplot is not installed";
+  const std::string svg = plot_svg(example(), "one-");
+  EXPECT_TRUE(svg.starts_with("<svg"));
+  EXPECT_THAT(svg, HasSubstr("</svg>"));
+  EXPECT_THAT(svg, HasSubstr("Φ [rad]"));
+  EXPECT_THAT(svg, HasSubstr("real_subscript^no"));
+  EXPECT_THAT(svg, HasSubstr("a \"quoted\" \\ title &lt;1&gt;"));
+  EXPECT_THAT(svg, Not(HasSubstr("id='gp")));
+  EXPECT_THAT(svg, HasSubstr("id='one-gpDot'"));
+  EXPECT_EQ(svg, plot_svg(example(), "one-"));
+}
+
+TEST(Plot, AllStylesAndLogAxes) {
+  if (!has_gnuplot()) GTEST_SKIP() << "SKIPPED: gnuplot is not installed";
+  Plot plot;
+  plot.log_x = plot.log_y = true;
+  for (auto style : {Series::Style::line, Series::Style::dashed, Series::Style::points, Series::Style::bars,
+                     Series::Style::band}) {
+    Series s;
+    s.style = style;
+    s.x = {1, 10, 100};
+    s.y = {2, 20, 200};
+    s.y_low = {1, 10, 100};
+    plot.series.push_back(s);
+  }
+  EXPECT_THAT(plot_svg(plot, "a-"), HasSubstr("</svg>"));
+}
+
+TEST(Plot, MissingGnuplotIsAClearErrorAndASentenceOnThePage) {
+  const std::string path = std::getenv("PATH");
+  ::setenv("PATH", "/nonexistent", 1);
+  std::string words;
+  try {
+    plot_svg(example(), "x-");
+  } catch (const UserError& error) {
+    words = error.what();
+    EXPECT_EQ(error.code(), ExitCode::usage);
+  }
+  const std::string sentence = plots_or_sentences({example()}, "x")[0];
+  ::setenv("PATH", path.c_str(), 1);
+  EXPECT_THAT(words, HasSubstr("gnuplot-nox"));
+  EXPECT_THAT(sentence, HasSubstr("gnuplot-nox"));
+  EXPECT_THAT(sentence, HasSubstr("class=\"missing\""));
+}
+
+TEST(Plot, NoDataIsASentence) {
+  Plot plot;
+  plot.title = "empty";
+  plot.series = {Series{"", {1.0}, {std::nan("")}, {}}};
+  EXPECT_THROW(plot_svg(plot, "x-"), UserError);
+  EXPECT_THAT(plots_or_sentences({plot}, "x")[0], HasSubstr("no data"));
+}
+
+TEST(Plot, HistogramCountsEverything) {
+  const Histogram h = histogram({-2, -1, -0.5, 0, 0.5, 1, 3, std::nanf("")}, 2, -1, 1);
+  EXPECT_EQ(h.n_below, 1u);
+  EXPECT_EQ(h.n_above, 1u);
+  EXPECT_EQ(h.counts[0], 2u);  // -1, -0.5
+  EXPECT_EQ(h.counts[1], 3u);  // 0, 0.5, 1 (the upper end belongs to the last bin)
+  const Series s = histogram_series(h, "", color::kReal);
+  EXPECT_DOUBLE_EQ(s.x[0], -0.5);
+  EXPECT_DOUBLE_EQ(s.y[1], 100.0 * 3 / 7);
+}
+
+TEST(Page, VerdictFirstEverythingEscapedNothingLoaded) {
+  Page page;
+  page.title = "a <b>";
+  page.verdict = "fail";
+  page.summary_html = "<p>summary</p>";
+  page.note = "note & more";
+  page.warnings = {"first <w>"};
+  page.sections = {{"one", "One & two", Figure{"<svg></svg>", "caption <c>", "y = a < b", "cmd 'x'"}.html()}};
+  const std::string html = page.html();
+  EXPECT_THAT(html, HasSubstr("<h1>a &lt;b&gt;</h1>"));
+  EXPECT_THAT(html, HasSubstr("<a href=\"#one\">One &amp; two</a>"));
+  EXPECT_THAT(html, HasSubstr("<li>first &lt;w&gt;</li>"));
+  EXPECT_THAT(html, HasSubstr("note &amp; more"));
+  EXPECT_THAT(html, HasSubstr("y = a &lt; b"));
+  EXPECT_THAT(html, HasSubstr("<svg></svg>"));
+  EXPECT_LT(html.find("<p>summary</p>"), html.find("id=\"one\""));
+  EXPECT_THAT(html, Not(HasSubstr("http")));
+  EXPECT_THAT(html, Not(HasSubstr("{{")));
+  EXPECT_THAT(Page{}.html(), Not(HasSubstr("class=\"warnings\"")));
+}
+
+}  // namespace
+}  // namespace fringetwin::report

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "report/process.hpp"
+#include "report/table.hpp"
+
+namespace fringetwin::report {
+namespace {
+
+TEST(Text, EscapesHtml) {
+  EXPECT_EQ(escape_html("<a href=\"x\">&'"), "&lt;a href=&quot;x&quot;&gt;&amp;&#39;");
+}
+
+TEST(Text, Numbers) {
+  EXPECT_EQ(number(0.0), "0");
+  EXPECT_EQ(number(1.0 / 3.0, 3), "0.333");
+  EXPECT_EQ(number(-1234.56, 4), "−1235");
+  EXPECT_EQ(number(2.5e-7, 2), "2.5e-07");
+  EXPECT_EQ(number(std::nan("")), "–");
+  EXPECT_EQ(fixed(-0.0001, 3), "0.000");
+  EXPECT_EQ(signed_fixed(0.0049, 2), "0.00");
+  EXPECT_EQ(signed_fixed(0.0051, 2), "+0.01");
+  EXPECT_EQ(signed_fixed(-0.3, 1), "−0.3");
+  EXPECT_EQ(count(1555200), "1\u202f555\u202f200");
+  EXPECT_EQ(count(999), "999");
+}
+
+TEST(Text, ValueToTheDigitsOfItsSigma) {
+  EXPECT_EQ(with_sigma(17.30291, 0.00412), "17.3029 ± 0.0041");
+  EXPECT_EQ(with_sigma(1234.5, 38.0), "1234 ± 38");
+  EXPECT_EQ(with_sigma(17.3, std::nan("")), "17.300");
+  EXPECT_EQ(with_sigma(std::nan(""), 0.1), "–");
+}
+
+TEST(Text, CommandsReadBackInAShell) {
+  const std::vector<std::string> argv{"printf", "%s|", "plain", "two words", "it's", "$HOME", ""};
+  const auto result = run_process({"sh", "-c", shell_command(argv)}, "");
+  ASSERT_TRUE(result.has_value());
+  EXPECT_EQ(result->out, "plain|two words|it's|$HOME||");
+}
+
+TEST(Process, MovesMoreThanAPipeHolds) {
+  const std::string big(3'000'000, 'x');
+  const auto result = run_process({"cat"}, big);
+  ASSERT_TRUE(result.has_value());
+  EXPECT_EQ(result->out, big);
+  EXPECT_EQ(result->status, 0);
+}
+
+TEST(Process, AProgramThatDoesNotReadIsNoCrash) {
+  const auto result = run_process({"sh", "-c", "echo gone >&2; exit 3"}, std::string(3'000'000, 'x'));
+  ASSERT_TRUE(result.has_value());
+  EXPECT_EQ(result->status, 3);
+  EXPECT_EQ(result->err, "gone\n");
+}
+
+TEST(Process, AMissingProgramIsReported) {
+  const auto result = run_process({"fringetwin-no-such-program"}, "");
+  EXPECT_TRUE(!result || result->status == 127);
+}
+
+TEST(Table, CarriesUnitsAndEscapes) {
+  Table table;
+  table.caption = "a & b";
+  table.columns = {{"name", "", Align::left}, {"rms", "DN"}};
+  table.add_row({"<x>", "1.5"}, "pass");
+  table.add_row({"short"});
+  const std::string html = table.html();
+  EXPECT_NE(html.find("<caption>a &amp; b</caption>"), std::string::npos);
+  EXPECT_NE(html.find("<span class=\"unit\">DN</span>"), std::string::npos);
+  EXPECT_NE(html.find("<tr class=\"pass\"><td class=\"l\">&lt;x&gt;</td><td class=\"r\">1.5</td>"),
+            std::string::npos);
+  EXPECT_ANY_THROW(table.add_row({"1", "2", "3"}));
+}
+
+}  // namespace
+}  // namespace fringetwin::report
