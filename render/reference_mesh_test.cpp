@@ -68,7 +68,7 @@ TEST(Freeform, EightyOneThousandTrianglesOnTheTrueSurface) {
 }
 
 TEST(ReferenceMeshTest, EmbreeFindsWhatTestingEveryTriangleFinds) {
-  const auto mesh = bumpy(4);
+  const auto mesh = bumpy(3);
   const ReferenceMesh reference(mesh, 300.0);
   RandomRays rays;
   int hits = 0;
@@ -91,11 +91,11 @@ TEST(ReferenceMeshTest, EmbreeFindsWhatTestingEveryTriangleFinds) {
 // Rays through vertices, through edges, and a few float ulps beside them: where a float test would
 // lose or mix up triangles.
 TEST(ReferenceMeshTest, VerticesAndEdgesLoseNoRay) {
-  const auto mesh = bumpy(4);
+  const auto mesh = bumpy(3);
   const ReferenceMesh reference(mesh, 300.0);
   const Vector3d origin(3.0, -7.0, -270.0);
   RandomRays rays;
-  for (std::size_t i = 0; i < mesh->triangles.size(); i += 3) {
+  for (std::size_t i = 0; i < mesh->triangles.size(); i += 2) {
     const auto& corners = mesh->triangles[i];
     const auto v = [&](int k) {
       return Vector3d(
