@@ -86,6 +86,29 @@ inline Fringes one_direction(Unwrap unwrap, int steps, std::vector<double> pitch
   return f;
 }
 
+inline Fringes gray_fringes(int steps, double pitch, double origin, GrayCode code) {
+  Fringes f = one_direction(Unwrap::gray, steps, {pitch}, {origin});
+  f.directions[0].gray = code;
+  return f;
+}
+
+inline DecodeOptions projector(double width_px) {
+  DecodeOptions o;
+  o.projector_width_px = width_px;
+  return o;
+}
+
+/// 400 x 200 px, coordinates 2...1277 of a 1280 px projector, amplitude 40...90 DN.
+inline Scene noisy_scene(double noise_dn) {
+  Scene scene;
+  scene.noise_dn = noise_dn;
+  scene.column_px = ramp(400, 200, 2.0, 1277.0, 40.0);
+  scene.albedo = ImageF(400, 200);
+  for (int y = 0; y < 200; ++y)
+    for (int x = 0; x < 400; ++x) scene.albedo(x, y) = 0.4f + 0.5f * static_cast<float>(y) / 199.0f;
+  return scene;
+}
+
 struct Errors {
   std::size_t n_valid = 0, n_wrong = 0;  ///< wrong: more than a quarter of the finest period off
   double rms_px = 0.0, worst_px = 0.0;   ///< of those that are not wrong
