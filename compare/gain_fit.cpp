@@ -112,8 +112,11 @@ Start start_values(const GrayPair& pair) {
     }
     const GainModel before = m;
     if (!solve_line(all, weight, m)) return start;
-    if (iteration > 4 && std::abs(m.b - before.b) <= 1e-10 * std::abs(m.b) &&
-        std::abs(m.a - before.a) <= 1e-10 * std::abs(m.a))
+    // 1 % of the subsample's own standard error; the Newton steps on all values do the rest
+    const double settled_dn = 0.01 * start.scale_dn / std::sqrt(static_cast<double>(size.size()));
+    const double typical_e = std::abs(m.e_center) + 1e-300;
+    if (iteration > 4 && std::abs(m.b - before.b) * typical_e <= settled_dn &&
+        std::abs(m.a - before.a) <= settled_dn)
       break;
   }
   m.threshold_dn = kHuber * start.scale_dn;

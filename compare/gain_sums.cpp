@@ -23,38 +23,46 @@ struct BlockSums {
 struct RowSpan {
   const float* real;
   const float* source;     // irradiance or simulated DN
-  const float* simulated;  // DN as rendered; may be null
+  const float* simulated;  // DN as rendered; null: what the twin's own sensor would give, unrounded
   const unsigned char* mask;
   int n;
 };
 
-/// The prediction before the fit, where no simulated image exists: the twin's own sensor, unrounded.
-struct Before {
-  double gain, black, max;
+/// One row of one block, in doubles; what must not be used has weight 0 and value 0 (no NaN inside).
+struct Lane {
+  double w[kBlock], y[kBlock], x[kBlock], before[kBlock];
 };
 
-// One loop with selects instead of branches: NaN never enters, and the sums vectorise with a fixed order.
-void add_row(const RowSpan& row, const GrayPair& pair, const Usable& u, const GainModel& m,
-             const Before& before, BlockSums& out) {
-  const double e_scale = pair.e_scale, e_offset = pair.e_offset;
+/// False when no value of the row is used.
+bool fill_lane(const RowSpan& row, const GrayPair& pair, const Usable& u, double e_center, Lane& lane) {
+  const Sensor& sensor = pair.camera->sensor;
+  const double gain = sensor.gain_dn, black = sensor.black_level_dn, max = sensor.max_dn();
+  double used = 0.0;
+  for (int i = 0; i < row.n; ++i) {
+    const double y = static_cast<double>(row.real[i]), v = static_cast<double>(row.source[i]);
+    const double e = pair.e_scale * v + pair.e_offset;
+    const double predicted = u.gain_dn * e + u.black_level_dn;
+    // comparisons with NaN are false
+    const bool use = (row.mask[i] != 0) & (y < u.saturation_dn) & (v > u.sim_low) & (v < u.sim_high) &
+                     (predicted >= u.low_dn) & (predicted <= u.high_dn);
+    const double simulated = row.simulated ? static_cast<double>(row.simulated[i])
+                                           : std::min(std::max(gain * e + black, 0.0), max);
+    lane.w[i] = use ? 1.0 : 0.0;
+    lane.y[i] = use ? y : 0.0;
+    lane.x[i] = use ? e - e_center : 0.0;
+    lane.before[i] = use ? simulated - y : 0.0;
+    used += lane.w[i];
+  }
+  return used > 0.0;
+}
+
+/// Selects instead of branches, so that the sums vectorise; their order is fixed at compile time.
+void add_lane(const Lane& lane, int count, const GainModel& m, BlockSums& out) {
   double n = 0, n_beyond = 0, s0 = 0, s1 = 0, i00 = 0, i01 = 0, i11 = 0, q00 = 0, q01 = 0, q11 = 0, g01 = 0,
          g11 = 0, sy = 0, sy2 = 0, r2 = 0, before2 = 0;
 #pragma omp simd reduction(+ : n, n_beyond, s0, s1, i00, i01, i11, q00, q01, q11, g01, g11, sy, sy2, r2, before2)
-  for (int i = 0; i < row.n; ++i) {
-    const double y_raw = static_cast<double>(row.real[i]);
-    const double v_raw = static_cast<double>(row.source[i]);
-    const double e_raw = e_scale * v_raw + e_offset;
-    const double predicted = u.gain_dn * e_raw + u.black_level_dn;
-    // comparisons with NaN are false
-    const bool use = (row.mask[i] != 0) & (y_raw < u.saturation_dn) & (v_raw > u.sim_low) &
-                     (v_raw < u.sim_high) & (predicted >= u.low_dn) & (predicted <= u.high_dn);
-    const double w = use ? 1.0 : 0.0;
-    const double y = use ? y_raw : 0.0;
-    const double x = use ? e_raw - m.e_center : 0.0;
-    const double sim_raw = row.simulated
-                               ? static_cast<double>(row.simulated[i])
-                               : std::min(std::max(before.gain * e_raw + before.black, 0.0), before.max);
-    const double b = use ? sim_raw - y : 0.0;
+  for (int i = 0; i < count; ++i) {
+    const double w = lane.w[i], y = lane.y[i], x = lane.x[i], b = lane.before[i];
     const double r = y - w * (m.a + m.b * x);
     const double inside = std::abs(r) < m.threshold_dn ? w : 0.0;
     const double psi = std::min(std::max(r, -m.threshold_dn), m.threshold_dn);
@@ -118,14 +126,13 @@ GainSums sum_gain(const GrayPair& pair, const Usable& usable, const GainModel& m
   const int width = pair.width(), height = pair.height();
   const int across = (width + kBlock - 1) / kBlock, down = (height + kBlock - 1) / kBlock;
   std::vector<BlockSums> blocks(static_cast<std::size_t>(across) * static_cast<std::size_t>(down));
-  const Sensor& sensor = pair.camera->sensor;
-  const Before before{sensor.gain_dn, sensor.black_level_dn, sensor.max_dn()};
   // simulated images that are irradiance themselves say nothing about DN
   const bool has_dn = pair.simulated && !pair.simulated->radiance;
 #pragma omp parallel for schedule(dynamic)
   for (int band = 0; band < down; ++band)
     for (const int image : pair.gain_images) {
       const auto k = static_cast<std::size_t>(image);
+      Lane lane;
       for (int y = band * kBlock; y < std::min((band + 1) * kBlock, height); ++y)
         for (int block = 0; block < across; ++block) {
           const int x = block * kBlock;
@@ -133,7 +140,8 @@ GainSums sum_gain(const GrayPair& pair, const Usable& usable, const GainModel& m
           const RowSpan row{&pair.real->images[k].data[at], &pair.irradiance->images[k].data[at],
                             has_dn ? &pair.simulated->images[k].data[at] : nullptr, &pair.mask.data[at],
                             std::min(kBlock, width - x)};
-          add_row(row, pair, usable, model, before, blocks[static_cast<std::size_t>(band * across + block)]);
+          if (fill_lane(row, pair, usable, model.e_center, lane))
+            add_lane(lane, row.n, model, blocks[static_cast<std::size_t>(band * across + block)]);
         }
     }
   return reduce(blocks);

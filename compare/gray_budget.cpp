@@ -259,14 +259,23 @@ class Budget {
     double reduction(const Basis& h) const { return 2.0 * h.dot(right) - h.dot(normal * h); }
   };
 
+  /// Over fixed chunks of pixels, added up in order: the same for any number of threads.
   Periodic periodic_sums() const {
+    constexpr std::size_t kChunks = 64;
+    std::vector<Periodic> chunks(kChunks);
+#pragma omp parallel for schedule(dynamic)
+    for (std::size_t c = 0; c < kChunks; ++c)
+      for (std::size_t i = c * pixels_.size() / kChunks; i < (c + 1) * pixels_.size() / kChunks; ++i)
+        for (const Value& v : pixels_[i].values) {
+          const Basis f = pixels_[i].level_dn * basis(v.theta_rad);
+          chunks[c].normal.selfadjointView<Eigen::Lower>().rankUpdate(f);
+          chunks[c].right += v.residual * f;
+        }
     Periodic sums;
-    for (const Pixel& pixel : pixels_)
-      for (const Value& v : pixel.values) {
-        const Basis f = pixel.level_dn * basis(v.theta_rad);
-        sums.normal.selfadjointView<Eigen::Lower>().rankUpdate(f);
-        sums.right += v.residual * f;
-      }
+    for (const Periodic& chunk : chunks) {
+      sums.normal += chunk.normal;
+      sums.right += chunk.right;
+    }
     sums.normal = Normal(sums.normal.selfadjointView<Eigen::Lower>());
     return sums;
   }
@@ -276,8 +285,9 @@ class Budget {
     const double n = static_cast<double>(budget_.n);
     const Basis h = sums.solve(kOrders);
     budget_.contrast_dn2 = sums.reduction(sums.solve(1)) / n;
-    for (Pixel& pixel : pixels_)
-      for (Value& v : pixel.values) v.residual -= pixel.level_dn * h.dot(basis(v.theta_rad));
+#pragma omp parallel for schedule(static)
+    for (std::size_t i = 0; i < pixels_.size(); ++i)
+      for (Value& v : pixels_[i].values) v.residual -= pixels_[i].level_dn * h.dot(basis(v.theta_rad));
     budget_.harmonic_amplitude.assign(1, std::abs(h[0]));
     for (int k = 1; k <= kOrders; ++k)
       budget_.harmonic_amplitude.push_back(std::hypot(h[2 * k - 1], h[2 * k]));

@@ -77,9 +77,9 @@ std::string side_maps(const ReportInput& in, const Deviations& d, const MapStyle
   const Lens& lens = in.twin.cameras.front().lens;
   const ImageF image = deviation_image(d, lens.width(), lens.height());
   report::write_map_png(in.dir / fmt::format("deviation_{}_{}.png", d.fit->object, d.side), image, style);
-  return fmt::format("<div class=\"map\"><h4>{}: camera view</h4>{}</div>", d.side,
+  return fmt::format("<div class=\"maps\"><div class=\"map\"><h4>{}: camera view</h4>{}</div>", d.side,
                      report::map_html(crop(image, data_window(finite_mask(image))), style)) +
-         fmt::format("<div class=\"map\"><h4>{}: points, oblique view</h4>{}</div>", d.side,
+         fmt::format("<div class=\"map\"><h4>{}: points, oblique view</h4>{}</div></div>", d.side,
                      report::map_html(cloud_image(d), style));
 }
 
@@ -129,7 +129,7 @@ std::string geometry_figures_html(const ReportInput& in) {
     const std::string plot = report::plots_or_sentences(
         {deviation_histogram(sides, common_limits(sides, 99.8))}, "dev-" + row.object)[0];
     html += "<h3>" + report::escape_html(row.object) + "</h3>\n";
-    html += figure(in, "<div class=\"maps\">" + maps + "</div>",
+    html += figure(in, maps,
                    fmt::format(
                        "{}: signed distance of the measured points from the fitted {}, positive outside; {}. "
                        "Colours span the 99th percentile of |deviation|.",

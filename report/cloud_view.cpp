@@ -60,6 +60,9 @@ CloudPicture draw_cloud(const std::vector<Eigen::Vector3d>& p_world_mm, const st
       {(u.high - u.low) / (margin * view.width_px), (v.high - v.low) / (margin * view.height_px), 1e-9});
   const double area_px = (u.high - u.low) * (v.high - v.low) / (picture.mm_per_px * picture.mm_per_px);
   const int dot_px = view.dot_px > 0 ? view.dot_px : closing_dot_px(area_px, dots.size());
+  // Within a few pixels' worth of depth the first point stays: always taking the nearest would pick the
+  // outward half of the noise.
+  const float same_surface_mm = static_cast<float>(4.0 * picture.mm_per_px);
   ImageF depth(view.width_px, view.height_px, std::numeric_limits<float>::infinity());
   for (const Dot& d : dots) {
     const double px = (static_cast<double>(d.right_mm) - 0.5 * (u.low + u.high)) / picture.mm_per_px;
@@ -68,7 +71,7 @@ CloudPicture draw_cloud(const std::vector<Eigen::Vector3d>& p_world_mm, const st
     const int y0 = static_cast<int>(std::lround(py + 0.5 * view.height_px));
     for (int y = std::max(0, y0); y < std::min(view.height_px, y0 + dot_px); ++y)
       for (int x = std::max(0, x0); x < std::min(view.width_px, x0 + dot_px); ++x)
-        if (d.depth_mm < depth(x, y)) {
+        if (d.depth_mm < depth(x, y) - same_surface_mm) {
           depth(x, y) = d.depth_mm;
           picture.value(x, y) = d.value;
         }

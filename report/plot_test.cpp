@@ -44,7 +44,7 @@ TEST(Plot, DrawsInlineSvg) {
   EXPECT_THAT(svg, HasSubstr("</svg>"));
   EXPECT_THAT(svg, HasSubstr("Φ [rad]"));
   EXPECT_THAT(svg, HasSubstr("real_subscript^no"));
-  EXPECT_THAT(svg, HasSubstr("a \"quoted\" \\ title &lt;1&gt;"));
+  EXPECT_THAT(svg, HasSubstr("a \"quoted\" \\ title &lt;1>"));
   EXPECT_THAT(svg, Not(HasSubstr("id='gp")));
   EXPECT_THAT(svg, HasSubstr("id='one-gpDot'"));
   EXPECT_EQ(svg, plot_svg(example(), "one-"));
