@@ -126,16 +126,14 @@ LensTable make_lens_table(const Lens& lens) {
     cy = lens.intrinsics()[3];
     px_per_unit = std::max(fx, fy);
     if (lens.model() == "LENSMODEL_PINHOLE" || lens.opencv_distortion().isZero(0.0)) {
-      table.camera = {static_cast<float>(1.0 / fx), static_cast<float>(1.0 / fy), static_cast<float>(cx),
-                      static_cast<float>(cy)};
+      table.camera = {1.0 / fx, 1.0 / fy, cx, cy};
       return table;
     }
     table.kind = CAMERA_PERSPECTIVE;
   } else {
     table.kind = CAMERA_GENERAL;
   }
-  table.camera = {static_cast<float>(1.0 / fx), static_cast<float>(1.0 / fy), static_cast<float>(cx),
-                  static_cast<float>(cy)};
+  table.camera = {1.0 / fx, 1.0 / fy, cx, cy};
   const auto value = [&](const Vector2d& q) -> Vector3d {
     const auto d = lens.unproject(q);
     if (!d) return nan3();

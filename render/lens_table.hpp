@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "render/shaders/shared.h"
+#include "render/split_float.hpp"
 #include "twin/lens.hpp"
 
 namespace fringetwin::render {
@@ -12,7 +12,7 @@ namespace fringetwin::render {
 /// Camera side: residual (x/z, y/z) - (q - c)/f for perspective lenses, the unit direction for others.
 struct LensTable {
   int kind = CAMERA_PINHOLE;
-  gpu::vec4 camera;  ///< 1/fx, 1/fy, cx, cy
+  Double4 camera{};  ///< 1/fx, 1/fy, cx, cy
   gpu::vec4 grid;    ///< as Params::lens_grid
   gpu::uvec4 grid_n;
   std::vector<gpu::vec4> nodes;

@@ -14,9 +14,8 @@ constexpr int period_samples = 8192;        // linear interpolation: 7e-8 of a c
 constexpr double samples_per_sigma = 64.0;  // of a blurred edge: 7e-6
 constexpr double fewest_samples_per_px = 16.0;
 
-gpu::vec4 along(Axis axis, double scale, double offset) {
-  return {static_cast<float>(scale), static_cast<float>(offset), axis == Axis::x ? 1.0F : 0.0F,
-          axis == Axis::x ? 0.0F : 1.0F};
+Double4 along(Axis axis, double scale, double offset) {
+  return {scale, offset, axis == Axis::x ? 1.0 : 0.0, axis == Axis::x ? 0.0 : 1.0};
 }
 
 double turn_fraction(double turns) { return turns - std::floor(turns); }
@@ -29,7 +28,7 @@ DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t 
   slot.waveform.push_back(slot.waveform[1]);
   slot.a = along(d.axis, 1.0 / d.pitches_px[p],
                  turn_fraction((center_px - d.phase_origin_px[p]) / d.pitches_px[p]));
-  slot.b.y = static_cast<float>(period_samples);
+  slot.b[1] = period_samples;
   return slot;
 }
 
@@ -40,7 +39,7 @@ DirectSlot axis_slot(const Twin& twin, const PatternSpec& spec, std::size_t imag
   DirectSlot slot{DirectSlot::Kind::axis, image, {}, {}, axis_waveform(twin, spec, per_px, &first_px)};
   const Axis axis = twin.fringes.directions[static_cast<std::size_t>(spec.direction)].axis;
   slot.a = along(axis, per_px, (center_px - first_px) * per_px);
-  slot.b.y = static_cast<float>(slot.waveform.size() - 2);
+  slot.b[1] = static_cast<double>(slot.waveform.size() - 2);
   return slot;
 }
 
@@ -58,8 +57,8 @@ DirectSlot gray_slot(const Twin& twin, const PatternSpec& spec, std::size_t imag
   const int bit = half ? bits - 1 : spec.bit;
   const double dark = twin.projector->response(0.0), bright = twin.projector->response(1.0);
   DirectSlot slot{DirectSlot::Kind::gray, image, along(d.axis, words_per_px, offset), {}, {}};
-  slot.b = {static_cast<float>(bits - 1 - bit), static_cast<float>((1 << bits) - 1),
-            static_cast<float>(inverse ? bright : dark), static_cast<float>(inverse ? dark : bright)};
+  slot.b = {static_cast<double>(bits - 1 - bit), static_cast<double>((1 << bits) - 1),
+            inverse ? bright : dark, inverse ? dark : bright};
   return slot;
 }
 
@@ -67,7 +66,7 @@ DirectSlot gray_slot(const Twin& twin, const PatternSpec& spec, std::size_t imag
 void place_waveforms(PassPlan* pass) {
   std::size_t first = 0;
   for (DirectSlot& slot : pass->direct) {
-    slot.b.x = slot.kind == DirectSlot::Kind::gray ? slot.b.x : static_cast<float>(first);
+    if (slot.kind != DirectSlot::Kind::gray) slot.b[0] = static_cast<double>(first);
     first += slot.waveform.size();
   }
   // Offsets travel as floats.

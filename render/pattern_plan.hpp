@@ -5,20 +5,20 @@
 #include <cstddef>
 #include <vector>
 
-#include "render/shaders/shared.h"
+#include "render/split_float.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::render {
 
 struct PitchSlot {
   std::size_t direction, pitch;
-  gpu::vec4 values;  ///< Params::pitch
+  Double4 values;  ///< Params::pitch
 };
 struct DirectSlot {
   enum class Kind { periodic, axis, gray };
   Kind kind;
   std::size_t image;  ///< index in the sequence
-  gpu::vec4 a, b;     ///< Params::direct, direct_b
+  Double4 a{}, b{};   ///< Params::direct, direct_b
   std::vector<float> waveform;
 };
 struct PassPlan {

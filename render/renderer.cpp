@@ -8,11 +8,14 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
+#include <tuple>
 
 #include "loop_limit_spv.h"
 #include "render/trace_job.hpp"
 #include "render/vulkan_device.hpp"
 #include "render/waveform.hpp"
+#include "trace_precise_spv.h"
+#include "trace_precise_storage_spv.h"
 #include "trace_spv.h"
 #include "trace_storage_spv.h"
 #include "twin/errors.hpp"
@@ -29,6 +32,9 @@ double ms_since(Clock::time_point start) {
 
 constexpr std::uint32_t mesh_chunk = 64, analytic_chunk = 4096;  // samples per dispatch
 constexpr std::uint64_t samples_per_dispatch = 4U << 20;         // over all pixels: a fraction of a second
+// Total phase error of the single-precision kernel with 2x2 samples on the paper's rig, worst scene:
+// 3.5e-5 rad rms (a tilted plane over the whole frame). Below this target the kernel in double is used.
+constexpr double single_precision_error_rad = 5e-5;
 constexpr std::size_t output_bytes = 64U << 20;
 constexpr std::uint64_t samples_worth_a_progress_bar = 400U << 20;
 
@@ -136,11 +142,12 @@ struct Renderer::Impl {
 
   VulkanDevice device;
   VkPipelineCache cache = VK_NULL_HANDLE;
-  std::map<std::pair<bool, SpecConstants>, std::unique_ptr<ComputePipeline>> pipelines;
+  std::map<std::tuple<bool, bool, SpecConstants>, std::unique_ptr<ComputePipeline>> pipelines;
   std::array<std::unique_ptr<Buffer>, BIND_COUNT> buffers;
   std::vector<std::pair<Lens, std::unique_ptr<LensTable>>> lens_tables;
   MeshStore meshes;
   bool storage_geometry = false;
+  bool precise = false;
   std::uint32_t forced_chunk = 0;
   int repeated = 0;
 };
@@ -178,14 +185,16 @@ void Renderer::Impl::upload_geometry(const PackedScene& scene, double reach_mm) 
 }
 
 ComputePipeline& Renderer::Impl::pipeline(const SpecConstants& constants) {
-  auto& slot = pipelines[{storage_geometry, constants}];
+  auto& slot = pipelines[{storage_geometry, precise, constants}];
   if (slot) return *slot;
   std::vector<VkDescriptorType> types;
   for (std::size_t i = 0; i < bindings.size(); ++i)
     types.push_back(is_geometry(i) && storage_geometry ? storage : bindings[i].type);
-  const std::span<const std::uint32_t> spirv = storage_geometry
-                                                   ? std::span<const std::uint32_t>(trace_storage_spv)
-                                                   : std::span<const std::uint32_t>(trace_spv);
+  const std::span<const std::uint32_t> plain =
+      storage_geometry ? std::span<const std::uint32_t>(trace_storage_spv) : trace_spv;
+  const std::span<const std::uint32_t> in_double =
+      storage_geometry ? std::span<const std::uint32_t>(trace_precise_storage_spv) : trace_precise_spv;
+  const std::span<const std::uint32_t> spirv = precise ? in_double : plain;
   slot = std::make_unique<ComputePipeline>(device, spirv, types,
                                            std::vector<std::uint32_t>(constants.begin(), constants.end()),
                                            static_cast<std::uint32_t>(sizeof(gpu::Push)), cache);
@@ -335,6 +344,14 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   checked.sampler = sampling.sampler;
   choose_sampling(checked);
 
+  impl_->precise = twin.render.phase_error_rad < single_precision_error_rad;
+  if (impl_->precise && !impl_->device.has_double()) {
+    warn(
+        fmt::format("{} has no double precision: rounding leaves up to {} rad of phase error, "
+                    "phase_error_rad asks for {}",
+                    impl_->device.info().name, single_precision_error_rad, twin.render.phase_error_rad));
+    impl_->precise = false;
+  }
   const Camera& camera = twin.cameras[camera_index];
   const PackedScene scene = pack_scene(twin, camera, impl_->meshes);
   const LensTable& lens = impl_->lens_table(camera.lens);
@@ -366,7 +383,12 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
     const Pose T_proj_cam = twin.projector->T_proj_world * camera.T_cam_world.inverse();
     const double reach_mm = scene.far_mm + T_proj_cam.translation_mm.norm() + lens_radius_mm(camera);
     impl_->upload_geometry(scene, reach_mm);
-    impl_->fill(BIND_PRIMITIVES, scene.primitives);
+    std::vector<gpu::vec4> primitives;
+    for (const auto& p : scene.primitives) {
+      for (const Double4& v : p) primitives.push_back(rounded(v));
+      for (const Double4& v : p) primitives.push_back(rest_of(v));
+    }
+    impl_->fill(BIND_PRIMITIVES, primitives);
     impl_->fill(BIND_MATERIALS, scene.materials);
     impl_->fill(BIND_LENS_GRID, lens.nodes);
     impl_->fill(BIND_PROJECTOR_GRID, projector.table.nodes);
@@ -382,7 +404,7 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
       for (const DirectSlot& d : passes[i].direct)
         waveforms.insert(waveforms.end(), d.waveform.begin(), d.waveform.end());
       impl_->fill(BIND_WAVEFORMS, waveforms);
-      impl_->reserve(BIND_PARAMS, sizeof(gpu::Params))
+      impl_->reserve(BIND_PARAMS, sizeof(ParamsBlock))
           .upload(bytes_of(make_params(twin, camera, scene, lens, projector, samples, passes[i], seed)));
       impl_->run_pass(twin, passes[i],
                       make_constants(twin, camera, scene, lens, projector, samples, passes[i]), blocks,

@@ -106,7 +106,8 @@ RenderOptions options(std::optional<int> samples, std::optional<Sampler> sampler
 TEST(ChooseSampling, CheapestForTheTarget) {
   EXPECT_EQ(choose_sampling(options({}, {}, 1e-4)).samples, 4);
   EXPECT_EQ(choose_sampling(options({}, {}, 4e-5)).samples, 9);
-  EXPECT_EQ(choose_sampling(options({}, {}, 1e-5)).samples, 16);
+  EXPECT_EQ(choose_sampling(options({}, {}, 1e-5)).samples, 9);
+  EXPECT_EQ(choose_sampling(options({}, {}, 2e-6)).samples, 16);
   EXPECT_EQ(choose_sampling(options({}, {}, 1e-4)).sampler, Sampler::gauss);
   EXPECT_EQ(choose_sampling(options({}, Sampler::sobol, 1e-4)).samples, 256);
 }

@@ -5,7 +5,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -16,12 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-gpu::vec4 pack(const Vector3d& v, double w) {
-  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()),
-          static_cast<float>(w)};
-}
-
-float bits(std::size_t value) { return std::bit_cast<float>(static_cast<std::uint32_t>(value)); }
+Double4 pack(const Vector3d& v, double w) { return {v.x(), v.y(), v.z(), w}; }
 
 // 1 inside a closed mesh, a little less with small holes; inside an open bowl one may look around.
 constexpr double closed_winding = 0.9;
@@ -42,7 +36,7 @@ class Packer {
     const Vector3d c = T_cam_world_ * s.center_mm;
     if (c.norm() <= s.radius_mm + lens_mm_) camera_inside(camera_, object);
     const double c2 = (c.norm() - s.radius_mm) * (c.norm() + s.radius_mm);
-    push({pack(c, s.radius_mm), {static_cast<float>(c2)}, {}, {}});
+    push({pack(c, s.radius_mm), {c2}, {}, {}});
     scene.finite.push_back({c, s.radius_mm});
     ++scene.n_spheres;
   }
@@ -74,10 +68,7 @@ class Packer {
     if (foot.norm() <= s.radius_mm + lens_mm_ && std::abs(center) <= half + lens_mm_)
       camera_inside(camera_, object);
     const double c2 = (foot.norm() - s.radius_mm) * (foot.norm() + s.radius_mm);
-    push({pack(foot, s.radius_mm),
-          pack(axis, half),
-          {static_cast<float>(center), static_cast<float>(c2)},
-          {}});
+    push({pack(foot, s.radius_mm), pack(axis, half), {center, c2}, {}});
     if (s.length_mm) {
       scene.bounded = true;
       scene.finite.push_back({p, std::hypot(half, s.radius_mm)});
@@ -111,6 +102,8 @@ class Packer {
       first_triangle += scene.meshes[which]->bvh.order.size();
     }
     if (which == scene.meshes.size()) scene.meshes.push_back(&g);
+    // They travel as floats.
+    FT_CHECK(first_node < (1U << 24) && first_triangle < (1U << 24), "meshes too large together");
     const bool albedo = !s.mesh->vertex_albedo.empty();
     const int flags = (s.smooth ? MESH_SMOOTH : 0) | (albedo ? MESH_ALBEDO : 0);
     scene.corners = scene.corners || flags != 0;
@@ -118,7 +111,8 @@ class Packer {
     push({pack(R.row(0), eye.x()),
           pack(R.row(1), eye.y()),
           pack(R.row(2), eye.z()),
-          {bits(first_node), bits(first_triangle), bits(first_triangle), static_cast<float>(flags)}});
+          {static_cast<double>(first_node), static_cast<double>(first_triangle),
+           static_cast<double>(first_triangle), static_cast<double>(flags)}});
     for (const Eigen::Vector4f& c : g.covering)
       scene.finite.push_back({T_cam_object * (c.head<3>().cast<double>() + g.center_mm), c[3]});
     ++scene.n_meshes;
@@ -139,8 +133,8 @@ class Packer {
   PackedScene scene;
 
  private:
-  void push(const std::array<gpu::vec4, 4>& primitive) {
-    scene.primitives.insert(scene.primitives.end(), primitive.begin(), primitive.end());
+  void push(const std::array<Double4, 4>& primitive) {
+    scene.primitives.push_back(primitive);
     scene.materials.push_back({static_cast<float>(material_.diffuse), static_cast<float>(material_.specular),
                                static_cast<float>(material_.shininess), 0.0F});
     scene.specular = scene.specular || material_.specular > 0.0;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "render/bvh.hpp"
-#include "render/shaders/shared.h"
+#include "render/split_float.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::render {
@@ -34,7 +34,8 @@ MeshGeometry build_mesh_geometry(std::shared_ptr<const Mesh> mesh);
 double winding_number(const Mesh& mesh, const Eigen::Vector3d& point_mm);
 
 struct PackedScene {
-  std::vector<gpu::vec4> primitives, materials;
+  std::vector<std::array<Double4, 4>> primitives;
+  std::vector<gpu::vec4> materials;
   std::vector<int> object_of_primitive;
   int n_spheres = 0, n_planes = 0, n_cylinders = 0, n_meshes = 0;
   bool specular = false;

@@ -18,9 +18,8 @@ using Eigen::Vector3d;
 // of single-precision roundings, 1 um at 250 mm.
 constexpr double shadow_offset = 4e-6;
 
-gpu::vec4 row(const Pose& T, int i) {
-  return {static_cast<float>(T.rotation(i, 0)), static_cast<float>(T.rotation(i, 1)),
-          static_cast<float>(T.rotation(i, 2)), static_cast<float>(T.translation_mm[i])};
+Double4 row(const Pose& T, int i) {
+  return {T.rotation(i, 0), T.rotation(i, 1), T.rotation(i, 2), T.translation_mm[i]};
 }
 
 std::uint32_t fold_seed(std::uint64_t seed) {
@@ -98,45 +97,48 @@ SampleSetup setup_samples(const Twin& twin, const Camera& camera, const PackedSc
   return s;
 }
 
-gpu::Params make_params(const Twin& twin, const Camera& camera, const PackedScene& scene,
+ParamsBlock make_params(const Twin& twin, const Camera& camera, const PackedScene& scene,
                         const LensTable& lens, const ProjectorSetup& projector, const SampleSetup& samples,
                         const PassPlan& pass, std::uint64_t seed) {
+  FT_CHECK(scene.primitives.size() == scene.materials.size(), "one material per primitive");
+  using P = gpu::Params;
   const Projector& p = *twin.projector;
   const Pose T_proj_cam = p.T_proj_world * camera.T_cam_world.inverse();
   const Vector3d center = T_proj_cam.inverse().translation_mm;
-  gpu::Params g;
-  g.camera = lens.camera;
-  g.lens_grid = lens.grid;
-  g.lens_grid_n = lens.grid_n;
-  g.projector_r0 = row(T_proj_cam, 0);
-  g.projector_r1 = row(T_proj_cam, 1);
-  g.projector_r2 = row(T_proj_cam, 2);
-  const auto f = [](double v) { return static_cast<float>(v); };
+  ParamsBlock g;
+  g.set(&P::camera, lens.camera);
+  g.values.lens_grid = lens.grid;
+  g.values.lens_grid_n = lens.grid_n;
+  g.set(&P::projector_r0, row(T_proj_cam, 0));
+  g.set(&P::projector_r1, row(T_proj_cam, 1));
+  g.set(&P::projector_r2, row(T_proj_cam, 2));
   double max_radius_sq = std::numeric_limits<float>::max();
   if (p.lens.is_perspective()) {
     max_radius_sq = std::min(max_radius_sq, p.lens.max_invertible_radius_sq());
     const auto& k = p.lens.opencv_distortion();
-    g.projector_k0 = {f(k[0]), f(k[1]), f(k[2]), f(k[3])};
-    g.projector_k1 = {f(k[4]), f(k[5]), f(k[6]), f(k[7])};
-    g.projector_k2 = {f(k[8]), f(k[9]), f(k[10]), f(k[11])};
+    g.set(&P::projector_k0, {k[0], k[1], k[2], k[3]});
+    g.set(&P::projector_k1, {k[4], k[5], k[6], k[7]});
+    g.set(&P::projector_k2, {k[8], k[9], k[10], k[11]});
   }
-  g.projector_f = {f(projector.fx), f(projector.fy), f(max_radius_sq), 0.0F};
-  g.projector_edge = {f(-0.5 - projector.cx), f(p.lens.width() - 0.5 - projector.cx), f(-0.5 - projector.cy),
-                      f(p.lens.height() - 0.5 - projector.cy)};
-  g.projector_grid = projector.table.grid;
-  g.projector_grid_n = projector.table.grid_n;
-  g.projector_center = {f(center.x()), f(center.y()), f(center.z()), f(p.intensity)};
-  g.light = {f(p.reference_distance_mm * p.reference_distance_mm), f(shadow_offset), 0.0F, 0.0F};
+  g.set(&P::projector_f, {projector.fx, projector.fy, max_radius_sq, 0.0});
+  g.set(&P::projector_edge, {-0.5 - projector.cx, p.lens.width() - 0.5 - projector.cx, -0.5 - projector.cy,
+                             p.lens.height() - 0.5 - projector.cy});
+  g.values.projector_grid = projector.table.grid;
+  g.values.projector_grid_n = projector.table.grid_n;
+  g.set(&P::projector_center, {center.x(), center.y(), center.z(), p.intensity});
+  g.set(&P::light, {p.reference_distance_mm * p.reference_distance_mm, shadow_offset, 0.0, 0.0});
   const double focus = camera.optics ? camera.optics->focus_distance_mm : 1.0;
-  g.sampling = {f(twin.render.pixel_fill), f(1.0 / samples.n), f(lens_radius_mm(camera)), f(1.0 / focus)};
-  g.sampling_n = {samples.n, samples.factors.columns, samples.factors.rows, fold_seed(seed)};
-  g.frame = {static_cast<gpu::uint>(camera.lens.width()), static_cast<gpu::uint>(camera.lens.height()), 0, 0};
-  for (std::size_t i = 0; i < pass.pitches.size(); ++i) g.pitch[i] = pass.pitches[i].values;
-  for (std::size_t i = 0; i < pass.direct.size(); ++i) {
-    g.direct[i] = pass.direct[i].a;
-    g.direct_b[i] = pass.direct[i].b;
+  g.set(&P::sampling, {twin.render.pixel_fill, 1.0 / samples.n, lens_radius_mm(camera), 1.0 / focus});
+  g.values.sampling_n = {samples.n, samples.factors.columns, samples.factors.rows, fold_seed(seed)};
+  for (std::size_t i = 0; i < pass.pitches.size(); ++i) {
+    g.values.pitch[i] = rounded(pass.pitches[i].values);
+    g.rest.pitch[i] = rest_of(pass.pitches[i].values);
   }
-  FT_CHECK(scene.primitives.size() == 4 * scene.materials.size(), "four vectors per primitive");
+  for (std::size_t i = 0; i < pass.direct.size(); ++i) {
+    g.values.direct[i] = rounded(pass.direct[i].a);
+    g.rest.direct[i] = rest_of(pass.direct[i].a);
+    g.values.direct_b[i] = rounded(pass.direct[i].b);
+  }
   return g;
 }
 

@@ -33,7 +33,7 @@ struct SampleSetup {
 SampleSetup setup_samples(const Twin& twin, const Camera& camera, const PackedScene& scene,
                           const Sampling& sampling);
 
-gpu::Params make_params(const Twin& twin, const Camera& camera, const PackedScene& scene,
+ParamsBlock make_params(const Twin& twin, const Camera& camera, const PackedScene& scene,
                         const LensTable& lens, const ProjectorSetup& projector, const SampleSetup& samples,
                         const PassPlan& pass, std::uint64_t seed);
 

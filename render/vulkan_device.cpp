@@ -200,8 +200,13 @@ VulkanDevice::VulkanDevice(const std::string& wanted) {
   queue.queueFamilyIndex = family;
   queue.queueCount = 1;
   queue.pQueuePriorities = &priority;
+  VkPhysicalDeviceFeatures available{}, wanted_features{};
+  vkGetPhysicalDeviceFeatures(physical_, &available);
+  wanted_features.shaderFloat64 = available.shaderFloat64;
+  has_double_ = available.shaderFloat64 == VK_TRUE;
   VkDeviceCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+  create.pEnabledFeatures = &wanted_features;
   create.queueCreateInfoCount = 1;
   create.pQueueCreateInfos = &queue;
   vk_check(vkCreateDevice(physical_, &create, nullptr, &device_), "vkCreateDevice");

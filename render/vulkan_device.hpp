@@ -57,6 +57,7 @@ class VulkanDevice {
   std::uint32_t memory_type(std::uint32_t allowed, VkMemoryPropertyFlags required,
                             VkMemoryPropertyFlags preferred) const;
   bool has_mappable_device_memory() const;
+  bool has_double() const { return has_double_; }  ///< shaderFloat64
   /// Records with `record(VkCommandBuffer)`, submits, waits.
   template <class Record>
   void run(Record record) {
@@ -79,6 +80,7 @@ class VulkanDevice {
   VkPhysicalDeviceLimits limits_{};
   VkPhysicalDeviceMemoryProperties memory_{};
   DeviceInfo info_;
+  bool has_double_ = false;
 };
 
 /// Device memory the host can fill and read: mapped where the device allows it, else through a

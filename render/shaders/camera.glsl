@@ -5,6 +5,7 @@
 // for the samples inside the pixel.
 
 struct PixelRays {
+  real2 pinhole;  // (q - c) / f; 0 for wide lenses
   vec3 d, du, dv, duu, duv, dvv;
 };
 
@@ -20,10 +21,9 @@ void lagrange4(float s, out vec4 w, out vec4 w1, out vec4 w2) {
 
 PixelRays pixel_rays(vec2 q) {
   PixelRays r;
-  r.d = vec3((q - params.camera.zw) * params.camera.xy, 1.0);
-  r.du = vec3(params.camera.x, 0.0, 0.0);
-  r.dv = vec3(0.0, params.camera.y, 0.0);
-  r.duu = r.duv = r.dvv = vec3(0.0);
+  real4 c = REAL_PARAM(camera);
+  r.pinhole = CAMERA == CAMERA_GENERAL ? real2(0.0) : (real2(q) - c.zw) * c.xy;
+  r.d = r.du = r.dv = r.duu = r.duv = r.dvv = vec3(0.0);
   if (CAMERA == CAMERA_PINHOLE) return r;
 
   vec2 g = (q - params.lens_grid.xy) * params.lens_grid.zw;
@@ -54,9 +54,9 @@ PixelRays pixel_rays(vec2 q) {
 #undef LENS_ROW
   vec2 k = params.lens_grid.zw;
   if (CAMERA == CAMERA_PERSPECTIVE) {
-    r.d.xy += f.xy;
-    r.du.xy += fx.xy * k.x;
-    r.dv.xy += fy.xy * k.y;
+    r.d.xy = f.xy;
+    r.du.xy = fx.xy * k.x;
+    r.dv.xy = fy.xy * k.y;
     r.duu.xy = fxx.xy * (k.x * k.x);
     r.duv.xy = fxy.xy * (k.x * k.y);
     r.dvv.xy = fyy.xy * (k.y * k.y);
@@ -72,9 +72,11 @@ PixelRays pixel_rays(vec2 q) {
 }
 
 // `offset` from the pixel centre, px. Not normalised (z = 1 for perspective lenses).
-vec3 ray_direction(const PixelRays r, vec2 offset) {
-  vec3 d = r.d + r.du * offset.x + r.dv * offset.y;
+real3 ray_direction(const PixelRays r, vec2 offset) {
+  vec3 d = vec3(0.0);
   if (CAMERA != CAMERA_PINHOLE)
-    d += r.duu * (0.5 * offset.x * offset.x) + r.duv * (offset.x * offset.y) + r.dvv * (0.5 * offset.y * offset.y);
-  return d;
+    d = r.d + r.du * offset.x + r.dv * offset.y + r.duu * (0.5 * offset.x * offset.x) +
+        r.duv * (offset.x * offset.y) + r.dvv * (0.5 * offset.y * offset.y);
+  if (CAMERA == CAMERA_GENERAL) return real3(d);
+  return real3(r.pinhole + real2(offset) * REAL_PARAM(camera).xy + real2(d.xy), 1.0);
 }

@@ -69,8 +69,8 @@ int traverse(vec3 o, vec3 d, inout float t, int first_node, int first_triangle, 
   return found;
 }
 
-// Instance: a, b, c rows of T_object_cam; d first node, first triangle, first corner (as integer
-// bits), MESH_SMOOTH | MESH_ALBEDO.
+// Instance: a, b, c rows of T_object_cam; d first node, first triangle, first corner,
+// MESH_SMOOTH | MESH_ALBEDO.
 vec3 to_object(const Primitive g, vec3 v, float w) {
   vec4 x = vec4(v, w);
   return vec3(dot(g.a, x), dot(g.b, x), dot(g.c, x));

@@ -8,22 +8,23 @@ float waveform(int first, float position) {
   return mix(texelFetch(waveforms, i).x, texelFetch(waveforms, i + 1).x, position - base);
 }
 
-float direct_value(int i, vec2 u) {
-  vec4 a = params.direct[i], b = params.direct_b[i];
-  float x = dot(a.zw, u) * a.x + a.y;
-  if (i < N_PERIODIC) return waveform(int(b.x), (x - floor(x)) * b.y);  // x in turns
-  if (i < N_PERIODIC + N_AXIS) return waveform(int(b.x), clamp(x, 0.0, b.y));
+float direct_value(int i, real2 u) {
+  real4 a = REAL_PARAM(direct[i]);
+  vec4 b = params.direct_b[i];
+  real x = dot(a.zw, u) * a.x + a.y;
+  if (i < N_PERIODIC) return waveform(int(b.x), float(x - floor(x)) * b.y);  // x in turns
+  if (i < N_PERIODIC + N_AXIS) return waveform(int(b.x), clamp(float(x), 0.0, b.y));
   int k = int(floor(x)) & int(b.y);  // x in code words; the code repeats beyond its last word
   return (((k ^ (k >> 1)) >> int(b.x)) & 1) != 0 ? b.w : b.z;
 }
 
-void add_patterns(float w, vec2 u, inout float cosine[MAX_PITCHES], inout float sine[MAX_PITCHES],
+void add_patterns(float w, real2 u, inout float cosine[MAX_PITCHES], inout float sine[MAX_PITCHES],
                   inout float direct[MAX_DIRECT]) {
 #define ADD_PITCH(i)                                                      \
   if (i < N_PITCHES) {                                                    \
-    vec4 pitch = params.pitch[i];                                         \
-    float turns = dot(pitch.zw, u) * pitch.x + pitch.y;                   \
-    float theta = TWO_PI * (turns - floor(turns + 0.5)); /* in [-pi, pi) */ \
+    real4 pitch = REAL_PARAM(pitch[i]);                                   \
+    real turns = dot(pitch.zw, u) * pitch.x + pitch.y;                    \
+    float theta = TWO_PI * float(turns - floor(turns + 0.5)); /* [-pi, pi) */ \
     cosine[i] += w * cos(theta);                                          \
     sine[i] += w * sin(theta);                                            \
   }

@@ -12,10 +12,10 @@ struct Hit {
 };
 
 void hit_mesh(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
-  int first_triangle = floatBitsToInt(g.d.y);
+  int first_triangle = int(g.d.y);
   vec3 o_object = to_object(g, o, 1.0), d_object = to_object(g, d, 0.0);
   float t = hit.t;
-  int triangle = traverse(o_object, d_object, t, floatBitsToInt(g.d.x), first_triangle, false, -1, true);
+  int triangle = traverse(o_object, d_object, t, int(g.d.x), first_triangle, false, -1, true);
   bool found = triangle >= 0;
   int k = 3 * (first_triangle + max(triangle, 0));
   vec3 v0 = FETCH_TRIANGLE(k).xyz;
@@ -31,7 +31,7 @@ void hit_mesh(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
     vec3 h = cross(d_object, e2), q = cross(e1, s);
     float inv_det = 1.0 / dot(e1, h);
     float u = -dot(s, h) * inv_det, v = dot(d_object, q) * inv_det;
-    int c = 3 * (floatBitsToInt(g.d.z) + max(triangle, 0));
+    int c = 3 * (int(g.d.z) + max(triangle, 0));
     vec4 corner = (1.0 - u - v) * FETCH_CORNER(c) + u * FETCH_CORNER(c + 1) + v * FETCH_CORNER(c + 2);
     int flags = int(g.d.w);
     if ((flags & MESH_SMOOTH) != 0) n_shading = direction_from_object(g, corner.xyz / length(corner.xyz));
@@ -127,8 +127,8 @@ bool cylinder_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light) {
 bool mesh_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light, bool enabled) {
   float t = 1.0;
   int skip = g.index == hit.primitive ? hit.triangle : -1;
-  return traverse(to_object(g, o, 1.0), to_object(g, to_light, 0.0), t, floatBitsToInt(g.d.x),
-                  floatBitsToInt(g.d.y), true, skip, enabled) >= 0;
+  return traverse(to_object(g, o, 1.0), to_object(g, to_light, 0.0), t, int(g.d.x),
+                  int(g.d.y), true, skip, enabled) >= 0;
 }
 
 // Is anything between the hit and the projector centre at hit.p + to_light? Only asked for points

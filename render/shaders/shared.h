@@ -21,18 +21,19 @@ struct uvec4 {
 #define BLOCK_WIDTH 32
 #define BLOCK_HEIGHT 8
 #define BLOCK_PIXELS 256
-#define MAX_PITCHES 8       // cosine/sine pairs in one pass
-#define MAX_DIRECT 16       // directly evaluated images in one pass
+#define PRIMITIVE_TEXELS 8
+#define MAX_PITCHES 8  // cosine/sine pairs in one pass
+#define MAX_DIRECT 16  // directly evaluated images in one pass
 #define STACK_SIZE 32
 #define SENTINEL_LOOPS 3
 
 // ---- bindings (set 0)
 #define BIND_PARAMS 0
-#define BIND_PRIMITIVES 1  // 4 x vec4 each
+#define BIND_PRIMITIVES 1  // 4 x vec4 each, then what rounding to float left of them
 #define BIND_MATERIALS 2   // diffuse, specular, shininess, 0
-#define BIND_NODES 3      // BVH nodes, 4 x ivec4 each
-#define BIND_TRIANGLES 4  // 3 x vec4 vertices each
-#define BIND_CORNERS 5    // 3 x vec4 (normal, albedo) each
+#define BIND_NODES 3       // BVH nodes, 4 x ivec4 each
+#define BIND_TRIANGLES 4   // 3 x vec4 vertices each
+#define BIND_CORNERS 5     // 3 x vec4 (normal, albedo) each
 #define BIND_LENS_GRID 6
 #define BIND_PROJECTOR_GRID 7
 #define BIND_SAMPLES 8  // gauss: vec4 (dx, dy, weight, 0), then (lens x, lens y, 0, 0)
@@ -98,7 +99,6 @@ struct Params {
   vec4 light;                 // falloff numerator d0^2, shadow offset relative to |p|, 0, 0
   vec4 sampling;              // pixel_fill, 1/N, lens radius mm, 1/focus distance
   uvec4 sampling_n;           // N, columns, rows, seed
-  uvec4 frame;                // width, height, 0, 0
   vec4 pitch[MAX_PITCHES];    // 1/pitch, turns at the principal point, axis x, axis y
   vec4 direct[MAX_DIRECT];    // scale, offset (table: in samples; gray: in words), axis x, axis y
   vec4 direct_b[MAX_DIRECT];  // table: first, count, 0, 0; gray: bit shift, word mask, value at 0, at 1
@@ -118,11 +118,11 @@ struct Push {
 
 #ifdef __cplusplus
 static_assert(sizeof(vec4) == 16 && sizeof(uvec4) == 16);
-static_assert(offsetof(Params, pitch) == 18 * 16);
-static_assert(offsetof(Params, direct) == (18 + MAX_PITCHES) * 16);
-static_assert(sizeof(Params) == (18 + MAX_PITCHES + 2 * MAX_DIRECT) * 16);
+static_assert(offsetof(Params, pitch) == 17 * 16);
+static_assert(offsetof(Params, direct) == (17 + MAX_PITCHES) * 16);
+static_assert(sizeof(Params) == (17 + MAX_PITCHES + 2 * MAX_DIRECT) * 16);
 static_assert(sizeof(Push) == 32);
-static_assert(sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
+static_assert(2 * sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);
 }  // namespace fringetwin::render::gpu
 #endif

@@ -11,6 +11,7 @@
 #include "shapes.glsl"
 #include "mesh.glsl"
 #include "scene.glsl"
+#include "refine.glsl"
 #include "projector.glsl"
 #include "patterns.glsl"
 
@@ -18,12 +19,12 @@ layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
 
 // Irradiance per unit pattern value of one hit (paper eq. 6 plus Phong), 0 where unlit.
 // `u` = projector coordinate minus the principal point.
-float shade(const Hit hit, vec3 d, out vec2 u, inout uint shadow_rays) {
+float shade(const Hit hit, real3 p, vec3 d, out real2 u, inout uint shadow_rays) {
   vec3 to_light = params.projector_center.xyz - hit.p;
   float distance_sq = dot(to_light, to_light);
   vec3 l = to_light / sqrt(distance_sq);
   float cos_l = dot(hit.n, l);
-  bool lit = project(hit.p, u);
+  bool lit = project(p, u);
   lit = lit && hit.primitive >= 0 && cos_l > 0.0 && dot(hit.n_geometric, l) > 0.0;
   if (SHADOW != 0) {
     shadow_rays += lit ? 1 : 0;
@@ -56,23 +57,23 @@ void main() {
 
   // A loop, because only a loop can be skipped.
   for (uint k = 0; k < push.n_centre; ++k)
-    objects[slot] = closest_hit(vec3(0.0), ray_direction(rays, vec2(0.0))).primitive;
+    objects[slot] = closest_hit(vec3(0.0), vec3(ray_direction(rays, vec2(0.0)))).primitive;
 
   uint shadow_rays = 0;
   for (uint s = push.first_sample; s < push.end_sample; ++s) {
     Sample sample_ = pixel_sample(s, pixel_seed);
-    vec3 o = vec3(0.0);
-    vec3 d = ray_direction(rays, sample_.offset);
+    real3 o = real3(0.0);
+    real3 d = ray_direction(rays, sample_.offset);
     if (LENS_DISK != 0) {
-      o = vec3(sample_.lens, 0.0);
-      d = d / d.z - o * params.sampling.w;
+      o = real3(sample_.lens, 0.0);
+      d = d / d.z - o * REAL_PARAM(sampling).w;
     }
-    Hit hit = closest_hit(o, d);
-    vec2 u;
-    float w = shade(hit, d, u, shadow_rays) * sample_.weight;
+    Hit hit = closest_hit(vec3(o), vec3(d));
+    real2 u;
+    float w = shade(hit, refined_point(hit, o, d), vec3(d), u, shadow_rays) * sample_.weight;
     mean += w;
     hits += hit.primitive >= 0 ? sample_.weight : 0.0;
-    add_patterns(w, w != 0.0 ? u : vec2(0.0), cosine, sine, direct);
+    add_patterns(w, w != 0.0 ? u : real2(0.0), cosine, sine, direct);
   }
   store_sums(slot, stride, mean, hits, cosine, sine, direct);
 
