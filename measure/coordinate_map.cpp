@@ -44,8 +44,16 @@ CoordinateMap::CoordinateMap(const ImageD& map, const ImageF& sigma) : map_(map)
     std::nth_element(some.begin(), middle, some.end());
     typical_sigma_px_ = static_cast<double>(*middle);
   }
-  // a third difference of white noise has sqrt(1 + 9 + 9 + 1) sigma; 5 sigma of that
-  noise_px_ = 5.0 * std::sqrt(20.0) * typical_sigma_px_ + 1e-3;
+}
+
+/// What noise may do to a third difference: 5 sigma of sqrt(1 + 9 + 9 + 1) of the pixel's own noise.
+double CoordinateMap::difference_noise_px(int x, int y) const {
+  double sigma = typical_sigma_px_;
+  if (!sigma_.empty()) {
+    const double own = static_cast<double>(sigma_(x, y));
+    if (own > sigma) sigma = own;  // NaN stays out
+  }
+  return 5.0 * std::sqrt(20.0) * sigma + 1e-3;
 }
 
 double CoordinateMap::sigma_px(double x, double y) const {
@@ -56,7 +64,7 @@ double CoordinateMap::sigma_px(double x, double y) const {
   return std::isfinite(s) ? s : typical_sigma_px_;
 }
 
-bool CoordinateMap::sample_cubic(int x0, int y0, double x, double y, MapSample& out) const {
+bool CoordinateMap::sample_cubic(int x0, int y0, double x, double y, double noise_px, MapSample& out) const {
   if (x0 < 0 || y0 < 0 || x0 + 3 >= map_.width || y0 + 3 >= map_.height) return false;
   double wx[4], dx[4], wy[4], dy[4];
   lagrange4(x - x0, wx, dx);
@@ -76,8 +84,8 @@ bool CoordinateMap::sample_cubic(int x0, int y0, double x, double y, MapSample& 
   double largest = 0.0;
   for (int k = 0; k < 4; ++k) {
     double along_x = 0.0, along_y = 0.0;
-    if (!smooth(row[k][0], row[k][1], row[k][2], row[k][3], kSlopeFraction, noise_px_, along_x)) return false;
-    if (!smooth(row[0][k], row[1][k], row[2][k], row[3][k], kSlopeFraction, noise_px_, along_y)) return false;
+    if (!smooth(row[k][0], row[k][1], row[k][2], row[k][3], kSlopeFraction, noise_px, along_x)) return false;
+    if (!smooth(row[0][k], row[1][k], row[2][k], row[3][k], kSlopeFraction, noise_px, along_y)) return false;
     largest = std::max({largest, along_x, along_y});
   }
   const bool centred = std::abs(x - x0 - 1.5) <= 0.5 && std::abs(y - y0 - 1.5) <= 0.5;
@@ -85,7 +93,7 @@ bool CoordinateMap::sample_cubic(int x0, int y0, double x, double y, MapSample& 
   return true;
 }
 
-bool CoordinateMap::sample_linear(int x0, int y0, double x, double y, MapSample& out) const {
+bool CoordinateMap::sample_linear(int x0, int y0, double x, double y, double noise_px, MapSample& out) const {
   if (x0 < 0 || y0 < 0 || x0 + 1 >= map_.width || y0 + 1 >= map_.height) return false;
   const auto at = [&](int i, int j) {
     const bool inside = i >= 0 && j >= 0 && i < map_.width && j < map_.height;
@@ -94,8 +102,8 @@ bool CoordinateMap::sample_linear(int x0, int y0, double x, double y, MapSample&
   // Each side of the cell must be explained by the slope beyond one of its ends: NaN compares false.
   const auto explained = [&](double before, double a, double b, double after) {
     const double d = b - a, d1 = a - before, d2 = after - b;
-    return std::abs(d - d1) <= kSlopeFraction * std::abs(d1) + noise_px_ ||
-           std::abs(d - d2) <= kSlopeFraction * std::abs(d2) + noise_px_;
+    return std::abs(d - d1) <= kSlopeFraction * std::abs(d1) + noise_px ||
+           std::abs(d - d2) <= kSlopeFraction * std::abs(d2) + noise_px;
   };
   double bend = 0.0;
   for (int k = 0; k < 2; ++k)
@@ -119,14 +127,15 @@ bool CoordinateMap::sample(double x, double y, MapSample& out) const {
   if (!(x >= 0.0 && y >= 0.0 && x <= map_.width - 1.0 && y <= map_.height - 1.0)) return false;
   const int cx = std::min(static_cast<int>(x), map_.width - 2);
   const int cy = std::min(static_cast<int>(y), map_.height - 2);
-  if (sample_cubic(cx - 1, cy - 1, x, y, out)) return true;
+  const double noise_px = difference_noise_px(cx, cy);
+  if (sample_cubic(cx - 1, cy - 1, x, y, noise_px, out)) return true;
   // the cell itself must be valid before any shifted stencil can contain it
   const double sum = map_(cx, cy) + map_(cx + 1, cy) + map_(cx, cy + 1) + map_(cx + 1, cy + 1);
   if (!std::isfinite(sum)) return false;
   static constexpr int kShifts[8][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
   for (const auto& shift : kShifts)
-    if (sample_cubic(cx - 1 + shift[0], cy - 1 + shift[1], x, y, out)) return true;
-  return sample_linear(cx, cy, x, y, out);
+    if (sample_cubic(cx - 1 + shift[0], cy - 1 + shift[1], x, y, noise_px, out)) return true;
+  return sample_linear(cx, cy, x, y, noise_px, out);
 }
 
 }  // namespace fringetwin::measure

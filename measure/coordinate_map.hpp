@@ -27,14 +27,14 @@ class CoordinateMap {
   const ImageD& image() const { return map_; }
 
  private:
-  bool sample_cubic(int x0, int y0, double x, double y, MapSample& out) const;
-  bool sample_linear(int x0, int y0, double x, double y, MapSample& out) const;
+  bool sample_cubic(int x0, int y0, double x, double y, double noise_px, MapSample& out) const;
+  bool sample_linear(int x0, int y0, double x, double y, double noise_px, MapSample& out) const;
+  double difference_noise_px(int x, int y) const;
 
   static constexpr double kSlopeFraction = 0.3;
   const ImageD& map_;
   const ImageF& sigma_;
   double typical_sigma_px_ = 0.0;  ///< median over valid pixels
-  double noise_px_ = 0.0;          ///< what noise may do to a third difference
 };
 
 }  // namespace fringetwin::measure

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "measure/phase_exr.hpp"
+#include "measure/smooth_coordinates.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::measure {
@@ -48,10 +49,16 @@ bool can_triangulate(const Twin& twin) {
   return twin.triangulate() == Triangulate::stereo ? twin.cameras.size() >= 2 : twin.projector.has_value();
 }
 
-void triangulate(const Twin& twin, Measurement& m) {
-  m.cloud = twin.triangulate() == Triangulate::stereo
-                ? triangulate_stereo(twin, m.cameras[0], m.cameras[1], &m.triangulation)
-                : triangulate_projector(twin, 0, m.cameras[0], &m.triangulation);
+void triangulate(const Twin& twin, double smoothing_px, Measurement& m) {
+  const bool stereo = twin.triangulate() == Triangulate::stereo;
+  std::vector<CameraDecode> smoothed;
+  if (smoothing_px > 0.0) {
+    smoothed.assign(m.cameras.begin(), m.cameras.begin() + (stereo ? 2 : 1));
+    for (CameraDecode& camera : smoothed) smooth_coordinates(camera, smoothing_px);
+  }
+  const std::vector<CameraDecode>& cameras = smoothed.empty() ? m.cameras : smoothed;
+  m.cloud = stereo ? triangulate_stereo(twin, cameras[0], cameras[1], &m.triangulation)
+                   : triangulate_projector(twin, 0, cameras[0], &m.triangulation);
   estimate_normals(m.cloud, m.cameras[0].width(), m.cameras[0].height(), twin.cameras[0].center_world_mm());
   if (m.cloud.size() == 0)
     m.warnings.push_back("no point was triangulated: " + std::to_string(m.triangulation.n_candidates) +
@@ -62,7 +69,7 @@ void triangulate(const Twin& twin, Measurement& m) {
 }  // namespace
 
 Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
-                    const std::vector<int>& use_steps) {
+                    const std::vector<int>& use_steps, double smoothing_px) {
   if (images.size() != twin.cameras.size())
     throw UserError(ExitCode::input, twin.file.string(),
                     "the twin has " + std::to_string(twin.cameras.size()) + " cameras, the captures " +
@@ -77,7 +84,7 @@ Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
     m.warnings.push_back("decoded only: this rig and these fringes cannot be triangulated");
     return m;
   }
-  triangulate(twin, m);
+  triangulate(twin, smoothing_px, m);
   m.timing_s["triangulate"] = watch.lap();
   m.fits = fit_objects(twin, m.cloud);
   m.timing_s["fit"] = watch.lap();

@@ -25,8 +25,10 @@ struct Measurement {
 
 /// `images`: order of twin.cameras. Decode only where the rig cannot triangulate (one camera and no
 /// projector, or unwrap = "none"). Throws UserError as the stages do.
+/// smoothing_px > 0: coordinates are smoothed (smooth_coordinates) before triangulation; Measurement
+/// keeps the raw ones.
 Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
-                    const std::vector<int>& use_steps = {});
+                    const std::vector<int>& use_steps = {}, double smoothing_px = 0.0);
 
 /// points.ply and phase_<camera>.exr (channels: DESIGN §4). result.json is the caller's.
 void write_measurement(const std::filesystem::path& dir, const Measurement& measurement);

@@ -8,6 +8,7 @@
 //             6e-5 mm for centre and radius
 //   4 sigma   of the mean / of the scatter ratio where noise is added (n > 1e4: ratio 1 +- 3 %)
 #include <gtest/gtest.h>
+#include <omp.h>
 
 #include <chrono>
 #include <cmath>
@@ -178,6 +179,21 @@ TEST(Stereo, TwoDirectionsAndTheRightOneForTheBaseline) {
   const PointCloud cloud = run(twin, scene, options, nullptr);
   ASSERT_GT(cloud.size(), 2000u);
   EXPECT_LT(fit_sphere(cloud.p_world_mm, {{0, 0, 260}, 15}, {}).rms_mm, 1e-3);
+}
+
+TEST(Stereo, ThreadsChangeNoBit) {
+  const Twin twin = paper_rig(0.25);
+  MapOptions options;
+  options.noise_px = 0.02;
+  const Scene scene = nearest({sphere_scene({0, 0, 250}, 12), plane_scene({0, 0, 300}, {0, 0, -1})});
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const PointCloud one = run(twin, scene, options, nullptr);
+  omp_set_num_threads(4);
+  const PointCloud four = run(twin, scene, options, nullptr);
+  omp_set_num_threads(threads);
+  EXPECT_TRUE(one.p_world_mm == four.p_world_mm);
+  EXPECT_TRUE(one.sigma_mm == four.sigma_mm);
 }
 
 TEST(Stereo, EmptyMapsGiveNoPointAndBadRigsAreRefused) {
