@@ -28,7 +28,7 @@ const T* find(const std::map<std::string, T>& map, const std::string& key) {
 void compare_numbers(const ObjectFit& s, const ObjectFit& r, FitRow& row) {
   for (const auto& [key, value] : s.numbers) {
     const double* other = find(r.numbers, key);
-    if (!other || is_sigma_key(key)) continue;
+    if (!other || is_sigma_key(key) || is_count_key(key)) continue;
     row.difference[key] = value - *other;
     const double z =
         z_score(value - *other, find(s.numbers, sigma_key(key)), find(r.numbers, sigma_key(key)));
@@ -108,6 +108,8 @@ std::string sigma_key(const std::string& key) {
 }
 
 bool is_sigma_key(const std::string& key) { return key.find("sigma") != std::string::npos; }
+
+bool is_count_key(const std::string& key) { return key == "n" || key.starts_with("n_"); }
 
 ObjectFit published_fit(const Twin& twin, const PublishedFit& published) {
   ObjectFit fit;

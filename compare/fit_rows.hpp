@@ -13,6 +13,9 @@ std::string sigma_key(const std::string& key);
 /// True for keys that are standard errors themselves.
 bool is_sigma_key(const std::string& key);
 
+/// True for keys that count things ("n_gated"): neither lengths nor angles, nothing to subtract.
+bool is_count_key(const std::string& key);
+
 /// A published result as a fit row: n = 0, the kind of the twin's object.
 measure::ObjectFit published_fit(const Twin& twin, const PublishedFit& published);
 

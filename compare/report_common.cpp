@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "compare/report_parts.hpp"
+#include "report/text.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -26,6 +27,25 @@ std::size_t valid_in_row(const ImageU8& mask, int row) {
   return static_cast<std::size_t>(std::count(first, first + mask.width, static_cast<unsigned char>(1)));
 }
 
+/// First and last index without the outer 0.3 % of the counts on each side: stray pixels far from the
+/// part must not shrink it on the page.
+std::optional<std::pair<int, int>> middle_of(const std::vector<std::size_t>& counts) {
+  std::size_t total = 0;
+  for (std::size_t c : counts) total += c;
+  if (total == 0) return std::nullopt;
+  const double skip = 0.003 * static_cast<double>(total);
+  int first = -1, last = 0;
+  double below = 0.0;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] == 0) continue;
+    const double before = below;
+    below += static_cast<double>(counts[i]);
+    if (first < 0 && below > skip) first = static_cast<int>(i);
+    if (before < static_cast<double>(total) - skip) last = static_cast<int>(i);
+  }
+  return std::pair{first, last};
+}
+
 }  // namespace
 
 std::string Window::text() const {
@@ -33,14 +53,18 @@ std::string Window::text() const {
 }
 
 Window data_window(const ImageU8& mask) {
-  int left = mask.width, right = -1, top = mask.height, bottom = -1;
+  std::vector<std::size_t> per_column(static_cast<std::size_t>(mask.width)),
+      per_row(static_cast<std::size_t>(mask.height));
   for (int y = 0; y < mask.height; ++y)
     for (int x = 0; x < mask.width; ++x)
       if (mask(x, y) != 0) {
-        left = std::min(left, x), right = std::max(right, x);
-        top = std::min(top, y), bottom = std::max(bottom, y);
+        ++per_column[static_cast<std::size_t>(x)];
+        ++per_row[static_cast<std::size_t>(y)];
       }
-  if (right < 0) return {0, 0, mask.width, mask.height};
+  const auto columns = middle_of(per_column), rows = middle_of(per_row);
+  if (!columns || !rows) return {0, 0, mask.width, mask.height};
+  const auto [left, right] = *columns;
+  const auto [top, bottom] = *rows;
   const int margin = 8 + std::max(right - left, bottom - top) / 20;
   Window w;
   w.x0 = std::max(0, left - margin);
@@ -102,6 +126,10 @@ std::pair<int, int> row_extent(const ImageU8& mask, int row) {
       last = x;
     }
   return first < 0 ? std::pair{0, mask.width - 1} : std::pair{first, last};
+}
+
+std::string camera_heading(const std::string& name) {
+  return "<h3>Camera “" + report::escape_html(name) + "”</h3>\n";
 }
 
 report::Figure figure(const ReportInput& in, std::string body, std::string caption, std::string formula) {

@@ -150,7 +150,7 @@ std::string camera_with_real(const ReportInput& in, const GrayPair& pair, const 
   const std::vector<std::string> svg = report::plots_or_sentences(plots, "gray-" + name);
 
   const ImageF real_part = crop(real, window), predicted_part = crop(predicted, window);
-  std::string html = "<h3>Camera " + report::escape_html(name) + "</h3>\n";
+  std::string html = camera_heading(name);
   html += figure(in,
                  "<div class=\"maps\">" +
                      report::slider_html(real_part, "real", predicted_part, "simulated",
@@ -197,15 +197,15 @@ std::string camera_simulated_only(const ReportInput& in, std::size_t c) {
       "gray value [DN]", 290,
       {line(row_data(picture, row, first - 12, last + 12), "simulated", report::color::kSimulated, 1.0)});
   plot.x_range = {{first - 12, last + 12}};
+  plot.width_px = 680;
   const ImageF part = crop(picture, window);
-  return "<h3>Camera " + report::escape_html(images.camera) + "</h3>\n" +
-         figure(
-             in,
-             "<div class=\"maps\">" + report::map_html(part, gray_style(brightest(part), label)) + "</div>",
-             fmt::format("{}, {}, {}: simulated image.", images.camera, label, window.text()), "")
-             .html() +
-         figure(in, report::plots_or_sentences({plot}, "gray-" + images.camera)[0],
-                fmt::format("{}, {}: simulated gray values along image row {}.", images.camera, label, row),
+  const std::string svg = report::plots_or_sentences({plot}, "gray-" + images.camera)[0];
+  return camera_heading(images.camera) +
+         figure(in,
+                "<div class=\"maps\">" + report::map_html(part, gray_style(brightest(part), label)) +
+                    "<div class=\"wide\">" + svg + "</div></div>",
+                fmt::format("{}, {}: simulated image ({}) and its gray values along image row {}.",
+                            images.camera, label, window.text(), row),
                 "")
              .html();
 }

@@ -22,14 +22,14 @@ std::string glance_html(const Comparison& c) {
   for (const FitRow& row : c.fits) {
     if (row.simulated && row.simulated->usable && row.simulated->numbers.contains("rms_mm"))
       table.add_row({fmt::format("{}: residual of the simulated {} fit", row.object, row.kind),
-                     fmt::format("{} mm rms", report::fixed(row.simulated->numbers.at("rms_mm"), 5)),
+                     fmt::format("{} µm rms", report::fixed(1000.0 * row.simulated->numbers.at("rms_mm"), 2)),
                      report::count(row.simulated->n)});
     if (const auto at = row.difference_vectors.find("center_mm"); at != row.difference_vectors.end())
       table.add_row({row.object + ": distance of the centres, simulated − real",
-                     report::fixed(at->second.norm(), 4) + " mm", ""});
+                     report::fixed(1000.0 * at->second.norm(), 2) + " µm", ""});
     if (const auto at = row.difference.find("radius_mm"); at != row.difference.end())
-      table.add_row(
-          {row.object + ": radius, simulated − real", report::signed_fixed(at->second, 4) + " mm", ""});
+      table.add_row({row.object + ": radius, simulated − real",
+                     report::signed_fixed(1000.0 * at->second, 2) + " µm", ""});
   }
   for (const PhaseRow& r : c.phase)
     table.add_row({fmt::format("{} {}: phase difference", r.camera, r.direction),
@@ -70,11 +70,11 @@ void add(Page& page, const char* id, const char* title, const std::string& body)
 std::string subtitle(const Twin& twin, const ReportInput& in) {
   std::string cameras;
   for (const Camera& c : twin.cameras)
-    cameras +=
-        fmt::format("{}{} {}×{}", cameras.empty() ? "" : ", ", c.name, c.lens.width(), c.lens.height());
-  return fmt::format("Simulated against {} measurement · cameras {} · {} images each",
-                     in.has_real_images() ? "real" : "published", cameras,
-                     expand_sequence(twin.fringes).size());
+    cameras += fmt::format("{}“{}” {} × {} px", cameras.empty() ? "" : ", ", c.name, c.lens.width(),
+                           c.lens.height());
+  return fmt::format(
+      "Simulated against {} measurement · {} · {} images each", in.has_real_images() ? "real" : "published",
+      (twin.cameras.size() == 1 ? "camera " : "cameras ") + cameras, expand_sequence(twin.fringes).size());
 }
 
 }  // namespace

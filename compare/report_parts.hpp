@@ -42,7 +42,8 @@ struct Window {
   int x0 = 0, y0 = 0, width = 0, height = 0;
   std::string text() const;  ///< "pixels x 100…300, y 50…240"
 };
-/// Bounding box of the non-zero pixels plus a margin; the whole image when there are none.
+/// Bounding box of the non-zero pixels (without the outer 0.3 % on each side) plus a margin; the whole
+/// image when there are none.
 Window data_window(const ImageU8& mask);
 ImageF crop(const ImageF& image, const Window& window);
 
@@ -58,6 +59,9 @@ struct RowData {
 RowData row_data(const ImageF& image, int row, int first, int last);
 /// First and last non-zero pixel of a row.
 std::pair<int, int> row_extent(const ImageU8& mask, int row);
+
+/// "<h3>Camera “left”</h3>"
+std::string camera_heading(const std::string& name);
 
 report::Figure figure(const ReportInput& in, std::string body, std::string caption, std::string formula);
 

@@ -124,10 +124,12 @@ std::string one_side(const ReportInput& in, std::size_t c, const DirectionDecode
   const auto extent = row_extent(mask, row);
   Plot profile = row_plot("absolute phase [rad]", 270, extent);
   profile.series = {row_series(phase, row, extent, side, report::color::kSimulated)};
+  profile.width_px = 680;
   const ImageF part = crop(phase, window);
   return figure(in,
                 "<div class=\"maps\">" + report::map_html(part, phase_style(part, "absolute phase")) +
-                    "</div>" + report::plots_or_sentences({profile}, "phase-" + name + "-" + axis)[0],
+                    "<div class=\"wide\">" +
+                    report::plots_or_sentences({profile}, "phase-" + name + "-" + axis)[0] + "</div></div>",
                 fmt::format(
                     "{}, direction {}, {}: {} absolute phase at the finest pitch, and along image row {}.",
                     name, axis, window.text(), side, row),
@@ -147,7 +149,7 @@ std::string phase_figures_html(const ReportInput& in) {
     const measure::CameraDecode *real = decode(in.real), *simulated = decode(in.simulated);
     const measure::CameraDecode* any = simulated ? simulated : real;
     if (!any) continue;
-    html += "<h3>Camera " + report::escape_html(any->camera) + "</h3>\n";
+    html += camera_heading(any->camera);
     for (const DirectionDecode& d : any->directions) {
       if (d.coordinate_px.empty() || d.pitches_px.empty()) continue;
       const DirectionDecode* other = real && simulated ? real->direction(d.axis) : nullptr;

@@ -52,6 +52,11 @@ std::pair<std::string, std::string> split_unit(const std::string& key) {
   return {key, ""};
 }
 
+/// Tenths of a micrometre are enough for a difference, unless it is smaller than one itself.
+std::string difference_text(double difference, const std::string& unit) {
+  return signed_fixed(difference, unit == "mm" && std::abs(difference) >= 1e-3 ? 4 : 6);
+}
+
 void add_fit_row(Table& table, const FitRow& row, const std::string& key, int component) {
   auto [name, unit] = split_unit(key);
   if (component >= 0) name += fmt::format(" {}", "xyz"[component]);
@@ -63,8 +68,8 @@ void add_fit_row(Table& table, const FitRow& row, const std::string& key, int co
   } else if (const auto at = row.z_vectors.find(key); at != row.z_vectors.end()) {
     z = at->second[component];
   }
-  table.add_row({name, unit, entry_text(s, unit), entry_text(r, unit),
-                 signed_fixed(difference, unit == "mm" ? 4 : 6), signed_fixed(z, 1)});
+  table.add_row({name, unit, entry_text(s, unit), entry_text(r, unit), difference_text(difference, unit),
+                 signed_fixed(z, 1)});
 }
 
 /// Keys of both sides, sigmas left out, sizes before the residual.
@@ -74,7 +79,8 @@ std::vector<std::string> number_keys(const FitRow& row) {
   for (const auto* fit : {&row.simulated, &row.real})
     if (*fit)
       for (const auto& [key, value] : (*fit)->numbers) {
-        if (is_sigma_key(key) || std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
+        if (is_sigma_key(key) || is_count_key(key) || std::find(keys.begin(), keys.end(), key) != keys.end())
+          continue;
         if (key == "rms_mm")
           rms = true;
         else
@@ -137,7 +143,7 @@ std::string fits_html(const ReportInput& in) {
     for (const char* key : {"offset_mm", "angle_rad", "axis_distance_mm"})
       if (const auto at = row.difference.find(key); at != row.difference.end()) {
         const auto [name, unit] = split_unit(key);
-        table.add_row({name, unit, "", "", signed_fixed(at->second, unit == "mm" ? 4 : 6), "–"});
+        table.add_row({name, unit, "", "", difference_text(at->second, unit), "–"});
       }
     table.add_row({"points n", "", points_text(row.simulated), points_text(row.real), "", ""});
   }

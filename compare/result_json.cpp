@@ -32,7 +32,8 @@ Json fit_json(const std::optional<ObjectFit>& fit) {
   if (!fit) return nullptr;
   Json out = fit_template(fit->kind);
   if (fit->usable) {
-    for (const auto& [key, value] : fit->numbers) out[key] = number(value);
+    for (const auto& [key, value] : fit->numbers)
+      out[key] = is_count_key(key) && std::isfinite(value) ? Json(std::llround(value)) : number(value);
     for (const auto& [key, value] : fit->vectors) out[key] = vector(value);
   }
   out["n"] = fit->n;

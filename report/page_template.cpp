@@ -59,6 +59,7 @@ figure svg { width: 100%; height: auto; display: block; }
 .maps { display: flex; flex-wrap: wrap; gap: 18px; }
 .map { flex: 1 1 320px; min-width: 0; max-width: 720px; }
 .map .map { max-width: none; }
+.wide { flex: 2 1 480px; min-width: 0; align-self: center; }
 .map img { width: 100%; height: auto; display: block; border: 1px solid var(--line); image-rendering: auto; }
 .map h4 { margin: 0 0 4px; font-size: 13px; font-weight: 650; }
 .bar { margin-top: 7px; font-size: 12px; color: var(--soft); }
