@@ -56,6 +56,16 @@ TEST(PaperSphere, SimulatedColumnOfTable5) {
   EXPECT_EQ(result["verdict"], "pass");
 }
 
+TEST(PaperSphere, NoiseThatMeetsThePhysicalRmse) {
+  FT_NEED_DEVICE();
+  const fs::path out = scratch_folder("noisy");
+  const fs::path twin = dataset_twin("paper-sphere").parent_path() / "twin-noisy.toml";
+  const RunResult run = run_fringetwin({"cosim", twin.string(), "--out", out.string()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  // 0.013 mm is printed to 1 um in Table 5.
+  EXPECT_NEAR(read_json(out / "result.json")["fits"][0]["simulated"]["rms_mm"].get<double>(), 0.013, 0.0005);
+}
+
 TEST(IdealPlane, EightBit) {
   FT_NEED_DEVICE();
   const json fit = cosim("paper-ideal-plane")["fits"][0]["simulated"];
