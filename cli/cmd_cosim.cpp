@@ -40,6 +40,7 @@ int run(const Options& o, const Invocation& invocation) {
     real_files = capture_files(twin, *twin.real.captures);
   }
   compare::CompareOptions options;
+  options.note = published_results_note(twin);
   if (has_measured_shape(twin)) {
     if (!twin.real.captures)
       throw UserError(ExitCode::usage, o.twin,

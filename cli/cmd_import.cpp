@@ -63,9 +63,6 @@ Request parse_request(const std::string& option, const std::string& text) {
 
 void write_model(const std::filesystem::path& file, const Request& request, const OpenCvModel& model,
                  const Options& o) {
-  // Refuses a lens that does not invert before anything is written.
-  (void)Lens(model.lensmodel, model.intrinsics, {request.imagersize[0], request.imagersize[1]},
-             fmt::format("{}", request.name));
   CameraModelFile out;
   out.lensmodel = model.lensmodel;
   out.intrinsics = model.intrinsics;
@@ -89,13 +86,18 @@ int run(const Options& o) {
     throw UserError(ExitCode::usage, "import opencv", "needs --camera and --out",
                     "see the file's keys with --list, then e.g. --camera left=M1,D1@1280x1024 --out RIG");
   std::string toml = "schema = \"fringetwin-twin/1\"\nname = \"imported rig\"\ncameramodel_unit = \"m\"\n";
-  std::filesystem::create_directories(o.out);
   std::vector<std::pair<Request, bool>> requests;
   for (const auto& text : o.cameras) requests.emplace_back(parse_request("--camera", text), false);
   if (!o.projector.empty())
     requests.emplace_back(parse_request("--projector", "projector=" + o.projector), true);
   std::vector<OpenCvModel> models;
-  for (const auto& [request, is_projector] : requests) models.push_back(import_opencv(files, request.keys));
+  for (const auto& [request, is_projector] : requests) {
+    const OpenCvModel& model = models.emplace_back(import_opencv(files, request.keys));
+    // Refuses a lens that does not invert, before anything is written.
+    (void)Lens(model.lensmodel, model.intrinsics, {request.imagersize[0], request.imagersize[1]},
+               request.name);
+  }
+  std::filesystem::create_directories(o.out);
   for (std::size_t i = 0; i < requests.size(); ++i) {
     const auto& [request, is_projector] = requests[i];
     const std::string file = request.name + ".cameramodel";

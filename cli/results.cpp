@@ -72,6 +72,40 @@ std::string measured_shape_note(const Twin& twin, const std::vector<int>& compar
 
 namespace {
 
+// Was the object's nominal size and place taken from the published result?
+bool is_published_result(const Object& object, const PublishedFit& fit) {
+  const auto same = [&fit](const char* key, const Eigen::Vector3d& nominal) {
+    const auto it = fit.vectors.find(key);
+    return it != fit.vectors.end() && it->second == nominal;
+  };
+  const auto* sphere = std::get_if<SphereShape>(&object.shape);
+  if (!sphere) return false;
+  const auto radius = fit.numbers.find("radius_mm");
+  return same("center_mm", sphere->center_mm) && radius != fit.numbers.end() &&
+         radius->second == sphere->radius_mm;
+}
+
+}  // namespace
+
+std::string published_results_note(const Twin& twin) {
+  if (twin.real.results.empty()) return "";
+  std::string note =
+      "No images of the physical measurement are at hand, only its published numbers: gray levels and phase "
+      "are not compared.";
+  for (const PublishedFit& fit : twin.real.results) {
+    const Object* object = twin.find_object(fit.object);
+    if (object && is_published_result(*object, fit))
+      note += fmt::format(
+          " The virtual object \"{}\" IS the published result, so its place and size agree by construction: "
+          "the differences are the error of rendering and measuring, not the agreement of twin and rig. "
+          "Its rms against the published rms is evidence: the twin lacks what the difference is made of.",
+          object->name);
+  }
+  return note;
+}
+
+namespace {
+
 void say_summary(const compare::Comparison& c) {
   for (const auto& gain : c.gain)
     say(fmt::format("{}: gain {:.4f} DN, black {:.2f} DN, residual {:.2f} -> {:.2f} DN rms", gain.camera,

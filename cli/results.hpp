@@ -31,4 +31,8 @@ int exit_code_for(const std::vector<measure::ObjectFit>& fits, int otherwise);
 /// The sentence under a comparison of an object that was built from the capture itself.
 std::string measured_shape_note(const Twin& twin, const std::vector<int>& compared_steps);
 
+/// The sentences under a comparison with published numbers instead of images: what it shows when the
+/// virtual object is the published result itself, and when it is not.
+std::string published_results_note(const Twin& twin);
+
 }  // namespace fringetwin::cli
