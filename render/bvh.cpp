@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <limits>
 
 #include "twin/errors.hpp"
@@ -112,11 +113,11 @@ class Builder {
     const Eigen::Array3f extent = centroids.max - centroids.min;
     // Balanced splits from here on still end within max_depth.
     const int levels_needed = std::bit_width((n + leaf_size - 1) / leaf_size);
-    const bool balanced = depth + levels_needed >= max_depth_ || !(extent.maxCoeff() > 0.0F);
+    const bool balanced = depth + levels_needed >= max_depth_;
     if (!balanced) {
       const Split split = best_split(first, end, centroids);
       if (split.axis >= 0) {
-        const float scale = static_cast<float>(n_bins) / extent[split.axis];
+        const float scale = bins_per_mm(extent[split.axis]);
         const float start = centroids.min[split.axis];
         const auto middle = std::partition(
             triangles_.begin() + first, triangles_.begin() + end,
@@ -135,16 +136,20 @@ class Builder {
     return middle;
   }
 
+  // Infinite where no plane can tell the centroids apart: they coincide, or lie closer than float can
+  // divide by (denormal extents).
+  static float bins_per_mm(float extent) { return static_cast<float>(n_bins) / extent; }
+
   static int bin_of(float centroid, float start, float scale) {
-    return std::min(static_cast<int>((centroid - start) * scale), n_bins - 1);
+    return static_cast<int>(std::clamp((centroid - start) * scale, 0.0F, static_cast<float>(n_bins - 1)));
   }
 
   Split best_split(std::uint32_t first, std::uint32_t end, const Box& centroids) const {
     Split best;
     for (int axis = 0; axis < 3; ++axis) {
       const float extent = centroids.max[axis] - centroids.min[axis];
-      if (!(extent > 0.0F)) continue;
-      const float scale = static_cast<float>(n_bins) / extent, start = centroids.min[axis];
+      const float scale = bins_per_mm(extent), start = centroids.min[axis];
+      if (!std::isfinite(scale)) continue;
       Box boxes[n_bins];
       std::uint32_t counts[n_bins] = {};
       for (std::uint32_t i = first; i < end; ++i) {

@@ -121,6 +121,22 @@ TEST(Bvh, FlatGridWithoutThickness) {
   Checker(build(soup), soup);
 }
 
+// An extent so small that 16 bins over it overflow: a flat part with one vertex a denormal off its plane.
+TEST(Bvh, DenormalExtents) {
+  Soup soup;
+  for (int i = 0; i < 6; ++i) {
+    const auto x = static_cast<float>(i);
+    soup.add({x, 0, 0}, {x + 1, 0, 0}, {x, 1, i == 3 ? 1e-40F : 0.0F});
+  }
+  Checker(build(soup), soup);
+  Soup speck;  // nothing but denormals
+  for (int i = 0; i < 6; ++i) {
+    const float x = 1e-40F * static_cast<float>(i);
+    speck.add({x, 0, 0}, {x, 1e-41F, 0}, {x, 0, 1e-42F});
+  }
+  Checker(build(speck), speck);
+}
+
 TEST(Bvh, SameForAnyNumberOfThreads) {
   const Mesh mesh = test::make_bumpy_icosphere(6, 35.0, test::default_bumps());
   const int threads = omp_get_max_threads();

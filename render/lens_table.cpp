@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/lens_table.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "twin/errors.hpp"
+#include "twin/progress.hpp"
 
 namespace fringetwin::render {
 namespace {
@@ -16,6 +19,10 @@ using Eigen::Vector3d;
 
 constexpr double tolerance_px = 1e-6, projector_tolerance_px = 1e-5;
 constexpr double coarsest_px = 32.0, finest_px = 1.0;
+// Above the first the user hears of it (3e-5 rad at a pitch of 13 px), above the second nothing is rendered.
+constexpr double noticed_error_px = 1e-4, refused_error_px = 1e-2;
+// Nodes beyond the lens's domain that get a value: as far as the stencil of a point inside can reach.
+constexpr int nodes_beyond = 4;
 
 // A regular grid of 3-vectors over a rectangle, interpolated by 4-point Lagrange polynomials exactly
 // as in shaders/camera.glsl.
@@ -60,8 +67,65 @@ Grid make_grid(const Vector2d& lo, const Vector2d& hi, double wanted, F f) {
   return grid;
 }
 
+// The next value of the cubic (fewer than four: of the parabola, the line, the constant) through the
+// values before it.
+Vector3d extrapolate(const std::vector<Vector3d>& before) {
+  switch (before.size()) {
+    case 1:
+      return before[0];
+    case 2:
+      return 2.0 * before[0] - before[1];
+    case 3:
+      return 3.0 * (before[0] - before[1]) + before[2];
+    default:
+      return 4.0 * (before[0] + before[2]) - 6.0 * before[1] - before[3];
+  }
+}
+
+// Nodes outside the lens's domain continue the polynomials of those inside, so that points inside, whose
+// stencils reach them, are interpolated as well as others. Farther ones stay NaN: no light there.
+void continue_beyond_domain(Grid* grid) {
+  for (int ring = 0; ring < nodes_beyond; ++ring) {
+    const std::vector<Vector3d> known = grid->values;
+    const auto value = [&](int i, int j) -> const Vector3d* {
+      if (i < 0 || j < 0 || i >= grid->nx || j >= grid->ny) return nullptr;
+      const Vector3d& v = known[static_cast<std::size_t>(j * grid->nx + i)];
+      return v.allFinite() ? &v : nullptr;
+    };
+    bool changed = false;
+    for (int j = 0; j < grid->ny; ++j)
+      for (int i = 0; i < grid->nx; ++i) {
+        if (value(i, j)) continue;
+        Vector3d sum = Vector3d::Zero();
+        std::size_t most = 1;
+        int n = 0;
+        for (const auto& [di, dj] :
+             {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}}) {
+          std::vector<Vector3d> before;
+          for (int k = 1; k <= 4; ++k) {
+            const Vector3d* v = value(i + k * di, j + k * dj);
+            if (!v) break;
+            before.push_back(*v);
+          }
+          if (before.size() < most) continue;
+          if (before.size() > most) {  // a better order: forget the others
+            most = before.size();
+            sum.setZero();
+            n = 0;
+          }
+          sum += extrapolate(before);
+          ++n;
+        }
+        if (n == 0) continue;
+        grid->values[static_cast<std::size_t>(j * grid->nx + i)] = sum / n;
+        changed = true;
+      }
+    if (!changed) return;
+  }
+}
+
 // Largest |interpolated - true| at the centres of cells, the worst places of a polynomial through
-// the nodes; NaN differences (outside the lens's domain) do not count. Stops above `enough`.
+// the nodes; places outside the lens's domain do not count. Stops above `enough`.
 template <class F>
 double grid_error(const Grid& grid, F f, double scale, double enough) {
   double worst = 0.0;
@@ -70,11 +134,37 @@ double grid_error(const Grid& grid, F f, double scale, double enough) {
     if (worst > enough) continue;
     for (int i = 0; i < grid.nx - 1; ++i) {
       const Vector2d q = grid.node(i, j) + 0.5 * grid.spacing;
-      const double error = (grid(q) - f(q)).norm() * scale;
-      if (error > worst) worst = error;
+      const Vector3d truth = f(q);
+      if (!truth.allFinite()) continue;
+      const double error = (grid(q) - truth).norm() * scale;
+      worst = std::isfinite(error) ? std::max(worst, error) : std::numeric_limits<double>::infinity();
     }
   }
   return worst;
+}
+
+// The coarsest grid over [lo, hi] that meets the tolerance.
+template <class F>
+Grid refine_grid(const Lens& lens, const Vector2d& lo, const Vector2d& hi, double units_per_px, F value,
+                 double error_scale, double tolerance, double* max_error_px, double* spacing_px) {
+  for (double spacing = coarsest_px;; spacing *= 0.5) {
+    Grid grid = make_grid(lo, hi, spacing * units_per_px, value);
+    continue_beyond_domain(&grid);
+    const bool last = spacing <= finest_px;
+    const double enough = last ? std::numeric_limits<double>::infinity() : tolerance;
+    *max_error_px = grid_error(grid, value, error_scale, enough);
+    *spacing_px = spacing;
+    if (*max_error_px > tolerance && !last) continue;
+    const std::string where = "lens " + lens.model();
+    if (!(*max_error_px <= refused_error_px))
+      throw UserError(ExitCode::usage, where,
+                      fmt::format("it is too rough to render: a grid of {} px leaves {:.2g} px of error",
+                                  finest_px, *max_error_px),
+                      "recalibrate with fewer knots or distortion terms");
+    if (*max_error_px > noticed_error_px)
+      warn(fmt::format("{}: rays are interpolated to {:.1e} px only", where, *max_error_px));
+    return grid;
+  }
 }
 
 Vector3d nan3() { return Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()); }
@@ -141,16 +231,10 @@ LensTable make_lens_table(const Lens& lens) {
     return {d->x() / d->z() - (q.x() - cx) / fx, d->y() / d->z() - (q.y() - cy) / fy, 0.0};
   };
   const Vector2d lo(-0.5, -0.5), hi(lens.width() - 0.5, lens.height() - 0.5);
-  for (double spacing = coarsest_px;; spacing *= 0.5) {
-    const Grid grid = make_grid(lo, hi, spacing, value);
-    const bool last = spacing <= finest_px;
-    table.max_error_px =
-        grid_error(grid, value, px_per_unit, last ? std::numeric_limits<double>::infinity() : tolerance_px);
-    if (table.max_error_px > tolerance_px && !last) continue;
-    table.spacing_px = spacing;
-    pack(grid, &table.grid, &table.grid_n, &table.nodes);
-    return table;
-  }
+  const Grid grid = refine_grid(lens, lo, hi, 1.0, value, px_per_unit, tolerance_px, &table.max_error_px,
+                                &table.spacing_px);
+  pack(grid, &table.grid, &table.grid_n, &table.nodes);
+  return table;
 }
 
 ProjectorTable make_projector_table(const Lens& lens) {
@@ -191,15 +275,11 @@ ProjectorTable make_projector_table(const Lens& lens) {
     return {q->x() - table.cx - table.fx * a.x(), q->y() - table.cy - table.fy * a.y(), 0.0};
   };
   const double px = 1.0 / std::max(table.fx, table.fy);
-  for (double spacing = coarsest_px;; spacing *= 0.5) {
-    const Grid grid = make_grid(lo, hi, spacing * px, value);
-    const bool last = spacing <= finest_px;
-    table.max_error_px =
-        grid_error(grid, value, 1.0, last ? std::numeric_limits<double>::infinity() : projector_tolerance_px);
-    if (table.max_error_px > projector_tolerance_px && !last) continue;
-    pack(grid, &table.grid, &table.grid_n, &table.nodes);
-    return table;
-  }
+  double spacing_px = 0.0;
+  const Grid grid =
+      refine_grid(lens, lo, hi, px, value, 1.0, projector_tolerance_px, &table.max_error_px, &spacing_px);
+  pack(grid, &table.grid, &table.grid_n, &table.nodes);
+  return table;
 }
 
 }  // namespace fringetwin::render

@@ -9,6 +9,9 @@
 
 namespace fringetwin::render {
 
+/// Both throw UserError(usage) for a lens so rough that a grid of 1 px leaves more than 0.01 px of error,
+/// and warn above 1e-4 px.
+///
 /// Camera side: residual (x/z, y/z) - (q - c)/f for perspective lenses, the unit direction for others.
 struct LensTable {
   int kind = CAMERA_PINHOLE;

@@ -17,7 +17,8 @@ struct DiskPoint {
 std::vector<DiskPoint> disk_rule(int radial, int angles);
 
 /// Points needed on the lens so that a fringe whose phase swings by `swing_rad` from the centre of
-/// the lens to its rim is averaged to about 1e-6.
+/// the lens to its rim is averaged to about 1e-6; beyond largest_disk_swing_rad as many as there.
+constexpr double largest_disk_swing_rad = 29.0;
 std::vector<DiskPoint> disk_rule_for_swing(double swing_rad);
 
 /// vec4 (dx, dy, weight, 0) per sample in px; with a lens two per sample, the second (x, y, 0, 0) in mm.

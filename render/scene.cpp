@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "render/visible_range.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::render {
@@ -54,7 +55,6 @@ class Packer {
       scene.finite.push_back({p, 0.5 * s.size_mm->norm()});
     } else {
       scene.unbounded = true;
-      reach(p.norm());
     }
     ++scene.n_planes;
   }
@@ -74,7 +74,6 @@ class Packer {
       scene.finite.push_back({p, std::hypot(half, s.radius_mm)});
     } else {
       scene.unbounded = true;
-      reach(foot.norm() + s.radius_mm);
     }
     ++scene.n_cylinders;
   }
@@ -128,8 +127,6 @@ class Packer {
     material_ = material;
   }
 
-  void reach(double distance_mm) { scene.far_mm = std::max(scene.far_mm, distance_mm); }
-
   PackedScene scene;
 
  private:
@@ -169,6 +166,7 @@ PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store)
   add_kind<SphereShape>(packer, twin);
   add_kind<PlaneShape>(packer, twin);
   add_kind<CylinderShape>(packer, twin);
+  packer.scene.first_mesh_bound = packer.scene.finite.size();
   add_kind<MeshShape>(packer, twin);
   add_kind<MeasuredShape>(packer, twin);
 
@@ -176,12 +174,12 @@ PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store)
   const std::size_t n = scene.object_of_primitive.size();
   const bool one_convex = n == 1 && scene.n_meshes == 0 && !(scene.n_cylinders == 1 && scene.bounded);
   scene.shadow = n > 0 && !one_convex;
-  scene.z_min_mm = std::numeric_limits<double>::infinity();
-  for (const BoundingSphere& b : scene.finite) {
+  for (const BoundingSphere& b : scene.finite)
     scene.far_mm = std::max(scene.far_mm, b.center_mm.norm() + b.radius_mm);
-    scene.z_min_mm = std::min(scene.z_min_mm, b.center_mm.z() - b.radius_mm);
-    scene.z_max_mm = std::max(scene.z_max_mm, b.center_mm.z() + b.radius_mm);
-  }
+  const VisibleRange range = visible_range(camera, scene);
+  scene.far_mm = std::max(scene.far_mm, std::min(range.far_mm, farthest_allowed_mm));
+  scene.z_min_mm = range.z_min_mm;
+  scene.z_max_mm = range.z_max_mm;
   return scene;
 }
 

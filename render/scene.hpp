@@ -44,10 +44,15 @@ struct PackedScene {
   bool shadow = true;      ///< false for one convex object alone
   bool unbounded = false;  ///< something reaches to infinity: every block of pixels may see it
   std::vector<BoundingSphere> finite;
-  double far_mm = 0.0;  ///< farthest bounded geometry or ray origin, for rounding allowances
-  double z_min_mm = 0.0, z_max_mm = 0.0;    ///< depth range of what is bounded
+  std::size_t first_mesh_bound = 0;  ///< in `finite`
+  /// Farthest bounded geometry or visible point (a shadow ray's origin), for rounding allowances; at most
+  /// farthest_allowed_mm, as planes reach the horizon.
+  double far_mm = 0.0;
+  double z_min_mm = 0.0, z_max_mm = 0.0;    ///< depth range of what may be in view (visible_range.hpp)
   std::vector<const MeshGeometry*> meshes;  ///< distinct, in buffer order
 };
+
+constexpr double farthest_allowed_mm = 1e5;
 
 /// Finds (or builds) the geometry of a mesh.
 class MeshStore {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/trace_job.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -8,6 +10,7 @@
 #include <numbers>
 
 #include "twin/errors.hpp"
+#include "twin/progress.hpp"
 
 namespace fringetwin::render {
 namespace {
@@ -17,6 +20,9 @@ using Eigen::Vector3d;
 // Shadow rays start this far above the surface, relative to the distance from the camera: some tens
 // of single-precision roundings, 1 um at 250 mm.
 constexpr double shadow_offset = 4e-6;
+
+// Nearest depth whose defocus counts, of the focus distance: bounding spheres may reach behind the camera.
+constexpr double nearest_depth = 0.1;
 
 Double4 row(const Pose& T, int i) {
   return {T.rotation(i, 0), T.rotation(i, 1), T.rotation(i, 2), T.translation_mm[i]};
@@ -30,20 +36,22 @@ std::uint32_t fold_seed(std::uint64_t seed) {
   return static_cast<std::uint32_t>((z ^ (z >> 31)) >> 32);
 }
 
-// Phase by which a fringe at the finest pitch swings between the centre and the rim of the lens.
+// Phase by which a fringe at the finest pitch swings between the centre and the rim of the lens, at the
+// worst depth in view.
 double lens_swing_rad(const Twin& twin, const Camera& camera, const PackedScene& scene) {
   double finest = std::numeric_limits<double>::infinity();
   for (const DirectionFringes& d : twin.fringes.directions)
     for (const double pitch : d.pitches_px) finest = std::min(finest, pitch);
   const double focus = camera.optics->focus_distance_mm;
   const double f_px = setup_projector(*twin.projector).fx;
+  if (!(scene.z_min_mm <= scene.z_max_mm)) return 0.0;
+  // Monotonic in 1/z: the ends of the range are the worst. 2: a tilted surface moves the hit further than
+  // a frontal one.
   const auto swing = [&](double z) {
-    const double blur_mm = lens_radius_mm(camera) * std::abs(1.0 - z / focus);
-    // 2: a tilted surface moves the hit further than a frontal one.
-    return 2.0 * 2.0 * std::numbers::pi / finest * f_px * blur_mm / std::max(z, 1e-3 * focus);
+    return 2.0 * 2.0 * std::numbers::pi / finest * f_px * lens_radius_mm(camera) *
+           std::abs(1.0 / z - 1.0 / focus);
   };
-  if (scene.finite.empty()) return swing(std::max(scene.far_mm, 1e-3 * focus));
-  return std::max(swing(std::max(scene.z_min_mm, 0.1 * focus)), swing(scene.z_max_mm));
+  return std::max(swing(std::max(scene.z_min_mm, nearest_depth * focus)), swing(scene.z_max_mm));
 }
 
 }  // namespace
@@ -79,7 +87,15 @@ SampleSetup setup_samples(const Twin& twin, const Camera& camera, const PackedSc
   switch (sampling.sampler) {
     case Sampler::gauss: {
       std::vector<DiskPoint> disk;
-      if (camera.optics) disk = disk_rule_for_swing(lens_swing_rad(twin, camera, scene));
+      if (camera.optics) {
+        const double swing = lens_swing_rad(twin, camera, scene);
+        disk = disk_rule_for_swing(swing);
+        if (swing > largest_disk_swing_rad)
+          warn(fmt::format(
+              "camera \"{}\": out of focus by up to {:.0f} rad of the finest fringes from the middle of "
+              "its lens to the rim; the lens is sampled for {:.0f} rad",
+              camera.name, swing, largest_disk_swing_rad));
+      }
       s.table = gauss_samples(sampling.samples, fill, disk, lens_radius_mm(camera));
       s.n *= static_cast<std::uint32_t>(std::max<std::size_t>(disk.size(), 1));
       break;

@@ -35,6 +35,8 @@ void hit_mesh(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
     vec4 corner = (1.0 - u - v) * FETCH_CORNER(c) + u * FETCH_CORNER(c + 1) + v * FETCH_CORNER(c + 2);
     int flags = int(g.d.w);
     if ((flags & MESH_SMOOTH) != 0) n_shading = direction_from_object(g, corner.xyz / length(corner.xyz));
+    // A facet wound the other way round has its neighbours' vertex normals.
+    if (dot(n_shading, n_geometric) < 0.0) n_shading = -n_shading;
     if ((flags & MESH_ALBEDO) != 0) material.x *= corner.w;
   }
   if (found) {
