@@ -13,6 +13,7 @@ namespace {
 constexpr int period_samples = 8192;        // linear interpolation: 7e-8 of a cosine
 constexpr double samples_per_sigma = 64.0;  // of a blurred edge: 7e-6
 constexpr double fewest_samples_per_px = 16.0;
+constexpr double widest_edge_words = 0.5;  // Gray edges of a larger sigma overlap: a table is cheaper then
 
 Double4 along(Axis axis, double scale, double offset) {
   return {scale, offset, axis == Axis::x ? 1.0 : 0.0, axis == Axis::x ? 0.0 : 1.0};
@@ -43,7 +44,7 @@ DirectSlot axis_slot(const Twin& twin, const PatternSpec& spec, std::size_t imag
   return slot;
 }
 
-// Without blur a Gray image is two levels with exact edges; the shader finds the code word.
+// A Gray image is two levels with edges in known places; the shader finds the code words.
 DirectSlot gray_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
   const DirectionFringes& d = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
   FT_CHECK(d.gray.has_value(), "Gray pattern of a direction without Gray code");
@@ -70,7 +71,11 @@ void place_waveforms(PassPlan* pass) {
     first += slot.waveform.size();
   }
   // Offsets travel as floats.
-  FT_CHECK(first < (1U << 24), "waveform tables of one pass");
+  if (first >= (1U << 24))
+    throw UserError(
+        ExitCode::usage, "fringes.gray",
+        "the code words are too narrow for the projector's size: their images need more than 64 MB",
+        "fewer bits or a larger pitch");
 }
 
 }  // namespace
@@ -102,10 +107,10 @@ std::vector<PassPlan> plan_passes(const Twin& twin, double center_x_px, double c
     const double center = axis == Axis::x ? center_x_px : center_y_px;
     if (!spec.is_gray()) {
       if (!linear) direct.push_back(periodic_slot(twin, spec, i, center));
-    } else if (twin.projector->blur_px > 0.0) {
-      direct.push_back(axis_slot(twin, spec, i, center));
     } else {
-      direct.push_back(gray_slot(twin, spec, i, center));
+      DirectSlot slot = gray_slot(twin, spec, i, center);
+      const bool overlap = twin.projector->blur_px * slot.a[0] > widest_edge_words;
+      direct.push_back(overlap ? axis_slot(twin, spec, i, center) : std::move(slot));
     }
   }
   std::stable_sort(direct.begin(), direct.end(),

@@ -13,7 +13,7 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr int largest_gauss = 16;
+constexpr int largest_gauss = MOST_COLUMNS;
 constexpr int most_samples = 65536;
 
 bool is_square(int n, int* root) {
@@ -95,14 +95,24 @@ std::vector<gpu::vec4> gauss_samples(int samples, double pixel_fill, const std::
       const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
       const double dx = 0.5 * pixel_fill * rule.nodes[a], dy = 0.5 * pixel_fill * rule.nodes[b];
       const double weight = 0.25 * rule.weights[a] * rule.weights[b];
+      const auto place = static_cast<float>(i + MOST_COLUMNS * j);
       if (lens.empty())
-        table.push_back({static_cast<float>(dx), static_cast<float>(dy), static_cast<float>(weight)});
+        table.push_back({static_cast<float>(dx), static_cast<float>(dy), static_cast<float>(weight), place});
       for (const DiskPoint& p : lens) {
         table.push_back(
-            {static_cast<float>(dx), static_cast<float>(dy), static_cast<float>(weight * p.weight)});
+            {static_cast<float>(dx), static_cast<float>(dy), static_cast<float>(weight * p.weight), place});
         table.push_back({static_cast<float>(p.x * lens_radius_mm), static_cast<float>(p.y * lens_radius_mm)});
       }
     }
+  // A node's share is as wide as its weight says; laid side by side the shares fill the pixel, and each
+  // contains its node (Chebyshev, Markov and Stieltjes' separation theorem).
+  double end = -1.0;
+  for (std::size_t i = 0; i < rule.nodes.size(); ++i) {
+    const double half = 0.5 * pixel_fill, start = end;
+    end += rule.weights[i];
+    table.push_back({static_cast<float>(half * (start - rule.nodes[i])),
+                     static_cast<float>(half * (end - rule.nodes[i])), 0.0F, 0.0F});
+  }
   return table;
 }
 

@@ -21,7 +21,8 @@ std::vector<DiskPoint> disk_rule(int radial, int angles);
 constexpr double largest_disk_swing_rad = 29.0;
 std::vector<DiskPoint> disk_rule_for_swing(double swing_rad);
 
-/// vec4 (dx, dy, weight, 0) per sample in px; with a lens two per sample, the second (x, y, 0, 0) in mm.
+/// vec4 (dx, dy, weight, place) per sample in px; with a lens two per sample, the second (x, y, 0, 0) in mm;
+/// then n shares: as shared.h has it at BIND_SAMPLES.
 std::vector<gpu::vec4> gauss_samples(int samples, double pixel_fill, const std::vector<DiskPoint>& lens,
                                      double lens_radius_mm);
 

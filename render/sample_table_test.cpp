@@ -19,7 +19,7 @@ namespace {
 
 TEST(SampleTable, GaussRuleIntegratesPolynomialsOverThePixel) {
   const auto table = gauss_samples(9, 0.5, {}, 0.0);
-  ASSERT_EQ(table.size(), 9u);
+  ASSERT_EQ(table.size(), 9u + 3u);
   double weight = 0, x4 = 0, x2y2 = 0, odd = 0;
   for (const gpu::vec4& s : table) {
     weight += s.z;
@@ -32,6 +32,26 @@ TEST(SampleTable, GaussRuleIntegratesPolynomialsOverThePixel) {
   EXPECT_NEAR(x4, std::pow(0.25, 4) / 5.0, 1e-6);
   EXPECT_NEAR(x2y2, std::pow(0.25, 4) / 9.0, 1e-6);
   EXPECT_NEAR(odd, 0.0, 1e-8);
+}
+
+// The samples' shares of the pixel contain their samples and fill it without gap or overlap.
+TEST(SampleTable, SharesTileThePixel) {
+  for (int n = 1; n <= 16; ++n) {
+    const auto table = gauss_samples(n * n, 0.8, {}, 0.0);
+    ASSERT_EQ(table.size(), static_cast<std::size_t>(n * n + n));
+    float end = -0.4F;
+    for (int i = 0; i < n; ++i) {
+      const gpu::vec4& sample = table[static_cast<std::size_t>(i * n + i)];
+      const gpu::vec4& share = table[static_cast<std::size_t>(n * n + i)];
+      EXPECT_EQ(sample.w, static_cast<float>(i + MOST_COLUMNS * i));
+      EXPECT_LE(share.x, 0.0F);
+      EXPECT_GE(share.y, 0.0F);
+      EXPECT_NEAR(sample.x + share.x, end, 1e-6);
+      EXPECT_NEAR(0.8 * 0.8 * sample.z, std::pow(share.y - share.x, 2), 1e-6);
+      end = sample.x + share.y;
+    }
+    EXPECT_NEAR(end, 0.4F, 1e-6);
+  }
 }
 
 TEST(SampleTable, DiskRuleMoments) {

@@ -142,7 +142,7 @@ ParamsBlock make_params(const Twin& twin, const Camera& camera, const PackedScen
   g.values.projector_grid = projector.table.grid;
   g.values.projector_grid_n = projector.table.grid_n;
   g.set(&P::projector_center, {center.x(), center.y(), center.z(), p.intensity});
-  g.set(&P::light, {p.reference_distance_mm * p.reference_distance_mm, shadow_offset, 0.0, 0.0});
+  g.set(&P::light, {p.reference_distance_mm * p.reference_distance_mm, shadow_offset, p.blur_px, 0.0});
   const double focus = camera.optics ? camera.optics->focus_distance_mm : 1.0;
   g.set(&P::sampling, {twin.render.pixel_fill, 1.0 / samples.n, lens_radius_mm(camera), 1.0 / focus});
   g.values.sampling_n = {samples.n, samples.factors.columns, samples.factors.rows, fold_seed(seed)};
@@ -180,6 +180,7 @@ SpecConstants make_constants(const Twin& twin, const Camera& camera, const Packe
   set(SPEC_N_PERIODIC, pass.count(DirectSlot::Kind::periodic));
   set(SPEC_N_AXIS, pass.count(DirectSlot::Kind::axis));
   set(SPEC_N_GRAY, pass.count(DirectSlot::Kind::gray));
+  set(SPEC_GRAY_BLUR, twin.projector->blur_px > 0.0);
   return c;
 }
 

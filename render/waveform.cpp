@@ -210,17 +210,24 @@ void EffectivePattern::find_edges(double size_px) {
   double previous = first_value_;
   for (long i = first + 1; i <= last; ++i) {
     const double next = value(i);
-    if (next != previous) edges_.push_back({start + static_cast<double>(i) * cell, next - previous});
+    if (next != previous)
+      edges_.push_back({start + static_cast<double>(i) * cell, previous, next - previous});
     previous = next;
   }
 }
 
 double EffectivePattern::sum_edges(double coordinate_px) const {
-  double value = first_value_;
-  for (const Edge& e : edges_) {
-    const double u = (coordinate_px - e.position_px) / sigma_px_;
+  // Edges farther left than the blur reaches are settled: the value before the first other one has them.
+  const double settled_px = coordinate_px - reach_sigmas * sigma_px_;
+  auto e = std::lower_bound(edges_.begin(), edges_.end(), settled_px,
+                            [](const Edge& edge, double x) { return edge.position_px < x; });
+  double value = e != edges_.end() ? e->before
+                 : edges_.empty()  ? first_value_
+                                   : edges_.back().before + edges_.back().step;
+  for (; e != edges_.end(); ++e) {
+    const double u = (coordinate_px - e->position_px) / sigma_px_;
     if (u < -reach_sigmas) break;
-    value += e.step * 0.5 * std::erfc(-u / std::numbers::sqrt2);
+    value += e->step * 0.5 * std::erfc(-u / std::numbers::sqrt2);
   }
   return value;
 }

@@ -39,6 +39,7 @@ class EffectivePattern {
   enum class Method { direct, series, convolution, edges };
   struct Edge {
     double position_px = 0.0;
+    double before = 0.0;  ///< value left of it
     double step = 0.0;
   };
   double convolve(double coordinate_px) const;

@@ -2,7 +2,9 @@
 // Pixel -> ray direction. The lens was inverted on the CPU in double at the nodes of a coarse grid;
 // here its residual against the plain pinhole (or, for wide lenses, the unit direction itself) is
 // interpolated by 4-point Lagrange polynomials once per pixel, with first and second derivatives
-// for the samples inside the pixel.
+// for the samples inside the pixel. The table is in single precision also where rays are double: a
+// residual of 0.02 rounds to 1e-9, the components of a wide lens's direction to 3e-8 (5e-6 rad of phase
+// on the paper's rig).
 
 struct PixelRays {
   real2 pinhole;  // (q - c) / f; 0 for wide lenses

@@ -2,10 +2,60 @@
 // What the sums collect: w cos, w sin per pitch; w * value per directly evaluated image.
 // Output channels: mean, hit fraction, (cosine, sine) per pitch, direct images.
 
+const float MOST_FOOTPRINT_WORDS = 32.0;  // wider footprints (grazing, or far too fine a code) count as that
+
 float waveform(int first, float position) {
   float base = floor(position);
   int i = first + int(base);
   return mix(texelFetch(waveforms, i).x, texelFetch(waveforms, i + 1).x, position - base);
+}
+
+// The sample's share of the pixel, projected (px of the projector): its middle as seen from the sample and
+// two half sides. All 0: a point. Set by footprint.glsl.
+vec2 footprint_middle = vec2(0.0), footprint_x = vec2(0.0), footprint_y = vec2(0.0);
+
+// Normal distribution; Abramowitz and Stegun 7.1.26 (8e-8).
+float normal_cdf(float z) {
+  float x = abs(z) * 0.70710678, t = 1.0 / (1.0 + 0.3275911 * x);
+  float tail = t * (0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429))));
+  tail *= 0.5 * exp(-x * x);
+  return z > 0.0 ? 1.0 - tail : tail;
+}
+float normal_cdf_integral(float z) { return z * normal_cdf(z) + 0.398942280 * exp(-0.5 * z * z); }
+
+// Share of the footprint (half sides `wide` >= `narrow` along the pattern's axis) left of an edge at
+// distance d from its middle. A sharp edge: the sum of two uniform variables, exactly. A blurred one:
+// uniform plus normal, the narrow side taken as normal of its variance: off by at most 0.01 narrow/wide.
+float share_left(float d, float wide, float narrow, float sigma) {
+  if (GRAY_BLUR != 0) {
+    float w = max(wide, 0.05 * sigma);  // narrower ones cancel; the variance keeps its sum
+    float s = sqrt(max(sigma * sigma + (narrow * narrow + wide * wide - w * w) / 3.0, 1e-12));
+    return clamp((normal_cdf_integral((d + w) / s) - normal_cdf_integral((d - w) / s)) * s / (2.0 * w), 0.0, 1.0);
+  }
+  float a = abs(d);
+  float tail = (wide + narrow - a) * (wide + narrow - a) / max(8.0 * wide * narrow, 1e-30);
+  float middle = 0.5 - 0.5 * a / max(wide, 1e-15);
+  tail = a <= wide - narrow ? middle : a < wide + narrow ? tail : 0.0;
+  return d > 0.0 ? 1.0 - tail : tail;
+}
+
+// Mean of a Gray image over the footprint; x in code words.
+float gray_value(real x, vec2 axis, float words_per_px, vec4 b) {
+  float m = float(dot(axis, footprint_middle)) * words_per_px;
+  float hx = abs(dot(axis, footprint_x)) * words_per_px, hy = abs(dot(axis, footprint_y)) * words_per_px;
+  float most = MOST_FOOTPRINT_WORDS / max(hx + hy, MOST_FOOTPRINT_WORDS);
+  float wide = max(hx, hy) * most, narrow = min(hx, hy) * most, sigma = params.light.z * words_per_px;
+  real start = floor(x);
+  float middle = float(x - start) + m, reach = wide + narrow + (GRAY_BLUR != 0 ? 5.5 * sigma : 0.0);
+  int base = int(start), last = int(floor(middle + reach));
+  float sum = 0.0, before = 0.0;
+  for (int j = int(floor(middle - reach)); j <= last; ++j) {
+    float share = j < last ? share_left(float(j + 1) - middle, wide, narrow, sigma) : 1.0;
+    int k = (base + j) & int(b.y);  // the code repeats beyond its last word
+    sum += (share - before) * ((((k ^ (k >> 1)) >> int(b.x)) & 1) != 0 ? b.w : b.z);
+    before = share;
+  }
+  return sum;
 }
 
 float direct_value(int i, real2 u) {
@@ -14,8 +64,7 @@ float direct_value(int i, real2 u) {
   real x = dot(a.zw, u) * a.x + a.y;
   if (i < N_PERIODIC) return waveform(int(b.x), float(x - floor(x)) * b.y);  // x in turns
   if (i < N_PERIODIC + N_AXIS) return waveform(int(b.x), clamp(float(x), 0.0, b.y));
-  int k = int(floor(x)) & int(b.y);  // x in code words; the code repeats beyond its last word
-  return (((k ^ (k >> 1)) >> int(b.x)) & 1) != 0 ? b.w : b.z;
+  return gray_value(x, vec2(a.zw), float(a.x), b);
 }
 
 void add_patterns(float w, real2 u, inout float cosine[MAX_PITCHES], inout float sine[MAX_PITCHES],

@@ -9,6 +9,7 @@ struct Sample {
   vec2 offset;  // px from the centre
   vec2 lens;    // mm on the lens disk
   float weight;
+  float place;  // in the Gauss rule: column + MOST_COLUMNS row
 };
 
 // Wellons' lowbias32.
@@ -90,10 +91,12 @@ vec2 to_disk(vec2 v) {
 Sample pixel_sample(uint s, uint pixel_seed) {
   Sample r;
   r.lens = vec2(0.0);
+  r.place = 0.0;
   if (SAMPLER == SAMPLER_TABLE) {
     vec4 t = texelFetch(sample_table, int(LENS_DISK != 0 ? 2 * s : s));
     r.offset = t.xy;
     r.weight = t.z;
+    r.place = t.w;
     if (LENS_DISK != 0) r.lens = texelFetch(sample_table, int(2 * s + 1)).xy;
     return r;
   }

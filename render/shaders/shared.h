@@ -24,6 +24,7 @@ struct uvec4 {
 #define PRIMITIVE_TEXELS 8
 #define MAX_PITCHES 8  // cosine/sine pairs in one pass
 #define MAX_DIRECT 16  // directly evaluated images in one pass
+#define MOST_COLUMNS 16  // of a Gauss rule
 #define STACK_SIZE 32
 #define SENTINEL_LOOPS 3
 
@@ -36,7 +37,9 @@ struct uvec4 {
 #define BIND_CORNERS 5     // 3 x vec4 (normal, albedo) each
 #define BIND_LENS_GRID 6
 #define BIND_PROJECTOR_GRID 7
-#define BIND_SAMPLES 8  // gauss: vec4 (dx, dy, weight, 0), then (lens x, lens y, 0, 0)
+// Gauss: vec4 (dx, dy, weight, column + MOST_COLUMNS row), with a lens (x, y, 0, 0) after each; then per
+// column (= row) the two ends of its share of the pixel, as seen from the sample.
+#define BIND_SAMPLES 8
 #define BIND_SOBOL 9    // uvec4, four dimensions of 32 bits
 #define BIND_WAVEFORMS 10
 #define BIND_BLOCKS 11  // x | y << 16, in blocks
@@ -63,7 +66,8 @@ struct uvec4 {
 #define SPEC_N_PERIODIC 14
 #define SPEC_N_AXIS 15
 #define SPEC_N_GRAY 16
-#define SPEC_COUNT 17
+#define SPEC_GRAY_BLUR 17  // Gaussian edges of Gray images
+#define SPEC_COUNT 18
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
 #define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
@@ -96,7 +100,7 @@ struct Params {
   vec4 projector_grid;  // first x, first y, 1/spacing x, 1/spacing y (tangent units)
   uvec4 projector_grid_n;
   vec4 projector_center;      // w: intensity
-  vec4 light;                 // falloff numerator d0^2, shadow offset relative to |p|, 0, 0
+  vec4 light;                 // falloff numerator d0^2, shadow offset relative to |p|, blur of Gray edges px, 0
   vec4 sampling;              // pixel_fill, 1/N, lens radius mm, 1/focus distance
   uvec4 sampling_n;           // N, columns, rows, seed
   vec4 pitch[MAX_PITCHES];    // 1/pitch, turns at the principal point, axis x, axis y

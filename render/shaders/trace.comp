@@ -15,6 +15,7 @@
 #include "projector.glsl"
 #include "patterns.glsl"
 #include "shade.glsl"
+#include "footprint.glsl"
 
 layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
 
@@ -48,7 +49,9 @@ void main() {
     }
     Hit hit = closest_hit(vec3(o), vec3(d));
     real2 u;
-    float w = shade(hit, refined_point(hit, o, d), vec3(d), u, shadow_rays) * sample_.weight;
+    real3 p = refined_point(hit, o, d);
+    float w = shade(hit, p, vec3(d), u, shadow_rays) * sample_.weight;
+    if (N_GRAY > 0 && SAMPLER == SAMPLER_TABLE) set_footprint(rays, sample_, hit, p, vec3(d), u);
     mean += w;
     hits += hit.primitive >= 0 ? sample_.weight : 0.0;
     add_patterns(w, w != 0.0 ? u : real2(0.0), cosine, sine, direct);
