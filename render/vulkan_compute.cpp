@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 
@@ -24,7 +26,13 @@ void full_barrier(VkCommandBuffer commands) {
 }  // namespace
 
 Buffer::Buffer(VulkanDevice& device, std::size_t bytes, VkBufferUsageFlags usage, VkFormat texel_format)
-    : device_(device), bytes_(std::max<std::size_t>(bytes, 16)) {
+    : Buffer(device, std::max<std::size_t>(bytes, 16)) {
+  constexpr double mb = 1024.0 * 1024.0;
+  if ((usage & VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) && bytes_ > device.limits().maxStorageBufferRange)
+    throw UserError(ExitCode::device, device.info().name,
+                    fmt::format("a table of {:.0f} MB exceeds its storage buffers ({:.0f} MB)",
+                                static_cast<double>(bytes_) / mb, device.limits().maxStorageBufferRange / mb),
+                    "use another device or a coarser mesh");
   const bool direct = device.has_mappable_device_memory();
   VkBufferUsageFlags transfer = 0;
   if (!direct) transfer = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
@@ -33,7 +41,7 @@ Buffer::Buffer(VulkanDevice& device, std::size_t bytes, VkBufferUsageFlags usage
     required |= mappable;
     preferred = VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
   }
-  main_ = allocate(usage | transfer, required, preferred);
+  allocate(usage | transfer, required, preferred, main_);
   buffer_ = main_.buffer;
   if (texel_format == VK_FORMAT_UNDEFINED) return;
   VkBufferViewCreateInfo view{};
@@ -50,9 +58,8 @@ Buffer::~Buffer() {
   release(staging_);
 }
 
-Buffer::Allocation Buffer::allocate(VkBufferUsageFlags usage, VkMemoryPropertyFlags required,
-                                    VkMemoryPropertyFlags preferred) {
-  Allocation a;
+void Buffer::allocate(VkBufferUsageFlags usage, VkMemoryPropertyFlags required,
+                      VkMemoryPropertyFlags preferred, Allocation& a) {
   VkBufferCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
   create.size = bytes_;
@@ -71,7 +78,6 @@ Buffer::Allocation Buffer::allocate(VkBufferUsageFlags usage, VkMemoryPropertyFl
     vk_check(vkMapMemory(device_.handle(), a.memory, 0, VK_WHOLE_SIZE, 0, &p), "vkMapMemory");
     a.mapped = static_cast<std::byte*>(p);
   }
-  return a;
 }
 
 void Buffer::release(Allocation& a) {
@@ -88,8 +94,8 @@ void Buffer::upload(std::span<const std::byte> data) {
     return;
   }
   if (!staging_.buffer)
-    staging_ = allocate(VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, mappable,
-                        VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
+    allocate(VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, mappable,
+             VK_MEMORY_PROPERTY_HOST_CACHED_BIT, staging_);
   std::memcpy(staging_.mapped, data.data(), data.size());
   device_.run([&](VkCommandBuffer commands) {
     full_barrier(commands);
@@ -103,8 +109,8 @@ const std::byte* Buffer::read(std::size_t bytes) {
   FT_CHECK(bytes <= bytes_, "read beyond the buffer");
   if (main_.mapped) return main_.mapped;
   if (!staging_.buffer)
-    staging_ = allocate(VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, mappable,
-                        VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
+    allocate(VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, mappable,
+             VK_MEMORY_PROPERTY_HOST_CACHED_BIT, staging_);
   device_.run([&](VkCommandBuffer commands) {
     full_barrier(commands);
     const VkBufferCopy copy{0, 0, bytes};
@@ -118,7 +124,13 @@ ComputePipeline::ComputePipeline(VulkanDevice& device, std::span<const std::uint
                                  const std::vector<VkDescriptorType>& types,
                                  const std::vector<std::uint32_t>& constants, std::uint32_t push_bytes,
                                  VkPipelineCache cache)
-    : device_(device), types_(types) {
+    : ComputePipeline(device, types) {
+  const auto n_storage = std::count(types.begin(), types.end(), VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
+  if (n_storage > static_cast<std::ptrdiff_t>(device.limits().maxPerStageDescriptorStorageBuffers))
+    throw UserError(ExitCode::device, device.info().name,
+                    fmt::format("it binds {} storage buffers, this scene needs {}",
+                                device.limits().maxPerStageDescriptorStorageBuffers, n_storage),
+                    "use another device");
   std::vector<VkDescriptorSetLayoutBinding> bindings(types.size());
   std::vector<VkDescriptorPoolSize> sizes;
   for (std::uint32_t i = 0; i < types.size(); ++i) {

@@ -79,7 +79,7 @@ void vk_check(VkResult result, const char* call) {
                   "try another device with --device, see --device list");
 }
 
-VulkanInstance::VulkanInstance() {
+VulkanInstance::VulkanInstance() : VulkanInstance(Empty{}) {
   const char* hint = "install mesa-vulkan-drivers for the CPU device (lavapipe)";
   if (volkInitialize() != VK_SUCCESS)
     throw UserError(ExitCode::device, "Vulkan", "the Vulkan loader (libvulkan.so.1) is not installed", hint);
@@ -124,7 +124,7 @@ VulkanInstance::VulkanInstance() {
 
 VulkanInstance::~VulkanInstance() {
   if (messenger_) vkDestroyDebugUtilsMessengerEXT(instance_, messenger_, nullptr);
-  vkDestroyInstance(instance_, nullptr);
+  if (instance_) vkDestroyInstance(instance_, nullptr);
 }
 
 std::vector<VkPhysicalDevice> VulkanInstance::devices() const {
@@ -169,7 +169,7 @@ std::vector<DeviceInfo> list_devices() {
   }
 }
 
-VulkanDevice::VulkanDevice(const std::string& wanted) {
+VulkanDevice::VulkanDevice(const std::string& wanted) : VulkanDevice(Empty{}) {
   const auto devices = instance_.devices();
   if (devices.empty())
     throw UserError(ExitCode::device, "Vulkan", "there is no device with Vulkan 1.2 and a compute queue",
@@ -230,8 +230,8 @@ VulkanDevice::VulkanDevice(const std::string& wanted) {
 
 VulkanDevice::~VulkanDevice() {
   if (!device_) return;
-  vkDestroyFence(device_, fence_, nullptr);
-  vkDestroyCommandPool(device_, pool_, nullptr);
+  if (fence_) vkDestroyFence(device_, fence_, nullptr);
+  if (pool_) vkDestroyCommandPool(device_, pool_, nullptr);
   vkDestroyDevice(device_, nullptr);
 }
 

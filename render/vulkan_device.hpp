@@ -33,6 +33,11 @@ class VulkanInstance {
   int validation_messages() const { return *messages_; }
 
  private:
+  // The public constructors delegate to one that does nothing: what they made before they throw is then
+  // released by the destructor.
+  struct Empty {};
+  explicit VulkanInstance(Empty) {}
+
   VkInstance instance_ = VK_NULL_HANDLE;
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
   std::unique_ptr<std::atomic<int>> messages_ = std::make_unique<std::atomic<int>>(0);
@@ -67,6 +72,8 @@ class VulkanDevice {
   }
 
  private:
+  struct Empty {};
+  explicit VulkanDevice(Empty) {}
   void begin();
   void submit_and_wait();
 
@@ -87,6 +94,7 @@ class VulkanDevice {
 /// staging buffer (FRINGETWIN_STAGING=1 forces that path, for tests).
 class Buffer {
  public:
+  /// Throws UserError(device) when the device holds no buffer of that size.
   Buffer(VulkanDevice& device, std::size_t bytes, VkBufferUsageFlags usage,
          VkFormat texel_format = VK_FORMAT_UNDEFINED);
   ~Buffer();
@@ -110,8 +118,9 @@ class Buffer {
     VkDeviceMemory memory = VK_NULL_HANDLE;
     std::byte* mapped = nullptr;
   };
-  Allocation allocate(VkBufferUsageFlags usage, VkMemoryPropertyFlags required,
-                      VkMemoryPropertyFlags preferred);
+  Buffer(VulkanDevice& device, std::size_t bytes) : device_(device), bytes_(bytes) {}
+  void allocate(VkBufferUsageFlags usage, VkMemoryPropertyFlags required, VkMemoryPropertyFlags preferred,
+                Allocation& allocation);
   void release(Allocation& allocation);
 
   VulkanDevice& device_;
@@ -125,6 +134,7 @@ class Buffer {
 class ComputePipeline {
  public:
   /// `types[i]`: descriptor type of binding i; `constants`: specialization constants 0, 1, ...
+  /// Throws UserError(device) when the device binds fewer storage buffers.
   ComputePipeline(VulkanDevice& device, std::span<const std::uint32_t> spirv,
                   const std::vector<VkDescriptorType>& types, const std::vector<std::uint32_t>& constants,
                   std::uint32_t push_bytes, VkPipelineCache cache);
@@ -136,6 +146,9 @@ class ComputePipeline {
   void dispatch(std::uint32_t groups, std::span<const std::byte> push);
 
  private:
+  ComputePipeline(VulkanDevice& device, const std::vector<VkDescriptorType>& types)
+      : device_(device), types_(types) {}
+
   VulkanDevice& device_;
   std::vector<VkDescriptorType> types_;
   VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
