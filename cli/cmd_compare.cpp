@@ -3,8 +3,10 @@
 #include <filesystem>
 
 #include "cli/commands.hpp"
+#include "cli/out_folder.hpp"
 #include "cli/results.hpp"
 #include "twin/errors.hpp"
+#include "twin/measured_steps.hpp"
 
 namespace fringetwin::cli {
 
@@ -27,19 +29,20 @@ std::vector<CameraImages> load_irradiance(const Twin& twin, const std::filesyste
 }
 
 int run(const Options& o, const Invocation& invocation) {
+  check_out_folder(o.out);
   StageTimer timer;
   timer.start("load");
-  Twin twin = load_twin(o.twin);
-  load_meshes(twin);
+  Twin twin = load_for_run(o.twin);
+  compare::CompareOptions options;
+  options.use_steps = left_over_steps(twin);
   compare::Side real, simulated;
   real.images = load_captures(twin, o.real);
   simulated.images = load_captures(twin, o.sim);
   simulated.irradiance = load_irradiance(twin, o.sim, simulated.images);
-  compare::CompareOptions options;
   if (has_measured_shape(twin)) {
     timer.start("build_object");
     const Twin as_written = twin;
-    options.use_steps = build_measured_shapes(twin, real.images);
+    build_measured_shapes(twin, real.images);
     options.note = measured_shape_note(as_written, options.use_steps);
   }
   timer.start("measure");

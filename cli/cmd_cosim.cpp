@@ -6,8 +6,10 @@
 
 #include "cli/commands.hpp"
 #include "cli/flags.hpp"
+#include "cli/out_folder.hpp"
 #include "cli/results.hpp"
 #include "twin/errors.hpp"
+#include "twin/measured_steps.hpp"
 #include "twin/progress.hpp"
 
 namespace fringetwin::cli {
@@ -29,17 +31,18 @@ int run(const Options& o, const Invocation& invocation) {
   if (o.twin.empty() || o.out.empty())
     throw UserError(ExitCode::usage, "cosim", "a twin and --out are needed",
                     "fringetwin cosim TWIN.toml --out DIR");
+  check_out_folder(o.out);
   StageTimer timer;
   timer.start("load");
-  Twin twin = load_twin(o.twin);
-  load_meshes(twin);
+  Twin twin = load_for_run(o.twin);
+  compare::CompareOptions options;
+  options.use_steps = left_over_steps(twin);
   compare::Side real, simulated;
   std::vector<std::filesystem::path> real_files;
   if (twin.real.captures) {
     real.images = load_captures(twin, *twin.real.captures);
     real_files = capture_files(twin, *twin.real.captures);
   }
-  compare::CompareOptions options;
   options.note = published_results_note(twin);
   if (has_measured_shape(twin)) {
     if (!twin.real.captures)
@@ -48,7 +51,7 @@ int run(const Options& o, const Invocation& invocation) {
                       "add [real] captures = \"FOLDER\"");
     timer.start("build_object");
     const Twin as_written = twin;
-    options.use_steps = build_measured_shapes(twin, real.images);
+    build_measured_shapes(twin, real.images);
     options.note = measured_shape_note(as_written, options.use_steps);
   }
 
@@ -73,8 +76,8 @@ int run(const Options& o, const Invocation& invocation) {
   timer.start("write");
   Simulated for_disk{std::move(simulated.images), std::move(simulated.irradiance), rendered.sampling,
                      rendered.device};
-  write_simulated(std::filesystem::path(o.out) / "simulated", for_disk, o.flags.radiance, o.flags.seed,
-                  twin.name);
+  begin_output(o.out, {"result.json"});
+  write_simulated(std::filesystem::path(o.out) / "simulated", for_disk, o.flags.radiance, o.flags.seed, twin);
   simulated.images = std::move(for_disk.captures);
   simulated.irradiance = std::move(for_disk.irradiance);
   timer.stop();

@@ -8,11 +8,13 @@
 #include <sstream>
 
 #include "cli/commands.hpp"
+#include "cli/out_folder.hpp"
 #include "twin/cameramodel.hpp"
 #include "twin/errors.hpp"
 #include "twin/image_io.hpp"
 #include "twin/lens.hpp"
 #include "twin/opencv_import.hpp"
+#include "twin/paths.hpp"
 #include "twin/progress.hpp"
 
 namespace fringetwin::cli {
@@ -24,7 +26,8 @@ constexpr double kMetresPerMm = 1e-3;  // mrcal's convention: .cameramodel files
 struct Options {
   std::vector<std::string> files;
   std::vector<std::string> cameras;  ///< NAME=MATRIX,DISTORTION[,ROTATION,TRANSLATION][@WIDTHxHEIGHT]
-  std::string projector;             ///< the same without NAME=
+  std::string projector;             ///< MATRIX,DISTORTION,ROTATION,TRANSLATION@WIDTHxHEIGHT
+  std::string unit = "mm";           ///< of the translations in the files
   std::string out;
   bool list = false;
 };
@@ -46,8 +49,8 @@ Request parse_request(const std::string& option, const std::string& text) {
   if (equals == std::string::npos || at == std::string::npos || at < equals) throw fail("cannot be read");
   Request request;
   request.name = text.substr(0, equals);
-  if (request.name.empty() || request.name.find('/') != std::string::npos)
-    throw fail("the name is empty or has a slash");
+  if (const std::string fault = name_fault(request.name); !fault.empty())
+    throw UserError(ExitCode::usage, option + " " + text, "the name " + fault, kNameHint);
   std::vector<std::string> keys;
   std::stringstream list(text.substr(equals + 1, at - equals - 1));
   for (std::string key; std::getline(list, key, ',');) keys.push_back(key);
@@ -56,9 +59,37 @@ Request parse_request(const std::string& option, const std::string& text) {
   request.keys = {keys[0], keys[1], keys.size() == 4 ? keys[2] : "", keys.size() == 4 ? keys[3] : ""};
   char by = 0;
   std::stringstream size(text.substr(at + 1));
-  if (!(size >> request.imagersize[0] >> by >> request.imagersize[1]) || by != 'x')
+  if (!(size >> request.imagersize[0] >> by >> request.imagersize[1]) || by != 'x' || size.peek() != EOF)
     throw fail("the image size cannot be read");
   return request;
+}
+
+/// The devices asked for: cameras in order, the projector last. Each becomes a file of its name; all but the
+/// first need their place, for the world is the first camera's calibration frame.
+std::vector<Request> parse_requests(const Options& o) {
+  std::vector<Request> requests;
+  for (const auto& text : o.cameras) requests.push_back(parse_request("--camera", text));
+  if (requests.size() > 2)
+    throw UserError(ExitCode::usage, "--camera", fmt::format("is given {} times", requests.size()),
+                    "a twin has one camera or two");
+  if (!o.projector.empty()) requests.push_back(parse_request("--projector", "projector=" + o.projector));
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    const std::string option =
+        i < o.cameras.size() ? "--camera " + o.cameras[i] : "--projector " + o.projector;
+    for (std::size_t k = 0; k < i; ++k)
+      if (requests[k].name == requests[i].name)
+        throw UserError(
+            ExitCode::usage, option,
+            fmt::format("{0}.cameramodel would be written twice: an earlier --camera is named \"{0}\", "
+                        "too",
+                        requests[i].name),
+            "give each camera a name of its own, other than \"projector\"");
+    if (i > 0 && requests[i].keys.rotation_key.empty())
+      throw UserError(
+          ExitCode::usage, option, "has no ROTATION,TRANSLATION, so its place in the rig is unknown",
+          "name the matrices, e.g. right=M2,D2,R,T@1280x1024; only the first camera may be the world");
+  }
+  return requests;
 }
 
 void write_model(const std::filesystem::path& file, const Request& request, const OpenCvModel& model,
@@ -67,7 +98,7 @@ void write_model(const std::filesystem::path& file, const Request& request, cons
   out.lensmodel = model.lensmodel;
   out.intrinsics = model.intrinsics;
   out.rt_cam_ref = model.rt_device_ref;
-  for (std::size_t i = 3; i < 6; ++i) out.rt_cam_ref[i] *= kMetresPerMm;
+  for (std::size_t i = 3; i < 6; ++i) out.rt_cam_ref[i] *= o.unit == "m" ? 1.0 : kMetresPerMm;
   out.imagersize = request.imagersize;
   out.comments = {fmt::format(" imported by fringetwin from {} ({}, {})", fmt::join(o.files, " "),
                               request.keys.matrix_key, request.keys.distortion_key),
@@ -85,25 +116,23 @@ int run(const Options& o) {
   if (o.cameras.empty() || o.out.empty())
     throw UserError(ExitCode::usage, "import opencv", "needs --camera and --out",
                     "see the file's keys with --list, then e.g. --camera left=M1,D1@1280x1024 --out RIG");
-  std::string toml = "schema = \"fringetwin-twin/1\"\nname = \"imported rig\"\ncameramodel_unit = \"m\"\n";
-  std::vector<std::pair<Request, bool>> requests;
-  for (const auto& text : o.cameras) requests.emplace_back(parse_request("--camera", text), false);
-  if (!o.projector.empty())
-    requests.emplace_back(parse_request("--projector", "projector=" + o.projector), true);
+  check_out_folder(o.out);
+  const std::vector<Request> requests = parse_requests(o);
   std::vector<OpenCvModel> models;
-  for (const auto& [request, is_projector] : requests) {
+  for (const Request& request : requests) {
     const OpenCvModel& model = models.emplace_back(import_opencv(files, request.keys));
     // Refuses a lens that does not invert, before anything is written.
     (void)Lens(model.lensmodel, model.intrinsics, {request.imagersize[0], request.imagersize[1]},
                request.name);
   }
-  std::filesystem::create_directories(o.out);
+  begin_output(o.out, {"twin.toml"});
+  std::string toml = "schema = \"fringetwin-twin/1\"\nname = \"imported rig\"\ncameramodel_unit = \"m\"\n";
   for (std::size_t i = 0; i < requests.size(); ++i) {
-    const auto& [request, is_projector] = requests[i];
-    const std::string file = request.name + ".cameramodel";
-    write_model(std::filesystem::path(o.out) / file, request, models[i], o);
-    toml += is_projector ? fmt::format("\n[projector]\nmodel = \"{}\"\nintensity = 40.0\n", file)
-                         : fmt::format("\n[[camera]]\nname = \"{}\"\nmodel = \"{}\"\n", request.name, file);
+    const std::string file = requests[i].name + ".cameramodel";
+    write_model(std::filesystem::path(o.out) / file, requests[i], models[i], o);
+    toml += i < o.cameras.size()
+                ? fmt::format("\n[[camera]]\nname = \"{}\"\nmodel = \"{}\"\n", requests[i].name, file)
+                : fmt::format("\n[projector]\nmodel = \"{}\"\nintensity = 40.0\n", file);
   }
   toml +=
       "\n# Describe the projected sequence (docs/FORMATS.md), then the part and what to fit.\n"
@@ -122,11 +151,15 @@ void add_import(CLI::App& app, Invocation& invocation) {
   CLI::App* opencv = import->add_subcommand("opencv", "OpenCV YAML/XML files (cv::FileStorage)");
   opencv->add_option("files", options->files, "YAML or XML files")->required();
   opencv->add_flag("--list", options->list, "List the matrices in the files and stop");
-  opencv->add_option(
-      "--camera", options->cameras,
-      "NAME=MATRIX,DISTORTION[,ROTATION,TRANSLATION]@WIDTHxHEIGHT; once per camera; x_cam = R x_ref + T, mm");
+  opencv->add_option("--camera", options->cameras,
+                     "NAME=MATRIX,DISTORTION[,ROTATION,TRANSLATION]@WIDTHxHEIGHT; once per camera; x_cam = R "
+                     "x_ref + T; only "
+                     "the first may leave out its place");
   opencv->add_option("--projector", options->projector,
-                     "MATRIX,DISTORTION[,ROTATION,TRANSLATION]@WIDTHxHEIGHT");
+                     "MATRIX,DISTORTION,ROTATION,TRANSLATION@WIDTHxHEIGHT");
+  opencv->add_option("--unit", options->unit, "Unit of the translations in the files: mm or m")
+      ->check(CLI::IsMember({"mm", "m"}))
+      ->capture_default_str();
   opencv->add_option("--out", options->out, "Folder for the .cameramodel files and twin.toml");
   opencv->callback([options, &invocation] { invocation.run = [options] { return run(*options); }; });
 }

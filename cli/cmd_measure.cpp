@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/commands.hpp"
+#include "cli/out_folder.hpp"
 #include "cli/results.hpp"
 #include "twin/image_io.hpp"
 #include "twin/progress.hpp"
@@ -19,14 +20,15 @@ struct Options {
 };
 
 int run(const Options& o, const Invocation& invocation) {
+  check_out_folder(o.out);
   StageTimer timer;
   timer.start("load");
-  Twin twin = load_twin(o.twin);
-  load_meshes(twin);
+  const Twin twin = load_for_run(o.twin);
   const std::vector<CameraImages> images = load_captures(twin, o.captures);
   timer.start("measure");
   const measure::Measurement measurement = measure::measure(twin, images);
   timer.start("write");
+  begin_output(o.out, {"result.json"});
   measure::write_measurement(o.out, measurement);
   timer.stop();
   timer.seconds.insert(measurement.timing_s.begin(), measurement.timing_s.end());

@@ -5,6 +5,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/flags.hpp"
+#include "cli/out_folder.hpp"
 #include "cli/pipeline.hpp"
 #include "twin/errors.hpp"
 #include "twin/progress.hpp"
@@ -24,8 +25,8 @@ int run(const Options& o) {
   if (o.twin.empty())
     throw UserError(ExitCode::usage, "render", "no twin given", "fringetwin render TWIN.toml --out DIR");
   if (o.out.empty()) throw UserError(ExitCode::usage, "render", "no output folder given", "add --out DIR");
-  Twin twin = load_twin(o.twin);
-  load_meshes(twin);
+  check_out_folder(o.out);
+  Twin twin = load_for_run(o.twin);
   if (has_measured_shape(twin)) {
     if (!twin.real.captures)
       throw UserError(ExitCode::usage, o.twin,
@@ -37,7 +38,7 @@ int run(const Options& o) {
   timer.start("render");
   const Simulated simulated = simulate(twin, o.flags);
   timer.start("write");
-  write_simulated(o.out, simulated, o.flags.radiance, o.flags.seed, twin.name);
+  write_simulated(o.out, simulated, o.flags.radiance, o.flags.seed, twin);
   timer.stop();
   say(fmt::format(
       "rendered {} camera(s) x {} images in {:.2f} s on {}, {} samples per pixel; written to {} in {:.2f} s",

@@ -10,14 +10,31 @@
 
 namespace fringetwin::cli {
 
+namespace {
+
+/// CLI11's own Range prints its bounds with six decimals: 1e-8 as 0.000000.
+CLI::Validator in_range(double min, double max) {
+  return CLI::Validator(
+      [min, max](const std::string& text) -> std::string {
+        double value = 0.0;
+        if (!CLI::detail::lexical_cast(text, value)) return fmt::format("must be a number, is \"{}\"", text);
+        return value >= min && value <= max ? "" : fmt::format("must be {} ... {}, is {}", min, max, text);
+      },
+      fmt::format("{} ... {}", min, max));
+}
+
+}  // namespace
+
 void add_render_flags(CLI::App& sub, RenderFlags& flags) {
   sub.add_option("--samples", flags.samples, "Samples per pixel (gauss: a square number)");
   sub.add_option("--sampler", flags.sampler, "gauss, multi-jittered or sobol")
       ->check(CLI::IsMember({"gauss", "multi-jittered", "sobol"}));
   sub.add_option("--phase-error", flags.phase_error_rad,
                  "Target rms phase error, rad (picks the cheapest scheme)")
-      ->check(CLI::PositiveNumber);
-  sub.add_option("--seed", flags.seed, "Seed of noise and random samplers")->capture_default_str();
+      ->check(in_range(1e-8, 1.0));
+  sub.add_option("--seed", flags.seed, "Seed of noise and random samplers")
+      ->check(in_range(0.0, 18446744073709551615.0))
+      ->capture_default_str();
   sub.add_option("--device", flags.device, "A part of a Vulkan device's name, or \"list\"");
 }
 

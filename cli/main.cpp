@@ -60,6 +60,7 @@ int main(int argc, char** argv) {
 
   CLI::App app{"fringetwin: a digital twin of fringe-projection rigs, checked against real captures."};
   app.require_subcommand(1);
+  app.fallthrough();  // -q is understood after the subcommand, too
   app.set_version_flag("--version", fringetwin::cli::version_string());
   app.footer(
       "Exit codes: 0 pass, 1 limits not met, 2 usage or configuration, 3 input data, 4 device,\n"

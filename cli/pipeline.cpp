@@ -5,8 +5,10 @@
 
 #include <algorithm>
 
+#include "cli/out_folder.hpp"
 #include "render/sensor.hpp"
 #include "twin/errors.hpp"
+#include "twin/measured_steps.hpp"
 #include "twin/progress.hpp"
 
 namespace fringetwin::cli {
@@ -41,6 +43,13 @@ void apply_flags(const RenderFlags& flags, RenderOptions& options) {
   }
 }
 
+Twin load_for_run(const std::filesystem::path& file) {
+  Twin twin = load_twin(file);
+  measure::check_fringes(twin);
+  load_meshes(twin);
+  return twin;
+}
+
 std::vector<CameraImages> load_captures(const Twin& twin, const std::filesystem::path& dir) {
   const int n_images = static_cast<int>(expand_sequence(twin.fringes).size());
   const CaptureSet set = read_capture_set(dir, n_images);
@@ -55,39 +64,16 @@ bool has_measured_shape(const Twin& twin) {
   });
 }
 
-namespace {
-
-std::vector<int> steps_with_parity(int steps, const std::string& which, bool complement) {
-  std::vector<int> chosen;
-  for (int n = 0; n < steps; ++n) {
-    const bool is_even = n % 2 == 0;
-    const bool used = which == "all" || (which == "even") == is_even;
-    if (used != complement) chosen.push_back(n);
-  }
-  return chosen;
-}
-
-}  // namespace
-
-std::vector<int> build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real) {
-  std::vector<int> left_over;
+void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real) {
   for (Object& object : twin.objects) {
     const auto* measured = std::get_if<MeasuredShape>(&object.shape);
     if (!measured) continue;
-    const std::vector<int> used = steps_with_parity(twin.fringes.steps, measured->steps, false);
-    left_over = steps_with_parity(twin.fringes.steps, measured->steps, true);
-    if (used.size() < 3)
-      throw UserError(ExitCode::usage, "[[object]] " + object.name,
-                      fmt::format("building it from the {} steps leaves {} of {}, and a phase needs 3",
-                                  measured->steps, used.size(), twin.fringes.steps),
-                      "use more phase steps or steps = \"all\"");
-    const measure::Measurement m = measure::measure(twin, real, used);
+    const measure::Measurement m = measure::measure(twin, real, built_from_steps(twin, object, *measured));
     MeshShape mesh;
     mesh.smooth = true;
     mesh.mesh = measure::build_surface(twin, 0, m.cloud, measured->smoothing_px);
     object.shape = mesh;
   }
-  return left_over;
 }
 
 Simulated simulate(const Twin& twin, const RenderFlags& flags) {
@@ -112,6 +98,7 @@ Simulated simulate(const Twin& twin, const RenderFlags& flags) {
     render::RenderedCamera rendered = renderer.render(twin, i, out.sampling, flags.seed);
     for (const int object : rendered.object.data)
       if (object >= 0) seen[static_cast<std::size_t>(object)] = true;
+    throw_if_cancelled();
     out.captures.push_back(render::expose(rendered, twin.cameras[i], i, flags.seed));
     out.irradiance.push_back(render::as_radiance(std::move(rendered)));
     progress.advance();
@@ -126,12 +113,16 @@ Simulated simulate(const Twin& twin, const RenderFlags& flags) {
 }
 
 void write_simulated(const std::filesystem::path& dir, const Simulated& simulated, bool radiance,
-                     std::uint64_t seed, const std::string& twin_name) {
-  const std::map<std::string, std::string> provenance = {
+                     std::uint64_t seed, const Twin& twin) {
+  std::map<std::string, std::string> provenance = {
       {"device", "fringetwin renderer on " + simulated.device},
-      {"twin", twin_name},
+      {"twin", twin.name},
       {"seed", std::to_string(seed)},
       {"samples_per_pixel", std::to_string(simulated.sampling.samples)}};
+  for (const Camera& camera : twin.cameras)
+    if (camera.sensor.exposure_ms)
+      provenance["exposure_ms " + camera.name] = fmt::format("{}", *camera.sensor.exposure_ms);
+  begin_output(dir, {"capture.toml", "radiance/capture.toml"});
   std::vector<const CameraImages*> cameras, irradiance;
   for (const CameraImages& images : simulated.captures) {
     write_camera_images(dir, images);
@@ -143,9 +134,6 @@ void write_simulated(const std::filesystem::path& dir, const Simulated& simulate
       irradiance.push_back(&images);
     }
     write_capture_toml(dir / "radiance", irradiance, provenance, "exr", "..");
-  } else {
-    // What an earlier run left must not pass for this run's irradiance.
-    std::filesystem::remove(dir / "radiance" / "capture.toml");
   }
   write_capture_toml(dir, cameras, provenance, "png");
 }

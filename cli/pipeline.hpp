@@ -48,22 +48,27 @@ class StageTimer {
 /// Applies command-line sampling over the twin's own [render] (CLI > file > default).
 void apply_flags(const RenderFlags& flags, RenderOptions& options);
 
+/// load_twin() and its meshes; also refuses fringes that `measure` could not unwrap over the projector's
+/// image, before anything is rendered.
+Twin load_for_run(const std::filesystem::path& file);
+
 /// All cameras' images of a capture folder, order of twin.cameras.
 std::vector<CameraImages> load_captures(const Twin& twin, const std::filesystem::path& dir);
 
 /// True when an object's shape is to be built from the real capture.
 bool has_measured_shape(const Twin& twin);
-/// Replaces every MeasuredShape by the surface measured from `real`. Returns the phase steps that
-/// were NOT used for it (the ones a comparison may use); empty = all steps were used.
-std::vector<int> build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real);
+/// Replaces every MeasuredShape by the surface measured from `real`. The steps a comparison may use then:
+/// left_over_steps() (twin/measured_steps.hpp), to be asked before.
+void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real);
 
 /// Renders and exposes all cameras. Throws UserError(usage) when no camera sees any object; warns
 /// for an object that no camera sees.
 Simulated simulate(const Twin& twin, const RenderFlags& flags);
 
 /// Writes the simulated capture set; with `radiance` the EXR images too, described by
-/// DIR/radiance/capture.toml.
+/// DIR/radiance/capture.toml. The capture.toml go first and come back last, so that a broken-off run leaves
+/// no mix of old and new images that looks complete.
 void write_simulated(const std::filesystem::path& dir, const Simulated& simulated, bool radiance,
-                     std::uint64_t seed, const std::string& twin_name);
+                     std::uint64_t seed, const Twin& twin);
 
 }  // namespace fringetwin::cli

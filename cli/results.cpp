@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "cli/out_folder.hpp"
 #include "cli/version.hpp"
 #include "compare/report_page.hpp"
 #include "twin/errors.hpp"
@@ -127,14 +128,18 @@ int finish_comparison(const std::filesystem::path& dir, const Twin& twin, const 
                       const compare::Side& simulated, const compare::CompareOptions& options,
                       const compare::Provenance& provenance, StageTimer& timer) {
   timer.start("compare");
+  throw_if_cancelled();
   const compare::Comparison comparison = compare::compare(twin, real, simulated, options);
   timer.start("write");
-  std::filesystem::create_directories(dir);
+  throw_if_cancelled();
+  begin_output(dir, {"result.json"});
   if (simulated.measurement) measure::write_measurement(dir / "measured_simulated", *simulated.measurement);
   if (real.measurement) measure::write_measurement(dir / "measured_real", *real.measurement);
   timer.start("report");
+  throw_if_cancelled();
   compare::write_report(dir, twin, real, simulated, comparison, options, provenance, timer.seconds);
   timer.stop();
+  throw_if_cancelled();
   write_text_file(dir / "result.json", compare::comparison_json(twin, comparison, provenance, timer.seconds));
 
   for (const auto& warning : comparison.warnings) warn(warning);

@@ -13,6 +13,7 @@
 #include "measure/phase_noise.hpp"
 #include "measure/unwrap.hpp"
 #include "twin/errors.hpp"
+#include "twin/progress.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -63,7 +64,9 @@ class DirectionDecoder {
       solve_phases();
       choose_noise();
       if (fringes_.unwrap == Unwrap::gray) learn_code_margins();
+      throw_if_cancelled();
       unwrap_phases();
+      throw_if_cancelled();
       mend_orders();
     }
     return std::move(out_);

@@ -6,7 +6,9 @@
 
 #include "measure/phase_exr.hpp"
 #include "measure/smooth_coordinates.hpp"
+#include "measure/unwrap.hpp"
 #include "twin/errors.hpp"
+#include "twin/progress.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -76,21 +78,47 @@ Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
                         std::to_string(images.size()));
   Measurement m;
   Stopwatch watch;
-  for (std::size_t i = 0; i < images.size(); ++i)
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    throw_if_cancelled();
     m.cameras.push_back(
         decode(images[i], twin.fringes, decode_options(twin, twin.cameras[i], images[i], use_steps)));
+  }
   m.timing_s["decode"] = watch.lap();
   if (!can_triangulate(twin)) {
     m.warnings.push_back("decoded only: this rig and these fringes cannot be triangulated");
     return m;
   }
+  throw_if_cancelled();
   triangulate(twin, smoothing_px, m);
   m.timing_s["triangulate"] = watch.lap();
+  throw_if_cancelled();
   m.fits = fit_objects(twin, m.cloud);
+  throw_if_cancelled();
   m.timing_s["fit"] = watch.lap();
   for (const ObjectFit& fit : m.fits)
     if (!fit.warning.empty()) m.warnings.push_back(fit.object + ": " + fit.warning);
   return m;
+}
+
+void check_fringes(const Twin& twin) {
+  if (!twin.projector) return;
+  for (const DirectionFringes& direction : twin.fringes.directions) {
+    const Lens& lens = twin.projector->lens;
+    CoordinateRange range{-0.5, (direction.axis == Axis::x ? lens.width() : lens.height()) - 0.5, true};
+    switch (twin.fringes.unwrap) {
+      case Unwrap::heterodyne:
+        plan_heterodyne(direction, range);
+        break;
+      case Unwrap::hierarchical:
+        plan_hierarchical(direction, range);
+        break;
+      case Unwrap::gray:
+        plan_gray(direction, twin.fringes.steps, range);
+        break;
+      case Unwrap::none:
+        break;
+    }
+  }
 }
 
 void write_measurement(const std::filesystem::path& dir, const Measurement& measurement) {
@@ -99,7 +127,11 @@ void write_measurement(const std::filesystem::path& dir, const Measurement& meas
   if (error)
     throw UserError(ExitCode::usage, dir.string(), "cannot make the folder: " + error.message(),
                     "choose another --out");
-  for (const CameraDecode& camera : measurement.cameras) write_phase_exr(dir, camera);
+  for (const CameraDecode& camera : measurement.cameras) {
+    throw_if_cancelled();
+    write_phase_exr(dir, camera);
+  }
+  throw_if_cancelled();
   write_points_ply(dir / "points.ply", measurement.cloud);
 }
 

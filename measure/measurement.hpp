@@ -23,8 +23,13 @@ struct Measurement {
   std::vector<std::string> warnings;
 };
 
+/// Refuses, as measure() would, fringes that cannot be unwrapped over the projector's image. Nothing to check
+/// without a projector.
+void check_fringes(const Twin& twin);
+
 /// `images`: order of twin.cameras. Decode only where the rig cannot triangulate (one camera and no
-/// projector, or unwrap = "none"). Throws UserError as the stages do.
+/// projector, or unwrap = "none"). Throws UserError as the stages do,
+/// Cancelled after Ctrl-C.
 /// smoothing_px > 0: coordinates are smoothed (smooth_coordinates) before triangulation; Measurement
 /// keeps the raw ones.
 Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,

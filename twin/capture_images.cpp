@@ -10,6 +10,7 @@
 #include "twin/capture_set.hpp"
 #include "twin/errors.hpp"
 #include "twin/image_io.hpp"
+#include "twin/progress.hpp"
 
 namespace fringetwin {
 namespace fs = std::filesystem;
@@ -22,6 +23,7 @@ void for_each_image(int n, const std::function<void(int)>& job) {
 #pragma omp parallel for schedule(dynamic)
   for (int i = 0; i < n; ++i) {
     try {
+      throw_if_cancelled();
       job(i);
     } catch (...) {  // no exception may leave an OpenMP loop
       faults[static_cast<std::size_t>(i)] = std::current_exception();

@@ -11,6 +11,7 @@
 
 #include "twin/errors.hpp"
 #include "twin/image_io.hpp"
+#include "twin/paths.hpp"
 #include "twin/toml_reader.hpp"
 
 namespace fringetwin {
@@ -55,7 +56,7 @@ int count_on_disk(const NumberedName& name, const fs::path& root, const CaptureC
   int count = 0;
   std::error_code error;
   for (int number = 0;; ++number) {
-    const fs::path file = (root / name(number)).lexically_normal();
+    const fs::path file = tidy_path(root / name(number));
     if (file == camera.white || file == camera.black) continue;
     if (!fs::exists(file, error)) return count;
     ++count;
@@ -78,13 +79,12 @@ void read_file_names(const TomlTable& table, const fs::path& root, int n_images,
                table.has("files") ? "and pattern exclude each other" : "needs pattern or files",
                "give one: pattern = \"left/%04d.png\" or files = [...]");
   if (const auto files = table.strings("files")) {
-    for (const std::string& file : *files) camera->files.push_back((root / file).lexically_normal());
+    for (const std::string& file : *files) camera->files.push_back(tidy_path(root / file));
     return;
   }
   const NumberedName name = parse_pattern(table, table.required_string("pattern"));
-  for (int number = 0; number < n_images; ++number)
-    camera->files.push_back((root / name(number)).lexically_normal());
-  camera->pattern = (root / table.required_string("pattern")).lexically_normal().string();
+  for (int number = 0; number < n_images; ++number) camera->files.push_back(tidy_path(root / name(number)));
+  camera->pattern = tidy_path(root / table.required_string("pattern")).string();
   camera->images_on_disk = count_on_disk(name, root, *camera);
 }
 
@@ -94,8 +94,8 @@ CaptureCamera read_camera(const TomlTable& table, const fs::path& folder, int n_
   camera.name = table.required_string("name");
   const fs::path root =
       resolve_path(table.string("root").value_or("."), folder, table.where("root"), ExitCode::input);
-  if (table.has("white")) camera.white = (root / table.required_string("white")).lexically_normal();
-  if (table.has("black")) camera.black = (root / table.required_string("black")).lexically_normal();
+  if (table.has("white")) camera.white = tidy_path(root / table.required_string("white"));
+  if (table.has("black")) camera.black = tidy_path(root / table.required_string("black"));
   camera.gray_code_exposure = read_gray_code_exposure(table);
   read_file_names(table, root, n_images, &camera);
   return camera;
@@ -131,9 +131,11 @@ CaptureSet read_capture_set(const fs::path& dir, int n_images) {
   CaptureSet set;
   set.file = dir / "capture.toml";
   const TomlTable root = TomlTable::parse_file(set.file, ExitCode::input);
+  const std::vector<std::string> keys = {"schema", "camera", "provenance"};
+  if (!root.has("schema")) root.allow(keys);  // a misspelt "schema" is named as such
   if (root.required_string("schema") != kSchema)
     root.fail("schema", fmt::format("must be \"{}\", is \"{}\"", kSchema, root.required_string("schema")));
-  root.allow({"schema", "camera", "provenance"});
+  root.allow(keys);
   std::set<std::string> names;
   for (const TomlTable& table : root.tables("camera")) {
     set.cameras.push_back(read_camera(table, fs::absolute(dir), n_images));

@@ -170,14 +170,20 @@ std::optional<Eigen::Vector3d> Lens::Impl::unproject_mrcal(const Eigen::Vector2d
     tangent.col(0) = v.unitOrthogonal();
     tangent.col(1) = v.cross(tangent.col(0));
     const Eigen::Matrix2d jacobian = dq_dp * tangent;
-    const Eigen::Vector3d candidate = (v + tangent * (jacobian.inverse() * (q_px - *q))).normalized();
-    Eigen::Matrix<double, 2, 3> candidate_gradient;
-    const auto candidate_q = project_mrcal(candidate, &candidate_gradient);
-    if (!candidate_q || !((q_px - *candidate_q).norm() < error_px)) break;
-    v = candidate;
-    q = candidate_q;
-    dq_dp = candidate_gradient;
-    error_px = (q_px - *q).norm();
+    const Eigen::Vector2d step = jacobian.inverse() * (q_px - *q);
+    bool improved = false;
+    for (double part = 1.0; part > 1e-3 && !improved; part *= 0.5) {
+      const Eigen::Vector3d candidate = (v + tangent * (part * step)).normalized();
+      Eigen::Matrix<double, 2, 3> candidate_gradient;
+      const auto candidate_q = project_mrcal(candidate, &candidate_gradient);
+      if (!candidate_q || !((q_px - *candidate_q).norm() < error_px)) continue;
+      v = candidate;
+      q = candidate_q;
+      dq_dp = candidate_gradient;
+      error_px = (q_px - *q).norm();
+      improved = true;
+    }
+    if (!improved) break;
   }
   if (!(error_px <= newton_accept_px)) return std::nullopt;
   return v;
@@ -193,10 +199,6 @@ void Lens::Impl::set_model(const std::string& where) {
     throw UserError(ExitCode::usage, where, fmt::format("unknown lens model '{}'", model),
                     fmt::format("known are {} (\"...\" stands for the configuration)", known));
   }
-  if (!mrcal->has_gradients())
-    throw UserError(ExitCode::usage, where,
-                    fmt::format("lens model '{}' has no gradients in libmrcal and cannot be inverted", model),
-                    "convert it with mrcal-convert-lensmodel");
   const auto count = static_cast<std::size_t>(mrcal->intrinsics_count());
   if (intrinsics.size() != count)
     throw UserError(ExitCode::usage, where,
@@ -204,17 +206,31 @@ void Lens::Impl::set_model(const std::string& where) {
 }
 
 void Lens::Impl::check_values(const std::string& where) const {
-  for (std::size_t i = 0; i < intrinsics.size(); ++i)
+  constexpr double largest = 1e9, smallest_focal_px = 1e-3, most_pixels = 2e8;  // of sense, see NumberRange
+  for (std::size_t i = 0; i < intrinsics.size(); ++i) {
     if (!std::isfinite(intrinsics[i]))
       throw UserError(ExitCode::usage, where, fmt::format("intrinsics[{}] is not finite", i));
+    if (std::abs(intrinsics[i]) > largest)
+      throw UserError(
+          ExitCode::usage, where,
+          fmt::format("intrinsics[{}] must be at most {} in size, is {}", i, largest, intrinsics[i]));
+  }
   if (!(intrinsics[0] > 0.0 && intrinsics[1] > 0.0))
     throw UserError(
         ExitCode::usage, where,
         fmt::format("focal lengths must be positive, are {} and {} px", intrinsics[0], intrinsics[1]));
+  if (std::min(intrinsics[0], intrinsics[1]) < smallest_focal_px)
+    throw UserError(ExitCode::usage, where,
+                    fmt::format("focal lengths must be at least {}, are {} and {} px", smallest_focal_px,
+                                intrinsics[0], intrinsics[1]));
   if (imagersize_px.minCoeff() <= 0)
     throw UserError(
         ExitCode::usage, where,
         fmt::format("imagersize must be positive, is {} x {} px", imagersize_px.x(), imagersize_px.y()));
+  if (imagersize_px.cast<double>().prod() > most_pixels)
+    throw UserError(ExitCode::usage, where,
+                    fmt::format("imagersize must be at most {:g} pixels in all, is {} x {} px", most_pixels,
+                                imagersize_px.x(), imagersize_px.y()));
 }
 
 /// The whole border of the image must have a pre-image (the corners of pixels, half a pixel out), for

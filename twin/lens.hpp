@@ -12,7 +12,7 @@ namespace fringetwin {
 
 /// A projection model with known domain of invertibility. Immutable and cheap to copy.
 /// PINHOLE and OPENCV4/5/8/12 use our own closed forms (proven equal to libmrcal in the tests);
-/// all other mrcal models (STEREOGRAPHIC, LONLAT, LATLON, CAHVOR, SPLINED_STEREOGRAPHIC...) call
+/// all other mrcal models (STEREOGRAPHIC, LONLAT, LATLON, CAHVOR, CAHVORE, SPLINED_STEREOGRAPHIC) call
 /// libmrcal.
 class Lens {
  public:

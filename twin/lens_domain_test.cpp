@@ -189,9 +189,11 @@ TEST(Refusal, BadValues) {
               HasSubstr("unknown lens model 'OPENCV4'"));
   EXPECT_THAT(refusal("LENSMODEL_SPLINED_STEREOGRAPHIC", {100, 100, 10, 10}, {20, 20}),
               HasSubstr("unknown lens model"));
-  EXPECT_THAT(
-      refusal("LENSMODEL_CAHVORE_linearity=0.34", {100, 100, 10, 10, 0, 0, 0, 0, 0, 0, 0, 0}, {20, 20}),
-      HasSubstr("cannot be inverted"));
+  EXPECT_THAT(refusal("LENSMODEL_CAHVORE_linearity=0.34", {100, 100, 10, 10, 0, 0, 0, 0}, {20, 20}),
+              HasSubstr("takes 12 intrinsics, 8 given"));
+  EXPECT_THAT(pinhole(1e300, 100, 20, 20), HasSubstr("intrinsics[0] must be at most 1000000000 in size"));
+  EXPECT_THAT(pinhole(100, 1e-4, 20, 20), HasSubstr("focal lengths must be at least 0.001"));
+  EXPECT_THAT(pinhole(100, 100, 60000, 60000), HasSubstr("must be at most 2e+08 pixels in all"));
 }
 
 TEST(Outside, PointsBeyondTheDomainHaveNoPixelAndPixelsBeyondTheImageOfItNoDirection) {

@@ -34,8 +34,14 @@ std::string read_whole(const fs::path& file) {
   return bytes;
 }
 
+/// Editors put a UTF-8 byte order mark before text; no mesh format knows it.
+void drop_byte_order_mark(std::string* bytes) {
+  if (bytes->rfind("\xef\xbb\xbf", 0) == 0) bytes->erase(0, 3);
+}
+
 RawMesh read_raw(const fs::path& file) {
-  const std::string bytes = read_whole(file);
+  std::string bytes = read_whole(file);
+  drop_byte_order_mark(&bytes);
   if (bytes.rfind("ply\n", 0) == 0 || bytes.rfind("ply\r", 0) == 0) return read_ply(file, bytes);
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -46,14 +52,19 @@ RawMesh read_raw(const fs::path& file) {
                   "PLY, STL and OBJ are read");
 }
 
-void check_finite(const fs::path& file, const RawMesh& raw) {
-  for (std::size_t i = 0; i < raw.vertices.size(); ++i)
-    if (!raw.vertices[i].allFinite())
-      throw UserError(
-          ExitCode::input, file.string(),
-          fmt::format("{} has a coordinate that is no finite number: ({}, {}, {})", raw.vertex_name(i),
-                      raw.vertices[i].x(), raw.vertices[i].y(), raw.vertices[i].z()),
-          "mend the mesh");
+/// The vertex as float mm. What is finite in the file may not be after scaling and rounding; and beyond 1e9
+/// mm products of coordinates leave the range of float.
+Eigen::Vector3f checked_vertex(const fs::path& file, const RawMesh& raw, std::size_t i, double scale) {
+  constexpr float largest_mm = 1e9f;
+  const Eigen::Vector3d& v = raw.vertices[i];
+  const Eigen::Vector3f p = (v * scale).cast<float>();
+  if (p.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= largest_mm) return p;
+  const std::string what =
+      v.allFinite() ? fmt::format("beyond {:g} mm", largest_mm) : "that is no finite number";
+  throw UserError(
+      ExitCode::input, file.string(),
+      fmt::format("{} has a coordinate {}: ({}, {}, {})", raw.vertex_name(i), what, v.x(), v.y(), v.z()),
+      v.allFinite() ? "check its unit" : "mend the mesh");
 }
 
 struct VertexKey {
@@ -74,12 +85,12 @@ struct VertexHash {
 };
 
 /// Fills vertices (and albedo); returns the new index of every raw vertex.
-std::vector<int> join_vertices(const RawMesh& raw, double scale, Mesh* mesh) {
+std::vector<int> join_vertices(const fs::path& file, const RawMesh& raw, double scale, Mesh* mesh) {
   std::unordered_map<VertexKey, int, VertexHash> known;
   known.reserve(raw.vertices.size());
   std::vector<int> index_of(raw.vertices.size());
   for (std::size_t i = 0; i < raw.vertices.size(); ++i) {
-    const Eigen::Vector3f p = (raw.vertices[i] * scale).cast<float>();
+    const Eigen::Vector3f p = checked_vertex(file, raw, i, scale);
     const float albedo = raw.albedo.empty() ? 1.0f : raw.albedo[i];
     // + 0 makes -0 and 0 the same
     const VertexKey key{{std::bit_cast<std::uint32_t>(p.x() + 0.0f),
@@ -117,9 +128,8 @@ void append_vector(std::string& out, const Eigen::Vector3f& v) {
 std::shared_ptr<const Mesh> load_mesh(const fs::path& file, const std::string& unit) {
   FT_CHECK(unit == "mm" || unit == "m", "unit " + unit);
   const RawMesh raw = read_raw(file);
-  check_finite(file, raw);
   auto mesh = std::make_shared<Mesh>();
-  const std::vector<int> index_of = join_vertices(raw, unit == "m" ? 1000.0 : 1.0, mesh.get());
+  const std::vector<int> index_of = join_vertices(file, raw, unit == "m" ? 1000.0 : 1.0, mesh.get());
   std::size_t degenerate = 0;
   for (std::array<int, 3> triangle : raw.triangles) {
     for (int& corner : triangle) corner = index_of[static_cast<std::size_t>(corner)];

@@ -33,6 +33,7 @@ namespace fringetwin {
 namespace {
 namespace fs = std::filesystem;
 using testing::AllOf;
+using testing::AnyOf;
 using testing::HasSubstr;
 
 class MeshFile : public testing::Test {
@@ -148,6 +149,16 @@ TEST_F(MeshFile, StlJoinsItsCorners) {
       *load_mesh(write("b.STL", binary_stl({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0})), "mm"));
 }
 
+TEST_F(MeshFile, TextFilesMayStartWithAByteOrderMark) {
+  const std::string bom = "\xef\xbb\xbf";
+  EXPECT_EQ(load_mesh(write("b.stl", bom + ascii_stl({"0 0 0", "1 0 0", "1 1 0"})), "mm")->triangles.size(),
+            1u);
+  EXPECT_EQ(load_mesh(write("b.ply", bom + ascii_ply(kSquare, 4, "3 0 1 2\n", 1)), "mm")->triangles.size(),
+            1u);
+  EXPECT_EQ(load_mesh(write("b.obj", bom + "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "mm")->triangles.size(),
+            1u);
+}
+
 TEST_F(MeshFile, BinaryStlWhoseHeaderSaysSolid) {
   std::string bytes = binary_stl({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0});
   bytes.replace(0, 14, "solid exported");
@@ -194,6 +205,18 @@ TEST_F(MeshFile, NanAndInfinityNameTheVertex) {
   EXPECT_THAT(error_of(write("nb.stl", binary_stl({0, 0, 0, 1, 0, 0, 1, nan, 0}))), HasSubstr("corner 2 "));
 }
 
+// Finite in the file, infinite as float mm; and where float products of coordinates overflow.
+TEST_F(MeshFile, CoordinatesBeyondFloatNameTheVertex) {
+  EXPECT_THAT(error_of(write("n.ply", ascii_ply("0 0 0\n1 0 0\n1 1e39 0\n", 3, "3 0 1 2\n", 1))),
+              AllOf(HasSubstr("vertex 2 has a coordinate beyond 1e+09 mm: (1, 1e+39, 0)"),
+                    HasSubstr("check its unit")));
+  EXPECT_THAT(error_of(write("o.obj", "v 0 0 0\nv 1 1e20 0\nv 0 1 0\nf 1 2 3\n")),
+              HasSubstr("beyond 1e+09 mm"));
+  const fs::path far = write("m.ply", ascii_ply("0 0 0\n1 0 0\n1 2e6 0\n", 3, "3 0 1 2\n", 1));
+  EXPECT_EQ(load_mesh(far, "mm")->vertices_mm.size(), 3u);
+  EXPECT_THROW(load_mesh(far, "m"), UserError) << "2e6 m is 2e9 mm";
+}
+
 TEST_F(MeshFile, TextWhereANumberIsNeeded) {
   EXPECT_THAT(error_of(write("f.ply", ascii_ply("0 0 0\n1 foo 0\n1 1 0\n", 3, "3 0 1 2\n", 1))),
               AllOf(HasSubstr("\"foo\""), HasSubstr("vertex 1 of 3")));
@@ -238,6 +261,11 @@ TEST_F(MeshFile, AnnouncedCountsAreNotTrusted) {
   EXPECT_THAT(error_of(write("h.ply", ascii_ply(kSquare, 2000000000, "3 0 1 2\n", 1))),
               HasSubstr("is truncated"));
   std::string bytes = binary_ply(false, {0, 0, 0, 1, 0, 0, 1, 1, 0}, {{0, 1, 2}});
+  const std::string face = "element face 1\nproperty list uchar int vertex_indices\nend_header\n3 0 1 2\n";
+  for (const char* count : {"99999999999", "99999999999999999999", "-1"})
+    EXPECT_THAT(
+        error_of(write("c.ply", fmt::format("ply\nformat ascii 1.0\nelement vertex {}\n{}", count, face))),
+        AnyOf(HasSubstr("is truncated"), HasSubstr("has a bad PLY header line")));
   bytes[bytes.size() - 13] = '\xff';  // 255 corners
   EXPECT_THAT(error_of(write("l.ply", bytes)), HasSubstr("is truncated"));
 }

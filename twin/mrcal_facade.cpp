@@ -48,8 +48,43 @@ std::optional<Eigen::Vector2d> MrcalModel::spline_half_size() const {
   return Eigen::Vector2d(ux.back(), uy.back());
 }
 
+namespace {
+
+bool project_alone(const mrcal_lensmodel_t& model, const double* intrinsics, const Eigen::Vector3d& p_cam,
+                   Eigen::Vector2d* q_px) {
+  mrcal_point3_t p = {};
+  p.x = p_cam.x();
+  p.y = p_cam.y();
+  p.z = p_cam.z();
+  mrcal_point2_t q = {};
+  if (!mrcal_project(&q, nullptr, nullptr, &p, 1, &model, intrinsics)) return false;
+  *q_px = {q.x, q.y};
+  return q_px->allFinite();
+}
+
+/// Central differences: 1e-5 of the distance balances rounding (1e-16 / 1e-5) and truncation (1e-10). Good to
+/// 1e-9 relative, so that Newton on the exact residual still converges to it.
+bool numeric_gradient(const mrcal_lensmodel_t& model, const double* intrinsics, const Eigen::Vector3d& p_cam,
+                      Eigen::Matrix<double, 2, 3>* dq_dp) {
+  const double step = 1e-5 * p_cam.norm();
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d offset = step * Eigen::Vector3d::Unit(k);
+    Eigen::Vector2d ahead, behind;
+    if (!project_alone(model, intrinsics, p_cam + offset, &ahead) ||
+        !project_alone(model, intrinsics, p_cam - offset, &behind))
+      return false;
+    dq_dp->col(k) = (ahead - behind) / (2.0 * step);
+  }
+  return true;
+}
+
+}  // namespace
+
 bool MrcalModel::project(const std::vector<double>& intrinsics, const Eigen::Vector3d& p_cam,
                          Eigen::Vector2d* q_px, Eigen::Matrix<double, 2, 3>* dq_dp) const {
+  if (!has_gradients())
+    return project_alone(impl_->lensmodel, intrinsics.data(), p_cam, q_px) &&
+           (!dq_dp || numeric_gradient(impl_->lensmodel, intrinsics.data(), p_cam, dq_dp));
   mrcal_point3_t p = {}, gradient[2] = {};
   p.x = p_cam.x();
   p.y = p_cam.y();
@@ -67,6 +102,11 @@ bool MrcalModel::project(const std::vector<double>& intrinsics, const Eigen::Vec
 
 bool MrcalModel::unproject(const std::vector<double>& intrinsics, const Eigen::Vector2d& q_px,
                            Eigen::Vector3d* direction_cam) const {
+  if (!has_gradients()) {  // libmrcal cannot; the pinhole of the same core is near enough for Newton
+    *direction_cam = {(q_px.x() - intrinsics[2]) / intrinsics[0], (q_px.y() - intrinsics[3]) / intrinsics[1],
+                      1.0};
+    return direction_cam->allFinite();
+  }
   mrcal_point2_t q = {};
   q.x = q_px.x();
   q.y = q_px.y();

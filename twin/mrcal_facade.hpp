@@ -26,10 +26,12 @@ class MrcalModel {
   /// Half sizes of the knot grid |u|, u = 2 tan(theta/2) (cos, sin); splined models only.
   std::optional<Eigen::Vector2d> spline_half_size() const;
 
-  /// Without a gradient when dq_dp is null. False when the result is not finite.
+  /// Without a gradient when dq_dp is null. False when the result is not finite. Where libmrcal has no
+  /// gradients (CAHVORE) they are central differences, good to about 1e-9.
   bool project(const std::vector<double>& intrinsics, const Eigen::Vector3d& p_cam, Eigen::Vector2d* q_px,
                Eigen::Matrix<double, 2, 3>* dq_dp) const;
-  /// Direction of any length, to about 1e-8 px (libmrcal accepts up to 1e-2 px). False on failure.
+  /// Direction of any length, to about 1e-8 px (libmrcal accepts up to 1e-2 px); for a model without
+  /// gradients only a first guess. False on failure.
   bool unproject(const std::vector<double>& intrinsics, const Eigen::Vector2d& q_px,
                  Eigen::Vector3d* direction_cam) const;
 

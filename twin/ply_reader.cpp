@@ -106,8 +106,10 @@ Header parse_header(const std::string& bytes, const Refusal& refuse) {
       header.encoding = parse_encoding(name, refuse);
     } else if (keyword == "element") {
       Element element;
-      if (!(words >> element.name >> element.count))
+      long long count = -1;
+      if (!(words >> element.name >> count) || count < 0)
         refuse(fmt::format("has a bad PLY header line: \"{}\"", line));
+      element.count = static_cast<std::size_t>(count);
       header.elements.push_back(element);
     } else if (keyword == "property") {
       if (header.elements.empty()) refuse("has a PLY property before any element");
@@ -273,7 +275,8 @@ RawMesh read_ply(const std::filesystem::path& file, const std::string& bytes) {
     if (element.name == "vertex") n_vertices = element.count;
     // every entry takes a byte at least: no huge allocation for a damaged count
     if (element.name == "face" && n_vertices == 0) refuse("has no vertices before its faces");
-    if (!element.properties.empty() && element.count > bytes.size() - header.body)
+    const bool has_body = !element.properties.empty() || element.name == "vertex";
+    if (has_body && element.count > bytes.size() - header.body)
       refuse(fmt::format("is truncated (it announces {} of element {}, the file has {} bytes)", element.count,
                          element.name, bytes.size()));
   }

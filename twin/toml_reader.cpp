@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "twin/paths.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin {
@@ -71,6 +72,10 @@ std::string number_fault(const toml::node& node, const NumberRange& range, doubl
   if (!number) return fmt::format("must be a number, is {}", type_name(node));
   if (!std::isfinite(*number)) return fmt::format("must be a finite number, is {}", *number);
   if (!range.contains(*number)) return fmt::format("must be {}, is {}", range.text(), *number);
+  if (*number > range.largest) return fmt::format("must be at most {}, is {}", range.largest, *number);
+  if (*number < -range.largest) return fmt::format("must be at least {}, is {}", -range.largest, *number);
+  if (*number > 0.0 && *number < range.smallest)
+    return fmt::format("must be at least {}, is {}", range.smallest, *number);
   *value = *number;
   return "";
 }
@@ -132,14 +137,17 @@ const std::string* nearest(const std::string& word, const std::vector<std::strin
 fs::path resolve_path(const std::string& text, const fs::path& folder, const std::string& where,
                       ExitCode code) {
   static const std::string variable = "${FRINGETWIN_CAPTURES}";
-  std::string expanded = text;
-  for (auto at = expanded.find(variable); at != std::string::npos; at = expanded.find(variable))
-    expanded.replace(at, variable.size(), captures_root().string());
-  if (expanded.find("${") != std::string::npos)
-    throw UserError(code, where, fmt::format("unknown variable in the path \"{}\"", text),
-                    "only " + variable + " is known");
-  const fs::path path(expanded);
-  return fs::absolute(path.is_absolute() ? path : folder / path).lexically_normal();
+  std::string expanded;
+  std::size_t done = 0;  // what the variable holds is not looked at again
+  for (auto at = text.find("${"); at != std::string::npos; at = text.find("${", done)) {
+    if (text.compare(at, variable.size(), variable) != 0)
+      throw UserError(code, where, fmt::format("unknown variable in the path \"{}\"", text),
+                      "only " + variable + " is known");
+    expanded += text.substr(done, at - done) + captures_root().string();
+    done = at + variable.size();
+  }
+  const fs::path path(expanded + text.substr(done));
+  return tidy_path(path.is_absolute() ? path : folder / path);
 }
 
 TomlTable TomlTable::parse_file(const fs::path& file, ExitCode code) {
@@ -273,6 +281,13 @@ std::string TomlTable::required_string(const std::string& key) const {
   if (!value) fail(key, "is missing", "it must be a string");
   if (value->empty()) fail(key, "must not be empty");
   return *value;
+}
+
+std::string TomlTable::required_name() const {
+  const std::string name = required_string("name");
+  const std::string fault = name_fault(name);
+  if (!fault.empty()) fail("name", fault, kNameHint);
+  return name;
 }
 
 std::optional<std::string> TomlTable::choice(const std::string& key,

@@ -15,18 +15,23 @@
 
 namespace fringetwin {
 
-/// Range of a number; `text` completes "must be ...".
+/// Range of a number; `text` completes "must be ...". Besides the range that a quantity has by nature there
+/// is one of sense: the renderer computes in float, where 1e300 is infinite and 1e-300 is zero.
 struct NumberRange {
   double min = -std::numeric_limits<double>::max();
   double max = std::numeric_limits<double>::max();
   bool min_excluded = false;
   bool max_excluded = false;
+  double smallest = 0.0;  ///< of a quantity > 0: nothing below
+  double largest = 1e9;   ///< no absolute value above
   std::string text() const;
   bool contains(double value) const {
     return (min_excluded ? value > min : value >= min) && (max_excluded ? value < max : value <= max);
   }
-  static NumberRange any() { return {}; }
-  static NumberRange positive() { return {.min = 0.0, .min_excluded = true}; }
+  static NumberRange any_size() { return {.largest = std::numeric_limits<double>::max()}; }
+  static NumberRange positive(double smallest = 1e-9, double largest = 1e9) {
+    return {.min = 0.0, .min_excluded = true, .smallest = smallest, .largest = largest};
+  }
   static NumberRange not_negative() { return {.min = 0.0}; }
   static NumberRange between(double lo, double hi) { return {.min = lo, .max = hi}; }
 };
@@ -55,6 +60,8 @@ class TomlTable {
   std::optional<bool> boolean(const std::string& key) const;
   std::optional<std::string> string(const std::string& key) const;
   std::string required_string(const std::string& key) const;
+  /// The key "name" of a camera or an object, fit to become part of a file name (paths.hpp).
+  std::string required_name() const;
   /// One of `choices`; a wrong one is answered with the nearest and the whole list.
   std::optional<std::string> choice(const std::string& key, const std::vector<std::string>& choices) const;
   std::string required_choice(const std::string& key, const std::vector<std::string>& choices) const;
@@ -86,7 +93,7 @@ class TomlTable {
 /// letters differ).
 const std::string* nearest(const std::string& word, const std::vector<std::string>& candidates);
 
-/// Replaces ${FRINGETWIN_CAPTURES} by captures_root() and makes the path absolute, relative to
+/// Replaces ${FRINGETWIN_CAPTURES} by captures_root() and makes the path absolute (tidy_path), relative to
 /// `folder`. Other ${...} are refused (`where` names the place).
 std::filesystem::path resolve_path(const std::string& text, const std::filesystem::path& folder,
                                    const std::string& where, ExitCode code);

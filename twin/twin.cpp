@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "twin/errors.hpp"
+#include "twin/paths.hpp"
 
 #ifndef FRINGETWIN_SOURCE_DIR
 #error "FRINGETWIN_SOURCE_DIR: folder of the checkout, set in twin/CMakeLists.txt"
@@ -63,12 +64,11 @@ void load_meshes(Twin& twin) {
 
 fs::path captures_root() {
   if (const char* variable = std::getenv("FRINGETWIN_CAPTURES"); variable != nullptr && *variable != '\0')
-    return fs::absolute(variable).lexically_normal();
-  const fs::path beside_checkout =
-      (fs::path(FRINGETWIN_SOURCE_DIR) / "../shared/captures").lexically_normal();
+    return tidy_path(variable);
+  const fs::path beside_checkout = tidy_path(fs::path(FRINGETWIN_SOURCE_DIR) / "../shared/captures");
   std::error_code error;
   if (fs::is_directory(beside_checkout, error)) return beside_checkout;
-  return fs::absolute("../shared/captures").lexically_normal();
+  return tidy_path("../shared/captures");
 }
 
 }  // namespace fringetwin

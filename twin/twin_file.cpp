@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "twin/paths.hpp"
+
 namespace fringetwin {
 namespace fs = std::filesystem;
 namespace {
@@ -11,12 +13,15 @@ constexpr const char* kSchema = "fringetwin-twin/1";
 
 Twin load_twin(const fs::path& file) {
   const TomlTable root = TomlTable::parse_file(file, ExitCode::usage);
+  const std::vector<std::string> keys = {"schema",  "name",   "cameramodel_unit", "camera",  "projector",
+                                         "fringes", "object", "render",           "measure", "real",
+                                         "limits"};
+  if (!root.has("schema")) root.allow(keys);  // a misspelt "schema" is named as such
   if (root.required_string("schema") != kSchema)
     root.fail("schema", fmt::format("must be \"{}\", is \"{}\"", kSchema, root.required_string("schema")));
-  root.allow({"schema", "name", "cameramodel_unit", "camera", "projector", "fringes", "object", "render",
-              "measure", "real", "limits"});
+  root.allow(keys);
   Twin twin;
-  twin.file = fs::absolute(file).lexically_normal();
+  twin.file = tidy_path(file);
   twin.input_files.push_back(twin.file);
   twin.name = root.string("name").value_or(twin.file.parent_path().filename().string());
   TwinFileContext context;

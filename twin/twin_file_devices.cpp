@@ -31,7 +31,7 @@ void refuse_beside(const TomlTable& table, const std::string& source, const std:
 }
 
 Eigen::Vector2i read_imagersize(const TomlTable& table) {
-  const auto size = table.vector("imagersize", 2, NumberRange::between(1, 100000));
+  const auto size = table.vector("imagersize", 2, NumberRange::between(1, 65535));
   if (!size) table.fail("imagersize", "is missing", "it must be [width, height] in px");
   for (int k = 0; k < 2; ++k)
     if ((*size)[k] != std::floor((*size)[k])) table.fail("imagersize", "must be two whole numbers");
@@ -47,6 +47,14 @@ Pose read_pose(const TomlTable& table, bool may_be_world) {
   return rt ? pose_from_rt(RotTrans(*rt)) : Pose{};
 }
 
+/// A translation out of a file, after its unit; those of twin.toml are checked where they are read.
+void check_translation(const RotTrans& rt, const std::string& where) {
+  constexpr double largest_mm = 1e9;
+  if (!(rt.tail<3>().cwiseAbs().maxCoeff() <= largest_mm))
+    throw UserError(ExitCode::input, where, fmt::format("has a translation above {:g} mm", largest_mm),
+                    "check the unit (cameramodel_unit, opencv.unit)");
+}
+
 Device read_model_file(const TomlTable& table, const TwinFileContext& context) {
   refuse_beside(table, "model", {"opencv", "lensmodel", "imagersize", "intrinsics", "rt_cam_world"});
   const std::filesystem::path file = context.resolve(table, "model");
@@ -54,6 +62,7 @@ Device read_model_file(const TomlTable& table, const TwinFileContext& context) {
   context.files->push_back(file);
   RotTrans rt = Eigen::Map<const RotTrans>(model.rt_cam_ref.data());
   rt.tail<3>() *= context.cameramodel_mm_per_unit;
+  check_translation(rt, file.string());
   return {Lens(model.lensmodel, model.intrinsics, {model.imagersize[0], model.imagersize[1]}, file.string()),
           pose_from_rt(rt)};
 }
@@ -81,6 +90,7 @@ Device read_opencv(const TomlTable& table, const TwinFileContext& context, bool 
   context.files->insert(context.files->end(), files.begin(), files.end());
   RotTrans rt = Eigen::Map<const RotTrans>(model.rt_device_ref.data());
   rt.tail<3>() *= mm_per_unit;
+  check_translation(rt, table.where("opencv"));
   return {Lens(model.lensmodel, model.intrinsics, read_imagersize(table), table.where("opencv")),
           has_pose ? pose_from_rt(rt) : read_pose(table, may_be_world)};
 }
@@ -122,17 +132,9 @@ Optics read_optics(const TomlTable& table) {
   return optics;
 }
 
-/// Camera names become folder and file names.
-std::string read_camera_name(const TomlTable& table) {
-  const std::string name = table.required_string("name");
-  if (name.find_first_of("/\\") != std::string::npos || name.front() == '.')
-    table.fail("name", fmt::format("\"{}\" cannot be a folder name", name), "use letters, digits, _ and -");
-  return name;
-}
-
 Camera read_camera(const TomlTable& table, const TwinFileContext& context, bool first) {
   table.allow(with_device_keys({"name", "sensor", "optics"}));
-  const std::string name = read_camera_name(table);
+  const std::string name = table.required_name();
   const Device device = read_device(table, context, first);
   Camera camera{name, device.lens, device.T_device_world, {}, {}};
   if (const auto sensor = table.table("sensor")) camera.sensor = read_sensor(*sensor);
@@ -196,7 +198,7 @@ std::optional<Projector> read_projector(const TomlTable& root, const TwinFileCon
         table->required_number("reference_distance_mm", NumberRange::positive());
   else if (table->has("reference_distance_mm"))
     table->fail("reference_distance_mm", "has no effect without falloff = \"inverse-square\"");
-  projector.blur_px = table->number_or("blur_px", projector.blur_px, NumberRange::not_negative());
+  projector.blur_px = table->number_or("blur_px", projector.blur_px, NumberRange{.min = 0.0, .largest = 1e4});
   projector.ambient = table->number_or("ambient", projector.ambient, NumberRange::not_negative());
   return projector;
 }

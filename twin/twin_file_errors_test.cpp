@@ -195,7 +195,7 @@ TEST_F(TwinFileErrors, CamerasAndProjector) {
       HasSubstr("one camera too many: 3 are given"));
   EXPECT_THAT(any_error(kHead + kCamera + kCamera + kFringes), HasSubstr("name of the first camera, too"));
   EXPECT_THAT(error(kHead + with(kCamera, "name", "name = \"a/b\"") + kFringes, "name = \"a/b\""),
-              HasSubstr("cannot be a folder name"));
+              HasSubstr("cannot become part of a file name"));
   // only the first camera may be the world
   load(kHead + "[[camera]]\nname = \"left\"\n" + kLens + kFringes);
   const std::string second = "[[camera]]\nname = \"second\"\n" + kLens;

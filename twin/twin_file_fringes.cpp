@@ -37,7 +37,7 @@ std::vector<double> read_phase_origin(const TomlTable& table, std::size_t n_pitc
 }
 
 std::vector<double> read_pitches(const TomlTable& table) {
-  const std::vector<double> pitches = *table.numbers("pitches_px", NumberRange::positive());
+  const std::vector<double> pitches = *table.numbers("pitches_px", NumberRange::positive(1e-3, 1e6));
   if (pitches.empty()) table.fail("pitches_px", "must have one pitch or more");
   std::vector<double> sorted = pitches;
   std::sort(sorted.begin(), sorted.end());
@@ -88,16 +88,18 @@ void check_gray(const TomlTable& table, const Fringes& fringes, const DirectionF
                "use \"inverse\" or \"white-black\"");
 }
 
-void check_unwrap(const TomlTable& table, const Fringes& fringes) {
-  for (const DirectionFringes& direction : fringes.directions) {
+/// Also drops a Gray code that the unwrapping does not use.
+void check_unwrap(const TomlTable& table, Fringes& fringes) {
+  for (DirectionFringes& direction : fringes.directions) {
     const std::size_t n = direction.pitches_px.size();
     if (fringes.unwrap == Unwrap::gray) {
       check_gray(table, fringes, direction);
       continue;
     }
-    // A template may carry the table along: it names no images then, which the user should hear.
+    // A template may carry the table along: it adds no images to the sequence then.
     if (direction.gray)
       warn(table.where("gray") + ": [fringes.gray] has no effect without unwrap = \"gray\"");
+    direction.gray.reset();
     if (fringes.unwrap == Unwrap::heterodyne && n != 3)
       table.fail("pitches_px", fmt::format("must be 3 pitches with unwrap = \"heterodyne\", are {}", n));
     if (fringes.unwrap == Unwrap::hierarchical && n < 2)

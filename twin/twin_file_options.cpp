@@ -59,7 +59,7 @@ RenderOptions read_render(const TomlTable& root) {
   render.pixel_fill =
       table->number_or("pixel_fill", render.pixel_fill, {.min = 0.0, .max = 2.0, .min_excluded = true});
   render.phase_error_rad =
-      table->number_or("phase_error_rad", render.phase_error_rad, NumberRange::positive());
+      table->number_or("phase_error_rad", render.phase_error_rad, NumberRange::positive(1e-8, 1.0));
   render.samples = table->integer("samples", 1, 65536);
   if (const auto sampler = table->choice("sampler", {"gauss", "multi-jittered", "sobol"}))
     render.sampler = *sampler == "gauss"            ? Sampler::gauss

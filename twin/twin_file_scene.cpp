@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "twin/twin_file.hpp"
@@ -12,10 +13,10 @@ namespace fringetwin {
 namespace {
 
 Eigen::Vector3d read_unit_vector(const TomlTable& table, const std::string& key) {
-  const Eigen::Vector3d v = table.required_vector3(key);
-  const double length = v.norm();
-  if (!(length > 0.0)) table.fail(key, "must not be [0, 0, 0]");
-  return v / length;
+  const auto v = table.vector(key, 3, NumberRange::any_size());
+  if (!v) table.fail(key, "is missing", "it must be an array of 3 numbers");
+  if (v->isZero(0.0)) table.fail(key, "must not be [0, 0, 0]");
+  return v->stableNormalized();  // of any length, also 1e200
 }
 
 /// Any fixed direction across the normal, for a plane whose first side has no direction given:
@@ -68,36 +69,35 @@ MeshShape read_mesh(const TomlTable& table, const TwinFileContext& context) {
 MeasuredShape read_measured(const TomlTable& table) {
   MeasuredShape measured;
   measured.steps = table.choice("steps", {"even", "odd", "all"}).value_or(measured.steps);
-  measured.smoothing_px = table.number_or("smoothing_px", measured.smoothing_px, NumberRange::not_negative());
+  measured.smoothing_px =
+      table.number_or("smoothing_px", measured.smoothing_px, NumberRange::between(0.0, 100.0));
   return measured;
 }
 
-/// `keys` of the shape, besides those every object has.
-void allow_keys(const TomlTable& table, std::vector<std::string> keys) {
-  keys.insert(keys.end(), {"name", "shape", "material"});
+const std::map<std::string, std::vector<std::string>> kShapeKeys = {
+    {"sphere", {"center_mm", "radius_mm"}},
+    {"plane", {"point_mm", "normal", "size_mm", "u_axis"}},
+    {"cylinder", {"point_mm", "axis", "radius_mm", "length_mm"}},
+    {"mesh", {"file", "unit", "rt_world_object", "shading"}},
+    {"measured", {"steps", "smoothing_px"}}};
+
+/// Keys of the shape (of every shape while it is not known) and those every object has.
+void allow_keys(const TomlTable& table, const std::string& shape) {
+  std::vector<std::string> keys = {"name", "shape", "material"};
+  for (const auto& [kind, own] : kShapeKeys)
+    if (shape.empty() || kind == shape) keys.insert(keys.end(), own.begin(), own.end());
   table.allow(keys);
 }
 
 Shape read_shape(const TomlTable& table, const TwinFileContext& context) {
+  if (!table.has("shape")) allow_keys(table, "");  // a misspelt "shape" is named as such
   const std::string shape =
       table.required_choice("shape", {"sphere", "plane", "cylinder", "mesh", "measured"});
-  if (shape == "sphere") {
-    allow_keys(table, {"center_mm", "radius_mm"});
-    return read_sphere(table);
-  }
-  if (shape == "plane") {
-    allow_keys(table, {"point_mm", "normal", "size_mm", "u_axis"});
-    return read_plane(table);
-  }
-  if (shape == "cylinder") {
-    allow_keys(table, {"point_mm", "axis", "radius_mm", "length_mm"});
-    return read_cylinder(table);
-  }
-  if (shape == "mesh") {
-    allow_keys(table, {"file", "unit", "rt_world_object", "shading"});
-    return read_mesh(table, context);
-  }
-  allow_keys(table, {"steps", "smoothing_px"});
+  allow_keys(table, shape);
+  if (shape == "sphere") return read_sphere(table);
+  if (shape == "plane") return read_plane(table);
+  if (shape == "cylinder") return read_cylinder(table);
+  if (shape == "mesh") return read_mesh(table, context);
   return read_measured(table);
 }
 
@@ -118,7 +118,7 @@ std::vector<Object> read_objects(const TomlTable& root, const TwinFileContext& c
   for (const TomlTable& table : root.tables("object")) {
     Object object;
     object.shape = read_shape(table, context);
-    object.name = table.required_string("name");
+    object.name = table.required_name();
     if (!names.insert(object.name).second)
       table.fail("name", fmt::format("\"{}\" is the name of an earlier object, too", object.name));
     if (const auto material = table.table("material")) object.material = read_material(*material);

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The folder behind --out: refused before the work when it cannot be written, and never left looking complete
+// while it is not.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fringetwin::cli {
+
+/// Throws UserError(usage) unless `dir` is a folder that can be written, or one that can be made. Makes
+/// nothing: a run that fails leaves nothing behind.
+void check_out_folder(const std::filesystem::path& dir);
+
+/// Makes `dir` and takes away the files (relative to it) that an earlier run wrote last: a reader takes them
+/// for the sign that all the others are there. Throws UserError(usage).
+void begin_output(const std::filesystem::path& dir, const std::vector<std::string>& last_files);
+
+}  // namespace fringetwin::cli

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// Options, output folders and exit codes of the built program. No tolerances: codes and sentences are exact.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "tests/e2e/small_twin.hpp"
+
+namespace fringetwin::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+namespace fs = std::filesystem;
+
+std::string written_twin(const fs::path& dir, const std::string& toml) {
+  write_file(dir / "twin.toml", toml);
+  return (dir / "twin.toml").string();
+}
+
+std::string results_with_radius(double radius_mm) {
+  return "[real.results]\n[[real.results.fit]]\nobject = \"ball\"\nradius_mm = " + std::to_string(radius_mm) +
+         "\n[limits]\nradius_mm = 0.5\n";
+}
+
+TEST(ExitCodes, LimitsMetIs0AndNotMetIs1) {
+  FT_NEED_DEVICE();
+  const auto dir = scratch_folder("limits");
+  for (const auto& [radius_mm, code, verdict] : {std::tuple{19.0, 0, "pass"}, std::tuple{21.0, 1, "fail"}}) {
+    const std::string twin = written_twin(dir, small_twin({}, results_with_radius(radius_mm)));
+    const RunResult run = run_fringetwin({"cosim", twin, "--out", (dir / "out").string()});
+    EXPECT_EQ(run.exit_code, code) << run.err;
+    const auto result = read_json(dir / "out" / "result.json");
+    EXPECT_EQ(result["verdict"], verdict);
+    ASSERT_EQ(result["limits"].size(), 1u);
+    EXPECT_EQ(result["limits"][0]["pass"], code == 0);
+  }
+}
+
+// The same sentence and code from every command, before the work: no device is needed.
+TEST(OutFolder, ThatCannotBeMadeIsExitCode2) {
+  const auto dir = scratch_folder("blocked");
+  const std::string twin = written_twin(dir, small_twin());
+  write_file(dir / "file", "in the way");
+  const std::string no_device = "VK_ICD_FILENAMES=/nonexistent.json";
+  for (const std::string& out : {(dir / "file").string(), (dir / "file" / "below").string()})
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"render", twin},
+          {"cosim", twin},
+          {"measure", twin, "--captures", dir.string()},
+          {"compare", twin, "--real", dir.string(), "--sim", dir.string()},
+          {"import", "opencv", twin, "--camera", "left=M,D@64x48"}}) {
+      std::vector<std::string> args = command;
+      args.insert(args.end(), {"--out", out});
+      expect_refused(run_fringetwin(args, {no_device}), 2,
+                     {"--out " + out + ": ", "is no folder", "choose a folder"});
+    }
+  EXPECT_EQ(read_file(dir / "file"), "in the way");
+}
+
+TEST(OutFolder, OfARunThatFailsIsNotMade) {
+  const auto dir = scratch_folder("not-made");
+  const std::string twin = written_twin(dir, small_twin({{"radius_mm = 19", "radius_mm = 0"}}));
+  EXPECT_EQ(run_fringetwin({"render", twin, "--out", (dir / "out").string()}).exit_code, 2);
+  EXPECT_FALSE(fs::exists(dir / "out"));
+}
+
+// A second run that breaks off between its images must not leave the first run's capture.toml on a mix.
+TEST(OutFolder, ABrokenOffRunDoesNotLookComplete) {
+  FT_NEED_DEVICE();
+  const auto dir = scratch_folder("broken-off");
+  ASSERT_EQ(render_twin(small_twin(), dir).exit_code, 0);
+  ASSERT_TRUE(fs::exists(dir / "out" / "capture.toml"));
+  fs::remove(dir / "out" / "left" / "0007.png");
+  write_file(dir / "out" / "left" / "0007.png" / "x", "no image can replace this folder");
+  EXPECT_EQ(render_twin(small_twin({{"radius_mm = 19", "radius_mm = 18"}}), dir).exit_code, 2);
+  EXPECT_FALSE(fs::exists(dir / "out" / "capture.toml"));
+}
+
+TEST(Render, RefusesFringesThatCannotBeUnwrappedBeforeTheWork) {
+  const auto dir = scratch_folder("infeasible");
+  expect_refused(render_twin(small_twin({{"[13, 14, 15]", "[10, 20, 30]"}}), dir), 2,
+                 {"the pitches 10, 20, 30 repeat after", "does not cover the projector's 1280 px"});
+  EXPECT_FALSE(fs::exists(dir / "out"));
+}
+
+TEST(Render, RecordsTheExposure) {
+  FT_NEED_DEVICE();
+  const auto dir = scratch_folder("exposure");
+  ASSERT_EQ(render_twin(small_twin({{"gain_dn = 20", "gain_dn = 20\nexposure_ms = 12.5"}}), dir).exit_code,
+            0);
+  EXPECT_THAT(read_file(dir / "out" / "capture.toml"), HasSubstr("\"exposure_ms left\" = \"12.5\""));
+}
+
+TEST(MeasuredObject, StepsThatLeaveNothingToCompareAreRefusedBeforeTheWork) {
+  const auto dir = scratch_folder("left-over");
+  const std::string sphere = "shape = \"sphere\"\ncenter_mm = [0, 0, 270]\nradius_mm = 19";
+  const std::string real = "[real]\ncaptures = \"real\"\n";
+  const std::string five =
+      written_twin(dir, small_twin({{"steps = 4", "steps = 5"}, {sphere, "shape = \"measured\""}}, real));
+  expect_refused(run_fringetwin({"cosim", five, "--out", (dir / "out").string()}), 2,
+                 {"leave 2 of the 5 phase steps"});
+  const std::string both = written_twin(
+      dir, small_twin({{"steps = 4", "steps = 8"}, {sphere, "shape = \"measured\""}},
+                      "[[object]]\nname = \"two\"\nshape = \"measured\"\nsteps = \"odd\"\n" + real));
+  expect_refused(run_fringetwin({"compare", both, "--real", dir.string(), "--sim", dir.string(), "--out",
+                                 (dir / "out").string()}),
+                 2, {"\"two\"", "leave 0 of the 8 phase steps"});
+}
+
+TEST(Options, ValuesOutOfRange) {
+  const auto dir = scratch_folder("options");
+  const std::string twin = written_twin(dir, small_twin()), out = (dir / "out").string();
+  for (const auto& [option, value] :
+       {std::pair{"--seed", "-1"}, std::pair{"--seed", "x"}, std::pair{"--phase-error", "1e-12"},
+        std::pair{"--phase-error", "0"}, std::pair{"--phase-error", "10"}, std::pair{"--samples", "many"}}) {
+    const RunResult run = run_fringetwin({"render", twin, "--out", out, option, value});
+    EXPECT_EQ(run.exit_code, 2) << option << " " << value << ": " << run.err;
+    EXPECT_THAT(run.err, HasSubstr(option));
+  }
+  EXPECT_FALSE(fs::exists(out));
+}
+
+TEST(Options, QuietBeforeAndAfterTheSubcommand) {
+  FT_NEED_DEVICE();
+  const auto dir = scratch_folder("quiet");
+  const std::string twin = written_twin(dir, small_twin()), out = (dir / "out").string();
+  for (const std::vector<std::string>& args : {std::vector<std::string>{"-q", "render", twin, "--out", out},
+                                               {"render", "-q", twin, "--out", out},
+                                               {"render", twin, "--out", out, "--quiet"}}) {
+    const RunResult run = run_fringetwin(args);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(run.err, "");
+  }
+}
+
+}  // namespace
+}  // namespace fringetwin::test
