@@ -4,22 +4,29 @@ CAPTURES := $(or $(FRINGETWIN_CAPTURES),$(abspath $(CURDIR)/../shared/captures))
 JOBS ?= $(shell nproc)
 OUT ?= out
 
-.PHONY: help deps build demo test test-all test-quick asan format-check format bench clean
+.PHONY: help deps configure program build demo test test-all asan tidy format-check format bench clean
 help:
 	@echo "make demo      install packages, build, run the paper's sphere (and a real capture if present), say where the report is"
 	@echo "make test      everything CI runs (format, includes, unit, accuracy, real data, end to end, sanitizers)"
 	@echo "make test-all  the same and the long statistical tests"
-	@echo "make build | bench | format | clean"
+	@echo "make tidy      clang-tidy over DIRS=\"twin cli\": naming rules, bug patterns (slow)"
+	@echo "make build | program | bench | format | clean"
 
 deps:
 	@scripts/install_packages.sh
 
-build: deps
+configure: deps
 	@cmake --preset release >build-configure.log 2>&1 || { cat build-configure.log; exit 2; }
 	@mv build-configure.log build/configure.log
+
+# The program alone, without tests and benchmarks.
+program: configure
+	@cmake --build build -j $(JOBS) --target fringetwin_binary
+
+build: configure
 	@cmake --build build -j $(JOBS)
 
-demo: build
+demo: program
 	@scripts/demo.sh "$(OUT)" "$(CAPTURES)"
 
 test: build format-check
@@ -35,6 +42,11 @@ asan: deps
 	@mv build-configure.log build-asan/configure.log
 	@cmake --build build-asan -j $(JOBS) --target unit_tests
 	@scripts/run_tests.sh build-asan -L unit
+
+# Naming rules and bug patterns (.clang-tidy); slow, so no part of `make test`. DIRS: folders to look at.
+DIRS ?= twin cli
+tidy: configure
+	@scripts/tidy.sh build $(DIRS)
 
 format-check:
 	@scripts/check_format.sh

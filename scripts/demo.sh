@@ -6,10 +6,12 @@ out=$1
 captures=$2
 export FRINGETWIN_CAPTURES=$captures
 
+reports=()
 run() { # NAME: a verdict "fail" (exit 1) is a result, not a broken demo
   build/fringetwin cosim "datasets/$1/twin.toml" --out "$out/$1"
   local status=$?
   if [ $status -gt 1 ]; then exit $status; fi
+  reports+=("$out/$1/report.html")
 }
 
 run paper-sphere
@@ -21,6 +23,6 @@ fi
 
 echo
 echo "Reports (open in any browser, no network needed):"
-for report in "$out"/*/report.html; do
+for report in "${reports[@]}"; do
   echo "  file://$(realpath "$report")"
 done

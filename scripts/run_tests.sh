@@ -6,7 +6,13 @@ shift
 export UBSAN_OPTIONS=print_stacktrace=1
 # Leak checking is off for what we do not own (drivers, PCL's static tables).
 export ASAN_OPTIONS=detect_leaks=0
-ctest --test-dir "$build" --output-on-failure -j "$(nproc)" --output-log "$build/ctest.log" "$@"
+ctest --test-dir "$build" --no-tests=error --output-on-failure -j "$(nproc)" --output-log "$build/ctest.log" "$@"
 status=$?
-grep -h "SKIPPED:" "$build/Testing/Temporary/LastTest.log" 2>/dev/null | sort -u
+# Every skipped case with its reason: the lines between "file:line: Skipped" and "[  SKIPPED ] name".
+log=$build/Testing/Temporary/LastTest.log
+if [ -f "$log" ]; then
+  awk '/: Skipped$/ { reason = ""; open = 1; next }
+       /^\[  SKIPPED \] .*ms\)$/ { if (open) print "skipped: " $4 ": " reason; open = 0; next }
+       open && NF { reason = reason (reason == "" ? "" : " ") $0 }' "$log" | sort -u
+fi
 exit $status

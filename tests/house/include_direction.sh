@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
-# DESIGN §2: which folder may include which. Fails on any other arrow; `--self-test` proves it can.
+# DESIGN §2: which folder may include which. include_direction.sh ROOT fails on any other arrow, however it is
+# written; include_direction.sh --self-test proves that it can.
 set -euo pipefail
-root=${1:?source folder}
+
+folders=(twin render measure report calib capture compare study cli)
 
 allowed() {
   case "$1" in
@@ -17,27 +19,71 @@ allowed() {
   esac
 }
 
+# scan ROOT: every include of one of our folders, as "..." or <...>, with blanks, with ./ or ../ before it.
 scan() {
-  local root=$1 status=0 folder file target
-  for folder in twin render measure report calib capture compare study cli; do
+  local root=$1 status=0 scanned=0 folder file target
+  local names
+  names=$(IFS='|'; echo "${folders[*]}")
+  for folder in "${folders[@]}"; do
+    [ -d "$root/$folder" ] || continue
+    scanned=$((scanned + $(find "$root/$folder" -name '*.[ch]pp' -o -name '*.h' -o -name '*.comp' -o -name '*.glsl' | wc -l)))
     while IFS=: read -r file target; do
-      case " $(allowed $folder) " in
+      case " $(allowed "$folder") " in
         *" $target "*) ;;
         *) echo "upward include: ${file#"$root"/} includes $target/"; status=1 ;;
       esac
-    done < <(grep -roE --include='*.cpp' --include='*.hpp' --include='*.h' '#include "(twin|render|measure|report|calib|capture|compare|study|cli)/' \
-      "$root/$folder" 2>/dev/null | sed -E 's/#include "([a-z]+)\//\1/')
+    done < <(grep -roE --include='*.cpp' --include='*.hpp' --include='*.h' --include='*.comp' --include='*.glsl' \
+      "^[[:space:]]*#[[:space:]]*include[[:space:]]*[\"<](\.{1,2}/)*($names)/" "$root/$folder" |
+      sed -E "s~:[^:]*[\"</]($names)/\$~:\1~")
   done
+  if [ "$scanned" -eq 0 ]; then
+    echo "include_direction: no source file of ours under $root"
+    return 1
+  fi
   return $status
 }
 
-# The test must be able to fail: an upward include in a scratch tree is found.
-scratch=$(mktemp -d)
-trap 'rm -rf "$scratch"' EXIT
-mkdir -p "$scratch/twin"
-echo '#include "render/renderer.hpp"' >"$scratch/twin/bad.cpp"
-if scan "$scratch" >/dev/null; then
-  echo "include_direction: the check does not see a planted upward include"
-  exit 1
+# Every planted include must be seen, each alone; a tree without any must pass, one without sources must not.
+self_test() {
+  local include n=0
+  scratch=$(mktemp -d)
+  trap 'rm -rf "$scratch"' EXIT
+  mkdir -p "$scratch/twin/sub" "$scratch/empty"
+  expect_refused() {
+    if scan "$scratch" >"$scratch/said"; then
+      echo "include_direction: does not see: $1"
+      exit 1
+    fi
+    grep -q "upward include: .* includes render/" "$scratch/said" || { echo "wrong answer for: $1"; exit 1; }
+  }
+  while IFS= read -r include; do
+    echo "$include" >"$scratch/twin/sub/bad.hpp"
+    expect_refused "$include"
+    n=$((n + 1))
+  done <<'END'
+#include "render/renderer.hpp"
+#include <render/renderer.hpp>
+# include "render/renderer.hpp"
+  #  include  <render/renderer.hpp>
+#include "../render/renderer.hpp"
+#include "./../../render/renderer.hpp"
+#include"render/renderer.hpp"
+END
+  printf '#include "twin/pose.hpp"\n#include <vector>\n// see "render/renderer.hpp"\n' >"$scratch/twin/sub/bad.hpp"
+  if ! scan "$scratch"; then
+    echo "include_direction: refuses includes that are allowed"
+    exit 1
+  fi
+  if scan "$scratch/empty" >/dev/null || scan "$scratch/none" >/dev/null; then
+    echo "include_direction: passes a tree without sources"
+    exit 1
+  fi
+  echo "include_direction: sees all $n planted upward includes"
+}
+
+if [ "${1:?--self-test or the source folder}" = --self-test ]; then
+  self_test
+else
+  scan "$1"
+  echo "include directions as DESIGN §2 says"
 fi
-scan "$root" && echo "include directions as DESIGN §2 says"
