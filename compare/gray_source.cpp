@@ -23,6 +23,10 @@ void choose_images(GrayPair& pair, const Twin& twin, const CompareOptions& optio
   bool left_out = false;
   for (int i = 0; i < static_cast<int>(pair.patterns.size()); ++i) {
     const PatternSpec& pattern = pair.patterns[static_cast<std::size_t>(i)];
+    if (pattern.is_image()) {
+      pair.images.push_back(i);
+      continue;
+    }
     if (pattern.is_gray()) {
       if (gray_compares)
         pair.images.push_back(i);

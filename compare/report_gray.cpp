@@ -26,7 +26,7 @@ int shown_image(const Twin& twin, const std::vector<int>& candidates) {
   const int finest = twin.fringes.directions.front().finest();
   for (int i : candidates) {
     const PatternSpec& p = patterns[static_cast<std::size_t>(i)];
-    if (!p.is_gray() && p.direction == 0 && p.pitch == finest) return i;
+    if (!p.is_gray() && !p.is_image() && p.direction == 0 && p.pitch == finest) return i;
   }
   return candidates.empty() ? 0 : candidates.front();
 }

@@ -70,6 +70,8 @@ DirectionImages collect_direction(const CameraImages& images, const Fringes& fri
       case PatternSpec::Kind::complementary_inverse:
         out.complementary_inverse = image;
         break;
+      case PatternSpec::Kind::image:
+        break;
     }
   }
   return out;

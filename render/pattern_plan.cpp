@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "render/waveform.hpp"
 #include "twin/errors.hpp"
@@ -13,6 +15,7 @@ namespace {
 constexpr int period_samples = 8192;        // linear interpolation: 7e-8 of a cosine
 constexpr double samples_per_sigma = 64.0;  // of a blurred edge: 7e-6
 constexpr double fewest_samples_per_px = 16.0;
+constexpr std::size_t most_texels = 1U << 24;  // of a pass's tables: their offsets travel as floats
 constexpr double widest_edge_words = 0.5;  // Gray edges of a larger sigma overlap: a table is cheaper then
 
 Double4 along(Axis axis, double scale, double offset) {
@@ -21,14 +24,25 @@ Double4 along(Axis axis, double scale, double offset) {
 
 double turn_fraction(double turns) { return turns - std::floor(turns); }
 
-DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
+// One period per [direction, pitch]: the steps are shifts of it.
+using PeriodTables = std::map<std::pair<int, int>, std::vector<float>>;
+
+DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px,
+                         PeriodTables* tables) {
   const DirectionFringes& d = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
   const auto p = static_cast<std::size_t>(spec.pitch);
-  DirectSlot slot{DirectSlot::Kind::periodic, image, {}, {}, periodic_waveform(twin, spec, period_samples)};
-  slot.waveform.push_back(slot.waveform.front());
-  slot.waveform.push_back(slot.waveform[1]);
+  std::vector<float>& table = (*tables)[{spec.direction, spec.pitch}];
+  if (table.empty()) {
+    PatternSpec first = spec;
+    first.step = 0;
+    table = periodic_waveform(twin, first, period_samples);
+    table.push_back(table[0]);
+    table.push_back(table[1]);
+  }
+  DirectSlot slot{DirectSlot::Kind::periodic, image, {}, {}, table};
   slot.a = along(d.axis, 1.0 / d.pitches_px[p],
-                 turn_fraction((center_px - d.phase_origin_px[p]) / d.pitches_px[p]));
+                 turn_fraction((center_px - d.phase_origin_px[p]) / d.pitches_px[p] +
+                               static_cast<double>(spec.step) / twin.fringes.steps));
   slot.b[1] = period_samples;
   return slot;
 }
@@ -63,6 +77,20 @@ DirectSlot gray_slot(const Twin& twin, const PatternSpec& spec, std::size_t imag
   return slot;
 }
 
+// The raster after the response; the shader averages its pixels.
+DirectSlot image_slot(const Twin& twin, const PatternSpec& spec, std::size_t image) {
+  const ImageF& levels = *twin.fringes.images.at(static_cast<std::size_t>(spec.image)).levels;
+  FT_CHECK(levels.width == twin.projector->lens.width() && levels.height == twin.projector->lens.height(),
+           "pattern images have the projector's size");
+  DirectSlot slot{DirectSlot::Kind::image, image, {}, {}, levels.data};
+  if (!is_linear(twin.projector->response))
+    for (float& level : slot.waveform)
+      level = static_cast<float>(twin.projector->response(static_cast<double>(level)));
+  slot.b[1] = levels.width;
+  slot.b[2] = levels.height;
+  return slot;
+}
+
 // Table offsets within the pass's one waveform buffer.
 void place_waveforms(PassPlan* pass) {
   std::size_t first = 0;
@@ -70,8 +98,7 @@ void place_waveforms(PassPlan* pass) {
     if (slot.kind != DirectSlot::Kind::gray) slot.b[0] = static_cast<double>(first);
     first += slot.waveform.size();
   }
-  // Offsets travel as floats.
-  if (first >= (1U << 24))
+  if (first > most_texels)
     throw UserError(
         ExitCode::usage, "fringes.gray",
         "the code words are too narrow for the projector's size: their images need more than 64 MB",
@@ -89,6 +116,7 @@ std::vector<PassPlan> plan_passes(const Twin& twin, double center_x_px, double c
   const bool linear = is_linear(twin.projector->response);
   std::vector<PitchSlot> pitches;
   std::vector<DirectSlot> direct;
+  PeriodTables tables;
   if (linear && twin.fringes.steps > 0) {
     for (std::size_t d = 0; d < twin.fringes.directions.size(); ++d) {
       const DirectionFringes& direction = twin.fringes.directions[d];
@@ -103,10 +131,14 @@ std::vector<PassPlan> plan_passes(const Twin& twin, double center_x_px, double c
   const auto sequence = expand_sequence(twin.fringes);
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const PatternSpec& spec = sequence[i];
+    if (spec.is_image()) {
+      direct.push_back(image_slot(twin, spec, i));
+      continue;
+    }
     const Axis axis = twin.fringes.directions[static_cast<std::size_t>(spec.direction)].axis;
     const double center = axis == Axis::x ? center_x_px : center_y_px;
     if (!spec.is_gray()) {
-      if (!linear) direct.push_back(periodic_slot(twin, spec, i, center));
+      if (!linear) direct.push_back(periodic_slot(twin, spec, i, center, &tables));
     } else {
       DirectSlot slot = gray_slot(twin, spec, i, center);
       const bool overlap = twin.projector->blur_px * slot.a[0] > widest_edge_words;
@@ -118,8 +150,12 @@ std::vector<PassPlan> plan_passes(const Twin& twin, double center_x_px, double c
 
   // Even shares, so that the passes can use the same pipeline where the counts agree.
   const auto parts = [](std::size_t n, std::size_t most) { return (n + most - 1) / most; };
+  std::size_t most_direct = MAX_DIRECT;
+  if (!twin.fringes.images.empty())
+    most_direct =
+        std::clamp<std::size_t>(most_texels / twin.fringes.images.front().levels->size(), 1, MAX_DIRECT);
   const std::size_t n_passes =
-      std::max<std::size_t>({1, parts(pitches.size(), MAX_PITCHES), parts(direct.size(), MAX_DIRECT)});
+      std::max<std::size_t>({1, parts(pitches.size(), MAX_PITCHES), parts(direct.size(), most_direct)});
   std::vector<PassPlan> passes(n_passes);
   for (std::size_t k = 0; k < n_passes; ++k) {
     const auto share = [&](std::size_t n, std::size_t i) { return n * i / n_passes; };

@@ -15,7 +15,7 @@ struct PitchSlot {
   Double4 values;  ///< Params::pitch
 };
 struct DirectSlot {
-  enum class Kind { periodic, axis, gray };
+  enum class Kind { periodic, axis, gray, image };
   Kind kind;
   std::size_t image;  ///< index in the sequence
   Double4 a{}, b{};   ///< Params::direct, direct_b
@@ -23,7 +23,7 @@ struct DirectSlot {
 };
 struct PassPlan {
   std::vector<PitchSlot> pitches;
-  std::vector<DirectSlot> direct;  ///< periodic, then axis, then gray
+  std::vector<DirectSlot> direct;  ///< periodic, then axis, gray, image
   int count(DirectSlot::Kind kind) const;
   std::size_t channels() const { return 2 + 2 * pitches.size() + direct.size(); }
 };

@@ -22,6 +22,24 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // A shadow ray starts this far from its surface point: double rounding at 1 m is 1e-13 mm.
 constexpr double shadow_start_mm = 1e-9;
 
+// What a pixel raster lights at q: response, then the Gaussian blur of its square pixels.
+double shown_level(const Projector& projector, const ImageF& levels, const Eigen::Vector2d& q_px) {
+  const double sigma = projector.blur_px;
+  if (sigma == 0.0) return projector.response(image_level(levels, q_px.x(), q_px.y()));
+  const auto share = [sigma](double from_center) {
+    const double scale = 1.0 / (sigma * std::numbers::sqrt2);
+    return 0.5 * (std::erf((from_center + 0.5) * scale) - std::erf((from_center - 0.5) * scale));
+  };
+  const long reach = static_cast<long>(std::ceil(8.5 * sigma)) + 1;
+  const long column = std::lround(q_px.x()), row = std::lround(q_px.y());
+  double sum = 0.0;
+  for (long y = row - reach; y <= row + reach; ++y)
+    for (long x = column - reach; x <= column + reach; ++x)
+      sum += share(q_px.x() - static_cast<double>(x)) * share(q_px.y() - static_cast<double>(y)) *
+             projector.response(image_level(levels, static_cast<double>(x), static_cast<double>(y)));
+  return sum;
+}
+
 struct SceneHit {
   double t_mm = infinity;
   int object = -1;
@@ -74,7 +92,8 @@ Reference::Impl::Impl(const Twin& t) : twin(t) {
     reach = std::max(reach, projector_center.norm());
     linear = is_linear(twin.projector->response);
     sequence = expand_sequence(twin.fringes);
-    for (const PatternSpec& p : sequence) patterns.emplace_back(twin, p);
+    for (const PatternSpec& p : sequence)
+      if (!p.is_image()) patterns.emplace_back(twin, p);  // images are the last ones
   }
   for (const Object& object : twin.objects) {
     FT_CHECK(!std::holds_alternative<MeasuredShape>(object.shape), "measured shapes must be built first");
@@ -222,6 +241,12 @@ void Reference::Impl::add(const PixelSample& s, double weight, ReferencePixel& p
     }
   }
   for (std::size_t i = 0; i < sequence.size(); ++i) {
+    if (sequence[i].is_image()) {
+      const auto k = static_cast<std::size_t>(sequence[i].image);
+      pixel.irradiance[i] +=
+          w * shown_level(*twin.projector, *twin.fringes.images.at(k).levels, s.projector_px);
+      continue;
+    }
     const Axis axis = twin.fringes.directions[static_cast<std::size_t>(sequence[i].direction)].axis;
     pixel.irradiance[i] += w * patterns[i](axis == Axis::x ? s.projector_px.x() : s.projector_px.y());
   }

@@ -180,6 +180,7 @@ SpecConstants make_constants(const Twin& twin, const Camera& camera, const Packe
   set(SPEC_N_PERIODIC, pass.count(DirectSlot::Kind::periodic));
   set(SPEC_N_AXIS, pass.count(DirectSlot::Kind::axis));
   set(SPEC_N_GRAY, pass.count(DirectSlot::Kind::gray));
+  set(SPEC_N_IMAGES, pass.count(DirectSlot::Kind::image));
   set(SPEC_GRAY_BLUR, twin.projector->blur_px > 0.0);
   return c;
 }

@@ -71,6 +71,10 @@ int DirectionFringes::finest() const {
 }
 
 std::string PatternSpec::label(const Fringes& fringes) const {
+  if (is_image()) {
+    const std::string name = fringes.images.at(static_cast<std::size_t>(image)).file.filename().string();
+    return name.empty() ? fmt::format("image {}", image) : "image " + name;
+  }
   const DirectionFringes& d = fringes.directions.at(static_cast<std::size_t>(direction));
   const char* axis = axis_name(d.axis);
   switch (kind) {
@@ -85,6 +89,8 @@ std::string PatternSpec::label(const Fringes& fringes) const {
       return fmt::format("{} complementary bit", axis);
     case Kind::complementary_inverse:
       return fmt::format("{} complementary bit inverse", axis);
+    case Kind::image:
+      break;
   }
   return axis;
 }
@@ -104,6 +110,13 @@ std::vector<PatternSpec> expand_sequence(const Fringes& fringes) {
     }
     if (direction.gray) append_gray(sequence, *direction.gray, d);
   }
+  for (int i = 0; i < static_cast<int>(fringes.images.size()); ++i) {
+    PatternSpec spec;
+    spec.kind = PatternSpec::Kind::image;
+    spec.direction = spec.pitch = spec.step = -1;
+    spec.image = i;
+    sequence.push_back(spec);
+  }
   return sequence;
 }
 
@@ -113,7 +126,15 @@ bool needs_white_black(const Fringes& fringes) {
   });
 }
 
+double image_level(const ImageF& levels, double x_px, double y_px) {
+  const auto nearest = [](double q, int size) {
+    return static_cast<int>(std::clamp(std::floor(q + 0.5), 0.0, static_cast<double>(size - 1)));
+  };
+  return levels(nearest(x_px, levels.width), nearest(y_px, levels.height));
+}
+
 double pattern_value(const Fringes& fringes, const PatternSpec& pattern, double coordinate_px) {
+  FT_CHECK(!pattern.is_image(), "an image is no function of one coordinate");
   const DirectionFringes& direction = fringes.directions.at(static_cast<std::size_t>(pattern.direction));
   if (pattern.is_gray()) return gray_value(direction, pattern, coordinate_px);
   const auto pitch = static_cast<std::size_t>(pattern.pitch);

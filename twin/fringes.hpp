@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The projected sequence: phase-shifted fringes and Gray code (DESIGN §3), its order and values.
 #pragma once
+#include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "twin/image.hpp"
 
 namespace fringetwin {
 
@@ -30,29 +34,38 @@ struct DirectionFringes {
   int finest() const;
 };
 
+/// An arbitrary image the projector shows, pixel for pixel.
+struct PatternImage {
+  std::filesystem::path file;            ///< empty for one made in memory
+  std::shared_ptr<const ImageF> levels;  ///< of the projector's size, fraction of full scale
+};
+
 struct Fringes {
   std::vector<DirectionFringes> directions;
   int steps = 4;  ///< 0 = Gray code only
   Unwrap unwrap = Unwrap::heterodyne;
   double mean = 0.5;  ///< fraction of the projector's full scale
   double amplitude = 0.5;
+  std::vector<PatternImage> images;  ///< shown after all others; no phase comes from them
 };
 
 /// One image of the sequence.
 struct PatternSpec {
-  enum class Kind { phase_step, gray_bit, gray_bit_inverse, complementary, complementary_inverse };
+  enum class Kind { phase_step, gray_bit, gray_bit_inverse, complementary, complementary_inverse, image };
   Kind kind = Kind::phase_step;
-  int direction = 0;  ///< index into Fringes::directions
+  int direction = 0;  ///< index into Fringes::directions; -1 for an image, as pitch and step are
   int pitch = 0;      ///< index into pitches_px (phase_step)
   int step = 0;       ///< n of N (phase_step)
   int bit = 0;        ///< gray_bit: 0 = most significant, bits-1 = least, whatever the file order
-  bool is_gray() const { return kind != Kind::phase_step; }
+  int image = -1;     ///< index into Fringes::images (image)
+  bool is_image() const { return kind == Kind::image; }
+  bool is_gray() const { return kind != Kind::phase_step && kind != Kind::image; }
   /// e.g. "x pitch 13 step 2/4", "x gray bit 3".
   std::string label(const Fringes& fringes) const;
 };
 
 /// Sequence order = file number: per direction all pitches x steps, then Gray images (pattern,
-/// inverse where pairs are used), then the complementary bit.
+/// inverse where pairs are used), then the complementary bit; after all directions the images.
 std::vector<PatternSpec> expand_sequence(const Fringes& fringes);
 
 /// True when the sequence needs white and black reference images besides (threshold white-black).
@@ -60,8 +73,11 @@ bool needs_white_black(const Fringes& fringes);
 
 /// The ideal projected value, fraction of full scale, at projector coordinate `coordinate_px` along
 /// the pattern's axis (double-precision truth; before projector response and blur).
-/// Gray bits are 1 (bright) or 0.
+/// Gray bits are 1 (bright) or 0. Not for images.
 double pattern_value(const Fringes& fringes, const PatternSpec& pattern, double coordinate_px);
+
+/// The level of the image's pixel that holds the coordinate; the border pixels continue beyond the image.
+double image_level(const ImageF& levels, double x_px, double y_px);
 
 /// Gray value (0/1) of `bit` (0 = MSB of `bits`) of word k.
 inline int gray_code_bit(unsigned k, int bits, int bit) {

@@ -32,6 +32,7 @@ Twin load_twin(const fs::path& file) {
   twin.cameras = read_cameras(root, context);
   twin.projector = read_projector(root, context);
   twin.fringes = read_fringes(root);
+  twin.fringes.images = read_pattern_images(root, twin.projector, context);
   twin.objects = read_objects(root, context);
   twin.render = read_render(root);
   twin.measure = read_measure(root, twin);

@@ -24,6 +24,10 @@ struct TwinFileContext {
 std::vector<Camera> read_cameras(const TomlTable& root, const TwinFileContext& context);
 std::optional<Projector> read_projector(const TomlTable& root, const TwinFileContext& context);
 Fringes read_fringes(const TomlTable& root);
+/// [fringes] images: read and checked against the projector.
+std::vector<PatternImage> read_pattern_images(const TomlTable& root,
+                                              const std::optional<Projector>& projector,
+                                              const TwinFileContext& context);
 std::vector<Object> read_objects(const TomlTable& root, const TwinFileContext& context);
 RenderOptions read_render(const TomlTable& root);
 /// `twin`: cameras, projector and objects are already there and are checked against.

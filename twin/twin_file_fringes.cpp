@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "twin/errors.hpp"
+#include "twin/image_io.hpp"
 #include "twin/progress.hpp"
 #include "twin/twin_file.hpp"
 
@@ -117,7 +119,7 @@ Fringes read_fringes(const TomlTable& root) {
   if (!found) root.fail("fringes", "is missing", "a twin needs [fringes]");
   const TomlTable& table = *found;
   table.allow({"directions", "pitches_px", "steps", "unwrap", "mean", "amplitude", "phase_origin_px", "gray",
-               "x", "y"});
+               "images", "x", "y"});
   Fringes fringes;
   fringes.steps = table.required_integer("steps", 0, 1000);
   if (fringes.steps == 1 || fringes.steps == 2)
@@ -146,6 +148,33 @@ Fringes read_fringes(const TomlTable& root) {
       table.fail(axis, fmt::format("has no effect: \"{}\" is not in directions", axis));
   check_unwrap(table, fringes);
   return fringes;
+}
+
+std::vector<PatternImage> read_pattern_images(const TomlTable& root,
+                                              const std::optional<Projector>& projector,
+                                              const TwinFileContext& context) {
+  const auto table = root.table("fringes");
+  const auto names = table->strings("images");
+  if (!names) return {};
+  if (!projector) table->fail("images", "need a projector that shows them", "add a [projector] section");
+  std::vector<PatternImage> images;
+  for (const std::string& name : *names) {
+    PatternImage image;
+    image.file = resolve_path(name, context.folder, table->where("images"), ExitCode::usage);
+    LoadedGray loaded = fringetwin::read_gray(image.file);
+    const int width = projector->lens.width(), height = projector->lens.height();
+    if (loaded.image.width != width || loaded.image.height != height)
+      throw UserError(ExitCode::input, image.file.string(),
+                      fmt::format("has {} x {} px, the projector {} x {}", loaded.image.width,
+                                  loaded.image.height, width, height),
+                      "images are shown pixel for pixel");
+    const auto full_scale = static_cast<float>((1 << loaded.file_bits) - 1);
+    for (float& level : loaded.image.data) level /= full_scale;
+    image.levels = std::make_shared<const ImageF>(std::move(loaded.image));
+    context.files->push_back(image.file);
+    images.push_back(std::move(image));
+  }
+  return images;
 }
 
 }  // namespace fringetwin

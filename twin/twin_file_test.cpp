@@ -13,6 +13,7 @@
 #include <locale>
 
 #include "twin/cameramodel.hpp"
+#include "twin/image_io.hpp"
 #include "twin/toml_reader.hpp"
 #include "twin/twin_file_fixture.hpp"
 
@@ -294,6 +295,31 @@ TEST_F(TwinFile, ACommaLocaleChangesNothing) {
   EXPECT_EQ(twin.render.phase_error_rad, 2.5e-3);
   EXPECT_EQ(twin.render.samples, 1024);
   EXPECT_THAT(message, HasSubstr("is 1234.5"));
+}
+
+TEST_F(TwinFile, PatternImages) {
+  ImageF small(4, 3);
+  small.data = {0, 51, 102, 153, 204, 255, 0, 0, 0, 0, 0, 255};
+  write_gray_png(folder_ / "small.png", small, 8);
+  ImageF image(640, 480);
+  image(7, 5) = 65535;
+  image(8, 5) = 13107;
+  write_gray_png(folder_ / "deep.png", image, 16);
+  const std::string key = "images = [\"deep.png\", \"deep.png\"]\n";
+  const Twin twin = load(kHead + kCamera + kProjector + kFringes + key);
+  ASSERT_EQ(twin.fringes.images.size(), 2u);
+  const auto sequence = expand_sequence(twin.fringes);
+  ASSERT_EQ(sequence.size(), 14u);
+  EXPECT_TRUE(sequence[13].is_image());
+  EXPECT_FALSE(sequence[13].is_gray());
+  EXPECT_EQ(sequence[13].image, 1);
+  EXPECT_EQ(sequence[13].label(twin.fringes), "image deep.png");
+  EXPECT_EQ(image_level(*twin.fringes.images[0].levels, 7.4, 4.6), 1.0);
+  EXPECT_NEAR(image_level(*twin.fringes.images[0].levels, 7.6, 5.4), 0.2, 1e-6);
+  EXPECT_EQ(image_level(*twin.fringes.images[0].levels, 6.4, 5.0), 0.0);
+  EXPECT_THROW(load(kHead + kCamera + kProjector + kFringes + "images = [\"small.png\"]\n"), UserError);
+  EXPECT_THROW(load(kHead + kCamera + kProjector + kFringes + "images = [\"none.png\"]\n"), UserError);
+  EXPECT_THROW(load(kHead + kCamera + kFringes + key), UserError);
 }
 
 }  // namespace

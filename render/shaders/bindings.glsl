@@ -41,13 +41,14 @@ layout(constant_id = SPEC_N_PITCHES) const int N_PITCHES = 0;
 layout(constant_id = SPEC_N_PERIODIC) const int N_PERIODIC = 0;
 layout(constant_id = SPEC_N_AXIS) const int N_AXIS = 0;
 layout(constant_id = SPEC_N_GRAY) const int N_GRAY = 0;
+layout(constant_id = SPEC_N_IMAGES) const int N_IMAGES = 0;
 layout(constant_id = SPEC_GRAY_BLUR) const int GRAY_BLUR = 0;
 
 // Primitives in this order: spheres, planes, cylinders, mesh instances.
 const int FIRST_PLANE = N_SPHERES;
 const int FIRST_CYLINDER = N_SPHERES + N_PLANES;
 const int FIRST_MESH = N_SPHERES + N_PLANES + N_CYLINDERS;
-const int N_DIRECT = N_PERIODIC + N_AXIS + N_GRAY;
+const int N_DIRECT = N_PERIODIC + N_AXIS + N_GRAY + N_IMAGES;
 
 layout(push_constant) uniform PushBlock { Push push; };
 layout(std140, binding = BIND_PARAMS) uniform ParamsBlock {

@@ -3,6 +3,7 @@
 // Output channels: mean, hit fraction, (cosine, sine) per pitch, direct images.
 
 const float MOST_FOOTPRINT_WORDS = 32.0;  // wider footprints (grazing, or far too fine a code) count as that
+const float MOST_FOOTPRINT_PX = 16.0;     // of an image
 
 float waveform(int first, float position) {
   float base = floor(position);
@@ -58,13 +59,39 @@ float gray_value(real x, vec2 axis, float words_per_px, vec4 b) {
   return sum;
 }
 
+// Mean of a projected image over the footprint, each axis for itself: exact where the camera's rows run
+// along the projector's, else each pixel's corners are a little rounded. Border pixels continue.
+float image_value(vec2 u, vec4 b) {
+  vec2 middle = u - params.projector_edge.xz + footprint_middle;  // from the raster's corner, px
+  vec2 fx = abs(footprint_x), fy = abs(footprint_y), sum_f = max(fx + fy, MOST_FOOTPRINT_PX);
+  vec2 wide = max(fx, fy) * (MOST_FOOTPRINT_PX / sum_f), narrow = min(fx, fy) * (MOST_FOOTPRINT_PX / sum_f);
+  float sigma = params.light.z;
+  vec2 reach = wide + narrow + (GRAY_BLUR != 0 ? 5.5 * sigma : 0.0);
+  ivec2 start = ivec2(floor(middle - reach)), last = ivec2(floor(middle + reach)), size = ivec2(b.yz);
+  float sum = 0.0, before_y = 0.0;
+  for (int y = start.y; y <= last.y; ++y) {
+    float share_y = y < last.y ? share_left(float(y + 1) - middle.y, wide.y, narrow.y, sigma) : 1.0;
+    int row = int(b.x) + clamp(y, 0, size.y - 1) * size.x;
+    float row_sum = 0.0, before_x = 0.0;
+    for (int x = start.x; x <= last.x; ++x) {
+      float share_x = x < last.x ? share_left(float(x + 1) - middle.x, wide.x, narrow.x, sigma) : 1.0;
+      row_sum += (share_x - before_x) * texelFetch(waveforms, row + clamp(x, 0, size.x - 1)).x;
+      before_x = share_x;
+    }
+    sum += (share_y - before_y) * row_sum;
+    before_y = share_y;
+  }
+  return sum;
+}
+
 float direct_value(int i, real2 u) {
   real4 a = REAL_PARAM(direct[i]);
   vec4 b = params.direct_b[i];
   real x = dot(a.zw, u) * a.x + a.y;
   if (i < N_PERIODIC) return waveform(int(b.x), float(x - floor(x)) * b.y);  // x in turns
   if (i < N_PERIODIC + N_AXIS) return waveform(int(b.x), clamp(float(x), 0.0, b.y));
-  return gray_value(x, vec2(a.zw), float(a.x), b);
+  if (i < N_PERIODIC + N_AXIS + N_GRAY) return gray_value(x, vec2(a.zw), float(a.x), b);
+  return image_value(vec2(u), b);
 }
 
 void add_patterns(float w, real2 u, inout float cosine[MAX_PITCHES], inout float sine[MAX_PITCHES],

@@ -67,7 +67,8 @@ struct uvec4 {
 #define SPEC_N_AXIS 15
 #define SPEC_N_GRAY 16
 #define SPEC_GRAY_BLUR 17  // Gaussian edges of Gray images
-#define SPEC_COUNT 18
+#define SPEC_N_IMAGES 18
+#define SPEC_COUNT 19
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
 #define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
@@ -105,7 +106,8 @@ struct Params {
   uvec4 sampling_n;           // N, columns, rows, seed
   vec4 pitch[MAX_PITCHES];    // 1/pitch, turns at the principal point, axis x, axis y
   vec4 direct[MAX_DIRECT];    // scale, offset (table: in samples; gray: in words), axis x, axis y
-  vec4 direct_b[MAX_DIRECT];  // table: first, count, 0, 0; gray: bit shift, word mask, value at 0, at 1
+  vec4 direct_b[MAX_DIRECT];  // table: first, count, 0, 0; gray: bit shift, word mask, value at 0, at 1;
+                              // image: first, width, height, 0
 };
 
 // One dispatch.

@@ -51,7 +51,7 @@ void main() {
     real2 u;
     real3 p = refined_point(hit, o, d);
     float w = shade(hit, p, vec3(d), u, shadow_rays) * sample_.weight;
-    if (N_GRAY > 0 && SAMPLER == SAMPLER_TABLE) set_footprint(rays, sample_, hit, p, vec3(d), u);
+    if (N_GRAY + N_IMAGES > 0 && SAMPLER == SAMPLER_TABLE) set_footprint(rays, sample_, hit, p, vec3(d), u);
     mean += w;
     hits += hit.primitive >= 0 ? sample_.weight : 0.0;
     add_patterns(w, w != 0.0 ? u : real2(0.0), cosine, sine, direct);
