@@ -36,6 +36,8 @@ void apply_flags(const RenderFlags& flags, RenderOptions& options) {
   if (flags.sampler) {
     if (*flags.sampler == "gauss")
       options.sampler = Sampler::gauss;
+    else if (*flags.sampler == "adaptive")
+      options.sampler = Sampler::adaptive;
     else if (*flags.sampler == "multi-jittered")
       options.sampler = Sampler::multi_jittered;
     else

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <mutex>
 #include <numbers>
 
 #include "twin/errors.hpp"
@@ -10,7 +11,7 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr int largest_rule = 64;
+constexpr int largest_rule = 256;
 
 GaussRule make_rule(int n) {
   GaussRule rule;
@@ -41,13 +42,12 @@ GaussRule make_rule(int n) {
 }  // namespace
 
 const GaussRule& gauss_rule(int n) {
-  FT_CHECK(n >= 1 && n <= largest_rule, "Gauss-Legendre rules go from 1 to 64 nodes");
-  static const auto rules = [] {
-    std::array<GaussRule, largest_rule> all;
-    for (int i = 0; i < largest_rule; ++i) all[static_cast<std::size_t>(i)] = make_rule(i + 1);
-    return all;
-  }();
-  return rules[static_cast<std::size_t>(n - 1)];
+  FT_CHECK(n >= 1 && n <= largest_rule, "Gauss-Legendre rules go from 1 to 256 nodes");
+  static std::array<GaussRule, largest_rule> rules;
+  static std::array<std::once_flag, largest_rule> made;
+  const auto i = static_cast<std::size_t>(n - 1);
+  std::call_once(made[i], [&] { rules[i] = make_rule(n); });
+  return rules[i];
 }
 
 }  // namespace fringetwin::render

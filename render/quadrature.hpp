@@ -10,7 +10,7 @@ struct GaussRule {
   std::vector<double> nodes, weights;
 };
 
-/// n = 1 ... 64, computed once (Newton on the Legendre recurrence, to rounding). Thread-safe.
+/// n = 1 ... 256, each computed once (Newton on the Legendre recurrence, to rounding). Thread-safe.
 const GaussRule& gauss_rule(int n);
 
 }  // namespace fringetwin::render

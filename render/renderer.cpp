@@ -7,17 +7,11 @@
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
-#include <map>
-#include <tuple>
 
 #include "loop_limit_spv.h"
-#include "render/trace_job.hpp"
-#include "render/vulkan_device.hpp"
+#include "render/kernels.hpp"
+#include "render/renderer_impl.hpp"
 #include "render/waveform.hpp"
-#include "trace_precise_spv.h"
-#include "trace_precise_storage_spv.h"
-#include "trace_spv.h"
-#include "trace_storage_spv.h"
 #include "twin/errors.hpp"
 #include "twin/progress.hpp"
 
@@ -32,9 +26,6 @@ double ms_since(Clock::time_point start) {
 
 constexpr std::uint32_t mesh_chunk = 64, analytic_chunk = 4096;  // samples per dispatch
 constexpr std::uint64_t samples_per_dispatch = 4U << 20;         // over all pixels: a fraction of a second
-// Total phase error of the single-precision kernel with 2x2 samples on the paper's rig, worst scene:
-// 3.5e-5 rad rms (a tilted plane over the whole frame). Below this target the kernel in double is used.
-constexpr double single_precision_error_rad = 5e-5;
 constexpr std::size_t output_bytes = 64U << 20;
 constexpr std::uint64_t samples_worth_a_progress_bar = 400U << 20;
 
@@ -62,6 +53,9 @@ constexpr std::array<BindingInfo, BIND_COUNT> bindings{{
     {storage, VK_FORMAT_UNDEFINED},           // output
     {storage, VK_FORMAT_UNDEFINED},           // objects
     {storage, VK_FORMAT_UNDEFINED},           // status
+    {texels, VK_FORMAT_R32_UINT},             // pixels
+    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // probe, read
+    {storage, VK_FORMAT_UNDEFINED},           // probe, written: the same memory
 }};
 
 std::size_t texel_bytes(VkFormat format) {
@@ -70,9 +64,27 @@ std::size_t texel_bytes(VkFormat format) {
 
 bool is_geometry(std::size_t binding) { return binding >= BIND_NODES && binding <= BIND_CORNERS; }
 
-template <class T>
-std::span<const std::byte> bytes_of(const T& value) {
-  return std::as_bytes(std::span<const T, 1>(&value, 1));
+Transport empty_transport(const Twin& twin, const Camera& camera, const std::vector<PassPlan>& passes) {
+  const int width = camera.lens.width(), height = camera.lens.height();
+  Transport out;
+  out.mean = ImageF(width, height);
+  out.ambient = ImageF(width, height);
+  out.object = Image<std::int32_t>(width, height, -1);
+  for (const PassPlan& pass : passes) {
+    for (const PitchSlot& p : pass.pitches) {
+      out.cosine.resize(twin.fringes.directions.size());
+      out.sine.resize(twin.fringes.directions.size());
+      for (auto* images : {&out.cosine[p.direction], &out.sine[p.direction]}) {
+        images->resize(twin.fringes.directions[p.direction].pitches_px.size());
+        (*images)[p.pitch] = ImageF(width, height);
+      }
+    }
+    for (const DirectSlot& d : pass.direct) {
+      out.direct.resize(std::max(out.direct.size(), d.image + 1));
+      out.direct[d.image] = ImageF(width, height);
+    }
+  }
+  return out;
 }
 
 bool same_lens(const Lens& a, const Lens& b) {
@@ -82,75 +94,47 @@ bool same_lens(const Lens& a, const Lens& b) {
 
 }  // namespace
 
-struct Renderer::Impl {
-  explicit Impl(const std::string& wanted) : device(wanted) {
-    if (device.limits().maxComputeWorkGroupInvocations < BLOCK_PIXELS)
-      throw UserError(ExitCode::device, device.info().name,
-                      fmt::format("its work groups hold {} invocations, the renderer needs {}",
-                                  device.limits().maxComputeWorkGroupInvocations, BLOCK_PIXELS));
-    VkPipelineCacheCreateInfo create{};
-    create.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
-    vk_check(vkCreatePipelineCache(device.handle(), &create, nullptr, &cache), "vkCreatePipelineCache");
-  }
-  ~Impl() {
-    pipelines.clear();
-    vkDestroyPipelineCache(device.handle(), cache, nullptr);
-  }
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
+Renderer::Impl::Impl(const std::string& wanted) : device(wanted) {
+  if (device.limits().maxComputeWorkGroupInvocations < BLOCK_PIXELS)
+    throw UserError(ExitCode::device, device.info().name,
+                    fmt::format("its work groups hold {} invocations, the renderer needs {}",
+                                device.limits().maxComputeWorkGroupInvocations, BLOCK_PIXELS));
+  VkPipelineCacheCreateInfo create{};
+  create.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
+  vk_check(vkCreatePipelineCache(device.handle(), &create, nullptr, &cache), "vkCreatePipelineCache");
+}
 
-  const LensTable& lens_table(const Lens& lens) {
-    for (const auto& [known, table] : lens_tables)
-      if (same_lens(known, lens)) return *table;
-    lens_tables.emplace_back(lens, std::make_unique<LensTable>(make_lens_table(lens)));
-    return *lens_tables.back().second;
-  }
+Renderer::Impl::~Impl() {
+  pipelines.clear();
+  vkDestroyPipelineCache(device.handle(), cache, nullptr);
+}
 
-  // Grows, never shrinks; a grown buffer loses its contents.
-  Buffer& reserve(std::size_t binding, std::size_t bytes) {
-    auto& slot = buffers[binding];
-    if (slot && slot->bytes() >= bytes) return *slot;
-    const bool as_storage = bindings[binding].type == storage || (is_geometry(binding) && storage_geometry);
-    const bool as_uniform = bindings[binding].type == uniform;
-    const VkBufferUsageFlags usage = as_storage   ? VK_BUFFER_USAGE_STORAGE_BUFFER_BIT
-                                     : as_uniform ? VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT
-                                                  : VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
-    const VkFormat format = as_storage || as_uniform ? VK_FORMAT_UNDEFINED : bindings[binding].format;
-    if (format != VK_FORMAT_UNDEFINED && bytes / texel_bytes(format) > device.limits().maxTexelBufferElements)
-      throw UserError(ExitCode::device, device.info().name,
-                      fmt::format("a table of {} elements exceeds its texel buffers ({})",
-                                  bytes / texel_bytes(format), device.limits().maxTexelBufferElements),
-                      "use the CPU device");
-    slot.reset();
-    slot = std::make_unique<Buffer>(device, bytes, usage, format);
-    return *slot;
-  }
-  template <class T>
-  void fill(std::size_t binding, const std::vector<T>& data) {
-    reserve(binding, data.size() * sizeof(T)).upload(data);
-  }
+const LensTable& Renderer::Impl::lens_table(const Lens& lens) {
+  for (const auto& [known, table] : lens_tables)
+    if (same_lens(known, lens)) return *table;
+  lens_tables.emplace_back(lens, std::make_unique<LensTable>(make_lens_table(lens)));
+  return *lens_tables.back().second;
+}
 
-  void upload_geometry(const PackedScene& scene, double reach_mm);
-  ComputePipeline& pipeline(const SpecConstants& constants);
-  void run_pass(const Twin& twin, const PassPlan& pass, const SpecConstants& constants,
-                const std::vector<std::uint32_t>& blocks, std::uint32_t n_samples, bool first_pass,
-                const PackedScene& scene, Progress* progress, Transport* out);
-  void run_band(ComputePipeline& kernel, gpu::Push push, std::uint32_t n_samples, std::uint32_t groups,
-                std::uint32_t* chunk, Transport* out);
-  void scatter(const PassPlan& pass, const std::vector<std::uint32_t>& blocks, std::size_t first,
-               std::size_t n, bool first_pass, const Twin& twin, const PackedScene& scene, Transport* out);
-
-  VulkanDevice device;
-  VkPipelineCache cache = VK_NULL_HANDLE;
-  std::map<std::tuple<bool, bool, SpecConstants>, std::unique_ptr<ComputePipeline>> pipelines;
-  std::array<std::unique_ptr<Buffer>, BIND_COUNT> buffers;
-  std::vector<std::pair<Lens, std::unique_ptr<LensTable>>> lens_tables;
-  MeshStore meshes;
-  bool storage_geometry = false;
-  bool precise = false;
-  std::uint32_t forced_chunk = 0;
-  int repeated = 0;
-};
+Buffer& Renderer::Impl::reserve(std::size_t binding, std::size_t bytes) {
+  auto& slot = buffers[binding];
+  if (slot && slot->bytes() >= bytes) return *slot;
+  const bool as_storage = bindings[binding].type == storage || (is_geometry(binding) && storage_geometry);
+  const bool as_uniform = bindings[binding].type == uniform;
+  VkBufferUsageFlags usage = as_storage   ? VK_BUFFER_USAGE_STORAGE_BUFFER_BIT
+                             : as_uniform ? VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT
+                                          : VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+  if (binding == BIND_PROBE) usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  const VkFormat format = as_storage || as_uniform ? VK_FORMAT_UNDEFINED : bindings[binding].format;
+  if (format != VK_FORMAT_UNDEFINED && bytes / texel_bytes(format) > device.limits().maxTexelBufferElements)
+    throw UserError(ExitCode::device, device.info().name,
+                    fmt::format("a table of {} elements exceeds its texel buffers ({})",
+                                bytes / texel_bytes(format), device.limits().maxTexelBufferElements),
+                    "use the CPU device");
+  slot.reset();
+  slot = std::make_unique<Buffer>(device, bytes, usage, format);
+  return *slot;
+}
 
 // Nodes and triangles of all meshes, one after the other. Boxes grow by the rounding of the slab test
 // for rays that come from `reach_mm` away.
@@ -184,40 +168,50 @@ void Renderer::Impl::upload_geometry(const PackedScene& scene, double reach_mm) 
   fill(BIND_CORNERS, corners);
 }
 
-ComputePipeline& Renderer::Impl::pipeline(const SpecConstants& constants) {
-  auto& slot = pipelines[{storage_geometry, precise, constants}];
-  if (slot) return *slot;
-  std::vector<VkDescriptorType> types;
-  for (std::size_t i = 0; i < bindings.size(); ++i)
-    types.push_back(is_geometry(i) && storage_geometry ? storage : bindings[i].type);
-  const std::span<const std::uint32_t> plain =
-      storage_geometry ? std::span<const std::uint32_t>(trace_storage_spv) : trace_spv;
-  const std::span<const std::uint32_t> in_double =
-      storage_geometry ? std::span<const std::uint32_t>(trace_precise_storage_spv) : trace_precise_spv;
-  const std::span<const std::uint32_t> spirv = precise ? in_double : plain;
-  slot = std::make_unique<ComputePipeline>(device, spirv, types,
-                                           std::vector<std::uint32_t>(constants.begin(), constants.end()),
-                                           static_cast<std::uint32_t>(sizeof(gpu::Push)), cache);
+ComputePipeline& Renderer::Impl::bound_kernel(Kernel kernel, const SpecConstants& constants) {
+  auto& slot = pipelines[{kernel, storage_geometry, precise, constants}];
+  if (!slot) {
+    std::vector<VkDescriptorType> types;
+    for (std::size_t i = 0; i < bindings.size(); ++i)
+      types.push_back(is_geometry(i) && storage_geometry ? storage : bindings[i].type);
+    slot = std::make_unique<ComputePipeline>(device, kernel_code(kernel, storage_geometry, precise), types,
+                                             std::vector<std::uint32_t>(constants.begin(), constants.end()),
+                                             static_cast<std::uint32_t>(sizeof(gpu::Push)), cache);
+  }
+  // Kernels that use no list or no probe get something to bind all the same.
+  for (const std::size_t b : {BIND_PIXELS, BIND_PROBE})
+    if (!buffers[b]) reserve(b, 16);
+  std::vector<const Buffer*> bound;
+  for (std::size_t b = 0; b < BIND_COUNT; ++b)
+    bound.push_back(b == BIND_PROBE_OUT ? buffers[BIND_PROBE].get() : buffers[b].get());
+  slot->bind(bound);
   return *slot;
+}
+
+bool Renderer::Impl::dispatch(ComputePipeline& kernel, const gpu::Push& push, std::uint32_t groups,
+                              Transport* out) {
+  throw_if_cancelled();
+  Buffer& status = *buffers[BIND_STATUS];
+  status.upload(std::vector<std::uint32_t>{0, 0, 0});
+  kernel.dispatch(groups, bytes_of(push));
+  std::array<std::uint32_t, 3> answer{};
+  std::memcpy(answer.data(), status.read(sizeof(answer)), sizeof(answer));
+  if (answer[0] != 0) return false;
+  out->rays += answer[1] + answer[2];
+  return true;
 }
 
 // All samples of one band of blocks, in chunks that stay below the device's loop limit.
 void Renderer::Impl::run_band(ComputePipeline& kernel, gpu::Push push, std::uint32_t n_samples,
                               std::uint32_t groups, std::uint32_t* chunk, Transport* out) {
   const gpu::uint n_centre = push.n_centre;
-  std::uint64_t shadow_rays = 0;
+  const std::uint64_t rays_before = out->rays;
   for (std::uint32_t first = 0; first < n_samples;) {
-    throw_if_cancelled();
     push.first_sample = first;
     push.end_sample = std::min(n_samples, first + *chunk);
+    push.resume = first > 0;
     push.n_centre = first == 0 ? n_centre : 0;
-    Buffer& status = *buffers[BIND_STATUS];
-    status.upload(std::vector<std::uint32_t>{0, 0});
-    kernel.dispatch(groups, bytes_of(push));
-    std::array<std::uint32_t, 2> answer{};
-    std::memcpy(answer.data(), status.read(sizeof(answer)), sizeof(answer));
-    if (answer[0] == 0) {
-      shadow_rays += answer[1];
+    if (dispatch(kernel, push, groups, out)) {
       first = push.end_sample;
       continue;
     }
@@ -228,21 +222,13 @@ void Renderer::Impl::run_band(ComputePipeline& kernel, gpu::Push push, std::uint
                       "use a newer driver (Mesa 25 has no such limit) or split the mesh");
     *chunk = std::max(1U, std::min(*chunk, n_samples) / 2);
     ++repeated;
-    shadow_rays = 0;
+    out->rays = rays_before;
     first = 0;
   }
-  out->rays += shadow_rays;
 }
 
-// The band's sums, block by block, into the images.
-void Renderer::Impl::scatter(const PassPlan& pass, const std::vector<std::uint32_t>& blocks,
-                             std::size_t first, std::size_t n, bool first_pass, const Twin& twin,
-                             const PackedScene& scene, Transport* out) {
-  struct Target {
-    ImageF* image;
-    float factor;
-  };
-  std::vector<Target> targets{
+std::vector<SumTarget> sum_targets(const Twin& twin, const PassPlan& pass, bool first_pass, Transport* out) {
+  std::vector<SumTarget> targets{
       {first_pass ? &out->mean : nullptr, 1.0F},
       {first_pass ? &out->ambient : nullptr, static_cast<float>(twin.projector->ambient)}};
   for (const PitchSlot& p : pass.pitches) {
@@ -252,17 +238,16 @@ void Renderer::Impl::scatter(const PassPlan& pass, const std::vector<std::uint32
     targets.push_back({&out->sine[p.direction][p.pitch], blur});
   }
   for (const DirectSlot& d : pass.direct) targets.push_back({&out->direct[d.image], 1.0F});
+  return targets;
+}
+
+void Renderer::Impl::scatter_sums(const TraceJob& job, const std::vector<SumTarget>& targets,
+                                  std::size_t first, std::size_t n, const float* sums) {
   const std::size_t stride = n * BLOCK_PIXELS;
-  const auto* sums =
-      reinterpret_cast<const float*>(buffers[BIND_OUTPUT]->read(targets.size() * stride * sizeof(float)));
-  const auto* primitives =
-      first_pass
-          ? reinterpret_cast<const std::int32_t*>(buffers[BIND_OBJECTS]->read(stride * sizeof(std::int32_t)))
-          : nullptr;
-  const int width = out->mean.width, height = out->mean.height;
+  const int width = job.out->mean.width, height = job.out->mean.height;
 #pragma omp parallel for
   for (std::ptrdiff_t b = 0; b < static_cast<std::ptrdiff_t>(n); ++b) {
-    const std::uint32_t block = blocks[first + static_cast<std::size_t>(b)];
+    const std::uint32_t block = job.blocks[first + static_cast<std::size_t>(b)];
     const int x0 = static_cast<int>(block & 0xffffU) * BLOCK_WIDTH,
               y0 = static_cast<int>(block >> 16) * BLOCK_HEIGHT;
     const int columns = std::min(BLOCK_WIDTH, width - x0);
@@ -275,42 +260,102 @@ void Renderer::Impl::scatter(const PassPlan& pass, const std::vector<std::uint32
         float* to = &(*targets[c].image)(x0, y0 + y);
         for (int x = 0; x < columns; ++x) to[x] = from[x] * targets[c].factor;
       }
-      if (!first_pass) continue;
-      for (int x = 0; x < columns; ++x) {
-        const std::int32_t p = primitives[slot + static_cast<std::size_t>(x)];
-        out->object(x0 + x, y0 + y) = p < 0 ? -1 : scene.object_of_primitive[static_cast<std::size_t>(p)];
-      }
     }
   }
 }
 
-void Renderer::Impl::run_pass(const Twin& twin, const PassPlan& pass, const SpecConstants& constants,
-                              const std::vector<std::uint32_t>& blocks, std::uint32_t n_samples,
-                              bool first_pass, const PackedScene& scene, Progress* progress, Transport* out) {
-  std::uint32_t chunk = forced_chunk ? forced_chunk : scene.n_meshes > 0 ? mesh_chunk : analytic_chunk;
-  const std::uint64_t by_time =
-      samples_per_dispatch / (BLOCK_PIXELS * std::uint64_t{std::min(chunk, n_samples)});
-  const std::uint64_t by_memory = output_bytes / (pass.channels() * BLOCK_PIXELS * sizeof(float));
-  const std::size_t band = std::max<std::size_t>(16, std::min({by_time, by_memory, std::uint64_t{16384}}));
-  const std::size_t most = std::min(band, blocks.size());
-  reserve(BIND_OUTPUT, most * pass.channels() * BLOCK_PIXELS * sizeof(float));
-  reserve(BIND_OBJECTS, most * BLOCK_PIXELS * sizeof(std::int32_t));
-  reserve(BIND_STATUS, 2 * sizeof(std::uint32_t));
-  ComputePipeline& kernel = pipeline(constants);
-  std::vector<const Buffer*> bound;
-  for (const auto& b : buffers) bound.push_back(b.get());
-  kernel.bind(bound);
-  for (std::size_t first = 0; first < blocks.size(); first += band) {
-    const std::size_t n = std::min(band, blocks.size() - first);
-    gpu::Push push{};
-    push.first_block = static_cast<gpu::uint>(first);
-    push.n_blocks_band = static_cast<gpu::uint>(n);
-    push.n_centre = first_pass ? 1 : 0;
-    push.sentinel = SENTINEL_LOOPS;
-    run_band(kernel, push, n_samples, static_cast<std::uint32_t>(n), &chunk, out);
-    scatter(pass, blocks, first, n, first_pass, twin, scene, out);
-    if (progress) progress->advance(n);
+void Renderer::Impl::scatter_objects(const TraceJob& job, std::size_t first, std::size_t n) {
+  const auto* primitives = reinterpret_cast<const std::int32_t*>(
+      buffers[BIND_OBJECTS]->read(n * BLOCK_PIXELS * sizeof(std::int32_t)));
+  const int width = job.out->object.width, height = job.out->object.height;
+  for (std::size_t b = 0; b < n; ++b) {
+    const std::uint32_t block = job.blocks[first + b];
+    const int x0 = static_cast<int>(block & 0xffffU) * BLOCK_WIDTH,
+              y0 = static_cast<int>(block >> 16) * BLOCK_HEIGHT;
+    for (int y = 0; y < BLOCK_HEIGHT && y0 + y < height; ++y)
+      for (int x = 0; x < BLOCK_WIDTH && x0 + x < width; ++x) {
+        const std::int32_t p = primitives[b * BLOCK_PIXELS + static_cast<std::size_t>(y * BLOCK_WIDTH + x)];
+        job.out->object(x0 + x, y0 + y) =
+            p < 0 ? -1 : job.scene.object_of_primitive[static_cast<std::size_t>(p)];
+      }
   }
+}
+
+// The same samples in every pixel of the blocks.
+void Renderer::Impl::trace_plain(const TraceJob& job, const std::vector<PassPlan>& passes,
+                                 const SampleSetup& samples) {
+  upload_samples(samples);
+  std::uint32_t chunk = forced_chunk ? forced_chunk : job.scene.n_meshes > 0 ? mesh_chunk : analytic_chunk;
+  for (std::size_t i = 0; i < passes.size(); ++i) {
+    const PassPlan& pass = passes[i];
+    upload_pass(job, pass, samples, {});
+    const std::uint64_t by_time =
+        samples_per_dispatch / (BLOCK_PIXELS * std::uint64_t{std::min(chunk, samples.n)});
+    const std::uint64_t by_memory = output_bytes / (pass.channels() * BLOCK_PIXELS * sizeof(float));
+    const std::size_t band = std::max<std::size_t>(16, std::min({by_time, by_memory, std::uint64_t{16384}}));
+    const std::size_t most = std::min(band, job.blocks.size());
+    reserve(BIND_OUTPUT, most * pass.channels() * BLOCK_PIXELS * sizeof(float));
+    reserve(BIND_OBJECTS, most * BLOCK_PIXELS * sizeof(std::int32_t));
+    ComputePipeline& kernel =
+        bound_kernel(Kernel::trace,
+                     make_constants(job.twin, job.camera, job.scene, job.lens, job.projector, samples, pass));
+    for (std::size_t first = 0; first < job.blocks.size(); first += band) {
+      const std::size_t n = std::min(band, job.blocks.size() - first);
+      gpu::Push push{};
+      push.first_block = static_cast<gpu::uint>(first);
+      push.n_blocks_band = static_cast<gpu::uint>(n);
+      push.n_centre = i == 0 ? 1 : 0;
+      push.sentinel = SENTINEL_LOOPS;
+      run_band(kernel, push, samples.n, static_cast<std::uint32_t>(n), &chunk, job.out);
+      const auto targets = sum_targets(job.twin, pass, i == 0, job.out);
+      const std::size_t bytes = targets.size() * n * BLOCK_PIXELS * sizeof(float);
+      scatter_sums(job, targets, first, n, reinterpret_cast<const float*>(buffers[BIND_OUTPUT]->read(bytes)));
+      if (i == 0) scatter_objects(job, first, n);
+      if (job.progress) job.progress->advance(n);
+    }
+  }
+  const int width = job.out->mean.width, height = job.out->mean.height;
+  for (const std::uint32_t block : job.blocks) {
+    const int x = static_cast<int>(block & 0xffffU) * BLOCK_WIDTH,
+              y = static_cast<int>(block >> 16) * BLOCK_HEIGHT;
+    job.out->rays +=
+        std::uint64_t{samples.n} * passes.size() *
+        static_cast<std::uint64_t>(std::min(BLOCK_WIDTH, width - x) * std::min(BLOCK_HEIGHT, height - y));
+  }
+}
+
+void Renderer::Impl::upload_scene(const TraceJob& job) {
+  const Pose T_proj_cam = job.twin.projector->T_proj_world * job.camera.T_cam_world.inverse();
+  const double reach_mm = job.scene.far_mm + T_proj_cam.translation_mm.norm() + lens_radius_mm(job.camera);
+  upload_geometry(job.scene, reach_mm);
+  std::vector<gpu::vec4> primitives;
+  for (const auto& p : job.scene.primitives) {
+    for (const Double4& v : p) primitives.push_back(rounded(v));
+    for (const Double4& v : p) primitives.push_back(rest_of(v));
+  }
+  fill(BIND_PRIMITIVES, primitives);
+  fill(BIND_MATERIALS, job.scene.materials);
+  fill(BIND_LENS_GRID, job.lens.nodes);
+  fill(BIND_PROJECTOR_GRID, job.projector.table.nodes);
+  fill(BIND_BLOCKS, job.blocks);
+  reserve(BIND_STATUS, 3 * sizeof(std::uint32_t));
+}
+
+void Renderer::Impl::upload_samples(const SampleSetup& samples) {
+  fill(BIND_SAMPLES, samples.table);
+  fill(BIND_SOBOL, samples.sobol);
+}
+
+void Renderer::Impl::upload_pass(const TraceJob& job, const PassPlan& pass, const SampleSetup& samples,
+                                 const AdaptiveTargets& targets) {
+  std::vector<float> waveforms;
+  for (const DirectSlot& d : pass.direct)
+    waveforms.insert(waveforms.end(), d.waveform.begin(), d.waveform.end());
+  fill(BIND_WAVEFORMS, waveforms);
+  ParamsBlock block =
+      make_params(job.twin, job.camera, job.scene, job.lens, job.projector, samples, pass, job.seed);
+  set_adaptive(job.twin, job.camera, targets, &block);
+  reserve(BIND_PARAMS, sizeof(ParamsBlock)).upload(bytes_of(block));
 }
 
 Renderer::Renderer(const std::string& device) : impl_(std::make_unique<Impl>(device)) {}
@@ -339,83 +384,38 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   if (!twin.projector)
     throw UserError(ExitCode::usage, twin.file.string(),
                     "the twin has no projector, so nothing lights the scene", "add a [projector] section");
-  RenderOptions checked = twin.render;
-  checked.samples = sampling.samples;
-  checked.sampler = sampling.sampler;
-  choose_sampling(checked);
+  check_sampling(sampling, twin.render.pixel_fill);
 
-  impl_->precise = twin.render.phase_error_rad < single_precision_error_rad;
+  impl_->precise = sampling.precise;
   if (impl_->precise && !impl_->device.has_double()) {
-    warn(
-        fmt::format("{} has no double precision: rounding leaves up to {} rad of phase error, "
-                    "phase_error_rad asks for {}",
-                    impl_->device.info().name, single_precision_error_rad, twin.render.phase_error_rad));
+    warn(fmt::format("{} has no double precision: rounding leaves up to {} rad of phase error, {} asked for",
+                     impl_->device.info().name, single_precision_error_rad, sampling.phase_error_rad));
     impl_->precise = false;
   }
   const Camera& camera = twin.cameras[camera_index];
   const PackedScene scene = pack_scene(twin, camera, impl_->meshes);
   const LensTable& lens = impl_->lens_table(camera.lens);
   const ProjectorSetup projector = setup_projector(*twin.projector);
-  const SampleSetup samples = setup_samples(twin, camera, scene, sampling);
   const std::vector<std::uint32_t> blocks = active_blocks(camera, scene, lens);
   const std::vector<PassPlan> passes = plan_passes(twin, projector.cx, projector.cy);
 
-  const int width = camera.lens.width(), height = camera.lens.height();
-  Transport out;
-  out.mean = ImageF(width, height);
-  out.ambient = ImageF(width, height);
-  out.object = Image<std::int32_t>(width, height, -1);
-  for (const PassPlan& pass : passes) {
-    for (const PitchSlot& p : pass.pitches) {
-      out.cosine.resize(twin.fringes.directions.size());
-      out.sine.resize(twin.fringes.directions.size());
-      for (auto* images : {&out.cosine[p.direction], &out.sine[p.direction]}) {
-        images->resize(twin.fringes.directions[p.direction].pitches_px.size());
-        (*images)[p.pitch] = ImageF(width, height);
-      }
-    }
-    for (const DirectSlot& d : pass.direct) {
-      out.direct.resize(std::max(out.direct.size(), d.image + 1));
-      out.direct[d.image] = ImageF(width, height);
-    }
-  }
+  Transport out = empty_transport(twin, camera, passes);
+  TraceJob job{twin, camera, scene, lens, projector, blocks, seed, nullptr, &out};
+  const bool adaptive = sampling.sampler == Sampler::adaptive && can_trace_adaptively(job);
+  const Sampling effective =
+      sampling.sampler == Sampler::adaptive && !adaptive ? without_adaptation(sampling) : sampling;
   if (!blocks.empty()) {
-    const Pose T_proj_cam = twin.projector->T_proj_world * camera.T_cam_world.inverse();
-    const double reach_mm = scene.far_mm + T_proj_cam.translation_mm.norm() + lens_radius_mm(camera);
-    impl_->upload_geometry(scene, reach_mm);
-    std::vector<gpu::vec4> primitives;
-    for (const auto& p : scene.primitives) {
-      for (const Double4& v : p) primitives.push_back(rounded(v));
-      for (const Double4& v : p) primitives.push_back(rest_of(v));
-    }
-    impl_->fill(BIND_PRIMITIVES, primitives);
-    impl_->fill(BIND_MATERIALS, scene.materials);
-    impl_->fill(BIND_LENS_GRID, lens.nodes);
-    impl_->fill(BIND_PROJECTOR_GRID, projector.table.nodes);
-    impl_->fill(BIND_SAMPLES, samples.table);
-    impl_->fill(BIND_SOBOL, samples.sobol);
-    impl_->fill(BIND_BLOCKS, blocks);
-    const std::uint64_t work = std::uint64_t{samples.n} * BLOCK_PIXELS * blocks.size() * passes.size();
+    impl_->upload_scene(job);
     std::unique_ptr<Progress> progress;
-    if (work > samples_worth_a_progress_bar)
-      progress = std::make_unique<Progress>("rendering " + camera.name, blocks.size() * passes.size());
-    for (std::size_t i = 0; i < passes.size(); ++i) {
-      std::vector<float> waveforms;
-      for (const DirectSlot& d : passes[i].direct)
-        waveforms.insert(waveforms.end(), d.waveform.begin(), d.waveform.end());
-      impl_->fill(BIND_WAVEFORMS, waveforms);
-      impl_->reserve(BIND_PARAMS, sizeof(ParamsBlock))
-          .upload(bytes_of(make_params(twin, camera, scene, lens, projector, samples, passes[i], seed)));
-      impl_->run_pass(twin, passes[i],
-                      make_constants(twin, camera, scene, lens, projector, samples, passes[i]), blocks,
-                      samples.n, i == 0, scene, progress.get(), &out);
-    }
-    for (const std::uint32_t block : blocks) {
-      const int x = static_cast<int>(block & 0xffffU) * BLOCK_WIDTH,
-                y = static_cast<int>(block >> 16) * BLOCK_HEIGHT;
-      out.rays +=
-          std::uint64_t{samples.n} * passes.size() *
-          static_cast<std::uint64_t>(std::min(BLOCK_WIDTH, width - x) * std::min(BLOCK_HEIGHT, height - y));
+    if (adaptive) {
+      trace_adaptively(*impl_, job, passes, effective);
+    } else {
+      const SampleSetup samples = setup_samples(twin, camera, scene, effective);
+      const std::uint64_t work = std::uint64_t{samples.n} * BLOCK_PIXELS * blocks.size() * passes.size();
+      if (work > samples_worth_a_progress_bar)
+        progress = std::make_unique<Progress>("rendering " + camera.name, blocks.size() * passes.size());
+      job.progress = progress.get();
+      impl_->trace_plain(job, passes, samples);
     }
   }
   out.trace_ms = ms_since(start);
@@ -443,6 +443,7 @@ RenderedCamera Renderer::render(const Twin& twin, std::size_t camera_index, cons
   out.sampling = sampling;
   out.trace_ms = transport.trace_ms;
   out.rays = transport.rays;
+  out.estimate = transport.estimate;
   out.total_ms = ms_since(start);
   return out;
 }

@@ -21,17 +21,38 @@ struct DeviceInfo {
 /// Empty when there is no Vulkan loader, driver or device.
 std::vector<DeviceInfo> list_devices();
 
-/// How a pixel is sampled, after the defaults: gauss = n x n Gauss-Legendre (samples = n*n).
+/// How the pixels are sampled, after the defaults.
+///  gauss: samples = n x n Gauss-Legendre; multi_jittered, sobol: any number;
+///  adaptive: one ray and a closed form where one surface fills the pixel's neighbourhood, facets clipped
+///  exactly, more rays only where the estimated error is too large and along edges (docs/PHYSICS.md);
+///  `samples` is then meaningless.
 struct Sampling {
   Sampler sampler = Sampler::gauss;
   int samples = 4;
+  bool precise = false;           ///< rays and phases in double precision, where the device can
+  double phase_error_rad = 1e-4;  ///< adaptive: target at the finest pitch
+  double gray_error = 1e-4;       ///< adaptive: target, fraction of the sensor's full scale
 };
-/// The cheapest scheme meeting options.phase_error_rad at the finest pitch, or what the user fixed:
-/// gauss 4 down to 5e-5 rad, 9 down to 5e-6, else 16. A number of samples without a sampler that is no
-/// gauss rule (1024) means multi-jittered. Below 5e-5 rad the renderer traces in double precision where
-/// the device can (the floor is then 3e-6 rad on a full frame); single precision leaves up to 3.5e-5.
-/// Throws UserError(usage) when gauss samples are no square of 1...16, or samples < 1 / > 65536.
+/// Total phase error of the single-precision kernels on the paper's rig, worst scene (a tilted plane over
+/// the whole frame): 3.5e-5 rad rms. For targets below this number double precision is used.
+constexpr double single_precision_error_rad = 5e-5;
+
+/// What the user fixed, or else a Gauss rule. Below 5e-5 rad in double precision: single precision leaves up
+/// to 3.5e-5 rad on a full frame. Throws UserError(usage) when gauss samples are no square of 1...16, or
+/// samples < 1 / > 65536.
 Sampling choose_sampling(const RenderOptions& options);
+/// The fixed rule that stands in where the adaptive trace does not apply (depth of field).
+Sampling without_adaptation(const Sampling& sampling);
+void check_sampling(const Sampling& sampling, double pixel_fill);
+
+/// The renderer's own estimate of its error, meant as an upper bound (tested on scenes of its own).
+struct ErrorEstimate {
+  double phase_rad = 0.0;    ///< rms at the finest pitch over lit pixels without an edge, rounding included
+  double gray = 0.0;         ///< rms over all pixels that see an object, fraction of full scale
+  double mixed_share = 0.0;  ///< of those pixels, the share that an edge crosses
+  double facets_share = 0.0;
+  double smooth_share = 0.0;  ///< the share that needed more than the closed form
+};
 
 /// Per-pixel transport of one camera (all images W x H, irradiance per unit pattern value).
 /// E = weight-sum form of DESIGN §3; a pattern with harmonics a_k (response, blur included) gives
@@ -47,7 +68,8 @@ struct Transport {
   std::vector<ImageF> direct;
   Image<std::int32_t> object;  ///< index of the object at the pixel centre's ray, -1 none
   double trace_ms = 0.0;
-  std::uint64_t rays = 0;  ///< primary + shadow
+  std::uint64_t rays = 0;                 ///< primary + shadow
+  std::optional<ErrorEstimate> estimate;  ///< adaptive only
 };
 
 struct RenderedCamera {
@@ -58,6 +80,7 @@ struct RenderedCamera {
   Sampling sampling;
   double trace_ms = 0.0, total_ms = 0.0;
   std::uint64_t rays = 0;
+  std::optional<ErrorEstimate> estimate;
 };
 
 class Renderer {
@@ -88,8 +111,9 @@ class Renderer {
   /// Dispatches repeated because of that limit so far.
   int repeated_dispatches() const;
 
+  struct Impl;  ///< internal to render/
+
  private:
-  struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/sample_table.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -11,54 +9,6 @@
 #include "twin/errors.hpp"
 
 namespace fringetwin::render {
-namespace {
-
-constexpr int largest_gauss = MOST_COLUMNS;
-constexpr int most_samples = 65536;
-
-bool is_square(int n, int* root) {
-  *root = static_cast<int>(std::lround(std::sqrt(static_cast<double>(n))));
-  return *root * *root == n;
-}
-
-}  // namespace
-
-Sampling choose_sampling(const RenderOptions& options) {
-  const char* where = "render";
-  if (options.samples && (*options.samples < 1 || *options.samples > most_samples))
-    throw UserError(ExitCode::usage, where,
-                    fmt::format("samples = {} is outside 1 ... {}", *options.samples, most_samples));
-  if (!(options.pixel_fill >= 0.0 && options.pixel_fill <= 2.0))
-    throw UserError(ExitCode::usage, where,
-                    fmt::format("pixel_fill = {} is outside 0 ... 2", options.pixel_fill));
-  if (!(options.phase_error_rad > 0.0))
-    throw UserError(ExitCode::usage, where,
-                    fmt::format("phase_error_rad = {} must be positive", options.phase_error_rad));
-  Sampling sampling;
-  sampling.sampler = options.sampler.value_or(Sampler::gauss);
-  int root = 0;
-  if (options.samples) {
-    sampling.samples = *options.samples;
-    // A number that is no square cannot be a Gauss rule; without a named sampler the user gets the
-    // one that takes any number.
-    const bool gauss_fits = is_square(sampling.samples, &root) && root <= largest_gauss;
-    if (!options.sampler && !gauss_fits) sampling.sampler = Sampler::multi_jittered;
-    if (sampling.sampler == Sampler::gauss && !gauss_fits)
-      throw UserError(ExitCode::usage, where,
-                      fmt::format("sampler \"gauss\" takes n x n samples with n = 1 ... {}, not {}",
-                                  largest_gauss, sampling.samples),
-                      "choose a square, or sampler = \"multi-jittered\"");
-    return sampling;
-  }
-  // Measured on the paper's rig, interior pixels, worst of sphere, plane, cylinder (rad rms): 4 samples
-  // in single precision 3.5e-5 (quadrature alone 1.7e-5); 9 in double precision, which the renderer
-  // takes below 5e-5, 8e-7 on curved shapes and 2.6e-6 on a plane over the whole frame.
-  if (sampling.sampler == Sampler::gauss)
-    sampling.samples = options.phase_error_rad >= 5e-5 ? 4 : options.phase_error_rad >= 5e-6 ? 9 : 16;
-  else  // 64 points reach 2e-4 rad, 256 reach 3e-5 (interior pixels of the paper's sphere)
-    sampling.samples = options.phase_error_rad >= 2e-4 ? 64 : options.phase_error_rad >= 3e-5 ? 256 : 1024;
-  return sampling;
-}
 
 std::vector<DiskPoint> disk_rule(int radial, int angles) {
   const GaussRule& rule = gauss_rule(radial);
@@ -86,8 +36,8 @@ std::vector<DiskPoint> disk_rule_for_swing(double swing_rad) {
 
 std::vector<gpu::vec4> gauss_samples(int samples, double pixel_fill, const std::vector<DiskPoint>& lens,
                                      double lens_radius_mm) {
-  int n = 0;
-  FT_CHECK(is_square(samples, &n) && n >= 1 && n <= largest_gauss, "a Gauss rule has n x n samples");
+  const auto n = static_cast<int>(std::lround(std::sqrt(static_cast<double>(samples))));
+  FT_CHECK(n >= 1 && n * n == samples, "a Gauss rule has n x n samples");
   const GaussRule& rule = gauss_rule(n);
   std::vector<gpu::vec4> table;
   for (int j = 0; j < n; ++j)

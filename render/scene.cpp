@@ -111,7 +111,8 @@ class Packer {
           pack(R.row(1), eye.y()),
           pack(R.row(2), eye.z()),
           {static_cast<double>(first_node), static_cast<double>(first_triangle),
-           static_cast<double>(first_triangle), static_cast<double>(flags)}});
+           static_cast<double>(first_triangle), static_cast<double>(flags)}},
+         g.bvh.order.size());
     for (const Eigen::Vector4f& c : g.covering)
       scene.finite.push_back({T_cam_object * (c.head<3>().cast<double>() + g.center_mm), c[3]});
     ++scene.n_meshes;
@@ -130,12 +131,13 @@ class Packer {
   PackedScene scene;
 
  private:
-  void push(const std::array<Double4, 4>& primitive) {
+  void push(const std::array<Double4, 4>& primitive, std::size_t n_triangles = 1) {
     scene.primitives.push_back(primitive);
     scene.materials.push_back({static_cast<float>(material_.diffuse), static_cast<float>(material_.specular),
                                static_cast<float>(material_.shininess), 0.0F});
     scene.specular = scene.specular || material_.specular > 0.0;
     scene.object_of_primitive.push_back(object_);
+    scene.triangles_of_primitive.push_back(n_triangles);
   }
 
   const Camera& camera_;
@@ -145,6 +147,14 @@ class Packer {
   int object_ = 0;
   Material material_;
 };
+
+// First place of each primitive in the list of all surfaces (shaders/identity.glsl).
+void number_surfaces(PackedScene* scene) {
+  for (std::size_t i = 0; i < scene->materials.size(); ++i) {
+    scene->materials[i].w = static_cast<float>(scene->n_surfaces);
+    scene->n_surfaces += scene->triangles_of_primitive[i];
+  }
+}
 
 template <class Kind>
 void add_kind(Packer& packer, const Twin& twin) {
@@ -171,6 +181,7 @@ PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store)
   add_kind<MeasuredShape>(packer, twin);
 
   PackedScene scene = std::move(packer.scene);
+  number_surfaces(&scene);
   const std::size_t n = scene.object_of_primitive.size();
   const bool one_convex = n == 1 && scene.n_meshes == 0 && !(scene.n_cylinders == 1 && scene.bounded);
   scene.shadow = n > 0 && !one_convex;

@@ -37,6 +37,8 @@ struct PackedScene {
   std::vector<std::array<Double4, 4>> primitives;
   std::vector<gpu::vec4> materials;
   std::vector<int> object_of_primitive;
+  std::vector<std::size_t> triangles_of_primitive;  ///< 1 for analytic shapes
+  std::size_t n_surfaces = 0;                       ///< all of them together
   int n_spheres = 0, n_planes = 0, n_cylinders = 0, n_meshes = 0;
   bool specular = false;
   bool bounded = false;    ///< a plane or cylinder with an end

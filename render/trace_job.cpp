@@ -109,6 +109,8 @@ SampleSetup setup_samples(const Twin& twin, const Camera& camera, const PackedSc
       s.kind = SAMPLER_SOBOL;
       s.sobol = sobol_points(s.n);
       break;
+    case Sampler::adaptive:
+      FT_CHECK(false, "the adaptive trace sets up its own samples");
   }
   return s;
 }
@@ -156,6 +158,14 @@ ParamsBlock make_params(const Twin& twin, const Camera& camera, const PackedScen
     g.values.direct_b[i] = rounded(pass.direct[i].b);
   }
   return g;
+}
+
+void set_adaptive(const Twin& twin, const Camera& camera, const AdaptiveTargets& targets,
+                  ParamsBlock* block) {
+  block->set(&gpu::Params::adaptive, {targets.phase_rad, targets.irradiance, twin.projector->ambient,
+                                      static_cast<double>(targets.gauss_order)});
+  block->values.image = {static_cast<gpu::uint>(camera.lens.width()),
+                         static_cast<gpu::uint>(camera.lens.height()), targets.panels, 0};
 }
 
 SpecConstants make_constants(const Twin& twin, const Camera& camera, const PackedScene& scene,

@@ -33,6 +33,15 @@ struct SampleSetup {
 SampleSetup setup_samples(const Twin& twin, const Camera& camera, const PackedScene& scene,
                           const Sampling& sampling);
 
+/// Per-pixel limits of the adaptive kernels.
+struct AdaptiveTargets {
+  double phase_rad = 0.0;
+  double irradiance = 0.0;   ///< for a pattern of full modulation
+  int gauss_order = 0;       ///< of the rule that stands in for the closed form, 0: the closed form is used
+  std::uint32_t panels = 1;  ///< of LINES_PER_PANEL scan lines each, per mixed pixel
+};
+void set_adaptive(const Twin& twin, const Camera& camera, const AdaptiveTargets& targets, ParamsBlock* block);
+
 ParamsBlock make_params(const Twin& twin, const Camera& camera, const PackedScene& scene,
                         const LensTable& lens, const ProjectorSetup& projector, const SampleSetup& samples,
                         const PassPlan& pass, std::uint64_t seed);

@@ -105,6 +105,14 @@ void Buffer::upload(std::span<const std::byte> data) {
   });
 }
 
+void Buffer::clear() {
+  device_.run([&](VkCommandBuffer commands) {
+    full_barrier(commands);
+    vkCmdFillBuffer(commands, buffer_, 0, VK_WHOLE_SIZE, 0);
+    full_barrier(commands);
+  });
+}
+
 const std::byte* Buffer::read(std::size_t bytes) {
   FT_CHECK(bytes <= bytes_, "read beyond the buffer");
   if (main_.mapped) return main_.mapped;

@@ -105,6 +105,7 @@ class Buffer {
   VkBufferView view() const { return view_; }  ///< texel buffers
   std::size_t bytes() const { return bytes_; }
   void upload(std::span<const std::byte> data);
+  void clear();  ///< all zero; needs TRANSFER_DST usage
   template <class T>
   void upload(const std::vector<T>& data) {
     upload(std::as_bytes(std::span(data)));

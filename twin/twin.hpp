@@ -111,11 +111,12 @@ struct Object {
   Material material;
 };
 
-enum class Sampler { gauss, multi_jittered, sobol };
+enum class Sampler { gauss, multi_jittered, sobol, adaptive };
 
 struct RenderOptions {
   double pixel_fill = 1.0;  ///< side of the sampled square, px
   double phase_error_rad = 1e-4;
+  double gray_error = 1e-4;    ///< rms over all pixels, fraction of the sensor's full scale
   std::optional<int> samples;  ///< fixed sampling when given
   std::optional<Sampler> sampler;
 };

@@ -55,16 +55,20 @@ RenderOptions read_render(const TomlTable& root) {
   RenderOptions render;
   const auto table = root.table("render");
   if (!table) return render;
-  table->allow({"pixel_fill", "phase_error_rad", "samples", "sampler"});
+  table->allow({"pixel_fill", "phase_error_rad", "gray_error", "samples", "sampler"});
   render.pixel_fill =
       table->number_or("pixel_fill", render.pixel_fill, {.min = 0.0, .max = 2.0, .min_excluded = true});
   render.phase_error_rad =
       table->number_or("phase_error_rad", render.phase_error_rad, NumberRange::positive(1e-8, 1.0));
+  render.gray_error = table->number_or("gray_error", render.gray_error, NumberRange::positive());
   render.samples = table->integer("samples", 1, 65536);
-  if (const auto sampler = table->choice("sampler", {"gauss", "multi-jittered", "sobol"}))
-    render.sampler = *sampler == "gauss"            ? Sampler::gauss
+  if (const auto sampler = table->choice("sampler", {"adaptive", "gauss", "multi-jittered", "sobol"}))
+    render.sampler = *sampler == "adaptive"         ? Sampler::adaptive
+                     : *sampler == "gauss"          ? Sampler::gauss
                      : *sampler == "multi-jittered" ? Sampler::multi_jittered
                                                     : Sampler::sobol;
+  if (render.sampler == Sampler::adaptive && render.samples)
+    table->fail("samples", "has no meaning with sampler = \"adaptive\"", "leave one of them out");
   return render;
 }
 

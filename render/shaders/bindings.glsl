@@ -28,7 +28,11 @@ layout(constant_id = SPEC_N_SPHERES) const int N_SPHERES = 0;
 layout(constant_id = SPEC_N_PLANES) const int N_PLANES = 0;
 layout(constant_id = SPEC_N_CYLINDERS) const int N_CYLINDERS = 0;
 layout(constant_id = SPEC_N_MESHES) const int N_MESHES = 0;
+#ifndef WITHOUT_SHADOW
 layout(constant_id = SPEC_SHADOW) const int SHADOW = 0;
+#else
+const int SHADOW = 0;
+#endif
 layout(constant_id = SPEC_SPECULAR) const int SPECULAR = 0;
 layout(constant_id = SPEC_LENS_DISK) const int LENS_DISK = 0;
 layout(constant_id = SPEC_FALLOFF) const int FALLOFF = 0;
@@ -43,6 +47,7 @@ layout(constant_id = SPEC_N_AXIS) const int N_AXIS = 0;
 layout(constant_id = SPEC_N_GRAY) const int N_GRAY = 0;
 layout(constant_id = SPEC_N_IMAGES) const int N_IMAGES = 0;
 layout(constant_id = SPEC_GRAY_BLUR) const int GRAY_BLUR = 0;
+layout(constant_id = SPEC_PIXEL_LIST) const int PIXEL_LIST = 0;
 
 // Primitives in this order: spheres, planes, cylinders, mesh instances.
 const int FIRST_PLANE = N_SPHERES;
@@ -119,6 +124,9 @@ layout(binding = BIND_SAMPLES) uniform samplerBuffer sample_table;
 layout(binding = BIND_SOBOL) uniform usamplerBuffer sobol_table;
 layout(binding = BIND_WAVEFORMS) uniform samplerBuffer waveforms;
 layout(binding = BIND_BLOCKS) uniform usamplerBuffer block_list;
+layout(binding = BIND_PIXELS) uniform usamplerBuffer pixel_list;
+layout(binding = BIND_PROBE) uniform samplerBuffer probe;
+layout(std430, binding = BIND_PROBE_OUT) writeonly buffer ProbeBlock { vec4 probe_out[]; };
 layout(std430, binding = BIND_OUTPUT) buffer OutputBlock { float sums[]; };
 layout(std430, binding = BIND_OBJECTS) writeonly buffer ObjectsBlock { int objects[]; };
 layout(std430, binding = BIND_STATUS) buffer StatusBlock { uint status[]; };

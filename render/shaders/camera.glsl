@@ -82,3 +82,13 @@ real3 ray_direction(const PixelRays r, vec2 offset) {
   if (CAMERA == CAMERA_GENERAL) return real3(d);
   return real3(r.pinhole + real2(offset) * REAL_PARAM(camera).xy + real2(d.xy), 1.0);
 }
+
+// Derivative of ray_direction along x (axis 0) or y at the pixel's centre, per px.
+real3 direction_per_px(const PixelRays r, int axis) {
+  real3 d = real3(axis == 0 ? r.du : r.dv);
+  if (CAMERA != CAMERA_GENERAL) {
+    real4 c = REAL_PARAM(camera);
+    d += axis == 0 ? real3(c.x, 0.0, 0.0) : real3(0.0, c.y, 0.0);
+  }
+  return d;
+}

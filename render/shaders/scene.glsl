@@ -11,19 +11,16 @@ struct Hit {
   int triangle;      // meshes
 };
 
-void hit_mesh(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
-  int first_triangle = int(g.d.y);
+// Everything about the hit of a given triangle, in front of the ray or not.
+void complete_mesh_hit(const Primitive g, vec3 o, vec3 d, int triangle, bool found, inout Hit hit) {
   vec3 o_object = to_object(g, o, 1.0), d_object = to_object(g, d, 0.0);
-  float t = hit.t;
-  int triangle = traverse(o_object, d_object, t, int(g.d.x), first_triangle, false, -1, true);
-  bool found = triangle >= 0;
-  int k = 3 * (first_triangle + max(triangle, 0));
+  int k = 3 * (int(g.d.y) + max(triangle, 0));
   vec3 v0 = FETCH_TRIANGLE(k).xyz;
   vec3 e1 = FETCH_TRIANGLE(k + 1).xyz - v0, e2 = FETCH_TRIANGLE(k + 2).xyz - v0;
   vec3 n = cross(e1, e2);
   // The plane form is more accurate than Moeller-Trumbore's t.
   vec3 s = v0 - o_object;
-  t = dot(n, s) / dot(n, d_object);
+  float t = dot(n, s) / dot(n, d_object);
   vec3 n_geometric = direction_from_object(g, n / length(n));
   vec3 n_shading = n_geometric;
   vec3 material = g.material;
@@ -47,6 +44,12 @@ void hit_mesh(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
     hit.primitive = g.index;
     hit.triangle = triangle;
   }
+}
+
+void hit_mesh(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
+  float t = hit.t;
+  int triangle = traverse(to_object(g, o, 1.0), to_object(g, d, 0.0), t, int(g.d.x), int(g.d.y), false, -1, true);
+  complete_mesh_hit(g, o, d, triangle, triangle >= 0, hit);
 }
 
 void hit_sphere(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
@@ -82,7 +85,7 @@ void hit_cylinder(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
   }
 }
 
-Hit closest_hit(vec3 o, vec3 d) {
+Hit no_hit() {
   Hit hit;
   hit.t = INFINITY_T;
   hit.n = vec3(0.0, 0.0, -1.0);
@@ -90,6 +93,20 @@ Hit closest_hit(vec3 o, vec3 d) {
   hit.material = vec3(0.0, 0.0, 1.0);
   hit.primitive = -1;
   hit.triangle = -1;
+  return hit;
+}
+
+void place_hit(vec3 o, vec3 d, inout Hit hit) {
+  hit.p = o + hit.t * d;
+  if (hit.primitive < 0) hit.p = vec3(0.0, 0.0, -1.0);
+  if (dot(hit.n_geometric, d) > 0.0) {
+    hit.n_geometric = -hit.n_geometric;
+    hit.n = -hit.n;
+  }
+}
+
+Hit closest_hit(vec3 o, vec3 d) {
+  Hit hit = no_hit();
 #define HIT_SPHERE(g) hit_sphere(g, o, d, hit)
 #define HIT_PLANE(g) hit_plane(g, o, d, hit)
 #define HIT_CYLINDER(g) hit_cylinder(g, o, d, hit)
@@ -100,12 +117,7 @@ Hit closest_hit(vec3 o, vec3 d) {
   if (N_MESHES > 0) hit_mesh(instance, o, d, hit);
   if (N_MESHES > 1)
     for (int i = FIRST_MESH + 1; i < FIRST_MESH + N_MESHES; ++i) hit_mesh(fetch_primitive(i), o, d, hit);
-  hit.p = o + hit.t * d;
-  if (hit.primitive < 0) hit.p = vec3(0.0, 0.0, -1.0);
-  if (dot(hit.n_geometric, d) > 0.0) {
-    hit.n_geometric = -hit.n_geometric;
-    hit.n = -hit.n;
-  }
+  place_hit(o, d, hit);
   return hit;
 }
 

@@ -27,6 +27,7 @@ struct uvec4 {
 #define MOST_COLUMNS 16  // of a Gauss rule
 #define STACK_SIZE 32
 #define SENTINEL_LOOPS 3
+#define LINES_PER_PANEL 4   // scan lines of one invocation group over a mixed pixel
 
 // ---- bindings (set 0)
 #define BIND_PARAMS 0
@@ -46,7 +47,10 @@ struct uvec4 {
 #define BIND_OUTPUT 12  // [channel][block][pixel]
 #define BIND_OBJECTS 13
 #define BIND_STATUS 14  // [0] truncated invocations, [1] shadow rays
-#define BIND_COUNT 15
+#define BIND_PIXELS 15  // list of pixels: x | y << 15 | scan along y << 31
+#define BIND_PROBE 16   // what the centre rays saw, one texel per pixel: u (2), w, identity (identity.glsl)
+#define BIND_PROBE_OUT 17
+#define BIND_COUNT 18
 
 // ---- specialization constants
 #define SPEC_N_SPHERES 0
@@ -68,7 +72,8 @@ struct uvec4 {
 #define SPEC_N_GRAY 16
 #define SPEC_GRAY_BLUR 17  // Gaussian edges of Gray images
 #define SPEC_N_IMAGES 18
-#define SPEC_COUNT 19
+#define SPEC_PIXEL_LIST 19  // pixels from the list instead of whole blocks
+#define SPEC_COUNT 20
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
 #define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
@@ -81,6 +86,13 @@ struct uvec4 {
 #define SAMPLER_MULTI_JITTERED 1
 #define SAMPLER_SOBOL 2
 #define SAMPLER_MULTI_JITTERED_ANY 3
+
+// How a pixel of the adaptive trace is done, after a look at its neighbourhood.
+#define PIXEL_DONE 0    // nothing in it, or the closed form holds
+#define PIXEL_SMOOTH 1  // one surface, but the closed form is not good enough
+#define PIXEL_FACETS 2  // several facets of one lit mesh
+#define PIXEL_MIXED 3   // silhouette, shadow border, end of the projected image
+#define PIXEL_MIXED_Y 4 // the same, its edges run rather along x: scan along y
 
 #define MESH_SMOOTH 1
 #define MESH_ALBEDO 2
@@ -104,6 +116,8 @@ struct Params {
   vec4 light;                 // falloff numerator d0^2, shadow offset relative to |p|, blur of Gray edges px, 0
   vec4 sampling;              // pixel_fill, 1/N, lens radius mm, 1/focus distance
   uvec4 sampling_n;           // N, columns, rows, seed
+  vec4 adaptive;              // largest phase error rad, largest irradiance error per pattern, ambient > 0, 0
+  uvec4 image;                // width, height, panels of a mixed pixel, 0
   vec4 pitch[MAX_PITCHES];    // 1/pitch, turns at the principal point, axis x, axis y
   vec4 direct[MAX_DIRECT];    // scale, offset (table: in samples; gray: in words), axis x, axis y
   vec4 direct_b[MAX_DIRECT];  // table: first, count, 0, 0; gray: bit shift, word mask, value at 0, at 1;
@@ -118,15 +132,15 @@ struct Push {
   uint end_sample;
   uint n_centre;  // 1: also trace the pixel-centre ray for the object image
   uint sentinel;
-  uint reserved0;
-  uint reserved1;
+  uint resume;    // add to the sums of an earlier dispatch
+  uint n_pixels;  // of the list
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(vec4) == 16 && sizeof(uvec4) == 16);
-static_assert(offsetof(Params, pitch) == 17 * 16);
-static_assert(offsetof(Params, direct) == (17 + MAX_PITCHES) * 16);
-static_assert(sizeof(Params) == (17 + MAX_PITCHES + 2 * MAX_DIRECT) * 16);
+static_assert(offsetof(Params, pitch) == 19 * 16);
+static_assert(offsetof(Params, direct) == (19 + MAX_PITCHES) * 16);
+static_assert(sizeof(Params) == (19 + MAX_PITCHES + 2 * MAX_DIRECT) * 16);
 static_assert(sizeof(Push) == 32);
 static_assert(2 * sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);

@@ -16,23 +16,21 @@
 #include "patterns.glsl"
 #include "shade.glsl"
 #include "footprint.glsl"
+#include "work_items.glsl"
 
 layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
 
 void main() {
   load_constants();
-  uint block_index = push.first_block + gl_WorkGroupID.x;
-  uint block = texelFetch(block_list, int(block_index)).x;
-  uvec2 pixel = uvec2((block & 0xffffu) * BLOCK_WIDTH, (block >> 16) * BLOCK_HEIGHT) + gl_LocalInvocationID.xy;
-  uint slot = gl_WorkGroupID.x * BLOCK_PIXELS + gl_LocalInvocationID.y * BLOCK_WIDTH + gl_LocalInvocationID.x;
-  uint stride = push.n_blocks_band * BLOCK_PIXELS;
+  uint slot = own_slot(), stride = push.n_blocks_band * BLOCK_PIXELS;
+  uvec2 pixel = PIXEL_LIST != 0 ? listed_pixel(slot).xy : block_pixel();
 
   PixelRays rays = pixel_rays(vec2(pixel));
   uint pixel_seed = hash(pixel.x + hash(pixel.y + hash(params.sampling_n.w)));
 
   float mean = 0.0, hits = 0.0;
   float cosine[MAX_PITCHES], sine[MAX_PITCHES], direct[MAX_DIRECT];
-  load_sums(push.first_sample > 0, slot, stride, mean, hits, cosine, sine, direct);
+  load_sums(push.resume != 0, slot, stride, mean, hits, cosine, sine, direct);
 
   // A loop, because only a loop can be skipped.
   for (uint k = 0; k < push.n_centre; ++k)
@@ -58,10 +56,5 @@ void main() {
   }
   store_sums(slot, stride, mean, hits, cosine, sine, direct);
 
-  // lavapipe cuts all loops of an invocation at 65,535 iterations in total, silently. Once that has
-  // happened every further loop runs its body once, so this one tells.
-  uint loops = 0;
-  for (uint k = 0; k < push.sentinel; ++k) loops += 1 + (k & pixel.x & 0x80000000u);
-  if (loops != SENTINEL_LOOPS) atomicAdd(status[0], 1u);
-  if (SHADOW != 0) atomicAdd(status[1], shadow_rays);
+  report_status(pixel, shadow_rays);
 }

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// From what the user asks for to how the pixels are sampled.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "render/renderer.hpp"
+#include "twin/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+constexpr int largest_gauss = 16;
+constexpr int most_samples = 65536;
+
+bool is_gauss_rule(int samples) {
+  const auto root = static_cast<int>(std::lround(std::sqrt(static_cast<double>(samples))));
+  return root * root == samples && root <= largest_gauss;
+}
+
+[[noreturn]] void fail(const std::string& what, const std::string& hint = "") {
+  throw UserError(ExitCode::usage, "render", what, hint);
+}
+
+// Interior pixels of the paper's rig, quadrature alone (rad rms): 4 samples 1.7e-5, 9 below 1e-6 on curved
+// shapes. 64 multi-jittered or Sobol points 2e-4, 256 3e-5.
+int fixed_samples(Sampler sampler, double phase_error_rad) {
+  if (sampler == Sampler::gauss) return phase_error_rad >= 5e-5 ? 4 : phase_error_rad >= 5e-6 ? 9 : 16;
+  return phase_error_rad >= 2e-4 ? 64 : phase_error_rad >= 3e-5 ? 256 : 1024;
+}
+
+}  // namespace
+
+void check_sampling(const Sampling& sampling, double pixel_fill) {
+  if (!(pixel_fill >= 0.0 && pixel_fill <= 2.0))
+    fail(fmt::format("pixel_fill = {} is outside 0 ... 2", pixel_fill));
+  if (!(sampling.phase_error_rad > 0.0))
+    fail(fmt::format("phase_error_rad = {} must be positive", sampling.phase_error_rad));
+  if (!(sampling.gray_error > 0.0))
+    fail(fmt::format("gray_error = {} must be positive", sampling.gray_error));
+  if (sampling.sampler == Sampler::adaptive) return;
+  if (sampling.samples < 1 || sampling.samples > most_samples)
+    fail(fmt::format("samples = {} is outside 1 ... {}", sampling.samples, most_samples));
+  if (sampling.sampler == Sampler::gauss && !is_gauss_rule(sampling.samples))
+    fail(fmt::format("sampler \"gauss\" takes n x n samples with n = 1 ... {}, not {}", largest_gauss,
+                     sampling.samples),
+         "choose a square, or sampler = \"multi-jittered\"");
+}
+
+Sampling choose_sampling(const RenderOptions& options) {
+  Sampling sampling;
+  sampling.phase_error_rad = options.phase_error_rad;
+  sampling.gray_error = options.gray_error;
+  sampling.precise = options.phase_error_rad < single_precision_error_rad;
+  if (options.samples) {
+    sampling.samples = *options.samples;
+    // A number that is no square cannot be a Gauss rule; without a named sampler the user gets the one
+    // that takes any number.
+    sampling.sampler =
+        options.sampler.value_or(is_gauss_rule(sampling.samples) ? Sampler::gauss : Sampler::multi_jittered);
+  } else {
+    sampling.sampler = options.sampler.value_or(Sampler::gauss);
+    if (sampling.sampler != Sampler::adaptive)
+      sampling.samples = fixed_samples(sampling.sampler, options.phase_error_rad);
+  }
+  if (sampling.sampler == Sampler::adaptive && options.samples)
+    fail("samples have no meaning with sampler \"adaptive\"", "leave one of them out");
+  check_sampling(sampling, options.pixel_fill);
+  return sampling;
+}
+
+Sampling without_adaptation(const Sampling& sampling) {
+  Sampling fixed = sampling;
+  fixed.sampler = Sampler::gauss;
+  fixed.samples = fixed_samples(Sampler::gauss, sampling.phase_error_rad);
+  return fixed;
+}
+
+}  // namespace fringetwin::render

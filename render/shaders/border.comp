@@ -1,0 +1,40 @@
+#version 460
+// SPDX-License-Identifier: Apache-2.0
+// Does an edge cross the pixel's own square, or only its neighbourhood? Eight rays along the square's border
+// against the one through its centre: a straight edge that crosses a square parts its corners.
+// objects: 0 not crossed, 1 crossed, 2 crossed by creases of one lit mesh only.
+#extension GL_GOOGLE_include_directive : require
+#include "bindings.glsl"
+#include "camera.glsl"
+#include "shapes.glsl"
+#include "mesh.glsl"
+#include "scene.glsl"
+#include "refine.glsl"
+#include "projector.glsl"
+#include "shade.glsl"
+#include "work_items.glsl"
+#include "identity.glsl"
+#include "look.glsl"
+
+layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
+
+void main() {
+  load_constants();
+  uint slot = own_slot();
+  ivec2 pixel = ivec2(listed_pixel(slot).xy);
+  PixelRays rays = pixel_rays(vec2(pixel));
+  vec4 c = probe_at(pixel);
+  Seen centre = Seen(c.z, c.w, real2(c.xy));
+  bool mesh = N_MESHES > 0 && c.w > 0.0 && primitive_of(c.w) >= FIRST_MESH;
+  bool crossed = false, creases = false;
+  uint shadow_rays = 0;
+  for (int i = 0; i < 8; ++i) {
+    int k = i < 4 ? i : i + 1;
+    vec2 offset = 0.5 * params.sampling.x * vec2(k % 3 - 1, k / 3 - 1);
+    Seen seen = look(rays, offset, shadow_rays);
+    crossed = crossed || !same_surface(centre, seen);
+    creases = creases || seen.id != c.w;
+  }
+  objects[slot] = crossed ? 1 : mesh ? 2 : 0;
+  report_status(uvec2(pixel), shadow_rays);
+}

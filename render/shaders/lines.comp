@@ -1,0 +1,119 @@
+#version 460
+// SPDX-License-Identifier: Apache-2.0
+// Pixels that an edge crosses. One invocation = one scan line through such a pixel: it finds where along
+// the line the surface changes (bisection between probes), and integrates each piece by Gauss-Legendre,
+// so that its result is as good as if there were no edge. The host adds the lines up.
+//
+// Towards an edge the nodes crowd quadratically: at the silhouette of a curved surface the phase changes
+// with the square root of the distance, which becomes a polynomial.
+#extension GL_GOOGLE_include_directive : require
+#include "bindings.glsl"
+#include "camera.glsl"
+#include "shapes.glsl"
+#include "mesh.glsl"
+#include "scene.glsl"
+#include "refine.glsl"
+#include "projector.glsl"
+#include "patterns.glsl"
+#include "shade.glsl"
+#include "work_items.glsl"
+#include "identity.glsl"
+#include "look.glsl"
+
+layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
+
+const int PROBES = 6;  // both ends, and four between, moved from line to line to catch narrow things
+const int MOST_BORDERS = 8;
+const float INNER_LINE = 0.4472135955;  // sqrt(1/5)
+const int BISECTIONS = 7;  // a quarter pixel to 1e-3 px
+const vec4 NODES = vec4(0.0694318442, 0.3300094782, 0.6699905218, 0.9305681558);
+const vec4 WEIGHTS = vec4(0.1739274226, 0.3260725774, 0.3260725774, 0.1739274226);
+
+float probe_position(int i, float jitter) {
+  return i == 0 ? -0.5 : i == PROBES - 1 ? 0.5 : (float(i - 1) + jitter) * 0.25 - 0.5;
+}
+
+void main() {
+  load_constants();
+  uint slot = own_slot(), stride = push.n_blocks_band * BLOCK_PIXELS;
+  uint panels = params.image.z;
+  uint entry = slot / (LINES_PER_PANEL * panels), line = slot % (LINES_PER_PANEL * panels);
+  uvec3 pixel = listed_pixel(entry);
+  PixelRays rays = pixel_rays(vec2(pixel.xy));
+  float fill = params.sampling.x;
+  // Lobatto's four nodes in each panel: the outer lines lie on its borders and see what only just enters.
+  uint node = line % LINES_PER_PANEL;
+  float in_panel = node == 0 ? -1.0 : node == 1 ? -INNER_LINE : node == 2 ? INNER_LINE : 1.0;
+  float across = (float(line / LINES_PER_PANEL) + 0.5 + 0.5 * in_panel) / float(panels) - 0.5;
+  vec2 start = fill * (pixel.z != 0 ? vec2(across, 0.0) : vec2(0.0, across));
+  vec2 along = fill * (pixel.z != 0 ? vec2(0.0, 1.0) : vec2(1.0, 0.0));
+
+  float jitter = fract((float(line) + 0.5) * 0.618034);
+  // Probes from one end to the other; between two that differ, bisection.
+  float borders[MOST_BORDERS + 2];
+  borders[0] = -0.5;
+  int n_pieces = 1;
+  uint shadow_rays = 0, rays_cast = 0;
+  float low = 0.0, high = 0.0;
+  Seen at_low = Seen(0.0, 0.0, real2(0.0)), at_high = at_low, last = at_low;
+  int next = 0, halvings = 0;
+  while (next < PROBES || halvings > 0) {
+    bool halving = halvings > 0;
+    float position = halving ? 0.5 * (low + high) : probe_position(next, jitter);
+    Seen seen = look(rays, start + position * along, shadow_rays);
+    rays_cast += 1;
+    bool start_halving = false;
+    if (halving) {
+      if (same_surface(at_low, seen)) {
+        low = position;
+        at_low = seen;
+      } else {
+        high = position;
+        at_high = seen;
+      }
+      halvings -= 1;
+      if (halvings == 0) {
+        borders[n_pieces] = 0.5 * (low + high);
+        n_pieces += 1;
+        // A third surface between the two probes: on from here.
+        start_halving = !same_surface(at_high, last) && n_pieces <= MOST_BORDERS;
+        low = high;
+        at_low = at_high;
+      }
+    } else {
+      start_halving = next > 0 && !same_surface(last, seen) && n_pieces <= MOST_BORDERS;
+      low = probe_position(max(next - 1, 0), jitter);
+      at_low = last;
+      last = seen;
+      next += 1;
+    }
+    if (start_halving) {
+      high = probe_position(next - 1, jitter);
+      at_high = last;
+      halvings = BISECTIONS;
+    }
+  }
+  borders[n_pieces] = 0.5;
+
+  float mean = 0.0, hits = 0.0;
+  float cosine[MAX_PITCHES], sine[MAX_PITCHES], direct[MAX_DIRECT];
+  load_sums(false, slot, stride, mean, hits, cosine, sine, direct);
+  for (int k = 0; k < 4 * n_pieces; ++k) {
+    int piece = k >> 2;
+    float t = NODES[k & 3], r = 1.0 - t;
+    bool edge_left = piece > 0, edge_right = piece < n_pieces - 1;
+    float s = edge_left ? (edge_right ? t * t * (3.0 - 2.0 * t) : t * t) : (edge_right ? 1.0 - r * r : t);
+    float ds = edge_left ? (edge_right ? 6.0 * t * r : 2.0 * t) : (edge_right ? 2.0 * r : 1.0);
+    float a = borders[piece], b = borders[piece + 1];
+    Seen seen = look(rays, start + (a + (b - a) * s) * along, shadow_rays);
+    rays_cast += 1;
+    float weight = WEIGHTS[k & 3] * ds * (b - a);
+    float w = seen.w * weight;
+    mean += w;
+    hits += seen.id != 0.0 ? weight : 0.0;
+    add_patterns(w, w != 0.0 ? seen.u : real2(0.0), cosine, sine, direct);
+  }
+  store_sums(slot, stride, mean, hits, cosine, sine, direct);
+  atomicAdd(status[2], rays_cast);
+  report_status(pixel.xy, shadow_rays);
+}
