@@ -28,7 +28,7 @@ CLI::Validator in_range(double min, double max) {
 void add_render_flags(CLI::App& sub, RenderFlags& flags) {
   sub.add_option("--samples", flags.samples, "Samples per pixel (gauss: a square number)");
   sub.add_option("--sampler", flags.sampler, "gauss, multi-jittered or sobol")
-      ->check(CLI::IsMember({"gauss", "multi-jittered", "sobol"}));
+      ->check(CLI::IsMember({"adaptive", "gauss", "multi-jittered", "sobol"}));
   sub.add_option("--phase-error", flags.phase_error_rad,
                  "Target rms phase error, rad (picks the cheapest scheme)")
       ->check(in_range(1e-8, 1.0));

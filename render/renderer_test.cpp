@@ -185,30 +185,30 @@ TEST_F(RendererTest, SameSeedSameBits) {
   }
 }
 
-class RendererPrecisionTest : public RendererTest, public testing::WithParamInterface<double> {};
+class RendererPrecisionTest : public RendererTest, public testing::WithParamInterface<bool> {};
 
 TEST_P(RendererPrecisionTest, SameBitsHoweverTheWorkIsCut) {
   const auto mesh = std::make_shared<Mesh>(icosphere(4, 20.0));
   Twin twin = with_object(simple_rig(), "part", mesh_at(mesh, {0, 0, 280}));
-  twin.render.phase_error_rad = GetParam();
-  const Transport whole = renderer().trace(twin, 0, {Sampler::multi_jittered, 25}, 1);
+  const Sampling sampling{Sampler::multi_jittered, 25, GetParam()};
+  const Transport whole = renderer().trace(twin, 0, sampling, 1);
   Renderer cut;
   cut.set_samples_per_dispatch(7);
-  EXPECT_TRUE(same_bits(whole, cut.trace(twin, 0, {Sampler::multi_jittered, 25}, 1)));
-  EXPECT_EQ(whole.rays, cut.trace(twin, 0, {Sampler::multi_jittered, 25}, 1).rays);
+  EXPECT_TRUE(same_bits(whole, cut.trace(twin, 0, sampling, 1)));
+  EXPECT_EQ(whole.rays, cut.trace(twin, 0, sampling, 1).rays);
   {
     const Environment staging("FRINGETWIN_STAGING", "1");
     Renderer staged;
-    EXPECT_TRUE(same_bits(whole, staged.trace(twin, 0, {Sampler::multi_jittered, 25}, 1)));
+    EXPECT_TRUE(same_bits(whole, staged.trace(twin, 0, sampling, 1)));
   }
   {
     const Environment geometry("FRINGETWIN_GEOMETRY", "storage");
     Renderer storage;
-    EXPECT_TRUE(same_bits(whole, storage.trace(twin, 0, {Sampler::multi_jittered, 25}, 1)));
+    EXPECT_TRUE(same_bits(whole, storage.trace(twin, 0, sampling, 1)));
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(SingleAndDouble, RendererPrecisionTest, testing::Values(1e-4, 1e-5));
+INSTANTIATE_TEST_SUITE_P(SingleAndDouble, RendererPrecisionTest, testing::Bool());
 
 // lavapipe 22.3 cuts an invocation's loops at 65,535 iterations without a word. 4096 samples of a
 // mesh in one dispatch exceed that: the renderer must notice, repeat, and get the same bits.
@@ -245,9 +245,10 @@ TEST_F(RendererTest, ValidationLayersAreSilent) {
   twin.cameras[0].optics = Optics{8.0, 10.0, 280.0};
   validated->trace(twin, 0, {Sampler::gauss, 4});
   validated->trace(twin, 0, {Sampler::sobol, 16});
-  twin.render.phase_error_rad = 1e-5;  // the kernel in double precision
-  validated->trace(twin, 0, {Sampler::gauss, 4});
+  validated->trace(twin, 0, {Sampler::gauss, 4, true});
   validated->trace(paper_rig(), 1, {Sampler::gauss, 4});
+  twin.cameras[0].optics.reset();
+  for (const bool precise : {false, true}) validated->trace(twin, 0, {Sampler::adaptive, 4, precise});
   validated->count_loop_iterations(10);
   EXPECT_EQ(validated->validation_messages(), 0);
 }

@@ -85,8 +85,8 @@ void main() {
 
   bool ambient = params.adaptive.z > 0.0;
   int kind = PIXEL_DONE;
-  // Gray images need the samples' own footprints.
-  int on_mesh = N_GRAY > 0 ? PIXEL_SMOOTH : PIXEL_FACETS;
+  // Gray and other images need the samples' own footprints.
+  int on_mesh = N_GRAY + N_IMAGES > 0 ? PIXEL_SMOOTH : PIXEL_FACETS;
   // Beside a crease or the image border the five-point differences fail.
   if (!(same && same_far)) kind = one_mesh ? on_mesh : PIXEL_SMOOTH;
   if (!same) kind = one_mesh ? on_mesh : changes_y > changes_x ? PIXEL_MIXED_Y : PIXEL_MIXED;
