@@ -103,11 +103,8 @@ TEST(Precise, GrayCode) {
   twin.fringes.unwrap = Unwrap::gray;
   for (const double blur_px : {0.0, 0.4}) {
     twin.projector->blur_px = blur_px;
-    const render::Sampling sampling{Sampler::gauss, 9};
-    twin.render.phase_error_rad = 1e-4;
-    const auto single = shared_renderer()->render(twin, 0, sampling);
-    twin.render.phase_error_rad = 1e-5;
-    const auto precise = shared_renderer()->render(twin, 0, sampling);
+    const auto single = shared_renderer()->render(twin, 0, {Sampler::gauss, 9, false});
+    const auto precise = shared_renderer()->render(twin, 0, {Sampler::gauss, 9, true});
     double sum = 0.0, worst = 0.0, n = 0.0;
     bool differs = false;
     for (std::size_t i = 4; i < single.irradiance.size(); ++i)
