@@ -56,7 +56,7 @@ format:
 
 bench: build
 	@build/bench/bench_render
-	@scripts/bench_chain.sh
+	@scripts/bench_chain.sh   # per stage: render, decode, match, triangulate, fit; the whole against its bound
 
 clean:
 	rm -rf build build-asan build-debug out

@@ -19,12 +19,16 @@ struct Options {
   std::string out;
 };
 
+bool has_irradiance_beside(const std::filesystem::path& sim_dir, const std::vector<CameraImages>& simulated) {
+  return !simulated.empty() && !simulated.front().radiance &&
+         std::filesystem::exists(sim_dir / "radiance" / "capture.toml");
+}
+
 /// The irradiance (EXR) beside the simulated PNGs, where `render --radiance` wrote it; else empty.
 std::vector<CameraImages> load_irradiance(const Twin& twin, const std::filesystem::path& sim_dir,
                                           const std::vector<CameraImages>& simulated) {
   if (!simulated.empty() && simulated.front().radiance) return simulated;
-  if (std::filesystem::exists(sim_dir / "radiance" / "capture.toml"))
-    return load_captures(twin, sim_dir / "radiance");
+  if (has_irradiance_beside(sim_dir, simulated)) return load_captures(twin, sim_dir / "radiance");
   return {};
 }
 
@@ -51,6 +55,9 @@ int run(const Options& o, const Invocation& invocation) {
   timer.stop();
   std::vector<std::filesystem::path> files = capture_files(twin, o.real);
   for (const auto& file : capture_files(twin, o.sim)) files.push_back(file);
+  if (has_irradiance_beside(o.sim, simulated.images))
+    for (const auto& file : capture_files(twin, std::filesystem::path(o.sim) / "radiance"))
+      files.push_back(file);
   return finish_comparison(o.out, twin, real, simulated, options,
                            make_provenance(invocation, twin, files, "", 0), timer);
 }

@@ -49,7 +49,9 @@ int run(const Options& o, const Invocation& invocation) {
       warn(fmt::format("fit of \"{}\": {} (n = {})", fit.object, fit.warning, fit.n));
       continue;
     }
-    say(fmt::format("{} ({}): rms {:.6f} mm, n {}", fit.object, fit.kind, fit.numbers.at("rms_mm"), fit.n));
+    say(fmt::format("{} ({}): rms {:.6f} mm on {} points, {:.6f} mm on all {:.0f} within the gate",
+                    fit.object, fit.kind, fit.numbers.at("rms_mm"), fit.n, fit.numbers.at("rms_all_mm"),
+                    fit.numbers.at("n_gated")));
   }
   say(fmt::format("measured in {:.2f} s; written to {}", timer.seconds["measure"], o.out));
   return exit_code_for(measurement.fits, 0);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/comparison.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "compare/fit_rows.hpp"
@@ -8,10 +10,30 @@
 #include "compare/gray_budget.hpp"
 #include "compare/gray_rows.hpp"
 #include "compare/limits.hpp"
+#include "compare/phase_budget.hpp"
 #include "compare/phase_rows.hpp"
 
 namespace fringetwin::compare {
 namespace {
+
+using measure::DirectionDecode;
+using measure::Measurement;
+
+constexpr double kManyOrders = 0.01;  ///< share of order disagreements worth a warning
+constexpr double kLowR2 = 0.9;        ///< below it the line explains too little to be called a gain
+constexpr double kLargeAlbedo = 0.3;  ///< share of the residual variance that is no noise of gray values
+
+/// The sandwich sigma holds what varies within blocks; what varies over the image biases the line itself.
+void warn_of_bias(const GainRow& gain, const std::optional<GrayBudget>& budget,
+                  std::vector<std::string>& warnings) {
+  const double albedo = budget ? budget->albedo_dn2 / budget->total_dn2 : 0.0;
+  if (!(gain.r2 < kLowR2) && !(albedo > kLargeAlbedo)) return;
+  warnings.push_back(
+      fmt::format("{}: R2 of the gain fit is {:.3f} and albedo or shading makes {:.0f} % of the residual "
+                  "variance: gain and black "
+                  "level are biased by more than their printed sigma; do not use them as sensor values",
+                  gain.camera, gain.r2, 100.0 * albedo));
+}
 
 void compare_gray(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                   Comparison& out) {
@@ -24,9 +46,32 @@ void compare_gray(const Twin& twin, const Side& real, const Side& simulated, con
     const measure::CameraDecode* real_decode = real.measurement ? &real.measurement->cameras.at(c) : nullptr;
     const measure::CameraDecode* simulated_decode =
         simulated.measurement ? &simulated.measurement->cameras.at(c) : nullptr;
-    if (auto budget = gray_budget(pairs[c], fit, real_decode, simulated_decode, options))
-      out.gray_budget.push_back(*budget);
+    const auto budget = gray_budget(pairs[c], fit, real_decode, simulated_decode, options);
+    if (budget) out.gray_budget.push_back(*budget);
+    warn_of_bias(fit.row, budget, out.warnings);
   }
+}
+
+void compare_phase(const Twin& twin, const Measurement& real, const Measurement& simulated,
+                   const CompareOptions& options, Comparison& out) {
+  out.phase = phase_rows(twin, real, simulated);
+  for (const PhaseRow& row : out.phase)
+    if (row.order_disagree_fraction() > kManyOrders)
+      out.warnings.push_back(fmt::format(
+          "{} {}: on {:.1f} % of the pixels valid on both sides the fringe orders disagree ({} pixels, "
+          "|difference| > "
+          "pi); they are in no phase number, so the phase rows describe the rest only",
+          row.camera, row.direction, 100.0 * row.order_disagree_fraction(), row.n_order_disagree));
+  for (std::size_t c = 0; c < real.cameras.size(); ++c)
+    for (const DirectionDecode& r : real.cameras[c].directions) {
+      const DirectionDecode* s = simulated.cameras[c].direction(r.axis);
+      if (!s || r.coordinate_px.empty() || s->coordinate_px.empty() || r.pitches_px.empty()) continue;
+      if (auto budget = phase_budget(twin, r, *s, options.use_steps)) {
+        budget->camera = real.cameras[c].camera;
+        budget->direction = axis_name(r.axis);
+        out.phase_budget.push_back(std::move(*budget));
+      }
+    }
 }
 
 }  // namespace
@@ -40,7 +85,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
   out.fits = fit_rows(twin, real, simulated, out.warnings);
   compare_gray(twin, real, simulated, options, out);
   if (real.measurement && simulated.measurement)
-    out.phase = phase_rows(twin, *real.measurement, *simulated.measurement);
+    compare_phase(twin, *real.measurement, *simulated.measurement, options, out);
   out.limits = check_limits(twin.limits, out, twin.file.string());
   for (const LimitRow& row : out.limits)
     if (row.value != row.value)

@@ -72,6 +72,26 @@ struct PhaseRow {
   std::string camera, direction;
   double mean_rad = 0, rms_rad = 0, p99_rad = 0, mean_relative = 0;
   std::uint64_t n = 0, n_order_disagree = 0;
+  /// Of the pixels valid on both sides; NaN when there are none.
+  double order_disagree_fraction() const {
+    return n + n_order_disagree > 0
+               ? static_cast<double>(n_order_disagree) / static_cast<double>(n + n_order_disagree)
+               : kUnknown;
+  }
+};
+/// Where the mean square of the phase difference comes from (docs/METRICS.md). All in rad^2; the parts add up
+/// to total.
+struct PhaseBudget {
+  std::string camera, direction;
+  int alias_order = 1;  ///< order of the ripple that projector harmonics leave in the steps used
+  double total_rad2 = 0, offset_rad2 = 0, brightness_rad2 = 0, harmonic_rad2 = 0, noise_rad2 = 0,
+         low_frequency_rad2 = 0, high_frequency_rad2 = 0;
+  double harmonic_amplitude_rad = 0;  ///< of that order at the finest pitch
+  std::uint64_t n = 0;
+  /// Share of the variance about the mean that brightness, harmonics and noise explain.
+  double explained() const {
+    return (brightness_rad2 + harmonic_rad2 + noise_rad2) / (total_rad2 - offset_rad2);
+  }
 };
 struct FitRow {
   std::string object, kind;
@@ -91,6 +111,7 @@ struct Comparison {
   std::vector<GrayRow> gray;
   std::vector<GrayBudget> gray_budget;
   std::vector<PhaseRow> phase;
+  std::vector<PhaseBudget> phase_budget;
   std::vector<LimitRow> limits;
   bool pass = true;
   std::vector<std::string> warnings;

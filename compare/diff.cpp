@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <vector>
 
 #include "compare/fit_rows.hpp"
@@ -85,6 +87,32 @@ std::string sigma_name(const std::string& name) {
   return plain.substr(0, at + 1) + sigma_key(plain.substr(at + 1)) + index;
 }
 
+/// Images that both runs read: their noise and calibration are the same, so the numbers made from them are
+/// not independent.
+std::size_t shared_images(const Json& a, const Json& b) {
+  const auto digests = [](const Json& json) {
+    std::set<std::string> out;
+    const Json none = Json::object();
+    const Json inputs = json.value("provenance", none).value("inputs_sha256", none);
+    for (const auto& [file, digest] : inputs.items()) {
+      const std::string extension = std::filesystem::path(file).extension().string();
+      if (extension != ".toml" && extension != ".ply" && extension != ".stl" && extension != ".obj" &&
+          extension != ".yml" && extension != ".yaml" && extension != ".xml" && extension != ".cameramodel" &&
+          digest.is_string())
+        out.insert(digest.get<std::string>());
+    }
+    return out;
+  };
+  const std::set<std::string> in_a = digests(a), in_b = digests(b);
+  return static_cast<std::size_t>(
+      std::count_if(in_a.begin(), in_a.end(), [&](const std::string& d) { return in_b.contains(d); }));
+}
+
+/// Only the simulated side of a fit stands without the real images.
+bool depends_on_images(const std::string& name) {
+  return !(name.starts_with("fit ") && name.find(" simulated ") != std::string::npos);
+}
+
 double z_score(const std::string& name, double difference, const Quantities& a, const Quantities& b) {
   const double *sa = a.find(sigma_name(name)), *sb = b.find(sigma_name(name));
   if (!sa || !sb) return kUnknown;
@@ -106,6 +134,7 @@ std::string diff_results(const std::filesystem::path& a, const std::filesystem::
   for (const auto& [name, value] : qa.list) width = std::max(width, name.size());
   std::string out = fmt::format("A: {}\nB: {}\n\n{:<{}}  {:>14}  {:>14}  {:>14}  {:>8}\n", a.string(),
                                 b.string(), "quantity", width, "A", "B", "B - A", "z");
+  const std::size_t common_images = shared_images(json_a, json_b);
   std::size_t shared = 0;
   std::string only;
   for (const auto& [name, value] : qa.list) {
@@ -115,11 +144,18 @@ std::string diff_results(const std::filesystem::path& a, const std::filesystem::
       continue;
     }
     ++shared;
-    if (!is_sigma_key(name)) out += line(name, width, value, *other, z_score(name, *other - value, qa, qb));
+    if (is_sigma_key(name)) continue;
+    const bool independent = common_images == 0 || !depends_on_images(name);
+    out += line(name, width, value, *other, independent ? z_score(name, *other - value, qa, qb) : kUnknown);
   }
   for (const auto& [name, value] : qb.list)
     if (!qa.find(name)) only += "only in B: " + name + "\n";
   if (shared == 0) out += "no number is in both results\n";
+  if (common_images > 0)
+    out += fmt::format(
+        "\nA and B read {} image files in common: what is made from them shares their errors, so no z is "
+        "given there.\n",
+        common_images);
   out += fmt::format("\nverdict: A {}, B {}\n", json_a.value("verdict", "?"), json_b.value("verdict", "?"));
   return out + only;
 }

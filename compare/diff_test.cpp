@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <sstream>
 
 #include "compare/result_json.hpp"
 #include "compare/synthetic.hpp"
@@ -16,12 +17,13 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-std::filesystem::path write_run(const std::string& name, const synthetic::Truth& t) {
+std::filesystem::path write_run(const std::string& name, const synthetic::Truth& t,
+                                const Provenance& provenance = {}) {
   const auto dir = std::filesystem::temp_directory_path() / ("fringetwin_diff_" + name);
   std::filesystem::create_directories(dir);
   const synthetic::Scene scene = synthetic::make_scene(t);
   const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
-  std::ofstream(dir / "result.json") << comparison_json(scene.twin, c, {}, {});
+  std::ofstream(dir / "result.json") << comparison_json(scene.twin, c, provenance, {});
   return dir;
 }
 
@@ -43,6 +45,35 @@ TEST(Diff, PairsNumbersByName) {
   EXPECT_NEAR(vb, 18.0, 0.05);
   EXPECT_NEAR(d, vb - va, 2e-5);
   EXPECT_GT(z, 20.0);
+}
+
+/// The words after a quantity's name: A, B, B - A, z.
+std::vector<std::string> fields(const std::string& text, const std::string& name) {
+  std::istringstream in(text.substr(text.find("\n" + name + " ") + 1 + name.size()));
+  std::vector<std::string> out(4);
+  for (std::string& word : out) in >> word;
+  return out;
+}
+
+TEST(Diff, SharedImagesGiveNoZForWhatIsMadeFromThem) {
+  const auto image = std::filesystem::temp_directory_path() / "fringetwin_diff_image.png";
+  const auto toml = std::filesystem::temp_directory_path() / "fringetwin_diff_twin.toml";
+  std::ofstream(image) << "an image";
+  std::ofstream(toml) << "a twin";
+  Provenance both;
+  both.input_files = {image, toml};
+  Provenance twin_only;
+  twin_only.input_files = {toml};
+  const synthetic::Truth t;
+  const auto a = write_run("shared_a", t, both), b = write_run("shared_b", t, both);
+  const auto c = write_run("shared_c", t, twin_only);
+  const std::string shared = diff_results(a, b), apart = diff_results(a, c);
+  EXPECT_EQ(fields(shared, "gain left gain_dn").at(3), "-");
+  EXPECT_EQ(fields(shared, "fit ball real radius_mm").at(3), "-");
+  EXPECT_EQ(fields(shared, "fit ball simulated radius_mm").at(3), "0.00");
+  EXPECT_THAT(shared, HasSubstr("1 image files in common"));
+  EXPECT_EQ(fields(apart, "gain left gain_dn").at(3), "0.00");
+  EXPECT_THAT(apart, Not(HasSubstr("in common")));
 }
 
 TEST(Diff, ListsWhatOnlyOneRunHas) {

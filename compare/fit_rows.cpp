@@ -55,6 +55,15 @@ double axis_angle_rad(const Vector3d& a, const Vector3d& b) {
   return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
 }
 
+/// Of the simulated centroid's distance from the real plane: both offsets, and the tilt of the real plane
+/// over the way between the centroids (its larger tilt sigma: the direction is not kept). NaN when unknown.
+double offset_sigma_mm(const ObjectFit& s, const ObjectFit& r, double between_mm) {
+  const double *a = find(s.numbers, "offset_sigma_mm"), *b = find(r.numbers, "offset_sigma_mm");
+  const double *t0 = find(r.numbers, "tilt_sigma_rad_0"), *t1 = find(r.numbers, "tilt_sigma_rad_1");
+  if (!a || !b || !t0 || !t1) return kUnknown;
+  return std::sqrt(*a * *a + *b * *b + std::pow(between_mm * std::max(*t0, *t1), 2));
+}
+
 /// The point of a plane or an axis is a convention; what can be compared is a distance and an angle.
 void compare_placement(const ObjectFit& s, const ObjectFit& r, FitRow& row) {
   const bool plane = row.kind == "plane";
@@ -65,9 +74,12 @@ void compare_placement(const ObjectFit& s, const ObjectFit& r, FitRow& row) {
   if (!axis_s || !axis_r || !point_s || !point_r) return;
   row.difference["angle_rad"] = axis_angle_rad(*axis_s, *axis_r);
   const Vector3d between = *point_s - *point_r;
-  if (plane)
-    row.difference["offset_mm"] = axis_r->normalized().dot(between);
-  else
+  if (plane) {
+    const double offset = axis_r->normalized().dot(between);
+    row.difference["offset_mm"] = offset;
+    const double sigma = offset_sigma_mm(s, r, (between - offset * axis_r->normalized()).norm());
+    if (sigma > 0.0 && std::isfinite(sigma)) row.z["offset_mm"] = offset / sigma;
+  } else
     row.difference["axis_distance_mm"] = axis_r->normalized().cross(between).norm();
 }
 

@@ -70,6 +70,20 @@ TEST(FitRows, PlanesCompareByOffsetAndAngle) {
   EXPECT_NEAR(row.difference.at("offset_mm"), -0.002, 1e-9);  // along the real normal, towards the viewer
 }
 
+TEST(FitRows, APlanesOffsetHasItsZ) {
+  ObjectFit s, r;
+  s.kind = r.kind = "plane";
+  s.usable = r.usable = true;
+  r.vectors = {{"point_mm", {0, 0, 300}}, {"normal", {0, 0, -1}}};
+  s.vectors = {{"point_mm", {30, 40, 299.99}}, {"normal", {0, 0, -1}}};
+  r.numbers = {{"offset_sigma_mm", 0.003}, {"tilt_sigma_rad_0", 1e-5}, {"tilt_sigma_rad_1", 2.4e-4}};
+  s.numbers = {{"offset_sigma_mm", 0.004}, {"tilt_sigma_rad_0", 1e-5}, {"tilt_sigma_rad_1", 1e-5}};
+  // 0.01 over the root of 0.003^2 + 0.004^2 + (50 * 2.4e-4)^2 = 0.013^2
+  EXPECT_NEAR(make_fit_row(s, r).z.at("offset_mm"), 0.01 / 0.013, 1e-9);
+  r.numbers.erase("tilt_sigma_rad_1");
+  EXPECT_FALSE(make_fit_row(s, r).z.contains("offset_mm"));
+}
+
 TEST(FitRows, CylindersCompareByAxis) {
   ObjectFit s, r;
   s.kind = r.kind = "cylinder";

@@ -206,6 +206,7 @@ GainFit fit_gain(const GrayPair& pair, std::vector<std::string>& warnings) {
   fit.row.low_dn = start.usable.low_dn;
   fit.row.high_dn = start.usable.high_dn;
   fill_row(fit.row, m, sums, errors, start.scale_dn);
+  if (pair.real->radiance) fit.row.rms_before_dn = kUnknown;  // gray values of the twin against irradiance
   if (pair.from_dn && pair.camera->sensor.has_noise())
     warnings.push_back(
         fmt::format("{}: the simulated irradiance is taken from noisy gray values, which biases the gain "

@@ -122,7 +122,22 @@ TEST(GainFit, TwelveBitAndRadianceImages) {
   t.round_real = false;
   Scene scene = synthetic::make_scene(t);
   for (CameraImages& images : scene.real.images) images.radiance = true;
-  expect_recovered(fit_scene(std::move(scene))->fit.row, t);
+  const GainRow row = fit_scene(std::move(scene))->fit.row;
+  expect_recovered(row, t);
+  EXPECT_TRUE(std::isnan(row.rms_before_dn));  // the twin's gray values against irradiance say nothing
+}
+
+TEST(GainFit, AlbedoThatBiasesTheLineIsSaid) {
+  const auto warned = [](const Truth& t) {
+    const Scene scene = synthetic::make_scene(t);
+    for (const std::string& w : compare(scene.twin, scene.real, scene.simulated, {}).warnings)
+      if (w.find("biased by more than their printed sigma") != std::string::npos) return true;
+    return false;
+  };
+  Truth t;
+  EXPECT_FALSE(warned(t));
+  t.albedo_sigma = 0.05;
+  EXPECT_TRUE(warned(t));
 }
 
 TEST(GainFit, GrayCodeOfAnotherExposureIsLeftOut) {

@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/gray_budget.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <optional>
 #include <vector>
+
+#include "measure/phase_noise.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -51,42 +57,25 @@ const ImageF* wrapped(const CameraDecode& decode, const PatternSpec& p) {
   return image.empty() ? nullptr : &image;
 }
 
-/// Gray-value variance of a pixel from the phase noise that its own N steps showed:
-/// sigma_phase² = 2 sigma² / (N B²).
+/// Gray-value variance against the mean gray level: from the redundancy of the real images' own N steps
+/// wherever N > 3, whatever noise the decode was told; else the twin's sensor model; else rounding.
 class Noise {
  public:
-  Noise(const GrayPair& pair, const CameraDecode* real, int steps_used)
+  Noise(const GrayPair& pair, const CameraDecode* real, const std::vector<int>& steps, int steps_total)
       : sensor_(pair.camera->sensor), radiance_(pair.real->radiance) {
-    if (real && steps_used > 3)
-      for (const DirectionDecode& d : real->directions)
-        if (!d.sigma_rad.empty()) measured_.push_back(&d);
-    steps_used_ = steps_used;
-    if (!measured_.empty())
-      source = "redundancy of the N phase steps of the real images";
+    if (real && steps.size() > 3) estimate(pair, *real, steps, steps_total);
+    if (measured_)
+      source = fmt::format("redundancy of the {} phase steps of the real images", steps.size());
     else if (sensor_.has_noise())
-      source = "sensor model of the twin (photon transfer)";
+      source = "sensor model of the twin, not measured on these images";
     else
       source = "quantisation only";
-    if (pair.from_dn) {
-      // quantisation and noise of the simulated images come on top
-      added_ = kQuantisation;
-    }
+    // quantisation of the simulated images comes on top
+    if (pair.from_dn) added_ = kQuantisation;
   }
 
-  double variance(std::size_t i, double gray_dn) const {
-    if (!measured_.empty()) {
-      double sum = 0.0;
-      int n = 0;
-      for (const DirectionDecode* d : measured_) {
-        const double amplitude =
-            static_cast<double>(d->amplitude_dn[static_cast<std::size_t>(d->finest)].data[i]);
-        const double sigma = static_cast<double>(d->sigma_rad.data[i]) * amplitude;
-        if (!std::isfinite(sigma)) continue;
-        sum += 0.5 * steps_used_ * sigma * sigma;
-        ++n;
-      }
-      if (n > 0) return sum / n + added_;
-    }
+  double variance(double gray_dn) const {
+    if (measured_) return measured_->variance(gray_dn) + added_;
     double v = radiance_ ? 0.0 : kQuantisation;
     if (sensor_.electrons_per_dn)
       v += std::max(gray_dn - sensor_.black_level_dn, 0.0) / *sensor_.electrons_per_dn;
@@ -97,11 +86,35 @@ class Noise {
   std::string source;
 
  private:
+  /// From the first direction that has enough pixels: it is one sensor.
+  void estimate(const GrayPair& pair, const CameraDecode& real, const std::vector<int>& steps,
+                int steps_total) {
+    const measure::StepSolver solver(steps, steps_total);
+    for (std::size_t k = 0; k < real.directions.size() && !measured_; ++k) {
+      const DirectionDecode& d = real.directions[k];
+      std::vector<measure::NoiseInput> pitches(d.wrapped_rad.size());
+      for (std::size_t p = 0; p < pitches.size(); ++p) {
+        pitches[p] = {std::vector<const ImageF*>(steps.size(), nullptr), &d.wrapped_rad[p],
+                      &d.amplitude_dn[p], &d.mean_dn};
+        for (std::size_t i = 0; i < pair.patterns.size(); ++i) {
+          const PatternSpec& spec = pair.patterns[i];
+          const auto at = std::find(steps.begin(), steps.end(), spec.step);
+          if (!spec.is_gray() && spec.direction == static_cast<int>(k) && spec.pitch == static_cast<int>(p) &&
+              at != steps.end())
+            pitches[p].steps[static_cast<std::size_t>(at - steps.begin())] = &pair.real->images[i];
+        }
+      }
+      measure::NoiseModel model = measure::NoiseModel::linear(0.0, 0.0, 1.0);
+      if (pitches.empty() || !measure::estimate_noise(pitches, solver, d.axis, 0.0, model)) continue;
+      if (!radiance_) model.raise_to(kQuantisation);
+      measured_ = model;
+    }
+  }
+
   const Sensor& sensor_;
   bool radiance_;
-  int steps_used_ = 0;
   double added_ = 0.0;
-  std::vector<const DirectionDecode*> measured_;
+  std::optional<measure::NoiseModel> measured_;
 };
 
 class Budget {
@@ -166,7 +179,7 @@ class Budget {
     if (pixel.values.size() < 4) pixel.values.clear();
     if (pixel.values.empty()) return pixel;
     pixel.gray_dn /= static_cast<double>(pixel.values.size());
-    pixel.noise_dn2 = noise_.variance(i, pixel.gray_dn);
+    pixel.noise_dn2 = noise_.variance(pixel.gray_dn);
     return pixel;
   }
 
@@ -338,8 +351,12 @@ std::optional<GrayBudget> gray_budget(const GrayPair& pair, const GainFit& fit, 
   if (!has_steps || (!real && !simulated)) return std::nullopt;
   int steps = 0;
   for (const PatternSpec& p : pair.patterns) steps = std::max(steps, p.step + 1);
-  const int used = options.use_steps.empty() ? steps : static_cast<int>(options.use_steps.size());
-  const Noise noise(pair, real, used);
+  std::vector<int> used = options.use_steps;
+  if (used.empty()) {
+    used.resize(static_cast<std::size_t>(steps));
+    std::iota(used.begin(), used.end(), 0);
+  }
+  const Noise noise(pair, real, used, steps);
   GrayBudget budget = Budget(pair, fit, {real ? real : simulated, simulated ? simulated : real}, noise).run();
   if (budget.n == 0) return std::nullopt;
   budget.camera = pair.camera->name;

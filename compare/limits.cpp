@@ -53,11 +53,11 @@ double worst_radius(const Comparison& c) {
   return worst.value();
 }
 
-double worst_fit_rms(const Comparison& c) {
+double worst_fit_rms(const Comparison& c, const std::string& key) {
   Worst worst;
   for (const FitRow& row : c.fits) {
-    const bool usable = row.simulated && row.simulated->usable && row.simulated->numbers.contains("rms_mm");
-    worst.add(usable ? row.simulated->numbers.at("rms_mm") : kUnknown);
+    const bool usable = row.simulated && row.simulated->usable && row.simulated->numbers.contains(key);
+    worst.add(usable ? row.simulated->numbers.at(key) : kUnknown);
   }
   return worst.value();
 }
@@ -65,12 +65,14 @@ double worst_fit_rms(const Comparison& c) {
 double value_of(const std::string& name, const Comparison& c) {
   if (name == "center_mm") return worst_center(c);
   if (name == "radius_mm") return worst_radius(c);
-  if (name == "rms_mm") return worst_fit_rms(c);
+  if (name == "rms_mm" || name == "rms_all_mm") return worst_fit_rms(c, name);
   Worst worst(name == "gain_r2");
   if (name == "phase_rms_rad")
     for (const PhaseRow& row : c.phase) worst.add(row.rms_rad);
   if (name == "phase_mean_relative")
     for (const PhaseRow& row : c.phase) worst.add(row.mean_relative);
+  if (name == "order_disagree_fraction")
+    for (const PhaseRow& row : c.phase) worst.add(row.order_disagree_fraction());
   if (name == "gray_rms_dn")
     for (const GainRow& row : c.gain) worst.add(row.rms_after_dn);
   if (name == "gain_r2")
@@ -84,7 +86,9 @@ const std::map<std::string, std::string>& limit_names() {
   static const std::map<std::string, std::string> names{
       {"center_mm", "largest |component| of a sphere centre's difference, mm"},
       {"radius_mm", "largest |difference| of a radius, mm"},
-      {"rms_mm", "largest residual rms of a simulated fit, mm"},
+      {"rms_mm", "largest residual rms of a simulated fit, outliers left out, mm"},
+      {"rms_all_mm", "largest residual rms of a simulated fit over all points within the gate, mm"},
+      {"order_disagree_fraction", "largest share of pixels whose fringe orders differ on the two sides"},
       {"phase_rms_rad", "largest rms of the phase difference at the finest pitch, rad"},
       {"phase_mean_relative", "largest mean |phase difference| / mean |phase|"},
       {"gray_rms_dn", "largest gray residual after the gain fit, DN"},

@@ -19,9 +19,9 @@ Comparison example() {
   row.difference_vectors = {{"center_mm", {0.001, -0.008, 0.002}}};
   row.simulated.emplace();
   row.simulated->usable = true;
-  row.simulated->numbers = {{"rms_mm", 0.0038}};
+  row.simulated->numbers = {{"rms_mm", 0.0038}, {"rms_all_mm", 0.0041}};
   c.fits.push_back(row);
-  c.phase = {{"left", "x", 0, 0.01, 0.02, 1e-4, 10, 0}, {"right", "x", 0, 0.03, 0.05, 2e-4, 10, 0}};
+  c.phase = {{"left", "x", 0, 0.01, 0.02, 1e-4, 10, 0}, {"right", "x", 0, 0.03, 0.05, 2e-4, 10, 30}};
   for (double r2 : {0.999, 0.99}) {
     GainRow gain;
     gain.r2 = r2;
@@ -39,6 +39,8 @@ TEST(Limits, TakeTheWorstOfAllRows) {
   EXPECT_DOUBLE_EQ(check("center_mm", 1).value, 0.008);
   EXPECT_DOUBLE_EQ(check("radius_mm", 1).value, 0.004);
   EXPECT_DOUBLE_EQ(check("rms_mm", 1).value, 0.0038);
+  EXPECT_DOUBLE_EQ(check("rms_all_mm", 1).value, 0.0041);
+  EXPECT_DOUBLE_EQ(check("order_disagree_fraction", 1).value, 0.75);
   EXPECT_DOUBLE_EQ(check("phase_rms_rad", 1).value, 0.03);
   EXPECT_DOUBLE_EQ(check("phase_mean_relative", 1).value, 2e-4);
   EXPECT_NEAR(check("gray_rms_dn", 1).value, 1.0, 1e-12);

@@ -54,10 +54,23 @@ TEST(PhaseRows, OrderDisagreementsAreCountedApart) {
   x(98, 80) += 6.0;   // less than half: a difference, not an order
   const PhaseRow row = phase_rows(s.twin, s.real, s.simulated).at(0);
   EXPECT_EQ(row.n_order_disagree, 2u);
+  EXPECT_DOUBLE_EQ(row.order_disagree_fraction(), 2.0 / static_cast<double>(row.n + 2));
   EXPECT_NEAR(row.mean_rad * static_cast<double>(row.n), kTwoPi * 6.0 / 13.0, 1e-9);
   const ImageF d = phase_difference(s.real.cameras[0].directions[0], s.simulated.cameras[0].directions[0]);
   EXPECT_TRUE(std::isnan(d(96, 80)));
   EXPECT_NEAR(static_cast<double>(d(98, 80)), kTwoPi * 6.0 / 13.0, 1e-6);
+}
+
+TEST(PhaseRows, ManyDisagreementsAreAWarning) {
+  synthetic::Scene scene = synthetic::make_scene({});
+  const auto warned = [&] {
+    for (const std::string& w : compare(scene.twin, scene.real, scene.simulated, {}).warnings)
+      if (w.find("fringe orders disagree") != std::string::npos) return true;
+    return false;
+  };
+  EXPECT_FALSE(warned());
+  for (double& x : scene.simulated.measurement->cameras[0].directions[0].coordinate_px.data) x += 13.0;
+  EXPECT_TRUE(warned());
 }
 
 TEST(PhaseRows, PixelsInvalidOnOneSideAreLeftOut) {

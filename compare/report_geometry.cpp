@@ -66,21 +66,23 @@ ImageU8 finite_mask(const ImageF& image) {
   return mask;
 }
 
-ImageF cloud_image(const Deviations& d) {
+report::CloudPicture cloud_picture(const Deviations& d) {
   std::vector<Eigen::Vector3d> points;
   points.reserve(d.fit->index.size());
   for (std::size_t i : d.fit->index) points.push_back(d.measurement->cloud.p_world_mm[i]);
-  return report::draw_cloud(points, in_um(*d.fit), {}).value;
+  return report::draw_cloud(points, in_um(*d.fit), {});
 }
 
 std::string side_maps(const ReportInput& in, const Deviations& d, const MapStyle& style) {
   const Lens& lens = in.twin.cameras.front().lens;
   const ImageF image = deviation_image(d, lens.width(), lens.height());
   report::write_map_png(in.dir / fmt::format("deviation_{}_{}.png", d.fit->object, d.side), image, style);
+  const report::CloudPicture cloud = cloud_picture(d);
   return fmt::format("<div class=\"maps\"><div class=\"map\"><h4>{}: camera view</h4>{}</div>", d.side,
                      report::map_html(crop(image, data_window(finite_mask(image))), style)) +
-         fmt::format("<div class=\"map\"><h4>{}: points, oblique view</h4>{}</div></div>", d.side,
-                     report::map_html(cloud_image(d), style));
+         fmt::format("<div class=\"map\"><h4>{}: points, oblique view</h4>{}{}</div></div>", d.side,
+                     report::map_html(cloud.value, style),
+                     report::scale_bar_html(cloud.mm_per_px, cloud.value.width));
 }
 
 Plot deviation_histogram(const std::vector<Deviations>& sides, const report::MapLimits& limits) {

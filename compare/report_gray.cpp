@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "compare/gray_rows.hpp"
 #include "compare/report_parts.hpp"
@@ -76,12 +77,27 @@ std::vector<Plot> profile_plots(const ImageF& real, const ImageF& predicted, con
   return {whole, residual, zoom};
 }
 
+/// E of the gray values used; irradiance images know no clip, so there it is what occurs.
+std::pair<double, double> irradiance_range(const GrayPair& pair, const GainFit& fit) {
+  double low = (fit.row.low_dn - fit.row.black_level_dn) / fit.row.gain_dn;
+  double high = (fit.row.high_dn - fit.row.black_level_dn) / fit.row.gain_dn;
+  if (std::isfinite(low) && std::isfinite(high)) return {low, high};
+  low = std::numeric_limits<double>::infinity(), high = -low;
+  for (int image : pair.gain_images)
+    for (std::size_t i = 0; i < pair.mask.size(); i += 7) {
+      const double e = pair.irradiance_at(image, i);
+      if (pair.mask.data[i] == 0 || !std::isfinite(e)) continue;
+      low = std::min(low, e), high = std::max(high, e);
+    }
+  return {low, high};
+}
+
 /// Real gray values against simulated irradiance: mean and spread in bins of E, and the fitted line.
 Plot gain_plot(const GrayPair& pair, const GainFit& fit) {
   constexpr std::size_t kBins = 80;
   std::vector<double> sum(kBins), sum2(kBins), n(kBins);
-  const double e_low = (fit.row.low_dn - fit.row.black_level_dn) / fit.row.gain_dn;
-  const double e_high = (fit.row.high_dn - fit.row.black_level_dn) / fit.row.gain_dn;
+  const auto [e_low, e_high] = irradiance_range(pair, fit);
+  if (!(e_low < e_high)) return {};
   const std::size_t stride = 1 + pair.mask.size() / 200'000;
   for (int image : pair.gain_images)
     for (std::size_t i = 0; i < pair.mask.size(); i += stride) {

@@ -15,6 +15,14 @@ namespace {
 using report::Align;
 using report::Page;
 
+/// "0.50 µm rms (all points 0.61 µm)"
+std::string residual_text(const measure::ObjectFit& fit) {
+  std::string text = fmt::format("{} µm rms", report::fixed(1000.0 * fit.numbers.at("rms_mm"), 2));
+  if (const auto all = fit.numbers.find("rms_all_mm"); all != fit.numbers.end())
+    text += fmt::format(" (all points: {} µm)", report::fixed(1000.0 * all->second, 2));
+  return text;
+}
+
 /// The numbers a reader looks for first.
 std::string glance_html(const Comparison& c) {
   report::Table table;
@@ -22,8 +30,7 @@ std::string glance_html(const Comparison& c) {
   for (const FitRow& row : c.fits) {
     if (row.simulated && row.simulated->usable && row.simulated->numbers.contains("rms_mm"))
       table.add_row({fmt::format("{}: residual of the simulated {} fit", row.object, row.kind),
-                     fmt::format("{} µm rms", report::fixed(1000.0 * row.simulated->numbers.at("rms_mm"), 2)),
-                     report::count(row.simulated->n)});
+                     residual_text(*row.simulated), points_text(row.simulated)});
     if (const auto at = row.difference_vectors.find("center_mm"); at != row.difference_vectors.end())
       table.add_row({row.object + ": distance of the centres, simulated − real",
                      report::fixed(1000.0 * at->second.norm(), 2) + " µm", ""});
@@ -88,7 +95,7 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   Page page;
   page.title = twin.name.empty() ? twin.file.stem().string() : twin.name;
   page.subtitle = subtitle(twin, in);
-  page.verdict = comparison.pass ? "pass" : "fail";
+  page.verdict = comparison.limits.empty() ? "no limits set" : comparison.pass ? "pass" : "fail";
   page.summary_html = verdict_html(comparison) + glance_html(comparison);
   page.note = options.note;
   page.warnings = comparison.warnings;
@@ -97,7 +104,7 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   add(page, "images", "Fringe images", gray_figures_html(in));
   add(page, "budget", "What the gray residual is made of", budget_html(comparison));
   const std::string phase_table = phase_table_html(comparison);
-  add(page, "phase", "Phase", phase_table + phase_figures_html(in));
+  add(page, "phase", "Phase", phase_table + phase_budget_html(comparison) + phase_figures_html(in));
   add(page, "deviation", "Deviation from the fitted surface", geometry_figures_html(in));
   add(page, "gray", "Gray differences per image", gray_table_html(comparison));
   add(page, "timing", "Timing", timing_html(timing_s));

@@ -97,6 +97,55 @@ TEST(ReportPage, PublishedNumbersOnlyShowsTheSimulationAndSaysSo) {
   expect_self_contained(html);
 }
 
+TEST(ReportPage, WithoutLimitsTheBadgeSaysSo) {
+  Scene scene = synthetic::make_scene({});
+  const std::string html = write("no_limits", scene);
+  EXPECT_THAT(html, HasSubstr("<div class=\"verdict none\">no limits set</div>"));
+  EXPECT_THAT(html, Not(HasSubstr("verdict pass\"")));
+  scene.twin.limits = {{"center_mm", 0.1}};
+  EXPECT_THAT(write("no_limits", scene), HasSubstr("<div class=\"verdict pass\">pass</div>"));
+}
+
+TEST(ReportPage, HostileNamesStayText) {
+  const std::string hostile = "x'\" onload=alert(1) <script>alert(2)</script> `touch pwned`";
+  Scene scene = synthetic::make_scene({});
+  scene.twin.objects[0].name = scene.twin.measure.fits[0].object = hostile;
+  scene.twin.cameras[0].name = hostile;
+  for (Side* side : {&scene.real, &scene.simulated}) {
+    side->measurement->fits[0].object = hostile;
+    side->measurement->cameras[0].camera = hostile;
+    side->images[0].camera = hostile;
+  }
+  // a file name cannot hold "</script>": the twin's reader refuses such names, the page must stand them
+  const std::string safe = std::regex_replace(hostile, std::regex("/"), "|");
+  for (std::string* name :
+       {&scene.twin.objects[0].name, &scene.twin.measure.fits[0].object, &scene.twin.cameras[0].name})
+    *name = safe;
+  for (Side* side : {&scene.real, &scene.simulated}) side->measurement->fits[0].object = safe;
+  const std::string html = write("hostile", scene);
+  EXPECT_THAT(html, Not(HasSubstr("<script")));
+  std::size_t seen = 0;
+  for (std::size_t at = html.find(" onload="); at != std::string::npos;
+       at = html.find(" onload=", at + 1), ++seen)
+    EXPECT_GT(html.rfind('>', at), html.rfind('<', at)) << "in a tag: " << html.substr(at - 60, 120);
+  EXPECT_GT(seen, 3u);
+  expect_unique_ids(html);
+}
+
+TEST(ReportPage, CloudViewHasALengthScale) {
+  const std::string html = write("scale", synthetic::make_scene({}));
+  EXPECT_TRUE(std::regex_search(
+      html, std::regex("<div class=\"scale\"><span style=\"width:[0-9.]+%\"></span>[0-9.]+ mm")));
+}
+
+TEST(ReportPage, IrradianceAsTheRealSide) {
+  Scene scene = synthetic::make_scene({});
+  for (CameraImages& images : scene.real.images) images.radiance = true;
+  const std::string html = write("radiance", scene);
+  EXPECT_THAT(html, HasSubstr("id=\"gain\""));
+  EXPECT_THAT(html, HasSubstr("in 80 bins, and the fitted line"));
+}
+
 TEST(ReportPage, FullSizeStaysBelowEightMegabytes) {
   Truth t;
   t.width = 1440;

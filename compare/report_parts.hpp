@@ -30,7 +30,11 @@ std::string gain_table_html(const Comparison& c);
 std::string gray_table_html(const Comparison& c);
 std::string budget_html(const Comparison& c);
 std::string phase_table_html(const Comparison& c);
+std::string phase_budget_html(const Comparison& c);
 std::string timing_html(const std::map<std::string, double>& timing_s);
+
+/// "5 076 of 5 317": points used, of those within the gate.
+std::string points_text(const std::optional<measure::ObjectFit>& fit);
 
 // report_gray.cpp, report_phase.cpp, report_geometry.cpp: figures; they also write the maps as files
 std::string gray_figures_html(const ReportInput& in);

@@ -46,6 +46,8 @@ std::string entry_text(const Entry& e, const std::string& unit) {
 
 /// "center_mm" -> "center", "mm".
 std::pair<std::string, std::string> split_unit(const std::string& key) {
+  if (key == "rms_mm") return {"rms, outliers left out", "mm"};
+  if (key == "rms_all_mm") return {"rms, all points within the gate", "mm"};
   for (const char* unit : {"mm", "rad", "px", "dn"})
     if (key.ends_with(std::string("_") + unit))
       return {key.substr(0, key.size() - std::string(unit).size() - 1), unit};
@@ -81,12 +83,12 @@ std::vector<std::string> number_keys(const FitRow& row) {
       for (const auto& [key, value] : (*fit)->numbers) {
         if (is_sigma_key(key) || is_count_key(key) || std::find(keys.begin(), keys.end(), key) != keys.end())
           continue;
-        if (key == "rms_mm")
+        if (key == "rms_mm" || key == "rms_all_mm")
           rms = true;
         else
           keys.push_back(key);
       }
-  if (rms) keys.push_back("rms_mm");
+  if (rms) keys.insert(keys.end(), {"rms_mm", "rms_all_mm"});
   return keys;
 }
 
@@ -99,20 +101,25 @@ std::vector<std::string> vector_keys(const FitRow& row) {
   return keys;
 }
 
-std::string points_text(const std::optional<ObjectFit>& fit) {
-  if (!fit) return "–";
-  if (fit->n == 0) return fit->usable ? "published" : "0";
-  return report::count(fit->n) + (fit->usable ? "" : " (no fit)");
-}
-
 std::string percent(double part, double total) { return total > 0.0 ? fixed(100.0 * part / total, 1) : "–"; }
 
 }  // namespace
 
+std::string points_text(const std::optional<ObjectFit>& fit) {
+  if (!fit) return "–";
+  if (fit->n == 0) return fit->usable ? "published" : "0";
+  const auto gated = fit->numbers.find("n_gated");
+  const std::string of = gated == fit->numbers.end()
+                             ? ""
+                             : " of " + report::count(static_cast<unsigned long long>(gated->second));
+  return report::count(fit->n) + of + (fit->usable ? "" : " (no fit)");
+}
+
 std::string verdict_html(const Comparison& c) {
   if (c.limits.empty())
-    return "<p>No acceptance limits are set in the twin (<code>[limits]</code>), so the verdict is a pass by "
-           "default.</p>";
+    return "<p>No acceptance limits are set in the twin (<code>[limits]</code>): nothing was judged here. "
+           "The key "
+           "<code>verdict</code> of result.json says \"pass\" because no limit is broken.</p>";
   Table table;
   table.columns = {{"quantity", "", Align::left},
                    {"meaning", "", Align::left},
@@ -131,7 +138,9 @@ std::string fits_html(const ReportInput& in) {
   if (in.comparison.fits.empty()) return "";
   Table table;
   table.caption =
-      "Values with one standard error where it is known; z = difference / combined standard error.";
+      "Values with one standard error where it is known; z = difference / combined standard error. Fits "
+      "leave out "
+      "points beyond four robust residual scales.";
   table.columns = {{"quantity", "", Align::left},          {"unit", "", Align::left},
                    {"simulated", "", Align::right},        {"real", "", Align::right},
                    {"simulated − real", "", Align::right}, {"z", "", Align::right}};
@@ -143,9 +152,12 @@ std::string fits_html(const ReportInput& in) {
     for (const char* key : {"offset_mm", "angle_rad", "axis_distance_mm"})
       if (const auto at = row.difference.find(key); at != row.difference.end()) {
         const auto [name, unit] = split_unit(key);
-        table.add_row({name, unit, "", "", difference_text(at->second, unit), "–"});
+        const auto z = row.z.find(key);
+        table.add_row({name, unit, "", "", difference_text(at->second, unit),
+                       signed_fixed(z == row.z.end() ? kUnknown : z->second, 1)});
       }
-    table.add_row({"points n", "", points_text(row.simulated), points_text(row.real), "", ""});
+    table.add_row({"points used, of those within the gate", "", points_text(row.simulated),
+                   points_text(row.real), "", ""});
   }
   std::string html = table.html();
   if (!in.twin.real.results.empty() && !in.real.measurement)
@@ -176,8 +188,11 @@ std::string gain_table_html(const Comparison& c) {
          "all images "
          "of a block together) over the one for independent gray values. Far above 1 means that the "
          "residuals are "
-         "correlated: shape, albedo or shading rather than noise. The printed σ allow for it. Gain, "
-         "projector "
+         "correlated: shape, albedo or shading rather than noise. The printed σ cover only what varies "
+         "within a "
+         "block (32 px): albedo, shading or ambient light that varies more slowly biases gain and black "
+         "level, and "
+         "no σ shows it. Gain, projector "
          "intensity and diffuse albedo enter only as a product: intensity and albedo are held at the twin's "
          "values.</p>";
 }
@@ -258,6 +273,46 @@ std::string phase_table_html(const Comparison& c) {
                    fixed(r.p99_rad, 5), number(100.0 * r.mean_relative, 3), report::count(r.n),
                    report::count(r.n_order_disagree)});
   return table.html();
+}
+
+std::string phase_budget_html(const Comparison& c) {
+  std::string html;
+  for (const PhaseBudget& b : c.phase_budget) {
+    Table table;
+    table.caption =
+        fmt::format("Camera {}, direction {}: mean square of the phase difference, split (n = {})", b.camera,
+                    b.direction, report::count(b.n));
+    table.columns = {{"part", "", Align::left},
+                     {"what it is", "", Align::left},
+                     {"mean square", "rad²"},
+                     {"rms", "rad"},
+                     {"share", "%"}};
+    const auto add = [&](const char* name, const std::string& what, double v, const char* css = "") {
+      table.add_row(
+          {name, what, number(v, 3), v >= 0.0 ? fixed(std::sqrt(v), 4) : "–", percent(v, b.total_rad2)}, css);
+    };
+    add("offset", "square of the mean difference", b.offset_rad2);
+    add("brightness",
+        "ripple of order 1 and 2 of the phase, which brightness changes between the step images leave",
+        b.brightness_rad2);
+    add("harmonics",
+        fmt::format("ripple of order {0} and {1} of the phase, which projector harmonics {2} and {3} leave "
+                    "in the steps "
+                    "used (amplitude of order {0}: {4} rad)",
+                    b.alias_order, 2 * b.alias_order, b.alias_order - 1, b.alias_order + 1,
+                    number(b.harmonic_amplitude_rad, 3)),
+        b.harmonic_rad2);
+    add("noise", "predicted from the phase sigma of both sides", b.noise_rad2);
+    add("low frequency", "means over 16 × 16 px, less their noise: shape, calibration, interreflection",
+        b.low_frequency_rad2);
+    add("high frequency", "the rest: texture, edges, noise beyond the prediction", b.high_frequency_rad2);
+    add("total", "", b.total_rad2, "total");
+    html +=
+        table.html() +
+        fmt::format("<p>Brightness, harmonics and noise explain {} % of the variance about the mean.</p>\n",
+                    fixed(100.0 * b.explained(), 1));
+  }
+  return html;
 }
 
 std::string timing_html(const std::map<std::string, double>& timing_s) {

@@ -110,7 +110,24 @@ Json phase_json(const PhaseRow& r) {
           {"p99_rad", number(r.p99_rad)},
           {"mean_relative", number(r.mean_relative)},
           {"n", r.n},
-          {"n_order_disagree", r.n_order_disagree}};
+          {"n_order_disagree", r.n_order_disagree},
+          {"order_disagree_fraction", number(r.order_disagree_fraction())}};
+}
+
+Json phase_budget_json(const PhaseBudget& b) {
+  return {{"camera", b.camera},
+          {"direction", b.direction},
+          {"alias_order", b.alias_order},
+          {"total_rad2", number(b.total_rad2)},
+          {"offset_rad2", number(b.offset_rad2)},
+          {"brightness_rad2", number(b.brightness_rad2)},
+          {"harmonic_rad2", number(b.harmonic_rad2)},
+          {"noise_rad2", number(b.noise_rad2)},
+          {"low_frequency_rad2", number(b.low_frequency_rad2)},
+          {"high_frequency_rad2", number(b.high_frequency_rad2)},
+          {"harmonic_amplitude_rad", number(b.harmonic_amplitude_rad)},
+          {"explained_fraction", number(b.explained())},
+          {"n", b.n}};
 }
 
 template <class Rows, class ToJson>
@@ -168,6 +185,7 @@ std::string comparison_json(const Twin& twin, const Comparison& c, const Provena
   out["gray"] = list(c.gray, gray_json);
   out["gray_budget"] = list(c.gray_budget, budget_json);
   out["phase"] = list(c.phase, phase_json);
+  out["phase_budget"] = list(c.phase_budget, phase_budget_json);
   out["limits"] = list(c.limits, [](const LimitRow& r) -> Json {
     return {{"name", r.name}, {"value", number(r.value)}, {"limit", number(r.limit)}, {"pass", r.pass}};
   });
@@ -183,11 +201,10 @@ std::string measurement_json(const Twin& twin, const measure::Measurement& m, co
     return {{"object", fit.object}, {"kind", fit.kind}, {"measured", fit_json(fit)}};
   });
   out["decode"] = decode_json(m);
-  out["triangulation"] = {{"n_candidates", m.triangulation.n_candidates},
-                          {"n_points", m.triangulation.n_points},
-                          {"n_no_match", m.triangulation.n_no_match},
-                          {"n_ambiguous", m.triangulation.n_ambiguous},
-                          {"n_rejected", m.triangulation.n_rejected}};
+  out["triangulation"] = {
+      {"n_candidates", m.triangulation.n_candidates}, {"n_points", m.triangulation.n_points},
+      {"n_no_match", m.triangulation.n_no_match},     {"n_ambiguous", m.triangulation.n_ambiguous},
+      {"n_rejected", m.triangulation.n_rejected},     {"n_mixed", m.triangulation.n_mixed}};
   for (const char* key : {"gain", "gray", "phase", "limits"}) out[key] = Json::array();
   out["verdict"] = "pass";
   out["warnings"] = m.warnings;

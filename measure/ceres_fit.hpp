@@ -7,7 +7,10 @@
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <map>
 #include <vector>
+
+#include "measure/block_covariance.hpp"
 
 namespace fringetwin::measure {
 
@@ -65,11 +68,12 @@ bool minimise(const Model& model, const std::vector<Eigen::Vector3d>& p_mm,
   return summary.IsSolutionUsable() && summary.termination_type == ceres::CONVERGENCE;
 }
 
-/// s^2 (J^T J)^-1 at x with s^2 = sum r^2/(n - parameters); NaN without redundancy.
-/// False when J^T J is singular (columns scaled to unit length; reciprocal condition < 1e-13).
+/// s^2 (J^T J)^-1 at x with s^2 = sum r^2/(n - parameters), raised by block_covariance() when the points'
+/// blocks are given (one per point of p_mm); NaN without redundancy. False when J^T J is singular (columns
+/// scaled to unit length; reciprocal condition < 1e-13).
 template <class Model>
 bool covariance_at(const Model& model, const std::vector<Eigen::Vector3d>& p_mm,
-                   const std::vector<std::size_t>& index, const double* x,
+                   const std::vector<std::size_t>& index, const std::vector<int>& block, const double* x,
                    Eigen::Matrix<double, Model::kParameters, Model::kParameters>& covariance,
                    double& rms_mm) {
   constexpr int m = Model::kParameters;
@@ -78,10 +82,17 @@ bool covariance_at(const Model& model, const std::vector<Eigen::Vector3d>& p_mm,
   Matrix jtj = Matrix::Zero();
   double sum_sq = 0.0;
   Vector row;
+  std::map<int, BlockSum<m>> blocks;
+  BlockSum<m>* sum = nullptr;
+  int current = 0;
   for (const std::size_t i : index) {
     const double r = model(x, p_mm[i], row.data());
     jtj.noalias() += row * row.transpose();
     sum_sq += r * r;
+    if (block.empty()) continue;
+    if (!sum || block[i] != current) sum = &blocks[current = block[i]];  // neighbours share a block
+    sum->jtj.noalias() += row * row.transpose();
+    sum->jtr += r * row;
   }
   rms_mm = std::sqrt(sum_sq / static_cast<double>(index.size()));
   const Vector scale = jtj.diagonal().cwiseSqrt();
@@ -95,6 +106,7 @@ bool covariance_at(const Model& model, const std::vector<Eigen::Vector3d>& p_mm,
   const double s_sq = sum_sq / (static_cast<double>(index.size()) - m);  // 0/0 = NaN without redundancy
   const double factor = index.size() > static_cast<std::size_t>(m) ? s_sq : std::nan("");
   covariance = factor * (inverse_scale.asDiagonal() * inverse * inverse_scale.asDiagonal());
+  covariance = block_covariance<m>(blocks, Matrix(covariance));
   return true;
 }
 

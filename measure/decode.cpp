@@ -266,6 +266,7 @@ void DirectionDecoder::choose_noise() {
   if (options_.variance_offset_dn2 || options_.variance_per_dn) {
     noise_ = NoiseModel::linear(options_.variance_offset_dn2.value_or(0.0) + floor,
                                 options_.variance_per_dn.value_or(0.0), largest);
+    noise_.raise_to(options_.least_variance_dn2 + floor);
     out_.noise_source = NoiseSource::known;
     return;
   }

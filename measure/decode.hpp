@@ -31,6 +31,9 @@ struct DecodeOptions {
   /// Known sensor noise of a gray value, var = a + b*DN in DN^2 without the rounding (which adds 1/12);
   /// else it is estimated from the N-step residuals (N > 3), or quantisation only.
   std::optional<double> variance_offset_dn2, variance_per_dn;
+  /// That line is never followed below this (read noise: below the black level no shot noise is left to
+  /// take away).
+  double least_variance_dn2 = 0.0;
   /// Size of the projector image along x/y when known: coordinates outside [-0.5, size-0.5) are invalid.
   std::optional<double> projector_width_px, projector_height_px;
   bool repair_orders = true;  ///< false: n_left still counts the jumps

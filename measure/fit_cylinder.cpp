@@ -89,11 +89,11 @@ CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const Cylinde
     return true;
   };
   const RobustResult result = robust_fit(robust, o);
-  fit.n = result.index.size();
+  fit.n = result.ok ? result.index.size() : p_mm.size();  // enough points and no fit is no lack of points
   fit.message = result.message;
   if (!result.ok) return fit;
   Eigen::Matrix<double, 5, 5> covariance;
-  if (!covariance_at(model, points.p_mm, result.index, x, covariance, fit.rms_mm)) {
+  if (!covariance_at(model, points.p_mm, result.index, o.block, x, covariance, fit.rms_mm)) {
     fit.message = "the points do not determine a cylinder (they lie on a plane, a circle or a line)";
     return fit;
   }

@@ -2,7 +2,9 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
+#include <map>
 
+#include "measure/block_covariance.hpp"
 #include "measure/fits.hpp"
 #include "measure/point_set.hpp"
 #include "measure/robust.hpp"
@@ -15,6 +17,7 @@ namespace {
 struct PlaneSolution {
   Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::UnitZ();
   Eigen::Vector3d scatter = Eigen::Vector3d::Zero();  ///< eigenvalues, ascending, mm^2 (sums)
+  Eigen::Vector3d along = Eigen::Vector3d::UnitX(), across = Eigen::Vector3d::UnitY();  ///< eigenvectors 2, 1
 };
 
 bool solve_plane(const std::vector<Eigen::Vector3d>& p, const std::vector<std::size_t>& index,
@@ -35,7 +38,8 @@ bool solve_plane(const std::vector<Eigen::Vector3d>& p, const std::vector<std::s
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
   // a line has two small eigenvalues: rounding leaves them at 1e-16 of the largest
   if (!(eigen.eigenvalues()(1) > 1e-13 * eigen.eigenvalues()(2))) return false;
-  plane = {mean, eigen.eigenvectors().col(0), eigen.eigenvalues()};
+  plane = {mean, eigen.eigenvectors().col(0), eigen.eigenvalues(), eigen.eigenvectors().col(2),
+           eigen.eigenvectors().col(1)};
   return true;
 }
 
@@ -79,10 +83,23 @@ PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& p_mm, const FitOptions& o
     fit.message = "as many points as parameters: no uncertainty";
     return fit;
   }
-  const double s = std::sqrt(sum_sq / (n - kParameters));
-  fit.offset_sigma_mm = s / std::sqrt(n);
-  fit.tilt_sigma_rad[0] = s / std::sqrt(plane.scatter[2]);  // along the longest extent
-  fit.tilt_sigma_rad[1] = s / std::sqrt(plane.scatter[1]);
+  // parameters: offset, tilt along the longest extent, tilt across it; orthogonal at the centroid
+  const double s_sq = sum_sq / (n - kParameters);
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  covariance.diagonal() = s_sq * Eigen::Vector3d(1.0 / n, 1.0 / plane.scatter[2], 1.0 / plane.scatter[1]);
+  if (!o.block.empty()) {
+    std::map<int, BlockSum<3>> blocks;
+    for (const std::size_t i : result.index) {
+      const Eigen::Vector3d d = points.p_mm[i] - plane.point;
+      const Eigen::Vector3d row(1.0, plane.along.dot(d), plane.across.dot(d));
+      BlockSum<3>& sum = blocks[o.block[i]];
+      sum.jtj.noalias() += row * row.transpose();
+      sum.jtr += plane.normal.dot(d) * row;
+    }
+    covariance = block_covariance<3>(blocks, covariance);
+  }
+  fit.offset_sigma_mm = std::sqrt(covariance(0, 0));
+  for (int j = 0; j < 2; ++j) fit.tilt_sigma_rad[j] = std::sqrt(covariance(j + 1, j + 1));
   return fit;
 }
 

@@ -72,10 +72,10 @@ SphereFit fit_sphere(const std::vector<Eigen::Vector3d>& p_mm, const SphereShape
     return minimise(model, points.p_mm, index, weight, o.max_iterations, x) && x[3] > 0.0;
   };
   const RobustResult result = robust_fit(robust, o);
-  fit.n = result.index.size();
+  fit.n = result.ok ? result.index.size() : p_mm.size();  // enough points and no fit is no lack of points
   fit.message = result.message;
   if (!result.ok) return fit;
-  if (!covariance_at(model, points.p_mm, result.index, x, fit.covariance, fit.rms_mm)) {
+  if (!covariance_at(model, points.p_mm, result.index, o.block, x, fit.covariance, fit.rms_mm)) {
     fit.message = "the points do not determine a sphere (they lie on a plane, a circle or a line)";
     return fit;
   }

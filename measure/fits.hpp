@@ -18,10 +18,14 @@ struct FitOptions {
   RobustLoss loss = RobustLoss::none;
   double loss_scale_mm = 0.0;  ///< 0 = 1.4826 MAD of the residuals, iterated
   int max_iterations = 100;
+  /// One number per point: which points may share an error (image_blocks() of their source pixels).
+  /// Empty: residuals count as independent.
+  std::vector<int> block;
 };
 
 /// Common part. rms_mm: root mean square of the signed orthogonal distances of the n points used
-/// (inliers); sigma from the covariance s^2 (J^T J)^-1 with s^2 = sum r^2/(n - parameters).
+/// (inliers); sigma from the covariance s^2 (J^T J)^-1 with s^2 = sum r^2/(n - parameters), or, where
+/// larger, from the scatter between FitOptions::block (block_covariance.hpp).
 struct FitSummary {
   bool usable = false;             ///< converged and enough points
   std::string message;             ///< why not, or a warning; may be empty
@@ -55,8 +59,10 @@ SphereFit fit_sphere(const std::vector<Eigen::Vector3d>& p_mm, const SphereShape
 PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& p_mm, const FitOptions& o);
 CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const CylinderShape& start,
                          const FitOptions& o);
-/// PCL ICP, then point-to-plane, then Gauss-Newton on the exact closest surface points.
-MeshFit register_mesh(const std::vector<Eigen::Vector3d>& p_mm, const MeshShape& cad, double gate_mm);
+/// PCL ICP, then point-to-plane, then Gauss-Newton on the exact closest surface points: not usable when
+/// its last step still moved the points (1e-4 mm).
+MeshFit register_mesh(const std::vector<Eigen::Vector3d>& p_mm, const MeshShape& cad, double gate_mm,
+                      int gauss_newton_steps = 30);
 
 /// RANSAC (PCL) for the largest planes, each refined by fit_plane on its inliers.
 std::vector<PlaneFit> find_planes(const std::vector<Eigen::Vector3d>& p_mm, int count, double threshold_mm,

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "measure/measurement.hpp"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cmath>
 
+#include "measure/mixed_pixels.hpp"
 #include "measure/phase_exr.hpp"
 #include "measure/smooth_coordinates.hpp"
 #include "measure/unwrap.hpp"
@@ -12,6 +15,8 @@
 
 namespace fringetwin::measure {
 namespace {
+
+constexpr double kFewBelowBlack = 0.01;  ///< share of the decoded pixels that may lie below the black level
 
 class Stopwatch {
  public:
@@ -26,6 +31,53 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// Shot noise is taken from the gray value above black: says so where there is none.
+void warn_of_black_level(const Camera& camera, const CameraDecode& decode,
+                         std::vector<std::string>& warnings) {
+  if (!camera.sensor.electrons_per_dn || camera.sensor.black_level_dn <= 0.0) return;
+  std::size_t below = 0, valid = 0;
+  for (const DirectionDecode& d : decode.directions) {
+    if (d.noise_source != NoiseSource::known) continue;
+    for (std::size_t i = 0; i < d.coordinate_px.size(); ++i) {
+      if (!std::isfinite(d.coordinate_sigma_px.data[i])) continue;
+      ++valid;
+      below += static_cast<double>(d.mean_dn.data[i]) < camera.sensor.black_level_dn ? 1u : 0u;
+    }
+  }
+  if (static_cast<double>(below) > kFewBelowBlack * static_cast<double>(valid))
+    warnings.push_back(
+        fmt::format("camera \"{}\": {:.0f} % of the decoded pixels are darker on average than the twin's "
+                    "black_level_dn = "
+                    "{:g}; their sigma holds read noise and rounding only: check black_level_dn",
+                    camera.name, 100.0 * static_cast<double>(below) / static_cast<double>(valid),
+                    camera.sensor.black_level_dn));
+}
+
+bool can_triangulate(const Twin& twin) {
+  if (twin.fringes.unwrap == Unwrap::none) return false;
+  return twin.triangulate() == Triangulate::stereo ? twin.cameras.size() >= 2 : twin.projector.has_value();
+}
+
+void triangulate(const Twin& twin, double smoothing_px, Measurement& m) {
+  const bool stereo = twin.triangulate() == Triangulate::stereo;
+  std::vector<CameraDecode> cameras;
+  std::size_t n_mixed = 0;
+  for (std::size_t i = 0; i < (stereo ? 2u : 1u); ++i) {
+    cameras.push_back(without_mixed_pixels(m.cameras[i], n_mixed));
+    if (smoothing_px > 0.0) smooth_coordinates(cameras.back(), smoothing_px);
+  }
+  m.cloud = stereo ? triangulate_stereo(twin, cameras[0], cameras[1], &m.triangulation)
+                   : triangulate_projector(twin, 0, cameras[0], &m.triangulation);
+  m.triangulation.n_mixed = n_mixed;
+  estimate_normals(m.cloud, m.cameras[0].width(), m.cameras[0].height(), twin.cameras[0].center_world_mm());
+  if (m.cloud.size() == 0)
+    m.warnings.push_back("no point was triangulated: " + std::to_string(m.triangulation.n_candidates) +
+                         " decoded pixels, " + std::to_string(m.triangulation.n_no_match) +
+                         " without a match, " + std::to_string(m.triangulation.n_rejected) + " rejected");
+}
+
+}  // namespace
+
 DecodeOptions decode_options(const Twin& twin, const Camera& camera, const CameraImages& images,
                              const std::vector<int>& use_steps) {
   DecodeOptions options;
@@ -37,41 +89,18 @@ DecodeOptions decode_options(const Twin& twin, const Camera& camera, const Camer
   }
   const Sensor& sensor = camera.sensor;
   if (sensor.has_noise() && !images.radiance) {
-    // DESIGN §3: variance = gain E / electrons_per_dn + read_noise^2, and 1/12 for the rounding
+    // DESIGN §3: variance = gain E / electrons_per_dn + read_noise^2; decode() adds the rounding
     const double per_dn = sensor.electrons_per_dn ? 1.0 / *sensor.electrons_per_dn : 0.0;
+    const double read = std::pow(sensor.read_noise_dn.value_or(0.0), 2);
     options.variance_per_dn = per_dn;
-    options.variance_offset_dn2 =
-        std::pow(sensor.read_noise_dn.value_or(0.0), 2) + 1.0 / 12.0 - per_dn * sensor.black_level_dn;
+    options.variance_offset_dn2 = read - per_dn * sensor.black_level_dn;
+    options.least_variance_dn2 = read;
   }
   return options;
 }
 
-bool can_triangulate(const Twin& twin) {
-  if (twin.fringes.unwrap == Unwrap::none) return false;
-  return twin.triangulate() == Triangulate::stereo ? twin.cameras.size() >= 2 : twin.projector.has_value();
-}
-
-void triangulate(const Twin& twin, double smoothing_px, Measurement& m) {
-  const bool stereo = twin.triangulate() == Triangulate::stereo;
-  std::vector<CameraDecode> smoothed;
-  if (smoothing_px > 0.0) {
-    smoothed.assign(m.cameras.begin(), m.cameras.begin() + (stereo ? 2 : 1));
-    for (CameraDecode& camera : smoothed) smooth_coordinates(camera, smoothing_px);
-  }
-  const std::vector<CameraDecode>& cameras = smoothed.empty() ? m.cameras : smoothed;
-  m.cloud = stereo ? triangulate_stereo(twin, cameras[0], cameras[1], &m.triangulation)
-                   : triangulate_projector(twin, 0, cameras[0], &m.triangulation);
-  estimate_normals(m.cloud, m.cameras[0].width(), m.cameras[0].height(), twin.cameras[0].center_world_mm());
-  if (m.cloud.size() == 0)
-    m.warnings.push_back("no point was triangulated: " + std::to_string(m.triangulation.n_candidates) +
-                         " decoded pixels, " + std::to_string(m.triangulation.n_no_match) +
-                         " without a match, " + std::to_string(m.triangulation.n_rejected) + " rejected");
-}
-
-}  // namespace
-
 Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
-                    const std::vector<int>& use_steps, double smoothing_px) {
+                    const std::vector<int>& use_steps, std::optional<double> smoothing_px) {
   if (images.size() != twin.cameras.size())
     throw UserError(ExitCode::input, twin.file.string(),
                     "the twin has " + std::to_string(twin.cameras.size()) + " cameras, the captures " +
@@ -82,6 +111,7 @@ Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
     throw_if_cancelled();
     m.cameras.push_back(
         decode(images[i], twin.fringes, decode_options(twin, twin.cameras[i], images[i], use_steps)));
+    warn_of_black_level(twin.cameras[i], m.cameras[i], m.warnings);
   }
   m.timing_s["decode"] = watch.lap();
   if (!can_triangulate(twin)) {
@@ -89,8 +119,9 @@ Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
     return m;
   }
   throw_if_cancelled();
-  triangulate(twin, smoothing_px, m);
-  m.timing_s["triangulate"] = watch.lap();
+  triangulate(twin, smoothing_px.value_or(twin.measure.smoothing_px), m);
+  m.timing_s["match"] = m.triangulation.match_s;
+  m.timing_s["triangulate"] = watch.lap() - m.triangulation.match_s;
   throw_if_cancelled();
   m.fits = fit_objects(twin, m.cloud);
   throw_if_cancelled();

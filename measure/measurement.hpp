@@ -3,6 +3,7 @@
 #pragma once
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,7 @@ struct Measurement {
   PointCloud cloud;
   TriangulationSummary triangulation;
   std::vector<ObjectFit> fits;
-  std::map<std::string, double> timing_s;  ///< decode, triangulate, fit
+  std::map<std::string, double> timing_s;  ///< decode, match, triangulate, fit
   std::vector<std::string> warnings;
 };
 
@@ -27,13 +28,18 @@ struct Measurement {
 /// without a projector.
 void check_fringes(const Twin& twin);
 
+/// How measure() decodes the images of a camera: the twin's modulation limit, projector size and sensor
+/// noise.
+DecodeOptions decode_options(const Twin& twin, const Camera& camera, const CameraImages& images,
+                             const std::vector<int>& use_steps = {});
+
 /// `images`: order of twin.cameras. Decode only where the rig cannot triangulate (one camera and no
 /// projector, or unwrap = "none"). Throws UserError as the stages do,
 /// Cancelled after Ctrl-C.
-/// smoothing_px > 0: coordinates are smoothed (smooth_coordinates) before triangulation; Measurement
-/// keeps the raw ones.
+/// smoothing_px (default: the twin's) > 0: coordinates are smoothed (smooth_coordinates) before
+/// triangulation; Measurement keeps the raw ones.
 Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
-                    const std::vector<int>& use_steps = {}, double smoothing_px = 0.0);
+                    const std::vector<int>& use_steps = {}, std::optional<double> smoothing_px = {});
 
 /// points.ply and phase_<camera>.exr (channels: DESIGN §4). result.json is the caller's.
 void write_measurement(const std::filesystem::path& dir, const Measurement& measurement);

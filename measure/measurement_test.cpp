@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -69,9 +70,61 @@ TEST(Measurement, StereoAndProjectorFromFloatImages) {
     EXPECT_LT(m.fits[0].numbers.at("rms_mm"), 1e-4);
     EXPECT_NEAR(m.fits[0].numbers.at("radius_mm"), 15.0, 1e-4);
     EXPECT_LT((m.fits[0].vectors.at("center_mm") - Eigen::Vector3d(0, 0, 250)).norm(), 1e-4);
-    for (const char* key : {"decode", "triangulate", "fit"}) EXPECT_TRUE(m.timing_s.contains(key));
+    EXPECT_GE(m.fits[0].numbers.at("rms_all_mm"), m.fits[0].numbers.at("rms_mm"));
+    EXPECT_GE(m.fits[0].numbers.at("n_gated"), static_cast<double>(m.fits[0].n));
+    for (const char* key : {"decode", "match", "triangulate", "fit"}) EXPECT_TRUE(m.timing_s.contains(key));
     EXPECT_EQ(m.cloud.normal_world.size(), m.cloud.size());
   }
+}
+
+/// Gray values instead of irradiance: the known noise of the twin's sensor counts.
+Bench gray_bench(const Sensor& sensor) {
+  Bench bench;
+  for (Camera& camera : bench.twin.cameras) camera.sensor = sensor;
+  for (CameraImages& images : bench.images) images.radiance = false;
+  return bench;
+}
+
+TEST(Measurement, KnownNoiseHoldsTheRoundingOnce) {
+  Sensor sensor;
+  sensor.read_noise_dn = 0.3;
+  Bench bench = gray_bench(sensor);
+  const Measurement m = measure(bench.twin, bench.images);
+  const DirectionDecode& d = m.cameras[0].directions[0];
+  EXPECT_EQ(d.noise_source, NoiseSource::known);
+  EXPECT_NEAR(d.noise_dn, std::sqrt(0.09 + 1.0 / 12.0), 1e-6);
+}
+
+TEST(Measurement, ABlackLevelAboveTheImagesIsSaidAndLeavesASigma) {
+  Sensor sensor;
+  sensor.black_level_dn = 200.0;  // the images reach 100
+  sensor.electrons_per_dn = 10.0;
+  sensor.read_noise_dn = 0.4;
+  Bench bench = gray_bench(sensor);
+  const Measurement m = measure(bench.twin, bench.images);
+  const DirectionDecode& d = m.cameras[0].directions[0];
+  EXPECT_NEAR(d.noise_dn, std::sqrt(0.16 + 1.0 / 12.0), 1e-6);
+  ASSERT_GT(m.cloud.size(), 1000u);
+  for (std::size_t i = 0; i < m.cloud.size(); i += 100) EXPECT_GT(m.cloud.sigma_mm[i], 0.0f);
+  ASSERT_FALSE(m.warnings.empty());
+  EXPECT_NE(m.warnings[0].find("black_level_dn"), std::string::npos) << m.warnings[0];
+  bench.twin.cameras[0].sensor.black_level_dn = bench.twin.cameras[1].sensor.black_level_dn = 5.0;
+  EXPECT_TRUE(measure(bench.twin, bench.images).warnings.empty());
+}
+
+TEST(Measurement, SmoothingComesFromTheTwin) {
+  Sensor sensor;
+  sensor.read_noise_dn = 1.0;
+  Bench bench = gray_bench(sensor);
+  const auto median_sigma = [&] {
+    std::vector<float> sigma = measure(bench.twin, bench.images).cloud.sigma_mm;
+    std::nth_element(sigma.begin(), sigma.begin() + static_cast<std::ptrdiff_t>(sigma.size() / 2),
+                     sigma.end());
+    return static_cast<double>(sigma[sigma.size() / 2]);
+  };
+  const double raw = median_sigma();
+  bench.twin.measure.smoothing_px = 2.0;
+  EXPECT_LT(median_sigma(), 0.8 * raw);
 }
 
 TEST(Measurement, DecodeOnlyWhereTheRigCannotTriangulate) {

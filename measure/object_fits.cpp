@@ -6,6 +6,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "measure/block_covariance.hpp"
 #include "measure/closest_point.hpp"
 #include "measure/fits.hpp"
 #include "twin/errors.hpp"
@@ -49,15 +50,23 @@ Eigen::Vector3d towards(const Eigen::Vector3d& normal, const Eigen::Vector3d& fr
   return normal.dot(viewer - from) < 0.0 ? Eigen::Vector3d(-normal) : normal;
 }
 
-FitOptions robust_options() {
+/// The points of one fit and where they come from.
+struct Gated {
+  std::vector<Eigen::Vector3d> p_mm;
+  std::vector<int> block;  ///< image block of each point's source pixel; empty when unknown
+  Eigen::Vector3d viewer_mm = Eigen::Vector3d::Zero();
+  double gate_mm = 0.0;
+};
+
+FitOptions robust_options(const Gated& points) {
   FitOptions options;
   options.loss = RobustLoss::tukey;
+  options.block = points.block;
   return options;
 }
 
-void fit_shape(const SphereShape& shape, double, const std::vector<Eigen::Vector3d>& p,
-               const Eigen::Vector3d&, ObjectFit& row) {
-  const SphereFit fit = fit_sphere(p, shape, robust_options());
+void fit_shape(const SphereShape& shape, const Gated& points, ObjectFit& row) {
+  const SphereFit fit = fit_sphere(points.p_mm, shape, robust_options(points));
   take_summary(fit, row);
   const Eigen::Vector4d sigma = fit.covariance.diagonal().cwiseSqrt();
   const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNaN);
@@ -67,21 +76,19 @@ void fit_shape(const SphereShape& shape, double, const std::vector<Eigen::Vector
   row.numbers["radius_sigma_mm"] = fit.usable ? sigma[3] : kNaN;
 }
 
-void fit_shape(const PlaneShape&, double, const std::vector<Eigen::Vector3d>& p,
-               const Eigen::Vector3d& viewer, ObjectFit& row) {
-  const PlaneFit fit = fit_plane(p, robust_options());
+void fit_shape(const PlaneShape&, const Gated& points, ObjectFit& row) {
+  const PlaneFit fit = fit_plane(points.p_mm, robust_options(points));
   take_summary(fit, row);
   const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNaN);
   row.vectors["point_mm"] = fit.usable ? fit.point_mm : none;
-  row.vectors["normal"] = fit.usable ? towards(fit.normal, fit.point_mm, viewer) : none;
+  row.vectors["normal"] = fit.usable ? towards(fit.normal, fit.point_mm, points.viewer_mm) : none;
   row.numbers["offset_sigma_mm"] = fit.usable ? fit.offset_sigma_mm : kNaN;
   row.numbers["tilt_sigma_rad_0"] = fit.usable ? fit.tilt_sigma_rad[0] : kNaN;
   row.numbers["tilt_sigma_rad_1"] = fit.usable ? fit.tilt_sigma_rad[1] : kNaN;
 }
 
-void fit_shape(const CylinderShape& shape, double, const std::vector<Eigen::Vector3d>& p,
-               const Eigen::Vector3d&, ObjectFit& row) {
-  const CylinderFit fit = fit_cylinder(p, shape, robust_options());
+void fit_shape(const CylinderShape& shape, const Gated& points, ObjectFit& row) {
+  const CylinderFit fit = fit_cylinder(points.p_mm, shape, robust_options(points));
   take_summary(fit, row);
   const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNaN);
   row.vectors["point_mm"] = fit.usable ? fit.point_mm : none;
@@ -92,9 +99,8 @@ void fit_shape(const CylinderShape& shape, double, const std::vector<Eigen::Vect
   row.numbers["axis_sigma_rad_1"] = fit.usable ? fit.axis_sigma_rad[1] : kNaN;
 }
 
-void fit_shape(const MeshShape& shape, double gate_mm, const std::vector<Eigen::Vector3d>& p,
-               const Eigen::Vector3d&, ObjectFit& row) {
-  const MeshFit fit = register_mesh(p, shape, gate_mm);
+void fit_shape(const MeshShape& shape, const Gated& points, ObjectFit& row) {
+  const MeshFit fit = register_mesh(points.p_mm, shape, points.gate_mm);
   take_summary(fit, row);
   std::vector<double> absolute;
   double sum = 0.0;
@@ -110,20 +116,20 @@ void fit_shape(const MeshShape& shape, double gate_mm, const std::vector<Eigen::
     std::nth_element(absolute.begin(), at, absolute.end());
     p95 = *at;
   }
+  row.numbers["rms_all_mm"] = some ? fit.rms_mm : kNaN;  // nothing within the gate is left out
   row.numbers["mean_mm"] = some ? sum / static_cast<double>(absolute.size()) : kNaN;
   row.numbers["p95_mm"] = p95;
   row.numbers["within_10um"] = some ? fit.within_10um : kNaN;
   const RotTrans rt = rt_from_pose(fit.T_object_measured);
   const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNaN);
-  row.vectors["r_object_rad"] = some ? Eigen::Vector3d(rt.head<3>()) : none;
-  row.vectors["t_object_mm"] = some ? Eigen::Vector3d(rt.tail<3>()) : none;
+  row.vectors["T_object_measured_r_rad"] = some ? Eigen::Vector3d(rt.head<3>()) : none;
+  row.vectors["T_object_measured_t_mm"] = some ? Eigen::Vector3d(rt.tail<3>()) : none;
   row.index = fit.index;
   row.deviation_mm = fit.deviation_mm;
 }
 
-void fit_shape(const MeasuredShape&, double, const std::vector<Eigen::Vector3d>& p, const Eigen::Vector3d&,
-               ObjectFit& row) {
-  row.n = p.size();
+void fit_shape(const MeasuredShape&, const Gated& points, ObjectFit& row) {
+  row.n = points.p_mm.size();
   row.warning = "the object is built from a measurement: it has no nominal surface to fit";
 }
 
@@ -131,7 +137,12 @@ void fit_shape(const MeasuredShape&, double, const std::vector<Eigen::Vector3d>&
 void add_deviations(const Object& fitted, const std::vector<Eigen::Vector3d>& p, std::size_t n_used,
                     ObjectFit& row) {
   std::vector<double> distance(p.size());
-  for (std::size_t i = 0; i < p.size(); ++i) distance[i] = surface_distance_mm(fitted, p[i]);
+  double sum_sq = 0.0;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    distance[i] = surface_distance_mm(fitted, p[i]);
+    sum_sq += distance[i] * distance[i];
+  }
+  row.numbers["rms_all_mm"] = std::sqrt(sum_sq / static_cast<double>(p.size()));
   double limit = std::numeric_limits<double>::infinity();
   if (n_used < p.size()) {
     std::vector<double> absolute;
@@ -161,6 +172,21 @@ void add_shape_deviations(const std::vector<Eigen::Vector3d>& p, ObjectFit& row)
   add_deviations(fitted, p, row.n, row);
 }
 
+Gated take_points(const PointCloud& cloud, const std::vector<std::size_t>& index,
+                  const Eigen::Vector3d& viewer_mm, double gate_mm) {
+  Gated points;
+  points.viewer_mm = viewer_mm;
+  points.gate_mm = gate_mm;
+  points.p_mm.reserve(index.size());
+  for (const std::size_t i : index) points.p_mm.push_back(cloud.p_world_mm[i]);
+  if (cloud.q_cam_px.size() != cloud.size()) return points;
+  std::vector<Eigen::Vector2f> pixels;
+  pixels.reserve(index.size());
+  for (const std::size_t i : index) pixels.push_back(cloud.q_cam_px[i]);
+  points.block = image_blocks(pixels);
+  return points;
+}
+
 }  // namespace
 
 std::vector<ObjectFit> fit_objects(const Twin& twin, const PointCloud& cloud) {
@@ -177,11 +203,9 @@ std::vector<ObjectFit> fit_objects(const Twin& twin, const PointCloud& cloud) {
     row.object = request.object;
     row.kind = shape_kind(object->shape);
     const std::vector<std::size_t> gated = gate(*object, request.gate_mm, cloud);
-    std::vector<Eigen::Vector3d> p;
-    p.reserve(gated.size());
-    for (const std::size_t i : gated) p.push_back(cloud.p_world_mm[i]);
-    std::visit([&](const auto& shape) { fit_shape(shape, request.gate_mm, p, viewer, row); }, object->shape);
-    if (row.usable) add_shape_deviations(p, row);
+    const Gated points = take_points(cloud, gated, viewer, request.gate_mm);
+    std::visit([&](const auto& shape) { fit_shape(shape, points, row); }, object->shape);
+    if (row.usable) add_shape_deviations(points.p_mm, row);
     for (std::size_t& i : row.index) i = gated[i];
     rows.push_back(std::move(row));
   }

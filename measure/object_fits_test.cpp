@@ -100,6 +100,44 @@ TEST(FitObjects, EveryShapeIsFoundInOneScene) {
   EXPECT_TRUE(std::isnan(missing.numbers.at("radius_mm")));
 }
 
+TEST(FitObjects, OutliersStayInTheUntrimmedRms) {
+  Bench bench;
+  bench.twin.objects = {named("ball", SphereShape{{-20, 0, 240}, 10})};
+  bench.twin.measure.fits = {{"ball", 2.0}};
+  std::size_t moved = 0, on_ball = 0;
+  for (std::size_t i = 0; i < bench.cloud.size(); ++i) {
+    Eigen::Vector3d& p = bench.cloud.p_world_mm[i];
+    const Eigen::Vector3d d = p - Eigen::Vector3d(-20, 0, 240);
+    if (std::abs(d.norm() - 10) > 1e-3) continue;
+    ++on_ball;
+    if (on_ball % 20 != 0) continue;
+    p += 0.5 * d.normalized();
+    ++moved;
+  }
+  const ObjectFit row = fit_objects(bench.twin, bench.cloud).at(0);
+  EXPECT_EQ(row.numbers.at("n_gated"), static_cast<double>(on_ball));
+  EXPECT_EQ(row.n, on_ball - moved);
+  EXPECT_LT(row.numbers.at("rms_mm"), 1e-6);
+  EXPECT_NEAR(row.numbers.at("rms_all_mm"),
+              0.5 * std::sqrt(static_cast<double>(moved) / static_cast<double>(on_ball)), 1e-6);
+}
+
+TEST(FitObjects, EnoughPointsWithoutAFitKeepTheirNumber) {
+  // points of a plane within the gate of a sphere and a cylinder that touch it
+  Bench bench;
+  bench.twin.objects = {named("ball", SphereShape{{0, 0, 250}, 40}),
+                        named("pipe", CylinderShape{{0, 0, 250}, {0, 1, 0}, 40, {}})};
+  bench.twin.measure.fits = {{"ball", 2.0}, {"pipe", 2.0}};
+  PointCloud wall;
+  for (int y = -40; y <= 40; ++y)
+    for (int x = -40; x <= 40; ++x)
+      wall.p_world_mm.push_back({0.2 * x, 0.2 * y, 210.0 + 1e-4 * ((x * y) % 3)});
+  for (const ObjectFit& row : fit_objects(bench.twin, wall)) {
+    EXPECT_FALSE(row.usable) << row.object;
+    EXPECT_GT(row.n, 20u) << row.object << ": " << row.warning;
+  }
+}
+
 TEST(FitObjects, IndexNamesThePointsOfTheObject) {
   const Bench bench;
   const auto rows = fit_objects(bench.twin, bench.cloud);
@@ -126,8 +164,8 @@ TEST(FitObjects, MeshRowHasItsKeys) {
   EXPECT_EQ(rows[0].kind, "mesh");
   for (const char* key : {"rms_mm", "within_10um", "mean_mm", "p95_mm"})
     EXPECT_TRUE(rows[0].numbers.contains(key)) << key;
-  EXPECT_NEAR(rows[0].vectors.at("t_object_mm").x(), -0.1, 0.01);
-  EXPECT_TRUE(rows[0].vectors.contains("r_object_rad"));
+  EXPECT_NEAR(rows[0].vectors.at("T_object_measured_t_mm").x(), -0.1, 0.01);
+  EXPECT_TRUE(rows[0].vectors.contains("T_object_measured_r_rad"));
   EXPECT_EQ(rows[0].numbers.at("within_10um"), 1.0);
   EXPECT_FALSE(rows[1].usable);
   EXPECT_FALSE(rows[1].warning.empty());

@@ -21,11 +21,13 @@ struct PointCloud {
 };
 
 struct TriangulationSummary {
-  std::size_t n_candidates = 0;  ///< valid pixels of the first camera
+  std::size_t n_candidates = 0;  ///< valid pixels of the first camera that were tried
   std::size_t n_points = 0;
   std::size_t n_no_match = 0;    ///< nothing of that coordinate in the second image
   std::size_t n_ambiguous = 0;   ///< several matches; decided by the neighbours, else among n_rejected
   std::size_t n_rejected = 0;    ///< no convergence, depth jump, absurd angle or sigma, isolated
+  std::size_t n_mixed = 0;       ///< border pixels of the cameras used that were not tried (mixed_pixels.hpp)
+  double match_s = 0.0;          ///< wall time of finding the depths: stereo match, or projector intersection
   double residual_rms_px = 0.0;  ///< disagreement of the two directions; 0 with one direction
 };
 

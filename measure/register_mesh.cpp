@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t kIcpPoints = 6000;
 constexpr std::size_t kGaussNewtonPoints = 20000;
-constexpr int kGaussNewtonSteps = 30;
+constexpr double kFlickerMm = 1e-4;
 
 std::vector<Eigen::Vector3d> pick(const std::vector<Eigen::Vector3d>& p, std::size_t count) {
   if (p.size() <= count) return p;
@@ -71,9 +71,11 @@ Eigen::Matrix<double, 6, 1> solve_determined(const Eigen::Matrix<double, 6, 6>& 
 
 /// Gauss-Newton on the signed distances to the exact closest points, Tukey weights. The rotation is
 /// about the centroid and its unit is scaled by the extent, so that all six columns are in mm.
+/// False when fewer than six points are near the surface or the last of `steps` steps still moved.
 bool gauss_newton(const MeshDistance& surface, const std::vector<Eigen::Vector3d>& p, double gate_mm,
-                  Pose& T) {
-  for (int k = 0; k < kGaussNewtonSteps; ++k) {
+                  int steps, Pose& T) {
+  double last_step_mm = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < steps; ++k) {
     const std::vector<ClosestPoint> hits = closest_points(surface, T, p, gate_mm);
     std::vector<double> distance;
     Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
@@ -110,9 +112,11 @@ bool gauss_newton(const MeshDistance& surface, const std::vector<Eigen::Vector3d
     if (!step.allFinite()) return false;
     const Eigen::Matrix3d R = rotation_from_vector(step.head<3>() / extent);
     T = Pose{R, centroid - R * centroid + step.tail<3>()} * T;
-    if (step.norm() < 1e-7) return true;
+    last_step_mm = step.norm();
+    if (last_step_mm < 1e-7) return true;
   }
-  return true;  // the set of closest triangles may flicker at 1e-7 mm; the pose is as good as it gets
+  // closest triangles may flicker: what is left then is far below anything reported
+  return last_step_mm < kFlickerMm;
 }
 
 void fill_statistics(const MeshDistance& surface, const std::vector<Eigen::Vector3d>& p, double gate_mm,
@@ -136,7 +140,8 @@ void fill_statistics(const MeshDistance& surface, const std::vector<Eigen::Vecto
 
 }  // namespace
 
-MeshFit register_mesh(const std::vector<Eigen::Vector3d>& p_mm, const MeshShape& cad, double gate_mm) {
+MeshFit register_mesh(const std::vector<Eigen::Vector3d>& p_mm, const MeshShape& cad, double gate_mm,
+                      int gauss_newton_steps) {
   constexpr std::size_t kFewest = 6;
   MeshFit fit;
   fit.n = fit.n_gated = p_mm.size();
@@ -166,10 +171,10 @@ MeshFit register_mesh(const std::vector<Eigen::Vector3d>& p_mm, const MeshShape&
     }
   }
   Pose refined = T;
-  if (gauss_newton(*surface, pick(p_mm, kGaussNewtonPoints), gate_mm, refined))
+  if (gauss_newton(*surface, pick(p_mm, kGaussNewtonPoints), gate_mm, gauss_newton_steps, refined))
     T = refined;
   else
-    fit.message = "the final refinement found too few points near the surface";
+    fit.message = "the registration did not settle: too few points near the surface, or a poor start";
   fill_statistics(*surface, p_mm, gate_mm, T, fit);
   fit.T_object_measured = cad.T_world_object * T;
   fit.usable = fit.n >= kFewest && fit.message.empty();

@@ -149,6 +149,18 @@ TEST(RegisterMesh, TooLittleIsSaid) {
   EXPECT_FALSE(register_mesh(std::vector<Eigen::Vector3d>(100, {NAN, 0, 0}), cad, 2.0).usable);
 }
 
+TEST(RegisterMesh, StepsThatRunOutAreNoResult) {
+  const MeshShape cad = freeform(80);
+  auto points = seen_points(cad, 20000, 0.002, 4);
+  const Pose T = small_pose(1, 2, 9);
+  for (auto& p : points) p = T * p;
+  EXPECT_TRUE(register_mesh(points, cad, 5.0).usable);
+  const MeshFit stopped = register_mesh(points, cad, 5.0, 1);
+  EXPECT_FALSE(stopped.usable);
+  EXPECT_NE(stopped.message.find("did not settle"), std::string::npos) << stopped.message;
+  EXPECT_GT(stopped.n, 20u);  // enough points: exit code 5, not "too few"
+}
+
 TEST(RegisterMesh, HalfAMillionPointsInTime) {
   const MeshShape cad = freeform(144);  // 82,368 triangles
   const auto points = seen_points(cad, 500000, 0.003, 3);

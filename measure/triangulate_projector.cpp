@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "measure/depth_solver.hpp"
@@ -99,9 +100,13 @@ PointCloud triangulate_projector(const Twin& twin, std::size_t camera, const Cam
     throw UserError(ExitCode::usage, twin.file.string(), "no fringe direction was decoded",
                     "check [fringes]");
   std::vector<PointRow> rows(static_cast<std::size_t>(decode.height()));
+  const auto begin = std::chrono::steady_clock::now();
 #pragma omp parallel for schedule(dynamic, 8)
   for (int y = 0; y < decode.height(); ++y) triangulate_row(setup, y, rows[static_cast<std::size_t>(y)]);
-  return join_rows(rows, cam.T_cam_world.inverse(), summary);
+  const std::chrono::duration<double> match_time = std::chrono::steady_clock::now() - begin;
+  PointCloud cloud = join_rows(rows, cam.T_cam_world.inverse(), summary);
+  if (summary) summary->match_s = match_time.count();
+  return cloud;
 }
 
 }  // namespace fringetwin::measure

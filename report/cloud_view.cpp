@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/cloud_view.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -77,6 +79,15 @@ CloudPicture draw_cloud(const std::vector<Eigen::Vector3d>& p_world_mm, const st
         }
   }
   return picture;
+}
+
+std::string scale_bar_html(double mm_per_px, int width_px) {
+  if (!(mm_per_px > 0.0) || width_px <= 0) return "";
+  const double most = 0.25 * mm_per_px * width_px;
+  const double decade = std::pow(10.0, std::floor(std::log10(most)));
+  const double length = (most >= 5.0 * decade ? 5.0 : most >= 2.0 * decade ? 2.0 : 1.0) * decade;
+  return fmt::format("<div class=\"scale\"><span style=\"width:{:.2f}%\"></span>{:g} mm</div>",
+                     100.0 * length / (mm_per_px * width_px), length);
 }
 
 }  // namespace fringetwin::report

@@ -2,6 +2,7 @@
 // A static picture of a point cloud: orthographic, nearest point wins, coloured by a value.
 #pragma once
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "twin/image.hpp"
@@ -28,5 +29,10 @@ struct CloudPicture {
 /// shrink it.
 CloudPicture draw_cloud(const std::vector<Eigen::Vector3d>& p_world_mm, const std::vector<float>& value,
                         const CloudView& view);
+
+/// A bar of a round length (1, 2 or 5 times a power of ten, at most a quarter of the picture's width) with
+/// its length in mm, as wide as that length is in a picture shown at its full width. Parallel projection: the
+/// bar holds across the line of sight, everywhere in the picture.
+std::string scale_bar_html(double mm_per_px, int width_px);
 
 }  // namespace fringetwin::report

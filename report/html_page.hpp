@@ -23,7 +23,7 @@ struct Section {
 
 struct Page {
   std::string title, subtitle;
-  std::string verdict;       ///< "pass", "fail" or empty
+  std::string verdict;       ///< the badge: "pass", "fail", other words in a neutral colour, or empty
   std::string summary_html;  ///< first on the page: the verdict table
   std::string note;          ///< what the page can and cannot show; printed in a frame; may be empty
   std::vector<std::string> warnings;

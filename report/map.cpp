@@ -192,7 +192,7 @@ std::string slider_html(const ImageF& left, const std::string& left_label, const
       "<span class=\"cut\"></span></div>"
       "<input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"{3} or {4}\" "
       "oninput=\"this.parentNode.style.setProperty('--cut',this.value+'%')\">{5}</div>\n",
-      escape_html(id), image_html(map_png(a, style), left_label, a.width, a.height, "under"),
+      safe_id(id), image_html(map_png(a, style), left_label, a.width, a.height, "under"),
       image_html(map_png(b, style), right_label, b.width, b.height, "over"), escape_html(left_label),
       escape_html(right_label), style.show_bar ? bar_html(style) : "");
 }

@@ -54,6 +54,24 @@ TEST(ColorScale, SequentialScalesGetLighterAllTheWay) {
   }
 }
 
+TEST(Png, TextThatIsNotAsciiGoesIntoAnUtf8Chunk) {
+  const std::string png = encode_palette_png(ImageU8(2, 2, 0), map_palette(Scale::gray, {0, 0, 0}),
+                                             {{"Title", "a − b"}, {"Unit", "mm"}});
+  EXPECT_NE(png.find("iTXtTitle"), std::string::npos);
+  EXPECT_NE(png.find("a − b"), std::string::npos);
+  EXPECT_NE(png.find("tEXtUnit"), std::string::npos);
+  EXPECT_EQ(png.find("tEXtTitle"), std::string::npos);  // Latin-1 by the standard
+  EXPECT_EQ(decode(png).cols, 2);
+}
+
+TEST(CloudView, ScaleBarIsRoundAndFits) {
+  // a quarter of 640 px at 0.1 mm is 16 mm: the bar is 10 mm, 15.63 % of the width
+  EXPECT_EQ(scale_bar_html(0.1, 640), "<div class=\"scale\"><span style=\"width:15.62%\"></span>10 mm</div>");
+  EXPECT_NE(scale_bar_html(0.05, 640).find("5 mm"), std::string::npos);
+  EXPECT_NE(scale_bar_html(2.0, 640).find("200 mm"), std::string::npos);
+  EXPECT_EQ(scale_bar_html(0.0, 640), "");
+}
+
 TEST(Map, PngReadsBackWithNanAndLimits) {
   ImageF image(4, 2, 0.0f);
   image(0, 0) = -1.0f;

@@ -29,6 +29,7 @@ h1 { font-size: 28px; line-height: 1.2; margin: 0; font-weight: 650; letter-spac
 .verdict { font-weight: 700; letter-spacing: .08em; text-transform: uppercase; font-size: 17px; padding: 9px 20px;
   border-radius: 5px; color: #fff; white-space: nowrap; }
 .verdict.pass { background: var(--pass); } .verdict.fail { background: var(--fail); }
+.verdict.none { background: var(--soft); }
 h2 { font-size: 20px; margin: 44px 0 12px; padding-bottom: 5px; border-bottom: 1px solid var(--line); font-weight: 650; }
 h3 { font-size: 16px; margin: 26px 0 8px; font-weight: 650; }
 p { margin: 8px 0; max-width: 80ch; }
@@ -66,6 +67,8 @@ figure svg { width: 100%; height: auto; display: block; }
 .ramp { height: 11px; border: 1px solid #9aa4ad; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 .ticks { display: flex; justify-content: space-between; font-variant-numeric: tabular-nums; }
 .barunit { text-align: center; margin-top: -1px; }
+.scale { display: flex; align-items: center; gap: 8px; font-size: 12px; color: var(--soft); margin-top: 4px; }
+.scale span { height: 6px; border: 1.5px solid var(--ink); border-top: 0; }
 .slider { flex: 1 1 320px; min-width: 0; max-width: 720px; }
 .stack { position: relative; border: 1px solid var(--line); overflow: hidden; }
 .stack img { width: 100%; height: auto; display: block; }
@@ -93,7 +96,7 @@ footer details { margin-top: 8px; } summary { cursor: pointer; }
 </head>
 <body>
 <div class="page">
-<header><div><h1>{{title}}</h1><p class="subtitle">{{subtitle}}</p></div>{{#verdict}}<div class="verdict {{verdict}}">{{verdict}}</div>{{/verdict}}</header>
+<header><div><h1>{{title}}</h1><p class="subtitle">{{subtitle}}</p></div>{{#verdict}}<div class="verdict {{verdict_class}}">{{verdict}}</div>{{/verdict}}</header>
 <nav aria-label="Contents">{{#sections}}<a href="#{{id}}">{{title}}</a>{{/sections}}<a href="#provenance">Provenance</a></nav>
 {{{summary}}}
 {{#note}}<div class="note"><p>{{note}}</p></div>

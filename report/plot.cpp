@@ -18,7 +18,8 @@ std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (char c : text) {
     if (c == '"' || c == '\\') out += '\\';
-    out += c == '\n' ? ' ' : c;
+    // between back quotes gnuplot would run a command, in double quotes, too
+    out += c == '\n' ? ' ' : c == '`' ? '\'' : c;
   }
   return out + '"';
 }
@@ -53,7 +54,8 @@ bool has_data(const Series& s) {
 }
 
 /// One HTML page holds many plots: gnuplot's ids would collide.
-std::string inline_svg(std::string svg, const std::string& id) {
+std::string inline_svg(std::string svg, const std::string& unsafe_id) {
+  const std::string id = safe_id(unsafe_id);
   const std::size_t start = svg.find("<svg");
   FT_CHECK(start != std::string::npos, "gnuplot wrote no <svg>");
   svg.erase(0, start);

@@ -6,9 +6,11 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 
 #include "report/html_page.hpp"
 #include "report/process.hpp"
+#include "report/text.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::report {
@@ -64,6 +66,19 @@ TEST(Plot, AllStylesAndLogAxes) {
     plot.series.push_back(s);
   }
   EXPECT_THAT(plot_svg(plot, "a-"), HasSubstr("</svg>"));
+}
+
+TEST(Plot, IdsAndWordsCannotLeaveTheirPlace) {
+  if (!has_gnuplot()) GTEST_SKIP() << "SKIPPED: gnuplot is not installed";
+  Plot plot = example();
+  const auto file = std::filesystem::temp_directory_path() / "fringetwin_plot_pwned";
+  std::filesystem::remove(file);
+  plot.title = "`touch " + file.string() + "`";  // gnuplot runs what stands between back quotes
+  const std::string svg = plot_svg(plot, "x'><script>alert(1)</script>");
+  EXPECT_THAT(svg, Not(HasSubstr("<script")));
+  EXPECT_FALSE(std::filesystem::exists(file));
+  EXPECT_NE(safe_id("a b"), safe_id("a_b"));
+  EXPECT_EQ(safe_id("gray-left"), "gray-left");
 }
 
 TEST(Plot, MissingGnuplotIsAClearErrorAndASentenceOnThePage) {

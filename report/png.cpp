@@ -3,6 +3,8 @@
 
 #include <png.h>
 
+#include <algorithm>
+
 #include "twin/errors.hpp"
 
 namespace fringetwin::report {
@@ -23,10 +25,13 @@ void write_text_chunks(png_structp png, png_infop info,
   std::vector<png_text> chunks;
   for (const auto& [key, value] : text) {
     png_text chunk{};
-    chunk.compression = PNG_TEXT_COMPRESSION_NONE;
+    // tEXt is Latin-1 by the standard; what is not ASCII goes as UTF-8 into iTXt
+    const bool ascii =
+        std::all_of(value.begin(), value.end(), [](char c) { return static_cast<unsigned char>(c) < 127; });
+    chunk.compression = ascii ? PNG_TEXT_COMPRESSION_NONE : PNG_ITXT_COMPRESSION_NONE;
     chunk.key = const_cast<char*>(key.c_str());
     chunk.text = const_cast<char*>(value.c_str());
-    chunk.text_length = value.size();
+    (ascii ? chunk.text_length : chunk.itxt_length) = value.size();
     chunks.push_back(chunk);
   }
   if (!chunks.empty()) png_set_text(png, info, chunks.data(), static_cast<int>(chunks.size()));

@@ -10,6 +10,10 @@ namespace fringetwin::report {
 /// &, <, >, " and ' as entities.
 std::string escape_html(std::string_view text);
 
+/// Letters, digits and - stay; every other byte as _ and two hex digits: nothing can leave an attribute,
+/// and different names stay different.
+std::string safe_id(std::string_view text);
+
 /// Every `from` as `to`.
 std::string replace_all(std::string_view text, std::string_view from, std::string_view to);
 

@@ -130,6 +130,7 @@ struct FitRequest {
 struct MeasureOptions {
   std::optional<Triangulate> triangulate;  ///< default: stereo with two cameras, else projector
   double min_modulation_dn = 5.0;
+  double smoothing_px = 0.0;  ///< radius of the local fit of coordinates before triangulation; 0 = off
   std::vector<FitRequest> fits;
 };
 

@@ -46,8 +46,9 @@ PublishedFit read_published_fit(const TomlTable& table, const Twin& twin) {
 }
 
 /// Names in [limits], explained in docs/FORMATS.md; compare/limits.cpp computes their values.
-const std::vector<std::string> kLimitNames = {"center_mm",           "radius_mm",   "rms_mm", "phase_rms_rad",
-                                              "phase_mean_relative", "gray_rms_dn", "gain_r2"};
+const std::vector<std::string> kLimitNames = {"center_mm",   "radius_mm",     "rms_mm",
+                                              "rms_all_mm",  "phase_rms_rad", "phase_mean_relative",
+                                              "gray_rms_dn", "gain_r2",       "order_disagree_fraction"};
 
 }  // namespace
 
@@ -76,7 +77,7 @@ MeasureOptions read_measure(const TomlTable& root, const Twin& twin) {
   MeasureOptions measure;
   const auto table = root.table("measure");
   if (!table) return measure;
-  table->allow({"triangulate", "min_modulation_dn", "fit"});
+  table->allow({"triangulate", "min_modulation_dn", "smoothing_px", "fit"});
   if (const auto name = table->choice("triangulate", {"stereo", "projector"})) {
     measure.triangulate = *name == "stereo" ? Triangulate::stereo : Triangulate::projector;
     if (*name == "stereo" && twin.cameras.size() < 2)
@@ -86,6 +87,8 @@ MeasureOptions read_measure(const TomlTable& root, const Twin& twin) {
   }
   measure.min_modulation_dn =
       table->number_or("min_modulation_dn", measure.min_modulation_dn, NumberRange::not_negative());
+  measure.smoothing_px =
+      table->number_or("smoothing_px", measure.smoothing_px, NumberRange::between(0.0, 50.0));
   std::set<std::string> names;
   for (const TomlTable& fit : table->tables("fit")) {
     fit.allow({"object", "gate_mm"});
