@@ -118,6 +118,7 @@ struct RenderOptions {
   double phase_error_rad = 1e-4;
   std::optional<int> samples;  ///< fixed sampling when given
   std::optional<Sampler> sampler;
+  bool shadow = true;  ///< false: nothing hides a point from the projector
 };
 
 enum class Triangulate { stereo, projector };

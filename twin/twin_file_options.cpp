@@ -55,7 +55,7 @@ RenderOptions read_render(const TomlTable& root) {
   RenderOptions render;
   const auto table = root.table("render");
   if (!table) return render;
-  table->allow({"pixel_fill", "phase_error_rad", "samples", "sampler"});
+  table->allow({"pixel_fill", "phase_error_rad", "samples", "sampler", "shadow"});
   render.pixel_fill =
       table->number_or("pixel_fill", render.pixel_fill, {.min = 0.0, .max = 2.0, .min_excluded = true});
   render.phase_error_rad =
@@ -65,6 +65,7 @@ RenderOptions read_render(const TomlTable& root) {
     render.sampler = *sampler == "gauss"            ? Sampler::gauss
                      : *sampler == "multi-jittered" ? Sampler::multi_jittered
                                                     : Sampler::sobol;
+  render.shadow = table->boolean("shadow").value_or(render.shadow);
   return render;
 }
 
