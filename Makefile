@@ -56,6 +56,8 @@ format:
 
 bench: build
 	@build/bench/bench_render
+	@build/bench/bench_embree
+	@build/bench/bench_povray
 	@scripts/bench_chain.sh   # per stage: render, decode, match, triangulate, fit; the whole against its bound
 
 clean:

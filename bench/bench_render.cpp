@@ -55,16 +55,21 @@ void compare_sampling(const std::string& name, const Twin& twin, int stride) {
              "interior rad", "interior DN", "all pixels DN");
   const auto truth =
       reference_block(render::Reference(twin), 0, test::whole_image(twin, 0, stride), {.gauss_n = 24});
+  const Sampling chosen = render::choose_sampling(twin.render);
+  Twin precise = twin;
+  precise.render.phase_error_rad = 1e-5;  // below 5e-5 rad the renderer traces in double precision
   const std::vector<std::pair<std::string, Sampling>> schemes{
-      {"default", render::choose_sampling(twin.render)},
+      {"default", chosen},
+      {"default, fp64", chosen},
       {"gauss 16", {Sampler::gauss, 16}},
       {"multi-jittered 16", {Sampler::multi_jittered, 16}},
       {"multi-jittered 64", {Sampler::multi_jittered, 64}},
       {"sobol 64", {Sampler::sobol, 64}},
       {"multi-jittered 1024", {Sampler::multi_jittered, 1024}}};
   for (const auto& [label, sampling] : schemes) {
-    measure(twin, sampling, 1);
-    const Timing t = measure(twin, sampling, sampling.samples > 256 ? 1 : 3);
+    const Twin& model = label.ends_with("fp64") ? precise : twin;
+    measure(model, sampling, 1);
+    const Timing t = measure(model, sampling, sampling.samples > 256 ? 1 : 3);
     const auto inside = test::compare(twin, 0, t.rendered.irradiance, truth, test::Pixels::interior);
     const auto all = test::compare(twin, 0, t.rendered.irradiance, truth, test::Pixels::all);
     const double full_scale = twin.cameras[0].sensor.max_dn();

@@ -26,14 +26,7 @@ int run(const Options& o) {
     throw UserError(ExitCode::usage, "render", "no twin given", "fringetwin render TWIN.toml --out DIR");
   if (o.out.empty()) throw UserError(ExitCode::usage, "render", "no output folder given", "add --out DIR");
   check_out_folder(o.out);
-  Twin twin = load_for_run(o.twin);
-  if (has_measured_shape(twin)) {
-    if (!twin.real.captures)
-      throw UserError(ExitCode::usage, o.twin,
-                      "an object has shape = \"measured\" but [real] names no captures",
-                      "add [real] captures = \"FOLDER\"");
-    build_measured_shapes(twin, load_captures(twin, *twin.real.captures));
-  }
+  const Twin twin = load_renderable_twin(o.twin);
   StageTimer timer;
   timer.start("render");
   const Simulated simulated = simulate(twin, o.flags);

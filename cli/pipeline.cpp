@@ -78,6 +78,17 @@ void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real) {
   }
 }
 
+Twin load_renderable_twin(const std::filesystem::path& file) {
+  Twin twin = load_for_run(file);
+  if (!has_measured_shape(twin)) return twin;
+  if (!twin.real.captures)
+    throw UserError(ExitCode::usage, file.string(),
+                    "an object has shape = \"measured\" but [real] names no captures",
+                    "add [real] captures = \"FOLDER\"");
+  build_measured_shapes(twin, load_captures(twin, *twin.real.captures));
+  return twin;
+}
+
 Simulated simulate(const Twin& twin, const RenderFlags& flags) {
   if (!twin.projector)
     throw UserError(ExitCode::usage, twin.file.string(),

@@ -61,6 +61,9 @@ bool has_measured_shape(const Twin& twin);
 /// left_over_steps() (twin/measured_steps.hpp), to be asked before.
 void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real);
 
+/// The twin with everything a renderer needs: meshes read, measured shapes built from [real] captures.
+Twin load_renderable_twin(const std::filesystem::path& file);
+
 /// Renders and exposes all cameras. Throws UserError(usage) when no camera sees any object; warns
 /// for an object that no camera sees.
 Simulated simulate(const Twin& twin, const RenderFlags& flags);

@@ -191,7 +191,7 @@ void Reference::Impl::light(const Ray& ray, const SceneHit& hit, PixelSample& sa
       q->y() > projector.lens.height() - 0.5)
     return;
   const bool outside = hit.normal.dot(sample.normal_world) > 0.0;
-  if (in_shadow(hit, outside, {sample.point_world_mm, L}, distance)) return;
+  if (twin.render.shadow && in_shadow(hit, outside, {sample.point_world_mm, L}, distance)) return;
   sample.lit = true;
   sample.projector_px = *q;
   const Eigen::Vector3d N =

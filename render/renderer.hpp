@@ -17,6 +17,7 @@ struct DeviceInfo {
   std::string driver;       ///< e.g. "llvmpipe Mesa 22.3.6"
   std::string api_version;  ///< e.g. "1.3.230"
   bool is_cpu = false;
+  bool has_double = false;  ///< traces in double precision (shaderFloat64)
 };
 /// Empty when there is no Vulkan loader, driver or device.
 std::vector<DeviceInfo> list_devices();

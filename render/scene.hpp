@@ -43,7 +43,7 @@ struct PackedScene {
   bool specular = false;
   bool bounded = false;    ///< a plane or cylinder with an end
   bool corners = false;    ///< a mesh with vertex normals or albedo
-  bool shadow = true;      ///< false for one convex object alone
+  bool shadow = true;      ///< false for one convex object alone, or when the twin says so
   bool unbounded = false;  ///< something reaches to infinity: every block of pixels may see it
   std::vector<BoundingSphere> finite;
   std::size_t first_mesh_bound = 0;  ///< in `finite`

@@ -155,6 +155,9 @@ DeviceInfo describe_device(VkPhysicalDevice device) {
   info.api_version =
       fmt::format("{}.{}.{}", VK_API_VERSION_MAJOR(v), VK_API_VERSION_MINOR(v), VK_API_VERSION_PATCH(v));
   info.is_cpu = p.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+  VkPhysicalDeviceFeatures features{};
+  vkGetPhysicalDeviceFeatures(device, &features);
+  info.has_double = features.shaderFloat64 == VK_TRUE;
   return info;
 }
 

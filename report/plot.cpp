@@ -38,13 +38,23 @@ std::string style_words(const Series& s) {
     case Series::Style::dashed:
       return fmt::format("with lines lw {} dt (8,5) lc rgb {}", s.width, quoted(s.color));
     case Series::Style::points:
-      return fmt::format("with points pt 7 ps {} lc rgb {}", 0.3 * s.width, quoted(s.color));
+      return fmt::format("with points pt {} ps {} lw 1.5 lc rgb {}", s.point_type, 0.3 * s.width,
+                         quoted(s.color));
     case Series::Style::bars:
       return fmt::format("with boxes fs transparent solid 0.45 noborder lc rgb {}", quoted(s.color));
     case Series::Style::band:
       return fmt::format("with filledcurves fs transparent solid 0.2 noborder lc rgb {}", quoted(s.color));
   }
   return "";
+}
+
+/// The labels as a second drawing of the same points.
+std::string label_block(const Series& s) {
+  std::string out;
+  for (std::size_t i = 0; i < s.x.size(); ++i)
+    if (std::isfinite(s.x[i]) && std::isfinite(s.y[i]) && !s.labels[i].empty())
+      out += fmt::format("{:.7g} {:.7g} {}\n", s.x[i], s.y[i], quoted(s.labels[i]));
+  return out;
 }
 
 bool has_data(const Series& s) {
@@ -84,17 +94,25 @@ std::string gnuplot_script(const Plot& plot) {
        "set boxwidth 0.95 relative\nset minussign\nset lmargin 11\nset rmargin 3\n";
   if (!plot.title.empty()) s += "set title " + quoted(plot.title) + "\n";
   s += "set xlabel " + quoted(plot.x_label) + "\nset ylabel " + quoted(plot.y_label) + "\n";
-  if (plot.log_x) s += "set logscale x\n";
-  if (plot.log_y) s += "set logscale y\n";
+  if (plot.log_x) s += "set logscale x\nset format x \"%g\"\n";
+  if (plot.log_y) s += "set logscale y\nset format y \"%g\"\n";
   if (plot.zero_line) s += "set xzeroaxis lt 1 lw 0.8 lc rgb \"#888888\"\n";
   if (plot.x_range)
     s += fmt::format("set xrange [{:.9g}:{:.9g}]\n", plot.x_range->first, plot.x_range->second);
+  if (!plot.x_tics.empty()) {
+    std::string tics;
+    for (const auto& [x, name] : plot.x_tics)
+      tics += fmt::format("{}{} {:.7g}", tics.empty() ? "" : ", ", quoted(name), x);
+    s += "set xtics (" + tics + ")\nset boxwidth 0.7 absolute\n";
+  }
   if (plot.y_range)
     s += fmt::format("set yrange [{:.9g}:{:.9g}]\n", plot.y_range->first, plot.y_range->second);
   std::string blocks, commands;
   int k = 0;
   for (const Series& series : plot.series) {
     FT_CHECK(series.x.size() == series.y.size(), "a plot series has as many x as y values");
+    FT_CHECK(series.labels.empty() || series.labels.size() == series.x.size(),
+             "a plot series has no labels or one per value");
     FT_CHECK(series.style != Series::Style::band || series.y_low.size() == series.y.size(),
              "a band has as many lower as upper values");
     if (!has_data(series)) continue;
@@ -103,6 +121,12 @@ std::string gnuplot_script(const Plot& plot) {
     blocks += "EOD\n";
     commands += fmt::format("{} $d{} {} title {}", commands.empty() ? "plot" : ",", k, style_words(series),
                             quoted(series.title));
+    ++k;
+    const std::string labels = series.labels.empty() ? "" : label_block(series);
+    if (labels.empty()) continue;
+    blocks += fmt::format("$d{} << EOD\n{}EOD\n", k, labels);
+    commands +=
+        fmt::format(", $d{} with labels left offset 0.9,0.5 tc rgb {} notitle", k, quoted(series.color));
     ++k;
   }
   return s + blocks + commands + "\n";

@@ -14,6 +14,7 @@ inline constexpr const char* kReal = "#0072B2";
 inline constexpr const char* kSimulated = "#D55E00";
 inline constexpr const char* kDifference = "#333333";
 inline constexpr const char* kThird = "#009E73";
+inline constexpr const char* kFourth = "#CC79A7";
 }  // namespace color
 
 struct Series {
@@ -23,6 +24,8 @@ struct Series {
   Style style = Style::line;
   std::string color = color::kReal;
   double width = 1.4;
+  int point_type = 7;  ///< gnuplot's symbols: 4/5 square, 6/7 circle, 8/9 triangle, 12/13 diamond
+  std::vector<std::string> labels = {};  ///< beside the points; empty, or one per value (points only)
 };
 
 struct Plot {
@@ -32,6 +35,7 @@ struct Plot {
   bool zero_line = false;
   int width_px = 980, height_px = 300;
   std::optional<std::pair<double, double>> x_range, y_range;
+  std::vector<std::pair<double, std::string>> x_tics;  ///< named positions instead of numbers
 };
 
 /// The commands and data gnuplot is given.

@@ -81,6 +81,25 @@ TEST(Plot, IdsAndWordsCannotLeaveTheirPlace) {
   EXPECT_EQ(safe_id("gray-left"), "gray-left");
 }
 
+TEST(Plot, NamedPositionsAndLabelledPoints) {
+  if (!has_gnuplot()) GTEST_SKIP() << "SKIPPED: gnuplot is not installed";
+  Plot plot;
+  plot.log_y = true;
+  plot.x_tics = {{1.0, "depth of field"}, {2.0, "shadow & light"}};
+  Series s;
+  s.style = Series::Style::points;
+  s.point_type = 8;
+  s.x = {1.0, 2.0, 3.0};
+  s.y = {1e-3, 2e-2, std::nan("")};
+  s.labels = {"the \"first\"", "", "unseen"};
+  plot.series = {s};
+  const std::string svg = plot_svg(plot, "t-");
+  EXPECT_THAT(svg, HasSubstr("depth of field"));
+  EXPECT_THAT(svg, HasSubstr("shadow &amp; light"));
+  EXPECT_THAT(svg, HasSubstr("the \"first\""));
+  EXPECT_THAT(svg, Not(HasSubstr("unseen")));
+}
+
 TEST(Plot, MissingGnuplotIsAClearErrorAndASentenceOnThePage) {
   const std::string path = std::getenv("PATH");
   ::setenv("PATH", "/nonexistent", 1);

@@ -119,6 +119,7 @@ struct RenderOptions {
   double gray_error = 1e-4;    ///< rms over all pixels, fraction of the sensor's full scale
   std::optional<int> samples;  ///< fixed sampling when given
   std::optional<Sampler> sampler;
+  bool shadow = true;  ///< false: nothing hides a point from the projector
 };
 
 enum class Triangulate { stereo, projector };

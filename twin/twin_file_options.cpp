@@ -56,7 +56,7 @@ RenderOptions read_render(const TomlTable& root) {
   RenderOptions render;
   const auto table = root.table("render");
   if (!table) return render;
-  table->allow({"pixel_fill", "phase_error_rad", "gray_error", "samples", "sampler"});
+  table->allow({"pixel_fill", "phase_error_rad", "gray_error", "samples", "sampler", "shadow"});
   render.pixel_fill =
       table->number_or("pixel_fill", render.pixel_fill, {.min = 0.0, .max = 2.0, .min_excluded = true});
   render.phase_error_rad =
@@ -70,6 +70,7 @@ RenderOptions read_render(const TomlTable& root) {
                                                     : Sampler::sobol;
   if (render.sampler == Sampler::adaptive && render.samples)
     table->fail("samples", "has no meaning with sampler = \"adaptive\"", "leave one of them out");
+  render.shadow = table->boolean("shadow").value_or(render.shadow);
   return render;
 }
 

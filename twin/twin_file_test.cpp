@@ -38,6 +38,7 @@ TEST_F(TwinFile, DefaultsOfAMinimalFile) {
   EXPECT_THAT(twin.fringes.directions.at(0).phase_origin_px, ElementsAre(0, 0, 0));
   EXPECT_TRUE(twin.objects.empty() && twin.limits.empty() && !twin.real.captures);
   EXPECT_EQ(twin.render.pixel_fill, 1.0);
+  EXPECT_TRUE(twin.render.shadow);
   EXPECT_EQ(twin.render.phase_error_rad, 1e-4);
   EXPECT_EQ(twin.measure.min_modulation_dn, 5.0);
   EXPECT_EQ(twin.triangulate(), Triangulate::projector);
@@ -227,7 +228,7 @@ TEST_F(TwinFile, EveryShapeAndMaterialKey) {
 TEST_F(TwinFile, OptionsResultsAndLimits) {
   const std::string text = kHead + kCamera + kRight + kFringes + kBall +
                            "[render]\npixel_fill = 0.5\nphase_error_rad = 1e-5\nsamples = 16\n"
-                           "sampler = \"multi-jittered\"\n"
+                           "sampler = \"multi-jittered\"\nshadow = false\n"
                            "[measure]\ntriangulate = \"stereo\"\nmin_modulation_dn = 8\n"
                            "[[measure.fit]]\nobject = \"ball\"\ngate_mm = 1.5\n";
   const Twin twin =
@@ -240,6 +241,7 @@ TEST_F(TwinFile, OptionsResultsAndLimits) {
   EXPECT_EQ(twin.render.phase_error_rad, 1e-5);
   EXPECT_EQ(twin.render.samples, 16);
   EXPECT_EQ(twin.render.sampler, Sampler::multi_jittered);
+  EXPECT_FALSE(twin.render.shadow);
   EXPECT_EQ(twin.measure.triangulate, Triangulate::stereo);
   EXPECT_EQ(twin.measure.min_modulation_dn, 8.0);
   EXPECT_EQ(twin.measure.fits.at(0).object, "ball");

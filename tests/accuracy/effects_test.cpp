@@ -234,6 +234,20 @@ TEST(Effects, CastShadow) {
   EXPECT_GT(lit, 5000);
   EXPECT_GT(dark, 1000);
   EXPECT_EQ(wrong, 0);
+  // switched off, the plane is lit as if it were alone, and the reference says the same
+  twin.render.shadow = false;
+  const auto unshaded = render_default(twin);
+  const render::Reference unshaded_reference(twin);
+  int compared = 0;
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 160; ++x)
+      if (unshaded.object(x, y) == 0 && unshaded_reference.is_whole(0, x, y)) {
+        ++compared;
+        wrong += std::abs(unshaded.irradiance[3](x, y) / without.irradiance[3](x, y) - 1.0F) > 1e-6F;
+      }
+  EXPECT_GT(compared, lit + dark / 2);
+  EXPECT_EQ(wrong, 0);
+  expect_agreement(twin, "shadow switched off", 1000, 3);
 }
 
 // A second object far aside (out of view, shading nothing) leaves every pixel as it was.

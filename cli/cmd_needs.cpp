@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// needs: what each effect changes and costs, and the smallest model for a tolerance.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/out_folder.hpp"
+#include "cli/results.hpp"
+#include "study/needs.hpp"
+#include "twin/errors.hpp"
+#include "twin/image_io.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::cli {
+
+namespace {
+
+struct Options {
+  std::string twin, out, device;
+  study::NeedsOptions needs;
+};
+
+int run(Options o, const Invocation& invocation) {
+  check_out_folder(o.out);
+  const Twin twin = load_renderable_twin(o.twin);
+  o.needs.subset.seed = o.needs.seed;
+  render::Renderer renderer(o.device);
+  const study::NeedsResult result = study::run_needs(twin, renderer, o.needs);
+  const auto provenance = make_provenance(invocation, twin, {}, renderer.device().name, o.needs.seed);
+  const std::filesystem::path dir = o.out;
+  begin_output(dir, {"needs.json"});
+  write_text_file(dir / "needs.html", study::needs_html(twin, result, o.needs, provenance));
+  write_text_file(dir / "needs.json", study::needs_json(twin, result, o.needs, provenance));
+  for (const auto& warning : result.warnings) warn(warning);
+  fmt::print("{}", study::needs_table(result, o.needs));
+  say("page: " + (dir / "needs.html").string());
+  return static_cast<int>(ExitCode::ok);
+}
+
+}  // namespace
+
+void add_needs(CLI::App& app, Invocation& invocation) {
+  auto o = std::make_shared<Options>();
+  CLI::App* sub = app.add_subcommand(
+      "needs", "What each effect changes and costs on this scene; the smallest model for a tolerance");
+  sub->add_option("twin", o->twin, "The twin.toml")->required();
+  sub->add_option("--out", o->out, "Folder for needs.json and needs.html")->required();
+  sub->add_option("--phase-tolerance", o->needs.tolerance.phase_rad, "Largest change of the phase, rad rms")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  sub->add_option("--gray-tolerance", o->needs.tolerance.gray_dn, "Largest change of the gray value, DN rms")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  sub->add_option("--fit-tolerance", o->needs.tolerance.fit_mm, "Largest change of a fitted quantity, mm")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  sub->add_option("--windows", o->needs.subset.windows_per_camera, "Windows of pixels looked at per camera")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  sub->add_option("--rounds", o->needs.rounds, "Timed renders of each side")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  sub->add_option("--seed", o->needs.seed, "Seed of the pixel choice, of noise and random samplers")
+      ->capture_default_str();
+  sub->add_option("--device", o->device, "A part of a Vulkan device's name");
+  sub->callback([o, &invocation] { invocation.run = [o, &invocation] { return run(*o, invocation); }; });
+}
+
+}  // namespace fringetwin::cli

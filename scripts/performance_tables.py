@@ -1,0 +1,98 @@
+#!/usr/bin/env python3
+"""Tables of docs/PERFORMANCE.md from pareto.json and needs.json: performance_tables.py OUT PAGE.md TWIN..."""
+import json
+import math
+import re
+import sys
+
+
+def sci(value):
+    return "–" if value is None or not math.isfinite(value) else f"{value:.1e}"
+
+
+def plain(value, digits=3):
+    return "–" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
+
+
+def um(value):
+    return plain(None if value is None else 1e3 * value, 2)
+
+
+def ms(value):
+    return "–" if value is None else f"{value:.0f}" if value >= 100 else f"{value:.1f}"
+
+
+def machine(run):
+    p = run["provenance"]
+    return f"{p['machine']}; {p['device']} ({p['driver']}); fringetwin {p['version']}"
+
+
+def pareto_table(run):
+    rows = [
+        f"Machine: {machine(run)}. {run['n_cameras']} cameras x {run['n_images']} images.",
+        f"Pixels: {run['subset']['text']}. The reference is known to "
+        f"{plain(run['reference']['edge_uncertainty_dn'], 2)} DN at the edges.",
+        "",
+        "| scheme | samples | precision | frame ms | phase, interior rad | phase, all rad | gray, interior DN "
+        "| gray, all DN | gray, edges DN | fit error µm | fit shift µm | chain s | |",
+        "|---|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|",
+    ]
+    for p in run["points"]:
+        e = p["error"]
+        notes = [name for key, name in (("default", "**default**"), ("published", "**published scheme**"),
+                                        ("phase_front", "phase front"), ("gray_front", "gray front"),
+                                        ("fit_front", "fit front"),
+                                        ("fit_reference", "reference of the fit shifts")) if p[key]]
+        if p["time_extrapolated_from_samples"]:
+            notes.append(f"time extrapolated from {p['time_extrapolated_from_samples']} samples")
+        rows.append(
+            f"| {p['scheme']} | {p['samples']} | {p['precision']} | {ms(p['frame_ms'])} "
+            f"| {sci(e['phase_interior_rms_rad'])} | {sci(e['phase_rms_rad'])} | {sci(e['gray_interior_rms_dn'])} "
+            f"| {sci(e['gray_rms_dn'])} | {sci(e['gray_edge_rms_dn'])} | {um(p['fit_error_mm'])} "
+            f"| {um(p['fit_shift_mm'])} | {plain(p['chain_s'])} | {', '.join(notes)} |")
+    return "\n".join(rows)
+
+
+def needs_table(run):
+    t, small = run["tolerance"], run["smallest_model"]
+    rows = [
+        "| effect | without it | phase rad | gray DN | gray, edges DN | fit mm | x time | for the tolerance |",
+        "|---|---|--:|--:|--:|--:|--:|---|",
+    ]
+    for r in run["effects"]:
+        if r["state"] == "off":
+            continue
+        c = r["change"]
+        rows.append(f"| {r['name']} | {r['without']} | {sci(c['phase_rms_rad'])} | {sci(c['gray_rms_dn'])} "
+                    f"| {sci(c['gray_edge_rms_dn'])} | {sci(r['fit_mm'])} | {plain(r['cost'])} "
+                    f"| {r['recommendation']} |")
+    e = run["renderer_error"]
+    rows.append(f"| renderer's own error | double-precision reference | {sci(e['phase_rms_rad'])} "
+                f"| {sci(e['gray_rms_dn'])} | {sci(e['gray_edge_rms_dn'])} | | | |")
+    off = ", ".join(r["name"] for r in run["effects"] if r["state"] == "off")
+    left = ", ".join(small["left_off"]) or "nothing"
+    c = small["change"]
+    rows += ["", f"Off in this scene: {off}. For {plain(t['phase_rad'])} rad, {plain(t['gray_dn'])} DN and "
+             f"{plain(t['fit_mm'])} mm can be left off: {left} (together {sci(c['phase_rms_rad'])} rad, "
+             f"{sci(c['gray_rms_dn'])} DN, {sci(c['fit_mm'])} mm; {plain(small['time_full_s'])} s become "
+             f"{plain(small['time_s'])} s)."]
+    return "\n".join(rows)
+
+
+def main():
+    out, page_name, twins = sys.argv[1], sys.argv[2], sys.argv[3:]
+    with open(page_name, encoding="utf-8") as f:
+        page = f.read()
+    for twin in twins:
+        for kind, table in (("pareto", pareto_table), ("needs", needs_table)):
+            with open(f"{out}/{twin}/{kind}/{kind}.json", encoding="utf-8") as f:
+                text = table(json.load(f))
+            marks = rf"(<!-- begin {kind} {twin} -->\n).*?(<!-- end {kind} {twin} -->)"
+            page, n = re.subn(marks, lambda m: m[1] + text + "\n" + m[2], page, flags=re.S)
+            if n != 1:
+                sys.exit(f"{page_name}: no markers for {kind} {twin}")
+    with open(page_name, "w", encoding="utf-8") as f:
+        f.write(page)
+
+
+main()
