@@ -56,7 +56,7 @@ void compare_sampling(const std::string& name, const Twin& twin, int stride) {
   const auto truth =
       reference_block(render::Reference(twin), 0, test::whole_image(twin, 0, stride), {.gauss_n = 24});
   const std::vector<std::pair<std::string, Sampling>> schemes{
-      {"default", render::choose_sampling(twin.render)},
+      {"default", render::choose_sampling(twin)},
       {"gauss 16", {Sampler::gauss, 16}},
       {"multi-jittered 16", {Sampler::multi_jittered, 16}},
       {"multi-jittered 64", {Sampler::multi_jittered, 64}},
@@ -81,7 +81,7 @@ void compare_sampling(const std::string& name, const Twin& twin, int stride) {
 // The first time with a new renderer and, by `make`, a new mesh: pipelines, lens tables and BVH are made.
 void full_frame(const std::function<Twin()>& make) {
   const Twin twin = make();
-  const Sampling sampling = render::choose_sampling(twin.render);
+  const Sampling sampling = render::choose_sampling(twin);
   const auto renderer = std::make_unique<render::Renderer>();
   const Timing first = measure(twin, sampling, 1, renderer.get());
   const Timing next = measure(twin, sampling, 3, renderer.get());
@@ -132,12 +132,12 @@ void compare_effects(const std::string& name, const Twin& base) {
        }}};
   fmt::print("\nEffects, {}, default sampling\n{:<24}{:>9}{:>9}{:>8}{:>8}{:>10}\n", name, "effect", "wall ms",
              "CPU ms", "x base", "images", "Mrays");
-  const Sampling base_sampling = render::choose_sampling(base.render);
+  const Sampling base_sampling = render::choose_sampling(base);
   measure(base, base_sampling, 1);
   for (const Effect& effect : effects) {
     Twin twin = base;
     effect.switch_on(twin);
-    const Sampling sampling = render::choose_sampling(twin.render);
+    const Sampling sampling = render::choose_sampling(twin);
     measure(twin, sampling, 1);
     double base_cpu = 1e30;
     Timing t;
