@@ -55,26 +55,27 @@ void compare_sampling(const std::string& name, const Twin& twin, int stride) {
              "interior rad", "interior DN", "all pixels DN");
   const auto truth =
       reference_block(render::Reference(twin), 0, test::whole_image(twin, 0, stride), {.gauss_n = 24});
-  const Sampling chosen = render::choose_sampling(twin.render);
-  Twin precise = twin;
-  precise.render.phase_error_rad = 1e-5;  // below 5e-5 rad the renderer traces in double precision
+  const Sampling chosen = render::choose_sampling(twin);
+  Sampling precise = chosen, adaptive = chosen, gauss{Sampler::gauss, 4};
+  precise.precise = true;
+  adaptive.sampler = Sampler::adaptive;
   const std::vector<std::pair<std::string, Sampling>> schemes{
       {"default", chosen},
-      {"default, fp64", chosen},
+      {"default, fp64", precise},
+      {"adaptive", adaptive},
+      {"gauss 4", gauss},
       {"gauss 16", {Sampler::gauss, 16}},
       {"multi-jittered 16", {Sampler::multi_jittered, 16}},
       {"multi-jittered 64", {Sampler::multi_jittered, 64}},
       {"sobol 64", {Sampler::sobol, 64}},
       {"multi-jittered 1024", {Sampler::multi_jittered, 1024}}};
   for (const auto& [label, sampling] : schemes) {
-    const Twin& model = label.ends_with("fp64") ? precise : twin;
-    measure(model, sampling, 1);
-    const Timing t = measure(model, sampling, sampling.samples > 256 ? 1 : 3);
+    measure(twin, sampling, 1);
+    const Timing t = measure(twin, sampling, sampling.samples > 256 ? 1 : 3);
     const auto inside = test::compare(twin, 0, t.rendered.irradiance, truth, test::Pixels::interior);
     const auto all = test::compare(twin, 0, t.rendered.irradiance, truth, test::Pixels::all);
     const double full_scale = twin.cameras[0].sensor.max_dn();
-    fmt::print("{:<22}{:>9.1f}{:>9.1f}{:>10.1f}{:>14.1e}{:>14.4f}{:>14.4f}\n",
-               fmt::format("{} ({})", label, sampling.samples), t.wall_ms, t.cpu_ms,
+    fmt::print("{:<22}{:>9.1f}{:>9.1f}{:>10.1f}{:>14.1e}{:>14.4f}{:>14.4f}\n", label, t.wall_ms, t.cpu_ms,
                static_cast<double>(t.rendered.rays) / t.rendered.trace_ms / 1e3, inside.worst_phase_rms_rad(),
                inside.gray_rms * full_scale, all.gray_rms * full_scale);
   }
@@ -86,7 +87,7 @@ void compare_sampling(const std::string& name, const Twin& twin, int stride) {
 // The first time with a new renderer and, by `make`, a new mesh: pipelines, lens tables and BVH are made.
 void full_frame(const std::function<Twin()>& make) {
   const Twin twin = make();
-  const Sampling sampling = render::choose_sampling(twin.render);
+  const Sampling sampling = render::choose_sampling(twin);
   const auto renderer = std::make_unique<render::Renderer>();
   const Timing first = measure(twin, sampling, 1, renderer.get());
   const Timing next = measure(twin, sampling, 3, renderer.get());
@@ -137,12 +138,12 @@ void compare_effects(const std::string& name, const Twin& base) {
        }}};
   fmt::print("\nEffects, {}, default sampling\n{:<24}{:>9}{:>9}{:>8}{:>8}{:>10}\n", name, "effect", "wall ms",
              "CPU ms", "x base", "images", "Mrays");
-  const Sampling base_sampling = render::choose_sampling(base.render);
+  const Sampling base_sampling = render::choose_sampling(base);
   measure(base, base_sampling, 1);
   for (const Effect& effect : effects) {
     Twin twin = base;
     effect.switch_on(twin);
-    const Sampling sampling = render::choose_sampling(twin.render);
+    const Sampling sampling = render::choose_sampling(twin);
     measure(twin, sampling, 1);
     double base_cpu = 1e30;
     Timing t;

@@ -101,7 +101,7 @@ Simulated simulate(const Twin& twin, const RenderFlags& flags) {
   RenderOptions options = twin.render;
   apply_flags(flags, options);
   Simulated out;
-  out.sampling = render::choose_sampling(options);
+  out.sampling = render::choose_sampling(twin, options);
 
   render::Renderer renderer(flags.device);
   out.device = renderer.device().name;

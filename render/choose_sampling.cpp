@@ -2,7 +2,9 @@
 // From what the user asks for to how the pixels are sampled.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "render/renderer.hpp"
 #include "twin/errors.hpp"
@@ -31,6 +33,16 @@ int fixed_samples(Sampler sampler, double phase_error_rad) {
 
 }  // namespace
 
+double single_precision_error_rad(const Twin& twin) {
+  constexpr double measured_rad = 5e-5, measured_at = 1701.22 / 13.0;
+  double finest = std::numeric_limits<double>::infinity();
+  for (const DirectionFringes& d : twin.fringes.directions)
+    for (const double pitch : d.pitches_px) finest = std::min(finest, pitch);
+  if (!twin.projector || !std::isfinite(finest)) return measured_rad;
+  const std::vector<double>& k = twin.projector->lens.intrinsics();  // all models begin with fx, fy
+  return measured_rad * std::max(k.at(0), k.at(1)) / finest / measured_at;
+}
+
 void check_sampling(const Sampling& sampling, double pixel_fill) {
   if (!(pixel_fill >= 0.0 && pixel_fill <= 2.0))
     fail(fmt::format("pixel_fill = {} is outside 0 ... 2", pixel_fill));
@@ -47,11 +59,11 @@ void check_sampling(const Sampling& sampling, double pixel_fill) {
          "choose a square, or sampler = \"multi-jittered\"");
 }
 
-Sampling choose_sampling(const RenderOptions& options) {
+Sampling choose_sampling(const Twin& twin, const RenderOptions& options) {
   Sampling sampling;
   sampling.phase_error_rad = options.phase_error_rad;
   sampling.gray_error = options.gray_error;
-  sampling.precise = options.phase_error_rad < single_precision_error_rad;
+  sampling.precise = options.phase_error_rad < single_precision_error_rad(twin);
   if (options.samples) {
     sampling.samples = *options.samples;
     // A number that is no square cannot be a Gauss rule; without a named sampler the user gets the one

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "render/scene.hpp"
@@ -40,21 +43,59 @@ std::vector<Eigen::Vector4f> cover(const Bvh& bvh) {
   return spheres;
 }
 
+// The middle of a coordinate's range if that makes the numbers smaller, on the raster of the range's largest
+// float: subtracting it is then exact. A rounded vertex would tilt a sliver.
+double exact_center(double lo, double hi) {
+  const double middle = 0.5 * (lo + hi);
+  if (std::abs(middle) <= hi - lo) return 0.0;
+  const auto largest = static_cast<float>(std::max(std::abs(lo), std::abs(hi)));
+  const double raster = std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
+  return std::round(middle / raster) * raster;
+}
+
+// Twice the area vector, in double: exact for all but extreme ratios of the coordinates.
+Eigen::Vector3d area_vector(const Mesh& mesh, const std::array<int, 3>& triangle) {
+  const auto v = [&](std::size_t k) -> Eigen::Vector3d {
+    return mesh.vertices_mm[static_cast<std::size_t>(triangle[k])].cast<double>();
+  };
+  return (v(1) - v(0)).cross(v(2) - v(0));
+}
+
+// What can be hit: a triangle without area has no inside.
+std::vector<std::array<int, 3>> with_area(const Mesh& mesh) {
+  std::vector<std::array<int, 3>> out;
+  out.reserve(mesh.triangles.size());
+  for (const auto& t : mesh.triangles)
+    if (area_vector(mesh, t).squaredNorm() > 0.0) out.push_back(t);
+  return out;
+}
+
+void check_mesh(const Mesh& mesh, const std::string& name) {
+  for (std::size_t i = 0; i < mesh.vertices_mm.size(); ++i)
+    if (!mesh.vertices_mm[i].allFinite())
+      throw UserError(ExitCode::input, name,
+                      fmt::format("vertex {} has a coordinate that is no finite number", i),
+                      "repair the mesh");
+}
+
 }  // namespace
 
-MeshGeometry build_mesh_geometry(std::shared_ptr<const Mesh> mesh) {
-  FT_CHECK(mesh != nullptr && !mesh->triangles.empty(), "mesh without triangles");
+MeshGeometry build_mesh_geometry(std::shared_ptr<const Mesh> mesh, const std::string& name) {
+  FT_CHECK(mesh != nullptr, "no mesh");
+  check_mesh(*mesh, name);
+  const std::vector<std::array<int, 3>> triangles = with_area(*mesh);
+  if (triangles.empty()) throw UserError(ExitCode::input, name, "the mesh has no triangle with an area");
   MeshGeometry g;
   Eigen::Vector3f lo = mesh->vertices_mm.front(), hi = lo;
   for (const Eigen::Vector3f& v : mesh->vertices_mm) {
     lo = lo.cwiseMin(v);
     hi = hi.cwiseMax(v);
   }
-  g.center_mm = 0.5 * (lo.cast<double>() + hi.cast<double>());
+  for (int k = 0; k < 3; ++k) g.center_mm[k] = exact_center(lo[k], hi[k]);
   std::vector<Eigen::Vector3f> vertices(mesh->vertices_mm.size());
   for (std::size_t i = 0; i < vertices.size(); ++i)
     vertices[i] = (mesh->vertices_mm[i].cast<double>() - g.center_mm).cast<float>();
-  g.bvh = build_bvh(vertices, mesh->triangles, STACK_SIZE);
+  g.bvh = build_bvh(vertices, triangles, STACK_SIZE);
   g.covering = cover(g.bvh);
 
   const std::vector<Eigen::Vector3f> normals =
@@ -64,12 +105,13 @@ MeshGeometry build_mesh_geometry(std::shared_ptr<const Mesh> mesh) {
   g.corners.resize(3 * g.bvh.order.size());
 #pragma omp parallel for
   for (int i = 0; i < n; ++i) {
-    const auto& triangle = mesh->triangles[g.bvh.order[static_cast<std::size_t>(i)]];
+    const auto& triangle = triangles[g.bvh.order[static_cast<std::size_t>(i)]];
+    const Eigen::Vector3f normal = area_vector(*mesh, triangle).normalized().cast<float>();
     for (std::size_t k = 0; k < 3; ++k) {
       const auto v = static_cast<std::size_t>(triangle[k]);
       const std::size_t slot = 3 * static_cast<std::size_t>(i) + k;
       const float albedo = mesh->vertex_albedo.empty() ? 1.0F : mesh->vertex_albedo[v];
-      g.triangles[slot] = {vertices[v].x(), vertices[v].y(), vertices[v].z(), 0.0F};
+      g.triangles[slot] = {vertices[v].x(), vertices[v].y(), vertices[v].z(), normal[static_cast<int>(k)]};
       g.corners[slot] = {normals[v].x(), normals[v].y(), normals[v].z(), albedo};
     }
   }
@@ -91,12 +133,12 @@ double winding_number(const Mesh& mesh, const Eigen::Vector3d& point_mm) {
   return solid_angle / (4.0 * std::numbers::pi);
 }
 
-const MeshGeometry& MeshStore::get(const std::shared_ptr<const Mesh>& mesh) {
+const MeshGeometry& MeshStore::get(const std::shared_ptr<const Mesh>& mesh, const std::string& name) {
   for (const auto& m : meshes_)
     if (m->mesh == mesh) return *m;
   // Meshes nobody else holds any more make room.
   std::erase_if(meshes_, [](const auto& m) { return m->mesh.use_count() == 1; });
-  meshes_.push_back(std::make_unique<MeshGeometry>(build_mesh_geometry(mesh)));
+  meshes_.push_back(std::make_unique<MeshGeometry>(build_mesh_geometry(mesh, name)));
   return *meshes_.back();
 }
 

@@ -21,6 +21,8 @@ constexpr double pi = std::numbers::pi;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 // A shadow ray starts this far from its surface point: double rounding at 1 m is 1e-13 mm.
 constexpr double shadow_start_mm = 1e-9;
+// Surfaces closer to each other than 1e-6 of the way to them count as one (shaders/scene.glsl).
+constexpr double in_front = 1.0 - 1e-6;
 
 // What a pixel raster lights at q: response, then the Gaussian blur of its square pixels.
 double shown_level(const Projector& projector, const ImageF& levels, const Eigen::Vector2d& q_px) {
@@ -66,6 +68,7 @@ struct Reference::Impl {
   Eigen::Vector3d projector_center = Eigen::Vector3d::Zero();
   std::map<const Mesh*, std::unique_ptr<ReferenceMesh>> meshes;
   std::vector<Instance> instances;  // one per object; mesh == nullptr for analytic shapes
+  std::vector<int> order;           // of the search: spheres, planes, cylinders, meshes
   std::vector<PatternSpec> sequence;
   std::vector<EffectivePattern> patterns;
   bool linear = true;
@@ -105,7 +108,13 @@ Reference::Impl::Impl(const Twin& t) : twin(t) {
       instance = {mesh.get(), m->T_world_object, m->T_world_object.inverse(), m->smooth};
     }
     instances.push_back(instance);
+    order.push_back(static_cast<int>(order.size()));
   }
+  static_assert(std::is_same_v<std::variant_alternative_t<3, Shape>, MeshShape>);
+  std::stable_sort(order.begin(), order.end(), [this](int a, int b) {
+    const auto kind = [this](int i) { return twin.objects[static_cast<std::size_t>(i)].shape.index(); };
+    return kind(a) < kind(b);
+  });
 }
 
 // Thin lens: rays from the lens disk (radius focal length / (2 f-number)) meet where the chief ray
@@ -131,13 +140,15 @@ std::optional<SceneHit> Reference::Impl::hit_object(int object, const Ray& ray, 
     const auto hit = instance.mesh->nearest(instance.to_object(ray), t_min, t_max);
     if (!hit) return std::nullopt;
     const auto& R = instance.T_world_object.rotation;
-    SceneHit out{hit->t_mm,
-                 object,
-                 hit->triangle,
-                 R * instance.mesh->geometric_normal(hit->triangle),
-                 {},
-                 instance.mesh->albedo(*hit)};
-    out.shading = instance.smooth ? Eigen::Vector3d(R * instance.mesh->shading_normal(*hit)) : out.normal;
+    SceneHit out;
+    out.t_mm = hit->t_mm;
+    out.object = object;
+    out.triangle = hit->triangle;
+    out.normal = R * instance.mesh->geometric_normal(hit->triangle);
+    out.albedo = instance.mesh->albedo(*hit);
+    if (instance.smooth) out.shading = R * instance.mesh->shading_normal(*hit);
+    // Vertex normals of both windings may cancel: then the facet's own counts.
+    if (!(out.shading.squaredNorm() > 0.0)) out.shading = out.normal;
     return out;
   }
   const auto hit = std::visit(
@@ -154,8 +165,8 @@ std::optional<SceneHit> Reference::Impl::hit_object(int object, const Ray& ray, 
 
 std::optional<SceneHit> Reference::Impl::nearest(const Ray& ray) const {
   std::optional<SceneHit> best;
-  for (int i = 0; i < static_cast<int>(instances.size()); ++i) {
-    const auto hit = hit_object(i, ray, 0.0, best ? best->t_mm : infinity);
+  for (const int i : order) {
+    const auto hit = hit_object(i, ray, 0.0, best ? in_front * best->t_mm : infinity);
     if (hit) best = hit;
   }
   return best;

@@ -223,7 +223,7 @@ Eigen::Vector3d ReferenceMesh::geometric_normal(int triangle) const {
 Eigen::Vector3d ReferenceMesh::shading_normal(const MeshHit& hit) const {
   const auto& corners = mesh().triangles[static_cast<std::size_t>(hit.triangle)];
   const Eigen::Vector3d n = interpolate(impl_->normals, corners, hit.u, hit.v);
-  return n.normalized();
+  return n.squaredNorm() > 1e-6 ? n.normalized() : Eigen::Vector3d(Eigen::Vector3d::Zero());
 }
 
 double ReferenceMesh::albedo(const MeshHit& hit) const {

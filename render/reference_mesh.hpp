@@ -35,7 +35,7 @@ class ReferenceMesh {
   bool occluded(const Ray& ray, double t_min, double t_max, int skipped_triangle) const;
 
   Eigen::Vector3d geometric_normal(int triangle) const;      ///< unit, by winding
-  Eigen::Vector3d shading_normal(const MeshHit& hit) const;  ///< unit, interpolated
+  Eigen::Vector3d shading_normal(const MeshHit& hit) const;  ///< unit, interpolated; 0 where normals cancel
   double albedo(const MeshHit& hit) const;                   ///< 1 without vertex_albedo
 
  private:

@@ -388,8 +388,9 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
 
   impl_->precise = sampling.precise;
   if (impl_->precise && !impl_->device.has_double()) {
-    warn(fmt::format("{} has no double precision: rounding leaves up to {} rad of phase error, {} asked for",
-                     impl_->device.info().name, single_precision_error_rad, sampling.phase_error_rad));
+    warn(fmt::format(
+        "{} has no double precision: rounding leaves up to {:.1e} rad of phase error, {} asked for",
+        impl_->device.info().name, single_precision_error_rad(twin), sampling.phase_error_rad));
     impl_->precise = false;
   }
   const Camera& camera = twin.cameras[camera_index];

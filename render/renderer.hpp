@@ -34,14 +34,16 @@ struct Sampling {
   double phase_error_rad = 1e-4;  ///< adaptive: target at the finest pitch
   double gray_error = 1e-4;       ///< adaptive: target, fraction of the sensor's full scale
 };
-/// Total phase error of the single-precision kernels on the paper's rig, worst scene (a tilted plane over
-/// the whole frame): 3.5e-5 rad rms. For targets below this number double precision is used.
-constexpr double single_precision_error_rad = 5e-5;
+/// Total phase error (rms, rad) of the single-precision kernels on the worst scene, a tilted plane over the
+/// whole frame; for targets below it double precision is used. Rounding shifts the projector coordinate by
+/// some 6e-8 of the projector's focal length: 3.5e-5 rad measured at 1700 px and a pitch of 13 px, stated as
+/// 5e-5, in proportion to focal length over pitch elsewhere.
+double single_precision_error_rad(const Twin& twin);
 
-/// What the user fixed, or else a Gauss rule. Below 5e-5 rad in double precision: single precision leaves up
-/// to 3.5e-5 rad on a full frame. Throws UserError(usage) when gauss samples are no square of 1...16, or
-/// samples < 1 / > 65536.
-Sampling choose_sampling(const RenderOptions& options);
+/// What the user fixed, or else what meets the targets at the least cost, for a twin's own options or others.
+/// Throws UserError(usage) when gauss samples are no square of 1...16, or samples < 1 / > 65536.
+Sampling choose_sampling(const Twin& twin, const RenderOptions& options);
+inline Sampling choose_sampling(const Twin& twin) { return choose_sampling(twin, twin.render); }
 /// The fixed rule that stands in where the adaptive trace does not apply (depth of field).
 Sampling without_adaptation(const Sampling& sampling);
 void check_sampling(const Sampling& sampling, double pixel_fill);

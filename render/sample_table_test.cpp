@@ -115,6 +115,17 @@ TEST(SampleTable, MultiJitterFactors) {
   EXPECT_EQ(multi_jitter_factors(12).columns, 3u);
 }
 
+// The paper's projector and finest pitch.
+Twin rig(double focal_px = 1701.22) {
+  Twin twin;
+  twin.projector =
+      Projector{.lens = Lens("LENSMODEL_PINHOLE", {focal_px, focal_px, 640, 400}, {1280, 800}, "test")};
+  DirectionFringes fringes;
+  fringes.pitches_px = {15, 14, 13};
+  twin.fringes.directions = {fringes};
+  return twin;
+}
+
 RenderOptions options(std::optional<int> samples, std::optional<Sampler> sampler, double target = 1e-4) {
   RenderOptions o;
   o.samples = samples;
@@ -124,26 +135,33 @@ RenderOptions options(std::optional<int> samples, std::optional<Sampler> sampler
 }
 
 TEST(ChooseSampling, CheapestForTheTarget) {
-  EXPECT_EQ(choose_sampling(options({}, {}, 1e-4)).samples, 4);
-  EXPECT_EQ(choose_sampling(options({}, {}, 4e-5)).samples, 9);
-  EXPECT_EQ(choose_sampling(options({}, {}, 1e-5)).samples, 9);
-  EXPECT_EQ(choose_sampling(options({}, {}, 2e-6)).samples, 16);
-  EXPECT_EQ(choose_sampling(options({}, {}, 1e-4)).sampler, Sampler::gauss);
-  EXPECT_EQ(choose_sampling(options({}, Sampler::sobol, 1e-4)).samples, 256);
+  EXPECT_EQ(choose_sampling(rig(), options({}, {}, 1e-4)).samples, 4);
+  EXPECT_EQ(choose_sampling(rig(), options({}, {}, 4e-5)).samples, 9);
+  EXPECT_EQ(choose_sampling(rig(), options({}, {}, 1e-5)).samples, 9);
+  EXPECT_EQ(choose_sampling(rig(), options({}, {}, 2e-6)).samples, 16);
+  EXPECT_EQ(choose_sampling(rig(), options({}, {}, 1e-4)).sampler, Sampler::gauss);
+  EXPECT_EQ(choose_sampling(rig(), options({}, Sampler::sobol, 1e-4)).samples, 256);
+}
+
+TEST(ChooseSampling, DoubleWhereSinglePrecisionRoundsTooMuch) {
+  EXPECT_FALSE(choose_sampling(rig(), options({}, {}, 1e-4)).precise);
+  EXPECT_TRUE(choose_sampling(rig(), options({}, {}, 4e-5)).precise);
+  EXPECT_TRUE(choose_sampling(rig(4 * 1701.22), options({}, {}, 1e-4)).precise);
+  EXPECT_FALSE(choose_sampling(rig(0.25 * 1701.22), options({}, {}, 4e-5)).precise);
 }
 
 TEST(ChooseSampling, TheUsersChoiceStands) {
-  EXPECT_EQ(choose_sampling(options(9, Sampler::gauss)).samples, 9);
-  const Sampling paper = choose_sampling(options(1024, {}));
+  EXPECT_EQ(choose_sampling(rig(), options(9, Sampler::gauss)).samples, 9);
+  const Sampling paper = choose_sampling(rig(), options(1024, {}));
   EXPECT_EQ(paper.samples, 1024);
   EXPECT_EQ(paper.sampler, Sampler::multi_jittered);
-  EXPECT_EQ(choose_sampling(options(100, {})).sampler, Sampler::gauss);
-  EXPECT_EQ(choose_sampling(options(7, {})).sampler, Sampler::multi_jittered);
+  EXPECT_EQ(choose_sampling(rig(), options(100, {})).sampler, Sampler::gauss);
+  EXPECT_EQ(choose_sampling(rig(), options(7, {})).sampler, Sampler::multi_jittered);
 }
 
 void expect_usage_error(const RenderOptions& o) {
   try {
-    choose_sampling(o);
+    choose_sampling(rig(), o);
     ADD_FAILURE() << "accepted";
   } catch (const UserError& e) {
     EXPECT_EQ(e.code(), ExitCode::usage);

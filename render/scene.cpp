@@ -84,7 +84,8 @@ class Packer {
     if (s.mesh->triangles.empty())
       throw UserError(ExitCode::input, s.file.string(),
                       fmt::format("the mesh of \"{}\" has no triangle", object.name));
-    const MeshGeometry& g = store_.get(s.mesh);
+    const MeshGeometry& g =
+        store_.get(s.mesh, s.file.empty() ? fmt::format("object \"{}\"", object.name) : s.file.string());
     const Pose T_cam_object = T_cam_world_ * s.T_world_object;
     const Pose T_object_cam = T_cam_object.inverse();
     // Shift to the mesh's centre: small coordinates, small rounding errors.

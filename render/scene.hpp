@@ -22,12 +22,14 @@ struct MeshGeometry {
   std::shared_ptr<const Mesh> mesh;
   Eigen::Vector3d center_mm;
   Bvh bvh;
-  std::vector<gpu::vec4> triangles;       ///< 3 vertices each
+  std::vector<gpu::vec4> triangles;       ///< 3 vertices each; w: the unit normal's x, y, z
   std::vector<gpu::vec4> corners;         ///< 3 x (normal, albedo) each
   std::vector<Eigen::Vector4f> covering;  ///< a few spheres (centre, radius) that cover it, for culling
 };
 
-MeshGeometry build_mesh_geometry(std::shared_ptr<const Mesh> mesh);
+/// Leaves out triangles without area. Throws UserError(input), naming `name`, when none is left or a
+/// coordinate is not finite.
+MeshGeometry build_mesh_geometry(std::shared_ptr<const Mesh> mesh, const std::string& name);
 
 /// Generalised winding number of the mesh's surface around a point (object frame): 1 inside a closed
 /// mesh, 0 outside, in between for an open one. Van Oosterom and Strackee's solid angles.
@@ -59,7 +61,7 @@ constexpr double farthest_allowed_mm = 1e5;
 /// Finds (or builds) the geometry of a mesh.
 class MeshStore {
  public:
-  const MeshGeometry& get(const std::shared_ptr<const Mesh>& mesh);
+  const MeshGeometry& get(const std::shared_ptr<const Mesh>& mesh, const std::string& name);
 
  private:
   std::vector<std::unique_ptr<MeshGeometry>> meshes_;

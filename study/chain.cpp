@@ -68,7 +68,7 @@ RenderedTwin render_all(render::Renderer& renderer, const Twin& twin, const rend
 }
 
 RenderedTwin render_all(render::Renderer& renderer, const Twin& twin, std::uint64_t seed) {
-  return render_all(renderer, twin, render::choose_sampling(twin.render), seed);
+  return render_all(renderer, twin, render::choose_sampling(twin), seed);
 }
 
 std::vector<CameraImages> expose_all(const std::vector<render::RenderedCamera>& rendered, const Twin& sensors,

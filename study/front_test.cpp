@@ -71,14 +71,14 @@ TEST(ParetoFront, MarksEachPairOfQuantitiesByItself) {
   EXPECT_TRUE(points[1].on_fit_front && !points[2].on_fit_front) << "a shift against itself is no error of 0";
 }
 
-// The published scheme is there, the default is marked exactly once per precision, whatever it is.
+// The published scheme is there, the default is marked exactly once, whatever it is.
 TEST(SchemeTable, HoldsTheDefaultAndThePublishedScheme) {
-  RenderOptions options;
+  Twin twin;
   for (const auto samples : {std::optional<int>{}, std::optional<int>{25}, std::optional<int>{1000}}) {
-    options.samples = samples;
+    twin.render.samples = samples;
     for (const bool quick : {false, true}) {
       int n_default = 0, n_published = 0;
-      for (const Scheme& s : scheme_table(options, quick)) {
+      for (const Scheme& s : scheme_table(twin, true, quick)) {
         n_default += s.is_default;
         n_published += s.is_published;
       }
@@ -86,15 +86,6 @@ TEST(SchemeTable, HoldsTheDefaultAndThePublishedScheme) {
       EXPECT_EQ(n_published, quick ? 0 : 1);
     }
   }
-}
-
-TEST(SchemeTable, PrecisionFollowsThePhaseTarget) {
-  RenderOptions options;
-  EXPECT_FALSE(is_precise(options));
-  set_precise(options, true);
-  EXPECT_TRUE(is_precise(options));
-  set_precise(options, false);
-  EXPECT_FALSE(is_precise(options));
 }
 
 }  // namespace

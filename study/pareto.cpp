@@ -16,31 +16,18 @@
 namespace fringetwin::study {
 namespace {
 
-Twin with_precision(const Twin& twin, bool precise) {
-  Twin out = twin;
-  set_precise(out.render, precise);
-  return out;
-}
-
 std::vector<ParetoPoint> list_points(const Twin& twin, bool has_double, bool quick) {
   std::vector<ParetoPoint> points;
-  const bool default_precise = is_precise(twin.render) && has_double;
-  for (const bool precise : {false, true}) {
-    if (precise && !has_double) break;
-    for (const Scheme& scheme : scheme_table(twin.render, quick)) {
-      ParetoPoint p;
-      p.scheme = scheme;
-      p.precise = precise;
-      p.is_default = scheme.is_default && precise == default_precise;
-      p.is_published = scheme.is_published && !precise;
-      points.push_back(p);
-    }
+  for (const Scheme& scheme : scheme_table(twin, has_double, quick)) {
+    ParetoPoint p;
+    p.scheme = scheme;
+    points.push_back(p);
   }
   return points;
 }
 
 bool same_family(const ParetoPoint& a, const ParetoPoint& b) {
-  return a.precise == b.precise && a.scheme.family == b.scheme.family;
+  return a.is_precise() == b.is_precise() && a.scheme.family == b.scheme.family;
 }
 
 // The measured member of the point's family with the most samples; time grows in proportion.
@@ -53,7 +40,9 @@ const ParetoPoint* largest_measured(const std::vector<ParetoPoint>& points, cons
   return best;
 }
 
-double sample_ratio(const ParetoPoint& a, const ParetoPoint& b) {
+// Of their times, as predicted.
+double cost_ratio(const ParetoPoint& a, const ParetoPoint& b) {
+  if (a.scheme.is_adaptive()) return 1.0;
   return static_cast<double>(a.scheme.sampling.samples) / b.scheme.sampling.samples;
 }
 
@@ -62,11 +51,7 @@ double largest(double a, double b) { return std::isnan(a) ? b : std::max(a, b); 
 class Study {
  public:
   Study(const Twin& twin, render::Renderer& renderer, const ParetoOptions& options, ParetoResult& result)
-      : single_(with_precision(twin, false)),
-        double_(with_precision(twin, true)),
-        renderer_(renderer),
-        options_(options),
-        result_(result) {
+      : twin_(twin), renderer_(renderer), options_(options), result_(result) {
     if (can_crop(twin)) windows_ = window_twin(twin, result.subset);
     truth_ = make_truth(twin, result.subset, options.truth);
     result.reference_uncertainty_dn = truth_.edge_uncertainty_dn;
@@ -74,9 +59,8 @@ class Study {
 
   void measure_point(ParetoPoint& point) {
     const ParetoPoint* before = largest_measured(result_.points, point);
-    const double n_cameras = static_cast<double>(single_.cameras.size());
-    const double expected_s =
-        before ? 1e-3 * before->frame_ms * n_cameras * sample_ratio(point, *before) : 0.0;
+    const double n_cameras = static_cast<double>(twin_.cameras.size());
+    const double expected_s = before ? 1e-3 * before->frame_ms * n_cameras * cost_ratio(point, *before) : 0.0;
     if (expected_s > options_.longest_point_s)
       measure_windows(point, expected_s);
     else
@@ -84,8 +68,8 @@ class Study {
   }
   void retime(ParetoPoint& point) {
     if (std::isnan(point.frame_ms) || !is_cheap(point)) return;
-    const Elapsed t = render_all(renderer_, twin_for(point), point.scheme.sampling, options_.seed).time;
-    const double n = static_cast<double>(single_.cameras.size());
+    const Elapsed t = render_all(renderer_, twin_, point.scheme.sampling, options_.seed).time;
+    const double n = static_cast<double>(twin_.cameras.size());
     const double was_s = 1e-3 * point.frame_ms * n;
     point.frame_ms = std::min(point.frame_ms, 1e3 * t.wall_s / n);
     point.frame_cpu_ms = std::min(point.frame_cpu_ms, 1e3 * t.cpu_s / n);
@@ -112,19 +96,18 @@ class Study {
     if (std::isfinite(point.frame_ms)) return;
     const ParetoPoint* from = largest_measured(result_.points, point);
     if (!from) return;
-    point.frame_ms = from->frame_ms * sample_ratio(point, *from);
-    point.frame_cpu_ms = from->frame_cpu_ms * sample_ratio(point, *from);
+    point.frame_ms = from->frame_ms * cost_ratio(point, *from);
+    point.frame_cpu_ms = from->frame_cpu_ms * cost_ratio(point, *from);
     point.extrapolated_from = from->scheme.sampling.samples;
   }
 
  private:
-  const Twin& twin_for(const ParetoPoint& point) const { return point.precise ? double_ : single_; }
   bool is_cheap(const ParetoPoint& point) const {
-    return 1e-3 * point.frame_ms * static_cast<double>(single_.cameras.size()) < options_.retime_below_s;
+    return 1e-3 * point.frame_ms * static_cast<double>(twin_.cameras.size()) < options_.retime_below_s;
   }
 
   void measure_frames(ParetoPoint& point) {
-    const Twin& twin = twin_for(point);
+    const Twin& twin = twin_;
     // the first of a family builds the pipeline
     if (!largest_measured(result_.points, point))
       render_all(renderer_, twin, point.scheme.sampling, options_.seed);
@@ -160,14 +143,12 @@ class Study {
           point.name(), expected_s));
       return;
     }
-    Twin twin = *windows_;
-    twin.render = twin_for(point).render;
-    const RenderedTwin rendered = render_all(renderer_, twin, point.scheme.sampling, options_.seed);
-    point.error = error_against(truth_, single_, result_.subset,
-                                window_values(single_, result_.subset, rendered.cameras));
+    const RenderedTwin rendered = render_all(renderer_, *windows_, point.scheme.sampling, options_.seed);
+    point.error =
+        error_against(truth_, twin_, result_.subset, window_values(twin_, result_.subset, rendered.cameras));
   }
 
-  Twin single_, double_;
+  const Twin& twin_;
   render::Renderer& renderer_;
   const ParetoOptions& options_;
   ParetoResult& result_;
@@ -179,7 +160,7 @@ class Study {
 }  // namespace
 
 std::string ParetoPoint::name() const {
-  return fmt::format("{} {}, {}", scheme.family, scheme.sampling.samples, precision());
+  return fmt::format("{} {}, {}", scheme.family, scheme.size(), precision());
 }
 
 void mark_fronts(std::vector<ParetoPoint>& points) {
@@ -255,8 +236,8 @@ std::string pareto_table(const ParetoResult& result) {
                      "interior", "all", "edges", "error", "shift");
   for (const ParetoPoint& p : result.points) {
     std::string notes;
-    if (p.is_default) notes += " DEFAULT";
-    if (p.is_published) notes += " PUBLISHED";
+    if (p.scheme.is_default) notes += " DEFAULT";
+    if (p.scheme.is_published) notes += " PUBLISHED";
     if (p.on_phase_front) notes += " phase-front";
     if (p.on_gray_front) notes += " gray-front";
     if (p.on_fit_front) notes += " fit-front";

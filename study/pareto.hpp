@@ -32,9 +32,6 @@ struct ParetoOptions {
 
 struct ParetoPoint {
   Scheme scheme;
-  bool precise = false;       ///< traced in double precision
-  bool is_default = false;    ///< scheme and precision `render` takes for this twin
-  bool is_published = false;  ///< the published scheme in single precision
   ImageChange error;
   /// One camera's whole frame with all its images: wall and CPU time, mean over the cameras.
   double frame_ms = std::numeric_limits<double>::quiet_NaN();
@@ -51,7 +48,8 @@ struct ParetoPoint {
   double measure_s = std::numeric_limits<double>::quiet_NaN();
   double chain_s = std::numeric_limits<double>::quiet_NaN();  ///< render + sensor + measure, all cameras
   bool on_phase_front = false, on_gray_front = false, on_fit_front = false;
-  std::string precision() const { return precise ? "fp64" : "fp32"; }
+  bool is_precise() const { return scheme.sampling.precise; }
+  std::string precision() const { return is_precise() ? "fp64" : "fp32"; }
   std::string name() const;  ///< "gauss 4, fp32"
 };
 

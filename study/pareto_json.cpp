@@ -12,10 +12,11 @@ using Json = nlohmann::ordered_json;
 Json point_json(const ParetoPoint& p) {
   return {
       {"scheme", p.scheme.family},
-      {"samples", p.scheme.sampling.samples},
+      {"samples", p.scheme.is_adaptive() ? Json(nullptr) : Json(p.scheme.sampling.samples)},
+      {"target_rad", p.scheme.is_adaptive() ? Json(p.scheme.sampling.phase_error_rad) : Json(nullptr)},
       {"precision", p.precision()},
-      {"default", p.is_default},
-      {"published", p.is_published},
+      {"default", p.scheme.is_default},
+      {"published", p.scheme.is_published},
       {"frame_ms", json_number(p.frame_ms)},
       {"frame_cpu_ms", json_number(p.frame_cpu_ms)},
       {"time_extrapolated_from_samples", p.extrapolated_from > 0 ? Json(p.extrapolated_from) : Json(nullptr)},

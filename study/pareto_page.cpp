@@ -73,7 +73,7 @@ Series front_line(const ParetoResult& result, const Axes& axes) {
 }
 
 /// A mark around the points for which `chosen` holds.
-Series mark(const ParetoResult& result, const Axes& axes, const std::string& label, bool ParetoPoint::*chosen,
+Series mark(const ParetoResult& result, const Axes& axes, const std::string& label, bool Scheme::*chosen,
             int symbol, double size) {
   Series s{.title = "",
            .x = {},
@@ -84,10 +84,10 @@ Series mark(const ParetoResult& result, const Axes& axes, const std::string& lab
            .width = size,
            .point_type = symbol};
   for (const ParetoPoint& p : result.points) {
-    if (!(p.*chosen)) continue;
+    if (!(p.scheme.*chosen)) continue;
     s.x.push_back(axes.x(p));
     s.y.push_back(axes.y(p));
-    s.labels.push_back(fmt::format("{}: {} {}", label, p.scheme.family, p.scheme.sampling.samples));
+    s.labels.push_back(fmt::format("{}: {} {}", label, p.scheme.family, p.scheme.size()));
   }
   return s;
 }
@@ -112,17 +112,17 @@ Plot error_plot(const ParetoResult& result, const Axes& axes) {
                .width = 3.6,
                .point_type = precise ? look.open : look.filled};
       for (const ParetoPoint& p : result.points) {
-        if (p.precise != precise || p.scheme.family != families[k]) continue;
+        if (p.is_precise() != precise || p.scheme.family != families[k]) continue;
         const double y = axes.y(p);
         s.x.push_back(axes.x(p));
         s.y.push_back(y > 0.0 ? y : std::nan(""));
-        const bool marked = p.is_default || p.is_published;
-        s.labels.push_back(precise || marked ? "" : std::to_string(p.scheme.sampling.samples));
+        const bool marked = p.scheme.is_default || p.scheme.is_published;
+        s.labels.push_back(precise || marked ? "" : p.scheme.size());
       }
       plot.series.push_back(s);
     }
-  plot.series.push_back(mark(result, axes, "default", &ParetoPoint::is_default, 6, 8.0));
-  plot.series.push_back(mark(result, axes, "published", &ParetoPoint::is_published, 4, 8.0));
+  plot.series.push_back(mark(result, axes, "default", &Scheme::is_default, 6, 8.0));
+  plot.series.push_back(mark(result, axes, "published", &Scheme::is_published, 4, 8.0));
   double low = INFINITY, high = 0.0;
   for (const ParetoPoint& p : result.points)
     if (const double x = axes.x(p); std::isfinite(x)) low = std::min(low, x), high = std::max(high, x);
@@ -138,8 +138,8 @@ std::string notes_of(const ParetoPoint& p) {
   note(fronts, p.on_phase_front, "phase");
   note(fronts, p.on_gray_front, "gray");
   note(fronts, p.on_fit_front, "fit");
-  note(notes, p.is_default, "default");
-  note(notes, p.is_published, "published scheme");
+  note(notes, p.scheme.is_default, "default");
+  note(notes, p.scheme.is_published, "published scheme");
   note(notes, !fronts.empty(), "front: " + fronts);
   note(notes, p.is_fit_reference, "reference of the fit shifts");
   note(notes, p.extrapolated_from > 0, fmt::format("time from {} samples", p.extrapolated_from));
@@ -162,19 +162,19 @@ std::string table(const ParetoResult& result) {
                scientific(p.error.phase_rms_rad), scientific(p.error.gray_interior_rms_dn),
                scientific(p.error.gray_rms_dn), scientific(p.error.gray_edge_rms_dn), um(p.fit_error_mm),
                um(p.fit_shift_mm), report::number(p.chain_s, 3), notes_of(p)},
-              p.is_default ? "group" : "");
+              p.scheme.is_default ? "group" : "");
   return t.html();
 }
 
-const ParetoPoint* find(const ParetoResult& result, bool ParetoPoint::*flag) {
+const ParetoPoint* find(const ParetoResult& result, bool Scheme::*flag) {
   for (const ParetoPoint& p : result.points)
-    if (p.*flag) return &p;
+    if (p.scheme.*flag) return &p;
   return nullptr;
 }
 
 std::string summary(const ParetoResult& result) {
-  const ParetoPoint *chosen = find(result, &ParetoPoint::is_default),
-                    *published = find(result, &ParetoPoint::is_published);
+  const ParetoPoint *chosen = find(result, &Scheme::is_default),
+                    *published = find(result, &Scheme::is_published);
   report::Table t;
   t.columns = {{"at a glance", "", Align::left}, {"frame", "ms"}, {"phase, interior", "rad rms"},
                {"gray, all", "DN rms"},          {"fit", "µm"},   {"chain", "s"}};
@@ -210,7 +210,8 @@ std::string figures(const ParetoResult& result) {
   const std::vector<std::string> captions{
       "Phase error at the finest pitch over interior pixels against the time of one camera's frame with all "
       "its "
-      "images. Numbers: samples per pixel; filled: single, open: double precision.",
+      "images. Numbers: samples per pixel (adaptive: the error aimed at); filled: single, open: double "
+      "precision.",
       "Gray error over all pixels of the objects, silhouettes and borders of light included with their share "
       "in "
       "the image.",

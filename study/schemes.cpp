@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/schemes.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 namespace fringetwin::study {
 namespace {
-
-// Below this target the renderer traces in double precision (render/renderer.hpp).
-constexpr double double_precision_below_rad = 5e-5;
 
 struct Family {
   const char* name;
@@ -22,35 +23,61 @@ const std::vector<Family>& families() {
   return table;
 }
 
+std::vector<double> adaptive_targets(bool quick) {
+  return quick ? std::vector<double>{1e-4} : std::vector<double>{1e-2, 1e-3, 1e-4, 2e-5};
+}
+
 bool same(const render::Sampling& a, const render::Sampling& b) {
-  return a.sampler == b.sampler && a.samples == b.samples;
+  if (a.sampler != b.sampler || a.precise != b.precise) return false;
+  return a.sampler == Sampler::adaptive
+             ? a.phase_error_rad == b.phase_error_rad && a.gray_error == b.gray_error
+             : a.samples == b.samples;
 }
 
 const char* family_name(Sampler sampler) {
   for (const Family& f : families())
     if (f.sampler == sampler) return f.name;
-  return "other";
+  return "adaptive";
+}
+
+std::vector<Scheme> all_of_precision(bool precise, bool quick) {
+  std::vector<Scheme> out;
+  for (const double target : adaptive_targets(quick))
+    out.push_back({.family = family_name(Sampler::adaptive),
+                   .sampling = {.sampler = Sampler::adaptive,
+                                .samples = 1,
+                                .precise = precise,
+                                .phase_error_rad = target,
+                                .gray_error = target}});
+  for (const Family& f : families())
+    for (const int n : quick ? f.quick_samples : f.samples)
+      out.push_back({.family = f.name,
+                     .sampling = {.sampler = f.sampler, .samples = n, .precise = precise},
+                     .is_published = f.sampler == Sampler::multi_jittered && n == 1024 && !precise});
+  return out;
 }
 
 }  // namespace
 
-std::vector<Scheme> scheme_table(const RenderOptions& options, bool quick) {
-  const render::Sampling chosen = render::choose_sampling(options);
-  std::vector<Scheme> out;
-  bool has_default = false;
-  for (const Family& f : families())
-    for (const int n : quick ? f.quick_samples : f.samples) {
-      Scheme s{f.name, {f.sampler, n}, f.sampler == Sampler::multi_jittered && n == 1024, false};
-      s.is_default = same(s.sampling, chosen);
-      has_default = has_default || s.is_default;
-      out.push_back(s);
-    }
-  if (!has_default) out.push_back({family_name(chosen.sampler), chosen, false, true});
-  return out;
+std::string Scheme::size() const {
+  return is_adaptive() ? fmt::format("{:.0e}", sampling.phase_error_rad) : std::to_string(sampling.samples);
 }
 
-bool is_precise(const RenderOptions& options) { return options.phase_error_rad < double_precision_below_rad; }
-
-void set_precise(RenderOptions& options, bool precise) { options.phase_error_rad = precise ? 1e-5 : 1e-4; }
+std::vector<Scheme> scheme_table(const Twin& twin, bool has_double, bool quick) {
+  render::Sampling chosen = render::choose_sampling(twin);
+  chosen.precise = chosen.precise && has_double;
+  std::vector<Scheme> out = all_of_precision(false, quick);
+  if (has_double) {
+    const auto more = all_of_precision(true, quick);
+    out.insert(out.end(), more.begin(), more.end());
+  }
+  const auto at =
+      std::find_if(out.begin(), out.end(), [&chosen](const Scheme& s) { return same(s.sampling, chosen); });
+  if (at != out.end())
+    at->is_default = true;
+  else
+    out.push_back({.family = family_name(chosen.sampler), .sampling = chosen, .is_default = true});
+  return out;
+}
 
 }  // namespace fringetwin::study

@@ -9,19 +9,18 @@
 
 namespace fringetwin::study {
 
-/// Schemes of one family differ in their number of samples only; time grows with it.
+/// Schemes of one family differ in their number of samples only, and time grows with it; the adaptive ones
+/// in the error they aim at.
 struct Scheme {
   std::string family;
   render::Sampling sampling;
-  bool is_published = false;  ///< the published system's 1024 multi-jittered samples
+  bool is_published = false;  ///< the published system's 1024 multi-jittered samples, single precision
   bool is_default = false;    ///< what `render` takes for this twin
+  bool is_adaptive() const { return sampling.sampler == Sampler::adaptive; }
+  std::string size() const;  ///< "16" samples, "1e-04" of error aimed at
 };
-/// By family, rising in samples; the default is flagged, and added where the table lacks it. `quick`: a
-/// few of them, for tests.
-std::vector<Scheme> scheme_table(const RenderOptions& options, bool quick);
-
-/// Tracing in single or double precision as the renderer chooses it: by the phase target.
-bool is_precise(const RenderOptions& options);
-void set_precise(RenderOptions& options, bool precise);
+/// Single precision, then double where the device has it; by family, rising in cost; the default is flagged,
+/// and added where the table lacks it. `quick`: a few of them, for tests.
+std::vector<Scheme> scheme_table(const Twin& twin, bool has_double, bool quick);
 
 }  // namespace fringetwin::study

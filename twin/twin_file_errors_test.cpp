@@ -66,7 +66,7 @@ TEST_F(TwinFileErrors, UnknownKeysNameTheNearest) {
                       HasSubstr(fmt::format("did you mean \"{}\"?", c.right))));
   }
   EXPECT_THAT(error(kMinimal + "[render]\ntemperature = 3\n", "temperature"),
-              HasSubstr("known keys: pixel_fill, phase_error_rad, gray_error, samples, sampler"));
+              HasSubstr("known keys: pixel_fill, phase_error_rad, gray_error, samples, sampler, shadow"));
 }
 
 TEST_F(TwinFileErrors, TypesAndRangesOfEveryNumber) {

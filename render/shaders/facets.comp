@@ -64,7 +64,7 @@ void add_facet(const Primitive g, const PixelRays rays, int triangle, vec2 offse
                inout float cosine[MAX_PITCHES], inout float sine[MAX_PITCHES], inout float direct[MAX_DIRECT]) {
   real3 d = ray_direction(rays, offset);
   Hit hit = no_hit();
-  complete_mesh_hit(g, vec3(0.0), vec3(d), triangle, true, hit);
+  complete_mesh_hit(g, vec3(0.0), vec3(d), triangle, true, false, hit);
   place_hit(vec3(0.0), vec3(d), hit);
   real2 u;
   uint no_rays = 0;

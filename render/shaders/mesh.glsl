@@ -1,16 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangle meshes: a two-wide BVH, while-while traversal with a private stack, Moeller-Trumbore.
+// Triangle meshes: a two-wide BVH, while-while traversal with a private stack, a watertight triangle test.
 // Node (4 x ivec4): left box min + child, left box max + 0, right min + child, right max + 0.
 // Child >= 0: node; child < 0: leaf, ~child = first triangle * 8 + count - 1. Boxes are stored as
 // integer bits because small integers as floats are denormals, which a device may flush.
 
 const int TRAVERSAL_DONE = -2147483647 - 1;
 
+// Watertight after Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013, without
+// their permutation of axes: a vertex relative to the origin is projected along the ray onto x, y, its
+// depth is t. The projection of a vertex depends on that vertex alone, so that triangles with a common
+// edge see the same two points, and the sign of an edge function, a difference of two rounded products,
+// is that of the exact one or 0: nothing fits between them as long as 0 counts as inside.
+struct Along {
+  vec3 x, y, t;
+};
+
+Along along_ray(vec3 d) {
+  vec3 a = abs(d);
+  bool z = a.z >= max(a.x, a.y), y = !z && a.y >= a.x;
+  vec3 px = z ? vec3(d.z, 0.0, -d.x) : y ? vec3(d.y, -d.x, 0.0) : vec3(-d.y, d.x, 0.0);
+  vec3 py = z ? vec3(0.0, d.z, -d.y) : y ? vec3(0.0, -d.z, d.y) : vec3(-d.z, 0.0, d.x);
+  vec3 pt = z ? vec3(0.0, 0.0, 1.0 / d.z) : y ? vec3(0.0, 1.0 / d.y, 0.0) : vec3(1.0 / d.x, 0.0, 0.0);
+  return Along(px, py, pt);
+}
+
+// `precise`: fused into one operation, product and sum would round a vertex or an edge differently for its
+// two triangles.
+float dot_unfused(vec3 a, vec3 b) {
+  precise float sum = a.x * b.x + a.y * b.y + a.z * b.z;
+  return sum;
+}
+
+// Twice the areas that the ray cuts off opposite v0, v1, v2: all of one sign inside.
+vec3 edge_functions(const Along along, vec3 v0, vec3 v1, vec3 v2) {
+  precise float x0 = dot_unfused(along.x, v0), x1 = dot_unfused(along.x, v1), x2 = dot_unfused(along.x, v2);
+  precise float y0 = dot_unfused(along.y, v0), y1 = dot_unfused(along.y, v1), y2 = dot_unfused(along.y, v2);
+  precise vec3 e = vec3(x2 * y1 - y2 * x1, x0 * y2 - y0 * x2, x1 * y0 - y1 * x0);
+  return e;
+}
+
 // Nearest triangle closer than `t` (any: the first found), -1 if none. `skip`: triangle to ignore.
 int traverse(vec3 o, vec3 d, inout float t, int first_node, int first_triangle, bool any, int skip, bool enabled) {
   vec3 safe = vec3(abs(d.x) < 1e-20 ? 1e-20 : d.x, abs(d.y) < 1e-20 ? 1e-20 : d.y, abs(d.z) < 1e-20 ? 1e-20 : d.z);
   vec3 inv = 1.0 / safe;
   vec3 origin_inv = o * inv;
+  Along along = along_ray(d);
   int stack[STACK_SIZE + 1];
   int depth = 1;
   stack[0] = TRAVERSAL_DONE;
@@ -48,16 +82,12 @@ int traverse(vec3 o, vec3 d, inout float t, int first_node, int first_triangle, 
       int first = ~node >> 3, end = first + (~node & 7) + 1;
       for (int i = first; i < end; ++i) {
         int k = 3 * (first_triangle + i);
-        vec3 v0 = FETCH_TRIANGLE(k).xyz;
-        vec3 e1 = FETCH_TRIANGLE(k + 1).xyz - v0, e2 = FETCH_TRIANGLE(k + 2).xyz - v0;
-        vec3 h = cross(d, e2);
-        float inv_det = 1.0 / dot(e1, h);
-        vec3 s = o - v0;
-        float u = dot(s, h) * inv_det;
-        vec3 q = cross(s, e1);
-        float v = dot(d, q) * inv_det;
-        float t_hit = dot(e2, q) * inv_det;
-        if (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t_hit > 0.0 && t_hit < t && i != skip) {
+        vec3 v0 = FETCH_TRIANGLE(k).xyz - o, v1 = FETCH_TRIANGLE(k + 1).xyz - o, v2 = FETCH_TRIANGLE(k + 2).xyz - o;
+        vec3 e = edge_functions(along, v0, v1, v2);
+        float sum = e.x + e.y + e.z;
+        float t_hit = dot(e, vec3(dot(along.t, v0), dot(along.t, v1), dot(along.t, v2))) / sum;
+        bool inside = min(e.x, min(e.y, e.z)) >= 0.0 || max(e.x, max(e.y, e.z)) <= 0.0;
+        if (inside && sum != 0.0 && t_hit > 0.0 && t_hit < t && i != skip) {
           t = t_hit;
           found = i;
         }

@@ -26,7 +26,8 @@ double triangle_t(const Hit hit, int i, dvec3 o, dvec3 d) {
   int k = 3 * (int(texelFetch(primitive_data, PRIMITIVE_TEXELS * i + 3).y) + max(hit.triangle, 0));
   dvec3 v0 = dvec3(FETCH_TRIANGLE(k).xyz);
   dvec3 n = cross(dvec3(FETCH_TRIANGLE(k + 1).xyz) - v0, dvec3(FETCH_TRIANGLE(k + 2).xyz) - v0);
-  return dot(n, v0 - o_object) / dot(n, d_object);
+  double slope = dot(n, d_object);
+  return slope != 0.0 ? dot(n, v0 - o_object) / slope : double(hit.t);  // edge-on
 }
 
 real3 refined_point(const Hit hit, real3 o, real3 d) {

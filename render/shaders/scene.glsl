@@ -11,34 +11,43 @@ struct Hit {
   int triangle;      // meshes
 };
 
-// Everything about the hit of a given triangle, in front of the ray or not.
-void complete_mesh_hit(const Primitive g, vec3 o, vec3 d, int triangle, bool found, inout Hit hit) {
+// Surfaces closer to each other than 1e-6 of the way to them count as one: the first of spheres, planes,
+// cylinders, meshes, and among them the first listed, is seen. Otherwise rounding would mix them in specks.
+#define IN_FRONT 0.999999
+
+// Everything about the hit of a given triangle, in front of the ray or not. `within`: the ray is known to
+// meet the triangle itself, not only its plane.
+void complete_mesh_hit(const Primitive g, vec3 o, vec3 d, int triangle, bool found, bool within, inout Hit hit) {
   vec3 o_object = to_object(g, o, 1.0), d_object = to_object(g, d, 0.0);
   int k = 3 * (int(g.d.y) + max(triangle, 0));
-  vec3 v0 = FETCH_TRIANGLE(k).xyz;
-  vec3 e1 = FETCH_TRIANGLE(k + 1).xyz - v0, e2 = FETCH_TRIANGLE(k + 2).xyz - v0;
-  vec3 n = cross(e1, e2);
-  // The plane form is more accurate than Moeller-Trumbore's t.
-  vec3 s = v0 - o_object;
-  float t = dot(n, s) / dot(n, d_object);
-  vec3 n_geometric = direction_from_object(g, n / length(n));
+  vec4 a0 = FETCH_TRIANGLE(k), a1 = FETCH_TRIANGLE(k + 1), a2 = FETCH_TRIANGLE(k + 2);
+  vec3 v0 = a0.xyz - o_object, v1 = a1.xyz - o_object, v2 = a2.xyz - o_object;
+  vec3 n = vec3(a0.w, a1.w, a2.w);  // unit normal, made in double
+  Along along = along_ray(d_object);
+  // The plane form is more accurate than the test's t, except edge-on: never beyond the corners' depths.
+  float t0 = dot(along.t, v0), t1 = dot(along.t, v1), t2 = dot(along.t, v2);
+  float low = min(t0, min(t1, t2)), high = max(t0, max(t1, t2));
+  float slope = dot(n, d_object);
+  float t = slope != 0.0 ? dot(n, v0) / slope : low;
+  if (within) t = clamp(t, low, high);
+  vec3 n_geometric = direction_from_object(g, n);
   vec3 n_shading = n_geometric;
   vec3 material = g.material;
   if (CORNERS != 0) {
-    vec3 h = cross(d_object, e2), q = cross(e1, s);
-    float inv_det = 1.0 / dot(e1, h);
-    float u = -dot(s, h) * inv_det, v = dot(d_object, q) * inv_det;
+    vec3 e = edge_functions(along, v0, v1, v2);
+    e /= e.x + e.y + e.z;
     int c = 3 * (int(g.d.z) + max(triangle, 0));
-    vec4 corner = (1.0 - u - v) * FETCH_CORNER(c) + u * FETCH_CORNER(c + 1) + v * FETCH_CORNER(c + 2);
+    vec4 corner = e.x * FETCH_CORNER(c) + e.y * FETCH_CORNER(c + 1) + e.z * FETCH_CORNER(c + 2);
     int flags = int(g.d.w);
-    if ((flags & MESH_SMOOTH) != 0) n_shading = direction_from_object(g, corner.xyz / length(corner.xyz));
-    // A facet wound the other way round has its neighbours' vertex normals.
-    if (dot(n_shading, n_geometric) < 0.0) n_shading = -n_shading;
+    float length_sq = dot(corner.xyz, corner.xyz);  // ~0 where triangles of both windings meet
+    if ((flags & MESH_SMOOTH) != 0 && length_sq > 1e-6)
+      n_shading = direction_from_object(g, corner.xyz / sqrt(length_sq));
     if ((flags & MESH_ALBEDO) != 0) material.x *= corner.w;
   }
   if (found) {
     hit.t = t;
-    hit.n = n_shading;
+    // A facet wound the other way round has its neighbours' vertex normals.
+    hit.n = dot(n_shading, n_geometric) < 0.0 ? -n_shading : n_shading;
     hit.n_geometric = n_geometric;
     hit.material = material;
     hit.primitive = g.index;
@@ -47,16 +56,16 @@ void complete_mesh_hit(const Primitive g, vec3 o, vec3 d, int triangle, bool fou
 }
 
 void hit_mesh(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
-  float t = hit.t;
+  float t = hit.t * IN_FRONT;
   int triangle = traverse(to_object(g, o, 1.0), to_object(g, d, 0.0), t, int(g.d.x), int(g.d.y), false, -1, true);
-  complete_mesh_hit(g, o, d, triangle, triangle >= 0, hit);
+  complete_mesh_hit(g, o, d, triangle, triangle >= 0, true, hit);
 }
 
 void hit_sphere(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
-  vec2 t = sphere_roots(g, o, d, LENS_DISK == 0);
-  if (t.x > 0.0 && t.x < hit.t) {
-    hit.t = t.x;
-    hit.n = (o + t.x * d - g.a.xyz) / g.a.w;
+  Roots r = sphere_roots(g, o, d, true);
+  if (r.near > 0.0 && r.near < hit.t * IN_FRONT) {
+    hit.t = r.near;
+    hit.n = (r.middle - r.half_chord * d) / g.a.w;
     hit.material = g.material;
     hit.primitive = g.index;
   }
@@ -64,7 +73,7 @@ void hit_sphere(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
 
 void hit_plane(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
   float t = plane_root(g, o, d);
-  if (t > 0.0 && t < hit.t) {
+  if (t > 0.0 && t < hit.t * IN_FRONT) {
     hit.t = t;
     hit.n = g.a.xyz;
     hit.material = g.material;
@@ -73,13 +82,12 @@ void hit_plane(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
 }
 
 void hit_cylinder(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
-  vec2 roots = cylinder_roots(g, o, d, LENS_DISK == 0);
-  float t = roots.x > 0.0 ? roots.x : roots.y;
-  if (t > 0.0 && t < hit.t) {
-    vec3 axis = g.b.xyz;
-    vec3 r = o + t * d - g.a.xyz;
+  Roots r = cylinder_roots(g, o, d, true);
+  float t = r.near > 0.0 ? r.near : r.far;
+  if (t > 0.0 && t < hit.t * IN_FRONT) {
     hit.t = t;
-    hit.n = (r - dot(r, axis) * axis) / g.a.w;
+    vec3 d_perp = d - dot(d, g.b.xyz) * g.b.xyz;
+    hit.n = (r.middle + (r.near > 0.0 ? -r.half_chord : r.half_chord) * d_perp) / g.a.w;
     hit.material = g.material;
     hit.primitive = g.index;
   }
@@ -122,8 +130,8 @@ Hit closest_hit(vec3 o, vec3 d) {
 }
 
 bool sphere_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light) {
-  vec2 t = sphere_roots(g, o, to_light, false);
-  return g.index != hit.primitive && ((t.x > 0.0 && t.x < 1.0) || (t.y > 0.0 && t.y < 1.0));
+  Roots t = sphere_roots(g, o, to_light, false);
+  return g.index != hit.primitive && ((t.near > 0.0 && t.near < 1.0) || (t.far > 0.0 && t.far < 1.0));
 }
 
 bool plane_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light) {
@@ -132,8 +140,8 @@ bool plane_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light) {
 }
 
 bool cylinder_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light) {
-  vec2 t = cylinder_roots(g, o, to_light, false);
-  bool between = (t.x > 0.0 && t.x < 1.0) || (t.y > 0.0 && t.y < 1.0);
+  Roots t = cylinder_roots(g, o, to_light, false);
+  bool between = (t.near > 0.0 && t.near < 1.0) || (t.far > 0.0 && t.far < 1.0);
   bool outside = dot(hit.n, hit.p - g.a.xyz) > 0.0;
   return between && !(g.index == hit.primitive && outside);
 }

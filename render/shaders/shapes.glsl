@@ -5,23 +5,32 @@
 
 const float NO_HIT = -1.0;
 
-// Roots of |f + t d| = r in any dimension given a = d.d, b = -f.d, the squared distance of the line
-// from the centre and c = f.f - r^2. (NO_HIT, NO_HIT) if there are none.
-vec2 circle_roots(float a, float b, float line_distance_sq, float c, float r) {
-  float discriminant = r * r - line_distance_sq;
-  float q = b + (b < 0.0 ? -1.0 : 1.0) * sqrt(a * max(discriminant, 0.0));
+struct Roots {
+  float near, far;   // NO_HIT where there are none
+  vec3 middle;       // of the chord, from the centre (cylinder: from the axis, across it)
+  float half_chord;  // in units of d
+};
+
+// Roots of |f + t d| = r in any dimension given a = d.d, b = -f.d, the middle f + b/a d of the chord and
+// c = f.f - r^2.
+Roots circle_roots(float a, float b, vec3 middle, float c, float r) {
+  float discriminant = r * r - dot(middle, middle);
+  float half_chord = sqrt(max(discriminant, 0.0) / a);
+  float q = b + (b < 0.0 ? -1.0 : 1.0) * half_chord * a;
   float t0 = c / q, t1 = q / a;
-  return discriminant < 0.0 ? vec2(NO_HIT) : vec2(min(t0, t1), max(t0, t1));
+  bool none = discriminant < 0.0;
+  return Roots(none ? NO_HIT : min(t0, t1), none ? NO_HIT : max(t0, t1), middle, half_chord);
 }
 
-// Sphere: a centre, radius; b.x |centre|^2 - radius^2 made in double for rays from the origin.
-vec2 sphere_roots(const Primitive g, vec3 o, vec3 d, bool from_origin) {
+// Sphere: a centre, radius; b.x |centre|^2 - radius^2 made in double, for rays from the camera (the origin or
+// its lens). A normal taken from the middle of the chord is good to the radius, not to the distance.
+Roots sphere_roots(const Primitive g, vec3 o, vec3 d, bool from_camera) {
   vec3 f = o - g.a.xyz;
   float a = dot(d, d), b = -dot(f, d);
-  vec3 l = f + (b / a) * d;
+  vec3 middle = f + (b / a) * d;
   float distance = length(f);
-  float c = from_origin ? g.b.x : (distance - g.a.w) * (distance + g.a.w);
-  return circle_roots(a, b, dot(l, l), c, g.a.w);
+  float c = from_camera ? g.b.x + dot(o, f - g.a.xyz) : (distance - g.a.w) * (distance + g.a.w);
+  return circle_roots(a, b, middle, c, g.a.w);
 }
 
 // Plane: a normal, normal . point; b u axis, half size; c v axis, half size; d point.
@@ -36,19 +45,20 @@ float plane_root(const Primitive g, vec3 o, vec3 d) {
 
 // Cylinder: a foot of the perpendicular from the origin to the axis, radius; b axis, half length;
 // c.x coordinate of the centre along the axis, c.y |foot|^2 - radius^2.
-vec2 cylinder_roots(const Primitive g, vec3 o, vec3 d, bool from_origin) {
+Roots cylinder_roots(const Primitive g, vec3 o, vec3 d, bool from_camera) {
   vec4 foot = g.a, axis = g.b;
   vec3 d_perp = d - dot(d, axis.xyz) * axis.xyz;
-  vec3 f = o - foot.xyz;
-  f -= dot(f, axis.xyz) * axis.xyz;
+  vec3 o_perp = o - dot(o, axis.xyz) * axis.xyz;
+  vec3 f = o_perp - foot.xyz;
+  if (!from_camera) f -= dot(f, axis.xyz) * axis.xyz;
   float a = dot(d_perp, d_perp), b = -dot(f, d_perp);
-  vec3 l = f + (b / a) * d_perp;
+  vec3 middle = f + (b / a) * d_perp;
   float distance = length(f);
-  float c = from_origin ? g.c.y : (distance - foot.w) * (distance + foot.w);
-  vec2 t = circle_roots(a, b, dot(l, l), c, foot.w);
+  float c = from_camera ? g.c.y + dot(o_perp, f - foot.xyz) : (distance - foot.w) * (distance + foot.w);
+  Roots t = circle_roots(a, b, middle, c, foot.w);
   if (BOUNDED != 0) {
-    if (abs(dot(o + t.x * d, axis.xyz) - g.c.x) > axis.w) t.x = NO_HIT;
-    if (abs(dot(o + t.y * d, axis.xyz) - g.c.x) > axis.w) t.y = NO_HIT;
+    if (abs(dot(o + t.near * d, axis.xyz) - g.c.x) > axis.w) t.near = NO_HIT;
+    if (abs(dot(o + t.far * d, axis.xyz) - g.c.x) > axis.w) t.far = NO_HIT;
   }
   return t;
 }

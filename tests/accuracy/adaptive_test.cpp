@@ -43,14 +43,14 @@ std::vector<render::ReferenceBlockPixel> careful_truth(const Twin& twin, const r
   return truth;
 }
 
-render::Sampling adaptive() {
+render::Sampling adaptive(const Twin& twin) {
   RenderOptions options;
   options.sampler = Sampler::adaptive;
-  return render::choose_sampling(options);
+  return render::choose_sampling(twin, options);
 }
 
 void expect_kept_promise(const Twin& twin, const render::PixelBlock& block, double most_rays) {
-  const render::Sampling sampling = adaptive();
+  const render::Sampling sampling = adaptive(twin);
   const auto rendered = shared_renderer()->render(twin, 0, sampling);
   ASSERT_TRUE(rendered.estimate);
   const auto truth = careful_truth(twin, block);
@@ -109,8 +109,8 @@ TEST(Adaptive, SameBitsEveryTime) {
   REQUIRE_RENDERER();
   Twin twin = paper_rig();
   twin.objects = {Object{"ball", SphereShape{{0, 0, 250}, 5.0}, {}}};
-  const auto a = shared_renderer()->render(twin, 0, adaptive());
-  const auto b = shared_renderer()->render(twin, 0, adaptive());
+  const auto a = shared_renderer()->render(twin, 0, adaptive(twin));
+  const auto b = shared_renderer()->render(twin, 0, adaptive(twin));
   for (std::size_t i = 0; i < a.irradiance.size(); ++i) EXPECT_EQ(a.irradiance[i].data, b.irradiance[i].data);
 }
 

@@ -31,7 +31,7 @@ Lens shifted(const Lens& lens, double dx, double dy) {
 }
 /// `twin` rendered, against the reference of `other`.
 Agreement against(const Twin& twin, const Twin& other) {
-  const auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin.render));
+  const auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
   const render::Reference reference(other);
   return compare(twin, 0, rendered.irradiance, reference_block(reference, 0, whole_image(twin, 0, 7)));
 }
@@ -64,7 +64,7 @@ TEST(Conventions, HalfAPixelOfTheProjectorShows) {
 TEST(Conventions, AFlippedStepSignShows) {
   REQUIRE_RENDERER();
   const Twin twin = window();
-  auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin.render));
+  auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
   for (std::size_t p = 0; p < 3; ++p)
     std::swap(rendered.irradiance[4 * p + 1], rendered.irradiance[4 * p + 3]);
   const render::Reference reference(twin);
@@ -83,7 +83,7 @@ TEST(Conventions, PhaseOfAPinholePlaneByHand) {
   twin.projector->T_proj_world = {Eigen::Matrix3d::Identity(), {-80.0, 0.0, 0.0}};
   twin.fringes.directions[0].phase_origin_px = {0.0, 2.0, -0.5};
   twin = with_object(twin, "plane", frontal_plane());
-  const auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin.render));
+  const auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
   for (const auto& [x, y] : {std::pair{31, 23}, {0, 0}, {63, 47}, {20, 40}}) {
     const double column = 800 * (0.3 * (x - 31.0) - 80) / 300 + 319.5;
     for (std::size_t p = 0; p < 3; ++p) {

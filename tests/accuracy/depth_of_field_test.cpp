@@ -26,8 +26,8 @@ Twin plane_window(int width, int height) {
 
 /// Rms of the relative change of the images, over pixels bright in `a`.
 double change(const Twin& a, const Twin& b) {
-  const auto ra = shared_renderer()->render(a, 0, render::choose_sampling(a.render));
-  const auto rb = shared_renderer()->render(b, 0, render::choose_sampling(b.render));
+  const auto ra = shared_renderer()->render(a, 0, render::choose_sampling(a));
+  const auto rb = shared_renderer()->render(b, 0, render::choose_sampling(b));
   double sum = 0.0, n = 0.0;
   for (std::size_t i = 0; i < ra.irradiance.size(); ++i)
     for (std::size_t p = 0; p < ra.irradiance[i].size(); ++p)
@@ -42,8 +42,8 @@ double change(const Twin& a, const Twin& b) {
 // the finest pitch. Phase errors grow as the contrast 2 J1(s)/s falls; so does their limit.
 void expect_defocus_agreement(const Twin& twin, const std::string& what, double contrast, int stride) {
   const render::ReferenceQuadrature fine{.gauss_n = 4, .lens_rings = 12, .lens_spokes = 36};
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin.render), whole_image(twin, 0, stride),
-                                Pixels::interior, fine);
+  const Agreement a =
+      agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, stride), Pixels::interior, fine);
   std::cout << what << ": " << a.text() << "\n";
   EXPECT_GE(a.n, 25) << what;
   EXPECT_LE(a.worst_phase_rms_rad(), phase_limit_rad / contrast) << what;

@@ -35,11 +35,11 @@ Twin plane_window(int width = 160, int height = 120) {
 }
 
 render::RenderedCamera render_default(const Twin& twin) {
-  return shared_renderer()->render(twin, 0, render::choose_sampling(twin.render));
+  return shared_renderer()->render(twin, 0, render::choose_sampling(twin));
 }
 
 Agreement expect_agreement(const Twin& twin, const std::string& what, int at_least, int stride = 3) {
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin.render), whole_image(twin, 0, stride));
+  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, stride));
   std::cout << what << ": " << a.text() << "\n";
   EXPECT_GE(a.n, at_least) << what;
   EXPECT_LE(a.worst_phase_rms_rad(), phase_limit_rad) << what;
@@ -96,7 +96,7 @@ TEST(Effects, SharpPhongLobe) {
   const Twin lambert = twin;
   twin.objects[0].material.specular = 0.2;
   twin.objects[0].material.shininess = 1000.0;
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin.render), whole_image(twin, 0, 3));
+  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 3));
   std::cout << "Phong, shininess 1000: " << a.text() << "\n";
   EXPECT_GE(a.n, 1500);
   EXPECT_LE(a.worst_phase_rms_rad(), phase_limit_rad);
@@ -352,7 +352,7 @@ TEST(Effects, InstancesOfOneMesh) {
   twin = with_object(twin, "plane", frontal_plane());
   twin = with_object(twin, "a", small_part(mesh, {-6.5, 1, 255}, {0, 0, 0}));
   twin = with_object(twin, "b", small_part(mesh, {6.5, -1, 262}, {0.4, -1.1, 0.9}), {0.5, 0.0, 10.0});
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin.render), whole_image(twin, 0, 3));
+  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 3));
   std::cout << "instances: " << a.text() << "\n";
   EXPECT_GT(a.n, 500);
   EXPECT_LE(a.worst_phase_rms_rad(), 1e-4);
@@ -370,7 +370,7 @@ TEST(Effects, VertexNormals) {
   const Twin facets = with_object(window, "part", part);
   part.smooth = true;
   const Twin smooth = with_object(window, "part", part);
-  const Agreement a = agreement(smooth, 0, render::choose_sampling(smooth.render), whole_image(smooth, 0, 3));
+  const Agreement a = agreement(smooth, 0, render::choose_sampling(smooth), whole_image(smooth, 0, 3));
   std::cout << "vertex normals: " << a.text() << "\n";
   EXPECT_GT(a.n, 200);
   EXPECT_LE(a.worst_phase_rms_rad(), 1e-4);
@@ -395,7 +395,7 @@ TEST(Effects, VertexNormalsOfReversedFacets) {
   part.mesh = mended;
   const Twin twin = with_object(window, "part", part);
   EXPECT_GT(reversed, 100);
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin.render), whole_image(twin, 0, 3));
+  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 3));
   std::cout << "reversed facets: " << a.text() << "\n";
   EXPECT_GT(a.n, 200);
   EXPECT_LE(a.worst_phase_rms_rad(), 1e-4);
@@ -415,7 +415,7 @@ TEST(Effects, VertexAlbedo) {
   auto checked = std::make_shared<Mesh>(*painted);
   for (std::size_t i = 0; i < checked->vertex_albedo.size(); i += 2) checked->vertex_albedo[i] = 0.4F;
   twin = with_object(twin, "part", small_part(checked, {0, 0, 260}, {0, 0, 0}));
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin.render), whole_image(twin, 0, 3));
+  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 3));
   std::cout << "vertex albedo: " << a.text() << "\n";
   EXPECT_GT(a.n, 200);
   EXPECT_LE(a.worst_phase_rms_rad(), 1e-4);

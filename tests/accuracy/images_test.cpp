@@ -38,7 +38,7 @@ Twin speckle_twin() {
 
 /// Rms error of the two images (full scale) over whole pixels; `contrast`: rms of the images themselves.
 double image_error(const Twin& twin, int gauss_n, double* contrast) {
-  const auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin.render));
+  const auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
   EXPECT_EQ(rendered.irradiance.size(), 14u);
   const render::Reference reference(twin);
   double sum = 0.0, n = 0.0, mean = 0.0, square = 0.0;
@@ -88,7 +88,7 @@ TEST(PatternImages, AnImageOfAFringe) {
     for (int x = 0; x < 1280; ++x)
       fringe(x, y) = static_cast<float>(pattern_value(twin.fringes, expand_sequence(twin.fringes)[8], x));
   twin.fringes.images = {{{}, std::make_shared<const ImageF>(std::move(fringe))}};
-  const auto r = shared_renderer()->render(twin, 0, render::choose_sampling(twin.render));
+  const auto r = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
   double worst = 0.0, sum = 0.0;
   for (std::size_t k = 0; k < r.irradiance[8].size(); ++k) {
     const double d = r.irradiance[12].data[k] - r.irradiance[8].data[k];
@@ -105,9 +105,9 @@ TEST(PatternImages, AnImageOfAFringe) {
 TEST(PatternImages, Twenty) {
   REQUIRE_RENDERER();
   Twin twin = speckle_twin();
-  const auto two = shared_renderer()->render(twin, 0, render::choose_sampling(twin.render));
+  const auto two = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
   while (twin.fringes.images.size() < 20) twin.fringes.images.push_back(twin.fringes.images[0]);
-  const auto many = shared_renderer()->render(twin, 0, render::choose_sampling(twin.render));
+  const auto many = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
   ASSERT_EQ(many.irradiance.size(), 32u);
   for (std::size_t k = 0; k < two.irradiance[12].size(); ++k) {
     EXPECT_NEAR(many.irradiance[13].data[k], two.irradiance[13].data[k], 1e-5);

@@ -20,7 +20,7 @@ namespace fringetwin::test {
 namespace {
 
 void expect_agreement(const Twin& twin, const std::string& what, int at_least) {
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin.render), whole_image(twin, 0, 3));
+  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 3));
   std::cout << what << ": " << a.text() << "\n";
   EXPECT_GE(a.n, at_least) << what;
   EXPECT_LE(a.worst_phase_rms_rad(), 4e-5) << what;
@@ -95,7 +95,7 @@ TEST(Lenses, EveryProjectorCoefficientCounts) {
   std::vector<double> k{p[0], p[1], p[2], p[3], 0.2,  -0.1,  3e-4, -2e-4,
                         0.05, 0.3,  -0.1, 0.02, 4e-3, -2e-3, 3e-3, 1e-3};
   twin.projector->lens = Lens("LENSMODEL_OPENCV12", k, {1280, 720}, "all");
-  const auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin.render));
+  const auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
   for (std::size_t i = 4; i < k.size(); ++i) {
     if (i == 14 || i == 15) continue;  // s3, s4 move rows, along these fringes
     Twin other = twin;
@@ -125,7 +125,7 @@ TEST(Lenses, BorderOfASplinedProjector) {
   twin.projector->T_proj_world =
       Pose{rotation_from_vector({0, turn_rad, 0}), Eigen::Vector3d::Zero()} * twin.projector->T_proj_world;
   expect_agreement(twin, "border of a splined projector", 300);
-  const auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin.render));
+  const auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
   const render::Reference reference(twin);
   int lit = 0, dark = 0;
   for (int x = 0; x < 240; ++x) {

@@ -71,7 +71,7 @@ std::vector<double> fine_truth(const render::Reference& reference, const std::ve
 /// Gray images over whole pixels: those inside one code word to rounding, those with an edge to the share
 /// of it that each word covers.
 void expect_code(const Twin& twin, const std::string& what, int stride, double rms_limit) {
-  const auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin.render));
+  const auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
   const render::Reference reference(twin);
   const auto sequence = expand_sequence(twin.fringes);
   std::vector<PatternSpec> specs;
@@ -181,7 +181,7 @@ TEST(Patterns, WhiteAndBlackReferenceImages) {
   REQUIRE_RENDERER();
   Twin twin = gray_code_twin(GrayCode::Threshold::white_black, false);
   twin.projector->ambient = 0.3;
-  const auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin.render));
+  const auto rendered = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
   ASSERT_TRUE(rendered.white && rendered.black);
   const render::Reference reference(twin);
   for (const auto& p : reference_block(reference, 0, whole_image(twin, 0, 17))) {
@@ -203,7 +203,7 @@ TEST(Patterns, TwoDirectionsOddStepsAndOrigins) {
   y.pitches_px = {12.5, 90.0, 720.0};
   y.phase_origin_px = {1.25, -7.0, 0.0};
   twin.fringes.directions.push_back(y);
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin.render), whole_image(twin, 0, 3));
+  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 3));
   std::cout << "two directions: " << a.text() << "\n";
   ASSERT_EQ(a.pitches.size(), 6u);
   EXPECT_GT(a.n, 1000);
@@ -220,7 +220,7 @@ TEST(Patterns, TwelvePitches) {
   for (int i = 0; i < 12; ++i) d.pitches_px.push_back(13.0 + 3.5 * i);
   d.phase_origin_px.assign(12, 0.0);
   twin.fringes.steps = 3;
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin.render), whole_image(twin, 0, 4));
+  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 4));
   std::cout << "twelve pitches: " << a.text() << "\n";
   ASSERT_EQ(a.pitches.size(), 12u);
   EXPECT_LE(a.worst_phase_rms_rad(), 4e-5);

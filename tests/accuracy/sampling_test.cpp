@@ -108,7 +108,7 @@ TEST(Sampling, TheAutomaticChoiceKeepsItsPromise) {
   for (double target : {1e-3, 1e-4, 4e-5, 1e-5}) {
     Twin twin = window();
     twin.render.phase_error_rad = target;
-    const Sampling sampling = render::choose_sampling(twin.render);
+    const Sampling sampling = render::choose_sampling(twin);
     const Agreement a = with(sampling);
     std::cout << "target " << target << " rad: " << sampling.samples << " samples\n";
     EXPECT_LE(a.pitches[0].phase_rms_rad, target);
@@ -119,12 +119,12 @@ TEST(Sampling, RefusesWhatMakesNoSense) {
   RenderOptions options;
   options.sampler = Sampler::gauss;
   options.samples = 5;
-  EXPECT_THROW(render::choose_sampling(options), UserError);
+  EXPECT_THROW(render::choose_sampling(window(), options), UserError);
   options.sampler = Sampler::sobol;
-  EXPECT_EQ(render::choose_sampling(options).samples, 5);
+  EXPECT_EQ(render::choose_sampling(window(), options).samples, 5);
   for (int samples : {0, -1, 65537}) {
     options.samples = samples;
-    EXPECT_THROW(render::choose_sampling(options), UserError);
+    EXPECT_THROW(render::choose_sampling(window(), options), UserError);
   }
 }
 

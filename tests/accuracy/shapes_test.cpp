@@ -23,7 +23,7 @@ using render::PixelBlock;
 
 void expect_agreement(const Twin& twin, const Eigen::Vector3d& center_mm, int side, int stride,
                       double phase_limit_rad, int at_least) {
-  const render::Sampling sampling = render::choose_sampling(twin.render);
+  const render::Sampling sampling = render::choose_sampling(twin);
   for (std::size_t camera = 0; camera < twin.cameras.size(); ++camera) {
     const PixelBlock block =
         side > 0 ? block_around(twin, camera, center_mm, side, stride) : whole_image(twin, camera, stride);
@@ -77,7 +77,7 @@ TEST(Shapes, FreeformMesh) {
   for (bool smooth : {false, true}) {
     const Twin twin = with_object(paper_rig(), "mesh", freeform(6, smooth));
     const Agreement a =
-        agreement(twin, 0, render::choose_sampling(twin.render), block_around(twin, 0, {0, 0, 240}, 140, 1));
+        agreement(twin, 0, render::choose_sampling(twin), block_around(twin, 0, {0, 0, 240}, 140, 1));
     std::cout << (smooth ? "smooth" : "facets") << " mesh of 81,920 triangles: " << a.text() << "\n";
     EXPECT_GE(a.n, 100);
     EXPECT_LE(a.worst_phase_rms_rad(), 1e-4);
@@ -96,7 +96,7 @@ TEST(Shapes, CoarseMesh) {
 TEST(Shapes, FreeformMeshAcrossFacets) {
   REQUIRE_RENDERER();
   const Twin twin = with_object(paper_rig(), "mesh", freeform(6, false));
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin.render),
+  const Agreement a = agreement(twin, 0, render::choose_sampling(twin),
                                 block_around(twin, 0, {0, 0, 240}, 300, 9), Pixels::hit, {.gauss_n = 32});
   std::cout << "mesh, all lit pixels: " << a.text() << "\n";
   EXPECT_GE(a.n, 1000);
