@@ -111,9 +111,37 @@ void compare_effects(const std::string& name, const Twin& base) {
        [](Twin& t) { t.projector->inverse_square = true, t.projector->reference_distance_mm = 270.0; }},
       {"ambient", [](Twin& t) { t.projector->ambient = 0.5; }},
       {"projector blur", [](Twin& t) { t.projector->blur_px = 1.0; }},
+      {"projector defocus",
+       [](Twin& t) {
+         t.projector->optics = Optics{2.0, 16.0, 240.0};
+       }},
       {"gamma 2.2",
        [](Twin& t) {
          t.projector->response = {ProjectorResponse::Kind::gamma, 2.2, {}};
+       }},
+      {"pixels, 8 bits",
+       [](Twin& t) {
+         t.projector->pixel_structure = true;
+         t.projector->quantise_bits = 8;
+       }},
+      {"pixels, gaps, blur",
+       [](Twin& t) {
+         t.projector->pixel_structure = true;
+         t.projector->pixel_fill = 0.9;
+         t.projector->blur_px = 0.5;
+       }},
+      {"GGX",
+       [](Twin& t) {
+         t.objects[0].material.specular = 0.04;
+         t.objects[0].material.specular_model = Material::Specular::ggx;
+       }},
+      {"vignetting", [](Twin& t) { t.cameras[0].vignetting.kind = Vignetting::Kind::cos4; }},
+      {"point spread 0.7 px", [](Twin& t) { t.cameras[0].psf_px = 0.7; }},
+      {"plane, one bounce of 16",
+       [](Twin& t) {
+         t.objects.push_back({"plane", test::frontal_plane(), {}});
+         t.render.bounces = 1;
+         t.render.bounce_samples = 16;
        }},
       {"two directions",
        [](Twin& t) {
@@ -157,6 +185,32 @@ void compare_effects(const std::string& name, const Twin& base) {
   }
 }
 
+// Phase steps behind a gamma response: harmonics carried, or each step evaluated.
+void compare_pattern_methods(const Twin& base) {
+  fmt::print("\nGamma 2.2, {}: CPU ms by harmonics / by direct evaluation (harmonics a pitch)\n",
+             "window of 240x200 px, 3 pitches");
+  for (const double blur : {0.0, 1.2})
+    for (const int steps : {4, 8, 12, 16}) {
+      Twin twin = base;
+      twin.projector->response = {ProjectorResponse::Kind::gamma, 2.2, {}};
+      twin.projector->blur_px = blur;
+      twin.fringes.steps = steps;
+      const Sampling sampling{Sampler::gauss, 16};
+      double cpu[2] = {1e30, 1e30};
+      for (int round = 0; round < 4; ++round)
+        for (const int way : {0, 1}) {
+          test::shared_renderer()->set_pattern_method(way == 0 ? render::PatternMethod::harmonics
+                                                               : render::PatternMethod::direct);
+          const double ms = measure(twin, sampling, 1).cpu_ms;
+          if (round > 0) cpu[way] = std::min(cpu[way], ms);
+        }
+      test::shared_renderer()->set_pattern_method(render::PatternMethod::automatic);
+      fmt::print("blur {:.1f} px, {:>2} steps{:>10.1f}{:>10.1f}  ({}), taken: {}\n", blur, steps, cpu[0],
+                 cpu[1], render::choose_series(twin, render::PatternMethod::harmonics)[0][0].a.size() - 1,
+                 render::choose_series(twin)[0][0].a.empty() ? "direct" : "harmonics");
+    }
+}
+
 }  // namespace
 
 int main() {
@@ -181,6 +235,9 @@ int main() {
     compare_effects("sphere R 19 mm, window of 240x200 px",
                     test::with_object(test::crop_around(left, test::physical_sphere().center_mm, 240, 200),
                                       "sphere", test::physical_sphere()));
+    compare_pattern_methods(
+        test::with_object(test::crop_around(left, test::physical_sphere().center_mm, 240, 200), "sphere",
+                          test::physical_sphere()));
     compare_effects("mesh of 81,920 triangles, window of 120x100 px",
                     test::with_object(test::crop_around(left, {0, 0, 240}, 120, 100), "mesh", mesh));
   } catch (const std::exception& error) {

@@ -478,6 +478,10 @@ void AdaptiveTrace::finish() {
 
 bool can_trace_adaptively(const TraceJob& job) {
   const Lens& lens = job.camera.lens;
+  // The closed form and the scan lines know neither defocus, raster or texture nor light from elsewhere.
+  const Projector& projector = *job.twin.projector;
+  if (projector.optics || projector.pixel_structure || !job.scene.maps.empty() || job.twin.render.bounces > 0)
+    return false;
   return !job.camera.optics && job.twin.render.pixel_fill > 0.0 && lens.width() < list_limit_px &&
          lens.height() < list_limit_px && job.scene.n_surfaces < exact_float;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Irradiance images from a transport: E = ambient + mean I_mean + amplitude (C cos d - S sin d).
+// Irradiance images from a transport: E = ambient + a_0 mean + sum_k a_k (C_k cos k d - S_k sin k d).
 #include <cmath>
 #include <numbers>
 
@@ -25,15 +25,24 @@ std::vector<ImageF> form_images(const Twin& twin, const Transport& transport) {
       FT_CHECK(!spec.is_gray() && !transport.cosine.empty(), "transport without the image's sums");
       const auto d = static_cast<std::size_t>(spec.direction), p = static_cast<std::size_t>(spec.pitch);
       const double delta = 2.0 * std::numbers::pi * spec.step / twin.fringes.steps;
-      const auto level = static_cast<float>(twin.fringes.mean);
-      const auto c = static_cast<float>(twin.fringes.amplitude * std::cos(delta));
-      const auto s = static_cast<float>(twin.fringes.amplitude * std::sin(delta));
+      const std::vector<double>& a = transport.series[d][p].a;
+      const auto level = static_cast<float>(a[0]);
+      const auto c = static_cast<float>(a[1] * std::cos(delta));
+      const auto s = static_cast<float>(a[1] * std::sin(delta));
       const float* mean = transport.mean.data.data();
       const float* cosine = transport.cosine[d][p].data.data();
       const float* sine = transport.sine[d][p].data.data();
 #pragma omp parallel for
       for (std::ptrdiff_t k = 0; k < n_pixels; ++k)
         out[k] = ambient[k] + level * mean[k] + c * cosine[k] - s * sine[k];
+      for (std::size_t h = 2; h < a.size(); ++h) {
+        const auto c_h = static_cast<float>(a[h] * std::cos(static_cast<double>(h) * delta));
+        const auto s_h = static_cast<float>(a[h] * std::sin(static_cast<double>(h) * delta));
+        const Transport::Pair& pair = transport.harmonics[d][p][h - 2];
+        const float *cosine_h = pair.cosine.data.data(), *sine_h = pair.sine.data.data();
+#pragma omp parallel for
+        for (std::ptrdiff_t k = 0; k < n_pixels; ++k) out[k] += c_h * cosine_h[k] - s_h * sine_h[k];
+      }
     }
     images[i] = std::move(image);
   }

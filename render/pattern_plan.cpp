@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include "render/waveform.hpp"
@@ -44,6 +45,9 @@ DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t 
                  turn_fraction((center_px - d.phase_origin_px[p]) / d.pitches_px[p] +
                                static_cast<double>(spec.step) / twin.fringes.steps));
   slot.b[1] = period_samples;
+  // Nodes over a circle of confusion of one turn: half the phase of the highest harmonic.
+  if (twin.projector->optics)
+    slot.b[2] = std::numbers::pi * count_harmonics(*twin.projector, twin.fringes, d.pitches_px[p], 1e-6);
   return slot;
 }
 
@@ -55,6 +59,17 @@ DirectSlot axis_slot(const Twin& twin, const PatternSpec& spec, std::size_t imag
   const Axis axis = twin.fringes.directions[static_cast<std::size_t>(spec.direction)].axis;
   slot.a = along(axis, per_px, (center_px - first_px) * per_px);
   slot.b[1] = static_cast<double>(slot.waveform.size() - 2);
+  slot.b[2] = 2.5 / (twin.projector->blur_px * per_px);  // a Gaussian's spectrum ends at 5 / sigma
+  return slot;
+}
+
+// Without Gaussian blur the frame buffer's pixels are exact cells.
+DirectSlot pixel_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
+  int first_px = 0;
+  DirectSlot slot{DirectSlot::Kind::pixel, image, {}, {}, pixel_waveform(twin, spec, &first_px)};
+  const Axis axis = twin.fringes.directions[static_cast<std::size_t>(spec.direction)].axis;
+  slot.a = along(axis, 1.0, center_px - first_px + 0.5);
+  slot.b[1] = static_cast<double>(slot.waveform.size() - 1);
   return slot;
 }
 
@@ -83,6 +98,10 @@ DirectSlot image_slot(const Twin& twin, const PatternSpec& spec, std::size_t ima
   FT_CHECK(levels.width == twin.projector->lens.width() && levels.height == twin.projector->lens.height(),
            "pattern images have the projector's size");
   DirectSlot slot{DirectSlot::Kind::image, image, {}, {}, levels.data};
+  if (twin.projector->quantise_bits) {
+    const auto most = static_cast<float>(std::exp2(*twin.projector->quantise_bits) - 1.0);
+    for (float& level : slot.waveform) level = std::round(level * most) / most;
+  }
   if (!is_linear(twin.projector->response))
     for (float& level : slot.waveform)
       level = static_cast<float>(twin.projector->response(static_cast<double>(level)));
@@ -92,12 +111,16 @@ DirectSlot image_slot(const Twin& twin, const PatternSpec& spec, std::size_t ima
 }
 
 // Table offsets within the pass's one waveform buffer.
-void place_waveforms(PassPlan* pass) {
-  std::size_t first = 0;
+void place_waveforms(const Twin& twin, PassPlan* pass) {
+  std::size_t first = pass->gaps.size();
   for (DirectSlot& slot : pass->direct) {
     if (slot.kind != DirectSlot::Kind::gray) slot.b[0] = static_cast<double>(first);
     first += slot.waveform.size();
   }
+  if (first > most_texels && twin.projector->pixel_structure)
+    throw UserError(ExitCode::usage, "projector.blur_px",
+                    "is so small that the blurred pixels of one pass need more than 64 MB",
+                    "use 0, or a larger blur");
   if (first > most_texels)
     throw UserError(
         ExitCode::usage, "fringes.gray",
@@ -112,22 +135,87 @@ int PassPlan::count(DirectSlot::Kind kind) const {
       std::count_if(direct.begin(), direct.end(), [kind](const DirectSlot& s) { return s.kind == kind; }));
 }
 
-std::vector<PassPlan> plan_passes(const Twin& twin, double center_x_px, double center_y_px) {
-  const bool linear = is_linear(twin.projector->response);
-  std::vector<PitchSlot> pitches;
-  std::vector<DirectSlot> direct;
-  PeriodTables tables;
-  if (linear && twin.fringes.steps > 0) {
-    for (std::size_t d = 0; d < twin.fringes.directions.size(); ++d) {
-      const DirectionFringes& direction = twin.fringes.directions[d];
-      const double center = direction.axis == Axis::x ? center_x_px : center_y_px;
-      for (std::size_t p = 0; p < direction.pitches_px.size(); ++p) {
-        const double pitch = direction.pitches_px[p];
+namespace {
+
+using Chain = std::vector<PitchSlot>;  // a pitch and its harmonics: they stay in one pass
+
+std::vector<Chain> harmonic_chains(const Twin& twin, const SeriesTable& series, double center_x_px,
+                                   double center_y_px) {
+  std::vector<Chain> chains;
+  if (twin.fringes.steps == 0) return chains;
+  for (std::size_t d = 0; d < twin.fringes.directions.size(); ++d) {
+    const DirectionFringes& direction = twin.fringes.directions[d];
+    const double center = direction.axis == Axis::x ? center_x_px : center_y_px;
+    for (std::size_t p = 0; p < direction.pitches_px.size(); ++p) {
+      const int harmonics = static_cast<int>(series[d][p].a.size()) - 1;
+      if (harmonics < 1) continue;
+      FT_CHECK(harmonics <= MAX_PITCHES, "harmonics of one pitch");
+      Chain chain;
+      for (int k = 1; k <= harmonics; ++k) {
+        const double pitch = direction.pitches_px[p] / k;
         const double turns = turn_fraction((center - direction.phase_origin_px[p]) / pitch);
-        pitches.push_back({d, p, along(direction.axis, 1.0 / pitch, turns)});
+        chain.push_back({d, p, k, along(direction.axis, 1.0 / pitch, turns)});
       }
+      chains.push_back(std::move(chain));
     }
   }
+  return chains;
+}
+
+// What has no sound treatment here is refused, not left out.
+void refuse_combinations(const Twin& twin) {
+  const Projector& p = *twin.projector;
+  const bool gaps = p.pixel_structure && p.pixel_fill < 1.0, images = !twin.fringes.images.empty();
+  const auto refuse = [&](const char* what, const char* hint) {
+    throw UserError(ExitCode::usage, twin.file.string(), what, hint);
+  };
+  if (p.optics && gaps)
+    refuse("gaps between the projector's pixels (pixel_fill below 1) cannot be combined with its defocus",
+           "describe the blur of the gaps by blur_px");
+  if (p.optics && images)
+    refuse("pattern images cannot be combined with the projector's defocus", "describe the blur by blur_px");
+  if (p.blur_px > 0.0 && gaps && images)
+    refuse("pattern images with gaps between the pixels cannot be blurred",
+           "use blur_px = 0 or pixel_fill = 1");
+}
+
+// The chains over n passes in even shares; false when some pass would hold too many.
+bool distribute(const std::vector<Chain>& chains, std::vector<PassPlan>* passes) {
+  std::size_t total = 0, placed = 0;
+  for (const Chain& c : chains) total += c.size();
+  for (PassPlan& pass : *passes) pass.pitches.clear();
+  for (const Chain& c : chains) {
+    const std::size_t k =
+        std::min(placed * passes->size() / std::max<std::size_t>(1, total), passes->size() - 1);
+    auto& slots = (*passes)[k].pitches;
+    slots.insert(slots.end(), c.begin(), c.end());
+    if (slots.size() > MAX_PITCHES) return false;
+    placed += c.size();
+  }
+  return true;
+}
+
+}  // namespace
+
+std::size_t PassPlan::table_size() const {
+  std::size_t n = gaps.size();
+  for (const DirectSlot& slot : direct) n += slot.waveform.size();
+  return n;
+}
+
+std::uint32_t PassPlan::fundamentals() const {
+  std::uint32_t mask = ~0U;
+  for (std::size_t i = 0; i < pitches.size(); ++i)
+    if (pitches[i].harmonic != 1) mask &= ~(1U << i);
+  return mask;
+}
+
+std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, double center_x_px,
+                                  double center_y_px) {
+  refuse_combinations(twin);
+  const std::vector<Chain> chains = harmonic_chains(twin, series, center_x_px, center_y_px);
+  std::vector<DirectSlot> direct;
+  PeriodTables tables;
   const auto sequence = expand_sequence(twin.fringes);
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const PatternSpec& spec = sequence[i];
@@ -135,13 +223,18 @@ std::vector<PassPlan> plan_passes(const Twin& twin, double center_x_px, double c
       direct.push_back(image_slot(twin, spec, i));
       continue;
     }
-    const Axis axis = twin.fringes.directions[static_cast<std::size_t>(spec.direction)].axis;
-    const double center = axis == Axis::x ? center_x_px : center_y_px;
-    if (!spec.is_gray()) {
-      if (!linear) direct.push_back(periodic_slot(twin, spec, i, center, &tables));
+    const auto d = static_cast<std::size_t>(spec.direction), p = static_cast<std::size_t>(spec.pitch);
+    const double center = twin.fringes.directions[d].axis == Axis::x ? center_x_px : center_y_px;
+    if (twin.projector->pixel_structure) {
+      direct.push_back(twin.projector->blur_px > 0.0 ? axis_slot(twin, spec, i, center)
+                                                     : pixel_slot(twin, spec, i, center));
+    } else if (!spec.is_gray()) {
+      if (series[d][p].a.empty()) direct.push_back(periodic_slot(twin, spec, i, center, &tables));
     } else {
       DirectSlot slot = gray_slot(twin, spec, i, center);
-      const bool overlap = twin.projector->blur_px * slot.a[0] > widest_edge_words;
+      // Defocus of blurred edges is made from a table, too.
+      const bool overlap = twin.projector->blur_px * slot.a[0] > widest_edge_words ||
+                           (twin.projector->optics && twin.projector->blur_px > 0.0);
       direct.push_back(overlap ? axis_slot(twin, spec, i, center) : std::move(slot));
     }
   }
@@ -149,21 +242,17 @@ std::vector<PassPlan> plan_passes(const Twin& twin, double center_x_px, double c
                    [](const DirectSlot& a, const DirectSlot& b) { return a.kind < b.kind; });
 
   // Even shares, so that the passes can use the same pipeline where the counts agree.
-  const auto parts = [](std::size_t n, std::size_t most) { return (n + most - 1) / most; };
   std::size_t most_direct = MAX_DIRECT;
   if (!twin.fringes.images.empty())
     most_direct =
         std::clamp<std::size_t>(most_texels / twin.fringes.images.front().levels->size(), 1, MAX_DIRECT);
-  const std::size_t n_passes =
-      std::max<std::size_t>({1, parts(pitches.size(), MAX_PITCHES), parts(direct.size(), most_direct)});
-  std::vector<PassPlan> passes(n_passes);
-  for (std::size_t k = 0; k < n_passes; ++k) {
-    const auto share = [&](std::size_t n, std::size_t i) { return n * i / n_passes; };
-    for (std::size_t i = share(pitches.size(), k); i < share(pitches.size(), k + 1); ++i)
-      passes[k].pitches.push_back(pitches[i]);
-    for (std::size_t i = share(direct.size(), k); i < share(direct.size(), k + 1); ++i)
-      passes[k].direct.push_back(std::move(direct[i]));
-    place_waveforms(&passes[k]);
+  std::vector<PassPlan> passes(std::max<std::size_t>(1, (direct.size() + most_direct - 1) / most_direct));
+  while (!distribute(chains, &passes)) passes.emplace_back();
+  for (std::size_t k = 0; k < passes.size(); ++k) {
+    const auto share = [&](std::size_t i) { return direct.size() * i / passes.size(); };
+    for (std::size_t i = share(k); i < share(k + 1); ++i) passes[k].direct.push_back(std::move(direct[i]));
+    passes[k].gaps = gap_waveform(*twin.projector);
+    place_waveforms(twin, &passes[k]);
   }
   return passes;
 }

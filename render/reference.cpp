@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/reference.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,9 +10,10 @@
 #include <tuple>
 
 #include "render/quadrature.hpp"
+#include "render/reference_material.hpp"
 #include "render/reference_mesh.hpp"
+#include "render/reference_pattern.hpp"
 #include "render/reference_shapes.hpp"
-#include "render/waveform.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::render {
@@ -27,7 +29,15 @@ constexpr double in_front = 1.0 - 1e-6;
 // What a pixel raster lights at q: response, then the Gaussian blur of its square pixels.
 double shown_level(const Projector& projector, const ImageF& levels, const Eigen::Vector2d& q_px) {
   const double sigma = projector.blur_px;
-  if (sigma == 0.0) return projector.response(image_level(levels, q_px.x(), q_px.y()));
+  const auto shown = [&](double x, double y) {
+    double level = image_level(levels, x, y);
+    if (projector.quantise_bits) {
+      const double most = std::exp2(*projector.quantise_bits) - 1.0;
+      level = std::round(level * most) / most;
+    }
+    return projector.response(level);
+  };
+  if (sigma == 0.0) return shown(q_px.x(), q_px.y());
   const auto share = [sigma](double from_center) {
     const double scale = 1.0 / (sigma * std::numbers::sqrt2);
     return 0.5 * (std::erf((from_center + 0.5) * scale) - std::erf((from_center - 0.5) * scale));
@@ -38,7 +48,7 @@ double shown_level(const Projector& projector, const ImageF& levels, const Eigen
   for (long y = row - reach; y <= row + reach; ++y)
     for (long x = column - reach; x <= column + reach; ++x)
       sum += share(q_px.x() - static_cast<double>(x)) * share(q_px.y() - static_cast<double>(y)) *
-             projector.response(image_level(levels, static_cast<double>(x), static_cast<double>(y)));
+             shown(static_cast<double>(x), static_cast<double>(y));
   return sum;
 }
 
@@ -50,6 +60,27 @@ struct SceneHit {
   Eigen::Vector3d shading = Eigen::Vector3d::Zero();  // the normal of the light formula
   double albedo = 1.0;
 };
+
+// Nodes (offset px, weight) along one axis of what a pixel gathers: its square, or with a point spread
+// function the square widened by it, cell by cell of one pixel.
+std::vector<std::pair<double, double>> footprint(int gauss_n, double fill, double psf_px) {
+  const GaussRule& rule = gauss_rule(gauss_n);
+  std::vector<std::pair<double, double>> nodes;
+  if (psf_px == 0.0) {
+    for (std::size_t i = 0; i < rule.nodes.size(); ++i)
+      nodes.emplace_back(0.5 * fill * rule.nodes[i], 0.5 * rule.weights[i]);
+    return nodes;
+  }
+  const auto cdf = [psf_px](double t) { return 0.5 * std::erfc(-t / (psf_px * std::numbers::sqrt2)); };
+  const int reach = static_cast<int>(std::ceil(0.5 * fill + 5.0 * psf_px));
+  for (int cell = -reach; cell <= reach; ++cell)
+    for (std::size_t i = 0; i < rule.nodes.size(); ++i) {
+      const double offset = cell + 0.5 * rule.nodes[i];
+      nodes.emplace_back(
+          offset, 0.5 * rule.weights[i] / fill * (cdf(offset + 0.5 * fill) - cdf(offset - 0.5 * fill)));
+    }
+  return nodes;
+}
 
 struct Instance {
   const ReferenceMesh* mesh = nullptr;
@@ -70,7 +101,7 @@ struct Reference::Impl {
   std::vector<Instance> instances;  // one per object; mesh == nullptr for analytic shapes
   std::vector<int> order;           // of the search: spheres, planes, cylinders, meshes
   std::vector<PatternSpec> sequence;
-  std::vector<EffectivePattern> patterns;
+  std::vector<ReferencePattern> patterns;
   bool linear = true;
 
   explicit Impl(const Twin& t);
@@ -79,8 +110,10 @@ struct Reference::Impl {
   std::optional<SceneHit> hit_object(int object, const Ray& ray, double t_min, double t_max) const;
   std::optional<SceneHit> nearest(const Ray& ray) const;
   bool in_shadow(const SceneHit& own, bool outside, const Ray& to_light, double distance) const;
-  void light(const Ray& ray, const SceneHit& hit, PixelSample& sample) const;
-  PixelSample trace(const Ray& ray) const;
+  void light(const Ray& ray, const SceneHit& hit, bool lobe, PixelSample& sample) const;
+  void gather(const SceneHit& hit, int bounce_n, PixelSample& sample) const;
+  void add_light(const IndirectLight& light, ReferencePixel& pixel) const;
+  PixelSample trace(const Ray& ray, int bounce_n = 0) const;
   void add(const PixelSample& s, double weight, ReferencePixel& pixel) const;
 };
 
@@ -93,7 +126,8 @@ Reference::Impl::Impl(const Twin& t) : twin(t) {
   if (twin.projector) {
     projector_center = twin.projector->center_world_mm();
     reach = std::max(reach, projector_center.norm());
-    linear = is_linear(twin.projector->response);
+    linear =
+        twin.projector->response.kind == ProjectorResponse::Kind::linear && !twin.projector->pixel_structure;
     sequence = expand_sequence(twin.fringes);
     for (const PatternSpec& p : sequence)
       if (!p.is_image()) patterns.emplace_back(twin, p);  // images are the last ones
@@ -160,7 +194,9 @@ std::optional<SceneHit> Reference::Impl::hit_object(int object, const Ray& ray, 
       },
       twin.objects[index].shape);
   if (!hit) return std::nullopt;
-  return SceneHit{hit->t_mm, object, -1, hit->normal, hit->normal, 1.0};
+  const auto* plane = std::get_if<PlaneShape>(&twin.objects[index].shape);
+  const double albedo = plane ? reference_map_albedo(*plane, ray.origin_mm + hit->t_mm * ray.direction) : 1.0;
+  return SceneHit{hit->t_mm, object, -1, hit->normal, hit->normal, albedo};
 }
 
 std::optional<SceneHit> Reference::Impl::nearest(const Ray& ray) const {
@@ -191,7 +227,7 @@ bool Reference::Impl::in_shadow(const SceneHit& own, bool outside, const Ray& to
   return false;
 }
 
-void Reference::Impl::light(const Ray& ray, const SceneHit& hit, PixelSample& sample) const {
+void Reference::Impl::light(const Ray& ray, const SceneHit& hit, bool lobe, PixelSample& sample) const {
   const Projector& projector = *twin.projector;
   const Eigen::Vector3d to_projector = projector_center - sample.point_world_mm;
   const double distance = to_projector.norm();
@@ -213,14 +249,45 @@ void Reference::Impl::light(const Ray& ray, const SceneHit& hit, PixelSample& sa
   const double falloff =
       projector.inverse_square ? std::pow(projector.reference_distance_mm / distance, 2) : 1.0;
   double reflected = material.diffuse * hit.albedo / pi * cosine;
-  if (material.specular > 0.0) {
+  const bool ggx = material.specular_model == Material::Specular::ggx;
+  if (lobe && material.specular > 0.0 && ggx)
+    reflected += reference_ggx(N, L, -ray.direction, material.specular, material.roughness) * cosine;
+  if (lobe && material.specular > 0.0 && !ggx) {
     const Eigen::Vector3d mirror = 2.0 * cosine * N - L;
     reflected += material.specular * std::pow(std::max(0.0, -mirror.dot(ray.direction)), material.shininess);
   }
-  sample.weight = projector.intensity * falloff * reflected;
+  sample.weight = projector.intensity * falloff * reflected * reference_pixel_gaps(projector, *q);
+  sample.defocus_px = reference_defocus_px(projector, (projector.T_proj_world * sample.point_world_mm).z());
 }
 
-PixelSample Reference::Impl::trace(const Ray& ray) const {
+// The hemisphere around the shading normal, by the cosine: sin^2 of the polar angle is uniform.
+void Reference::Impl::gather(const SceneHit& hit, int bounce_n, PixelSample& sample) const {
+  const Eigen::Vector3d N =
+      hit.shading.dot(sample.normal_world) < 0.0 ? Eigen::Vector3d(-hit.shading) : hit.shading;
+  const Eigen::Vector3d T = N.unitOrthogonal(), B = N.cross(T);
+  const double diffuse = twin.objects[static_cast<std::size_t>(hit.object)].material.diffuse * hit.albedo;
+  const GaussRule& rule = gauss_rule(bounce_n);
+  for (int i = 0; i < bounce_n; ++i)
+    for (int k = 0; k < 2 * bounce_n; ++k) {
+      const double sine2 = 0.5 + 0.5 * rule.nodes[static_cast<std::size_t>(i)],
+                   angle = pi * (k + 0.5) / bounce_n;
+      const Eigen::Vector3d d =
+          std::sqrt(sine2) * (std::cos(angle) * T + std::sin(angle) * B) + std::sqrt(1.0 - sine2) * N;
+      if (d.dot(sample.normal_world) <= 0.0) continue;
+      const Ray ray{sample.point_world_mm + shadow_start_mm * sample.normal_world, d};
+      const auto other = nearest(ray);
+      if (!other) continue;
+      PixelSample lit;
+      lit.point_world_mm = ray.origin_mm + other->t_mm * d;
+      lit.normal_world = other->normal.dot(d) > 0.0 ? Eigen::Vector3d(-other->normal) : other->normal;
+      light(ray, *other, false, lit);
+      const double share = 0.5 * rule.weights[static_cast<std::size_t>(i)] / (2.0 * bounce_n);
+      if (lit.lit)
+        sample.indirect.push_back({share * diffuse * lit.weight, lit.projector_px, lit.defocus_px});
+    }
+}
+
+PixelSample Reference::Impl::trace(const Ray& ray, int bounce_n) const {
   PixelSample sample;
   const auto hit = nearest(ray);
   if (!hit) return sample;
@@ -229,7 +296,8 @@ PixelSample Reference::Impl::trace(const Ray& ray) const {
   sample.t_mm = hit->t_mm;
   sample.point_world_mm = ray.origin_mm + hit->t_mm * ray.direction;
   sample.normal_world = hit->normal.dot(ray.direction) > 0.0 ? Eigen::Vector3d(-hit->normal) : hit->normal;
-  if (twin.projector) light(ray, *hit, sample);
+  if (twin.projector) light(ray, *hit, true, sample);
+  if (twin.projector && bounce_n > 0) gather(*hit, bounce_n, sample);
   return sample;
 }
 
@@ -238,15 +306,23 @@ void Reference::Impl::add(const PixelSample& s, double weight, ReferencePixel& p
   const double ambient = weight * twin.projector->ambient;
   pixel.ambient += ambient;
   for (double& e : pixel.irradiance) e += ambient;
-  if (!s.lit) return;
-  const double w = weight * s.weight;
+  for (const IndirectLight& l : s.indirect)
+    add_light({weight * l.weight, l.projector_px, l.defocus_px}, pixel);
+  if (s.lit) add_light({weight * s.weight, s.projector_px, s.defocus_px}, pixel);
+}
+
+void Reference::Impl::add_light(const IndirectLight& s, ReferencePixel& pixel) const {
+  const double w = s.weight;
   pixel.mean += w;
   for (std::size_t d = 0; d < pixel.cosine.size(); ++d) {
     const DirectionFringes& fringes = twin.fringes.directions[d];
     const double x = fringes.axis == Axis::x ? s.projector_px.x() : s.projector_px.y();
     for (std::size_t p = 0; p < pixel.cosine[d].size(); ++p) {
       const double theta = 2.0 * pi * (x - fringes.phase_origin_px[p]) / fringes.pitches_px[p];
-      const double contrast = blur_attenuation(1, twin.projector->blur_px, fringes.pitches_px[p]);
+      const double u = pi * twin.projector->blur_px / fringes.pitches_px[p];
+      const double r = fringes.axis == Axis::x ? s.defocus_px.x() : s.defocus_px.y();
+      const double v = 2.0 * pi * r / fringes.pitches_px[p];
+      const double contrast = std::exp(-2.0 * u * u) * (v == 0.0 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, v) / v);
       pixel.cosine[d][p] += w * contrast * std::cos(theta);
       pixel.sine[d][p] += w * contrast * std::sin(theta);
     }
@@ -258,8 +334,7 @@ void Reference::Impl::add(const PixelSample& s, double weight, ReferencePixel& p
           w * shown_level(*twin.projector, *twin.fringes.images.at(k).levels, s.projector_px);
       continue;
     }
-    const Axis axis = twin.fringes.directions[static_cast<std::size_t>(sequence[i].direction)].axis;
-    pixel.irradiance[i] += w * patterns[i](axis == Axis::x ? s.projector_px.x() : s.projector_px.y());
+    pixel.irradiance[i] += w * patterns[i](s.projector_px, s.defocus_px);
   }
 }
 
@@ -318,13 +393,15 @@ ReferencePixel Reference::pixel(std::size_t camera, int x, int y,
       }
     }
   }
-  const GaussRule& rule = gauss_rule(quadrature.gauss_n);
-  const double half = 0.5 * twin.render.pixel_fill;
-  for (std::size_t i = 0; i < rule.nodes.size(); ++i)
-    for (std::size_t j = 0; j < rule.nodes.size(); ++j)
-      for (const auto& [uv, lens_weight] : lens)
-        impl_->add(sample(camera, {x + half * rule.nodes[i], y + half * rule.nodes[j]}, uv),
-                   0.25 * rule.weights[i] * rule.weights[j] * lens_weight, out);
+  const auto nodes = footprint(quadrature.gauss_n, twin.render.pixel_fill, twin.cameras[camera].psf_px);
+  for (const auto& [dx, wx] : nodes)
+    for (const auto& [dy, wy] : nodes)
+      for (const auto& [uv, lens_weight] : lens) {
+        const Eigen::Vector2d q(x + dx, y + dy);
+        if (const auto ray = impl_->camera_ray(camera, q, uv))
+          impl_->add(impl_->trace(*ray, twin.render.bounces > 0 ? quadrature.bounce_n : 0),
+                     wx * wy * lens_weight * reference_vignetting(twin.cameras[camera], q), out);
+      }
   return out;
 }
 

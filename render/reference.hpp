@@ -11,6 +11,12 @@
 
 namespace fringetwin::render {
 
+/// Light that reaches a sample over another surface.
+struct IndirectLight {
+  double weight = 0.0;
+  Eigen::Vector2d projector_px, defocus_px;
+};
+
 struct PixelSample {
   int object = -1;    ///< -1 = nothing hit
   int triangle = -1;  ///< meshes
@@ -20,6 +26,8 @@ struct PixelSample {
   bool lit = false;     ///< N.L > 0, visible from the projector, inside its image
   double weight = 0.0;  ///< w: irradiance per unit pattern value
   Eigen::Vector2d projector_px = Eigen::Vector2d::Zero();  ///< where lit
+  Eigen::Vector2d defocus_px = Eigen::Vector2d::Zero();    ///< circle of confusion, radius per axis
+  std::vector<IndirectLight> indirect;                     ///< with [render] bounces, in pixel() only
 };
 
 /// n x n Gauss-Legendre nodes over the pixel's square; with depth of field also lens_rings x
@@ -28,6 +36,7 @@ struct ReferenceQuadrature {
   int gauss_n = 8;
   int lens_rings = 4;
   int lens_spokes = 12;
+  int bounce_n = 16;  ///< with bounces: n x 2n directions over the hemisphere (Gauss in sin^2, equal angles)
 };
 
 /// Per-pixel truth over a quadrature rule.

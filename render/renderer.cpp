@@ -9,8 +9,10 @@
 #include <cstring>
 
 #include "loop_limit_spv.h"
+#include "render/camera_effects.hpp"
 #include "render/kernels.hpp"
 #include "render/renderer_impl.hpp"
+#include "render/transport_images.hpp"
 #include "render/waveform.hpp"
 #include "twin/errors.hpp"
 #include "twin/progress.hpp"
@@ -63,29 +65,6 @@ std::size_t texel_bytes(VkFormat format) {
 }
 
 bool is_geometry(std::size_t binding) { return binding >= BIND_NODES && binding <= BIND_CORNERS; }
-
-Transport empty_transport(const Twin& twin, const Camera& camera, const std::vector<PassPlan>& passes) {
-  const int width = camera.lens.width(), height = camera.lens.height();
-  Transport out;
-  out.mean = ImageF(width, height);
-  out.ambient = ImageF(width, height);
-  out.object = Image<std::int32_t>(width, height, -1);
-  for (const PassPlan& pass : passes) {
-    for (const PitchSlot& p : pass.pitches) {
-      out.cosine.resize(twin.fringes.directions.size());
-      out.sine.resize(twin.fringes.directions.size());
-      for (auto* images : {&out.cosine[p.direction], &out.sine[p.direction]}) {
-        images->resize(twin.fringes.directions[p.direction].pitches_px.size());
-        (*images)[p.pitch] = ImageF(width, height);
-      }
-    }
-    for (const DirectSlot& d : pass.direct) {
-      out.direct.resize(std::max(out.direct.size(), d.image + 1));
-      out.direct[d.image] = ImageF(width, height);
-    }
-  }
-  return out;
-}
 
 bool same_lens(const Lens& a, const Lens& b) {
   return a.model() == b.model() && a.intrinsics() == b.intrinsics() && a.width() == b.width() &&
@@ -233,9 +212,10 @@ std::vector<SumTarget> sum_targets(const Twin& twin, const PassPlan& pass, bool 
       {first_pass ? &out->ambient : nullptr, static_cast<float>(twin.projector->ambient)}};
   for (const PitchSlot& p : pass.pitches) {
     const double pitch_px = twin.fringes.directions[p.direction].pitches_px[p.pitch];
-    const auto blur = static_cast<float>(blur_attenuation(1, twin.projector->blur_px, pitch_px));
-    targets.push_back({&out->cosine[p.direction][p.pitch], blur});
-    targets.push_back({&out->sine[p.direction][p.pitch], blur});
+    const auto blur = static_cast<float>(blur_attenuation(p.harmonic, twin.projector->blur_px, pitch_px));
+    const PairImages images = pair_images(out, p);
+    targets.push_back({images.cosine, blur});
+    targets.push_back({images.sine, blur});
   }
   for (const DirectSlot& d : pass.direct) targets.push_back({&out->direct[d.image], 1.0F});
   return targets;
@@ -348,9 +328,10 @@ void Renderer::Impl::upload_samples(const SampleSetup& samples) {
 
 void Renderer::Impl::upload_pass(const TraceJob& job, const PassPlan& pass, const SampleSetup& samples,
                                  const AdaptiveTargets& targets) {
-  std::vector<float> waveforms;
+  std::vector<float> waveforms = pass.gaps;
   for (const DirectSlot& d : pass.direct)
     waveforms.insert(waveforms.end(), d.waveform.begin(), d.waveform.end());
+  waveforms.insert(waveforms.end(), job.scene.maps.begin(), job.scene.maps.end());
   fill(BIND_WAVEFORMS, waveforms);
   ParamsBlock block =
       make_params(job.twin, job.camera, job.scene, job.lens, job.projector, samples, pass, job.seed);
@@ -363,6 +344,7 @@ Renderer::~Renderer() = default;
 const DeviceInfo& Renderer::device() const { return impl_->device.info(); }
 int Renderer::validation_messages() const { return impl_->device.instance().validation_messages(); }
 void Renderer::set_samples_per_dispatch(std::uint32_t samples) { impl_->forced_chunk = samples; }
+void Renderer::set_pattern_method(PatternMethod method) { impl_->pattern_method = method; }
 int Renderer::repeated_dispatches() const { return impl_->repeated; }
 
 std::uint32_t Renderer::count_loop_iterations(std::uint32_t requested) {
@@ -398,9 +380,10 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   const LensTable& lens = impl_->lens_table(camera.lens);
   const ProjectorSetup projector = setup_projector(*twin.projector);
   const std::vector<std::uint32_t> blocks = active_blocks(camera, scene, lens);
-  const std::vector<PassPlan> passes = plan_passes(twin, projector.cx, projector.cy);
+  const SeriesTable series = choose_series(twin, impl_->pattern_method);
+  const std::vector<PassPlan> passes = plan_passes(twin, series, projector.cx, projector.cy);
 
-  Transport out = empty_transport(twin, camera, passes);
+  Transport out = empty_transport(twin, passes, series, camera.lens.width(), camera.lens.height());
   TraceJob job{twin, camera, scene, lens, projector, blocks, seed, nullptr, &out};
   const bool adaptive = sampling.sampler == Sampler::adaptive && can_trace_adaptively(job);
   const Sampling effective =
@@ -440,6 +423,7 @@ RenderedCamera Renderer::render(const Twin& twin, std::size_t camera_index, cons
     out.white = level(1.0);
     out.black = level(0.0);
   }
+  apply_camera_effects(twin.cameras[camera_index], &out);
   out.object = std::move(transport.object);
   out.sampling = sampling;
   out.trace_ms = transport.trace_ms;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "render/response_series.hpp"
 #include "twin/image.hpp"
 #include "twin/twin.hpp"
 
@@ -44,7 +45,8 @@ double single_precision_error_rad(const Twin& twin);
 /// Throws UserError(usage) when gauss samples are no square of 1...16, or samples < 1 / > 65536.
 Sampling choose_sampling(const Twin& twin, const RenderOptions& options);
 inline Sampling choose_sampling(const Twin& twin) { return choose_sampling(twin, twin.render); }
-/// The fixed rule that stands in where the adaptive trace does not apply (depth of field).
+/// The fixed rule that stands in where the adaptive trace does not apply (depth of field, projector optics
+/// and pixels, albedo maps, bounces).
 Sampling without_adaptation(const Sampling& sampling);
 void check_sampling(const Sampling& sampling, double pixel_fill);
 
@@ -64,9 +66,15 @@ struct Transport {
   ImageF mean;     ///< mean of w over the pixel (pattern value 1 everywhere)
   ImageF ambient;  ///< ambient irradiance x hit fraction
   /// [direction][pitch]: mean of w cos(theta), w sin(theta), theta = 2 pi (x - origin)/pitch; the
-  /// fundamental with the blur attenuation already in it. Empty where the projector's response is
-  /// not linear (then phase-step images are evaluated directly in the trace).
+  /// fundamental with the blur attenuation already in it. Empty where the steps are evaluated directly.
   std::vector<std::vector<ImageF>> cosine, sine;
+  /// [direction][pitch][k - 2]: the same of harmonic k >= 2, where the response is not linear.
+  struct Pair {
+    ImageF cosine, sine;
+  };
+  std::vector<std::vector<std::vector<Pair>>> harmonics;
+  /// [direction][pitch]: a_k of the form above before blur; empty where the steps are evaluated directly.
+  SeriesTable series;
   /// Images evaluated directly in the trace (mean of w * value), by sequence index; empty elsewhere.
   std::vector<ImageF> direct;
   Image<std::int32_t> object;  ///< index of the object at the pixel centre's ray, -1 none
@@ -109,6 +117,8 @@ class Renderer {
   /// For tests: most samples per pixel in one dispatch (0 = default). lavapipe 22.3 cuts the loops of
   /// an invocation at 65,535 iterations; the renderer notices and repeats with fewer samples.
   void set_samples_per_dispatch(std::uint32_t samples);
+  /// For tests and benchmarks: how phase steps behind a response that is not linear are made.
+  void set_pattern_method(PatternMethod method);
   /// Iterations of a loop of `requested` iterations that one shader invocation really executes.
   std::uint32_t count_loop_iterations(std::uint32_t requested);
   /// Dispatches repeated because of that limit so far.

@@ -87,6 +87,7 @@ struct Renderer::Impl {
   bool precise = false;
   std::uint32_t forced_chunk = 0;
   int repeated = 0;
+  PatternMethod pattern_method = PatternMethod::automatic;
 };
 
 /// The adaptive trace (adaptive_trace.cpp). Needs what can_trace_adaptively() says.

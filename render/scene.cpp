@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "render/visible_range.hpp"
 #include "twin/errors.hpp"
@@ -42,14 +43,14 @@ class Packer {
     ++scene.n_spheres;
   }
 
-  void add(const PlaneShape& s, const Object&) {
+  void add(const PlaneShape& s, const Object& object) {
     const Vector3d n = T_cam_world_.rotation * s.normal.normalized(), p = T_cam_world_ * s.point_mm;
     const Vector3d along = T_cam_world_.rotation * s.u_axis;
     const Vector3d u = (along - along.dot(n) * n).normalized(), v = n.cross(u);
     constexpr double infinite = std::numeric_limits<float>::max();
     const double half_u = s.size_mm ? 0.5 * s.size_mm->x() : infinite;
     const double half_v = s.size_mm ? 0.5 * s.size_mm->y() : infinite;
-    push({pack(n, n.dot(p)), pack(u, half_u), pack(v, half_v), pack(p, 0.0)});
+    push({pack(n, n.dot(p)), pack(u, half_u), pack(v, half_v), pack(p, add_map(s, object))});
     if (s.size_mm) {
       scene.bounded = true;
       scene.finite.push_back({p, 0.5 * s.size_mm->norm()});
@@ -132,11 +133,37 @@ class Packer {
   PackedScene scene;
 
  private:
+  // 1 + the place of the plane's albedo map, 0 without one. It travels as a float.
+  double add_map(const PlaneShape& s, const Object& object) {
+    if (!s.albedo_map) {
+      if (!s.albedo_file.empty())
+        throw UserError(ExitCode::usage, fmt::format("object \"{}\"", object.name),
+                        "its albedo map is not loaded");
+      return 0.0;
+    }
+    FT_CHECK(s.size_mm.has_value(), "an albedo map covers a rectangle");
+    const auto found = maps_.find(s.albedo_map.get());
+    if (found != maps_.end()) return found->second;
+    const double place = 1.0 + static_cast<double>(scene.maps.size());
+    scene.maps.push_back(static_cast<float>(s.albedo_map->width));
+    scene.maps.push_back(static_cast<float>(s.albedo_map->height));
+    scene.maps.insert(scene.maps.end(), s.albedo_map->data.begin(), s.albedo_map->data.end());
+    if (scene.maps.size() >= (1U << 23))
+      throw UserError(ExitCode::usage, fmt::format("object \"{}\"", object.name),
+                      "the albedo maps have more than 8 million pixels together", "reduce their size");
+    maps_[s.albedo_map.get()] = place;
+    return place;
+  }
+  bool is_ggx() const { return material_.specular_model == Material::Specular::ggx; }
+  // Phong's exponent, or minus the alpha of a GGX lobe.
+  double lobe_width() const {
+    return is_ggx() ? -material_.roughness * material_.roughness : material_.shininess;
+  }
   void push(const std::array<Double4, 4>& primitive, std::size_t n_triangles = 1) {
     scene.primitives.push_back(primitive);
     scene.materials.push_back({static_cast<float>(material_.diffuse), static_cast<float>(material_.specular),
-                               static_cast<float>(material_.shininess), 0.0F});
-    scene.specular = scene.specular || material_.specular > 0.0;
+                               static_cast<float>(lobe_width()), 0.0F});
+    if (material_.specular > 0.0) scene.specular |= is_ggx() ? SPECULAR_GGX : SPECULAR_PHONG;
     scene.object_of_primitive.push_back(object_);
     scene.triangles_of_primitive.push_back(n_triangles);
   }
@@ -147,6 +174,7 @@ class Packer {
   double lens_mm_;
   int object_ = 0;
   Material material_;
+  std::map<const ImageF*, double> maps_;
 };
 
 // First place of each primitive in the list of all surfaces (shaders/identity.glsl).

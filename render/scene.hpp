@@ -42,11 +42,12 @@ struct PackedScene {
   std::vector<std::size_t> triangles_of_primitive;  ///< 1 for analytic shapes
   std::size_t n_surfaces = 0;                       ///< all of them together
   int n_spheres = 0, n_planes = 0, n_cylinders = 0, n_meshes = 0;
-  bool specular = false;
-  bool bounded = false;    ///< a plane or cylinder with an end
-  bool corners = false;    ///< a mesh with vertex normals or albedo
-  bool shadow = true;      ///< false for one convex object alone, or when the twin says so
-  bool unbounded = false;  ///< something reaches to infinity: every block of pixels may see it
+  int specular = 0;         ///< SPECULAR_PHONG | SPECULAR_GGX: the lobes that occur
+  bool bounded = false;     ///< a plane or cylinder with an end
+  bool corners = false;     ///< a mesh with vertex normals or albedo
+  std::vector<float> maps;  ///< albedo maps, each behind its width and height; empty without any
+  bool shadow = true;       ///< false for one convex object alone, or when the twin says so
+  bool unbounded = false;   ///< something reaches to infinity: every block of pixels may see it
   std::vector<BoundingSphere> finite;
   std::size_t first_mesh_bound = 0;  ///< in `finite`
   /// Farthest bounded geometry or visible point (a shadow ray's origin), for rounding allowances; at most

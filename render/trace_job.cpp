@@ -144,10 +144,17 @@ ParamsBlock make_params(const Twin& twin, const Camera& camera, const PackedScen
   g.values.projector_grid = projector.table.grid;
   g.values.projector_grid_n = projector.table.grid_n;
   g.set(&P::projector_center, {center.x(), center.y(), center.z(), p.intensity});
-  g.set(&P::light, {p.reference_distance_mm * p.reference_distance_mm, shadow_offset, p.blur_px, 0.0});
+  g.set(&P::light, {p.reference_distance_mm * p.reference_distance_mm, shadow_offset, p.blur_px,
+                    static_cast<double>(pass.table_size())});
   const double focus = camera.optics ? camera.optics->focus_distance_mm : 1.0;
   g.set(&P::sampling, {twin.render.pixel_fill, 1.0 / samples.n, lens_radius_mm(camera), 1.0 / focus});
   g.values.sampling_n = {samples.n, samples.factors.columns, samples.factors.rows, fold_seed(seed)};
+  if (p.optics)
+    g.set(&P::projector_optics, {0.5 * p.optics->focal_length_mm / p.optics->f_number,
+                                 1.0 / p.optics->focus_distance_mm, 0.0, 0.0});
+  const double gap_samples = pass.gaps.empty() ? 0.0 : static_cast<double>(pass.gaps.size() - 2);
+  g.set(&P::projector_gaps, {gap_samples, p.pixel_fill, projector.cx + 0.5 - std::floor(projector.cx + 0.5),
+                             projector.cy + 0.5 - std::floor(projector.cy + 0.5)});
   for (std::size_t i = 0; i < pass.pitches.size(); ++i) {
     g.values.pitch[i] = rounded(pass.pitches[i].values);
     g.rest.pitch[i] = rest_of(pass.pitches[i].values);
@@ -192,6 +199,14 @@ SpecConstants make_constants(const Twin& twin, const Camera& camera, const Packe
   set(SPEC_N_GRAY, pass.count(DirectSlot::Kind::gray));
   set(SPEC_N_IMAGES, pass.count(DirectSlot::Kind::image));
   set(SPEC_GRAY_BLUR, twin.projector->blur_px > 0.0);
+  c[SPEC_FUNDAMENTALS] = pass.fundamentals();
+  set(SPEC_DEFOCUS, twin.projector->optics.has_value());
+  if (twin.projector->pixel_structure && twin.projector->pixel_fill < 1.0)
+    set(SPEC_PIXEL_GAPS, pass.gaps.empty() ? PIXEL_GAPS_SHARP : PIXEL_GAPS_BLURRED);
+  set(SPEC_N_PIXEL, pass.count(DirectSlot::Kind::pixel));
+  set(SPEC_ALBEDO_MAPS, !scene.maps.empty());
+  // One convex object alone gives itself no light.
+  set(SPEC_BOUNCES, twin.render.bounces > 0 && scene.shadow ? twin.render.bounce_samples : 0);
   return c;
 }
 

@@ -14,7 +14,6 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double reach_sigmas = 8.5;  // a Gaussian beyond holds 2e-17
 constexpr int most_harmonics = 512;   // smaller blurs are convolved directly
-constexpr double margin_px = 2.0;
 constexpr int panel_nodes = 16;
 
 // A response is defined on [0, 1]; the cosine may leave it by a rounding error.
@@ -91,6 +90,14 @@ bool is_linear(const ProjectorResponse& response) {
          (response.kind == ProjectorResponse::Kind::gamma && response.gamma == 1.0);
 }
 
+double pattern_margin_px(const Projector& projector) {
+  if (!projector.optics) return 2.0;
+  const Optics& o = *projector.optics;
+  const auto& k = projector.lens.intrinsics();
+  // the circle of confusion from a fifth of the focus distance on
+  return 2.0 + std::ceil(2.0 * o.focal_length_mm / o.f_number / o.focus_distance_mm * std::max(k[0], k[1]));
+}
+
 double blur_attenuation(int harmonic, double sigma_px, double pitch_px) {
   const double u = pi * harmonic * sigma_px / pitch_px;
   return std::exp(-2.0 * u * u);
@@ -131,10 +138,17 @@ EffectivePattern::EffectivePattern(const Twin& twin, const PatternSpec& pattern)
   FT_CHECK(twin.projector.has_value(), "a pattern needs a projector");
   response_ = twin.projector->response;
   sigma_px_ = twin.projector->blur_px;
+  margin_px_ = pattern_margin_px(*twin.projector);
   const DirectionFringes& d = fringes_.directions.at(static_cast<std::size_t>(pattern.direction));
   const std::size_t p = pattern.is_gray() ? 0 : static_cast<std::size_t>(pattern.pitch);
   pitch_px_ = d.pitches_px.at(p);
   origin_px_ = d.phase_origin_px.at(p);
+  if (twin.projector->pixel_structure) {
+    method_ = Method::pixels;
+    pixel_fill_ = twin.projector->pixel_fill;
+    levels_ = twin.projector->quantise_bits ? std::exp2(*twin.projector->quantise_bits) - 1.0 : 0.0;
+    return;
+  }
   if (sigma_px_ == 0.0) return;
   if (pattern.is_gray()) {
     method_ = Method::edges;
@@ -166,6 +180,8 @@ double EffectivePattern::operator()(double coordinate_px) const {
       return convolve(coordinate_px);
     case Method::edges:
       return sum_edges(coordinate_px);
+    case Method::pixels:
+      return mix_pixels(coordinate_px);
   }
   return 0.0;
 }
@@ -199,7 +215,7 @@ void EffectivePattern::find_edges(double size_px) {
   const DirectionFringes& d = fringes_.directions[static_cast<std::size_t>(pattern_.direction)];
   const double offset = d.gray ? d.gray->offset_periods : 0.0;
   const double cell = 0.5 * pitch_px_, start = origin_px_ + offset * pitch_px_;
-  const double reach = margin_px + 0.5 + (reach_sigmas + 1.0) * sigma_px_;
+  const double reach = margin_px_ + 0.5 + (reach_sigmas + 1.0) * sigma_px_;
   const auto first = static_cast<long>(std::floor((-reach - start) / cell)) - 1;
   const auto last = static_cast<long>(std::ceil((size_px + reach - start) / cell)) + 1;
   const auto value = [&](long i) {
@@ -232,6 +248,30 @@ double EffectivePattern::sum_edges(double coordinate_px) const {
   return value;
 }
 
+double EffectivePattern::pixel_value(double center_px) const {
+  double value = pattern_value(fringes_, pattern_, center_px);
+  if (levels_ > 0.0) value = std::round(value * levels_) / levels_;
+  return respond(response_, value);
+}
+
+// Mean over the pixels around, each weighted with the part of the blur spot on its lit square: what
+// arrives, over what arrives of a white image.
+double EffectivePattern::mix_pixels(double coordinate_px) const {
+  const double nearest = std::floor(coordinate_px + 0.5);
+  if (sigma_px_ == 0.0) return pixel_value(nearest);
+  const double reach = std::ceil(reach_sigmas * sigma_px_) + 1.0;
+  const double scale = 1.0 / (sigma_px_ * std::numbers::sqrt2);
+  double sum = 0.0, weights = 0.0;
+  for (double i = nearest - reach; i <= nearest + reach; i += 1.0) {
+    const double d = std::abs(coordinate_px - i);
+    const double weight =
+        std::erfc((d - 0.5 * pixel_fill_) * scale) - std::erfc((d + 0.5 * pixel_fill_) * scale);
+    sum += weight * pixel_value(i);
+    weights += weight;
+  }
+  return weights > 1e-280 ? sum / weights : pixel_value(nearest);
+}
+
 double effective_pattern_value(const Twin& twin, const PatternSpec& pattern, double coordinate_px) {
   return EffectivePattern(twin, pattern)(coordinate_px);
 }
@@ -254,11 +294,39 @@ std::vector<float> axis_waveform(const Twin& twin, const PatternSpec& pattern, d
   const EffectivePattern effective(twin, pattern);
   const Axis axis = twin.fringes.directions.at(static_cast<std::size_t>(pattern.direction)).axis;
   const int size = axis == Axis::x ? twin.projector->lens.width() : twin.projector->lens.height();
+  const double margin_px = pattern_margin_px(*twin.projector);
   *first_px = -0.5 - margin_px;
   const auto n = static_cast<std::size_t>(std::ceil((size + 2.0 * margin_px) * samples_per_px)) + 1;
   std::vector<float> values(n);
   for (std::size_t i = 0; i < n; ++i)
     values[i] = static_cast<float>(effective(*first_px + static_cast<double>(i) / samples_per_px));
+  return values;
+}
+
+std::vector<float> pixel_waveform(const Twin& twin, const PatternSpec& pattern, int* first_px) {
+  const EffectivePattern effective(twin, pattern);
+  const Axis axis = twin.fringes.directions.at(static_cast<std::size_t>(pattern.direction)).axis;
+  const int size = axis == Axis::x ? twin.projector->lens.width() : twin.projector->lens.height();
+  const int margin = static_cast<int>(std::ceil(pattern_margin_px(*twin.projector)));
+  *first_px = -margin;
+  std::vector<float> values;
+  for (int i = -margin; i < size + margin; ++i) values.push_back(static_cast<float>(effective(i)));
+  return values;
+}
+
+std::vector<float> gap_waveform(const Projector& projector) {
+  const double sigma = projector.blur_px, half = 0.5 * projector.pixel_fill;
+  if (!projector.pixel_structure || projector.pixel_fill == 1.0 || sigma == 0.0) return {};
+  constexpr int samples = 4096;
+  std::vector<float> values;
+  for (int i = 0; i <= samples + 1; ++i) {
+    const double t = static_cast<double>(i % samples) / samples - 0.5;
+    double lit = projector.pixel_fill;  // Fourier series of the raster; exp(-2 pi^2 1.5^2) = 5e-20
+    for (int m = 1; m * sigma < 1.5; ++m)
+      lit += 2.0 * std::sin(2.0 * pi * m * half) / (pi * m) * blur_attenuation(m, sigma, 1.0) *
+             std::cos(2.0 * pi * m * t);
+    values.push_back(static_cast<float>(lit / projector.pixel_fill));
+  }
   return values;
 }
 

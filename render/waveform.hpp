@@ -15,6 +15,9 @@ bool is_linear(const ProjectorResponse& response);
 /// the Fourier transform of a unit Gaussian of sigma `sigma_px`.
 double blur_attenuation(int harmonic, double sigma_px, double pitch_px);
 
+/// How far beyond the projector's image a pattern is tabulated: 2 px and the circle of confusion.
+double pattern_margin_px(const Projector& projector);
+
 /// a[0] + sum_k a[k] cos(k t).
 struct CosineSeries {
   std::vector<double> a;
@@ -26,8 +29,10 @@ struct CosineSeries {
 /// branch point of a power law at value 0.
 CosineSeries cosine_series(const ProjectorResponse& response, double mean, double amplitude, int harmonics);
 
-/// One image of the sequence after response and blur, as a function of the projector coordinate.
-/// Build once, evaluate often. Without blur: response(pattern_value(x)).
+/// One image of the sequence after response and Gaussian blur, as a function of the projector coordinate.
+/// Build once, evaluate often. Without blur: response(pattern_value(x)). With pixel structure x is that
+/// of the pixel's centre, rounded to the frame buffer's levels; with gaps between the pixels the value
+/// is relative to a white image there (gap_waveform).
 class EffectivePattern {
  public:
   EffectivePattern(const Twin& twin, const PatternSpec& pattern);
@@ -36,7 +41,7 @@ class EffectivePattern {
   double operator()(double coordinate_px) const;
 
  private:
-  enum class Method { direct, series, convolution, edges };
+  enum class Method { direct, series, convolution, edges, pixels };
   struct Edge {
     double position_px = 0.0;
     double before = 0.0;  ///< value left of it
@@ -44,6 +49,8 @@ class EffectivePattern {
   };
   double convolve(double coordinate_px) const;
   double sum_edges(double coordinate_px) const;
+  double mix_pixels(double coordinate_px) const;
+  double pixel_value(double center_px) const;
   void find_edges(double size_px);
 
   Method method_ = Method::direct;
@@ -51,6 +58,7 @@ class EffectivePattern {
   PatternSpec pattern_;
   ProjectorResponse response_;
   double sigma_px_ = 0.0, pitch_px_ = 1.0, origin_px_ = 0.0, shift_rad_ = 0.0;
+  double margin_px_ = 0.0, pixel_fill_ = 1.0, levels_ = 0.0;
   CosineSeries series_;        ///< blurred, phase steps
   std::vector<double> kinks_;  ///< t in [0, pi] where the response is not smooth
   std::vector<Edge> edges_;    ///< ascending, Gray images
@@ -65,8 +73,16 @@ double effective_pattern_value(const Twin& twin, const PatternSpec& pattern, dou
 std::vector<float> periodic_waveform(const Twin& twin, const PatternSpec& pattern, int samples);
 
 /// Any pattern along its whole axis: sample i at *first_px + i / samples_per_px, covering the
-/// projector's image [-0.5, size - 0.5] and a margin of two pixels on either side.
+/// projector's image [-0.5, size - 0.5] and pattern_margin_px() on either side.
 std::vector<float> axis_waveform(const Twin& twin, const PatternSpec& pattern, double samples_per_px,
                                  double* first_px);
+
+/// The frame buffer's pixels one by one from *first_px on, with the same margin (pixel structure without
+/// Gaussian blur).
+std::vector<float> pixel_waveform(const Twin& twin, const PatternSpec& pattern, int* first_px);
+
+/// White image across one projector pixel from border to border, with the gaps between pixels and the
+/// Gaussian blur, mean 1; two samples more than one period. Empty without gaps or blur.
+std::vector<float> gap_waveform(const Projector& projector);
 
 }  // namespace fringetwin::render

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "twin/errors.hpp"
+#include "twin/image_io.hpp"
 #include "twin/paths.hpp"
 
 #ifndef FRINGETWIN_SOURCE_DIR
@@ -59,6 +60,20 @@ void load_meshes(Twin& twin) {
       twin.input_files.push_back(shape->file);
     }
     shape->mesh = mesh;
+  }
+  std::map<fs::path, std::shared_ptr<const ImageF>> maps;
+  for (Object& object : twin.objects) {
+    auto* plane = std::get_if<PlaneShape>(&object.shape);
+    if (plane == nullptr || plane->albedo_file.empty() || plane->albedo_map) continue;
+    auto& map = maps[plane->albedo_file];
+    if (!map) {
+      LoadedGray gray = read_gray(plane->albedo_file);
+      const float white = std::ldexp(1.0F, gray.file_bits) - 1.0F;
+      for (float& value : gray.image.data) value /= white;
+      map = std::make_shared<const ImageF>(std::move(gray.image));
+      twin.input_files.push_back(plane->albedo_file);
+    }
+    plane->albedo_map = map;
   }
 }
 

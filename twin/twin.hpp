@@ -2,6 +2,7 @@
 // The whole twin: what twin.toml says (DESIGN §4), after checking.
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "twin/fringes.hpp"
+#include "twin/image.hpp"
 #include "twin/lens.hpp"
 #include "twin/mesh.hpp"
 #include "twin/pose.hpp"
@@ -36,12 +38,21 @@ struct Optics {
   double focus_distance_mm = 0.0;
 };
 
+/// Falling light towards the image's corners, in the camera's lens.
+struct Vignetting {
+  enum class Kind { none, cos4, polynomial };
+  Kind kind = Kind::none;
+  std::array<double, 3> a{};  ///< polynomial: 1 + a1 r^2 + a2 r^4 + a3 r^6, r = 1 at the image's corners
+};
+
 struct Camera {
   std::string name;
   Lens lens;
   Pose T_cam_world;
   Sensor sensor;
   std::optional<Optics> optics;
+  double psf_px = 0.0;  ///< Gaussian sigma of the lens's point spread, camera px
+  Vignetting vignetting = {};
   Eigen::Vector3d center_world_mm() const { return T_cam_world.inverse().translation_mm; }
 };
 
@@ -61,7 +72,13 @@ struct Projector {
   double reference_distance_mm = 0.0;
   double blur_px = 0.0;  ///< Gaussian sigma, projector px, applied after the response
   ProjectorResponse response;
-  double ambient = 0.0;  ///< irradiance added wherever an object is hit
+  double ambient = 0.0;                         ///< irradiance added wherever an object is hit
+  std::optional<Optics> optics = std::nullopt;  ///< thin lens: defocus by depth
+  /// The pattern is constant over each projector pixel: the value at its centre.
+  bool pixel_structure = false;
+  /// Side of the pixel's square that gives light, with pixel_structure; the mean is kept.
+  double pixel_fill = 1.0;
+  std::optional<int> quantise_bits = std::nullopt;  ///< of the frame buffer, with pixel_structure
   Eigen::Vector3d center_world_mm() const { return T_proj_world.inverse().translation_mm; }
 };
 
@@ -69,6 +86,9 @@ struct Material {
   double diffuse = 0.8;
   double specular = 0.0;
   double shininess = 10.0;
+  enum class Specular { phong, ggx };
+  Specular specular_model = Specular::phong;
+  double roughness = 0.5;  ///< ggx: alpha = roughness^2; `specular` is the reflectance at normal incidence
 };
 
 struct SphereShape {
@@ -82,6 +102,10 @@ struct PlaneShape {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit
   std::optional<Eigen::Vector2d> size_mm;
   Eigen::Vector3d u_axis = Eigen::Vector3d::UnitX();  ///< unit, orthogonal to normal
+  /// Factors of the diffuse reflectivity over the rectangle: columns along u_axis, rows along
+  /// normal x u_axis, from the corner at -u, -v.
+  std::filesystem::path albedo_file = {};
+  std::shared_ptr<const ImageF> albedo_map = nullptr;  ///< 0...1; filled by load_meshes()
 };
 /// Open (no caps), infinite unless length_mm is given: then centred at point_mm.
 struct CylinderShape {
@@ -119,7 +143,9 @@ struct RenderOptions {
   double gray_error = 1e-4;    ///< rms over all pixels, fraction of the sensor's full scale
   std::optional<int> samples;  ///< fixed sampling when given
   std::optional<Sampler> sampler;
-  bool shadow = true;  ///< false: nothing hides a point from the projector
+  bool shadow = true;       ///< false: nothing hides a point from the projector
+  int bounces = 0;          ///< 1: light that comes from the projector over another surface
+  int bounce_samples = 64;  ///< directions per sample of the pixel
 };
 
 enum class Triangulate { stereo, projector };
@@ -170,7 +196,8 @@ struct Twin {
 /// (default: ../shared/captures beside the project's checkout).
 Twin load_twin(const std::filesystem::path& file);
 
-/// Loads the files of all MeshShapes that have none yet; one file is read once and shared.
+/// Loads the files of all MeshShapes and albedo maps that are not there yet; one file is read once and
+/// shared.
 void load_meshes(Twin& twin);
 
 /// Root of the real captures: $FRINGETWIN_CAPTURES or the default.

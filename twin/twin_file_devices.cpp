@@ -132,13 +132,37 @@ Optics read_optics(const TomlTable& table) {
   return optics;
 }
 
+Vignetting read_vignetting(const TomlTable& camera) {
+  Vignetting v;
+  if (!camera.has("vignetting")) return v;
+  if (camera.is_string("vignetting")) {
+    if (camera.choice("vignetting", {"none", "cos4"}) == "cos4") v.kind = Vignetting::Kind::cos4;
+    return v;
+  }
+  if (!camera.is_array("vignetting"))
+    camera.fail("vignetting", "must be \"none\", \"cos4\" or three coefficients [a1, a2, a3]");
+  const Eigen::Vector3d a = *camera.vector("vignetting", 3);
+  for (int i = 0; i <= 100; ++i) {
+    const double s = 0.01 * i;  // r^2
+    if (1.0 + s * (a[0] + s * (a[1] + s * a[2])) <= 0.0)
+      camera.fail("vignetting",
+                  fmt::format("1 + a1 r^2 + a2 r^4 + a3 r^6 is not positive at r = {:.2f}", std::sqrt(s)),
+                  "r is 1 at the image's corners");
+  }
+  v.kind = Vignetting::Kind::polynomial;
+  v.a = {a[0], a[1], a[2]};
+  return v;
+}
+
 Camera read_camera(const TomlTable& table, const TwinFileContext& context, bool first) {
-  table.allow(with_device_keys({"name", "sensor", "optics"}));
+  table.allow(with_device_keys({"name", "sensor", "optics", "psf_px", "vignetting"}));
   const std::string name = table.required_name();
   const Device device = read_device(table, context, first);
   Camera camera{name, device.lens, device.T_device_world, {}, {}};
   if (const auto sensor = table.table("sensor")) camera.sensor = read_sensor(*sensor);
   if (const auto optics = table.table("optics")) camera.optics = read_optics(*optics);
+  camera.psf_px = table.number_or("psf_px", camera.psf_px, NumberRange::between(0.0, 20.0));
+  camera.vignetting = read_vignetting(table);
   return camera;
 }
 
@@ -166,6 +190,20 @@ ProjectorResponse read_response(const TomlTable& projector) {
   return response;
 }
 
+/// The raster of the projector's image.
+void read_pixels(const TomlTable& table, Projector* projector) {
+  projector->pixel_structure = table.boolean("pixel_structure").value_or(false);
+  projector->pixel_fill = table.number_or("pixel_fill", projector->pixel_fill,
+                                          {.min = 0.0, .max = 1.0, .min_excluded = true, .smallest = 0.01});
+  projector->quantise_bits = table.integer("quantise_bits", 1, 16);
+  for (const char* key : {"pixel_fill", "quantise_bits"})
+    if (!projector->pixel_structure && table.has(key))
+      table.fail(key, "has no effect without pixel_structure = true");
+  if (projector->optics && projector->pixel_fill < 1.0)
+    table.fail("pixel_fill", "below 1 cannot be combined with [projector.optics]",
+               "describe the blur of the gaps by blur_px");
+}
+
 }  // namespace
 
 std::vector<Camera> read_cameras(const TomlTable& root, const TwinFileContext& context) {
@@ -186,8 +224,8 @@ std::vector<Camera> read_cameras(const TomlTable& root, const TwinFileContext& c
 std::optional<Projector> read_projector(const TomlTable& root, const TwinFileContext& context) {
   const auto table = root.table("projector");
   if (!table) return std::nullopt;
-  table->allow(
-      with_device_keys({"intensity", "falloff", "reference_distance_mm", "blur_px", "response", "ambient"}));
+  table->allow(with_device_keys({"intensity", "falloff", "reference_distance_mm", "blur_px", "response",
+                                 "ambient", "optics", "pixel_structure", "pixel_fill", "quantise_bits"}));
   const Device device = read_device(*table, context, false);
   Projector projector{
       .lens = device.lens, .T_proj_world = device.T_device_world, .response = read_response(*table)};
@@ -200,6 +238,8 @@ std::optional<Projector> read_projector(const TomlTable& root, const TwinFileCon
     table->fail("reference_distance_mm", "has no effect without falloff = \"inverse-square\"");
   projector.blur_px = table->number_or("blur_px", projector.blur_px, NumberRange{.min = 0.0, .largest = 1e4});
   projector.ambient = table->number_or("ambient", projector.ambient, NumberRange::not_negative());
+  if (const auto optics = table->table("optics")) projector.optics = read_optics(*optics);
+  read_pixels(*table, &projector);
   return projector;
 }
 

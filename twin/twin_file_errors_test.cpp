@@ -65,8 +65,10 @@ TEST_F(TwinFileErrors, UnknownKeysNameTheNearest) {
                 AllOf(HasSubstr(fmt::format("unknown key \"{}\" in {}", c.wrong, c.table)),
                       HasSubstr(fmt::format("did you mean \"{}\"?", c.right))));
   }
-  EXPECT_THAT(error(kMinimal + "[render]\ntemperature = 3\n", "temperature"),
-              HasSubstr("known keys: pixel_fill, phase_error_rad, gray_error, samples, sampler, shadow"));
+  EXPECT_THAT(
+      error(kMinimal + "[render]\ntemperature = 3\n", "temperature"),
+      HasSubstr("known keys: pixel_fill, phase_error_rad, gray_error, samples, sampler, shadow, bounces, "
+                "bounce_samples"));
 }
 
 TEST_F(TwinFileErrors, TypesAndRangesOfEveryNumber) {

@@ -56,13 +56,18 @@ RenderOptions read_render(const TomlTable& root) {
   RenderOptions render;
   const auto table = root.table("render");
   if (!table) return render;
-  table->allow({"pixel_fill", "phase_error_rad", "gray_error", "samples", "sampler", "shadow"});
+  table->allow({"pixel_fill", "phase_error_rad", "gray_error", "samples", "sampler", "shadow", "bounces",
+                "bounce_samples"});
   render.pixel_fill =
       table->number_or("pixel_fill", render.pixel_fill, {.min = 0.0, .max = 2.0, .min_excluded = true});
   render.phase_error_rad =
       table->number_or("phase_error_rad", render.phase_error_rad, NumberRange::positive(1e-8, 1.0));
   render.gray_error = table->number_or("gray_error", render.gray_error, NumberRange::positive());
   render.samples = table->integer("samples", 1, 65536);
+  render.bounces = table->integer("bounces", 0, 1).value_or(render.bounces);
+  render.bounce_samples = table->integer("bounce_samples", 1, 4096).value_or(render.bounce_samples);
+  if (table->has("bounce_samples") && render.bounces == 0)
+    table->fail("bounce_samples", "has no effect without bounces = 1");
   if (const auto sampler = table->choice("sampler", {"adaptive", "gauss", "multi-jittered", "sobol"}))
     render.sampler = *sampler == "adaptive"         ? Sampler::adaptive
                      : *sampler == "gauss"          ? Sampler::gauss

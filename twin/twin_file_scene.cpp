@@ -31,7 +31,7 @@ SphereShape read_sphere(const TomlTable& table) {
   return {table.required_vector3("center_mm"), table.required_number("radius_mm", NumberRange::positive())};
 }
 
-PlaneShape read_plane(const TomlTable& table) {
+PlaneShape read_plane(const TomlTable& table, const TwinFileContext& context) {
   PlaneShape plane;
   plane.point_mm = table.required_vector3("point_mm");
   plane.normal = read_unit_vector(table, "normal");
@@ -44,6 +44,10 @@ PlaneShape read_plane(const TomlTable& table) {
     const Eigen::Vector3d across = u - u.dot(plane.normal) * plane.normal;
     if (across.norm() < 1e-6) table.fail("u_axis", "must not be parallel to the normal");
     plane.u_axis = across.normalized();
+  }
+  if (table.has("albedo_map")) {
+    if (!plane.size_mm) table.fail("albedo_map", "needs size_mm", "the image covers the rectangle");
+    plane.albedo_file = context.resolve(table, "albedo_map");
   }
   return plane;
 }
@@ -76,7 +80,7 @@ MeasuredShape read_measured(const TomlTable& table) {
 
 const std::map<std::string, std::vector<std::string>> kShapeKeys = {
     {"sphere", {"center_mm", "radius_mm"}},
-    {"plane", {"point_mm", "normal", "size_mm", "u_axis"}},
+    {"plane", {"point_mm", "normal", "size_mm", "u_axis", "albedo_map"}},
     {"cylinder", {"point_mm", "axis", "radius_mm", "length_mm"}},
     {"mesh", {"file", "unit", "rt_world_object", "shading"}},
     {"measured", {"steps", "smoothing_px"}}};
@@ -95,18 +99,29 @@ Shape read_shape(const TomlTable& table, const TwinFileContext& context) {
       table.required_choice("shape", {"sphere", "plane", "cylinder", "mesh", "measured"});
   allow_keys(table, shape);
   if (shape == "sphere") return read_sphere(table);
-  if (shape == "plane") return read_plane(table);
+  if (shape == "plane") return read_plane(table, context);
   if (shape == "cylinder") return read_cylinder(table);
   if (shape == "mesh") return read_mesh(table, context);
   return read_measured(table);
 }
 
 Material read_material(const TomlTable& table) {
-  table.allow({"diffuse", "specular", "shininess"});
+  table.allow({"diffuse", "specular", "shininess", "specular_model", "roughness"});
   Material material;
   material.diffuse = table.number_or("diffuse", material.diffuse, NumberRange::between(0.0, 1.0));
   material.specular = table.number_or("specular", material.specular, NumberRange::not_negative());
   material.shininess = table.number_or("shininess", material.shininess, NumberRange::positive());
+  const bool ggx = table.choice("specular_model", {"phong", "ggx"}) == "ggx";
+  const char* other = ggx ? "shininess" : "roughness";
+  if (table.has(other))
+    table.fail(other, fmt::format("has no effect with specular_model = \"{}\"", ggx ? "ggx" : "phong"),
+               ggx ? "use roughness" : "use shininess, or specular_model = \"ggx\"");
+  if (ggx) {
+    material.specular_model = Material::Specular::ggx;
+    material.roughness = table.number_or("roughness", material.roughness,
+                                         {.min = 0.0, .max = 1.0, .min_excluded = true, .smallest = 0.01});
+    table.number("specular", NumberRange::between(0.0, 1.0));  // a reflectance
+  }
   return material;
 }
 

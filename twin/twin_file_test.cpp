@@ -86,6 +86,96 @@ TEST_F(TwinFile, ProjectorResponses) {
   EXPECT_EQ(table(1.0), 1.0);
 }
 
+TEST_F(TwinFile, ProjectorOpticsAndPixels) {
+  const std::string start = kHead + kCamera + kProjectorLens;
+  const Projector plain = *load(start + kFringes).projector;
+  EXPECT_FALSE(plain.optics || plain.pixel_structure || plain.quantise_bits);
+  const Projector rich =
+      *load(start + "pixel_structure = true\nquantise_bits = 8\npixel_fill = 0.9\n" + kFringes).projector;
+  EXPECT_TRUE(rich.pixel_structure);
+  EXPECT_EQ(rich.pixel_fill, 0.9);
+  EXPECT_EQ(rich.quantise_bits, 8);
+  const std::string optics =
+      "[projector.optics]\nf_number = 2\nfocal_length_mm = 12\nfocus_distance_mm = 300\n";
+  const Projector thick = *load(start + optics + kFringes).projector;
+  EXPECT_EQ(thick.optics->f_number, 2.0);
+  EXPECT_EQ(thick.optics->focal_length_mm, 12.0);
+  EXPECT_EQ(thick.optics->focus_distance_mm, 300.0);
+  for (const char* key : {"pixel_fill = 0.9", "quantise_bits = 8"})
+    EXPECT_THAT(error(start + key + "\n" + kFringes, key),
+                HasSubstr("has no effect without pixel_structure"));
+  EXPECT_THAT(error(start + "pixel_structure = true\npixel_fill = 0.9\n" + optics + kFringes, "pixel_fill"),
+              HasSubstr("cannot be combined with [projector.optics]"));
+  EXPECT_THAT(error(start + "pixel_structur = true\n" + kFringes, "pixel_structur ="),
+              HasSubstr("did you mean \"pixel_structure\"?"));
+}
+
+TEST_F(TwinFile, CameraLens) {
+  const auto lens = [&](const std::string& keys) {
+    return load(kHead + kCamera + keys + kFringes).cameras[0];
+  };
+  EXPECT_EQ(lens("").psf_px, 0.0);
+  EXPECT_EQ(lens("vignetting = \"none\"\n").vignetting.kind, Vignetting::Kind::none);
+  EXPECT_EQ(lens("psf_px = 0.7\n").psf_px, 0.7);
+  EXPECT_EQ(lens("vignetting = \"cos4\"\n").vignetting.kind, Vignetting::Kind::cos4);
+  const Vignetting v = lens("vignetting = [-0.3, 0.1, 0]\n").vignetting;
+  EXPECT_EQ(v.kind, Vignetting::Kind::polynomial);
+  EXPECT_THAT(v.a, ElementsAre(-0.3, 0.1, 0.0));
+  const auto wrong = [&](const std::string& line) { return error(kHead + kCamera + line + kFringes, line); };
+  EXPECT_THAT(wrong("vignetting = [-0.6, -0.6, 0]\n"), HasSubstr("is not positive at r = "));
+  EXPECT_THAT(wrong("vignetting = [0.1, 0]\n"), HasSubstr("vignetting must have 3 numbers, has 2"));
+  EXPECT_THAT(wrong("vignetting = \"cos\"\n"), HasSubstr("cos4"));
+  EXPECT_THAT(wrong("vignetting = 4\n"), HasSubstr("must be \"none\", \"cos4\" or three coefficients"));
+  EXPECT_THAT(wrong("psf_px = -1\n"), HasSubstr("must be >= 0 and <= 20, is -1"));
+}
+
+TEST_F(TwinFile, GgxMaterial) {
+  const auto material = [&](const std::string& keys) {
+    return load(kMinimal + kBall + "[object.material]\n" + keys).objects[0].material;
+  };
+  EXPECT_EQ(material("").specular_model, Material::Specular::phong);
+  const Material m = material("specular_model = \"ggx\"\nspecular = 0.04\nroughness = 0.3\n");
+  EXPECT_EQ(m.specular_model, Material::Specular::ggx);
+  EXPECT_EQ(m.specular, 0.04);
+  EXPECT_EQ(m.roughness, 0.3);
+  const auto wrong = [&](const std::string& keys, const std::string& line) {
+    return error(kMinimal + kBall + "[object.material]\n" + keys, line);
+  };
+  EXPECT_THAT(wrong("roughness = 0.3\n", "roughness"),
+              HasSubstr("has no effect with specular_model = \"phong\""));
+  EXPECT_THAT(wrong("specular_model = \"ggx\"\nshininess = 3\n", "shininess"), HasSubstr("use roughness"));
+  EXPECT_THAT(wrong("specular_model = \"ggx\"\nspecular = 1.5\n", "specular = 1.5"),
+              HasSubstr("must be >= 0 and <= 1, is 1.5"));
+  EXPECT_THAT(wrong("specular_model = \"ggx\"\nroughness = 0\n", "roughness"),
+              HasSubstr("must be > 0 and <= 1"));
+}
+
+TEST_F(TwinFile, AlbedoMap) {
+  ImageF map(2, 1);
+  map.data = {51.0F, 255.0F};
+  write_gray_png(folder_ / "map.png", map, 8);
+  const std::string plane =
+      "[[object]]\nname = \"p\"\nshape = \"plane\"\npoint_mm = [0, 0, 300]\nnormal = [0, 0, -1]\n";
+  Twin twin = load(kMinimal + plane + "size_mm = [20, 10]\nalbedo_map = \"map.png\"\n");
+  load_meshes(twin);
+  const auto& shape = std::get<PlaneShape>(twin.objects[0].shape);
+  ASSERT_TRUE(shape.albedo_map);
+  EXPECT_THAT(shape.albedo_map->data, ElementsAre(0.2F, 1.0F));
+  EXPECT_EQ(twin.input_files.back(), folder_ / "map.png");
+  EXPECT_THAT(error(kMinimal + plane + "albedo_map = \"map.png\"\n", "albedo_map"),
+              HasSubstr("needs size_mm"));
+}
+
+TEST_F(TwinFile, Bounces) {
+  EXPECT_EQ(load(kMinimal).render.bounces, 0);
+  const RenderOptions r = load(kMinimal + "[render]\nbounces = 1\nbounce_samples = 16\n").render;
+  EXPECT_EQ(r.bounces, 1);
+  EXPECT_EQ(r.bounce_samples, 16);
+  EXPECT_THAT(error(kMinimal + "[render]\nbounces = 2\n", "bounces"), HasSubstr("must be 0 ... 1, is 2"));
+  EXPECT_THAT(error(kMinimal + "[render]\nbounce_samples = 9\n", "bounce_samples"),
+              HasSubstr("has no effect without bounces = 1"));
+}
+
 TEST_F(TwinFile, CameraModelFilesInMetresAndMillimetres) {
   CameraModelFile model;
   model.lensmodel = "LENSMODEL_PINHOLE";

@@ -48,12 +48,20 @@ layout(constant_id = SPEC_N_GRAY) const int N_GRAY = 0;
 layout(constant_id = SPEC_N_IMAGES) const int N_IMAGES = 0;
 layout(constant_id = SPEC_GRAY_BLUR) const int GRAY_BLUR = 0;
 layout(constant_id = SPEC_PIXEL_LIST) const int PIXEL_LIST = 0;
+layout(constant_id = SPEC_FUNDAMENTALS) const int FUNDAMENTALS = -1;
+layout(constant_id = SPEC_DEFOCUS) const int DEFOCUS = 0;
+layout(constant_id = SPEC_PIXEL_GAPS) const int PIXEL_GAPS = 0;
+layout(constant_id = SPEC_N_PIXEL) const int N_PIXEL = 0;
+layout(constant_id = SPEC_ALBEDO_MAPS) const int ALBEDO_MAPS = 0;
+layout(constant_id = SPEC_BOUNCES) const int BOUNCES = 0;
 
 // Primitives in this order: spheres, planes, cylinders, mesh instances.
 const int FIRST_PLANE = N_SPHERES;
 const int FIRST_CYLINDER = N_SPHERES + N_PLANES;
 const int FIRST_MESH = N_SPHERES + N_PLANES + N_CYLINDERS;
-const int N_DIRECT = N_PERIODIC + N_AXIS + N_GRAY + N_IMAGES;
+const int N_TABLES = N_PERIODIC + N_AXIS;
+const int FIRST_IMAGE = N_TABLES + N_PIXEL + N_GRAY;
+const int N_DIRECT = FIRST_IMAGE + N_IMAGES;
 
 layout(push_constant) uniform PushBlock { Push push; };
 layout(std140, binding = BIND_PARAMS) uniform ParamsBlock {
@@ -69,7 +77,7 @@ Params params, params_rest;
 
 struct Primitive {
   vec4 a, b, c, d;
-  vec3 material;  // diffuse, specular, shininess
+  vec3 material;  // diffuse, specular, shininess or -alpha
   int index;
 };
 #define KEPT 3  // primitives of each kind read once per pixel; the others in the loops

@@ -14,7 +14,9 @@ vec2 projected_step(const PixelRays rays, const Sample sample_, const Hit hit, r
   vec3 turn = vec3(d1 - d0);
   vec3 move = hit.t * (turn - d * (dot(hit.n_geometric, turn) / dot(hit.n_geometric, d)));
   real2 moved;
+  float kept = defocus;
   project(p + real3(move), moved);
+  defocus = kept;
   vec2 step_px = vec2(moved - u) / STEP;
   // At grazing points beyond the projector's horizon it may be anything.
   return max(abs(step_px.x), abs(step_px.y)) < 1e4 ? step_px : vec2(0.0);

@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the sums collect: w cos, w sin per pitch; w * value per directly evaluated image.
-// Output channels: mean, hit fraction, (cosine, sine) per pitch, direct images.
+// What the sums collect: w cos, w sin per pitch and harmonic; w * value per directly evaluated image.
+// Output channels: mean, hit fraction, (cosine, sine) per pair, direct images. Higher harmonics follow
+// their fundamental and come from it by the addition theorem, without another cosine.
 
 const float MOST_FOOTPRINT_WORDS = 32.0;  // wider footprints (grazing, or far too fine a code) count as that
 const float MOST_FOOTPRINT_PX = 16.0;     // of an image
-
-float waveform(int first, float position) {
-  float base = floor(position);
-  int i = first + int(base);
-  return mix(texelFetch(waveforms, i).x, texelFetch(waveforms, i + 1).x, position - base);
-}
 
 // The sample's share of the pixel, projected (px of the projector): its middle as seen from the sample and
 // two half sides. All 0: a point. Set by footprint.glsl.
@@ -84,29 +79,99 @@ float image_value(vec2 u, vec4 b) {
   return sum;
 }
 
+// Fourier transform 2 J1(x)/x of a uniform disk; Abramowitz and Stegun 9.4.4 and 9.4.6 (4e-8).
+float disk_attenuation(float x) {
+  float t = min(x, 3.0) / 3.0, s = t * t, q = 3.0 / max(x, 3.0);
+  float near = 1.0 + s * (-1.12499970 + s * (0.42187146 + s * (-0.07908578 +
+               s * (0.00886638 + s * (-0.00063522 + s * 0.00002218)))));
+  float f = 0.79788456 + q * (0.00000156 + q * (0.01659667 + q * (0.00017105 + q * (-0.00249511 +
+            q * (0.00113653 - q * 0.00020033)))));
+  float angle = x - 2.35619449 + q * (0.12499612 + q * (0.00005650 + q * (-0.00637879 + q * (0.00074348 +
+                q * (0.00079824 - q * 0.00029166)))));
+  return x <= 3.0 ? near : 2.0 * f * cos(angle) / (x * sqrt(x));
+}
+
+// Share of a disk of radius 1 left of t.
+float disk_share(float t) {
+  t = clamp(t, -1.0, 1.0);
+  return 0.5 + (t * sqrt(1.0 - t * t) + asin(t)) * (1.0 / PI);
+}
+
+float table_value(int i, vec4 b, real x) {
+  if (i < N_PERIODIC) return waveform(int(b.x), float(x - floor(x)) * b.y);  // x in turns
+  return waveform(int(b.x), clamp(float(x), 0.0, b.y));
+}
+
+// Cell k of an image that is constant on unit cells: a pixel of the frame buffer or a code word. The
+// code repeats beyond its last word.
+float cell_value(int i, vec4 b, int k) {
+  if (i < N_TABLES + N_PIXEL) return texelFetch(waveforms, int(b.x) + clamp(k, 0, int(b.y))).x;
+  k &= int(b.y);
+  return (((k ^ (k >> 1)) >> int(b.x)) & 1) != 0 ? b.w : b.z;
+}
+
 float direct_value(int i, real2 u) {
   real4 a = REAL_PARAM(direct[i]);
   vec4 b = params.direct_b[i];
   real x = dot(a.zw, u) * a.x + a.y;
-  if (i < N_PERIODIC) return waveform(int(b.x), float(x - floor(x)) * b.y);  // x in turns
-  if (i < N_PERIODIC + N_AXIS) return waveform(int(b.x), clamp(float(x), 0.0, b.y));
-  if (i < N_PERIODIC + N_AXIS + N_GRAY) return gray_value(x, vec2(a.zw), float(a.x), b);
-  return image_value(vec2(u), b);
+  if (DEFOCUS == 0) {
+    if (i < N_TABLES) return table_value(i, b, x);
+    if (i < N_TABLES + N_PIXEL) return cell_value(i, b, int(floor(x)));
+    if (i < FIRST_IMAGE) return gray_value(x, vec2(a.zw), float(a.x), b);
+    return image_value(vec2(u), b);
+  }
+  float r = defocus * float(dot(a.zw, REAL_PARAM(projector_f).xy) * a.x);
+  float sum = 0.0;
+  if (i < N_TABLES) {
+    // The disk's projection on the axis has the density sqrt(1 - t^2): Gauss-Chebyshev, second kind.
+    int n = 8 + int(min(ceil(b.z * r), 500.0));
+    for (int j = 1; j <= n; ++j) {
+      float angle = PI * float(j) / float(n + 1), s = sin(angle);
+      sum += s * s * table_value(i, b, x + real(r * cos(angle)));
+    }
+    return sum * 2.0 / float(n + 1);
+  }
+  r = clamp(r, 1e-6, 500.0);
+  int base = int(floor(x));
+  float part = float(x - floor(x)), below = 0.0;
+  for (int k = int(floor(part - r)); k <= int(floor(part + r)); ++k) {
+    float share = disk_share((float(k + 1) - part) / r);
+    sum += cell_value(i, b, base + k) * (share - below);
+    below = share;
+  }
+  return sum;
+}
+
+float pitch_contrast(int i) {
+  vec4 pitch = params.pitch[i];
+  return disk_attenuation(TWO_PI * defocus * dot(pitch.zw, params.projector_f.xy) * pitch.x);
 }
 
 void add_patterns(float w, real2 u, inout float cosine[MAX_PITCHES], inout float sine[MAX_PITCHES],
                   inout float direct[MAX_DIRECT]) {
-#define ADD_PITCH(i)                                                      \
-  if (i < N_PITCHES) {                                                    \
-    real4 pitch = REAL_PARAM(pitch[i]);                                   \
-    real turns = dot(pitch.zw, u) * pitch.x + pitch.y;                    \
-    float theta = TWO_PI * float(turns - floor(turns + 0.5)); /* [-pi, pi) */ \
-    cosine[i] += w * cos(theta);                                          \
-    sine[i] += w * sin(theta);                                            \
+  float c1 = 1.0, s1 = 0.0, c = 1.0, s = 0.0;  // of the pitch; of the pair
+  if (DEFOCUS != 0 && w == 0.0) defocus = 0.0;
+#define ADD_PITCH(i)                                                            \
+  if (i < N_PITCHES) {                                                          \
+    if ((FUNDAMENTALS & (1 << i)) != 0) {                                       \
+      real4 pitch = REAL_PARAM(pitch[i]);                                       \
+      real turns = dot(pitch.zw, u) * pitch.x + pitch.y;                        \
+      float theta = TWO_PI * float(turns - floor(turns + 0.5)); /* [-pi, pi) */ \
+      c = c1 = cos(theta);                                                      \
+      s = s1 = sin(theta);                                                      \
+    } else {                                                                    \
+      float next = c * c1 - s * s1;                                             \
+      s = s * c1 + c * s1;                                                      \
+      c = next;                                                                 \
+    }                                                                           \
+    float v = w;                                                                \
+    if (DEFOCUS != 0) v *= pitch_contrast(i);                                   \
+    cosine[i] += v * c;                                                         \
+    sine[i] += v * s;                                                           \
   }
 #define ADD_DIRECT(i) \
   if (i < N_DIRECT) direct[i] += w * direct_value(i, u);
-  REPEAT8(ADD_PITCH)
+  REPEAT16(ADD_PITCH)
   REPEAT16(ADD_DIRECT)
 }
 
@@ -121,7 +186,7 @@ void load_sums(bool resume, uint slot, uint stride, out float mean, out float hi
   }
 #define LOAD_DIRECT(i) \
   if (i < N_DIRECT) direct[i] = resume ? sums[slot + (2 + 2 * N_PITCHES + i) * stride] : 0.0;
-  REPEAT8(LOAD_PITCH)
+  REPEAT16(LOAD_PITCH)
   REPEAT16(LOAD_DIRECT)
 }
 
@@ -136,6 +201,6 @@ void store_sums(uint slot, uint stride, float mean, float hits, float cosine[MAX
   }
 #define STORE_DIRECT(i) \
   if (i < N_DIRECT) sums[slot + (2 + 2 * N_PITCHES + i) * stride] = direct[i];
-  REPEAT8(STORE_PITCH)
+  REPEAT16(STORE_PITCH)
   REPEAT16(STORE_DIRECT)
 }

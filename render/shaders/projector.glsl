@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+// Radius of the projector's circle of confusion at the point last projected, over its depth: times
+// the focal length (px) the radius in its image.
+float defocus = 0.0;
+
 // Point in the camera frame -> projector coordinate minus the principal point. Measured from there
 // the coordinate is small near the axis and its rounding error, too. False: no light (behind the
 // projector, beyond the lens's invertible radius, or more than half a pixel outside its image).
@@ -33,6 +37,24 @@ bool project(real3 p, out real2 u) {
       for (int i = 0; i < 4; ++i)
         u += real2(wy[j] * wx[i] * texelFetch(projector_grid, (node.y - 1 + j) * n.x + node.x - 1 + i).xy);
   }
+  if (DEFOCUS != 0)
+    defocus = z > 1e-3 ? params.projector_optics.x * abs(1.0 / float(z) - params.projector_optics.y) : 0.0;
   vec4 e = params.projector_edge;
   return valid && u.x >= e.x && u.x < e.y && u.y >= e.z && u.y < e.w;
+}
+
+float waveform(int first, float position) {
+  float base = floor(position);
+  int i = first + int(base);
+  return mix(texelFetch(waveforms, i).x, texelFetch(waveforms, i + 1).x, position - base);
+}
+
+// The dark gaps between the projector's pixels: factor of everything projected, with mean 1. Blurred it
+// is a table of one pixel's width from its left border, the first of the pass's tables.
+float pixel_gaps(real2 u) {
+  float n = params.projector_gaps.x, fill = params.projector_gaps.y;
+  vec2 t = vec2(fract(u + REAL_PARAM(projector_gaps).zw));
+  if (PIXEL_GAPS == PIXEL_GAPS_SHARP)
+    return all(lessThanEqual(abs(t - 0.5), vec2(0.5 * fill))) ? 1.0 / (fill * fill) : 0.0;
+  return waveform(0, t.x * n) * waveform(0, t.y * n);
 }

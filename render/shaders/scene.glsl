@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nearest hit over all objects, and whether the projector sees a point.
 
+// False while a ray starts elsewhere than at the camera's centre or lens.
+bool ray_from_camera = true;
+bool starts_at_camera() { return BOUNCES == 0 || ray_from_camera; }
+
 struct Hit {
   float t;
   vec3 p;            // camera frame, mm
   vec3 n;            // shading normal, faces the viewer
   vec3 n_geometric;  // of the surface itself, faces the viewer
-  vec3 material;     // diffuse, specular, shininess
+  vec3 material;     // diffuse, specular, shininess or -alpha
   int primitive;     // -1: nothing
   int triangle;      // meshes
 };
@@ -62,7 +66,7 @@ void hit_mesh(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
 }
 
 void hit_sphere(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
-  Roots r = sphere_roots(g, o, d, true);
+  Roots r = sphere_roots(g, o, d, starts_at_camera());
   if (r.near > 0.0 && r.near < hit.t * IN_FRONT) {
     hit.t = r.near;
     hit.n = (r.middle - r.half_chord * d) / g.a.w;
@@ -82,7 +86,7 @@ void hit_plane(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
 }
 
 void hit_cylinder(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
-  Roots r = cylinder_roots(g, o, d, true);
+  Roots r = cylinder_roots(g, o, d, starts_at_camera());
   float t = r.near > 0.0 ? r.near : r.far;
   if (t > 0.0 && t < hit.t * IN_FRONT) {
     hit.t = t;
@@ -91,6 +95,30 @@ void hit_cylinder(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
     hit.material = g.material;
     hit.primitive = g.index;
   }
+}
+
+float map_texel(int first, ivec2 size, ivec2 at) {
+  at = clamp(at, ivec2(0), size - 1);
+  return texelFetch(waveforms, first + 2 + at.y * size.x + at.x).x;
+}
+
+// Albedo map of a plane: pixels are squares, bilinear between their centres, the border continued.
+float map_albedo(const Hit hit) {
+  bool on_plane = hit.primitive >= FIRST_PLANE && hit.primitive < FIRST_CYLINDER;
+  int k = PRIMITIVE_TEXELS * (on_plane ? hit.primitive : 0);
+  vec4 u = texelFetch(primitive_data, k + 1), v = texelFetch(primitive_data, k + 2);
+  vec4 point = texelFetch(primitive_data, k + 3);
+  bool has_map = on_plane && point.w > 0.0;
+  int first = int(params.light.w) + (has_map ? int(point.w) - 1 : 0);
+  ivec2 size = has_map ? ivec2(int(texelFetch(waveforms, first).x), int(texelFetch(waveforms, first + 1).x)) : ivec2(1);
+  vec3 r = hit.p - point.xyz;
+  vec2 q = (0.5 + 0.5 * vec2(dot(r, u.xyz) / u.w, dot(r, v.xyz) / v.w)) * vec2(size) - 0.5;
+  q = has_map ? q : vec2(0.0);
+  ivec2 i = ivec2(floor(q));
+  vec2 s = q - floor(q);
+  float a = mix(mix(map_texel(first, size, i), map_texel(first, size, i + ivec2(1, 0)), s.x),
+                mix(map_texel(first, size, i + ivec2(0, 1)), map_texel(first, size, i + ivec2(1, 1)), s.x), s.y);
+  return has_map ? a : 1.0;
 }
 
 Hit no_hit() {
@@ -126,6 +154,7 @@ Hit closest_hit(vec3 o, vec3 d) {
   if (N_MESHES > 1)
     for (int i = FIRST_MESH + 1; i < FIRST_MESH + N_MESHES; ++i) hit_mesh(fetch_primitive(i), o, d, hit);
   place_hit(o, d, hit);
+  if (ALBEDO_MAPS != 0) hit.material.x *= map_albedo(hit);
   return hit;
 }
 

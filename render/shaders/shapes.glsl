@@ -33,7 +33,8 @@ Roots sphere_roots(const Primitive g, vec3 o, vec3 d, bool from_camera) {
   return circle_roots(a, b, middle, c, g.a.w);
 }
 
-// Plane: a normal, normal . point; b u axis, half size; c v axis, half size; d point.
+// Plane: a normal, normal . point; b u axis, half size; c v axis, half size; d point,
+// 1 + place of the albedo map.
 float plane_root(const Primitive g, vec3 o, vec3 d) {
   float t = (g.a.w - dot(g.a.xyz, o)) / dot(g.a.xyz, d);
   if (BOUNDED != 0) {

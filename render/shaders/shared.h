@@ -22,7 +22,7 @@ struct uvec4 {
 #define BLOCK_HEIGHT 8
 #define BLOCK_PIXELS 256
 #define PRIMITIVE_TEXELS 8
-#define MAX_PITCHES 8  // cosine/sine pairs in one pass
+#define MAX_PITCHES 16  // cosine/sine pairs in one pass: one per pitch and harmonic
 #define MAX_DIRECT 16  // directly evaluated images in one pass
 #define MOST_COLUMNS 16  // of a Gauss rule
 #define STACK_SIZE 32
@@ -32,7 +32,7 @@ struct uvec4 {
 // ---- bindings (set 0)
 #define BIND_PARAMS 0
 #define BIND_PRIMITIVES 1  // 4 x vec4 each, then what rounding to float left of them
-#define BIND_MATERIALS 2   // diffuse, specular, shininess, 0
+#define BIND_MATERIALS 2   // diffuse, specular, shininess or -alpha (GGX), 0
 #define BIND_NODES 3       // BVH nodes, 4 x ivec4 each
 #define BIND_TRIANGLES 4   // 3 x vec4 vertices each
 #define BIND_CORNERS 5     // 3 x vec4 (normal, albedo) each
@@ -73,7 +73,13 @@ struct uvec4 {
 #define SPEC_GRAY_BLUR 17  // Gaussian edges of Gray images
 #define SPEC_N_IMAGES 18
 #define SPEC_PIXEL_LIST 19  // pixels from the list instead of whole blocks
-#define SPEC_COUNT 20
+#define SPEC_FUNDAMENTALS 20  // bit i: pair i starts a pitch; the others are the next harmonic of the pair before
+#define SPEC_DEFOCUS 21       // of the projector
+#define SPEC_PIXEL_GAPS 22
+#define SPEC_N_PIXEL 23
+#define SPEC_ALBEDO_MAPS 24
+#define SPEC_BOUNCES 25  // directions per sample, 0: none
+#define SPEC_COUNT 26
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
 #define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
@@ -94,6 +100,12 @@ struct uvec4 {
 #define PIXEL_MIXED 3   // silhouette, shadow border, end of the projected image
 #define PIXEL_MIXED_Y 4 // the same, its edges run rather along x: scan along y
 
+#define PIXEL_GAPS_SHARP 1
+#define PIXEL_GAPS_BLURRED 2
+
+#define SPECULAR_PHONG 1
+#define SPECULAR_GGX 2
+
 #define MESH_SMOOTH 1
 #define MESH_ALBEDO 2
 
@@ -113,15 +125,19 @@ struct Params {
   vec4 projector_grid;  // first x, first y, 1/spacing x, 1/spacing y (tangent units)
   uvec4 projector_grid_n;
   vec4 projector_center;      // w: intensity
-  vec4 light;                 // falloff numerator d0^2, shadow offset relative to |p|, blur of Gray edges px, 0
+  vec4 light;                 // falloff numerator d0^2, shadow offset relative to |p|, blur of Gray edges px,
+                              // first texel of the albedo maps
   vec4 sampling;              // pixel_fill, 1/N, lens radius mm, 1/focus distance
   uvec4 sampling_n;           // N, columns, rows, seed
   vec4 adaptive;              // largest phase error rad, largest irradiance error per pattern, ambient > 0, 0
   uvec4 image;                // width, height, panels of a mixed pixel, 0
-  vec4 pitch[MAX_PITCHES];    // 1/pitch, turns at the principal point, axis x, axis y
-  vec4 direct[MAX_DIRECT];    // scale, offset (table: in samples; gray: in words), axis x, axis y
-  vec4 direct_b[MAX_DIRECT];  // table: first, count, 0, 0; gray: bit shift, word mask, value at 0, at 1;
-                              // image: first, width, height, 0
+  vec4 projector_optics;      // lens radius mm, 1/focus distance, 0, 0
+  vec4 projector_gaps;        // samples of the table, lit side of a pixel, phase of the pixel raster at the principal point x, y
+  vec4 pitch[MAX_PITCHES];    // harmonic/pitch, turns at the principal point, axis x, axis y
+  vec4 direct[MAX_DIRECT];    // scale, offset (table: in samples; pixel: in px; gray: in words), axis x, axis y
+  // table: first, count, nodes per unit of defocus; pixel: first, count; gray: bit shift, word mask, value at 0, at 1;
+  // image: first, width, height
+  vec4 direct_b[MAX_DIRECT];
 };
 
 // One dispatch.
@@ -138,9 +154,9 @@ struct Push {
 
 #ifdef __cplusplus
 static_assert(sizeof(vec4) == 16 && sizeof(uvec4) == 16);
-static_assert(offsetof(Params, pitch) == 19 * 16);
-static_assert(offsetof(Params, direct) == (19 + MAX_PITCHES) * 16);
-static_assert(sizeof(Params) == (19 + MAX_PITCHES + 2 * MAX_DIRECT) * 16);
+static_assert(offsetof(Params, pitch) == 21 * 16);
+static_assert(offsetof(Params, direct) == (21 + MAX_PITCHES) * 16);
+static_assert(sizeof(Params) == (21 + MAX_PITCHES + 2 * MAX_DIRECT) * 16);
 static_assert(sizeof(Push) == 32);
 static_assert(2 * sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);

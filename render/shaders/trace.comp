@@ -17,6 +17,7 @@
 #include "shade.glsl"
 #include "footprint.glsl"
 #include "work_items.glsl"
+#include "bounce.glsl"
 
 layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
 
@@ -53,6 +54,8 @@ void main() {
     mean += w;
     hits += hit.primitive >= 0 ? sample_.weight : 0.0;
     add_patterns(w, w != 0.0 ? u : real2(0.0), cosine, sine, direct);
+    if (BOUNCES > 0)
+      add_bounces(hit, sample_.weight, hash(pixel_seed ^ s), mean, cosine, sine, direct, shadow_rays);
   }
   store_sums(slot, stride, mean, hits, cosine, sine, direct);
 

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the camera's lens does to the finished irradiance images: vignetting, then point spread.
+#pragma once
+#include <vector>
+
+#include "render/renderer.hpp"
+
+namespace fringetwin::render {
+
+/// Weights at 0, 1, 2 ... px of a symmetric kernel of unit sum and variance sigma^2: samples of the
+/// Gaussian from 0.75 px on (its contrast at 0.1 cycles/px is exact to 1.1e-4), below that Lindeberg's
+/// discrete Gaussian exp(-s) I_n(s), s = sigma^2 ("Scale-Space for Discrete Signals", PAMI 12(3), 1990),
+/// because samples of a narrow Gaussian have another variance.
+std::vector<double> psf_kernel(double sigma_px);
+
+/// Rows, then columns. Beyond the border nothing is known: the kernel's part inside the image is scaled
+/// to unit sum.
+ImageF convolve_separable(const ImageF& image, const std::vector<double>& kernel);
+
+/// Factor of each pixel's irradiance, at its centre: cos^4 of the angle between its ray and the axis, or
+/// the polynomial.
+ImageF vignetting_map(const Camera& camera);
+
+/// Applies what the camera asks for to all images, the white and black ones included; nothing otherwise.
+void apply_camera_effects(const Camera& camera, RenderedCamera* rendered);
+
+}  // namespace fringetwin::render

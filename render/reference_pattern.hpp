@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the projector throws, once more and in other ways than waveform.cpp and the shaders: brute-force
+// sums and quadratures in double, for the reference renderer.
+#pragma once
+#include <Eigen/Core>
+#include <utility>
+#include <vector>
+
+#include "twin/twin.hpp"
+
+namespace fringetwin::render {
+
+/// Radius (px, per axis) of the circle of confusion at depth z_mm of the projector's frame; 0 without
+/// [projector.optics]. An emitter's cone has the diameter D |z - s|/s there, D = focal length / f-number,
+/// and a pixel spans z/f_px.
+Eigen::Vector2d reference_defocus_px(const Projector& projector, double z_mm);
+
+/// Factor of a white image by the dark gaps between the projector's pixels; 1 without them.
+double reference_pixel_gaps(const Projector& projector, const Eigen::Vector2d& q_px);
+
+/// One image of the sequence, without the factor of the gaps.
+class ReferencePattern {
+ public:
+  ReferencePattern(const Twin& twin, const PatternSpec& pattern);
+  double operator()(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const;
+
+ private:
+  double response(double value) const;
+  double frame_buffer(long pixel) const;
+  double sum_pieces(double x, double radius, double width, double start) const;
+  double smooth(double x, double radius) const;
+
+  Projector projector_;
+  Fringes fringes_;
+  PatternSpec spec_;
+  Axis axis_ = Axis::x;
+  double pitch_px_ = 1.0, origin_px_ = 0.0;
+  std::vector<double> fourier_;  ///< of the response over one period
+};
+
+}  // namespace fringetwin::render

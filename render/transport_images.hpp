@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The images of a Transport that the passes fill.
+#pragma once
+#include "render/pattern_plan.hpp"
+#include "render/renderer.hpp"
+
+namespace fringetwin::render {
+
+Transport empty_transport(const Twin& twin, const std::vector<PassPlan>& passes, const SeriesTable& series,
+                          int width, int height);
+
+struct PairImages {
+  ImageF *cosine, *sine;
+};
+PairImages pair_images(Transport* transport, const PitchSlot& slot);
+
+}  // namespace fringetwin::render
