@@ -6,10 +6,13 @@ target_compile_features(fringetwin_options INTERFACE cxx_std_20)
 target_compile_options(fringetwin_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
   $<$<NOT:$<BOOL:${FRINGETWIN_ASAN}>>:-Werror> # the sanitizers make g++ 12 see uninitialised variables that are none
-  -Wno-restrict) # g++ 12 warns falsely on std::string + (GCC bug 105329)
+  # g++ 12 warns falsely on std::string + and on strings in vectors (GCC bugs 105329, 105651)
+  -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
 # x86-64-v3 is not assumed: the binary must run on any amd64 machine. No -ffast-math: NaN marks
 # invalid pixels everywhere.
 target_include_directories(fringetwin_options INTERFACE ${CMAKE_SOURCE_DIR})
+find_package(fmt REQUIRED)
+target_link_libraries(fringetwin_options INTERFACE fmt::fmt)
 if(FRINGETWIN_ASAN)
   # global, so that every object of ours agrees on it
   add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -O1)
@@ -17,6 +20,33 @@ if(FRINGETWIN_ASAN)
 endif()
 find_package(OpenMP REQUIRED)
 add_custom_target(unit_tests) # what the sanitizer run builds
+
+# What nearly every file includes, compiled once per kind of flags (g++ takes a precompiled header only with the
+# flags it was made with): saves about half the compile time of a small file.
+set(FRINGETWIN_HEADERS_SOURCE ${CMAKE_CURRENT_LIST_DIR}/headers.cpp)
+function(fringetwin_precompile name kind)
+  set(headers fringetwin_headers_${kind})
+  set(libraries fringetwin_options Eigen3::Eigen)
+  set(list <fmt/format.h> <Eigen/Core> <Eigen/Geometry> <algorithm> <array> <cmath> <cstdint> <filesystem> <fstream>
+    <functional> <limits> <map> <memory> <optional> <sstream> <string> <string_view> <variant> <vector>)
+  if(kind STREQUAL test)
+    list(APPEND libraries GTest::gmock GTest::gtest_main)
+    list(APPEND list <gmock/gmock.h> <gtest/gtest.h>)
+  endif()
+  if("OpenMP::OpenMP_CXX" IN_LIST ARGN)
+    string(APPEND headers _openmp)
+    list(APPEND libraries OpenMP::OpenMP_CXX)
+  endif()
+  if(NOT TARGET ${headers})
+    add_library(${headers} OBJECT ${FRINGETWIN_HEADERS_SOURCE})
+    target_link_libraries(${headers} PRIVATE ${libraries})
+    if(kind STREQUAL test)
+      target_compile_options(${headers} PRIVATE -O1)
+    endif()
+    target_precompile_headers(${headers} PRIVATE ${list})
+  endif()
+  target_precompile_headers(${name} REUSE_FROM ${headers})
+endfunction()
 
 # fringetwin_library(NAME SOURCES a.cpp ... PUBLIC libs PRIVATE libs)
 # -> library fringetwin_NAME, alias fringetwin::NAME
@@ -26,6 +56,7 @@ function(fringetwin_library name)
   add_library(fringetwin::${name} ALIAS fringetwin_${name})
   target_link_libraries(fringetwin_${name} PUBLIC ${A_PUBLIC} PRIVATE fringetwin_options ${A_PRIVATE})
   target_include_directories(fringetwin_${name} PUBLIC ${CMAKE_SOURCE_DIR})
+  fringetwin_precompile(fringetwin_${name} library ${A_PUBLIC} ${A_PRIVATE})
 endfunction()
 
 # fringetwin_test(NAME SOURCES a_test.cpp ... LINK libs LABELS unit|accuracy|real-data|e2e|device|slow)
@@ -39,6 +70,7 @@ function(fringetwin_test name)
   add_executable(${name} ${A_SOURCES})
   target_link_libraries(${name} PRIVATE fringetwin_options ${A_LINK} GTest::gmock GTest::gtest_main)
   target_compile_options(${name} PRIVATE -O1) # half the compile time; the code under test keeps -O3
+  fringetwin_precompile(${name} test ${A_LINK})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   if("unit" IN_LIST A_LABELS)
     add_dependencies(unit_tests ${name})

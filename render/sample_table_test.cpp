@@ -118,8 +118,8 @@ TEST(SampleTable, MultiJitterFactors) {
 // The paper's projector and finest pitch.
 Twin rig(double focal_px = 1701.22) {
   Twin twin;
-  twin.projector =
-      Projector{.lens = Lens("LENSMODEL_PINHOLE", {focal_px, focal_px, 640, 400}, {1280, 800}, "test")};
+  const Lens lens("LENSMODEL_PINHOLE", {focal_px, focal_px, 640, 400}, {1280, 800}, "test");
+  twin.projector = Projector{.lens = lens, .T_proj_world = {}, .response = {}};
   DirectionFringes fringes;
   fringes.pitches_px = {15, 14, 13};
   twin.fringes.directions = {fringes};

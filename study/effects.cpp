@@ -71,7 +71,57 @@ Effect specular() {
           [](Twin& t) {
             for (Object& o : t.objects) o.material.specular = 0.0;
           },
-          "[object.material] specular, shininess"};
+          "[object.material] specular, shininess; or specular_model = \"ggx\", roughness"};
+}
+
+bool has_map(const Object& o) {
+  if (const auto* plane = std::get_if<PlaneShape>(&o.shape)) return plane->albedo_map != nullptr;
+  const auto* mesh = std::get_if<MeshShape>(&o.shape);
+  return mesh && mesh->mesh && !mesh->mesh->vertex_albedo.empty();
+}
+
+Effect albedo() {
+  return {"albedo map",
+          EffectStage::light,
+          "one reflectivity per object",
+          [](const Twin& t) { return std::any_of(t.objects.begin(), t.objects.end(), has_map); },
+          [](Twin& t) {
+            for (Object& o : t.objects) {
+              if (!has_map(o)) continue;
+              if (auto* plane = std::get_if<PlaneShape>(&o.shape)) {
+                plane->albedo_map = nullptr;
+                plane->albedo_file.clear();
+              } else {
+                auto& mesh = std::get<MeshShape>(o.shape);
+                auto plain = std::make_shared<Mesh>(*mesh.mesh);
+                plain->vertex_albedo.clear();
+                mesh.mesh = plain;
+              }
+            }
+          },
+          "albedo_file of a plane; a measured shape has its own"};
+}
+
+Effect interreflection() {
+  return {"interreflection",
+          EffectStage::light,
+          "no light from surface to surface",
+          [](const Twin& t) { return t.render.bounces > 0; },
+          [](Twin& t) { t.render.bounces = 0; },
+          "[render] bounces = 1"};
+}
+
+Effect of_cameras(const std::string& name, const std::string& without,
+                  const std::function<bool(const Camera&)>& is_on,
+                  const std::function<void(Camera&)>& switch_off, const std::string& switch_on) {
+  return {name,
+          EffectStage::light,
+          without,
+          [is_on](const Twin& t) { return any_camera(t, is_on); },
+          [switch_off](Twin& t) {
+            for (Camera& c : t.cameras) switch_off(c);
+          },
+          switch_on};
 }
 
 Effect noise() {
@@ -119,7 +169,16 @@ std::vector<Effect> make_effects() {
       pixel_area(),
       shadow(),
       depth_of_field(),
+      of_cameras(
+          "point spread", "lenses without blur", [](const Camera& c) { return c.psf_px > 0.0; },
+          [](Camera& c) { c.psf_px = 0.0; }, "[camera.NAME] psf_px"),
+      of_cameras(
+          "vignetting", "lenses as bright in the corners",
+          [](const Camera& c) { return c.vignetting.kind != Vignetting::Kind::none; },
+          [](Camera& c) { c.vignetting = {}; }, "[camera.NAME] vignetting"),
       specular(),
+      albedo(),
+      interreflection(),
       of_projector(
           "ambient light", "a dark room", [](const Projector& p) { return p.ambient > 0.0; },
           [](Projector& p) { p.ambient = 0.0; }, "[projector] ambient"),
@@ -135,6 +194,18 @@ std::vector<Effect> make_effects() {
           [](const Projector& p) { return p.response.kind != ProjectorResponse::Kind::linear; },
           [](Projector& p) { p.response = {}; },
           "[projector] response = { gamma = 2.2 } or { table = [...] }"),
+      of_projector(
+          "projector defocus", "the projector's lens without depth of field",
+          [](const Projector& p) { return p.optics.has_value(); }, [](Projector& p) { p.optics.reset(); },
+          "[projector.optics] f_number, focal_length_mm, focus_distance_mm"),
+      of_projector(
+          "projector pixels", "patterns continuous between the projector's pixels",
+          [](const Projector& p) { return p.pixel_structure; },
+          [](Projector& p) { p.pixel_structure = false; }, "[projector] pixel_structure = true"),
+      of_projector(
+          "pattern rounding", "patterns of any gray value",
+          [](const Projector& p) { return p.quantise_bits.has_value(); },
+          [](Projector& p) { p.quantise_bits.reset(); }, "[projector] quantise_bits = 8"),
       noise(),
       quantisation(),
   };

@@ -1,0 +1,2 @@
+// SPDX-License-Identifier: Apache-2.0
+// Nothing: the targets of this file hold the precompiled headers (fringetwin.cmake).
