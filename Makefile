@@ -4,11 +4,12 @@ CAPTURES := $(or $(FRINGETWIN_CAPTURES),$(abspath $(CURDIR)/../shared/captures))
 JOBS ?= $(shell nproc)
 OUT ?= out
 
-.PHONY: help deps configure program build demo test test-all asan tidy format-check format bench clean
+.PHONY: help deps configure program build demo test test-all mesa25 test-mesa25 asan tidy format-check format bench clean
 help:
 	@echo "make demo      install packages, build, run the paper's sphere (and a real capture if present), say where the report is"
 	@echo "make test      everything CI runs (format, includes, unit, accuracy, real data, end to end, sanitizers)"
 	@echo "make test-all  the same and the long statistical tests"
+	@echo "make mesa25    a newer, faster software driver beside the system's; test-mesa25: the device tests on it"
 	@echo "make tidy      clang-tidy over DIRS=\"twin cli\": naming rules, bug patterns (slow)"
 	@echo "make build | program | bench | format | clean"
 
@@ -29,8 +30,10 @@ build: configure
 demo: program
 	@scripts/demo.sh "$(OUT)" "$(CAPTURES)"
 
-test: build format-check
-	@scripts/run_tests.sh build -LE slow
+# Unit tests with the sanitizers only, all others as released: `make test-all` has both.
+test: configure format-check
+	@cmake --build build -j $(JOBS) --target tested
+	@scripts/run_tests.sh build -LE "slow|unit"
 	@$(MAKE) --no-print-directory asan
 
 test-all: build format-check
@@ -42,6 +45,14 @@ asan: deps
 	@mv build-configure.log build-asan/configure.log
 	@cmake --build build-asan -j $(JOBS) --target unit_tests
 	@scripts/run_tests.sh build-asan -L unit
+
+# Debian's newer software driver, unpacked beside the system's (nothing is installed), and the device tests on it.
+mesa25:
+	@scripts/get_mesa25.sh
+
+test-mesa25: configure
+	@cmake --build build -j $(JOBS) --target tested
+	@export $$(scripts/get_mesa25.sh) && scripts/run_tests.sh build -L device -LE slow
 
 # Naming rules and bug patterns (.clang-tidy); slow, so no part of `make test`. DIRS: folders to look at.
 DIRS ?= twin cli

@@ -74,7 +74,7 @@ int run(const Options& o, const Invocation& invocation) {
                   timer.seconds["measure_simulated"], rendered.device));
 
   timer.start("write");
-  Simulated for_disk{std::move(simulated.images), std::move(simulated.irradiance), rendered.sampling,
+  Simulated for_disk{std::move(simulated.images), std::move(simulated.irradiance), rendered.notes,
                      rendered.device};
   begin_output(o.out, {"result.json"});
   write_simulated(std::filesystem::path(o.out) / "simulated", for_disk, o.flags.radiance, o.flags.seed, twin);
@@ -82,7 +82,8 @@ int run(const Options& o, const Invocation& invocation) {
   simulated.irradiance = std::move(for_disk.irradiance);
   timer.stop();
 
-  const auto provenance = make_provenance(invocation, twin, real_files, rendered.device, o.flags.seed);
+  auto provenance = make_provenance(invocation, twin, real_files, rendered.device, o.flags.seed);
+  provenance.rendered = rendered.notes;
   return finish_comparison(o.out, twin, real, simulated, options, provenance, timer);
 }
 

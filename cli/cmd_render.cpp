@@ -33,10 +33,10 @@ int run(const Options& o) {
   timer.start("write");
   write_simulated(o.out, simulated, o.flags.radiance, o.flags.seed, twin);
   timer.stop();
-  say(fmt::format(
-      "rendered {} camera(s) x {} images in {:.2f} s on {}, {} samples per pixel; written to {} in {:.2f} s",
-      simulated.captures.size(), simulated.captures.front().images.size(), timer.seconds["render"],
-      simulated.device, simulated.sampling.samples, o.out, timer.seconds["write"]));
+  for (const compare::RenderNote& note : simulated.notes) say(note.camera + ": " + note.text());
+  say(fmt::format("rendered {} camera(s) x {} images in {:.2f} s on {}; written to {} in {:.2f} s",
+                  simulated.captures.size(), simulated.captures.front().images.size(),
+                  timer.seconds["render"], simulated.device, o.out, timer.seconds["write"]));
   return static_cast<int>(ExitCode::ok);
 }
 

@@ -27,10 +27,13 @@ CLI::Validator in_range(double min, double max) {
 
 void add_render_flags(CLI::App& sub, RenderFlags& flags) {
   sub.add_option("--samples", flags.samples, "Samples per pixel (gauss: a square number)");
-  sub.add_option("--sampler", flags.sampler, "gauss, multi-jittered or sobol")
+  sub.add_option("--sampler", flags.sampler, "adaptive, gauss, multi-jittered or sobol")
       ->check(CLI::IsMember({"adaptive", "gauss", "multi-jittered", "sobol"}));
   sub.add_option("--phase-error", flags.phase_error_rad,
                  "Target rms phase error, rad (picks the cheapest scheme)")
+      ->check(in_range(1e-8, 1.0));
+  sub.add_option("--gray-error", flags.gray_error,
+                 "Target rms gray error over all pixels, fraction of full scale (adaptive)")
       ->check(in_range(1e-8, 1.0));
   sub.add_option("--seed", flags.seed, "Seed of noise and random samplers")
       ->check(in_range(0.0, 18446744073709551615.0))

@@ -26,22 +26,17 @@ void StageTimer::stop() {
 }
 
 void apply_flags(const RenderFlags& flags, RenderOptions& options) {
-  if (flags.phase_error_rad) {
-    options.phase_error_rad = *flags.phase_error_rad;
+  if (flags.phase_error_rad || flags.gray_error) {
+    options.phase_error_rad = flags.phase_error_rad.value_or(options.phase_error_rad);
+    options.gray_error = flags.gray_error.value_or(options.gray_error);
     // A target on the command line replaces a scheme fixed in the file.
     options.samples.reset();
     options.sampler.reset();
   }
   if (flags.samples) options.samples = flags.samples;
   if (flags.sampler) {
-    if (*flags.sampler == "gauss")
-      options.sampler = Sampler::gauss;
-    else if (*flags.sampler == "adaptive")
-      options.sampler = Sampler::adaptive;
-    else if (*flags.sampler == "multi-jittered")
-      options.sampler = Sampler::multi_jittered;
-    else
-      options.sampler = Sampler::sobol;
+    for (const Sampler s : {Sampler::adaptive, Sampler::gauss, Sampler::multi_jittered, Sampler::sobol})
+      if (*flags.sampler == render::sampler_name(s)) options.sampler = s;
   }
 }
 
@@ -89,6 +84,20 @@ Twin load_renderable_twin(const std::filesystem::path& file) {
   return twin;
 }
 
+compare::RenderNote note_of(const render::RenderedCamera& rendered) {
+  compare::RenderNote note;
+  note.camera = rendered.camera;
+  note.sampler = render::sampler_name(rendered.sampling.sampler);
+  if (rendered.sampling.sampler != Sampler::adaptive) note.samples = rendered.sampling.samples;
+  note.double_precision = rendered.sampling.precise;
+  note.rays_per_pixel = static_cast<double>(rendered.rays) / static_cast<double>(rendered.object.size());
+  if (rendered.estimate) {
+    note.phase_error_rad = rendered.estimate->phase_rad;
+    note.gray_error = rendered.estimate->gray;
+  }
+  return note;
+}
+
 Simulated simulate(const Twin& twin, const RenderFlags& flags) {
   if (!twin.projector)
     throw UserError(ExitCode::usage, twin.file.string(),
@@ -101,14 +110,15 @@ Simulated simulate(const Twin& twin, const RenderFlags& flags) {
   RenderOptions options = twin.render;
   apply_flags(flags, options);
   Simulated out;
-  out.sampling = render::choose_sampling(twin, options);
+  const render::Sampling sampling = render::choose_sampling(twin, options);
 
   render::Renderer renderer(flags.device);
   out.device = renderer.device().name;
   std::vector<bool> seen(twin.objects.size(), false);
   Progress progress("render", twin.cameras.size());
   for (std::size_t i = 0; i < twin.cameras.size(); ++i) {
-    render::RenderedCamera rendered = renderer.render(twin, i, out.sampling, flags.seed);
+    render::RenderedCamera rendered = renderer.render(twin, i, sampling, flags.seed);
+    out.notes.push_back(note_of(rendered));
     for (const int object : rendered.object.data)
       if (object >= 0) seen[static_cast<std::size_t>(object)] = true;
     throw_if_cancelled();
@@ -131,7 +141,8 @@ void write_simulated(const std::filesystem::path& dir, const Simulated& simulate
       {"device", "fringetwin renderer on " + simulated.device},
       {"twin", twin.name},
       {"seed", std::to_string(seed)},
-      {"samples_per_pixel", std::to_string(simulated.sampling.samples)}};
+  };
+  for (const compare::RenderNote& note : simulated.notes) provenance["rendered " + note.camera] = note.text();
   for (const Camera& camera : twin.cameras)
     if (camera.sensor.exposure_ms)
       provenance["exposure_ms " + camera.name] = fmt::format("{}", *camera.sensor.exposure_ms);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "compare/provenance.hpp"
 #include "measure/measurement.hpp"
 #include "render/renderer.hpp"
 #include "twin/capture_set.hpp"
@@ -18,8 +19,8 @@ namespace fringetwin::cli {
 /// Options of everything that renders.
 struct RenderFlags {
   std::optional<int> samples;
-  std::optional<std::string> sampler;  ///< gauss | multi-jittered | sobol
-  std::optional<double> phase_error_rad;
+  std::optional<std::string> sampler;  ///< adaptive | gauss | multi-jittered | sobol
+  std::optional<double> phase_error_rad, gray_error;
   bool radiance = false;
   std::uint64_t seed = 0;
   std::string device;
@@ -29,7 +30,7 @@ struct RenderFlags {
 struct Simulated {
   std::vector<CameraImages> captures;    ///< DN
   std::vector<CameraImages> irradiance;  ///< E
-  render::Sampling sampling;
+  std::vector<compare::RenderNote> notes;  ///< one per camera
   std::string device;
 };
 

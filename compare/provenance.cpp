@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/provenance.hpp"
 
+#include <fmt/format.h>
 #include <openssl/evp.h>
 
 #include <array>
@@ -11,6 +12,16 @@
 #include "twin/errors.hpp"
 
 namespace fringetwin::compare {
+
+std::string RenderNote::text() const {
+  std::string out = samples ? fmt::format("{}, {} samples per pixel", sampler, *samples) : sampler;
+  out += fmt::format(", {:.3g} rays per pixel", rays_per_pixel);
+  if (double_precision) out += ", double precision";
+  if (phase_error_rad && gray_error)
+    out += fmt::format(", errors estimated at {:.1e} rad and {:.1e} of full scale", *phase_error_rad,
+                       *gray_error);
+  return out;
+}
 
 std::string sha256_of_file(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);

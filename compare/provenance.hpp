@@ -4,16 +4,31 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace fringetwin::compare {
+
+/// How one camera's images were rendered, and how exact the renderer believes them to be.
+struct RenderNote {
+  std::string camera;
+  std::string sampler;         ///< as in twin.toml
+  std::optional<int> samples;  ///< per pixel; empty for "adaptive"
+  bool double_precision = false;
+  double rays_per_pixel = 0.0;  ///< primary and shadow rays over all pixels
+  /// Estimated rms errors, of "adaptive" only: phase at the finest pitch without the pixels an edge crosses;
+  /// gray over all pixels of the objects, fraction of full scale.
+  std::optional<double> phase_error_rad, gray_error;
+  std::string text() const;  ///< "adaptive, 2.7 rays per pixel, error estimated ..."
+};
 
 struct Provenance {
   std::vector<std::string> argv;  ///< the command as typed
   std::string version;
   std::vector<std::filesystem::path> input_files;  ///< every file read
   std::string device;                              ///< of the renderer; empty = nothing was rendered
+  std::vector<RenderNote> rendered;                ///< one per camera rendered in this run
   std::uint64_t seed = 0;
 };
 

@@ -58,6 +58,7 @@ std::string footer_html(const Twin& twin, const Provenance& p) {
   table.add_row({"command", report::shell_command(p.argv)});
   table.add_row({"version", p.version});
   table.add_row({"device", p.device.empty() ? "nothing was rendered in this run" : p.device});
+  for (const RenderNote& n : p.rendered) table.add_row({"rendered “" + n.camera + "”", n.text()});
   table.add_row({"seed", std::to_string(p.seed)});
   report::Table files;
   files.columns = {{"input file", "", Align::left}, {"SHA-256", "", Align::left}};

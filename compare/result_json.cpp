@@ -137,6 +137,17 @@ Json list(const Rows& rows, ToJson to_json) {
   return out;
 }
 
+Json render_note_json(const RenderNote& n) {
+  Json out = {{"camera", n.camera},
+              {"sampler", n.sampler},
+              {"precision", n.double_precision ? "fp64" : "fp32"},
+              {"rays_per_pixel", number(n.rays_per_pixel)}};
+  if (n.samples) out["samples"] = *n.samples;
+  if (n.phase_error_rad) out["estimated_phase_error_rad"] = number(*n.phase_error_rad);
+  if (n.gray_error) out["estimated_gray_error"] = number(*n.gray_error);
+  return out;
+}
+
 Json head(const Twin& twin, const char* command_kind, const Provenance& provenance,
           const std::map<std::string, double>& timing_s) {
   Json out;
@@ -150,6 +161,7 @@ Json head(const Twin& twin, const char* command_kind, const Provenance& provenan
                        {"inputs_sha256", inputs},
                        {"device", provenance.device.empty() ? Json(nullptr) : Json(provenance.device)},
                        {"seed", provenance.seed}};
+  if (!provenance.rendered.empty()) out["provenance"]["rendered"] = list(provenance.rendered, render_note_json);
   out["timing_s"] = Json::object();
   for (const auto& [stage, seconds] : timing_s) out["timing_s"][stage] = number(seconds);
   return out;

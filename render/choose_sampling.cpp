@@ -71,7 +71,7 @@ Sampling choose_sampling(const Twin& twin, const RenderOptions& options) {
     sampling.sampler =
         options.sampler.value_or(is_gauss_rule(sampling.samples) ? Sampler::gauss : Sampler::multi_jittered);
   } else {
-    sampling.sampler = options.sampler.value_or(Sampler::gauss);
+    sampling.sampler = options.sampler.value_or(Sampler::adaptive);
     if (sampling.sampler != Sampler::adaptive)
       sampling.samples = fixed_samples(sampling.sampler, options.phase_error_rad);
   }
@@ -79,6 +79,20 @@ Sampling choose_sampling(const Twin& twin, const RenderOptions& options) {
     fail("samples have no meaning with sampler \"adaptive\"", "leave one of them out");
   check_sampling(sampling, options.pixel_fill);
   return sampling;
+}
+
+const char* sampler_name(Sampler sampler) {
+  switch (sampler) {
+    case Sampler::gauss:
+      return "gauss";
+    case Sampler::multi_jittered:
+      return "multi-jittered";
+    case Sampler::sobol:
+      return "sobol";
+    case Sampler::adaptive:
+      break;
+  }
+  return "adaptive";
 }
 
 Sampling without_adaptation(const Sampling& sampling) {

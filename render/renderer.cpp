@@ -388,6 +388,8 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   const bool adaptive = sampling.sampler == Sampler::adaptive && can_trace_adaptively(job);
   const Sampling effective =
       sampling.sampler == Sampler::adaptive && !adaptive ? without_adaptation(sampling) : sampling;
+  out.sampling = effective;
+  out.sampling.precise = impl_->precise;
   if (!blocks.empty()) {
     impl_->upload_scene(job);
     std::unique_ptr<Progress> progress;
@@ -425,7 +427,7 @@ RenderedCamera Renderer::render(const Twin& twin, std::size_t camera_index, cons
   }
   apply_camera_effects(twin.cameras[camera_index], &out);
   out.object = std::move(transport.object);
-  out.sampling = sampling;
+  out.sampling = transport.sampling;
   out.trace_ms = transport.trace_ms;
   out.rays = transport.rays;
   out.estimate = transport.estimate;

@@ -45,6 +45,7 @@ double single_precision_error_rad(const Twin& twin);
 /// Throws UserError(usage) when gauss samples are no square of 1...16, or samples < 1 / > 65536.
 Sampling choose_sampling(const Twin& twin, const RenderOptions& options);
 inline Sampling choose_sampling(const Twin& twin) { return choose_sampling(twin, twin.render); }
+const char* sampler_name(Sampler sampler);  ///< as in twin.toml: "gauss", "multi-jittered" ...
 /// The fixed rule that stands in where the adaptive trace does not apply (depth of field, projector optics
 /// and pixels, albedo maps, bounces).
 Sampling without_adaptation(const Sampling& sampling);
@@ -78,6 +79,7 @@ struct Transport {
   /// Images evaluated directly in the trace (mean of w * value), by sequence index; empty elsewhere.
   std::vector<ImageF> direct;
   Image<std::int32_t> object;  ///< index of the object at the pixel centre's ray, -1 none
+  Sampling sampling;           ///< what was done: a fixed rule where adaptive does not apply
   double trace_ms = 0.0;
   std::uint64_t rays = 0;                 ///< primary + shadow
   std::optional<ErrorEstimate> estimate;  ///< adaptive only

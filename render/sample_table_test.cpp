@@ -135,11 +135,16 @@ RenderOptions options(std::optional<int> samples, std::optional<Sampler> sampler
 }
 
 TEST(ChooseSampling, CheapestForTheTarget) {
-  EXPECT_EQ(choose_sampling(rig(), options({}, {}, 1e-4)).samples, 4);
-  EXPECT_EQ(choose_sampling(rig(), options({}, {}, 4e-5)).samples, 9);
-  EXPECT_EQ(choose_sampling(rig(), options({}, {}, 1e-5)).samples, 9);
-  EXPECT_EQ(choose_sampling(rig(), options({}, {}, 2e-6)).samples, 16);
-  EXPECT_EQ(choose_sampling(rig(), options({}, {}, 1e-4)).sampler, Sampler::gauss);
+  const Sampling chosen = choose_sampling(rig(), options({}, {}, 2e-4));
+  EXPECT_EQ(chosen.sampler, Sampler::adaptive);
+  EXPECT_EQ(chosen.phase_error_rad, 2e-4);
+  const auto gauss = [](double target) {
+    return choose_sampling(rig(), options({}, Sampler::gauss, target)).samples;
+  };
+  EXPECT_EQ(gauss(1e-4), 4);
+  EXPECT_EQ(gauss(4e-5), 9);
+  EXPECT_EQ(gauss(1e-5), 9);
+  EXPECT_EQ(gauss(2e-6), 16);
   EXPECT_EQ(choose_sampling(rig(), options({}, Sampler::sobol, 1e-4)).samples, 256);
 }
 
