@@ -29,7 +29,7 @@ std::filesystem::path folder(const std::string& name) {
 std::string write(const std::string& name, const Scene& scene, const CompareOptions& options = {}) {
   const auto dir = folder(name);
   const Comparison c = compare(scene.twin, scene.real, scene.simulated, options);
-  const Provenance p{{"fringetwin", "cosim", "twin.toml", "--out", "my run"}, "0.1.0", {}, "llvmpipe", 1};
+  const Provenance p{{"fringetwin", "cosim", "twin.toml", "--out", "my run"}, "0.1.0", {}, "llvmpipe", {}, 1};
   write_report(dir, scene.twin, scene.real, scene.simulated, c, options, p,
                {{"render", 1.2}, {"measure", 0.8}});
   std::ifstream in(dir / "report.html");

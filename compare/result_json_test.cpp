@@ -24,10 +24,19 @@ schema::Checker result_schema() {
   return schema::Checker(Json::parse(in));
 }
 
+RenderNote example_note() {
+  return {.camera = "left",
+          .sampler = "adaptive",
+          .samples = {},
+          .rays_per_pixel = 2.7,
+          .phase_error_rad = 3e-5,
+          .gray_error = 6e-5};
+}
+
 Provenance example_provenance() {
   const auto file = std::filesystem::temp_directory_path() / "fringetwin_result_json_input";
   std::ofstream(file) << "abc";
-  return {{"fringetwin", "cosim", "twin \"ä\".toml"}, "0.1.0", {file}, "llvmpipe", 7};
+  return {{"fringetwin", "cosim", "twin \"ä\".toml"}, "0.1.0", {file}, "llvmpipe", {example_note()}, 7};
 }
 
 Json parse(const std::string& text) {
@@ -54,6 +63,10 @@ TEST(ResultJson, AComparisonFollowsTheSchema) {
   EXPECT_NEAR(json["fits"][0]["difference"]["center_mm"][2].get<double>(), -0.0002, 1e-9);
   EXPECT_NEAR(json["fits"][0]["z"]["radius_mm"].get<double>(), 0.0001 / std::hypot(0.0004, 0.0004), 1e-6);
   EXPECT_TRUE(json["fits"][0]["z"]["rms_mm"].is_null());
+  const Json& rendered = json["provenance"]["rendered"][0];
+  EXPECT_EQ(rendered["sampler"], "adaptive");
+  EXPECT_EQ(rendered["estimated_gray_error"], 6e-5);
+  EXPECT_FALSE(rendered.contains("samples"));
   EXPECT_EQ(json["provenance"]["argv"][2], "twin \"ä\".toml");
   EXPECT_EQ(json["provenance"]["inputs_sha256"].begin().value(),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");

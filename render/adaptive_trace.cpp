@@ -90,7 +90,8 @@ class AdaptiveTrace {
   void run_pass();
   void classify();
   void run_gauss(const std::vector<std::uint32_t>& list, int order);
-  void run_checked(const std::vector<std::uint32_t>& list);
+  void run_checked(std::vector<std::uint32_t> list);
+  std::vector<std::uint32_t> run_two_orders(const std::vector<std::uint32_t>& list, int low, int high);
   void sort_out_uncrossed();
   void run_facets(const std::vector<std::uint32_t>& list);
   void run_lines();
@@ -311,12 +312,23 @@ void AdaptiveTrace::run_gauss(const std::vector<std::uint32_t>& list, int order)
   });
 }
 
-// Two orders; what they do not agree on goes to the scan lines.
-void AdaptiveTrace::run_checked(const std::vector<std::uint32_t>& list) {
+// Two orders; what they do not agree on goes to the scan lines. Those take images with sharp steps at points:
+// before that such images get higher orders, whose nodes stand for shares of the pixel.
+void AdaptiveTrace::run_checked(std::vector<std::uint32_t> list) {
+  list = run_two_orders(list, base_order(), base_order() + 1);
+  if (!pass_->direct.empty())
+    for (const int order : {5, 8, 11})
+      if (!list.empty()) list = run_two_orders(list, order, order + 1);
+  for (const std::uint32_t pixel : list) to_scan_lines(pixel);
+}
+
+// Returns what the two do not agree on.
+std::vector<std::uint32_t> AdaptiveTrace::run_two_orders(const std::vector<std::uint32_t>& list, int low,
+                                                         int high) {
   const std::size_t n_compared = 1 + 2 * pass_->pitches.size();  // mean and fringes, without the hit share
   std::vector<float> before(n_compared * list.size());
   const auto channel = [](std::size_t c) { return c == 0 ? 0 : c + 1; };
-  run_rule(list, base_order(), [&](std::size_t first, std::size_t n, const Sums& sums) {
+  run_rule(list, low, [&](std::size_t first, std::size_t n, const Sums& sums) {
     for (std::size_t c = 0; c < n_compared; ++c)
       for (std::size_t i = 0; i < n; ++i)
         before[c * list.size() + first + i] = sums.values[channel(c) * sums.stride + i];
@@ -324,7 +336,7 @@ void AdaptiveTrace::run_checked(const std::vector<std::uint32_t>& list) {
   const std::size_t n_channels = pass_->channels();
   std::vector<float> values(n_channels * list.size());
   std::vector<double> phase(list.size()), gray(list.size()), worse(list.size());
-  run_rule(list, base_order() + 1, [&](std::size_t first, std::size_t n, const Sums& sums) {
+  run_rule(list, high, [&](std::size_t first, std::size_t n, const Sums& sums) {
 #pragma omp parallel for
     for (std::ptrdiff_t k = 0; k < static_cast<std::ptrdiff_t>(n); ++k) {
       const auto i = static_cast<std::size_t>(k), e = first + i;
@@ -345,14 +357,16 @@ void AdaptiveTrace::run_checked(const std::vector<std::uint32_t>& list) {
   });
   const auto n_known = static_cast<double>(n_lit_ + list.size());
   const double most = largest_error_to_keep(worse, 0.5 * share_of_budget * n_known, most_allowance);
+  std::vector<std::uint32_t> rest;
   for (std::size_t e = 0; e < list.size(); ++e) {
     if (!(worse[e] <= most)) {
-      to_scan_lines(list[e]);
+      rest.push_back(list[e]);
       continue;
     }
     count_error(phase[e], gray[e]);
     write(list[e], 0, Sums{&values[n_channels * e], 1});
   }
+  return rest;
 }
 
 // Takes out of the mixed pixels those that only lie beside an edge.

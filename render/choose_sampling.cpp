@@ -96,6 +96,7 @@ const char* sampler_name(Sampler sampler) {
 }
 
 Sampling without_adaptation(const Sampling& sampling) {
+  if (sampling.sampler != Sampler::adaptive) return sampling;
   Sampling fixed = sampling;
   fixed.sampler = Sampler::gauss;
   fixed.samples = fixed_samples(Sampler::gauss, sampling.phase_error_rad);

@@ -34,8 +34,9 @@ Twin plane_window(int width = 160, int height = 120) {
                      frontal_plane());
 }
 
-render::RenderedCamera render_default(const Twin& twin) {
-  return shared_renderer()->render(twin, 0, render::choose_sampling(twin));
+// By a fixed rule: what the adaptive trace leaves to an estimate may differ between two scenes.
+render::RenderedCamera render_fixed(const Twin& twin) {
+  return shared_renderer()->render(twin, 0, render::without_adaptation(render::choose_sampling(twin)));
 }
 
 Agreement expect_agreement(const Twin& twin, const std::string& what, int at_least, int stride = 3) {
@@ -48,7 +49,7 @@ Agreement expect_agreement(const Twin& twin, const std::string& what, int at_lea
 }
 
 void expect_same_bits(const Twin& a, const Twin& b) {
-  const auto ra = render_default(a), rb = render_default(b);
+  const auto ra = render_fixed(a), rb = render_fixed(b);
   ASSERT_EQ(ra.irradiance.size(), rb.irradiance.size());
   for (std::size_t i = 0; i < ra.irradiance.size(); ++i)
     EXPECT_EQ(ra.irradiance[i].data, rb.irradiance[i].data) << "image " << i;
@@ -56,7 +57,7 @@ void expect_same_bits(const Twin& a, const Twin& b) {
 
 /// Rms of the relative change of the images, over pixels bright in `a`.
 double change(const Twin& a, const Twin& b) {
-  const auto ra = render_default(a), rb = render_default(b);
+  const auto ra = render_fixed(a), rb = render_fixed(b);
   double sum = 0.0, n = 0.0;
   for (std::size_t i = 0; i < ra.irradiance.size(); ++i)
     for (std::size_t p = 0; p < ra.irradiance[i].size(); ++p)
@@ -79,7 +80,7 @@ TEST(Effects, PhongLobe) {
   // linear in the projected intensity: twice the light, twice the image, to the bit
   Twin brighter = twin;
   brighter.projector->intensity *= 2.0;
-  const auto one = render_default(twin), two = render_default(brighter);
+  const auto one = render_fixed(twin), two = render_fixed(brighter);
   for (std::size_t i = 0; i < one.irradiance.size(); ++i)
     for (std::size_t p = 0; p < one.irradiance[i].size(); ++p)
       ASSERT_EQ(2.0F * one.irradiance[i].data[p], two.irradiance[i].data[p]);
@@ -112,7 +113,7 @@ TEST(Effects, InverseSquareFalloff) {
   expect_same_bits(flat, twin);
   twin.projector->inverse_square = true;
   expect_agreement(twin, "falloff", 1500);
-  const auto with = render_default(twin), without = render_default(flat);
+  const auto with = render_fixed(twin), without = render_fixed(flat);
   const render::Reference reference(flat);
   for (int x = 10; x < 150; x += 30) {
     const auto s = reference.sample(0, {static_cast<double>(x), 60.0});
@@ -130,7 +131,7 @@ TEST(Effects, AmbientIsAddedToWhatIsHit) {
   const Twin dark = twin;
   twin.projector->ambient = 0.75;
   expect_agreement(twin, "ambient", 300);
-  const auto with = render_default(twin), without = render_default(dark);
+  const auto with = render_fixed(twin), without = render_fixed(dark);
   int hits = 0, misses = 0;
   const render::Reference reference(dark);
   for (int y = 0; y < 120; y += 4)
@@ -152,10 +153,10 @@ TEST(Effects, AmbientIsAddedToWhatIsHit) {
 TEST(Effects, ProjectorBlur) {
   REQUIRE_RENDERER();
   Twin twin = plane_window();
-  const auto sharp = render_default(twin);
+  const auto sharp = render_fixed(twin);
   twin.projector->blur_px = 1.6;
   expect_agreement(twin, "blur", 1500);
-  const auto soft = render_default(twin);
+  const auto soft = render_fixed(twin);
   const double pi = std::numbers::pi;
   const auto contrast = [&](const render::RenderedCamera& r, std::size_t pitch) {
     const auto& i = r.irradiance;
@@ -214,7 +215,7 @@ TEST(Effects, CastShadow) {
   const Twin alone = twin;
   twin.objects.push_back({"sphere", ideal_sphere(), {}});
   expect_agreement(twin, "shadow", 1000, 3);
-  const auto with = render_default(twin), without = render_default(alone);
+  const auto with = render_fixed(twin), without = render_fixed(alone);
   const render::Reference reference(twin);
   int lit = 0, dark = 0, wrong = 0;
   for (int y = 0; y < 120; ++y)
@@ -236,7 +237,7 @@ TEST(Effects, CastShadow) {
   EXPECT_EQ(wrong, 0);
   // switched off, the plane is lit as if it were alone, and the reference says the same
   twin.render.shadow = false;
-  const auto unshaded = render_default(twin);
+  const auto unshaded = render_fixed(twin);
   const render::Reference unshaded_reference(twin);
   int compared = 0;
   for (int y = 0; y < 120; ++y)
@@ -254,9 +255,9 @@ TEST(Effects, CastShadow) {
 TEST(Effects, AnObjectThatShadesNothingChangesNothing) {
   REQUIRE_RENDERER();
   Twin twin = plane_window();
-  const auto alone = render_default(twin);
+  const auto alone = render_fixed(twin);
   twin.objects.push_back({"aside", SphereShape{{0, 900, 300}, 5.0}, {}});
-  const auto both = render_default(twin);
+  const auto both = render_fixed(twin);
   double largest = 0.0;
   for (std::size_t i = 0; i < alone.irradiance.size(); ++i)
     for (std::size_t p = 0; p < alone.irradiance[i].size(); ++p)
@@ -283,7 +284,7 @@ TEST(Effects, ProjectorBorder) {
     const double cy = along_x ? 360 : 360 + border.at_px - middle.y();
     twin.projector->lens = Lens("LENSMODEL_PINHOLE", {1700, 1700, cx, cy}, {1280, 720}, "pinhole");
     expect_agreement(twin, "projector border", 500);
-    const auto rendered = render_default(twin);
+    const auto rendered = render_fixed(twin);
     const render::Reference reference(twin);
     int dark = 0, lit = 0;
     for (int i = 0; i < 240; ++i) {
@@ -320,7 +321,7 @@ TEST(Effects, NoLightBeyondTheProjectorsInvertibleRadius) {
       expect_agreement(twin, "barrel projector", 1500);
       continue;
     }
-    const auto rendered = render_default(twin);
+    const auto rendered = render_fixed(twin);
     for (const ImageF& image : rendered.irradiance)
       for (float e : image.data) ASSERT_EQ(e, 0.0F);
   }
