@@ -30,6 +30,7 @@ void check_renderable(const Twin& twin) {
 struct ModelRun {
   std::vector<PixelValues> light_dn, sensor_dn;  // at the subset's pixels
   std::vector<measure::ObjectFit> fits;
+  render::Sampling sampling;  // as done
   Elapsed time;
 };
 
@@ -44,6 +45,7 @@ class Bench {
     const RenderedTwin rendered = render_all(renderer_, model, options_.seed);
     const auto captures = expose_all(rendered.cameras, model, base_, options_.seed);
     out.time = watch.elapsed();
+    out.sampling = rendered.cameras.front().sampling;
     // the sensor's units are the base's for every model, so that gray values can be subtracted
     out.light_dn = subset_values(base_, subset_, rendered.cameras);
     for (std::size_t i = 0; i < captures.size(); ++i)
@@ -95,6 +97,16 @@ std::vector<FitChange> fit_changes(const ModelRun& with, const ModelRun& without
   for (std::size_t k = 0; k < with.fits.size(); ++k)
     out.push_back({with.fits[k].object, fit_distance_mm(with.fits[k], without.fits[k]), with.fits[k].n,
                    without.fits[k].n});
+  return out;
+}
+
+// Where an effect keeps the adaptive trace from the scene, all models are rendered by the fixed rule that
+// stands in for it: else the effect would be charged with the difference between the two.
+Twin with_sampling_of(const Twin& twin, const ModelRun& run) {
+  Twin out = twin;
+  if (render::choose_sampling(twin).sampler == run.sampling.sampler) return out;
+  out.render.sampler = run.sampling.sampler;
+  out.render.samples = run.sampling.samples;
   return out;
 }
 
@@ -169,8 +181,9 @@ Change EffectRow::judged() const {
   return {change.phase_rms_rad, change.gray_rms_dn, fit_change_mm()};
 }
 
-NeedsResult run_needs(const Twin& twin, render::Renderer& renderer, const NeedsOptions& options) {
-  check_renderable(twin);
+NeedsResult run_needs(const Twin& full_twin, render::Renderer& renderer, const NeedsOptions& options) {
+  check_renderable(full_twin);
+  Twin twin = full_twin;
   NeedsResult result;
   result.device = renderer.device();
   result.has_fits = can_fit(twin);
@@ -187,6 +200,7 @@ NeedsResult run_needs(const Twin& twin, render::Renderer& renderer, const NeedsO
   Progress progress("effects", static_cast<std::size_t>(n_on) + 2);
   const Bench bench(twin, renderer, result.subset, options);
   const ModelRun full = bench.run(twin);
+  twin = with_sampling_of(twin, full);
   progress.advance();
   const bool has_phase = bench.change(EffectStage::light, full, full).n_phase > 0;
   for (const Effect& effect : effects()) {
