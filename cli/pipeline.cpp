@@ -98,6 +98,17 @@ compare::RenderNote note_of(const render::RenderedCamera& rendered) {
   return note;
 }
 
+void warn_of_missed_targets(const compare::RenderNote& note, const render::Sampling& asked) {
+  if (note.phase_error_rad.value_or(0.0) > asked.phase_error_rad)
+    warn(fmt::format(
+        "camera \"{}\": the phase error is estimated at {:.1e} rad, above phase_error_rad = {:.1e}",
+        note.camera, *note.phase_error_rad, asked.phase_error_rad));
+  if (note.gray_error.value_or(0.0) > asked.gray_error)
+    warn(fmt::format(
+        "camera \"{}\": the gray error is estimated at {:.1e} of full scale, above gray_error = {:.1e}",
+        note.camera, *note.gray_error, asked.gray_error));
+}
+
 Simulated simulate(const Twin& twin, const RenderFlags& flags) {
   if (!twin.projector)
     throw UserError(ExitCode::usage, twin.file.string(),
@@ -119,6 +130,7 @@ Simulated simulate(const Twin& twin, const RenderFlags& flags) {
   for (std::size_t i = 0; i < twin.cameras.size(); ++i) {
     render::RenderedCamera rendered = renderer.render(twin, i, sampling, flags.seed);
     out.notes.push_back(note_of(rendered));
+    warn_of_missed_targets(out.notes.back(), sampling);
     for (const int object : rendered.object.data)
       if (object >= 0) seen[static_cast<std::size_t>(object)] = true;
     throw_if_cancelled();

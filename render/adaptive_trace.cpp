@@ -60,8 +60,8 @@ class AdaptiveTrace {
       first_pass_ = i == 0;
       targets_ = sum_targets(job_.twin, *pass_, first_pass_, job_.out);
       run_pass();
+      note_estimate();
     }
-    finish();
   }
 
  private:
@@ -78,25 +78,20 @@ class AdaptiveTrace {
 
   int base_order() const { return impl_.precise ? 3 : 2; }
 
-  void must_finish(bool finished) const {
-    if (finished) return;
-    throw UserError(ExitCode::device, impl_.device.info().name,
-                    "a few rays exceed the driver's limit of loop iterations",
-                    "use a newer driver (Mesa 25 has no such limit), split the mesh, or fix the samples: "
-                    "--sampler gauss");
+  static void must_finish(bool finished) {
+    if (!finished) throw LoopLimit();
   }
 
   void probe();
   void run_pass();
   void classify();
   void run_gauss(const std::vector<std::uint32_t>& list, int order);
-  void run_checked(std::vector<std::uint32_t> list);
-  std::vector<std::uint32_t> run_two_orders(const std::vector<std::uint32_t>& list, int low, int high);
+  void run_checked(const std::vector<std::uint32_t>& list);
   void sort_out_uncrossed();
   void run_facets(const std::vector<std::uint32_t>& list);
   void run_lines();
   double add_lines(const Sums& sums, std::size_t slot, float* values) const;
-  void finish();
+  void note_estimate();
 
   // Runs `kernel` over `list` with `per_entry` invocations each and hands each part to
   // use(first entry, number of entries, sums).
@@ -107,7 +102,8 @@ class AdaptiveTrace {
   void run_rule(const std::vector<std::uint32_t>& list, int order, Use use);
   void reserve_output(std::size_t slots);
   std::size_t most_slots() const {
-    return std::min(slots_per_dispatch, output_bytes / ((pass_->channels() + 2) * sizeof(float)));
+    const std::size_t slots = output_bytes / ((pass_->channels() + 2) * sizeof(float));
+    return std::min(slots_per_dispatch, slots / BLOCK_PIXELS * BLOCK_PIXELS);  // whole work groups write
   }
 
   void write(std::uint32_t code, std::size_t slot, const Sums& sums) {
@@ -145,7 +141,6 @@ class AdaptiveTrace {
   }
 
   void count_error(double phase_rad, double irradiance) {
-    if (!first_pass_) return;
     phase_squares_ += phase_rad * phase_rad;
     gray_squares_ += irradiance * irradiance;
     ++n_lit_;
@@ -227,21 +222,21 @@ void AdaptiveTrace::probe() {
 }
 
 void AdaptiveTrace::run_pass() {
-  closed_form_ = !impl_.precise && pass_->direct.empty();
+  closed_form_ = !impl_.precise;
+  phase_squares_ = gray_squares_ = mixed_squares_ = 0.0;
+  n_lit_ = 0;
   regular_.clear();
   smooth_.clear();
   facets_.clear();
   mixed_.clear();
   classify();
-  if (first_pass_) {
-    n_smooth_ = smooth_.size();
-    n_facets_ = facets_.size();
-  }
+  n_smooth_ = smooth_.size();
+  n_facets_ = facets_.size();
   if (!regular_.empty()) run_gauss(regular_, base_order());
   if (!mixed_.empty()) sort_out_uncrossed();
   if (!facets_.empty()) run_facets(facets_);
   if (!smooth_.empty()) run_checked(smooth_);
-  if (first_pass_) n_mixed_ = mixed_.size();
+  n_mixed_ = mixed_.size();
   run_lines();
 }
 
@@ -312,23 +307,12 @@ void AdaptiveTrace::run_gauss(const std::vector<std::uint32_t>& list, int order)
   });
 }
 
-// Two orders; what they do not agree on goes to the scan lines. Those take images with sharp steps at points:
-// before that such images get higher orders, whose nodes stand for shares of the pixel.
-void AdaptiveTrace::run_checked(std::vector<std::uint32_t> list) {
-  list = run_two_orders(list, base_order(), base_order() + 1);
-  if (!pass_->direct.empty())
-    for (const int order : {5, 8, 11})
-      if (!list.empty()) list = run_two_orders(list, order, order + 1);
-  for (const std::uint32_t pixel : list) to_scan_lines(pixel);
-}
-
-// Returns what the two do not agree on.
-std::vector<std::uint32_t> AdaptiveTrace::run_two_orders(const std::vector<std::uint32_t>& list, int low,
-                                                         int high) {
+// Two orders; what they do not agree on goes to the scan lines.
+void AdaptiveTrace::run_checked(const std::vector<std::uint32_t>& list) {
   const std::size_t n_compared = 1 + 2 * pass_->pitches.size();  // mean and fringes, without the hit share
   std::vector<float> before(n_compared * list.size());
   const auto channel = [](std::size_t c) { return c == 0 ? 0 : c + 1; };
-  run_rule(list, low, [&](std::size_t first, std::size_t n, const Sums& sums) {
+  run_rule(list, base_order(), [&](std::size_t first, std::size_t n, const Sums& sums) {
     for (std::size_t c = 0; c < n_compared; ++c)
       for (std::size_t i = 0; i < n; ++i)
         before[c * list.size() + first + i] = sums.values[channel(c) * sums.stride + i];
@@ -336,7 +320,7 @@ std::vector<std::uint32_t> AdaptiveTrace::run_two_orders(const std::vector<std::
   const std::size_t n_channels = pass_->channels();
   std::vector<float> values(n_channels * list.size());
   std::vector<double> phase(list.size()), gray(list.size()), worse(list.size());
-  run_rule(list, high, [&](std::size_t first, std::size_t n, const Sums& sums) {
+  run_rule(list, base_order() + 1, [&](std::size_t first, std::size_t n, const Sums& sums) {
 #pragma omp parallel for
     for (std::ptrdiff_t k = 0; k < static_cast<std::ptrdiff_t>(n); ++k) {
       const auto i = static_cast<std::size_t>(k), e = first + i;
@@ -351,22 +335,21 @@ std::vector<std::uint32_t> AdaptiveTrace::run_two_orders(const std::vector<std::
       }
       gray[e] = order_safety * irradiance_error(old(0) - sums.at(0, i), fringe);
       worse[e] = std::max(phase[e] / phase_target_rad_, gray[e] / irradiance_target_);
+      if (!std::isfinite(phase[e] + gray[e])) worse[e] = HUGE_VAL;
       for (std::size_t c = 0; c < n_channels; ++c)
         values[n_channels * e + c] = sums.values[c * sums.stride + i];
     }
   });
   const auto n_known = static_cast<double>(n_lit_ + list.size());
   const double most = largest_error_to_keep(worse, 0.5 * share_of_budget * n_known, most_allowance);
-  std::vector<std::uint32_t> rest;
   for (std::size_t e = 0; e < list.size(); ++e) {
     if (!(worse[e] <= most)) {
-      rest.push_back(list[e]);
+      to_scan_lines(list[e]);
       continue;
     }
     count_error(phase[e], gray[e]);
     write(list[e], 0, Sums{&values[n_channels * e], 1});
   }
-  return rest;
 }
 
 // Takes out of the mixed pixels those that only lie beside an edge.
@@ -424,15 +407,14 @@ double AdaptiveTrace::add_lines(const Sums& sums, std::size_t slot, float* value
     return e / panels_;
   };
   const double mean = channel_error(0);
-  channel_error(1);
+  const double hit = channel_error(1);
   double fringe = 0.0;
   for (std::size_t p = 0; p < pass_->pitches.size(); ++p) {
     const double cosine = channel_error(2 + 2 * p), sine = channel_error(3 + 2 * p);
     fringe = std::max(fringe, std::hypot(cosine, sine));
   }
-  for (std::size_t k = 0; k < pass_->direct.size(); ++k)
-    fringe = std::max(fringe, channel_error(2 + 2 * pass_->pitches.size() + k));
-  return irradiance_error(mean, fringe);
+  const double error = irradiance_error(mean, fringe) + job_.twin.projector->ambient * hit;
+  return std::isfinite(error) ? error : HUGE_VAL;
 }
 
 // Scan lines in panels of four, twice as many panels for what is not good enough.
@@ -467,7 +449,7 @@ void AdaptiveTrace::run_lines() {
         next.push_back(list[i]);
         continue;
       }
-      if (first_pass_) mixed_squares_ += errors[i] * errors[i];
+      mixed_squares_ += errors[i] * errors[i];
       write(list[i], 0, Sums{&values[n_channels * i], 1});
     }
     list = std::move(next);
@@ -475,13 +457,18 @@ void AdaptiveTrace::run_lines() {
   panels_ = 1;
 }
 
-void AdaptiveTrace::finish() {
+// The largest of all passes: each holds other pitches.
+void AdaptiveTrace::note_estimate() {
   const auto n_lit = static_cast<double>(std::max<std::size_t>(1, n_lit_));
   const auto n_all = static_cast<double>(std::max<std::size_t>(1, n_lit_ + n_mixed_));
   const Sensor& sensor = job_.camera.sensor;
   ErrorEstimate estimate;
   estimate.phase_rad = std::sqrt(phase_squares_ / n_lit + rounding_rad_ * rounding_rad_);
   estimate.gray = std::sqrt((gray_squares_ + mixed_squares_) / n_all) * sensor.gain_dn / sensor.max_dn();
+  if (const auto& before = job_.out->estimate) {
+    estimate.phase_rad = std::max(estimate.phase_rad, before->phase_rad);
+    estimate.gray = std::max(estimate.gray, before->gray);
+  }
   estimate.mixed_share = static_cast<double>(n_mixed_) / n_all;
   estimate.facets_share = static_cast<double>(n_facets_) / n_all;
   estimate.smooth_share = static_cast<double>(n_smooth_) / n_all;
@@ -490,7 +477,15 @@ void AdaptiveTrace::finish() {
 
 }  // namespace
 
-bool can_trace_adaptively(const TraceJob& job) {
+bool can_trace_adaptively(const TraceJob& job, const std::vector<PassPlan>& passes,
+                          const VkPhysicalDeviceLimits& limits) {
+  // Images that are no sums of a few harmonics (gray code, pattern images, responses evaluated step by step)
+  // have edges of their own in the pixels, which nothing here looks for.
+  for (const PassPlan& pass : passes)
+    if (!pass.direct.empty()) return false;
+  const std::size_t n_pixels = job.out->mean.size();
+  if (n_pixels * sizeof(gpu::vec4) > limits.maxStorageBufferRange || n_pixels > limits.maxTexelBufferElements)
+    return false;
   const Lens& lens = job.camera.lens;
   // The closed form and the scan lines know neither defocus, raster or texture nor light from elsewhere.
   const Projector& projector = *job.twin.projector;

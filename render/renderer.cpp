@@ -380,23 +380,36 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   const LensTable& lens = impl_->lens_table(camera.lens);
   const ProjectorSetup projector = setup_projector(*twin.projector);
   const std::vector<std::uint32_t> blocks = active_blocks(camera, scene, lens);
-  const SeriesTable series = choose_series(twin, impl_->pattern_method);
+  // What is carried as harmonics can be traced adaptively, what is evaluated step by step can not.
+  const bool insist =
+      sampling.sampler == Sampler::adaptive && impl_->pattern_method == PatternMethod::automatic;
+  const SeriesTable series = choose_series(twin, insist ? PatternMethod::harmonics : impl_->pattern_method,
+                                           sampling.phase_error_rad);
   const std::vector<PassPlan> passes = plan_passes(twin, series, projector.cx, projector.cy);
 
   Transport out = empty_transport(twin, passes, series, camera.lens.width(), camera.lens.height());
   TraceJob job{twin, camera, scene, lens, projector, blocks, seed, nullptr, &out};
-  const bool adaptive = sampling.sampler == Sampler::adaptive && can_trace_adaptively(job);
-  const Sampling effective =
-      sampling.sampler == Sampler::adaptive && !adaptive ? without_adaptation(sampling) : sampling;
-  out.sampling = effective;
-  out.sampling.precise = impl_->precise;
+  bool adaptive =
+      sampling.sampler == Sampler::adaptive && can_trace_adaptively(job, passes, impl_->device.limits());
+  out.sampling = adaptive ? sampling : without_adaptation(sampling);
   if (!blocks.empty()) {
     impl_->upload_scene(job);
-    std::unique_ptr<Progress> progress;
     if (adaptive) {
-      trace_adaptively(*impl_, job, passes, effective);
-    } else {
-      const SampleSetup samples = setup_samples(twin, camera, scene, effective);
+      try {
+        trace_adaptively(*impl_, job, passes, sampling);
+      } catch (const LoopLimit&) {
+        warn(fmt::format(
+            "{}: the driver's limit of loop iterations stops the adaptive trace; a fixed rule of {} "
+            "samples is used (Mesa 25 has no such limit: make mesa25)",
+            camera.name, without_adaptation(sampling).samples));
+        adaptive = false;
+        out = empty_transport(twin, passes, series, camera.lens.width(), camera.lens.height());
+        out.sampling = without_adaptation(sampling);
+      }
+    }
+    std::unique_ptr<Progress> progress;
+    if (!adaptive) {
+      const SampleSetup samples = setup_samples(twin, camera, scene, out.sampling);
       const std::uint64_t work = std::uint64_t{samples.n} * BLOCK_PIXELS * blocks.size() * passes.size();
       if (work > samples_worth_a_progress_bar)
         progress = std::make_unique<Progress>("rendering " + camera.name, blocks.size() * passes.size());
@@ -404,6 +417,7 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
       impl_->trace_plain(job, passes, samples);
     }
   }
+  out.sampling.precise = impl_->precise;
   out.trace_ms = ms_since(start);
   return out;
 }

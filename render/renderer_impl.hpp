@@ -93,6 +93,9 @@ struct Renderer::Impl {
 /// The adaptive trace (adaptive_trace.cpp). Needs what can_trace_adaptively() says.
 void trace_adaptively(Renderer::Impl& impl, const TraceJob& job, const std::vector<PassPlan>& passes,
                       const Sampling& sampling);
-bool can_trace_adaptively(const TraceJob& job);
+bool can_trace_adaptively(const TraceJob& job, const std::vector<PassPlan>& passes,
+                          const VkPhysicalDeviceLimits& limits);
+/// Thrown by trace_adaptively() where the driver cuts an invocation's loops.
+struct LoopLimit {};
 
 }  // namespace fringetwin::render

@@ -69,7 +69,8 @@ int count_harmonics(const Projector& projector, const Fringes& fringes, double p
   return harmonics;
 }
 
-SeriesTable choose_series(const Twin& twin, PatternMethod method) {
+SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<double> phase_error_rad) {
+  const double bound = share_of_phase_error * phase_error_rad.value_or(twin.render.phase_error_rad);
   SeriesTable direct, carried;
   const bool linear = is_linear(twin.projector->response);
   for (const DirectionFringes& d : twin.fringes.directions) {
@@ -78,8 +79,7 @@ SeriesTable choose_series(const Twin& twin, PatternMethod method) {
     if (twin.projector->pixel_structure || twin.fringes.steps == 0) continue;
     for (std::size_t p = 0; p < d.pitches_px.size(); ++p)
       carried.back()[p] =
-          short_series(*twin.projector, twin.fringes, d.pitches_px[p],
-                       share_of_phase_error * twin.render.phase_error_rad, most_carried_harmonics());
+          short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, most_carried_harmonics());
   }
   // The direct way of a defocused pattern is a quadrature for each step and sample.
   const bool carry = linear || method == PatternMethod::harmonics ||

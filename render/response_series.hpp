@@ -2,6 +2,7 @@
 // A phase step through the projector's response is a short cosine series. Carried as cosine/sine pairs
 // per harmonic, one trace holds every step; or each step is evaluated directly. Whichever is cheaper.
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "render/waveform.hpp"
@@ -32,7 +33,8 @@ int count_harmonics(const Projector& projector, const Fringes& fringes, double p
 
 /// Automatic takes the cheaper way for all pitches together; `harmonics` insists where the series is short
 /// enough. None with pixel structure: the pattern is no function of the phase then. The bound is a tenth of
-/// the twin's phase_error_rad.
-SeriesTable choose_series(const Twin& twin, PatternMethod method = PatternMethod::automatic);
+/// phase_error_rad, the twin's own unless given.
+SeriesTable choose_series(const Twin& twin, PatternMethod method = PatternMethod::automatic,
+                          std::optional<double> phase_error_rad = {});
 
 }  // namespace fringetwin::render

@@ -212,8 +212,8 @@ PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store)
   PackedScene scene = std::move(packer.scene);
   number_surfaces(&scene);
   const std::size_t n = scene.object_of_primitive.size();
-  const bool one_convex = n == 1 && scene.n_meshes == 0 && !(scene.n_cylinders == 1 && scene.bounded);
-  scene.shadow = twin.render.shadow && n > 0 && !one_convex;
+  scene.one_convex = n == 1 && scene.n_meshes == 0 && !(scene.n_cylinders == 1 && scene.bounded);
+  scene.shadow = twin.render.shadow && n > 0 && !scene.one_convex;
   for (const BoundingSphere& b : scene.finite)
     scene.far_mm = std::max(scene.far_mm, b.center_mm.norm() + b.radius_mm);
   const VisibleRange range = visible_range(camera, scene);

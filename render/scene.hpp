@@ -46,7 +46,8 @@ struct PackedScene {
   bool bounded = false;     ///< a plane or cylinder with an end
   bool corners = false;     ///< a mesh with vertex normals or albedo
   std::vector<float> maps;  ///< albedo maps, each behind its width and height; empty without any
-  bool shadow = true;       ///< false for one convex object alone, or when the twin says so
+  bool one_convex = false;  ///< one convex object alone: it hides no light from itself and gives itself none
+  bool shadow = true;       ///< false for that, or when the twin says so
   bool unbounded = false;   ///< something reaches to infinity: every block of pixels may see it
   std::vector<BoundingSphere> finite;
   std::size_t first_mesh_bound = 0;  ///< in `finite`

@@ -205,8 +205,7 @@ SpecConstants make_constants(const Twin& twin, const Camera& camera, const Packe
     set(SPEC_PIXEL_GAPS, pass.gaps.empty() ? PIXEL_GAPS_SHARP : PIXEL_GAPS_BLURRED);
   set(SPEC_N_PIXEL, pass.count(DirectSlot::Kind::pixel));
   set(SPEC_ALBEDO_MAPS, !scene.maps.empty());
-  // One convex object alone gives itself no light.
-  set(SPEC_BOUNCES, twin.render.bounces > 0 && scene.shadow ? twin.render.bounce_samples : 0);
+  set(SPEC_BOUNCES, twin.render.bounces > 0 && !scene.one_convex ? twin.render.bounce_samples : 0);
   return c;
 }
 

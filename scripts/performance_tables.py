@@ -45,8 +45,9 @@ def pareto_table(run):
                                         ("fit_reference", "reference of the fit shifts")) if p[key]]
         if p["time_extrapolated_from_samples"]:
             notes.append(f"time extrapolated from {p['time_extrapolated_from_samples']} samples")
+        size = p["samples"] or f"to {p['target_rad']:.0e}"
         rows.append(
-            f"| {p['scheme']} | {p['samples']} | {p['precision']} | {ms(p['frame_ms'])} "
+            f"| {p['scheme']} | {size} | {p['precision']} | {ms(p['frame_ms'])} "
             f"| {sci(e['phase_interior_rms_rad'])} | {sci(e['phase_rms_rad'])} | {sci(e['gray_interior_rms_dn'])} "
             f"| {sci(e['gray_rms_dn'])} | {sci(e['gray_edge_rms_dn'])} | {um(p['fit_error_mm'])} "
             f"| {um(p['fit_shift_mm'])} | {plain(p['chain_s'])} | {', '.join(notes)} |")

@@ -46,6 +46,8 @@ class Bench {
     const auto captures = expose_all(rendered.cameras, model, base_, options_.seed);
     out.time = watch.elapsed();
     out.sampling = rendered.cameras.front().sampling;
+    for (const render::RenderedCamera& c : rendered.cameras)
+      if (c.sampling.sampler != Sampler::adaptive) out.sampling = c.sampling;
     // the sensor's units are the base's for every model, so that gray values can be subtracted
     out.light_dn = subset_values(base_, subset_, rendered.cameras);
     for (std::size_t i = 0; i < captures.size(); ++i)

@@ -76,6 +76,9 @@ class Study {
     point.chain_s += 1e-3 * point.frame_ms * n - was_s;
   }
 
+  /// Where the adaptive trace does not apply to the scene: the fixed rule that stood in.
+  const std::optional<render::Sampling>& stands_in() const { return stands_in_; }
+
   /// Once all points are measured.
   void compare_fits(std::vector<ParetoPoint>& points) const {
     ParetoPoint* reference = nullptr;
@@ -112,6 +115,13 @@ class Study {
     if (!largest_measured(result_.points, point))
       render_all(renderer_, twin, point.scheme.sampling, options_.seed);
     const RenderedTwin rendered = render_all(renderer_, twin, point.scheme.sampling, options_.seed);
+    const auto other = std::find_if(
+        rendered.cameras.begin(), rendered.cameras.end(),
+        [&](const render::RenderedCamera& c) { return c.sampling.sampler != point.scheme.sampling.sampler; });
+    if (other != rendered.cameras.end()) {
+      stands_in_ = other->sampling;
+      return;
+    }
     const double n = static_cast<double>(twin.cameras.size());
     point.frame_ms = 1e3 * rendered.time.wall_s / n;
     point.frame_cpu_ms = 1e3 * rendered.time.cpu_s / n;
@@ -153,6 +163,7 @@ class Study {
   const ParetoOptions& options_;
   ParetoResult& result_;
   std::optional<Twin> windows_;
+  std::optional<render::Sampling> stands_in_;
   Truth truth_;
   std::map<const ParetoPoint*, std::vector<measure::ObjectFit>> fits_;
 };
@@ -209,6 +220,16 @@ ParetoResult run_pareto(const Twin& twin, render::Renderer& renderer, const Pare
     for (ParetoPoint& p : result.points) {
       study.measure_point(p);
       progress.advance();
+    }
+  }
+  if (study.stands_in()) {
+    result.warnings.push_back(
+        "the adaptive trace does not apply to this scene (docs/PHYSICS.md): a fixed rule stands in");
+    for (ParetoPoint& p : result.points) {
+      const render::Sampling& s = p.scheme.sampling;
+      p.scheme.is_default = s.sampler == study.stands_in()->sampler &&
+                            s.samples == study.stands_in()->samples &&
+                            s.precise == study.stands_in()->precise;
     }
   }
   Progress progress("timing in turns", static_cast<std::size_t>(options.rounds) * result.points.size());
