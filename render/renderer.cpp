@@ -380,11 +380,7 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   const LensTable& lens = impl_->lens_table(camera.lens);
   const ProjectorSetup projector = setup_projector(*twin.projector);
   const std::vector<std::uint32_t> blocks = active_blocks(camera, scene, lens);
-  // What is carried as harmonics can be traced adaptively, what is evaluated step by step can not.
-  const bool insist =
-      sampling.sampler == Sampler::adaptive && impl_->pattern_method == PatternMethod::automatic;
-  const SeriesTable series = choose_series(twin, insist ? PatternMethod::harmonics : impl_->pattern_method,
-                                           sampling.phase_error_rad);
+  const SeriesTable series = choose_series(twin, impl_->pattern_method, sampling.phase_error_rad);
   const std::vector<PassPlan> passes = plan_passes(twin, series, projector.cx, projector.cy);
 
   Transport out = empty_transport(twin, passes, series, camera.lens.width(), camera.lens.height());
