@@ -479,10 +479,12 @@ void AdaptiveTrace::note_estimate() {
 
 bool can_trace_adaptively(const TraceJob& job, const std::vector<PassPlan>& passes,
                           const VkPhysicalDeviceLimits& limits) {
-  // Images that are no sums of a few harmonics (gray code, pattern images, responses evaluated step by step)
-  // have edges of their own in the pixels, which nothing here looks for.
+  // Images that are no cosines (gray code, pattern images, a response that is not linear) have edges of their
+  // own in the pixels, which nothing here looks for.
   for (const PassPlan& pass : passes)
-    if (!pass.direct.empty()) return false;
+    if (!pass.direct.empty() || std::any_of(pass.pitches.begin(), pass.pitches.end(),
+                                            [](const PitchSlot& p) { return p.harmonic > 1; }))
+      return false;
   const std::size_t n_pixels = job.out->mean.size();
   if (n_pixels * sizeof(gpu::vec4) > limits.maxStorageBufferRange || n_pixels > limits.maxTexelBufferElements)
     return false;

@@ -115,7 +115,7 @@ void main() {
   // in the second differences 1/2160; 1/300 leaves a margin for what grows with the order), and products
   // of lower ones.
   float shading_error = (abs(d.fourth_x.z) + abs(d.fourth_y.z)) / 300.0;
-  float phase_error = 0.0, gray_error = shading_error;
+  float phase_error = 0.0, gray_error = shading_error, swing_sq = 0.0;
 #define FORM_PITCH(i)                                                                                    \
   if (i < N_PITCHES) {                                                                                   \
     vec4 pitch = params.pitch[i];                                                                        \
@@ -141,6 +141,7 @@ void main() {
               bend * (abs(gx) * abs(d.x.z) + abs(gy) * abs(d.y.z)) / (160.0 * w0);                       \
     /* Where Gauss-Legendre of order n stands in for the closed form, its error in the phase gradient. */ \
     float g2 = max(gx * gx, gy * gy) * fill * fill;                                                      \
+    swing_sq = max(swing_sq, g2);                                                                        \
     if (params.adaptive.w == 2.0) a += g2 * g2 / 2160.0;                                                 \
     if (params.adaptive.w == 3.0) a += g2 * g2 * g2 / 1.0e6;                                             \
     phase_error = max(phase_error, e);                                                                   \
@@ -150,6 +151,8 @@ void main() {
   // Also catches NaN and infinity.
   bool good = phase_error <= params.adaptive.x && gray_error <= params.adaptive.y;
   if (lit && !good) kind = PIXEL_SMOOTH;
+  // Facets are averaged by 2 x 2 nodes each.
+  if (kind == PIXEL_FACETS && !(c.z * swing_sq * swing_sq / 2160.0 <= params.adaptive.y)) kind = PIXEL_SMOOTH;
 
   bool done = kind == PIXEL_DONE;
   sums[slot] = done ? mean : 0.0;

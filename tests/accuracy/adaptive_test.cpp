@@ -120,7 +120,7 @@ void expect_bounded(const std::string& what, const Twin& twin, int stride) {
              interior.worst_phase_rms_rad(), rendered.estimate->phase_rad, all.gray_rms,
              rendered.estimate->gray,
              static_cast<double>(rendered.rays) / static_cast<double>(rendered.object.size()));
-  EXPECT_GT(interior.n, 100);
+  EXPECT_GT(interior.n, 20);
   EXPECT_LE(interior.pitches[0].phase_rms_rad, rendered.estimate->phase_rad);
   EXPECT_LE(all.gray_rms, rendered.estimate->gray + 2e-5);
   EXPECT_LE(all.gray_rms, sampling.gray_error);
@@ -137,10 +137,6 @@ TEST(Adaptive, EstimateBoundsTheErrorWithEachEffect) {
   Twin twin = ball_before_wall();
   twin.projector->ambient = 1.0;
   expect_bounded("ambient light", twin, 4);
-  twin = ball_before_wall();
-  twin.projector->response.kind = ProjectorResponse::Kind::gamma;
-  twin.projector->response.gamma = 2.2;
-  expect_bounded("gamma 2.2", twin, 4);
   twin = ball_before_wall();
   twin.objects[0].material.specular = 0.3;
   twin.objects[0].material.shininess = 20.0;
@@ -166,8 +162,11 @@ TEST(Adaptive, EstimateBoundsTheErrorOnFacets) {
   const Pose pose{rotation_from_vector({0.11, -0.23, 0.37}), {0.0, 0.0, 275.0}};
   twin.objects = {Object{"part", MeshShape{{}, "mm", pose, false, mesh}, {}}};
   expect_bounded("facets", crop_around(twin, {-20, 10, 260}, 120, 90), 4);
-  twin.cameras[0].lens = Lens("LENSMODEL_PINHOLE", {400, 400, 59.5, 44.5}, {120, 90}, "coarse camera");
-  expect_bounded("facets, a radian per pixel", twin, 4);
+  // The coarser mesh has facets of several pixels here, so that some see one alone.
+  const auto coarse = std::make_shared<Mesh>(make_bumpy_icosphere(3, 35.0, default_bumps()));
+  std::get<MeshShape>(twin.objects[0].shape).mesh = coarse;
+  twin.cameras[0].lens = Lens("LENSMODEL_PINHOLE", {400, 400, 39.5, 29.5}, {80, 60}, "coarse camera");
+  expect_bounded("facets, a radian per pixel", twin, 3);
 }
 
 // What the adaptive trace does not know is rendered by a fixed rule, and said so.
@@ -185,6 +184,10 @@ TEST(Adaptive, StandsBackWhereItDoesNotApply) {
   EXPECT_EQ(sampler(twin), Sampler::gauss);
   twin = ball_before_wall(24, 16);
   twin.render.bounces = 1;
+  EXPECT_EQ(sampler(twin), Sampler::gauss);
+  twin = ball_before_wall(24, 16);
+  twin.projector->response.kind = ProjectorResponse::Kind::gamma;
+  twin.projector->response.gamma = 2.2;
   EXPECT_EQ(sampler(twin), Sampler::gauss);
   twin = ball_before_wall(24, 16);
   twin.fringes.directions[0].pitches_px = {20};
