@@ -65,10 +65,10 @@ double robust_sigma(std::vector<double> values) {
   return 1.4826 * *middle;  // of a normal distribution
 }
 
-/// Marks corners beyond their device's threshold; returns how many are new. The floor keeps noise-free data
-/// whole.
+/// Marks corners beyond their device's threshold; returns how many are new. A corner that is nearer than the
+/// floor is never one: noise-free data would be eaten up.
 int reject(MrcalProblem& p, const Eigen::VectorXd& x, const CalibrateOptions& options) {
-  constexpr double kFloorPx = 1e-3;
+  constexpr double kFloorPx = 0.02;
   const std::size_t per_view = p.corners_per_view();
   std::vector<std::vector<double>> components(p.intrinsics.size());
   const auto each = [&](auto&& use) {

@@ -16,10 +16,12 @@ namespace {
 struct GridPoint {
   int column = 0, row = 0;
   Eigen::Vector2d q_px;
-  Eigen::Vector3d p_a_mm;  ///< in the device's frame of calibration a
+  Eigen::Vector3d p_a_mm;    ///< in the device's frame of calibration a
+  double expected_px = 1.0;  ///< sigma of the difference
 };
 
-/// Gauss-Newton for the rigid motion that makes b project the points where a does.
+/// Gauss-Newton for the rigid motion that makes b project the points where a does. Weighted by what is
+/// expected: else the far corners, which no board reached, would turn the well-known centre.
 Pose implied_motion(const Lens& b, const std::vector<GridPoint>& points) {
   Pose T;
   constexpr int kSteps = 30;
@@ -34,8 +36,9 @@ Pose implied_motion(const Lens& b, const std::vector<GridPoint>& points) {
       Eigen::Matrix<double, 3, 6> dp;  // a small turn after T, then a shift
       dp << 0, p.z(), -p.y(), 1, 0, 0, -p.z(), 0, p.x(), 0, 1, 0, p.y(), -p.x(), 0, 0, 0, 1;
       const Eigen::Matrix<double, 2, 6> J = dq * dp;
-      normal += J.transpose() * J;
-      right += J.transpose() * (g.q_px - *q);
+      const double weight = 1.0 / (g.expected_px * g.expected_px);
+      normal += weight * J.transpose() * J;
+      right += weight * J.transpose() * (g.q_px - *q);
     }
     const Eigen::Matrix<double, 6, 1> move = normal.ldlt().solve(right);
     if (!move.allFinite()) break;
@@ -92,29 +95,31 @@ ProjectionDifference projection_difference(const Calibration& a, const Calibrati
   ProjectionDifference out;
   out.difference_px = out.expected_px = ImageF(columns, rows, std::nanf(""));
   std::vector<GridPoint> points;
+  const Uncertainty ua(a), ub(b);
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < columns; ++c) {
       const Eigen::Vector2d q((from.width() - 1.0) * c / (columns - 1),
                               (from.height() - 1.0) * r / (rows - 1));
       const auto v = from.unproject(q);
-      if (v && v->z() > 0.0) points.push_back({c, r, q, *v * (distance_mm / v->z())});
+      if (!v || v->z() <= 0.0) continue;
+      const Eigen::Vector3d p = *v * (distance_mm / v->z());
+      if (!to.project(p)) continue;
+      // The motion is small, so b's uncertainty may be taken at the same place.
+      const double expected = worst_direction_sigma(ua.projection(device, p) + ub.projection(device, p));
+      points.push_back({c, r, q, p, expected});
     }
   const Pose T = implied_motion(to, points);
-  const Uncertainty ua(a), ub(b);
   double sum = 0.0, ratio = 0.0;
   int n = 0;
   for (const GridPoint& g : points) {
-    const Eigen::Vector3d p_b = T * g.p_a_mm;
-    const auto q = to.project(p_b);
+    const auto q = to.project(T * g.p_a_mm);
     if (!q) continue;
     const double difference = (*q - g.q_px).norm();
-    const double expected =
-        worst_direction_sigma(ua.projection(device, g.p_a_mm) + ub.projection(device, p_b));
     out.difference_px(g.column, g.row) = static_cast<float>(difference);
-    out.expected_px(g.column, g.row) = static_cast<float>(expected);
+    out.expected_px(g.column, g.row) = static_cast<float>(g.expected_px);
     out.max_px = std::max(out.max_px, difference);
     sum += difference * difference;
-    ratio += std::pow(difference / expected, 2);
+    ratio += std::pow(difference / g.expected_px, 2);
     ++n;
   }
   out.rms_px = std::sqrt(sum / std::max(n, 1));

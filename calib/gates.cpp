@@ -60,7 +60,18 @@ void check_in_front(const Calibration& c) {
   }
 }
 
+[[noreturn]] void refuse_view(const Calibration& c, std::size_t v, const std::string& what) {
+  throw UserError(
+      ExitCode::input, c.observations.label(c.observations.views[v]), "does not fit with the others" + what,
+      "another board, a board that moved between the captures, or corners out of order; remove the view");
+}
+
 void check_views(const Calibration& c) {
+  for (std::size_t v = 0; v < c.views.size(); ++v)
+    if (const FitQuality& fit = c.views[v].fit; fit.n_outliers > fit.n_corners)
+      refuse_view(c, v,
+                  fmt::format(" ({} of its {} corners are outliers)", fit.n_outliers,
+                              fit.n_outliers + fit.n_corners));
   for (std::size_t d = 0; d < c.devices.size(); ++d) {
     std::vector<double> rms;
     for (const ViewResult& v : c.views)
@@ -75,11 +86,7 @@ void check_views(const Calibration& c) {
         worst = v;
     const double worst_rms = c.views[worst].fit.rms_px;
     if (worst_rms > kBadViewFactor * middle && worst_rms > kBadViewPx)
-      throw UserError(
-          ExitCode::input, c.observations.label(c.observations.views[worst]),
-          fmt::format("does not fit with the others ({:.3g} px rms, the middle one {:.3g} px)", worst_rms,
-                      middle),
-          "another board, a board that moved between the captures, or corners out of order; remove the view");
+      refuse_view(c, worst, fmt::format(" ({:.3g} px rms, the middle one {:.3g} px)", worst_rms, middle));
   }
 }
 

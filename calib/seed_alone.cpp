@@ -122,12 +122,30 @@ Attempt fine_solve(const MrcalProblem& rough, const std::string& lensmodel) {
   return other.cost < best.cost ? other : best;
 }
 
+/// The stages on a part of many views (which costs a tenth), then all views from there.
+Attempt staged_solve(const Observations& o, const std::string& lensmodel) {
+  constexpr std::size_t kManyViews = 40;
+  if (o.frames.size() <= kManyViews) return fine_solve(rough_solve(o), lensmodel);
+  std::vector<int> part;
+  const std::size_t step = (o.frames.size() + kManyViews - 1) / kManyViews;
+  for (std::size_t f = 0; f < o.frames.size(); f += step) part.push_back(static_cast<int>(f));
+  const Attempt some = fine_solve(rough_solve(select_frames(o, part)), lensmodel);
+  if (!std::isfinite(some.cost)) return fine_solve(rough_solve(o), lensmodel);
+  const auto& lens = some.problem.intrinsics;
+  MrcalProblem p = make_problem(o, {lensmodel, lens, {Pose{}}, poses_of_views(o, lensmodel, lens[0])});
+  p.optimize_core = p.optimize_distortion = p.optimize_warp = false;
+  mrcal_solve(p);
+  p.optimize_core = some.problem.optimize_core;
+  p.optimize_distortion = true;
+  return solved(p);
+}
+
 }  // namespace
 
 AloneFit calibrate_alone(const Observations& all, int device, const std::string& lensmodel) {
   const Observations o = only_device(all, device);
   const std::string& name = o.devices.front().name;
-  Attempt fine = fine_solve(rough_solve(o), lensmodel);
+  Attempt fine = staged_solve(o, lensmodel);
   if (!std::isfinite(fine.cost))
     throw UserError(ExitCode::no_convergence, name, "its calibration alone diverges",
                     "check the rough focal length and the order of the corners");

@@ -84,19 +84,21 @@ Uncertainty::Uncertainty(const Calibration& c)
     throw UserError(ExitCode::no_convergence, "uncertainty of the calibration",
                     "the corners do not determine every parameter",
                     "use more views, a lens model with fewer terms, or keep the regularisation");
+  const Eigen::MatrixXd rows = linear_.Jt.rightCols(linear_.Jt.cols() - linear_.n_corner_rows);
+  regularisation_ = JtJ_.matrixL().solve(rows);
 }
 
 Eigen::MatrixXd Uncertainty::covariance(const Eigen::MatrixXd& dF_dstate) const {
-  const Eigen::MatrixXd packed = dF_dstate * linear_.state_scale.asDiagonal();
-  const double s2 = sigma_px_ * sigma_px_;
-  if (linear_.n_corner_rows == linear_.Jt.cols()) {
-    const Eigen::MatrixXd half = JtJ_.matrixL().solve(packed.transpose());
-    return s2 * half.transpose() * half;
+  // JtJ = L L^T. Regularisation steers the solution but is not noise: with its rows Jr the covariance is
+  // JtJ^-1 (JtJ - Jr^T Jr) JtJ^-1.
+  const Eigen::MatrixXd packed = linear_.state_scale.asDiagonal() * dF_dstate.transpose();
+  const Eigen::MatrixXd half = JtJ_.matrixL().solve(packed);
+  Eigen::MatrixXd product = half.transpose() * half;
+  if (regularisation_.cols() > 0) {
+    const Eigen::MatrixXd steered = regularisation_.transpose() * half;
+    product -= steered.transpose() * steered;
   }
-  // Regularisation steers the solution but is not noise.
-  const Eigen::MatrixXd solved = JtJ_.solve(packed.transpose());
-  const Eigen::MatrixXd B = linear_.Jt.leftCols(linear_.n_corner_rows).transpose() * solved;
-  return s2 * B.transpose() * B;
+  return sigma_px_ * sigma_px_ * product;
 }
 
 void Uncertainty::add_board_motion(const Eigen::Vector3d& p_ref_m, bool at_infinity,

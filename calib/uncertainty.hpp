@@ -44,7 +44,6 @@ class Uncertainty {
   Eigen::Matrix<double, 6, 6> extrinsics(int device) const;
 
  private:
-  struct Row;  // d(quantity)/d(state)
   Eigen::MatrixXd covariance(const Eigen::MatrixXd& dF_dstate) const;
   void add_board_motion(const Eigen::Vector3d& p_ref_m, bool at_infinity, const Eigen::MatrixX3d& dF_dpref,
                         Eigen::MatrixXd& dF_dstate) const;
@@ -56,7 +55,8 @@ class Uncertainty {
   MrcalProblem problem_;
   MrcalModel model_;
   MrcalLinearisation linear_;
-  Eigen::LLT<Eigen::MatrixXd> JtJ_;
+  Eigen::LLT<Eigen::MatrixXd> JtJ_;  ///< packed states
+  Eigen::MatrixXd regularisation_;   ///< L^-1 Jr^T
   double sigma_px_ = 0.0;
 };
 
