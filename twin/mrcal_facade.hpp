@@ -30,6 +30,9 @@ class MrcalModel {
   /// gradients (CAHVORE) they are central differences, good to about 1e-9.
   bool project(const std::vector<double>& intrinsics, const Eigen::Vector3d& p_cam, Eigen::Vector2d* q_px,
                Eigen::Matrix<double, 2, 3>* dq_dp) const;
+  /// As project(), with d q / d intrinsics (2 x intrinsics_count()). Models with gradients only.
+  bool project(const std::vector<double>& intrinsics, const Eigen::Vector3d& p_cam, Eigen::Vector2d* q_px,
+               Eigen::Matrix<double, 2, 3>* dq_dp, Eigen::Matrix2Xd* dq_dintrinsics) const;
   /// Direction of any length, to about 1e-8 px (libmrcal accepts up to 1e-2 px); for a model without
   /// gradients only a first guess. False on failure.
   bool unproject(const std::vector<double>& intrinsics, const Eigen::Vector2d& q_px,

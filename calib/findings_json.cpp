@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "calib/findings.hpp"
+
+namespace fringetwin::calib {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+template <class Numbers>
+Json list(const Numbers& values) {
+  Json out = Json::array();
+  for (const double v : values) out.push_back(number(v));
+  return out;
+}
+
+void put_fit(Json& out, const FitQuality& fit) {
+  out["rms_px"] = number(fit.rms_px);
+  out["rms_component_px"] = number(fit.rms_component_px);
+  out["worst_px"] = number(fit.worst_px);
+  out["n_corners"] = fit.n_corners;
+  out["n_outliers"] = fit.n_outliers;
+}
+
+Json device_json(const Calibration& c, const Findings& findings, std::size_t d,
+                 const std::string& model_file) {
+  const DeviceResult& device = c.devices[d];
+  const DeviceFindings& f = findings.devices[d];
+  Json out = {{"name", device.name},
+              {"model", model_file},
+              {"imagersize", c.problem.imagersizes[d]},
+              {"intrinsics", device.intrinsics},
+              {"intrinsics_sigma", list(f.intrinsics_sigma)},
+              {"rt_device_ref", list(rt_from_pose(device.T_device_ref))},
+              {"rt_device_ref_sigma", list(f.rt_sigma)}};
+  put_fit(out, device.fit);
+  out["projection_sigma"] = {{"distance_mm", number(f.distance_mm)},
+                             {"centre_px", number(f.centre_sigma_px)},
+                             {"corners_px", list(f.corner_sigma_px)},
+                             {"centre_at_infinity_px", number(f.centre_at_infinity_sigma_px)}};
+  return out;
+}
+
+Json cross_validation_json(const CrossValidation& v, const Calibration& c) {
+  Json out = {{"n_even", v.n_even}, {"n_odd", v.n_odd}};
+  if (!v.not_done.empty()) {
+    out["not_done"] = v.not_done;
+    return out;
+  }
+  out["devices"] = Json::array();
+  for (std::size_t d = 0; d < v.devices.size(); ++d)
+    out["devices"].push_back({{"name", c.devices[d].name},
+                              {"rms_px", number(v.devices[d].rms_px)},
+                              {"max_px", number(v.devices[d].max_px)},
+                              {"relative_to_expected", number(v.devices[d].relative)}});
+  out["shape_rms_mm"] = number(v.shape_rms_mm);
+  return out;
+}
+
+}  // namespace
+
+std::string calibration_json(const Calibration& c, const CalibrateOptions& options, const Findings& findings,
+                             const Origin& origin, const std::vector<std::string>& model_files) {
+  const Board& board = c.observations.board;
+  Json out;
+  out["schema"] = "fringetwin-calibration/1";
+  out["provenance"] = {
+      {"argv", origin.argv}, {"version", origin.version}, {"inputs_sha256", origin.inputs_sha256}};
+  out["lensmodel"] = c.problem.lensmodel;
+  out["regularization"] = options.regularize;
+  out["outlier_rejection"] = options.reject_outliers;
+  out["board"] = {{"width_n", board.width_n},
+                  {"height_n", board.height_n},
+                  {"spacing_mm", board.spacing_mm},
+                  {"warp_mm", list(c.warp_mm)}};
+  put_fit(out, c.fit);
+  out["corner_sigma_px"] = number(findings.observed_sigma_px);
+  out["devices"] = Json::array();
+  for (std::size_t d = 0; d < c.devices.size(); ++d)
+    out["devices"].push_back(device_json(c, findings, d, model_files[d]));
+  out["pairs"] = Json::array();
+  for (const PairFindings& p : findings.pairs)
+    out["pairs"].push_back({{"devices",
+                             {c.devices[static_cast<std::size_t>(p.first)].name,
+                              c.devices[static_cast<std::size_t>(p.second)].name}},
+                            {"baseline_mm", number(p.baseline_mm)},
+                            {"shape_sigma_mm", number(p.shape_sigma_mm)}});
+  out["cross_validation"] = cross_validation_json(findings.cross_validation, c);
+  out["boards"] = Json::array();
+  for (std::size_t f = 0; f < c.observations.frames.size(); ++f)
+    out["boards"].push_back(
+        {{"frame", c.observations.frames[f]},
+         {"rt_ref_board", list(rt_from_pose(T_ref_board(c.problem, static_cast<int>(f))))}});
+  out["views"] = Json::array();
+  for (std::size_t v = 0; v < c.views.size(); ++v) {
+    const View& view = c.observations.views[v];
+    Json row = {{"device", c.devices[static_cast<std::size_t>(view.device)].name},
+                {"frame", c.observations.frames[static_cast<std::size_t>(view.frame)]},
+                {"source", view.source}};
+    put_fit(row, c.views[v].fit);
+    out["views"].push_back(row);
+  }
+  out["warnings"] = c.warnings;
+  return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace fringetwin::calib

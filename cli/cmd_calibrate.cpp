@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+// calibrate: corners of a board -> cameras and projector with their uncertainty. Flag names as
+// mrcal-calibrate-cameras.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <filesystem>
+#include <sstream>
+
+#include "calib/corners_vnl.hpp"
+#include "calib/findings.hpp"
+#include "cli/commands.hpp"
+#include "cli/out_folder.hpp"
+#include "cli/version.hpp"
+#include "compare/provenance.hpp"
+#include "report/text.hpp"
+#include "twin/errors.hpp"
+#include "twin/image_io.hpp"
+#include "twin/paths.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string corners, focal, imagersize, sigma, names, out, outlier_sigma = "5", projector = "projector";
+  bool has_weights = false, skip_regularization = false, skip_rejection = false, skip_warp = false;
+  double spacing_m = 0.0;
+  int width_n = 0, height_n = 0;
+  std::vector<std::string> globs;
+  calib::CalibrateOptions calibrate;
+};
+
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> out;
+  std::stringstream list(text);
+  for (std::string item; std::getline(list, item, ',');) out.push_back(item);
+  return out;
+}
+
+double number(const std::string& option, const std::string& text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size())
+    throw UserError(ExitCode::usage, option, "\"" + text + "\" is not a number", "");
+  return value;
+}
+
+/// One item for all devices, or one per device.
+std::vector<std::string> per_device(const std::string& option, const std::string& text, std::size_t n) {
+  std::vector<std::string> items = split(text);
+  if (items.size() == 1) items.resize(n, items[0]);
+  if (items.size() != n)
+    throw UserError(ExitCode::usage, option,
+                    fmt::format("has {} values for {} device{}", items.size(), n, n == 1 ? "" : "s"),
+                    "give one for all, or one per device with commas between them");
+  return items;
+}
+
+std::array<int, 2> size_of(const std::string& text) {
+  std::array<int, 2> size{};
+  char by = 0;
+  std::stringstream in(text);
+  if (!(in >> size[0] >> by >> size[1]) || by != 'x' || in.peek() != EOF)
+    throw UserError(ExitCode::usage, "--imagersize", "\"" + text + "\" is not a size",
+                    "write e.g. 1440x1080,1280x720");
+  return size;
+}
+
+/// mrcal writes "--imagersize W H": the second number then stands first among the globs.
+void join_imagersize(Options& o) {
+  const auto is_number = [](const std::string& s) {
+    return !s.empty() && s.find_first_not_of("0123456789") == std::string::npos;
+  };
+  if (!is_number(o.imagersize) || o.globs.empty() || !is_number(o.globs.front())) return;
+  o.imagersize += "x" + o.globs.front();
+  o.globs.erase(o.globs.begin());
+}
+
+std::vector<calib::Device> devices_of(const Options& o) {
+  const std::size_t n = o.globs.size();
+  std::vector<std::string> names = split(o.names);
+  for (std::size_t d = names.size(); d < n && o.names.empty(); ++d)
+    names.push_back(fmt::format("camera-{}", d));
+  if (names.size() != n)
+    throw UserError(ExitCode::usage, "--names", fmt::format("has {} names for {} globs", names.size(), n),
+                    "");
+  const auto sizes = per_device("--imagersize", o.imagersize, n), focals = per_device("--focal", o.focal, n),
+             sigmas = per_device("--sigma", o.sigma, n);
+  std::vector<calib::Device> devices;
+  for (std::size_t d = 0; d < n; ++d) {
+    if (const std::string fault = name_fault(names[d]); !fault.empty())
+      throw UserError(ExitCode::usage, "--names", "the name " + fault, kNameHint);
+    for (std::size_t k = 0; k < d; ++k)
+      if (names[k] == names[d]) throw UserError(ExitCode::usage, "--names", names[d] + " is given twice", "");
+    devices.push_back(
+        {names[d], size_of(sizes[d]), number("--focal", focals[d]), number("--sigma", sigmas[d])});
+  }
+  return devices;
+}
+
+/// A twin.toml of these devices, to go on from; only with the cameras a twin can have.
+std::string twin_toml(const calib::Calibration& c, const Options& o) {
+  std::string toml = "schema = \"fringetwin-twin/1\"\nname = \"calibrated rig\"\ncameramodel_unit = \"m\"\n";
+  std::size_t n_cameras = 0;
+  for (const auto& device : c.devices) {
+    const bool is_projector = device.name == o.projector;
+    n_cameras += !is_projector;
+    toml += is_projector
+                ? fmt::format("\n[projector]\nmodel = \"{}.cameramodel\"\nintensity = 40.0\n", device.name)
+                : fmt::format("\n[[camera]]\nname = \"{0}\"\nmodel = \"{0}.cameramodel\"\n", device.name);
+  }
+  if (n_cameras < 1 || n_cameras > 2) return "";
+  return toml +
+         "\n# Describe the projected sequence (docs/FORMATS.md), then the part and what to fit.\n"
+         "[fringes]\ndirections = [\"x\"]\npitches_px = [13, 14, 15]\nsteps = 4\nunwrap = \"heterodyne\"\n";
+}
+
+int run(Options o, const Invocation& invocation) {
+  join_imagersize(o);
+  check_out_folder(o.out);
+  calib::Observations observations;
+  observations.board = {o.width_n, o.height_n, 1000.0 * o.spacing_m};
+  observations.devices = devices_of(o);
+  o.calibrate.regularize = !o.skip_regularization;
+  o.calibrate.reject_outliers = !o.skip_rejection;
+  o.calibrate.solve_warp = !o.skip_warp;
+  o.calibrate.outlier_sigmas.clear();
+  for (const auto& item : split(o.outlier_sigma))
+    o.calibrate.outlier_sigmas.push_back(number("--outlier-sigma", item));
+  calib::assign_views(calib::read_corners_vnl(o.corners, o.has_weights), o.globs, observations);
+
+  const calib::Calibration c = calib::calibrate(observations, o.calibrate);
+  const calib::Findings findings = calib::analyse(c, o.calibrate);
+  const calib::Origin origin{invocation.argv, version_string(),
+                             compare::sha256_of_files({fs::path(o.corners)})};
+  const std::vector<std::string> summary = calib::summary_lines(c);
+
+  const fs::path dir = o.out;
+  begin_output(dir, {"calibration.json"});
+  std::vector<std::string> comments{" generated with  " + report::shell_command(invocation.argv)};
+  for (const auto& line : summary) comments.push_back(" " + line);
+  std::vector<std::string> files;
+  for (std::size_t d = 0; d < c.devices.size(); ++d) {
+    files.push_back(c.devices[d].name + ".cameramodel");
+    calib::write_calibrated_model(dir / files.back(), c, static_cast<int>(d), comments);
+  }
+  if (const std::string toml = twin_toml(c, o); !toml.empty()) write_text_file(dir / "twin.toml", toml);
+  write_text_file(dir / "calibration.html", calib::calibration_html(c, o.calibrate, findings, origin));
+  write_text_file(dir / "calibration.json", calib::calibration_json(c, o.calibrate, findings, origin, files));
+  for (const auto& warning : c.warnings) warn(warning);
+  for (const auto& line : summary) fmt::print("{}\n", line);
+  for (std::size_t d = 0; d < c.devices.size(); ++d)
+    fmt::print(
+        "{}: f {:.3f} {:.3f} c {:.3f} {:.3f} px, rms {:.4f} px, centre known to {:.4f} px at {:.4g} mm\n",
+        c.devices[d].name, c.devices[d].intrinsics[0], c.devices[d].intrinsics[1], c.devices[d].intrinsics[2],
+        c.devices[d].intrinsics[3], c.devices[d].fit.rms_px, findings.devices[d].centre_sigma_px,
+        findings.devices[d].distance_mm);
+  say("page: " + (dir / "calibration.html").string());
+  return static_cast<int>(ExitCode::ok);
+}
+
+}  // namespace
+
+void add_calibrate(CLI::App& app, Invocation& invocation) {
+  auto o = std::make_shared<Options>();
+  CLI::App* sub = app.add_subcommand(
+      "calibrate",
+      "Cameras and a projector from the corners of a board, solved jointly, with their uncertainty");
+  sub->add_option("globs", o->globs, "Per device: which images of the corner file are its (quote it)")
+      ->required();
+  sub->add_option("--corners-cache", o->corners, "Corner file (.vnl: filename x y level)")->required();
+  sub->add_flag("--corners-cache-has-weights", o->has_weights,
+                "The last column is a weight even if its legend says level");
+  sub->add_option("--lensmodel", o->calibrate.lensmodel, "Lens model of all devices")->capture_default_str();
+  sub->add_option("--focal", o->focal, "Rough focal length in px; one for all, or one per device: A,B,C")
+      ->required();
+  sub->add_option("--imagersize", o->imagersize, "WIDTHxHEIGHT; one for all, or one per device: AxB,CxD")
+      ->required();
+  sub->add_option("--object-spacing", o->spacing_m, "Distance of the board's corners in METRES")->required();
+  sub->add_option("--object-width-n", o->width_n, "Corners per row")->required();
+  sub->add_option("--object-height-n", o->height_n, "Rows of corners")->required();
+  sub->add_option("--outdir,--out", o->out,
+                  "Folder for the .cameramodel files, calibration.json, calibration.html")
+      ->required();
+  sub->add_option("--names", o->names,
+                  "Names of the devices: left,right,projector (default: camera-0,camera-1,...)");
+  sub->add_option("--projector", o->projector, "Name of the device that becomes [projector] in twin.toml")
+      ->capture_default_str();
+  o->sigma = "1";
+  sub->add_option("--sigma", o->sigma, "Noise of a corner, relative; one for all, or one per device")
+      ->capture_default_str();
+  sub->add_flag("--skip-regularization", o->skip_regularization, "A last solve without regularisation");
+  sub->add_flag("--skip-outlier-rejection", o->skip_rejection, "Keep every corner");
+  sub->add_flag("--skip-calobject-warp-solve", o->skip_warp, "Take the board as flat");
+  sub->add_option("--outlier-sigma", o->outlier_sigma,
+                  "A corner further off than this many sigmas of its device is an outlier; one for all, or "
+                  "one per device")
+      ->capture_default_str();
+  sub->add_option("--max-rms", o->calibrate.max_rms_px,
+                  "Largest rms of a device (px, 2-norm) that is accepted")
+      ->capture_default_str();
+  sub->callback([o, &invocation] { invocation.run = [o, &invocation] { return run(*o, invocation); }; });
+}
+
+}  // namespace fringetwin::cli
