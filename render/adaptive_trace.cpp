@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <ctime>
 
 #include "render/adaptive_error.hpp"
 #include "render/renderer_impl.hpp"
@@ -54,7 +55,7 @@ class AdaptiveTrace {
   }
 
   void run(const std::vector<PassPlan>& passes) {
-    probe();
+    stage("probe", job_.blocks.size() * BLOCK_PIXELS, [&] { probe(); });
     for (std::size_t i = 0; i < passes.size(); ++i) {
       pass_ = &passes[i];
       first_pass_ = i == 0;
@@ -84,6 +85,16 @@ class AdaptiveTrace {
                     "a few rays exceed the driver's limit of loop iterations",
                     "use a newer driver (Mesa 25 has no such limit), split the mesh, or fix the samples: "
                     "--sampler gauss");
+  }
+
+  // What a step costs, for benchmarks.
+  template <class Work>
+  void stage(const char* name, std::size_t pixels, Work work) {
+    const std::clock_t start = std::clock();
+    const std::uint64_t rays = job_.out->rays;
+    work();
+    job_.out->stages.push_back({name, pixels, job_.out->rays - rays,
+                                1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC});
   }
 
   void probe();
@@ -231,15 +242,15 @@ void AdaptiveTrace::run_pass() {
   smooth_.clear();
   facets_.clear();
   mixed_.clear();
-  classify();
+  stage("classify", job_.blocks.size() * BLOCK_PIXELS, [&] { classify(); });
   if (first_pass_) {
     n_smooth_ = smooth_.size();
     n_facets_ = facets_.size();
   }
-  if (!regular_.empty()) run_gauss(regular_, base_order());
-  if (!mixed_.empty()) sort_out_uncrossed();
-  if (!facets_.empty()) run_facets(facets_);
-  if (!smooth_.empty()) run_checked(smooth_);
+  if (!regular_.empty()) stage("gauss", regular_.size(), [&] { run_gauss(regular_, base_order()); });
+  if (!mixed_.empty()) stage("border", mixed_.size(), [&] { sort_out_uncrossed(); });
+  if (!facets_.empty()) stage("facets", facets_.size(), [&] { run_facets(facets_); });
+  if (!smooth_.empty()) stage("smooth", smooth_.size(), [&] { run_checked(smooth_); });
   if (first_pass_) n_mixed_ = mixed_.size();
   run_lines();
 }
@@ -435,9 +446,11 @@ void AdaptiveTrace::run_lines() {
     ComputePipeline& kernel = impl_.bound_kernel(Kernel::lines, constants(none, true));
     std::vector<float> values(n_channels * list.size());
     std::vector<double> errors(list.size());
-    run_list(kernel, list, per_entry, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
-      for (std::size_t i = 0; i < n; ++i)
-        errors[first + i] = add_lines(sums, i * per_entry, &values[n_channels * (first + i)]);
+    stage("lines", list.size(), [&] {
+      run_list(kernel, list, per_entry, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
+        for (std::size_t i = 0; i < n; ++i)
+          errors[first + i] = add_lines(sums, i * per_entry, &values[n_channels * (first + i)]);
+      });
     });
     // The target is the rms over all pixels, and few lie on edges: the largest errors are worked on until
     // the others fit into the budget together.

@@ -59,6 +59,14 @@ struct ErrorEstimate {
   double smooth_share = 0.0;  ///< the share that needed more than the closed form
 };
 
+/// One step of the adaptive trace, for benchmarks.
+struct StageCost {
+  std::string name;
+  std::size_t pixels = 0;
+  std::uint64_t rays = 0;
+  double cpu_ms = 0.0;  ///< of all threads of the process
+};
+
 /// Per-pixel transport of one camera (all images W x H, irradiance per unit pattern value).
 /// E = weight-sum form of DESIGN §3; a pattern with harmonics a_k (response, blur included) gives
 /// E = ambient_hit + sum_k a_k (cosine_k cos(k delta) - sine_k sin(k delta)).
@@ -81,6 +89,7 @@ struct Transport {
   double trace_ms = 0.0;
   std::uint64_t rays = 0;                 ///< primary + shadow
   std::optional<ErrorEstimate> estimate;  ///< adaptive only
+  std::vector<StageCost> stages;          ///< adaptive only
 };
 
 struct RenderedCamera {
