@@ -44,13 +44,14 @@ void stages(const Twin& twin, int rounds) {
     best_ms = ms;
     best = std::move(t);
   }
-  fmt::print("\nadaptive, {} x {} px: {:.0f} ms CPU, {:.2f} M rays; estimate {:.1e} rad, {:.1e} of full scale\n",
-             best.mean.width, best.mean.height, best_ms, static_cast<double>(best.rays) / 1e6,
-             best.estimate->phase_rad, best.estimate->gray);
+  fmt::print(
+      "\nadaptive, {} x {} px: {:.0f} ms CPU, {:.2f} M rays; estimate {:.1e} rad, {:.1e} of full scale\n",
+      best.mean.width, best.mean.height, best_ms, static_cast<double>(best.rays) / 1e6,
+      best.estimate->phase_rad, best.estimate->gray);
   fmt::print("{:<10}{:>10}{:>12}{:>10}{:>10}\n", "step", "pixels", "M rays", "CPU ms", "Mrays/s");
   for (const render::StageCost& s : best.stages)
-    fmt::print("{:<10}{:>10}{:>12.3f}{:>10.1f}{:>10.2f}\n", s.name, s.pixels, static_cast<double>(s.rays) / 1e6,
-               s.cpu_ms, static_cast<double>(s.rays) / s.cpu_ms / 1e3);
+    fmt::print("{:<10}{:>10}{:>12.3f}{:>10.1f}{:>10.2f}\n", s.name, s.pixels,
+               static_cast<double>(s.rays) / 1e6, s.cpu_ms, static_cast<double>(s.rays) / s.cpu_ms / 1e3);
 }
 
 void gauss(const Twin& twin, int rounds) {
@@ -65,7 +66,8 @@ void gauss(const Twin& twin, int rounds) {
 }
 
 void sizes(int most) {
-  fmt::print("\n{:>10}{:>12}{:>14}{:>12}{:>14}\n", "triangles", "build ms", "peak RSS MiB", "gauss ms", "adaptive ms");
+  fmt::print("\n{:>10}{:>12}{:>14}{:>12}{:>14}\n", "triangles", "build ms", "peak RSS MiB", "gauss ms",
+             "adaptive ms");
   for (int n = 3; n <= most; ++n) {
     const Twin twin = freeform(n);
     RenderOptions options;
@@ -99,8 +101,12 @@ int main(int argc, char** argv) {
     }
     const Twin twin = freeform(6);
     fmt::print("free-form part of 81,920 triangles\n");
-    gauss(twin, 2);
-    stages(twin, 2);
+    for (const bool search : {true, false}) {
+      fmt::print("\n{}\n", search ? "every ray through the BVH" : "as it is");
+      test::shared_renderer()->set_search_always(search);
+      gauss(twin, 2);
+      stages(twin, 2);
+    }
     if (argc > 1) sizes(std::atoi(argv[1]));
   } catch (const std::exception& error) {
     fmt::print(stderr, "bench_mesh: {}\n", error.what());

@@ -26,7 +26,7 @@ constexpr std::size_t exact_float = 1 << 24;  // identities travel as floats
 
 // Half of what the target allows is left to the pixels with an estimate of their own (the others: the
 // closed form's), and none of them may have more than this many times the rms target.
-constexpr double share_of_budget = 0.5, most_allowance = 16.0;
+constexpr double share_of_budget = 0.5, share_of_round = 0.7, most_allowance = 16.0;
 // Rounding, as shares of single_precision_error_rad: on the paper's rig 3.0e-5 and 3e-6 rad on average over
 // the scenes of adaptive_test.
 constexpr double rounding_single = 0.6, rounding_double = 0.06;
@@ -67,8 +67,8 @@ class AdaptiveTrace {
 
  private:
   SpecConstants constants(const SampleSetup& samples, bool list) const {
-    SpecConstants c =
-        make_constants(job_.twin, job_.camera, job_.scene, job_.lens, job_.projector, samples, *pass_);
+    SpecConstants c = make_constants(job_.twin, job_.camera, job_.scene, job_.lens, job_.projector, samples,
+                                     *pass_, job_.shortcuts.kinds);
     c[SPEC_PIXEL_LIST] = list;
     return c;
   }
@@ -453,13 +453,14 @@ void AdaptiveTrace::run_lines() {
       });
     });
     // The target is the rms over all pixels, and few lie on edges: the largest errors are worked on until
-    // the others fit into the budget together.
+    // the others fit into the budget together. Some of it is left to the pixels of the next round, or they
+    // would have to become exact.
     const double budget = share_of_budget * irradiance_target_ * irradiance_target_ *
                               static_cast<double>(n_lit_ + mixed_.size()) -
                           mixed_squares_;
-    const double most = panels_ < most_panels
-                            ? largest_error_to_keep(errors, budget, most_allowance * irradiance_target_)
-                            : HUGE_VAL;
+    const double most = panels_ < most_panels ? largest_error_to_keep(errors, share_of_round * budget,
+                                                                      most_allowance * irradiance_target_)
+                                              : HUGE_VAL;
     std::vector<std::uint32_t> next;
     for (std::size_t i = 0; i < list.size(); ++i) {
       if (errors[i] > most) {

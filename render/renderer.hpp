@@ -128,6 +128,8 @@ class Renderer {
   void set_samples_per_dispatch(std::uint32_t samples);
   /// For tests and benchmarks: how phase steps behind a response that is not linear are made.
   void set_pattern_method(PatternMethod method);
+  /// For tests and benchmarks: find every ray's triangle through the BVH, and trace every shadow ray.
+  void set_search_always(bool always);
   /// Iterations of a loop of `requested` iterations that one shader invocation really executes.
   std::uint32_t count_loop_iterations(std::uint32_t requested);
   /// Dispatches repeated because of that limit so far.

@@ -113,8 +113,11 @@ class Packer {
           pack(R.row(1), eye.y()),
           pack(R.row(2), eye.z()),
           {static_cast<double>(first_node), static_cast<double>(first_triangle),
-           static_cast<double>(first_triangle), static_cast<double>(flags)}},
+           static_cast<double>(n_links_), static_cast<double>(flags)}},
          g.bvh.order.size());
+    n_links_ += g.bvh.order.size();
+    FT_CHECK(n_links_ < (1U << 24), "meshes too large together");
+    scene.instances.push_back({&g, {T_object_cam.rotation, eye}});
     for (const Eigen::Vector4f& c : g.covering)
       scene.finite.push_back({T_cam_object * (c.head<3>().cast<double>() + g.center_mm), c[3]});
     ++scene.n_meshes;
@@ -172,6 +175,7 @@ class Packer {
   MeshStore& store_;
   Pose T_cam_world_;
   double lens_mm_;
+  std::size_t n_links_ = 0;
   int object_ = 0;
   Material material_;
   std::map<const ImageF*, double> maps_;
