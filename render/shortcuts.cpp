@@ -122,6 +122,18 @@ std::uint32_t choose_tile_shift(const PackedScene& scene, const Projected& proje
   return shift;
 }
 
+// Positive where the winding is outward.
+double volume(const MeshGeometry& g) {
+  double sum = 0.0;
+  for (const auto& t : g.indices) {
+    const auto v = [&](std::size_t k) -> Vector3d {
+      return g.vertices[static_cast<std::size_t>(t[k])].cast<double>();
+    };
+    sum += v(0).dot(v(1).cross(v(2)));
+  }
+  return sum / 6.0;
+}
+
 }  // namespace
 
 VisibilityStore::Entry& VisibilityStore::entry(const MeshGeometry& g) {
@@ -133,6 +145,7 @@ VisibilityStore::Entry& VisibilityStore::entry(const MeshGeometry& g) {
   e.mesh = g.mesh;
   e.geometry = &g;
   e.adjacency = make_adjacency(g.indices, g.vertices.size());
+  e.adjacency.closed = e.adjacency.closed && volume(g) > 0.0;
   return e;
 }
 

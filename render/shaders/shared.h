@@ -102,6 +102,11 @@ struct uvec4 {
 #define PIXEL_FACETS 2  // several facets of one lit mesh
 #define PIXEL_MIXED 3   // silhouette, shadow border, end of the projected image
 #define PIXEL_MIXED_Y 4 // the same, its edges run rather along x: scan along y
+#define PIXEL_OUTLINE 5 // as mixed, but with facets of one mesh and nothing else
+#define PIXEL_OUTLINE_Y 6
+
+#define PIXELS_LISTED 1   // values of SPEC_PIXEL_LIST
+#define PIXELS_OUTLINE 2
 
 #define PIXEL_GAPS_SHARP 1
 #define PIXEL_GAPS_BLURRED 2
