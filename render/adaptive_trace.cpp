@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <ctime>
 
 #include "render/adaptive_error.hpp"
 #include "render/renderer_impl.hpp"
@@ -25,7 +26,7 @@ constexpr std::size_t exact_float = 1 << 24;  // identities travel as floats
 
 // Half of what the target allows is left to the pixels with an estimate of their own (the others: the
 // closed form's), and none of them may have more than this many times the rms target.
-constexpr double share_of_budget = 0.5, most_allowance = 16.0;
+constexpr double share_of_budget = 0.5, share_of_outlines = 0.15, share_of_round = 0.7, most_allowance = 16.0;
 // Rounding, as shares of single_precision_error_rad: on the paper's rig 3.0e-5 and 3e-6 rad on average over
 // the scenes of adaptive_test.
 constexpr double rounding_single = 0.6, rounding_double = 0.06;
@@ -54,7 +55,7 @@ class AdaptiveTrace {
   }
 
   void run(const std::vector<PassPlan>& passes) {
-    probe();
+    stage("probe", job_.blocks.size() * BLOCK_PIXELS, [&] { probe(); });
     for (std::size_t i = 0; i < passes.size(); ++i) {
       pass_ = &passes[i];
       first_pass_ = i == 0;
@@ -65,9 +66,9 @@ class AdaptiveTrace {
   }
 
  private:
-  SpecConstants constants(const SampleSetup& samples, bool list) const {
-    SpecConstants c =
-        make_constants(job_.twin, job_.camera, job_.scene, job_.lens, job_.projector, samples, *pass_);
+  SpecConstants constants(const SampleSetup& samples, std::uint32_t list) const {
+    SpecConstants c = make_constants(job_.twin, job_.camera, job_.scene, job_.lens, job_.projector, samples,
+                                     *pass_, job_.shortcuts.kinds);
     c[SPEC_PIXEL_LIST] = list;
     return c;
   }
@@ -82,6 +83,16 @@ class AdaptiveTrace {
     if (!finished) throw LoopLimit();
   }
 
+  // What a step costs, for benchmarks.
+  template <class Work>
+  void stage(const char* name, std::size_t pixels, Work work) {
+    const std::clock_t start = std::clock();
+    const std::uint64_t rays = job_.out->rays;
+    work();
+    job_.out->stages.push_back({name, pixels, job_.out->rays - rays,
+                                1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC});
+  }
+
   void probe();
   void run_pass();
   void classify();
@@ -89,6 +100,7 @@ class AdaptiveTrace {
   void run_checked(const std::vector<std::uint32_t>& list);
   void sort_out_uncrossed();
   void run_facets(const std::vector<std::uint32_t>& list);
+  void run_outlines(const std::vector<std::uint32_t>& list);
   void run_lines();
   double add_lines(const Sums& sums, std::size_t slot, float* values) const;
   void note_estimate();
@@ -156,9 +168,9 @@ class AdaptiveTrace {
   std::uint32_t panels_ = 1;
   std::vector<SumTarget> targets_;
   double irradiance_target_ = 0.0, rounding_rad_ = 0.0, phase_target_rad_ = 0.0;
-  std::vector<std::uint32_t> regular_, smooth_, facets_, mixed_;
+  std::vector<std::uint32_t> regular_, smooth_, facets_, outlines_, mixed_;
   double phase_squares_ = 0.0, gray_squares_ = 0.0, mixed_squares_ = 0.0;
-  std::size_t n_lit_ = 0, n_facets_ = 0, n_smooth_ = 0, n_mixed_ = 0;
+  std::size_t n_lit_ = 0, n_facets_ = 0, n_smooth_ = 0, n_mixed_ = 0, n_outlines_ = 0;
 };
 
 void AdaptiveTrace::reserve_output(std::size_t slots) {
@@ -182,7 +194,7 @@ void AdaptiveTrace::run_list(ComputePipeline& kernel, const std::vector<std::uin
     must_finish(impl_.dispatch(kernel, push, static_cast<std::uint32_t>(groups), job_.out));
     const std::size_t stride = groups * BLOCK_PIXELS;
     const auto* values = reinterpret_cast<const float*>(
-        impl_.buffers[BIND_OUTPUT]->read(pass_->channels() * stride * sizeof(float)));
+        impl_.buffers[BIND_OUTPUT]->read((pass_->channels() + 1) * stride * sizeof(float)));
     use(first, n, Sums{values, stride});
   }
 }
@@ -196,7 +208,7 @@ void AdaptiveTrace::probe() {
   impl_.upload_samples(none);
   impl_.upload_pass(job_, nothing, none, limits());
   reserve_output(1);
-  ComputePipeline& kernel = impl_.bound_kernel(Kernel::probe, constants(none, false));
+  ComputePipeline& kernel = impl_.bound_kernel(Kernel::probe, constants(none, 0));
   const std::size_t band = slots_per_dispatch / BLOCK_PIXELS;
   for (std::size_t first = 0; first < job_.blocks.size(); first += band) {
     gpu::Push push{};
@@ -224,18 +236,20 @@ void AdaptiveTrace::probe() {
 void AdaptiveTrace::run_pass() {
   closed_form_ = !impl_.precise;
   phase_squares_ = gray_squares_ = mixed_squares_ = 0.0;
-  n_lit_ = 0;
+  n_lit_ = n_outlines_ = 0;
   regular_.clear();
   smooth_.clear();
   facets_.clear();
+  outlines_.clear();
   mixed_.clear();
-  classify();
+  stage("classify", job_.blocks.size() * BLOCK_PIXELS, [&] { classify(); });
   n_smooth_ = smooth_.size();
   n_facets_ = facets_.size();
-  if (!regular_.empty()) run_gauss(regular_, base_order());
-  if (!mixed_.empty()) sort_out_uncrossed();
-  if (!facets_.empty()) run_facets(facets_);
-  if (!smooth_.empty()) run_checked(smooth_);
+  if (!regular_.empty()) stage("gauss", regular_.size(), [&] { run_gauss(regular_, base_order()); });
+  if (!outlines_.empty()) stage("outlines", outlines_.size(), [&] { run_outlines(outlines_); });
+  if (!mixed_.empty()) stage("border", mixed_.size(), [&] { sort_out_uncrossed(); });
+  if (!facets_.empty()) stage("facets", facets_.size(), [&] { run_facets(facets_); });
+  if (!smooth_.empty()) stage("smooth", smooth_.size(), [&] { run_checked(smooth_); });
   n_mixed_ = mixed_.size();
   run_lines();
 }
@@ -247,7 +261,7 @@ void AdaptiveTrace::classify() {
   const std::size_t band = std::max<std::size_t>(1, most_slots() / BLOCK_PIXELS);
   const std::size_t most = std::min(band, job_.blocks.size());
   reserve_output(most * BLOCK_PIXELS);
-  ComputePipeline& kernel = impl_.bound_kernel(Kernel::closed_form, constants(none, false));
+  ComputePipeline& kernel = impl_.bound_kernel(Kernel::closed_form, constants(none, 0));
   const int width = job_.out->mean.width, height = job_.out->mean.height;
   for (std::size_t first = 0; first < job_.blocks.size(); first += band) {
     const std::size_t n = std::min(band, job_.blocks.size() - first);
@@ -276,8 +290,12 @@ void AdaptiveTrace::classify() {
             count_error(sums.at(channels, slot), sums.at(channels + 1, slot));
             if (!closed_form_) regular_.push_back(list_code(x0 + x, y0 + y, false));
           } else {
-            auto& list = kind == PIXEL_SMOOTH ? smooth_ : kind == PIXEL_FACETS ? facets_ : mixed_;
-            list.push_back(list_code(x0 + x, y0 + y, kind == PIXEL_MIXED_Y));
+            const bool outline = kind == PIXEL_OUTLINE || kind == PIXEL_OUTLINE_Y;
+            auto& list = kind == PIXEL_SMOOTH   ? smooth_
+                         : kind == PIXEL_FACETS ? facets_
+                         : outline              ? outlines_
+                                                : mixed_;
+            list.push_back(list_code(x0 + x, y0 + y, kind == PIXEL_MIXED_Y || kind == PIXEL_OUTLINE_Y));
           }
         }
     }
@@ -294,7 +312,7 @@ void AdaptiveTrace::run_rule(const std::vector<std::uint32_t>& list, int order, 
   impl_.upload_pass(job_, *pass_, samples, limits());
   impl_.fill(BIND_PIXELS, list);
   reserve_output(std::min(most_slots(), list.size() + BLOCK_PIXELS));
-  run_list(impl_.bound_kernel(Kernel::trace, constants(samples, true)), list, 1, samples.n, use);
+  run_list(impl_.bound_kernel(Kernel::trace, constants(samples, PIXELS_LISTED)), list, 1, samples.n, use);
   job_.out->rays += std::uint64_t{samples.n} * list.size();
 }
 
@@ -360,7 +378,7 @@ void AdaptiveTrace::sort_out_uncrossed() {
   impl_.upload_pass(job_, *pass_, none, limits());
   impl_.fill(BIND_PIXELS, list);
   reserve_output(std::min(most_slots(), list.size() + BLOCK_PIXELS));
-  ComputePipeline& kernel = impl_.bound_kernel(Kernel::border, constants(none, true));
+  ComputePipeline& kernel = impl_.bound_kernel(Kernel::border, constants(none, PIXELS_LISTED));
   run_list(kernel, list, 1, 0, [&](std::size_t first, std::size_t n, const Sums&) {
     const auto* answer =
         reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
@@ -375,7 +393,7 @@ void AdaptiveTrace::run_facets(const std::vector<std::uint32_t>& list) {
   impl_.upload_pass(job_, *pass_, none, limits());
   impl_.fill(BIND_PIXELS, list);
   reserve_output(std::min(most_slots(), list.size() + BLOCK_PIXELS));
-  ComputePipeline& kernel = impl_.bound_kernel(Kernel::facets, constants(none, true));
+  ComputePipeline& kernel = impl_.bound_kernel(Kernel::facets, constants(none, PIXELS_LISTED));
   run_list(kernel, list, 1, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
     const auto* incomplete =
         reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
@@ -389,6 +407,41 @@ void AdaptiveTrace::run_facets(const std::vector<std::uint32_t>& list) {
       write(list[first + i], i, sums);
     }
   });
+}
+
+// Edges between facets of one mesh and nothing, or between facets that face the projector and others.
+void AdaptiveTrace::run_outlines(const std::vector<std::uint32_t>& list) {
+  const SampleSetup none;
+  impl_.upload_pass(job_, *pass_, none, limits());
+  impl_.fill(BIND_PIXELS, list);
+  reserve_output(std::min(most_slots(), list.size() + BLOCK_PIXELS));
+  ComputePipeline& kernel = impl_.bound_kernel(Kernel::facets, constants(none, PIXELS_OUTLINE));
+  const std::size_t n_channels = pass_->channels();
+  std::vector<float> values(n_channels * list.size());
+  std::vector<double> errors(list.size());
+  run_list(kernel, list, 1, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
+    const auto* rejected =
+        reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t e = first + i;
+      errors[e] = rejected[i] ? HUGE_VAL : irradiance_error(0.0, sums.at(n_channels, i));
+      for (std::size_t c = 0; c < n_channels; ++c)
+        values[n_channels * e + c] = sums.values[c * sums.stride + i];
+    }
+  });
+  const auto n_known = static_cast<double>(n_lit_ + list.size() + facets_.size() + smooth_.size());
+  const double most =
+      largest_error_to_keep(errors, share_of_outlines * irradiance_target_ * irradiance_target_ * n_known,
+                            most_allowance * irradiance_target_);
+  for (std::size_t e = 0; e < list.size(); ++e) {
+    if (!(errors[e] <= most)) {
+      mixed_.push_back(list[e]);
+      continue;
+    }
+    mixed_squares_ += errors[e] * errors[e];
+    ++n_outlines_;
+    write(list[e], 0, Sums{&values[n_channels * e], 1});
+  }
 }
 
 // One pixel's scan lines to its sums; returns the estimated error of an irradiance image.
@@ -428,21 +481,24 @@ void AdaptiveTrace::run_lines() {
     impl_.fill(BIND_PIXELS, list);
     const std::size_t per_entry = LINES_PER_PANEL * std::size_t{panels_};
     reserve_output(std::min(most_slots(), list.size() * per_entry + BLOCK_PIXELS));
-    ComputePipeline& kernel = impl_.bound_kernel(Kernel::lines, constants(none, true));
+    ComputePipeline& kernel = impl_.bound_kernel(Kernel::lines, constants(none, PIXELS_LISTED));
     std::vector<float> values(n_channels * list.size());
     std::vector<double> errors(list.size());
-    run_list(kernel, list, per_entry, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
-      for (std::size_t i = 0; i < n; ++i)
-        errors[first + i] = add_lines(sums, i * per_entry, &values[n_channels * (first + i)]);
+    stage("lines", list.size(), [&] {
+      run_list(kernel, list, per_entry, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
+        for (std::size_t i = 0; i < n; ++i)
+          errors[first + i] = add_lines(sums, i * per_entry, &values[n_channels * (first + i)]);
+      });
     });
     // The target is the rms over all pixels, and few lie on edges: the largest errors are worked on until
-    // the others fit into the budget together.
+    // the others fit into the budget together. Some of it is left to the pixels of the next round, or they
+    // would have to become exact.
     const double budget = share_of_budget * irradiance_target_ * irradiance_target_ *
-                              static_cast<double>(n_lit_ + mixed_.size()) -
+                              static_cast<double>(n_lit_ + n_outlines_ + mixed_.size()) -
                           mixed_squares_;
-    const double most = panels_ < most_panels
-                            ? largest_error_to_keep(errors, budget, most_allowance * irradiance_target_)
-                            : HUGE_VAL;
+    const double most = panels_ < most_panels ? largest_error_to_keep(errors, share_of_round * budget,
+                                                                      most_allowance * irradiance_target_)
+                                              : HUGE_VAL;
     std::vector<std::uint32_t> next;
     for (std::size_t i = 0; i < list.size(); ++i) {
       if (errors[i] > most) {
@@ -460,7 +516,7 @@ void AdaptiveTrace::run_lines() {
 // The largest of all passes: each holds other pitches.
 void AdaptiveTrace::note_estimate() {
   const auto n_lit = static_cast<double>(std::max<std::size_t>(1, n_lit_));
-  const auto n_all = static_cast<double>(std::max<std::size_t>(1, n_lit_ + n_mixed_));
+  const auto n_all = static_cast<double>(std::max<std::size_t>(1, n_lit_ + n_outlines_ + n_mixed_));
   const Sensor& sensor = job_.camera.sensor;
   ErrorEstimate estimate;
   estimate.phase_rad = std::sqrt(phase_squares_ / n_lit + rounding_rad_ * rounding_rad_);
@@ -469,7 +525,7 @@ void AdaptiveTrace::note_estimate() {
     estimate.phase_rad = std::max(estimate.phase_rad, before->phase_rad);
     estimate.gray = std::max(estimate.gray, before->gray);
   }
-  estimate.mixed_share = static_cast<double>(n_mixed_) / n_all;
+  estimate.mixed_share = static_cast<double>(n_outlines_ + n_mixed_) / n_all;
   estimate.facets_share = static_cast<double>(n_facets_) / n_all;
   estimate.smooth_share = static_cast<double>(n_smooth_) / n_all;
   job_.out->estimate = estimate;

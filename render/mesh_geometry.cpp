@@ -103,10 +103,12 @@ MeshGeometry build_mesh_geometry(std::shared_ptr<const Mesh> mesh, const std::st
   const auto n = static_cast<int>(g.bvh.order.size());
   g.triangles.resize(3 * g.bvh.order.size());
   g.corners.resize(3 * g.bvh.order.size());
+  g.indices.resize(g.bvh.order.size());
 #pragma omp parallel for
   for (int i = 0; i < n; ++i) {
     const auto& triangle = triangles[g.bvh.order[static_cast<std::size_t>(i)]];
     const Eigen::Vector3f normal = area_vector(*mesh, triangle).normalized().cast<float>();
+    g.indices[static_cast<std::size_t>(i)] = triangle;
     for (std::size_t k = 0; k < 3; ++k) {
       const auto v = static_cast<std::size_t>(triangle[k]);
       const std::size_t slot = 3 * static_cast<std::size_t>(i) + k;
@@ -115,6 +117,7 @@ MeshGeometry build_mesh_geometry(std::shared_ptr<const Mesh> mesh, const std::st
       g.corners[slot] = {normals[v].x(), normals[v].y(), normals[v].z(), albedo};
     }
   }
+  g.vertices = std::move(vertices);
   g.mesh = std::move(mesh);
   return g;
 }

@@ -58,13 +58,18 @@ constexpr std::array<BindingInfo, BIND_COUNT> bindings{{
     {texels, VK_FORMAT_R32_UINT},             // pixels
     {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // probe, read
     {storage, VK_FORMAT_UNDEFINED},           // probe, written: the same memory
+    {texels, VK_FORMAT_R32G32B32A32_SINT},    // links
+    {texels, VK_FORMAT_R32_SINT},             // starts
 }};
 
 std::size_t texel_bytes(VkFormat format) {
-  return format == VK_FORMAT_R32_SFLOAT || format == VK_FORMAT_R32_UINT ? 4 : 16;
+  return format == VK_FORMAT_R32_SFLOAT || format == VK_FORMAT_R32_UINT || format == VK_FORMAT_R32_SINT ? 4
+                                                                                                        : 16;
 }
 
-bool is_geometry(std::size_t binding) { return binding >= BIND_NODES && binding <= BIND_CORNERS; }
+bool is_geometry(std::size_t binding) {
+  return (binding >= BIND_NODES && binding <= BIND_CORNERS) || binding == BIND_LINKS;
+}
 
 bool same_lens(const Lens& a, const Lens& b) {
   return a.model() == b.model() && a.intrinsics() == b.intrinsics() && a.width() == b.width() &&
@@ -117,7 +122,7 @@ Buffer& Renderer::Impl::reserve(std::size_t binding, std::size_t bytes) {
 
 // Nodes and triangles of all meshes, one after the other. Boxes grow by the rounding of the slab test
 // for rays that come from `reach_mm` away.
-void Renderer::Impl::upload_geometry(const PackedScene& scene, double reach_mm) {
+void Renderer::Impl::upload_geometry(const PackedScene& scene, const Shortcuts& shortcuts, double reach_mm) {
   const auto pad = static_cast<float>(1e-6 * reach_mm);
   std::vector<BvhNode> nodes;
   std::vector<gpu::vec4> triangles, corners;
@@ -140,11 +145,13 @@ void Renderer::Impl::upload_geometry(const PackedScene& scene, double reach_mm) 
       largest > device.limits().maxTexelBufferElements || (forced && std::string(forced) == "storage");
   if (needs_storage != storage_geometry) {
     storage_geometry = needs_storage;
-    for (const std::size_t b : {BIND_NODES, BIND_TRIANGLES, BIND_CORNERS}) buffers[b].reset();
+    for (const std::size_t b : {BIND_NODES, BIND_TRIANGLES, BIND_CORNERS, BIND_LINKS}) buffers[b].reset();
   }
   fill(BIND_NODES, nodes);
   fill(BIND_TRIANGLES, triangles);
   fill(BIND_CORNERS, corners);
+  fill(BIND_LINKS, shortcuts.links);
+  fill(BIND_STARTS, shortcuts.starts);
 }
 
 ComputePipeline& Renderer::Impl::bound_kernel(Kernel kernel, const SpecConstants& constants) {
@@ -277,8 +284,8 @@ void Renderer::Impl::trace_plain(const TraceJob& job, const std::vector<PassPlan
     reserve(BIND_OUTPUT, most * pass.channels() * BLOCK_PIXELS * sizeof(float));
     reserve(BIND_OBJECTS, most * BLOCK_PIXELS * sizeof(std::int32_t));
     ComputePipeline& kernel =
-        bound_kernel(Kernel::trace,
-                     make_constants(job.twin, job.camera, job.scene, job.lens, job.projector, samples, pass));
+        bound_kernel(Kernel::trace, make_constants(job.twin, job.camera, job.scene, job.lens, job.projector,
+                                                   samples, pass, job.shortcuts.kinds));
     for (std::size_t first = 0; first < job.blocks.size(); first += band) {
       const std::size_t n = std::min(band, job.blocks.size() - first);
       gpu::Push push{};
@@ -307,7 +314,7 @@ void Renderer::Impl::trace_plain(const TraceJob& job, const std::vector<PassPlan
 void Renderer::Impl::upload_scene(const TraceJob& job) {
   const Pose T_proj_cam = job.twin.projector->T_proj_world * job.camera.T_cam_world.inverse();
   const double reach_mm = job.scene.far_mm + T_proj_cam.translation_mm.norm() + lens_radius_mm(job.camera);
-  upload_geometry(job.scene, reach_mm);
+  upload_geometry(job.scene, job.shortcuts, reach_mm);
   std::vector<gpu::vec4> primitives;
   for (const auto& p : job.scene.primitives) {
     for (const Double4& v : p) primitives.push_back(rounded(v));
@@ -336,6 +343,7 @@ void Renderer::Impl::upload_pass(const TraceJob& job, const PassPlan& pass, cons
   ParamsBlock block =
       make_params(job.twin, job.camera, job.scene, job.lens, job.projector, samples, pass, job.seed);
   set_adaptive(job.twin, job.camera, targets, &block);
+  block.values.starts = {job.shortcuts.tile_shift, job.shortcuts.tiles_x, job.shortcuts.tiles, 0};
   reserve(BIND_PARAMS, sizeof(ParamsBlock)).upload(bytes_of(block));
 }
 
@@ -344,6 +352,7 @@ Renderer::~Renderer() = default;
 const DeviceInfo& Renderer::device() const { return impl_->device.info(); }
 int Renderer::validation_messages() const { return impl_->device.instance().validation_messages(); }
 void Renderer::set_samples_per_dispatch(std::uint32_t samples) { impl_->forced_chunk = samples; }
+void Renderer::set_search_always(bool always) { impl_->search_always = always; }
 void Renderer::set_pattern_method(PatternMethod method) { impl_->pattern_method = method; }
 int Renderer::repeated_dispatches() const { return impl_->repeated; }
 
@@ -384,7 +393,11 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   const std::vector<PassPlan> passes = plan_passes(twin, series, projector.cx, projector.cy);
 
   Transport out = empty_transport(twin, passes, series, camera.lens.width(), camera.lens.height());
-  TraceJob job{twin, camera, scene, lens, projector, blocks, seed, nullptr, &out};
+  const Shortcuts shortcuts =
+      impl_->search_always
+          ? Shortcuts{}
+          : make_shortcuts(twin, camera, scene, blocks.size() * BLOCK_PIXELS, impl_->visibility);
+  TraceJob job{twin, camera, scene, lens, projector, blocks, shortcuts, seed, nullptr, &out};
   bool adaptive =
       sampling.sampler == Sampler::adaptive && can_trace_adaptively(job, passes, impl_->device.limits());
   out.sampling = adaptive ? sampling : without_adaptation(sampling);

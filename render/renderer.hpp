@@ -60,6 +60,14 @@ struct ErrorEstimate {
   double smooth_share = 0.0;  ///< the share that needed more than the closed form
 };
 
+/// One step of the adaptive trace, for benchmarks.
+struct StageCost {
+  std::string name;
+  std::size_t pixels = 0;
+  std::uint64_t rays = 0;
+  double cpu_ms = 0.0;  ///< of all threads of the process
+};
+
 /// Per-pixel transport of one camera (all images W x H, irradiance per unit pattern value).
 /// E = weight-sum form of DESIGN §3; a pattern with harmonics a_k (response, blur included) gives
 /// E = ambient_hit + sum_k a_k (cosine_k cos(k delta) - sine_k sin(k delta)).
@@ -83,6 +91,7 @@ struct Transport {
   double trace_ms = 0.0;
   std::uint64_t rays = 0;                 ///< primary + shadow
   std::optional<ErrorEstimate> estimate;  ///< adaptive only
+  std::vector<StageCost> stages;          ///< adaptive only
 };
 
 struct RenderedCamera {
@@ -121,6 +130,8 @@ class Renderer {
   void set_samples_per_dispatch(std::uint32_t samples);
   /// For tests and benchmarks: how phase steps behind a response that is not linear are made.
   void set_pattern_method(PatternMethod method);
+  /// For tests and benchmarks: find every ray's triangle through the BVH, and trace every shadow ray.
+  void set_search_always(bool always);
   /// Iterations of a loop of `requested` iterations that one shader invocation really executes.
   std::uint32_t count_loop_iterations(std::uint32_t requested);
   /// Dispatches repeated because of that limit so far.

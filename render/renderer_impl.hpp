@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "render/shortcuts.hpp"
 #include "render/trace_job.hpp"
 #include "render/vulkan_device.hpp"
 #include "twin/progress.hpp"
@@ -30,6 +31,7 @@ struct TraceJob {
   const LensTable& lens;
   const ProjectorSetup& projector;
   const std::vector<std::uint32_t>& blocks;
+  const Shortcuts& shortcuts;
   std::uint64_t seed;
   Progress* progress;
   Transport* out;
@@ -56,7 +58,7 @@ struct Renderer::Impl {
   void fill(std::size_t binding, const std::vector<T>& data) {
     reserve(binding, data.size() * sizeof(T)).upload(data);
   }
-  void upload_geometry(const PackedScene& scene, double reach_mm);
+  void upload_geometry(const PackedScene& scene, const Shortcuts& shortcuts, double reach_mm);
   void upload_scene(const TraceJob& job);
   void upload_samples(const SampleSetup& samples);
   /// Parameters and waveforms of one pass.
@@ -83,6 +85,8 @@ struct Renderer::Impl {
   std::array<std::unique_ptr<Buffer>, BIND_COUNT> buffers;
   std::vector<std::pair<Lens, std::unique_ptr<LensTable>>> lens_tables;
   MeshStore meshes;
+  VisibilityStore visibility;
+  bool search_always = false;
   bool storage_geometry = false;
   bool precise = false;
   std::uint32_t forced_chunk = 0;

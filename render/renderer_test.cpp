@@ -314,5 +314,38 @@ TEST_F(RendererTest, UnfinishedTwins) {
   expect_error(ExitCode::usage, "n x n", [&] { renderer().trace(on_sphere(), 0, {Sampler::gauss, 5}); });
 }
 
+// A camera ray that walks to its triangle meets the same one as through the BVH, and shadow rays are left out
+// only where nothing is in the way.
+TEST_F(RendererTest, WalksAndSearchesAgree) {
+  Twin twin = only_camera(paper_rig(), 0);
+  twin.cameras[0].lens = Lens("LENSMODEL_PINHOLE", {1000, 1000, 200, 180}, {401, 361}, "camera");
+  const auto big = std::make_shared<Mesh>(test::make_bumpy_icosphere(5, 35.0, test::default_bumps()));
+  const auto small = std::make_shared<Mesh>(test::make_bumpy_icosphere(4, 8.0, test::default_bumps()));
+  twin = with_object(twin, "part",
+                     MeshShape{{}, "mm", {rotation_from_vector({0.1, -0.2, 0.4}), {0, 0, 275}}, false, big});
+  for (const auto& [p, seed] :
+       {std::pair(Eigen::Vector3d(-25, 10, 235), 0.3), std::pair(Eigen::Vector3d(30, -20, 260), 1.1)})
+    twin.objects.push_back(
+        {"knob", MeshShape{{}, "mm", {rotation_from_vector({seed, 0.2, 0}), p}, true, small}, {}});
+  twin.objects.push_back({"wall", test::frontal_plane(310.0), {}});
+  for (const std::size_t n_objects : {std::size_t{1}, std::size_t{4}}) {
+    Twin scene = twin;
+    scene.objects.resize(n_objects);
+    Transport by[2];
+    for (const bool search : {false, true}) {
+      renderer().set_search_always(search);
+      by[search] = renderer().trace(scene, 0, {Sampler::gauss, 4});
+    }
+    renderer().set_search_always(false);
+    EXPECT_LT(by[0].rays, by[1].rays + 1);
+    EXPECT_EQ(by[0].object.data, by[1].object.data);
+    std::size_t differ = 0;
+    for (std::size_t i = 0; i < by[0].mean.size(); ++i)
+      differ += by[0].mean.data[i] != by[1].mean.data[i] ||
+                by[0].cosine[0][0].data[i] != by[1].cosine[0][0].data[i];
+    EXPECT_EQ(differ, 0U);
+  }
+}
+
 }  // namespace
 }  // namespace fringetwin::render

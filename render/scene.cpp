@@ -19,6 +19,8 @@ using Eigen::Vector3d;
 
 Double4 pack(const Vector3d& v, double w) { return {v.x(), v.y(), v.z(), w}; }
 
+constexpr std::size_t most_triangles = 1U << 24;
+
 // 1 inside a closed mesh, a little less with small holes; inside an open bowl one may look around.
 constexpr double closed_winding = 0.9;
 
@@ -103,8 +105,6 @@ class Packer {
       first_triangle += scene.meshes[which]->bvh.order.size();
     }
     if (which == scene.meshes.size()) scene.meshes.push_back(&g);
-    // They travel as floats.
-    FT_CHECK(first_node < (1U << 24) && first_triangle < (1U << 24), "meshes too large together");
     const bool albedo = !s.mesh->vertex_albedo.empty();
     const int flags = (s.smooth ? MESH_SMOOTH : 0) | (albedo ? MESH_ALBEDO : 0);
     scene.corners = scene.corners || flags != 0;
@@ -113,8 +113,17 @@ class Packer {
           pack(R.row(1), eye.y()),
           pack(R.row(2), eye.z()),
           {static_cast<double>(first_node), static_cast<double>(first_triangle),
-           static_cast<double>(first_triangle), static_cast<double>(flags)}},
+           static_cast<double>(n_links_), static_cast<double>(flags)}},
          g.bvh.order.size());
+    n_links_ += g.bvh.order.size();
+    // Numbers of triangles travel as floats; there are fewer nodes.
+    if (n_links_ >= most_triangles)
+      throw UserError(ExitCode::input,
+                      s.file.empty() ? fmt::format("object \"{}\"", object.name) : s.file.string(),
+                      fmt::format("the meshes have {} triangles together, at most {} can be traced", n_links_,
+                                  most_triangles - 1),
+                      "reduce the mesh");
+    scene.instances.push_back({&g, {T_object_cam.rotation, eye}});
     for (const Eigen::Vector4f& c : g.covering)
       scene.finite.push_back({T_cam_object * (c.head<3>().cast<double>() + g.center_mm), c[3]});
     ++scene.n_meshes;
@@ -172,6 +181,7 @@ class Packer {
   MeshStore& store_;
   Pose T_cam_world_;
   double lens_mm_;
+  std::size_t n_links_ = 0;
   int object_ = 0;
   Material material_;
   std::map<const ImageF*, double> maps_;

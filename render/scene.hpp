@@ -22,9 +22,11 @@ struct MeshGeometry {
   std::shared_ptr<const Mesh> mesh;
   Eigen::Vector3d center_mm;
   Bvh bvh;
-  std::vector<gpu::vec4> triangles;       ///< 3 vertices each; w: the unit normal's x, y, z
-  std::vector<gpu::vec4> corners;         ///< 3 x (normal, albedo) each
-  std::vector<Eigen::Vector4f> covering;  ///< a few spheres (centre, radius) that cover it, for culling
+  std::vector<gpu::vec4> triangles;         ///< 3 vertices each; w: the unit normal's x, y, z
+  std::vector<gpu::vec4> corners;           ///< 3 x (normal, albedo) each
+  std::vector<Eigen::Vector3f> vertices;    ///< relative to center_mm
+  std::vector<std::array<int, 3>> indices;  ///< of the triangles' vertices, in leaf order
+  std::vector<Eigen::Vector4f> covering;    ///< a few spheres (centre, radius) that cover it, for culling
 };
 
 /// Leaves out triangles without area. Throws UserError(input), naming `name`, when none is left or a
@@ -56,6 +58,11 @@ struct PackedScene {
   double far_mm = 0.0;
   double z_min_mm = 0.0, z_max_mm = 0.0;    ///< depth range of what may be in view (visible_range.hpp)
   std::vector<const MeshGeometry*> meshes;  ///< distinct, in buffer order
+  struct MeshInstance {
+    const MeshGeometry* geometry;
+    Pose T_object_cam;  ///< object frame relative to the geometry's centre
+  };
+  std::vector<MeshInstance> instances;
 };
 
 constexpr double farthest_allowed_mm = 1e5;

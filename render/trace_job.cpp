@@ -177,7 +177,7 @@ void set_adaptive(const Twin& twin, const Camera& camera, const AdaptiveTargets&
 
 SpecConstants make_constants(const Twin& twin, const Camera& camera, const PackedScene& scene,
                              const LensTable& lens, const ProjectorSetup& projector,
-                             const SampleSetup& samples, const PassPlan& pass) {
+                             const SampleSetup& samples, const PassPlan& pass, int links) {
   SpecConstants c{};
   const auto set = [&c](std::size_t id, int value) { c[id] = static_cast<std::uint32_t>(value); };
   set(SPEC_N_SPHERES, scene.n_spheres);
@@ -204,6 +204,7 @@ SpecConstants make_constants(const Twin& twin, const Camera& camera, const Packe
   if (twin.projector->pixel_structure && twin.projector->pixel_fill < 1.0)
     set(SPEC_PIXEL_GAPS, pass.gaps.empty() ? PIXEL_GAPS_SHARP : PIXEL_GAPS_BLURRED);
   set(SPEC_N_PIXEL, pass.count(DirectSlot::Kind::pixel));
+  set(SPEC_LINKS, links);
   set(SPEC_ALBEDO_MAPS, !scene.maps.empty());
   set(SPEC_BOUNCES, twin.render.bounces > 0 && !scene.one_convex ? twin.render.bounce_samples : 0);
   return c;

@@ -48,7 +48,7 @@ ParamsBlock make_params(const Twin& twin, const Camera& camera, const PackedScen
 
 SpecConstants make_constants(const Twin& twin, const Camera& camera, const PackedScene& scene,
                              const LensTable& lens, const ProjectorSetup& projector,
-                             const SampleSetup& samples, const PassPlan& pass);
+                             const SampleSetup& samples, const PassPlan& pass, int links);
 
 /// Blocks of pixels that may see an object, as x | y << 16.
 std::vector<std::uint32_t> active_blocks(const Camera& camera, const PackedScene& scene,

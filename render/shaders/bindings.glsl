@@ -54,6 +54,7 @@ layout(constant_id = SPEC_PIXEL_GAPS) const int PIXEL_GAPS = 0;
 layout(constant_id = SPEC_N_PIXEL) const int N_PIXEL = 0;
 layout(constant_id = SPEC_ALBEDO_MAPS) const int ALBEDO_MAPS = 0;
 layout(constant_id = SPEC_BOUNCES) const int BOUNCES = 0;
+layout(constant_id = SPEC_LINKS) const int LINKS = 0;
 
 // Primitives in this order: spheres, planes, cylinders, mesh instances.
 const int FIRST_PLANE = N_SPHERES;
@@ -114,6 +115,8 @@ void load_constants() {
 layout(std430, binding = BIND_NODES) readonly buffer NodesBlock { ivec4 node_data[]; };
 layout(std430, binding = BIND_TRIANGLES) readonly buffer TrianglesBlock { vec4 triangle_data[]; };
 layout(std430, binding = BIND_CORNERS) readonly buffer CornersBlock { vec4 corner_data[]; };
+layout(std430, binding = BIND_LINKS) readonly buffer LinksBlock { ivec4 link_data[]; };
+#define FETCH_LINK(i) link_data[i]
 #define FETCH_NODE(i) node_data[i]
 #define FETCH_TRIANGLE(i) triangle_data[i]
 #define FETCH_CORNER(i) corner_data[i]
@@ -121,11 +124,14 @@ layout(std430, binding = BIND_CORNERS) readonly buffer CornersBlock { vec4 corne
 layout(binding = BIND_NODES) uniform isamplerBuffer node_data;
 layout(binding = BIND_TRIANGLES) uniform samplerBuffer triangle_data;
 layout(binding = BIND_CORNERS) uniform samplerBuffer corner_data;
+layout(binding = BIND_LINKS) uniform isamplerBuffer link_data;
+#define FETCH_LINK(i) texelFetch(link_data, i)
 #define FETCH_NODE(i) texelFetch(node_data, i)
 #define FETCH_TRIANGLE(i) texelFetch(triangle_data, i)
 #define FETCH_CORNER(i) texelFetch(corner_data, i)
 #endif
 
+layout(binding = BIND_STARTS) uniform isamplerBuffer start_tiles;
 layout(binding = BIND_LENS_GRID) uniform samplerBuffer lens_grid;
 layout(binding = BIND_PROJECTOR_GRID) uniform samplerBuffer projector_grid;
 layout(binding = BIND_SAMPLES) uniform samplerBuffer sample_table;

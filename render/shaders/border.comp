@@ -22,6 +22,7 @@ void main() {
   load_constants();
   uint slot = own_slot();
   ivec2 pixel = ivec2(listed_pixel(slot).xy);
+  start_walks(uvec2(pixel.xy));
   PixelRays rays = pixel_rays(vec2(pixel));
   vec4 c = probe_at(pixel);
   Seen centre = Seen(c.z, c.w, real2(c.xy));

@@ -62,6 +62,13 @@ void main() {
   }
   LOAD_FAR(0) LOAD_FAR(1) LOAD_FAR(2) LOAD_FAR(3)
 
+  // One mesh and nothing else around? Meshes come last among the primitives.
+  int mesh = -1;
+#define LAST_PRIMITIVE(k) mesh = max(mesh, near[k].w != 0.0 ? primitive_of(near[k].w) : -1);
+  LAST_PRIMITIVE(0) LAST_PRIMITIVE(1) LAST_PRIMITIVE(2) LAST_PRIMITIVE(3) LAST_PRIMITIVE(4) LAST_PRIMITIVE(5)
+  LAST_PRIMITIVE(6) LAST_PRIMITIVE(7) LAST_PRIMITIVE(8)
+  bool mesh_alone = N_MESHES > 0 && (LINKS & LINKS_WALK) != 0 && N_DIRECT == 0 && inside && mesh >= FIRST_MESH;
+
   bool any_light = false, any_hit = false, all_lit = true, all_hit = true, same = true, same_far = inside;
   int own_primitive = primitive_of(c.w);
   bool one_mesh = N_MESHES > 0 && own_primitive >= FIRST_MESH;
@@ -71,6 +78,7 @@ void main() {
   all_lit = all_lit && near[k].w > 0.0;                                 \
   all_hit = all_hit && near[k].w != 0.0;                                \
   same = same && near[k].w == c.w;                                      \
+  mesh_alone = mesh_alone && (near[k].w == 0.0 || primitive_of(near[k].w) == mesh); \
   one_mesh = one_mesh && near[k].w > 0.0 && primitive_of(near[k].w) == own_primitive;
   LOOK_NEAR(0) LOOK_NEAR(1) LOOK_NEAR(2) LOOK_NEAR(3) LOOK_NEAR(4) LOOK_NEAR(5) LOOK_NEAR(6) LOOK_NEAR(7) LOOK_NEAR(8)
 #define LOOK_FAR(k) same_far = same_far && far[k].w == c.w;
@@ -90,6 +98,7 @@ void main() {
   // Beside a crease or the image border the five-point differences fail.
   if (!(same && same_far)) kind = one_mesh ? on_mesh : PIXEL_SMOOTH;
   if (!same) kind = one_mesh ? on_mesh : changes_y > changes_x ? PIXEL_MIXED_Y : PIXEL_MIXED;
+  if (!same && !one_mesh && mesh_alone) kind = changes_y > changes_x ? PIXEL_OUTLINE_Y : PIXEL_OUTLINE;
   // Nothing lit: only ambient light can tell one unlit surface from another or from nothing.
   if (!any_light && (!ambient || all_hit || !any_hit)) kind = PIXEL_DONE;
 

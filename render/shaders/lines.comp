@@ -39,6 +39,7 @@ void main() {
   uint panels = params.image.z;
   uint entry = slot / (LINES_PER_PANEL * panels), line = slot % (LINES_PER_PANEL * panels);
   uvec3 pixel = listed_pixel(entry);
+  start_walks(uvec2(pixel.xy));
   PixelRays rays = pixel_rays(vec2(pixel.xy));
   float fill = params.sampling.x;
   // Lobatto's four nodes in each panel: the outer lines lie on its borders and see what only just enters.

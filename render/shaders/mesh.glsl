@@ -4,6 +4,7 @@
 // Child >= 0: node; child < 0: leaf, ~child = first triangle * 8 + count - 1. Boxes are stored as
 // integer bits because small integers as floats are denormals, which a device may flush.
 
+const int MOST_WALK_STEPS = 8;
 const int TRAVERSAL_DONE = -2147483647 - 1;
 
 // Watertight after Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013, without
@@ -99,7 +100,37 @@ int traverse(vec3 o, vec3 d, inout float t, int first_node, int first_triangle, 
   return found;
 }
 
-// Instance: a, b, c rows of T_object_cam; d first node, first triangle, first corner,
+// A ray from the camera, without the BVH: from a triangle near by across the sides that the ray lies beyond, to
+// the one it meets. `settled`: that triangle cannot be hidden, so that no search is needed; `t` and the
+// result are then those of traverse().
+int walk(vec3 o, vec3 d, inout float t, int first_triangle, int first_link, int start, out bool settled) {
+  Along along = along_ray(d);
+  int found = -1, at = start;
+  settled = false;
+  for (int step = 0; step < MOST_WALK_STEPS && at >= 0; ++step) {
+    int k = 3 * (first_triangle + at);
+    vec3 v0 = FETCH_TRIANGLE(k).xyz - o, v1 = FETCH_TRIANGLE(k + 1).xyz - o, v2 = FETCH_TRIANGLE(k + 2).xyz - o;
+    ivec4 link = FETCH_LINK(first_link + at);
+    vec3 e = edge_functions(along, v0, v1, v2);
+    float sum = e.x + e.y + e.z;
+    float t_hit = dot(e, vec3(dot(along.t, v0), dot(along.t, v1), dot(along.t, v2))) / sum;
+    e = sum < 0.0 ? -e : e;
+    float least = min(e.x, min(e.y, e.z));
+    bool inside = least >= 0.0 && sum != 0.0;
+    int next = e.x == least ? link.x : e.y == least ? link.y : link.z;
+    if (inside && (link.w & LINK_SEEN) != 0 && t_hit > 0.0) {
+      settled = true;
+      if (t_hit < t) {
+        t = t_hit;
+        found = at;
+      }
+    }
+    at = inside ? -1 : next;
+  }
+  return found;
+}
+
+// Instance: a, b, c rows of T_object_cam; d first node, first triangle, first link,
 // MESH_SMOOTH | MESH_ALBEDO.
 vec3 to_object(const Primitive g, vec3 v, float w) {
   vec4 x = vec4(v, w);

@@ -19,6 +19,7 @@ layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
 void main() {
   load_constants();
   uvec2 pixel = block_pixel();
+  start_walks(pixel);
   real3 d = ray_direction(pixel_rays(vec2(pixel)), vec2(0.0));
   Hit hit = closest_hit(vec3(0.0), vec3(d));
   real2 u;

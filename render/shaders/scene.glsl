@@ -40,7 +40,7 @@ void complete_mesh_hit(const Primitive g, vec3 o, vec3 d, int triangle, bool fou
   if (CORNERS != 0) {
     vec3 e = edge_functions(along, v0, v1, v2);
     e /= e.x + e.y + e.z;
-    int c = 3 * (int(g.d.z) + max(triangle, 0));
+    int c = 3 * (int(g.d.y) + max(triangle, 0));
     vec4 corner = e.x * FETCH_CORNER(c) + e.y * FETCH_CORNER(c + 1) + e.z * FETCH_CORNER(c + 2);
     int flags = int(g.d.w);
     float length_sq = dot(corner.xyz, corner.xyz);  // ~0 where triangles of both windings meet
@@ -59,9 +59,30 @@ void complete_mesh_hit(const Primitive g, vec3 o, vec3 d, int triangle, bool fou
   }
 }
 
+// Where walks through the first mesh start: near the pixel, then where the ray before ended.
+int start_triangle = -1;
+int start_tile = 0;
+
+void start_walks(uvec2 pixel) {
+  if ((LINKS & LINKS_WALK) == 0) return;
+  start_tile = int((pixel.y >> params.starts.x) * params.starts.y + (pixel.x >> params.starts.x));
+  start_triangle = texelFetch(start_tiles, start_tile).x;
+}
+
 void hit_mesh(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
   float t = hit.t * IN_FRONT;
-  int triangle = traverse(to_object(g, o, 1.0), to_object(g, d, 0.0), t, int(g.d.x), int(g.d.y), false, -1, true);
+  vec3 o_object = to_object(g, o, 1.0), d_object = to_object(g, d, 0.0);
+  int walked = -1;
+  bool settled = false;
+  if ((LINKS & LINKS_WALK) != 0) {
+    int start = start_triangle;
+    if (N_MESHES > 1)
+      start = texelFetch(start_tiles, start_tile + (g.index - FIRST_MESH) * int(params.starts.z)).x;
+    walked = walk(o_object, d_object, t, int(g.d.y), int(g.d.z), starts_at_camera() ? start : -1, settled);
+  }
+  int triangle = traverse(o_object, d_object, t, int(g.d.x), int(g.d.y), false, -1, !settled);
+  triangle = settled ? walked : triangle;
+  if (triangle >= 0) start_triangle = triangle;
   complete_mesh_hit(g, o, d, triangle, triangle >= 0, true, hit);
 }
 
@@ -177,7 +198,10 @@ bool cylinder_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light) {
 
 bool mesh_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light, bool enabled) {
   float t = 1.0;
-  int skip = g.index == hit.primitive ? hit.triangle : -1;
+  bool own = g.index == hit.primitive;
+  int skip = own ? hit.triangle : -1;
+  if ((LINKS & LINKS_SHADOW) != 0)
+    enabled = enabled && !(own && (FETCH_LINK(int(g.d.z) + max(hit.triangle, 0)).w & LINK_LIT) != 0);
   return traverse(to_object(g, o, 1.0), to_object(g, to_light, 0.0), t, int(g.d.x),
                   int(g.d.y), true, skip, enabled) >= 0;
 }

@@ -50,7 +50,9 @@ struct uvec4 {
 #define BIND_PIXELS 15  // list of pixels: x | y << 15 | scan along y << 31
 #define BIND_PROBE 16   // what the centre rays saw, one texel per pixel: u (2), w, identity (identity.glsl)
 #define BIND_PROBE_OUT 17
-#define BIND_COUNT 18
+#define BIND_LINKS 18      // per triangle of each mesh instance: neighbours opposite its corners, LINK_ bits
+#define BIND_STARTS 19     // per mesh instance and tile of pixels: a triangle near by, -1 none
+#define BIND_COUNT 20
 
 // ---- specialization constants
 #define SPEC_N_SPHERES 0
@@ -79,7 +81,8 @@ struct uvec4 {
 #define SPEC_N_PIXEL 23
 #define SPEC_ALBEDO_MAPS 24
 #define SPEC_BOUNCES 25  // directions per sample, 0: none
-#define SPEC_COUNT 26
+#define SPEC_LINKS 26    // LINKS_ bits
+#define SPEC_COUNT 27
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
 #define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
@@ -99,12 +102,23 @@ struct uvec4 {
 #define PIXEL_FACETS 2  // several facets of one lit mesh
 #define PIXEL_MIXED 3   // silhouette, shadow border, end of the projected image
 #define PIXEL_MIXED_Y 4 // the same, its edges run rather along x: scan along y
+#define PIXEL_OUTLINE 5 // as mixed, but with facets of one mesh and nothing else
+#define PIXEL_OUTLINE_Y 6
+
+#define PIXELS_LISTED 1   // values of SPEC_PIXEL_LIST
+#define PIXELS_OUTLINE 2
 
 #define PIXEL_GAPS_SHARP 1
 #define PIXEL_GAPS_BLURRED 2
 
 #define SPECULAR_PHONG 1
 #define SPECULAR_GGX 2
+
+#define LINKS_SHADOW 1  // links tell where no shadow ray is needed
+#define LINKS_WALK 2    // and camera rays find their triangle from a neighbour
+#define LINK_SEEN 1     // nothing of the mesh can hide the triangle from the camera
+#define LINK_LIT 2      // nor from the projector
+#define LINK_CLOSED 4   // of a mesh with an inside
 
 #define MESH_SMOOTH 1
 #define MESH_ALBEDO 2
@@ -131,6 +145,7 @@ struct Params {
   uvec4 sampling_n;           // N, columns, rows, seed
   vec4 adaptive;              // largest phase error rad, largest irradiance error per pattern, ambient > 0, 0
   uvec4 image;                // width, height, panels of a mixed pixel, 0
+  uvec4 starts;               // log2 of a tile's side in px, tiles in x, tiles, 0
   vec4 projector_optics;      // lens radius mm, 1/focus distance, 0, 0
   vec4 projector_gaps;        // samples of the table, lit side of a pixel, phase of the pixel raster at the principal point x, y
   vec4 pitch[MAX_PITCHES];    // harmonic/pitch, turns at the principal point, axis x, axis y
@@ -154,9 +169,9 @@ struct Push {
 
 #ifdef __cplusplus
 static_assert(sizeof(vec4) == 16 && sizeof(uvec4) == 16);
-static_assert(offsetof(Params, pitch) == 21 * 16);
-static_assert(offsetof(Params, direct) == (21 + MAX_PITCHES) * 16);
-static_assert(sizeof(Params) == (21 + MAX_PITCHES + 2 * MAX_DIRECT) * 16);
+static_assert(offsetof(Params, pitch) == 22 * 16);
+static_assert(offsetof(Params, direct) == (22 + MAX_PITCHES) * 16);
+static_assert(sizeof(Params) == (22 + MAX_PITCHES + 2 * MAX_DIRECT) * 16);
 static_assert(sizeof(Push) == 32);
 static_assert(2 * sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);

@@ -26,6 +26,7 @@ void main() {
   uint slot = own_slot(), stride = push.n_blocks_band * BLOCK_PIXELS;
   uvec2 pixel = PIXEL_LIST != 0 ? listed_pixel(slot).xy : block_pixel();
 
+  start_walks(uvec2(pixel.xy));
   PixelRays rays = pixel_rays(vec2(pixel));
   uint pixel_seed = hash(pixel.x + hash(pixel.y + hash(params.sampling_n.w)));
 
