@@ -55,6 +55,8 @@ layout(constant_id = SPEC_N_PIXEL) const int N_PIXEL = 0;
 layout(constant_id = SPEC_ALBEDO_MAPS) const int ALBEDO_MAPS = 0;
 layout(constant_id = SPEC_BOUNCES) const int BOUNCES = 0;
 layout(constant_id = SPEC_LINKS) const int LINKS = 0;
+// A function: glslang joins constants by && and ?: into modules that are not valid.
+bool linked(int bit) { return (LINKS & bit) != 0; }
 
 // Primitives in this order: spheres, planes, cylinders, mesh instances.
 const int FIRST_PLANE = N_SPHERES;

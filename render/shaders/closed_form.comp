@@ -67,7 +67,7 @@ void main() {
 #define LAST_PRIMITIVE(k) mesh = max(mesh, near[k].w != 0.0 ? primitive_of(near[k].w) : -1);
   LAST_PRIMITIVE(0) LAST_PRIMITIVE(1) LAST_PRIMITIVE(2) LAST_PRIMITIVE(3) LAST_PRIMITIVE(4) LAST_PRIMITIVE(5)
   LAST_PRIMITIVE(6) LAST_PRIMITIVE(7) LAST_PRIMITIVE(8)
-  bool mesh_alone = N_MESHES > 0 && (LINKS & LINKS_WALK) != 0 && N_DIRECT == 0 && inside && mesh >= FIRST_MESH;
+  bool mesh_alone = N_MESHES > 0 && linked(LINKS_WALK) && N_DIRECT == 0 && inside && mesh >= FIRST_MESH;
 
   bool any_light = false, any_hit = false, all_lit = true, all_hit = true, same = true, same_far = inside;
   int own_primitive = primitive_of(c.w);

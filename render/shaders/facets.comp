@@ -110,7 +110,7 @@ void main() {
   vec3 d0 = to_object(g, vec3(ray_direction(rays, vec2(0.0))), 0.0);
   vec3 du = to_object(g, vec3(direction_per_px(rays, 0)), 0.0), dv = to_object(g, vec3(direction_per_px(rays, 1)), 0.0);
   int first_triangle = int(g.d.y), first_link = int(g.d.z);
-  for (int c = 0; c < (outline || (LINKS & LINKS_WALK) == 0 ? 9 : 1); ++c) {
+  for (int c = 0; c < (outline || !linked(LINKS_WALK) ? 9 : 1); ++c) {
     int k = (c + 4) % 9;
     float id = probe_at(pixel + ivec2(k % 3 - 1, k / 3 - 1)).w;
     int triangle = triangle_of(id, primitive);
@@ -147,7 +147,7 @@ void main() {
     float share = piece.area / whole;
     bool skipped = false;
     ivec4 link = ivec4(-1);
-    if ((LINKS & LINKS_WALK) != 0) {
+    if (linked(LINKS_WALK)) {
       link = FETCH_LINK(first_link + triangle);
       vec3 n = vec3(a0.w, a1.w, a2.w);
       bool faces_camera = dot(n, v0) * dot(n, cross(v1 - v0, v2 - v0)) < 0.0;
@@ -167,7 +167,7 @@ void main() {
       vec2 at = outline ? rule_point(piece, j) : piece.middle;
       Look look = look_at_facet(g, rays, !outline && j == 1 ? own : triangle, at);
       if (outline) {
-        bool lit = (link.w & LINK_LIT) != 0 || (LINKS & LINKS_SHADOW) == 0;
+        bool lit = (link.w & LINK_LIT) != 0 || !linked(LINKS_SHADOW);
         good = good && (look.faces_light ? lit && look.w > 0.0 : look.w == 0.0);
         add_look(look, 0.25 * share);
         // What the rule leaves out, given the fringe's swing along the piece: third order (at most that of a

@@ -123,7 +123,8 @@ void expect_bounded(const std::string& what, const Twin& twin, int stride) {
   EXPECT_GT(interior.n, 20);
   EXPECT_LE(interior.pitches[0].phase_rms_rad, rendered.estimate->phase_rad);
   EXPECT_LE(all.gray_rms, rendered.estimate->gray + 2e-5);
-  EXPECT_LE(all.gray_rms, sampling.gray_error);
+  // Where the last refinement leaves more than was asked for, the estimate says so.
+  EXPECT_LE(all.gray_rms, std::max(sampling.gray_error, rendered.estimate->gray));
 }
 
 Twin ball_before_wall(int width = 140, int height = 100) {
