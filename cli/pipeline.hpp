@@ -28,8 +28,8 @@ struct RenderFlags {
 
 /// The images of one simulated camera, before and after the sensor.
 struct Simulated {
-  std::vector<CameraImages> captures;    ///< DN
-  std::vector<CameraImages> irradiance;  ///< E
+  std::vector<CameraImages> captures;      ///< DN
+  std::vector<CameraImages> irradiance;    ///< E
   std::vector<compare::RenderNote> notes;  ///< one per camera
   std::string device;
 };

@@ -94,3 +94,25 @@ function(fringetwin_test name)
     SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\] [^\n]*[\n]*$"
     ENVIRONMENT "FRINGETWIN_BINARY=${CMAKE_BINARY_DIR}/fringetwin;FRINGETWIN_SOURCE=${CMAKE_SOURCE_DIR}")
 endfunction()
+
+# GLSL -> SPIR-V -> C array NAME_spv[] in NAME_spv.h, in shaders/ of the caller's build folder.
+# fringetwin_shader(NAME source.comp [defines...]) -> appends the header to ${shader_headers}
+function(fringetwin_shader name source)
+  set(dir ${CMAKE_CURRENT_BINARY_DIR}/shaders)
+  file(MAKE_DIRECTORY ${dir})
+  set(source ${CMAKE_CURRENT_SOURCE_DIR}/${source})
+  set(spv ${dir}/${name}.spv)
+  set(header ${dir}/${name}_spv.h)
+  set(command ${GLSLANG_VALIDATOR} --quiet -V --target-env vulkan1.2 -I${CMAKE_SOURCE_DIR}/render/shaders ${ARGN})
+  add_custom_command(OUTPUT ${spv} ${header}
+    COMMAND ${command} --depfile ${dir}/${name}.d -o ${spv} ${source}
+    COMMAND ${command} --vn ${name}_spv -o ${header} ${source}
+    DEPENDS ${source}
+    DEPFILE ${dir}/${name}.d
+    COMMENT "Shader ${name}" VERBATIM)
+  set(shader_headers ${shader_headers} ${header} PARENT_SCOPE)
+  if(FRINGETWIN_TESTS)
+    add_test(NAME spirv_val_${name} COMMAND ${SPIRV_VAL} --target-env vulkan1.2 ${spv})
+    set_tests_properties(spirv_val_${name} PROPERTIES LABELS unit)
+  endif()
+endfunction()

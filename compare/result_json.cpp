@@ -161,7 +161,8 @@ Json head(const Twin& twin, const char* command_kind, const Provenance& provenan
                        {"inputs_sha256", inputs},
                        {"device", provenance.device.empty() ? Json(nullptr) : Json(provenance.device)},
                        {"seed", provenance.seed}};
-  if (!provenance.rendered.empty()) out["provenance"]["rendered"] = list(provenance.rendered, render_note_json);
+  if (!provenance.rendered.empty())
+    out["provenance"]["rendered"] = list(provenance.rendered, render_note_json);
   out["timing_s"] = Json::object();
   for (const auto& [stage, seconds] : timing_s) out["timing_s"][stage] = number(seconds);
   return out;

@@ -67,8 +67,12 @@ void Buffer::allocate(VkBufferUsageFlags usage, VkMemoryPropertyFlags required,
   vk_check(vkCreateBuffer(device_.handle(), &create, nullptr, &a.buffer), "vkCreateBuffer");
   VkMemoryRequirements needs;
   vkGetBufferMemoryRequirements(device_.handle(), a.buffer, &needs);
+  VkMemoryAllocateFlagsInfo flags{};
+  flags.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO;
+  flags.flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT;
   VkMemoryAllocateInfo memory{};
   memory.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+  if (usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) memory.pNext = &flags;
   memory.allocationSize = needs.size;
   memory.memoryTypeIndex = device_.memory_type(needs.memoryTypeBits, required, preferred);
   vk_check(vkAllocateMemory(device_.handle(), &memory, nullptr, &a.memory), "vkAllocateMemory");
@@ -84,6 +88,13 @@ void Buffer::release(Allocation& a) {
   if (a.buffer) vkDestroyBuffer(device_.handle(), a.buffer, nullptr);
   if (a.memory) vkFreeMemory(device_.handle(), a.memory, nullptr);
   a = {};
+}
+
+VkDeviceAddress Buffer::address() const {
+  VkBufferDeviceAddressInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO;
+  info.buffer = buffer_;
+  return vkGetBufferDeviceAddress(device_.handle(), &info);
 }
 
 void Buffer::upload(std::span<const std::byte> data) {
@@ -210,17 +221,19 @@ void ComputePipeline::bind(const std::vector<const Buffer*>& buffers) {
   FT_CHECK(buffers.size() == types_.size(), "one buffer per binding");
   std::vector<VkDescriptorBufferInfo> infos(buffers.size());
   std::vector<VkBufferView> views(buffers.size());
-  std::vector<VkWriteDescriptorSet> writes(buffers.size());
+  std::vector<VkWriteDescriptorSet> writes;
   for (std::size_t i = 0; i < buffers.size(); ++i) {
+    if (!buffers[i]) continue;
     infos[i] = {buffers[i]->handle(), 0, VK_WHOLE_SIZE};
     views[i] = buffers[i]->view();
-    writes[i].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
-    writes[i].dstSet = set_;
-    writes[i].dstBinding = static_cast<std::uint32_t>(i);
-    writes[i].descriptorCount = 1;
-    writes[i].descriptorType = types_[i];
-    writes[i].pBufferInfo = &infos[i];
-    writes[i].pTexelBufferView = &views[i];
+    VkWriteDescriptorSet& write = writes.emplace_back();
+    write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+    write.dstSet = set_;
+    write.dstBinding = static_cast<std::uint32_t>(i);
+    write.descriptorCount = 1;
+    write.descriptorType = types_[i];
+    write.pBufferInfo = &infos[i];
+    write.pTexelBufferView = &views[i];
   }
   vkUpdateDescriptorSets(device_.handle(), static_cast<std::uint32_t>(writes.size()), writes.data(), 0,
                          nullptr);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cstdlib>
 #include <cstring>
@@ -68,6 +69,50 @@ bool has_compute_queue(VkPhysicalDevice device, std::uint32_t* family) {
       return true;
     }
   return false;
+}
+
+constexpr std::array ray_query_extensions{VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                          VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                          VK_KHR_RAY_QUERY_EXTENSION_NAME};
+
+// The features that a ray query takes, as a chain for asking and for enabling.
+struct RayQueryFeatures {
+  VkPhysicalDeviceRayQueryFeaturesKHR query{};
+  VkPhysicalDeviceAccelerationStructureFeaturesKHR structure{};
+  VkPhysicalDeviceBufferDeviceAddressFeatures address{};
+
+  explicit RayQueryFeatures(VkBool32 wanted) {
+    query.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR;
+    structure.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR;
+    address.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES;
+    query.pNext = &structure;
+    structure.pNext = &address;
+    query.rayQuery = structure.accelerationStructure = address.bufferDeviceAddress = wanted;
+  }
+  RayQueryFeatures(const RayQueryFeatures&) = delete;
+  RayQueryFeatures& operator=(const RayQueryFeatures&) = delete;
+  bool all() const {
+    return query.rayQuery && structure.accelerationStructure && address.bufferDeviceAddress;
+  }
+};
+
+bool offers_ray_query(VkPhysicalDevice device) {
+  std::uint32_t n = 0;
+  vk_check(vkEnumerateDeviceExtensionProperties(device, nullptr, &n, nullptr),
+           "vkEnumerateDeviceExtensionProperties");
+  std::vector<VkExtensionProperties> offered(n);
+  vk_check(vkEnumerateDeviceExtensionProperties(device, nullptr, &n, offered.data()),
+           "vkEnumerateDeviceExtensionProperties");
+  for (const char* name : ray_query_extensions)
+    if (std::none_of(offered.begin(), offered.end(),
+                     [name](const auto& e) { return std::strcmp(e.extensionName, name) == 0; }))
+      return false;
+  RayQueryFeatures features(VK_FALSE);
+  VkPhysicalDeviceFeatures2 all{};
+  all.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+  all.pNext = &features.query;
+  vkGetPhysicalDeviceFeatures2(device, &all);
+  return features.all();
 }
 
 }  // namespace
@@ -172,7 +217,7 @@ std::vector<DeviceInfo> list_devices() {
   }
 }
 
-VulkanDevice::VulkanDevice(const std::string& wanted) : VulkanDevice(Empty{}) {
+VulkanDevice::VulkanDevice(const std::string& wanted, bool ray_query) : VulkanDevice(Empty{}) {
   const auto devices = instance_.devices();
   if (devices.empty())
     throw UserError(ExitCode::device, "Vulkan", "there is no device with Vulkan 1.2 and a compute queue",
@@ -197,22 +242,7 @@ VulkanDevice::VulkanDevice(const std::string& wanted) : VulkanDevice(Empty{}) {
 
   std::uint32_t family = 0;
   has_compute_queue(physical_, &family);
-  const float priority = 1.0F;
-  VkDeviceQueueCreateInfo queue{};
-  queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
-  queue.queueFamilyIndex = family;
-  queue.queueCount = 1;
-  queue.pQueuePriorities = &priority;
-  VkPhysicalDeviceFeatures available{}, wanted_features{};
-  vkGetPhysicalDeviceFeatures(physical_, &available);
-  wanted_features.shaderFloat64 = available.shaderFloat64;
-  has_double_ = available.shaderFloat64 == VK_TRUE;
-  VkDeviceCreateInfo create{};
-  create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
-  create.pEnabledFeatures = &wanted_features;
-  create.queueCreateInfoCount = 1;
-  create.pQueueCreateInfos = &queue;
-  vk_check(vkCreateDevice(physical_, &create, nullptr, &device_), "vkCreateDevice");
+  create_device(family, ray_query);
   vkGetDeviceQueue(device_, family, 0, &queue_);
 
   VkCommandPoolCreateInfo pool{};
@@ -229,6 +259,32 @@ VulkanDevice::VulkanDevice(const std::string& wanted) : VulkanDevice(Empty{}) {
   VkFenceCreateInfo fence{};
   fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
   vk_check(vkCreateFence(device_, &fence, nullptr, &fence_), "vkCreateFence");
+}
+
+void VulkanDevice::create_device(std::uint32_t family, bool ray_query) {
+  const float priority = 1.0F;
+  VkDeviceQueueCreateInfo queue{};
+  queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+  queue.queueFamilyIndex = family;
+  queue.queueCount = 1;
+  queue.pQueuePriorities = &priority;
+  VkPhysicalDeviceFeatures available{}, wanted_features{};
+  vkGetPhysicalDeviceFeatures(physical_, &available);
+  wanted_features.shaderFloat64 = available.shaderFloat64;
+  has_double_ = available.shaderFloat64 == VK_TRUE;
+  has_ray_query_ = ray_query && offers_ray_query(physical_);
+  const RayQueryFeatures ray_query_features(VK_TRUE);
+  VkDeviceCreateInfo create{};
+  create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+  create.pEnabledFeatures = &wanted_features;
+  create.queueCreateInfoCount = 1;
+  create.pQueueCreateInfos = &queue;
+  if (has_ray_query_) {
+    create.pNext = &ray_query_features.query;
+    create.enabledExtensionCount = static_cast<std::uint32_t>(ray_query_extensions.size());
+    create.ppEnabledExtensionNames = ray_query_extensions.data();
+  }
+  vk_check(vkCreateDevice(physical_, &create, nullptr, &device_), "vkCreateDevice");
 }
 
 VulkanDevice::~VulkanDevice() {

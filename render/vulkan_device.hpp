@@ -48,8 +48,9 @@ DeviceInfo describe_device(VkPhysicalDevice device);
 /// One logical device with one compute queue.
 class VulkanDevice {
  public:
-  /// `wanted` as in Renderer; "" = $FRINGETWIN_DEVICE, else a CPU device, else the first.
-  explicit VulkanDevice(const std::string& wanted);
+  /// `wanted` as in Renderer; "" = $FRINGETWIN_DEVICE, else a CPU device, else the first. `ray_query`: with
+  /// ray queries and acceleration structures where the device has them, see has_ray_query().
+  explicit VulkanDevice(const std::string& wanted, bool ray_query = false);
   ~VulkanDevice();
   VulkanDevice(const VulkanDevice&) = delete;
   VulkanDevice& operator=(const VulkanDevice&) = delete;
@@ -62,7 +63,8 @@ class VulkanDevice {
   std::uint32_t memory_type(std::uint32_t allowed, VkMemoryPropertyFlags required,
                             VkMemoryPropertyFlags preferred) const;
   bool has_mappable_device_memory() const;
-  bool has_double() const { return has_double_; }  ///< shaderFloat64
+  bool has_double() const { return has_double_; }        ///< shaderFloat64
+  bool has_ray_query() const { return has_ray_query_; }  ///< asked for, there and enabled
   /// Records with `record(VkCommandBuffer)`, submits, waits.
   template <class Record>
   void run(Record record) {
@@ -74,6 +76,7 @@ class VulkanDevice {
  private:
   struct Empty {};
   explicit VulkanDevice(Empty) {}
+  void create_device(std::uint32_t family, bool ray_query);
   void begin();
   void submit_and_wait();
 
@@ -87,7 +90,7 @@ class VulkanDevice {
   VkPhysicalDeviceLimits limits_{};
   VkPhysicalDeviceMemoryProperties memory_{};
   DeviceInfo info_;
-  bool has_double_ = false;
+  bool has_double_ = false, has_ray_query_ = false;
 };
 
 /// Device memory the host can fill and read: mapped where the device allows it, else through a
@@ -103,6 +106,7 @@ class Buffer {
 
   VkBuffer handle() const { return buffer_; }
   VkBufferView view() const { return view_; }  ///< texel buffers
+  VkDeviceAddress address() const;             ///< needs SHADER_DEVICE_ADDRESS usage
   std::size_t bytes() const { return bytes_; }
   void upload(std::span<const std::byte> data);
   void clear();  ///< all zero; needs TRANSFER_DST usage
@@ -142,8 +146,9 @@ class ComputePipeline {
   ~ComputePipeline();
   ComputePipeline(const ComputePipeline&) = delete;
   ComputePipeline& operator=(const ComputePipeline&) = delete;
-  /// One buffer per binding.
+  /// One buffer per binding; nullptr leaves a binding to the caller, who writes it into set().
   void bind(const std::vector<const Buffer*>& buffers);
+  VkDescriptorSet set() const { return set_; }
   void dispatch(std::uint32_t groups, std::span<const std::byte> push);
 
  private:
