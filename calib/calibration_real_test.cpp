@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Real boards with a known answer.
 //
-// | check                              | tolerance  | unit     | origin |
-// |------------------------------------|------------|----------|--------------------------------------------------------|
-// | 186 views, 12 intrinsics           | 1e-8       | relative | published by mrcal's author
-// (published-opencv8.txt)    | | 186 views, warp                    | 1e-7       | relative | the same | | 31
-// views, rms per coordinate       | 0.54       | px       | mrcal22-answers.txt: 0.536; its wrong minimum
-// has 1.7  | | 31 views, fx fy cx cy              | 0.05       | px       | mrcal22-answers.txt | | procam,
-// joint rms, 2-norm          | 0.31       | px       | own_joint_calibration.json: 0.262 with OpenCV | |
-// procam, column from row            | 0.36       | px       | the set's README: 0.30 … 0.35 (1-px code:
-// 0.29)        |
+// | check                        | tolerance     | origin                                              |
+// |------------------------------|---------------|-----------------------------------------------------|
+// | 186 views, 12 intrinsics     | 1e-8 relative | published by mrcal's author (published-opencv8.txt) |
+// | 186 views, warp              | 1e-7 relative | the same                                            |
+// | 31 views, rms per coordinate | 0.54 px       | mrcal22-answers.txt: 0.536; a wrong minimum has 1.7 |
+// | 31 views, fx fy cx cy        | 0.05 px       | mrcal22-answers.txt                                 |
+// | procam, joint rms, 2-norm    | 0.31 px       | own_joint_calibration.json: 0.262 with OpenCV       |
+// | procam, column from row      | 0.36 px       | the set's README: 0.30 to 0.35 (1-px code: 0.29)    |
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -244,8 +244,8 @@ std::string device_table(const Calibration& c, const Findings& findings) {
                {"worst", "px"},
                {"corners", ""},
                {"outliers", ""},
-               {"centre known to", "px"},
-               {"image corners known to", "px"}};
+               {"σ centre", "px"},
+               {"σ corners", "px"}};
   for (std::size_t d = 0; d < c.devices.size(); ++d) {
     const DeviceResult& r = c.devices[d];
     const DeviceFindings& f = findings.devices[d];
@@ -349,7 +349,10 @@ std::string calibration_html(const Calibration& c, const CalibrateOptions& optio
       fmt::format("{} device(s), {} boards of {} x {} corners {:.6g} mm apart, {}", c.devices.size(),
                   c.observations.frames.size(), c.observations.board.width_n, c.observations.board.height_n,
                   c.observations.board.spacing_mm, c.problem.lensmodel);
-  page.summary_html = device_table(c, findings) + pair_table(c, findings);
+  page.summary_html =
+      device_table(c, findings) +
+      "<p>σ: projection uncertainty at the image's centre and at its worst corner, working distance.</p>" +
+      pair_table(c, findings);
   page.note = fmt::format(
       "One joint solve of all devices, all board poses and the board's warp; regularisation {}, outlier "
       "rejection {}. Rms "

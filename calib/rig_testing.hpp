@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calib/calibration.hpp"
+#include "calib/triangulate.hpp"
 #include "tests/support/paper_rig.hpp"
 
 namespace fringetwin::calib::testing {
@@ -76,6 +77,38 @@ inline Observations draw_observations(const TrueRig& rig, std::mt19937_64& rando
     o.views.insert(o.views.end(), views.begin(), views.end());
   }
   return o;
+}
+
+/// Points of the volume that all devices see.
+inline std::vector<Eigen::Vector3d> volume(const TrueRig& rig) {
+  std::vector<Eigen::Vector3d> points;
+  for (const double z : {250.0, 280.0, 310.0})
+    for (int i = -3; i <= 3; ++i)
+      for (int j = -3; j <= 3; ++j) {
+        const Eigen::Vector3d p(12.0 * i, 10.0 * j, z);
+        bool seen = true;
+        for (std::size_t d = 0; d < 3; ++d) {
+          const auto q = rig.lenses[d].project(rig.T_device_ref[d] * p);
+          seen = seen && q && q->minCoeff() > 0.0 && q->x() < rig.lenses[d].width() - 1 &&
+                 q->y() < rig.lenses[d].height() - 1;
+        }
+        if (seen) points.push_back(p);
+      }
+  return points;
+}
+
+/// rms of the shape that devices 0 and `other` measure, when the pixels are the true rig's.
+inline double shape_error_mm(const TrueRig& rig, const Calibration& c, std::size_t other) {
+  const std::vector<Eigen::Vector3d> truth = volume(rig);
+  std::vector<Eigen::Vector3d> measured;
+  for (const auto& p : truth) {
+    std::vector<Eigen::Vector2d> q;
+    for (const std::size_t d : {std::size_t{0}, other})
+      q.push_back(*rig.lenses[d].project(rig.T_device_ref[d] * p));
+    measured.push_back(*triangulate({c.lens(0), c.lens(static_cast<int>(other))},
+                                    {Pose{}, c.devices[other].T_device_ref}, q, p));
+  }
+  return aligned_rms_mm(measured, truth);
 }
 
 }  // namespace fringetwin::calib::testing

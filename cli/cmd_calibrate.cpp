@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// calibrate: corners of a board -> cameras and projector with their uncertainty. Flag names as
-// mrcal-calibrate-cameras.
+// calibrate: corners of a board, pictures of it or captures of it under fringes -> cameras and projector with
+// their uncertainty. Flag names as mrcal-calibrate-cameras.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <glob.h>
 
 #include <CLI/CLI.hpp>
 #include <charconv>
@@ -11,6 +12,7 @@
 
 #include "calib/corners_vnl.hpp"
 #include "calib/findings.hpp"
+#include "calib/observe.hpp"
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"
 #include "cli/version.hpp"
@@ -20,6 +22,7 @@
 #include "twin/image_io.hpp"
 #include "twin/paths.hpp"
 #include "twin/progress.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::cli {
 
@@ -29,6 +32,8 @@ namespace fs = std::filesystem;
 
 struct Options {
   std::string corners, focal, imagersize, sigma, names, out, outlier_sigma = "5", projector = "projector";
+  std::string twin, board = "chessboard";
+  calib::BoardPattern pattern;
   bool has_weights = false, skip_regularization = false, skip_rejection = false, skip_warp = false;
   double spacing_m = 0.0;
   int width_n = 0, height_n = 0;
@@ -121,9 +126,81 @@ std::string twin_toml(const calib::Calibration& c, const Options& o) {
          "[fringes]\ndirections = [\"x\"]\npitches_px = [13, 14, 15]\nsteps = 4\nunwrap = \"heterodyne\"\n";
 }
 
+/// Images on disk, sorted, as a shell would expand the glob.
+std::vector<fs::path> files_of(const std::string& pattern) {
+  glob_t found = {};
+  std::vector<fs::path> files;
+  if (glob(pattern.c_str(), 0, nullptr, &found) == 0)
+    for (std::size_t i = 0; i < found.gl_pathc; ++i) files.emplace_back(found.gl_pathv[i]);
+  globfree(&found);
+  if (files.empty())
+    throw UserError(ExitCode::input, pattern, "matches no picture, and there is no corner file yet",
+                    "check the path, or give an existing --corners-cache");
+  return files;
+}
+
+/// As mrcal does with its cache: a corner file that is there is used, else it is made from the pictures.
+std::vector<calib::ImageCorners> corners_of(const Options& o) {
+  if (fs::exists(o.corners)) return calib::read_corners_vnl(o.corners, o.has_weights);
+  std::vector<fs::path> pictures;
+  for (const std::string& pattern : o.globs)
+    for (const fs::path& file : files_of(pattern)) pictures.push_back(file);
+  const auto images = calib::detect_in_pictures(pictures, o.pattern);
+  calib::write_corners_vnl(o.corners, images);
+  say("corners: " + o.corners);
+  return images;
+}
+
+/// The devices of a twin, whose lenses need only be rough, and the globs of the names detect_in_captures()
+/// gives.
+void take_devices(const Twin& twin, Options& o) {
+  std::vector<std::string> names, sizes, focals;
+  const auto take = [&](const std::string& name, const Lens& lens) {
+    names.push_back(name);
+    sizes.push_back(fmt::format("{}x{}", lens.width(), lens.height()));
+    focals.push_back(fmt::format("{}", lens.intrinsics()[0]));
+  };
+  for (const Camera& camera : twin.cameras) take(camera.name, camera.lens);
+  if (twin.projector) take(o.projector, twin.projector->lens);
+  o.names = fmt::format("{}", fmt::join(names, ","));
+  o.imagersize = fmt::format("{}", fmt::join(sizes, ","));
+  if (o.focal.empty()) o.focal = fmt::format("{}", fmt::join(focals, ","));
+  o.globs.clear();
+  for (std::size_t d = 0; d < names.size(); ++d)
+    o.globs.push_back((twin.projector && d + 1 == names.size() ? "projector" : names[d]) + "-*");
+}
+
+void check_sources(const Options& o) {
+  if (o.globs.empty())
+    throw UserError(ExitCode::usage, "calibrate", "needs a glob per device, or --twin and capture folders",
+                    "e.g. calibrate ... 'left-*.png' 'right-*.png'");
+  if (!o.twin.empty()) return;
+  for (const auto& [option, value] :
+       {std::pair{"--corners-cache", o.corners}, {"--focal", o.focal}, {"--imagersize", o.imagersize}})
+    if (value.empty()) throw UserError(ExitCode::usage, option, "is needed without --twin", "");
+}
+
 int run(Options o, const Invocation& invocation) {
   join_imagersize(o);
+  check_sources(o);
   check_out_folder(o.out);
+  o.pattern.kind = calib::board_kind(o.board);
+  o.pattern.board = {o.width_n, o.height_n, 1000.0 * o.spacing_m};
+  const fs::path dir = o.out;
+  std::vector<calib::ImageCorners> images;
+  if (!o.twin.empty()) {
+    const Twin twin = load_twin(o.twin);
+    const std::vector<fs::path> folders(o.globs.begin(), o.globs.end());
+    images = calib::detect_in_captures(twin, folders, o.pattern);
+    take_devices(twin, o);
+    if (o.corners.empty()) {
+      begin_output(dir, {"calibration.json"});
+      o.corners = (dir / "corners.vnl").string();
+    }
+    calib::write_corners_vnl(o.corners, images);
+  } else {
+    images = corners_of(o);
+  }
   calib::Observations observations;
   observations.board = {o.width_n, o.height_n, 1000.0 * o.spacing_m};
   observations.devices = devices_of(o);
@@ -133,7 +210,7 @@ int run(Options o, const Invocation& invocation) {
   o.calibrate.outlier_sigmas.clear();
   for (const auto& item : split(o.outlier_sigma))
     o.calibrate.outlier_sigmas.push_back(number("--outlier-sigma", item));
-  calib::assign_views(calib::read_corners_vnl(o.corners, o.has_weights), o.globs, observations);
+  calib::assign_views(images, o.globs, observations);
 
   const calib::Calibration c = calib::calibrate(observations, o.calibrate);
   const calib::Findings findings = calib::analyse(c, o.calibrate);
@@ -141,7 +218,6 @@ int run(Options o, const Invocation& invocation) {
                              compare::sha256_of_files({fs::path(o.corners)})};
   const std::vector<std::string> summary = calib::summary_lines(c);
 
-  const fs::path dir = o.out;
   begin_output(dir, {"calibration.json"});
   std::vector<std::string> comments{" generated with  " + report::shell_command(invocation.argv)};
   for (const auto& line : summary) comments.push_back(" " + line);
@@ -172,16 +248,26 @@ void add_calibrate(CLI::App& app, Invocation& invocation) {
   CLI::App* sub = app.add_subcommand(
       "calibrate",
       "Cameras and a projector from the corners of a board, solved jointly, with their uncertainty");
-  sub->add_option("globs", o->globs, "Per device: which images of the corner file are its (quote it)")
-      ->required();
-  sub->add_option("--corners-cache", o->corners, "Corner file (.vnl: filename x y level)")->required();
+  sub->add_option("globs", o->globs,
+                  "Per device: which images are its (quote it); with --twin: folders of captures");
+  sub->add_option("--twin", o->twin,
+                  "Calibrate from captures of the board under the fringes of this twin.toml; its lenses need "
+                  "only be rough");
+  sub->add_option("--board", o->board,
+                  "What to look for in pictures: chessboard, circles, asymmetric-circles, charuco")
+      ->capture_default_str();
+  sub->add_option("--charuco-dictionary", o->pattern.dictionary, "ArUco dictionary of a ChArUco board")
+      ->capture_default_str();
+  sub->add_option("--charuco-marker", o->pattern.marker_to_square,
+                  "Side of a ChArUco board's marker / side of its square")
+      ->capture_default_str();
+  sub->add_option("--corners-cache", o->corners,
+                  "Corner file (.vnl: filename x y level); made from the pictures when it is not there");
   sub->add_flag("--corners-cache-has-weights", o->has_weights,
                 "The last column is a weight even if its legend says level");
   sub->add_option("--lensmodel", o->calibrate.lensmodel, "Lens model of all devices")->capture_default_str();
-  sub->add_option("--focal", o->focal, "Rough focal length in px; one for all, or one per device: A,B,C")
-      ->required();
-  sub->add_option("--imagersize", o->imagersize, "WIDTHxHEIGHT; one for all, or one per device: AxB,CxD")
-      ->required();
+  sub->add_option("--focal", o->focal, "Rough focal length in px; one for all, or one per device: A,B,C");
+  sub->add_option("--imagersize", o->imagersize, "WIDTHxHEIGHT; one for all, or one per device: AxB,CxD");
   sub->add_option("--object-spacing", o->spacing_m, "Distance of the board's corners in METRES")->required();
   sub->add_option("--object-width-n", o->width_n, "Corners per row")->required();
   sub->add_option("--object-height-n", o->height_n, "Rows of corners")->required();

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/observe.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "measure/decode.hpp"
+#include "twin/errors.hpp"
+#include "twin/image_io.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::calib {
+
+namespace {
+
+/// What the projector's corners are, after every camera said so.
+class ProjectorMean {
+ public:
+  explicit ProjectorMean(std::size_t n) : sum_(n, Eigen::Vector2d::Zero()), weight_(n, 0.0) {}
+  void add(const std::vector<ProjectorCorner>& corners) {
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      if (!corners[i].seen()) continue;
+      const double w = 1.0 / (corners[i].sigma_px * corners[i].sigma_px);
+      sum_[i] += w * corners[i].q_px;
+      weight_[i] += w;
+    }
+  }
+  std::vector<Corner> corners() const {
+    std::vector<ProjectorCorner> out(sum_.size());
+    for (std::size_t i = 0; i < out.size(); ++i)
+      if (weight_[i] > 0.0) out[i] = {sum_[i] / weight_[i], 1.0 / std::sqrt(weight_[i])};
+    return weighted_corners(out);
+  }
+
+ private:
+  std::vector<Eigen::Vector2d> sum_;
+  std::vector<double> weight_;
+};
+
+bool any_seen(const std::vector<Corner>& corners) {
+  return std::any_of(corners.begin(), corners.end(), [](const Corner& c) { return c.seen(); });
+}
+
+}  // namespace
+
+std::vector<ImageCorners> detect_in_pictures(const std::vector<std::filesystem::path>& pictures,
+                                             const BoardPattern& pattern) {
+  std::vector<ImageCorners> out;
+  std::size_t n_found = 0;
+  Progress progress("looking for the board", pictures.size());
+  for (const auto& file : pictures) {
+    auto corners = find_board(read_gray(file).image, pattern);
+    n_found += corners.has_value();
+    if (!corners) warn(file.string() + ": no board found");
+    out.push_back({file.string(), corners.value_or(std::vector<Corner>{}), 0});
+    progress.advance();
+  }
+  if (n_found == 0)
+    throw UserError(ExitCode::input, fmt::format("{} pictures", pictures.size()), "none shows the board",
+                    "check --board, --object-width-n and --object-height-n (inner corners)");
+  return out;
+}
+
+ImageF evenly_lit(const CameraImages& images, const Fringes& fringes) {
+  if (images.white) return *images.white;
+  const auto sequence = expand_sequence(fringes);
+  const bool has_steps = fringes.steps > 0;
+  ImageF mean(images.images.front().width, images.images.front().height);
+  float n = 0.0F;
+  for (std::size_t k = 0; k < sequence.size(); ++k) {
+    if (sequence[k].is_image() || (has_steps && sequence[k].kind != PatternSpec::Kind::phase_step)) continue;
+    for (std::size_t i = 0; i < mean.size(); ++i) mean.data[i] += images.images[k].data[i];
+    n += 1.0F;
+  }
+  for (float& v : mean.data) v /= std::max(n, 1.0F);
+  return mean;
+}
+
+std::vector<ImageCorners> detect_in_captures(const Twin& twin,
+                                             const std::vector<std::filesystem::path>& folders,
+                                             const BoardPattern& pattern) {
+  std::vector<ImageCorners> out;
+  const int n_images = static_cast<int>(expand_sequence(twin.fringes).size());
+  measure::DecodeOptions options;
+  options.min_modulation_dn = twin.measure.min_modulation_dn;
+  if (twin.projector) {
+    options.projector_width_px = twin.projector->lens.width();
+    options.projector_height_px = twin.projector->lens.height();
+  }
+  Progress progress("decoding the board", folders.size());
+  for (const auto& folder : folders) {
+    const std::filesystem::path tidy = folder.has_filename() ? folder : folder.parent_path();
+    const std::string name = tidy.filename().string();
+    const CaptureSet set = read_capture_set(folder, n_images);
+    ProjectorMean projector(pattern.board.corners());
+    for (const Camera& camera : twin.cameras) {
+      const CameraImages images = load_camera_images(set, camera, twin.fringes);
+      const auto corners = find_board(evenly_lit(images, twin.fringes), pattern);
+      out.push_back({camera.name + "-" + name, corners.value_or(std::vector<Corner>{}), 0});
+      if (!corners) {
+        warn(fmt::format("{}: {} does not see the board", folder.string(), camera.name));
+        continue;
+      }
+      if (twin.projector)
+        projector.add(
+            projector_corners(measure::decode(images, twin.fringes, options), pattern.board, *corners));
+    }
+    if (twin.projector) {
+      auto corners = projector.corners();
+      if (!any_seen(corners)) {
+        warn(folder.string() + ": no corner of the board is lit by decodable fringes");
+        corners.clear();
+      }
+      out.push_back({"projector-" + name, corners, 0});
+    }
+    progress.advance();
+  }
+  return out;
+}
+
+}  // namespace fringetwin::calib
