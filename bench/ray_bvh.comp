@@ -6,6 +6,7 @@
 
 layout(binding = 3) uniform isamplerBuffer node_data;
 #define FETCH_NODE(i) texelFetch(node_data, i)
+#define FETCH_LINK(i) ivec4(-1)  // for walk(), which searches nothing and is not called here
 
 struct Primitive {
   vec4 a, b, c, d;
