@@ -48,6 +48,9 @@ bool side_parts(const SeenTriangle& a, const SeenTriangle& b) {
   return false;
 }
 
+// A triangle that spans more of the others is left to the rays.
+constexpr int most_comparisons = 512;
+
 struct Plane {
   Vector3d normal;  // turned so that the eye has a positive value
   double offset;
@@ -73,6 +76,10 @@ class Grid {
     nx_ = static_cast<int>(width * per_cell_) + 1;
     ny_ = static_cast<int>(height * per_cell_) + 1;
     start_.assign(static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_) + 1, 0);
+    std::size_t entries = 0;
+    for (const SeenTriangle& t : triangles) entries += cells(t);
+    if (entries > most_entries_per_triangle * (triangles.size() + 1000)) return;
+    usable_ = true;
     for (const SeenTriangle& t : triangles) visit(t, [&](std::size_t cell) { ++start_[cell + 1]; });
     std::partial_sum(start_.begin(), start_.end(), start_.begin());
     list_.resize(start_.back());
@@ -80,6 +87,10 @@ class Grid {
     for (std::size_t i = 0; i < triangles.size(); ++i)
       visit(triangles[i], [&](std::size_t cell) { list_[next[cell]++] = static_cast<std::int32_t>(i); });
   }
+
+  /// False where the triangles' boxes overlap so much (slivers across the image) that comparing them is
+  /// dearer than tracing rays.
+  bool usable() const { return usable_; }
 
   template <class Use>
   void visit(const SeenTriangle& t, Use use) const {
@@ -105,6 +116,15 @@ class Grid {
 
  private:
   static constexpr double most_cells = 4096.0;
+  static constexpr std::size_t most_entries_per_triangle = 32;
+  std::size_t cells(const SeenTriangle& t) const {
+    const auto n = [this](double from, double to, double start) {
+      return static_cast<std::size_t>((to - start) * per_cell_) -
+             static_cast<std::size_t>((from - start) * per_cell_) + 1;
+    };
+    return n(t.x0, t.x1, x0_) * n(t.y0, t.y1, y0_);
+  }
+  bool usable_ = false;
   double x0_, y0_, per_cell_;
   int nx_, ny_;
   std::vector<std::size_t> start_;
@@ -222,14 +242,17 @@ std::vector<std::uint8_t> clear_from(const Vector3d& eye, const std::vector<Eige
     planes[i] = {normal, -normal.dot(v[0])};
   }
   const Grid grid(image);
+  if (!grid.usable()) return clear;
   const double allowance = 1e-9 * distance;
 #pragma omp parallel for schedule(dynamic, 256)
   for (std::ptrdiff_t j = 0; j < n; ++j) {
     const auto i = static_cast<std::size_t>(j);
     const SeenTriangle& t = image[i];
     const auto own = corners(i);
+    int compared = 0;
     clear[i] = grid.all_near(t, [&](std::size_t k) {
       if (k == i) return true;
+      if (++compared > most_comparisons) return false;
       const SeenTriangle& u = image[k];
       if (u.nearest >= t.farthest || u.x1 <= t.x0 || u.x0 >= t.x1 || u.y1 <= t.y0 || u.y0 >= t.y1)
         return true;
