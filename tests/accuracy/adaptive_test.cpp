@@ -197,26 +197,27 @@ TEST(Adaptive, StandsBackWhereItDoesNotApply) {
   twin.fringes.directions[0].gray->bits = 6;
   twin.fringes.unwrap = Unwrap::gray;
   EXPECT_EQ(sampler(twin), Sampler::gauss);
-  // Outline before nothing and terminator, both clipped: across the part from one to the other.
-  TEST(Adaptive, OutlineAndTerminatorOfAFacetedPart) {
-    REQUIRE_RENDERER();
-    Twin twin = paper_rig();
-    const auto mesh = std::make_shared<Mesh>(make_bumpy_icosphere(5, 35.0, default_bumps()));
-    const Pose pose{rotation_from_vector({0.11, -0.23, 0.37}), {0.0, 0.0, 275.0}};
-    twin.objects = {Object{"part", MeshShape{{}, "mm", pose, false, mesh}, {}}};
-    for (const Eigen::Vector3d& p : {Eigen::Vector3d(-34, 0, 275), Eigen::Vector3d(33, 0, 275)})
-      expect_kept_promise(twin, block_around(twin, 0, p, 72, 3), 6.0);
-  }
+}
 
-  TEST(Adaptive, SameBitsEveryTime) {
-    REQUIRE_RENDERER();
-    Twin twin = paper_rig();
-    twin.objects = {Object{"ball", SphereShape{{0, 0, 250}, 5.0}, {}}};
-    const auto a = shared_renderer()->render(twin, 0, adaptive(twin));
-    const auto b = shared_renderer()->render(twin, 0, adaptive(twin));
-    for (std::size_t i = 0; i < a.irradiance.size(); ++i)
-      EXPECT_EQ(a.irradiance[i].data, b.irradiance[i].data);
-  }
+// Outline before nothing and terminator, both clipped: across the part from one to the other.
+TEST(Adaptive, OutlineAndTerminatorOfAFacetedPart) {
+  REQUIRE_RENDERER();
+  Twin twin = paper_rig();
+  const auto mesh = std::make_shared<Mesh>(make_bumpy_icosphere(5, 35.0, default_bumps()));
+  const Pose pose{rotation_from_vector({0.11, -0.23, 0.37}), {0.0, 0.0, 275.0}};
+  twin.objects = {Object{"part", MeshShape{{}, "mm", pose, false, mesh}, {}}};
+  for (const Eigen::Vector3d& p : {Eigen::Vector3d(-34, 0, 275), Eigen::Vector3d(33, 0, 275)})
+    expect_kept_promise(twin, block_around(twin, 0, p, 72, 3), 6.0);
+}
+
+TEST(Adaptive, SameBitsEveryTime) {
+  REQUIRE_RENDERER();
+  Twin twin = paper_rig();
+  twin.objects = {Object{"ball", SphereShape{{0, 0, 250}, 5.0}, {}}};
+  const auto a = shared_renderer()->render(twin, 0, adaptive(twin));
+  const auto b = shared_renderer()->render(twin, 0, adaptive(twin));
+  for (std::size_t i = 0; i < a.irradiance.size(); ++i) EXPECT_EQ(a.irradiance[i].data, b.irradiance[i].data);
+}
 
 }  // namespace
 }  // namespace fringetwin::test
