@@ -156,8 +156,7 @@ int run() {
   fmt::print("\nsphere R 5 mm before a plane, {} x {} px, pinhole lenses, pitch 15 px, {} steps\n", width,
              height, twin.fringes.steps);
   fmt::print("{:<44}{:>13}{:>15}{:>15}{:>13}\n", "", "ms an image", "interior rad", "interior DN", "all DN");
-  print_row(fmt::format("fringetwin, default ({} samples)", render::choose_sampling(twin).samples), twin,
-            run_own(twin, render::choose_sampling(twin)), truth);
+  print_row("fringetwin, default", twin, run_own(twin, render::choose_sampling(twin)), truth);
   print_row("fringetwin, multi-jittered 1024", twin, run_own(twin, {Sampler::multi_jittered, 1024}), truth);
   for (const int side : {1, 4, 8}) {
     const auto m = run_povray(twin, side, dir);

@@ -3,17 +3,21 @@
 // pixels, images. CPU time of all threads (on a loaded machine read that); the first frame of a mesh also
 // builds its hierarchy and its pipelines.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "render/bvh_cache.hpp"
 #include "render/renderer.hpp"
 #include "report/plot.hpp"
 #include "tests/support/freeform.hpp"
@@ -108,10 +112,32 @@ void add(Curve& curve, const std::string& what, double size, const Twin& twin) {
   curve.next.y.push_back(cost.next_s);
 }
 
+// What a second run saves for a large mesh: its hierarchy is read back from the user's cache.
+void compare_cache(int subdivisions) {
+  const Mesh mesh = test::make_bumpy_icosphere(subdivisions, 35.0, test::default_bumps());
+  const auto folder =
+      std::filesystem::temp_directory_path() / fmt::format("fringetwin_bench_scaling_{}", ::getpid());
+  const auto timed = [&](const std::optional<std::filesystem::path>& cache) {
+    const auto start = std::chrono::steady_clock::now();
+    render::cached_bvh(mesh.vertices_mm, mesh.triangles, 32, cache);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  double built = HUGE_VAL, read = HUGE_VAL;
+  const double first = timed(folder);
+  for (int i = 0; i < 3; ++i) {  // in turns
+    built = std::min(built, timed({}));
+    read = std::min(read, timed(folder));
+  }
+  std::filesystem::remove_all(folder);
+  fmt::print("{:<26}{:>12.3f}{:>12.3f}{:>12.3f}{:>11.1f}x\n",
+             fmt::format("{} triangles", mesh.triangles.size()), built, first, read, built / read);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   try {
+    ::setenv("FRINGETWIN_CACHE", "", 1);  // first frames are to be first ones
     fmt::print("{:<26}{:>12}{:>12}{:>12}{:>12}\n", "one frame, default sampling", "first CPU s", "next CPU s",
                "MiB", "rays/px");
     Curve triangles = curve("triangles / 82k (1440 x 1080, 12 images)", report::color::kReal);
@@ -132,6 +158,8 @@ int main(int argc, char** argv) {
       const double n = static_cast<double>(expand_sequence(twin.fringes).size());
       add(images, fmt::format("{:.0f} images", n), n / 12.0, twin);
     }
+    fmt::print("{:<26}{:>12}{:>12}{:>12}{:>12}\n", "hierarchy, wall s", "built", "and kept", "read", "gain");
+    for (int n = 7; n <= 9; ++n) compare_cache(n);
     if (argc > 1) {
       report::Plot plot;
       plot.x_label = "size, relative to the published scene's";

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "render/bvh_cache.hpp"
 #include "render/scene.hpp"
 #include "twin/errors.hpp"
 
@@ -95,7 +96,7 @@ MeshGeometry build_mesh_geometry(std::shared_ptr<const Mesh> mesh, const std::st
   std::vector<Eigen::Vector3f> vertices(mesh->vertices_mm.size());
   for (std::size_t i = 0; i < vertices.size(); ++i)
     vertices[i] = (mesh->vertices_mm[i].cast<double>() - g.center_mm).cast<float>();
-  g.bvh = build_bvh(vertices, triangles, STACK_SIZE);
+  g.bvh = cached_bvh(vertices, triangles, STACK_SIZE, cache_folder());
   g.covering = cover(g.bvh);
 
   const std::vector<Eigen::Vector3f> normals =

@@ -11,6 +11,7 @@
 #include "scene.glsl"
 #include "refine.glsl"
 #include "projector.glsl"
+#include "patterns.glsl"
 #include "shade.glsl"
 #include "work_items.glsl"
 #include "identity.glsl"
@@ -28,6 +29,7 @@ void main() {
   Seen centre = Seen(c.z, c.w, real2(c.xy));
   bool mesh = N_MESHES > 0 && c.w > 0.0 && primitive_of(c.w) >= FIRST_MESH;
   bool crossed = false, creases = false;
+  float swing = 0.0;
   uint shadow_rays = 0;
   for (int i = 0; i < 8; ++i) {
     int k = i < 4 ? i : i + 1;
@@ -35,7 +37,12 @@ void main() {
     Seen seen = look(rays, offset, shadow_rays);
     crossed = crossed || !same_surface(centre, seen);
     creases = creases || seen.id != c.w;
+    swing = max(swing, seen.w > 0.0 && c.w > 0.0 ? length(vec2(seen.u - centre.u)) : 0.0);
   }
+  // Several fringes in the pixel ask for scan lines as an edge does; on facets already what 2 x 2 nodes leave.
+  swing *= 2.0 * finest_fringe();
+  float side = 0.7071068 * swing;
+  crossed = crossed || swing > 4.0 || (mesh && c.z * side * side * side * side / 2160.0 > params.adaptive.y);
   objects[slot] = crossed ? 1 : mesh ? 2 : 0;
   report_status(uvec2(pixel), shadow_rays);
 }

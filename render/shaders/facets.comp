@@ -8,7 +8,7 @@
 //  PIXELS_LISTED: every neighbouring ray saw the mesh lit. The pieces must fill the square.
 //  PIXELS_OUTLINE: the mesh before nothing, or a border of facets that face the projector. Every piece must be
 //  one that nothing can hide from camera or projector, or face away.
-// objects: 1 where that does not hold; the pixel is then done with rays.
+// objects: 1 where that does not hold; the pixel is then done by scan lines.
 #extension GL_GOOGLE_include_directive : require
 #define WITHOUT_SHADOW
 #include "bindings.glsl"
@@ -88,10 +88,7 @@ void main() {
   PixelRays rays = pixel_rays(vec2(pixel));
   float half_fill = 0.5 * params.sampling.x;
   float reach = outline ? half_fill + SEARCH_MARGIN : half_fill;
-  float hits = 0.0, finest = 0.0;
-#define FINEST(i) \
-  if (i < N_PITCHES) finest = max(finest, TWO_PI * params.pitch[i].x);
-  REPEAT16(FINEST)
+  float hits = 0.0, finest = finest_fringe();
   load_sums(false, slot, stride, mean, hits, cosine, sine, direct);
 
 #define NO_FACET(k) facets[k] = -1;
@@ -100,7 +97,8 @@ void main() {
   bool good = true;
   for (int c = 0; c < (outline ? 9 : 1); ++c) {
     int k = (c + 4) % 9;
-    float id = probe_at(pixel + ivec2(k % 3 - 1, k / 3 - 1)).w;
+    ivec2 near = pixel + ivec2(k % 3 - 1, k / 3 - 1);
+    float id = in_image(near) ? probe_at(near).w : 0.0;
     if (primitive < 0 && id != 0.0) primitive = primitive_of(id);
   }
   primitive = max(primitive, FIRST_MESH);
@@ -112,7 +110,9 @@ void main() {
   int first_triangle = int(g.d.y), first_link = int(g.d.z);
   for (int c = 0; c < (outline || !linked(LINKS_WALK) ? 9 : 1); ++c) {
     int k = (c + 4) % 9;
-    float id = probe_at(pixel + ivec2(k % 3 - 1, k / 3 - 1)).w;
+    ivec2 near = pixel + ivec2(k % 3 - 1, k / 3 - 1);
+    float id = in_image(near) ? probe_at(near).w : 0.0;
+    if (id != 0.0 && primitive_of(id) != primitive) id = 0.0;  // the pieces then do not fill the square
     int triangle = triangle_of(id, primitive);
     add_to_facets(triangle, id != 0.0);
     if (outline) {
@@ -128,11 +128,17 @@ void main() {
   int own = facets[0];
   // The own facet as if it filled the pixel, by 2 x 2 Gauss; then, for the piece of each other one, the
   // difference between the two at the piece's centroid: small, since the surface is continuous.
+  vec2 u_first = vec2(0.0);
+  float swing_per_px = 0.0;
   for (int j = 0; j < (outline ? 0 : 4); ++j) {
     vec2 offset = half_fill * 0.5773502692 * vec2((j & 1) != 0 ? 1.0 : -1.0, (j & 2) != 0 ? 1.0 : -1.0);
-    add_look(look_at_facet(g, rays, own, offset), 0.25);
+    Look look = look_at_facet(g, rays, own, offset);
+    add_look(look, 0.25);
+    u_first = j == 0 ? vec2(look.u) : u_first;
+    float moved = length(vec2(look.u) - u_first) / (half_fill * 1.154700538);
+    swing_per_px = j == 1 || j == 2 ? length(vec2(swing_per_px, finest * moved)) : swing_per_px;
   }
-  float whole = 4.0 * half_fill * half_fill, covered = 0.0, error = 0.0;
+  float whole = 4.0 * half_fill * half_fill, covered = 0.0, error = 0.0, turn_error = 0.0;
   for (int f = 0; f < n_facets && f < MOST_FACETS; ++f) {
     int triangle = facet(f);
     int k = 3 * (first_triangle + triangle);
@@ -162,7 +168,7 @@ void main() {
     }
     share = skipped ? 0.0 : share;
     covered += share;
-    vec2 u_before = vec2(0.0);
+    Look before = Look(0.0, false, real2(0.0));
     for (int j = 0; j < (share <= 0.0 ? 0 : outline ? 4 : f > 0 ? 2 : 0); ++j) {
       vec2 at = outline ? rule_point(piece, j) : piece.middle;
       Look look = look_at_facet(g, rays, !outline && j == 1 ? own : triangle, at);
@@ -172,18 +178,28 @@ void main() {
         add_look(look, 0.25 * share);
         // What the rule leaves out, given the fringe's swing along the piece: third order (at most that of a
         // triangle), fourth order.
-        float swing = j == 1 ? 0.5 * finest * length(vec2(look.u) - u_before) : 0.0;
+        float swing = j == 1 ? 0.5 * finest * length(vec2(look.u - before.u)) : 0.0;
         error += share * look.w * swing * swing * swing * (0.034 + 0.004 * swing);
-        u_before = vec2(look.u);
       } else {
         add_look(look, j == 0 ? share : -share);
+        // One point stands for the piece: the difference grows linearly from the common side, the fringe
+        // turns meanwhile; a step in the shading stays, and loses contrast.
+        float swing = j == 1 ? swing_per_px * 0.7071068 * length(piece.long_axis) : 0.0;
+        float turn = finest * length(vec2(look.u - before.u));
+        // Both change the contrast; the phase one order later.
+        float left_out = share * 0.5 * swing * (look.w * turn + abs(look.w - before.w) * swing);
+        error += left_out;
+        turn_error += 0.5 * swing * left_out;
       }
+      before = look;
     }
   }
   good = good && n_facets <= MOST_FACETS && (outline ? covered < 1.0 + AREA_TOLERANCE : abs(covered - 1.0) < AREA_TOLERANCE);
   hits = outline ? min(covered, 1.0) : 1.0;
   store_sums(slot, stride, mean, hits, cosine, sine, direct);
+  turn_error /= max(mean, 1e-30);
   sums[slot + (2 + 2 * N_PITCHES + N_DIRECT) * stride] = error;
+  sums[slot + (3 + 2 * N_PITCHES + N_DIRECT) * stride] = turn_error;
   objects[slot] = good ? 0 : 1;
   report_status(uvec2(pixel), 0);
 }

@@ -25,9 +25,31 @@ layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
 const int PROBES = 6;  // both ends, and four between, moved from line to line to catch narrow things
 const int MOST_BORDERS = 8;
 const float INNER_LINE = 0.4472135955;  // sqrt(1/5)
-const int BISECTIONS = 7;  // a quarter pixel to 1e-3 px
+const int BISECTIONS = 7;              // a quarter pixel to 2e-3 px
+const float UNRESOLVED = 0.25 / 128.0 * 0.2886751346;  // rms of what is left: an interval over sqrt(12)
+const float MOST_SWING = 3.0;  // rad over which four nodes are good to 4e-6
+const int MOST_PARTS = 32;
 const vec4 NODES = vec4(0.0694318442, 0.3300094782, 0.6699905218, 0.9305681558);
 const vec4 WEIGHTS = vec4(0.1739274226, 0.3260725774, 0.3260725774, 0.1739274226);
+
+// By how much a wrong border between the two changes an image of the finest fringe at full modulation.
+float unresolved_jump(Seen a, Seen b, float finest) {
+  float both = min(a.w, b.w);
+  float turn = both > 0.0 ? min(2.0, finest * length(vec2(a.u - b.u))) : 0.0;
+  return abs(a.w - b.w) + both * turn + ((a.id != 0.0) != (b.id != 0.0) ? params.adaptive.z : 0.0);
+}
+
+// How far the projector coordinate moves (px) across the scan lines in a pixel, by the rays through the neighbours.
+float px_across(ivec2 pixel, ivec2 across) {
+  vec4 c = probe_at(pixel);
+  float most = 0.0;
+  for (int side = -1; side <= 1; side += 2) {
+    ivec2 q = pixel + side * across;
+    vec4 v = in_image(q) ? probe_at(q) : c;
+    most = max(most, c.w > 0.0 && v.w > 0.0 && primitive_of(c.w) == primitive_of(v.w) ? length(v.xy - c.xy) : 0.0);
+  }
+  return most;
+}
 
 float probe_position(int i, float jitter) {
   return i == 0 ? -0.5 : i == PROBES - 1 ? 0.5 : (float(i - 1) + jitter) * 0.25 - 0.5;
@@ -55,7 +77,8 @@ void main() {
   borders[0] = -0.5;
   int n_pieces = 1;
   uint shadow_rays = 0, rays_cast = 0;
-  float low = 0.0, high = 0.0;
+  float unresolved = 0.0, finest = finest_fringe();
+  float low = 0.0, high = 0.0, slope = 0.0, position_before = -0.5;
   Seen at_low = Seen(0.0, 0.0, real2(0.0)), at_high = at_low, last = at_low;
   int next = 0, halvings = 0;
   while (next < PROBES || halvings > 0) {
@@ -75,6 +98,8 @@ void main() {
       halvings -= 1;
       if (halvings == 0) {
         borders[n_pieces] = 0.5 * (low + high);
+        float jump = unresolved_jump(at_low, at_high, finest);
+        unresolved += jump * jump;
         n_pieces += 1;
         // A third surface between the two probes: on from here.
         start_halving = !same_surface(at_high, last) && n_pieces <= MOST_BORDERS;
@@ -82,7 +107,11 @@ void main() {
         at_low = at_high;
       }
     } else {
-      start_halving = next > 0 && !same_surface(last, seen) && n_pieces <= MOST_BORDERS;
+      bool same = next > 0 && same_surface(last, seen);
+      start_halving = next > 0 && !same && n_pieces <= MOST_BORDERS;
+      if (same && last.w > 0.0 && seen.w > 0.0)
+        slope = max(slope, length(vec2(seen.u - last.u)) / (position - position_before));
+      position_before = position;
       low = probe_position(max(next - 1, 0), jitter);
       at_low = last;
       last = seen;
@@ -99,22 +128,28 @@ void main() {
   float mean = 0.0, hits = 0.0;
   float cosine[MAX_PITCHES], sine[MAX_PITCHES], direct[MAX_DIRECT];
   load_sums(false, slot, stride, mean, hits, cosine, sine, direct);
-  for (int k = 0; k < 4 * n_pieces; ++k) {
-    int piece = k >> 2;
-    float t = NODES[k & 3], r = 1.0 - t;
+  for (int piece = 0; piece < n_pieces; ++piece) {
     bool edge_left = piece > 0, edge_right = piece < n_pieces - 1;
-    float s = edge_left ? (edge_right ? t * t * (3.0 - 2.0 * t) : t * t) : (edge_right ? 1.0 - r * r : t);
-    float ds = edge_left ? (edge_right ? 6.0 * t * r : 2.0 * t) : (edge_right ? 2.0 * r : 1.0);
     float a = borders[piece], b = borders[piece + 1];
-    Seen seen = look(rays, start + (a + (b - a) * s) * along, shadow_rays);
-    rays_cast += 1;
-    float weight = WEIGHTS[k & 3] * ds * (b - a);
-    float w = seen.w * weight;
-    mean += w;
-    hits += seen.id != 0.0 ? weight : 0.0;
-    add_patterns(w, w != 0.0 ? seen.u : real2(0.0), cosine, sine, direct);
+    int parts = clamp(int(ceil(finest * slope * (b - a) / MOST_SWING)), 1, MOST_PARTS);
+    for (int k = 0; k < 4 * parts; ++k) {
+      float t = (float(k >> 2) + NODES[k & 3]) / float(parts), r = 1.0 - t;
+      float s = edge_left ? (edge_right ? t * t * (3.0 - 2.0 * t) : t * t) : (edge_right ? 1.0 - r * r : t);
+      float ds = edge_left ? (edge_right ? 6.0 * t * r : 2.0 * t) : (edge_right ? 2.0 * r : 1.0);
+      Seen seen = look(rays, start + (a + (b - a) * s) * along, shadow_rays);
+      rays_cast += 1;
+      float weight = WEIGHTS[k & 3] / float(parts) * ds * (b - a);
+      float w = seen.w * weight;
+      mean += w;
+      hits += seen.id != 0.0 ? weight : 0.0;
+      add_patterns(w, w != 0.0 ? seen.u : real2(0.0), cosine, sine, direct);
+    }
   }
+  float error = UNRESOLVED * sqrt(unresolved);
+  // Lines that the fringe passes by too fast may agree by chance.
+  if (finest * fill * px_across(ivec2(pixel.xy), pixel.z != 0 ? ivec2(1, 0) : ivec2(0, 1)) > 4.0 * float(panels)) error = max(error, mean);
   store_sums(slot, stride, mean, hits, cosine, sine, direct);
+  sums[slot + (2 + 2 * N_PITCHES + N_DIRECT) * stride] = error;
   atomicAdd(status[2], rays_cast);
   report_status(pixel.xy, shadow_rays);
 }

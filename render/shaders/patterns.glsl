@@ -10,6 +10,15 @@ const float MOST_FOOTPRINT_PX = 16.0;     // of an image
 // two half sides. All 0: a point. Set by footprint.glsl.
 vec2 footprint_middle = vec2(0.0), footprint_x = vec2(0.0), footprint_y = vec2(0.0);
 
+// rad per projector px of the finest fringe.
+float finest_fringe() {
+  float finest = 0.0;
+#define FINEST(i) \
+  if (i < N_PITCHES) finest = max(finest, TWO_PI * params.pitch[i].x);
+  REPEAT16(FINEST)
+  return finest;
+}
+
 // Normal distribution; Abramowitz and Stegun 7.1.26 (8e-8).
 float normal_cdf(float z) {
   float x = abs(z) * 0.70710678, t = 1.0 / (1.0 + 0.3275911 * x);

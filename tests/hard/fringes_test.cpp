@@ -4,6 +4,8 @@
 // |-----------|----------------|---------------------------------------------------------------------|
 // | 4e-5      | rad rms        | required, times 13/pitch: rounding of the projector coordinate        |
 // | 5e-5      | full scale rms | required                                                             |
+// | 1e-4      | rad, full scale | default sampling: its own target, the phase times 13/pitch            |
+// | 1e-4      | full scale rms | default sampling at silhouettes: its target, an rms over all pixels   |
 // | 1/sqrt(N) |                | coverage of a pixel by N jittered samples: 3 sigma of N^-3/4          |
 // | 1         | DN of 16 bits  | rounding to integers of two values a few 1e-7 apart                   |
 #include <fmt/format.h>
@@ -44,6 +46,9 @@ void expect_fringes(const std::string& what, const Twin& twin, int samples, doub
   EXPECT_GT(a.n, 200) << what;
   EXPECT_LE(a.worst_phase_rms_rad(), 4e-5 * std::max(1.0, 13.0 / pitch_px)) << what;
   EXPECT_LE(a.gray_rms, 5e-5) << what;
+  EXPECT_LE(by_default.worst_phase_rms_rad(), twin.render.phase_error_rad * std::max(1.0, 13.0 / pitch_px))
+      << what;
+  EXPECT_LE(by_default.gray_rms, twin.render.gray_error) << what;
 }
 
 TEST(HardFringes, PitchNearNyquist) {
@@ -97,18 +102,20 @@ TEST(HardFringes, SilhouetteOfASphere) {
   twin.projector->ambient = 1.0;
   twin = with_object(twin, "ball", SphereShape{{0, 0, 280}, 20.0});
   const double r = 1000.0 * 20.0 / std::sqrt(280.0 * 280.0 - 400.0);
-  for (const auto& s : {render::Sampling{Sampler::gauss, 1},
+  for (const auto& s : {render::choose_sampling(twin),
+                        {Sampler::gauss, 1},
                         {Sampler::gauss, 4},
                         {Sampler::multi_jittered, 64},
                         {Sampler::multi_jittered, 256},
                         {Sampler::multi_jittered, 1024}}) {
     const auto t = shared_renderer()->trace(twin, 0, s, 3);
     double sum = 0.0, worst = 0.0;
-    int edge = 0, wrong = 0;
+    int edge = 0, wrong = 0, lit = 0;
     for (int y = 0; y < 181; ++y)
       for (int x = 0; x < 201; ++x) {
         const double truth = disk_in_square(r, x - 100.5, x - 99.5, y - 90.5, y - 89.5);
         const double d = std::abs(t.ambient(x, y) - truth);
+        lit += truth > 0.0;
         if (truth > 1e-9 && truth < 1.0 - 1e-9) {
           ++edge;
           sum += d * d;
@@ -118,13 +125,20 @@ TEST(HardFringes, SilhouetteOfASphere) {
         }
       }
     const double rms = std::sqrt(sum / edge);
-    report(fmt::format("{} silhouette pixels, {} {}", edge,
-                       s.sampler == Sampler::gauss ? "gauss" : "multi-jittered", s.samples),
-           "",
+    const std::string scheme = s.sampler == Sampler::adaptive ? "default"
+                               : s.sampler == Sampler::gauss  ? fmt::format("gauss {}", s.samples)
+                                                              : fmt::format("multi-jittered {}", s.samples);
+    report(fmt::format("{} silhouette pixels, {}", edge, scheme), "",
            fmt::format("coverage {:.1e} rms, {:.1e} max; {} inner or outer pixels wrong", rms, worst, wrong));
     EXPECT_EQ(wrong, 0);
     EXPECT_GT(edge, 400);
-    if (s.sampler != Sampler::gauss) {
+    if (s.sampler == Sampler::adaptive) {
+      // Full coverage is this much of the sensor's scale.
+      const double scale =
+          twin.projector->ambient * twin.cameras[0].sensor.gain_dn / twin.cameras[0].sensor.max_dn();
+      EXPECT_LE(scale * std::sqrt(sum / lit), s.gray_error);
+    }
+    if (s.sampler == Sampler::multi_jittered) {
       EXPECT_LE(rms, std::pow(s.samples, -0.75));
       EXPECT_LE(worst, 6.0 * std::pow(s.samples, -0.75));
     }

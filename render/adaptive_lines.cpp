@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// Adaptive trace: pixels that an edge crosses, by scan lines.
+#include <array>
+
+#include "render/adaptive_trace.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+constexpr std::uint32_t most_panels = 16;
+constexpr double share_of_round = 0.7;  // of the budget that is left
+
+}  // namespace
+
+// One pixel's scan lines to its sums; returns the estimated error of an irradiance image.
+double AdaptiveTrace::add_lines(const Sums& sums, std::size_t slot, float* values) const {
+  const auto channel_error = [&](std::size_t c) {
+    double v = 0.0, e = 0.0;
+    for (std::size_t p = 0; p < panels_; ++p) {
+      std::array<double, LINES_PER_PANEL> g{};
+      for (std::size_t l = 0; l < LINES_PER_PANEL; ++l) {
+        g[l] = sums.at(c, slot + LINES_PER_PANEL * p + l);
+        v += panel_weights[l] * g[l];
+      }
+      e += panel_error(g);
+    }
+    values[c] = static_cast<float>(v / panels_);
+    return e / panels_;
+  };
+  const double mean = channel_error(0);
+  const double hit = channel_error(1);
+  double fringe = 0.0;
+  for (std::size_t p = 0; p < pass_->pitches.size(); ++p) {
+    const double cosine = channel_error(2 + 2 * p), sine = channel_error(3 + 2 * p);
+    fringe = std::max(fringe, std::hypot(cosine, sine));
+  }
+  // Where bisection left the borders open, line by line and independent.
+  double open = 0.0;
+  for (std::size_t p = 0; p < panels_; ++p)
+    for (std::size_t l = 0; l < LINES_PER_PANEL; ++l)
+      open = std::hypot(open, panel_weights[l] * sums.at(pass_->channels(), slot + LINES_PER_PANEL * p + l));
+  open *= std::max(1.0, job_.twin.fringes.mean + job_.twin.fringes.amplitude) / panels_;
+  const double error = std::hypot(irradiance_error(mean, fringe) + job_.twin.projector->ambient * hit, open);
+  return std::isfinite(error) ? error : HUGE_VAL;
+}
+
+// Scan lines in panels of four, twice as many panels for what is not good enough.
+void AdaptiveTrace::run_lines() {
+  static_assert(LINES_PER_PANEL == panel_weights.size());
+  std::vector<std::uint32_t> list = mixed_;
+  const std::size_t n_channels = pass_->channels();
+  for (panels_ = 1; !list.empty(); panels_ *= 2) {
+    const SampleSetup none;
+    impl_.upload_pass(job_, *pass_, none, limits());
+    impl_.fill(BIND_PIXELS, list);
+    const std::size_t per_entry = LINES_PER_PANEL * std::size_t{panels_};
+    reserve_output(std::min(most_slots(), list.size() * per_entry + BLOCK_PIXELS));
+    ComputePipeline& kernel = impl_.bound_kernel(Kernel::lines, constants(none, PIXELS_LISTED));
+    std::vector<float> values(n_channels * list.size());
+    std::vector<double> errors(list.size());
+    stage("lines", list.size(), [&] {
+      run_list(kernel, list, per_entry, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
+        for (std::size_t i = 0; i < n; ++i)
+          errors[first + i] = add_lines(sums, i * per_entry, &values[n_channels * (first + i)]);
+      });
+    });
+    // The target is the rms over all pixels, and few lie on edges: the largest errors are worked on until
+    // the others fit into the budget together. Some of it is left to the pixels of the next round, or they
+    // would have to become exact.
+    const double whole =
+        irradiance_target_ * irradiance_target_ * static_cast<double>(n_lit_ + n_outlines_ + mixed_.size());
+    const double budget =
+        std::min(share_of_budget * whole, std::max(0.1 * whole, whole - gray_squares_)) - mixed_squares_;
+    const double most = panels_ < most_panels ? largest_error_to_keep(errors, share_of_round * budget,
+                                                                      most_allowance * irradiance_target_)
+                                              : HUGE_VAL;
+    std::vector<std::uint32_t> next;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      if (errors[i] > most) {
+        next.push_back(list[i]);
+        continue;
+      }
+      mixed_squares_ += errors[i] * errors[i];
+      write(list[i], 0, Sums{&values[n_channels * i], 1});
+    }
+    list = std::move(next);
+  }
+  panels_ = 1;
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+// Adaptive trace: pixels inside one surface, on the creases of a mesh, on outlines of a mesh.
+#include <complex>
+
+#include "render/adaptive_trace.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+constexpr double share_of_outlines = 0.15;
+
+}  // namespace
+
+// Runs the Gauss rule of n x n nodes over a list.
+template <class Use>
+void AdaptiveTrace::run_rule(const std::vector<std::uint32_t>& list, int order, Use use) {
+  SampleSetup samples;
+  samples.table = gauss_samples(order * order, job_.twin.render.pixel_fill, {}, 0.0);
+  samples.n = static_cast<std::uint32_t>(order * order);
+  impl_.upload_samples(samples);
+  impl_.upload_pass(job_, *pass_, samples, limits());
+  impl_.fill(BIND_PIXELS, list);
+  reserve_output(std::min(most_slots(), list.size() + BLOCK_PIXELS));
+  run_list(impl_.bound_kernel(Kernel::trace, constants(samples, PIXELS_LISTED)), list, 1, samples.n, use);
+  job_.out->rays += std::uint64_t{samples.n} * list.size();
+}
+
+// One rule, whose error the classification has bounded.
+void AdaptiveTrace::run_gauss(const std::vector<std::uint32_t>& list, int order) {
+  run_rule(list, order, [&](std::size_t first, std::size_t n, const Sums& sums) {
+#pragma omp parallel for
+    for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(n); ++i)
+      write(list[first + static_cast<std::size_t>(i)], static_cast<std::size_t>(i), sums);
+  });
+}
+
+// Two orders; what they do not agree on goes to the scan lines.
+void AdaptiveTrace::run_checked(const std::vector<std::uint32_t>& list) {
+  const std::size_t n_compared = 1 + 2 * pass_->pitches.size();  // mean and fringes, without the hit share
+  std::vector<float> before(n_compared * list.size());
+  const auto channel = [](std::size_t c) { return c == 0 ? 0 : c + 1; };
+  run_rule(list, base_order(), [&](std::size_t first, std::size_t n, const Sums& sums) {
+    for (std::size_t c = 0; c < n_compared; ++c)
+      for (std::size_t i = 0; i < n; ++i)
+        before[c * list.size() + first + i] = sums.values[channel(c) * sums.stride + i];
+  });
+  const std::size_t n_channels = pass_->channels();
+  std::vector<float> values(n_channels * list.size());
+  std::vector<double> phase(list.size()), gray(list.size()), worse(list.size());
+  run_rule(list, base_order() + 1, [&](std::size_t first, std::size_t n, const Sums& sums) {
+#pragma omp parallel for
+    for (std::ptrdiff_t k = 0; k < static_cast<std::ptrdiff_t>(n); ++k) {
+      const auto i = static_cast<std::size_t>(k), e = first + i;
+      const auto old = [&](std::size_t c) { return static_cast<double>(before[c * list.size() + e]); };
+      double fringe = 0.0;
+      for (std::size_t p = 0; p < pass_->pitches.size(); ++p) {
+        const std::complex<double> a(old(1 + 2 * p), old(2 + 2 * p)),
+            b(sums.at(2 + 2 * p, i), sums.at(3 + 2 * p, i));
+        if (std::norm(b) > 0.0)
+          phase[e] = std::max(phase[e], order_safety * std::abs(std::arg(a * std::conj(b))));
+        fringe = std::max(fringe, std::abs(a - b));
+      }
+      gray[e] = order_safety * irradiance_error(old(0) - sums.at(0, i), fringe);
+      worse[e] = std::max(phase[e] / phase_target_rad_, gray[e] / irradiance_target_);
+      if (!std::isfinite(phase[e] + gray[e])) worse[e] = HUGE_VAL;
+      for (std::size_t c = 0; c < n_channels; ++c)
+        values[n_channels * e + c] = sums.values[c * sums.stride + i];
+    }
+  });
+  const auto n_known = static_cast<double>(n_lit_ + list.size());
+  const double most = largest_error_to_keep(worse, 0.5 * share_of_budget * n_known, most_allowance);
+  for (std::size_t e = 0; e < list.size(); ++e) {
+    if (!(worse[e] <= most)) {
+      to_scan_lines(list[e]);
+      continue;
+    }
+    count_error(phase[e], gray[e]);
+    write(list[e], 0, Sums{&values[n_channels * e], 1});
+  }
+}
+
+// Takes out of the mixed pixels those that only lie beside an edge.
+void AdaptiveTrace::sort_out_uncrossed() {
+  const std::vector<std::uint32_t> list = std::move(mixed_);
+  mixed_.clear();
+  const SampleSetup none;
+  impl_.upload_pass(job_, *pass_, none, limits());
+  impl_.fill(BIND_PIXELS, list);
+  reserve_output(std::min(most_slots(), list.size() + BLOCK_PIXELS));
+  ComputePipeline& kernel = impl_.bound_kernel(Kernel::border, constants(none, PIXELS_LISTED));
+  run_list(kernel, list, 1, 0, [&](std::size_t first, std::size_t n, const Sums&) {
+    const auto* answer =
+        reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
+    for (std::size_t i = 0; i < n; ++i)
+      (answer[i] == 1 ? mixed_ : answer[i] == 2 ? facets_ : smooth_).push_back(list[first + i]);
+  });
+  job_.out->rays += 8 * list.size();
+}
+
+void AdaptiveTrace::run_facets(const std::vector<std::uint32_t>& list) {
+  const SampleSetup none;
+  impl_.upload_pass(job_, *pass_, none, limits());
+  impl_.fill(BIND_PIXELS, list);
+  reserve_output(std::min(most_slots(), list.size() + BLOCK_PIXELS));
+  ComputePipeline& kernel = impl_.bound_kernel(Kernel::facets, constants(none, PIXELS_LISTED));
+  const std::size_t n_channels = pass_->channels();
+  run_list(kernel, list, 1, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
+    const auto* incomplete =
+        reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
+    for (std::size_t i = 0; i < n; ++i) {
+      if (incomplete[i]) {
+        to_scan_lines(list[first + i]);  // two orders of a rule would agree too soon at a crease
+        continue;
+      }
+      // sums.at(1, i) is 1: the pieces fill the square to AREA_TOLERANCE of facets.comp, which their own
+      // differences to the facet at the centre multiply.
+      const double error = sums.at(n_channels, i);
+      count_error(sums.at(n_channels + 1, i), irradiance_error(error, error));
+      write(list[first + i], i, sums);
+    }
+  });
+}
+
+// Edges between facets of one mesh and nothing, or between facets that face the projector and others.
+void AdaptiveTrace::run_outlines(const std::vector<std::uint32_t>& list) {
+  const SampleSetup none;
+  impl_.upload_pass(job_, *pass_, none, limits());
+  impl_.fill(BIND_PIXELS, list);
+  reserve_output(std::min(most_slots(), list.size() + BLOCK_PIXELS));
+  ComputePipeline& kernel = impl_.bound_kernel(Kernel::facets, constants(none, PIXELS_OUTLINE));
+  const std::size_t n_channels = pass_->channels();
+  std::vector<float> values(n_channels * list.size());
+  std::vector<double> errors(list.size());
+  run_list(kernel, list, 1, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
+    const auto* rejected =
+        reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t e = first + i;
+      errors[e] = rejected[i] ? HUGE_VAL : irradiance_error(0.0, sums.at(n_channels, i));
+      for (std::size_t c = 0; c < n_channels; ++c)
+        values[n_channels * e + c] = sums.values[c * sums.stride + i];
+    }
+  });
+  const auto n_known = static_cast<double>(n_lit_ + list.size() + facets_.size() + smooth_.size());
+  const double most =
+      largest_error_to_keep(errors, share_of_outlines * irradiance_target_ * irradiance_target_ * n_known,
+                            most_allowance * irradiance_target_);
+  for (std::size_t e = 0; e < list.size(); ++e) {
+    if (!(errors[e] <= most)) {
+      mixed_.push_back(list[e]);
+      continue;
+    }
+    mixed_squares_ += errors[e] * errors[e];
+    ++n_outlines_;
+    write(list[e], 0, Sums{&values[n_channels * e], 1});
+  }
+}
+
+}  // namespace fringetwin::render

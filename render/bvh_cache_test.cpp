@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// No tolerances: a hierarchy from the disk is the built one, bit for bit.
+#include "render/bvh_cache.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <fstream>
+
+#include "tests/support/freeform.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool same(const Bvh& a, const Bvh& b) {
+  return a.nodes.size() == b.nodes.size() && a.order == b.order && a.depth == b.depth &&
+         a.box_min == b.box_min && a.box_max == b.box_max &&
+         std::memcmp(a.nodes.data(), b.nodes.data(), a.nodes.size() * sizeof(BvhNode)) == 0;
+}
+
+class BvhCache : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    mesh_ = new Mesh(test::make_bumpy_icosphere(7, 35.0, test::default_bumps()));
+    built_ = new Bvh(build_bvh(mesh_->vertices_mm, mesh_->triangles, 32));
+  }
+  static void TearDownTestSuite() {
+    delete mesh_;
+    delete built_;
+  }
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::temp_directory_path() / fmt::format("fringetwin_bvh_{}_{}", info->name(), ::getpid());
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  Bvh get() const { return cached_bvh(mesh_->vertices_mm, mesh_->triangles, 32, folder_ / "new"); }
+  std::vector<fs::path> files() const {
+    std::vector<fs::path> out;
+    for (const auto& entry : fs::directory_iterator(folder_ / "new")) out.push_back(entry.path());
+    return out;
+  }
+
+  static Mesh* mesh_;
+  static Bvh* built_;
+  fs::path folder_;
+};
+Mesh* BvhCache::mesh_ = nullptr;
+Bvh* BvhCache::built_ = nullptr;
+
+TEST_F(BvhCache, ReadsWhatItWrote) {
+  EXPECT_TRUE(same(get(), *built_));
+  ASSERT_EQ(files().size(), 1u);
+  const auto written = fs::last_write_time(files()[0]);
+  EXPECT_TRUE(same(get(), *built_));
+  EXPECT_EQ(fs::last_write_time(files()[0]), written) << "built again";
+}
+
+TEST_F(BvhCache, AnotherMeshAnotherFile) {
+  get();
+  std::vector<Eigen::Vector3f> moved = mesh_->vertices_mm;
+  moved.back().x() += 1e-3F;
+  const Bvh other = cached_bvh(moved, mesh_->triangles, 32, folder_ / "new");
+  EXPECT_EQ(files().size(), 2u);
+  EXPECT_TRUE(same(other, build_bvh(moved, mesh_->triangles, 32)));
+}
+
+TEST_F(BvhCache, DamagedFilesAreReplaced) {
+  get();
+  const fs::path file = files().at(0);
+  const auto size = fs::file_size(file);
+  const auto damage = [&](std::uintmax_t at) {
+    std::fstream f(file, std::ios::in | std::ios::out | std::ios::binary);
+    f.seekg(static_cast<std::streamoff>(at));
+    const int c = f.get();
+    f.seekp(static_cast<std::streamoff>(at));
+    f.put(static_cast<char>(c ^ 0x40));
+  };
+  for (const std::uintmax_t at :
+       {std::uintmax_t{3}, std::uintmax_t{17}, std::uintmax_t{33}, std::uintmax_t{44}, size / 2, size - 1}) {
+    damage(at);
+    EXPECT_TRUE(same(get(), *built_)) << "byte " << at;
+  }
+  fs::resize_file(file, size / 3);
+  EXPECT_TRUE(same(get(), *built_)) << "truncated";
+  fs::resize_file(file, 0);
+  EXPECT_TRUE(same(get(), *built_)) << "empty";
+  EXPECT_EQ(fs::file_size(file), size);
+}
+
+TEST_F(BvhCache, WorksWithoutAFolder) {
+  fs::create_directories(folder_);
+  std::ofstream(folder_ / "file") << "no folder";
+  EXPECT_TRUE(
+      same(cached_bvh(mesh_->vertices_mm, mesh_->triangles, 32, folder_ / "file" / "under"), *built_));
+  EXPECT_TRUE(same(cached_bvh(mesh_->vertices_mm, mesh_->triangles, 32, {}), *built_));
+}
+
+}  // namespace
+}  // namespace fringetwin::render
