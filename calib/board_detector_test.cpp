@@ -4,7 +4,7 @@
 // | check                           | tolerance   | origin                                           |
 // |---------------------------------|-------------|--------------------------------------------------|
 // | chessboard, ChArUco corners     | 0.1 px rms  | detectors on 8-bit pictures with 2 DN noise      |
-// | circle centres                  | 0.15 px rms | the same; the centre's picture is not the centre |
+// | circles: centroid of the ellipse | 0.05 px rms | the same; closed form of the ellipse's centre     |
 // | projector corner, quadratic map | 1e-9 px     | the model holds exactly                          |
 // | scatter / its sigma             | 1 ± 0.25    | 3 standard errors of 80 corners x 2              |
 #include "calib/board_detector.hpp"
@@ -61,13 +61,24 @@ double chess_level(const Board& b, double x, double y) {
   return (static_cast<int>(std::floor(x)) + static_cast<int>(std::floor(y))) % 2 == 0 ? 0.0 : 1.0;
 }
 
-double rms_error(const std::vector<Corner>& corners, const Board& board, const Eigen::Matrix3d& H, int& n) {
+/// Centre of the ellipse that a circle of this radius (spacings) is mapped to: last column of H C* H^T, C*
+/// the circle's dual. Radius 0: the picture of the centre.
+Eigen::Vector2d ellipse_centre(const Eigen::Matrix3d& H, double x, double y, double radius) {
+  const Eigen::Vector3d c(x, y, 1.0);
+  const Eigen::Matrix3d dual =
+      c * c.transpose() - radius * radius * Eigen::Matrix3d(Eigen::Vector3d(1.0, 1.0, 0.0).asDiagonal());
+  return Eigen::Vector3d((H * dual * H.transpose()).col(2)).hnormalized();
+}
+
+double rms_error(const std::vector<Corner>& corners, const Board& board, const Eigen::Matrix3d& H, int& n,
+                 double radius = 0.0) {
   double sum = 0.0;
   n = 0;
   for (std::size_t i = 0; i < corners.size(); ++i) {
     if (!corners[i].seen()) continue;
     const auto width = static_cast<std::size_t>(board.width_n);
-    sum += (corners[i].q_px - map(H, static_cast<double>(i % width), static_cast<double>(i / width)))
+    sum += (corners[i].q_px -
+            ellipse_centre(H, static_cast<double>(i % width), static_cast<double>(i / width), radius))
                .squaredNorm();
     ++n;
   }
@@ -102,7 +113,8 @@ TEST(BoardDetector, Circles) {
   auto corners = find_board(picture(view_of_board(), grid), pattern);
   ASSERT_TRUE(corners);
   int n = 0;
-  EXPECT_LT(rms_error(*corners, pattern.board, view_of_board(), n), 0.15);
+  const double symmetric_px = rms_error(*corners, pattern.board, view_of_board(), n, 0.25);
+  EXPECT_LT(symmetric_px, 0.05);
   EXPECT_EQ(n, 48);
   // 4 circles per row, 7 rows: a lattice of 8 x 7 with every second place empty
   pattern.kind = BoardKind::asymmetric_circles;
@@ -117,8 +129,12 @@ TEST(BoardDetector, Circles) {
                                }),
                        pattern);
   ASSERT_TRUE(corners);
-  EXPECT_LT(rms_error(*corners, pattern.board, view_of_board(), n), 0.15);
+  const double asymmetric_px = rms_error(*corners, pattern.board, view_of_board(), n, 0.4);
+  EXPECT_LT(asymmetric_px, 0.05);
   EXPECT_EQ(n, 28);
+  std::printf(
+      "circles: %.4f and %.4f px rms from the ellipses' centres, the larger ones %.4f px from their own\n",
+      symmetric_px, asymmetric_px, rms_error(*corners, pattern.board, view_of_board(), n));
 }
 
 TEST(BoardDetector, CharucoAlsoInPart) {
@@ -210,7 +226,8 @@ TEST(ProjectorCorners, ScatterIsWhatSigmaSaysAndOutliersDoNotCount) {
   }
   EXPECT_NEAR(std::sqrt(sum / 160.0), 1.0, 0.25);
   EXPECT_LT(largest, 0.06);
-  for (const Corner& c : weighted_corners(corners))
+  const auto weighted = weighted_corners({corners});
+  for (const Corner& c : weighted[0])
     EXPECT_THAT(c.weight, ::testing::AllOf(::testing::Gt(0.5), ::testing::Le(1.0)));
 }
 

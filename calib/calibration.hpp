@@ -14,12 +14,20 @@ namespace fringetwin::calib {
 struct CalibrateOptions {
   std::string lensmodel = "LENSMODEL_OPENCV4";  ///< of all devices
   bool regularize = true;  ///< false: a last solve without regularisation after one with it, as mrcal does
+  /// With `regularize`: it is left out of the last solve all the same where the corners determine every
+  /// parameter. Its pull (fixed in pixels, so the stronger the better the corners) is in no sigma.
+  bool drop_regularization = false;
   bool solve_warp = true;
   bool reject_outliers = true;
   /// Corners further from their prediction than this many robust sigmas of their own device are left out; one
   /// value, or one per device.
   std::vector<double> outlier_sigmas = {5.0};
   double max_rms_px = 2.0;  ///< per device; a worse fit is an error
+  /// Device::sigma_px is only where to start: it is set to what each device's residuals scatter by.
+  bool estimate_sigmas = false;
+  /// > 0: the corners are centroids of the pictures of circles this large; they are corrected to the circles'
+  /// centres with the poses solved, until nothing moves any more (circle_bias.hpp).
+  double circle_diameter_mm = 0.0;
 };
 
 /// How well the solution fits: differences observed - predicted of the corners used.
@@ -43,9 +51,10 @@ struct ViewResult {
 };
 
 struct Calibration {
-  Observations observations;  ///< as given
-  MrcalProblem problem;       ///< solved; the weight of an outlier is -1
-  Eigen::VectorXd residuals;  ///< weight (predicted - observed), as libmrcal orders them
+  Observations observations;  ///< as given; sigma_px of the devices as estimated, where asked for
+  MrcalProblem problem;       ///< solved; the weight of an outlier is -1; circles' corners are corrected
+  double circle_correction_px = 0.0;  ///< largest correction of a circle's centre
+  Eigen::VectorXd residuals;          ///< weight (predicted - observed), as libmrcal orders them
   std::vector<DeviceResult> devices;
   std::vector<ViewResult> views;  ///< as observations.views
   FitQuality fit;                 ///< of everything

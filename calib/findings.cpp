@@ -87,6 +87,9 @@ Findings analyse(const Calibration& c, const CalibrateOptions& options) {
   Findings out;
   const Uncertainty u(c);
   out.observed_sigma_px = u.observed_sigma_px();
+  out.shared_noise = u.shared();
+  constexpr std::size_t kMostParameters = 16;
+  if (c.devices[0].intrinsics.size() <= kMostParameters) out.rig_covariance = u.rig();
   const int n = static_cast<int>(c.devices.size());
   for (int d = 0; d < n; ++d) out.devices.push_back(about_device(c, u, d));
   for (int a = 0; a < n; ++a)

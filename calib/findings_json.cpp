@@ -34,6 +34,7 @@ Json device_json(const Calibration& c, const Findings& findings, std::size_t d,
   Json out = {{"name", device.name},
               {"model", model_file},
               {"imagersize", c.problem.imagersizes[d]},
+              {"relative_corner_sigma", number(c.observations.devices[d].sigma_px)},
               {"intrinsics", device.intrinsics},
               {"intrinsics_sigma", list(f.intrinsics_sigma)},
               {"rt_device_ref", list(rt_from_pose(device.T_device_ref))},
@@ -62,6 +63,23 @@ Json cross_validation_json(const CrossValidation& v, const Calibration& c) {
   return out;
 }
 
+/// Joint covariance of everything that describes the rig: "left.fx", …, "right.r1", …, "right.t3".
+Json covariance_json(const Calibration& c, const Eigen::MatrixXd& m) {
+  if (m.rows() == 0) return nullptr;
+  static const char* const kLens[] = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2",
+                                      "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"};
+  static const char* const kPose[] = {"r1", "r2", "r3", "t1", "t2", "t3"};
+  Json names = Json::array(), rows = Json::array();
+  for (std::size_t d = 0; d < c.devices.size(); ++d) {
+    for (std::size_t i = 0; i < c.devices[d].intrinsics.size(); ++i)
+      names.push_back(c.devices[d].name + "." + kLens[i]);
+    for (const char* name : kPose)
+      if (d > 0) names.push_back(c.devices[d].name + "." + name);
+  }
+  for (Eigen::Index i = 0; i < m.rows(); ++i) rows.push_back(list(Eigen::VectorXd(m.row(i))));
+  return {{"parameters", names}, {"matrix", rows}};
+}
+
 }  // namespace
 
 std::string calibration_json(const Calibration& c, const CalibrateOptions& options, const Findings& findings,
@@ -72,17 +90,23 @@ std::string calibration_json(const Calibration& c, const CalibrateOptions& optio
   out["provenance"] = {
       {"argv", origin.argv}, {"version", origin.version}, {"inputs_sha256", origin.inputs_sha256}};
   out["lensmodel"] = c.problem.lensmodel;
-  out["regularization"] = options.regularize;
+  out["regularization"] = c.problem.regularize;
   out["outlier_rejection"] = options.reject_outliers;
   out["board"] = {{"width_n", board.width_n},
                   {"height_n", board.height_n},
                   {"spacing_mm", board.spacing_mm},
                   {"warp_mm", list(c.warp_mm)}};
+  if (options.circle_diameter_mm > 0.0) {
+    out["board"]["circle_diameter_mm"] = options.circle_diameter_mm;
+    out["board"]["largest_circle_correction_px"] = c.circle_correction_px;
+  }
   put_fit(out, c.fit);
   out["corner_sigma_px"] = number(findings.observed_sigma_px);
+  out["projector_shares_camera_noise"] = number(findings.shared_noise);
   out["devices"] = Json::array();
   for (std::size_t d = 0; d < c.devices.size(); ++d)
     out["devices"].push_back(device_json(c, findings, d, model_files[d]));
+  out["covariance"] = covariance_json(c, findings.rig_covariance);
   out["pairs"] = Json::array();
   for (const PairFindings& p : findings.pairs)
     out["pairs"].push_back({{"devices",

@@ -359,7 +359,7 @@ std::string calibration_html(const Calibration& c, const CalibrateOptions& optio
       "and worst residual are 2-norms per corner (per coordinate, weighted, as mrcal counts: {} px). "
       "Uncertainties follow "
       "from the corners' scatter of {} px and know nothing of a wrong lens model or a wrong board spacing.",
-      options.regularize ? "on" : "off", options.reject_outliers ? "on" : "off",
+      c.problem.regularize ? "on" : "off", options.reject_outliers ? "on" : "off",
       report::number(c.fit.rms_component_px, 4), report::number(findings.observed_sigma_px, 3));
   page.warnings = c.warnings;
   page.sections = {{"residuals", "Residuals", residual_maps(c) + residual_histogram(c)},

@@ -138,6 +138,7 @@ void add_warnings(Calibration& c) {
 
 void check_solution(Calibration& c, const CalibrateOptions& options) {
   if (!c.residuals.allFinite()) diverged("calibration", "the solution is not finite");
+  c.warnings.clear();
   check_views(c);
   check_in_front(c);
   check_rms(c, options);

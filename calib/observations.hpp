@@ -35,6 +35,7 @@ struct Device {
   std::array<int, 2> imagersize_px{};
   double focal_px = 0.0;  ///< rough; within a factor of two will do
   double sigma_px = 1.0;  ///< noise of its corners relative to the other devices' (projectors: often 2...4)
+  bool is_projector = false;  ///< its corners were read where the cameras see them
 };
 
 /// One device's picture of the board in one frame (the board at rest).

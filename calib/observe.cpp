@@ -15,32 +15,8 @@ namespace fringetwin::calib {
 
 namespace {
 
-/// What the projector's corners are, after every camera said so.
-class ProjectorMean {
- public:
-  explicit ProjectorMean(std::size_t n) : sum_(n, Eigen::Vector2d::Zero()), weight_(n, 0.0) {}
-  void add(const std::vector<ProjectorCorner>& corners) {
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      if (!corners[i].seen()) continue;
-      const double w = 1.0 / (corners[i].sigma_px * corners[i].sigma_px);
-      sum_[i] += w * corners[i].q_px;
-      weight_[i] += w;
-    }
-  }
-  std::vector<Corner> corners() const {
-    std::vector<ProjectorCorner> out(sum_.size());
-    for (std::size_t i = 0; i < out.size(); ++i)
-      if (weight_[i] > 0.0) out[i] = {sum_[i] / weight_[i], 1.0 / std::sqrt(weight_[i])};
-    return weighted_corners(out);
-  }
-
- private:
-  std::vector<Eigen::Vector2d> sum_;
-  std::vector<double> weight_;
-};
-
-bool any_seen(const std::vector<Corner>& corners) {
-  return std::any_of(corners.begin(), corners.end(), [](const Corner& c) { return c.seen(); });
+bool any_seen(const std::vector<ProjectorCorner>& corners) {
+  return std::any_of(corners.begin(), corners.end(), [](const auto& c) { return c.seen(); });
 }
 
 }  // namespace
@@ -89,12 +65,13 @@ std::vector<ImageCorners> detect_in_captures(const Twin& twin,
     options.projector_width_px = twin.projector->lens.width();
     options.projector_height_px = twin.projector->lens.height();
   }
+  std::vector<std::vector<ProjectorCorner>> of_projector;
   Progress progress("decoding the board", folders.size());
   for (const auto& folder : folders) {
     const std::filesystem::path tidy = folder.has_filename() ? folder : folder.parent_path();
     const std::string name = tidy.filename().string();
     const CaptureSet set = read_capture_set(folder, n_images);
-    ProjectorMean projector(pattern.board.corners());
+    std::vector<std::vector<ProjectorCorner>> readings;
     for (const Camera& camera : twin.cameras) {
       const CameraImages images = load_camera_images(set, camera, twin.fringes);
       const auto corners = find_board(evenly_lit(images, twin.fringes), pattern);
@@ -104,19 +81,23 @@ std::vector<ImageCorners> detect_in_captures(const Twin& twin,
         continue;
       }
       if (twin.projector)
-        projector.add(
+        readings.push_back(
             projector_corners(measure::decode(images, twin.fringes, options), pattern.board, *corners));
     }
     if (twin.projector) {
-      auto corners = projector.corners();
+      auto corners = mean_of_cameras(readings);
       if (!any_seen(corners)) {
         warn(folder.string() + ": no corner of the board is lit by decodable fringes");
         corners.clear();
       }
-      out.push_back({"projector-" + name, corners, 0});
+      of_projector.push_back(std::move(corners));
+      out.push_back({"projector-" + name, {}, 0});
     }
     progress.advance();
   }
+  const auto weighted = weighted_corners(of_projector);
+  for (std::size_t f = 0; f < weighted.size(); ++f)
+    out[(f + 1) * (twin.cameras.size() + 1) - 1].corners = weighted[f];
   return out;
 }
 

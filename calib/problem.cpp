@@ -28,28 +28,32 @@ Pose T_ref_board(const MrcalProblem& problem, int frame) {
   return to_mm(problem.rt_ref_frame[static_cast<std::size_t>(frame)]);
 }
 
+std::vector<Eigen::Vector3d> solver_corners(const Observations& o) {
+  double least_sigma = o.devices.front().sigma_px;
+  for (const Device& d : o.devices) least_sigma = std::min(least_sigma, d.sigma_px);
+  std::vector<Eigen::Vector3d> corners;
+  for (const View& view : o.views) {
+    const double factor = least_sigma / o.devices[static_cast<std::size_t>(view.device)].sigma_px;
+    for (const Corner& c : view.corners)
+      corners.push_back(c.seen() ? Eigen::Vector3d(c.q_px.x(), c.q_px.y(), c.weight * factor)
+                                 : Eigen::Vector3d(0.0, 0.0, -1.0));
+  }
+  return corners;
+}
+
 MrcalProblem make_problem(const Observations& o, const Seed& seed) {
   MrcalProblem p;
   p.lensmodel = seed.lensmodel;
   p.intrinsics = seed.intrinsics;
-  double least_sigma = o.devices.front().sigma_px;
-  for (const Device& d : o.devices) {
-    p.imagersizes.push_back(d.imagersize_px);
-    least_sigma = std::min(least_sigma, d.sigma_px);
-  }
+  for (const Device& d : o.devices) p.imagersizes.push_back(d.imagersize_px);
   for (std::size_t i = 1; i < seed.T_device_ref.size(); ++i)
     p.rt_cam_ref.push_back(to_metres(seed.T_device_ref[i]));
   for (const Pose& T : seed.T_ref_board) p.rt_ref_frame.push_back(to_metres(T));
   p.spacing_m = kMetresPerMm * o.board.spacing_mm;
   p.width_n = o.board.width_n;
   p.height_n = o.board.height_n;
-  for (const View& view : o.views) {
-    p.views.push_back({view.device, view.frame});
-    const double factor = least_sigma / o.devices[static_cast<std::size_t>(view.device)].sigma_px;
-    for (const Corner& c : view.corners)
-      p.corners.push_back(c.seen() ? Eigen::Vector3d(c.q_px.x(), c.q_px.y(), c.weight * factor)
-                                   : Eigen::Vector3d(0.0, 0.0, -1.0));
-  }
+  for (const View& view : o.views) p.views.push_back({view.device, view.frame});
+  p.corners = solver_corners(o);
   return p;
 }
 

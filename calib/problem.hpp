@@ -21,7 +21,9 @@ struct Seed {
   std::vector<Pose> T_ref_board;                ///< per frame
 };
 
-/// Weights are divided by the devices' sigma_px relative to the best device's.
+/// Corners as the solver takes them, of all views: their weights are divided by the devices' sigma_px
+/// relative to the best device's, -1 where not seen.
+std::vector<Eigen::Vector3d> solver_corners(const Observations& observations);
 MrcalProblem make_problem(const Observations& observations, const Seed& seed);
 
 RotTrans to_metres(const Pose& T);

@@ -2,6 +2,7 @@
 // The paper's rig in front of a board, with noise. For *_test.cpp only.
 #pragma once
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <random>
 #include <vector>
 
@@ -38,9 +39,9 @@ struct BoardDraw {
   int least_corners = 80;  ///< seen in every device; fewer = partial views
 };
 
-/// Corners of boards at random poses, seen by all devices, with Gaussian noise.
-inline Observations draw_observations(const TrueRig& rig, std::mt19937_64& random,
-                                      const BoardDraw& draw = {}) {
+/// Corners of boards at random poses, seen by all devices, with Gaussian noise; `poses`: of the boards.
+inline Observations draw_observations(const TrueRig& rig, std::mt19937_64& random, const BoardDraw& draw = {},
+                                      std::vector<Pose>* poses = nullptr) {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   std::normal_distribution<double> noise(0.0, draw.sigma_px);
   Observations o;
@@ -73,10 +74,30 @@ inline Observations draw_observations(const TrueRig& rig, std::mt19937_64& rando
       if (view.n_seen() >= draw.least_corners) views.push_back(view);
     }
     if (views.size() < rig.lenses.size()) continue;
+    if (poses) poses->push_back(T_ref_board);
     o.frames.push_back(std::to_string(o.frames.size()));
     o.views.insert(o.views.end(), views.begin(), views.end());
   }
   return o;
+}
+
+/// Weight of what a camera reads of the projector at a place of the board: 1 / (projector px per camera
+/// px)^2.
+inline double reading_weight(const TrueRig& rig, std::size_t camera, const Pose& T_ref_board,
+                             const Eigen::Vector3d& p_board_mm) {
+  const auto gradient = [&](std::size_t d) -> Eigen::Matrix2d {
+    const Pose T = rig.T_device_ref[d] * T_ref_board;
+    Eigen::Matrix2d g;
+    constexpr double kStepMm = 1e-3;
+    for (int axis = 0; axis < 2; ++axis) {
+      const Eigen::Vector3d step = kStepMm * Eigen::Vector3d::Unit(axis);
+      g.col(axis) = (*rig.lenses[d].project(T * (p_board_mm + step)) -
+                     *rig.lenses[d].project(T * (p_board_mm - step))) /
+                    (2.0 * kStepMm);
+    }
+    return g;
+  };
+  return 1.0 / (gradient(2) * gradient(camera).inverse()).squaredNorm();
 }
 
 /// Points of the volume that all devices see.

@@ -7,11 +7,14 @@
 // | rms error of fx     | 0.30 px           | 0.25 for a correct joint solve, ± 11 % |
 // | shape, L+R and L+P  | 0.0025, 0.0040 mm | 0.0020 and 0.0032 for the same         |
 // | scatter / predicted | 1 ± 0.34          | 3 standard errors of an rms of 40      |
+// | chi2 / 1440 numbers | 1 ± 0.14          | 3 standard errors + 0.03: sigma from residuals |
+// | share of the noise  | 1, 0 ± 0.1        | 2000 corners in each device            |
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 
+#include "calib/draws_testing.hpp"
 #include "calib/rig_testing.hpp"
 #include "calib/uncertainty.hpp"
 
@@ -70,6 +73,47 @@ TEST(Scatter, FortyDrawsScatterAsPredicted) {
   }
   EXPECT_LE(shape[0].value(), 0.0025);
   EXPECT_LE(shape[1].value(), 0.0040);
+}
+
+Eigen::VectorXd parameters(const std::vector<std::vector<double>>& intrinsics,
+                           const std::vector<Pose>& T_device_ref) {
+  std::vector<double> all;
+  for (std::size_t d = 0; d < intrinsics.size(); ++d) {
+    all.insert(all.end(), intrinsics[d].begin(), intrinsics[d].end());
+    const RotTrans rt = rt_from_pose(T_device_ref[d]);
+    if (d > 0) all.insert(all.end(), rt.data(), rt.data() + 6);
+  }
+  return Eigen::VectorXd::Map(all.data(), static_cast<Eigen::Index>(all.size()));
+}
+
+TEST(Scatter, TheWholeRigAlsoWhenTheProjectorIsReadAtTheCamerasCorners) {
+  constexpr int kDraws = 40;
+  for (const testing::Projector kind :
+       {testing::Projector::measured_by_itself, testing::Projector::read_at_the_cameras_corners}) {
+    testing::Draws draws(kind);
+    const Uncertainty uncertainty(draws.first());
+    EXPECT_NEAR(uncertainty.shared(), kind == testing::Projector::measured_by_itself ? 0.0 : 1.0, 0.1);
+    std::vector<std::vector<double>> true_lenses;
+    for (const Lens& lens : draws.rig().lenses) true_lenses.push_back(lens.intrinsics());
+    const Eigen::VectorXd truth = parameters(true_lenses, draws.rig().T_device_ref);
+    Calibration unaware = draws.first();
+    unaware.observations.devices[2].is_projector = false;
+    testing::Scatter scatter(uncertainty.rig()), naive(Uncertainty(unaware).rig());
+    for (int draw = 0; draw < kDraws; ++draw) {
+      const Calibration c = draws.next();
+      std::vector<Pose> poses;
+      for (const auto& device : c.devices) poses.push_back(device.T_device_ref);
+      const Eigen::VectorXd error = parameters(c.problem.intrinsics, poses) - truth;
+      scatter.add(error);
+      naive.add(error);
+    }
+    scatter.expect_as_predicted(kind == testing::Projector::measured_by_itself ? "rig" : "rig, shared noise");
+    std::printf("as if the projector's corners were independent: chi2 %.1f of %.0f; rms / sigma", naive.chi2,
+                naive.n);
+    for (Eigen::Index i = 0; i < naive.sum_sq.size(); ++i)
+      std::printf(" %.2f", std::sqrt(naive.sum_sq[i] / naive.draws / naive.covariance(i, i)));
+    std::printf("\n");
+  }
 }
 
 }  // namespace

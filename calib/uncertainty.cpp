@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/shared_noise.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::calib {
@@ -86,12 +87,19 @@ Uncertainty::Uncertainty(const Calibration& c)
                     "use more views, a lens model with fewer terms, or keep the regularisation");
   const Eigen::MatrixXd rows = linear_.Jt.rightCols(linear_.Jt.cols() - linear_.n_corner_rows);
   regularisation_ = JtJ_.matrixL().solve(rows);
+  const SharedNoise shared = shared_noise(c, linear_.residuals);
+  share_ = shared.share;
+  if (share_ > 0.0) noise_ = linear_.Jt * shared.factor;
 }
 
 Eigen::MatrixXd Uncertainty::covariance(const Eigen::MatrixXd& dF_dstate) const {
   // JtJ = L L^T. Regularisation steers the solution but is not noise: with its rows Jr the covariance is
   // JtJ^-1 (JtJ - Jr^T Jr) JtJ^-1.
   const Eigen::MatrixXd packed = linear_.state_scale.asDiagonal() * dF_dstate.transpose();
+  if (share_ > 0.0) {  // JtJ^-1 (Jt V J) JtJ^-1, V = factor factor^T
+    const Eigen::MatrixXd of_noises = noise_.transpose() * Eigen::MatrixXd(JtJ_.solve(packed));
+    return of_noises.transpose() * of_noises;
+  }
   const Eigen::MatrixXd half = JtJ_.matrixL().solve(packed);
   Eigen::MatrixXd product = half.transpose() * half;
   if (regularisation_.cols() > 0) {
@@ -202,6 +210,22 @@ Eigen::Matrix<double, 6, 6> Uncertainty::extrinsics(int device) const {
   Eigen::MatrixXd g = Eigen::MatrixXd::Zero(6, linear_.Jt.rows());
   g.middleCols<6>(linear_.extrinsics_at[static_cast<std::size_t>(device - 1)]).setIdentity();
   g.bottomRows<3>() /= kMetresPerMm;
+  return covariance(g);
+}
+
+Eigen::MatrixXd Uncertainty::rig() const {
+  const auto n = static_cast<Eigen::Index>(problem_.intrinsics.size());
+  Eigen::MatrixXd g = Eigen::MatrixXd::Zero(n * linear_.n_intrinsics + 6 * (n - 1), linear_.Jt.rows());
+  Eigen::Index row = 0;
+  for (Eigen::Index d = 0; d < n; ++d) {
+    const auto k = static_cast<std::size_t>(d);
+    g.block(row, linear_.intrinsics_at[k], linear_.n_intrinsics, linear_.n_intrinsics).setIdentity();
+    row += linear_.n_intrinsics;
+    if (d == 0) continue;
+    g.block<6, 6>(row, linear_.extrinsics_at[k - 1]).setIdentity();
+    g.middleRows<3>(row + 3) /= kMetresPerMm;
+    row += 6;
+  }
   return covariance(g);
 }
 

@@ -42,6 +42,11 @@ class Uncertainty {
   Eigen::MatrixXd intrinsics(int device) const;
   /// Covariance of rt_device_ref (rad, mm) of a device other than the first.
   Eigen::Matrix<double, 6, 6> extrinsics(int device) const;
+  /// Joint covariance of the rig: per device its solved lens parameters and, but for the first, its
+  /// rt_device_ref (rad, mm).
+  Eigen::MatrixXd rig() const;
+  /// How much of the cameras' corner noise the projector's corners share (shared_noise.hpp).
+  double shared() const { return share_; }
 
  private:
   Eigen::MatrixXd covariance(const Eigen::MatrixXd& dF_dstate) const;
@@ -55,9 +60,10 @@ class Uncertainty {
   MrcalProblem problem_;
   MrcalModel model_;
   MrcalLinearisation linear_;
-  Eigen::LLT<Eigen::MatrixXd> JtJ_;  ///< packed states
-  Eigen::MatrixXd regularisation_;   ///< L^-1 Jr^T
-  double sigma_px_ = 0.0;
+  Eigen::LLT<Eigen::MatrixXd> JtJ_;    ///< packed states
+  Eigen::MatrixXd regularisation_;     ///< L^-1 Jr^T
+  Eigen::SparseMatrix<double> noise_;  ///< packed states x independent noises; empty: sigma_px_ on each row
+  double sigma_px_ = 0.0, share_ = 0.0;
 };
 
 /// Largest standard deviation over all directions.

@@ -30,12 +30,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// --sigma auto: as each device's residuals scatter
+constexpr const char* kAuto = "auto";
+
 struct Options {
   std::string corners, focal, imagersize, sigma, names, out, outlier_sigma = "5", projector = "projector";
   std::string twin, board = "chessboard";
   calib::BoardPattern pattern;
-  bool has_weights = false, skip_regularization = false, skip_rejection = false, skip_warp = false;
-  double spacing_m = 0.0;
+  bool has_weights = false, skip_regularization = false, keep_regularization = false, skip_rejection = false,
+       skip_warp = false;
+  double spacing_m = 0.0, circle_diameter_m = 0.0;
   int width_n = 0, height_n = 0;
   std::vector<std::string> globs;
   calib::CalibrateOptions calibrate;
@@ -96,15 +100,15 @@ std::vector<calib::Device> devices_of(const Options& o) {
     throw UserError(ExitCode::usage, "--names", fmt::format("has {} names for {} globs", names.size(), n),
                     "");
   const auto sizes = per_device("--imagersize", o.imagersize, n), focals = per_device("--focal", o.focal, n),
-             sigmas = per_device("--sigma", o.sigma, n);
+             sigmas = per_device("--sigma", o.sigma == kAuto ? "1" : o.sigma, n);
   std::vector<calib::Device> devices;
   for (std::size_t d = 0; d < n; ++d) {
     if (const std::string fault = name_fault(names[d]); !fault.empty())
       throw UserError(ExitCode::usage, "--names", "the name " + fault, kNameHint);
     for (std::size_t k = 0; k < d; ++k)
       if (names[k] == names[d]) throw UserError(ExitCode::usage, "--names", names[d] + " is given twice", "");
-    devices.push_back(
-        {names[d], size_of(sizes[d]), number("--focal", focals[d]), number("--sigma", sigmas[d])});
+    devices.push_back({names[d], size_of(sizes[d]), number("--focal", focals[d]),
+                       number("--sigma", sigmas[d]), names[d] == o.projector});
   }
   return devices;
 }
@@ -184,6 +188,7 @@ int run(Options o, const Invocation& invocation) {
   join_imagersize(o);
   check_sources(o);
   check_out_folder(o.out);
+  if (o.sigma.empty()) o.sigma = o.twin.empty() ? "1" : kAuto;
   o.pattern.kind = calib::board_kind(o.board);
   o.pattern.board = {o.width_n, o.height_n, 1000.0 * o.spacing_m};
   const fs::path dir = o.out;
@@ -205,13 +210,20 @@ int run(Options o, const Invocation& invocation) {
   observations.board = {o.width_n, o.height_n, 1000.0 * o.spacing_m};
   observations.devices = devices_of(o);
   o.calibrate.regularize = !o.skip_regularization;
+  o.calibrate.drop_regularization = !o.keep_regularization;
   o.calibrate.reject_outliers = !o.skip_rejection;
   o.calibrate.solve_warp = !o.skip_warp;
+  o.calibrate.estimate_sigmas = o.sigma == kAuto;
+  o.calibrate.circle_diameter_mm = 1000.0 * o.circle_diameter_m;
   o.calibrate.outlier_sigmas.clear();
   for (const auto& item : split(o.outlier_sigma))
     o.calibrate.outlier_sigmas.push_back(number("--outlier-sigma", item));
   calib::assign_views(images, o.globs, observations);
 
+  const bool has_circles =
+      o.pattern.kind == calib::BoardKind::circles || o.pattern.kind == calib::BoardKind::asymmetric_circles;
+  if (has_circles && !(o.circle_diameter_m > 0.0))
+    warn("the centres of the circles are not corrected for perspective; give --circle-diameter");
   const calib::Calibration c = calib::calibrate(observations, o.calibrate);
   const calib::Findings findings = calib::analyse(c, o.calibrate);
   const calib::Origin origin{invocation.argv, version_string(),
@@ -269,6 +281,9 @@ void add_calibrate(CLI::App& app, Invocation& invocation) {
   sub->add_option("--focal", o->focal, "Rough focal length in px; one for all, or one per device: A,B,C");
   sub->add_option("--imagersize", o->imagersize, "WIDTHxHEIGHT; one for all, or one per device: AxB,CxD");
   sub->add_option("--object-spacing", o->spacing_m, "Distance of the board's corners in METRES")->required();
+  sub->add_option(
+      "--circle-diameter", o->circle_diameter_m,
+      "Diameter of a circle grid's circles in METRES: their centres are corrected for perspective");
   sub->add_option("--object-width-n", o->width_n, "Corners per row")->required();
   sub->add_option("--object-height-n", o->height_n, "Rows of corners")->required();
   sub->add_option("--outdir,--out", o->out,
@@ -278,10 +293,16 @@ void add_calibrate(CLI::App& app, Invocation& invocation) {
                   "Names of the devices: left,right,projector (default: camera-0,camera-1,...)");
   sub->add_option("--projector", o->projector, "Name of the device that becomes [projector] in twin.toml")
       ->capture_default_str();
-  o->sigma = "1";
-  sub->add_option("--sigma", o->sigma, "Noise of a corner, relative; one for all, or one per device")
-      ->capture_default_str();
-  sub->add_flag("--skip-regularization", o->skip_regularization, "A last solve without regularisation");
+  sub->add_option(
+      "--sigma", o->sigma,
+      "Noise of a corner, relative; one for all, one per device, or \"auto\": as the residuals of "
+      "each scatter (default: 1, with --twin auto)");
+  auto* keep = sub->add_flag("--keep-regularization", o->keep_regularization,
+                             "Regularisation in the last solve too, as mrcal does (default: only where the "
+                             "corners leave a parameter open)");
+  sub->add_flag("--skip-regularization", o->skip_regularization,
+                "Never regularisation in the last solve; parameters left open are an error")
+      ->excludes(keep);
   sub->add_flag("--skip-outlier-rejection", o->skip_rejection, "Keep every corner");
   sub->add_flag("--skip-calobject-warp-solve", o->skip_warp, "Take the board as flat");
   sub->add_option("--outlier-sigma", o->outlier_sigma,

@@ -109,6 +109,7 @@ TEST_F(Calibrate, FromCornersToATwin) {
 }
 
 TEST_F(Calibrate, FaultsEndInOneSentence) {
+  const calib::Observations good = observations_;
   write_corners();
   const auto refused = [&](const RunResult& run, int code, const std::string& sentence) {
     EXPECT_EQ(run.exit_code, code) << run.err;
@@ -119,6 +120,8 @@ TEST_F(Calibrate, FaultsEndInOneSentence) {
           "the spacing is in metres, and this looks like millimetres; did you mean 0.012?");
   refused(calibrate({"fourth-*"}), 2, "--names: has 3 names for 4 globs");
   refused(calibrate({"--max-rms", "0.05"}), 5, "left: its corners fit to 0.1");
+  refused(calibrate({"--circle-diameter", "8"}), 2,
+          "--circle-diameter: circles of 8 m do not fit on a board with a spacing of 0.012 m");
   auto& corners = observations_.views[7].corners;  // frame 2, right
   std::reverse(corners.begin(), corners.end());
   write_corners();
@@ -127,6 +130,28 @@ TEST_F(Calibrate, FaultsEndInOneSentence) {
   observations_.views[7].corners[5].weight = 1.0;
   write_corners();
   refused(calibrate(), 3, "the corner of right-2.png is not finite");
+
+  observations_ = calib::select_frames(good, {1, 4, 7});
+  write_corners();
+  refused(calibrate(), 3, "left: sees the board in 3 views only; at least 4 are needed");
+
+  observations_ = good;
+  for (auto& view : observations_.views)
+    if (view.device < 2) view.device = 1 - view.device;
+  write_corners();
+  refused(calibrate(), 3, "the two cameras look swapped; exchange their images or their names");
+
+  calib::testing::TrueRig other_rig = rig_;
+  other_rig.board.spacing_mm = 10.0;
+  std::mt19937_64 random(12);
+  calib::testing::BoardDraw draw;
+  draw.n_boards = 1;
+  const calib::Observations other = calib::testing::draw_observations(other_rig, random, draw);
+  observations_ = good;
+  for (auto& view : observations_.views)
+    if (view.frame == 4) view.corners = other.find(view.device, 0)->corners;
+  write_corners();
+  refused(calibrate(), 3, "view 4 (right-4.png): it shows another board: its corners are");
 }
 
 }  // namespace

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// From pictures alone: our renderer shows a printed chessboard to two cameras under fringes in both
+// directions, with shot noise; `calibrate --twin` must find the rig that was rendered. Few boards and
+// quarter-size cameras.
+//
+// | check                            | tolerance        | origin                                          |
+// |----------------------------------|------------------|-------------------------------------------------|
+// | the rig within its own sigmas    | rendered_rig.hpp | the rig that was rendered                       |
+// | corners, cameras and projector   | 0.08, 0.12 px | cornerSubPix on 8 bit, shot noise; twice what is
+// measured |
+#include <gtest/gtest.h>
+
+#include "tests/e2e/cli_runner.hpp"
+#include "tests/e2e/rendered_rig.hpp"
+
+namespace fringetwin::test {
+namespace {
+
+TEST(CalibrateRendered, FewBoards) {
+  FT_NEED_DEVICE();
+  RenderedBoards scene;
+  scene.reduction = 4;
+  scene.n_boards = 4;
+  expect_the_rig_is_found(scene, {0.08, 0.12});
+}
+
+}  // namespace
+}  // namespace fringetwin::test
