@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // fringetwin: data on stdout, narration on stderr, exit codes of DESIGN §4.
-#include <unistd.h>
+#include <malloc.h>
 
 #include <CLI/CLI.hpp>
 #include <clocale>
@@ -14,15 +14,6 @@
 #include "twin/progress.hpp"
 
 namespace {
-
-/// libgomp's idle threads spin by default and take the cores from a software Vulkan driver's threads (a third
-/// of the rendering time on 2 cores). It reads its policy before main(), so the program starts itself once
-/// more.
-void restart_with_passive_openmp(char** argv) {
-  if (std::getenv("OMP_WAIT_POLICY") != nullptr) return;
-  setenv("OMP_WAIT_POLICY", "passive", 0);
-  execv("/proc/self/exe", argv);  // on failure: go on, only slower
-}
 
 constexpr int kExitCancelled = 130;  // 128 + SIGINT, as a shell reports it
 
@@ -54,7 +45,9 @@ int run(const fringetwin::cli::Invocation& invocation) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  restart_with_passive_openmp(argv);
+  // Images are made and dropped by the dozen: their memory is kept, or the kernel would clear each page anew.
+  mallopt(M_MMAP_THRESHOLD, 1 << 25);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
   std::setlocale(LC_ALL, "C");
   fringetwin::install_cancel_handler();
 

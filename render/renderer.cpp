@@ -10,8 +10,10 @@
 
 #include "loop_limit_spv.h"
 #include "render/camera_effects.hpp"
+#include "render/disk_cache.hpp"
 #include "render/kernels.hpp"
 #include "render/renderer_impl.hpp"
+#include "render/specialise.hpp"
 #include "render/transport_images.hpp"
 #include "render/waveform.hpp"
 #include "twin/errors.hpp"
@@ -160,9 +162,14 @@ ComputePipeline& Renderer::Impl::bound_kernel(Kernel kernel, const SpecConstants
     std::vector<VkDescriptorType> types;
     for (std::size_t i = 0; i < bindings.size(); ++i)
       types.push_back(is_geometry(i) && storage_geometry ? storage : bindings[i].type);
-    slot = std::make_unique<ComputePipeline>(device, kernel_code(kernel, storage_geometry, precise), types,
-                                             std::vector<std::uint32_t>(constants.begin(), constants.end()),
-                                             static_cast<std::uint32_t>(sizeof(gpu::Push)), cache);
+    const std::span<const std::uint32_t> code = kernel_code(kernel, storage_geometry, precise);
+    const std::vector<std::uint32_t> own = specialised(code, constants, cache_folder());
+    slot = own.empty()
+               ? std::make_unique<ComputePipeline>(
+                     device, code, types, std::vector<std::uint32_t>(constants.begin(), constants.end()),
+                     static_cast<std::uint32_t>(sizeof(gpu::Push)), cache)
+               : std::make_unique<ComputePipeline>(device, own, types, std::vector<std::uint32_t>{},
+                                                   static_cast<std::uint32_t>(sizeof(gpu::Push)), cache);
   }
   // Kernels that use no list or no probe get something to bind all the same.
   for (const std::size_t b : {BIND_PIXELS, BIND_PROBE})

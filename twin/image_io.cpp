@@ -11,9 +11,9 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <opencv2/imgcodecs.hpp>
 
 #include "twin/errors.hpp"
+#include "twin/image_codecs.hpp"
 #include "twin/png_codec.hpp"
 
 namespace fringetwin {
@@ -67,31 +67,34 @@ LoadedGray read_png(const fs::path& file, const std::vector<std::uint8_t>& bytes
   return to_float(pixels.width, pixels.height, 8, pixels.values.data());
 }
 
-LoadedGray read_with_opencv(const fs::path& file, const std::vector<std::uint8_t>& bytes) {
-  cv::Mat mat;
-  try {
-    mat = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception&) {  // an empty Mat says the same
-  }
-  if (mat.empty())
+LoadedGray read_other_format(const fs::path& file, const std::vector<std::uint8_t>& bytes) {
+  DecodedImage image;
+  if (!decode_image(bytes, &image))
     throw UserError(ExitCode::input, file.string(), "is no image that can be decoded, or is truncated",
                     "gray PNG, BMP, TIFF or PGM are read");
-  if (mat.channels() != 1)
+  if (image.channels != 1)
     throw UserError(ExitCode::input, file.string(),
-                    fmt::format("is a colour image ({} channels), a gray image is needed", mat.channels()));
-  if (mat.depth() != CV_8U && mat.depth() != CV_16U)
+                    fmt::format("is a colour image ({} channels), a gray image is needed", image.channels));
+  if (image.bits == 0)
     throw UserError(ExitCode::input, file.string(), "does not hold 8 or 16 bit unsigned gray values");
-  if (mat.depth() == CV_16U) return to_float(mat.cols, mat.rows, 16, mat.ptr<std::uint16_t>());
-  return to_float(mat.cols, mat.rows, 8, mat.ptr<std::uint8_t>());
+  if (image.bits == 16)
+    return to_float(image.width, image.height, 16,
+                    reinterpret_cast<const std::uint16_t*>(image.values.data()));
+  return to_float(image.width, image.height, 8, image.values.data());
 }
 
 template <class T>
 void round_to(const ImageF& image, float max_value, T* out) {
+  const auto fits = [max_value](float v) { return v > -0.5f && v < max_value + 0.5f; };  // false for NaN, too
+  bool all_fit = true;
   for (std::size_t i = 0; i < image.size(); ++i) {
-    const float value = std::nearbyint(image.data[i]);
-    FT_CHECK(value >= 0.0f && value <= max_value, fmt::format("gray value {} at index {}", image.data[i], i));
-    out[i] = static_cast<T>(value);
+    const float value = image.data[i];
+    all_fit = all_fit & fits(value);
+    out[i] = static_cast<T>(static_cast<std::int32_t>(fits(value) ? value + 0.5f : 0.0f));
   }
+  if (all_fit) return;
+  for (std::size_t i = 0; i < image.size(); ++i)
+    FT_CHECK(fits(image.data[i]), fmt::format("gray value {} at index {}", image.data[i], i));
 }
 
 }  // namespace
@@ -129,7 +132,7 @@ LoadedGray read_gray(const fs::path& file) {
   if (bytes.empty())
     throw UserError(ExitCode::input, file.string(), "is empty (0 bytes)", "an image is needed");
   if (is_png(bytes)) return read_png(file, bytes);
-  return read_with_opencv(file, bytes);
+  return read_other_format(file, bytes);
 }
 
 void write_gray_png(const fs::path& file, const ImageF& image, int file_bits) {
