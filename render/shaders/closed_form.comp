@@ -145,7 +145,8 @@ void main() {
     float fourth = k * (abs(dot(pitch.zw, d.fourth_x.xy)) + abs(dot(pitch.zw, d.fourth_y.xy)));          \
     float bend = abs(hxx) + abs(hyy) + abs(hxy);                                                         \
     float e = fourth / 300.0 + (abs(d.x.z) * third_x + abs(d.y.z) * third_y) / (240.0 * w0) +            \
-              bend * (abs(d.xx.z) + abs(d.yy.z)) / (300.0 * w0);                                         \
+              bend * (abs(d.xx.z) + abs(d.yy.z)) / (300.0 * w0) +                                        \
+              (abs(gx) + abs(gy)) * (abs(d.third_x.z) + abs(d.third_y.z)) / (240.0 * w0);                \
     float a = (abs(gx) * third_x + abs(gy) * third_y) / 240.0 + bend * bend / 300.0 +                    \
               bend * (abs(gx) * abs(d.x.z) + abs(gy) * abs(d.y.z)) / (160.0 * w0);                       \
     /* Where Gauss-Legendre of order n stands in for the closed form, its error in the phase gradient. */ \

@@ -175,6 +175,12 @@ TEST(Adaptive, EstimateBoundsTheErrorWithEachEffect) {
   twin.projector->blur_px = 1.2;
   expect_bounded("Phong, falloff, blur", twin, 4);
   twin = ball_before_wall();
+  twin.objects[0].material.specular = 0.1;
+  twin.objects[0].material.specular_model = Material::Specular::ggx;
+  twin.objects[0].material.roughness = 0.4;
+  twin.cameras[0].vignetting.kind = Vignetting::Kind::cos4;
+  expect_bounded("GGX, vignetting", twin, 4);
+  twin = ball_before_wall();
   twin.fringes.directions.push_back(twin.fringes.directions[0]);
   twin.fringes.directions[1].axis = Axis::y;
   for (DirectionFringes& d : twin.fringes.directions) d.pitches_px = {13, 14, 15, 16, 18, 20, 24, 32, 48};
@@ -192,6 +198,9 @@ TEST(Adaptive, EstimateBoundsTheErrorOnFacets) {
   const Pose pose{rotation_from_vector({0.11, -0.23, 0.37}), {0.0, 0.0, 275.0}};
   twin.objects = {Object{"part", MeshShape{{}, "mm", pose, false, mesh}, {}}};
   expect_bounded("facets", crop_around(twin, {-20, 10, 260}, 120, 90), 4);
+  std::get<MeshShape>(twin.objects[0].shape).smooth = true;
+  expect_bounded("vertex normals", crop_around(twin, {-20, 10, 260}, 80, 60), 4);
+  std::get<MeshShape>(twin.objects[0].shape).smooth = false;
   // The coarser mesh has facets of several pixels here, so that some see one alone.
   const auto coarse = std::make_shared<Mesh>(make_bumpy_icosphere(3, 35.0, default_bumps()));
   std::get<MeshShape>(twin.objects[0].shape).mesh = coarse;
