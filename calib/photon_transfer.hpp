@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// Photon transfer: how the temporal variance of a gray value grows with its mean.
+#pragma once
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "measure/phase.hpp"
+#include "twin/fringes.hpp"
+#include "twin/image.hpp"
+
+namespace fringetwin::calib {
+
+/// A number and its standard error; NaN where unknown.
+struct Estimate {
+  double value = std::numeric_limits<double>::quiet_NaN();
+  double sigma = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// A value of mean 0 whose variance is that of one gray value of this level, rounding included.
+struct NoiseSample {
+  float level_dn = 0.0f;
+  float noise_dn = 0.0f;
+  float roughness_dn = 0.0f;  ///< what the scene itself does there, in units of noise_dn; 0 = unknown
+  std::uint16_t block = 0;    ///< of 8 x 8 over the image: errors of one place belong together
+};
+inline constexpr int kBlocksPerSide = 8;
+/// Number of the block that holds pixel (x, y).
+std::uint16_t block_of(int x, int y, int width, int height);
+
+/// Noise from repeated images of one still scene: contrasts over the repeats, after a gain and an offset
+/// per image (lamp flicker) has been fitted away. Pixels at 0 or at `saturation_dn` in any repeat are left
+/// out. Appends at most about `max_samples`. Throws UserError(input) when sizes differ. Returns the rms of
+/// the fitted gains about 1.
+double add_repeat_noise(const std::vector<const ImageF*>& repeats, double saturation_dn,
+                        std::size_t max_samples, std::vector<NoiseSample>& samples);
+
+/// Noise from the redundancy of one N-step set, N > 3: what the fit of mean, cosine and sine leaves, as
+/// second difference along the stripes, where the projector's harmonics are smooth. The variance of that is
+/// the mean variance over the steps, hence, for a variance that is linear in the level, the variance at the
+/// mean level. roughness_dn is the largest second difference of the fitted mean, cosine and sine, which for
+/// white noise is independent of noise_dn.
+void add_step_noise(const std::vector<const ImageF*>& steps, const measure::StepSolver& solver, Axis axis,
+                    double saturation_dn, std::size_t max_samples, std::vector<NoiseSample>& samples);
+
+struct TransferBin {
+  double level_dn = 0.0, variance_dn2 = 0.0, sigma_dn2 = 0.0, line_dn2 = 0.0;
+  std::size_t n = 0;
+};
+
+/// variance = offset + dn_per_electron * level, with 1/12 DN^2 of rounding in it.
+struct PhotonTransfer {
+  Estimate dn_per_electron, electrons_per_dn;
+  Estimate offset_dn2;         ///< at level 0
+  Estimate read_variance_dn2;  ///< at the black level, without rounding; may be negative
+  Estimate read_noise_dn;      ///< its root; 0 with sigma as upper limit where that is negative
+  Estimate read_noise_electrons;
+  /// Change of the slope over the range of levels, relative to the slope: 0 for a linear sensor.
+  Estimate slope_change;
+  double residual_rms = 0.0, residual_worst = 0.0;  ///< of the bins about the line, relative to the line
+  double chi2_per_dof = 0.0;
+  double black_level_dn = 0.0;
+  double low_dn = 0.0, high_dn = 0.0;  ///< range of levels
+  std::size_t n = 0;
+  std::vector<TransferBin> bins;
+};
+
+struct TransferOptions {
+  double black_level_dn = 0.0;
+  double rounding_dn2 = 1.0 / 12.0;
+  /// How many samples carry the information of one (second differences overlap).
+  double samples_per_independent = 1.0;
+};
+
+/// Bins of equal width; per bin the variance of what lies within 3.5 of its own sigmas, corrected for the
+/// cut; samples rougher than 4 sigmas are left out. Weighted line through the bins. Sigmas: the larger of the
+/// bins' own and a jackknife over image blocks. Throws UserError(input) when there are too few samples or
+/// levels for a line (`where` names the camera).
+PhotonTransfer photon_transfer(const std::vector<NoiseSample>& samples, const TransferOptions& options,
+                               const std::string& where);
+
+/// Variance of samples of one level, as a bin's, with the sigma of so many normal values; NaN of none.
+Estimate noise_variance(const std::vector<NoiseSample>& samples);
+
+/// Where the gray values end.
+struct Saturation {
+  double level_dn = 0.0;  ///< the largest value seen, or of the range when that is not reached
+  bool reached = false;   ///< values pile up there
+  double fraction = 0.0;  ///< of all values at that level
+};
+/// Values pile up at the largest one when it holds 5 times as many as the mean of the 8 levels below and at
+/// least 20.
+Saturation find_saturation(const std::vector<const ImageF*>& images, int bit_depth);
+
+}  // namespace fringetwin::calib

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+// photometry: gray values of real captures -> sensor, projector response, fringe contrast, vignetting.
+#include <fmt/format.h>
+#include <glob.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+
+#include "calib/findings.hpp"
+#include "calib/photometry.hpp"
+#include "cli/commands.hpp"
+#include "cli/out_folder.hpp"
+#include "cli/results.hpp"
+#include "cli/version.hpp"
+#include "compare/provenance.hpp"
+#include "twin/errors.hpp"
+#include "twin/image_io.hpp"
+#include "twin/paths.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string twin, out;
+  std::vector<std::string> captures, dark, flat, series;
+};
+
+/// "[CAMERA=]GLOB[@EXPOSURE_MS]"; the camera may be left out where there is only one.
+struct Images {
+  std::size_t camera = 0;
+  std::string glob;
+  std::optional<double> exposure_ms;
+  std::vector<fs::path> files;
+};
+
+Images parse_images(const Twin& twin, const std::string& option, const std::string& text,
+                    bool may_have_exposure) {
+  Images out;
+  out.glob = text;
+  std::optional<std::size_t> camera;
+  for (std::size_t c = 0; c < twin.cameras.size(); ++c)
+    if (text.starts_with(twin.cameras[c].name + "=")) {
+      camera = c;
+      out.glob = text.substr(twin.cameras[c].name.size() + 1);
+    }
+  if (!camera && twin.cameras.size() > 1)
+    throw UserError(ExitCode::usage, option + " " + text, "names no camera of the twin",
+                    fmt::format("write {}={}", twin.cameras[0].name, text));
+  out.camera = camera.value_or(0);
+  const auto at = out.glob.rfind('@');
+  if (may_have_exposure && at != std::string::npos) {
+    double value = 0.0;
+    const char* end = out.glob.data() + out.glob.size();
+    const auto [stop, error] = std::from_chars(out.glob.data() + at + 1, end, value);
+    if (error != std::errc() || stop != end || !(value > 0.0) || !std::isfinite(value))
+      throw UserError(ExitCode::usage, option + " " + text, "the exposure behind @ is no positive number",
+                      "write e.g. 'level1/*.png@20' for 20 ms");
+    out.exposure_ms = value;
+    out.glob.resize(at);
+  }
+  glob_t found = {};
+  if (glob(out.glob.c_str(), 0, nullptr, &found) == 0)
+    for (std::size_t i = 0; i < found.gl_pathc; ++i) out.files.emplace_back(found.gl_pathv[i]);
+  globfree(&found);
+  if (out.files.empty())
+    throw UserError(ExitCode::input, option + " " + out.glob, "matches no image", "quote the glob");
+  return out;
+}
+
+std::vector<ImageF> load_images(const Twin& twin, const Images& request, std::vector<fs::path>& inputs) {
+  const Camera& camera = twin.cameras[request.camera];
+  std::vector<ImageF> images;
+  for (const fs::path& file : request.files) {
+    ImageF image = read_gray(file).image;
+    if (image.width != camera.lens.width() || image.height != camera.lens.height())
+      throw UserError(ExitCode::input, file.string(),
+                      fmt::format("is {} x {} px, camera {} has {} x {}", image.width, image.height,
+                                  camera.name, camera.lens.width(), camera.lens.height()));
+    for (const float v : image.data)
+      if (static_cast<double>(v) > camera.sensor.max_dn())
+        throw UserError(ExitCode::input, file.string(),
+                        fmt::format("has the gray value {}, above the {} bits of camera {}", v,
+                                    camera.sensor.bit_depth, camera.name),
+                        "set bit_depth under [camera.sensor]");
+    images.push_back(std::move(image));
+    inputs.push_back(file);
+  }
+  return images;
+}
+
+std::vector<calib::CameraFrames> load_frames(const Twin& twin, const Options& o,
+                                             std::vector<fs::path>& inputs) {
+  std::vector<calib::CameraFrames> frames(twin.cameras.size());
+  std::vector<std::string> folders = o.captures;
+  if (folders.empty() && o.series.empty() && twin.real.captures)
+    folders.push_back(twin.real.captures->string());
+  if (folders.empty() && o.series.empty() && o.dark.empty() && o.flat.empty())
+    throw UserError(ExitCode::usage, "photometry", "has no images to work on",
+                    "give --captures, --series, --dark or --flat, or [real] captures in the twin");
+  for (const std::string& folder : folders) {
+    std::vector<CameraImages> set = load_captures(twin, folder);
+    for (std::size_t c = 0; c < set.size(); ++c) frames[c].captures.push_back(std::move(set[c]));
+    for (const fs::path& file : capture_files(twin, folder)) inputs.push_back(file);
+  }
+  const auto append = [](std::vector<ImageF>& to, std::vector<ImageF> from) {
+    for (ImageF& image : from) to.push_back(std::move(image));
+  };
+  for (const std::string& text : o.dark) {
+    const Images request = parse_images(twin, "--dark", text, false);
+    append(frames[request.camera].dark, load_images(twin, request, inputs));
+  }
+  for (const std::string& text : o.flat) {
+    const Images request = parse_images(twin, "--flat", text, false);
+    append(frames[request.camera].flat, load_images(twin, request, inputs));
+  }
+  for (const std::string& text : o.series) {
+    const Images request = parse_images(twin, "--series", text, true);
+    frames[request.camera].series.push_back(
+        {request.glob, load_images(twin, request, inputs), request.exposure_ms});
+  }
+  return frames;
+}
+
+std::string pm(const calib::Estimate& e, int digits) {
+  return fmt::format("{:.{}g} ± {:.2g}", e.value, digits, e.sigma);
+}
+
+void print_summary(const calib::Photometry& p) {
+  for (const auto& c : p.cameras) {
+    if (c.black_measured) fmt::print("{}: black level {} DN\n", c.camera, pm(c.black_level_dn, 5));
+    if (c.transfer) {
+      const auto& t = *c.transfer;
+      fmt::print("{}: {} DN/e- ({} e-/DN) from {}, read noise {} DN\n", c.camera, pm(t.dn_per_electron, 4),
+                 pm(t.electrons_per_dn, 4), c.noise_from, pm(t.read_noise_dn, 3));
+      fmt::print(
+          "{}: noise on its line to {:.1f} % rms ({:.1f} % worst) over {:.0f}...{:.0f} DN; gain changes by "
+          "{} over it\n",
+          c.camera, 100.0 * t.residual_rms, 100.0 * t.residual_worst, t.low_dn, t.high_dn,
+          pm(t.slope_change, 2));
+    }
+    fmt::print("{}: {}\n", c.camera,
+               c.saturation.reached ? fmt::format("saturates at {:.0f} DN ({:.2g} % of the values)",
+                                                  c.saturation.level_dn, 100.0 * c.saturation.fraction)
+                                    : "saturation not reached");
+    if (c.linearity)
+      fmt::print("{}: level against exposure straight to {:.2f} % (worst)\n", c.camera,
+                 c.linearity->worst_percent);
+    if (c.flat) fmt::print("{}: {:.4f} of the light at the corners\n", c.camera, c.flat->corner);
+  }
+  if (const auto* q = p.projector()) {
+    if (q->response_known)
+      fmt::print("projector: gamma {}, {:.2g} of the range off it\n", pm(q->gamma, 4), q->gamma_misfit);
+    if (std::isfinite(q->blur_px.value)) fmt::print("projector: blur {} px\n", pm(q->blur_px, 3));
+  }
+}
+
+int run(const Options& o, const Invocation& invocation) {
+  check_out_folder(o.out);
+  const Twin twin = load_twin(o.twin);
+  std::vector<fs::path> inputs = twin.input_files;
+  const std::vector<calib::CameraFrames> frames = load_frames(twin, o, inputs);
+  const calib::Photometry photometry = calib::analyse_photometry(twin, frames);
+  const calib::Origin origin{invocation.argv, version_string(), compare::sha256_of_files(inputs)};
+  const fs::path dir = o.out;
+  begin_output(dir, {"photometry.json"});
+  write_text_file(dir / "photometry.toml", calib::photometry_toml(photometry));
+  write_text_file(dir / "photometry.html", calib::photometry_html(photometry, origin));
+  write_text_file(dir / "photometry.json", calib::photometry_json(photometry, origin));
+  for (const auto& warning : photometry.warnings) warn(warning);
+  print_summary(photometry);
+  say("blocks for twin.toml: " + (dir / "photometry.toml").string());
+  return static_cast<int>(ExitCode::ok);
+}
+
+}  // namespace
+
+void add_photometry(CLI::App& app, Invocation& invocation) {
+  auto o = std::make_shared<Options>();
+  CLI::App* sub = app.add_subcommand(
+      "photometry", "Captures -> sensor noise and gain, projector response, fringe contrast, vignetting");
+  sub->add_option("twin", o->twin, "The twin.toml: image sizes, bit depths, fringes")->required();
+  sub->add_option(
+      "--captures", o->captures,
+      "Folder with a capture.toml; several folders: repeats of one still scene (default: the twin's [real])");
+  sub->add_option("--series", o->series,
+                  "[CAMERA=]GLOB[@EXPOSURE_MS]: repeated images of one level of light; once per level");
+  sub->add_option("--dark", o->dark, "[CAMERA=]GLOB: images with the lens covered");
+  sub->add_option("--flat", o->flat, "[CAMERA=]GLOB: images of an evenly lit surface");
+  sub->add_option("--out", o->out, "Folder for photometry.toml, photometry.json, photometry.html")
+      ->required();
+  sub->callback([o, &invocation] { invocation.run = [o, &invocation] { return run(*o, invocation); }; });
+}
+
+}  // namespace fringetwin::cli

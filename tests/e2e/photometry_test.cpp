@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// `fringetwin photometry` as a user runs it: a rendered rig comes back from its own captures, what it writes
+// is what a twin reads, and faults end in one sentence with nothing written.
+//
+// | check                            | tolerance         | origin                              |
+// |----------------------------------|-------------------|-------------------------------------|
+// | gain, read noise, gamma, blur    | 4 sigma           | put into the twin; its own sigma    |
+// | largest sigma: gain, gamma, blur | 8 %, 0.03, 0.1 px | what so small a rig can tell        |
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/e2e/small_twin.hpp"
+#include "twin/image_io.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::test {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+/// A tilted board that fills the image; smooth gamma and blur, a sensor with shot noise.
+std::string rig() {
+  return small_twin(
+      {{"gain_dn = 20", "gain_dn = 20\nblack_level_dn = 10\nelectrons_per_dn = 30\nread_noise_dn = 0.8"},
+       {"intensity = 40", "intensity = 40\nresponse = { gamma = 1.9 }\nblur_px = 3.0"},
+       {"pitches_px = [13, 14, 15]\nsteps = 4", "pitches_px = [120, 30, 15]\nsteps = 8\nunwrap = \"none\""},
+       {"shape = \"sphere\"\ncenter_mm = [0, 0, 270]\nradius_mm = 19",
+        "shape = \"plane\"\npoint_mm = [0, 0, 270]\nnormal = [0.6, 0.5, -1]"},
+       {"[measure]\ntriangulate = \"projector\"\n[[measure.fit]]\nobject = \"ball\"\n", ""}});
+}
+
+RunResult photometry(const fs::path& dir, std::vector<std::string> more) {
+  more.insert(more.begin(), {"photometry", (dir / "twin.toml").string(), "--out", (dir / "found").string()});
+  return run_fringetwin(more);
+}
+
+TEST(PhotometryCommand, ARenderedRigComesBack) {
+  FT_NEED_DEVICE();
+  const fs::path dir = scratch_folder("photometry");
+  ASSERT_EQ(render_twin(rig(), dir).exit_code, 0);
+  const RunResult run = photometry(dir, {"--captures", (dir / "out").string()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("from phase steps"));
+  const auto json = read_json(dir / "found" / "photometry.json");
+  EXPECT_EQ(json["schema"], "fringetwin-photometry/1");
+  const auto& transfer = json["cameras"][0]["photon_transfer"];
+  const auto near = [](const nlohmann::json& table, const char* name, const char* sigma, double truth,
+                       double largest) {
+    const double value = table[name], s = table[sigma];
+    EXPECT_LT(std::abs(value - truth), 4.0 * s) << name << " " << value << " +- " << s;
+    EXPECT_LT(s, largest) << name;
+  };
+  near(transfer, "electrons_per_dn", "electrons_per_dn_sigma", 30.0, 2.4);
+  near(transfer, "read_noise_dn", "read_noise_sigma_dn", 0.8, 0.05);
+  const auto& projector = json["cameras"][0]["projector"][0];
+  near(projector["response"], "gamma", "gamma_sigma", 1.9, 0.03);
+  near(projector, "blur_px", "blur_sigma_px", 3.0, 0.1);
+  EXPECT_THAT(read_file(dir / "found" / "photometry.html"), HasSubstr("Photon transfer"));
+
+  // The blocks under the lenses of a twin.
+  std::string toml = read_file(dir / "found" / "photometry.toml");
+  const auto put = [&](const std::string& after, const std::string& text) {
+    const auto at = toml.find(after);
+    ASSERT_NE(at, std::string::npos) << after;
+    toml.insert(at + after.size(), text);
+  };
+  const std::string lens =
+      "lensmodel = \"LENSMODEL_PINHOLE\"\nimagersize = [160, 120]\nintrinsics = [260, 260, 79.5, 59.5]\n";
+  put("name = \"left\"\n", lens);
+  put("[projector]\n", lens + "rt_cam_world = [0, 0, 0, -95, 0, 0]\n");
+  write_file(dir / "pasted.toml",
+             "schema = \"fringetwin-twin/1\"\n" + toml +
+                 "[fringes]\ndirections = [\"x\"]\npitches_px = [16]\nsteps = 4\nunwrap = \"none\"\n");
+  const Twin twin = load_twin(dir / "pasted.toml");
+  EXPECT_NEAR(*twin.cameras[0].sensor.electrons_per_dn, transfer["electrons_per_dn"], 0.1);
+  EXPECT_NEAR(*twin.cameras[0].sensor.read_noise_dn, transfer["read_noise_dn"], 0.01);
+  EXPECT_EQ(twin.cameras[0].sensor.black_level_dn, 10.0);
+  EXPECT_EQ(twin.projector->response.kind, ProjectorResponse::Kind::gamma);
+  EXPECT_NEAR(twin.projector->blur_px, 3.0, 0.4);
+}
+
+TEST(PhotometryCommand, FaultsEndInOneSentence) {
+  const fs::path dir = scratch_folder("photometry-bad");
+  write_file(dir / "twin.toml", rig());
+  write_gray_png(dir / "gray.png", ImageF(160, 120, 50.0f), 8);
+  write_gray_png(dir / "small.png", ImageF(100, 100, 50.0f), 8);
+  const auto refused = [&](const std::vector<std::string>& args, int code,
+                           const std::vector<std::string>& parts) {
+    expect_refused(photometry(dir, args), code, parts);
+    EXPECT_FALSE(fs::exists(dir / "found"));
+  };
+  const std::string image = (dir / "gray.png").string();
+  refused({}, 2, {"photometry: has no images to work on"});
+  refused({"--dark", (dir / "none*.png").string()}, 3, {"--dark", "matches no image"});
+  refused({"--series", image + "@fast"}, 2, {"the exposure behind @ is no positive number"});
+  refused({"--captures", (dir / "nowhere").string()}, 3, {"nowhere"});
+  fs::copy_file(image, dir / "cut.png");
+  fs::resize_file(dir / "cut.png", 60);
+  refused({"--flat", (dir / "cut.png").string()}, 3, {"cut.png"});
+  refused({"--flat", (dir / "small.png").string()}, 3,
+          {"small.png: is 100 x 100 px, camera left has 160 x 120"});
+  refused({"--series", image}, 3, {"nothing can be told from these images"});
+}
+
+}  // namespace
+}  // namespace fringetwin::test
