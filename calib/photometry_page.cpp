@@ -20,22 +20,16 @@ using report::Plot;
 using report::Series;
 
 std::string pm(const Estimate& e) {
-  return std::isfinite(e.value) ? report::with_sigma(e.value, e.sigma) : "–";
+  if (!std::isfinite(e.value)) return "–";
+  return e.sigma > 0.0 ? report::with_sigma(e.value, e.sigma) : report::number(e.value, 4);
 }
 
 std::string sensor_table(const Photometry& p) {
   report::Table t;
-  t.columns = {{"camera", "", Align::left},
-               {"gain", "DN/e-"},
-               {"", "e-/DN"},
-               {"read noise", "DN"},
-               {"read noise", "e-"},
-               {"black", "DN"},
-               {"saturation", "DN"},
-               {"noise from", "", Align::left},
-               {"off the line", "% rms"},
-               {"gain change", "%"},
-               {"light at corners", ""}};
+  t.columns = {
+      {"camera", "", Align::left}, {"gain", "DN/e-"},    {"", "e-/DN"},        {"read noise", "DN"},
+      {"read noise", "e-"},        {"black", "DN"},      {"saturation", "DN"}, {"from", "", Align::left},
+      {"off the line", "% rms"},   {"gain change", "%"}, {"corners", ""}};
   for (const CameraPhotometry& c : p.cameras) {
     const PhotonTransfer none, &x = c.transfer ? *c.transfer : none;
     const Estimate change{100.0 * x.slope_change.value, 100.0 * x.slope_change.sigma};
@@ -143,7 +137,7 @@ std::string mtf_figure(const ProjectorPhotometry& d, const std::string& where, c
   Series seen{"measured", {}, {}, {}, Series::Style::points},
       blur{"blur_px and camera", {}, {}, {}, Series::Style::points};
   blur.color = report::color::kSimulated;
-  blur.point_type = 12;
+  blur.point_type = 13;
   for (const MtfPoint& m : d.mtf) {
     seen.x.push_back(m.period_px), seen.y.push_back(m.contrast.value);
     seen.labels.push_back(m.order == 1 ? "" : fmt::format("order {}", m.order));
