@@ -64,8 +64,8 @@ int main(int argc, char** argv) {
   fringetwin::cli::Invocation invocation;
   invocation.argv.assign(argv, argv + argc);
   using namespace fringetwin::cli;
-  for (auto* add : {add_cosim, add_render, add_measure, add_compare, add_diff, add_import, add_calibrate, add_photometry,
-                    add_needs, add_pareto, add_info})
+  for (auto* add : {add_cosim, add_render, add_measure, add_compare, add_diff, add_import, add_calibrate,
+                    add_photometry, add_needs, add_pareto, add_info})
     add(app, invocation);
 
   try {
