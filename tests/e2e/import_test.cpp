@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// import opencv: what it writes is what the twin reads; what it cannot know is refused, with nothing written.
+// import: what it writes is what the twin reads; what it cannot know is refused, with nothing written.
 //
 // | check                      | tolerance | unit | origin                                     |
 // |----------------------------|-----------|------|--------------------------------------------|
 // | translation, mm and m      | 1e-12     | mm   | one multiplication by 1000, one by 0.001   |
+// | chained, inverted          | 1e-9      | mm   | products of numbers of 1e2, typed in       |
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -103,6 +104,82 @@ TEST_F(Import, NamesSizesAndKeysThatCannotBe) {
   expect_nothing_written({"--camera", "left=M1,D1@100000x100000"}, {"left: imagersize must be at most"});
   EXPECT_EQ(import({"--camera", "left=M9,D1@64x48"}).exit_code, 3);
   EXPECT_FALSE(fs::exists(dir_ / "out"));
+}
+
+// Plain matrices whose R, T map the other way: --check says so, nothing is written; with --poses they come
+// in.
+TEST_F(Import, CheckTellsInvertedPoses) {
+  write_file(dir_ / "K.txt", "600 0 319.5\n0 600 239.5\n0 0 1\n");
+  write_file(dir_ / "RT.txt", "0.8 0 0.6 -150\n0 1 0 2\n-0.6 0 0.8 60\n");  // x_right = R x_left + T
+  std::string backward, seen = "u_left v_left u_right v_right\n";
+  backward = "0.8 0 -0.6 156\n0 1 0 -2\n0.6 0 0.8 42\n";  // its inverse, by hand
+  write_file(dir_ / "TR.txt", backward);
+  for (int i = 0; i < 20; ++i) {
+    const double x = 20.0 * (i % 5) - 10.0, y = 15.0 * (i / 5) - 20.0, z = 300.0 + 3.0 * i;
+    const double xr = 0.8 * x + 0.6 * z - 150.0, yr = y + 2.0, zr = -0.6 * x + 0.8 * z + 60.0;
+    for (const double v :
+         {319.5 + 600 * x / z, 239.5 + 600 * y / z, 319.5 + 600 * xr / zr, 239.5 + 600 * yr / zr})
+      seen += std::to_string(v) + " ";
+    seen += "\n";
+  }
+  write_file(dir_ / "seen.txt", seen);
+  const auto k = (dir_ / "K.txt").string();
+  const auto matrices = [&](const std::string& rt, std::vector<std::string> more) {
+    std::vector<std::string> args{"import",   "matrices",
+                                  "--camera", "left=" + k + ",none@640x480",
+                                  "--camera", "right=" + k + ",none," + (dir_ / rt).string() + "@640x480",
+                                  "--out",    (dir_ / "out").string()};
+    args.insert(args.end(), more.begin(), more.end());
+    return run_fringetwin(args);
+  };
+  const std::string observations = (dir_ / "seen.txt").string();
+  const RunResult wrong = matrices("TR.txt", {"--check", observations});
+  expect_refused(
+      wrong, 3,
+      {"seen.txt: right: R, T fit the observations inverted", "import with --poses ref-from-device"});
+  EXPECT_THAT(wrong.out, HasSubstr("right: R, T as given: "));
+  EXPECT_FALSE(fs::exists(dir_ / "out"));
+  for (const auto& [file, poses] :
+       {std::pair{"RT.txt", "device-from-ref"}, std::pair{"TR.txt", "ref-from-device"}}) {
+    const RunResult right = matrices(file, {"--check", observations, "--poses", poses});
+    ASSERT_EQ(right.exit_code, 0) << right.err;
+    const Twin twin = load_twin(dir_ / "out" / "twin.toml");
+    EXPECT_LT((twin.cameras[1].T_cam_world.translation_mm - Eigen::Vector3d(-150, 2, 60)).norm(), 1e-9);
+  }
+}
+
+TEST_F(Import, KalibrAndMrcal) {
+  const std::string camera =
+      "  camera_model: pinhole\n  intrinsics: [600, 600, 319.5, 239.5]\n  distortion_model: radtan\n"
+      "  distortion_coeffs: [-0.1, 0, 0, 0]\n  resolution: [640, 480]\n";
+  const std::string place = "  T_cn_cnm1: [[1, 0, 0, -0.1], [0, 1, 0, 0], [0, 0, 1, 0.02], [0, 0, 0, 1]]\n";
+  write_file(dir_ / "chain.yaml",
+             "cam0:\n" + camera + "cam1:\n" + camera + place + "cam2:\n" + camera + place);
+  const std::string out = (dir_ / "out").string();
+  const auto import_chain = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"import", "kalibr", (dir_ / "chain.yaml").string(), "--out", out});
+    return run_fringetwin(more);
+  };
+  expect_refused(import_chain({}), 2, {"import: 3 cameras; a twin has one camera or two"});
+  expect_refused(import_chain({"--projector", "cam7"}), 2, {"the camchain has no such camera"});
+  EXPECT_FALSE(fs::exists(out));
+  const RunResult run = import_chain({"--projector", "cam1", "--names", "left,right"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Twin twin = load_twin(dir_ / "out" / "twin.toml");
+  EXPECT_EQ(twin.cameras[1].name, "right");
+  EXPECT_LT((twin.cameras[1].T_cam_world.translation_mm - Eigen::Vector3d(-200, 0, 40)).norm(), 1e-9);
+  EXPECT_LT((twin.projector->T_proj_world.translation_mm - Eigen::Vector3d(-100, 0, 20)).norm(), 1e-9);
+
+  const auto model = [&](const char* name) { return (dir_ / "out" / name).string(); };
+  const RunResult again =
+      run_fringetwin({"import", "mrcal", model("left.cameramodel"), model("right.cameramodel"), "--projector",
+                      model("projector.cameramodel"), "--out", (dir_ / "again").string()});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  const Twin same = load_twin(dir_ / "again" / "twin.toml");
+  EXPECT_EQ(same.cameras[1].lens.intrinsics(), twin.cameras[1].lens.intrinsics());
+  EXPECT_LT(
+      (same.projector->T_proj_world.translation_mm - twin.projector->T_proj_world.translation_mm).norm(),
+      1e-12);
 }
 
 }  // namespace
