@@ -66,7 +66,7 @@ Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>&
 std::string photometry_toml(const Photometry& photometry);
 
 struct Origin;
-/// Schema "fringetwin-photometry/1" (docs/FORMATS.md).
+/// Schema "fringetwin-photometry/1" (docs/CALIBRATION.md).
 std::string photometry_json(const Photometry& photometry, const Origin& origin);
 std::string photometry_html(const Photometry& photometry, const Origin& origin);
 
