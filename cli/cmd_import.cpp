@@ -48,6 +48,7 @@ int run_opencv(const Options& o) {
   if (o.cameras.empty())
     throw UserError(ExitCode::usage, "import opencv", "needs --camera and --out",
                     "see the file's keys with --list, then e.g. --camera left=M1,D1@1280x1024 --out RIG");
+  check_rig_options(o.rig);
   ImportedRig rig;
   rig.has_projector = !o.projector.empty();
   rig.source = fmt::format("{}", fmt::join(o.files, " "));
@@ -73,6 +74,7 @@ int run_opencv(const Options& o) {
 }
 
 int run_matrices(const Options& o) {
+  check_rig_options(o.rig);
   ImportedRig rig;
   rig.has_projector = !o.projector.empty();
   const auto requests = parse_devices(o.cameras, o.projector, kMatricesExample);
@@ -113,6 +115,7 @@ void arrange(ImportedRig& rig, const Options& o) {
 }
 
 int run_kalibr(const Options& o) {
+  check_rig_options(o.rig);
   ImportedRig rig;
   rig.source = o.files.at(0);
   rig.devices = calib::import_kalibr(o.files.at(0));
@@ -130,6 +133,7 @@ int run_kalibr(const Options& o) {
 }
 
 int run_mrcal(const Options& o) {
+  check_rig_options(o.rig);
   ImportedRig rig;
   std::vector<std::string> files = o.files;
   rig.has_projector = !o.projector.empty();

@@ -110,6 +110,13 @@ void add_rig_options(CLI::App& sub, RigOptions& options) {
       ->capture_default_str();
 }
 
+void check_rig_options(const RigOptions& o) {
+  if (o.out.empty() && o.check.empty())
+    throw UserError(ExitCode::usage, "import", "needs --out (or --check)",
+                    "give a folder for the models: --out RIG");
+  if (!o.out.empty()) check_out_folder(o.out);
+}
+
 DeviceRequest parse_device(const std::string& option, const std::string& text, const std::string& example) {
   const auto fail = [&](const std::string& what) -> UserError {
     return UserError(ExitCode::usage, option + " " + text, what, "write " + example);
@@ -155,10 +162,7 @@ std::vector<DeviceRequest> parse_devices(const std::vector<std::string>& cameras
 }
 
 int finish_import(ImportedRig rig, const RigOptions& o) {
-  if (o.out.empty() && o.check.empty())
-    throw UserError(ExitCode::usage, "import", "needs --out (or --check)",
-                    "give a folder for the models: --out RIG");
-  if (!o.out.empty()) check_out_folder(o.out);
+  check_rig_options(o);
   if (o.poses == kBackward)
     for (calib::ImportedDevice& d : rig.devices) {
       d.T_device_ref = d.T_device_ref.inverse();

@@ -22,6 +22,10 @@ struct RigOptions {
 /// --out --check --check-max-px --poses
 void add_rig_options(CLI::App& sub, RigOptions& options);
 
+/// Before anything is read: throws UserError(usage) for neither --out nor --check, and for a folder that
+/// cannot be written.
+void check_rig_options(const RigOptions& options);
+
 /// The devices of one import; the projector, if there is one, last.
 struct ImportedRig {
   std::vector<calib::ImportedDevice> devices;

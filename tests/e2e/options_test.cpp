@@ -51,6 +51,8 @@ TEST(OutFolder, ThatCannotBeMadeIsExitCode2) {
           {"cosim", twin},
           {"measure", twin, "--captures", dir.string()},
           {"compare", twin, "--real", dir.string(), "--sim", dir.string()},
+          {"photometry", twin, "--captures", dir.string()},
+          {"import", "kalibr", twin},
           {"import", "opencv", twin, "--camera", "left=M,D@64x48"}}) {
       std::vector<std::string> args = command;
       args.insert(args.end(), {"--out", out});
