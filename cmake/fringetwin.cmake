@@ -14,9 +14,9 @@ target_include_directories(fringetwin_options INTERFACE ${CMAKE_SOURCE_DIR})
 find_package(fmt REQUIRED)
 target_link_libraries(fringetwin_options INTERFACE fmt::fmt)
 if(FRINGETWIN_ASAN)
-  # Global, so that every object of ours agrees on it. Line numbers without variables, and without the checks of
-  # every pointer (AddressSanitizer sees what they would let through): a quarter of the compile time of Ceres' and
-  # PCL's templates.
+  # Global, so that every object of ours agrees on it. Line numbers without variables, and without the checks made at
+  # every pointer: a quarter of the compile time of Ceres' and PCL's templates. AddressSanitizer sees most of what null
+  # and object-size would; alignment is checked in twin/, which reads foreign bytes; wrong downcasts are given up.
   add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -O1 -g1
     -fno-sanitize=null,alignment,object-size,vptr)
   add_link_options(-fsanitize=address,undefined)
@@ -30,7 +30,7 @@ add_custom_target(whole_tests) # and all others as released
 set(FRINGETWIN_HEADERS_SOURCE ${CMAKE_CURRENT_LIST_DIR}/headers.cpp)
 function(fringetwin_precompile name kind)
   if(kind STREQUAL cli) # one target, its own headers
-    target_precompile_headers(${name} PRIVATE <CLI/CLI.hpp> <fmt/format.h> <Eigen/Core> <Eigen/Geometry> <filesystem>
+    target_precompile_headers(${name} PRIVATE <CLI/CLI.hpp> <fmt/format.h> <nlohmann/json.hpp> <Eigen/Core> <Eigen/Geometry> <filesystem>
       <functional> <map> <memory> <optional> <string> <variant> <vector>)
     return()
   endif()
@@ -95,7 +95,19 @@ function(fringetwin_test name)
   endif()
   set_tests_properties(${name} PROPERTIES LABELS "${A_LABELS}" TIMEOUT ${A_TIMEOUT}
     SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\] [^\n]*[\n]*$"
-    ENVIRONMENT "FRINGETWIN_BINARY=${CMAKE_BINARY_DIR}/fringetwin;FRINGETWIN_SOURCE=${CMAKE_SOURCE_DIR}")
+    ENVIRONMENT "FRINGETWIN_CACHE=${CMAKE_BINARY_DIR}/test-cache;FRINGETWIN_BINARY=${CMAKE_BINARY_DIR}/fringetwin;FRINGETWIN_SOURCE=${CMAKE_SOURCE_DIR}")
+endfunction()
+
+# fringetwin_code_digest(a.cpp files...): FRINGETWIN_CODE_DIGEST in a.cpp is a digest of the files.
+function(fringetwin_code_digest source)
+  set(all "")
+  foreach(file ${ARGN})
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${file})
+    file(SHA256 ${CMAKE_CURRENT_SOURCE_DIR}/${file} digest)
+    string(APPEND all ${digest})
+  endforeach()
+  string(SHA256 all "${all}")
+  set_source_files_properties(${source} PROPERTIES COMPILE_DEFINITIONS FRINGETWIN_CODE_DIGEST="${all}")
 endfunction()
 
 # GLSL -> SPIR-V -> C array NAME_spv[] in NAME_spv.h, in shaders/ of the caller's build folder.

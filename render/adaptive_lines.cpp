@@ -12,8 +12,8 @@ constexpr double share_of_round = 0.7;  // of the budget that is left
 
 }  // namespace
 
-// One pixel's scan lines to its sums; returns the estimated error of an irradiance image.
-double AdaptiveTrace::add_lines(const Sums& sums, std::size_t slot, float* values) const {
+// One pixel's scan lines to its sums, with their estimated errors.
+AdaptiveTrace::LineErrors AdaptiveTrace::add_lines(const Sums& sums, std::size_t slot, float* values) const {
   const auto channel_error = [&](std::size_t c) {
     double v = 0.0, e = 0.0;
     for (std::size_t p = 0; p < panels_; ++p) {
@@ -29,10 +29,13 @@ double AdaptiveTrace::add_lines(const Sums& sums, std::size_t slot, float* value
   };
   const double mean = channel_error(0);
   const double hit = channel_error(1);
-  double fringe = 0.0;
+  double fringe = 0.0, phase = 0.0;
   for (std::size_t p = 0; p < pass_->pitches.size(); ++p) {
     const double cosine = channel_error(2 + 2 * p), sine = channel_error(3 + 2 * p);
     fringe = std::max(fringe, std::hypot(cosine, sine));
+    const double amplitude =
+        std::hypot(static_cast<double>(values[2 + 2 * p]), static_cast<double>(values[3 + 2 * p]));
+    if (amplitude > 0.0) phase = std::max(phase, std::hypot(cosine, sine) / amplitude);
   }
   // Where bisection left the borders open, line by line and independent.
   double open = 0.0;
@@ -40,8 +43,9 @@ double AdaptiveTrace::add_lines(const Sums& sums, std::size_t slot, float* value
     for (std::size_t l = 0; l < LINES_PER_PANEL; ++l)
       open = std::hypot(open, panel_weights[l] * sums.at(pass_->channels(), slot + LINES_PER_PANEL * p + l));
   open *= std::max(1.0, job_.twin.fringes.mean + job_.twin.fringes.amplitude) / panels_;
-  const double error = std::hypot(irradiance_error(mean, fringe) + job_.twin.projector->ambient * hit, open);
-  return std::isfinite(error) ? error : HUGE_VAL;
+  const double gray = std::hypot(irradiance_error(mean, fringe) + job_.twin.projector->ambient * hit, open);
+  if (!std::isfinite(gray + phase)) return {HUGE_VAL, HUGE_VAL};
+  return {gray, phase};
 }
 
 // Scan lines in panels of four, twice as many panels for what is not good enough.
@@ -49,6 +53,10 @@ void AdaptiveTrace::run_lines() {
   static_assert(LINES_PER_PANEL == panel_weights.size());
   std::vector<std::uint32_t> list = mixed_;
   const std::size_t n_channels = pass_->channels();
+  const double whole =
+      irradiance_target_ * irradiance_target_ * static_cast<double>(n_lit_ + n_outlines_ + mixed_.size());
+  const double allowed = std::min(share_of_budget * whole, std::max(0.1 * whole, whole - gray_squares_));
+  double spent = mixed_squares_;
   for (panels_ = 1; !list.empty(); panels_ *= 2) {
     const SampleSetup none;
     impl_.upload_pass(job_, *pass_, none, limits());
@@ -57,30 +65,39 @@ void AdaptiveTrace::run_lines() {
     reserve_output(std::min(most_slots(), list.size() * per_entry + BLOCK_PIXELS));
     ComputePipeline& kernel = impl_.bound_kernel(Kernel::lines, constants(none, PIXELS_LISTED));
     std::vector<float> values(n_channels * list.size());
-    std::vector<double> errors(list.size());
+    std::vector<LineErrors> found(list.size());
+    std::vector<double> errors(list.size());  // as of the irradiance
     stage("lines", list.size(), [&] {
       run_list(kernel, list, per_entry, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
         for (std::size_t i = 0; i < n; ++i)
-          errors[first + i] = add_lines(sums, i * per_entry, &values[n_channels * (first + i)]);
+          found[first + i] = add_lines(sums, i * per_entry, &values[n_channels * (first + i)]);
       });
     });
+    for (std::size_t i = 0; i < list.size(); ++i)
+      errors[i] =
+          list[i] & inside_surface
+              ? std::max(found[i].irradiance, found[i].phase_rad / phase_target_rad_ * irradiance_target_)
+              : found[i].irradiance;
     // The target is the rms over all pixels, and few lie on edges: the largest errors are worked on until
     // the others fit into the budget together. Some of it is left to the pixels of the next round, or they
     // would have to become exact.
-    const double whole =
-        irradiance_target_ * irradiance_target_ * static_cast<double>(n_lit_ + n_outlines_ + mixed_.size());
-    const double budget =
-        std::min(share_of_budget * whole, std::max(0.1 * whole, whole - gray_squares_)) - mixed_squares_;
-    const double most = panels_ < most_panels ? largest_error_to_keep(errors, share_of_round * budget,
-                                                                      most_allowance * irradiance_target_)
-                                              : HUGE_VAL;
+    const double most = panels_ < most_panels
+                            ? largest_error_to_keep(errors, share_of_round * (allowed - spent),
+                                                    most_allowance * irradiance_target_)
+                            : HUGE_VAL;
     std::vector<std::uint32_t> next;
     for (std::size_t i = 0; i < list.size(); ++i) {
       if (errors[i] > most) {
         next.push_back(list[i]);
         continue;
       }
-      mixed_squares_ += errors[i] * errors[i];
+      spent += errors[i] * errors[i];
+      if (list[i] & inside_surface) {
+        count_error(found[i].phase_rad, found[i].irradiance);
+        --n_mixed_;
+      } else {
+        mixed_squares_ += errors[i] * errors[i];
+      }
       write(list[i], 0, Sums{&values[n_channels * i], 1});
     }
     list = std::move(next);

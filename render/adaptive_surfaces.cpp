@@ -71,7 +71,7 @@ void AdaptiveTrace::run_checked(const std::vector<std::uint32_t>& list) {
   const double most = largest_error_to_keep(worse, 0.5 * share_of_budget * n_known, most_allowance);
   for (std::size_t e = 0; e < list.size(); ++e) {
     if (!(worse[e] <= most)) {
-      to_scan_lines(list[e]);
+      to_scan_lines(list[e], inside_surface);
       continue;
     }
     count_error(phase[e], gray[e]);
@@ -92,7 +92,13 @@ void AdaptiveTrace::sort_out_uncrossed() {
     const auto* answer =
         reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
     for (std::size_t i = 0; i < n; ++i)
-      (answer[i] == 1 ? mixed_ : answer[i] == 2 ? facets_ : smooth_).push_back(list[first + i]);
+      if (answer[i] == BORDER_DENSE)
+        mixed_.push_back(list[first + i] | inside_surface);
+      else
+        (answer[i] == BORDER_CROSSED  ? mixed_
+         : answer[i] == BORDER_FACETS ? facets_
+                                      : smooth_)
+            .push_back(list[first + i]);
   });
   job_.out->rays += 8 * list.size();
 }
@@ -104,21 +110,32 @@ void AdaptiveTrace::run_facets(const std::vector<std::uint32_t>& list) {
   reserve_output(std::min(most_slots(), list.size() + BLOCK_PIXELS));
   ComputePipeline& kernel = impl_.bound_kernel(Kernel::facets, constants(none, PIXELS_LISTED));
   const std::size_t n_channels = pass_->channels();
+  std::vector<float> values(n_channels * list.size());
+  std::vector<double> gray(list.size()), phase(list.size()), worse(list.size());
   run_list(kernel, list, 1, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
     const auto* incomplete =
         reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
     for (std::size_t i = 0; i < n; ++i) {
-      if (incomplete[i]) {
-        to_scan_lines(list[first + i]);  // two orders of a rule would agree too soon at a crease
-        continue;
-      }
-      // sums.at(1, i) is 1: the pieces fill the square to AREA_TOLERANCE of facets.comp, which their own
-      // differences to the facet at the centre multiply.
-      const double error = sums.at(n_channels, i);
-      count_error(sums.at(n_channels + 1, i), irradiance_error(error, error));
-      write(list[first + i], i, sums);
+      const std::size_t e = first + i;
+      // Two orders of a rule would agree too soon at a crease.
+      if (incomplete[i]) to_scan_lines(list[e], 0);
+      gray[e] = incomplete[i] ? HUGE_VAL : irradiance_error(sums.at(n_channels, i), sums.at(n_channels, i));
+      phase[e] = sums.at(n_channels + 1, i);
+      worse[e] = std::max(phase[e] / phase_target_rad_, gray[e] / irradiance_target_);
+      for (std::size_t c = 0; c < n_channels; ++c)
+        values[n_channels * e + c] = sums.values[c * sums.stride + i];
     }
   });
+  const auto n_known = static_cast<double>(n_lit_ + list.size() + smooth_.size());
+  const double most = largest_error_to_keep(worse, 0.5 * share_of_budget * n_known, most_allowance);
+  for (std::size_t e = 0; e < list.size(); ++e) {
+    if (worse[e] <= most) {
+      count_error(phase[e], gray[e]);
+      write(list[e], 0, Sums{&values[n_channels * e], 1});
+    } else if (gray[e] < HUGE_VAL) {
+      to_scan_lines(list[e], inside_surface);
+    }
+  }
 }
 
 // Edges between facets of one mesh and nothing, or between facets that face the projector and others.

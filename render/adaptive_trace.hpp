@@ -26,6 +26,8 @@ inline std::uint32_t list_code(int x, int y, bool along_y) {
   return static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 15 | (along_y ? 1U << 31 : 0U);
 }
 constexpr int list_limit_px = 1 << 15;
+/// Mark of a pixel that no edge crosses: its phase counts.
+constexpr std::uint32_t inside_surface = 1U << 30;
 
 /// What a dispatch wrote: channel by channel, `stride` slots each.
 struct Sums {
@@ -80,7 +82,11 @@ class AdaptiveTrace {
   void run_facets(const std::vector<std::uint32_t>& list);
   void run_outlines(const std::vector<std::uint32_t>& list);
   void run_lines();
-  double add_lines(const Sums& sums, std::size_t slot, float* values) const;
+  struct LineErrors {
+    double irradiance = 0.0;  ///< of an image
+    double phase_rad = 0.0;   ///< largest of all pitches
+  };
+  LineErrors add_lines(const Sums& sums, std::size_t slot, float* values) const;
   void note_estimate();
 
   // Runs `kernel` over `list` with `per_entry` invocations each and hands each part to
@@ -101,8 +107,8 @@ class AdaptiveTrace {
   }
 
   bool changes_along_y(std::uint32_t code) const;
-  void to_scan_lines(std::uint32_t code) {
-    mixed_.push_back((code & 0x3fffffffU) | (changes_along_y(code) ? 1U << 31 : 0U));
+  void to_scan_lines(std::uint32_t code, std::uint32_t mark) {
+    mixed_.push_back((code & 0x3fffffffU) | mark | (changes_along_y(code) ? 1U << 31 : 0U));
   }
 
   // Error of an irradiance image, given the errors of its mean and of its cosine and sine.

@@ -2,13 +2,13 @@
 #include "render/bvh_cache.hpp"
 
 #include <cstring>
+#include <string>
 
 namespace fringetwin::render {
 namespace {
 
-// `version` is raised whenever build_bvh would give another tree or BvhNode another layout.
 struct Head {
-  std::uint64_t version = 1, n_nodes = 0, n_vertices = 0, n_triangles = 0;
+  std::uint64_t n_nodes = 0, n_vertices = 0, n_triangles = 0;
   std::int32_t max_depth = 0, depth = 0;
   std::array<float, 6> box{};
 };
@@ -23,7 +23,7 @@ std::optional<Bvh> unpack(const std::vector<std::byte>& bytes, std::size_t n_tri
   Head head;
   if (bytes.size() < sizeof head) return {};
   std::memcpy(&head, bytes.data(), sizeof head);
-  if (head.version != Head{}.version || head.n_triangles != n_triangles || head.n_nodes > n_triangles ||
+  if (head.n_triangles != n_triangles || head.n_nodes > n_triangles ||
       bytes.size() != sizeof head + head.n_nodes * sizeof(BvhNode) + n_triangles * sizeof(std::uint32_t))
     return {};
   Bvh bvh;
@@ -42,14 +42,15 @@ std::optional<Bvh> unpack(const std::vector<std::byte>& bytes, std::size_t n_tri
 
 Bvh cached_bvh(const std::vector<Eigen::Vector3f>& vertices_mm,
                const std::vector<std::array<int, 3>>& triangles, int max_depth,
-               const std::optional<std::filesystem::path>& folder) {
-  if (!folder || triangles.size() < smallest_cached_mesh) return build_bvh(vertices_mm, triangles, max_depth);
+               const std::optional<std::filesystem::path>& folder, std::size_t smallest) {
+  if (!folder || triangles.size() < smallest) return build_bvh(vertices_mm, triangles, max_depth);
+  const std::string builder = FRINGETWIN_CODE_DIGEST;  // of build_bvh and BvhNode (CMakeLists.txt)
   Head head;
   head.n_vertices = vertices_mm.size();
   head.n_triangles = triangles.size();
   head.max_depth = max_depth;
-  const std::string name =
-      "bvh-" + content_key({bytes_of_head(head), bytes_of_all(vertices_mm), bytes_of_all(triangles)});
+  const std::string name = "bvh-" + content_key({std::as_bytes(std::span(builder)), bytes_of_head(head),
+                                                 bytes_of_all(vertices_mm), bytes_of_all(triangles)});
   if (const auto bytes = read_cached(folder, name))
     if (auto known = unpack(*bytes, triangles.size())) return *std::move(known);
   Bvh bvh = build_bvh(vertices_mm, triangles, max_depth);

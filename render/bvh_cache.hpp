@@ -9,10 +9,11 @@ namespace fringetwin::render {
 /// From here on reading a hierarchy is clearly quicker than building it (bench_scaling).
 constexpr std::size_t smallest_cached_mesh = 200'000;
 
-/// As build_bvh. From smallest_cached_mesh triangles on it is read from `folder` if an equal mesh was built
+/// As build_bvh. From `smallest` triangles on it is read from `folder` if an equal mesh was built
 /// before, else built and kept there.
 Bvh cached_bvh(const std::vector<Eigen::Vector3f>& vertices_mm,
                const std::vector<std::array<int, 3>>& triangles, int max_depth,
-               const std::optional<std::filesystem::path>& folder);
+               const std::optional<std::filesystem::path>& folder,
+               std::size_t smallest = smallest_cached_mesh);
 
 }  // namespace fringetwin::render

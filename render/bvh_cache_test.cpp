@@ -25,7 +25,7 @@ bool same(const Bvh& a, const Bvh& b) {
 class BvhCache : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    mesh_ = new Mesh(test::make_bumpy_icosphere(7, 35.0, test::default_bumps()));
+    mesh_ = new Mesh(test::make_bumpy_icosphere(4, 35.0, test::default_bumps()));
     built_ = new Bvh(build_bvh(mesh_->vertices_mm, mesh_->triangles, 32));
   }
   static void TearDownTestSuite() {
@@ -38,7 +38,7 @@ class BvhCache : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  Bvh get() const { return cached_bvh(mesh_->vertices_mm, mesh_->triangles, 32, folder_ / "new"); }
+  Bvh get() const { return cached_bvh(mesh_->vertices_mm, mesh_->triangles, 32, folder_ / "new", 1000); }
   std::vector<fs::path> files() const {
     std::vector<fs::path> out;
     for (const auto& entry : fs::directory_iterator(folder_ / "new")) out.push_back(entry.path());
@@ -60,11 +60,16 @@ TEST_F(BvhCache, ReadsWhatItWrote) {
   EXPECT_EQ(fs::last_write_time(files()[0]), written) << "built again";
 }
 
+TEST_F(BvhCache, SmallMeshesAreBuilt) {
+  EXPECT_TRUE(same(cached_bvh(mesh_->vertices_mm, mesh_->triangles, 32, folder_ / "new"), *built_));
+  EXPECT_FALSE(fs::exists(folder_));
+}
+
 TEST_F(BvhCache, AnotherMeshAnotherFile) {
   get();
   std::vector<Eigen::Vector3f> moved = mesh_->vertices_mm;
   moved.back().x() += 1e-3F;
-  const Bvh other = cached_bvh(moved, mesh_->triangles, 32, folder_ / "new");
+  const Bvh other = cached_bvh(moved, mesh_->triangles, 32, folder_ / "new", 1000);
   EXPECT_EQ(files().size(), 2u);
   EXPECT_TRUE(same(other, build_bvh(moved, mesh_->triangles, 32)));
 }
@@ -96,8 +101,8 @@ TEST_F(BvhCache, WorksWithoutAFolder) {
   fs::create_directories(folder_);
   std::ofstream(folder_ / "file") << "no folder";
   EXPECT_TRUE(
-      same(cached_bvh(mesh_->vertices_mm, mesh_->triangles, 32, folder_ / "file" / "under"), *built_));
-  EXPECT_TRUE(same(cached_bvh(mesh_->vertices_mm, mesh_->triangles, 32, {}), *built_));
+      same(cached_bvh(mesh_->vertices_mm, mesh_->triangles, 32, folder_ / "file" / "under", 1000), *built_));
+  EXPECT_TRUE(same(cached_bvh(mesh_->vertices_mm, mesh_->triangles, 32, {}, 1000), *built_));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <memory>
@@ -33,6 +34,10 @@ void make_room(const fs::path& folder) {
   std::vector<std::pair<fs::file_time_type, fs::path>> files;
   std::uintmax_t total = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
+    // What a process left that was killed while writing.
+    if (entry.path().extension() == ".tmp" &&
+        entry.last_write_time() + std::chrono::hours(24) < fs::file_time_type::clock::now())
+      fs::remove(entry.path());
     if (entry.path().extension() != ".cache") continue;
     total += entry.file_size();
     files.emplace_back(entry.last_write_time(), entry.path());
@@ -57,8 +62,7 @@ std::optional<fs::path> cache_folder() {
 
 std::string content_key(std::initializer_list<Bytes> parts) {
   const std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> context(EVP_MD_CTX_new(), EVP_MD_CTX_free);
-  FT_CHECK(context && EVP_DigestInit_ex(context.get(), EVP_blake2b512(), nullptr) == 1,
-           "OpenSSL has BLAKE2b");
+  FT_CHECK(context && EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) == 1, "OpenSSL has SHA-256");
   for (const Bytes part : parts) {
     const std::uint64_t size = part.size();
     EVP_DigestUpdate(context.get(), &size, sizeof size);
@@ -74,7 +78,8 @@ std::string content_key(std::initializer_list<Bytes> parts) {
 std::optional<std::vector<std::byte>> read_cached(const std::optional<fs::path>& folder,
                                                   const std::string& name) {
   if (!folder) return {};
-  std::ifstream in(*folder / (name + ".cache"), std::ios::binary | std::ios::ate);
+  const fs::path file = *folder / (name + ".cache");
+  std::ifstream in(file, std::ios::binary | std::ios::ate);
   if (!in) return {};
   const auto file_size = static_cast<std::uint64_t>(in.tellg());
   Header header;
@@ -85,6 +90,8 @@ std::optional<std::vector<std::byte>> read_cached(const std::optional<fs::path>&
   std::vector<std::byte> bytes(header.size);
   in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!in || checksum(0, bytes) != header.checksum) return {};
+  std::error_code ignored;
+  fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);  // used: others make room first
   return bytes;
 }
 
@@ -97,6 +104,7 @@ void write_cached(const std::optional<fs::path>& folder, const std::string& name
       header.size += part.size();
       header.checksum = checksum(header.checksum, part);
     }
+    if (header.size > largest_cache_bytes / 4) return;
     TemporaryFile temporary(*folder / (name + ".cache"));
     std::ofstream out(temporary.path(), std::ios::binary);
     out.write(reinterpret_cast<const char*>(&header), sizeof header);

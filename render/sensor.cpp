@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "render/philox.hpp"
@@ -35,9 +36,11 @@ ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed
   const PhiloxKey key{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)};
   ImageF gray(irradiance.width, irradiance.height);
   const auto n = static_cast<std::int64_t>(irradiance.size());
-  // Truncation after adding a half: std::round() would be a call of the library for every pixel.
+  // Truncation after adding a half: std::round() would be a call of the library for every pixel. NaN stays.
   const auto stored = [max_dn](double dn) {
-    return static_cast<float>(static_cast<std::int32_t>(std::clamp(dn, 0.0, max_dn) + 0.5));
+    const double inside = dn > 0.0 ? std::min(dn, max_dn) : 0.0;
+    const auto rounded = static_cast<float>(static_cast<std::int32_t>(inside + 0.5));
+    return dn == dn ? rounded : std::numeric_limits<float>::quiet_NaN();
   };
   if (!noisy) {
 #pragma omp parallel for schedule(static)

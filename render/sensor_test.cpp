@@ -12,6 +12,7 @@
 #include <omp.h>
 
 #include <cmath>
+#include <limits>
 
 #include "render/philox.hpp"
 
@@ -69,6 +70,14 @@ TEST(Expose, WithoutNoiseTheFormulaIsExact) {
   EXPECT_THAT(expose(e, sensor, 1, 0, 0).data, testing::ElementsAre(3, 23, 43, 103, 255, 255));
   const Sensor dark = make_sensor(8, 1.0, -10.0);
   EXPECT_EQ(expose(e, dark, 1, 0, 0).data[1], 0.0f);
+}
+
+TEST(Expose, InvalidStaysInvalid) {
+  ImageF e(2, 1);
+  e.data = {std::numeric_limits<float>::quiet_NaN(), 1.0f};
+  const ImageF dn = expose(e, make_sensor(8, 20.0), 1, 0, 0);
+  EXPECT_TRUE(std::isnan(dn.data[0]));
+  EXPECT_EQ(dn.data[1], 20.0f);
 }
 
 TEST(Expose, EveryBitDepthClampsAtItsTop) {

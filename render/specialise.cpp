@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/specialise.hpp"
 
+#include <spirv-tools/libspirv.h>
+
 #include <cstring>
 #include <spirv-tools/optimizer.hpp>
+#include <string>
 #include <unordered_map>
 
 #include "render/disk_cache.hpp"
 
 namespace fringetwin::render {
 namespace {
-
-constexpr std::uint32_t passes_version = 1;  // raised when the passes change
 
 std::vector<std::uint32_t> optimise(std::span<const std::uint32_t> spirv,
                                     std::span<const std::uint32_t> constants) {
@@ -37,8 +38,11 @@ std::vector<std::uint32_t> optimise(std::span<const std::uint32_t> spirv,
 std::vector<std::uint32_t> specialised(std::span<const std::uint32_t> spirv,
                                        std::span<const std::uint32_t> constants,
                                        const std::optional<std::filesystem::path>& folder) {
-  const std::string name = "shader-" + content_key({std::as_bytes(std::span(&passes_version, 1)),
-                                                    std::as_bytes(spirv), std::as_bytes(constants)});
+  if (!folder) return optimise(spirv, constants);
+  // The digest of this file (CMakeLists.txt) and the optimiser's version stand for the passes.
+  const std::string maker = std::string(FRINGETWIN_CODE_DIGEST) + spvSoftwareVersionDetailsString();
+  const std::string name = "shader-" + content_key({std::as_bytes(std::span(maker)), std::as_bytes(spirv),
+                                                    std::as_bytes(constants)});
   std::vector<std::uint32_t> out;
   if (const auto bytes = read_cached(folder, name)) {
     out.resize(bytes->size() / sizeof(std::uint32_t));

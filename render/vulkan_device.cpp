@@ -329,7 +329,7 @@ void VulkanDevice::submit_and_wait() {
   // OpenMP's idle threads spin for a while and take the cores from a software driver's threads (a third of
   // the rendering time on 2 cores): they are sent home, the next parallel region calls new ones within 0.1
   // ms.
-  omp_pause_resource_all(omp_pause_soft);
+  if (info_.is_cpu) omp_pause_resource_all(omp_pause_soft);
   vk_check(vkQueueSubmit(queue_, 1, &submit, fence_), "vkQueueSubmit");
   vk_check(vkWaitForFences(device_, 1, &fence_, VK_TRUE, UINT64_MAX), "vkWaitForFences");
   vk_check(vkResetFences(device_, 1, &fence_), "vkResetFences");

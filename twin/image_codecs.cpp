@@ -5,8 +5,9 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <stdexcept>
 #include <string>
+
+#include "twin/errors.hpp"
 
 namespace fringetwin {
 namespace {
@@ -28,7 +29,9 @@ DecodeImageFunction load() {
     const char* error = ::dlerror();
     fault += fmt::format("{}{}", fault.empty() ? "" : "; ", error ? error : file.string());
   }
-  throw std::runtime_error(fmt::format("the image codecs cannot be loaded ({})", fault));
+  throw UserError(ExitCode::input, "BMP, TIFF and PGM images",
+                  fmt::format("the module that reads them cannot be loaded ({})", fault),
+                  "put it beside the program, or convert the images to PNG");
 }
 
 }  // namespace

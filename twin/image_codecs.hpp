@@ -22,6 +22,6 @@ bool decode_image(const std::vector<std::uint8_t>& bytes, DecodedImage* image);
 
 /// The module's only function, by this name.
 using DecodeImageFunction = bool (*)(const std::uint8_t* bytes, std::size_t size, DecodedImage* image);
-constexpr const char* decode_image_name = "fringetwin_decode_image";
+constexpr const char* decode_image_name = "fringetwin_decode_image_1";  ///< 1: DecodedImage as it stands here
 
 }  // namespace fringetwin

@@ -4,8 +4,8 @@
 
 #include "twin/image_codecs.hpp"
 
-extern "C" bool fringetwin_decode_image(const std::uint8_t* bytes, std::size_t size,
-                                        fringetwin::DecodedImage* image) {
+extern "C" bool fringetwin_decode_image_1(const std::uint8_t* bytes, std::size_t size,
+                                          fringetwin::DecodedImage* image) {
   cv::Mat mat;
   try {
     mat = cv::imdecode(cv::_InputArray(bytes, static_cast<int>(size)), cv::IMREAD_UNCHANGED);

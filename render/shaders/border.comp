@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Does an edge cross the pixel's own square, or only its neighbourhood? Eight rays along the square's border
 // against the one through its centre: a straight edge that crosses a square parts its corners.
-// objects: 0 not crossed, 1 crossed, 2 crossed by creases of one lit mesh only.
+// objects: BORDER_ (shared.h).
 #extension GL_GOOGLE_include_directive : require
 #include "bindings.glsl"
 #include "camera.glsl"
@@ -41,8 +41,7 @@ void main() {
   }
   // Several fringes in the pixel ask for scan lines as an edge does; on facets already what 2 x 2 nodes leave.
   swing *= 2.0 * finest_fringe();
-  float side = 0.7071068 * swing;
-  crossed = crossed || swing > 4.0 || (mesh && c.z * side * side * side * side / 2160.0 > params.adaptive.y);
-  objects[slot] = crossed ? 1 : mesh ? 2 : 0;
+  bool dense = swing > 4.0 || (mesh && c.z * swing * swing * swing * swing / 2160.0 > params.adaptive.y);
+  objects[slot] = crossed ? BORDER_CROSSED : dense ? BORDER_DENSE : mesh ? BORDER_FACETS : BORDER_SMOOTH;
   report_status(uvec2(pixel), shadow_rays);
 }

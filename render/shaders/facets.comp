@@ -129,11 +129,12 @@ void main() {
   // The own facet as if it filled the pixel, by 2 x 2 Gauss; then, for the piece of each other one, the
   // difference between the two at the piece's centroid: small, since the surface is continuous.
   vec2 u_first = vec2(0.0);
-  float swing_per_px = 0.0;
+  float swing_per_px = 0.0, own_w = 0.0;
   for (int j = 0; j < (outline ? 0 : 4); ++j) {
     vec2 offset = half_fill * 0.5773502692 * vec2((j & 1) != 0 ? 1.0 : -1.0, (j & 2) != 0 ? 1.0 : -1.0);
     Look look = look_at_facet(g, rays, own, offset);
     add_look(look, 0.25);
+    own_w = look.w;
     u_first = j == 0 ? vec2(look.u) : u_first;
     float moved = length(vec2(look.u) - u_first) / (half_fill * 1.154700538);
     swing_per_px = j == 1 || j == 2 ? length(vec2(swing_per_px, finest * moved)) : swing_per_px;
@@ -197,6 +198,9 @@ void main() {
   good = good && n_facets <= MOST_FACETS && (outline ? covered < 1.0 + AREA_TOLERANCE : abs(covered - 1.0) < AREA_TOLERANCE);
   hits = outline ? min(covered, 1.0) : 1.0;
   store_sums(slot, stride, mean, hits, cosine, sine, direct);
+  // What 2 x 2 nodes leave on the own facet.
+  float side_swing = 2.0 * half_fill * swing_per_px;
+  error += outline ? 0.0 : own_w * side_swing * side_swing * side_swing * side_swing / 4320.0;
   turn_error /= max(mean, 1e-30);
   sums[slot + (2 + 2 * N_PITCHES + N_DIRECT) * stride] = error;
   sums[slot + (3 + 2 * N_PITCHES + N_DIRECT) * stride] = turn_error;

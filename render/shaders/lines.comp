@@ -27,8 +27,10 @@ const int MOST_BORDERS = 8;
 const float INNER_LINE = 0.4472135955;  // sqrt(1/5)
 const int BISECTIONS = 7;              // a quarter pixel to 2e-3 px
 const float UNRESOLVED = 0.25 / 128.0 * 0.2886751346;  // rms of what is left: an interval over sqrt(12)
-const float MOST_SWING = 3.0;  // rad over which four nodes are good to 4e-6
-const int MOST_PARTS = 32;
+// Four nodes are good to 4e-6 over so many rad: evenly spaced, crowding towards one edge, towards two.
+const float MOST_SWING[3] = float[3](3.0, 0.75, 0.4);
+const int MOST_PARTS = 48;           // of a line
+const float SHORTEST_STEP = 0.05;    // of a line, between two probes that tell the slope
 const vec4 NODES = vec4(0.0694318442, 0.3300094782, 0.6699905218, 0.9305681558);
 const vec4 WEIGHTS = vec4(0.1739274226, 0.3260725774, 0.3260725774, 0.1739274226);
 
@@ -109,7 +111,7 @@ void main() {
     } else {
       bool same = next > 0 && same_surface(last, seen);
       start_halving = next > 0 && !same && n_pieces <= MOST_BORDERS;
-      if (same && last.w > 0.0 && seen.w > 0.0)
+      if (same && last.w > 0.0 && seen.w > 0.0 && position - position_before > SHORTEST_STEP)
         slope = max(slope, length(vec2(seen.u - last.u)) / (position - position_before));
       position_before = position;
       low = probe_position(max(next - 1, 0), jitter);
@@ -128,10 +130,16 @@ void main() {
   float mean = 0.0, hits = 0.0;
   float cosine[MAX_PITCHES], sine[MAX_PITCHES], direct[MAX_DIRECT];
   load_sums(false, slot, stride, mean, hits, cosine, sine, direct);
+  int parts_used = 0;
+  bool too_few = false;
   for (int piece = 0; piece < n_pieces; ++piece) {
     bool edge_left = piece > 0, edge_right = piece < n_pieces - 1;
     float a = borders[piece], b = borders[piece + 1];
-    int parts = clamp(int(ceil(finest * slope * (b - a) / MOST_SWING)), 1, MOST_PARTS);
+    float limit = MOST_SWING[(edge_left ? 1 : 0) + (edge_right ? 1 : 0)];
+    int wanted = int(ceil(min(finest * slope * (b - a) / limit, 1e6)));
+    int parts = clamp(wanted, 1, max(1, MOST_PARTS - parts_used));
+    parts_used += parts;
+    too_few = too_few || wanted > parts;
     for (int k = 0; k < 4 * parts; ++k) {
       float t = (float(k >> 2) + NODES[k & 3]) / float(parts), r = 1.0 - t;
       float s = edge_left ? (edge_right ? t * t * (3.0 - 2.0 * t) : t * t) : (edge_right ? 1.0 - r * r : t);
@@ -147,7 +155,8 @@ void main() {
   }
   float error = UNRESOLVED * sqrt(unresolved);
   // Lines that the fringe passes by too fast may agree by chance.
-  if (finest * fill * px_across(ivec2(pixel.xy), pixel.z != 0 ? ivec2(1, 0) : ivec2(0, 1)) > 4.0 * float(panels)) error = max(error, mean);
+  if (finest * fill * px_across(ivec2(pixel.xy), pixel.z != 0 ? ivec2(1, 0) : ivec2(0, 1)) > 4.0 * float(panels)) too_few = true;
+  error = too_few ? max(error, mean) : error;
   store_sums(slot, stride, mean, hits, cosine, sine, direct);
   sums[slot + (2 + 2 * N_PITCHES + N_DIRECT) * stride] = error;
   atomicAdd(status[2], rays_cast);

@@ -105,6 +105,12 @@ struct uvec4 {
 #define PIXEL_OUTLINE 5 // as mixed, but with facets of one mesh and nothing else
 #define PIXEL_OUTLINE_Y 6
 
+// What eight rays along a pixel's border tell.
+#define BORDER_SMOOTH 0   // no edge
+#define BORDER_CROSSED 1
+#define BORDER_FACETS 2   // creases of one lit mesh only
+#define BORDER_DENSE 3    // no edge, but too much of the fringe for low orders
+
 #define PIXELS_LISTED 1   // values of SPEC_PIXEL_LIST
 #define PIXELS_OUTLINE 2
 
