@@ -88,6 +88,7 @@ Findings analyse(const Calibration& c, const CalibrateOptions& options) {
   const Uncertainty u(c);
   out.observed_sigma_px = u.observed_sigma_px();
   out.shared_noise = u.shared();
+  out.warp_sigma_mm = u.warp().diagonal().cwiseSqrt();
   constexpr std::size_t kMostParameters = 16;
   if (c.devices[0].intrinsics.size() <= kMostParameters) out.rig_covariance = u.rig();
   const int n = static_cast<int>(c.devices.size());

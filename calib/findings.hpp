@@ -35,6 +35,7 @@ struct Findings {
   std::vector<DeviceFindings> devices;
   std::vector<PairFindings> pairs;
   double observed_sigma_px = 0.0;
+  Eigen::Vector2d warp_sigma_mm = Eigen::Vector2d::Zero();
   double shared_noise = 0.0;  ///< of the cameras' corner noise in the projector's corners
   /// Uncertainty::rig(); empty for lens models with more than 16 parameters.
   Eigen::MatrixXd rig_covariance;

@@ -95,7 +95,8 @@ std::string calibration_json(const Calibration& c, const CalibrateOptions& optio
   out["board"] = {{"width_n", board.width_n},
                   {"height_n", board.height_n},
                   {"spacing_mm", board.spacing_mm},
-                  {"warp_mm", list(c.warp_mm)}};
+                  {"warp_mm", list(c.warp_mm)},
+                  {"warp_sigma_mm", list(findings.warp_sigma_mm)}};
   if (options.circle_diameter_mm > 0.0) {
     out["board"]["circle_diameter_mm"] = options.circle_diameter_mm;
     out["board"]["largest_circle_correction_px"] = c.circle_correction_px;

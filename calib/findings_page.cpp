@@ -47,6 +47,27 @@ MapStyle value_style(const std::vector<const ImageF*>& images, const std::string
   return style;
 }
 
+/// Limits for a map over the imager that grows beyond all bounds where no board was: up to twice what holds
+/// at nine tenths of the corners.
+MapStyle style_where_seen(const Calibration& c, int device, const ImageF& grid) {
+  const auto& size = c.problem.imagersizes[static_cast<std::size_t>(device)];
+  std::vector<float> seen;
+  for (const View& view : c.observations.views)
+    for (const Corner& corner : view.corners) {
+      if (view.device != device || !corner.seen()) continue;
+      const auto cell = [](double q, int pixels, int cells) {
+        return std::clamp(static_cast<int>((q + 0.5) / pixels * cells), 0, cells - 1);
+      };
+      seen.push_back(
+          grid(cell(corner.q_px.x(), size[0], grid.width), cell(corner.q_px.y(), size[1], grid.height)));
+    }
+  MapStyle style;
+  style.unit = "px";
+  const double high = 2.0 * report::percentile(seen, 90.0);
+  style.limits = {0.0, high > 0.0 ? high : 1.0};
+  return style;
+}
+
 /// Mean residual (0: x, 1: y) and its rms (2) over cells of the imager.
 std::array<ImageF, 3> residual_cells(const Calibration& c, int device) {
   constexpr int kColumns = 24;
@@ -112,7 +133,7 @@ std::string residual_histogram(const Calibration& c) {
   plot.x_label = "residual, one coordinate [px]";
   plot.y_label = "share of all [%]";
   double limit = 0.0;
-  for (const auto& device : c.devices) limit = std::max(limit, 4.0 * device.fit.rms_px);
+  for (const auto& device : c.devices) limit = std::max(limit, 3.0 * device.fit.rms_px);
   const char* colors[] = {report::color::kReal, report::color::kSimulated, report::color::kThird,
                           report::color::kFourth};
   for (std::size_t d = 0; d < c.devices.size(); ++d) {
@@ -137,28 +158,35 @@ std::string uncertainty_maps(const Calibration& c, const Findings& findings) {
   for (std::size_t d = 0; d < c.devices.size(); ++d)
     maps += map_of(findings.devices[d].sigma_px,
                    fmt::format("{} at {:.4g} mm", c.devices[d].name, findings.devices[d].distance_mm),
-                   value_style({&findings.devices[d].sigma_px}, "px"));
+                   style_where_seen(c, static_cast<int>(d), findings.devices[d].sigma_px));
   std::string out =
       Figure{maps + "</div>",
              "Projection uncertainty: how far (1 sigma, in the worst direction) the noise of the corners "
              "lets the projection of a point at the working distance be wrong. It grows where no board was "
-             "seen.",
+             "seen: colours end at twice what holds at nine tenths of the corners, yellow is that or more.",
              "Var(q) = dq/db Var(b) (dq/db)^T, the point at rest relative to the boards", ""}
           .html();
   const CrossValidation& v = findings.cross_validation;
   if (!v.not_done.empty()) return out + "<p>No cross-validation: " + report::escape_html(v.not_done) + "</p>";
   for (std::size_t d = 0; d < v.devices.size(); ++d)
     crossed += map_of(v.devices[d].difference_px, c.devices[d].name + ": even - odd",
-                      value_style({&v.devices[d].difference_px, &v.devices[d].expected_px}, "px"));
+                      style_where_seen(c, static_cast<int>(d), v.devices[d].difference_px));
+  report::Table table;
+  table.columns = {{"even - odd", "", Align::left}, {"rms", "px"}, {"largest", "px"}, {"over expected", ""}};
+  for (std::size_t d = 0; d < v.devices.size(); ++d)
+    table.add_row({c.devices[d].name, report::number(v.devices[d].rms_px, 2),
+                   report::number(v.devices[d].max_px, 2), report::number(v.devices[d].relative, 2)});
   return out +
          Figure{crossed + "</div>",
                 fmt::format(
                     "The same rig calibrated from the even ({}) and from the odd ({}) frames: difference of "
-                    "the projections at the working distance after the best rigid motion. Much more than "
-                    "expected means error beyond the corners' noise: a wrong lens model or a moving board.",
+                    "the projections at the working distance after the best rigid motion (colours as above). "
+                    "Over expected: rms of the difference over its sigma at each place; well above 2 means "
+                    "error beyond the corners' noise: a wrong lens model or a moving board.",
                     v.n_even, v.n_odd),
                 "", ""}
-             .html();
+             .html() +
+         table.html();
 }
 
 std::string board_view(const Calibration& c) {
@@ -208,7 +236,18 @@ std::string board_view(const Calibration& c) {
       .html();
 }
 
-std::string warp_map(const Calibration& c) {
+std::string warp_sentence(const Calibration& c, const Eigen::Vector2d& sigma_mm) {
+  const auto part = [&](int i) {
+    return sigma_mm[i] > 0.0 ? report::with_sigma(1000.0 * c.warp_mm[i], 1000.0 * sigma_mm[i])
+                             : report::fixed(1000.0 * c.warp_mm[i], 1);
+  };
+  const bool is_flat = (c.warp_mm.cwiseAbs().array() <= 3.0 * sigma_mm.array()).all();
+  return fmt::format("{}: {} µm by x and {} µm by y at its middle, relative to its borders.",
+                     is_flat ? "The board is flat as far as the corners tell" : "The board is not flat",
+                     part(0), part(1));
+}
+
+std::string warp_map(const Calibration& c, const Findings& findings) {
   constexpr int kColumns = 48;
   const Board& board = c.observations.board;
   const int rows =
@@ -224,12 +263,9 @@ std::string warp_map(const Calibration& c) {
   style.scale = report::Scale::diverging;
   style.unit = "µm";
   style.limits = report::symmetric_limits(z, 100.0);
-  return Figure{
-      "<div class=\"maps\">" + map_of(z, "deflection of the board", style) + "</div>",
-      fmt::format(
-          "The board is not flat: {:.1f} µm by x and {:.1f} µm by y at its middle, relative to its borders.",
-          1000.0 * c.warp_mm.x(), 1000.0 * c.warp_mm.y()),
-      "z = 4 wx u(1-u) + 4 wy v(1-v)", ""}
+  return Figure{"<div class=\"maps\" style=\"max-width: 400px\">" +
+                    map_of(z, "deflection of the board", style) + "</div>",
+                warp_sentence(c, findings.warp_sigma_mm), "z = 4 wx u(1-u) + 4 wy v(1-v)", ""}
       .html();
 }
 
@@ -345,10 +381,10 @@ std::string calibration_html(const Calibration& c, const CalibrateOptions& optio
                              const Origin& origin) {
   report::Page page;
   page.title = "Calibration";
-  page.subtitle =
-      fmt::format("{} device(s), {} boards of {} x {} corners {:.6g} mm apart, {}", c.devices.size(),
-                  c.observations.frames.size(), c.observations.board.width_n, c.observations.board.height_n,
-                  c.observations.board.spacing_mm, c.problem.lensmodel);
+  page.subtitle = fmt::format(
+      "{} device{}, {} boards of {} x {} corners {:.6g} mm apart, {}", c.devices.size(),
+      c.devices.size() == 1 ? "" : "s", c.observations.frames.size(), c.observations.board.width_n,
+      c.observations.board.height_n, c.observations.board.spacing_mm, c.problem.lensmodel);
   page.summary_html =
       device_table(c, findings) +
       "<p>σ: projection uncertainty at the image's centre and at its worst corner, working distance.</p>" +
@@ -361,10 +397,18 @@ std::string calibration_html(const Calibration& c, const CalibrateOptions& optio
       "from the corners' scatter of {} px and know nothing of a wrong lens model or a wrong board spacing.",
       c.problem.regularize ? "on" : "off", options.reject_outliers ? "on" : "off",
       report::number(c.fit.rms_component_px, 4), report::number(findings.observed_sigma_px, 3));
+  if (findings.shared_noise > 0.0)
+    page.note += fmt::format(
+        " The projector's corners were read at the cameras' corners and share {:.0f} % of their noise; the "
+        "uncertainties know that.",
+        100.0 * findings.shared_noise);
+  if (c.circle_correction_px > 0.0)
+    page.note += fmt::format(" Circles' centres are corrected for perspective, by up to {} px.",
+                             report::number(c.circle_correction_px, 2));
   page.warnings = c.warnings;
   page.sections = {{"residuals", "Residuals", residual_maps(c) + residual_histogram(c)},
                    {"uncertainty", "Uncertainty", uncertainty_maps(c, findings)},
-                   {"boards", "Boards", board_view(c) + warp_map(c)},
+                   {"boards", "Boards", board_view(c) + warp_map(c, findings)},
                    {"parameters", "Parameters", parameter_table(c, findings)},
                    {"views", "Every view", view_table(c)}};
   page.footer_html = origin_html(origin);

@@ -213,6 +213,13 @@ Eigen::Matrix<double, 6, 6> Uncertainty::extrinsics(int device) const {
   return covariance(g);
 }
 
+Eigen::Matrix2d Uncertainty::warp() const {
+  if (linear_.warp_at < 0) return Eigen::Matrix2d::Zero();
+  Eigen::MatrixXd g = Eigen::MatrixXd::Zero(2, linear_.Jt.rows());
+  g.middleCols<2>(linear_.warp_at).setIdentity();
+  return covariance(g / kMetresPerMm);
+}
+
 Eigen::MatrixXd Uncertainty::rig() const {
   const auto n = static_cast<Eigen::Index>(problem_.intrinsics.size());
   Eigen::MatrixXd g = Eigen::MatrixXd::Zero(n * linear_.n_intrinsics + 6 * (n - 1), linear_.Jt.rows());

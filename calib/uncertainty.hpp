@@ -42,6 +42,8 @@ class Uncertainty {
   Eigen::MatrixXd intrinsics(int device) const;
   /// Covariance of rt_device_ref (rad, mm) of a device other than the first.
   Eigen::Matrix<double, 6, 6> extrinsics(int device) const;
+  /// Covariance (mm^2) of the board's warp; zero where it was not solved.
+  Eigen::Matrix2d warp() const;
   /// Joint covariance of the rig: per device its solved lens parameters and, but for the first, its
   /// rt_device_ref (rad, mm).
   Eigen::MatrixXd rig() const;
