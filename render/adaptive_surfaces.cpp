@@ -71,7 +71,7 @@ void AdaptiveTrace::run_checked(const std::vector<std::uint32_t>& list) {
   const double most = largest_error_to_keep(worse, 0.5 * share_of_budget * n_known, most_allowance);
   for (std::size_t e = 0; e < list.size(); ++e) {
     if (!(worse[e] <= most)) {
-      to_scan_lines(list[e], inside_surface);
+      to_scan_lines(list[e], far_from_edges(list[e]) ? inside_surface : 0);
       continue;
     }
     count_error(phase[e], gray[e]);
@@ -93,7 +93,7 @@ void AdaptiveTrace::sort_out_uncrossed() {
         reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
     for (std::size_t i = 0; i < n; ++i)
       if (answer[i] == BORDER_DENSE)
-        mixed_.push_back(list[first + i] | inside_surface);
+        mixed_.push_back(list[first + i] | (far_from_edges(list[first + i]) ? inside_surface : 0U));
       else
         (answer[i] == BORDER_CROSSED  ? mixed_
          : answer[i] == BORDER_FACETS ? facets_

@@ -45,6 +45,19 @@ std::size_t AdaptiveTrace::most_slots() const {
   return std::min(slots_per_dispatch, slots / BLOCK_PIXELS * BLOCK_PIXELS);  // whole work groups write
 }
 
+bool AdaptiveTrace::far_from_edges(std::uint32_t code) const {
+  const int x = static_cast<int>(code & 0x7fffU), y = static_cast<int>((code >> 15) & 0x7fffU);
+  const int width = job_.out->mean.width, height = job_.out->mean.height;
+  const auto place = [&](int i, int j) {
+    return seen_[static_cast<std::size_t>(j) * static_cast<std::size_t>(width) + static_cast<std::size_t>(i)]
+        .w;
+  };
+  for (int j = std::max(0, y - 2); j <= std::min(height - 1, y + 2); ++j)
+    for (int i = std::max(0, x - 2); i <= std::min(width - 1, x + 2); ++i)
+      if (place(i, j) != place(x, y)) return false;
+  return true;
+}
+
 // Along which axis does what a pixel's centre rays saw change more? Scan lines should cross it.
 bool AdaptiveTrace::changes_along_y(std::uint32_t code) const {
   const int x = static_cast<int>(code & 0x7fffU), y = static_cast<int>((code >> 15) & 0x7fffU);

@@ -107,6 +107,8 @@ class AdaptiveTrace {
   }
 
   bool changes_along_y(std::uint32_t code) const;
+  /// The rays of 5 x 5 pixels saw one surface: the pixel and its neighbours are whole.
+  bool far_from_edges(std::uint32_t code) const;
   void to_scan_lines(std::uint32_t code, std::uint32_t mark) {
     mixed_.push_back((code & 0x3fffffffU) | mark | (changes_along_y(code) ? 1U << 31 : 0U));
   }
