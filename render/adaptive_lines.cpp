@@ -58,12 +58,8 @@ void AdaptiveTrace::run_lines() {
   const double allowed = std::min(share_of_budget * whole, std::max(0.1 * whole, whole - gray_squares_));
   double spent = mixed_squares_;
   for (panels_ = 1; !list.empty(); panels_ *= 2) {
-    const SampleSetup none;
-    impl_.upload_pass(job_, *pass_, none, limits());
-    impl_.fill(BIND_PIXELS, list);
     const std::size_t per_entry = LINES_PER_PANEL * std::size_t{panels_};
-    reserve_output(std::min(most_slots(), list.size() * per_entry + BLOCK_PIXELS));
-    ComputePipeline& kernel = impl_.bound_kernel(Kernel::lines, constants(none, PIXELS_LISTED));
+    ComputePipeline& kernel = list_kernel(Kernel::lines, PIXELS_LISTED, list, per_entry);
     std::vector<float> values(n_channels * list.size());
     std::vector<LineErrors> found(list.size());
     std::vector<double> errors(list.size());  // as of the irradiance

@@ -63,9 +63,8 @@ void AdaptiveTrace::run_checked(const std::vector<std::uint32_t>& list) {
       gray[e] = order_safety * irradiance_error(old(0) - sums.at(0, i), fringe);
       worse[e] = std::max(phase[e] / phase_target_rad_, gray[e] / irradiance_target_);
       if (!std::isfinite(phase[e] + gray[e])) worse[e] = HUGE_VAL;
-      for (std::size_t c = 0; c < n_channels; ++c)
-        values[n_channels * e + c] = sums.values[c * sums.stride + i];
     }
+    gather(sums, first, n, &values);
   });
   const auto n_known = static_cast<double>(n_lit_ + list.size());
   const double most = largest_error_to_keep(worse, 0.5 * share_of_budget * n_known, most_allowance);
@@ -83,11 +82,7 @@ void AdaptiveTrace::run_checked(const std::vector<std::uint32_t>& list) {
 void AdaptiveTrace::sort_out_uncrossed() {
   const std::vector<std::uint32_t> list = std::move(mixed_);
   mixed_.clear();
-  const SampleSetup none;
-  impl_.upload_pass(job_, *pass_, none, limits());
-  impl_.fill(BIND_PIXELS, list);
-  reserve_output(std::min(most_slots(), list.size() + BLOCK_PIXELS));
-  ComputePipeline& kernel = impl_.bound_kernel(Kernel::border, constants(none, PIXELS_LISTED));
+  ComputePipeline& kernel = list_kernel(Kernel::border, PIXELS_LISTED, list);
   run_list(kernel, list, 1, 0, [&](std::size_t first, std::size_t n, const Sums&) {
     const auto* answer =
         reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
@@ -104,11 +99,7 @@ void AdaptiveTrace::sort_out_uncrossed() {
 }
 
 void AdaptiveTrace::run_facets(const std::vector<std::uint32_t>& list) {
-  const SampleSetup none;
-  impl_.upload_pass(job_, *pass_, none, limits());
-  impl_.fill(BIND_PIXELS, list);
-  reserve_output(std::min(most_slots(), list.size() + BLOCK_PIXELS));
-  ComputePipeline& kernel = impl_.bound_kernel(Kernel::facets, constants(none, PIXELS_LISTED));
+  ComputePipeline& kernel = list_kernel(Kernel::facets, PIXELS_LISTED, list);
   const std::size_t n_channels = pass_->channels();
   std::vector<float> values(n_channels * list.size());
   std::vector<double> gray(list.size()), phase(list.size()), worse(list.size());
@@ -122,9 +113,8 @@ void AdaptiveTrace::run_facets(const std::vector<std::uint32_t>& list) {
       gray[e] = incomplete[i] ? HUGE_VAL : irradiance_error(sums.at(n_channels, i), sums.at(n_channels, i));
       phase[e] = sums.at(n_channels + 1, i);
       worse[e] = std::max(phase[e] / phase_target_rad_, gray[e] / irradiance_target_);
-      for (std::size_t c = 0; c < n_channels; ++c)
-        values[n_channels * e + c] = sums.values[c * sums.stride + i];
     }
+    gather(sums, first, n, &values);
   });
   const auto n_known = static_cast<double>(n_lit_ + list.size() + smooth_.size());
   const double most = largest_error_to_keep(worse, 0.5 * share_of_budget * n_known, most_allowance);
@@ -140,11 +130,7 @@ void AdaptiveTrace::run_facets(const std::vector<std::uint32_t>& list) {
 
 // Edges between facets of one mesh and nothing, or between facets that face the projector and others.
 void AdaptiveTrace::run_outlines(const std::vector<std::uint32_t>& list) {
-  const SampleSetup none;
-  impl_.upload_pass(job_, *pass_, none, limits());
-  impl_.fill(BIND_PIXELS, list);
-  reserve_output(std::min(most_slots(), list.size() + BLOCK_PIXELS));
-  ComputePipeline& kernel = impl_.bound_kernel(Kernel::facets, constants(none, PIXELS_OUTLINE));
+  ComputePipeline& kernel = list_kernel(Kernel::facets, PIXELS_OUTLINE, list);
   const std::size_t n_channels = pass_->channels();
   std::vector<float> values(n_channels * list.size());
   std::vector<double> errors(list.size());
@@ -154,9 +140,8 @@ void AdaptiveTrace::run_outlines(const std::vector<std::uint32_t>& list) {
     for (std::size_t i = 0; i < n; ++i) {
       const std::size_t e = first + i;
       errors[e] = rejected[i] ? HUGE_VAL : irradiance_error(0.0, sums.at(n_channels, i));
-      for (std::size_t c = 0; c < n_channels; ++c)
-        values[n_channels * e + c] = sums.values[c * sums.stride + i];
     }
+    gather(sums, first, n, &values);
   });
   const auto n_known = static_cast<double>(n_lit_ + list.size() + facets_.size() + smooth_.size());
   const double most =

@@ -21,7 +21,7 @@ constexpr double rounding_single = 0.6, rounding_double = 0.06;
 }  // namespace
 
 AdaptiveTrace::AdaptiveTrace(Renderer::Impl& impl, const TraceJob& job, const Sampling& sampling)
-    : impl_(impl), job_(job), sampling_(sampling) {
+    : impl_(impl), job_(job) {
   const Sensor& sensor = job.camera.sensor;
   irradiance_target_ = sampling.gray_error * sensor.max_dn() / sensor.gain_dn;
   rounding_rad_ = (impl.precise ? rounding_double : rounding_single) * single_precision_error_rad(job.twin);
@@ -33,8 +33,7 @@ void AdaptiveTrace::run(const std::vector<PassPlan>& passes) {
   stage("probe", job_.blocks.size() * BLOCK_PIXELS, [&] { probe(); });
   for (std::size_t i = 0; i < passes.size(); ++i) {
     pass_ = &passes[i];
-    first_pass_ = i == 0;
-    targets_ = sum_targets(job_.twin, *pass_, first_pass_, job_.out);
+    targets_ = sum_targets(job_.twin, *pass_, i == 0, job_.out);
     run_pass();
     note_estimate();
   }
@@ -78,6 +77,23 @@ bool AdaptiveTrace::changes_along_y(std::uint32_t code) const {
 void AdaptiveTrace::reserve_output(std::size_t slots) {
   impl_.reserve(BIND_OUTPUT, slots * (pass_->channels() + 2) * sizeof(float));
   impl_.reserve(BIND_OBJECTS, slots * sizeof(std::int32_t));
+}
+
+ComputePipeline& AdaptiveTrace::list_kernel(Kernel kernel, std::uint32_t kind,
+                                            const std::vector<std::uint32_t>& list, std::size_t per_entry) {
+  const SampleSetup none;
+  impl_.upload_pass(job_, *pass_, none, limits());
+  impl_.fill(BIND_PIXELS, list);
+  reserve_output(std::min(most_slots(), list.size() * per_entry + BLOCK_PIXELS));
+  return impl_.bound_kernel(kernel, constants(none, kind));
+}
+
+void AdaptiveTrace::gather(const Sums& sums, std::size_t first, std::size_t n,
+                           std::vector<float>* values) const {
+  const std::size_t n_channels = pass_->channels();
+  for (std::size_t c = 0; c < n_channels; ++c)
+    for (std::size_t i = 0; i < n; ++i)
+      (*values)[n_channels * (first + i) + c] = sums.values[c * sums.stride + i];
 }
 
 void AdaptiveTrace::probe() {

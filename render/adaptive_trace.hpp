@@ -97,6 +97,11 @@ class AdaptiveTrace {
   template <class Use>
   void run_rule(const std::vector<std::uint32_t>& list, int order, Use use);
   void reserve_output(std::size_t slots);
+  /// A kernel that works on a list and takes no samples, everything it reads in place.
+  ComputePipeline& list_kernel(Kernel kernel, std::uint32_t kind, const std::vector<std::uint32_t>& list,
+                               std::size_t per_entry = 1);
+  /// A list's part of the sums to values[entry][channel].
+  void gather(const Sums& sums, std::size_t first, std::size_t n, std::vector<float>* values) const;
   std::size_t most_slots() const;
 
   void write(std::uint32_t code, std::size_t slot, const Sums& sums) {
@@ -126,10 +131,8 @@ class AdaptiveTrace {
 
   Renderer::Impl& impl_;
   const TraceJob& job_;
-  const Sampling sampling_;
   const PassPlan* pass_ = nullptr;
   const gpu::vec4* seen_ = nullptr;  // the probe buffer as the host sees it
-  bool first_pass_ = true;
   bool closed_form_ = true;
   std::uint32_t panels_ = 1;
   std::vector<SumTarget> targets_;

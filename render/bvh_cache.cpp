@@ -13,12 +13,6 @@ struct Head {
   std::array<float, 6> box{};
 };
 
-Bytes bytes_of_head(const Head& head) { return std::as_bytes(std::span(&head, 1)); }
-template <class T>
-Bytes bytes_of_all(const std::vector<T>& values) {
-  return std::as_bytes(std::span(values));
-}
-
 std::optional<Bvh> unpack(const std::vector<std::byte>& bytes, std::size_t n_triangles) {
   Head head;
   if (bytes.size() < sizeof head) return {};
@@ -49,8 +43,10 @@ Bvh cached_bvh(const std::vector<Eigen::Vector3f>& vertices_mm,
   head.n_vertices = vertices_mm.size();
   head.n_triangles = triangles.size();
   head.max_depth = max_depth;
-  const std::string name = "bvh-" + content_key({std::as_bytes(std::span(builder)), bytes_of_head(head),
-                                                 bytes_of_all(vertices_mm), bytes_of_all(triangles)});
+  const auto bytes_of_head = [&head] { return std::as_bytes(std::span(&head, 1)); };
+  const std::string name =
+      "bvh-" + content_key({std::as_bytes(std::span(builder)), bytes_of_head(),
+                            std::as_bytes(std::span(vertices_mm)), std::as_bytes(std::span(triangles))});
   if (const auto bytes = read_cached(folder, name))
     if (auto known = unpack(*bytes, triangles.size())) return *std::move(known);
   Bvh bvh = build_bvh(vertices_mm, triangles, max_depth);
@@ -60,7 +56,8 @@ Bvh cached_bvh(const std::vector<Eigen::Vector3f>& vertices_mm,
     head.box[k] = bvh.box_min[static_cast<int>(k)];
     head.box[3 + k] = bvh.box_max[static_cast<int>(k)];
   }
-  write_cached(folder, name, {bytes_of_head(head), bytes_of_all(bvh.nodes), bytes_of_all(bvh.order)});
+  write_cached(folder, name,
+               {bytes_of_head(), std::as_bytes(std::span(bvh.nodes)), std::as_bytes(std::span(bvh.order))});
   return bvh;
 }
 

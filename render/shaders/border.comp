@@ -28,7 +28,7 @@ void main() {
   vec4 c = probe_at(pixel);
   Seen centre = Seen(c.z, c.w, real2(c.xy));
   bool mesh = N_MESHES > 0 && c.w > 0.0 && primitive_of(c.w) >= FIRST_MESH;
-  bool crossed = false, creases = false;
+  bool crossed = false;
   float swing = 0.0;
   uint shadow_rays = 0;
   for (int i = 0; i < 8; ++i) {
@@ -36,7 +36,6 @@ void main() {
     vec2 offset = 0.5 * params.sampling.x * vec2(k % 3 - 1, k / 3 - 1);
     Seen seen = look(rays, offset, shadow_rays);
     crossed = crossed || !same_surface(centre, seen);
-    creases = creases || seen.id != c.w;
     swing = max(swing, seen.w > 0.0 && c.w > 0.0 ? length(vec2(seen.u - centre.u)) : 0.0);
   }
   // Several fringes in the pixel ask for scan lines as an edge does; on facets already what 2 x 2 nodes leave.
