@@ -14,6 +14,7 @@
 
 #include "calib/draws_testing.hpp"
 #include "calib/uncertainty.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::calib {
 namespace {
@@ -37,7 +38,7 @@ Eigen::Vector4d fit_sphere(const std::vector<Eigen::Vector3d>& points, const Eig
       normal += g * g.transpose();
       right += g * (d.norm() - s[3]);
     }
-    s += normal.ldlt().solve(right);
+    s += Eigen::Vector4d(solve_symmetric(normal, right));
   }
   return s;
 }
@@ -95,7 +96,7 @@ TEST(CovarianceScatter, NoiseOfAPointsOwnPicture) {
     const auto k = static_cast<std::size_t>(other);
     const Eigen::Matrix3d m =
         uncertainty.point_noise(p, {{0, true, true, kSigmaPx}, {other, true, true, kSigmaPx}});
-    const Eigen::LLT<Eigen::Matrix3d> llt(m);
+    const SymmetricFactor factor(m);
     const std::vector<Lens> lenses{c.lens(0), c.lens(other)};
     const std::vector<Pose> poses{Pose{}, c.devices[k].T_device_ref};
     double chi2 = 0.0;
@@ -105,7 +106,7 @@ TEST(CovarianceScatter, NoiseOfAPointsOwnPicture) {
       for (std::size_t d = 0; d < 2; ++d)
         q.push_back(*lenses[d].project(poses[d] * p) + Eigen::Vector2d(noise(random), noise(random)));
       const Eigen::Vector3d error = *triangulate(lenses, poses, q, p) - p;
-      chi2 += error.dot(llt.solve(error));
+      chi2 += error.dot(Eigen::Vector3d(factor.solve(error)));
     }
     EXPECT_NEAR(chi2 / (3.0 * kPoints), 1.0, 3.0 * std::sqrt(2.0 / (3.0 * kPoints)));
   }

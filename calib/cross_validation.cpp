@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/cross_validation.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "calib/triangulate.hpp"
 #include "calib/uncertainty.hpp"
 #include "twin/errors.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::calib {
 
@@ -40,7 +40,7 @@ Pose implied_motion(const Lens& b, const std::vector<GridPoint>& points) {
       normal += weight * J.transpose() * J;
       right += weight * J.transpose() * (g.q_px - *q);
     }
-    const Eigen::Matrix<double, 6, 1> move = normal.ldlt().solve(right);
+    const Eigen::Matrix<double, 6, 1> move = solve_symmetric(normal, right);
     if (!move.allFinite()) break;
     T = Pose{rotation_from_vector(move.head<3>()), move.tail<3>()} * T;
     if (move.norm() < 1e-12) break;

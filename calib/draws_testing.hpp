@@ -4,12 +4,12 @@
 #pragma once
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "calib/rig_testing.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::calib::testing {
 
@@ -127,7 +127,7 @@ struct Scatter {
     const Eigen::VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd correlation = scale.asDiagonal() * covariance * scale.asDiagonal();
     const Eigen::VectorXd scaled = scale.asDiagonal() * v;
-    chi2 += scaled.dot(correlation.ldlt().solve(scaled));
+    chi2 += scaled.dot(Eigen::VectorXd(solve_symmetric(correlation, scaled)));
     n += static_cast<double>(v.size());
     ++draws;
     sum_sq += v.cwiseAbs2();

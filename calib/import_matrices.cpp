@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -11,6 +10,7 @@
 
 #include "calib/imported_rig.hpp"
 #include "twin/errors.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::calib {
 
@@ -92,8 +92,7 @@ Eigen::Matrix3d checked_rotation(const Eigen::Matrix3d& R, const std::string& wh
     throw UserError(
         ExitCode::input, where,
         fmt::format("is no rotation: determinant {:.6g}, |R^T R - I| = {:.3g}", R.determinant(), deviation));
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return svd.matrixU() * svd.matrixV().transpose();
+  return nearest_rotation(R);
 }
 
 ImportedDevice import_matrices(const MatrixFiles& files, double mm_per_unit) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/projector_corners.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "twin/errors.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::calib {
 
@@ -62,9 +62,9 @@ std::optional<Reading> read_quadratic(const std::vector<Row>& rows, const Sample
       normal += w * rows[i] * rows[i].transpose();
       right += w * values[i] * rows[i];
     }
-    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> ldlt(normal);
-    if (ldlt.info() != Eigen::Success || ldlt.rcond() < 1e-9) return std::nullopt;
-    const Row fit = ldlt.solve(right);
+    const SymmetricFactor factor(normal);
+    if (!factor.ok() || factor.rcond() < 1e-9) return std::nullopt;
+    const Row fit = factor.solve(right);
     std::vector<double> residual(rows.size());
     for (std::size_t i = 0; i < rows.size(); ++i) residual[i] = precision[i] * (values[i] - fit.dot(rows[i]));
     std::vector<double> size = residual;
@@ -81,7 +81,7 @@ std::optional<Reading> read_quadratic(const std::vector<Row>& rows, const Sample
     if (n <= 7.0) return std::nullopt;
     reading.value = fit[0];
     reading.slope = fit.segment<2>(1);
-    reading.sigma = std::sqrt(std::max(sum / (n - 6.0), 1e-18) * ldlt.solve(Row::Unit(0))[0]);
+    reading.sigma = std::sqrt(std::max(sum / (n - 6.0), 1e-18) * factor.inverse()(0, 0));
   }
   return reading;
 }

@@ -8,6 +8,7 @@
 
 #include "calib/seed.hpp"
 #include "twin/errors.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::calib {
 
@@ -46,16 +47,6 @@ struct Pair {
   bool agrees(std::size_t i) const { return disagreement_mm[i] <= tolerance_mm; }
 };
 
-Pose umeyama(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to) {
-  Eigen::Matrix3Xd f(3, from.size()), t(3, to.size());
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    f.col(static_cast<Eigen::Index>(i)) = from[i];
-    t.col(static_cast<Eigen::Index>(i)) = to[i];
-  }
-  const Eigen::Matrix4d T = Eigen::umeyama(f, t, false);
-  return {T.topLeftCorner<3, 3>(), T.topRightCorner<3, 1>()};
-}
-
 /// The transform most shared views agree on (the one whose median disagreement is least), then the best over
 /// those that agree. nullopt without a shared view.
 std::optional<Pair> fit_pair(const Board& board, const std::vector<AloneFit>& alone, int a, int b) {
@@ -88,7 +79,7 @@ std::optional<Pair> fit_pair(const Board& board, const std::vector<AloneFit>& al
     for (const auto& p : board_points(board, in_a.at(pair.frames[i]))) from.push_back(p);
     for (const auto& p : board_points(board, in_b.at(pair.frames[i]))) to.push_back(p);
   }
-  pair.T_b_a = umeyama(from, to);
+  pair.T_b_a = rigid_alignment(from, to);
   pair.disagreement_mm = all(pair.T_b_a);
   return pair;
 }

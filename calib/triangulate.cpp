@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/triangulate.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
 
 #include "twin/errors.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::calib {
 
@@ -26,7 +26,7 @@ std::optional<Eigen::Vector3d> triangulate(const std::vector<Lens>& lenses,
       normal += J.transpose() * J;
       right += J.transpose() * (q_px[d] - *q);
     }
-    const Eigen::Vector3d move = normal.ldlt().solve(right);
+    const Eigen::Vector3d move = solve_symmetric(normal, right);
     if (!move.allFinite()) return std::nullopt;
     p += move;
     if (move.norm() < 1e-10 * (1.0 + p.norm())) return p;
@@ -35,17 +35,10 @@ std::optional<Eigen::Vector3d> triangulate(const std::vector<Lens>& lenses,
 }
 
 double aligned_rms_mm(const std::vector<Eigen::Vector3d>& a_mm, const std::vector<Eigen::Vector3d>& b_mm) {
-  FT_CHECK(a_mm.size() == b_mm.size() && a_mm.size() >= 3, "alignment needs 3 pairs");
-  const auto n = static_cast<Eigen::Index>(a_mm.size());
-  Eigen::Matrix3Xd a(3, n), b(3, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    a.col(i) = a_mm[static_cast<std::size_t>(i)];
-    b.col(i) = b_mm[static_cast<std::size_t>(i)];
-  }
-  const Eigen::Matrix4d T = Eigen::umeyama(a, b, false);
-  const Eigen::Matrix3Xd left =
-      (T.topLeftCorner<3, 3>() * a).colwise() + Eigen::Vector3d(T.topRightCorner<3, 1>()) - b;
-  return std::sqrt(left.squaredNorm() / static_cast<double>(n));
+  const Pose T = rigid_alignment(a_mm, b_mm);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a_mm.size(); ++i) sum += (T * a_mm[i] - b_mm[i]).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(a_mm.size()));
 }
 
 }  // namespace fringetwin::calib

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/uncertainty.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
 #include "calib/shared_noise.hpp"
 #include "twin/errors.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::calib {
 
@@ -170,12 +171,12 @@ void Uncertainty::triangulate(const Eigen::Vector3d& p_ref_mm, const std::vector
     normal += q.dq_dpref.transpose() * w.asDiagonal() * q.dq_dpref;
     right += q.dq_dpref.transpose() * w.asDiagonal() * q.dq_dstate;
   }
-  const Eigen::LLT<Eigen::Matrix3d> llt(normal);
-  if (llt.info() != Eigen::Success || !(llt.rcond() > 1e-14))
+  const SymmetricFactor factor(normal);
+  if (!factor.ok() || !(factor.rcond() > 1e-14))
     throw UserError(ExitCode::usage, "uncertainty of a point", "the sightings do not determine it",
                     "name at least two devices and three coordinates");
-  dp_dstate = -llt.solve(right);
-  noise_m2 = llt.solve(Eigen::Matrix3d::Identity());
+  dp_dstate = -factor.solve(right);
+  noise_m2 = factor.inverse();
 }
 
 Eigen::MatrixXd Uncertainty::points(const std::vector<Eigen::Vector3d>& p_ref_mm,
@@ -251,9 +252,8 @@ double aligned_shape_sigma_mm(const std::vector<Eigen::Vector3d>& p_mm,
     motion.block<3, 3>(3 * i, 0) = -cross(p_mm[static_cast<std::size_t>(i)] - mean);
     motion.block<3, 3>(3 * i, 3).setIdentity();
   }
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(motion);
-  const Eigen::MatrixXd Q = qr.householderQ() * Eigen::MatrixXd::Identity(3 * n, 6);
-  const double left = covariance_mm2.trace() - (Q.transpose() * covariance_mm2 * Q).trace();
+  const Eigen::MatrixXd Q = orthonormal_basis(motion);
+  const double left = covariance_mm2.trace() - (covariance_mm2 * Q).cwiseProduct(Q).sum();
   return std::sqrt(std::max(0.0, left) / static_cast<double>(n));
 }
 
@@ -267,8 +267,9 @@ Eigen::Matrix4d sphere_fit_covariance(const std::vector<Eigen::Vector3d>& p_mm,
     X.row(i) << normal.transpose(), 1.0;
     radial.block<1, 3>(i, 3 * i) = normal.transpose();
   }
-  const Eigen::MatrixXd gain = (X.transpose() * X).ldlt().solve(X.transpose() * radial);
-  return gain * covariance_mm2 * gain.transpose();
+  const Eigen::MatrixXd gain = least_squares(X, radial);
+  const Eigen::MatrixXd spread = covariance_mm2 * gain.transpose();
+  return gain * spread;
 }
 
 }  // namespace fringetwin::calib

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "measure/block_covariance.hpp"
 
+#include <cmath>
 #include <set>
+
+#include "twin/linear.hpp"
 
 namespace fringetwin::measure {
 
@@ -20,6 +23,37 @@ std::vector<int> image_blocks(const std::vector<Eigen::Vector2f>& q_px) {
     if (used.size() >= kEnoughBlocks) break;
   }
   return block;
+}
+
+Eigen::MatrixXd scaled_both_sides(const Eigen::MatrixXd& m, const Eigen::VectorXd& s) {
+  Eigen::MatrixXd out = m;
+  for (Eigen::Index j = 0; j < m.cols(); ++j)
+    for (Eigen::Index i = 0; i < m.rows(); ++i) out(i, j) *= s[i] * s[j];
+  return out;
+}
+
+Eigen::MatrixXd block_covariance(const std::map<int, BlockSum>& blocks, const Eigen::MatrixXd& independent) {
+  if (blocks.size() < kFewestBlocks || !independent.allFinite()) return independent;
+  const Eigen::Index m = independent.rows();
+  BlockSum total(static_cast<int>(m));
+  for (const auto& [id, b] : blocks) total.jtj += b.jtj;
+  const Eigen::VectorXd unit = total.jtj.diagonal().cwiseSqrt().cwiseInverse();
+  BlockSum moves(static_cast<int>(m));  // sum of d_b d_b^T
+  for (const auto& [id, b] : blocks) {
+    const SymmetricFactor rest(scaled_both_sides(total.jtj - b.jtj, unit));
+    if (!rest.ok() || !(rest.rcond() > 1e-13)) return independent;
+    const Eigen::VectorXd right = unit.cwiseProduct(b.jtr);
+    const Eigen::VectorXd scaled = rest.solve(right);
+    const Eigen::VectorXd moved = unit.cwiseProduct(scaled);
+    moves.add(moved.data(), 0.0);
+  }
+  const auto g = static_cast<double>(blocks.size());
+  const Eigen::MatrixXd covariance = (g - 1.0) / g * moves.jtj;
+  Eigen::VectorXd raise(m);
+  for (Eigen::Index j = 0; j < m; ++j)
+    raise[j] = covariance(j, j) < independent(j, j) ? std::sqrt(independent(j, j) / covariance(j, j)) : 1.0;
+  if (!raise.allFinite()) return independent;
+  return scaled_both_sides(covariance, raise);
 }
 
 }  // namespace fringetwin::measure

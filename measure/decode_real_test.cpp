@@ -20,7 +20,7 @@
 // budget and the phase budget of a comparison show their sums).
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -34,6 +34,7 @@
 #include "measure/depth_solver.hpp"
 #include "measure/measurement.hpp"
 #include "twin/capture_set.hpp"
+#include "twin/linear.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::measure {
@@ -211,7 +212,7 @@ double projective_plane_rms(const ImageD& coordinate_px, double rad_per_px) {
       a.row(i) << w * q[0], w * q[1], w, -w * q[0] * q[2], -w * q[1] * q[2];
       b[i] = w * q[2];
     }
-    p = a.householderQr().solve(b);
+    p = least_squares(a, b);
     rms = std::sqrt((a * p - b).squaredNorm() / static_cast<double>(a.rows()));
   }
   return rms;

@@ -13,24 +13,30 @@ namespace {
 
 /// Tangent parameters about a base axis: the point moves in the plane across the base (u v), the axis
 /// leans by (alpha beta), so there is no gauge freedom. x = u v alpha beta r.
-struct CylinderDistance {
+struct CylinderDistance final : DistanceModel {
   static constexpr int kParameters = 5;
   Eigen::Vector3d point, axis, e1, e2;
+
+  CylinderDistance(const Eigen::Vector3d& on_axis, const Eigen::Vector3d& unit_axis)
+      : point(on_axis), axis(unit_axis) {
+    set_tangents();
+  }
+  int parameters() const override { return kParameters; }
 
   Eigen::Vector3d leaned_axis(const double* x) const { return (axis + x[2] * e1 + x[3] * e2).normalized(); }
   Eigen::Vector3d moved_point(const double* x) const { return point + x[0] * e1 + x[1] * e2; }
 
-  double operator()(const double* x, const Eigen::Vector3d& p, double* dr_dx) const {
+  double distance(const double* x, const Eigen::Vector3d& p, double* dr_dx) const override {
     const Eigen::Vector3d a_raw = axis + x[2] * e1 + x[3] * e2;
     const double a_length = a_raw.norm();
     const Eigen::Vector3d a = a_raw / a_length;
     const Eigen::Vector3d d = p - moved_point(x);
     const double along = d.dot(a);
     const Eigen::Vector3d w = d - along * a;
-    const double distance = w.norm();
+    const double from_axis = w.norm();
     if (dr_dx) {
       // m is orthogonal to a, so the normalisation of a drops out of m . da
-      const Eigen::Vector3d m = distance > 0.0 ? Eigen::Vector3d(w / distance) : Eigen::Vector3d::Zero();
+      const Eigen::Vector3d m = from_axis > 0.0 ? Eigen::Vector3d(w / from_axis) : Eigen::Vector3d::Zero();
       const double m1 = m.dot(e1), m2 = m.dot(e2);
       dr_dx[0] = -m1;
       dr_dx[1] = -m2;
@@ -38,7 +44,7 @@ struct CylinderDistance {
       dr_dx[3] = -along * m2 / a_length;
       dr_dx[4] = -1.0;
     }
-    return distance - x[4];
+    return from_axis - x[4];
   }
   /// Makes the present solution the new base.
   void rebase(double* x) {
@@ -69,8 +75,7 @@ CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const Cylinde
     fit.message = "a cylinder fit needs a start with an axis and a radius";
     return fit;
   }
-  CylinderDistance model{start.point_mm - points.centroid_mm, start.axis.normalized(), {}, {}};
-  model.set_tangents();
+  CylinderDistance model(start.point_mm - points.centroid_mm, start.axis.normalized());
   double x[5] = {0, 0, 0, 0, start.radius_mm};
   model.rebase(x);
 
@@ -78,7 +83,7 @@ CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const Cylinde
   robust.n = p_mm.size();
   robust.min_points = CylinderDistance::kParameters;
   robust.smallest_scale = points.smallest_scale_mm();
-  robust.distance = [&](std::size_t i) { return model(x, points.p_mm[i], nullptr); };
+  robust.distance = [&](std::size_t i) { return model.distance(x, points.p_mm[i], nullptr); };
   robust.solve = [&](const std::vector<std::size_t>& index, const std::vector<double>& weight) {
     for (int k = 0; k < kRebases; ++k) {
       if (!minimise(model, points.p_mm, index, weight, o.max_iterations, x) || !(x[4] > 0.0)) return false;
@@ -92,11 +97,13 @@ CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const Cylinde
   fit.n = result.ok ? result.index.size() : p_mm.size();  // enough points and no fit is no lack of points
   fit.message = result.message;
   if (!result.ok) return fit;
-  Eigen::Matrix<double, 5, 5> covariance;
-  if (!covariance_at(model, points.p_mm, result.index, o.block, x, covariance, fit.rms_mm)) {
+  const auto found = covariance_at(model, points.p_mm, result.index, o.block, x);
+  if (!found) {
     fit.message = "the points do not determine a cylinder (they lie on a plane, a circle or a line)";
     return fit;
   }
+  const Eigen::MatrixXd& covariance = found->covariance;
+  fit.rms_mm = found->rms_mm;
   fit.axis = model.axis.dot(start.axis) < 0.0 ? Eigen::Vector3d(-model.axis) : model.axis;
   fit.point_mm = points.centroid_mm + model.point;
   fit.radius_mm = x[4];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -8,6 +8,7 @@
 #include "measure/fits.hpp"
 #include "measure/point_set.hpp"
 #include "measure/robust.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -35,11 +36,10 @@ bool solve_plane(const std::vector<Eigen::Vector3d>& p, const std::vector<std::s
     const Eigen::Vector3d d = p[index[k]] - mean;
     scatter.noalias() += weight[k] * d * d.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
+  const SymmetricEigen eigen = symmetric_eigen(scatter);
   // a line has two small eigenvalues: rounding leaves them at 1e-16 of the largest
-  if (!(eigen.eigenvalues()(1) > 1e-13 * eigen.eigenvalues()(2))) return false;
-  plane = {mean, eigen.eigenvectors().col(0), eigen.eigenvalues(), eigen.eigenvectors().col(2),
-           eigen.eigenvectors().col(1)};
+  if (!(eigen.values(1) > 1e-13 * eigen.values(2))) return false;
+  plane = {mean, eigen.vectors.col(0), eigen.values, eigen.vectors.col(2), eigen.vectors.col(1)};
   return true;
 }
 
@@ -85,18 +85,17 @@ PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& p_mm, const FitOptions& o
   }
   // parameters: offset, tilt along the longest extent, tilt across it; orthogonal at the centroid
   const double s_sq = sum_sq / (n - kParameters);
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(3, 3);
   covariance.diagonal() = s_sq * Eigen::Vector3d(1.0 / n, 1.0 / plane.scatter[2], 1.0 / plane.scatter[1]);
   if (!o.block.empty()) {
-    std::map<int, BlockSum<3>> blocks;
+    std::map<int, BlockSum> blocks;
     for (const std::size_t i : result.index) {
       const Eigen::Vector3d d = points.p_mm[i] - plane.point;
       const Eigen::Vector3d row(1.0, plane.along.dot(d), plane.across.dot(d));
-      BlockSum<3>& sum = blocks[o.block[i]];
-      sum.jtj.noalias() += row * row.transpose();
-      sum.jtr += plane.normal.dot(d) * row;
+      blocks.try_emplace(o.block[i], static_cast<int>(kParameters))
+          .first->second.add(row.data(), plane.normal.dot(d));
     }
-    covariance = block_covariance<3>(blocks, covariance);
+    covariance = block_covariance(blocks, covariance);
   }
   fit.offset_sigma_mm = std::sqrt(covariance(0, 0));
   for (int j = 0; j < 2; ++j) fit.tilt_sigma_rad[j] = std::sqrt(covariance(j + 1, j + 1));

@@ -11,9 +11,10 @@
 namespace fringetwin::measure {
 namespace {
 
-struct SphereDistance {
+struct SphereDistance final : DistanceModel {
   static constexpr int kParameters = 4;  ///< cx cy cz r
-  double operator()(const double* x, const Eigen::Vector3d& p, double* dr_dx) const {
+  int parameters() const override { return kParameters; }
+  double distance(const double* x, const Eigen::Vector3d& p, double* dr_dx) const override {
     const Eigen::Vector3d v = p - Eigen::Vector3d(x[0], x[1], x[2]);
     const double length = v.norm();
     if (dr_dx) {
@@ -67,7 +68,7 @@ SphereFit fit_sphere(const std::vector<Eigen::Vector3d>& p_mm, const SphereShape
   robust.n = p_mm.size();
   robust.min_points = SphereDistance::kParameters;
   robust.smallest_scale = points.smallest_scale_mm();
-  robust.distance = [&](std::size_t i) { return model(x, points.p_mm[i], nullptr); };
+  robust.distance = [&](std::size_t i) { return model.distance(x, points.p_mm[i], nullptr); };
   robust.solve = [&](const std::vector<std::size_t>& index, const std::vector<double>& weight) {
     return minimise(model, points.p_mm, index, weight, o.max_iterations, x) && x[3] > 0.0;
   };
@@ -75,10 +76,13 @@ SphereFit fit_sphere(const std::vector<Eigen::Vector3d>& p_mm, const SphereShape
   fit.n = result.ok ? result.index.size() : p_mm.size();  // enough points and no fit is no lack of points
   fit.message = result.message;
   if (!result.ok) return fit;
-  if (!covariance_at(model, points.p_mm, result.index, o.block, x, fit.covariance, fit.rms_mm)) {
+  const auto found = covariance_at(model, points.p_mm, result.index, o.block, x);
+  if (!found) {
     fit.message = "the points do not determine a sphere (they lie on a plane, a circle or a line)";
     return fit;
   }
+  fit.covariance = found->covariance;
+  fit.rms_mm = found->rms_mm;
   fit.center_mm = points.centroid_mm + Eigen::Vector3d(x[0], x[1], x[2]);
   fit.radius_mm = x[3];
   fit.usable = true;

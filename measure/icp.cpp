@@ -8,9 +8,10 @@
 #include <pcl/registration/transformation_estimation_point_to_plane_lls.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <cmath>
 #include <random>
+
+#include "twin/linear.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -102,9 +103,7 @@ Pose run_icp(IcpKind kind, const std::vector<Eigen::Vector3d>& p_world_mm, const
   const Eigen::Matrix4d m = icp.getFinalTransformation().cast<double>();
   if (!icp.hasConverged() || !m.allFinite()) return start;
   // float rounding leaves the rotation slightly skew: take the nearest proper one
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m.topLeftCorner<3, 3>(),
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d R = svd.matrixU() * svd.matrixV().transpose();
+  const Eigen::Matrix3d R = nearest_rotation(m.topLeftCorner<3, 3>());
   if (R.determinant() < 0.0) return start;
   const Eigen::Vector3d t = m.topRightCorner<3, 1>();
   return Pose{R, impl.origin + t - R * impl.origin} * start;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -13,6 +11,7 @@
 #include "measure/icp.hpp"
 #include "measure/robust.hpp"
 #include "twin/errors.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -59,12 +58,12 @@ double median_distance(const MeshDistance& surface, const Pose& T, const std::ve
 /// itself, a sphere turns about its centre).
 Eigen::Matrix<double, 6, 1> solve_determined(const Eigen::Matrix<double, 6, 6>& jtj,
                                              const Eigen::Matrix<double, 6, 1>& jtr) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(jtj);
+  const SymmetricEigen eigen = symmetric_eigen(jtj);
   Eigen::Matrix<double, 6, 1> step = Eigen::Matrix<double, 6, 1>::Zero();
   for (int k = 0; k < 6; ++k) {
-    const double value = eigen.eigenvalues()(k);
-    if (value < 1e-7 * eigen.eigenvalues()(5)) continue;
-    step -= eigen.eigenvectors().col(k) * (eigen.eigenvectors().col(k).dot(jtr) / value);
+    const double value = eigen.values(k);
+    if (value < 1e-7 * eigen.values(5)) continue;
+    step -= eigen.vectors.col(k) * (eigen.vectors.col(k).dot(jtr) / value);
   }
   return step;
 }

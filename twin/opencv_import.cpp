@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <opencv2/core.hpp>
 #include <opencv2/core/persistence.hpp>
 
 #include "twin/errors.hpp"
+#include "twin/linear.hpp"
 #include "twin/pose.hpp"
 
 namespace fringetwin {
@@ -142,8 +142,7 @@ Eigen::Vector3d to_rotation_vector(const cv::Mat1d& m, const std::string& where)
     throw UserError(
         ExitCode::input, where,
         fmt::format("is no rotation: determinant {:.6g}, |R^T R - I| = {:.3g}", determinant, deviation));
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return vector_from_rotation(svd.matrixU() * svd.matrixV().transpose());
+  return vector_from_rotation(nearest_rotation(R));
 }
 
 }  // namespace

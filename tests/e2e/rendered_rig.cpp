@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "calib/corners_vnl.hpp"
 #include "tests/e2e/cli_runner.hpp"
 #include "twin/lens.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::test {
 namespace {
@@ -83,8 +83,7 @@ Eigen::VectorXd bound_of(const RenderedBoards& scene, calib::Observations o,
   problem.regularize = false;
   const MrcalLinearisation at_truth = mrcal_linearise(problem);
   const Eigen::MatrixXd JtJ = Eigen::MatrixXd(at_truth.Jt * at_truth.Jt.transpose());
-  const Eigen::VectorXd variance =
-      JtJ.llt().solve(Eigen::MatrixXd::Identity(JtJ.rows(), JtJ.cols())).diagonal();
+  const Eigen::VectorXd variance = SymmetricFactor(JtJ).inverse().diagonal();
   const double least_px = *std::min_element(noise_px.begin(), noise_px.end());  // of weight 1
   const Eigen::VectorXd sigma =
       least_px * (variance.cwiseSqrt().array() * at_truth.state_scale.array().abs()).matrix();
@@ -159,7 +158,7 @@ void expect_the_rig_is_found(const RenderedBoards& scene, const CornerLimits& li
   }
   const Eigen::MatrixXd correlation =
       sigma.cwiseInverse().asDiagonal() * covariance * sigma.cwiseInverse().asDiagonal();
-  const double chi2 = error.dot(correlation.ldlt().solve(error));
+  const double chi2 = error.dot(Eigen::VectorXd(solve_symmetric(correlation, error)));
   std::printf("chi2 %.2f of 36 parameters; %d beyond 3 sigma\n", chi2, beyond_three);
   EXPECT_LT(chi2, 64.10);
 }

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <limits>
+#include <numbers>
+
+namespace fringetwin {
+
+inline constexpr double kTwoPi = 2.0 * std::numbers::pi;
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double kRoundingVariance = 1.0 / 12.0;  ///< of a value rounded to integers, in units squared
+
+}  // namespace fringetwin
