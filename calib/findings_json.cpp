@@ -1,28 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "calib/findings.hpp"
+#include "report/json.hpp"
 
 namespace fringetwin::calib {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-template <class Numbers>
-Json list(const Numbers& values) {
-  Json out = Json::array();
-  for (const double v : values) out.push_back(number(v));
-  return out;
-}
+using report::Json;
+using report::json_number;
+using report::json_numbers;
 
 void put_fit(Json& out, const FitQuality& fit) {
-  out["rms_px"] = number(fit.rms_px);
-  out["rms_component_px"] = number(fit.rms_component_px);
-  out["worst_px"] = number(fit.worst_px);
+  out["rms_px"] = json_number(fit.rms_px);
+  out["rms_component_px"] = json_number(fit.rms_component_px);
+  out["worst_px"] = json_number(fit.worst_px);
   out["n_corners"] = fit.n_corners;
   out["n_outliers"] = fit.n_outliers;
 }
@@ -34,16 +26,16 @@ Json device_json(const Calibration& c, const Findings& findings, std::size_t d,
   Json out = {{"name", device.name},
               {"model", model_file},
               {"imagersize", c.problem.imagersizes[d]},
-              {"relative_corner_sigma", number(c.observations.devices[d].sigma_px)},
+              {"relative_corner_sigma", json_number(c.observations.devices[d].sigma_px)},
               {"intrinsics", device.intrinsics},
-              {"intrinsics_sigma", list(f.intrinsics_sigma)},
-              {"rt_device_ref", list(rt_from_pose(device.T_device_ref))},
-              {"rt_device_ref_sigma", list(f.rt_sigma)}};
+              {"intrinsics_sigma", json_numbers(f.intrinsics_sigma)},
+              {"rt_device_ref", json_numbers(rt_from_pose(device.T_device_ref))},
+              {"rt_device_ref_sigma", json_numbers(f.rt_sigma)}};
   put_fit(out, device.fit);
-  out["projection_sigma"] = {{"distance_mm", number(f.distance_mm)},
-                             {"centre_px", number(f.centre_sigma_px)},
-                             {"corners_px", list(f.corner_sigma_px)},
-                             {"centre_at_infinity_px", number(f.centre_at_infinity_sigma_px)}};
+  out["projection_sigma"] = {{"distance_mm", json_number(f.distance_mm)},
+                             {"centre_px", json_number(f.centre_sigma_px)},
+                             {"corners_px", json_numbers(f.corner_sigma_px)},
+                             {"centre_at_infinity_px", json_number(f.centre_at_infinity_sigma_px)}};
   return out;
 }
 
@@ -56,10 +48,10 @@ Json cross_validation_json(const CrossValidation& v, const Calibration& c) {
   out["devices"] = Json::array();
   for (std::size_t d = 0; d < v.devices.size(); ++d)
     out["devices"].push_back({{"name", c.devices[d].name},
-                              {"rms_px", number(v.devices[d].rms_px)},
-                              {"max_px", number(v.devices[d].max_px)},
-                              {"relative_to_expected", number(v.devices[d].relative)}});
-  out["shape_rms_mm"] = number(v.shape_rms_mm);
+                              {"rms_px", json_number(v.devices[d].rms_px)},
+                              {"max_px", json_number(v.devices[d].max_px)},
+                              {"relative_to_expected", json_number(v.devices[d].relative)}});
+  out["shape_rms_mm"] = json_number(v.shape_rms_mm);
   return out;
 }
 
@@ -76,7 +68,7 @@ Json covariance_json(const Calibration& c, const Eigen::MatrixXd& m) {
     for (const char* name : kPose)
       if (d > 0) names.push_back(c.devices[d].name + "." + name);
   }
-  for (Eigen::Index i = 0; i < m.rows(); ++i) rows.push_back(list(Eigen::VectorXd(m.row(i))));
+  for (Eigen::Index i = 0; i < m.rows(); ++i) rows.push_back(json_numbers(Eigen::VectorXd(m.row(i))));
   return {{"parameters", names}, {"matrix", rows}};
 }
 
@@ -95,15 +87,15 @@ std::string calibration_json(const Calibration& c, const CalibrateOptions& optio
   out["board"] = {{"width_n", board.width_n},
                   {"height_n", board.height_n},
                   {"spacing_mm", board.spacing_mm},
-                  {"warp_mm", list(c.warp_mm)},
-                  {"warp_sigma_mm", list(findings.warp_sigma_mm)}};
+                  {"warp_mm", json_numbers(c.warp_mm)},
+                  {"warp_sigma_mm", json_numbers(findings.warp_sigma_mm)}};
   if (options.circle_diameter_mm > 0.0) {
     out["board"]["circle_diameter_mm"] = options.circle_diameter_mm;
     out["board"]["largest_circle_correction_px"] = c.circle_correction_px;
   }
   put_fit(out, c.fit);
-  out["corner_sigma_px"] = number(findings.observed_sigma_px);
-  out["projector_shares_camera_noise"] = number(findings.shared_noise);
+  out["corner_sigma_px"] = json_number(findings.observed_sigma_px);
+  out["projector_shares_camera_noise"] = json_number(findings.shared_noise);
   out["devices"] = Json::array();
   for (std::size_t d = 0; d < c.devices.size(); ++d)
     out["devices"].push_back(device_json(c, findings, d, model_files[d]));
@@ -113,14 +105,14 @@ std::string calibration_json(const Calibration& c, const CalibrateOptions& optio
     out["pairs"].push_back({{"devices",
                              {c.devices[static_cast<std::size_t>(p.first)].name,
                               c.devices[static_cast<std::size_t>(p.second)].name}},
-                            {"baseline_mm", number(p.baseline_mm)},
-                            {"shape_sigma_mm", number(p.shape_sigma_mm)}});
+                            {"baseline_mm", json_number(p.baseline_mm)},
+                            {"shape_sigma_mm", json_number(p.shape_sigma_mm)}});
   out["cross_validation"] = cross_validation_json(findings.cross_validation, c);
   out["boards"] = Json::array();
   for (std::size_t f = 0; f < c.observations.frames.size(); ++f)
     out["boards"].push_back(
         {{"frame", c.observations.frames[f]},
-         {"rt_ref_board", list(rt_from_pose(T_ref_board(c.problem, static_cast<int>(f))))}});
+         {"rt_ref_board", json_numbers(rt_from_pose(T_ref_board(c.problem, static_cast<int>(f))))}});
   out["views"] = Json::array();
   for (std::size_t v = 0; v < c.views.size(); ++v) {
     const View& view = c.observations.views[v];

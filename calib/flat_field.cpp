@@ -3,13 +3,14 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
 
 #include "twin/errors.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::calib {
 
@@ -18,18 +19,18 @@ namespace {
 constexpr int kColumns = 32;
 constexpr double kHuber = 1.345;
 
-struct Cell {
+struct FlatCell {
   double x = 0.0, y = 0.0, s = 0.0, value = 0.0;
 };
 
-std::vector<Cell> cell_means(const ImageF& flat, double black_dn, double saturation_dn) {
+std::vector<FlatCell> cell_means(const ImageF& flat, double black_dn, double saturation_dn) {
   const int w = flat.width, h = flat.height;
   const int side = std::max(1, w / kColumns);
   const double cx = 0.5 * (w - 1), cy = 0.5 * (h - 1), corner_sq = 0.25 * (1.0 * w * w + 1.0 * h * h);
-  std::vector<Cell> cells;
+  std::vector<FlatCell> cells;
   for (int y0 = 0; y0 + side <= h; y0 += side)
     for (int x0 = 0; x0 + side <= w; x0 += side) {
-      Cell c;
+      FlatCell c;
       bool clipped = false;
       for (int y = y0; y < y0 + side; ++y)
         for (int x = x0; x < x0 + side; ++x) {
@@ -55,12 +56,12 @@ struct Solution {
 };
 
 /// Gauss-Newton with Huber weights; the model is nearly linear.
-std::optional<Solution> solve(const std::vector<Cell>& cells, int terms) {
+std::optional<Solution> solve(const std::vector<FlatCell>& cells, int terms) {
   const int m = 3 + terms;
   Solution out;
   out.p = Eigen::VectorXd::Zero(m);
   std::vector<double> values;
-  for (const Cell& c : cells) values.push_back(c.value);
+  for (const FlatCell& c : cells) values.push_back(c.value);
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
                    values.end());
   out.p[0] = values[values.size() / 2];
@@ -72,7 +73,7 @@ std::optional<Solution> solve(const std::vector<Cell>& cells, int terms) {
     std::vector<double> size;
     out.chi2 = out.rms = 0.0;
     double n = 0.0;
-    for (const Cell& c : cells) {
+    for (const FlatCell& c : cells) {
       const double tilt = 1.0 + out.p[1] * c.x + out.p[2] * c.y;
       double fall = 1.0, power = 1.0;
       Eigen::VectorXd J(m);
@@ -95,11 +96,11 @@ std::optional<Solution> solve(const std::vector<Cell>& cells, int terms) {
     }
     std::nth_element(size.begin(), size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2), size.end());
     scale = std::max(1.4826 * size[size.size() / 2], 1e-9 * out.p[0]);
-    const Eigen::LDLT<Eigen::MatrixXd> ldlt(N);
-    const Eigen::VectorXd step = ldlt.solve(g);
+    const SymmetricFactor factor(N);
+    const Eigen::VectorXd step = factor.solve(g);
     if (!step.allFinite()) return std::nullopt;
     out.p += step;
-    out.covariance = ldlt.solve(Eigen::MatrixXd::Identity(m, m)) * (out.chi2 / std::max(1.0, n - m));
+    out.covariance = factor.inverse() * (out.chi2 / std::max(1.0, n - m));
     if (step.norm() <= 1e-10 * out.p.norm()) break;
   }
   out.rms = std::sqrt(out.rms / static_cast<double>(cells.size())) / out.p[0];
@@ -110,7 +111,7 @@ std::optional<Solution> solve(const std::vector<Cell>& cells, int terms) {
 
 FlatField fit_flat_field(const ImageF& flat, double black_level_dn, double saturation_dn,
                          const std::string& where) {
-  const std::vector<Cell> cells = cell_means(flat, black_level_dn, saturation_dn);
+  const std::vector<FlatCell> cells = cell_means(flat, black_level_dn, saturation_dn);
   if (cells.size() < 50)
     throw UserError(ExitCode::input, where,
                     fmt::format("only {} cells of the flat image are usable", cells.size()),

@@ -14,7 +14,6 @@ namespace fringetwin::calib {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr int kBlocks = kBlocksPerSide * kBlocksPerSide;
 constexpr int kMaxOrder = 32;
 constexpr std::size_t kMaxMedianSamples = 300000;
 
@@ -41,13 +40,13 @@ class Spectrum {
   std::vector<Complex> twiddle_;
 };
 
-/// Sums of one image block for one pitch and order.
-struct Cell {
+/// HarmonicSums of one image block for one pitch and order.
+struct HarmonicCell {
   double in_phase = 0.0, quadrature = 0.0, weight = 0.0, camera = 0.0;
 };
 
-struct Sums {
-  std::vector<std::array<Cell, kBlocks>> cells;  // [pitch * orders + h - 1]
+struct HarmonicSums {
+  std::vector<std::array<HarmonicCell, kBlocks>> cells;  // [pitch * orders + h - 1]
   std::array<double, kBlocks> n{};
 };
 
@@ -61,15 +60,15 @@ bool unsaturated(const std::vector<std::vector<const ImageF*>>& steps, std::size
 double sinc(double x) { return std::abs(x) < 1e-6 ? 1.0 : std::sin(x) / x; }
 
 /// Ratio of two sums over blocks, with its jackknife sigma.
-Estimate ratio(const std::array<Cell, kBlocks>& cells, double Cell::*above) {
+Estimate ratio(const std::array<HarmonicCell, kBlocks>& cells, double HarmonicCell::*above) {
   double sum = 0.0, weight = 0.0;
-  for (const Cell& c : cells) sum += c.*above, weight += c.weight;
+  for (const HarmonicCell& c : cells) sum += c.*above, weight += c.weight;
   Estimate e;
   if (!(weight > 0.0)) return e;
   e.value = sum / weight;
   double spread = 0.0;
   int groups = 0;
-  for (const Cell& c : cells) {
+  for (const HarmonicCell& c : cells) {
     if (!(c.weight > 0.0) || !(weight - c.weight > 0.0)) continue;
     spread += std::pow((sum - c.*above) / (weight - c.weight) - e.value, 2);
     ++groups;
@@ -167,7 +166,7 @@ class Analysis {
     return psf == 0.0 ? area : area * std::exp(-0.5 * psf * psf * (g[0] * g[0] + g[1] * g[1]));
   }
 
-  void add_pixel(int x, int y, Sums& sums) const {
+  void add_pixel(int x, int y, HarmonicSums& sums) const {
     const std::size_t i = first_->index(x, y);
     const auto block = static_cast<std::size_t>(block_of(x, y, first_->width, first_->height));
     const double reference = static_cast<double>(std::abs(fundamental_[coarsest_][i]));
@@ -182,7 +181,7 @@ class Analysis {
         const int h = static_cast<int>(k) + 1;
         turn *= std::conj(unit);
         const Complex value = h == 1 ? f : spectrum_.at(steps_[p], i, h);
-        Cell& cell = sums.cells[p * orders + k][block];
+        HarmonicCell& cell = sums.cells[p * orders + k][block];
         // The order N/2 has no phase of its own: half of value is a cos(h phase).
         const bool nyquist = spectrum_.is_nyquist(h);
         const double weight =
@@ -225,9 +224,9 @@ class Analysis {
       std::vector<float> v = values(p, static_cast<int>(k) + 1, every);
       out.median_dn.push_back(median(v));
       const auto& cells = sums_.cells[p * orders + k];
-      out.amplitude.push_back(ratio(cells, &Cell::in_phase));
-      out.quadrature.push_back(ratio(cells, &Cell::quadrature));
-      out.camera_factor.push_back(ratio(cells, &Cell::camera).value);
+      out.amplitude.push_back(ratio(cells, &HarmonicCell::in_phase));
+      out.quadrature.push_back(ratio(cells, &HarmonicCell::quadrature));
+      out.camera_factor.push_back(ratio(cells, &HarmonicCell::camera).value);
     }
     return out;
   }
@@ -241,7 +240,7 @@ class Analysis {
   const ImageF* first_ = nullptr;
   ImageU8 usable_;
   std::vector<std::vector<std::complex<float>>> fundamental_;
-  Sums sums_;
+  HarmonicSums sums_;
 };
 
 }  // namespace

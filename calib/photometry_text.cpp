@@ -4,16 +4,17 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "calib/findings.hpp"
 #include "calib/photometry.hpp"
+#include "report/json.hpp"
 
 namespace fringetwin::calib {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
+using report::json_number;
 
 /// As many digits as the sigma leaves, two of it: "40.53 ± 0.08" and so that TOML reads a number.
 std::string digits(double value, double sigma) {
@@ -102,12 +103,10 @@ std::string projector_toml(const Photometry& photometry) {
   return out;
 }
 
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
 void put(Json& out, const std::string& name, const std::string& unit, const Estimate& e) {
   const std::string tail = unit.empty() ? "" : "_" + unit;
-  out[name + tail] = number(e.value);
-  out[name + "_sigma" + tail] = number(e.sigma);
+  out[name + tail] = json_number(e.value);
+  out[name + "_sigma" + tail] = json_number(e.sigma);
 }
 
 Json transfer_json(const CameraPhotometry& c) {
@@ -121,19 +120,19 @@ Json transfer_json(const CameraPhotometry& c) {
   put(out, "read_noise", "dn", t.read_noise_dn);
   put(out, "read_noise", "electrons", t.read_noise_electrons);
   put(out, "slope_change", "", t.slope_change);
-  out["residual_rms"] = number(t.residual_rms);
-  out["residual_worst"] = number(t.residual_worst);
-  out["chi2_per_dof"] = number(t.chi2_per_dof);
-  out["low_dn"] = number(t.low_dn);
-  out["high_dn"] = number(t.high_dn);
-  out["flicker"] = c.noise_from == "repeats" ? number(c.flicker) : Json(nullptr);
+  out["residual_rms"] = json_number(t.residual_rms);
+  out["residual_worst"] = json_number(t.residual_worst);
+  out["chi2_per_dof"] = json_number(t.chi2_per_dof);
+  out["low_dn"] = json_number(t.low_dn);
+  out["high_dn"] = json_number(t.high_dn);
+  out["flicker"] = c.noise_from == "repeats" ? json_number(c.flicker) : Json(nullptr);
   out["n"] = t.n;
   out["bins"] = Json::array();
   for (const TransferBin& b : t.bins)
-    out["bins"].push_back({{"level_dn", number(b.level_dn)},
-                           {"variance_dn2", number(b.variance_dn2)},
-                           {"variance_sigma_dn2", number(b.sigma_dn2)},
-                           {"line_dn2", number(b.line_dn2)},
+    out["bins"].push_back({{"level_dn", json_number(b.level_dn)},
+                           {"variance_dn2", json_number(b.variance_dn2)},
+                           {"variance_sigma_dn2", json_number(b.sigma_dn2)},
+                           {"line_dn2", json_number(b.line_dn2)},
                            {"n", b.n}});
   return out;
 }
@@ -157,12 +156,12 @@ Json linearity_json(const CameraPhotometry& c) {
   Json out;
   put(out, "slope", "dn_per_ms", l.slope_dn_per_ms);
   put(out, "offset", "dn", l.offset_dn);
-  out["worst_percent"] = number(l.worst_percent);
+  out["worst_percent"] = json_number(l.worst_percent);
   out["points"] = Json::array();
   for (std::size_t i = 0; i < l.exposure_ms.size(); ++i)
     out["points"].push_back({{"exposure_ms", l.exposure_ms[i]},
-                             {"level_dn", number(l.level_dn[i])},
-                             {"residual_percent", number(l.residual_percent[i])}});
+                             {"level_dn", json_number(l.level_dn[i])},
+                             {"residual_percent", json_number(l.residual_percent[i])}});
   return out;
 }
 
@@ -171,38 +170,38 @@ Json flat_json(const CameraPhotometry& c) {
   const FlatField& f = *c.flat;
   Json out = {{"vignetting", Json::array()}, {"vignetting_sigma", Json::array()}};
   for (const Estimate& a : f.a) {
-    out["vignetting"].push_back(number(a.value));
-    out["vignetting_sigma"].push_back(number(a.sigma));
+    out["vignetting"].push_back(json_number(a.value));
+    out["vignetting_sigma"].push_back(json_number(a.sigma));
   }
-  out["corner"] = number(f.corner);
+  out["corner"] = json_number(f.corner);
   put(out, "level", "dn", f.level_dn);
   put(out, "gradient_x", "", f.gradient_x);
   put(out, "gradient_y", "", f.gradient_y);
-  out["residual_rms"] = number(f.residual_rms);
+  out["residual_rms"] = json_number(f.residual_rms);
   out["n"] = f.n;
   return out;
 }
 
 Json values(const std::vector<Estimate>& estimates, double Estimate::*part) {
   Json out = Json::array();
-  for (const Estimate& e : estimates) out.push_back(number(e.*part));
+  for (const Estimate& e : estimates) out.push_back(json_number(e.*part));
   return out;
 }
 
-Json numbers(const std::vector<double>& list) {
+Json json_numbers(const std::vector<double>& list) {
   Json out = Json::array();
-  for (const double v : list) out.push_back(number(v));
+  for (const double v : list) out.push_back(json_number(v));
   return out;
 }
 
 Json pitch_json(const PitchHarmonics& h) {
   return {{"pitch_px", h.pitch_px},
-          {"median_dn", numbers(h.median_dn)},
+          {"median_dn", json_numbers(h.median_dn)},
           {"amplitude", values(h.amplitude, &Estimate::value)},
           {"amplitude_sigma", values(h.amplitude, &Estimate::sigma)},
           {"quadrature", values(h.quadrature, &Estimate::value)},
           {"quadrature_sigma", values(h.quadrature, &Estimate::sigma)},
-          {"camera_factor", numbers(h.camera_factor)}};
+          {"camera_factor", json_numbers(h.camera_factor)}};
 }
 
 Json response_json(const ProjectorPhotometry& p) {
@@ -211,12 +210,12 @@ Json response_json(const ProjectorPhotometry& p) {
                        : p.response.kind == ProjectorResponse::Kind::gamma ? "gamma"
                                                                            : "table"}};
   put(out, "gamma", "", p.gamma);
-  out["gamma_misfit"] = number(p.gamma_misfit);
+  out["gamma_misfit"] = json_number(p.gamma_misfit);
   out["harmonics"] = values(p.response_harmonics, &Estimate::value);
   out["harmonics_sigma"] = values(p.response_harmonics, &Estimate::sigma);
-  out["level"] = numbers(p.curve_level);
-  out["light"] = numbers(p.curve_light);
-  out["light_sigma"] = numbers(p.curve_sigma);
+  out["level"] = json_numbers(p.curve_level);
+  out["light"] = json_numbers(p.curve_light);
+  out["light_sigma"] = json_numbers(p.curve_sigma);
   return out;
 }
 
@@ -224,18 +223,18 @@ Json direction_json(const ProjectorPhotometry& p) {
   Json out = {{"direction", axis_name(p.harmonics.axis)},
               {"steps", p.harmonics.steps},
               {"n", p.harmonics.n},
-              {"mean_dn", number(p.harmonics.mean_dn)},
+              {"mean_dn", json_number(p.harmonics.mean_dn)},
               {"pitches", Json::array()}};
   for (const PitchHarmonics& h : p.harmonics.pitches) out["pitches"].push_back(pitch_json(h));
   out["response"] = response_json(p);
   put(out, "blur", "px", p.blur_px);
-  out["blur_misfit"] = number(p.blur_misfit);
+  out["blur_misfit"] = json_number(p.blur_misfit);
   out["mtf"] = Json::array();
   for (const MtfPoint& m : p.mtf) {
     Json row = {{"pitch_px", m.pitch_px}, {"order", m.order}, {"period_px", m.period_px}};
     put(row, "contrast", "", m.contrast);
-    row["camera_factor"] = number(m.camera_factor);
-    row["gaussian"] = number(m.gaussian);
+    row["camera_factor"] = json_number(m.camera_factor);
+    row["gaussian"] = json_number(m.gaussian);
     out["mtf"].push_back(row);
   }
   return out;

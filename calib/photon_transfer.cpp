@@ -3,12 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "twin/errors.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::calib {
 
@@ -16,22 +17,21 @@ namespace {
 
 constexpr int kBins = 48;
 constexpr std::size_t kMinPerBin = 400;
-constexpr int kBlocks = kBlocksPerSide * kBlocksPerSide;
 constexpr double kCutSigmas =
     3.5;  // far enough out that coarse gray levels (steps of half a sigma) matter little
 constexpr double kKeptVariance = 0.99389;  // 1 - 2 c phi(c) / (2 Phi(c) - 1): of a normal cut at c = 3.5
 constexpr double kRoughSigmas = 4.0;
 
 /// Sums of the samples of one bin within the cut, per image block, so that a block can be left out.
-struct Cell {
+struct BinCell {
   double n = 0.0, level = 0.0, square = 0.0;
 };
-using BinCells = std::array<Cell, kBlocks>;
+using BinCells = std::array<BinCell, kBlocks>;
 
 struct Bin {
   std::vector<const NoiseSample*> samples;
   BinCells cells{};
-  Cell sum;
+  BinCell sum;
 };
 
 /// Root mean square of what lies within the cut, iterated from a start that outliers cannot move.
@@ -65,12 +65,12 @@ void fill_cells(Bin& bin) {
   for (const NoiseSample* s : bin.samples) {
     const auto v = static_cast<double>(s->noise_dn);
     if (std::abs(v) > cut || static_cast<double>(s->roughness_dn) > rough) continue;
-    Cell& cell = bin.cells[s->block];
+    BinCell& cell = bin.cells[s->block];
     cell.n += 1.0;
     cell.level += static_cast<double>(s->level_dn);
     cell.square += v * v;
   }
-  for (const Cell& c : bin.cells) {
+  for (const BinCell& c : bin.cells) {
     bin.sum.n += c.n;
     bin.sum.level += c.level;
     bin.sum.square += c.square;
@@ -107,9 +107,9 @@ Points points_of(const std::vector<Bin>& bins, int without_block) {
   const auto m = static_cast<Eigen::Index>(bins.size());
   Points p{Eigen::VectorXd(m), Eigen::VectorXd(m), Eigen::VectorXd(m)};
   for (Eigen::Index i = 0; i < m; ++i) {
-    Cell c = bins[static_cast<std::size_t>(i)].sum;
+    BinCell c = bins[static_cast<std::size_t>(i)].sum;
     if (without_block >= 0) {
-      const Cell& out = bins[static_cast<std::size_t>(i)].cells[static_cast<std::size_t>(without_block)];
+      const BinCell& out = bins[static_cast<std::size_t>(i)].cells[static_cast<std::size_t>(without_block)];
       c.n -= out.n, c.level -= out.level, c.square -= out.square;
     }
     p.n[i] = std::max(c.n, 0.0);
@@ -135,7 +135,7 @@ Fit fit_polynomial(const Points& p, double centre, int terms, double samples_per
     const Eigen::VectorXd w =
         p.n.array() / (2.0 * samples_per_independent * model.array().max(least).square());
     const Eigen::MatrixXd N = A.transpose() * w.asDiagonal() * A;
-    fit.covariance = N.ldlt().solve(Eigen::MatrixXd::Identity(terms, terms));
+    fit.covariance = SymmetricFactor(N).inverse();
     fit.coefficients = fit.covariance * (A.transpose() * (w.asDiagonal() * p.variance));
     model = A * fit.coefficients;
   }

@@ -26,6 +26,7 @@ struct NoiseSample {
   std::uint16_t block = 0;    ///< of 8 x 8 over the image: errors of one place belong together
 };
 inline constexpr int kBlocksPerSide = 8;
+inline constexpr int kBlocks = kBlocksPerSide * kBlocksPerSide;
 /// Number of the block that holds pixel (x, y).
 std::uint16_t block_of(int x, int y, int width, int height);
 

@@ -5,11 +5,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "twin/constants.hpp"
+
 namespace fringetwin::calib {
 
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Fringes are never known better than this: exposure differs from image to image, pixels are no squares.
 constexpr double kModelError = 0.003;
 constexpr double kGoodMisfit = 0.01;

@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 /// --sigma auto: as each device's residuals scatter
 constexpr const char* kAuto = "auto";
 
-struct Options {
+struct CalibrateCommand {
   std::string corners, focal, imagersize, sigma, names, out, outlier_sigma = "5", projector = "projector";
   std::string twin, board = "chessboard";
   calib::BoardPattern pattern;
@@ -82,7 +82,7 @@ std::array<int, 2> size_of(const std::string& text) {
 }
 
 /// mrcal writes "--imagersize W H": the second number then stands first among the globs.
-void join_imagersize(Options& o) {
+void join_imagersize(CalibrateCommand& o) {
   const auto is_number = [](const std::string& s) {
     return !s.empty() && s.find_first_not_of("0123456789") == std::string::npos;
   };
@@ -91,7 +91,7 @@ void join_imagersize(Options& o) {
   o.globs.erase(o.globs.begin());
 }
 
-std::vector<calib::Device> devices_of(const Options& o) {
+std::vector<calib::Device> devices_of(const CalibrateCommand& o) {
   const std::size_t n = o.globs.size();
   std::vector<std::string> names = split(o.names);
   for (std::size_t d = names.size(); d < n && o.names.empty(); ++d)
@@ -114,7 +114,7 @@ std::vector<calib::Device> devices_of(const Options& o) {
 }
 
 /// A twin.toml of these devices, to go on from; only with the cameras a twin can have.
-std::string twin_toml(const calib::Calibration& c, const Options& o) {
+std::string twin_toml(const calib::Calibration& c, const CalibrateCommand& o) {
   std::string toml = "schema = \"fringetwin-twin/1\"\nname = \"calibrated rig\"\ncameramodel_unit = \"m\"\n";
   std::size_t n_cameras = 0;
   for (const auto& device : c.devices) {
@@ -144,7 +144,7 @@ std::vector<fs::path> files_of(const std::string& pattern) {
 }
 
 /// As mrcal does with its cache: a corner file that is there is used, else it is made from the pictures.
-std::vector<calib::ImageCorners> corners_of(const Options& o) {
+std::vector<calib::ImageCorners> corners_of(const CalibrateCommand& o) {
   if (fs::exists(o.corners)) return calib::read_corners_vnl(o.corners, o.has_weights);
   std::vector<fs::path> pictures;
   for (const std::string& pattern : o.globs)
@@ -157,7 +157,7 @@ std::vector<calib::ImageCorners> corners_of(const Options& o) {
 
 /// The devices of a twin, whose lenses need only be rough, and the globs of the names detect_in_captures()
 /// gives.
-void take_devices(const Twin& twin, Options& o) {
+void take_devices(const Twin& twin, CalibrateCommand& o) {
   std::vector<std::string> names, sizes, focals;
   const auto take = [&](const std::string& name, const Lens& lens) {
     names.push_back(name);
@@ -174,7 +174,7 @@ void take_devices(const Twin& twin, Options& o) {
     o.globs.push_back((twin.projector && d + 1 == names.size() ? "projector" : names[d]) + "-*");
 }
 
-void check_sources(const Options& o) {
+void check_sources(const CalibrateCommand& o) {
   if (o.globs.empty())
     throw UserError(ExitCode::usage, "calibrate", "needs a glob per device, or --twin and capture folders",
                     "e.g. calibrate ... 'left-*.png' 'right-*.png'");
@@ -184,7 +184,7 @@ void check_sources(const Options& o) {
     if (value.empty()) throw UserError(ExitCode::usage, option, "is needed without --twin", "");
 }
 
-int run(Options o, const Invocation& invocation) {
+int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
   join_imagersize(o);
   check_sources(o);
   check_out_folder(o.out);
@@ -256,7 +256,7 @@ int run(Options o, const Invocation& invocation) {
 }  // namespace
 
 void add_calibrate(CLI::App& app, Invocation& invocation) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<CalibrateCommand>();
   CLI::App* sub = app.add_subcommand(
       "calibrate",
       "Cameras and a projector from the corners of a board, solved jointly, with their uncertainty");
@@ -312,7 +312,8 @@ void add_calibrate(CLI::App& app, Invocation& invocation) {
   sub->add_option("--max-rms", o->calibrate.max_rms_px,
                   "Largest rms of a device (px, 2-norm) that is accepted")
       ->capture_default_str();
-  sub->callback([o, &invocation] { invocation.run = [o, &invocation] { return run(*o, invocation); }; });
+  sub->callback(
+      [o, &invocation] { invocation.run = [o, &invocation] { return run_calibrate(*o, invocation); }; });
 }
 
 }  // namespace fringetwin::cli

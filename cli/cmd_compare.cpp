@@ -12,7 +12,7 @@ namespace fringetwin::cli {
 
 namespace {
 
-struct Options {
+struct CompareCommand {
   std::string twin;
   std::string real;
   std::string sim;
@@ -32,7 +32,7 @@ std::vector<CameraImages> load_irradiance(const Twin& twin, const std::filesyste
   return {};
 }
 
-int run(const Options& o, const Invocation& invocation) {
+int run_compare(const CompareCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
   StageTimer timer;
   timer.start("load");
@@ -65,14 +65,14 @@ int run(const Options& o, const Invocation& invocation) {
 }  // namespace
 
 void add_compare(CLI::App& app, Invocation& invocation) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareCommand>();
   CLI::App* sub = app.add_subcommand("compare", "Measure two capture sets and compare them");
   sub->add_option("twin", options->twin, "The twin.toml")->required();
   sub->add_option("--real", options->real, "Capture set of the rig")->required();
   sub->add_option("--sim", options->sim, "Capture set of the twin")->required();
   sub->add_option("--out", options->out, "Folder for result.json, report.html and the maps")->required();
   sub->callback([options, &invocation] {
-    invocation.run = [options, &invocation] { return run(*options, invocation); };
+    invocation.run = [options, &invocation] { return run_compare(*options, invocation); };
   });
 }
 

@@ -16,7 +16,7 @@ namespace fringetwin::cli {
 
 namespace {
 
-struct Options {
+struct CosimCommand {
   std::string twin;
   std::string out;
   RenderFlags flags;
@@ -26,7 +26,7 @@ void add_times(StageTimer& timer, const std::string& side, const measure::Measur
   for (const auto& [stage, seconds] : measurement.timing_s) timer.seconds[stage + "_" + side] = seconds;
 }
 
-int run(const Options& o, const Invocation& invocation) {
+int run_cosim(const CosimCommand& o, const Invocation& invocation) {
   if (o.flags.device == "list") return print_devices();
   if (o.twin.empty() || o.out.empty())
     throw UserError(ExitCode::usage, "cosim", "a twin and --out are needed",
@@ -90,7 +90,7 @@ int run(const Options& o, const Invocation& invocation) {
 }  // namespace
 
 void add_cosim(CLI::App& app, Invocation& invocation) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CosimCommand>();
   CLI::App* sub = app.add_subcommand("cosim", "The main job: render, measure both, compare, report");
   sub->add_option("twin", options->twin, "The twin.toml");
   sub->add_option("--out", options->out,
@@ -98,7 +98,7 @@ void add_cosim(CLI::App& app, Invocation& invocation) {
   add_render_flags(*sub, options->flags);
   sub->add_flag("--radiance", options->flags.radiance, "Also write float32 EXR images (E before the sensor)");
   sub->callback([options, &invocation] {
-    invocation.run = [options, &invocation] { return run(*options, invocation); };
+    invocation.run = [options, &invocation] { return run_cosim(*options, invocation); };
   });
 }
 

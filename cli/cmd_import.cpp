@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct ImportCommand {
   std::vector<std::string> files;    ///< kalibr: one; mrcal: the cameras' models
   std::vector<std::string> cameras;  ///< NAME=PARTS@WIDTHxHEIGHT
   std::string projector;             ///< PARTS@WIDTHxHEIGHT; kalibr: a camera's name; mrcal: a file
@@ -38,7 +38,7 @@ constexpr const char* kMatricesExample =
     "NAME=K.txt,D.txt[,R.txt[,T.txt]]@WIDTHxHEIGHT, e.g. left=K1.txt,D1.txt@1280x1024 (\"none\" for no "
     "distortion)";
 
-int run_opencv(const Options& o) {
+int run_opencv(const ImportCommand& o) {
   const std::vector<fs::path> files(o.files.begin(), o.files.end());
   if (o.list) {
     for (const auto& file : files)
@@ -73,7 +73,7 @@ int run_opencv(const Options& o) {
   return finish_import(std::move(rig), o.rig);
 }
 
-int run_matrices(const Options& o) {
+int run_matrices(const ImportCommand& o) {
   check_rig_options(o.rig);
   ImportedRig rig;
   rig.has_projector = !o.projector.empty();
@@ -102,7 +102,7 @@ int run_matrices(const Options& o) {
 }
 
 /// Moves the projector to the end and gives the cameras the names asked for.
-void arrange(ImportedRig& rig, const Options& o) {
+void arrange(ImportedRig& rig, const ImportCommand& o) {
   std::vector<std::string> names;
   std::stringstream list(o.names);
   for (std::string name; std::getline(list, name, ',');) names.push_back(name);
@@ -114,7 +114,7 @@ void arrange(ImportedRig& rig, const Options& o) {
   if (rig.has_projector) rig.devices.back().name = "projector";
 }
 
-int run_kalibr(const Options& o) {
+int run_kalibr(const ImportCommand& o) {
   check_rig_options(o.rig);
   ImportedRig rig;
   rig.source = o.files.at(0);
@@ -132,7 +132,7 @@ int run_kalibr(const Options& o) {
   return finish_import(std::move(rig), o.rig);
 }
 
-int run_mrcal(const Options& o) {
+int run_mrcal(const ImportCommand& o) {
   check_rig_options(o.rig);
   ImportedRig rig;
   std::vector<std::string> files = o.files;
@@ -151,14 +151,14 @@ int run_mrcal(const Options& o) {
 }
 
 CLI::App* add(CLI::App& import, Invocation& invocation, const char* name, const char* what,
-              const std::shared_ptr<Options>& options, int (*run)(const Options&)) {
+              const std::shared_ptr<ImportCommand>& options, int (*run)(const ImportCommand&)) {
   CLI::App* sub = import.add_subcommand(name, what);
   add_rig_options(*sub, options->rig);
   sub->callback([options, run, &invocation] { invocation.run = [options, run] { return run(*options); }; });
   return sub;
 }
 
-void add_unit(CLI::App& sub, Options& options) {
+void add_unit(CLI::App& sub, ImportCommand& options) {
   sub.add_option("--unit", options.unit, "Unit of the translations in the files: mm or m")
       ->check(CLI::IsMember({"mm", "m"}))
       ->capture_default_str();
@@ -170,7 +170,7 @@ void add_import(CLI::App& app, Invocation& invocation) {
   CLI::App* import = app.add_subcommand("import", "Bring in a foreign calibration");
   import->require_subcommand(1);
 
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ImportCommand>();
   CLI::App* opencv =
       add(*import, invocation, "opencv", "OpenCV YAML/XML files (cv::FileStorage)", o, run_opencv);
   opencv->add_option("files", o->files, "YAML or XML files")->required();
@@ -181,7 +181,7 @@ void add_import(CLI::App& app, Invocation& invocation) {
   opencv->add_option("--projector", o->projector, "MATRIX,DISTORTION,ROTATION,TRANSLATION@WIDTHxHEIGHT");
   add_unit(*opencv, *o);
 
-  o = std::make_shared<Options>();
+  o = std::make_shared<ImportCommand>();
   CLI::App* matrices =
       add(*import, invocation, "matrices", "Files of plain numbers (numpy.savetxt)", o, run_matrices);
   matrices
@@ -193,13 +193,13 @@ void add_import(CLI::App& app, Invocation& invocation) {
   matrices->add_option("--projector", o->projector, "K.txt,D.txt,R.txt[,T.txt]@WIDTHxHEIGHT");
   add_unit(*matrices, *o);
 
-  o = std::make_shared<Options>();
+  o = std::make_shared<ImportCommand>();
   CLI::App* kalibr = add(*import, invocation, "kalibr", "A Kalibr camchain (YAML)", o, run_kalibr);
   kalibr->add_option("file", o->files, "The camchain")->required()->expected(1);
   kalibr->add_option("--projector", o->projector, "The cam that is the projector, e.g. cam2");
   kalibr->add_option("--names", o->names, "Names of the cameras: left,right (default: cam0,cam1)");
 
-  o = std::make_shared<Options>();
+  o = std::make_shared<ImportCommand>();
   o->unit = "m";
   CLI::App* mrcal = add(*import, invocation, "mrcal", "mrcal's .cameramodel files", o, run_mrcal);
   mrcal->add_option("files", o->files, "The cameras' models, the reference first")->required();

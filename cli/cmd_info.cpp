@@ -14,7 +14,7 @@ namespace fringetwin::cli {
 
 namespace {
 
-int run(bool as_json) {
+int run_info(bool as_json) {
   nlohmann::ordered_json info;
   info["version"] = version_string();
   info["devices"] = nlohmann::ordered_json::array();
@@ -46,7 +46,7 @@ void add_info(CLI::App& app, Invocation& invocation) {
   auto as_json = std::make_shared<bool>(false);
   CLI::App* sub = app.add_subcommand("info", "Version, Vulkan devices, where real captures are looked for");
   sub->add_flag("--json", *as_json, "As JSON");
-  sub->callback([as_json, &invocation] { invocation.run = [as_json] { return run(*as_json); }; });
+  sub->callback([as_json, &invocation] { invocation.run = [as_json] { return run_info(*as_json); }; });
 }
 
 }  // namespace fringetwin::cli

@@ -13,13 +13,13 @@ namespace fringetwin::cli {
 
 namespace {
 
-struct Options {
+struct MeasureCommand {
   std::string twin;
   std::string captures;
   std::string out;
 };
 
-int run(const Options& o, const Invocation& invocation) {
+int run_measure(const MeasureCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
   StageTimer timer;
   timer.start("load");
@@ -60,7 +60,7 @@ int run(const Options& o, const Invocation& invocation) {
 }  // namespace
 
 void add_measure(CLI::App& app, Invocation& invocation) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MeasureCommand>();
   CLI::App* sub =
       app.add_subcommand("measure", "Capture set -> phase, points, fits (real and simulated alike)");
   sub->add_option("twin", options->twin, "The twin.toml")->required();
@@ -68,7 +68,7 @@ void add_measure(CLI::App& app, Invocation& invocation) {
   sub->add_option("--out", options->out, "Folder for points.ply, phase_<camera>.exr, result.json")
       ->required();
   sub->callback([options, &invocation] {
-    invocation.run = [options, &invocation] { return run(*options, invocation); };
+    invocation.run = [options, &invocation] { return run_measure(*options, invocation); };
   });
 }
 

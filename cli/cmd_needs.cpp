@@ -16,12 +16,12 @@ namespace fringetwin::cli {
 
 namespace {
 
-struct Options {
+struct NeedsCommand {
   std::string twin, out, device;
   study::NeedsOptions needs;
 };
 
-int run(Options o, const Invocation& invocation) {
+int run_needs(NeedsCommand o, const Invocation& invocation) {
   check_out_folder(o.out);
   const Twin twin = load_renderable_twin(o.twin);
   o.needs.subset.seed = o.needs.seed;
@@ -41,7 +41,7 @@ int run(Options o, const Invocation& invocation) {
 }  // namespace
 
 void add_needs(CLI::App& app, Invocation& invocation) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<NeedsCommand>();
   CLI::App* sub = app.add_subcommand(
       "needs", "What each effect changes and costs on this scene; the smallest model for a tolerance");
   sub->add_option("twin", o->twin, "The twin.toml")->required();
@@ -64,7 +64,8 @@ void add_needs(CLI::App& app, Invocation& invocation) {
   sub->add_option("--seed", o->needs.seed, "Seed of the pixel choice, of noise and random samplers")
       ->capture_default_str();
   sub->add_option("--device", o->device, "A part of a Vulkan device's name");
-  sub->callback([o, &invocation] { invocation.run = [o, &invocation] { return run(*o, invocation); }; });
+  sub->callback(
+      [o, &invocation] { invocation.run = [o, &invocation] { return run_needs(*o, invocation); }; });
 }
 
 }  // namespace fringetwin::cli

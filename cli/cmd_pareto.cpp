@@ -16,12 +16,12 @@ namespace fringetwin::cli {
 
 namespace {
 
-struct Options {
+struct ParetoCommand {
   std::string twin, out, device;
   study::ParetoOptions pareto;
 };
 
-int run(Options o, const Invocation& invocation) {
+int run_pareto(ParetoCommand o, const Invocation& invocation) {
   check_out_folder(o.out);
   const Twin twin = load_renderable_twin(o.twin);
   o.pareto.subset.seed = o.pareto.seed;
@@ -46,7 +46,7 @@ int run(Options o, const Invocation& invocation) {
 }  // namespace
 
 void add_pareto(CLI::App& app, Invocation& invocation) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ParetoCommand>();
   CLI::App* sub = app.add_subcommand(
       "pareto", "Error against time for every sampling scheme, sample count and precision on this scene");
   sub->add_option("twin", o->twin, "The twin.toml")->required();
@@ -66,7 +66,8 @@ void add_pareto(CLI::App& app, Invocation& invocation) {
   sub->add_option("--seed", o->pareto.seed, "Seed of the pixel choice, of noise and random samplers")
       ->capture_default_str();
   sub->add_option("--device", o->device, "A part of a Vulkan device's name");
-  sub->callback([o, &invocation] { invocation.run = [o, &invocation] { return run(*o, invocation); }; });
+  sub->callback(
+      [o, &invocation] { invocation.run = [o, &invocation] { return run_pareto(*o, invocation); }; });
 }
 
 }  // namespace fringetwin::cli

@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct PhotometryCommand {
   std::string twin, out;
   std::vector<std::string> captures, dark, flat, series;
 };
@@ -94,7 +94,7 @@ std::vector<ImageF> load_images(const Twin& twin, const Images& request, std::ve
   return images;
 }
 
-std::vector<calib::CameraFrames> load_frames(const Twin& twin, const Options& o,
+std::vector<calib::CameraFrames> load_frames(const Twin& twin, const PhotometryCommand& o,
                                              std::vector<fs::path>& inputs) {
   std::vector<calib::CameraFrames> frames(twin.cameras.size());
   std::vector<std::string> folders = o.captures;
@@ -160,7 +160,7 @@ void print_summary(const calib::Photometry& p) {
   }
 }
 
-int run(const Options& o, const Invocation& invocation) {
+int run_photometry(const PhotometryCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
   const Twin twin = load_twin(o.twin);
   std::vector<fs::path> inputs = twin.input_files;
@@ -181,7 +181,7 @@ int run(const Options& o, const Invocation& invocation) {
 }  // namespace
 
 void add_photometry(CLI::App& app, Invocation& invocation) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<PhotometryCommand>();
   CLI::App* sub = app.add_subcommand(
       "photometry", "Captures -> sensor noise and gain, projector response, fringe contrast, vignetting");
   sub->add_option("twin", o->twin, "The twin.toml: image sizes, bit depths, fringes")->required();
@@ -194,7 +194,8 @@ void add_photometry(CLI::App& app, Invocation& invocation) {
   sub->add_option("--flat", o->flat, "[CAMERA=]GLOB: images of an evenly lit surface");
   sub->add_option("--out", o->out, "Folder for photometry.toml, photometry.json, photometry.html")
       ->required();
-  sub->callback([o, &invocation] { invocation.run = [o, &invocation] { return run(*o, invocation); }; });
+  sub->callback(
+      [o, &invocation] { invocation.run = [o, &invocation] { return run_photometry(*o, invocation); }; });
 }
 
 }  // namespace fringetwin::cli

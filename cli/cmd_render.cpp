@@ -14,13 +14,13 @@ namespace fringetwin::cli {
 
 namespace {
 
-struct Options {
+struct RenderCommand {
   std::string twin;
   std::string out;
   RenderFlags flags;
 };
 
-int run(const Options& o) {
+int run_render(const RenderCommand& o) {
   if (o.flags.device == "list") return print_devices();
   if (o.twin.empty())
     throw UserError(ExitCode::usage, "render", "no twin given", "fringetwin render TWIN.toml --out DIR");
@@ -43,14 +43,14 @@ int run(const Options& o) {
 }  // namespace
 
 void add_render(CLI::App& app, Invocation& invocation) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RenderCommand>();
   CLI::App* sub =
       app.add_subcommand("render", "Render every image of the sequence as each camera would record it");
   sub->add_option("twin", options->twin, "The twin.toml");
   sub->add_option("--out", options->out, "Folder for the capture set (made if missing)");
   add_render_flags(*sub, options->flags);
   sub->add_flag("--radiance", options->flags.radiance, "Also write float32 EXR images (E before the sensor)");
-  sub->callback([options, &invocation] { invocation.run = [options] { return run(*options); }; });
+  sub->callback([options, &invocation] { invocation.run = [options] { return run_render(*options); }; });
 }
 
 }  // namespace fringetwin::cli

@@ -7,7 +7,8 @@ target_compile_options(fringetwin_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
   $<$<NOT:$<BOOL:${FRINGETWIN_ASAN}>>:-Werror> # the sanitizers make g++ 12 see uninitialised variables that are none
   # g++ 12 warns falsely on std::string + and on strings in vectors (GCC bugs 105329, 105651)
-  -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
+  -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread
+  -Wno-use-after-free) # and on Eigen's temporaries, once several files are compiled as one
 # x86-64-v3 is not assumed: the binary must run on any amd64 machine. No -ffast-math: NaN marks
 # invalid pixels everywhere.
 target_include_directories(fringetwin_options INTERFACE ${CMAKE_SOURCE_DIR})
@@ -57,18 +58,22 @@ function(fringetwin_precompile name kind)
   target_precompile_headers(${name} REUSE_FROM ${headers})
 endfunction()
 
-# fringetwin_library(NAME [UNITY] SOURCES a.cpp ... PUBLIC libs PRIVATE libs)
+# fringetwin_library(NAME SOURCES a.cpp ... PUBLIC libs PRIVATE libs)
 # -> library fringetwin_NAME, alias fringetwin::NAME
 function(fringetwin_library name)
-  cmake_parse_arguments(A "UNITY" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(A "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(fringetwin_${name} STATIC ${A_SOURCES})
   add_library(fringetwin::${name} ALIAS fringetwin_${name})
   target_link_libraries(fringetwin_${name} PUBLIC ${A_PUBLIC} PRIVATE fringetwin_options ${A_PRIVATE})
   target_include_directories(fringetwin_${name} PUBLIC ${CMAKE_SOURCE_DIR})
   fringetwin_precompile(fringetwin_${name} library ${A_PUBLIC} ${A_PRIVATE})
-  if(FRINGETWIN_ASAN AND A_UNITY)
-    # Built whole, once, for `make test`: six files at a time read their headers once.
-    set_target_properties(fringetwin_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+  fringetwin_unity(fringetwin_${name})
+endfunction()
+
+# FRINGETWIN_UNITY (CMakeLists.txt): several files at a time, so that their headers are read and their templates made once.
+function(fringetwin_unity target)
+  if(FRINGETWIN_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
   endif()
 endfunction()
 

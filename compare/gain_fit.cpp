@@ -3,19 +3,20 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "compare/gain_sums.hpp"
+#include "twin/constants.hpp"
 
 namespace fringetwin::compare {
 namespace {
 
 constexpr double kHuber = 1.345;  // 95 % efficiency for Gaussian residuals
 constexpr std::size_t kSubsample = 200'000;
-constexpr std::uint64_t kFewest = 50;  // below this no gain is reported
-constexpr double kQuantisation = 1.0 / 12.0;
+constexpr std::uint64_t kFewestValues = 50;  // below this no gain is reported
 
 struct Sample {
   double e, y;
@@ -74,7 +75,7 @@ struct Start {
 
 /// Rounding makes residuals below this scale meaningless (noise-free images agree to the last bit).
 double smallest_scale(const GrayPair& pair, const std::vector<Sample>& samples) {
-  if (!pair.real->radiance) return std::sqrt(kQuantisation);
+  if (!pair.real->radiance) return std::sqrt(kRoundingVariance);
   double largest = 0.0;
   for (const Sample& s : samples) largest = std::max(largest, std::abs(s.y));
   return std::max(1e-7 * largest, 1e-300);
@@ -84,7 +85,7 @@ double smallest_scale(const GrayPair& pair, const std::vector<Sample>& samples) 
 Start start_values(const GrayPair& pair) {
   Start start;
   const std::vector<Sample> all = subsample(pair);
-  if (all.size() < kFewest) return start;
+  if (all.size() < kFewestValues) return start;
   double sum_e = 0.0;
   for (const Sample& s : all) sum_e += s.e;
   GainModel& m = start.model;
@@ -103,7 +104,7 @@ Start start_values(const GrayPair& pair) {
     size.clear();
     for (const Sample& s : all)
       if (usable(s)) size.push_back(std::abs(s.y - prediction(m, s.e)));
-    if (size.size() < kFewest) return start;
+    if (size.size() < kFewestValues) return start;
     start.scale_dn = std::max(1.4826 * median(size), floor_dn);
     const double threshold = kHuber * start.scale_dn;
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -185,12 +186,13 @@ GainFit fit_gain(const GrayPair& pair, std::vector<std::string>& warnings) {
   Start start = start_values(pair);
   if (!start.ok) return failed(pair, warnings, 0);
   GainModel m = start.model;
-  const double rounding = (pair.real->radiance ? 0.0 : kQuantisation) +
-                          (pair.from_dn ? kQuantisation * m.b * m.b * pair.e_scale * pair.e_scale : 0.0);
+  const double rounding = (pair.real->radiance ? 0.0 : kRoundingVariance) +
+                          (pair.from_dn ? kRoundingVariance * m.b * m.b * pair.e_scale * pair.e_scale : 0.0);
   GainSums sums = sum_gain(pair, start.usable, m);
   Errors errors;
   for (int step = 0; step < 20; ++step) {
-    if (sums.n < kFewest || !(sums.information.determinant() > 0.0)) return failed(pair, warnings, sums.n);
+    if (sums.n < kFewestValues || !(sums.information.determinant() > 0.0))
+      return failed(pair, warnings, sums.n);
     errors = standard_errors(sums, rounding);
     const Eigen::Vector2d move = sums.information.ldlt().solve(sums.score);
     const double sigma_a = std::sqrt(std::max(errors.independent(0, 0), errors.blocks(0, 0)));

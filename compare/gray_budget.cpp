@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +12,8 @@
 #include <vector>
 
 #include "measure/phase_noise.hpp"
+#include "twin/constants.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -23,7 +24,6 @@ using measure::DirectionDecode;
 constexpr std::size_t kMaxPixels = 60'000;
 constexpr int kOrders = 6;               // harmonics of the common periodic function
 constexpr int kBasis = 1 + 2 * kOrders;  // 1, cos, sin of each order
-constexpr double kQuantisation = 1.0 / 12.0;
 
 using Basis = Eigen::Matrix<double, kBasis, 1>;
 using Normal = Eigen::Matrix<double, kBasis, kBasis>;
@@ -71,12 +71,12 @@ class Noise {
     else
       source = "quantisation only";
     // quantisation of the simulated images comes on top
-    if (pair.from_dn) added_ = kQuantisation;
+    if (pair.from_dn) added_ = kRoundingVariance;
   }
 
   double variance(double gray_dn) const {
     if (measured_) return measured_->variance(gray_dn) + added_;
-    double v = radiance_ ? 0.0 : kQuantisation;
+    double v = radiance_ ? 0.0 : kRoundingVariance;
     if (sensor_.electrons_per_dn)
       v += std::max(gray_dn - sensor_.black_level_dn, 0.0) / *sensor_.electrons_per_dn;
     const double read = sensor_.read_noise_dn.value_or(0.0);
@@ -106,7 +106,7 @@ class Noise {
       }
       measure::NoiseModel model = measure::NoiseModel::linear(0.0, 0.0, 1.0);
       if (pitches.empty() || !measure::estimate_noise(pitches, solver, d.axis, 0.0, model)) continue;
-      if (!radiance_) model.raise_to(kQuantisation);
+      if (!radiance_) model.raise_to(kRoundingVariance);
       measured_ = model;
     }
   }
@@ -117,9 +117,9 @@ class Noise {
   std::optional<measure::NoiseModel> measured_;
 };
 
-class Budget {
+class GrayBudgetFit {
  public:
-  Budget(const GrayPair& pair, const GainFit& fit, const Phases& phases, const Noise& noise)
+  GrayBudgetFit(const GrayPair& pair, const GainFit& fit, const Phases& phases, const Noise& noise)
       : pair_(pair), fit_(fit), phases_(phases), noise_(noise) {}
 
   GrayBudget run() {
@@ -265,7 +265,7 @@ class Budget {
       // a trace of damping: few steps with a constant phase leave orders that cannot be told apart
       m.diagonal().array() += 1e-9 * m.trace() / used;
       Basis h = Basis::Zero();
-      h.head(used) = m.ldlt().solve(right.head(used));
+      h.head(used) = solve_symmetric(m, right.head(used));
       return h;
     }
     /// By how much h lowers the sum of squares.
@@ -357,7 +357,8 @@ std::optional<GrayBudget> gray_budget(const GrayPair& pair, const GainFit& fit, 
     std::iota(used.begin(), used.end(), 0);
   }
   const Noise noise(pair, real, used, steps);
-  GrayBudget budget = Budget(pair, fit, {real ? real : simulated, simulated ? simulated : real}, noise).run();
+  GrayBudget budget =
+      GrayBudgetFit(pair, fit, {real ? real : simulated, simulated ? simulated : real}, noise).run();
   if (budget.n == 0) return std::nullopt;
   budget.camera = pair.camera->name;
   budget.noise_source = noise.source;

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/phase_budget.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "compare/phase_rows.hpp"
+#include "twin/constants.hpp"
+#include "twin/linear.hpp"
 
 namespace fringetwin::compare {
 namespace {
 
 using measure::DirectionDecode;
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr int kBlock = 16;  ///< px; slower than this is low frequency
 constexpr std::size_t kFewestInBlock = 64;
-constexpr std::uint64_t kFewest = 1000;
+constexpr std::uint64_t kFewestPixels = 1000;
 
 /// The pitches whose phases are in the coordinate: heterodyne takes the mean of all, the others the finest.
 /// Basis: 1, then cos and sin of the orders 1 and 2 of each pitch (brightness), then of the alias order and
@@ -49,16 +49,16 @@ struct Ripple {
   }
 };
 
-struct RowSums {
+struct RippleSums {
   Eigen::MatrixXd normal;
   Eigen::VectorXd right;
   double d = 0.0, d2 = 0.0, noise = 0.0;
   std::uint64_t n = 0;
 };
 
-class Budget {
+class PhaseBudgetFit {
  public:
-  Budget(const DirectionDecode& real, const DirectionDecode& simulated, Ripple ripple)
+  PhaseBudgetFit(const DirectionDecode& real, const DirectionDecode& simulated, Ripple ripple)
       : real_(real),
         simulated_(simulated),
         ripple_(std::move(ripple)),
@@ -67,8 +67,8 @@ class Budget {
   }
 
   std::optional<PhaseBudget> run() {
-    const RowSums sums = add_rows();
-    if (sums.n < kFewest) return std::nullopt;
+    const RippleSums sums = add_rows();
+    if (sums.n < kFewestPixels) return std::nullopt;
     PhaseBudget out;
     const auto n = static_cast<double>(sums.n);
     out.n = sums.n;
@@ -90,12 +90,12 @@ class Budget {
 
  private:
   /// Least squares on the first `used` functions; by how much they lower the sum of squares.
-  double solve(const RowSums& sums, int used) {
+  double solve(const RippleSums& sums, int used) {
     Eigen::MatrixXd normal = sums.normal.topLeftCorner(used, used);
     // a trace of damping: a part narrower than one ripple cannot tell it from a constant
     normal.diagonal().array() += 1e-9 * normal.trace() / used;
     const Eigen::VectorXd right = sums.right.head(used);
-    solution_ = normal.ldlt().solve(right);
+    solution_ = solve_symmetric(normal, right);
     return 2.0 * solution_.dot(right) - solution_.dot(sums.normal.topLeftCorner(used, used) * solution_);
   }
 
@@ -107,12 +107,12 @@ class Budget {
   }
 
   /// Rows in order: the same for any number of threads.
-  RowSums add_rows() const {
+  RippleSums add_rows() const {
     const int height = difference_.height, m = ripple_.size();
-    std::vector<RowSums> rows(static_cast<std::size_t>(height));
+    std::vector<RippleSums> rows(static_cast<std::size_t>(height));
 #pragma omp parallel for schedule(static)
     for (int y = 0; y < height; ++y) {
-      RowSums& s = rows[static_cast<std::size_t>(y)];
+      RippleSums& s = rows[static_cast<std::size_t>(y)];
       s.normal = Eigen::MatrixXd::Zero(m, m);
       s.right = Eigen::VectorXd::Zero(m);
       Eigen::VectorXd f(m);
@@ -127,8 +127,8 @@ class Budget {
         ++s.n;
       }
     }
-    RowSums sums{Eigen::MatrixXd::Zero(m, m), Eigen::VectorXd::Zero(m)};
-    for (const RowSums& row : rows) {
+    RippleSums sums{Eigen::MatrixXd::Zero(m, m), Eigen::VectorXd::Zero(m)};
+    for (const RippleSums& row : rows) {
       sums.normal += row.normal;
       sums.right += row.right;
       sums.d += row.d, sums.d2 += row.d2, sums.noise += row.noise, sums.n += row.n;
@@ -205,7 +205,7 @@ std::optional<PhaseBudget> phase_budget(const Twin& twin, const DirectionDecode&
       }
   }
   if (ripple.pitch_px.empty()) return std::nullopt;
-  return Budget(real, simulated, std::move(ripple)).run();
+  return PhaseBudgetFit(real, simulated, std::move(ripple)).run();
 }
 
 }  // namespace fringetwin::compare

@@ -5,14 +5,13 @@
 #include <numbers>
 
 #include "compare/gray_rows.hpp"
+#include "twin/constants.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::compare {
 namespace {
 
 using measure::DirectionDecode;
-
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
 double finest_pitch_px(const DirectionDecode& d) {
   return d.pitches_px.at(static_cast<std::size_t>(d.finest));
@@ -25,15 +24,16 @@ double phase_origin_px(const Twin& twin, const DirectionDecode& decode) {
 }
 
 /// Sums of one image row, added up in order: the same for any number of threads.
-struct RowSums {
+struct DifferenceSums {
   double difference = 0, difference2 = 0, magnitude = 0, absolute = 0;
   std::uint64_t disagree = 0;
   std::vector<float> values;
 };
 
-RowSums sum_row(const DirectionDecode& real, const DirectionDecode& simulated, double origin_px, int y) {
+DifferenceSums sum_row(const DirectionDecode& real, const DirectionDecode& simulated, double origin_px,
+                       int y) {
   const double per_px = kTwoPi / finest_pitch_px(real);
-  RowSums s;
+  DifferenceSums s;
   for (int x = 0; x < real.coordinate_px.width; ++x) {
     const double r = real.coordinate_px(x, y);
     const double d = per_px * (simulated.coordinate_px(x, y) - r);
@@ -53,11 +53,11 @@ RowSums sum_row(const DirectionDecode& real, const DirectionDecode& simulated, d
 
 PhaseRow one_row(const DirectionDecode& real, const DirectionDecode& simulated, double origin_px) {
   const int height = real.coordinate_px.height;
-  std::vector<RowSums> rows(static_cast<std::size_t>(height));
+  std::vector<DifferenceSums> rows(static_cast<std::size_t>(height));
 #pragma omp parallel for schedule(static)
   for (int y = 0; y < height; ++y) rows[static_cast<std::size_t>(y)] = sum_row(real, simulated, origin_px, y);
-  RowSums total;
-  for (const RowSums& row : rows) {
+  DifferenceSums total;
+  for (const DifferenceSums& row : rows) {
     total.difference += row.difference;
     total.difference2 += row.difference2;
     total.magnitude += row.magnitude;

@@ -2,19 +2,20 @@
 #include "compare/result_json.hpp"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "compare/fit_rows.hpp"
+#include "report/json.hpp"
 
 namespace fringetwin::compare {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using measure::ObjectFit;
+using report::Json;
+using report::json_number;
 
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json vector(const Eigen::Vector3d& v) { return Json::array({number(v[0]), number(v[1]), number(v[2])}); }
+Json vector(const Eigen::Vector3d& v) {
+  return Json::array({json_number(v[0]), json_number(v[1]), json_number(v[2])});
+}
 
 /// Every fit of a kind has the same keys; what is unknown is null.
 Json fit_template(const std::string& kind) {
@@ -33,7 +34,7 @@ Json fit_json(const std::optional<ObjectFit>& fit) {
   Json out = fit_template(fit->kind);
   if (fit->usable) {
     for (const auto& [key, value] : fit->numbers)
-      out[key] = is_count_key(key) && std::isfinite(value) ? Json(std::llround(value)) : number(value);
+      out[key] = is_count_key(key) && std::isfinite(value) ? Json(std::llround(value)) : json_number(value);
     for (const auto& [key, value] : fit->vectors) out[key] = vector(value);
   }
   out["n"] = fit->n;
@@ -49,9 +50,9 @@ Json fit_row_json(const FitRow& row) {
     z[key] = at == row.z_vectors.end() ? Json(nullptr) : vector(at->second);
   }
   for (const auto& [key, value] : row.difference) {
-    difference[key] = number(value);
+    difference[key] = json_number(value);
     const auto at = row.z.find(key);
-    z[key] = at == row.z.end() ? Json(nullptr) : number(at->second);
+    z[key] = at == row.z.end() ? Json(nullptr) : json_number(at->second);
   }
   const bool both = row.simulated && row.real;
   return {{"object", row.object},
@@ -64,39 +65,43 @@ Json fit_row_json(const FitRow& row) {
 
 Json gain_json(const GainRow& r) {
   return {{"camera", r.camera},
-          {"gain_dn", number(r.gain_dn)},
-          {"gain_sigma_dn", number(r.gain_sigma_dn)},
-          {"black_level_dn", number(r.black_level_dn)},
-          {"black_level_sigma_dn", number(r.black_level_sigma_dn)},
-          {"rms_before_dn", number(r.rms_before_dn)},
-          {"rms_after_dn", number(r.rms_after_dn)},
-          {"r2", number(r.r2)},
+          {"gain_dn", json_number(r.gain_dn)},
+          {"gain_sigma_dn", json_number(r.gain_sigma_dn)},
+          {"black_level_dn", json_number(r.black_level_dn)},
+          {"black_level_sigma_dn", json_number(r.black_level_sigma_dn)},
+          {"rms_before_dn", json_number(r.rms_before_dn)},
+          {"rms_after_dn", json_number(r.rms_after_dn)},
+          {"r2", json_number(r.r2)},
           {"n", r.n},
-          {"sigma_inflation", number(r.sigma_inflation)},
-          {"outlier_fraction", number(r.outlier_fraction)}};
+          {"sigma_inflation", json_number(r.sigma_inflation)},
+          {"outlier_fraction", json_number(r.outlier_fraction)}};
 }
 
 Json gray_json(const GrayRow& r) {
-  return {{"camera", r.camera},         {"pattern", r.pattern},       {"mean_dn", number(r.mean_dn)},
-          {"rms_dn", number(r.rms_dn)}, {"p99_dn", number(r.p99_dn)}, {"n", r.n}};
+  return {{"camera", r.camera},
+          {"pattern", r.pattern},
+          {"mean_dn", json_number(r.mean_dn)},
+          {"rms_dn", json_number(r.rms_dn)},
+          {"p99_dn", json_number(r.p99_dn)},
+          {"n", r.n}};
 }
 
 Json budget_json(const GrayBudget& b) {
   Json harmonics = Json::array();
-  for (double a : b.harmonic_amplitude) harmonics.push_back(number(a));
+  for (double a : b.harmonic_amplitude) harmonics.push_back(json_number(a));
   return {{"camera", b.camera},
           {"noise_source", b.noise_source},
-          {"total_dn2", number(b.total_dn2)},
-          {"noise_dn2", number(b.noise_dn2)},
-          {"albedo_dn2", number(b.albedo_dn2)},
-          {"harmonics_dn2", number(b.harmonics_dn2)},
-          {"geometry_dn2", number(b.geometry_dn2)},
-          {"rest_dn2", number(b.rest_dn2)},
-          {"contrast_dn2", number(b.contrast_dn2)},
-          {"higher_orders_dn2", number(b.higher_orders_dn2)},
-          {"noise_offset_dn2", number(b.noise_offset_dn2)},
-          {"noise_per_dn", number(b.noise_per_dn)},
-          {"albedo_spread", number(b.albedo_sigma)},
+          {"total_dn2", json_number(b.total_dn2)},
+          {"noise_dn2", json_number(b.noise_dn2)},
+          {"albedo_dn2", json_number(b.albedo_dn2)},
+          {"harmonics_dn2", json_number(b.harmonics_dn2)},
+          {"geometry_dn2", json_number(b.geometry_dn2)},
+          {"rest_dn2", json_number(b.rest_dn2)},
+          {"contrast_dn2", json_number(b.contrast_dn2)},
+          {"higher_orders_dn2", json_number(b.higher_orders_dn2)},
+          {"noise_offset_dn2", json_number(b.noise_offset_dn2)},
+          {"noise_per_dn", json_number(b.noise_per_dn)},
+          {"albedo_spread", json_number(b.albedo_sigma)},
           {"harmonic_amplitude", harmonics},
           {"n_pixels", b.n_pixels},
           {"n", b.n}};
@@ -105,28 +110,28 @@ Json budget_json(const GrayBudget& b) {
 Json phase_json(const PhaseRow& r) {
   return {{"camera", r.camera},
           {"direction", r.direction},
-          {"mean_rad", number(r.mean_rad)},
-          {"rms_rad", number(r.rms_rad)},
-          {"p99_rad", number(r.p99_rad)},
-          {"mean_relative", number(r.mean_relative)},
+          {"mean_rad", json_number(r.mean_rad)},
+          {"rms_rad", json_number(r.rms_rad)},
+          {"p99_rad", json_number(r.p99_rad)},
+          {"mean_relative", json_number(r.mean_relative)},
           {"n", r.n},
           {"n_order_disagree", r.n_order_disagree},
-          {"order_disagree_fraction", number(r.order_disagree_fraction())}};
+          {"order_disagree_fraction", json_number(r.order_disagree_fraction())}};
 }
 
 Json phase_budget_json(const PhaseBudget& b) {
   return {{"camera", b.camera},
           {"direction", b.direction},
           {"alias_order", b.alias_order},
-          {"total_rad2", number(b.total_rad2)},
-          {"offset_rad2", number(b.offset_rad2)},
-          {"brightness_rad2", number(b.brightness_rad2)},
-          {"harmonic_rad2", number(b.harmonic_rad2)},
-          {"noise_rad2", number(b.noise_rad2)},
-          {"low_frequency_rad2", number(b.low_frequency_rad2)},
-          {"high_frequency_rad2", number(b.high_frequency_rad2)},
-          {"harmonic_amplitude_rad", number(b.harmonic_amplitude_rad)},
-          {"explained_fraction", number(b.explained())},
+          {"total_rad2", json_number(b.total_rad2)},
+          {"offset_rad2", json_number(b.offset_rad2)},
+          {"brightness_rad2", json_number(b.brightness_rad2)},
+          {"harmonic_rad2", json_number(b.harmonic_rad2)},
+          {"noise_rad2", json_number(b.noise_rad2)},
+          {"low_frequency_rad2", json_number(b.low_frequency_rad2)},
+          {"high_frequency_rad2", json_number(b.high_frequency_rad2)},
+          {"harmonic_amplitude_rad", json_number(b.harmonic_amplitude_rad)},
+          {"explained_fraction", json_number(b.explained())},
           {"n", b.n}};
 }
 
@@ -141,10 +146,10 @@ Json render_note_json(const RenderNote& n) {
   Json out = {{"camera", n.camera},
               {"sampler", n.sampler},
               {"precision", n.double_precision ? "fp64" : "fp32"},
-              {"rays_per_pixel", number(n.rays_per_pixel)}};
+              {"rays_per_pixel", json_number(n.rays_per_pixel)}};
   if (n.samples) out["samples"] = *n.samples;
-  if (n.phase_error_rad) out["estimated_phase_error_rad"] = number(*n.phase_error_rad);
-  if (n.gray_error) out["estimated_gray_error"] = number(*n.gray_error);
+  if (n.phase_error_rad) out["estimated_phase_error_rad"] = json_number(*n.phase_error_rad);
+  if (n.gray_error) out["estimated_gray_error"] = json_number(*n.gray_error);
   return out;
 }
 
@@ -164,7 +169,7 @@ Json head(const Twin& twin, const char* command_kind, const Provenance& provenan
   if (!provenance.rendered.empty())
     out["provenance"]["rendered"] = list(provenance.rendered, render_note_json);
   out["timing_s"] = Json::object();
-  for (const auto& [stage, seconds] : timing_s) out["timing_s"][stage] = number(seconds);
+  for (const auto& [stage, seconds] : timing_s) out["timing_s"][stage] = json_number(seconds);
   return out;
 }
 
@@ -200,7 +205,8 @@ std::string comparison_json(const Twin& twin, const Comparison& c, const Provena
   out["phase"] = list(c.phase, phase_json);
   out["phase_budget"] = list(c.phase_budget, phase_budget_json);
   out["limits"] = list(c.limits, [](const LimitRow& r) -> Json {
-    return {{"name", r.name}, {"value", number(r.value)}, {"limit", number(r.limit)}, {"pass", r.pass}};
+    return {
+        {"name", r.name}, {"value", json_number(r.value)}, {"limit", json_number(r.limit)}, {"pass", r.pass}};
   });
   out["verdict"] = c.pass ? "pass" : "fail";
   out["warnings"] = c.warnings;

@@ -57,17 +57,17 @@ TEST(ResultJson, AComparisonFollowsTheSchema) {
   EXPECT_EQ(json["gray"].size(), 24u);
   EXPECT_EQ(json["phase"].size(), 2u);
   EXPECT_EQ(json["gray_budget"].size(), 2u);
-  EXPECT_EQ(json["verdict"], "pass");
+  EXPECT_EQ(json["verdict"].get<std::string>(), "pass");
   EXPECT_EQ(json["gain"][0]["gain_dn"].get<double>(), c.gain[0].gain_dn);  // every digit
   EXPECT_EQ(json["fits"][0]["simulated"]["center_mm"].size(), 3u);
   EXPECT_NEAR(json["fits"][0]["difference"]["center_mm"][2].get<double>(), -0.0002, 1e-9);
   EXPECT_NEAR(json["fits"][0]["z"]["radius_mm"].get<double>(), 0.0001 / std::hypot(0.0004, 0.0004), 1e-6);
   EXPECT_TRUE(json["fits"][0]["z"]["rms_mm"].is_null());
   const Json& rendered = json["provenance"]["rendered"][0];
-  EXPECT_EQ(rendered["sampler"], "adaptive");
-  EXPECT_EQ(rendered["estimated_gray_error"], 6e-5);
+  EXPECT_EQ(rendered["sampler"].get<std::string>(), "adaptive");
+  EXPECT_EQ(rendered["estimated_gray_error"].get<double>(), 6e-5);
   EXPECT_FALSE(rendered.contains("samples"));
-  EXPECT_EQ(json["provenance"]["argv"][2], "twin \"ä\".toml");
+  EXPECT_EQ(json["provenance"]["argv"][2].get<std::string>(), "twin \"ä\".toml");
   EXPECT_EQ(json["provenance"]["inputs_sha256"].begin().value(),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
@@ -82,11 +82,11 @@ TEST(ResultJson, PublishedNumbersOnly) {
   const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
   const Json json = parse(comparison_json(scene.twin, c, {}, {}));
   EXPECT_THAT(result_schema().check(json), IsEmpty());
-  EXPECT_EQ(json["fits"][0]["real"]["n"], 0);
+  EXPECT_EQ(json["fits"][0]["real"]["n"].get<int>(), 0);
   EXPECT_TRUE(json["fits"][0]["real"]["radius_sigma_mm"].is_null());
   EXPECT_TRUE(json["fits"][0]["real"]["rms_mm"].is_null());
   EXPECT_TRUE(json["limits"][0]["value"].is_null());
-  EXPECT_EQ(json["verdict"], "fail");
+  EXPECT_EQ(json["verdict"].get<std::string>(), "fail");
   EXPECT_THAT(json["gain"], IsEmpty());
   EXPECT_TRUE(json["provenance"]["device"].is_null());
 }
@@ -105,8 +105,8 @@ TEST(ResultJson, AFitWithTooFewPointsHasNullsAndItsCount) {
   const Json& measured = json["fits"][0]["measured"];
   EXPECT_TRUE(measured["radius_mm"].is_null());
   EXPECT_TRUE(measured["center_mm"].is_null());
-  EXPECT_EQ(measured["n"], 2);
-  EXPECT_EQ(measured["warning"], "2 points are too few");
+  EXPECT_EQ(measured["n"].get<int>(), 2);
+  EXPECT_EQ(measured["warning"].get<std::string>(), "2 points are too few");
 }
 
 TEST(ResultJson, NonFiniteNumbersBecomeNull) {

@@ -18,7 +18,7 @@
 namespace fringetwin::measure {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInvalid = std::numeric_limits<float>::quiet_NaN();
 constexpr double kQuantisationVariance = 1.0 / 12.0;
 constexpr double kRadianceModulation = 1e-3;  ///< of the 99.9 percentile of the amplitude
 
@@ -54,9 +54,9 @@ class DirectionDecoder {
     out_.axis = direction_.axis;
     out_.pitches_px = direction_.pitches_px;
     out_.finest = direction_.finest();
-    out_.coordinate_px = ImageD(width_, height_, static_cast<double>(kNaN));
-    out_.coordinate_sigma_px = ImageF(width_, height_, kNaN);
-    out_.sigma_rad = ImageF(width_, height_, kNaN);
+    out_.coordinate_px = ImageD(width_, height_, static_cast<double>(kInvalid));
+    out_.coordinate_sigma_px = ImageF(width_, height_, kInvalid);
+    out_.sigma_rad = ImageF(width_, height_, kInvalid);
     if (fringes_.steps == 0) {
       code_modulation();
       decode_code();
@@ -186,7 +186,7 @@ void DirectionDecoder::decode_code() {
         const std::size_t at = row(y) + x;
         if (!(static_cast<double>(out_.amplitude_dn[0].data[at]) >= min_amplitude_)) {
           flags_.data[at] |= kLowModulation;
-          x_px[x] = static_cast<double>(kNaN);
+          x_px[x] = static_cast<double>(kInvalid);
         }
       }
       finish_row(y, scratch);
@@ -248,7 +248,7 @@ void DirectionDecoder::solve_phases() {
         solve_row(*solver_, rows.data(), width_, out);
         for (std::size_t x = 0; x < maximum.size(); ++x)
           if (maximum[x] >= limit) {
-            out.phase_rad[x] = kNaN;
+            out.phase_rad[x] = kInvalid;
             flags_.data[at + x] |= kSaturated;
           }
       }
@@ -330,7 +330,7 @@ void DirectionDecoder::mask_row(int y) {
     float* phase = out_.wrapped_rad[p].data.data() + at;
     for (std::size_t x = 0; x < n; ++x)
       if (!(amplitude[x] >= least)) {  // NaN of a radiance image, too
-        phase[x] = kNaN;
+        phase[x] = kInvalid;
         flags_.data[at + x] |= kLowModulation;
       }
   }
@@ -397,7 +397,7 @@ void DirectionDecoder::finish_row(int y, const RowScratch& scratch) {
       out_.coordinate_sigma_px.data[at + x] = std::sqrt(scratch.coordinate_variance[x]);
       continue;
     }
-    x_px[x] = static_cast<double>(kNaN);
+    x_px[x] = static_cast<double>(kInvalid);
     bool masked = out_.wrapped_rad.empty() &&
                   !(static_cast<double>(out_.amplitude_dn[0].data[at + x]) >= min_amplitude_);
     for (const ImageF& phase : out_.wrapped_rad) masked = masked || !std::isfinite(phase.data[at + x]);
@@ -418,7 +418,7 @@ void DirectionDecoder::unwrap_phases() {
       const float* phase = out_.wrapped_rad[finest].data.data() + row(y);
       float* sigma = out_.sigma_rad.data.data() + row(y);
       for (std::size_t x = 0; x < n; ++x)
-        sigma[x] = std::isfinite(phase[x]) ? std::sqrt(scratch.variance[finest * n + x]) : kNaN;
+        sigma[x] = std::isfinite(phase[x]) ? std::sqrt(scratch.variance[finest * n + x]) : kInvalid;
       if (!out_.unwrapped) continue;
       order_row(y, scratch);
       finish_row(y, scratch);
@@ -455,8 +455,8 @@ void DirectionDecoder::mend_orders() {
   if (out_.repair.n_changed == 0 || !range_.known) return;
   for (std::size_t i = 0; i < flags_.size(); ++i)
     if (std::isfinite(out_.coordinate_px.data[i]) && !in_range(out_.coordinate_px.data[i])) {
-      out_.coordinate_px.data[i] = static_cast<double>(kNaN);
-      out_.coordinate_sigma_px.data[i] = kNaN;
+      out_.coordinate_px.data[i] = static_cast<double>(kInvalid);
+      out_.coordinate_sigma_px.data[i] = kInvalid;
       flags_.data[i] |= kOrderInvalid;
     }
 }

@@ -168,14 +168,14 @@ TEST(SphereFit, TooLittleIsSaid) {
   }
 }
 
-TEST(SphereFit, AMillionPoints) {
+TEST(SphereFit, ManyPoints) {
   Random random(6);
   const SphereShape truth{{0, 0, 250}, 50};
-  const Points p = cap(truth, 1.0, 1'500'000, 0.01, random);
+  const Points p = cap(truth, 1.0, 300'000, 0.01, random);
   const auto start = std::chrono::steady_clock::now();
   const SphereFit fit = fit_sphere(p, {{0.5, 0.5, 250.5}, 49.5}, robust());
   const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  std::printf("1.5 M points: %.2f s\n", s);
+  std::printf("300,000 points: %.2f s\n", s);
   ASSERT_TRUE(fit.usable) << fit.message;
   EXPECT_LT((fit.center_mm - truth.center_mm).norm(),
             5 * std::sqrt(fit.covariance.topLeftCorner<3, 3>().trace()));

@@ -12,7 +12,7 @@ namespace fringetwin::measure {
 namespace {
 
 constexpr int kSmallestRadius = 2, kLargestRadius = 6;
-constexpr int kFewestPoints = 6;
+constexpr int kFewestNeighbours = 6;
 constexpr double kSteepest = 8.0;     ///< depth over lateral step of neighbours on one surface
 constexpr double kSlopeNoise = 0.05;  ///< wanted noise of the surface slope
 
@@ -79,7 +79,7 @@ void estimate_normals(PointCloud& cloud, int width_px, int height_px, const Eige
           s.up += u * p;
           s.vp += v * p;
         }
-      if (s.n < kFewestPoints) continue;
+      if (s.n < kFewestNeighbours) continue;
       // least squares of p = p0 + u a + v b over the pixel grid: the tangents a and b
       const double uu = s.uu - s.u * s.u / s.n, uv = s.uv - s.u * s.v / s.n, vv = s.vv - s.v * s.v / s.n;
       const double determinant = uu * vv - uv * uv;

@@ -9,12 +9,11 @@
 #include "measure/block_covariance.hpp"
 #include "measure/closest_point.hpp"
 #include "measure/fits.hpp"
+#include "twin/constants.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::measure {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<std::size_t> gate(const Object& object, double gate_mm, const PointCloud& cloud) {
   std::vector<unsigned char> inside(cloud.size(), 0);

@@ -21,7 +21,7 @@ double median_of_reduced_chi2(int k) {
   return c * c * c;
 }
 
-struct Sample {
+struct NoiseSample {
   float mean, variance;
 };
 
@@ -47,14 +47,14 @@ double second_difference_variance(const NoiseInput& in, const StepSolver& solver
   return sum / (6.0 * (n - 3));
 }
 
-std::vector<Sample> collect_samples(const std::vector<NoiseInput>& pitches, const StepSolver& solver,
-                                    Axis axis, double min_amplitude) {
+std::vector<NoiseSample> collect_samples(const std::vector<NoiseInput>& pitches, const StepSolver& solver,
+                                         Axis axis, double min_amplitude) {
   const int w = pitches.front().mean->width, h = pitches.front().mean->height;
   // Column patterns vary along camera x (roughly): the stripes run along camera y, and vice versa.
   const int dx = axis == Axis::x ? 0 : 1, dy = axis == Axis::x ? 1 : 0;
   const double wanted = static_cast<double>(w) * h * static_cast<double>(pitches.size()) / kMaxSamples;
   const int stride = std::max(1, static_cast<int>(std::ceil(std::sqrt(wanted))));
-  std::vector<Sample> samples;
+  std::vector<NoiseSample> samples;
   samples.reserve(kMaxSamples + kMaxSamples / 4);
   for (const NoiseInput& in : pitches) {
     const auto usable = [&](std::size_t i) {
@@ -72,10 +72,10 @@ std::vector<Sample> collect_samples(const std::vector<NoiseInput>& pitches, cons
   return samples;
 }
 
-float median_variance(std::vector<Sample>::iterator begin, std::vector<Sample>::iterator end) {
+float median_variance(std::vector<NoiseSample>::iterator begin, std::vector<NoiseSample>::iterator end) {
   const auto middle = begin + (end - begin) / 2;
   std::nth_element(begin, middle, end,
-                   [](const Sample& a, const Sample& b) { return a.variance < b.variance; });
+                   [](const NoiseSample& a, const NoiseSample& b) { return a.variance < b.variance; });
   return middle->variance;
 }
 
@@ -108,10 +108,10 @@ NoiseModel NoiseModel::tabulated(const std::vector<double>& mean, const std::vec
 bool estimate_noise(const std::vector<NoiseInput>& pitches, const StepSolver& solver, Axis axis,
                     double min_amplitude, NoiseModel& model) {
   if (solver.count() <= 3 || solver.count() > 64) return false;
-  std::vector<Sample> samples = collect_samples(pitches, solver, axis, min_amplitude);
+  std::vector<NoiseSample> samples = collect_samples(pitches, solver, axis, min_amplitude);
   const std::size_t bins = std::min(kMaxBins, samples.size() / kMinPerBin);
   if (bins == 0) return false;
-  std::sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) {
+  std::sort(samples.begin(), samples.end(), [](const NoiseSample& a, const NoiseSample& b) {
     return a.mean != b.mean ? a.mean < b.mean : a.variance < b.variance;
   });
 

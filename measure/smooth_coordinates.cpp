@@ -10,12 +10,12 @@ namespace fringetwin::measure {
 namespace {
 
 constexpr int kTerms = 6;
-constexpr std::size_t kFewestPoints = 10;
+constexpr std::size_t kFewestInWindow = 10;
 constexpr double kExplainedSigmas = 5.0;
 using Terms = Eigen::Matrix<double, kTerms, 1>;
 using Normal = Eigen::Matrix<double, kTerms, kTerms>;
 
-struct Sample {
+struct WindowSample {
   Terms terms;
   double value, sigma;
 };
@@ -44,8 +44,8 @@ Window make_window(double radius_px) {
 }
 
 /// False where the raw value must stay.
-bool smooth_pixel(const Window& window, const DirectionDecode& d, int x, int y, std::vector<Sample>& samples,
-                  double& value, double& sigma) {
+bool smooth_pixel(const Window& window, const DirectionDecode& d, int x, int y,
+                  std::vector<WindowSample>& samples, double& value, double& sigma) {
   const ImageD& map = d.coordinate_px;
   samples.clear();
   for (std::size_t k = 0; k < window.offsets.size(); ++k) {
@@ -54,19 +54,19 @@ bool smooth_pixel(const Window& window, const DirectionDecode& d, int x, int y, 
     samples.push_back(
         {window.terms[k], map(i, j) - map(x, y), static_cast<double>(d.coordinate_sigma_px(i, j))});
   }
-  if (samples.size() < kFewestPoints) return false;
+  if (samples.size() < kFewestInWindow) return false;
   Normal inverse = window.full_inverse;
   if (samples.size() < window.offsets.size()) {
     Normal normal = Normal::Zero();
-    for (const Sample& s : samples) normal.noalias() += s.terms * s.terms.transpose();
+    for (const WindowSample& s : samples) normal.noalias() += s.terms * s.terms.transpose();
     const Eigen::LDLT<Normal> ldlt(normal);
     if (!(ldlt.rcond() > 1e-6)) return false;
     inverse = ldlt.solve(Normal::Identity());
   }
   Terms right = Terms::Zero();
-  for (const Sample& s : samples) right += s.value * s.terms;
+  for (const WindowSample& s : samples) right += s.value * s.terms;
   const Terms fit = inverse * right;
-  for (const Sample& s : samples)
+  for (const WindowSample& s : samples)
     if (!(std::abs(s.value - fit.dot(s.terms)) <= kExplainedSigmas * s.sigma)) return false;
   value = map(x, y) + fit[0];
   sigma = static_cast<double>(d.coordinate_sigma_px(x, y)) * std::sqrt(inverse(0, 0));
@@ -78,7 +78,7 @@ void smooth_direction(const Window& window, DirectionDecode& d) {
   ImageF sigma = d.coordinate_sigma_px;
 #pragma omp parallel
   {
-    std::vector<Sample> samples;
+    std::vector<WindowSample> samples;
 #pragma omp for schedule(dynamic, 8)
     for (int y = 0; y < coordinate.height; ++y)
       for (int x = 0; x < coordinate.width; ++x) {
@@ -97,7 +97,7 @@ void smooth_direction(const Window& window, DirectionDecode& d) {
 
 void smooth_coordinates(CameraDecode& decode, double radius_px) {
   const Window window = make_window(radius_px);
-  if (window.offsets.size() < kFewestPoints) return;
+  if (window.offsets.size() < kFewestInWindow) return;
   for (DirectionDecode& d : decode.directions)
     if (!d.coordinate_sigma_px.empty()) smooth_direction(window, d);
 }

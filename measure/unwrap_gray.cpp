@@ -7,12 +7,11 @@
 
 #include "fmt/format.h"
 #include "measure/unwrap.hpp"
+#include "twin/constants.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::measure {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 unsigned binary_from_gray(unsigned g) {
   for (unsigned shift = 16; shift > 0; shift >>= 1) g ^= g >> shift;

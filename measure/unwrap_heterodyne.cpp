@@ -6,12 +6,12 @@
 
 #include "fmt/format.h"
 #include "measure/unwrap.hpp"
+#include "twin/constants.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::measure {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kPerCycle = 1.0 / (2.0 * std::numbers::pi);
 

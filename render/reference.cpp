@@ -19,7 +19,7 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 // A shadow ray starts this far from its surface point: double rounding at 1 m is 1e-13 mm.
 constexpr double shadow_start_mm = 1e-9;

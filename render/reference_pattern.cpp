@@ -10,7 +10,7 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr int disk_nodes = 64, panels_with_kinks = 6, fourier_samples = 4096;
 
 double normal_cdf(double t) { return 0.5 * std::erfc(-t / std::numbers::sqrt2); }

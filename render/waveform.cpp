@@ -11,7 +11,7 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double reach_sigmas = 8.5;  // a Gaussian beyond holds 2e-17
 constexpr int most_harmonics = 512;   // smaller blurs are convolved directly
 constexpr int panel_nodes = 16;

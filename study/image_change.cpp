@@ -11,7 +11,7 @@
 namespace fringetwin::study {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 // amplitude * exp(i phase) of the full set of steps: value n is mean + amplitude cos(phase + 2 pi n/N).
 std::complex<double> fringe(const std::vector<double>& values, std::size_t first, int steps) {

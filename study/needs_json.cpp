@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "report/json.hpp"
 #include "study/needs.hpp"
 #include "study/study_parts.hpp"
 
 namespace fringetwin::study {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
+using report::json_number;
 
 Json judged_json(const Change& c) {
   return {{"phase_rms_rad", json_number(c.phase_rad)},

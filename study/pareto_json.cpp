@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <nlohmann/json.hpp>
 
+#include "report/json.hpp"
 #include "study/pareto.hpp"
 #include "study/study_parts.hpp"
 
 namespace fringetwin::study {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
+using report::json_number;
 
 Json point_json(const ParetoPoint& p) {
   return {

@@ -4,18 +4,17 @@
 
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
+#include "report/json.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"
 #include "study/study_parts.hpp"
 
 namespace fringetwin::study {
 
-using Json = nlohmann::ordered_json;
 using report::Align;
-
-Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+using report::Json;
+using report::json_number;
 
 Json json_change(const ImageChange& c) {
   return {{"phase_rms_rad", json_number(c.phase_rms_rad)},

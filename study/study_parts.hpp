@@ -18,7 +18,6 @@ namespace fringetwin::study {
 nlohmann::ordered_json json_head(const std::string& schema, const Twin& twin,
                                  const compare::Provenance& provenance, const render::DeviceInfo& device,
                                  const PixelSubset& subset, const std::map<std::string, double>& timing_s);
-nlohmann::ordered_json json_number(double value);  ///< null unless finite
 nlohmann::ordered_json json_change(const ImageChange& change);
 std::string json_text(const nlohmann::ordered_json& json);
 

@@ -18,7 +18,7 @@ namespace fringetwin {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kSchema = "fringetwin-captures/1";
+constexpr const char* kCaptureSchema = "fringetwin-captures/1";
 
 /// "left/%04d.png" taken apart.
 struct NumberedName {
@@ -133,8 +133,9 @@ CaptureSet read_capture_set(const fs::path& dir, int n_images) {
   const TomlTable root = TomlTable::parse_file(set.file, ExitCode::input);
   const std::vector<std::string> keys = {"schema", "camera", "provenance"};
   if (!root.has("schema")) root.allow(keys);  // a misspelt "schema" is named as such
-  if (root.required_string("schema") != kSchema)
-    root.fail("schema", fmt::format("must be \"{}\", is \"{}\"", kSchema, root.required_string("schema")));
+  if (root.required_string("schema") != kCaptureSchema)
+    root.fail("schema",
+              fmt::format("must be \"{}\", is \"{}\"", kCaptureSchema, root.required_string("schema")));
   root.allow(keys);
   std::set<std::string> names;
   for (const TomlTable& table : root.tables("camera")) {
@@ -152,7 +153,7 @@ void write_capture_toml(const fs::path& dir, const std::vector<const CameraImage
                         const std::map<std::string, std::string>& provenance, const std::string& extension,
                         const std::string& root) {
   FT_CHECK(extension == "png" || extension == "exr", "extension " + extension);
-  std::string text = fmt::format("schema = \"{}\"\n", kSchema);
+  std::string text = fmt::format("schema = \"{}\"\n", kCaptureSchema);
   for (const CameraImages* camera : cameras) {
     const std::string& name = camera->camera;
     text += fmt::format("\n[[camera]]\nname = {}\npattern = {}\nroot = {}\n", toml_string(name),

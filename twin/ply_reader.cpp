@@ -44,7 +44,7 @@ struct Element {
   std::string fault;  ///< a property line that is not understood: fatal only where the element is read
 };
 enum class Encoding { ascii, little_endian, big_endian };
-struct Header {
+struct PlyHeader {
   Encoding encoding = Encoding::ascii;
   std::vector<Element> elements;
   std::size_t body = 0;  ///< offset of the first byte after end_header
@@ -87,8 +87,8 @@ void parse_property(std::istringstream& words, const std::string& line, Element*
   element->properties.push_back(property);
 }
 
-Header parse_header(const std::string& bytes, const Refusal& refuse) {
-  Header header;
+PlyHeader parse_header(const std::string& bytes, const Refusal& refuse) {
+  PlyHeader header;
   std::size_t position = 0;
   while (true) {
     const std::size_t end = bytes.find('\n', position);
@@ -125,7 +125,7 @@ Header parse_header(const std::string& bytes, const Refusal& refuse) {
 /// Hands out the numbers of the body one by one; never reads beyond the end.
 class Body {
  public:
-  Body(const std::string& bytes, const Header& header, const Refusal& refuse)
+  Body(const std::string& bytes, const PlyHeader& header, const Refusal& refuse)
       : bytes_(bytes), position_(header.body), encoding_(header.encoding), refuse_(refuse) {}
 
   /// What is being read, for messages.
@@ -269,7 +269,7 @@ void read_other_element(const Element& element, std::size_t n_vertices, Body& bo
 
 RawMesh read_ply(const std::filesystem::path& file, const std::string& bytes) {
   const Refusal refuse(file);
-  const Header header = parse_header(bytes, refuse);
+  const PlyHeader header = parse_header(bytes, refuse);
   std::size_t n_vertices = 0;
   for (const Element& element : header.elements) {
     if (element.name == "vertex") n_vertices = element.count;

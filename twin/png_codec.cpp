@@ -63,13 +63,13 @@ const char* refused_color_type(int color_type) {
   }
 }
 
-struct Header {
+struct PngHeader {
   png_uint_32 width, height;
   int bits;
 };
 
 // Reads up to the pixels. False with message->text set.
-bool decode_header(png_structp png, png_infop info, Header* header, Message* message) {
+bool decode_header(png_structp png, png_infop info, PngHeader* header, Message* message) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_read_info(png, info);
   int color_type = 0;
@@ -95,7 +95,7 @@ bool decode_image(png_structp png, png_infop info, png_bytepp rows) {
   return true;
 }
 
-bool encode_image(png_structp png, png_infop info, const Header* header, png_bytepp rows) {
+bool encode_image(png_structp png, png_infop info, const PngHeader* header, png_bytepp rows) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_set_IHDR(png, info, header->width, header->height, header->bits, PNG_COLOR_TYPE_GRAY,
                PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
@@ -157,7 +157,7 @@ std::string decode_gray_png(const std::vector<std::uint8_t>& bytes, GrayPixels* 
   if (reader.info == nullptr) return "cannot be read: out of memory";
   Source source{bytes.data(), bytes.size(), 0};
   png_set_read_fn(reader.png, &source, read_bytes);
-  Header header{};
+  PngHeader header{};
   if (!decode_header(reader.png, reader.info, &header, &reader.message)) return complaint(reader.message);
   pixels->width = static_cast<int>(header.width);  // libpng's own limit is 1e6 a side
   pixels->height = static_cast<int>(header.height);
@@ -175,8 +175,8 @@ std::string encode_gray_png(const GrayPixels& pixels, std::vector<std::uint8_t>*
   bytes->clear();
   bytes->reserve(pixels.values.size());
   png_set_write_fn(writer.png, bytes, append_bytes, flush_nothing);
-  const Header header{static_cast<png_uint_32>(pixels.width), static_cast<png_uint_32>(pixels.height),
-                      pixels.file_bits};
+  const PngHeader header{static_cast<png_uint_32>(pixels.width), static_cast<png_uint_32>(pixels.height),
+                         pixels.file_bits};
   const std::size_t row_bytes = header.width * (header.bits == 16 ? 2u : 1u);
   std::vector<png_bytep> rows = row_pointers(pixels.values.data(), header.height, row_bytes);
   if (!encode_image(writer.png, writer.info, &header, rows.data())) return complaint(writer.message);

@@ -8,7 +8,7 @@
 namespace fringetwin {
 namespace fs = std::filesystem;
 namespace {
-constexpr const char* kSchema = "fringetwin-twin/1";
+constexpr const char* kTwinSchema = "fringetwin-twin/1";
 }
 
 Twin load_twin(const fs::path& file) {
@@ -17,8 +17,9 @@ Twin load_twin(const fs::path& file) {
                                          "fringes", "object", "render",           "measure", "real",
                                          "limits"};
   if (!root.has("schema")) root.allow(keys);  // a misspelt "schema" is named as such
-  if (root.required_string("schema") != kSchema)
-    root.fail("schema", fmt::format("must be \"{}\", is \"{}\"", kSchema, root.required_string("schema")));
+  if (root.required_string("schema") != kTwinSchema)
+    root.fail("schema",
+              fmt::format("must be \"{}\", is \"{}\"", kTwinSchema, root.required_string("schema")));
   root.allow(keys);
   Twin twin;
   twin.file = tidy_path(file);

@@ -134,8 +134,8 @@ TEST(BadTwin, OneOfTwoObjectsOutsideTheViewIsAWarning) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   const auto result = read_json(dir / "m" / "result.json");
   ASSERT_EQ(result["fits"].size(), 2u);
-  EXPECT_EQ(result["fits"][1]["object"], "lost");
-  EXPECT_EQ(result["fits"][1]["measured"]["n"], 0);
+  EXPECT_EQ(result["fits"][1]["object"].get<std::string>(), "lost");
+  EXPECT_EQ(result["fits"][1]["measured"]["n"].get<int>(), 0);
   EXPECT_TRUE(result["fits"][1]["measured"]["radius_mm"].is_null());
 }
 

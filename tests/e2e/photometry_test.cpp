@@ -46,7 +46,7 @@ TEST(PhotometryCommand, ARenderedRigComesBack) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("from phase steps"));
   const auto json = read_json(dir / "found" / "photometry.json");
-  EXPECT_EQ(json["schema"], "fringetwin-photometry/1");
+  EXPECT_EQ(json["schema"].get<std::string>(), "fringetwin-photometry/1");
   const auto& transfer = json["cameras"][0]["photon_transfer"];
   const auto near = [](const nlohmann::json& table, const char* name, const char* sigma, double truth,
                        double largest) {

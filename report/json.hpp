@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every JSON file of ours has in common: keys in the order they were put, null for what is no number.
+#pragma once
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace fringetwin::report {
+
+using Json = nlohmann::ordered_json;
+
+/// Null unless finite: JSON has neither NaN nor infinity.
+inline Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+/// An array of numbers.
+template <class Numbers>
+Json json_numbers(const Numbers& values) {
+  Json out = Json::array();
+  for (const double v : values) out.push_back(json_number(v));
+  return out;
+}
+
+}  // namespace fringetwin::report
