@@ -4,11 +4,11 @@ CAPTURES := $(or $(FRINGETWIN_CAPTURES),$(abspath $(CURDIR)/../shared/captures))
 JOBS ?= $(shell nproc)
 OUT ?= out
 
-.PHONY: help deps configure program build demo test test-all mesa25 test-mesa25 asan tidy format-check format bench clean
+.PHONY: help deps configure program build demo test test-all mesa25 test-mesa25 asan separate tidy format-check format bench clean
 help:
 	@echo "make demo      install packages, build, run the paper's sphere (and a real capture if present), say where the report is"
 	@echo "make test      everything CI runs (format, includes, unit, accuracy, real data, end to end, sanitizers)"
-	@echo "make test-all  the same and the long statistical tests"
+	@echo "make test-all  the same, the long statistical tests, the benchmarks and every file compiled on its own"
 	@echo "make mesa25    a newer, faster software driver beside the system's; test-mesa25: the device tests on it"
 	@echo "make tidy      clang-tidy over DIRS=\"twin cli\": naming rules, bug patterns (slow)"
 	@echo "make build | program | bench | format | clean"
@@ -36,7 +36,7 @@ test: configure format-check
 	@scripts/run_tests.sh build -LE "slow|unit"
 	@$(MAKE) --no-print-directory asan
 
-test-all: build format-check
+test-all: build format-check separate
 	@scripts/run_tests.sh build
 	@$(MAKE) --no-print-directory asan
 
@@ -56,8 +56,14 @@ test-mesa25: configure
 
 # Naming rules and bug patterns (.clang-tidy); slow, so no part of `make test`. DIRS: folders to look at.
 DIRS ?= twin cli
-tidy: configure
-	@scripts/tidy.sh build $(DIRS)
+tidy: separate
+	@scripts/tidy.sh build-separate $(DIRS)
+
+# Every file of the program on its own: the release compiles several as one (FRINGETWIN_UNITY), which hides a missing include.
+separate: deps
+	@cmake --preset separate >build-configure.log 2>&1 || { cat build-configure.log; exit 2; }
+	@mv build-configure.log build-separate/configure.log
+	@cmake --build build-separate -j $(JOBS) --target fringetwin_binary
 
 format-check:
 	@scripts/check_format.sh

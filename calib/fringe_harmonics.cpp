@@ -40,7 +40,7 @@ class Spectrum {
   std::vector<Complex> twiddle_;
 };
 
-/// HarmonicSums of one image block for one pitch and order.
+/// Sums of one image block for one pitch and order.
 struct HarmonicCell {
   double in_phase = 0.0, quadrature = 0.0, weight = 0.0, camera = 0.0;
 };

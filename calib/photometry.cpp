@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "measure/decode_input.hpp"
+#include "twin/constants.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::calib {
@@ -15,7 +16,6 @@ namespace fringetwin::calib {
 namespace {
 
 constexpr std::size_t kMaxSamples = 4'000'000;
-constexpr double kRounding = 1.0 / 12.0;
 // Second differences of every second triple along the stripes: they share a pixel, and 1 + 2 (1/6)^2 of them
 // are worth one.
 constexpr double kStepOverlap = 1.0 + 2.0 / 36.0;
@@ -54,14 +54,14 @@ void add_dark(const std::vector<ImageF>& dark, double saturation_dn, CameraPhoto
   for (const double m : means) spread += std::pow(m - mean, 2);
   const auto k = static_cast<double>(means.size());
   // From image to image; a single one says no better than the rounding.
-  out.black_level_dn = {mean, k > 1.0 ? std::sqrt(spread / (k * (k - 1.0))) : std::sqrt(kRounding)};
+  out.black_level_dn = {mean, k > 1.0 ? std::sqrt(spread / (k * (k - 1.0))) : std::sqrt(kRoundingVariance)};
   out.black_measured = true;
   if (dark.size() < 2) return;
   std::vector<NoiseSample> samples;
   add_repeat_noise(pointers(dark), saturation_dn, kMaxSamples, samples);
   const Estimate variance = noise_variance(samples);
-  if (!(variance.value > kRounding)) return;
-  out.dark_noise_dn.value = std::sqrt(variance.value - kRounding);
+  if (!(variance.value > kRoundingVariance)) return;
+  out.dark_noise_dn.value = std::sqrt(variance.value - kRoundingVariance);
   out.dark_noise_dn.sigma = 0.5 * variance.sigma / out.dark_noise_dn.value;
 }
 

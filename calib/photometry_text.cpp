@@ -15,6 +15,7 @@ namespace {
 
 using report::Json;
 using report::json_number;
+using report::json_numbers;
 
 /// As many digits as the sigma leaves, two of it: "40.53 ± 0.08" and so that TOML reads a number.
 std::string digits(double value, double sigma) {
@@ -185,12 +186,6 @@ Json flat_json(const CameraPhotometry& c) {
 Json values(const std::vector<Estimate>& estimates, double Estimate::*part) {
   Json out = Json::array();
   for (const Estimate& e : estimates) out.push_back(json_number(e.*part));
-  return out;
-}
-
-Json json_numbers(const std::vector<double>& list) {
-  Json out = Json::array();
-  for (const double v : list) out.push_back(json_number(v));
   return out;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "measure/phase.hpp"
+#include "twin/constants.hpp"
 #include "twin/fringes.hpp"
 #include "twin/image.hpp"
 
@@ -69,7 +70,7 @@ struct PhotonTransfer {
 
 struct TransferOptions {
   double black_level_dn = 0.0;
-  double rounding_dn2 = 1.0 / 12.0;
+  double rounding_dn2 = kRoundingVariance;
   /// How many samples carry the information of one (second differences overlap).
   double samples_per_independent = 1.0;
 };

@@ -63,7 +63,7 @@ std::optional<Reading> read_quadratic(const std::vector<Row>& rows, const Sample
       right += w * values[i] * rows[i];
     }
     const SymmetricFactor factor(normal);
-    if (!factor.ok() || factor.rcond() < 1e-9) return std::nullopt;
+    if (factor.rcond() < 1e-9) return std::nullopt;
     const Row fit = factor.solve(right);
     std::vector<double> residual(rows.size());
     for (std::size_t i = 0; i < rows.size(); ++i) residual[i] = precision[i] * (values[i] - fit.dot(rows[i]));

@@ -172,7 +172,7 @@ void Uncertainty::triangulate(const Eigen::Vector3d& p_ref_mm, const std::vector
     right += q.dq_dpref.transpose() * w.asDiagonal() * q.dq_dstate;
   }
   const SymmetricFactor factor(normal);
-  if (!factor.ok() || !(factor.rcond() > 1e-14))
+  if (!(factor.rcond() > 1e-14))
     throw UserError(ExitCode::usage, "uncertainty of a point", "the sightings do not determine it",
                     "name at least two devices and three coordinates");
   dp_dstate = -factor.solve(right);

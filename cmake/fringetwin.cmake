@@ -8,7 +8,7 @@ target_compile_options(fringetwin_options INTERFACE
   $<$<NOT:$<BOOL:${FRINGETWIN_ASAN}>>:-Werror> # the sanitizers make g++ 12 see uninitialised variables that are none
   # g++ 12 warns falsely on std::string + and on strings in vectors (GCC bugs 105329, 105651)
   -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread
-  -Wno-use-after-free) # and on Eigen's temporaries, once several files are compiled as one
+  $<$<BOOL:${FRINGETWIN_UNITY}>:-Wno-use-after-free>) # and on Eigen's temporaries, once several files are compiled as one
 # x86-64-v3 is not assumed: the binary must run on any amd64 machine. No -ffast-math: NaN marks
 # invalid pixels everywhere.
 target_include_directories(fringetwin_options INTERFACE ${CMAKE_SOURCE_DIR})
@@ -24,7 +24,7 @@ if(FRINGETWIN_ASAN)
 endif()
 find_package(OpenMP REQUIRED)
 add_custom_target(unit_tests)  # `make test` runs them with the sanitizers
-add_custom_target(whole_tests) # and all others as released
+add_custom_target(whole_tests) # and all others but the slow ones as released
 
 # What nearly every file includes, compiled once per kind of flags (g++ takes a precompiled header only with the
 # flags it was made with): saves about half the compile time of a small file.
@@ -97,7 +97,7 @@ function(fringetwin_test name)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   if("unit" IN_LIST A_LABELS)
     add_dependencies(unit_tests ${name})
-  else()
+  elseif(NOT "slow" IN_LIST A_LABELS)
     add_dependencies(whole_tests ${name})
   endif()
   add_test(NAME ${name} COMMAND ${name})

@@ -6,17 +6,17 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <vector>
 
 #include "compare/fit_rows.hpp"
+#include "report/json.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::compare {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 /// "left x pitch 13 step 0/4 rms_dn" -> value, in the order of the file.
 struct Quantities {

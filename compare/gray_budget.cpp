@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <optional>
 #include <vector>
@@ -167,7 +166,7 @@ class GrayBudgetFit {
       if (!(y < u.saturation_dn && v > u.sim_low && v < u.sim_high && clip >= u.low_dn && clip <= u.high_dn))
         continue;
       const DirectionDecode& d = phases_.slope->directions[static_cast<std::size_t>(pattern.direction)];
-      const double step_rad = 2.0 * std::numbers::pi * pattern.step / steps_;
+      const double step_rad = kTwoPi * pattern.step / steps_;
       const double predicted = fit_.row.gain_dn * e;
       pixel.values.push_back({y - predicted - fit_.row.black_level_dn, predicted,
                               static_cast<double>(theta->data[i]) + step_rad,

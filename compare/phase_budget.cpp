@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "compare/phase_rows.hpp"
 #include "twin/constants.hpp"

@@ -38,17 +38,17 @@ Eigen::MatrixXd block_covariance(const std::map<int, BlockSum>& blocks, const Ei
   BlockSum total(static_cast<int>(m));
   for (const auto& [id, b] : blocks) total.jtj += b.jtj;
   const Eigen::VectorXd unit = total.jtj.diagonal().cwiseSqrt().cwiseInverse();
-  BlockSum moves(static_cast<int>(m));  // sum of d_b d_b^T
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(m, m);
   for (const auto& [id, b] : blocks) {
     const SymmetricFactor rest(scaled_both_sides(total.jtj - b.jtj, unit));
-    if (!rest.ok() || !(rest.rcond() > 1e-13)) return independent;
+    if (!(rest.rcond() > 1e-13)) return independent;
     const Eigen::VectorXd right = unit.cwiseProduct(b.jtr);
     const Eigen::VectorXd scaled = rest.solve(right);
     const Eigen::VectorXd moved = unit.cwiseProduct(scaled);
-    moves.add(moved.data(), 0.0);
+    for (Eigen::Index j = 0; j < m; ++j) sum.col(j) += moved[j] * moved;
   }
   const auto g = static_cast<double>(blocks.size());
-  const Eigen::MatrixXd covariance = (g - 1.0) / g * moves.jtj;
+  const Eigen::MatrixXd covariance = (g - 1.0) / g * sum;
   Eigen::VectorXd raise(m);
   for (Eigen::Index j = 0; j < m; ++j)
     raise[j] = covariance(j, j) < independent(j, j) ? std::sqrt(independent(j, j) / covariance(j, j)) : 1.0;

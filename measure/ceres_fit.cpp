@@ -9,6 +9,7 @@
 
 #include "measure/block_covariance.hpp"
 #include "twin/constants.hpp"
+#include "twin/errors.hpp"
 #include "twin/linear.hpp"
 
 namespace fringetwin::measure {
@@ -72,6 +73,7 @@ std::optional<FitCovariance> covariance_at(const DistanceModel& model,
                                            const std::vector<std::size_t>& index,
                                            const std::vector<int>& block, const double* x) {
   const int m = model.parameters();
+  FT_CHECK(m <= DistanceModel::kMostParameters, "a shape with that many parameters");
   BlockSum all(m);
   std::map<int, BlockSum> blocks;
   BlockSum* sum = nullptr;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
 #include "measure/decode_input.hpp"
@@ -12,6 +11,7 @@
 #include "measure/phase.hpp"
 #include "measure/phase_noise.hpp"
 #include "measure/unwrap.hpp"
+#include "twin/constants.hpp"
 #include "twin/errors.hpp"
 #include "twin/progress.hpp"
 
@@ -19,7 +19,6 @@ namespace fringetwin::measure {
 namespace {
 
 constexpr float kInvalid = std::numeric_limits<float>::quiet_NaN();
-constexpr double kQuantisationVariance = 1.0 / 12.0;
 constexpr double kRadianceModulation = 1e-3;  ///< of the 99.9 percentile of the amplitude
 
 double percentile_999(const ImageF& image) {
@@ -117,7 +116,7 @@ class DirectionDecoder {
   HeterodynePlan heterodyne_;
   HierarchicalPlan hierarchical_;
   GrayPlan gray_;
-  NoiseModel noise_ = NoiseModel::linear(kQuantisationVariance, 0.0, 1.0);
+  NoiseModel noise_ = NoiseModel::linear(kRoundingVariance, 0.0, 1.0);
   double min_amplitude_ = 0.0;
 };
 
@@ -171,7 +170,7 @@ void DirectionDecoder::code_modulation() {
 void DirectionDecoder::decode_code() {
   const auto n = static_cast<std::size_t>(width_);
   const double word_px = direction_.pitches_px.front() * (gray_.complementary ? 0.5 : 1.0);
-  const double sigma_rad = 2.0 * std::numbers::pi / direction_.pitches_px.front() * word_px / std::sqrt(12.0);
+  const double sigma_rad = kTwoPi / direction_.pitches_px.front() * word_px / std::sqrt(12.0);
 #pragma omp parallel if (height_ > kSerialRows)
   {
     RowScratch scratch;
@@ -262,7 +261,7 @@ void DirectionDecoder::choose_noise() {
   const double largest =
       images_.radiance ? std::max(1e-30, percentile_999(out_.mean_dn)) : images_.saturation_dn();
   const double rounding = largest * static_cast<double>(std::numeric_limits<float>::epsilon()) / 2.0;
-  const double floor = images_.radiance ? rounding * rounding : kQuantisationVariance;
+  const double floor = images_.radiance ? rounding * rounding : kRoundingVariance;
   if (options_.variance_offset_dn2 || options_.variance_per_dn) {
     noise_ = NoiseModel::linear(options_.variance_offset_dn2.value_or(0.0) + floor,
                                 options_.variance_per_dn.value_or(0.0), largest);
@@ -446,7 +445,7 @@ void DirectionDecoder::mend_orders() {
       double t[3], variance[3];
       for (int i = 0; i < 3; ++i) {
         const auto p = static_cast<std::size_t>(heterodyne_.index[i]);
-        t[i] = static_cast<double>(out_.wrapped_rad[p].data[at]) / (2.0 * std::numbers::pi);
+        t[i] = kPerCycle * static_cast<double>(out_.wrapped_rad[p].data[at]);
         variance[i] = pitch_variance(p, at, gray_variance);
       }
       return resolve_heterodyne(heterodyne_, t, variance, predicted_px);

@@ -3,7 +3,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "fmt/format.h"
 #include "measure/unwrap.hpp"
@@ -117,7 +116,6 @@ void read_gray_row(const GrayPlan& plan, const GrayRow& row, const float* thresh
 
 void unwrap_gray_row(const GrayPlan& plan, const PitchRow& pitch, const float* amplitude, int n,
                      const GrayScratch& scratch, double* x_px, float* variance_px2) {
-  constexpr double kPerCycle = 1.0 / (2.0 * std::numbers::pi);
   const double scale = plan.pitch_px * kPerCycle;
   const auto stride = static_cast<std::size_t>(n);
   for (int x = 0; x < n; ++x) {

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "fmt/format.h"
 #include "measure/unwrap.hpp"
@@ -13,7 +12,6 @@ namespace fringetwin::measure {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kPerCycle = 1.0 / (2.0 * std::numbers::pi);
 
 void set_beats(HeterodynePlan& p) {
   const double f[3] = {1.0 / p.pitch_px[0], 1.0 / p.pitch_px[1], 1.0 / p.pitch_px[2]};

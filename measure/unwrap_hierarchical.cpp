@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
 #include "fmt/format.h"
 #include "measure/unwrap.hpp"
+#include "twin/constants.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::measure {
@@ -40,7 +40,6 @@ HierarchicalPlan plan_hierarchical(const DirectionFringes& direction, Coordinate
 
 void unwrap_hierarchical_row(const HierarchicalPlan& plan, const std::vector<PitchRow>& pitches, int n,
                              double* x_px, float* variance_px2) {
-  constexpr double kPerCycle = 1.0 / (2.0 * std::numbers::pi);
   std::fill(x_px, x_px + n, plan.center_px);
   for (std::size_t i = 0; i < pitches.size(); ++i) {
     const double pitch = plan.pitch_px[i], origin = plan.origin_px[i], inverse = 1.0 / pitch;

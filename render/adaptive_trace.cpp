@@ -91,9 +91,12 @@ ComputePipeline& AdaptiveTrace::list_kernel(Kernel kernel, std::uint32_t kind,
 void AdaptiveTrace::gather(const Sums& sums, std::size_t first, std::size_t n,
                            std::vector<float>* values) const {
   const std::size_t n_channels = pass_->channels();
-  for (std::size_t c = 0; c < n_channels; ++c)
-    for (std::size_t i = 0; i < n; ++i)
-      (*values)[n_channels * (first + i) + c] = sums.values[c * sums.stride + i];
+#pragma omp parallel for
+  for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(n); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    for (std::size_t c = 0; c < n_channels; ++c)
+      (*values)[n_channels * (first + k) + c] = sums.values[c * sums.stride + k];
+  }
 }
 
 void AdaptiveTrace::probe() {

@@ -6,6 +6,7 @@
 namespace fringetwin {
 
 inline constexpr double kTwoPi = 2.0 * std::numbers::pi;
+inline constexpr double kPerCycle = 1.0 / kTwoPi;  ///< rad -> cycles
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kRoundingVariance = 1.0 / 12.0;  ///< of a value rounded to integers, in units squared
 

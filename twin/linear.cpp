@@ -22,10 +22,11 @@ SymmetricFactor::~SymmetricFactor() = default;
 SymmetricFactor::SymmetricFactor(SymmetricFactor&&) noexcept = default;
 SymmetricFactor& SymmetricFactor::operator=(SymmetricFactor&&) noexcept = default;
 
-bool SymmetricFactor::ok() const { return impl_->ldlt.info() == Eigen::Success; }
 double SymmetricFactor::rcond() const {
-  // Eigen's estimate solves with a zero pivot left out, as if the matrix were well conditioned.
-  return impl_->ldlt.vectorD().minCoeff() > 0.0 ? impl_->ldlt.rcond() : 0.0;
+  // Eigen's estimate leaves zero pivots out, as if the matrix were well conditioned, and passes over NaN.
+  const Eigen::VectorXd pivots = impl_->ldlt.vectorD();
+  const bool definite = impl_->ldlt.info() == Eigen::Success && pivots.allFinite() && pivots.minCoeff() > 0.0;
+  return definite ? impl_->ldlt.rcond() : 0.0;
 }
 Eigen::MatrixXd SymmetricFactor::solve(const MatrixRef& right) const {
   return impl_->ldlt.solve(Eigen::MatrixXd(right));

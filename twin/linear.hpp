@@ -20,8 +20,8 @@ class SymmetricFactor {
   SymmetricFactor(SymmetricFactor&&) noexcept;
   SymmetricFactor& operator=(SymmetricFactor&&) noexcept;
 
-  bool ok() const;       ///< false when the decomposition met a number that is none
-  double rcond() const;  ///< estimated reciprocal condition number; 0 where m is singular or indefinite
+  /// Estimated reciprocal condition number; 0 where m is singular, indefinite or not finite.
+  double rcond() const;
   Eigen::MatrixXd solve(const MatrixRef& right) const;
   Eigen::MatrixXd inverse() const;
 
