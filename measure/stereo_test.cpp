@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tolerances
-//   1e-8 mm   a plane seen through distorted lenses at half size, every point: Newton leaves 1e-9 px, a pixel
-//   is
-//             0.15 mm, and 4x4 Lagrange nearly follows the map; measured 5e-10
+//   1e-8 mm   a plane through distorted lenses at half size, every point: Newton leaves 1e-9 px of 0.15 mm,
+//             4x4 Lagrange follows the map; measured 5e-10
 //   3e-5 mm   sphere fits: interpolation error of 4x4 Lagrange towards the rim, rms over inliers (3e-4: over
-//   all);
-//             6e-5 mm for centre and radius
+//             all); 6e-5 mm for centre and radius
 //   4 sigma   of the mean / of the scatter ratio where noise is added (n > 1e4: ratio 1 +- 3 %)
 #include <gtest/gtest.h>
 #include <omp.h>
