@@ -4,6 +4,10 @@ CAPTURES := $(or $(FRINGETWIN_CAPTURES),$(abspath $(CURDIR)/../shared/captures))
 JOBS ?= $(shell nproc)
 OUT ?= out
 
+# $(call configured,PRESET,FOLDER): quiet unless it fails; the log goes with the build.
+configured = cmake --preset $(1) >build-configure.log 2>&1 || { cat build-configure.log; exit 2; }; \
+	mv build-configure.log $(2)/configure.log
+
 .PHONY: help deps configure program build demo test test-all mesa25 test-mesa25 asan separate tidy format-check format bench clean
 help:
 	@echo "make demo      install packages, build, run the paper's sphere (and a real capture if present), say where the report is"
@@ -17,8 +21,7 @@ deps:
 	@scripts/install_packages.sh
 
 configure: deps
-	@cmake --preset release >build-configure.log 2>&1 || { cat build-configure.log; exit 2; }
-	@mv build-configure.log build/configure.log
+	@$(call configured,release,build)
 
 # The program alone, without tests and benchmarks.
 program: configure
@@ -41,8 +44,7 @@ test-all: build format-check separate
 	@$(MAKE) --no-print-directory asan
 
 asan: deps
-	@cmake --preset asan >build-configure.log 2>&1 || { cat build-configure.log; exit 2; }
-	@mv build-configure.log build-asan/configure.log
+	@$(call configured,asan,build-asan)
 	@cmake --build build-asan -j $(JOBS) --target unit_tests
 	@scripts/run_tests.sh build-asan -L unit
 
@@ -61,8 +63,7 @@ tidy: separate
 
 # Every file of the program on its own: the release compiles several as one (FRINGETWIN_UNITY), which hides a missing include.
 separate: deps
-	@cmake --preset separate >build-configure.log 2>&1 || { cat build-configure.log; exit 2; }
-	@mv build-configure.log build-separate/configure.log
+	@$(call configured,separate,build-separate)
 	@cmake --build build-separate -j $(JOBS) --target fringetwin_binary
 
 format-check:

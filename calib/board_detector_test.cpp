@@ -22,7 +22,7 @@
 #include "calib/projector_corners.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::calib {
+namespace fringetwin::calib::board_detector_test {
 namespace {
 
 /// Board plane (in spacings, first corner at 0) -> picture; a perspective view.
@@ -246,4 +246,4 @@ TEST(ProjectorCorners, NothingIsInventedWhereNothingDecodes) {
 }
 
 }  // namespace
-}  // namespace fringetwin::calib
+}  // namespace fringetwin::calib::board_detector_test

@@ -20,7 +20,7 @@
 #include "calib/corners_vnl.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::calib {
+namespace fringetwin::calib::calibration_real_test {
 namespace {
 namespace fs = std::filesystem;
 
@@ -158,4 +158,4 @@ TEST(Procam, KaminoCorrespondences) {
 }
 
 }  // namespace
-}  // namespace fringetwin::calib
+}  // namespace fringetwin::calib::calibration_real_test

@@ -16,12 +16,12 @@
 #include "calib/uncertainty.hpp"
 #include "twin/linear.hpp"
 
-namespace fringetwin::calib {
+namespace fringetwin::calib::covariance_scatter_test {
 namespace {
 
-using testing::Draws;
-using testing::Projector;
-using testing::Scatter;
+using test_tools::Draws;
+using test_tools::Projector;
+using test_tools::Scatter;
 
 constexpr int kDraws = 30;
 
@@ -113,4 +113,4 @@ TEST(CovarianceScatter, NoiseOfAPointsOwnPicture) {
 }
 
 }  // namespace
-}  // namespace fringetwin::calib
+}  // namespace fringetwin::calib::covariance_scatter_test

@@ -11,7 +11,7 @@
 #include "calib/rig_testing.hpp"
 #include "twin/linear.hpp"
 
-namespace fringetwin::calib::testing {
+namespace fringetwin::calib::test_tools {
 
 /// How the projector's corners come about.
 enum class Projector { measured_by_itself, read_at_the_cameras_corners };
@@ -147,4 +147,4 @@ struct Scatter {
   }
 };
 
-}  // namespace fringetwin::calib::testing
+}  // namespace fringetwin::calib::test_tools

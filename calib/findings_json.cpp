@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-
 #include "calib/findings.hpp"
 #include "report/json.hpp"
 

@@ -23,7 +23,7 @@
 #include "twin/lens.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::calib {
+namespace fringetwin::calib::import_test {
 namespace {
 
 using ::testing::AllOf;
@@ -319,4 +319,4 @@ TEST_F(ImportFiles, KaminoRigReprojectsItsCorners) {
 }
 
 }  // namespace
-}  // namespace fringetwin::calib
+}  // namespace fringetwin::calib::import_test

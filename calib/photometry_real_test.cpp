@@ -15,7 +15,7 @@
 #include "calib/photometry.hpp"
 #include "twin/paths.hpp"
 
-namespace fringetwin::calib {
+namespace fringetwin::calib::photometry_real_test {
 namespace {
 namespace fs = std::filesystem;
 
@@ -77,4 +77,4 @@ TEST(PhotometryReal, CpsdHarmonics) {
 }
 
 }  // namespace
-}  // namespace fringetwin::calib
+}  // namespace fringetwin::calib::photometry_real_test

@@ -22,7 +22,7 @@
 #include <numbers>
 #include <random>
 
-namespace fringetwin::calib {
+namespace fringetwin::calib::photometry_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -389,4 +389,4 @@ TEST(Photometry, RefusesInOneSentence) {
 }
 
 }  // namespace
-}  // namespace fringetwin::calib
+}  // namespace fringetwin::calib::photometry_test

@@ -18,7 +18,7 @@
 #include "twin/capture_set.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::calib {
+namespace fringetwin::calib::procam_real_test {
 namespace {
 namespace fs = std::filesystem;
 
@@ -27,7 +27,7 @@ double median(std::vector<double> v) {
   return v[v.size() / 2];
 }
 
-TEST(Procam, RawImagesGiveTheProjectorCorners) {
+TEST(ProcamImages, RawImagesGiveTheProjectorCorners) {
   const char* source = std::getenv("FRINGETWIN_SOURCE");
   const fs::path toml =
       fs::path(source != nullptr ? source : ".") / "datasets" / "kamino-procam-board" / "twin.toml";
@@ -82,4 +82,4 @@ TEST(Procam, RawImagesGiveTheProjectorCorners) {
 }
 
 }  // namespace
-}  // namespace fringetwin::calib
+}  // namespace fringetwin::calib::procam_real_test

@@ -81,7 +81,7 @@ std::optional<Reading> read_quadratic(const std::vector<Row>& rows, const Sample
     if (n <= 7.0) return std::nullopt;
     reading.value = fit[0];
     reading.slope = fit.segment<2>(1);
-    reading.sigma = std::sqrt(std::max(sum / (n - 6.0), 1e-18) * factor.inverse()(0, 0));
+    reading.sigma = std::sqrt(std::max(sum / (n - 6.0), 1e-18) * factor.solve(Row::Unit(0))(0));
   }
   return reading;
 }

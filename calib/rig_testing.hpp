@@ -10,7 +10,7 @@
 #include "calib/triangulate.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::calib::testing {
+namespace fringetwin::calib::test_tools {
 
 struct TrueRig {
   std::vector<Lens> lenses;
@@ -132,4 +132,4 @@ inline double shape_error_mm(const TrueRig& rig, const Calibration& c, std::size
   return aligned_rms_mm(measured, truth);
 }
 
-}  // namespace fringetwin::calib::testing
+}  // namespace fringetwin::calib::test_tools

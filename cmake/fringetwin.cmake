@@ -13,16 +13,18 @@ target_compile_options(fringetwin_options INTERFACE
 # invalid pixels everywhere.
 target_include_directories(fringetwin_options INTERFACE ${CMAKE_SOURCE_DIR})
 find_package(fmt REQUIRED)
-target_link_libraries(fringetwin_options INTERFACE fmt::fmt)
+find_package(OpenMP REQUIRED)
+# OpenMP for all of them: a precompiled header serves only files of the same flags.
+target_link_libraries(fringetwin_options INTERFACE fmt::fmt OpenMP::OpenMP_CXX)
 if(FRINGETWIN_ASAN)
   # Global, so that every object of ours agrees on it. Line numbers without variables, and without the checks made at
-  # every pointer: a quarter of the compile time of Ceres' and PCL's templates. AddressSanitizer sees most of what null
-  # and object-size would; alignment is checked in twin/, which reads foreign bytes; wrong downcasts are given up.
+  # every pointer: two fifths of the compile time of Eigen's, Ceres' and PCL's templates. AddressSanitizer sees most of
+  # what null, object-size and pointer-overflow would; alignment is checked in twin/, which reads foreign bytes; wrong
+  # downcasts are given up.
   add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -O1 -g1
-    -fno-sanitize=null,alignment,object-size,vptr)
+    -fno-sanitize=null,alignment,object-size,pointer-overflow,vptr)
   add_link_options(-fsanitize=address,undefined)
 endif()
-find_package(OpenMP REQUIRED)
 add_custom_target(unit_tests)  # `make test` runs them with the sanitizers
 add_custom_target(whole_tests) # and all others but the slow ones as released
 
@@ -43,10 +45,6 @@ function(fringetwin_precompile name kind)
     list(APPEND libraries GTest::gmock GTest::gtest_main)
     list(APPEND list <gmock/gmock.h> <gtest/gtest.h>)
   endif()
-  if("OpenMP::OpenMP_CXX" IN_LIST ARGN)
-    string(APPEND headers _openmp)
-    list(APPEND libraries OpenMP::OpenMP_CXX)
-  endif()
   if(NOT TARGET ${headers})
     add_library(${headers} OBJECT ${FRINGETWIN_HEADERS_SOURCE})
     target_link_libraries(${headers} PRIVATE ${libraries})
@@ -66,7 +64,7 @@ function(fringetwin_library name)
   add_library(fringetwin::${name} ALIAS fringetwin_${name})
   target_link_libraries(fringetwin_${name} PUBLIC ${A_PUBLIC} PRIVATE fringetwin_options ${A_PRIVATE})
   target_include_directories(fringetwin_${name} PUBLIC ${CMAKE_SOURCE_DIR})
-  fringetwin_precompile(fringetwin_${name} library ${A_PUBLIC} ${A_PRIVATE})
+  fringetwin_precompile(fringetwin_${name} library)
   fringetwin_unity(fringetwin_${name})
 endfunction()
 
@@ -82,32 +80,71 @@ function(fringetwin_alone)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
-# fringetwin_test(NAME SOURCES a_test.cpp ... LINK libs LABELS unit|accuracy|real-data|e2e|device|slow)
-# One executable and one CTest test per name. CTest reports an executable as skipped when its last line names a
-# skipped case: gtest lists failed cases after the skipped ones, so a failure is never reported as a skip.
-function(fringetwin_test name)
+# fringetwin_tests(GROUP SOURCES a_test.cpp ... LINK libs LABELS unit|accuracy|real-data|e2e|device|slow [TIMEOUT s])
+# One executable build/tests/GROUP_tests; each of its files is one CTest test, GROUP/a. A test file has a namespace of
+# its own, named like the file, so that several can be compiled as one (FRINGETWIN_UNITY).
+function(fringetwin_tests group)
   if(NOT FRINGETWIN_TESTS)
     return()
   endif()
+  string(REPLACE "/" "_" name ${group}_tests)
   cmake_parse_arguments(A "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   add_executable(${name} ${A_SOURCES})
   target_link_libraries(${name} PRIVATE fringetwin_options ${A_LINK} GTest::gmock GTest::gtest_main)
   target_compile_options(${name} PRIVATE -O1) # half the compile time; the code under test keeps -O3
-  fringetwin_precompile(${name} test ${A_LINK})
+  fringetwin_precompile(${name} test)
+  fringetwin_unity(${name})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   if("unit" IN_LIST A_LABELS)
     add_dependencies(unit_tests ${name})
   elseif(NOT "slow" IN_LIST A_LABELS)
     add_dependencies(whole_tests ${name})
   endif()
-  add_test(NAME ${name} COMMAND ${name})
-  if(NOT A_TIMEOUT)
-    set(A_TIMEOUT 300)
+  set(all "")
+  set(others "")
+  foreach(source ${A_SOURCES})
+    if(source MATCHES "_test\\.cpp$")
+      fringetwin_suites(suites ${source})
+      foreach(suite ${suites})
+        if("${suite}" IN_LIST all)
+          message(FATAL_ERROR "${source}: test suite ${suite} is another file's of ${name}; name it otherwise")
+        endif()
+        list(APPEND all "${suite}")
+        string(APPEND others ":${suite}.*:*/${suite}.*")
+      endforeach()
+      list(TRANSFORM suites REPLACE "(.+)" "\\1.*:*/\\1.*")
+      list(JOIN suites ":" filter)
+      string(REGEX REPLACE "_test\\.cpp$" "" test ${source})
+      fringetwin_add_test(${group}/${test} ${name} "${filter}" "${A_LABELS}" "${A_TIMEOUT}")
+    endif()
+  endforeach()
+  # what the search for suites may have overlooked
+  fringetwin_add_test(${group}/others ${name} "*-${others}" "${A_LABELS}" "${A_TIMEOUT}")
+endfunction()
+
+# The names of the test suites in a source file.
+function(fringetwin_suites out source)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${source})
+  file(STRINGS ${source} suites REGEX "^(TEST|TEST_F|TEST_P|RC_GTEST_PROP)\\(")
+  list(TRANSFORM suites REPLACE "^[A-Z_]+\\(([A-Za-z0-9]+).*" "\\1")
+  list(REMOVE_DUPLICATES suites)
+  if(NOT suites)
+    message(FATAL_ERROR "${source} has no test")
+  endif()
+  set(${out} ${suites} PARENT_SCOPE)
+endfunction()
+
+# CTest reports an executable as skipped when its last line names a skipped case: gtest lists failed cases after the
+# skipped ones, so a failure is never reported as a skip.
+function(fringetwin_add_test test executable filter labels timeout)
+  add_test(NAME ${test} COMMAND ${executable} --gtest_filter=${filter})
+  if(NOT timeout)
+    set(timeout 300)
   endif()
   if(FRINGETWIN_ASAN)
-    math(EXPR A_TIMEOUT "4 * ${A_TIMEOUT}")
+    math(EXPR timeout "4 * ${timeout}")
   endif()
-  set_tests_properties(${name} PROPERTIES LABELS "${A_LABELS}" TIMEOUT ${A_TIMEOUT}
+  set_tests_properties(${test} PROPERTIES LABELS "${labels}" TIMEOUT ${timeout}
     SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\] [^\n]*[\n]*$"
     ENVIRONMENT "FRINGETWIN_CACHE=${CMAKE_BINARY_DIR}/test-cache;FRINGETWIN_BINARY=${CMAKE_BINARY_DIR}/fringetwin;FRINGETWIN_SOURCE=${CMAKE_SOURCE_DIR}")
 endfunction()

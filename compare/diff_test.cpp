@@ -11,7 +11,7 @@
 #include "compare/synthetic.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::compare {
+namespace fringetwin::compare::diff_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -105,4 +105,4 @@ TEST(Diff, RefusesWhatIsNoResult) {
 }
 
 }  // namespace
-}  // namespace fringetwin::compare
+}  // namespace fringetwin::compare::diff_test

@@ -6,7 +6,7 @@
 
 #include "compare/synthetic.hpp"
 
-namespace fringetwin::compare {
+namespace fringetwin::compare::fit_rows_test {
 namespace {
 
 using measure::ObjectFit;
@@ -123,4 +123,4 @@ TEST(FitRows, AFitWithTooFewPointsIsListedWithAWarningAndNoDifference) {
 }
 
 }  // namespace
-}  // namespace fringetwin::compare
+}  // namespace fringetwin::compare::fit_rows_test

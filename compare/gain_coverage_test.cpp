@@ -10,7 +10,7 @@
 #include "compare/gain_fit.hpp"
 #include "compare/synthetic.hpp"
 
-namespace fringetwin::compare {
+namespace fringetwin::compare::gain_coverage_test {
 namespace {
 
 using synthetic::Truth;
@@ -59,4 +59,4 @@ TEST(GainCoverage, IntervalsCoverTheTruthWithAlbedoCommonToAllImages) {
 }
 
 }  // namespace
-}  // namespace fringetwin::compare
+}  // namespace fringetwin::compare::gain_coverage_test

@@ -14,7 +14,7 @@
 #include "compare/gray_rows.hpp"
 #include "compare/synthetic.hpp"
 
-namespace fringetwin::compare {
+namespace fringetwin::compare::gain_fit_test {
 namespace {
 
 using synthetic::Scene;
@@ -215,4 +215,4 @@ TEST(GrayRows, MatchABruteForcePercentile) {
 }
 
 }  // namespace
-}  // namespace fringetwin::compare
+}  // namespace fringetwin::compare::gain_fit_test

@@ -11,7 +11,7 @@
 
 #include "compare/synthetic.hpp"
 
-namespace fringetwin::compare {
+namespace fringetwin::compare::gray_budget_test {
 namespace {
 
 using synthetic::Truth;
@@ -147,4 +147,4 @@ TEST(GrayBudget, ThreeStepsFallBackToTheSensorModel) {
 }
 
 }  // namespace
-}  // namespace fringetwin::compare
+}  // namespace fringetwin::compare::gray_budget_test

@@ -7,7 +7,7 @@
 #include "compare/synthetic.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::compare {
+namespace fringetwin::compare::limits_test {
 namespace {
 
 Comparison example() {
@@ -86,4 +86,4 @@ TEST(Limits, DecideTheVerdict) {
 }
 
 }  // namespace
-}  // namespace fringetwin::compare
+}  // namespace fringetwin::compare::limits_test

@@ -21,7 +21,7 @@
 
 #include "measure/decode.hpp"
 
-namespace fringetwin::compare {
+namespace fringetwin::compare::phase_budget_test {
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
@@ -166,4 +166,4 @@ TEST(PhaseBudget, FewPixelsOrNoStepsHaveNone) {
 }
 
 }  // namespace
-}  // namespace fringetwin::compare
+}  // namespace fringetwin::compare::phase_budget_test

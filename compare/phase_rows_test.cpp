@@ -10,7 +10,7 @@
 
 #include "compare/synthetic.hpp"
 
-namespace fringetwin::compare {
+namespace fringetwin::compare::phase_rows_test {
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
@@ -100,4 +100,4 @@ TEST(PhaseRows, AbsolutePhaseStartsAtTheOrigin) {
 }
 
 }  // namespace
-}  // namespace fringetwin::compare
+}  // namespace fringetwin::compare::phase_rows_test

@@ -8,7 +8,7 @@
 
 #include "twin/errors.hpp"
 
-namespace fringetwin::compare {
+namespace fringetwin::compare::provenance_test {
 namespace {
 
 std::filesystem::path write(const std::string& name, const std::string& text) {
@@ -42,4 +42,4 @@ TEST(Provenance, AMissingFileIsNamed) {
 }
 
 }  // namespace
-}  // namespace fringetwin::compare
+}  // namespace fringetwin::compare::provenance_test

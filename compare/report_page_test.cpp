@@ -12,7 +12,7 @@
 
 #include "compare/synthetic.hpp"
 
-namespace fringetwin::compare {
+namespace fringetwin::compare::report_page_test {
 namespace {
 
 using synthetic::Scene;
@@ -177,4 +177,4 @@ TEST(ReportPage, WritesTheSameBytesTwice) {
 }
 
 }  // namespace
-}  // namespace fringetwin::compare
+}  // namespace fringetwin::compare::report_page_test

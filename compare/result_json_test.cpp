@@ -12,7 +12,7 @@
 #include "compare/schema_check.hpp"
 #include "compare/synthetic.hpp"
 
-namespace fringetwin::compare {
+namespace fringetwin::compare::result_json_test {
 namespace {
 
 using schema::Json;
@@ -134,4 +134,4 @@ TEST(ResultJson, TheCheckerItselfFindsFaults) {
 }
 
 }  // namespace
-}  // namespace fringetwin::compare
+}  // namespace fringetwin::compare::result_json_test

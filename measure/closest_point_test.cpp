@@ -16,10 +16,10 @@
 #include "measure/test_meshes.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::closest_point_test {
 namespace {
 
-using namespace testing;
+using namespace test_tools;
 
 /// Distance to a segment or the triangle's inside, by a different route than the code under test: project to
 /// the plane, barycentric test by areas, else the nearest of three segments.
@@ -110,4 +110,4 @@ TEST(MeshDistance, OneTreePerMesh) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::closest_point_test

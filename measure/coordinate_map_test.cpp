@@ -10,7 +10,7 @@
 
 #include <cmath>
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::coordinate_map_test {
 namespace {
 
 double cubic(double x, double y) {
@@ -101,4 +101,4 @@ TEST(CoordinateMap, NoiseIsNoJump) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::coordinate_map_test

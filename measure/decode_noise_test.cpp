@@ -14,7 +14,7 @@
 #include "measure/synthetic_fringes.hpp"
 #include "twin/property_testing.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::decode_noise_test {
 namespace {
 
 using synthetic::compare;
@@ -120,14 +120,14 @@ TEST(DecodeNoise, HarmonicsOfTheProjectorAreNotNoise) {
 RC_GTEST_PROP(DecodeNoise, HeterodyneWithNoiseWithinTheTolerance, ()) {
   const int steps = *rc::gen::inRange(3, 9);
   std::vector<double> origins;
-  for (int i = 0; i < 3; ++i) origins.push_back(*testing::uniform(-2000.0, 2000.0));
-  const double scale = *testing::uniform(1.0, 3.0);
+  for (int i = 0; i < 3; ++i) origins.push_back(*fringetwin::test_tools::uniform(-2000.0, 2000.0));
+  const double scale = *fringetwin::test_tools::uniform(1.0, 3.0);
   const Fringes f = one_direction(Unwrap::heterodyne, steps, {14 * scale, 13 * scale, 15 * scale}, origins);
   const double width = std::floor(1280 * scale);
   Scene scene;
   scene.column_px = ramp(110, 9, 2.0, width - 3.0, 0.01 * width);
   // Phase sigma 0.03 rad or less: sqrt(2/N) noise / 100 DN.
-  scene.noise_dn = *testing::uniform(0.0, 3.0) * std::sqrt(steps / 2.0);
+  scene.noise_dn = *fringetwin::test_tools::uniform(0.0, 3.0) * std::sqrt(steps / 2.0);
   scene.seed = *rc::gen::arbitrary<unsigned>();
   const Errors e = compare(decode(project(f, scene), f, projector(width)).directions[0], scene.column_px);
   RC_ASSERT(e.n_wrong == 0u);
@@ -140,18 +140,19 @@ RC_GTEST_PROP(DecodeNoise, GrayCodeOfAnyKindWithNoise, ()) {
   code.bits = bits;
   code.lsb_first = *rc::gen::arbitrary<bool>();
   code.complementary = *rc::gen::arbitrary<bool>();
-  code.offset_periods = *testing::uniform(-1.0, 1.0);
+  code.offset_periods = *fringetwin::test_tools::uniform(-1.0, 1.0);
   code.threshold = *rc::gen::element(GrayCode::Threshold::mean, GrayCode::Threshold::inverse,
                                      GrayCode::Threshold::white_black);
-  const double pitch = *testing::uniform(12.0, 60.0);
-  const Fringes f = gray_fringes(steps, pitch, *testing::uniform(-900.0, 900.0), code);
+  const double pitch = *fringetwin::test_tools::uniform(12.0, 60.0);
+  const Fringes f = gray_fringes(steps, pitch, *fringetwin::test_tools::uniform(-900.0, 900.0), code);
   const double width = std::floor(pitch * std::ldexp(1.0, bits));
   // 12 camera pixels a period: the footprint is a camera pixel.
   const int w = 12 << bits;
   Scene scene;
   scene.column_px = ramp(w, 8, 0.0, width - 1.0, 0.3 * pitch);
   scene.footprint_px = pitch / 12.0;
-  scene.noise_dn = *testing::uniform(0.0, 2.0) * std::sqrt(steps / 2.0);  // phase sigma up to 0.02 rad
+  scene.noise_dn =
+      *fringetwin::test_tools::uniform(0.0, 2.0) * std::sqrt(steps / 2.0);  // phase sigma up to 0.02 rad
   scene.seed = *rc::gen::arbitrary<unsigned>();
   const DirectionDecode d = decode(project(f, scene), f, projector(width)).directions[0];
   const Errors e = compare(d, scene.column_px);
@@ -241,4 +242,4 @@ TEST(DecodeNoise, TheNumberOfThreadsChangesNoBit) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::decode_noise_test

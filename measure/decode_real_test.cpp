@@ -37,7 +37,7 @@
 #include "twin/linear.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::decode_real_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -408,4 +408,4 @@ TEST_F(RealCapture, KaminoBoardInSpace) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::decode_real_test

@@ -19,7 +19,7 @@
 #include "measure/synthetic_fringes.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::decode_test {
 namespace {
 
 using synthetic::compare;
@@ -263,4 +263,4 @@ TEST(Decode, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::decode_test

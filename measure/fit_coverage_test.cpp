@@ -22,10 +22,10 @@
 #include "measure/measurement.hpp"
 #include "measure/synthetic_rig.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::fit_coverage_test {
 namespace {
 
-using namespace testing;
+using namespace test_tools;
 
 /// Scores of many draws: (estimate - truth) / sigma.
 struct Scores {
@@ -198,4 +198,4 @@ TEST(FitCoverage, ThroughTheWholeChainOnEightBitImages) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::fit_coverage_test

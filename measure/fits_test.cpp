@@ -19,7 +19,7 @@
 
 #include "measure/robust.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::fits_test {
 namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
@@ -328,4 +328,4 @@ TEST(FindPlanes, TwoLargestInClutterInOrder) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::fits_test

@@ -19,10 +19,10 @@
 #include "measure/synthetic_rig.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::measurement_test {
 namespace {
 
-using namespace testing;
+using namespace test_tools;
 
 CameraImages render_ideal(const Twin& twin, std::size_t camera, const Scene& scene) {
   MapOptions options;
@@ -173,4 +173,4 @@ TEST(Measurement, FilesAreWritten) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::measurement_test

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::mixed_pixels_test {
 namespace {
 
 constexpr int kSize = 24, kEdge = 12;  ///< the part begins in column kEdge
@@ -95,4 +95,4 @@ TEST(MixedPixels, CodeWithoutPhasesIsLeftAlone) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::mixed_pixels_test

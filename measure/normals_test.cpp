@@ -9,10 +9,10 @@
 #include "measure/points.hpp"
 #include "measure/synthetic_rig.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::normals_test {
 namespace {
 
-using namespace testing;
+using namespace test_tools;
 
 TEST(Normals, PlanesAndSpheres) {
   const Twin twin = paper_rig(0.5);
@@ -61,4 +61,4 @@ TEST(Normals, FaceTheViewer) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::normals_test

@@ -12,10 +12,10 @@
 #include "measure/test_meshes.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::object_fits_test {
 namespace {
 
-using namespace testing;
+using namespace test_tools;
 
 Object named(const std::string& name, Shape shape) { return {name, std::move(shape), {}}; }
 
@@ -174,4 +174,4 @@ TEST(FitObjects, MeshRowHasItsKeys) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::object_fits_test

@@ -11,7 +11,7 @@
 #include "measure/synthetic_fringes.hpp"
 #include "twin/property_testing.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::order_repair_test {
 namespace {
 
 constexpr double kPeriod = 60.0;
@@ -132,4 +132,4 @@ RC_GTEST_PROP(OrderRepair, OnlyWholePeriodsNearTheMajority, ()) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::order_repair_test

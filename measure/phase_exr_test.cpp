@@ -11,7 +11,7 @@
 #include "measure/synthetic_fringes.hpp"
 #include "twin/image_io.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::phase_exr_test {
 namespace {
 
 TEST(PhaseExr, ChannelNamesPrintThePitchShortest) {
@@ -66,4 +66,4 @@ TEST(PhaseExr, WithoutUnwrappingThereIsNoCoordinate) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::phase_exr_test

@@ -18,7 +18,7 @@
 #include "twin/errors.hpp"
 #include "twin/property_testing.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::phase_test {
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
@@ -164,4 +164,4 @@ TEST(LeastSquaresPhase, RefusesTooFewOrDoubleSteps) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::phase_test

@@ -34,7 +34,7 @@
 #include "measure/point_grid.hpp"
 #include "twin/capture_set.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::points_real_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -266,4 +266,4 @@ TEST(Slmaster, ReliefLiesWhereItShould) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::points_real_test

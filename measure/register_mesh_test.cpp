@@ -15,10 +15,10 @@
 #include "measure/fits.hpp"
 #include "measure/test_meshes.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::register_mesh_test {
 namespace {
 
-using namespace testing;
+using namespace test_tools;
 
 Pose small_pose(double degrees, double mm, unsigned seed) {
   std::mt19937_64 random(seed);
@@ -173,4 +173,4 @@ TEST(RegisterMesh, ManyPoints) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::register_mesh_test

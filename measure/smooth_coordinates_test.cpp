@@ -9,7 +9,7 @@
 #include <cmath>
 #include <random>
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::smooth_coordinates_test {
 namespace {
 
 constexpr int kSize = 200;
@@ -78,4 +78,4 @@ TEST(SmoothCoordinates, WithoutNoiseOrRoomNothingHappens) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::smooth_coordinates_test

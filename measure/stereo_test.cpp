@@ -17,10 +17,10 @@
 #include "measure/synthetic_rig.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::stereo_test {
 namespace {
 
-using namespace testing;
+using namespace test_tools;
 
 struct Errors {
   double rms_mm = 0.0, largest_mm = 0.0;
@@ -212,4 +212,4 @@ TEST(Stereo, EmptyMapsGiveNoPointAndBadRigsAreRefused) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::stereo_test

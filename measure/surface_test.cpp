@@ -13,10 +13,10 @@
 #include "measure/synthetic_rig.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::surface_test {
 namespace {
 
-using namespace testing;
+using namespace test_tools;
 
 TEST(Surface, PlaneStaysPlaneAndFacesTheCamera) {
   const Twin twin = paper_rig(0.25);
@@ -96,4 +96,4 @@ TEST(Surface, NothingToBuildFrom) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::surface_test

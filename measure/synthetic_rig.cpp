@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace fringetwin::measure::testing {
+namespace fringetwin::measure::test_tools {
 namespace {
 
 Lens scaled_lens(std::vector<double> intrinsics, int width, int height, double scale) {
@@ -151,4 +151,4 @@ CameraDecode ideal_decode(const Twin& twin, std::size_t camera, const Scene& sce
   return decode;
 }
 
-}  // namespace fringetwin::measure::testing
+}  // namespace fringetwin::measure::test_tools

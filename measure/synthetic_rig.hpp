@@ -9,7 +9,7 @@
 #include "measure/decode.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::measure::testing {
+namespace fringetwin::measure::test_tools {
 
 /// Both cameras and the projector; world = left camera. `scale` shrinks the images (and focal lengths).
 Twin paper_rig(double scale = 1.0);
@@ -37,4 +37,4 @@ CameraDecode ideal_decode(const Twin& twin, std::size_t camera, const Scene& sce
 std::optional<Eigen::Vector3d> true_point(const Twin& twin, std::size_t camera, const Eigen::Vector2d& q_px,
                                           const Scene& scene);
 
-}  // namespace fringetwin::measure::testing
+}  // namespace fringetwin::measure::test_tools

@@ -11,10 +11,10 @@
 #include "measure/synthetic_rig.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::triangulate_projector_test {
 namespace {
 
-using namespace testing;
+using namespace test_tools;
 
 double largest_error(const Twin& twin, std::size_t camera, const PointCloud& cloud, const Scene& scene) {
   double largest = 0.0;
@@ -80,4 +80,4 @@ TEST(ProjectorTriangulation, WrongOrdersAreAbsurdAndRejected) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::triangulate_projector_test

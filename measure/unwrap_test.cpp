@@ -18,7 +18,7 @@
 #include "twin/errors.hpp"
 #include "twin/property_testing.hpp"
 
-namespace fringetwin::measure {
+namespace fringetwin::measure::unwrap_test {
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
@@ -292,4 +292,4 @@ TEST(Gray, RefusesWhatItCannotDecode) {
 }
 
 }  // namespace
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::measure::unwrap_test

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <functional>
 
-namespace fringetwin::render {
+namespace fringetwin::render::adaptive_error_test {
 namespace {
 
 const std::array<double, 4> nodes{-0.5, -0.5 * std::sqrt(0.2), 0.5 * std::sqrt(0.2), 0.5};
@@ -68,4 +68,4 @@ TEST(Budget, KeepsTheSmallOnes) {
 }
 
 }  // namespace
-}  // namespace fringetwin::render
+}  // namespace fringetwin::render::adaptive_error_test

@@ -12,7 +12,7 @@
 
 #include "tests/support/freeform.hpp"
 
-namespace fringetwin::render {
+namespace fringetwin::render::bvh_cache_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -114,4 +114,4 @@ TEST_F(BvhCache, WorksWithoutAFolder) {
 }
 
 }  // namespace
-}  // namespace fringetwin::render
+}  // namespace fringetwin::render::bvh_cache_test

@@ -12,7 +12,7 @@
 
 #include "tests/support/freeform.hpp"
 
-namespace fringetwin::render {
+namespace fringetwin::render::bvh_test {
 namespace {
 
 struct Soup {
@@ -155,4 +155,4 @@ TEST(Bvh, SameForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace fringetwin::render
+}  // namespace fringetwin::render::bvh_test

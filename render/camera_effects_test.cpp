@@ -12,7 +12,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace fringetwin::render {
+namespace fringetwin::render::camera_effects_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -128,4 +128,4 @@ TEST(CameraEffects, OffChangesNoBitAndOnActsOnEveryImage) {
 }
 
 }  // namespace
-}  // namespace fringetwin::render
+}  // namespace fringetwin::render::camera_effects_test

@@ -17,7 +17,7 @@
 #include "twin/errors.hpp"
 #include "twin/mrcal_facade.hpp"
 
-namespace fringetwin::render {
+namespace fringetwin::render::lens_table_test {
 namespace {
 
 TEST(LensTable, PinholeNeedsNone) {
@@ -123,4 +123,4 @@ TEST(ProjectorTable, RefusesHalfTheSphere) {
 }
 
 }  // namespace
-}  // namespace fringetwin::render
+}  // namespace fringetwin::render::lens_table_test

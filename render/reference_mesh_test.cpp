@@ -17,7 +17,7 @@
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::render {
+namespace fringetwin::render::reference_mesh_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -227,4 +227,4 @@ TEST(ReferenceMeshTest, CastsTheShadowOfItsShape) {
 }
 
 }  // namespace
-}  // namespace fringetwin::render
+}  // namespace fringetwin::render::reference_mesh_test

@@ -16,7 +16,7 @@
 #include "tests/support/paper_rig.hpp"
 #include "twin/fringes.hpp"
 
-namespace fringetwin::render {
+namespace fringetwin::render::reference_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -359,4 +359,4 @@ TEST(ReferenceBlock, BlocksAreClippedAndStrided) {
 }
 
 }  // namespace
-}  // namespace fringetwin::render
+}  // namespace fringetwin::render::reference_test

@@ -19,7 +19,7 @@
 #include "tests/support/paper_rig.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::render {
+namespace fringetwin::render::renderer_test {
 namespace {
 
 using test::only_camera;
@@ -348,4 +348,4 @@ TEST_F(RendererTest, WalksAndSearchesAgree) {
 }
 
 }  // namespace
-}  // namespace fringetwin::render
+}  // namespace fringetwin::render::renderer_test

@@ -14,7 +14,7 @@
 
 #include "twin/errors.hpp"
 
-namespace fringetwin::render {
+namespace fringetwin::render::sample_table_test {
 namespace {
 
 TEST(SampleTable, GaussRuleIntegratesPolynomialsOverThePixel) {
@@ -187,4 +187,4 @@ TEST(ChooseSampling, BadValuesAreRefused) {
 }
 
 }  // namespace
-}  // namespace fringetwin::render
+}  // namespace fringetwin::render::sample_table_test

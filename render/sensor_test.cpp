@@ -16,7 +16,7 @@
 
 #include "render/philox.hpp"
 
-namespace fringetwin::render {
+namespace fringetwin::render::sensor_test {
 namespace {
 
 Sensor make_sensor(int bits, double gain, double black = 0.0, std::optional<double> electrons_per_dn = {},
@@ -204,4 +204,4 @@ TEST(Expose, RadianceKeepsEveryBit) {
 }
 
 }  // namespace
-}  // namespace fringetwin::render
+}  // namespace fringetwin::render::sensor_test

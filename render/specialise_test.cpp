@@ -12,7 +12,7 @@
 #include "render/kernels.hpp"
 #include "render/shaders/shared.h"
 
-namespace fringetwin::render {
+namespace fringetwin::render::specialise_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -61,4 +61,4 @@ TEST(Specialise, WhatIsNoModuleGivesNothing) {
 }
 
 }  // namespace
-}  // namespace fringetwin::render
+}  // namespace fringetwin::render::specialise_test

@@ -15,7 +15,7 @@
 
 #include "tests/support/freeform.hpp"
 
-namespace fringetwin::render {
+namespace fringetwin::render::visibility_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -133,4 +133,4 @@ TEST(Visibility, NeighboursShareTheSideOppositeTheCorner) {
 }
 
 }  // namespace
-}  // namespace fringetwin::render
+}  // namespace fringetwin::render::visibility_test

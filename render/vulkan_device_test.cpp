@@ -12,7 +12,7 @@
 
 #include "twin/errors.hpp"
 
-namespace fringetwin::render {
+namespace fringetwin::render::vulkan_device_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -101,4 +101,4 @@ TEST_F(VulkanDeviceTest, AFailedBufferLeavesNothingBehind) {
 }
 
 }  // namespace
-}  // namespace fringetwin::render
+}  // namespace fringetwin::render::vulkan_device_test

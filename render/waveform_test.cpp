@@ -13,7 +13,7 @@
 
 #include "render/quadrature.hpp"
 
-namespace fringetwin::render {
+namespace fringetwin::render::waveform_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -285,4 +285,4 @@ TEST(Waveforms, TheAxisIsCoveredWithMargin) {
 }
 
 }  // namespace
-}  // namespace fringetwin::render
+}  // namespace fringetwin::render::waveform_test

@@ -15,7 +15,7 @@
 #include "report/cloud_view.hpp"
 #include "report/png.hpp"
 
-namespace fringetwin::report {
+namespace fringetwin::report::map_test {
 namespace {
 
 const float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -196,4 +196,4 @@ TEST(CloudView, StrayAndBrokenPointsDoNoHarm) {
 }
 
 }  // namespace
-}  // namespace fringetwin::report
+}  // namespace fringetwin::report::map_test

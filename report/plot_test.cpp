@@ -13,7 +13,7 @@
 #include "report/text.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::report {
+namespace fringetwin::report::plot_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -158,4 +158,4 @@ TEST(Page, VerdictFirstEverythingEscapedNothingLoaded) {
 }
 
 }  // namespace
-}  // namespace fringetwin::report
+}  // namespace fringetwin::report::plot_test

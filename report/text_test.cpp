@@ -8,7 +8,7 @@
 #include "report/process.hpp"
 #include "report/table.hpp"
 
-namespace fringetwin::report {
+namespace fringetwin::report::text_test {
 namespace {
 
 TEST(Text, EscapesHtml) {
@@ -78,4 +78,4 @@ TEST(Table, CarriesUnitsAndEscapes) {
 }
 
 }  // namespace
-}  // namespace fringetwin::report
+}  // namespace fringetwin::report::text_test

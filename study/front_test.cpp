@@ -10,7 +10,7 @@
 
 #include "study/pareto.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::study::front_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -89,4 +89,4 @@ TEST(SchemeTable, HoldsTheDefaultAndThePublishedScheme) {
 }
 
 }  // namespace
-}  // namespace fringetwin::study
+}  // namespace fringetwin::study::front_test

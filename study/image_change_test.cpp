@@ -12,7 +12,7 @@
 #include "study/chain.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::study::image_change_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -112,4 +112,4 @@ TEST(Fits, ErrorOfAPlaneIsItsOffset) {
 }
 
 }  // namespace
-}  // namespace fringetwin::study
+}  // namespace fringetwin::study::image_change_test

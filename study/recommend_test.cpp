@@ -12,7 +12,7 @@
 #include "study/effects.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::study::recommend_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -121,4 +121,4 @@ TEST(Effects, WithoutRoundingTheSensorKeepsItsRange) {
 }
 
 }  // namespace
-}  // namespace fringetwin::study
+}  // namespace fringetwin::study::recommend_test

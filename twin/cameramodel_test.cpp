@@ -17,12 +17,12 @@
 #include "twin/process_testing.hpp"
 #include "twin/property_testing.hpp"
 
-namespace fringetwin {
+namespace fringetwin::cameramodel_test {
 namespace {
 
+using test_tools::ScratchFolder;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using testing::ScratchFolder;
 
 std::vector<std::uint64_t> bits(const CameraModelFile& model) {
   std::vector<std::uint64_t> all;
@@ -116,7 +116,8 @@ TEST(CameraModel, KeepsCommentsAndUnknownKeysOnRewrite) {
   EXPECT_EQ(back.comments, model.comments);
   EXPECT_EQ(back.extra, model.extra);
   write_cameramodel(scratch / "b.cameramodel", back);
-  EXPECT_EQ(testing::read_file(scratch / "a.cameramodel"), testing::read_file(scratch / "b.cameramodel"));
+  EXPECT_EQ(test_tools::read_file(scratch / "a.cameramodel"),
+            test_tools::read_file(scratch / "b.cameramodel"));
 }
 
 TEST(CameraModel, ExtremeNumbersKeepTheirBits) {
@@ -208,7 +209,7 @@ TEST(CameraModel, NamesAMissingFile) {
 
 /// The numbers of a file as mrcal's Python reads them, in C's exact hexadecimal form.
 std::string numbers_by_mrcal(const std::filesystem::path& file) {
-  const auto result = testing::run(
+  const auto result = test_tools::run(
       "/usr/bin/python3 -c \"import mrcal,sys; m = mrcal.cameramodel(sys.argv[1]); "
       "name, i = m.intrinsics(); print(name, *[float(x).hex() for x in i], "
       "*[float(x).hex() for x in m.extrinsics_rt_fromref()], *[int(x) for x in m.imagersize()])\" " +
@@ -234,18 +235,18 @@ std::string numbers_by_us(const CameraModelFile& model) {
 }
 
 TEST(CameraModelInterop, MrcalReadsOurFilesBitExactly) {
-  if (!testing::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
+  if (!test_tools::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
   const ScratchFolder scratch;
   write_cameramodel(scratch / "m.cameramodel", awkward_model());
   EXPECT_EQ(numbers_by_mrcal(scratch / "m.cameramodel"), numbers_by_us(awkward_model()));
 }
 
 TEST(CameraModelInterop, WeReadMrcalsFilesAsMrcalDoes) {
-  if (!testing::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
+  if (!test_tools::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
   const ScratchFolder scratch;
   write_cameramodel(scratch / "ours.cameramodel", awkward_model());
   const auto rewritten = scratch / "mrcals.cameramodel";
-  const auto result = testing::run(
+  const auto result = test_tools::run(
       "/usr/bin/python3 -c \"import mrcal,sys; mrcal.cameramodel(sys.argv[1]).write(sys.argv[2], note='by "
       "mrcal')\" " +
       (scratch / "ours.cameramodel").string() + " " + rewritten.string() + " 2>&1");
@@ -256,14 +257,15 @@ TEST(CameraModelInterop, WeReadMrcalsFilesAsMrcalDoes) {
 }
 
 TEST(CameraModelInterop, MrcalToCahvorTakesOurFiles) {
-  if (testing::run("command -v mrcal-to-cahvor").status != 0) GTEST_SKIP() << "SKIPPED: no mrcal-to-cahvor";
-  if (!testing::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
+  if (test_tools::run("command -v mrcal-to-cahvor").status != 0)
+    GTEST_SKIP() << "SKIPPED: no mrcal-to-cahvor";
+  if (!test_tools::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
   const ScratchFolder scratch;
   CameraModelFile model = awkward_model();
   model.comments = {" a comment"};
   model.extra = "'icam_intrinsics': 2,\n";
   write_cameramodel(scratch / "m.cameramodel", model);
-  const auto result = testing::run("mrcal-to-cahvor < " + (scratch / "m.cameramodel").string() + " 2>&1");
+  const auto result = test_tools::run("mrcal-to-cahvor < " + (scratch / "m.cameramodel").string() + " 2>&1");
   EXPECT_EQ(result.status, 0) << result.output;
   EXPECT_THAT(result.output, HasSubstr("Dimensions = 1280 720"));
 }
@@ -277,7 +279,7 @@ class CommaLocale {
     active_ = std::setlocale(LC_ALL, "de_DE.UTF-8") != nullptr;
     if (active_) return;
     const auto made =
-        testing::run("localedef -i de_DE -f UTF-8 " + (scratch_ / "de_DE.UTF-8").string() + " 2>&1");
+        test_tools::run("localedef -i de_DE -f UTF-8 " + (scratch_ / "de_DE.UTF-8").string() + " 2>&1");
     if (made.status != 0) return;
     setenv("LOCPATH", (scratch_ / "").c_str(), 1);
     active_ = std::setlocale(LC_ALL, "de_DE.UTF-8") != nullptr;
@@ -299,9 +301,10 @@ TEST(CameraModelLocale, CommaLocaleChangesNothing) {
   const CommaLocale locale;
   if (!locale.active()) GTEST_SKIP() << "SKIPPED: no de_DE.UTF-8 locale and no localedef to make one";
   write_cameramodel(scratch / "de.cameramodel", awkward_model());
-  EXPECT_EQ(testing::read_file(scratch / "c.cameramodel"), testing::read_file(scratch / "de.cameramodel"));
+  EXPECT_EQ(test_tools::read_file(scratch / "c.cameramodel"),
+            test_tools::read_file(scratch / "de.cameramodel"));
   EXPECT_EQ(bits(read_cameramodel(scratch / "de.cameramodel")), bits(awkward_model()));
 }
 
 }  // namespace
-}  // namespace fringetwin
+}  // namespace fringetwin::cameramodel_test

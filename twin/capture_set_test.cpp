@@ -21,7 +21,7 @@
 #include "twin/errors.hpp"
 #include "twin/image_io.hpp"
 
-namespace fringetwin {
+namespace fringetwin::capture_set_test {
 namespace {
 namespace fs = std::filesystem;
 using testing::AllOf;
@@ -319,4 +319,4 @@ TEST_F(CaptureSetTest, UnitExposureIsTheSame) {
 }
 
 }  // namespace
-}  // namespace fringetwin
+}  // namespace fringetwin::capture_set_test

@@ -25,7 +25,7 @@
 
 #include "twin/errors.hpp"
 
-namespace fringetwin {
+namespace fringetwin::image_io_test {
 namespace {
 namespace fs = std::filesystem;
 using testing::AllOf;
@@ -337,4 +337,4 @@ TEST_F(ImageIo, UnwritableFolderIsAUsageError) {
 }
 
 }  // namespace
-}  // namespace fringetwin
+}  // namespace fringetwin::image_io_test

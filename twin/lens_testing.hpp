@@ -8,7 +8,7 @@
 #include "twin/lens.hpp"
 #include "twin/property_testing.hpp"
 
-namespace fringetwin::testing {
+namespace fringetwin::test_tools {
 
 inline Lens paper_left() {
   return {"LENSMODEL_OPENCV4",
@@ -60,4 +60,4 @@ inline Eigen::Vector2d any_pixel(const Lens& lens) {
   return {*uniform(-0.5, lens.width() - 0.5), *uniform(-0.5, lens.height() - 0.5)};
 }
 
-}  // namespace fringetwin::testing
+}  // namespace fringetwin::test_tools

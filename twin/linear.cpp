@@ -3,7 +3,6 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
@@ -19,8 +18,6 @@ SymmetricFactor::SymmetricFactor(const MatrixRef& m) : impl_(std::make_unique<Im
   impl_->ldlt.compute(Eigen::MatrixXd(m));
 }
 SymmetricFactor::~SymmetricFactor() = default;
-SymmetricFactor::SymmetricFactor(SymmetricFactor&&) noexcept = default;
-SymmetricFactor& SymmetricFactor::operator=(SymmetricFactor&&) noexcept = default;
 
 double SymmetricFactor::rcond() const {
   // Eigen's estimate leaves zero pivots out, as if the matrix were well conditioned, and passes over NaN.
@@ -53,20 +50,34 @@ Eigen::MatrixXd orthonormal_basis(const MatrixRef& m) {
   return qr.householderQ() * Eigen::MatrixXd::Identity(m.rows(), m.cols());
 }
 
+namespace {
+// A square matrix needs no QR before the rotations; instantiating it costs most of this file's compile time.
+using Svd3 = Eigen::JacobiSVD<Eigen::Matrix3d, Eigen::NoQRPreconditioner>;
+Svd3 svd_of(const Eigen::Matrix3d& m) { return Svd3(m, Eigen::ComputeFullU | Eigen::ComputeFullV); }
+}  // namespace
+
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Svd3 svd = svd_of(m);
   return svd.matrixU() * svd.matrixV().transpose();
 }
 
 Pose rigid_alignment(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to) {
   FT_CHECK(from.size() == to.size() && from.size() >= 3, "alignment needs 3 pairs");
-  Eigen::Matrix3Xd f(3, from.size()), t(3, to.size());
+  const double n = static_cast<double>(from.size());
+  Eigen::Vector3d from_mean = Eigen::Vector3d::Zero(), to_mean = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < from.size(); ++i) {
-    f.col(static_cast<Eigen::Index>(i)) = from[i];
-    t.col(static_cast<Eigen::Index>(i)) = to[i];
+    from_mean += from[i] / n;
+    to_mean += to[i] / n;
   }
-  const Eigen::Matrix4d T = Eigen::umeyama(f, t, false);
-  return {T.topLeftCorner<3, 3>(), T.topRightCorner<3, 1>()};
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < from.size(); ++i)
+    covariance += (to[i] - to_mean) * (from[i] - from_mean).transpose() / n;
+  const Svd3 svd = svd_of(covariance);
+  // Never a mirror: where U V^T has determinant -1, the direction of least spread is turned.
+  const double sign = svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0 ? -1.0 : 1.0;
+  const Eigen::Matrix3d R =
+      svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+  return {R, to_mean - R * from_mean};
 }
 
 }  // namespace fringetwin

@@ -17,8 +17,6 @@ class SymmetricFactor {
  public:
   explicit SymmetricFactor(const MatrixRef& m);
   ~SymmetricFactor();
-  SymmetricFactor(SymmetricFactor&&) noexcept;
-  SymmetricFactor& operator=(SymmetricFactor&&) noexcept;
 
   /// Estimated reciprocal condition number; 0 where m is singular, indefinite or not finite.
   double rcond() const;

@@ -11,7 +11,7 @@
 
 #include "twin/errors.hpp"
 
-namespace fringetwin {
+namespace fringetwin::linear_test {
 namespace {
 
 constexpr double kRounding = 1e-12;
@@ -90,4 +90,4 @@ TEST(Linear, RigidAlignment) {
 }
 
 }  // namespace
-}  // namespace fringetwin
+}  // namespace fringetwin::linear_test

@@ -7,7 +7,7 @@
 
 #include "twin/errors.hpp"
 
-namespace fringetwin {
+namespace fringetwin::measured_steps_test {
 namespace {
 using testing::AllOf;
 using testing::ElementsAre;
@@ -64,4 +64,4 @@ TEST(MeasuredSteps, BothSidesNeedThreeSteps) {
 }
 
 }  // namespace
-}  // namespace fringetwin
+}  // namespace fringetwin::measured_steps_test

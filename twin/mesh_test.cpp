@@ -29,7 +29,7 @@ extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() { return "leak:libassimp"; }
 #endif
 
-namespace fringetwin {
+namespace fringetwin::mesh_test {
 namespace {
 namespace fs = std::filesystem;
 using testing::AllOf;
@@ -333,4 +333,4 @@ TEST(MeshNormals, OfALonelyVertexAreStillUnit) {
 }
 
 }  // namespace
-}  // namespace fringetwin
+}  // namespace fringetwin::mesh_test

@@ -8,7 +8,7 @@
 
 #include <fstream>
 
-namespace fringetwin {
+namespace fringetwin::paths_test {
 namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -60,4 +60,4 @@ TEST(Names, WhatMayBecomePartOfAFileName) {
 }
 
 }  // namespace
-}  // namespace fringetwin
+}  // namespace fringetwin::paths_test

@@ -14,11 +14,11 @@
 
 #include "twin/property_testing.hpp"
 
-namespace fringetwin {
+namespace fringetwin::pose_test {
 namespace {
 
-using testing::any_vector;
-using testing::uniform;
+using test_tools::any_vector;
+using test_tools::uniform;
 
 constexpr double pi = std::numbers::pi;
 constexpr double mm = 1e-11;
@@ -133,4 +133,4 @@ RC_GTEST_PROP(PoseProperty, RtRoundTrips, ()) {
 }
 
 }  // namespace
-}  // namespace fringetwin
+}  // namespace fringetwin::pose_test

@@ -10,7 +10,7 @@
 #include <sstream>
 #include <string>
 
-namespace fringetwin::testing {
+namespace fringetwin::test_tools {
 
 struct ProcessResult {
   int status = -1;  ///< as wait() reports it; 0 = success
@@ -65,4 +65,4 @@ inline std::string read_file(const std::filesystem::path& file) {
   return text.str();
 }
 
-}  // namespace fringetwin::testing
+}  // namespace fringetwin::test_tools

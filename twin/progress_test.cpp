@@ -15,7 +15,7 @@
 
 #include "twin/errors.hpp"
 
-namespace fringetwin {
+namespace fringetwin::progress_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -179,4 +179,4 @@ TEST(Errors, CheckNamesExpressionPlaceAndMessage) {
 }
 
 }  // namespace
-}  // namespace fringetwin
+}  // namespace fringetwin::progress_test

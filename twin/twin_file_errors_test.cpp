@@ -4,7 +4,7 @@
 #include "twin/toml_reader.hpp"
 #include "twin/twin_file_fixture.hpp"
 
-namespace fringetwin {
+namespace fringetwin::twin_file_errors_test {
 namespace {
 using testing::AllOf;
 using testing::HasSubstr;
@@ -317,4 +317,4 @@ TEST_F(TwinFileErrors, MeasureRealAndLimits) {
 }
 
 }  // namespace
-}  // namespace fringetwin
+}  // namespace fringetwin::twin_file_errors_test

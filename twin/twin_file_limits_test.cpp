@@ -4,7 +4,7 @@
 #include "twin/cameramodel.hpp"
 #include "twin/twin_file_fixture.hpp"
 
-namespace fringetwin {
+namespace fringetwin::twin_file_limits_test {
 namespace {
 using testing::AllOf;
 using testing::HasSubstr;
@@ -115,4 +115,4 @@ TEST_F(TwinFileLimits, TheCapturesVariableMayHoldItself) {
 }
 
 }  // namespace
-}  // namespace fringetwin
+}  // namespace fringetwin::twin_file_limits_test

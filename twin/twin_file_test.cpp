@@ -17,7 +17,7 @@
 #include "twin/toml_reader.hpp"
 #include "twin/twin_file_fixture.hpp"
 
-namespace fringetwin {
+namespace fringetwin::twin_file_test {
 namespace {
 namespace fs = std::filesystem;
 using testing::ElementsAre;
@@ -415,4 +415,4 @@ TEST_F(TwinFile, PatternImages) {
 }
 
 }  // namespace
-}  // namespace fringetwin
+}  // namespace fringetwin::twin_file_test

@@ -16,7 +16,7 @@
 #include "twin/mesh.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin {
+namespace fringetwin::twin_real_test {
 namespace {
 namespace fs = std::filesystem;
 
@@ -84,4 +84,4 @@ TEST(RealFiles, StereoBaselineOfTheStatueSet) {
 }
 
 }  // namespace
-}  // namespace fringetwin
+}  // namespace fringetwin::twin_real_test

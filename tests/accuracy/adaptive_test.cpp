@@ -18,7 +18,7 @@
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::test::adaptive_test {
 namespace {
 
 Object plane_object(const Eigen::Vector3d& point_mm, const Eigen::Vector3d& normal) {
@@ -258,4 +258,4 @@ TEST(Adaptive, SameBitsEveryTime) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test
+}  // namespace fringetwin::test::adaptive_test

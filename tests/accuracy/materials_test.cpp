@@ -20,7 +20,7 @@
 #include "tests/support/paper_rig.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::test::materials_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -318,4 +318,4 @@ TEST(CameraLens, PointSpreadAgreesWithTheContinuousOne) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test
+}  // namespace fringetwin::test::materials_test

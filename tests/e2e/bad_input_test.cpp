@@ -10,7 +10,7 @@
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/small_twin.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::test::bad_input_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -202,4 +202,4 @@ TEST(Usage, UnknownSubcommandAndOptionAreExitCode2) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test
+}  // namespace fringetwin::test::bad_input_test

@@ -13,7 +13,7 @@
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/rendered_rig.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::test::calibrate_rendered_full_test {
 namespace {
 
 TEST(CalibrateRendered, FullRig) {
@@ -22,4 +22,4 @@ TEST(CalibrateRendered, FullRig) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test
+}  // namespace fringetwin::test::calibrate_rendered_full_test

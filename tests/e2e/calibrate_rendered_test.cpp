@@ -13,7 +13,7 @@
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/rendered_rig.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::test::calibrate_rendered_test {
 namespace {
 
 TEST(CalibrateRendered, FewBoards) {
@@ -25,4 +25,4 @@ TEST(CalibrateRendered, FewBoards) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test
+}  // namespace fringetwin::test::calibrate_rendered_test

@@ -11,7 +11,7 @@
 #include "tests/e2e/cli_runner.hpp"
 #include "twin/image_io.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::test::real_captures_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -97,4 +97,4 @@ TEST(Kamino, DecodesBothAxes) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test
+}  // namespace fringetwin::test::real_captures_test

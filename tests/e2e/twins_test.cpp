@@ -22,7 +22,7 @@
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/small_twin.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::test::twins_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -296,4 +296,4 @@ TEST(CosimAgainstOwnRender, VerdictPassAndGainRecovered) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test
+}  // namespace fringetwin::test::twins_test

@@ -18,7 +18,7 @@
 #include "render/sensor.hpp"
 #include "tests/hard/hard_support.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::test::fringes_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -184,4 +184,4 @@ TEST(HardFringes, SixteenBitSensor) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test
+}  // namespace fringetwin::test::fringes_test

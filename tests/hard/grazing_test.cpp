@@ -17,7 +17,7 @@
 
 #include "tests/hard/hard_support.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::test::grazing_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -140,4 +140,4 @@ TEST(Grazing, Terminator) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test
+}  // namespace fringetwin::test::grazing_test

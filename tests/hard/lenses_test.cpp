@@ -16,7 +16,7 @@
 #include "tests/hard/hard_support.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::test::lenses_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -141,4 +141,4 @@ TEST(HardLenses, BorderOfTheProjectedImage) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test
+}  // namespace fringetwin::test::lenses_test

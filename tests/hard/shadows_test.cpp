@@ -14,7 +14,7 @@
 #include "tests/hard/hard_support.hpp"
 #include "tests/support/freeform.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::test::shadows_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -166,4 +166,4 @@ TEST(HardShadows, SheetOverSheet) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test
+}  // namespace fringetwin::test::shadows_test

@@ -19,7 +19,7 @@
 #include "tests/support/freeform.hpp"
 #include "twin/errors.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::test::triangles_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -324,4 +324,4 @@ TEST(HardTriangles, SurfacesInOnePlane) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test
+}  // namespace fringetwin::test::triangles_test

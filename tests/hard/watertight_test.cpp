@@ -13,7 +13,7 @@
 
 #include "tests/hard/hard_support.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::test::watertight_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -175,4 +175,4 @@ TEST(Watertight, SchoolbookLeaks) {
 #endif
 
 }  // namespace
-}  // namespace fringetwin::test
+}  // namespace fringetwin::test::watertight_test
