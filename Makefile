@@ -5,8 +5,7 @@ JOBS ?= $(shell nproc)
 OUT ?= out
 
 # $(call configured,PRESET,FOLDER): quiet unless it fails; the log goes with the build.
-configured = cmake --preset $(1) >build-configure.log 2>&1 || { cat build-configure.log; exit 2; }; \
-	mv build-configure.log $(2)/configure.log
+configured = mkdir -p $(2) && cmake --preset $(1) >$(2)/configure.log 2>&1 || { cat $(2)/configure.log; exit 2; }
 
 .PHONY: help deps configure program build demo test test-all mesa25 test-mesa25 asan separate tidy format-check format bench clean
 help:
@@ -61,10 +60,10 @@ DIRS ?= twin cli
 tidy: separate
 	@scripts/tidy.sh build-separate $(DIRS)
 
-# Every file of the program on its own: the release compiles several as one (FRINGETWIN_UNITY), which hides a missing include.
+# Every file on its own: the release compiles several as one (FRINGETWIN_UNITY), which hides a missing include.
 separate: deps
 	@$(call configured,separate,build-separate)
-	@cmake --build build-separate -j $(JOBS) --target fringetwin_binary
+	@cmake --build build-separate -j $(JOBS) --target fringetwin_binary unit_tests whole_tests
 
 format-check:
 	@scripts/check_format.sh
@@ -81,4 +80,4 @@ bench: build
 	@scripts/bench_chain.sh   # per stage: render, decode, match, triangulate, fit; the whole against its bound
 
 clean:
-	rm -rf build build-asan build-debug out
+	rm -rf build build-asan build-debug build-separate out

@@ -46,7 +46,8 @@ Eigen::MatrixXd orthonormal_basis(const MatrixRef& m);
 /// The rotation nearest to m in the Frobenius norm; of determinant -1 where m mirrors.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m);
 
-/// The rigid motion T that minimises sum |T from - to|^2 (Umeyama 1991); needs three pairs or more.
+/// The rigid motion T that minimises sum |T from - to|^2 (Umeyama 1991); needs three pairs or more. Points on
+/// one line leave the turn about it to chance.
 Pose rigid_alignment(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to);
 
 }  // namespace fringetwin

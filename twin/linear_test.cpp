@@ -84,6 +84,18 @@ TEST(Linear, RigidAlignment) {
   const Pose found = rigid_alignment(from, to);
   EXPECT_LT(largest(found.rotation - T.rotation), kRounding);
   EXPECT_LT(largest(found.translation_mm - T.translation_mm), 300 * kRounding);
+  // Mirrored points have no motion that meets them: still a rotation, never the mirror.
+  std::vector<Eigen::Vector3d> mirrored;
+  for (const auto& p : from) mirrored.push_back(p.cwiseProduct(Eigen::Vector3d(-1, 1, 1)));
+  EXPECT_NEAR(rigid_alignment(from, mirrored).rotation.determinant(), 1.0, kRounding);
+  for (auto& p : from) p.z() = 2.0 * p.x();  // in a plane, on a line
+  for (std::size_t i = 0; i < from.size(); ++i) to[i] = T * from[i];
+  EXPECT_LT(largest(rigid_alignment(from, to).rotation - T.rotation), 10 * kRounding);
+  for (std::size_t i = 0; i < from.size(); ++i) from[i] = {1.0 * static_cast<double>(i), 0, 0};
+  for (std::size_t i = 0; i < from.size(); ++i) to[i] = T * from[i];
+  const Pose on_line = rigid_alignment(from, to);
+  EXPECT_NEAR(on_line.rotation.determinant(), 1.0, kRounding);
+  EXPECT_LT(largest(on_line * from.back() - to.back()), 300 * kRounding);
   from.resize(2);
   to.resize(2);
   EXPECT_ANY_THROW(rigid_alignment(from, to));

@@ -4,7 +4,7 @@
 //
 // | check               | tolerance | origin                                            |
 // |---------------------|-----------|---------------------------------------------------|
-// | fx of three devices | 5 sigma   | its own sigma (their scatter: calib_scatter_test) |
+// | fx of three devices | 5 sigma   | its own sigma (their scatter: calib/slow/scatter) |
 // | models against JSON | exact     | both in shortest round-trip decimals              |
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -90,9 +90,9 @@ void expect_plane(const std::string& what, const Mesh& mesh, const Twin& rig,
 TEST(HardTriangles, SliversInAPlane) {
   REQUIRE_RENDERER();
   const Twin rig = only_camera(paper_rig(), 0);
+  // Boxes of slivers askew overlap, so that a ray meets thousands: few pixels.
   expect_plane("fan of 1000 slivers of 200 ... 280 mm", fan(1000), crop_around(rig, {0, 0, 290}, 150, 120),
                {4, 4, 142, 112, 5});
-  // Boxes of needles askew overlap, so that a ray meets thousands: few pixels.
   const Twin macro = zoomed(rig, {0, 0, 290}, 40.0, 80, 64);
   expect_plane("needles of 200 mm x 1 um", needles(4000, 1e-3), macro, {4, 4, 72, 56, 2});
 }

@@ -4,7 +4,7 @@
 // | tolerance | unit  | origin                                                                       |
 // |-----------|-------|------------------------------------------------------------------------------|
 // | 0         | leaks | required; random rays, rays aimed at vertices and edges, shadow rays           |
-// The program `hard_watertight_slow_test` (label slow) is the same file with 1e8 random rays.
+// The program `hard_slow_tests` (label slow) is the same file with 1e8 random rays.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
