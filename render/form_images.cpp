@@ -1,51 +1,85 @@
 // SPDX-License-Identifier: Apache-2.0
 // Irradiance images from a transport: E = ambient + a_0 mean + sum_k a_k (C_k cos k d - S_k sin k d).
+#include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "render/renderer.hpp"
+#include "twin/constants.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::render {
 
+namespace {
+
+// What is read for one image after the other stays in the cache: pixels at a time.
+constexpr std::ptrdiff_t pixels_at_a_time = 8192;
+
+struct Term {
+  const float *cosine, *sine;
+  float c, s;
+};
+
+// One image as a sum over arrays of the transport.
+struct Recipe {
+  float* out = nullptr;
+  const float* direct = nullptr;  ///< instead of all others
+  float level = 0.0F;
+  std::vector<Term> terms;
+};
+
+Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSpec& spec, std::size_t index) {
+  Recipe recipe;
+  if (index < transport.direct.size() && !transport.direct[index].empty()) {
+    recipe.direct = transport.direct[index].data.data();
+    return recipe;
+  }
+  FT_CHECK(!spec.is_gray() && !transport.cosine.empty(), "transport without the image's sums");
+  const auto d = static_cast<std::size_t>(spec.direction), p = static_cast<std::size_t>(spec.pitch);
+  const double delta = kTwoPi * spec.step / twin.fringes.steps;
+  const std::vector<double>& a = transport.series[d][p].a;
+  recipe.level = static_cast<float>(a[0]);
+  for (std::size_t h = 1; h < a.size(); ++h) {
+    const ImageF& cosine = h == 1 ? transport.cosine[d][p] : transport.harmonics[d][p][h - 2].cosine;
+    const ImageF& sine = h == 1 ? transport.sine[d][p] : transport.harmonics[d][p][h - 2].sine;
+    const double angle = static_cast<double>(h) * delta;
+    recipe.terms.push_back({cosine.data.data(), sine.data.data(), static_cast<float>(a[h] * std::cos(angle)),
+                            static_cast<float>(a[h] * std::sin(angle))});
+  }
+  return recipe;
+}
+
+void follow(const Recipe& recipe, const Transport& transport, std::ptrdiff_t first, std::ptrdiff_t end) {
+  const float *ambient = transport.ambient.data.data(), *mean = transport.mean.data.data();
+  float* out = recipe.out;
+  if (recipe.direct) {
+    for (std::ptrdiff_t k = first; k < end; ++k) out[k] = ambient[k] + recipe.direct[k];
+    return;
+  }
+  const Term one = recipe.terms.front();
+  for (std::ptrdiff_t k = first; k < end; ++k)
+    out[k] = ambient[k] + recipe.level * mean[k] + one.c * one.cosine[k] - one.s * one.sine[k];
+  for (std::size_t h = 1; h < recipe.terms.size(); ++h) {
+    const Term term = recipe.terms[h];
+    for (std::ptrdiff_t k = first; k < end; ++k) out[k] += term.c * term.cosine[k] - term.s * term.sine[k];
+  }
+}
+
+}  // namespace
+
 std::vector<ImageF> form_images(const Twin& twin, const Transport& transport) {
   const auto sequence = expand_sequence(twin.fringes);
   const auto n_pixels = static_cast<std::ptrdiff_t>(transport.mean.size());
-  std::vector<ImageF> images(sequence.size());
+  std::vector<ImageF> images;
+  std::vector<Recipe> recipes;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
-    const PatternSpec& spec = sequence[i];
-    ImageF image(transport.mean.width, transport.mean.height);
-    float* out = image.data.data();
-    const float* ambient = transport.ambient.data.data();
-    if (i < transport.direct.size() && !transport.direct[i].empty()) {
-      const float* direct = transport.direct[i].data.data();
-#pragma omp parallel for
-      for (std::ptrdiff_t k = 0; k < n_pixels; ++k) out[k] = ambient[k] + direct[k];
-    } else {
-      FT_CHECK(!spec.is_gray() && !transport.cosine.empty(), "transport without the image's sums");
-      const auto d = static_cast<std::size_t>(spec.direction), p = static_cast<std::size_t>(spec.pitch);
-      const double delta = 2.0 * std::numbers::pi * spec.step / twin.fringes.steps;
-      const std::vector<double>& a = transport.series[d][p].a;
-      const auto level = static_cast<float>(a[0]);
-      const auto c = static_cast<float>(a[1] * std::cos(delta));
-      const auto s = static_cast<float>(a[1] * std::sin(delta));
-      const float* mean = transport.mean.data.data();
-      const float* cosine = transport.cosine[d][p].data.data();
-      const float* sine = transport.sine[d][p].data.data();
-#pragma omp parallel for
-      for (std::ptrdiff_t k = 0; k < n_pixels; ++k)
-        out[k] = ambient[k] + level * mean[k] + c * cosine[k] - s * sine[k];
-      for (std::size_t h = 2; h < a.size(); ++h) {
-        const auto c_h = static_cast<float>(a[h] * std::cos(static_cast<double>(h) * delta));
-        const auto s_h = static_cast<float>(a[h] * std::sin(static_cast<double>(h) * delta));
-        const Transport::Pair& pair = transport.harmonics[d][p][h - 2];
-        const float *cosine_h = pair.cosine.data.data(), *sine_h = pair.sine.data.data();
-#pragma omp parallel for
-        for (std::ptrdiff_t k = 0; k < n_pixels; ++k) out[k] += c_h * cosine_h[k] - s_h * sine_h[k];
-      }
-    }
-    images[i] = std::move(image);
+    images.emplace_back(transport.mean.width, transport.mean.height);
+    recipes.push_back(make_recipe(twin, transport, sequence[i], i));
+    recipes.back().out = images.back().data.data();
   }
+#pragma omp parallel for
+  for (std::ptrdiff_t first = 0; first < n_pixels; first += pixels_at_a_time)
+    for (const Recipe& recipe : recipes)
+      follow(recipe, transport, first, std::min(n_pixels, first + pixels_at_a_time));
   return images;
 }
 
