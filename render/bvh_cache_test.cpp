@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
 
@@ -111,6 +113,39 @@ TEST_F(BvhCache, WorksWithoutAFolder) {
   EXPECT_TRUE(
       same(cached_bvh(mesh_->vertices_mm, mesh_->triangles, 32, folder_ / "file" / "under", 1000), *built_));
   EXPECT_TRUE(same(cached_bvh(mesh_->vertices_mm, mesh_->triangles, 32, {}, 1000), *built_));
+}
+
+// Each writes its own bytes under the one name while the other reads: a reader gets the one or the other,
+// whole.
+TEST(DiskCache, TwoProcessesUnderOneName) {
+  const fs::path folder = fs::temp_directory_path() / fmt::format("fringetwin_two_processes_{}", ::getpid());
+  const auto bytes_of = [](int process) {
+    return std::vector<std::byte>(process == 0 ? 300000 : 200001, std::byte(process + 1));
+  };
+  const auto write_and_read = [&](int process) {
+    int wrong = 0;
+    for (int i = 0; i < 100; ++i) {
+      write_cached(folder, "shared", {std::span<const std::byte>(bytes_of(process))});
+      const auto got = read_cached(folder, "shared");
+      wrong += got && (*got == bytes_of(0) || *got == bytes_of(1)) ? 0 : 1;
+    }
+    return wrong;
+  };
+  std::array<pid_t, 2> children{};
+  for (int process = 0; process < 2; ++process) {
+    children[static_cast<std::size_t>(process)] = ::fork();
+    if (children[static_cast<std::size_t>(process)] == 0) ::_exit(write_and_read(process));
+  }
+  for (const pid_t child : children) {
+    int status = -1;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 0) << "damaged or missing";
+  }
+  std::vector<fs::path> left;
+  for (const auto& entry : fs::directory_iterator(folder)) left.push_back(entry.path().filename());
+  EXPECT_EQ(left, std::vector<fs::path>{"shared.cache"});  // no temporary file
+  fs::remove_all(folder);
 }
 
 }  // namespace
