@@ -8,6 +8,7 @@ namespace fringetwin::render {
 namespace {
 
 constexpr double share_of_outlines = 0.15;
+constexpr std::uint32_t most_parts = 4;  // of a pixel's side, for pieces of facets
 
 }  // namespace
 
@@ -98,8 +99,10 @@ void AdaptiveTrace::sort_out_uncrossed() {
   job_.out->rays += 8 * list.size();
 }
 
-void AdaptiveTrace::run_facets(const std::vector<std::uint32_t>& list) {
-  ComputePipeline& kernel = list_kernel(Kernel::facets, PIXELS_LISTED, list);
+// The quick way (PIXELS_LISTED); what is not good enough piece by piece (PIXELS_PIECES), in quarters, in
+// sixteenths; then scan lines.
+void AdaptiveTrace::run_facets(const std::vector<std::uint32_t>& list, std::uint32_t kind) {
+  ComputePipeline& kernel = list_kernel(Kernel::facets, kind, list);
   const std::size_t n_channels = pass_->channels();
   std::vector<float> values(n_channels * list.size());
   std::vector<double> gray(list.size()), phase(list.size()), worse(list.size());
@@ -117,15 +120,24 @@ void AdaptiveTrace::run_facets(const std::vector<std::uint32_t>& list) {
     gather(sums, first, n, &values);
   });
   const auto n_known = static_cast<double>(n_lit_ + list.size() + smooth_.size());
-  const double most = largest_error_to_keep(worse, 0.5 * share_of_budget * n_known, most_allowance);
+  const bool quick = kind == PIXELS_LISTED;
+  const double share = quick ? 0.25 : 0.125 / panels_;
+  const double most = largest_error_to_keep(worse, share * share_of_budget * n_known, most_allowance);
+  std::vector<std::uint32_t> by_piece;
   for (std::size_t e = 0; e < list.size(); ++e) {
     if (worse[e] <= most) {
       count_error(phase[e], gray[e]);
       write(list[e], 0, Sums{&values[n_channels * e], 1});
+    } else if (gray[e] < HUGE_VAL && (quick || panels_ < most_parts)) {
+      by_piece.push_back(list[e]);
     } else if (gray[e] < HUGE_VAL) {
       to_scan_lines(list[e], inside_surface);
     }
   }
+  if (by_piece.empty()) return;
+  panels_ = quick ? 1 : 2 * panels_;
+  stage("pieces", by_piece.size(), [&] { run_facets(by_piece, PIXELS_PIECES); });
+  panels_ = 1;
 }
 
 // Edges between facets of one mesh and nothing, or between facets that face the projector and others.

@@ -161,11 +161,9 @@ void main() {
   // Also catches NaN and infinity.
   bool good = phase_error <= params.adaptive.x && gray_error <= params.adaptive.y;
   if (lit && !good) kind = PIXEL_SMOOTH;
-  // Facets are averaged by 2 x 2 nodes each.
-  if (kind == PIXEL_FACETS && !(c.z * swing_sq * swing_sq / 2160.0 <= params.adaptive.y)) kind = PIXEL_SMOOTH;
   // Low orders say nothing about several fringes in a pixel. (Differences at the image's border are half.)
   bool along_y = length(d.y.xy) > length(d.x.xy);
-  if (kind == PIXEL_SMOOTH && swing_sq > 2.25) kind = along_y ? PIXEL_MIXED_Y : PIXEL_MIXED;
+  if ((kind == PIXEL_SMOOTH || kind == PIXEL_FACETS) && swing_sq > 2.25) kind = along_y ? PIXEL_MIXED_Y : PIXEL_MIXED;
 
   bool done = kind == PIXEL_DONE;
   sums[slot] = done ? mean : 0.0;

@@ -5,7 +5,9 @@
 // pixel's square: each facet is clipped exactly. From the facet seen at the pixel's centre the search goes on
 // across the sides that cross the square; without links between triangles it takes the facets that the
 // neighbouring rays saw.
-//  PIXELS_LISTED: every neighbouring ray saw the mesh lit. The pieces must fill the square.
+//  PIXELS_LISTED: every neighbouring ray saw the mesh lit. The pieces must fill the square. The own facet stands for
+//  all; each other piece adds how it differs at its middle.
+//  PIXELS_PIECES: the same pixels, every piece by a rule of its own: for what the former is not good enough for.
 //  PIXELS_OUTLINE: the mesh before nothing, or a border of facets that face the projector. Every piece must be
 //  one that nothing can hide from camera or projector, or face away.
 // objects: 1 where that does not hold; the pixel is then done by scan lines.
@@ -26,7 +28,7 @@
 
 layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
 
-const bool outline = PIXEL_LIST == PIXELS_OUTLINE;
+const bool outline = PIXEL_LIST == PIXELS_OUTLINE, by_piece = PIXEL_LIST != PIXELS_LISTED;
 const float AREA_TOLERANCE = 1e-3;
 const float SEARCH_MARGIN = 0.7;  // px around an outline's pixel: what enters it only just is connected there
 
@@ -80,6 +82,43 @@ void add_look(const Look look, float weight) {
   add_patterns(w, w != 0.0 ? look.u : real2(0.0), cosine, sine, direct);
 }
 
+// By nine points. What that leaves out, given the fringe's swing along the piece's axes: held against random triangles in
+// a square, of fringes up to 1 rad per pixel, it bounds the error.
+void add_piece(const Primitive g, const PixelRays rays, int triangle, bool lit, const Piece piece, float share, float finest,
+               inout bool good, inout float error) {
+  vec2 first_short = vec2(0.0), first_long = vec2(0.0);
+  float swing_long = 0.0, swing_short = 0.0, w = 0.0;
+  for (int j = 0; j < (share > 0.0 ? 9 : 0); ++j) {
+    float weight;
+    vec2 at = rule_point(piece, j, weight);
+    Look look = look_at_facet(g, rays, triangle, at);
+    good = good && (!outline || (look.faces_light ? lit && look.w > 0.0 : look.w == 0.0));
+    add_look(look, weight * share);
+    first_short = j == 1 ? vec2(look.u) : first_short;
+    first_long = j == 3 ? vec2(look.u) : first_long;
+    swing_long = j == 5 ? 0.5 * finest * length(vec2(look.u) - first_long) : swing_long;
+    swing_short = j == 7 ? 0.5 * finest * length(vec2(look.u) - first_short) : swing_short;
+    w = look.w;
+  }
+  float a = swing_long * swing_long, b = swing_short * swing_short;
+  error += share * w * (0.005 * (a * a + b * b) + 0.02 * a * b);
+}
+
+// How the piece differs from the own facet there, at its middle.
+void add_difference(const Primitive g, const PixelRays rays, int own, int triangle, const Piece piece, float share,
+                    float finest, float swing_per_px, inout float error, inout float turn_error) {
+  Look look = look_at_facet(g, rays, triangle, piece.middle), before = look_at_facet(g, rays, own, piece.middle);
+  add_look(look, share);
+  add_look(before, -share);
+  // One point stands for the piece: the difference grows linearly from the common side, the fringe
+  // turns meanwhile; a step in the shading stays, and loses contrast.
+  float swing = swing_per_px * 0.7071068 * length(piece.long_axis), turn = finest * length(vec2(look.u - before.u));
+  // Both change the contrast; the phase one order later.
+  float left_out = share * 0.5 * swing * (before.w * turn + abs(look.w - before.w) * swing);
+  error += left_out;
+  turn_error += 0.5 * swing * left_out;
+}
+
 void main() {
   load_constants();
   uint slot = own_slot(), stride = push.n_blocks_band * BLOCK_PIXELS;
@@ -130,7 +169,7 @@ void main() {
   // difference between the two at the piece's centroid: small, since the surface is continuous.
   vec2 u_first = vec2(0.0);
   float swing_per_px = 0.0, own_w = 0.0;
-  for (int j = 0; j < (outline ? 0 : 4); ++j) {
+  for (int j = 0; j < (by_piece ? 0 : 4); ++j) {
     vec2 offset = half_fill * 0.5773502692 * vec2((j & 1) != 0 ? 1.0 : -1.0, (j & 2) != 0 ? 1.0 : -1.0);
     Look look = look_at_facet(g, rays, own, offset);
     add_look(look, 0.25);
@@ -139,6 +178,8 @@ void main() {
     float moved = length(vec2(look.u) - u_first) / (half_fill * 1.154700538);
     swing_per_px = j == 1 || j == 2 ? length(vec2(swing_per_px, finest * moved)) : swing_per_px;
   }
+  int parts = PIXEL_LIST == PIXELS_PIECES ? int(params.image.z) : 1;  // the square's, per axis
+  float part = half_fill / float(parts);
   float whole = 4.0 * half_fill * half_fill, covered = 0.0, error = 0.0, turn_error = 0.0;
   for (int f = 0; f < n_facets && f < MOST_FACETS; ++f) {
     int triangle = facet(f);
@@ -150,9 +191,7 @@ void main() {
     float side = dot(n01, v2) < 0.0 ? -1.0 : 1.0;
     vec3 e0 = line_in_square(side * n12, d0, du, dv), e1 = line_in_square(side * n20, d0, du, dv),
          e2 = line_in_square(side * n01, d0, du, dv);
-    Piece piece = clip_to_square(e0, e1, e2, half_fill);
-    float share = piece.area / whole;
-    bool skipped = false;
+    bool skipped = false, hidden = false;
     ivec4 link = ivec4(-1);
     if (linked(LINKS_WALK)) {
       link = FETCH_LINK(first_link + triangle);
@@ -161,38 +200,25 @@ void main() {
       // The far side of a closed mesh lies behind the near one.
       skipped = outline && !faces_camera && (link.w & LINK_CLOSED) != 0;
       bool seen = (link.w & LINK_SEEN) != 0 && (!outline || (link.w & LINK_CLOSED) != 0);
-      good = good && (seen != skipped || share < 1e-6);
+      hidden = seen == skipped;
       bvec3 crossed = bvec3(side_enters(e0, e1, e2, reach), side_enters(e1, e2, e0, reach), side_enters(e2, e0, e1, reach));
       add_to_facets(link.x, crossed.x && !skipped && link.x >= 0);
       add_to_facets(link.y, crossed.y && !skipped && link.y >= 0);
       add_to_facets(link.z, crossed.z && !skipped && link.z >= 0);
     }
-    share = skipped ? 0.0 : share;
-    covered += share;
-    Look before = Look(0.0, false, real2(0.0));
-    for (int j = 0; j < (share <= 0.0 ? 0 : outline ? 4 : f > 0 ? 2 : 0); ++j) {
-      vec2 at = outline ? rule_point(piece, j) : piece.middle;
-      Look look = look_at_facet(g, rays, !outline && j == 1 ? own : triangle, at);
-      if (outline) {
-        bool lit = (link.w & LINK_LIT) != 0 || !linked(LINKS_SHADOW);
-        good = good && (look.faces_light ? lit && look.w > 0.0 : look.w == 0.0);
-        add_look(look, 0.25 * share);
-        // What the rule leaves out, given the fringe's swing along the piece: third order (at most that of a
-        // triangle), fourth order.
-        float swing = j == 1 ? 0.5 * finest * length(vec2(look.u - before.u)) : 0.0;
-        error += share * look.w * swing * swing * swing * (0.034 + 0.004 * swing);
-      } else {
-        add_look(look, j == 0 ? share : -share);
-        // One point stands for the piece: the difference grows linearly from the common side, the fringe
-        // turns meanwhile; a step in the shading stays, and loses contrast.
-        float swing = j == 1 ? swing_per_px * 0.7071068 * length(piece.long_axis) : 0.0;
-        float turn = finest * length(vec2(look.u - before.u));
-        // Both change the contrast; the phase one order later.
-        float left_out = share * 0.5 * swing * (look.w * turn + abs(look.w - before.w) * swing);
-        error += left_out;
-        turn_error += 0.5 * swing * left_out;
-      }
-      before = look;
+    bool lit = (link.w & LINK_LIT) != 0 || !linked(LINKS_SHADOW);
+    for (int square = 0; square < parts * parts; ++square) {
+      vec2 center = (vec2(square % parts, square / parts) + 0.5) * (2.0 * part) - half_fill;
+      Piece piece = clip_to_square(moved_line(e0, center), moved_line(e1, center), moved_line(e2, center), part);
+      piece.middle += center;
+      float share = piece.area / whole;
+      good = good && (!hidden || share < 1e-6);
+      share = skipped ? 0.0 : share;
+      covered += share;
+      if (by_piece)
+        add_piece(g, rays, triangle, lit, piece, share, finest, good, error);
+      else if (f > 0 && share > 0.0)
+        add_difference(g, rays, own, triangle, piece, share, finest, swing_per_px, error, turn_error);
     }
   }
   good = good && n_facets <= MOST_FACETS && (outline ? covered < 1.0 + AREA_TOLERANCE : abs(covered - 1.0) < AREA_TOLERANCE);
@@ -200,8 +226,11 @@ void main() {
   store_sums(slot, stride, mean, hits, cosine, sine, direct);
   // What 2 x 2 nodes leave on the own facet.
   float side_swing = 2.0 * half_fill * swing_per_px;
-  error += outline ? 0.0 : own_w * side_swing * side_swing * side_swing * side_swing / 4320.0;
-  turn_error /= max(mean, 1e-30);
+  error += by_piece ? 0.0 : own_w * side_swing * side_swing * side_swing * side_swing / 4320.0;
+  float amplitude = mean;
+#define WEAKEST(i) amplitude = by_piece && i < N_PITCHES ? min(amplitude, length(vec2(cosine[i], sine[i]))) : amplitude;
+  REPEAT16(WEAKEST)
+  turn_error = (by_piece ? error : turn_error) / max(amplitude, 1e-30);
   sums[slot + (2 + 2 * N_PITCHES + N_DIRECT) * stride] = error;
   sums[slot + (3 + 2 * N_PITCHES + N_DIRECT) * stride] = turn_error;
   objects[slot] = good ? 0 : 1;

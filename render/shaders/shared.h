@@ -113,6 +113,7 @@ struct uvec4 {
 
 #define PIXELS_LISTED 1   // values of SPEC_PIXEL_LIST
 #define PIXELS_OUTLINE 2
+#define PIXELS_PIECES 3
 
 #define PIXEL_GAPS_SHARP 1
 #define PIXEL_GAPS_BLURRED 2
