@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <stdexcept>
 #include <vector>
 
 #include "tests/accuracy/agreement.hpp"
@@ -136,24 +137,28 @@ TEST(Adaptive, FacetedPartBeforeAWall) {
 }
 
 // Every pixel of a small view, so that the renderer's estimate and the truth speak of the same pixels.
-void expect_bounded(const std::string& what, const Twin& twin, int stride) {
+/// Returns the rays per pixel.
+double expect_bounded(const std::string& what, const Twin& twin, int stride,
+                      Pixels phase_where = Pixels::interior) {
   SCOPED_TRACE(what);
   const render::Sampling sampling = render::choose_sampling(twin);
   const auto rendered = shared_renderer()->render(twin, 0, sampling);
   EXPECT_EQ(rendered.sampling.sampler, Sampler::adaptive);
-  ASSERT_TRUE(rendered.estimate);
+  if (!rendered.estimate) throw std::logic_error("no estimate");
   const auto truth = careful_truth(twin, whole_image(twin, 0, stride));
-  const Agreement interior = compare(twin, 0, rendered.irradiance, truth);
+  const Agreement interior = compare(twin, 0, rendered.irradiance, truth, phase_where);
   const Agreement all = compare(twin, 0, rendered.irradiance, truth, Pixels::hit);
+  const double rays_per_pixel =
+      static_cast<double>(rendered.rays) / static_cast<double>(rendered.object.size());
   fmt::print("{}: {:.1e} rad of {:.1e} inside, {:.1e} of {:.1e} of full scale; {:.1f} rays per pixel\n", what,
              interior.worst_phase_rms_rad(), rendered.estimate->phase_rad, all.gray_rms,
-             rendered.estimate->gray,
-             static_cast<double>(rendered.rays) / static_cast<double>(rendered.object.size()));
+             rendered.estimate->gray, rays_per_pixel);
   EXPECT_GT(interior.n, 0);
   EXPECT_LE(interior.pitches[0].phase_rms_rad, rendered.estimate->phase_rad);
   EXPECT_LE(all.gray_rms, rendered.estimate->gray + 2e-5);
   // Where the last refinement leaves more than was asked for, the estimate says so.
   EXPECT_LE(all.gray_rms, std::max(sampling.gray_error, rendered.estimate->gray) + 2e-5);
+  return rays_per_pixel;
 }
 
 Twin ball_before_wall(int width = 140, int height = 100) {
@@ -206,6 +211,19 @@ TEST(Adaptive, EstimateBoundsTheErrorOnFacets) {
   std::get<MeshShape>(twin.objects[0].shape).mesh = coarse;
   twin.cameras[0].lens = Lens("LENSMODEL_PINHOLE", {400, 400, 39.5, 29.5}, {80, 60}, "coarse camera");
   expect_bounded("facets, a radian per pixel", twin, 3);
+}
+
+// Facets of a few pixels, fringes of about a radian per pixel: no ray beyond the first is needed inside.
+TEST(Adaptive, SmallFacetsAreIntegratedPieceByPiece) {
+  REQUIRE_RENDERER();
+  Twin twin = only_camera(paper_rig(), 0);
+  const auto mesh = std::make_shared<Mesh>(make_bumpy_icosphere(5, 35.0, default_bumps()));
+  const Pose pose{rotation_from_vector({0.11, -0.23, 0.37}), {0.0, 0.0, 275.0}};
+  twin.objects = {Object{"part", MeshShape{{}, "mm", pose, false, mesh}, {}}};
+  twin.cameras[0].lens =
+      Lens("LENSMODEL_PINHOLE", {1180, 1180, 359.5, 269.5}, {720, 540}, "half-size camera");
+  twin = crop_around(twin, {-5, 5, 245}, 80, 60);
+  EXPECT_LE(expect_bounded("facets of five pixels", twin, 4, Pixels::hit), 10.0);
 }
 
 // What the adaptive trace does not know is rendered by a fixed rule, and said so.
