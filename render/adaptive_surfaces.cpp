@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Adaptive trace: pixels inside one surface, on the creases of a mesh, on outlines of a mesh.
+#include <cmath>
 #include <complex>
 
 #include "render/adaptive_trace.hpp"
@@ -99,9 +100,10 @@ void AdaptiveTrace::sort_out_uncrossed() {
   job_.out->rays += 8 * list.size();
 }
 
-// The quick way (PIXELS_LISTED); what is not good enough piece by piece (PIXELS_PIECES), in quarters, in
-// sixteenths; then scan lines.
-void AdaptiveTrace::run_facets(const std::vector<std::uint32_t>& list, std::uint32_t kind) {
+// Averages over facets: the quick way (PIXELS_LISTED) or piece by piece (PIXELS_PIECES). `share` of the
+// budget may be used; returns what does not fit.
+std::vector<std::uint32_t> AdaptiveTrace::run_facets(const std::vector<std::uint32_t>& list,
+                                                     std::uint32_t kind, double share) {
   ComputePipeline& kernel = list_kernel(Kernel::facets, kind, list);
   const std::size_t n_channels = pass_->channels();
   std::vector<float> values(n_channels * list.size());
@@ -111,33 +113,39 @@ void AdaptiveTrace::run_facets(const std::vector<std::uint32_t>& list, std::uint
         reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
     for (std::size_t i = 0; i < n; ++i) {
       const std::size_t e = first + i;
-      // Two orders of a rule would agree too soon at a crease.
-      if (incomplete[i]) to_scan_lines(list[e], 0);
-      gray[e] = incomplete[i] ? HUGE_VAL : irradiance_error(sums.at(n_channels, i), sums.at(n_channels, i));
+      gray[e] = irradiance_error(sums.at(n_channels, i), sums.at(n_channels, i));
       phase[e] = sums.at(n_channels + 1, i);
+      if (incomplete[i] || !std::isfinite(gray[e] + phase[e])) {
+        to_scan_lines(list[e], 0);  // two orders of a rule would agree too soon at a crease
+        gray[e] = HUGE_VAL;
+        phase[e] = 0.0;
+      }
       worse[e] = std::max(phase[e] / phase_target_rad_, gray[e] / irradiance_target_);
     }
     gather(sums, first, n, &values);
   });
   const auto n_known = static_cast<double>(n_lit_ + list.size() + smooth_.size());
-  const bool quick = kind == PIXELS_LISTED;
-  const double share = quick ? 0.25 : 0.125 / panels_;
   const double most = largest_error_to_keep(worse, share * share_of_budget * n_known, most_allowance);
-  std::vector<std::uint32_t> by_piece;
+  std::vector<std::uint32_t> rest;
   for (std::size_t e = 0; e < list.size(); ++e) {
     if (worse[e] <= most) {
       count_error(phase[e], gray[e]);
       write(list[e], 0, Sums{&values[n_channels * e], 1});
-    } else if (gray[e] < HUGE_VAL && (quick || panels_ < most_parts)) {
-      by_piece.push_back(list[e]);
     } else if (gray[e] < HUGE_VAL) {
-      to_scan_lines(list[e], inside_surface);
+      rest.push_back(list[e]);
     }
   }
-  if (by_piece.empty()) return;
-  panels_ = quick ? 1 : 2 * panels_;
-  stage("pieces", by_piece.size(), [&] { run_facets(by_piece, PIXELS_PIECES); });
+  return rest;
+}
+
+// What the quick way does not serve piece by piece, in quarters of the pixel, in sixteenths; then scan lines.
+void AdaptiveTrace::run_all_facets() {
+  std::vector<std::uint32_t> rest;
+  stage("facets", facets_.size(), [&] { rest = run_facets(facets_, PIXELS_LISTED, 0.25); });
+  for (; panels_ <= most_parts && !rest.empty(); panels_ *= 2)
+    stage("pieces", rest.size(), [&] { rest = run_facets(rest, PIXELS_PIECES, 0.125 / panels_); });
   panels_ = 1;
+  for (const std::uint32_t code : rest) to_scan_lines(code, inside_surface);
 }
 
 // Edges between facets of one mesh and nothing, or between facets that face the projector and others.
@@ -151,7 +159,8 @@ void AdaptiveTrace::run_outlines(const std::vector<std::uint32_t>& list) {
         reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
     for (std::size_t i = 0; i < n; ++i) {
       const std::size_t e = first + i;
-      errors[e] = rejected[i] ? HUGE_VAL : irradiance_error(0.0, sums.at(n_channels, i));
+      errors[e] = irradiance_error(0.0, sums.at(n_channels, i));
+      if (rejected[i] || !std::isfinite(errors[e])) errors[e] = HUGE_VAL;
     }
     gather(sums, first, n, &values);
   });

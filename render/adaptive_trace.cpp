@@ -148,7 +148,7 @@ void AdaptiveTrace::run_pass() {
   if (!regular_.empty()) stage("gauss", regular_.size(), [&] { run_gauss(regular_, base_order()); });
   if (!outlines_.empty()) stage("outlines", outlines_.size(), [&] { run_outlines(outlines_); });
   if (!mixed_.empty()) stage("border", mixed_.size(), [&] { sort_out_uncrossed(); });
-  if (!facets_.empty()) stage("facets", facets_.size(), [&] { run_facets(facets_, PIXELS_LISTED); });
+  if (!facets_.empty()) run_all_facets();
   if (!smooth_.empty()) stage("smooth", smooth_.size(), [&] { run_checked(smooth_); });
   n_mixed_ = mixed_.size();
   run_lines();

@@ -79,7 +79,9 @@ class AdaptiveTrace {
   void run_gauss(const std::vector<std::uint32_t>& list, int order);
   void run_checked(const std::vector<std::uint32_t>& list);
   void sort_out_uncrossed();
-  void run_facets(const std::vector<std::uint32_t>& list, std::uint32_t kind);
+  std::vector<std::uint32_t> run_facets(const std::vector<std::uint32_t>& list, std::uint32_t kind,
+                                        double share);
+  void run_all_facets();
   void run_outlines(const std::vector<std::uint32_t>& list);
   void run_lines();
   struct LineErrors {

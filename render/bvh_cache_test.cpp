@@ -8,9 +8,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include <array>
 #include <cstring>
 #include <fstream>
+#include <span>
+#include <vector>
 
 #include "tests/support/freeform.hpp"
 

@@ -2,6 +2,8 @@
 // Irradiance images from a transport: E = ambient + a_0 mean + sum_k a_k (C_k cos k d - S_k sin k d).
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <vector>
 
 #include "render/renderer.hpp"
 #include "twin/constants.hpp"
@@ -37,6 +39,7 @@ Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSp
   const auto d = static_cast<std::size_t>(spec.direction), p = static_cast<std::size_t>(spec.pitch);
   const double delta = kTwoPi * spec.step / twin.fringes.steps;
   const std::vector<double>& a = transport.series[d][p].a;
+  FT_CHECK(a.size() >= 2, "a response has a mean and a fundamental");
   recipe.level = static_cast<float>(a[0]);
   for (std::size_t h = 1; h < a.size(); ++h) {
     const ImageF& cosine = h == 1 ? transport.cosine[d][p] : transport.harmonics[d][p][h - 2].cosine;
@@ -56,8 +59,9 @@ void follow(const Recipe& recipe, const Transport& transport, std::ptrdiff_t fir
     return;
   }
   const Term one = recipe.terms.front();
+  const float level = recipe.level;
   for (std::ptrdiff_t k = first; k < end; ++k)
-    out[k] = ambient[k] + recipe.level * mean[k] + one.c * one.cosine[k] - one.s * one.sine[k];
+    out[k] = ambient[k] + level * mean[k] + one.c * one.cosine[k] - one.s * one.sine[k];
   for (std::size_t h = 1; h < recipe.terms.size(); ++h) {
     const Term term = recipe.terms[h];
     for (std::ptrdiff_t k = first; k < end; ++k) out[k] += term.c * term.cosine[k] - term.s * term.sine[k];
@@ -71,6 +75,7 @@ std::vector<ImageF> form_images(const Twin& twin, const Transport& transport) {
   const auto n_pixels = static_cast<std::ptrdiff_t>(transport.mean.size());
   std::vector<ImageF> images;
   std::vector<Recipe> recipes;
+  images.reserve(sequence.size());
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     images.emplace_back(transport.mean.width, transport.mean.height);
     recipes.push_back(make_recipe(twin, transport, sequence[i], i));

@@ -96,10 +96,11 @@ Piece clip_to_square(vec3 e0, vec3 e1, vec3 e2, float h) {
   ADD_BORDER(vec2(-h, h), vec2(0.0, -1.0))
 
   Piece piece;
-  bool some = sums.first.x > 1e-9;
+  // Differences of products near h^2 are good to 1e-8 or so: less is no piece, and what is little is kept in the square.
+  bool some = sums.first.x > 4e-7 * h * h;
   piece.area = some ? sums.first.x : 0.0;
   float inv = some ? 1.0 / sums.first.x : 0.0;
-  vec2 c = sums.first.yz * inv;
+  vec2 c = clamp(sums.first.yz * inv, vec2(-h), vec2(h));
   piece.middle = c;
   vec3 m = sums.second * inv - vec3(c.x * c.x, c.x * c.y, c.y * c.y);
   float mean = 0.5 * (m.x + m.z), half_difference = 0.5 * (m.x - m.z);
@@ -107,7 +108,7 @@ Piece clip_to_square(vec3 e0, vec3 e1, vec3 e2, float h) {
   vec2 axis = half_difference >= 0.0 ? vec2(half_difference + spread, m.y) : vec2(m.y, spread - half_difference);
   float l = length(axis);
   axis = l > 0.0 ? axis / l : vec2(1.0, 0.0);
-  vec2 s = vec2(-axis.y, axis.x), variance = max(vec2(mean + spread, mean - spread), vec2(0.0));
+  vec2 s = vec2(-axis.y, axis.x), variance = clamp(vec2(mean + spread, mean - spread), vec2(0.0), vec2(h * h));
   piece.long_axis = sqrt(2.0 * variance.x) * axis;
   piece.short_axis = sqrt(2.0 * variance.y) * s;
   // About the middle, and turned into the axes.
@@ -121,7 +122,7 @@ Piece clip_to_square(vec3 e0, vec3 e1, vec3 e2, float h) {
                      s.x * s2.x * t.x + 3.0 * (s2.x * s.y * t.y + s.x * s2.y * t.z) + s.y * s2.y * t.w);
   piece.skew = rule_skew(turned.xw, variance);
   vec2 lengths = max(sqrt(2.0 * variance), vec2(1e-12));
-  piece.cross_third = clamp(turned.yz / (lengths.x * lengths.y * lengths), vec2(-1.0), vec2(1.0));
+  piece.cross_third = clamp(turned.yz / (lengths.x * lengths.y * lengths), vec2(-0.42), vec2(0.42));
   return piece;
 }
 

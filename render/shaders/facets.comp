@@ -82,12 +82,15 @@ void add_look(const Look look, float weight) {
   add_patterns(w, w != 0.0 ? look.u : real2(0.0), cosine, sine, direct);
 }
 
+// Also where x is not a number.
+float at_most(float x, float limit) { return x < limit ? x : limit; }
+
 // By nine points. What that leaves out, given the fringe's swing along the piece's axes: held against random triangles in
 // a square, of fringes up to 1 rad per pixel, it bounds the error.
 void add_piece(const Primitive g, const PixelRays rays, int triangle, bool lit, const Piece piece, float share, float finest,
                inout bool good, inout float error) {
   vec2 first_short = vec2(0.0), first_long = vec2(0.0);
-  float swing_long = 0.0, swing_short = 0.0, w = 0.0;
+  float swing_long = 0.0, swing_short = 0.0, brightest = 0.0, darkest = 1e30;
   for (int j = 0; j < (share > 0.0 ? 9 : 0); ++j) {
     float weight;
     vec2 at = rule_point(piece, j, weight);
@@ -98,10 +101,15 @@ void add_piece(const Primitive g, const PixelRays rays, int triangle, bool lit, 
     first_long = j == 3 ? vec2(look.u) : first_long;
     swing_long = j == 5 ? 0.5 * finest * length(vec2(look.u) - first_long) : swing_long;
     swing_short = j == 7 ? 0.5 * finest * length(vec2(look.u) - first_short) : swing_short;
-    w = look.w;
+    brightest = max(brightest, look.w);
+    darkest = min(darkest, look.w);
   }
-  float a = swing_long * swing_long, b = swing_short * swing_short;
-  error += share * w * (0.005 * (a * a + b * b) + 0.02 * a * b);
+  // Points beyond a sliver seen edge-on may be anywhere; no piece can be wrong by more than twice what it adds.
+  float a = at_most(swing_long * swing_long, 100.0), b = at_most(swing_short * swing_short, 100.0);
+  float left_out = min(0.005 * (a * a + b * b) + 0.02 * a * b, 2.0);
+  // Vertex normals may turn away from the light inside of the piece.
+  left_out += brightest > 0.0 && darkest == 0.0 ? 0.25 : 0.0;
+  error += share * brightest * left_out;
 }
 
 // How the piece differs from the own facet there, at its middle.
@@ -114,7 +122,7 @@ void add_difference(const Primitive g, const PixelRays rays, int own, int triang
   // turns meanwhile; a step in the shading stays, and loses contrast.
   float swing = swing_per_px * 0.7071068 * length(piece.long_axis), turn = finest * length(vec2(look.u - before.u));
   // Both change the contrast; the phase one order later.
-  float left_out = share * 0.5 * swing * (before.w * turn + abs(look.w - before.w) * swing);
+  float left_out = share * at_most(0.5 * swing * (before.w * turn + abs(look.w - before.w) * swing), 2.0 * max(look.w, before.w));
   error += left_out;
   turn_error += 0.5 * swing * left_out;
 }

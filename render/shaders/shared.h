@@ -151,7 +151,7 @@ struct Params {
   vec4 sampling;              // pixel_fill, 1/N, lens radius mm, 1/focus distance
   uvec4 sampling_n;           // N, columns, rows, seed
   vec4 adaptive;              // largest phase error rad, largest irradiance error per pattern, ambient > 0, 0
-  uvec4 image;                // width, height, panels of a mixed pixel, 0
+  uvec4 image;                // width, height, panels of a mixed pixel or parts per side of one of facets, 0
   uvec4 starts;               // log2 of a tile's side in px, tiles in x, tiles, 0
   vec4 projector_optics;      // lens radius mm, 1/focus distance, 0, 0
   vec4 projector_gaps;        // samples of the table, lit side of a pixel, phase of the pixel raster at the principal point x, y

@@ -7,7 +7,7 @@
 // | gray_error | full scale, rms | what was asked for, over all pixels                          |
 // | + 2e-5     | full scale, rms | on the estimate: sums in single precision, and what 160^2    |
 // |            |                 | nodes leave at an edge (2e-4) times the share of edge pixels |
-// | 6, 100     | rays per pixel  | 1/170 of the published 1024; 1/10 where a pixel sees a fringe |
+// | 6, 10, 100 | rays per pixel  | 1/170, 1/100 of the published 1024; 1/10 where a pixel sees a fringe |
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
