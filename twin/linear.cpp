@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
@@ -50,34 +51,20 @@ Eigen::MatrixXd orthonormal_basis(const MatrixRef& m) {
   return qr.householderQ() * Eigen::MatrixXd::Identity(m.rows(), m.cols());
 }
 
-namespace {
-// A square matrix needs no QR before the rotations; instantiating it costs most of this file's compile time.
-using Svd3 = Eigen::JacobiSVD<Eigen::Matrix3d, Eigen::NoQRPreconditioner>;
-Svd3 svd_of(const Eigen::Matrix3d& m) { return Svd3(m, Eigen::ComputeFullU | Eigen::ComputeFullV); }
-}  // namespace
-
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {
-  const Svd3 svd = svd_of(m);
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
   return svd.matrixU() * svd.matrixV().transpose();
 }
 
 Pose rigid_alignment(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to) {
   FT_CHECK(from.size() == to.size() && from.size() >= 3, "alignment needs 3 pairs");
-  const double n = static_cast<double>(from.size());
-  Eigen::Vector3d from_mean = Eigen::Vector3d::Zero(), to_mean = Eigen::Vector3d::Zero();
+  Eigen::Matrix3Xd f(3, from.size()), t(3, to.size());
   for (std::size_t i = 0; i < from.size(); ++i) {
-    from_mean += from[i] / n;
-    to_mean += to[i] / n;
+    f.col(static_cast<Eigen::Index>(i)) = from[i];
+    t.col(static_cast<Eigen::Index>(i)) = to[i];
   }
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < from.size(); ++i)
-    covariance += (to[i] - to_mean) * (from[i] - from_mean).transpose() / n;
-  const Svd3 svd = svd_of(covariance);
-  // Never a mirror: where U V^T has determinant -1, the direction of least spread is turned.
-  const double sign = svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0 ? -1.0 : 1.0;
-  const Eigen::Matrix3d R =
-      svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
-  return {R, to_mean - R * from_mean};
+  const Eigen::Matrix4d T = Eigen::umeyama(f, t, false);
+  return {T.topLeftCorner<3, 3>(), T.topRightCorner<3, 1>()};
 }
 
 }  // namespace fringetwin

@@ -105,6 +105,13 @@ void expect_kept_promise(const Twin& twin, const render::PixelBlock& block, doub
   EXPECT_LE(static_cast<double>(rendered.rays), most_rays * n_pixels);
 }
 
+/// A free-form part of 20 * 4^subdivisions flat facets.
+Object bumpy_part(int subdivisions) {
+  const auto mesh = std::make_shared<Mesh>(make_bumpy_icosphere(subdivisions, 35.0, default_bumps()));
+  const Pose pose{rotation_from_vector({0.11, -0.23, 0.37}), {0.0, 0.0, 275.0}};
+  return {"part", MeshShape{{}, "mm", pose, false, mesh}, {}};
+}
+
 TEST(Adaptive, SphereBeforeAWall) {
   REQUIRE_RENDERER();
   Twin twin = paper_rig();
@@ -129,10 +136,7 @@ TEST(Adaptive, CylinderAndTiltedWallAtLowResolution) {
 TEST(Adaptive, FacetedPartBeforeAWall) {
   REQUIRE_RENDERER();
   Twin twin = paper_rig();
-  const auto mesh = std::make_shared<Mesh>(make_bumpy_icosphere(5, 35.0, default_bumps()));
-  const Pose pose{rotation_from_vector({0.11, -0.23, 0.37}), {0.0, 0.0, 275.0}};
-  twin.objects = {Object{"part", MeshShape{{}, "mm", pose, false, mesh}, {}},
-                  plane_object({0, 0, 320}, {0, 0, -1})};
+  twin.objects = {bumpy_part(5), plane_object({0, 0, 320}, {0, 0, -1})};
   expect_kept_promise(twin, block_around(twin, 0, {-30, 0, 275}, 96, 8), 6.0);
 }
 
@@ -199,16 +203,12 @@ TEST(Adaptive, EstimateBoundsTheErrorWithEachEffect) {
 TEST(Adaptive, EstimateBoundsTheErrorOnFacets) {
   REQUIRE_RENDERER();
   Twin twin = only_camera(paper_rig(), 0);
-  const auto mesh = std::make_shared<Mesh>(make_bumpy_icosphere(5, 35.0, default_bumps()));
-  const Pose pose{rotation_from_vector({0.11, -0.23, 0.37}), {0.0, 0.0, 275.0}};
-  twin.objects = {Object{"part", MeshShape{{}, "mm", pose, false, mesh}, {}}};
+  twin.objects = {bumpy_part(5)};
   expect_bounded("facets", crop_around(twin, {-20, 10, 260}, 120, 90), 4);
   std::get<MeshShape>(twin.objects[0].shape).smooth = true;
   expect_bounded("vertex normals", crop_around(twin, {-20, 10, 260}, 80, 60), 4);
-  std::get<MeshShape>(twin.objects[0].shape).smooth = false;
   // The coarser mesh has facets of several pixels here, so that some see one alone.
-  const auto coarse = std::make_shared<Mesh>(make_bumpy_icosphere(3, 35.0, default_bumps()));
-  std::get<MeshShape>(twin.objects[0].shape).mesh = coarse;
+  twin.objects = {bumpy_part(3)};
   twin.cameras[0].lens = Lens("LENSMODEL_PINHOLE", {400, 400, 39.5, 29.5}, {80, 60}, "coarse camera");
   expect_bounded("facets, a radian per pixel", twin, 3);
 }
@@ -217,9 +217,7 @@ TEST(Adaptive, EstimateBoundsTheErrorOnFacets) {
 TEST(Adaptive, SmallFacetsAreIntegratedPieceByPiece) {
   REQUIRE_RENDERER();
   Twin twin = only_camera(paper_rig(), 0);
-  const auto mesh = std::make_shared<Mesh>(make_bumpy_icosphere(5, 35.0, default_bumps()));
-  const Pose pose{rotation_from_vector({0.11, -0.23, 0.37}), {0.0, 0.0, 275.0}};
-  twin.objects = {Object{"part", MeshShape{{}, "mm", pose, false, mesh}, {}}};
+  twin.objects = {bumpy_part(5)};
   twin.cameras[0].lens =
       Lens("LENSMODEL_PINHOLE", {1180, 1180, 359.5, 269.5}, {720, 540}, "half-size camera");
   twin = crop_around(twin, {-5, 5, 245}, 80, 60);
@@ -259,9 +257,7 @@ TEST(Adaptive, StandsBackWhereItDoesNotApply) {
 TEST(Adaptive, OutlineAndTerminatorOfAFacetedPart) {
   REQUIRE_RENDERER();
   Twin twin = only_camera(paper_rig(), 0);
-  const auto mesh = std::make_shared<Mesh>(make_bumpy_icosphere(5, 35.0, default_bumps()));
-  const Pose pose{rotation_from_vector({0.11, -0.23, 0.37}), {0.0, 0.0, 275.0}};
-  twin.objects = {Object{"part", MeshShape{{}, "mm", pose, false, mesh}, {}}};
+  twin.objects = {bumpy_part(5)};
   for (const Eigen::Vector3d& p : {Eigen::Vector3d(-34, 0, 275), Eigen::Vector3d(33, 0, 275)})
     expect_bounded("outline or terminator", crop_around(twin, p, 60, 48), 3);
 }
