@@ -7,19 +7,24 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr std::uint32_t most_panels = 16;
+constexpr std::uint32_t most_panels = 16, most_stretches = 64;
 constexpr double share_of_round = 0.7;  // of the budget that is left
 
 }  // namespace
 
 // One pixel's scan lines to its sums, with their estimated errors.
 AdaptiveTrace::LineErrors AdaptiveTrace::add_lines(const Sums& sums, std::size_t slot, float* values) const {
+  const auto at = [&](std::size_t c, std::size_t line) {
+    double sum = 0.0;
+    for (std::size_t s = 0; s < stretches_; ++s) sum += sums.at(c, slot + stretches_ * line + s);
+    return sum;
+  };
   const auto channel_error = [&](std::size_t c) {
     double v = 0.0, e = 0.0;
     for (std::size_t p = 0; p < panels_; ++p) {
       std::array<double, LINES_PER_PANEL> g{};
       for (std::size_t l = 0; l < LINES_PER_PANEL; ++l) {
-        g[l] = sums.at(c, slot + LINES_PER_PANEL * p + l);
+        g[l] = at(c, LINES_PER_PANEL * p + l);
         v += panel_weights[l] * g[l];
       }
       e += panel_error(g);
@@ -41,11 +46,31 @@ AdaptiveTrace::LineErrors AdaptiveTrace::add_lines(const Sums& sums, std::size_t
   double open = 0.0;
   for (std::size_t p = 0; p < panels_; ++p)
     for (std::size_t l = 0; l < LINES_PER_PANEL; ++l)
-      open = std::hypot(open, panel_weights[l] * sums.at(pass_->channels(), slot + LINES_PER_PANEL * p + l));
+      open = std::hypot(open, panel_weights[l] * at(pass_->channels(), LINES_PER_PANEL * p + l));
   open *= std::max(1.0, job_.twin.fringes.mean + job_.twin.fringes.amplitude) / panels_;
   const double gray = std::hypot(irradiance_error(mean, fringe) + job_.twin.projector->ambient * hit, open);
   if (!std::isfinite(gray + phase)) return {HUGE_VAL, HUGE_VAL};
   return {gray, phase};
+}
+
+// All lines of a list; in more stretches from now on if the driver cuts them short.
+std::vector<float> AdaptiveTrace::trace_lines(const std::vector<std::uint32_t>& list,
+                                              std::vector<LineErrors>* found) {
+  const std::size_t n_channels = pass_->channels();
+  std::vector<float> values(n_channels * list.size());
+  for (;; stretches_ *= 4) {
+    const std::size_t per_entry = LINES_PER_PANEL * std::size_t{panels_} * stretches_;
+    ComputePipeline& kernel = list_kernel(Kernel::lines, PIXELS_LISTED, list, per_entry);
+    try {
+      run_list(kernel, list, per_entry, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
+        for (std::size_t i = 0; i < n; ++i)
+          (*found)[first + i] = add_lines(sums, i * per_entry, &values[n_channels * (first + i)]);
+      });
+      return values;
+    } catch (const LoopLimit&) {
+      if (stretches_ >= most_stretches) throw;
+    }
+  }
 }
 
 // Scan lines in panels of four, twice as many panels for what is not good enough.
@@ -58,17 +83,10 @@ void AdaptiveTrace::run_lines() {
   const double allowed = std::min(share_of_budget * whole, std::max(0.1 * whole, whole - gray_squares_));
   double spent = mixed_squares_;
   for (panels_ = 1; !list.empty(); panels_ *= 2) {
-    const std::size_t per_entry = LINES_PER_PANEL * std::size_t{panels_};
-    ComputePipeline& kernel = list_kernel(Kernel::lines, PIXELS_LISTED, list, per_entry);
-    std::vector<float> values(n_channels * list.size());
+    std::vector<float> values;
     std::vector<LineErrors> found(list.size());
     std::vector<double> errors(list.size());  // as of the irradiance
-    stage("lines", list.size(), [&] {
-      run_list(kernel, list, per_entry, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
-        for (std::size_t i = 0; i < n; ++i)
-          found[first + i] = add_lines(sums, i * per_entry, &values[n_channels * (first + i)]);
-      });
-    });
+    stage("lines", list.size(), [&] { values = trace_lines(list, &found); });
     for (std::size_t i = 0; i < list.size(); ++i)
       errors[i] =
           list[i] & inside_surface

@@ -13,12 +13,17 @@ constexpr std::uint32_t most_parts = 4;  // of a pixel's side, for pieces of fac
 
 }  // namespace
 
-// Runs the Gauss rule of n x n nodes over a list.
-template <class Use>
-void AdaptiveTrace::run_rule(const std::vector<std::uint32_t>& list, int order, Use use) {
+SampleSetup AdaptiveTrace::gauss_setup(int order) const {
   SampleSetup samples;
   samples.table = gauss_samples(order * order, job_.twin.render.pixel_fill, {}, 0.0);
   samples.n = static_cast<std::uint32_t>(order * order);
+  return samples;
+}
+
+// Runs the Gauss rule of n x n nodes over a list.
+template <class Use>
+void AdaptiveTrace::run_rule(const std::vector<std::uint32_t>& list, int order, Use use) {
+  const SampleSetup samples = gauss_setup(order);
   impl_.upload_samples(samples);
   impl_.upload_pass(job_, *pass_, samples, limits());
   impl_.fill(BIND_PIXELS, list);
@@ -100,38 +105,57 @@ void AdaptiveTrace::sort_out_uncrossed() {
   job_.out->rays += 8 * list.size();
 }
 
+// The squares of one pixel together.
+AdaptiveTrace::FacetErrors AdaptiveTrace::add_squares(const Sums& sums, std::size_t slot,
+                                                      std::size_t n_squares, bool by_piece,
+                                                      float* values) const {
+  const std::size_t n_channels = pass_->channels();
+  const auto sum = [&](std::size_t c) {
+    double v = 0.0;
+    for (std::size_t s = 0; s < n_squares; ++s) v += sums.at(c, slot + s);
+    return v;
+  };
+  for (std::size_t c = 0; c < n_channels; ++c) values[c] = static_cast<float>(sum(c));
+  double amplitude = static_cast<double>(values[0]);
+  for (std::size_t p = 0; by_piece && p < pass_->pitches.size(); ++p)
+    amplitude = std::min(amplitude, static_cast<double>(std::hypot(values[2 + 2 * p], values[3 + 2 * p])));
+  const double error = sum(n_channels);
+  return {irradiance_error(error, error), sum(n_channels + 1) / std::max(amplitude, 1e-30)};
+}
+
 // Averages over facets: the quick way (PIXELS_LISTED) or piece by piece (PIXELS_PIECES). `share` of the
 // budget may be used; returns what does not fit.
 std::vector<std::uint32_t> AdaptiveTrace::run_facets(const std::vector<std::uint32_t>& list,
                                                      std::uint32_t kind, double share) {
-  ComputePipeline& kernel = list_kernel(Kernel::facets, kind, list);
-  const std::size_t n_channels = pass_->channels();
+  const std::size_t n_squares = std::size_t{panels_} * panels_, n_channels = pass_->channels();
+  ComputePipeline& kernel = list_kernel(Kernel::facets, kind, list, n_squares);
   std::vector<float> values(n_channels * list.size());
-  std::vector<double> gray(list.size()), phase(list.size()), worse(list.size());
-  run_list(kernel, list, 1, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
-    const auto* incomplete =
-        reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
+  std::vector<FacetErrors> found(list.size());
+  std::vector<double> worse(list.size());
+  run_list(kernel, list, n_squares, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
+    const auto* answers = reinterpret_cast<const std::int32_t*>(
+        impl_.buffers[BIND_OBJECTS]->read(n * n_squares * sizeof(std::int32_t)));
     for (std::size_t i = 0; i < n; ++i) {
-      const std::size_t e = first + i;
-      gray[e] = irradiance_error(sums.at(n_channels, i), sums.at(n_channels, i));
-      phase[e] = sums.at(n_channels + 1, i);
-      if (incomplete[i] || !std::isfinite(gray[e] + phase[e])) {
-        to_scan_lines(list[e], 0);  // two orders of a rule would agree too soon at a crease
-        gray[e] = HUGE_VAL;
-        phase[e] = 0.0;
-      }
-      worse[e] = std::max(phase[e] / phase_target_rad_, gray[e] / irradiance_target_);
+      FacetErrors& f = found[first + i];
+      f = add_squares(sums, i * n_squares, n_squares, kind == PIXELS_PIECES,
+                      &values[n_channels * (first + i)]);
+      f.answer = *std::max_element(answers + i * n_squares, answers + (i + 1) * n_squares);
+      if (!std::isfinite(f.irradiance + f.phase_rad)) f.answer = FACETS_UNKNOWN;
+      worse[first + i] = f.answer == FACETS_DONE
+                             ? std::max(f.phase_rad / phase_target_rad_, f.irradiance / irradiance_target_)
+                             : HUGE_VAL;
     }
-    gather(sums, first, n, &values);
   });
   const auto n_known = static_cast<double>(n_lit_ + list.size() + smooth_.size());
   const double most = largest_error_to_keep(worse, share * share_of_budget * n_known, most_allowance);
   std::vector<std::uint32_t> rest;
   for (std::size_t e = 0; e < list.size(); ++e) {
     if (worse[e] <= most) {
-      count_error(phase[e], gray[e]);
+      count_error(found[e].phase_rad, found[e].irradiance);
       write(list[e], 0, Sums{&values[n_channels * e], 1});
-    } else if (gray[e] < HUGE_VAL) {
+    } else if (found[e].answer == FACETS_UNKNOWN) {
+      to_scan_lines(list[e], inside_surface);  // two orders of a rule would agree too soon at a crease
+    } else {
       rest.push_back(list[e]);
     }
   }

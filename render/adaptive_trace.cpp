@@ -21,7 +21,7 @@ constexpr double rounding_single = 0.6, rounding_double = 0.06;
 }  // namespace
 
 AdaptiveTrace::AdaptiveTrace(Renderer::Impl& impl, const TraceJob& job, const Sampling& sampling)
-    : impl_(impl), job_(job) {
+    : impl_(impl), job_(job), stretches_(impl.line_stretches) {
   const Sensor& sensor = job.camera.sensor;
   irradiance_target_ = sampling.gray_error * sensor.max_dn() / sensor.gain_dn;
   rounding_rad_ = (impl.precise ? rounding_double : rounding_single) * single_precision_error_rad(job.twin);
@@ -30,13 +30,34 @@ AdaptiveTrace::AdaptiveTrace(Renderer::Impl& impl, const TraceJob& job, const Sa
 }
 
 void AdaptiveTrace::run(const std::vector<PassPlan>& passes) {
+  if (!passes.empty()) foresee_kernels(passes.front());
   stage("probe", job_.blocks.size() * BLOCK_PIXELS, [&] { probe(); });
   for (std::size_t i = 0; i < passes.size(); ++i) {
+    if (i > 0) foresee_kernels(passes[i]);
     pass_ = &passes[i];
     targets_ = sum_targets(job_.twin, *pass_, i == 0, job_.out);
     run_pass();
     note_estimate();
   }
+}
+
+// Most scenes need all of them, in this order.
+void AdaptiveTrace::foresee_kernels(const PassPlan& pass) {
+  pass_ = &pass;
+  SampleSetup samples;
+  std::vector<KernelStore::Key> keys;
+  const auto add = [&](Kernel kernel, std::uint32_t list) {
+    keys.push_back(impl_.kernel_key(kernel, constants(samples, list)));
+  };
+  add(Kernel::closed_form, 0);
+  if (!job_.scene.meshes.empty()) add(Kernel::facets, PIXELS_OUTLINE);
+  add(Kernel::border, PIXELS_LISTED);
+  if (!job_.scene.meshes.empty())
+    for (const std::uint32_t list : {PIXELS_LISTED, PIXELS_PIECES}) add(Kernel::facets, list);
+  add(Kernel::lines, PIXELS_LISTED);
+  samples = gauss_setup(base_order());
+  add(Kernel::trace, PIXELS_LISTED);
+  impl_.kernels.foresee(keys);
 }
 
 std::size_t AdaptiveTrace::most_slots() const {
@@ -220,24 +241,25 @@ void AdaptiveTrace::note_estimate() {
   job_.out->estimate = estimate;
 }
 
-bool can_trace_adaptively(const TraceJob& job, const std::vector<PassPlan>& passes,
-                          const VkPhysicalDeviceLimits& limits) {
+bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedScene& scene,
+                          const std::vector<PassPlan>& passes, const VkPhysicalDeviceLimits& limits) {
   // Images that are no cosines (gray code, pattern images, a response that is not linear) have edges of their
   // own in the pixels, which nothing here looks for.
   for (const PassPlan& pass : passes)
     if (!pass.direct.empty() || std::any_of(pass.pitches.begin(), pass.pitches.end(),
                                             [](const PitchSlot& p) { return p.harmonic > 1; }))
       return false;
-  const std::size_t n_pixels = job.out->mean.size();
+  const Lens& lens = camera.lens;
+  const std::size_t n_pixels =
+      static_cast<std::size_t>(lens.width()) * static_cast<std::size_t>(lens.height());
   if (n_pixels * sizeof(gpu::vec4) > limits.maxStorageBufferRange || n_pixels > limits.maxTexelBufferElements)
     return false;
-  const Lens& lens = job.camera.lens;
   // The closed form and the scan lines know neither defocus, raster or texture nor light from elsewhere.
-  const Projector& projector = *job.twin.projector;
-  if (projector.optics || projector.pixel_structure || !job.scene.maps.empty() || job.twin.render.bounces > 0)
+  const Projector& projector = *twin.projector;
+  if (projector.optics || projector.pixel_structure || !scene.maps.empty() || twin.render.bounces > 0)
     return false;
-  return !job.camera.optics && job.twin.render.pixel_fill > 0.0 && lens.width() < list_limit_px &&
-         lens.height() < list_limit_px && job.scene.n_surfaces < exact_float;
+  return !camera.optics && twin.render.pixel_fill > 0.0 && lens.width() < list_limit_px &&
+         lens.height() < list_limit_px && scene.n_surfaces < exact_float;
 }
 
 void trace_adaptively(Renderer::Impl& impl, const TraceJob& job, const std::vector<PassPlan>& passes,

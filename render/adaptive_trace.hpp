@@ -54,7 +54,8 @@ class AdaptiveTrace {
 
   AdaptiveTargets limits() const {
     const double share = std::sqrt(1.0 - share_of_budget);  // the closed form's
-    return {share * phase_target_rad_, share * irradiance_target_, closed_form_ ? 0 : base_order(), panels_};
+    return {share * phase_target_rad_, share * irradiance_target_, closed_form_ ? 0 : base_order(), panels_,
+            stretches_};
   }
 
   int base_order() const { return impl_.precise ? 3 : 2; }
@@ -73,12 +74,20 @@ class AdaptiveTrace {
                                 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC});
   }
 
+  void foresee_kernels(const PassPlan& pass);
+  SampleSetup gauss_setup(int order) const;
   void probe();
   void run_pass();
   void classify();
   void run_gauss(const std::vector<std::uint32_t>& list, int order);
   void run_checked(const std::vector<std::uint32_t>& list);
   void sort_out_uncrossed();
+  struct FacetErrors {
+    double irradiance = 0.0, phase_rad = 0.0;
+    int answer = 0;  ///< FACETS_ (shared.h)
+  };
+  FacetErrors add_squares(const Sums& sums, std::size_t slot, std::size_t n_squares, bool by_piece,
+                          float* values) const;
   std::vector<std::uint32_t> run_facets(const std::vector<std::uint32_t>& list, std::uint32_t kind,
                                         double share);
   void run_all_facets();
@@ -88,6 +97,7 @@ class AdaptiveTrace {
     double irradiance = 0.0;  ///< of an image
     double phase_rad = 0.0;   ///< largest of all pitches
   };
+  std::vector<float> trace_lines(const std::vector<std::uint32_t>& list, std::vector<LineErrors>* found);
   LineErrors add_lines(const Sums& sums, std::size_t slot, float* values) const;
   void note_estimate();
 
@@ -136,7 +146,7 @@ class AdaptiveTrace {
   const PassPlan* pass_ = nullptr;
   const gpu::vec4* seen_ = nullptr;  // the probe buffer as the host sees it
   bool closed_form_ = true;
-  std::uint32_t panels_ = 1;
+  std::uint32_t panels_ = 1, stretches_;
   std::vector<SumTarget> targets_;
   double irradiance_target_ = 0.0, rounding_rad_ = 0.0, phase_target_rad_ = 0.0;
   std::vector<std::uint32_t> regular_, smooth_, facets_, outlines_, mixed_;

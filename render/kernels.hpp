@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <span>
 
-#include "render/renderer_impl.hpp"
-
 namespace fringetwin::render {
+
+enum class Kernel { trace, probe, closed_form, border, facets, lines };
 
 /// `storage`: geometry in storage buffers instead of texel buffers; `precise`: double precision.
 std::span<const std::uint32_t> kernel_code(Kernel kernel, bool storage, bool precise);

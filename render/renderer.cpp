@@ -78,9 +78,28 @@ bool same_lens(const Lens& a, const Lens& b) {
          a.height() == b.height();
 }
 
+// In any thread.
+std::unique_ptr<ComputePipeline> make_kernel(VulkanDevice& device, VkPipelineCache cache,
+                                             const KernelStore::Key& key) {
+  const auto& [kernel, storage_geometry, precise, constants] = key;
+  std::vector<VkDescriptorType> types;
+  for (std::size_t i = 0; i < bindings.size(); ++i)
+    types.push_back(is_geometry(i) && storage_geometry ? storage : bindings[i].type);
+  const std::span<const std::uint32_t> code = kernel_code(kernel, storage_geometry, precise);
+  const std::vector<std::uint32_t> own = specialised(code, constants, cache_folder());
+  constexpr auto push_bytes = static_cast<std::uint32_t>(sizeof(gpu::Push));
+  if (!own.empty())
+    return std::make_unique<ComputePipeline>(device, own, types, std::vector<std::uint32_t>{}, push_bytes,
+                                             cache);
+  return std::make_unique<ComputePipeline>(
+      device, code, types, std::vector<std::uint32_t>(constants.begin(), constants.end()), push_bytes, cache);
+}
+
 }  // namespace
 
-Renderer::Impl::Impl(const std::string& wanted) : device(wanted) {
+Renderer::Impl::Impl(const std::string& wanted)
+    : device(wanted),
+      kernels([this](const KernelStore::Key& key) { return make_kernel(device, cache, key); }) {
   if (device.limits().maxComputeWorkGroupInvocations < BLOCK_PIXELS)
     throw UserError(ExitCode::device, device.info().name,
                     fmt::format("its work groups hold {} invocations, the renderer needs {}",
@@ -91,7 +110,7 @@ Renderer::Impl::Impl(const std::string& wanted) : device(wanted) {
 }
 
 Renderer::Impl::~Impl() {
-  pipelines.clear();
+  kernels.clear();
   vkDestroyPipelineCache(device.handle(), cache, nullptr);
 }
 
@@ -157,28 +176,15 @@ void Renderer::Impl::upload_geometry(const PackedScene& scene, const Shortcuts& 
 }
 
 ComputePipeline& Renderer::Impl::bound_kernel(Kernel kernel, const SpecConstants& constants) {
-  auto& slot = pipelines[{kernel, storage_geometry, precise, constants}];
-  if (!slot) {
-    std::vector<VkDescriptorType> types;
-    for (std::size_t i = 0; i < bindings.size(); ++i)
-      types.push_back(is_geometry(i) && storage_geometry ? storage : bindings[i].type);
-    const std::span<const std::uint32_t> code = kernel_code(kernel, storage_geometry, precise);
-    const std::vector<std::uint32_t> own = specialised(code, constants, cache_folder());
-    slot = own.empty()
-               ? std::make_unique<ComputePipeline>(
-                     device, code, types, std::vector<std::uint32_t>(constants.begin(), constants.end()),
-                     static_cast<std::uint32_t>(sizeof(gpu::Push)), cache)
-               : std::make_unique<ComputePipeline>(device, own, types, std::vector<std::uint32_t>{},
-                                                   static_cast<std::uint32_t>(sizeof(gpu::Push)), cache);
-  }
+  ComputePipeline& made = kernels.get(kernel_key(kernel, constants));
   // Kernels that use no list or no probe get something to bind all the same.
   for (const std::size_t b : {BIND_PIXELS, BIND_PROBE})
     if (!buffers[b]) reserve(b, 16);
   std::vector<const Buffer*> bound;
   for (std::size_t b = 0; b < BIND_COUNT; ++b)
     bound.push_back(b == BIND_PROBE_OUT ? buffers[BIND_PROBE].get() : buffers[b].get());
-  slot->bind(bound);
-  return *slot;
+  made.bind(bound);
+  return made;
 }
 
 bool Renderer::Impl::dispatch(ComputePipeline& kernel, const gpu::Push& push, std::uint32_t groups,
@@ -359,6 +365,7 @@ Renderer::~Renderer() = default;
 const DeviceInfo& Renderer::device() const { return impl_->device.info(); }
 int Renderer::validation_messages() const { return impl_->device.instance().validation_messages(); }
 void Renderer::set_samples_per_dispatch(std::uint32_t samples) { impl_->forced_chunk = samples; }
+void Renderer::set_line_stretches(std::uint32_t stretches) { impl_->line_stretches = stretches; }
 void Renderer::set_search_always(bool always) { impl_->search_always = always; }
 void Renderer::set_pattern_method(PatternMethod method) { impl_->pattern_method = method; }
 int Renderer::repeated_dispatches() const { return impl_->repeated; }
@@ -400,13 +407,14 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   const std::vector<PassPlan> passes = plan_passes(twin, series, projector.cx, projector.cy);
 
   Transport out = empty_transport(twin, passes, series, camera.lens.width(), camera.lens.height());
+  bool adaptive = sampling.sampler == Sampler::adaptive &&
+                  can_trace_adaptively(twin, camera, scene, passes, impl_->device.limits());
   const Shortcuts shortcuts =
       impl_->search_always
           ? Shortcuts{}
-          : make_shortcuts(twin, camera, scene, blocks.size() * BLOCK_PIXELS, impl_->visibility);
+          : make_shortcuts(twin, camera, scene, adaptive ? SIZE_MAX : blocks.size() * BLOCK_PIXELS,
+                           impl_->visibility);
   TraceJob job{twin, camera, scene, lens, projector, blocks, shortcuts, seed, nullptr, &out};
-  bool adaptive =
-      sampling.sampler == Sampler::adaptive && can_trace_adaptively(job, passes, impl_->device.limits());
   out.sampling = adaptive ? sampling : without_adaptation(sampling);
   if (!blocks.empty()) {
     impl_->upload_scene(job);

@@ -132,6 +132,8 @@ class Renderer {
   void set_pattern_method(PatternMethod method);
   /// For tests and benchmarks: find every ray's triangle through the BVH, and trace every shadow ray.
   void set_search_always(bool always);
+  /// For tests: scan lines in so many invocations each from the start, as where the driver cuts loops short.
+  void set_line_stretches(std::uint32_t stretches);
   /// Iterations of a loop of `requested` iterations that one shader invocation really executes.
   std::uint32_t count_loop_iterations(std::uint32_t requested);
   /// Dispatches repeated because of that limit so far.

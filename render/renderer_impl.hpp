@@ -2,21 +2,18 @@
 // The renderer's device side: buffers, pipelines and passes. Internal to render/ (includes volk).
 #pragma once
 #include <array>
-#include <map>
 #include <memory>
 #include <span>
-#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "render/kernel_store.hpp"
 #include "render/shortcuts.hpp"
 #include "render/trace_job.hpp"
 #include "render/vulkan_device.hpp"
 #include "twin/progress.hpp"
 
 namespace fringetwin::render {
-
-enum class Kernel { trace, probe, closed_form, border, facets, lines };
 
 template <class T>
 std::span<const std::byte> bytes_of(const T& value) {
@@ -64,6 +61,9 @@ struct Renderer::Impl {
   /// Parameters and waveforms of one pass.
   void upload_pass(const TraceJob& job, const PassPlan& pass, const SampleSetup& samples,
                    const AdaptiveTargets& targets);
+  KernelStore::Key kernel_key(Kernel kernel, const SpecConstants& constants) const {
+    return {kernel, storage_geometry, precise, constants};
+  }
   /// The specialised kernel with the present buffers bound.
   ComputePipeline& bound_kernel(Kernel kernel, const SpecConstants& constants);
 
@@ -81,7 +81,7 @@ struct Renderer::Impl {
 
   VulkanDevice device;
   VkPipelineCache cache = VK_NULL_HANDLE;
-  std::map<std::tuple<Kernel, bool, bool, SpecConstants>, std::unique_ptr<ComputePipeline>> pipelines;
+  KernelStore kernels;
   std::array<std::unique_ptr<Buffer>, BIND_COUNT> buffers;
   std::vector<std::pair<Lens, std::unique_ptr<LensTable>>> lens_tables;
   MeshStore meshes;
@@ -89,7 +89,7 @@ struct Renderer::Impl {
   bool search_always = false;
   bool storage_geometry = false;
   bool precise = false;
-  std::uint32_t forced_chunk = 0;
+  std::uint32_t forced_chunk = 0, line_stretches = 1;
   int repeated = 0;
   PatternMethod pattern_method = PatternMethod::automatic;
 };
@@ -97,8 +97,8 @@ struct Renderer::Impl {
 /// The adaptive trace (adaptive_trace.cpp). Needs what can_trace_adaptively() says.
 void trace_adaptively(Renderer::Impl& impl, const TraceJob& job, const std::vector<PassPlan>& passes,
                       const Sampling& sampling);
-bool can_trace_adaptively(const TraceJob& job, const std::vector<PassPlan>& passes,
-                          const VkPhysicalDeviceLimits& limits);
+bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedScene& scene,
+                          const std::vector<PassPlan>& passes, const VkPhysicalDeviceLimits& limits);
 /// Thrown by trace_adaptively() where the driver cuts an invocation's loops.
 struct LoopLimit {};
 

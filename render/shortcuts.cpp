@@ -166,7 +166,7 @@ Shortcuts make_shortcuts(const Twin& twin, const Camera& camera, const PackedSce
   Shortcuts out;
   std::size_t n_triangles = 0;
   for (const auto& instance : scene.instances) n_triangles += instance.geometry->indices.size();
-  if (n_triangles == 0 || n_triangles > triangles_per_pixel * n_pixels) return out;
+  if (n_triangles == 0 || n_triangles / triangles_per_pixel > n_pixels) return out;
   const bool walk = !camera.optics;  // rays from all over a lens see more
   out.kinds = (scene.shadow ? LINKS_SHADOW : 0) | (walk ? LINKS_WALK : 0);
   if (out.kinds == 0) return out;

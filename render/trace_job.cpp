@@ -172,7 +172,7 @@ void set_adaptive(const Twin& twin, const Camera& camera, const AdaptiveTargets&
   block->set(&gpu::Params::adaptive, {targets.phase_rad, targets.irradiance, twin.projector->ambient,
                                       static_cast<double>(targets.gauss_order)});
   block->values.image = {static_cast<gpu::uint>(camera.lens.width()),
-                         static_cast<gpu::uint>(camera.lens.height()), targets.panels, 0};
+                         static_cast<gpu::uint>(camera.lens.height()), targets.panels, targets.stretches};
 }
 
 SpecConstants make_constants(const Twin& twin, const Camera& camera, const PackedScene& scene,

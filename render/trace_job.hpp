@@ -39,6 +39,7 @@ struct AdaptiveTargets {
   double irradiance = 0.0;   ///< for a pattern of full modulation
   int gauss_order = 0;       ///< of the rule that stands in for the closed form, 0: the closed form is used
   std::uint32_t panels = 1;  ///< of LINES_PER_PANEL scan lines each, per mixed pixel
+  std::uint32_t stretches = 1;  ///< of a scan line, each with an invocation of its own
 };
 void set_adaptive(const Twin& twin, const Camera& camera, const AdaptiveTargets& targets, ParamsBlock* block);
 

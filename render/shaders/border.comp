@@ -38,9 +38,9 @@ void main() {
     crossed = crossed || !same_surface(centre, seen);
     swing = max(swing, seen.w > 0.0 && c.w > 0.0 ? length(vec2(seen.u - centre.u)) : 0.0);
   }
-  // Several fringes in the pixel ask for scan lines as an edge does; on facets already those closed_form.comp sends there.
+  // Several fringes in the pixel ask for scan lines as an edge does.
   swing *= 2.0 * finest_fringe();
-  bool dense = swing > (mesh ? 2.0 : 4.0);
+  bool dense = swing > (mesh ? MOST_FACET_SWING : 4.0);
   objects[slot] = crossed ? BORDER_CROSSED : dense ? BORDER_DENSE : mesh ? BORDER_FACETS : BORDER_SMOOTH;
   report_status(uvec2(pixel), shadow_rays);
 }

@@ -45,7 +45,7 @@ void main() {
 
   // The neighbourhood: nine identities, and two more along each axis.
   vec4 near[9], far[4];
-  bool inside = true;
+  bool inside = true, at_border = !in_image(pixel - 1) || !in_image(pixel + 1);
 #define LOAD_NEAR(k)                                             \
   {                                                              \
     ivec2 q = pixel + ivec2(k % 3 - 1, k / 3 - 1);               \
@@ -99,6 +99,8 @@ void main() {
   if (!(same && same_far)) kind = one_mesh ? on_mesh : PIXEL_SMOOTH;
   if (!same) kind = one_mesh ? on_mesh : changes_y > changes_x ? PIXEL_MIXED_Y : PIXEL_MIXED;
   if (!same && !one_mesh && mesh_alone) kind = changes_y > changes_x ? PIXEL_OUTLINE_Y : PIXEL_OUTLINE;
+  // An edge may come in from where no ray looks. (Facets must fill the pixel, which tells.)
+  if (at_border && any_light && kind != PIXEL_FACETS) kind = changes_y > changes_x ? PIXEL_MIXED_Y : PIXEL_MIXED;
   // Nothing lit: only ambient light can tell one unlit surface from another or from nothing.
   if (!any_light && (!ambient || all_hit || !any_hit)) kind = PIXEL_DONE;
 
@@ -163,7 +165,7 @@ void main() {
   if (lit && !good) kind = PIXEL_SMOOTH;
   // Low orders say nothing about several fringes in a pixel. (Differences at the image's border are half.)
   bool along_y = length(d.y.xy) > length(d.x.xy);
-  if ((kind == PIXEL_SMOOTH || kind == PIXEL_FACETS) && swing_sq > 2.25) kind = along_y ? PIXEL_MIXED_Y : PIXEL_MIXED;
+  if ((kind == PIXEL_SMOOTH && swing_sq > 2.25) || (kind == PIXEL_FACETS && swing_sq > MOST_FACET_SWING * MOST_FACET_SWING)) kind = along_y ? PIXEL_MIXED_Y : PIXEL_MIXED;
 
   bool done = kind == PIXEL_DONE;
   sums[slot] = done ? mean : 0.0;

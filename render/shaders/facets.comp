@@ -7,10 +7,11 @@
 // neighbouring rays saw.
 //  PIXELS_LISTED: every neighbouring ray saw the mesh lit. The pieces must fill the square. The own facet stands for
 //  all; each other piece adds how it differs at its middle.
-//  PIXELS_PIECES: the same pixels, every piece by a rule of its own: for what the former is not good enough for.
+//  PIXELS_PIECES: the same pixels, every piece by a rule of its own: for what the former is not good enough for. One
+//  invocation = one of equal squares of the pixel, reached from the own facet across sides.
 //  PIXELS_OUTLINE: the mesh before nothing, or a border of facets that face the projector. Every piece must be
 //  one that nothing can hide from camera or projector, or face away.
-// objects: 1 where that does not hold; the pixel is then done by scan lines.
+// objects: FACETS_ (shared.h); what does not hold is done by scan lines.
 #extension GL_GOOGLE_include_directive : require
 #define WITHOUT_SHADOW
 #include "bindings.glsl"
@@ -30,15 +31,21 @@ layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
 
 const bool outline = PIXEL_LIST == PIXELS_OUTLINE, by_piece = PIXEL_LIST != PIXELS_LISTED;
 const float AREA_TOLERANCE = 1e-3;
+const int MOST_STEPS = 128;
 const float SEARCH_MARGIN = 0.7;  // px around an outline's pixel: what enters it only just is connected there
 
 float mean = 0.0;
 float cosine[MAX_PITCHES], sine[MAX_PITCHES], direct[MAX_DIRECT];
 
 // The triangles to look at, in registers: lavapipe reads and writes indexed arrays lane by lane.
-#define MOST_FACETS 16
-#define FOR_FACETS(F) REPEAT16(F)
-int facets[MOST_FACETS], n_facets = 0;
+// At the outline of a curved mesh many are seen edge-on: 17 to 32 on a third of the free-form part's.
+const int MOST_FACETS = by_piece ? 32 : 16;
+#define FOR_FACETS(F) \
+  REPEAT16(F)         \
+  if (by_piece) {     \
+    REPEAT16_ON(F)    \
+  }
+int facets[32], n_facets = 0;
 
 int facet(int i) {
   int found = facets[0];
@@ -127,14 +134,56 @@ void add_difference(const Primitive g, const PixelRays rays, int own, int triang
   turn_error += 0.5 * swing * left_out;
 }
 
+// The triangle's sides as lines around `center` in the pixel.
+struct Outline {
+  vec3 e0, e1, e2;
+};
+
+// A mesh as the pixel sees it, in the object frame: the directions d0 + du x + dv y from `o`.
+struct MeshView {
+  vec3 o, d0, du, dv;
+  int first_triangle, first_link;
+};
+
+Outline outline_of(const MeshView m, int triangle, vec2 center, out vec3 v0, out vec3 n_geometric, out vec3 n) {
+  int k = 3 * (m.first_triangle + triangle);
+  vec4 a0 = FETCH_TRIANGLE(k), a1 = FETCH_TRIANGLE(k + 1), a2 = FETCH_TRIANGLE(k + 2);
+  v0 = a0.xyz - m.o;
+  vec3 v1 = a1.xyz - m.o, v2 = a2.xyz - m.o;
+  n = vec3(a0.w, a1.w, a2.w);
+  n_geometric = cross(v1 - v0, v2 - v0);
+  // Differences first: the corners are much closer to each other than to the camera.
+  vec3 n01 = cross(v0, v1 - v0), n12 = cross(v1, v2 - v1), n20 = cross(v2, v0 - v2);
+  float side = dot(n01, v2) < 0.0 ? -1.0 : 1.0;
+  return Outline(moved_line(line_in_square(side * n12, m.d0, m.du, m.dv), center),
+                 moved_line(line_in_square(side * n20, m.d0, m.du, m.dv), center),
+                 moved_line(line_in_square(side * n01, m.d0, m.du, m.dv), center));
+}
+
+// From the facet at the pixel's centre to the one at `center`, across the side that parts them most; -1: over the mesh's border.
+int walk_to(const MeshView m, int triangle, vec2 center) {
+  bool inside = false;
+  for (int step = 0; step < MOST_STEPS && !inside && triangle >= 0; ++step) {
+    vec3 v0, n_geometric, n;
+    Outline s = outline_of(m, triangle, center, v0, n_geometric, n);
+    float most = min(s.e0.z, min(s.e1.z, s.e2.z));
+    inside = most >= 0.0;
+    ivec4 link = FETCH_LINK(m.first_link + triangle);
+    triangle = inside ? triangle : most == s.e0.z ? link.x : most == s.e1.z ? link.y : link.z;
+  }
+  return inside ? triangle : -1;
+}
+
 void main() {
   load_constants();
   uint slot = own_slot(), stride = push.n_blocks_band * BLOCK_PIXELS;
-  uvec3 entry = listed_pixel(slot);
+  int parts = PIXEL_LIST == PIXELS_PIECES ? int(params.image.z) : 1, square = int(slot) % (parts * parts);
+  uvec3 entry = listed_pixel(slot / uint(parts * parts));
   ivec2 pixel = ivec2(entry.xy);
   PixelRays rays = pixel_rays(vec2(pixel));
-  float half_fill = 0.5 * params.sampling.x;
-  float reach = outline ? half_fill + SEARCH_MARGIN : half_fill;
+  float half_fill = 0.5 * params.sampling.x, part = half_fill / float(parts);
+  vec2 center = (vec2(square % parts, square / parts) + 0.5) * (2.0 * part) - half_fill;
+  float reach = outline ? half_fill + SEARCH_MARGIN : part;
   float hits = 0.0, finest = finest_fringe();
   load_sums(false, slot, stride, mean, hits, cosine, sine, direct);
 
@@ -150,23 +199,27 @@ void main() {
   }
   primitive = max(primitive, FIRST_MESH);
   Primitive g = fetch_primitive(primitive);
-  vec3 o = to_object(g, vec3(0.0), 1.0), light = to_object(g, params.projector_center.xyz, 1.0) - o;
-  // Direction in the object frame: d0 + du x + dv y.
-  vec3 d0 = to_object(g, vec3(ray_direction(rays, vec2(0.0))), 0.0);
-  vec3 du = to_object(g, vec3(direction_per_px(rays, 0)), 0.0), dv = to_object(g, vec3(direction_per_px(rays, 1)), 0.0);
-  int first_triangle = int(g.d.y), first_link = int(g.d.z);
+  MeshView m = MeshView(to_object(g, vec3(0.0), 1.0), to_object(g, vec3(ray_direction(rays, vec2(0.0))), 0.0),
+                        to_object(g, vec3(direction_per_px(rays, 0)), 0.0), to_object(g, vec3(direction_per_px(rays, 1)), 0.0),
+                        int(g.d.y), int(g.d.z));
+  vec3 light = to_object(g, params.projector_center.xyz, 1.0) - m.o;
   for (int c = 0; c < (outline || !linked(LINKS_WALK) ? 9 : 1); ++c) {
     int k = (c + 4) % 9;
     ivec2 near = pixel + ivec2(k % 3 - 1, k / 3 - 1);
     float id = in_image(near) ? probe_at(near).w : 0.0;
     if (id != 0.0 && primitive_of(id) != primitive) id = 0.0;  // the pieces then do not fill the square
     int triangle = triangle_of(id, primitive);
+    if (linked(LINKS_WALK) && parts > 1) {
+      triangle = walk_to(m, triangle, center);
+      good = good && triangle >= 0;
+      triangle = max(triangle, 0);
+    }
     add_to_facets(triangle, id != 0.0);
     if (outline) {
       // Dark for another reason than facing away: a cast shadow or the border of the projected image.
-      int i = 3 * (first_triangle + max(triangle, 0));
+      int i = 3 * (m.first_triangle + max(triangle, 0));
       vec4 a = FETCH_TRIANGLE(i);
-      vec3 n = vec3(a.w, FETCH_TRIANGLE(i + 1).w, FETCH_TRIANGLE(i + 2).w), v = a.xyz - o;
+      vec3 n = vec3(a.w, FETCH_TRIANGLE(i + 1).w, FETCH_TRIANGLE(i + 2).w), v = a.xyz - m.o;
       bool faces = dot(n, v) < 0.0 == dot(n, light - v) > 0.0;
       good = good && (id >= 0.0 || !faces);
     }
@@ -186,61 +239,48 @@ void main() {
     float moved = length(vec2(look.u) - u_first) / (half_fill * 1.154700538);
     swing_per_px = j == 1 || j == 2 ? length(vec2(swing_per_px, finest * moved)) : swing_per_px;
   }
-  int parts = PIXEL_LIST == PIXELS_PIECES ? int(params.image.z) : 1;  // the square's, per axis
-  float part = half_fill / float(parts);
   float whole = 4.0 * half_fill * half_fill, covered = 0.0, error = 0.0, turn_error = 0.0;
   for (int f = 0; f < n_facets && f < MOST_FACETS; ++f) {
     int triangle = facet(f);
-    int k = 3 * (first_triangle + triangle);
-    vec4 a0 = FETCH_TRIANGLE(k), a1 = FETCH_TRIANGLE(k + 1), a2 = FETCH_TRIANGLE(k + 2);
-    vec3 v0 = a0.xyz - o, v1 = a1.xyz - o, v2 = a2.xyz - o;
-    // Differences first: the corners are much closer to each other than to the camera.
-    vec3 n01 = cross(v0, v1 - v0), n12 = cross(v1, v2 - v1), n20 = cross(v2, v0 - v2);
-    float side = dot(n01, v2) < 0.0 ? -1.0 : 1.0;
-    vec3 e0 = line_in_square(side * n12, d0, du, dv), e1 = line_in_square(side * n20, d0, du, dv),
-         e2 = line_in_square(side * n01, d0, du, dv);
+    vec3 v0, n_geometric, n;
+    Outline s = outline_of(m, triangle, center, v0, n_geometric, n);
     bool skipped = false, hidden = false;
     ivec4 link = ivec4(-1);
     if (linked(LINKS_WALK)) {
-      link = FETCH_LINK(first_link + triangle);
-      vec3 n = vec3(a0.w, a1.w, a2.w);
-      bool faces_camera = dot(n, v0) * dot(n, cross(v1 - v0, v2 - v0)) < 0.0;
+      link = FETCH_LINK(m.first_link + triangle);
+      bool faces_camera = dot(n, v0) * dot(n, n_geometric) < 0.0;
       // The far side of a closed mesh lies behind the near one.
       skipped = outline && !faces_camera && (link.w & LINK_CLOSED) != 0;
       bool seen = (link.w & LINK_SEEN) != 0 && (!outline || (link.w & LINK_CLOSED) != 0);
       hidden = seen == skipped;
-      bvec3 crossed = bvec3(side_enters(e0, e1, e2, reach), side_enters(e1, e2, e0, reach), side_enters(e2, e0, e1, reach));
+      bvec3 crossed = bvec3(side_enters(s.e0, s.e1, s.e2, reach), side_enters(s.e1, s.e2, s.e0, reach),
+                            side_enters(s.e2, s.e0, s.e1, reach));
       add_to_facets(link.x, crossed.x && !skipped && link.x >= 0);
       add_to_facets(link.y, crossed.y && !skipped && link.y >= 0);
       add_to_facets(link.z, crossed.z && !skipped && link.z >= 0);
     }
     bool lit = (link.w & LINK_LIT) != 0 || !linked(LINKS_SHADOW);
-    for (int square = 0; square < parts * parts; ++square) {
-      vec2 center = (vec2(square % parts, square / parts) + 0.5) * (2.0 * part) - half_fill;
-      Piece piece = clip_to_square(moved_line(e0, center), moved_line(e1, center), moved_line(e2, center), part);
-      piece.middle += center;
-      float share = piece.area / whole;
-      good = good && (!hidden || share < 1e-6);
-      share = skipped ? 0.0 : share;
-      covered += share;
-      if (by_piece)
-        add_piece(g, rays, triangle, lit, piece, share, finest, good, error);
-      else if (f > 0 && share > 0.0)
-        add_difference(g, rays, own, triangle, piece, share, finest, swing_per_px, error, turn_error);
-    }
+    Piece piece = clip_to_square(s.e0, s.e1, s.e2, part);
+    piece.middle += center;
+    float share = piece.area / whole;
+    good = good && (!hidden || share < 1e-6);
+    share = skipped ? 0.0 : share;
+    covered += share;
+    if (by_piece)
+      add_piece(g, rays, triangle, lit, piece, share, finest, good, error);
+    else if (f > 0 && share > 0.0)
+      add_difference(g, rays, own, triangle, piece, share, finest, swing_per_px, error, turn_error);
   }
-  good = good && n_facets <= MOST_FACETS && (outline ? covered < 1.0 + AREA_TOLERANCE : abs(covered - 1.0) < AREA_TOLERANCE);
-  hits = outline ? min(covered, 1.0) : 1.0;
+  float to_cover = 1.0 / float(parts * parts);
+  bool too_many = n_facets > MOST_FACETS;
+  good = good && (too_many || (outline ? covered < 1.0 + AREA_TOLERANCE : abs(covered - to_cover) < AREA_TOLERANCE * to_cover));
+  hits = outline ? min(covered, 1.0) : to_cover;
   store_sums(slot, stride, mean, hits, cosine, sine, direct);
   // What 2 x 2 nodes leave on the own facet.
   float side_swing = 2.0 * half_fill * swing_per_px;
   error += by_piece ? 0.0 : own_w * side_swing * side_swing * side_swing * side_swing / 4320.0;
-  float amplitude = mean;
-#define WEAKEST(i) amplitude = by_piece && i < N_PITCHES ? min(amplitude, length(vec2(cosine[i], sine[i]))) : amplitude;
-  REPEAT16(WEAKEST)
-  turn_error = (by_piece ? error : turn_error) / max(amplitude, 1e-30);
   sums[slot + (2 + 2 * N_PITCHES + N_DIRECT) * stride] = error;
-  sums[slot + (3 + 2 * N_PITCHES + N_DIRECT) * stride] = turn_error;
-  objects[slot] = good ? 0 : 1;
+  sums[slot + (3 + 2 * N_PITCHES + N_DIRECT) * stride] = by_piece ? error : turn_error;
+  objects[slot] = !good ? FACETS_UNKNOWN : too_many ? FACETS_TOO_MANY : FACETS_DONE;
   report_status(uvec2(pixel), 0);
 }

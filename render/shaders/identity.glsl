@@ -24,3 +24,6 @@ vec4 probe_at(ivec2 pixel) { return texelFetch(probe, pixel.y * int(params.image
 bool in_image(ivec2 pixel) {
   return pixel.x >= 0 && pixel.y >= 0 && pixel.x < int(params.image.x) && pixel.y < int(params.image.y);
 }
+
+// Of the finest fringe in a pixel, rad: sixteenths of the pixel serve facets up to there (facets.comp).
+const float MOST_FACET_SWING = 6.0;

@@ -1,6 +1,7 @@
 #version 460
 // SPDX-License-Identifier: Apache-2.0
-// Pixels that an edge crosses. One invocation = one scan line through such a pixel: it finds where along
+// Pixels that an edge crosses. One invocation = one scan line through such a pixel, or a stretch of one where the
+// driver's limit of loop iterations asks for it: it finds where along
 // the line the surface changes (bisection between probes), and integrates each piece by Gauss-Legendre,
 // so that its result is as good as if there were no edge. The host adds the lines up.
 //
@@ -60,8 +61,9 @@ float probe_position(int i, float jitter) {
 void main() {
   load_constants();
   uint slot = own_slot(), stride = push.n_blocks_band * BLOCK_PIXELS;
-  uint panels = params.image.z;
-  uint entry = slot / (LINES_PER_PANEL * panels), line = slot % (LINES_PER_PANEL * panels);
+  uint panels = params.image.z, stretches = params.image.w;
+  uint entry = slot / (LINES_PER_PANEL * panels * stretches), line = slot / stretches % (LINES_PER_PANEL * panels);
+  float stretch = 1.0 / float(stretches);
   uvec3 pixel = listed_pixel(entry);
   start_walks(uvec2(pixel.xy));
   PixelRays rays = pixel_rays(vec2(pixel.xy));
@@ -72,6 +74,8 @@ void main() {
   float across = (float(line / LINES_PER_PANEL) + 0.5 + 0.5 * in_panel) / float(panels) - 0.5;
   vec2 start = fill * (pixel.z != 0 ? vec2(across, 0.0) : vec2(0.0, across));
   vec2 along = fill * (pixel.z != 0 ? vec2(0.0, 1.0) : vec2(1.0, 0.0));
+  start += ((float(slot % stretches) + 0.5) * stretch - 0.5) * along;
+  along *= stretch;
 
   float jitter = fract((float(line) + 0.5) * 0.618034);
   // Probes from one end to the other; between two that differ, bisection.
@@ -133,7 +137,9 @@ void main() {
   int parts_used = 0;
   bool too_few = false;
   for (int piece = 0; piece < n_pieces; ++piece) {
-    bool edge_left = piece > 0, edge_right = piece < n_pieces - 1;
+    // An edge may lie just beyond the end of a stretch.
+    bool edge_left = piece > 0 || slot % stretches > 0u,
+         edge_right = piece < n_pieces - 1 || slot % stretches < stretches - 1u;
     float a = borders[piece], b = borders[piece + 1];
     float limit = MOST_SWING[(edge_left ? 1 : 0) + (edge_right ? 1 : 0)];
     int wanted = int(ceil(min(finest * slope * (b - a) / limit, 1e6)));
@@ -146,14 +152,14 @@ void main() {
       float ds = edge_left ? (edge_right ? 6.0 * t * r : 2.0 * t) : (edge_right ? 2.0 * r : 1.0);
       Seen seen = look(rays, start + (a + (b - a) * s) * along, shadow_rays);
       rays_cast += 1;
-      float weight = WEIGHTS[k & 3] / float(parts) * ds * (b - a);
+      float weight = WEIGHTS[k & 3] / float(parts) * ds * (b - a) * stretch;
       float w = seen.w * weight;
       mean += w;
       hits += seen.id != 0.0 ? weight : 0.0;
       add_patterns(w, w != 0.0 ? seen.u : real2(0.0), cosine, sine, direct);
     }
   }
-  float error = UNRESOLVED * sqrt(unresolved);
+  float error = UNRESOLVED * stretch * sqrt(unresolved);
   // Lines that the fringe passes by too fast may agree by chance.
   if (finest * fill * px_across(ivec2(pixel.xy), pixel.z != 0 ? ivec2(1, 0) : ivec2(0, 1)) > 4.0 * float(panels)) too_few = true;
   error = too_few ? max(error, mean) : error;

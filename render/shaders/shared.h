@@ -111,6 +111,10 @@ struct uvec4 {
 #define BORDER_FACETS 2   // creases of one lit mesh only
 #define BORDER_DENSE 3    // no edge, but too much of the fringe for low orders
 
+#define FACETS_DONE 0
+#define FACETS_TOO_MANY 1  // to keep; smaller squares of the pixel hold fewer
+#define FACETS_UNKNOWN 2   // something may hide them, or they do not fill the square
+
 #define PIXELS_LISTED 1   // values of SPEC_PIXEL_LIST
 #define PIXELS_OUTLINE 2
 #define PIXELS_PIECES 3
@@ -151,7 +155,7 @@ struct Params {
   vec4 sampling;              // pixel_fill, 1/N, lens radius mm, 1/focus distance
   uvec4 sampling_n;           // N, columns, rows, seed
   vec4 adaptive;              // largest phase error rad, largest irradiance error per pattern, ambient > 0, 0
-  uvec4 image;                // width, height, panels of a mixed pixel or parts per side of one of facets, 0
+  uvec4 image;                // width, height, panels of a mixed pixel or parts per side of one of facets, stretches of a line
   uvec4 starts;               // log2 of a tile's side in px, tiles in x, tiles, 0
   vec4 projector_optics;      // lens radius mm, 1/focus distance, 0, 0
   vec4 projector_gaps;        // samples of the table, lit side of a pixel, phase of the pixel raster at the principal point x, y

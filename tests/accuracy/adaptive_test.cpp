@@ -59,8 +59,16 @@ Content content(const render::Reference& reference, int x, int y) {
   return found == Content::one_surface && farthest - nearest > 0.5 ? Content::edge : found;
 }
 
+bool all_lit_around(const Twin& twin, const render::Reference& reference, int x, int y) {
+  const Lens& lens = twin.cameras[0].lens;
+  if (x == 0 || y == 0 || x + 1 == lens.width() || y + 1 == lens.height()) return false;
+  for (int k = 0; k < 9; ++k)
+    if (!reference.sample(0, {x + k % 3 - 1, y + k / 3 - 1}).lit) return false;
+  return true;
+}
+
 // Gauss nodes: 12 x 12 on one facet; 48 x 48 on several, where creases bend what is averaged; 160 x 160 at
-// edges.
+// edges. Pixels of several facets, with no edge in them or beside them, count as interior, too.
 std::vector<render::ReferenceBlockPixel> careful_truth(const Twin& twin, const render::PixelBlock& block) {
   const render::Reference reference(twin);
   auto truth = reference_block(reference, 0, block, {.gauss_n = 12});
@@ -70,6 +78,7 @@ std::vector<render::ReferenceBlockPixel> careful_truth(const Twin& twin, const r
     const Content what = content(reference, p.x, p.y);
     if (what != Content::one_facet)
       p.pixel = reference.pixel(0, p.x, p.y, {.gauss_n = what == Content::edge ? 160 : 48});
+    if (what == Content::one_surface) p.interior = all_lit_around(twin, reference, p.x, p.y);
   }
   return truth;
 }
@@ -213,6 +222,21 @@ TEST(Adaptive, EstimateBoundsTheErrorOnFacets) {
   expect_bounded("facets, a radian per pixel", twin, 3);
 }
 
+// Where the driver cuts loops short, a scan line is shared by several invocations.
+TEST(Adaptive, ScanLinesInStretches) {
+  REQUIRE_RENDERER();
+  const Twin twin = ball_before_wall();
+  const render::Sampling sampling = render::choose_sampling(twin);
+  std::vector<render::RenderedCamera> by;
+  for (const std::uint32_t stretches : {1U, 4U}) {
+    shared_renderer()->set_line_stretches(stretches);
+    by.push_back(shared_renderer()->render(twin, 0, sampling));
+    expect_bounded("scan lines in stretches", twin, 3);
+  }
+  shared_renderer()->set_line_stretches(1);
+  EXPECT_GT(by[1].rays, by[0].rays) << "no line was cut";
+}
+
 // Facets of a few pixels, fringes of about a radian per pixel: no ray beyond the first is needed inside.
 TEST(Adaptive, SmallFacetsAreIntegratedPieceByPiece) {
   REQUIRE_RENDERER();
@@ -222,6 +246,20 @@ TEST(Adaptive, SmallFacetsAreIntegratedPieceByPiece) {
       Lens("LENSMODEL_PINHOLE", {1180, 1180, 359.5, 269.5}, {720, 540}, "half-size camera");
   twin = crop_around(twin, {-5, 5, 245}, 80, 60);
   EXPECT_LE(expect_bounded("facets of five pixels", twin, 4, Pixels::hit), 10.0);
+}
+
+// Lit up to the camera's outline: there a pixel's square and what lies just beside it hold up to 32 facets
+// seen edge-on, under fringes of several radian per pixel.
+TEST(Adaptive, LitOutlineOfManyFacets) {
+  REQUIRE_RENDERER();
+  Twin twin = only_camera(paper_rig(), 1);
+  twin.objects = {bumpy_part(6)};
+  const Eigen::Vector3d middle(0, 0, 275), eye = twin.cameras[0].T_cam_world.inverse().translation_mm;
+  const Eigen::Vector3d left = (middle - eye).normalized().cross(Eigen::Vector3d::UnitY());
+  for (const double side : {-1.0, 1.0}) {
+    SCOPED_TRACE(side);
+    expect_bounded("lit outline", crop_around(twin, middle + side * 33.5 * left, 48, 64), 3);
+  }
 }
 
 // What the adaptive trace does not know is rendered by a fixed rule, and said so.
