@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/renderer.hpp"
+#include "render/transport_images.hpp"
 #include "twin/constants.hpp"
 #include "twin/errors.hpp"
 
@@ -51,6 +52,15 @@ Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSp
   return recipe;
 }
 
+// No light of any kind: the images stay 0 there. (What is 0 on average is 0 in every pattern.)
+bool all_dark(const Transport& transport, std::ptrdiff_t first, std::ptrdiff_t end) {
+  const auto dark = [&](const ImageF& image) {
+    return std::all_of(image.data.begin() + first, image.data.begin() + end,
+                       [](float v) { return v == 0.0F; });
+  };
+  return dark(transport.mean) && dark(transport.ambient);
+}
+
 void follow(const Recipe& recipe, const Transport& transport, std::ptrdiff_t first, std::ptrdiff_t end) {
   const float *ambient = transport.ambient.data.data(), *mean = transport.mean.data.data();
   float* out = recipe.out;
@@ -73,18 +83,21 @@ void follow(const Recipe& recipe, const Transport& transport, std::ptrdiff_t fir
 std::vector<ImageF> form_images(const Twin& twin, const Transport& transport) {
   const auto sequence = expand_sequence(twin.fringes);
   const auto n_pixels = static_cast<std::ptrdiff_t>(transport.mean.size());
-  std::vector<ImageF> images;
+  std::vector<ImageF> images(sequence.size());
+  std::vector<ImageF*> blank;
+  for (ImageF& image : images) blank.push_back(&image);
+  make_blank(blank, transport.mean.width, transport.mean.height);
   std::vector<Recipe> recipes;
-  images.reserve(sequence.size());
   for (std::size_t i = 0; i < sequence.size(); ++i) {
-    images.emplace_back(transport.mean.width, transport.mean.height);
     recipes.push_back(make_recipe(twin, transport, sequence[i], i));
-    recipes.back().out = images.back().data.data();
+    recipes.back().out = images[i].data.data();
   }
 #pragma omp parallel for
-  for (std::ptrdiff_t first = 0; first < n_pixels; first += pixels_at_a_time)
-    for (const Recipe& recipe : recipes)
-      follow(recipe, transport, first, std::min(n_pixels, first + pixels_at_a_time));
+  for (std::ptrdiff_t first = 0; first < n_pixels; first += pixels_at_a_time) {
+    const std::ptrdiff_t end = std::min(n_pixels, first + pixels_at_a_time);
+    if (all_dark(transport, first, end)) continue;
+    for (const Recipe& recipe : recipes) follow(recipe, transport, first, end);
+  }
   return images;
 }
 

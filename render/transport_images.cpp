@@ -15,8 +15,6 @@ PairImages pair_images(Transport* transport, const PitchSlot& slot) {
 Transport empty_transport(const Twin& twin, const std::vector<PassPlan>& passes, const SeriesTable& series,
                           int width, int height) {
   Transport out;
-  out.mean = ImageF(width, height);
-  out.ambient = ImageF(width, height);
   out.object = Image<std::int32_t>(width, height, -1);
   out.series = series;
   const std::size_t n_directions = twin.fringes.directions.size();
@@ -31,16 +29,31 @@ Transport empty_transport(const Twin& twin, const std::vector<PassPlan>& passes,
       out.harmonics[p.direction].resize(n_pitches);
       auto& higher = out.harmonics[p.direction][p.pitch];
       if (p.harmonic > 1) higher.resize(std::max(higher.size(), static_cast<std::size_t>(p.harmonic) - 1));
-      const PairImages images = pair_images(&out, p);
-      *images.cosine = ImageF(width, height);
-      *images.sine = ImageF(width, height);
     }
-    for (const DirectSlot& d : pass.direct) {
-      out.direct.resize(std::max(out.direct.size(), d.image + 1));
-      out.direct[d.image] = ImageF(width, height);
-    }
+    for (const DirectSlot& d : pass.direct) out.direct.resize(std::max(out.direct.size(), d.image + 1));
   }
+  std::vector<ImageF*> images{&out.mean, &out.ambient};
+  for (const PassPlan& pass : passes) {
+    for (const PitchSlot& p : pass.pitches) {
+      const PairImages pair = pair_images(&out, p);
+      images.insert(images.end(), {pair.cosine, pair.sine});
+    }
+    for (const DirectSlot& d : pass.direct) images.push_back(&out.direct[d.image]);
+  }
+  make_blank(images, width, height);
   return out;
+}
+
+void make_blank(const std::vector<ImageF*>& images, int width, int height) {
+  const std::size_t n = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  for (ImageF* image : images) {
+    image->width = width;
+    image->height = height;
+    image->data.clear();
+    image->data.reserve(n);
+  }
+#pragma omp parallel for
+  for (std::size_t i = 0; i < images.size(); ++i) images[i]->data.resize(n);  // does not throw any more
 }
 
 }  // namespace fringetwin::render

@@ -14,4 +14,7 @@ struct PairImages {
 };
 PairImages pair_images(Transport* transport, const PitchSlot& slot);
 
+/// All of this size and 0. Touching so much memory for the first time is worth several threads.
+void make_blank(const std::vector<ImageF*>& images, int width, int height);
+
 }  // namespace fringetwin::render

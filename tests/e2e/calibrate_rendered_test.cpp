@@ -8,6 +8,7 @@
 // | the rig within its own sigmas    | rendered_rig.hpp | the rig that was rendered                       |
 // | corners, cameras and projector   | 0.08, 0.12 px    | cornerSubPix on 8 bit, shot noise; 1.7 to 3     |
 // |                                  |                  | times what is measured                          |
+// | circles, cameras and projector   | 0.02, 0.04 px    | twice what is measured                          |
 #include <gtest/gtest.h>
 
 #include "tests/e2e/cli_runner.hpp"
@@ -22,6 +23,16 @@ TEST(CalibrateRendered, FewBoards) {
   scene.reduction = 4;
   scene.n_boards = 4;
   expect_the_rig_is_found(scene, {0.08, 0.12});
+}
+
+// The same with circles, whose centroids are not their centres' pictures: up to half a pixel here.
+TEST(CalibrateRendered, CirclesInsteadOfSquares) {
+  FT_NEED_DEVICE();
+  RenderedBoards scene;
+  scene.reduction = 3;
+  scene.n_boards = 4;
+  scene.circle_diameter_mm = 5.0;
+  expect_the_rig_is_found(scene, {0.02, 0.04});
 }
 
 }  // namespace

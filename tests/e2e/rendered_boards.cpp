@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -18,14 +19,27 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Squares, a white border of one square; the first inner corner 2 squares from the top left.
-void write_board_image(const fs::path& file, const calib::Board& board) {
-  constexpr int kTexels = 16;  // per square
+/// Squares, a white border of one square; the first inner corner 2 squares from the top left. Or dark circles
+/// around the corners, texels by the share that is inside (16 a square bias the rig by up to 2.7 sigma).
+void write_board_image(const fs::path& file, const calib::Board& board, double circle_diameter_mm) {
+  const int kTexels = circle_diameter_mm > 0.0 ? 64 : 16;  // per square
   const int columns = board.width_n + 3, rows = board.height_n + 3;
   ImageF image(columns * kTexels, rows * kTexels);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) {
       const int c = x / kTexels, r = y / kTexels;
+      if (circle_diameter_mm > 0.0) {
+        const auto off = [kTexels](int texel) {  // from the nearest corner, in squares
+          const double at = (texel + 0.5) / kTexels;
+          return at - std::round(at);
+        };
+        const bool corner = x > 1.5 * kTexels && y > 1.5 * kTexels && x < (columns - 1.5) * kTexels &&
+                            y < (rows - 1.5) * kTexels;
+        const double inside =
+            (0.5 * circle_diameter_mm / board.spacing_mm - std::hypot(off(x), off(y))) * kTexels + 0.5;
+        image(x, y) = corner ? static_cast<float>(255.0 - 225.0 * std::clamp(inside, 0.0, 1.0)) : 255.0F;
+        continue;
+      }
       const bool border = c == 0 || r == 0 || c == columns - 1 || r == rows - 1;
       image(x, y) = border || (c + r) % 2 == 1 ? 255.0F : 30.0F;
     }
@@ -92,7 +106,7 @@ std::string RenderedBoards::devices_toml(bool rough) const {
 }
 
 std::vector<std::string> RenderedBoards::render(const fs::path& dir) const {
-  write_board_image(dir / "board.png", board);
+  write_board_image(dir / "board.png", board, circle_diameter_mm);
   write_file(dir / "rough.toml", devices_toml(true));
   std::vector<std::string> folders;
   for (int i = 0; i < n_boards; ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rig that looks at a printed chessboard under fringes in both directions: its rough and its true twin, and
+// A rig that looks at a printed chessboard or grid of circles under fringes in both directions: its rough and its true twin, and
 // the pictures our renderer makes of it.
 #pragma once
 #include <array>
@@ -17,6 +17,7 @@ struct RenderedBoards {
   int reduction = 2;
   int n_boards = 14;
   calib::Board board{10, 7, 10.0};  ///< 11 x 8 squares: not the same upside down
+  double circle_diameter_mm = 0.0;  ///< > 0: circles on the corners, no squares
 
   struct Device {
     std::string name;

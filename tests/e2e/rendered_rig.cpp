@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "calib/circle_bias.hpp"
 #include "calib/corners_vnl.hpp"
 #include "tests/e2e/cli_runner.hpp"
 #include "twin/lens.hpp"
@@ -44,19 +45,47 @@ calib::Observations found_corners(const RenderedBoards& scene, const fs::path& v
   return o;
 }
 
+struct TrueDevice {
+  Lens lens;
+  Pose T_device_world;
+};
+
+/// Where a corner ought to be found: its picture; of a circle the centroid of its picture, and in the
+/// projector what lights the place on the board that the cameras take for the centre (mean of both).
+Eigen::Vector2d ideal_corner(const RenderedBoards& scene, const std::vector<TrueDevice>& devices, std::size_t d,
+                             const Pose& T_world_board, const Eigen::Vector3d& corner_mm) {
+  const auto centroid = [&](std::size_t camera) {
+    return *calib::disc_centroid_px(devices[camera].lens, devices[camera].T_device_world * T_world_board,
+                                    corner_mm, 0.5 * scene.circle_diameter_mm);
+  };
+  const Pose T = devices[d].T_device_world * T_world_board;
+  if (!(scene.circle_diameter_mm > 0.0)) return *devices[d].lens.project(T * corner_mm);
+  if (d < 2) return centroid(d);
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  for (std::size_t camera = 0; camera < 2; ++camera) {
+    const Pose back = (devices[camera].T_device_world * T_world_board).inverse();
+    const Eigen::Vector3d ray = back.rotation * *devices[camera].lens.unproject(centroid(camera));
+    place += 0.5 * (back.translation_mm - back.translation_mm.z() / ray.z() * ray);
+  }
+  return *devices[d].lens.project(T * place);
+}
+
 /// rms per coordinate of found - true, per device.
 std::vector<double> corner_noise_px(const RenderedBoards& scene, const calib::Observations& o) {
   std::vector<double> sum(3, 0.0), n(3, 0.0);
-  const auto devices = scene.devices();
+  std::vector<TrueDevice> devices;
+  for (const auto& d : scene.devices())
+    devices.push_back({Lens("LENSMODEL_OPENCV4", {d.intrinsics.begin(), d.intrinsics.end()},
+                            Eigen::Vector2i(d.size[0], d.size[1]), d.name),
+                       pose_from_rt(d.rt_cam_world)});
   for (const calib::View& view : o.views) {
     const auto d = static_cast<std::size_t>(view.device);
-    const Lens lens("LENSMODEL_OPENCV4", {devices[d].intrinsics.begin(), devices[d].intrinsics.end()},
-                    Eigen::Vector2i(devices[d].size[0], devices[d].size[1]), devices[d].name);
-    const Pose T = pose_from_rt(devices[d].rt_cam_world) *
-                   scene.T_world_board(std::stoi(o.frames[static_cast<std::size_t>(view.frame)]));
+    const Pose T = scene.T_world_board(std::stoi(o.frames[static_cast<std::size_t>(view.frame)]));
     for (std::size_t i = 0; i < view.corners.size(); ++i) {
       if (!view.corners[i].seen()) continue;
-      sum[d] += (view.corners[i].q_px - *lens.project(T * o.board.point_mm(i))).squaredNorm();
+      const Eigen::Vector2d off =
+          view.corners[i].q_px - ideal_corner(scene, devices, d, T, o.board.point_mm(i));
+      sum[d] += off.squaredNorm();
       n[d] += 2.0;
     }
   }
@@ -115,6 +144,9 @@ void expect_the_rig_is_found(const RenderedBoards& scene, const CornerLimits& li
                                 std::to_string(scene.board.height_n),
                                 "--outdir",
                                 (dir / "rig").string()};
+  if (scene.circle_diameter_mm > 0.0)
+    args.insert(args.end(), {"--board", "circles", "--circle-diameter",
+                             fmt::format("{}", 1e-3 * scene.circle_diameter_mm)});
   for (const std::string& folder : scene.render(dir)) args.push_back(folder);
   const RunResult run = run_fringetwin(args);
   ASSERT_EQ(run.exit_code, 0) << run.err;
