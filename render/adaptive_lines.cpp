@@ -49,8 +49,8 @@ AdaptiveTrace::LineErrors AdaptiveTrace::add_lines(const Sums& sums, std::size_t
       open = std::hypot(open, panel_weights[l] * at(pass_->channels(), LINES_PER_PANEL * p + l));
   open *= std::max(1.0, job_.twin.fringes.mean + job_.twin.fringes.amplitude) / panels_;
   const double gray = std::hypot(irradiance_error(mean, fringe) + job_.twin.projector->ambient * hit, open);
-  if (!std::isfinite(gray + phase)) return {HUGE_VAL, HUGE_VAL};
-  return {gray, phase};
+  if (!std::isfinite(gray + phase)) return {HUGE_VAL, HUGE_VAL, open > 0.0};
+  return {gray, phase, open > 0.0};
 }
 
 // All lines of a list; in more stretches from now on if the driver cuts them short.
@@ -58,16 +58,20 @@ std::vector<float> AdaptiveTrace::trace_lines(const std::vector<std::uint32_t>& 
                                               std::vector<LineErrors>* found) {
   const std::size_t n_channels = pass_->channels();
   std::vector<float> values(n_channels * list.size());
-  for (;; stretches_ *= 4) {
+  std::vector<LineErrors> errors(list.size());
+  const std::uint64_t rays_before = job_.out->rays;
+  for (;; stretches_ *= 8) {
     const std::size_t per_entry = LINES_PER_PANEL * std::size_t{panels_} * stretches_;
     ComputePipeline& kernel = list_kernel(Kernel::lines, PIXELS_LISTED, list, per_entry);
     try {
       run_list(kernel, list, per_entry, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
         for (std::size_t i = 0; i < n; ++i)
-          (*found)[first + i] = add_lines(sums, i * per_entry, &values[n_channels * (first + i)]);
+          errors[first + i] = add_lines(sums, i * per_entry, &values[n_channels * (first + i)]);
       });
+      *found = std::move(errors);
       return values;
     } catch (const LoopLimit&) {
+      job_.out->rays = rays_before;
       if (stretches_ >= most_stretches) throw;
     }
   }
@@ -82,31 +86,42 @@ void AdaptiveTrace::run_lines() {
       irradiance_target_ * irradiance_target_ * static_cast<double>(n_lit_ + n_outlines_ + mixed_.size());
   const double allowed = std::min(share_of_budget * whole, std::max(0.1 * whole, whole - gray_squares_));
   double spent = mixed_squares_;
+  std::vector<float> values;
+  std::vector<LineErrors> found;
   for (panels_ = 1; !list.empty(); panels_ *= 2) {
-    std::vector<float> values;
-    std::vector<LineErrors> found(list.size());
+    bool finest = panels_ >= most_panels;
+    stage("lines", list.size(), [&] {
+      try {
+        values = trace_lines(list, &found);
+      } catch (const LoopLimit&) {
+        if (panels_ == 1) throw;
+        finest = true;  // what the round before found stands, with its errors
+      }
+    });
+    const auto inside = [&](std::size_t i) { return (list[i] & inside_surface) && !found[i].crossed; };
     std::vector<double> errors(list.size());  // as of the irradiance
-    stage("lines", list.size(), [&] { values = trace_lines(list, &found); });
     for (std::size_t i = 0; i < list.size(); ++i)
-      errors[i] =
-          list[i] & inside_surface
-              ? std::max(found[i].irradiance, found[i].phase_rad / phase_target_rad_ * irradiance_target_)
-              : found[i].irradiance;
+      errors[i] = inside(i) ? std::max(found[i].irradiance,
+                                       found[i].phase_rad / phase_target_rad_ * irradiance_target_)
+                            : found[i].irradiance;
     // The target is the rms over all pixels, and few lie on edges: the largest errors are worked on until
     // the others fit into the budget together. Some of it is left to the pixels of the next round, or they
     // would have to become exact.
-    const double most = panels_ < most_panels
-                            ? largest_error_to_keep(errors, share_of_round * (allowed - spent),
-                                                    most_allowance * irradiance_target_)
-                            : HUGE_VAL;
+    const double most = finest ? HUGE_VAL
+                               : largest_error_to_keep(errors, share_of_round * (allowed - spent),
+                                                       most_allowance * irradiance_target_);
     std::vector<std::uint32_t> next;
     for (std::size_t i = 0; i < list.size(); ++i) {
       if (errors[i] > most) {
+        if (next.size() < i) {
+          std::copy_n(&values[n_channels * i], n_channels, &values[n_channels * next.size()]);
+          found[next.size()] = found[i];
+        }
         next.push_back(list[i]);
         continue;
       }
       spent += errors[i] * errors[i];
-      if (list[i] & inside_surface) {
+      if (inside(i)) {
         count_error(found[i].phase_rad, found[i].irradiance);
         --n_mixed_;
       } else {

@@ -13,17 +13,12 @@ constexpr std::uint32_t most_parts = 4;  // of a pixel's side, for pieces of fac
 
 }  // namespace
 
-SampleSetup AdaptiveTrace::gauss_setup(int order) const {
-  SampleSetup samples;
-  samples.table = gauss_samples(order * order, job_.twin.render.pixel_fill, {}, 0.0);
-  samples.n = static_cast<std::uint32_t>(order * order);
-  return samples;
-}
-
 // Runs the Gauss rule of n x n nodes over a list.
 template <class Use>
 void AdaptiveTrace::run_rule(const std::vector<std::uint32_t>& list, int order, Use use) {
-  const SampleSetup samples = gauss_setup(order);
+  SampleSetup samples;
+  samples.table = gauss_samples(order * order, job_.twin.render.pixel_fill, {}, 0.0);
+  samples.n = static_cast<std::uint32_t>(order * order);
   impl_.upload_samples(samples);
   impl_.upload_pass(job_, *pass_, samples, limits());
   impl_.fill(BIND_PIXELS, list);
@@ -95,7 +90,7 @@ void AdaptiveTrace::sort_out_uncrossed() {
         reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
     for (std::size_t i = 0; i < n; ++i)
       if (answer[i] == BORDER_DENSE)
-        mixed_.push_back(list[first + i] | (far_from_edges(list[first + i]) ? inside_surface : 0U));
+        mixed_.push_back(list[first + i] | inside_surface);
       else
         (answer[i] == BORDER_CROSSED  ? mixed_
          : answer[i] == BORDER_FACETS ? facets_

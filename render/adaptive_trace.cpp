@@ -44,7 +44,7 @@ void AdaptiveTrace::run(const std::vector<PassPlan>& passes) {
 // Most scenes need all of them, in this order.
 void AdaptiveTrace::foresee_kernels(const PassPlan& pass) {
   pass_ = &pass;
-  SampleSetup samples;
+  const SampleSetup samples;
   std::vector<KernelStore::Key> keys;
   const auto add = [&](Kernel kernel, std::uint32_t list) {
     keys.push_back(impl_.kernel_key(kernel, constants(samples, list)));
@@ -55,7 +55,6 @@ void AdaptiveTrace::foresee_kernels(const PassPlan& pass) {
   if (!job_.scene.meshes.empty())
     for (const std::uint32_t list : {PIXELS_LISTED, PIXELS_PIECES}) add(Kernel::facets, list);
   add(Kernel::lines, PIXELS_LISTED);
-  samples = gauss_setup(base_order());
   add(Kernel::trace, PIXELS_LISTED);
   impl_.kernels.foresee(keys);
 }

@@ -26,7 +26,7 @@ inline std::uint32_t list_code(int x, int y, bool along_y) {
   return static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 15 | (along_y ? 1U << 31 : 0U);
 }
 constexpr int list_limit_px = 1 << 15;
-/// Mark of a pixel that no edge crosses: its phase counts.
+/// Mark of a pixel that no edge is known to cross: its phase counts, unless scan lines find one.
 constexpr std::uint32_t inside_surface = 1U << 30;
 
 /// What a dispatch wrote: channel by channel, `stride` slots each.
@@ -75,7 +75,6 @@ class AdaptiveTrace {
   }
 
   void foresee_kernels(const PassPlan& pass);
-  SampleSetup gauss_setup(int order) const;
   void probe();
   void run_pass();
   void classify();
@@ -96,6 +95,7 @@ class AdaptiveTrace {
   struct LineErrors {
     double irradiance = 0.0;  ///< of an image
     double phase_rad = 0.0;   ///< largest of all pitches
+    bool crossed = false;     ///< a border between surfaces was found
   };
   std::vector<float> trace_lines(const std::vector<std::uint32_t>& list, std::vector<LineErrors>* found);
   LineErrors add_lines(const Sums& sums, std::size_t slot, float* values) const;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/kernel_store.hpp"
 
+#include <system_error>
+
 namespace fringetwin::render {
 
 void KernelStore::make(const Key& key, Slot& slot) {
@@ -20,7 +22,7 @@ void KernelStore::foresee(const std::vector<Key>& keys) {
   for (const Key& key : keys)
     if (Slot& slot = slots_[key]; !slot.kernel) missing.emplace_back(key, &slot);
   if (missing.empty()) return;
-  worker_ = std::jthread([this, missing = std::move(missing)](const std::stop_token& stop) {
+  const auto work = [this, missing = std::move(missing)](const std::stop_token& stop) {
     for (const auto& [key, slot] : missing) {
       if (stop.stop_requested()) return;
       try {
@@ -29,7 +31,12 @@ void KernelStore::foresee(const std::vector<Key>& keys) {
         return;  // get() meets it again, if the kernel is needed at all
       }
     }
-  });
+  };
+  try {
+    worker_ = std::jthread(work);
+  } catch (const std::system_error&) {
+    // No thread to be had: they are made when they are needed.
+  }
 }
 
 void KernelStore::stop() { worker_ = {}; }

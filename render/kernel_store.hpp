@@ -32,7 +32,8 @@ class KernelStore {
   ComputePipeline& get(const Key& key);
   /// Makes kernels in the background, in this order, those that will be needed first first.
   void foresee(const std::vector<Key>& keys);
-  /// Makes no further ones; waits for the one that is being made.
+  /// Makes no further ones; stop() waits for the one that is being made.
+  void stop_soon() { worker_.request_stop(); }
   void stop();
   void clear();
 

@@ -412,7 +412,7 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   const Shortcuts shortcuts =
       impl_->search_always
           ? Shortcuts{}
-          : make_shortcuts(twin, camera, scene, adaptive ? SIZE_MAX : blocks.size() * BLOCK_PIXELS,
+          : make_shortcuts(twin, camera, scene, (adaptive ? 256 : 1) * blocks.size() * BLOCK_PIXELS,
                            impl_->visibility);
   TraceJob job{twin, camera, scene, lens, projector, blocks, shortcuts, seed, nullptr, &out};
   out.sampling = adaptive ? sampling : without_adaptation(sampling);
@@ -441,6 +441,7 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
       impl_->trace_plain(job, passes, samples);
     }
   }
+  impl_->kernels.stop_soon();
   out.sampling.precise = impl_->precise;
   out.trace_ms = ms_since(start);
   return out;

@@ -37,7 +37,7 @@ struct Shortcuts {
 };
 
 /// `n_pixels`: how many are traced; with far fewer pixels than triangles it is cheaper to search, unless
-/// facets are to be clipped.
+/// facets are to be clipped, of which some hundred may lie in a pixel.
 Shortcuts make_shortcuts(const Twin& twin, const Camera& camera, const PackedScene& scene,
                          std::size_t n_pixels, VisibilityStore& store);
 

@@ -99,8 +99,8 @@ void main() {
   if (!(same && same_far)) kind = one_mesh ? on_mesh : PIXEL_SMOOTH;
   if (!same) kind = one_mesh ? on_mesh : changes_y > changes_x ? PIXEL_MIXED_Y : PIXEL_MIXED;
   if (!same && !one_mesh && mesh_alone) kind = changes_y > changes_x ? PIXEL_OUTLINE_Y : PIXEL_OUTLINE;
-  // An edge may come in from where no ray looks. (Facets must fill the pixel, which tells.)
-  if (at_border && any_light && kind != PIXEL_FACETS) kind = changes_y > changes_x ? PIXEL_MIXED_Y : PIXEL_MIXED;
+  // An edge may come in from where no ray looks.
+  if (at_border && any_light) kind = changes_y > changes_x ? PIXEL_MIXED_Y : PIXEL_MIXED;
   // Nothing lit: only ambient light can tell one unlit surface from another or from nothing.
   if (!any_light && (!ambient || all_hit || !any_hit)) kind = PIXEL_DONE;
 

@@ -5,7 +5,7 @@
 // pixel's square: each facet is clipped exactly. From the facet seen at the pixel's centre the search goes on
 // across the sides that cross the square; without links between triangles it takes the facets that the
 // neighbouring rays saw.
-//  PIXELS_LISTED: every neighbouring ray saw the mesh lit. The pieces must fill the square. The own facet stands for
+//  PIXELS_LISTED: every neighbouring ray, or those along the pixel's border, saw the mesh lit. The pieces must fill the square. The own facet stands for
 //  all; each other piece adds how it differs at its middle.
 //  PIXELS_PIECES: the same pixels, every piece by a rule of its own: for what the former is not good enough for. One
 //  invocation = one of equal squares of the pixel, reached from the own facet across sides.
@@ -32,6 +32,7 @@ layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
 const bool outline = PIXEL_LIST == PIXELS_OUTLINE, by_piece = PIXEL_LIST != PIXELS_LISTED;
 const float AREA_TOLERANCE = 1e-3;
 const int MOST_STEPS = 128;
+const float MOST_QUICK_SWING = 1.5;  // rad of the finest fringe along an axis of the pixel
 const float SEARCH_MARGIN = 0.7;  // px around an outline's pixel: what enters it only just is connected there
 
 float mean = 0.0;
@@ -240,7 +241,7 @@ void main() {
     swing_per_px = j == 1 || j == 2 ? length(vec2(swing_per_px, finest * moved)) : swing_per_px;
   }
   float whole = 4.0 * half_fill * half_fill, covered = 0.0, error = 0.0, turn_error = 0.0;
-  for (int f = 0; f < n_facets && f < MOST_FACETS; ++f) {
+  for (int f = 0; f < n_facets && n_facets <= MOST_FACETS; ++f) {
     int triangle = facet(f);
     vec3 v0, n_geometric, n;
     Outline s = outline_of(m, triangle, center, v0, n_geometric, n);
@@ -272,7 +273,8 @@ void main() {
       add_difference(g, rays, own, triangle, piece, share, finest, swing_per_px, error, turn_error);
   }
   float to_cover = 1.0 / float(parts * parts);
-  bool too_many = n_facets > MOST_FACETS;
+  // Four nodes on the own facet say nothing about more of the fringe: then piece by piece, too.
+  bool too_many = n_facets > MOST_FACETS || (!by_piece && 2.0 * half_fill * swing_per_px > MOST_QUICK_SWING);
   good = good && (too_many || (outline ? covered < 1.0 + AREA_TOLERANCE : abs(covered - to_cover) < AREA_TOLERANCE * to_cover));
   hits = outline ? min(covered, 1.0) : to_cover;
   store_sums(slot, stride, mean, hits, cosine, sine, direct);

@@ -244,7 +244,7 @@ TEST(Adaptive, SmallFacetsAreIntegratedPieceByPiece) {
   twin.objects = {bumpy_part(5)};
   twin.cameras[0].lens =
       Lens("LENSMODEL_PINHOLE", {1180, 1180, 359.5, 269.5}, {720, 540}, "half-size camera");
-  twin = crop_around(twin, {-5, 5, 245}, 80, 60);
+  twin = crop_around(twin, {-5, 5, 245}, 120, 90);
   EXPECT_LE(expect_bounded("facets of five pixels", twin, 4, Pixels::hit), 10.0);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rig that looks at a printed chessboard or grid of circles under fringes in both directions: its rough and its true twin, and
-// the pictures our renderer makes of it.
+// A rig that looks at a printed chessboard or grid of circles under fringes in both directions: its rough and
+// its true twin, and the pictures our renderer makes of it.
 #pragma once
 #include <array>
 #include <filesystem>

@@ -52,8 +52,8 @@ struct TrueDevice {
 
 /// Where a corner ought to be found: its picture; of a circle the centroid of its picture, and in the
 /// projector what lights the place on the board that the cameras take for the centre (mean of both).
-Eigen::Vector2d ideal_corner(const RenderedBoards& scene, const std::vector<TrueDevice>& devices, std::size_t d,
-                             const Pose& T_world_board, const Eigen::Vector3d& corner_mm) {
+Eigen::Vector2d ideal_corner(const RenderedBoards& scene, const std::vector<TrueDevice>& devices,
+                             std::size_t d, const Pose& T_world_board, const Eigen::Vector3d& corner_mm) {
   const auto centroid = [&](std::size_t camera) {
     return *calib::disc_centroid_px(devices[camera].lens, devices[camera].T_device_world * T_world_board,
                                     corner_mm, 0.5 * scene.circle_diameter_mm);
