@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Buffers and switches of the trace kernel.
+#extension GL_EXT_samplerless_texture_functions : require
 #include "shared.h"
 
 // The variant PRECISE carries everything that decides the phase in double: rays, hit points (refined
@@ -71,8 +72,8 @@ layout(std140, binding = BIND_PARAMS) uniform ParamsBlock {
   Params values;
   Params rest;  // what rounding to float left of each value
 } params_block;
-layout(binding = BIND_PRIMITIVES) uniform samplerBuffer primitive_data;
-layout(binding = BIND_MATERIALS) uniform samplerBuffer material_data;
+layout(binding = BIND_PRIMITIVES) uniform textureBuffer primitive_data;
+layout(binding = BIND_MATERIALS) uniform textureBuffer material_data;
 
 // lavapipe reads uniform buffers lane by lane, even at constant offsets: everything the sample loop
 // needs is copied here once per pixel (4 times faster on a plane). Unused members cost nothing.
@@ -123,25 +124,25 @@ layout(std430, binding = BIND_LINKS) readonly buffer LinksBlock { ivec4 link_dat
 #define FETCH_TRIANGLE(i) triangle_data[i]
 #define FETCH_CORNER(i) corner_data[i]
 #else
-layout(binding = BIND_NODES) uniform isamplerBuffer node_data;
-layout(binding = BIND_TRIANGLES) uniform samplerBuffer triangle_data;
-layout(binding = BIND_CORNERS) uniform samplerBuffer corner_data;
-layout(binding = BIND_LINKS) uniform isamplerBuffer link_data;
+layout(binding = BIND_NODES) uniform itextureBuffer node_data;
+layout(binding = BIND_TRIANGLES) uniform textureBuffer triangle_data;
+layout(binding = BIND_CORNERS) uniform textureBuffer corner_data;
+layout(binding = BIND_LINKS) uniform itextureBuffer link_data;
 #define FETCH_LINK(i) texelFetch(link_data, i)
 #define FETCH_NODE(i) texelFetch(node_data, i)
 #define FETCH_TRIANGLE(i) texelFetch(triangle_data, i)
 #define FETCH_CORNER(i) texelFetch(corner_data, i)
 #endif
 
-layout(binding = BIND_STARTS) uniform isamplerBuffer start_tiles;
-layout(binding = BIND_LENS_GRID) uniform samplerBuffer lens_grid;
-layout(binding = BIND_PROJECTOR_GRID) uniform samplerBuffer projector_grid;
-layout(binding = BIND_SAMPLES) uniform samplerBuffer sample_table;
-layout(binding = BIND_SOBOL) uniform usamplerBuffer sobol_table;
-layout(binding = BIND_WAVEFORMS) uniform samplerBuffer waveforms;
-layout(binding = BIND_BLOCKS) uniform usamplerBuffer block_list;
-layout(binding = BIND_PIXELS) uniform usamplerBuffer pixel_list;
-layout(binding = BIND_PROBE) uniform samplerBuffer probe;
+layout(binding = BIND_STARTS) uniform itextureBuffer start_tiles;
+layout(binding = BIND_LENS_GRID) uniform textureBuffer lens_grid;
+layout(binding = BIND_PROJECTOR_GRID) uniform textureBuffer projector_grid;
+layout(binding = BIND_SAMPLES) uniform textureBuffer sample_table;
+layout(binding = BIND_SOBOL) uniform utextureBuffer sobol_table;
+layout(binding = BIND_WAVEFORMS) uniform textureBuffer waveforms;
+layout(binding = BIND_BLOCKS) uniform utextureBuffer block_list;
+layout(binding = BIND_PIXELS) uniform utextureBuffer pixel_list;
+layout(binding = BIND_PROBE) uniform textureBuffer probe;
 layout(std430, binding = BIND_PROBE_OUT) writeonly buffer ProbeBlock { vec4 probe_out[]; };
 layout(std430, binding = BIND_OUTPUT) buffer OutputBlock { float sums[]; };
 layout(std430, binding = BIND_OBJECTS) writeonly buffer ObjectsBlock { int objects[]; };
