@@ -86,8 +86,7 @@ void AdaptiveTrace::sort_out_uncrossed() {
   mixed_.clear();
   ComputePipeline& kernel = list_kernel(Kernel::border, PIXELS_LISTED, list);
   run_list(kernel, list, 1, 0, [&](std::size_t first, std::size_t n, const Sums&) {
-    const auto* answer =
-        reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
+    const auto* answer = answers(n);
     for (std::size_t i = 0; i < n; ++i)
       if (answer[i] == BORDER_DENSE)
         mixed_.push_back(list[first + i] | inside_surface);
@@ -128,13 +127,12 @@ std::vector<std::uint32_t> AdaptiveTrace::run_facets(const std::vector<std::uint
   std::vector<FacetErrors> found(list.size());
   std::vector<double> worse(list.size());
   run_list(kernel, list, n_squares, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
-    const auto* answers = reinterpret_cast<const std::int32_t*>(
-        impl_.buffers[BIND_OBJECTS]->read(n * n_squares * sizeof(std::int32_t)));
+    const std::int32_t* squares = answers(n * n_squares);
     for (std::size_t i = 0; i < n; ++i) {
       FacetErrors& f = found[first + i];
       f = add_squares(sums, i * n_squares, n_squares, kind == PIXELS_PIECES,
                       &values[n_channels * (first + i)]);
-      f.answer = *std::max_element(answers + i * n_squares, answers + (i + 1) * n_squares);
+      f.answer = *std::max_element(squares + i * n_squares, squares + (i + 1) * n_squares);
       if (!std::isfinite(f.irradiance + f.phase_rad)) f.answer = FACETS_UNKNOWN;
       worse[first + i] = f.answer == FACETS_DONE
                              ? std::max(f.phase_rad / phase_target_rad_, f.irradiance / irradiance_target_)
@@ -174,8 +172,7 @@ void AdaptiveTrace::run_outlines(const std::vector<std::uint32_t>& list) {
   std::vector<float> values(n_channels * list.size());
   std::vector<double> errors(list.size());
   run_list(kernel, list, 1, 0, [&](std::size_t first, std::size_t n, const Sums& sums) {
-    const auto* rejected =
-        reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
+    const auto* rejected = answers(n);
     for (std::size_t i = 0; i < n; ++i) {
       const std::size_t e = first + i;
       errors[e] = irradiance_error(0.0, sums.at(n_channels, i));

@@ -194,8 +194,7 @@ void AdaptiveTrace::classify() {
     const Sums sums{reinterpret_cast<const float*>(
                         impl_.buffers[BIND_OUTPUT]->read((channels + 2) * stride * sizeof(float))),
                     stride};
-    const auto* kinds = reinterpret_cast<const std::int32_t*>(
-        impl_.buffers[BIND_OBJECTS]->read(stride * sizeof(std::int32_t)));
+    const auto* kinds = answers(stride);
     impl_.scatter_sums(job_, targets_, first, n, sums.values);
     for (std::size_t b = 0; b < n; ++b) {
       const std::uint32_t block = job_.blocks[first + b];

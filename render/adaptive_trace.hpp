@@ -112,6 +112,10 @@ class AdaptiveTrace {
   /// A kernel that works on a list and takes no samples, everything it reads in place.
   ComputePipeline& list_kernel(Kernel kernel, std::uint32_t kind, const std::vector<std::uint32_t>& list,
                                std::size_t per_entry = 1);
+  /// What each of n invocations said of its pixel (PIXEL_, BORDER_, FACETS_).
+  const std::int32_t* answers(std::size_t n) {
+    return reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
+  }
   /// A list's part of the sums to values[entry][channel].
   void gather(const Sums& sums, std::size_t first, std::size_t n, std::vector<float>* values) const;
   std::size_t most_slots() const;

@@ -31,6 +31,9 @@ double ms_since(Clock::time_point start) {
 constexpr std::uint32_t mesh_chunk = 64, analytic_chunk = 4096;  // samples per dispatch
 constexpr std::uint64_t samples_per_dispatch = 4U << 20;         // over all pixels: a fraction of a second
 constexpr std::size_t output_bytes = 64U << 20;
+// With more than these, links between triangles are not worth while: rays search; facets are clipped, some
+// hundred in a pixel.
+constexpr std::size_t triangles_per_traced_pixel = 2, triangles_per_clipped_pixel = 512;
 constexpr std::uint64_t samples_worth_a_progress_bar = 400U << 20;
 
 constexpr VkDescriptorType uniform = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
@@ -409,11 +412,11 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   Transport out = empty_transport(twin, passes, series, camera.lens.width(), camera.lens.height());
   bool adaptive = sampling.sampler == Sampler::adaptive &&
                   can_trace_adaptively(twin, camera, scene, passes, impl_->device.limits());
+  const std::size_t per_pixel = adaptive ? triangles_per_clipped_pixel : triangles_per_traced_pixel;
   const Shortcuts shortcuts =
       impl_->search_always
           ? Shortcuts{}
-          : make_shortcuts(twin, camera, scene, (adaptive ? 256 : 1) * blocks.size() * BLOCK_PIXELS,
-                           impl_->visibility);
+          : make_shortcuts(twin, camera, scene, per_pixel * blocks.size() * BLOCK_PIXELS, impl_->visibility);
   TraceJob job{twin, camera, scene, lens, projector, blocks, shortcuts, seed, nullptr, &out};
   out.sampling = adaptive ? sampling : without_adaptation(sampling);
   if (!blocks.empty()) {

@@ -12,8 +12,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t most_views = 4;           // of one mesh: two cameras and a projector
-constexpr std::size_t triangles_per_pixel = 2;  // more: not worth while
+constexpr std::size_t most_views = 4;  // of one mesh: two cameras and a projector
 constexpr std::uint32_t largest_tile_shift = 4;
 constexpr int dilations = 2;  // tiles beside the mesh: pixels at its silhouette start there
 
@@ -162,11 +161,11 @@ const std::vector<std::uint8_t>& VisibilityStore::clear(const MeshGeometry& g, c
 }
 
 Shortcuts make_shortcuts(const Twin& twin, const Camera& camera, const PackedScene& scene,
-                         std::size_t n_pixels, VisibilityStore& store) {
+                         std::size_t most_triangles, VisibilityStore& store) {
   Shortcuts out;
   std::size_t n_triangles = 0;
   for (const auto& instance : scene.instances) n_triangles += instance.geometry->indices.size();
-  if (n_triangles == 0 || n_triangles / triangles_per_pixel > n_pixels) return out;
+  if (n_triangles == 0 || n_triangles > most_triangles) return out;
   const bool walk = !camera.optics;  // rays from all over a lens see more
   out.kinds = (scene.shadow ? LINKS_SHADOW : 0) | (walk ? LINKS_WALK : 0);
   if (out.kinds == 0) return out;

@@ -36,9 +36,8 @@ struct Shortcuts {
   std::uint32_t tile_shift = 0, tiles_x = 0, tiles = 0;
 };
 
-/// `n_pixels`: how many are traced; with far fewer pixels than triangles it is cheaper to search, unless
-/// facets are to be clipped, of which some hundred may lie in a pixel.
+/// None where the scene has more than `most_triangles`: learning what hides them costs more than it saves.
 Shortcuts make_shortcuts(const Twin& twin, const Camera& camera, const PackedScene& scene,
-                         std::size_t n_pixels, VisibilityStore& store);
+                         std::size_t most_triangles, VisibilityStore& store);
 
 }  // namespace fringetwin::render

@@ -136,7 +136,7 @@ void add_difference(const Primitive g, const PixelRays rays, int own, int triang
 }
 
 // The triangle's sides as lines around `center` in the pixel.
-struct Outline {
+struct Sides {
   vec3 e0, e1, e2;
 };
 
@@ -146,7 +146,7 @@ struct MeshView {
   int first_triangle, first_link;
 };
 
-Outline outline_of(const MeshView m, int triangle, vec2 center, out vec3 v0, out vec3 n_geometric, out vec3 n) {
+Sides sides_of(const MeshView m, int triangle, vec2 center, out vec3 v0, out vec3 n_geometric, out vec3 n) {
   int k = 3 * (m.first_triangle + triangle);
   vec4 a0 = FETCH_TRIANGLE(k), a1 = FETCH_TRIANGLE(k + 1), a2 = FETCH_TRIANGLE(k + 2);
   v0 = a0.xyz - m.o;
@@ -156,7 +156,7 @@ Outline outline_of(const MeshView m, int triangle, vec2 center, out vec3 v0, out
   // Differences first: the corners are much closer to each other than to the camera.
   vec3 n01 = cross(v0, v1 - v0), n12 = cross(v1, v2 - v1), n20 = cross(v2, v0 - v2);
   float side = dot(n01, v2) < 0.0 ? -1.0 : 1.0;
-  return Outline(moved_line(line_in_square(side * n12, m.d0, m.du, m.dv), center),
+  return Sides(moved_line(line_in_square(side * n12, m.d0, m.du, m.dv), center),
                  moved_line(line_in_square(side * n20, m.d0, m.du, m.dv), center),
                  moved_line(line_in_square(side * n01, m.d0, m.du, m.dv), center));
 }
@@ -166,7 +166,7 @@ int walk_to(const MeshView m, int triangle, vec2 center) {
   bool inside = false;
   for (int step = 0; step < MOST_STEPS && !inside && triangle >= 0; ++step) {
     vec3 v0, n_geometric, n;
-    Outline s = outline_of(m, triangle, center, v0, n_geometric, n);
+    Sides s = sides_of(m, triangle, center, v0, n_geometric, n);
     float most = min(s.e0.z, min(s.e1.z, s.e2.z));
     inside = most >= 0.0;
     ivec4 link = FETCH_LINK(m.first_link + triangle);
@@ -244,7 +244,7 @@ void main() {
   for (int f = 0; f < n_facets && n_facets <= MOST_FACETS; ++f) {
     int triangle = facet(f);
     vec3 v0, n_geometric, n;
-    Outline s = outline_of(m, triangle, center, v0, n_geometric, n);
+    Sides s = sides_of(m, triangle, center, v0, n_geometric, n);
     bool skipped = false, hidden = false;
     ivec4 link = ivec4(-1);
     if (linked(LINKS_WALK)) {
@@ -274,12 +274,12 @@ void main() {
   }
   float to_cover = 1.0 / float(parts * parts);
   // Four nodes on the own facet say nothing about more of the fringe: then piece by piece, too.
-  bool too_many = n_facets > MOST_FACETS || (!by_piece && 2.0 * half_fill * swing_per_px > MOST_QUICK_SWING);
+  float side_swing = 2.0 * half_fill * swing_per_px;
+  bool too_many = n_facets > MOST_FACETS || (!by_piece && side_swing > MOST_QUICK_SWING);
   good = good && (too_many || (outline ? covered < 1.0 + AREA_TOLERANCE : abs(covered - to_cover) < AREA_TOLERANCE * to_cover));
   hits = outline ? min(covered, 1.0) : to_cover;
   store_sums(slot, stride, mean, hits, cosine, sine, direct);
   // What 2 x 2 nodes leave on the own facet.
-  float side_swing = 2.0 * half_fill * swing_per_px;
   error += by_piece ? 0.0 : own_w * side_swing * side_swing * side_swing * side_swing / 4320.0;
   sums[slot + (2 + 2 * N_PITCHES + N_DIRECT) * stride] = error;
   sums[slot + (3 + 2 * N_PITCHES + N_DIRECT) * stride] = by_piece ? error : turn_error;

@@ -19,30 +19,38 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Squares, a white border of one square; the first inner corner 2 squares from the top left. Or dark circles
-/// around the corners, texels by the share that is inside (16 a square bias the rig by up to 2.7 sigma).
+constexpr float kBlack = 30.0F, kWhite = 255.0F;
+
+/// Dark circles around the corners of squares of `n` texels; a texel by the share that is inside.
+float circle_texel(int x, int y, int n, int columns, int rows, double radius_squares) {
+  if (x <= 1.5 * n || y <= 1.5 * n || x >= (columns - 1.5) * n || y >= (rows - 1.5) * n) return kWhite;
+  const auto from_corner = [n](int texel) {  // in squares
+    const double at = (texel + 0.5) / n;
+    return at - std::round(at);
+  };
+  const double inside = (radius_squares - std::hypot(from_corner(x), from_corner(y))) * n + 0.5;
+  return static_cast<float>(static_cast<double>(kWhite) -
+                            static_cast<double>(kWhite - kBlack) * std::clamp(inside, 0.0, 1.0));
+}
+
+/// Squares, a white border of one square.
+float square_texel(int x, int y, int n, int columns, int rows) {
+  const int c = x / n, r = y / n;
+  const bool border = c == 0 || r == 0 || c == columns - 1 || r == rows - 1;
+  return border || (c + r) % 2 == 1 ? kWhite : kBlack;
+}
+
+/// The first inner corner lies 2 squares from the top left. (Circles of 16 texels a square bias the rig by up
+/// to 2.7 sigma.)
 void write_board_image(const fs::path& file, const calib::Board& board, double circle_diameter_mm) {
-  const int kTexels = circle_diameter_mm > 0.0 ? 64 : 16;  // per square
+  const int texels = circle_diameter_mm > 0.0 ? 64 : 16;  // per square
   const int columns = board.width_n + 3, rows = board.height_n + 3;
-  ImageF image(columns * kTexels, rows * kTexels);
+  ImageF image(columns * texels, rows * texels);
   for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) {
-      const int c = x / kTexels, r = y / kTexels;
-      if (circle_diameter_mm > 0.0) {
-        const auto off = [kTexels](int texel) {  // from the nearest corner, in squares
-          const double at = (texel + 0.5) / kTexels;
-          return at - std::round(at);
-        };
-        const bool corner = x > 1.5 * kTexels && y > 1.5 * kTexels && x < (columns - 1.5) * kTexels &&
-                            y < (rows - 1.5) * kTexels;
-        const double inside =
-            (0.5 * circle_diameter_mm / board.spacing_mm - std::hypot(off(x), off(y))) * kTexels + 0.5;
-        image(x, y) = corner ? static_cast<float>(255.0 - 225.0 * std::clamp(inside, 0.0, 1.0)) : 255.0F;
-        continue;
-      }
-      const bool border = c == 0 || r == 0 || c == columns - 1 || r == rows - 1;
-      image(x, y) = border || (c + r) % 2 == 1 ? 255.0F : 30.0F;
-    }
+    for (int x = 0; x < image.width; ++x)
+      image(x, y) = circle_diameter_mm > 0.0 ? circle_texel(x, y, texels, columns, rows,
+                                                            0.5 * circle_diameter_mm / board.spacing_mm)
+                                             : square_texel(x, y, texels, columns, rows);
   write_gray_png(file, image, 8);
 }
 
