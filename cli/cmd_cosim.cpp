@@ -8,7 +8,9 @@
 #include "cli/flags.hpp"
 #include "cli/out_folder.hpp"
 #include "cli/results.hpp"
+#include "compare/refine.hpp"
 #include "twin/errors.hpp"
+#include "twin/image_io.hpp"
 #include "twin/measured_steps.hpp"
 #include "twin/progress.hpp"
 
@@ -19,11 +21,53 @@ namespace {
 struct CosimCommand {
   std::string twin;
   std::string out;
+  std::vector<std::string> refine;
   RenderFlags flags;
 };
 
-void add_times(StageTimer& timer, const std::string& side, const measure::Measurement& measurement) {
-  for (const auto& [stage, seconds] : measurement.timing_s) timer.seconds[stage + "_" + side] = seconds;
+/// Both sides of a run that share a twin.
+struct Run {
+  const CosimCommand& command;
+  Twin twin;
+  compare::CompareOptions options;
+  compare::Side real, simulated;
+  std::string device;
+  StageTimer timer;
+
+  void measure_side(compare::Side& side, const std::string& name) {
+    timer.start("measure_" + name);
+    side.measurement = measure::measure(twin, side.images, options.use_steps);
+    timer.stop();
+    for (const auto& [stage, seconds] : side.measurement->timing_s)
+      timer.seconds[stage + "_" + name] = seconds;
+  }
+  void render_and_measure(render::Renderer& renderer) {
+    timer.start("render");
+    Simulated rendered = simulate(twin, command.flags, renderer);
+    timer.stop();
+    simulated.images = std::move(rendered.captures);
+    simulated.irradiance = std::move(rendered.irradiance);
+    options.rendered = std::move(rendered.notes);
+    device = rendered.device;
+    measure_side(simulated, "simulated");
+    if (!real.images.empty()) measure_side(real, "real");
+  }
+};
+
+void refine_twin(Run& run, render::Renderer& renderer) {
+  if (run.command.refine.empty()) return;
+  run.timer.start("refine");
+  compare::Refined refined =
+      compare::refine(run.twin, run.real, run.simulated, run.options, run.command.refine);
+  run.timer.stop();
+  run.twin = std::move(refined.twin);
+  run.options.refinement = std::move(refined.report);
+  run.render_and_measure(renderer);
+}
+
+void write_refined(const std::filesystem::path& dir, const Run& run) {
+  if (run.options.refinement)
+    write_text_file(dir / "refined.toml", compare::refined_toml(*run.options.refinement, run.command.twin));
 }
 
 int run_cosim(const CosimCommand& o, const Invocation& invocation) {
@@ -32,59 +76,53 @@ int run_cosim(const CosimCommand& o, const Invocation& invocation) {
     throw UserError(ExitCode::usage, "cosim", "a twin and --out are needed",
                     "fringetwin cosim TWIN.toml --out DIR");
   check_out_folder(o.out);
-  StageTimer timer;
-  timer.start("load");
-  Twin twin = load_for_run(o.twin);
-  compare::CompareOptions options;
-  options.use_steps = left_over_steps(twin);
-  compare::Side real, simulated;
+  Run run{o, {}, {}, {}, {}, {}, {}};
+  run.timer.start("load");
+  run.twin = load_for_run(o.twin);
+  check_renderable(run.twin);
+  run.options.use_steps = left_over_steps(run.twin);
   std::vector<std::filesystem::path> real_files;
-  if (twin.real.captures) {
-    real.images = load_captures(twin, *twin.real.captures);
-    real_files = capture_files(twin, *twin.real.captures);
+  if (run.twin.real.captures) {
+    run.real.images = load_captures(run.twin, *run.twin.real.captures);
+    real_files = capture_files(run.twin, *run.twin.real.captures);
+  } else if (!o.refine.empty()) {
+    throw UserError(ExitCode::usage, o.twin, "--refine needs real images, but [real] names no captures",
+                    "add [real] captures = \"FOLDER\"");
   }
-  options.note = published_results_note(twin);
-  if (has_measured_shape(twin)) {
-    if (!twin.real.captures)
+  run.options.note = published_results_note(run.twin);
+  if (has_measured_shape(run.twin)) {
+    if (!run.twin.real.captures)
       throw UserError(ExitCode::usage, o.twin,
                       "an object has shape = \"measured\" but [real] names no captures",
                       "add [real] captures = \"FOLDER\"");
-    timer.start("build_object");
-    const Twin as_written = twin;
-    build_measured_shapes(twin, real.images);
-    options.note = measured_shape_note(as_written, options.use_steps);
+    run.timer.start("build_object");
+    const Twin as_written = run.twin;
+    build_measured_shapes(run.twin, run.real.images);
+    run.options.note = measured_shape_note(as_written, run.options.use_steps);
   }
 
-  timer.start("render");
-  Simulated rendered = simulate(twin, o.flags);
-  simulated.images = std::move(rendered.captures);
-  simulated.irradiance = std::move(rendered.irradiance);
-  timer.start("measure_simulated");
-  simulated.measurement = measure::measure(twin, simulated.images, options.use_steps);
-  timer.stop();
-  add_times(timer, "simulated", *simulated.measurement);
-  if (twin.real.captures) {
-    timer.start("measure_real");
-    real.measurement = measure::measure(twin, real.images, options.use_steps);
-    timer.stop();
-    add_times(timer, "real", *real.measurement);
-  }
+  render::Renderer renderer(o.flags.device);
+  run.options.renderer = &renderer;
+  run.render_and_measure(renderer);
+  refine_twin(run, renderer);
   say(fmt::format("simulated measurement of {} images: render {:.2f} s + measure {:.2f} s on {}",
-                  simulated.images.size() * simulated.images.front().images.size(), timer.seconds["render"],
-                  timer.seconds["measure_simulated"], rendered.device));
+                  run.simulated.images.size() * run.simulated.images.front().images.size(),
+                  run.timer.seconds["render"], run.timer.seconds["measure_simulated"], run.device));
 
-  timer.start("write");
-  Simulated for_disk{std::move(simulated.images), std::move(simulated.irradiance), rendered.notes,
-                     rendered.device};
-  begin_output(o.out, {"result.json"});
-  write_simulated(std::filesystem::path(o.out) / "simulated", for_disk, o.flags.radiance, o.flags.seed, twin);
-  simulated.images = std::move(for_disk.captures);
-  simulated.irradiance = std::move(for_disk.irradiance);
-  timer.stop();
+  run.timer.start("write");
+  Simulated for_disk{std::move(run.simulated.images), std::move(run.simulated.irradiance),
+                     run.options.rendered, run.device};
+  begin_output(o.out, {"result.json", "refined.toml"});
+  write_simulated(std::filesystem::path(o.out) / "simulated", for_disk, o.flags.radiance, o.flags.seed,
+                  run.twin);
+  run.simulated.images = std::move(for_disk.captures);
+  run.simulated.irradiance = std::move(for_disk.irradiance);
+  write_refined(o.out, run);
+  run.timer.stop();
 
-  auto provenance = make_provenance(invocation, twin, real_files, rendered.device, o.flags.seed);
-  provenance.rendered = rendered.notes;
-  return finish_comparison(o.out, twin, real, simulated, options, provenance, timer);
+  auto provenance = make_provenance(invocation, run.twin, real_files, run.device, o.flags.seed);
+  provenance.rendered = run.options.rendered;
+  return finish_comparison(o.out, run.twin, run.real, run.simulated, run.options, provenance, run.timer);
 }
 
 }  // namespace
@@ -95,6 +133,10 @@ void add_cosim(CLI::App& app, Invocation& invocation) {
   sub->add_option("twin", options->twin, "The twin.toml");
   sub->add_option("--out", options->out,
                   "Folder for result.json, report.html, maps and the simulated capture set");
+  sub->add_option("--refine", options->refine,
+                  "Fit these to the real images first: " + compare::refine_names() +
+                      ", or a parameter by its name (projector.k1)")
+      ->delimiter(',');
   add_render_flags(*sub, options->flags);
   sub->add_flag("--radiance", options->flags.radiance, "Also write float32 EXR images (E before the sensor)");
   sub->callback([options, &invocation] {

@@ -27,9 +27,11 @@ int run_render(const RenderCommand& o) {
   if (o.out.empty()) throw UserError(ExitCode::usage, "render", "no output folder given", "add --out DIR");
   check_out_folder(o.out);
   const Twin twin = load_renderable_twin(o.twin);
+  check_renderable(twin);
   StageTimer timer;
+  render::Renderer renderer(o.flags.device);
   timer.start("render");
-  const Simulated simulated = simulate(twin, o.flags);
+  const Simulated simulated = simulate(twin, o.flags, renderer);
   timer.start("write");
   write_simulated(o.out, simulated, o.flags.radiance, o.flags.seed, twin);
   timer.stop();

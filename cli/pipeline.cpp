@@ -110,7 +110,7 @@ void warn_of_missed_targets(const compare::RenderNote& note, const render::Sampl
         note.camera, *note.gray_error, asked.gray_error));
 }
 
-Simulated simulate(const Twin& twin, const RenderFlags& flags) {
+void check_renderable(const Twin& twin) {
   if (!twin.projector)
     throw UserError(ExitCode::usage, twin.file.string(),
                     "the twin has no [projector], so nothing can be rendered",
@@ -119,12 +119,15 @@ Simulated simulate(const Twin& twin, const RenderFlags& flags) {
     throw UserError(ExitCode::usage, twin.file.string(),
                     "the twin has no [[object]], so nothing can be rendered",
                     "add one, e.g. shape = \"sphere\"");
+}
+
+Simulated simulate(const Twin& twin, const RenderFlags& flags, render::Renderer& renderer) {
+  check_renderable(twin);
   RenderOptions options = twin.render;
   apply_flags(flags, options);
   Simulated out;
   const render::Sampling sampling = render::choose_sampling(twin, options);
 
-  render::Renderer renderer(flags.device);
   out.device = renderer.device().name;
   std::vector<bool> seen(twin.objects.size(), false);
   Progress progress("render", twin.cameras.size());

@@ -67,7 +67,9 @@ Twin load_renderable_twin(const std::filesystem::path& file);
 
 /// Renders and exposes all cameras. Throws UserError(usage) when no camera sees any object; warns
 /// for an object that no camera sees.
-Simulated simulate(const Twin& twin, const RenderFlags& flags);
+Simulated simulate(const Twin& twin, const RenderFlags& flags, render::Renderer& renderer);
+/// What simulate() needs, checked before a device is opened.
+void check_renderable(const Twin& twin);
 
 /// Writes the simulated capture set; with `radiance` the EXR images too, described by
 /// DIR/radiance/capture.toml. The capture.toml go first and come back last, so that a broken-off run leaves

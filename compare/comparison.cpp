@@ -5,13 +5,18 @@
 
 #include <algorithm>
 
+#include "compare/causes.hpp"
+#include "compare/explained.hpp"
 #include "compare/fit_rows.hpp"
 #include "compare/gain_fit.hpp"
 #include "compare/gray_budget.hpp"
+#include "compare/gray_noise.hpp"
 #include "compare/gray_rows.hpp"
+#include "compare/interior.hpp"
 #include "compare/limits.hpp"
 #include "compare/phase_budget.hpp"
 #include "compare/phase_rows.hpp"
+#include "compare/sensitivity.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -19,8 +24,9 @@ namespace {
 using measure::DirectionDecode;
 using measure::Measurement;
 
-constexpr double kManyOrders = 0.01;  ///< share of order disagreements worth a warning
-constexpr double kLowR2 = 0.9;        ///< below it the line explains too little to be called a gain
+constexpr std::size_t kCausePixels = 20'000;  ///< per camera: enough for causes that act on whole surfaces
+constexpr double kManyOrders = 0.01;          ///< share of order disagreements worth a warning
+constexpr double kLowR2 = 0.9;                ///< below it the line explains too little to be called a gain
 constexpr double kLargeAlbedo = 0.3;  ///< share of the residual variance that is no noise of gray values
 
 /// The sandwich sigma holds what varies within blocks; what varies over the image biases the line itself.
@@ -35,21 +41,44 @@ void warn_of_bias(const GainRow& gain, const std::optional<GrayBudget>& budget,
                   gain.camera, gain.r2, 100.0 * albedo));
 }
 
-void compare_gray(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
-                  Comparison& out) {
+const measure::CameraDecode* decode_of(const Side& side, std::size_t camera) {
+  return side.measurement ? &side.measurement->cameras.at(camera) : nullptr;
+}
+
+/// Also collects the samples for a search for causes, of the cameras that have a gain.
+std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const Side& simulated,
+                                      const CompareOptions& options, Comparison& out) {
+  std::vector<GridSamples> samples;
   const std::vector<GrayPair> pairs = pair_gray(twin, real, simulated, options, out.warnings);
   for (std::size_t c = 0; c < pairs.size(); ++c) {
-    const GainFit fit = fit_gain(pairs[c], out.warnings);
+    const GrayPair& pair = pairs[c];
+    const GainFit fit = fit_gain(pair, out.warnings);
     out.gain.push_back(fit.row);
     if (!fit.row.usable) continue;
-    for (GrayRow& row : gray_rows(twin, pairs[c], fit)) out.gray.push_back(std::move(row));
-    const measure::CameraDecode* real_decode = real.measurement ? &real.measurement->cameras.at(c) : nullptr;
-    const measure::CameraDecode* simulated_decode =
-        simulated.measurement ? &simulated.measurement->cameras.at(c) : nullptr;
-    const auto budget = gray_budget(pairs[c], fit, real_decode, simulated_decode, options);
+    for (GrayRow& row : gray_rows(twin, pair, fit)) out.gray.push_back(std::move(row));
+    const measure::CameraDecode *real_decode = decode_of(real, c),
+                                *simulated_decode = decode_of(simulated, c);
+    const auto budget = gray_budget(pair, fit, real_decode, simulated_decode, options);
     if (budget) out.gray_budget.push_back(*budget);
     warn_of_bias(fit.row, budget, out.warnings);
+    const GrayNoise noise(pair, real_decode, options.use_steps);
+    const ImageU8 interior = interior_mask(pair.mask, real_decode, simulated_decode);
+    const RenderingError rendering = rendering_error(*pair.camera, options.rendered);
+    if (auto row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering))
+      out.explained.push_back(std::move(*row));
+    if (options.renderer)
+      samples.push_back(grid_samples(pair, c, fit, noise, interior, rendering.gray_dn, kCausePixels));
   }
+  return samples;
+}
+
+void look_for_causes(const Twin& twin, const CompareOptions& options, std::vector<GridSamples> samples,
+                     Comparison& out) {
+  const bool all = std::all_of(out.explained.begin(), out.explained.end(),
+                               [](const ExplainedRow& row) { return row.explained; });
+  if (all || samples.empty() || !twin.projector) return;
+  Sensitivity sensitivity(*options.renderer, std::move(samples));
+  out.causes = find_causes(sensitivity, twin);
 }
 
 void compare_phase(const Twin& twin, const Measurement& real, const Measurement& simulated,
@@ -71,6 +100,15 @@ void compare_phase(const Twin& twin, const Measurement& real, const Measurement&
         budget->direction = axis_name(r.axis);
         out.phase_budget.push_back(std::move(*budget));
       }
+      const measure::CameraDecode &real_decode = real.cameras[c], &simulated_decode = simulated.cameras[c];
+      ImageU8 valid(r.coordinate_px.width, r.coordinate_px.height, 1);
+      for (const measure::CameraDecode* side : {&real_decode, &simulated_decode})
+        for (std::size_t i = 0; i < valid.size(); ++i)
+          if (side->flags.data[i] != measure::kValid) valid.data[i] = 0;
+      if (auto row =
+              explain_phase(real_decode.camera, r, *s, interior_mask(valid, &real_decode, &simulated_decode),
+                            rendering_error(twin.cameras[c], options.rendered)))
+        out.explained.push_back(std::move(*row));
     }
 }
 
@@ -78,14 +116,17 @@ void compare_phase(const Twin& twin, const Measurement& real, const Measurement&
 
 Comparison compare(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options) {
   Comparison out;
+  out.refinement = options.refinement;
   for (const Side* side : {&real, &simulated})
     if (side->measurement)
       for (const std::string& warning : side->measurement->warnings)
         out.warnings.push_back((side == &real ? "real: " : "simulated: ") + warning);
   out.fits = fit_rows(twin, real, simulated, out.warnings);
-  compare_gray(twin, real, simulated, options, out);
+  std::vector<GridSamples> samples = compare_gray(twin, real, simulated, options, out);
   if (real.measurement && simulated.measurement)
     compare_phase(twin, *real.measurement, *simulated.measurement, options, out);
+  for (ExplainedRow& row : explain_geometry(out.fits)) out.explained.push_back(std::move(row));
+  look_for_causes(twin, options, std::move(samples), out);
   out.limits = check_limits(twin.limits, out, twin.file.string());
   for (const LimitRow& row : out.limits)
     if (row.value != row.value)

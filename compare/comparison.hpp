@@ -10,9 +10,14 @@
 #include <string>
 #include <vector>
 
+#include "compare/provenance.hpp"
 #include "measure/measurement.hpp"
 #include "twin/capture_set.hpp"
 #include "twin/twin.hpp"
+
+namespace fringetwin::render {
+class Renderer;
+}
 
 namespace fringetwin::compare {
 
@@ -23,11 +28,36 @@ struct Side {
   std::vector<CameraImages> irradiance;
 };
 
+/// One number that `--refine` changed; as shown (px for a blur, not px^2).
+struct RefinedRow {
+  std::string name, unit;
+  double before = 0.0, after = 0.0, sigma = 0.0;
+};
+/// How a twin was fitted to the capture (refine.hpp).
+struct Refinement {
+  std::vector<std::string> asked;
+  std::vector<RefinedRow> rows;
+  double chi2_before = std::numeric_limits<double>::quiet_NaN(),
+         chi2_after = chi2_before;  ///< per gray value
+  std::uint64_t n = 0;
+  int iterations = 0;
+  bool converged = false;
+  Eigen::MatrixXd covariance;  ///< of the parameters as fitted (a blur as its square), without switches
+  std::vector<std::string> notes;
+};
+
 struct CompareOptions {
   /// Phase steps of the gray/phase comparison; empty = all (a measured object is built from the
   /// even steps and compared with the odd ones).
   std::vector<int> use_steps;
   std::string note;  ///< what this comparison can and cannot show, printed in the report
+  /// How exact the simulated images are; a camera that is not named counts as exact.
+  std::vector<RenderNote> rendered;
+  /// Renders changed twins to find the cause of what the budget does not explain; null: causes are not looked
+  /// for.
+  render::Renderer* renderer = nullptr;
+  /// Of the twin, where it was refined before; passed on to the result.
+  std::optional<Refinement> refinement;
 };
 
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
@@ -99,6 +129,50 @@ struct FitRow {
   std::map<std::string, double> difference, z;        ///< simulated - real; z absent where a sigma is unknown
   std::map<std::string, Eigen::Vector3d> difference_vectors, z_vectors;
 };
+/// One entry of an uncertainty budget.
+struct BudgetLine {
+  std::string name;
+  double variance = 0.0;  ///< square of the row's unit
+};
+/// Is a difference as large as the stated budget says it may be? (docs/METRICS.md, "Explained")
+struct ExplainedRow {
+  std::string quantity;  ///< "gray", "phase", "geometry"
+  std::string region;    ///< camera, camera and direction, or object
+  std::string unit;
+  std::vector<BudgetLine> lines;
+  double observed =
+      kUnknown;  ///< mean square of the difference; geometry: of the quantity with the largest |z|
+  /// Weighted mean square over single values, and over means of blocks of pixels, of what the budget allows.
+  double chi2 = kUnknown, chi2_limit = kUnknown;
+  double regional_chi2 = kUnknown, regional_limit = kUnknown;
+  std::uint64_t n = 0, n_regions = 0;
+  std::string worst;  ///< geometry: the number with the largest |z|
+  bool explained = false;
+  double expected() const {
+    double sum = 0.0;
+    for (const BudgetLine& line : lines) sum += line.variance;
+    return sum;
+  }
+};
+struct CauseParameter {
+  std::string name, unit;
+  double twin = 0.0, estimate = 0.0, sigma = 0.0;
+};
+/// One way the twin may be wrong, fitted in one linear step.
+struct CauseRow {
+  std::string group, cause;
+  double alone = 0.0;          ///< share of the excess chi2 that it takes away by itself
+  int order = 0;               ///< 1 = the first one taken; 0 = not taken
+  double in_order = kUnknown;  ///< share that it takes away after those before it
+  std::vector<CauseParameter> parameters;
+};
+struct Causes {
+  std::vector<CauseRow> rows;  ///< taken ones in order, then by their share
+  std::string named;           ///< group of the first where it explains half or more; else empty
+  double chi2 = kUnknown;      ///< per gray value, with the best gain and black level only
+  double rest = kUnknown;      ///< share of the excess that all taken ones leave
+  std::uint64_t n = 0;
+};
 struct LimitRow {
   std::string name;
   double value = 0, limit = 0;  ///< value NaN: nothing to check it on, counts as not met
@@ -112,6 +186,9 @@ struct Comparison {
   std::vector<GrayBudget> gray_budget;
   std::vector<PhaseRow> phase;
   std::vector<PhaseBudget> phase_budget;
+  std::vector<ExplainedRow> explained;
+  Causes causes;
+  std::optional<Refinement> refinement;
   std::vector<LimitRow> limits;
   bool pass = true;
   std::vector<std::string> warnings;

@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/gray_budget.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
-#include <optional>
 #include <vector>
 
-#include "measure/phase_noise.hpp"
+#include "compare/gray_noise.hpp"
 #include "twin/constants.hpp"
 #include "twin/linear.hpp"
 
@@ -56,69 +52,9 @@ const ImageF* wrapped(const CameraDecode& decode, const PatternSpec& p) {
   return image.empty() ? nullptr : &image;
 }
 
-/// Gray-value variance against the mean gray level: from the redundancy of the real images' own N steps
-/// wherever N > 3, whatever noise the decode was told; else the twin's sensor model; else rounding.
-class Noise {
- public:
-  Noise(const GrayPair& pair, const CameraDecode* real, const std::vector<int>& steps, int steps_total)
-      : sensor_(pair.camera->sensor), radiance_(pair.real->radiance) {
-    if (real && steps.size() > 3) estimate(pair, *real, steps, steps_total);
-    if (measured_)
-      source = fmt::format("redundancy of the {} phase steps of the real images", steps.size());
-    else if (sensor_.has_noise())
-      source = "sensor model of the twin, not measured on these images";
-    else
-      source = "quantisation only";
-    // quantisation of the simulated images comes on top
-    if (pair.from_dn) added_ = kRoundingVariance;
-  }
-
-  double variance(double gray_dn) const {
-    if (measured_) return measured_->variance(gray_dn) + added_;
-    double v = radiance_ ? 0.0 : kRoundingVariance;
-    if (sensor_.electrons_per_dn)
-      v += std::max(gray_dn - sensor_.black_level_dn, 0.0) / *sensor_.electrons_per_dn;
-    const double read = sensor_.read_noise_dn.value_or(0.0);
-    return v + read * read + added_;
-  }
-
-  std::string source;
-
- private:
-  /// From the first direction that has enough pixels: it is one sensor.
-  void estimate(const GrayPair& pair, const CameraDecode& real, const std::vector<int>& steps,
-                int steps_total) {
-    const measure::StepSolver solver(steps, steps_total);
-    for (std::size_t k = 0; k < real.directions.size() && !measured_; ++k) {
-      const DirectionDecode& d = real.directions[k];
-      std::vector<measure::NoiseInput> pitches(d.wrapped_rad.size());
-      for (std::size_t p = 0; p < pitches.size(); ++p) {
-        pitches[p] = {std::vector<const ImageF*>(steps.size(), nullptr), &d.wrapped_rad[p],
-                      &d.amplitude_dn[p], &d.mean_dn};
-        for (std::size_t i = 0; i < pair.patterns.size(); ++i) {
-          const PatternSpec& spec = pair.patterns[i];
-          const auto at = std::find(steps.begin(), steps.end(), spec.step);
-          if (!spec.is_gray() && spec.direction == static_cast<int>(k) && spec.pitch == static_cast<int>(p) &&
-              at != steps.end())
-            pitches[p].steps[static_cast<std::size_t>(at - steps.begin())] = &pair.real->images[i];
-        }
-      }
-      measure::NoiseModel model = measure::NoiseModel::linear(0.0, 0.0, 1.0);
-      if (pitches.empty() || !measure::estimate_noise(pitches, solver, d.axis, 0.0, model)) continue;
-      if (!radiance_) model.raise_to(kRoundingVariance);
-      measured_ = model;
-    }
-  }
-
-  const Sensor& sensor_;
-  bool radiance_;
-  double added_ = 0.0;
-  std::optional<measure::NoiseModel> measured_;
-};
-
 class GrayBudgetFit {
  public:
-  GrayBudgetFit(const GrayPair& pair, const GainFit& fit, const Phases& phases, const Noise& noise)
+  GrayBudgetFit(const GrayPair& pair, const GainFit& fit, const Phases& phases, const GrayNoise& noise)
       : pair_(pair), fit_(fit), phases_(phases), noise_(noise) {}
 
   GrayBudget run() {
@@ -334,7 +270,7 @@ class GrayBudgetFit {
   const GrayPair& pair_;
   const GainFit& fit_;
   Phases phases_;
-  const Noise& noise_;
+  const GrayNoise& noise_;
   int steps_ = 1;
   std::vector<Pixel> pixels_;
   GrayBudget budget_;
@@ -348,19 +284,12 @@ std::optional<GrayBudget> gray_budget(const GrayPair& pair, const GainFit& fit, 
     return !pair.patterns[static_cast<std::size_t>(i)].is_gray();
   });
   if (!has_steps || (!real && !simulated)) return std::nullopt;
-  int steps = 0;
-  for (const PatternSpec& p : pair.patterns) steps = std::max(steps, p.step + 1);
-  std::vector<int> used = options.use_steps;
-  if (used.empty()) {
-    used.resize(static_cast<std::size_t>(steps));
-    std::iota(used.begin(), used.end(), 0);
-  }
-  const Noise noise(pair, real, used, steps);
+  const GrayNoise noise(pair, real, options.use_steps);
   GrayBudget budget =
       GrayBudgetFit(pair, fit, {real ? real : simulated, simulated ? simulated : real}, noise).run();
   if (budget.n == 0) return std::nullopt;
   budget.camera = pair.camera->name;
-  budget.noise_source = noise.source;
+  budget.noise_source = noise.source();
   return budget;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "compare/explained.hpp"
 #include "compare/fit_rows.hpp"
 #include "report/json.hpp"
 
@@ -135,6 +136,75 @@ Json phase_budget_json(const PhaseBudget& b) {
           {"n", b.n}};
 }
 
+Json explained_json(const ExplainedRow& r) {
+  Json lines = Json::array();
+  for (const BudgetLine& line : r.lines)
+    lines.push_back({{"name", line.name},
+                     {"variance", json_number(line.variance)},
+                     {"share", json_number(line.variance / r.expected())}});
+  Json out = {{"quantity", r.quantity},
+              {"region", r.region},
+              {"unit", r.unit},
+              {"observed", json_number(r.observed)},
+              {"expected", json_number(r.expected())},
+              {"budget", lines},
+              {"chi2", json_number(r.chi2)},
+              {"chi2_limit", json_number(r.chi2_limit)},
+              {"regional_chi2", json_number(r.regional_chi2)},
+              {"regional_limit", json_number(r.regional_limit)},
+              {"n", r.n},
+              {"n_regions", r.n_regions},
+              {"explained", r.explained}};
+  if (!r.worst.empty()) out["worst"] = r.worst;
+  return out;
+}
+
+Json refinement_json(const Refinement& r) {
+  Json rows = Json::array(), covariance = Json::array();
+  for (const RefinedRow& row : r.rows)
+    rows.push_back({{"name", row.name},
+                    {"unit", row.unit},
+                    {"before", json_number(row.before)},
+                    {"after", json_number(row.after)},
+                    {"after_sigma", json_number(row.sigma)}});
+  for (Eigen::Index i = 0; i < r.covariance.rows(); ++i)
+    covariance.push_back(report::json_numbers(Eigen::VectorXd(r.covariance.row(i))));
+  return {{"asked", r.asked},
+          {"parameters", rows},
+          {"covariance", covariance},
+          {"chi2_before", json_number(r.chi2_before)},
+          {"chi2_after", json_number(r.chi2_after)},
+          {"iterations", r.iterations},
+          {"converged", r.converged},
+          {"n", r.n},
+          {"notes", r.notes}};
+}
+
+Json verdicts_json(const std::vector<ExplainedRow>& rows) {
+  Json out = Json::object();
+  for (const char* quantity : {"gray", "phase", "geometry"}) {
+    const auto all = all_explained(rows, quantity);
+    out[quantity] = all ? Json(*all ? "explained" : "not explained") : Json(nullptr);
+  }
+  return out;
+}
+
+Json cause_json(const CauseRow& r) {
+  Json parameters = Json::array();
+  for (const CauseParameter& p : r.parameters)
+    parameters.push_back({{"name", p.name},
+                          {"unit", p.unit},
+                          {"twin", json_number(p.twin)},
+                          {"estimate", json_number(p.estimate)},
+                          {"estimate_sigma", json_number(p.sigma)}});
+  return {{"group", r.group},
+          {"cause", r.cause},
+          {"alone", json_number(r.alone)},
+          {"order", r.order},
+          {"in_order", json_number(r.in_order)},
+          {"parameters", parameters}};
+}
+
 template <class Rows, class ToJson>
 Json list(const Rows& rows, ToJson to_json) {
   Json out = Json::array();
@@ -204,6 +274,14 @@ std::string comparison_json(const Twin& twin, const Comparison& c, const Provena
   out["gray_budget"] = list(c.gray_budget, budget_json);
   out["phase"] = list(c.phase, phase_json);
   out["phase_budget"] = list(c.phase_budget, phase_budget_json);
+  if (c.refinement) out["refinement"] = refinement_json(*c.refinement);
+  out["budget_verdict"] = verdicts_json(c.explained);
+  out["explained"] = list(c.explained, explained_json);
+  out["causes"] = {{"named", c.causes.named.empty() ? Json(nullptr) : Json(c.causes.named)},
+                   {"chi2", json_number(c.causes.chi2)},
+                   {"rest", json_number(c.causes.rest)},
+                   {"n", c.causes.n},
+                   {"tested", list(c.causes.rows, cause_json)}};
   out["limits"] = list(c.limits, [](const LimitRow& r) -> Json {
     return {
         {"name", r.name}, {"value", json_number(r.value)}, {"limit", json_number(r.limit)}, {"pass", r.pass}};

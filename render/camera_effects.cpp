@@ -53,24 +53,26 @@ ImageF convolve_separable(const ImageF& image, const std::vector<double>& kernel
   return out;
 }
 
-ImageF vignetting_map(const Camera& camera) {
+double vignetting_factor(const Camera& camera, double x_px, double y_px) {
+  if (camera.vignetting.kind == Vignetting::Kind::cos4) {
+    const auto d = camera.lens.unproject({x_px, y_px});
+    return std::pow(std::max(0.0, d ? d->z() / d->norm() : 0.0), 4);
+  }
+  if (camera.vignetting.kind == Vignetting::Kind::none) return 1.0;
   const int width = camera.lens.width(), height = camera.lens.height();
-  ImageF map(width, height, 1.0F);
-  const double cx = 0.5 * (width - 1), cy = 0.5 * (height - 1);
-  const double corner_sq = 0.25 * (1.0 * width * width + 1.0 * height * height);
+  const double corner = 0.5 * std::hypot(width, height);
+  const double u = (x_px - 0.5 * (width - 1)) / corner, v = (y_px - 0.5 * (height - 1)) / corner;
+  const double s = u * u + v * v;
+  const auto& a = camera.vignetting.a;
+  const auto& tilt = camera.vignetting.tilt;
+  return 1.0 + tilt[0] * u + tilt[1] * v + s * (a[0] + s * (a[1] + s * a[2]));
+}
+
+ImageF vignetting_map(const Camera& camera) {
+  ImageF map(camera.lens.width(), camera.lens.height(), 1.0F);
 #pragma omp parallel for
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      if (camera.vignetting.kind == Vignetting::Kind::cos4) {
-        const auto d = camera.lens.unproject({x, y});
-        const double cosine = d ? d->z() / d->norm() : 0.0;
-        map(x, y) = static_cast<float>(std::pow(std::max(0.0, cosine), 4));
-      } else if (camera.vignetting.kind == Vignetting::Kind::polynomial) {
-        const double s = ((x - cx) * (x - cx) + (y - cy) * (y - cy)) / corner_sq;
-        const auto& a = camera.vignetting.a;
-        map(x, y) = static_cast<float>(1.0 + s * (a[0] + s * (a[1] + s * a[2])));
-      }
-    }
+  for (int y = 0; y < map.height; ++y)
+    for (int x = 0; x < map.width; ++x) map(x, y) = static_cast<float>(vignetting_factor(camera, x, y));
   return map;
 }
 

@@ -17,8 +17,10 @@ std::vector<double> psf_kernel(double sigma_px);
 /// to unit sum.
 ImageF convolve_separable(const ImageF& image, const std::vector<double>& kernel);
 
-/// Factor of each pixel's irradiance, at its centre: cos^4 of the angle between its ray and the axis, or
-/// the polynomial.
+/// Factor of the irradiance at a point of the image: cos^4 of the angle between its ray and the axis, or the
+/// polynomial.
+double vignetting_factor(const Camera& camera, double x_px, double y_px);
+/// At each pixel's centre.
 ImageF vignetting_map(const Camera& camera);
 
 /// Applies what the camera asks for to all images, the white and black ones included; nothing otherwise.

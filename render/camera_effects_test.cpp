@@ -104,6 +104,9 @@ TEST(VignettingMap, Cos4AndPolynomial) {
   const ImageF p = vignetting_map(c);
   const double s = (40.0 * 40.0 + 10.0 * 10.0) / (80.5 * 80.5 + 60.5 * 60.5);
   EXPECT_NEAR(p(120, 50), 1.0 - 0.3 * s + 0.1 * s * s - 0.05 * s * s * s, 1e-7);
+  c.vignetting = {Vignetting::Kind::polynomial, {}, {0.02, -0.01}};
+  const double corner = 0.5 * std::hypot(161, 121);
+  EXPECT_NEAR(vignetting_map(c)(120, 50), 1.0 + (0.02 * 40.0 + 0.01 * 10.0) / corner, 1e-7);
 }
 
 TEST(CameraEffects, OffChangesNoBitAndOnActsOnEveryImage) {

@@ -38,11 +38,14 @@ struct Optics {
   double focus_distance_mm = 0.0;
 };
 
-/// Falling light towards the image's corners, in the camera's lens.
+/// Light or gain that varies over the camera's image: falling towards the corners, or to one side.
 struct Vignetting {
   enum class Kind { none, cos4, polynomial };
   Kind kind = Kind::none;
-  std::array<double, 3> a{};  ///< polynomial: 1 + a1 r^2 + a2 r^4 + a3 r^6, r = 1 at the image's corners
+  /// polynomial: 1 + tilt_x u + tilt_y v + a1 r^2 + a2 r^4 + a3 r^6; (u, v) from the image's middle, to the
+  /// right and down, r^2 = u^2 + v^2 = 1 at its corners.
+  std::array<double, 3> a{};
+  std::array<double, 2> tilt{};
 };
 
 struct Camera {

@@ -132,8 +132,29 @@ Optics read_optics(const TomlTable& table) {
   return optics;
 }
 
+/// Where the factor is not positive in the image, nothing can be seen.
+void check_vignetting(const TomlTable& camera, const char* key, const Vignetting& v) {
+  const double tilt = std::hypot(v.tilt[0], v.tilt[1]);  // the worst direction
+  for (int i = 0; i <= 100; ++i) {
+    const double s = 0.01 * i;  // r^2
+    if (1.0 - tilt * std::sqrt(s) + s * (v.a[0] + s * (v.a[1] + s * v.a[2])) <= 0.0)
+      camera.fail(key,
+                  fmt::format("1 + a1 r^2 + a2 r^4 + a3 r^6{} is not positive at r = {:.2f}",
+                              tilt > 0.0 ? " with the tilt" : "", std::sqrt(s)),
+                  "r is 1 at the image's corners");
+  }
+}
+
 Vignetting read_vignetting(const TomlTable& camera) {
   Vignetting v;
+  if (const auto tilt = camera.numbers("vignetting_tilt")) {
+    if (tilt->size() != 2) camera.fail("vignetting_tilt", "must have 2 numbers, to the right and down");
+    v.kind = Vignetting::Kind::polynomial;
+    v.tilt = {(*tilt)[0], (*tilt)[1]};
+    if (camera.is_string("vignetting"))
+      camera.fail("vignetting_tilt", "goes with three coefficients or alone, not with a word");
+    check_vignetting(camera, "vignetting_tilt", v);
+  }
   if (!camera.has("vignetting")) return v;
   if (camera.is_string("vignetting")) {
     if (camera.choice("vignetting", {"none", "cos4"}) == "cos4") v.kind = Vignetting::Kind::cos4;
@@ -142,20 +163,14 @@ Vignetting read_vignetting(const TomlTable& camera) {
   if (!camera.is_array("vignetting"))
     camera.fail("vignetting", "must be \"none\", \"cos4\" or three coefficients [a1, a2, a3]");
   const Eigen::Vector3d a = *camera.vector("vignetting", 3);
-  for (int i = 0; i <= 100; ++i) {
-    const double s = 0.01 * i;  // r^2
-    if (1.0 + s * (a[0] + s * (a[1] + s * a[2])) <= 0.0)
-      camera.fail("vignetting",
-                  fmt::format("1 + a1 r^2 + a2 r^4 + a3 r^6 is not positive at r = {:.2f}", std::sqrt(s)),
-                  "r is 1 at the image's corners");
-  }
   v.kind = Vignetting::Kind::polynomial;
   v.a = {a[0], a[1], a[2]};
+  check_vignetting(camera, "vignetting", v);
   return v;
 }
 
 Camera read_camera(const TomlTable& table, const TwinFileContext& context, bool first) {
-  table.allow(with_device_keys({"name", "sensor", "optics", "psf_px", "vignetting"}));
+  table.allow(with_device_keys({"name", "sensor", "optics", "psf_px", "vignetting", "vignetting_tilt"}));
   const std::string name = table.required_name();
   const Device device = read_device(table, context, first);
   Camera camera{name, device.lens, device.T_device_world, {}, {}};

@@ -294,6 +294,8 @@ TEST(CameraLens, VignettingAgreesWithTheReference) {
   const Twin plain = twin;
   twin.cameras[0].vignetting = {Vignetting::Kind::polynomial, {-0.04, 0.01, 0.0}};
   expect_agreement(twin, "polynomial", 500);
+  twin.cameras[0].vignetting = {Vignetting::Kind::polynomial, {0.0, 0.0, 0.0}, {0.03, -0.02}};
+  expect_agreement(twin, "tilt", 500);
   twin.cameras[0].vignetting = {Vignetting::Kind::cos4, {}};
   expect_agreement(twin, "cos^4", 500);
   twin.cameras[0].vignetting.kind = Vignetting::Kind::none;

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/causes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace fringetwin::compare {
+namespace {
+
+constexpr double kWorthNaming = 0.5;   ///< share of the excess a cause must explain to be named
+constexpr double kWorthAdding = 0.02;  ///< share a further cause must explain besides
+constexpr std::size_t kMostInOrder = 4;
+
+struct Group {
+  std::string name;
+  std::vector<std::size_t> at;  ///< of its parameters among all
+};
+
+class CauseSearch {
+ public:
+  CauseSearch(Sensitivity& sensitivity, const Twin& twin) {
+    for (const ParameterGroup& group : parameter_groups()) {
+      Group g{group.name, {}};
+      for (Parameter& p : parameters_of(twin, group.name)) {
+        g.at.push_back(parameters_.size());
+        parameters_.push_back(std::move(p));
+      }
+      if (!g.at.empty()) groups_.push_back(std::move(g));
+    }
+    start_ = start_values(parameters_);
+    equations_ = sensitivity.equations(twin, parameters_, start_);
+    for (std::size_t c = 0; c < sensitivity.samples().size(); ++c)
+      for (const std::size_t at : {equations_.gain_at(c), equations_.black_at(c)}) sensors_.push_back(at);
+  }
+
+  Causes run() {
+    Causes out;
+    const double sensors_alone = solve({}).chi2;
+    out.n = equations_.n;
+    out.chi2 = sensors_alone / static_cast<double>(out.n);
+    excess_ = sensors_alone - static_cast<double>(out.n);
+    if (!(excess_ > 0.0)) return out;
+    std::vector<std::size_t> order = choose_order(sensors_alone);
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      const Step alone = solve({g});
+      CauseRow row = make_row(g, alone);
+      row.alone = (sensors_alone - alone.chi2 - freedom(alone)) / excess_;
+      out.rows.push_back(std::move(row));
+    }
+    double before = sensors_alone;
+    std::vector<std::size_t> taken;
+    for (const std::size_t g : order) {
+      taken.push_back(g);
+      const Step step = solve(taken);
+      out.rows[g].order = static_cast<int>(taken.size());
+      out.rows[g].in_order = (before - step.chi2) / excess_;
+      before = step.chi2;
+    }
+    if (!taken.empty()) {
+      const Step all = solve(taken);
+      for (const std::size_t g : taken) out.rows[g].parameters = make_row(g, all).parameters;
+      out.rest = (all.chi2 - static_cast<double>(out.n)) / excess_;
+    }
+    std::stable_sort(out.rows.begin(), out.rows.end(), [](const CauseRow& a, const CauseRow& b) {
+      const int x = a.order > 0 ? a.order : 99, y = b.order > 0 ? b.order : 99;
+      return x != y ? x < y : a.alone > b.alone;
+    });
+    if (!out.rows.empty() && out.rows[0].order == 1 && out.rows[0].alone >= kWorthNaming)
+      out.named = out.rows[0].group;
+    return out;
+  }
+
+ private:
+  /// These groups with gain and black level of every camera.
+  Step solve(const std::vector<std::size_t>& groups) const {
+    std::vector<std::size_t> unknowns = sensors_;
+    for (const std::size_t g : groups)
+      unknowns.insert(unknowns.end(), groups_[g].at.begin(), groups_[g].at.end());
+    return solve_step(equations_, unknowns);
+  }
+  /// Noise alone would be lowered by so much.
+  double freedom(const Step& step) const {
+    return static_cast<double>(step.n_determined) - static_cast<double>(sensors_.size());
+  }
+
+  /// The group that takes away most, then the one that takes most of what is left ...
+  std::vector<std::size_t> choose_order(double sensors_alone) const {
+    std::vector<std::size_t> taken;
+    double before = sensors_alone;
+    while (taken.size() < std::min(kMostInOrder, groups_.size())) {
+      std::size_t best = groups_.size();
+      double least = before - kWorthAdding * excess_;
+      for (std::size_t g = 0; g < groups_.size(); ++g) {
+        if (std::find(taken.begin(), taken.end(), g) != taken.end()) continue;
+        std::vector<std::size_t> with = taken;
+        with.push_back(g);
+        const Step step = solve(with);
+        if (const double left = step.chi2 + freedom(step); left < least) {
+          least = left;
+          best = g;
+        }
+      }
+      if (best == groups_.size()) break;
+      taken.push_back(best);
+      before = solve(taken).chi2;
+    }
+    return taken;
+  }
+
+  CauseRow make_row(std::size_t g, const Step& step) const {
+    CauseRow row;
+    row.group = groups_[g].name;
+    row.cause = parameter_group(row.group).cause;
+    const double inflation = std::sqrt(std::max(1.0, step.chi2 / static_cast<double>(equations_.n)));
+    for (const std::size_t k : groups_[g].at) {
+      const Parameter& p = parameters_[k];
+      const auto at = static_cast<Eigen::Index>(k);
+      const double value = std::clamp(start_[at] + step.change[at], p.is_switch ? -1e300 : p.smallest,
+                                      p.is_switch ? 1e300 : p.largest);
+      row.parameters.push_back({p.name, p.unit, p.shown(start_[at]), p.shown(value),
+                                p.shown_sigma(value, inflation * step.sigma[at])});
+    }
+    return row;
+  }
+
+  std::vector<Parameter> parameters_;
+  std::vector<Group> groups_;
+  std::vector<std::size_t> sensors_;
+  Eigen::VectorXd start_;
+  NormalEquations equations_;
+  double excess_ = 0.0;
+};
+
+}  // namespace
+
+Causes find_causes(Sensitivity& sensitivity, const Twin& twin) {
+  return CauseSearch(sensitivity, twin).run();
+}
+
+std::string sentence(const Causes& causes) {
+  if (causes.rows.empty()) return "";
+  if (causes.named.empty())
+    return fmt::format(
+        "none of the causes tested explains half of what the budget does not (most: {}, {:.0f} %)",
+        causes.rows[0].cause, 100.0 * causes.rows[0].alone);
+  return fmt::format(
+      "most likely cause: {}; it explains {:.1f} % of the gray difference beyond the budget. "
+      "Fit it with --refine {}",
+      causes.rows[0].cause, 100.0 * causes.rows[0].alone, causes.named);
+}
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/explained.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "compare/fit_rows.hpp"
+#include "compare/phase_rows.hpp"
+#include "twin/constants.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+using measure::CameraDecode;
+using measure::DirectionDecode;
+
+constexpr int kRegion = 16;              ///< px: side of a region
+constexpr int kFewestInBlock = 64;      ///< pixels
+constexpr double kNoiseKnownTo = 0.05;  ///< relative standard uncertainty of the stated noise variance
+constexpr double kCoverage = 3.0;       ///< standard uncertainties
+constexpr std::uint64_t kFewestJudged = 200;
+
+double limit_for(double n) { return 1.0 + kCoverage * std::sqrt(2.0 / n + kNoiseKnownTo * kNoiseKnownTo); }
+
+void judge(ExplainedRow& row) {
+  row.chi2_limit = limit_for(static_cast<double>(std::max<std::uint64_t>(row.n, 1)));
+  row.explained = row.chi2 <= row.chi2_limit;
+  if (row.n_regions == 0) return;
+  row.regional_limit = limit_for(static_cast<double>(row.n_regions));
+  row.explained = row.explained && row.regional_chi2 <= row.regional_limit;
+}
+
+/// A mean of a block: weighted sum of residuals, its variance if they are noise, and the sum of the weights'
+/// sizes (an error that all share moves the sum by that).
+struct BlockSum {
+  double sum = 0.0, variance = 0.0, weight = 0.0;
+  int pixels = 0;
+  void add(double weight_of_one, double residual, double noise) {
+    sum += weight_of_one * residual;
+    variance += weight_of_one * weight_of_one * noise;
+    weight += std::abs(weight_of_one);
+  }
+  bool usable() const { return pixels >= kFewestInBlock && variance > 0.0; }
+  double chi2(double shared) const { return sum * sum / (variance + weight * weight * shared); }
+};
+
+/// Sums over all of an image, by blocks.
+struct Sums {
+  double r2 = 0.0, chi2 = 0.0, noise = 0.0, regional = 0.0;
+  std::uint64_t n = 0, n_regions = 0;
+};
+
+/// `block(x0, y0, x1, y1)` -> Sums, in parallel, added up in order.
+template <class Block>
+Sums sum_blocks(int width, int height, Block block) {
+  const int across = (width + kRegion - 1) / kRegion, down = (height + kRegion - 1) / kRegion;
+  std::vector<Sums> parts(static_cast<std::size_t>(across) * static_cast<std::size_t>(down));
+#pragma omp parallel for schedule(dynamic)
+  for (int b = 0; b < across * down; ++b) {
+    const int x0 = b % across * kRegion, y0 = b / across * kRegion;
+    parts[static_cast<std::size_t>(b)] =
+        block(x0, y0, std::min(x0 + kRegion, width), std::min(y0 + kRegion, height));
+  }
+  Sums total;
+  for (const Sums& part : parts) {
+    total.r2 += part.r2, total.chi2 += part.chi2, total.noise += part.noise, total.regional += part.regional;
+    total.n += part.n, total.n_regions += part.n_regions;
+  }
+  return total;
+}
+
+class GrayExplanation {
+ public:
+  GrayExplanation(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise, const ImageU8& interior,
+                  const CameraDecode* simulated, const RenderingError& rendering)
+      : pair_(pair), fit_(fit), noise_(noise), interior_(interior), rendering_(rendering) {
+    for (const PatternSpec& p : pair.patterns) steps_ = std::max(steps_, p.step + 1);
+    for (const int image : pair.gain_images) {
+      const PatternSpec& p = pair.patterns[static_cast<std::size_t>(image)];
+      const ImageF* phase = nullptr;
+      if (simulated && !p.is_gray()) {
+        const DirectionDecode& d = simulated->directions.at(static_cast<std::size_t>(p.direction));
+        if (static_cast<std::size_t>(p.pitch) < d.wrapped_rad.size())
+          phase = &d.wrapped_rad[static_cast<std::size_t>(p.pitch)];
+      }
+      phases_.push_back(phase);
+    }
+  }
+
+  std::optional<ExplainedRow> run() const {
+    const Sums s = sum_blocks(pair_.width(), pair_.height(),
+                              [this](int x0, int y0, int x1, int y1) { return block(x0, y0, x1, y1); });
+    if (s.n < kFewestJudged) return std::nullopt;
+    const auto n = static_cast<double>(s.n);
+    ExplainedRow row;
+    row.quantity = "gray";
+    row.region = pair_.camera->name;
+    row.unit = "DN";
+    row.n = s.n;
+    row.n_regions = s.n_regions;
+    row.observed = s.r2 / n;
+    row.chi2 = s.chi2 / n;
+    row.regional_chi2 = s.n_regions > 0 ? s.regional / static_cast<double>(s.n_regions) : kUnknown;
+    const double noise = s.noise / n, rounding = std::min(noise_.rounding_dn2(), noise);
+    row.lines = {
+        {"noise: " + noise_.source(), noise - rounding},
+        {"quantisation", rounding},
+        {rendering_.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)",
+         rendering_.gray_dn * rendering_.gray_dn},
+        {"fit of gain and black level", 2.0 * noise / n * std::pow(fit_.row.sigma_inflation, 2)}};
+    judge(row);
+    return row;
+  }
+
+ private:
+  Sums block(int x0, int y0, int x1, int y1) const {
+    Sums out;
+    BlockSum level, contrast, shift;
+    const double shared = rendering_.gray_dn * rendering_.gray_dn;
+    for (int y = y0; y < y1; ++y)
+      for (int x = x0; x < x1; ++x)
+        if (interior_(x, y) != 0) pixel(interior_.index(x, y), shared, out, level, contrast, shift);
+    for (const BlockSum* b : {&level, &contrast, &shift})
+      if (b->usable()) {
+        out.regional += b->chi2(shared);
+        ++out.n_regions;
+      }
+    return out;
+  }
+
+  void pixel(std::size_t i, double shared, Sums& out, BlockSum& level, BlockSum& contrast,
+             BlockSum& shift) const {
+    const Usable& u = fit_.usable;
+    double mean_dn = 0.0;
+    for (const int image : pair_.gain_images)
+      mean_dn += static_cast<double>(pair_.real->images[static_cast<std::size_t>(image)].data[i]);
+    const double noise = noise_.variance(mean_dn / static_cast<double>(pair_.gain_images.size()));
+    bool any = false;
+    for (std::size_t k = 0; k < pair_.gain_images.size(); ++k) {
+      const int image = pair_.gain_images[k];
+      const auto y = static_cast<double>(pair_.real->images[static_cast<std::size_t>(image)].data[i]);
+      const double predicted = fit_.row.gain_dn * pair_.irradiance_at(image, i) + fit_.row.black_level_dn;
+      if (!(y < u.saturation_dn && predicted >= u.low_dn && predicted <= u.high_dn)) continue;
+      const double r = y - predicted;
+      out.r2 += r * r;
+      out.noise += noise;
+      out.chi2 += r * r / (noise + shared);
+      ++out.n;
+      any = true;
+      level.add(1.0, r, noise);
+      if (!phases_[k] || std::isnan(phases_[k]->data[i])) continue;
+      const PatternSpec& p = pair_.patterns[static_cast<std::size_t>(image)];
+      const double theta = static_cast<double>(phases_[k]->data[i]) + kTwoPi * p.step / steps_;
+      contrast.add(std::cos(theta), r, noise);
+      shift.add(std::sin(theta), r, noise);
+    }
+    for (BlockSum* b : {&level, &contrast, &shift}) b->pixels += any ? 1 : 0;
+  }
+
+  const GrayPair& pair_;
+  const GainFit& fit_;
+  const GrayNoise& noise_;
+  const ImageU8& interior_;
+  RenderingError rendering_;
+  int steps_ = 1;
+  std::vector<const ImageF*> phases_;  ///< of pair.gain_images; null for codes
+};
+
+}  // namespace
+
+RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes) {
+  for (const RenderNote& note : notes)
+    if (note.camera == camera.name)
+      return {note.gray_error.value_or(0.0) * camera.sensor.max_dn(), note.phase_error_rad.value_or(0.0),
+              note.gray_error.has_value()};
+  return {};
+}
+
+std::optional<ExplainedRow> explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
+                                         const ImageU8& interior, const CameraDecode* simulated,
+                                         const RenderingError& rendering) {
+  return GrayExplanation(pair, fit, noise, interior, simulated, rendering).run();
+}
+
+std::optional<ExplainedRow> explain_phase(const std::string& camera, const DirectionDecode& real,
+                                          const DirectionDecode& simulated, const ImageU8& interior,
+                                          const RenderingError& rendering) {
+  const ImageF difference = phase_difference(real, simulated);
+  const double per_px = kTwoPi / real.pitches_px[static_cast<std::size_t>(real.finest)];
+  const double shared = rendering.phase_rad * rendering.phase_rad;
+  double real_noise = 0.0, simulated_noise = 0.0;
+  const auto variance = [&](const DirectionDecode& d, std::size_t i) {
+    const double s = per_px * static_cast<double>(d.coordinate_sigma_px.data[i]);
+    return std::isfinite(s) ? s * s : 0.0;
+  };
+  const Sums s = sum_blocks(difference.width, difference.height, [&](int x0, int y0, int x1, int y1) {
+    Sums out;
+    BlockSum mean;
+    for (int y = y0; y < y1; ++y)
+      for (int x = x0; x < x1; ++x) {
+        const auto d = static_cast<double>(difference(x, y));
+        if (interior(x, y) == 0 || std::isnan(d)) continue;
+        const std::size_t i = difference.index(x, y);
+        const double noise = variance(real, i) + variance(simulated, i);
+        if (!(noise > 0.0)) continue;
+        out.r2 += d * d;
+        out.noise += noise;
+        out.chi2 += d * d / (noise + shared);
+        ++out.n;
+        mean.add(1.0, d, noise);
+        ++mean.pixels;
+      }
+    if (mean.usable()) {
+      out.regional += mean.chi2(shared);
+      ++out.n_regions;
+    }
+    return out;
+  });
+  if (s.n < kFewestJudged) return std::nullopt;
+  for (std::size_t i = 0; i < difference.size(); ++i)
+    if (interior.data[i] != 0 && !std::isnan(difference.data[i])) {
+      real_noise += variance(real, i);
+      simulated_noise += variance(simulated, i);
+    }
+  const auto n = static_cast<double>(s.n);
+  ExplainedRow row;
+  row.quantity = "phase";
+  row.region = camera + " " + axis_name(real.axis);
+  row.unit = "rad";
+  row.n = s.n;
+  row.n_regions = s.n_regions;
+  row.observed = s.r2 / n;
+  row.chi2 = s.chi2 / n;
+  row.regional_chi2 = s.n_regions > 0 ? s.regional / static_cast<double>(s.n_regions) : kUnknown;
+  row.lines = {
+      {"noise and quantisation of the real images", real_noise / n},
+      {"noise and quantisation of the simulated images", simulated_noise / n},
+      {rendering.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)", shared}};
+  judge(row);
+  return row;
+}
+
+std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits) {
+  std::vector<ExplainedRow> rows;
+  for (const FitRow& fit : fits) {
+    ExplainedRow row;
+    row.quantity = "geometry";
+    row.region = fit.object;
+    row.chi2_limit = kCoverage * kCoverage;
+    double worst = -1.0;
+    const auto look_at = [&](const std::string& name, double z, double difference, double sigma_s,
+                             double sigma_r, const std::string& unit) {
+      if (!std::isfinite(z)) return;
+      ++row.n;
+      if (std::abs(z) <= worst) return;
+      worst = std::abs(z);
+      row.worst = name;
+      row.unit = unit;
+      row.observed = difference * difference;
+      row.lines = {{"fit of the simulated points", sigma_s * sigma_s},
+                   {"fit of the real points", sigma_r * sigma_r}};
+    };
+    const auto unit_of = [](const std::string& key) {
+      return key.ends_with("_mm") ? "mm" : key.ends_with("_rad") ? "rad" : "";
+    };
+    for (const auto& [key, z] : fit.z) {
+      const auto sigma = [&, name = sigma_key(key)](const std::optional<measure::ObjectFit>& side) {
+        const auto at = side->numbers.find(name);
+        return at == side->numbers.end() ? 0.0 : at->second;
+      };
+      look_at(key, z, fit.difference.at(key), sigma(fit.simulated), sigma(fit.real), unit_of(key));
+    }
+    for (const auto& [key, z] : fit.z_vectors)
+      for (int i = 0; i < 3; ++i) {
+        const auto sigma = [&, name = sigma_key(key)](const std::optional<measure::ObjectFit>& side) {
+          const auto at = side->vectors.find(name);
+          return at == side->vectors.end() ? 0.0 : at->second[i];
+        };
+        look_at(fmt::format("{}.{}", key, "xyz"[i]), z[i], fit.difference_vectors.at(key)[i],
+                sigma(fit.simulated), sigma(fit.real), unit_of(key));
+      }
+    if (row.n == 0) continue;
+    row.chi2 = worst * worst;
+    row.explained = row.chi2 <= row.chi2_limit;
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::optional<bool> all_explained(const std::vector<ExplainedRow>& rows, const std::string& quantity) {
+  std::optional<bool> all;
+  for (const ExplainedRow& row : rows)
+    if (row.quantity == quantity) all = all.value_or(true) && row.explained;
+  return all;
+}
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// A camera seen on every k-th pixel: what a changed twin would show, at 1/k^2 of the cost.
+#pragma once
+#include <cstddef>
+#include <vector>
+
+#include "render/renderer.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::compare {
+
+/// Pixels (first + k i, first + k j) of a camera.
+struct GridView {
+  int stride = 1, first = 0;
+  int width = 0, height = 0;  ///< of the grid
+  std::size_t pixel_of(int gx, int gy, int full_width) const {
+    return static_cast<std::size_t>(first + stride * gy) * static_cast<std::size_t>(full_width) +
+           static_cast<std::size_t>(first + stride * gx);
+  }
+};
+
+/// A grid that keeps at most `most` of `n_valid` pixels. Every pixel where the camera cannot be thinned: lens
+/// models that are not perspective, a point spread (it needs the neighbours).
+GridView choose_grid(const Camera& camera, std::size_t n_valid, std::size_t most);
+
+/// Irradiance images (sequence order, grid size) of camera `index`: the rays of the whole image's own pixels
+/// by a fixed rule of 2 x 2 points, so that two twins are sampled alike and their difference is one of the
+/// twins.
+std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, std::size_t index,
+                                const GridView& grid);
+
+}  // namespace fringetwin::compare

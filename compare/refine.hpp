@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// `cosim --refine`: parameters of the twin fitted to the real gray values (docs/METRICS.md, "Refinement").
+#pragma once
+#include <string>
+#include <vector>
+
+#include "compare/comparison.hpp"
+
+namespace fringetwin::compare {
+
+struct Refined {
+  Twin twin;
+  Refinement report;
+};
+
+/// Words `--refine` takes, for messages: groups, "gain", "black".
+std::string refine_names();
+
+/// Gauss-Newton with step halving through the renderer, on the gray values of all phase steps of the interior
+/// pixels that both sides see (grid_samples). `asked`: groups, names of parameters ("projector.k1") or what
+/// stands before their dot ("projector"). Gain and black level of each camera are fitted besides and kept
+/// only where asked for; with "albedo" the gain is held at the twin's, because the two enter as a product.
+/// `simulated`: the twin as it is, rendered and measured. Throws UserError(usage) for an unknown name, for
+/// parameters that change nothing and for those that the data cannot tell apart, naming them; Cancelled after
+/// Ctrl-C.
+Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
+               const std::vector<std::string>& asked);
+
+/// What to write into twin.toml, as a text of its own: every refined value with its standard error.
+std::string refined_toml(const Refinement& refinement, const std::string& twin_file);
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/sensitivity.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "twin/errors.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+constexpr double kHuberSigmas = 3.0;
+constexpr double kWantedChange = 3e-3;  ///< of the images' size: 0.15 % of the derivative is curvature
+constexpr double kSmallestEigenvalue = 1e-9;
+
+double median_of(std::vector<float>& v) {
+  if (v.empty()) return 0.0;
+  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+  std::nth_element(v.begin(), middle, v.end());
+  return static_cast<double>(*middle);
+}
+
+}  // namespace
+
+GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const GainFit& fit,
+                         const GrayNoise& noise, const ImageU8& interior, double rendering_dn,
+                         std::size_t most) {
+  GridSamples out;
+  out.camera = camera_index;
+  out.images = pair.gain_images;
+  out.gain_dn = fit.row.gain_dn;
+  out.black_level_dn = fit.row.black_level_dn;
+  const auto n_valid = static_cast<std::size_t>(
+      std::count_if(interior.data.begin(), interior.data.end(), [](unsigned char m) { return m != 0; }));
+  out.grid = choose_grid(*pair.camera, n_valid, most);
+  const Usable& u = fit.usable;
+  for (int gy = 0; gy < out.grid.height; ++gy)
+    for (int gx = 0; gx < out.grid.width; ++gx) {
+      const std::size_t i = out.grid.pixel_of(gx, gy, pair.width());
+      if (interior.data[i] == 0) continue;
+      out.cell.push_back(static_cast<std::size_t>(gy) * static_cast<std::size_t>(out.grid.width) +
+                         static_cast<std::size_t>(gx));
+      double mean_dn = 0.0;
+      for (const int image : out.images)
+        mean_dn += static_cast<double>(pair.real->images[static_cast<std::size_t>(image)].data[i]);
+      mean_dn /= static_cast<double>(out.images.size());
+      const double sigma_dn = std::sqrt(noise.variance(mean_dn) + rendering_dn * rendering_dn);
+      for (const int image : out.images) {
+        const auto y = static_cast<double>(pair.real->images[static_cast<std::size_t>(image)].data[i]);
+        const double predicted = u.gain_dn * pair.irradiance_at(image, i) + u.black_level_dn;
+        const bool usable = y < u.saturation_dn && predicted >= u.low_dn && predicted <= u.high_dn;
+        out.real_dn.push_back(static_cast<float>(y));
+        out.weight.push_back(usable && sigma_dn > 0.0 ? static_cast<float>(1.0 / sigma_dn) : 0.0F);
+      }
+    }
+  return out;
+}
+
+Step solve_step(const NormalEquations& e, const std::vector<std::size_t>& unknowns) {
+  const auto m = static_cast<Eigen::Index>(unknowns.size());
+  Step step{Eigen::VectorXd::Zero(e.right.size()), Eigen::VectorXd::Zero(e.right.size()), e.chi2, 0};
+  if (m == 0) return step;
+  Eigen::MatrixXd normal(m, m);
+  Eigen::VectorXd right(m), scale(m);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const auto at = static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(i)]);
+    right[i] = e.right[at];
+    scale[i] = e.normal(at, at) > 0.0 ? 1.0 / std::sqrt(e.normal(at, at)) : 0.0;
+    for (Eigen::Index j = 0; j < m; ++j)
+      normal(i, j) = e.normal(at, static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(j)]));
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * normal *
+                                                             scale.asDiagonal());
+  Eigen::VectorXd inverse = Eigen::VectorXd::Zero(m);
+  for (Eigen::Index i = 0; i < m; ++i)
+    if (eigen.eigenvalues()[i] > kSmallestEigenvalue) {
+      inverse[i] = 1.0 / eigen.eigenvalues()[i];
+      ++step.n_determined;
+    }
+  const Eigen::MatrixXd covariance = scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
+                                     eigen.eigenvectors().transpose() * scale.asDiagonal();
+  const Eigen::VectorXd change = covariance * right;
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const auto at = static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(i)]);
+    step.change[at] = change[i];
+    step.sigma[at] = std::sqrt(std::max(0.0, covariance(i, i)));
+  }
+  step.chi2 = e.chi2 - change.dot(right);
+  return step;
+}
+
+Sensitivity::Sensitivity(render::Renderer& renderer, std::vector<GridSamples> samples)
+    : renderer_(renderer), samples_(std::move(samples)), threshold_(samples_.size(), kHuberSigmas) {}
+
+void Sensitivity::set_sensor(std::size_t index, double gain_dn, double black_level_dn) {
+  samples_.at(index).gain_dn = gain_dn;
+  samples_.at(index).black_level_dn = black_level_dn;
+}
+
+Sensitivity::Values Sensitivity::irradiance(const Twin& twin) const {
+  Values out;
+  for (const GridSamples& s : samples_) {
+    throw_if_cancelled();
+    const std::vector<ImageF> images = render_grid(renderer_, twin, s.camera, s.grid);
+    std::vector<float> values(s.real_dn.size());
+    for (std::size_t p = 0; p < s.n_pixels(); ++p)
+      for (std::size_t k = 0; k < s.images.size(); ++k)
+        values[p * s.images.size() + k] = images[static_cast<std::size_t>(s.images[k])].data[s.cell[p]];
+    out.push_back(std::move(values));
+  }
+  return out;
+}
+
+double Sensitivity::residual(const GridSamples& s, const std::vector<float>& irradiance,
+                             std::size_t i) const {
+  return static_cast<double>(s.real_dn[i]) - s.gain_dn * static_cast<double>(irradiance[i]) -
+         s.black_level_dn;
+}
+
+double Sensitivity::relative_change(const Values& from, const Values& to) const {
+  double change = 0.0, size = 0.0;
+  for (std::size_t c = 0; c < samples_.size(); ++c)
+    for (std::size_t i = 0; i < from[c].size(); ++i) {
+      if (samples_[c].weight[i] == 0.0F) continue;
+      const auto a = static_cast<double>(from[c][i]), b = static_cast<double>(to[c][i]);
+      change += (b - a) * (b - a);
+      size += a * a;
+    }
+  return size > 0.0 ? std::sqrt(change / size) : 0.0;
+}
+
+Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Parameter>& parameters,
+                                        const Eigen::VectorXd& values, std::size_t at,
+                                        const Values& base) const {
+  const auto index = static_cast<Eigen::Index>(at);
+  const Parameter& parameter = parameters[at];
+  Values out;
+  double step = parameter.is_switch ? (values[index] > 0.5 ? -1.0 : 1.0) : parameter.step;
+  if (values[index] + step > parameter.largest) step = -step;
+  for (int attempt = 0; attempt < 5; ++attempt) {
+    Eigen::VectorXd changed = values;
+    changed[index] += step;
+    out = irradiance(with_values(twin, parameters, changed));
+    if (parameter.is_switch) break;
+    const double change = relative_change(base, out);
+    if (change > kWantedChange / 5.0 && change < kWantedChange * 5.0) break;
+    step *= std::clamp(kWantedChange / std::max(change, 1e-12), 1e-3, 1e3);
+  }
+  for (std::size_t c = 0; c < out.size(); ++c)
+    for (std::size_t i = 0; i < out[c].size(); ++i)
+      out[c][i] =
+          static_cast<float>((static_cast<double>(out[c][i]) - static_cast<double>(base[c][i])) / step);
+  return out;
+}
+
+void Sensitivity::choose_scale(const Values& base) {
+  for (std::size_t c = 0; c < samples_.size(); ++c) {
+    std::vector<float> size;
+    for (std::size_t i = 0; i < base[c].size(); ++i)
+      if (samples_[c].weight[i] > 0.0F)
+        size.push_back(samples_[c].weight[i] *
+                       static_cast<float>(std::abs(residual(samples_[c], base[c], i))));
+    threshold_[c] = kHuberSigmas * std::max(1.0, 1.4826 * median_of(size));
+  }
+}
+
+NormalEquations Sensitivity::assemble(const Values& base, const std::vector<Values>& columns) const {
+  const std::size_t n_parameters = columns.size(), m = n_parameters + 2 * samples_.size();
+  const auto size = static_cast<Eigen::Index>(m);
+  NormalEquations out{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0.0, 0, n_parameters};
+  constexpr std::size_t kChunks = 32;  // a fixed number: sums that do not depend on the threads
+  for (std::size_t c = 0; c < samples_.size(); ++c) {
+    const GridSamples& s = samples_[c];
+    std::vector<NormalEquations> parts(kChunks, out);
+    for (NormalEquations& part : parts) {
+      part.normal.setZero();
+      part.right.setZero();
+      part.chi2 = 0.0;
+      part.n = 0;
+    }
+#pragma omp parallel for schedule(dynamic)
+    for (std::size_t chunk = 0; chunk < kChunks; ++chunk) {
+      NormalEquations& part = parts[chunk];
+      Eigen::VectorXd row(size);
+      for (std::size_t i = chunk * s.real_dn.size() / kChunks; i < (chunk + 1) * s.real_dn.size() / kChunks;
+           ++i) {
+        if (s.weight[i] == 0.0F) continue;
+        const auto w = static_cast<double>(s.weight[i]);
+        const double r = w * residual(s, base[c], i);
+        const double damp = std::min(1.0, threshold_[c] / std::max(std::abs(r), 1e-12));
+        const double root = std::sqrt(damp) * w;
+        row.setZero();
+        for (std::size_t k = 0; k < n_parameters; ++k)
+          row[static_cast<Eigen::Index>(k)] = root * s.gain_dn * static_cast<double>(columns[k][c][i]);
+        row[static_cast<Eigen::Index>(out.gain_at(c))] = root * static_cast<double>(base[c][i]);
+        row[static_cast<Eigen::Index>(out.black_at(c))] = root;
+        part.normal.selfadjointView<Eigen::Lower>().rankUpdate(row);
+        part.right += std::sqrt(damp) * r * row;
+        part.chi2 += damp * r * r;
+        ++part.n;
+      }
+    }
+    for (const NormalEquations& part : parts) {
+      out.normal += part.normal;
+      out.right += part.right;
+      out.chi2 += part.chi2;
+      out.n += part.n;
+    }
+  }
+  out.normal = Eigen::MatrixXd(out.normal.selfadjointView<Eigen::Lower>());
+  return out;
+}
+
+NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Parameter>& parameters,
+                                       const Eigen::VectorXd& values) {
+  const Values base = irradiance(with_values(twin, parameters, values));
+  choose_scale(base);
+  std::vector<Values> columns;
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    columns.push_back(column(twin, parameters, values, k, base));
+  return assemble(base, columns);
+}
+
+NormalEquations Sensitivity::equations_without_parameters(const Twin& twin) const {
+  return assemble(irradiance(twin), {});
+}
+
+}  // namespace fringetwin::compare
