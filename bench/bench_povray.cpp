@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_povray: what a user can have from POV-Ray (Debian package povray; used when it is there, never
-// installed by us): a sphere before a plane, the fringe as a function of space, a light at the projector.
-// Both programs' images against the double-precision reference of the same scene. Pinhole camera and
-// projector: POV-Ray has no distorted lenses.
+// bench_povray: what a user can have from POV-Ray (Debian package povray): a sphere before a plane, the
+// fringe as a function of space, a light at the projector. Both programs' images against the double-precision
+// reference of the same scene. Pinhole lenses: POV-Ray's cameras have no distortion.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -14,11 +13,10 @@
 #include <filesystem>
 #include <numbers>
 
-#include "report/process.hpp"
 #include "tests/accuracy/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
+#include "tests/support/povray.hpp"
 #include "twin/errors.hpp"
-#include "twin/image_io.hpp"
 
 namespace {
 
@@ -48,43 +46,12 @@ Twin make_twin() {
   d.phase_origin_px = {0.0};
   twin.fringes.unwrap = Unwrap::none;
   twin.fringes.mean = 0.5;
-  twin.fringes.amplitude = 0.49;  // a colour map wraps at exactly 1
+  twin.fringes.amplitude = 0.49;
   Material material;
   material.diffuse = 1.0;
-  p.intensity = std::numbers::pi;  // then E = pattern x cosine, as POV-Ray's diffuse 1
+  p.intensity = std::numbers::pi;  // then E = pattern x cosine
   twin = test::with_object(twin, "sphere", test::ideal_sphere(), material);
   return test::with_object(twin, "plane", test::frontal_plane(), material);
-}
-
-std::string pov_scene(const Twin& twin, int step) {
-  const Projector& p = *twin.projector;
-  const auto& R = p.T_proj_world.rotation;
-  const auto& t = p.T_proj_world.translation_mm;
-  const auto row = [&](int i) {
-    return fmt::format("({:.17g}*x+{:.17g}*y+{:.17g}*z+{:.17g})", R(i, 0), R(i, 1), R(i, 2), t[i]);
-  };
-  const auto& f = p.lens.intrinsics();
-  const DirectionFringes& d = twin.fringes.directions[0];
-  const double fc = twin.cameras[0].lens.intrinsics()[0];
-  const Eigen::Vector3d light = p.center_world_mm();
-  const SphereShape s = test::ideal_sphere();
-  std::string scene = "#version 3.7;\nglobal_settings { assumed_gamma 1.0 }\n";
-  scene += fmt::format(
-      "camera {{ perspective location <0,0,0> direction <0,0,1> right <{:.17g},0,0> up <0,{:.17g},0> }}\n",
-      width / fc, -height / fc);
-  scene += fmt::format("light_source {{ <{:.17g},{:.17g},{:.17g}> color rgb 1 }}\n", light.x(), light.y(),
-                       light.z());
-  scene += fmt::format(
-      "#declare fringe = texture {{ pigment {{ function {{ "
-      "{:.17g}+{:.17g}*cos(2*pi*({:.17g}*{}/{}+{:.17g})/{:.17g}"
-      "+{:.17g}) }} color_map {{ [0 rgb 0] [1 rgb 1] }} }} finish {{ ambient 0 diffuse 1 specular 0 phong 0 "
-      "}} }}\n",
-      twin.fringes.mean, twin.fringes.amplitude, f[0], row(0), row(2), f[2], d.pitches_px[0],
-      2.0 * std::numbers::pi * step / twin.fringes.steps);
-  scene += fmt::format("sphere {{ <{},{},{}>, {} texture {{ fringe }} }}\n", s.center_mm.x(), s.center_mm.y(),
-                       s.center_mm.z(), s.radius_mm);
-  scene += "plane { <0,0,-1>, -300 texture { fringe } }\n";
-  return scene;
 }
 
 struct Measured {
@@ -92,38 +59,12 @@ struct Measured {
   double image_s = 0.0;  ///< per image
 };
 
-/// `side` x `side` samples per pixel on a regular grid; nullopt where the program cannot be started.
-std::optional<Measured> run_povray(const Twin& twin, int side, const fs::path& dir) {
-  Measured out;
-  for (int step = 0; step < twin.fringes.steps; ++step) {
-    const fs::path scene = dir / "scene.pov", image = dir / "image.png";
-    write_text_file(scene, pov_scene(twin, step));
-    std::vector<std::string> argv{"povray",
-                                  "+I" + scene.string(),
-                                  "+O" + image.string(),
-                                  fmt::format("+W{}", width),
-                                  fmt::format("+H{}", height),
-                                  "+FN16",
-                                  "Grayscale_Output=on",
-                                  "File_Gamma=1.0",
-                                  "-D",
-                                  "-GA",
-                                  "+WT2"};
-    if (side > 1)
-      argv.insert(argv.end(), {"+A0.0", "+AM1", "-J", fmt::format("+R{}", side)});
-    else
-      argv.push_back("-A");
-    const double start = now_s();
-    const auto result = report::run_process(argv, "");
-    out.image_s += (now_s() - start) / twin.fringes.steps;
-    if (!result || result->status == 127) return std::nullopt;
-    if (result->status != 0)
-      throw UserError(ExitCode::internal, "povray", "failed: " + result->err.substr(0, 500));
-    ImageF gray = read_gray(image).image;
-    for (float& v : gray.data) v /= 65535.0F;
-    out.irradiance.push_back(std::move(gray));
-  }
-  return out;
+std::optional<Measured> run_povray(const Twin& twin, const test::PovraySampling& sampling,
+                                   const fs::path& dir) {
+  const double start = now_s();
+  auto irradiance = test::povray_irradiance(twin, 0, sampling, dir);
+  if (!irradiance) return std::nullopt;
+  return Measured{std::move(*irradiance), (now_s() - start) / twin.fringes.steps};
 }
 
 void print_row(const std::string& name, const Twin& twin, const Measured& m,
@@ -158,14 +99,16 @@ int run() {
   fmt::print("{:<44}{:>13}{:>15}{:>15}{:>13}\n", "", "ms an image", "interior rad", "interior DN", "all DN");
   print_row("fringetwin, default", twin, run_own(twin, render::choose_sampling(twin)), truth);
   print_row("fringetwin, multi-jittered 1024", twin, run_own(twin, {Sampler::multi_jittered, 1024}), truth);
-  for (const int side : {1, 4, 8}) {
-    const auto m = run_povray(twin, side, dir);
-    if (!m) {
-      fmt::print("POV-Ray: not on this machine (Debian package povray), so it is not compared\n");
-      break;
-    }
-    print_row(fmt::format("POV-Ray, fringe as a function, {} samples", side * side), twin, *m, truth);
-  }
+  const auto povray_row = [&](const std::string& name, const test::PovraySampling& sampling) {
+    if (const auto m = run_povray(twin, sampling, dir))
+      print_row(name, twin, *m, truth);
+    else
+      fmt::print("{}: cannot be started\n", name);
+  };
+  for (const int side : {1, 4, 8})
+    povray_row(fmt::format("POV-Ray, fringe as a function, {} samples", side * side),
+               {.own_supersampling = side, .processes = 1, .threads = 2});
+  povray_row("POV-Ray, 64 Gauss samples averaged by us", {.cells = 4});
   fs::remove_all(dir);
   return 0;
 }
