@@ -5,7 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+
+#include "compare/gauss_newton.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -13,6 +14,10 @@ namespace {
 constexpr double kWorthNaming = 0.5;   ///< share of the excess a cause must explain to be named
 constexpr double kWorthAdding = 0.02;  ///< share a further cause must explain besides
 constexpr std::size_t kMostInOrder = 4;
+constexpr double kClear = 0.97;       ///< a linear step that explains so much needs no iteration
+constexpr std::size_t kRivals = 3;    ///< candidates that are iterated
+constexpr double kRivalShare = 0.25;  ///< of the excess that a candidate's linear step must take away
+constexpr int kIterations = 6;
 
 struct Group {
   std::string name;
@@ -21,7 +26,7 @@ struct Group {
 
 class CauseSearch {
  public:
-  CauseSearch(Sensitivity& sensitivity, const Twin& twin) {
+  CauseSearch(Sensitivity& sensitivity, const Twin& twin) : sensitivity_(sensitivity), twin_(twin) {
     for (const ParameterGroup& group : parameter_groups()) {
       Group g{group.name, {}};
       for (Parameter& p : parameters_of(twin, group.name)) {
@@ -43,13 +48,20 @@ class CauseSearch {
     out.chi2 = sensors_alone / static_cast<double>(out.n);
     excess_ = sensors_alone - static_cast<double>(out.n);
     if (!(excess_ > 0.0)) return out;
-    std::vector<std::size_t> order = choose_order(sensors_alone);
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       const Step alone = solve({g});
       CauseRow row = make_row(g, alone);
       row.alone = (sensors_alone - alone.chi2 - freedom(alone)) / excess_;
       out.rows.push_back(std::move(row));
     }
+    if (const auto best = iterate_rivals(sensors_alone, out.rows)) {
+      // what is left was measured, not extrapolated: no linear step follows
+      out.rows[*best].order = 1;
+      out.rows[*best].in_order = out.rows[*best].alone;
+      out.rest = 1.0 - out.rows[*best].alone;
+      return finish(std::move(out));
+    }
+    const std::vector<std::size_t> order = choose_order(sensors_alone);
     double before = sensors_alone;
     std::vector<std::size_t> taken;
     for (const std::size_t g : order) {
@@ -64,13 +76,7 @@ class CauseSearch {
       for (const std::size_t g : taken) out.rows[g].parameters = make_row(g, all).parameters;
       out.rest = (all.chi2 - static_cast<double>(out.n)) / excess_;
     }
-    std::stable_sort(out.rows.begin(), out.rows.end(), [](const CauseRow& a, const CauseRow& b) {
-      const int x = a.order > 0 ? a.order : 99, y = b.order > 0 ? b.order : 99;
-      return x != y ? x < y : a.alone > b.alone;
-    });
-    if (!out.rows.empty() && out.rows[0].order == 1 && out.rows[0].alone >= kWorthNaming)
-      out.named = out.rows[0].group;
-    return out;
+    return finish(std::move(out));
   }
 
  private:
@@ -84,6 +90,50 @@ class CauseSearch {
   /// Noise alone would be lowered by so much.
   double freedom(const Step& step) const {
     return static_cast<double>(step.n_determined) - static_cast<double>(sensors_.size());
+  }
+
+  static Causes finish(Causes out) {
+    std::stable_sort(out.rows.begin(), out.rows.end(), [](const CauseRow& a, const CauseRow& b) {
+      const int x = a.order > 0 ? a.order : 99, y = b.order > 0 ? b.order : 99;
+      return x != y ? x < y : a.alone > b.alone;
+    });
+    if (!out.rows.empty() && out.rows[0].order == 1 && out.rows[0].alone >= kWorthNaming)
+      out.named = out.rows[0].group;
+    return out;
+  }
+
+  /// Where errors are too large for one linear step: the best candidates are fitted to convergence, and the
+  /// best of them is returned if it then explains half or more. Nothing where one step is clear or explains
+  /// little.
+  std::optional<std::size_t> iterate_rivals(double sensors_alone, std::vector<CauseRow>& rows) {
+    std::vector<std::size_t> rivals;
+    for (std::size_t g = 0; g < rows.size(); ++g)
+      if (rows[g].alone >= kRivalShare && !parameters_[groups_[g].at[0]].is_switch) rivals.push_back(g);
+    std::sort(rivals.begin(), rivals.end(), [&](auto a, auto b) { return rows[a].alone > rows[b].alone; });
+    if (rivals.empty() || rows[rivals[0]].alone >= kClear) return std::nullopt;
+    rivals.resize(std::min(rivals.size(), kRivals));
+    for (const std::size_t g : rivals) {
+      std::vector<Parameter> own;
+      for (const std::size_t at : groups_[g].at) own.push_back(parameters_[at]);
+      GaussNewton fit(sensitivity_, twin_, std::move(own), false);
+      for (int i = 0; i < kIterations && fit.step(true); ++i) {
+      }
+      const double share = (sensors_alone - fit.chi2() * static_cast<double>(equations_.n)) / excess_;
+      if (share <= rows[g].alone) continue;
+      rows[g].alone = share;
+      const Step last = solve_step(fit.equations(), fit.unknowns());
+      const double inflation = std::sqrt(std::max(1.0, fit.chi2()));
+      for (std::size_t k = 0; k < fit.parameters().size(); ++k) {
+        const Parameter& p = fit.parameters()[k];
+        const auto at = static_cast<Eigen::Index>(k);
+        rows[g].parameters[k].estimate = p.shown(fit.values()[at]);
+        rows[g].parameters[k].sigma = p.shown_sigma(fit.values()[at], inflation * last.sigma[at]);
+      }
+    }
+    const auto best = *std::max_element(rivals.begin(), rivals.end(),
+                                        [&](auto a, auto b) { return rows[a].alone < rows[b].alone; });
+    if (rows[best].alone < kWorthNaming) return std::nullopt;
+    return best;
   }
 
   /// The group that takes away most, then the one that takes most of what is left ...
@@ -126,6 +176,8 @@ class CauseSearch {
     return row;
   }
 
+  Sensitivity& sensitivity_;
+  const Twin& twin_;
   std::vector<Parameter> parameters_;
   std::vector<Group> groups_;
   std::vector<std::size_t> sensors_;

@@ -41,10 +41,6 @@ void warn_of_bias(const GainRow& gain, const std::optional<GrayBudget>& budget,
                   gain.camera, gain.r2, 100.0 * albedo));
 }
 
-const measure::CameraDecode* decode_of(const Side& side, std::size_t camera) {
-  return side.measurement ? &side.measurement->cameras.at(camera) : nullptr;
-}
-
 /// Also collects the samples for a search for causes, of the cameras that have a gain.
 std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const Side& simulated,
                                       const CompareOptions& options, Comparison& out) {

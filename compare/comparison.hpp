@@ -46,6 +46,11 @@ struct Refinement {
   std::vector<std::string> notes;
 };
 
+/// A side's decode of one camera; null where it was not measured.
+inline const measure::CameraDecode* decode_of(const Side& side, std::size_t camera) {
+  return side.measurement ? &side.measurement->cameras.at(camera) : nullptr;
+}
+
 struct CompareOptions {
   /// Phase steps of the gray/phase comparison; empty = all (a measured object is built from the
   /// even steps and compared with the odd ones).

@@ -16,7 +16,7 @@ namespace {
 using measure::CameraDecode;
 using measure::DirectionDecode;
 
-constexpr int kRegion = 16;              ///< px: side of a region
+constexpr int kRegion = 16;             ///< px: side of a region
 constexpr int kFewestInBlock = 64;      ///< pixels
 constexpr double kNoiseKnownTo = 0.05;  ///< relative standard uncertainty of the stated noise variance
 constexpr double kCoverage = 3.0;       ///< standard uncertainties

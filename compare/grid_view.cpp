@@ -44,7 +44,7 @@ std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, st
   Twin view = twin;
   view.cameras = {thinned(twin.cameras.at(index), grid)};
   view.render.pixel_fill /= grid.stride;
-  std::vector<ImageF> images = renderer.render(view, 0, {Sampler::gauss, 4}).irradiance;
+  std::vector<ImageF> images = renderer.render(view, 0, {Sampler::gauss, 9}).irradiance;
   const Camera& camera = twin.cameras[index];
   if (camera.vignetting.kind == Vignetting::Kind::none) return images;
   for (int y = 0; y < grid.height; ++y)

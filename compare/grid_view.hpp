@@ -24,7 +24,7 @@ struct GridView {
 GridView choose_grid(const Camera& camera, std::size_t n_valid, std::size_t most);
 
 /// Irradiance images (sequence order, grid size) of camera `index`: the rays of the whole image's own pixels
-/// by a fixed rule of 2 x 2 points, so that two twins are sampled alike and their difference is one of the
+/// by a fixed rule of 3 x 3 points, so that two twins are sampled alike and their difference is one of the
 /// twins.
 std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, std::size_t index,
                                 const GridView& grid);

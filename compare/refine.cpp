@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "compare/explained.hpp"
+#include "compare/gauss_newton.hpp"
 #include "compare/interior.hpp"
-#include "compare/sensitivity.hpp"
 #include "twin/errors.hpp"
 #include "twin/progress.hpp"
 
@@ -18,8 +18,6 @@ namespace {
 
 constexpr std::size_t kPixels = 40'000;  ///< per camera
 constexpr int kMostIterations = 20;
-constexpr int kMostHalvings = 6;
-constexpr double kSettled = 0.05;       ///< standard errors
 constexpr double kCannotBeTold = 1e-6;  ///< eigenvalue of the scaled normal matrix: 1 - correlation^2
 constexpr double kHighCorrelation = 0.98;
 
@@ -56,55 +54,50 @@ class Refiner {
  public:
   Refiner(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
           const std::vector<std::string>& asked)
-      : twin_(twin),
-        parameters_(chosen_parameters(twin, asked)),
-        keeps_gain_(std::find(asked.begin(), asked.end(), "gain") != asked.end()),
-        keeps_black_(std::find(asked.begin(), asked.end(), "black") != asked.end()),
-        sensitivity_(*options.renderer, collect(real, simulated, options)) {
+      : twin_(twin), real_(real), simulated_(simulated), sensitivity_(*options.renderer, collect(options)) {
+    const auto is_asked = [&](const char* name) {
+      return std::find(asked.begin(), asked.end(), name) != asked.end();
+    };
+    keeps_gain_ = is_asked("gain");
+    keeps_black_ = is_asked("black");
     report_.asked = asked;
-    for (const Parameter& p : parameters_) fits_albedo_ = fits_albedo_ || p.group == "albedo";
-    if (fits_albedo_ && keeps_gain_)
+    parameters_ = chosen_parameters(twin, asked);
+    for (const Parameter& p : parameters_) hold_gain_ = hold_gain_ || p.group == "albedo";
+    if (hold_gain_ && keeps_gain_)
       throw UserError(ExitCode::usage, "--refine", "gain and albedo enter the gray values only as a product",
                       "refine one of them; the other stays at the twin's value");
-    for (std::size_t c = 0; fits_albedo_ && c < sensitivity_.samples().size(); ++c) {
+    for (std::size_t c = 0; hold_gain_ && c < sensitivity_.samples().size(); ++c) {
       const GridSamples& s = sensitivity_.samples()[c];
       sensitivity_.set_sensor(c, twin.cameras[s.camera].sensor.gain_dn, s.black_level_dn);
     }
   }
 
   Refined run() {
+    report_.chi2_before = GaussNewton(sensitivity_, twin_, {}, hold_gain_).chi2();
     settle_switches();
-    values_ = start_values(parameters_);
-    start_from_fits();
-    for (std::size_t k = 0; k < parameters_.size(); ++k) report_.rows.push_back(make_row(k));
-    iterate();
-    const Step last = solve_step(equations_, unknowns());
-    const double inflation = std::sqrt(std::max(1.0, report_.chi2_after));
-    for (std::size_t k = 0; k < parameters_.size(); ++k) {
-      const auto at = static_cast<Eigen::Index>(k);
-      RefinedRow& row = report_.rows[k];
-      row.after = parameters_[k].shown(values_[at]);
-      row.sigma = parameters_[k].shown_sigma(values_[at], inflation * last.sigma[at]);
+    GaussNewton fit(sensitivity_, twin_, parameters_, hold_gain_);
+    fit.start_at(values_of_fits());
+    bool goes_on = true;
+    for (report_.iterations = 1; goes_on && report_.iterations <= kMostIterations; ++report_.iterations) {
+      goes_on = fit.step();
+      if (report_.iterations == 1) refuse_what_cannot_be_told(fit);
+      say(fmt::format("refine: step {}, chi2 {:.5g}", report_.iterations, fit.chi2()));
     }
-    note_correlations();
-    Refined out{with_values(twin_, parameters_, values_), {}};
-    for (const GridSamples& s : sensitivity_.samples()) keep_sensor(s, last, inflation, out.twin);
-    out.report = std::move(report_);
-    return out;
+    --report_.iterations;
+    report_.converged = !goes_on;
+    fit.settle_sensors();
+    return finish(fit);
   }
 
  private:
-  std::vector<GridSamples> collect(const Side& real, const Side& simulated, const CompareOptions& options) {
+  std::vector<GridSamples> collect(const CompareOptions& options) const {
     std::vector<std::string> warnings;
     std::vector<GridSamples> samples;
-    const std::vector<GrayPair> pairs = pair_gray(twin_, real, simulated, options, warnings);
+    const std::vector<GrayPair> pairs = pair_gray(twin_, real_, simulated_, options, warnings);
     for (std::size_t c = 0; c < pairs.size(); ++c) {
       const GainFit fit = fit_gain(pairs[c], warnings);
       if (!fit.row.usable) continue;
-      const measure::CameraDecode* real_decode =
-          real.measurement ? &real.measurement->cameras.at(c) : nullptr;
-      const measure::CameraDecode* sim_decode =
-          simulated.measurement ? &simulated.measurement->cameras.at(c) : nullptr;
+      const measure::CameraDecode *real_decode = decode_of(real_, c), *sim_decode = decode_of(simulated_, c);
       const GrayNoise noise(pairs[c], real_decode, options.use_steps);
       samples.push_back(grid_samples(pairs[c], c, fit, noise,
                                      interior_mask(pairs[c].mask, real_decode, sim_decode),
@@ -113,34 +106,7 @@ class Refiner {
     if (samples.empty())
       throw UserError(ExitCode::input, "--refine", "no camera has enough gray values that both sides share",
                       "compare without --refine first and look at the report");
-    start_fits_ = {real.measurement ? &real.measurement->fits : nullptr,
-                   simulated.measurement ? &simulated.measurement->fits : nullptr};
     return samples;
-  }
-
-  /// What is solved for: the parameters, gain (unless held) and black level of each camera.
-  std::vector<std::size_t> unknowns() const {
-    std::vector<std::size_t> all;
-    for (std::size_t k = 0; k < parameters_.size(); ++k) all.push_back(k);
-    for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c) {
-      if (!fits_albedo_) all.push_back(equations_.gain_at(c));
-      all.push_back(equations_.black_at(c));
-    }
-    return all;
-  }
-  std::vector<std::size_t> sensor_unknowns(const NormalEquations& e) const {
-    std::vector<std::size_t> all;
-    for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c) {
-      if (!fits_albedo_) all.push_back(e.gain_at(c));
-      all.push_back(e.black_at(c));
-    }
-    return all;
-  }
-
-  /// Per gray value, with the best gain and black level.
-  double chi2_of(const Twin& twin) const {
-    const NormalEquations e = sensitivity_.equations_without_parameters(twin);
-    return solve_step(e, sensor_unknowns(e)).chi2 / static_cast<double>(e.n);
   }
 
   /// An effect that is on or off is tried both ways; what fits better stays.
@@ -152,120 +118,51 @@ class Refiner {
       }
       Twin other = twin_;
       p->change(other, p->start > 0.5 ? -1.0 : 1.0);
-      const double as_is = chi2_of(twin_), changed = chi2_of(other);
+      const GaussNewton as_is(sensitivity_, twin_, {}, hold_gain_);
       RefinedRow row{p->name, p->unit, p->start, p->start, 0.0};
-      if (changed < as_is) {
+      if (as_is.chi2_of(other) < as_is.chi2()) {
         twin_ = other;
         row.after = 1.0 - p->start;
       }
-      report_.chi2_before = std::isfinite(report_.chi2_before) ? report_.chi2_before : as_is;
-      switches_.push_back(row);
+      report_.rows.push_back(row);
       p = parameters_.erase(p);
     }
   }
 
-  /// Spheres and planes begin where the fits of the two sides say, if that fits better: more than half a
-  /// fringe away, gray levels lead astray.
-  void start_from_fits() {
-    const auto [real, simulated] = start_fits_;
-    if (!real || !simulated) return;
-    Eigen::VectorXd moved = values_;
+  /// Spheres where the fits of the two sides say: more than half a fringe away, gray levels lead astray.
+  Eigen::VectorXd values_of_fits() const {
+    Eigen::VectorXd values = start_values(parameters_);
+    if (!real_.measurement || !simulated_.measurement) return values;
     const auto find = [](const std::vector<measure::ObjectFit>& fits, const std::string& object) {
       const auto at =
           std::find_if(fits.begin(), fits.end(), [&](const auto& f) { return f.object == object; });
-      return at != fits.end() && at->usable ? &*at : nullptr;
+      return at != fits.end() && at->usable && at->vectors.contains("center_mm") ? &*at : nullptr;
     };
     for (std::size_t k = 0; k < parameters_.size(); ++k) {
       const std::string& name = parameters_[k].name;
       const auto dot = name.find(".center_mm.");
       if (dot == std::string::npos) continue;
-      const auto *r = find(*real, name.substr(0, dot)), *s = find(*simulated, name.substr(0, dot));
-      if (!r || !s || !r->vectors.contains("center_mm") || !s->vectors.contains("center_mm")) continue;
+      const auto *r = find(real_.measurement->fits, name.substr(0, dot)),
+                 *s = find(simulated_.measurement->fits, name.substr(0, dot));
+      if (!r || !s) continue;
       const int i = name.back() - 'x';
-      moved[static_cast<Eigen::Index>(k)] += r->vectors.at("center_mm")[i] - s->vectors.at("center_mm")[i];
+      values[static_cast<Eigen::Index>(k)] += r->vectors.at("center_mm")[i] - s->vectors.at("center_mm")[i];
     }
-    if (moved == values_) return;
-    if (chi2_of(with_values(twin_, parameters_, moved)) < chi2_of(twin_)) values_ = moved;
+    return values;
   }
 
-  void iterate() {
-    for (report_.iterations = 1; report_.iterations <= kMostIterations; ++report_.iterations) {
-      throw_if_cancelled();
-      equations_ = sensitivity_.equations(twin_, parameters_, values_);
-      if (report_.iterations == 1) refuse_what_cannot_be_told();
-      const Step step = solve_step(equations_, unknowns());
-      const double now =
-          solve_step(equations_, sensor_unknowns(equations_)).chi2 / static_cast<double>(equations_.n);
-      if (report_.iterations == 1 && !std::isfinite(report_.chi2_before)) report_.chi2_before = now;
-      report_.chi2_after = now;
-      report_.n = equations_.n;
-      say(fmt::format("refine: step {}, chi2 {:.5g}", report_.iterations, now));
-      if (parameters_.empty() || is_settled(step) || !take(step, now)) {
-        report_.converged = true;
-        break;
-      }
-      settle_sensors();
-    }
-    settle_sensors();
-  }
-
-  /// Best gain and black level for the values so far.
-  void settle_sensors() {
-    const NormalEquations e =
-        sensitivity_.equations_without_parameters(with_values(twin_, parameters_, values_));
-    const Step step = solve_step(e, sensor_unknowns(e));
-    for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c) {
-      const GridSamples& s = sensitivity_.samples()[c];
-      sensitivity_.set_sensor(c, s.gain_dn + step.change[static_cast<Eigen::Index>(e.gain_at(c))],
-                              s.black_level_dn + step.change[static_cast<Eigen::Index>(e.black_at(c))]);
-    }
-  }
-
-  bool is_settled(const Step& step) const {
-    const double inflation = std::sqrt(std::max(1.0, report_.chi2_after));
-    for (std::size_t k = 0; k < parameters_.size(); ++k) {
-      const auto at = static_cast<Eigen::Index>(k);
-      if (std::abs(step.change[at]) > kSettled * inflation * step.sigma[at]) return false;
-    }
-    return true;
-  }
-
-  /// The step, or a half, a quarter ... of it; false when none lowers chi2 by a tenth of a standard error's
-  /// worth.
-  bool take(const Step& step, double now) {
-    double factor = 1.0;
-    for (int halving = 0; halving <= kMostHalvings; ++halving, factor *= 0.5) {
-      Eigen::VectorXd next = values_;
-      for (std::size_t k = 0; k < parameters_.size(); ++k) {
-        const auto at = static_cast<Eigen::Index>(k);
-        next[at] = std::clamp(values_[at] + factor * step.change[at], parameters_[k].smallest,
-                              parameters_[k].largest);
-      }
-      double chi2 = 0.0;
-      try {
-        chi2 = chi2_of(with_values(twin_, parameters_, next));
-      } catch (const UserError&) {
-        continue;  // no such lens
-      }
-      if (chi2 < now - 0.01 / static_cast<double>(equations_.n)) {
-        values_ = next;
-        return true;
-      }
-    }
-    return false;
-  }
-
-  void refuse_what_cannot_be_told() const {
+  void refuse_what_cannot_be_told(const GaussNewton& fit) const {
+    const NormalEquations& equations = fit.equations();
     for (std::size_t k = 0; k < parameters_.size(); ++k)
-      if (const auto at = static_cast<Eigen::Index>(k); !(equations_.normal(at, at) > 0.0))
+      if (const auto at = static_cast<Eigen::Index>(k); !(equations.normal(at, at) > 0.0))
         throw UserError(ExitCode::usage, "--refine " + parameters_[k].name, "changes nothing in these images",
                         "leave it out");
-    const std::vector<std::size_t> all = unknowns();
+    const std::vector<std::size_t> all = fit.unknowns();
     const auto m = static_cast<Eigen::Index>(all.size());
     Eigen::MatrixXd scaled(m, m);
     const auto entry = [&](Eigen::Index i, Eigen::Index j) {
-      return equations_.normal(static_cast<Eigen::Index>(all[static_cast<std::size_t>(i)]),
-                               static_cast<Eigen::Index>(all[static_cast<std::size_t>(j)]));
+      return equations.normal(static_cast<Eigen::Index>(all[static_cast<std::size_t>(i)]),
+                              static_cast<Eigen::Index>(all[static_cast<std::size_t>(j)]));
     };
     for (Eigen::Index i = 0; i < m; ++i)
       for (Eigen::Index j = 0; j < m; ++j) scaled(i, j) = entry(i, j) / std::sqrt(entry(i, i) * entry(j, j));
@@ -288,14 +185,34 @@ class Refiner {
     return camera + ((at - parameters_.size()) % 2 == 0 ? ".gain_dn" : ".black_level_dn");
   }
 
-  void note_correlations() {
-    const std::vector<std::size_t> all = unknowns();
+  /// Standard errors, covariance and what is hardly told apart, from the last equations.
+  Refined finish(const GaussNewton& fit) {
+    report_.chi2_after = fit.chi2();
+    report_.n = fit.equations().n;
+    const Step last = solve_step(fit.equations(), fit.unknowns());
+    const double inflation = std::sqrt(std::max(1.0, report_.chi2_after));
+    for (std::size_t k = 0; k < parameters_.size(); ++k) {
+      const Parameter& p = parameters_[k];
+      const auto at = static_cast<Eigen::Index>(k);
+      report_.rows.push_back({p.name, p.unit, p.shown(p.start), p.shown(fit.values()[at]),
+                              p.shown_sigma(fit.values()[at], inflation * last.sigma[at])});
+    }
+    note_correlations(fit);
+    Refined out{fit.twin(), {}};
+    for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c)
+      keep_sensor(c, fit.equations(), last, inflation, out.twin);
+    out.report = std::move(report_);
+    return out;
+  }
+
+  void note_correlations(const GaussNewton& fit) {
+    const std::vector<std::size_t> all = fit.unknowns();
     const auto m = static_cast<Eigen::Index>(all.size());
     Eigen::MatrixXd normal(m, m);
     for (Eigen::Index i = 0; i < m; ++i)
       for (Eigen::Index j = 0; j < m; ++j)
-        normal(i, j) = equations_.normal(static_cast<Eigen::Index>(all[static_cast<std::size_t>(i)]),
-                                         static_cast<Eigen::Index>(all[static_cast<std::size_t>(j)]));
+        normal(i, j) = fit.equations().normal(static_cast<Eigen::Index>(all[static_cast<std::size_t>(i)]),
+                                              static_cast<Eigen::Index>(all[static_cast<std::size_t>(j)]));
     const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd covariance = scale.asDiagonal() *
                                        (scale.asDiagonal() * normal * scale.asDiagonal()).inverse() *
@@ -313,39 +230,30 @@ class Refiner {
       }
   }
 
-  RefinedRow make_row(std::size_t k) const {
-    const double start = parameters_[k].shown(parameters_[k].start);
-    return {parameters_[k].name, parameters_[k].unit, start, start, 0.0};
-  }
-
-  void keep_sensor(const GridSamples& s, const Step& step, double inflation, Twin& twin) {
-    const auto index = static_cast<std::size_t>(&s - sensitivity_.samples().data());
+  void keep_sensor(std::size_t index, const NormalEquations& equations, const Step& step, double inflation,
+                   Twin& twin) {
+    const GridSamples& s = sensitivity_.samples()[index];
     Sensor& sensor = twin.cameras[s.camera].sensor;
     const auto sigma = [&](std::size_t at) { return inflation * step.sigma[static_cast<Eigen::Index>(at)]; };
     const std::string& camera = twin.cameras[s.camera].name;
     if (keeps_gain_) {
       report_.rows.push_back(
-          {camera + ".gain_dn", "DN", sensor.gain_dn, s.gain_dn, sigma(equations_.gain_at(index))});
+          {camera + ".gain_dn", "DN", sensor.gain_dn, s.gain_dn, sigma(equations.gain_at(index))});
       sensor.gain_dn = s.gain_dn;
     }
     if (keeps_black_) {
       const double black = std::clamp(s.black_level_dn, 0.0, sensor.max_dn());
-      report_.rows.push_back({camera + ".black_level_dn", "DN", sensor.black_level_dn, black,
-                              sigma(equations_.black_at(index))});
+      report_.rows.push_back(
+          {camera + ".black_level_dn", "DN", sensor.black_level_dn, black, sigma(equations.black_at(index))});
       sensor.black_level_dn = black;
     }
-    if (index == 0) report_.rows.insert(report_.rows.begin(), switches_.begin(), switches_.end());
   }
 
   Twin twin_;
-  std::vector<Parameter> parameters_;
-  bool keeps_gain_, keeps_black_, fits_albedo_ = false;
-  std::pair<const std::vector<measure::ObjectFit>*, const std::vector<measure::ObjectFit>*> start_fits_{
-      nullptr, nullptr};
+  const Side &real_, &simulated_;
   Sensitivity sensitivity_;
-  Eigen::VectorXd values_;
-  NormalEquations equations_;
-  std::vector<RefinedRow> switches_;
+  std::vector<Parameter> parameters_;
+  bool keeps_gain_ = false, keeps_black_ = false, hold_gain_ = false;
   Refinement report_;
 };
 

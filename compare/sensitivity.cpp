@@ -214,9 +214,9 @@ NormalEquations Sensitivity::assemble(const Values& base, const std::vector<Valu
 }
 
 NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Parameter>& parameters,
-                                       const Eigen::VectorXd& values) {
+                                       const Eigen::VectorXd& values, bool keep_scale) {
   const Values base = irradiance(with_values(twin, parameters, values));
-  choose_scale(base);
+  if (!keep_scale) choose_scale(base);
   std::vector<Values> columns;
   for (std::size_t k = 0; k < parameters.size(); ++k)
     columns.push_back(column(twin, parameters, values, k, base));

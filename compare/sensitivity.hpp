@@ -71,7 +71,7 @@ class Sensitivity {
   /// by about 0.3 % of their size; a parameter that changes nothing has a column of zeros. Sets the robust
   /// scale.
   NormalEquations equations(const Twin& twin, const std::vector<Parameter>& parameters,
-                            const Eigen::VectorXd& values);
+                            const Eigen::VectorXd& values, bool keep_scale = false);
   /// Of gain and black level alone, with the robust scale of the last equations(): the measure of a step.
   NormalEquations equations_without_parameters(const Twin& twin) const;
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "render/renderer.hpp"
+#include "twin/constants.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::render {
@@ -29,6 +30,15 @@ bool is_gauss_rule(int samples) {
 int fixed_samples(Sampler sampler, double phase_error_rad) {
   if (sampler == Sampler::gauss) return phase_error_rad >= 5e-5 ? 4 : phase_error_rad >= 5e-6 ? 9 : 16;
   return phase_error_rad >= 2e-4 ? 64 : phase_error_rad >= 3e-5 ? 256 : 1024;
+}
+
+// Share of contrast that the n-point rule leaves too much over a width of swing_rad: leading term for cos(x)
+// (Abramowitz & Stegun 25.4.30).
+double gauss_contrast_error(int n, double swing_rad) {
+  double error = 1.0 / (2 * n + 1);
+  for (int i = 1; i <= 2 * n; ++i) error *= swing_rad / (static_cast<double>(i) * i * i);
+  for (int i = 1; i <= n; ++i) error *= static_cast<double>(i) * i * i * i;
+  return error;
 }
 
 }  // namespace
@@ -93,6 +103,21 @@ const char* sampler_name(Sampler sampler) {
       break;
   }
   return "adaptive";
+}
+
+Sampling without_adaptation(const Sampling& sampling, const Twin& twin, const Camera& camera) {
+  Sampling fixed = without_adaptation(sampling);
+  if (sampling.sampler != Sampler::adaptive || !twin.projector) return fixed;
+  double finest = std::numeric_limits<double>::infinity();
+  for (const DirectionFringes& d : twin.fringes.directions)
+    for (const double pitch : d.pitches_px) finest = std::min(finest, pitch);
+  // a surface that faces both, as far from the camera as from the projector
+  const double swing_rad =
+      kTwoPi / finest * twin.projector->lens.intrinsics().at(0) / camera.lens.intrinsics().at(0);
+  int n = static_cast<int>(std::lround(std::sqrt(static_cast<double>(fixed.samples))));
+  while (n < 6 && gauss_contrast_error(n, swing_rad) > sampling.gray_error) ++n;
+  fixed.samples = n * n;
+  return fixed;
 }
 
 Sampling without_adaptation(const Sampling& sampling) {

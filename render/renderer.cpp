@@ -418,7 +418,7 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
           ? Shortcuts{}
           : make_shortcuts(twin, camera, scene, per_pixel * blocks.size() * BLOCK_PIXELS, impl_->visibility);
   TraceJob job{twin, camera, scene, lens, projector, blocks, shortcuts, seed, nullptr, &out};
-  out.sampling = adaptive ? sampling : without_adaptation(sampling);
+  out.sampling = adaptive ? sampling : without_adaptation(sampling, twin, camera);
   if (!blocks.empty()) {
     impl_->upload_scene(job);
     if (adaptive) {
@@ -428,10 +428,10 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
         warn(fmt::format(
             "{}: the driver's limit of loop iterations stops the adaptive trace; a fixed rule of {} "
             "samples is used (Mesa 25 has no such limit: make mesa25)",
-            camera.name, without_adaptation(sampling).samples));
+            camera.name, without_adaptation(sampling, twin, camera).samples));
         adaptive = false;
         out = empty_transport(twin, passes, series, camera.lens.width(), camera.lens.height());
-        out.sampling = without_adaptation(sampling);
+        out.sampling = without_adaptation(sampling, twin, camera);
       }
     }
     std::unique_ptr<Progress> progress;

@@ -49,6 +49,9 @@ const char* sampler_name(Sampler sampler);  ///< as in twin.toml: "gauss", "mult
 /// The fixed rule that stands in where the adaptive trace does not apply (depth of field, projector optics
 /// and pixels, albedo maps, bounces).
 Sampling without_adaptation(const Sampling& sampling);
+/// The same with as many points as the fringes ask for that one pixel of this camera sees: two points a side
+/// leave w^4/4320 too much contrast, w the phase across the pixel.
+Sampling without_adaptation(const Sampling& sampling, const Twin& twin, const Camera& camera);
 void check_sampling(const Sampling& sampling, double pixel_fill);
 
 /// The renderer's own estimate of its error, meant as an upper bound (tested on scenes of its own).

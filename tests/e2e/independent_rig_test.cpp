@@ -73,3 +73,48 @@ TEST(IndependentRig, TheTrueTwinFindsGainAndShapes) {
 
 }  // namespace
 }  // namespace fringetwin::test::independent_rig_test
+namespace fringetwin::test::independent_rig_test {
+TEST(IndependentRig, DISABLED_Dump) {
+  const std::filesystem::path f = "/tmp/rig";
+  write_captures(f / "linear", {});
+  CaptureOptions tilt;
+  tilt.gain_tilt = 0.05;
+  write_captures(f / "tilt", tilt);
+  CaptureOptions bent;
+  bent.light = RigLight::bent;
+  write_captures(f / "bent", bent);
+  write_file(f / "right.toml", twin_toml("linear", {}));
+  write_file(f / "tilt.toml", twin_toml("tilt", {}));
+  {
+    TwinOptions o;
+    o.gamma = 1.2;
+    o.blur_px = 1;
+    write_file(f / "bent.toml", twin_toml("bent", o));
+  }
+  {
+    TwinOptions o;
+    o.blur_px = 1;
+    write_file(f / "gamma.toml", twin_toml("bent", o));
+  }
+  {
+    TwinOptions o;
+    o.gamma = 1.2;
+    write_file(f / "blur.toml", twin_toml("bent", o));
+  }
+  {
+    TwinOptions o;
+    o.sphere_shift_mm = {0.03, 0.0, 0.04};
+    write_file(f / "pose.toml", twin_toml("linear", o));
+  }
+  {
+    TwinOptions o;
+    o.projector_k1 = false;
+    write_file(f / "k1.toml", twin_toml("linear", o));
+  }
+  {
+    TwinOptions o;
+    o.bounces = 1;
+    write_file(f / "bounce.toml", twin_toml("linear", o));
+  }
+}
+}  // namespace fringetwin::test::independent_rig_test

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/gauss_newton.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "twin/errors.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+constexpr int kMostHalvings = 6;
+constexpr double kSettled = 0.05;     ///< standard errors
+constexpr double kWorthAStep = 0.01;  ///< of chi2, not per value
+
+}  // namespace
+
+GaussNewton::GaussNewton(Sensitivity& sensitivity, const Twin& twin, std::vector<Parameter> parameters,
+                         bool hold_gain)
+    : sensitivity_(sensitivity),
+      twin_(twin),
+      parameters_(std::move(parameters)),
+      hold_gain_(hold_gain),
+      values_(start_values(parameters_)),
+      chi2_(chi2_of(twin)) {}
+
+std::vector<std::size_t> GaussNewton::sensors_of(const NormalEquations& e) const {
+  std::vector<std::size_t> all;
+  for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c) {
+    if (!hold_gain_) all.push_back(e.gain_at(c));
+    all.push_back(e.black_at(c));
+  }
+  return all;
+}
+
+std::vector<std::size_t> GaussNewton::unknowns() const {
+  std::vector<std::size_t> all;
+  for (std::size_t k = 0; k < parameters_.size(); ++k) all.push_back(k);
+  const std::vector<std::size_t> sensors = sensors_of(equations_);
+  all.insert(all.end(), sensors.begin(), sensors.end());
+  return all;
+}
+
+double GaussNewton::chi2_of(const Twin& twin) const {
+  const NormalEquations e = sensitivity_.equations_without_parameters(twin);
+  return solve_step(e, sensors_of(e)).chi2 / static_cast<double>(e.n);
+}
+
+void GaussNewton::start_at(const Eigen::VectorXd& values) {
+  const double chi2 = chi2_of(with_values(twin_, parameters_, values));
+  if (!(chi2 < chi2_)) return;
+  values_ = values;
+  chi2_ = chi2;
+}
+
+void GaussNewton::settle_sensors() {
+  const NormalEquations e = sensitivity_.equations_without_parameters(twin());
+  const Step step = solve_step(e, sensors_of(e));
+  for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c) {
+    const GridSamples& s = sensitivity_.samples()[c];
+    sensitivity_.set_sensor(c, s.gain_dn + step.change[static_cast<Eigen::Index>(e.gain_at(c))],
+                            s.black_level_dn + step.change[static_cast<Eigen::Index>(e.black_at(c))]);
+  }
+}
+
+bool GaussNewton::step(bool keep_scale) {
+  throw_if_cancelled();
+  equations_ = sensitivity_.equations(twin_, parameters_, values_, keep_scale);
+  chi2_ = solve_step(equations_, sensors_of(equations_)).chi2 / static_cast<double>(equations_.n);
+  const Step step = solve_step(equations_, unknowns());
+  if (parameters_.empty() || is_settled(step) || !take(step)) return false;
+  settle_sensors();
+  return true;
+}
+
+bool GaussNewton::is_settled(const Step& step) const {
+  const double inflation = std::sqrt(std::max(1.0, chi2_));
+  for (std::size_t k = 0; k < parameters_.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(k);
+    if (std::abs(step.change[at]) > kSettled * inflation * step.sigma[at]) return false;
+  }
+  return true;
+}
+
+bool GaussNewton::take(const Step& step) {
+  double factor = 1.0;
+  for (int halving = 0; halving <= kMostHalvings; ++halving, factor *= 0.5) {
+    Eigen::VectorXd next = values_;
+    for (std::size_t k = 0; k < parameters_.size(); ++k) {
+      const auto at = static_cast<Eigen::Index>(k);
+      next[at] =
+          std::clamp(values_[at] + factor * step.change[at], parameters_[k].smallest, parameters_[k].largest);
+    }
+    try {
+      const double chi2 = chi2_of(with_values(twin_, parameters_, next));
+      if (!(chi2 < chi2_ - kWorthAStep / static_cast<double>(equations_.n))) continue;
+      values_ = next;
+      chi2_ = chi2;
+      return true;
+    } catch (const UserError&) {
+      // no such lens: a smaller step
+    }
+  }
+  return false;
+}
+
+}  // namespace fringetwin::compare
