@@ -47,7 +47,7 @@ void expect_gain(const json& result) {
 }
 
 void expect_small(const json& fit, const char* key) {
-  EXPECT_LE(std::abs(fit["difference"][key].get<double>()), 0.002) << fit.dump();
+  EXPECT_LE(std::abs(fit["difference"][key].get<double>()), 0.001) << fit.dump();
   EXPECT_LE(std::abs(fit["z"][key].get<double>()), 3.0) << fit.dump();
 }
 
@@ -56,7 +56,7 @@ void expect_shapes(const json& result) {
   const json& ball = result["fits"][0];
   EXPECT_GT(ball["real"]["n"].get<int>(), 4000);
   for (int axis = 0; axis < 3; ++axis) {
-    EXPECT_LE(std::abs(ball["difference"]["center_mm"][axis].get<double>()), 0.002) << ball.dump();
+    EXPECT_LE(std::abs(ball["difference"]["center_mm"][axis].get<double>()), 0.001) << ball.dump();
     EXPECT_LE(std::abs(ball["z"]["center_mm"][axis].get<double>()), 3.0) << ball.dump();
   }
   expect_small(ball, "radius_mm");
