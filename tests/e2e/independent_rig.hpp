@@ -3,6 +3,7 @@
 // of known gain, black level and noise after them, and the twin.toml of it, right or wrong in one thing.
 #pragma once
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -24,7 +25,7 @@ enum class RigLight {
 /// focal length cropped around the sphere, the paper's projector with its distortion, "ball" and "wall".
 Twin independent_rig(RigLight light = RigLight::linear);
 
-/// Rendered at the first call of the process, 25 s on two idle cores, and kept in FRINGETWIN_CACHE. Empty
+/// Rendered at the first call of the process, 35 s on two idle cores, and kept in FRINGETWIN_CACHE. Empty
 /// without POV-Ray.
 const RigImages& rig_images(RigLight light = RigLight::linear);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The independent rig with one thing that its twin does not know, and the same with a twin that does.
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>

@@ -10,7 +10,8 @@ namespace fringetwin::test {
 
 /// E of the whole sequence that comes over another surface. On planes from every 8th pixel, linear between;
 /// elsewhere and at silhouettes every pixel (the ball's rim goes from nothing to a fifth of the direct light
-/// in 15 px). Error against 16 times the directions: 1.3 of 12.7 DN at 320 DN a unit, both rms.
+/// in 15 px). Against 16 times the directions: 1.3 DN rms at 320 DN a unit,
+/// where the light is 12.7 DN in the mean.
 std::vector<ImageF> indirect_irradiance(Twin twin, std::size_t camera);
 
 }  // namespace fringetwin::test
