@@ -6,9 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <random>
+#include <span>
 
+#include "render/disk_cache.hpp"
 #include "tests/e2e/cli_runner.hpp"
+#include "tests/e2e/rig_indirect.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "tests/support/povray.hpp"
 #include "twin/capture_set.hpp"
@@ -62,14 +66,38 @@ ImageF recorded(const ImageF& irradiance, const ImageF* added, const Sensor& sen
   return dn;
 }
 
-RigImages render(RigLight light) {
+/// One camera's images: what an earlier run made from the same code and scenes, else `make()`.
+template <class Make>
+std::vector<ImageF> kept(const std::string& what, const Twin& twin, std::size_t camera, const Make& make) {
+  std::string made_from = what + FRINGETWIN_CODE_DIGEST;
+  const auto patterns = expand_sequence(twin.fringes);
+  for (const PatternSpec& pattern : patterns) made_from += povray_scene(twin, camera, pattern, 0.0, 0.0);
+  const std::string name = what + "-" + render::content_key({std::as_bytes(std::span(made_from))});
+  const Lens& lens = twin.cameras[camera].lens;
+  std::vector<ImageF> images(patterns.size(), ImageF(lens.width(), lens.height()));
+  const auto bytes = render::read_cached(render::cache_folder(), name);
+  const std::size_t size = images[0].size() * sizeof(float);
+  if (bytes && bytes->size() == images.size() * size) {
+    for (std::size_t i = 0; i < images.size(); ++i)
+      std::memcpy(images[i].data.data(), bytes->data() + i * size, size);
+    return images;
+  }
+  images = make();
+  std::vector<float> all;
+  for (const ImageF& image : images) all.insert(all.end(), image.data.begin(), image.data.end());
+  if (!all.empty()) render::write_cached(render::cache_folder(), name, {std::as_bytes(std::span(all))});
+  return images;
+}
+
+RigImages render_rig(RigLight light) {
   const Twin twin = independent_rig(light);
-  const fs::path scratch = scratch_folder("povray");
   RigImages images;
   for (std::size_t camera = 0; camera < twin.cameras.size(); ++camera) {
-    auto irradiance = povray_irradiance(twin, camera, {.cells = 3}, scratch);
-    if (!irradiance) return {};
-    images.push_back(std::move(*irradiance));
+    images.push_back(kept("povray", twin, camera, [&] {
+      return povray_irradiance(twin, camera, {.cells = 4}, scratch_folder("povray"))
+          .value_or(std::vector<ImageF>{});
+    }));
+    if (images.back().empty()) return {};
   }
   return images;
 }
@@ -116,16 +144,28 @@ Twin independent_rig(RigLight light) {
 
 const RigImages& rig_images(RigLight light) {
   if (light == RigLight::bent) {
-    static const RigImages bent = render(RigLight::bent);
+    static const RigImages bent = render_rig(RigLight::bent);
     return bent;
   }
-  static const RigImages linear = render(RigLight::linear);
+  static const RigImages linear = render_rig(RigLight::linear);
   return linear;
+}
+
+const RigImages& rig_indirect_images() {
+  static const RigImages indirect = [] {
+    const Twin twin = independent_rig();
+    RigImages images;
+    for (std::size_t camera = 0; camera < twin.cameras.size(); ++camera)
+      images.push_back(kept("indirect", twin, camera, [&] { return indirect_irradiance(twin, camera); }));
+    return images;
+  }();
+  return indirect;
 }
 
 void write_captures(const fs::path& folder, const CaptureOptions& options) {
   const Twin twin = independent_rig(options.light);
   const RigImages& images = rig_images(options.light);
+  const RigImages* added = options.second_bounce ? &rig_indirect_images() : nullptr;
   std::mt19937_64 random(options.seed);
   std::vector<CameraImages> out(twin.cameras.size());
   std::vector<const CameraImages*> written;
@@ -134,8 +174,8 @@ void write_captures(const fs::path& folder, const CaptureOptions& options) {
     out[c].camera = camera.name;
     out[c].bit_depth = camera.sensor.bit_depth;
     for (std::size_t i = 0; i < images.at(c).size(); ++i)
-      out[c].images.push_back(recorded(images[c][i], options.added ? &options.added->at(c).at(i) : nullptr,
-                                       camera.sensor, options.gain_tilt, random));
+      out[c].images.push_back(recorded(images[c][i], added ? &added->at(c).at(i) : nullptr, camera.sensor,
+                                       options.gain_tilt, random));
     write_camera_images(folder, out[c]);
     written.push_back(&out[c]);
   }
@@ -171,7 +211,8 @@ std::string twin_toml(const fs::path& captures, const TwinOptions& options) {
   text += "[measure]\ntriangulate = \"stereo\"\nmin_modulation_dn = 20\n";
   for (const Object& object : twin.objects)
     text += fmt::format("[[measure.fit]]\nobject = \"{}\"\n", object.name);
-  if (options.bounces > 0) text += fmt::format("[render]\nbounces = {}\n", options.bounces);
+  text += fmt::format("[render]\nbounces = {}\n", options.bounces);
+  if (options.samples > 0) text += fmt::format("sampler = \"gauss\"\nsamples = {}\n", options.samples);
   text += fmt::format("[real]\ncaptures = \"{}\"\n", captures.string());
   return text;
 }

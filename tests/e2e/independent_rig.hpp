@@ -3,6 +3,7 @@
 // of known gain, black level and noise after them, and the twin.toml of it, right or wrong in one thing.
 #pragma once
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -24,14 +25,18 @@ enum class RigLight {
 /// focal length cropped around the sphere, the paper's projector with its distortion, "ball" and "wall".
 Twin independent_rig(RigLight light = RigLight::linear);
 
-/// Rendered at the first call of the process, 20 s on two idle cores. Empty without POV-Ray.
+/// Rendered at the first call of the process, 35 s on two idle cores, and kept in FRINGETWIN_CACHE. Empty
+/// without POV-Ray.
 const RigImages& rig_images(RigLight light = RigLight::linear);
+
+/// Light over the other surface (rig_indirect.hpp), RigLight::linear; kept likewise.
+const RigImages& rig_indirect_images();
 
 struct CaptureOptions {
   RigLight light = RigLight::linear;
   std::uint64_t seed = 1;
-  double gain_tilt = 0.0;            ///< the gain grows by this share from the first column to the last
-  const RigImages* added = nullptr;  ///< irradiance besides
+  double gain_tilt = 0.0;      ///< the gain grows by this share from the first column to the last
+  bool second_bounce = false;  ///< with rig_indirect_images(); of RigLight::linear only
 };
 /// 16-bit PNG files and capture.toml.
 void write_captures(const std::filesystem::path& folder, const CaptureOptions& options = {});
@@ -43,6 +48,9 @@ struct TwinOptions {
   double blur_px = 0.0;
   bool projector_k1 = true;  ///< false: 0
   int bounces = 0;
+  /// n x n Gauss points a pixel; 0 = the program's choice, 4 where it cannot be adaptive (bounces, or a
+  /// response with blur): too few for silhouettes, whose error would then be the rig's largest.
+  int samples = 0;
   double ball_diffuse = 0.8, wall_diffuse = 0.6;
   double gain_factor = 0.9;  ///< the twin's sensor against the true one: left to the fit
 };

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The light that a twin's surfaces send each other (one bounce), by the double-precision reference.
+#pragma once
+#include <cstddef>
+#include <vector>
+
+#include "twin/twin.hpp"
+
+namespace fringetwin::test {
+
+/// E of the whole sequence that comes over another surface. On planes from every 8th pixel, linear between;
+/// elsewhere and at silhouettes every pixel (the ball's rim goes from nothing to a fifth of the direct light
+/// in 15 px). Against 16 times the directions: 1.3 DN rms at 320 DN a unit,
+/// where the light is 12.7 DN in the mean.
+std::vector<ImageF> indirect_irradiance(Twin twin, std::size_t camera);
+
+}  // namespace fringetwin::test
