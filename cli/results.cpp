@@ -8,6 +8,7 @@
 
 #include "cli/out_folder.hpp"
 #include "cli/version.hpp"
+#include "compare/causes.hpp"
 #include "compare/report_page.hpp"
 #include "twin/errors.hpp"
 #include "twin/image_io.hpp"
@@ -127,6 +128,13 @@ void say_summary(const compare::Comparison& c) {
         "variance",
         budget.camera, budget.direction, std::sqrt(budget.brightness_rad2), std::sqrt(budget.harmonic_rad2),
         std::sqrt(budget.noise_rad2), 100.0 * budget.explained()));
+  for (const auto& row : c.explained)
+    say(fmt::format("{} {}: {}, chi2 {:.3g} (limit {:.3g}){}", row.quantity, row.region,
+                    row.explained ? "explained" : "NOT EXPLAINED by the budget", row.chi2, row.chi2_limit,
+                    std::isfinite(row.regional_chi2)
+                        ? fmt::format(", of regions {:.3g} ({:.3g})", row.regional_chi2, row.regional_limit)
+                        : ""));
+  if (const std::string cause = compare::sentence(c.causes); !cause.empty()) say(cause);
   for (const auto& fit : c.fits)
     if (fit.simulated && fit.simulated->usable && fit.simulated->numbers.contains("rms_all_mm"))
       say(fmt::format("{}: simulated rms {:.6f} mm on {} points, {:.6f} mm on all {:.0f} within the gate",

@@ -36,7 +36,7 @@ class CauseSearch {
       if (!g.at.empty()) groups_.push_back(std::move(g));
     }
     start_ = start_values(parameters_);
-    equations_ = sensitivity.equations(twin, parameters_, start_);
+    equations_ = sensitivity.equations(twin, parameters_, start_, false, &textured_);
     for (std::size_t c = 0; c < sensitivity.samples().size(); ++c)
       for (const std::size_t at : {equations_.gain_at(c), equations_.black_at(c)}) sensors_.push_back(at);
   }
@@ -61,32 +61,58 @@ class CauseSearch {
       out.rest = 1.0 - out.rows[*best].alone;
       return finish(std::move(out));
     }
-    const std::vector<std::size_t> order = choose_order(sensors_alone);
-    double before = sensors_alone;
+    add_texture(sensors_alone, out);
+    const std::vector<std::size_t> order = choose_order(out.textured ? solve({}).chi2 : sensors_alone);
+    double before = solve({}).chi2;
+    const int taken_before = out.textured ? 1 : 0;
     std::vector<std::size_t> taken;
     for (const std::size_t g : order) {
       taken.push_back(g);
       const Step step = solve(taken);
-      out.rows[g].order = static_cast<int>(taken.size());
+      out.rows[g].order = taken_before + static_cast<int>(taken.size());
       out.rows[g].in_order = (before - step.chi2) / excess_;
       before = step.chi2;
     }
-    if (!taken.empty()) {
+    if (!taken.empty() || out.textured) {
       const Step all = solve(taken);
       for (const std::size_t g : taken) out.rows[g].parameters = make_row(g, all).parameters;
-      out.rest = (all.chi2 - static_cast<double>(out.n)) / excess_;
+      out.rest = (all.chi2 - static_cast<double>(system().n)) / excess_;
     }
     return finish(std::move(out));
   }
 
  private:
+  /// Equations that the groups are solved in.
+  const NormalEquations& system() const { return after_texture_ ? textured_ : equations_; }
+
   /// These groups with gain and black level of every camera.
   Step solve(const std::vector<std::size_t>& groups) const {
     std::vector<std::size_t> unknowns = sensors_;
     for (const std::size_t g : groups)
       unknowns.insert(unknowns.end(), groups_[g].at.begin(), groups_[g].at.end());
-    return solve_step(equations_, unknowns);
+    return solve_step(system(), unknowns);
   }
+  /// A brightness of its own for every pixel explains whatever is common to all images of a pixel, also what
+  /// a group of few numbers would: so it is named only where none of those explains half. The others are then
+  /// judged on what it leaves.
+  void add_texture(double sensors_alone, Causes& out) {
+    CauseRow row;
+    row.group = "texture";
+    row.cause = "reflectivity that varies over a surface (texture), one factor per pixel";
+    const double removed = static_cast<double>(equations_.n - textured_.n);
+    after_texture_ = true;
+    row.alone = (sensors_alone - solve({}).chi2 - removed) / excess_;
+    double best = 0.0;
+    for (const CauseRow& other : out.rows) best = std::max(best, other.alone);
+    after_texture_ = best < kWorthNaming && row.alone >= kWorthAdding;
+    out.textured = after_texture_;
+    if (out.textured) {
+      row.order = 1;
+      row.in_order = row.alone;
+    }
+    out.rows.push_back(std::move(row));
+  }
+
   /// Noise alone would be lowered by so much.
   double freedom(const Step& step) const {
     return static_cast<double>(step.n_determined) - static_cast<double>(sensors_.size());
@@ -182,7 +208,8 @@ class CauseSearch {
   std::vector<Group> groups_;
   std::vector<std::size_t> sensors_;
   Eigen::VectorXd start_;
-  NormalEquations equations_;
+  NormalEquations equations_, textured_;
+  bool after_texture_ = false;
   double excess_ = 0.0;
 };
 

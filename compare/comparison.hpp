@@ -151,6 +151,7 @@ struct ExplainedRow {
   double chi2 = kUnknown, chi2_limit = kUnknown;
   double regional_chi2 = kUnknown, regional_limit = kUnknown;
   std::uint64_t n = 0, n_regions = 0;
+  ImageF regions;     ///< chi2 per region of 16 x 16 px; NaN where too few pixels; empty for geometry
   std::string worst;  ///< geometry: the number with the largest |z|
   bool explained = false;
   double expected() const {
@@ -175,6 +176,7 @@ struct Causes {
   std::vector<CauseRow> rows;  ///< taken ones in order, then by their share
   std::string named;           ///< group of the first where it explains half or more; else empty
   double chi2 = kUnknown;      ///< per gray value, with the best gain and black level only
+  bool textured = false;       ///< one factor per pixel was taken first
   double rest = kUnknown;      ///< share of the excess that all taken ones leave
   std::uint64_t n = 0;
 };

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "compare/fit_rows.hpp"
 #include "compare/phase_rows.hpp"
@@ -54,7 +55,7 @@ struct Sums {
 
 /// `block(x0, y0, x1, y1)` -> Sums, in parallel, added up in order.
 template <class Block>
-Sums sum_blocks(int width, int height, Block block) {
+Sums sum_blocks(int width, int height, ImageF& regions, Block block) {
   const int across = (width + kRegion - 1) / kRegion, down = (height + kRegion - 1) / kRegion;
   std::vector<Sums> parts(static_cast<std::size_t>(across) * static_cast<std::size_t>(down));
 #pragma omp parallel for schedule(dynamic)
@@ -64,7 +65,11 @@ Sums sum_blocks(int width, int height, Block block) {
         block(x0, y0, std::min(x0 + kRegion, width), std::min(y0 + kRegion, height));
   }
   Sums total;
-  for (const Sums& part : parts) {
+  regions = ImageF(across, down, std::numeric_limits<float>::quiet_NaN());
+  for (std::size_t b = 0; b < parts.size(); ++b) {
+    const Sums& part = parts[b];
+    if (part.n_regions > 0)
+      regions.data[b] = static_cast<float>(part.regional / static_cast<double>(part.n_regions));
     total.r2 += part.r2, total.chi2 += part.chi2, total.noise += part.noise, total.regional += part.regional;
     total.n += part.n, total.n_regions += part.n_regions;
   }
@@ -90,11 +95,11 @@ class GrayExplanation {
   }
 
   std::optional<ExplainedRow> run() const {
-    const Sums s = sum_blocks(pair_.width(), pair_.height(),
+    ExplainedRow row;
+    const Sums s = sum_blocks(pair_.width(), pair_.height(), row.regions,
                               [this](int x0, int y0, int x1, int y1) { return block(x0, y0, x1, y1); });
     if (s.n < kFewestJudged) return std::nullopt;
     const auto n = static_cast<double>(s.n);
-    ExplainedRow row;
     row.quantity = "gray";
     row.region = pair_.camera->name;
     row.unit = "DN";
@@ -195,29 +200,31 @@ std::optional<ExplainedRow> explain_phase(const std::string& camera, const Direc
     const double s = per_px * static_cast<double>(d.coordinate_sigma_px.data[i]);
     return std::isfinite(s) ? s * s : 0.0;
   };
-  const Sums s = sum_blocks(difference.width, difference.height, [&](int x0, int y0, int x1, int y1) {
-    Sums out;
-    BlockSum mean;
-    for (int y = y0; y < y1; ++y)
-      for (int x = x0; x < x1; ++x) {
-        const auto d = static_cast<double>(difference(x, y));
-        if (interior(x, y) == 0 || std::isnan(d)) continue;
-        const std::size_t i = difference.index(x, y);
-        const double noise = variance(real, i) + variance(simulated, i);
-        if (!(noise > 0.0)) continue;
-        out.r2 += d * d;
-        out.noise += noise;
-        out.chi2 += d * d / (noise + shared);
-        ++out.n;
-        mean.add(1.0, d, noise);
-        ++mean.pixels;
-      }
-    if (mean.usable()) {
-      out.regional += mean.chi2(shared);
-      ++out.n_regions;
-    }
-    return out;
-  });
+  ExplainedRow row;
+  const Sums s =
+      sum_blocks(difference.width, difference.height, row.regions, [&](int x0, int y0, int x1, int y1) {
+        Sums out;
+        BlockSum mean;
+        for (int y = y0; y < y1; ++y)
+          for (int x = x0; x < x1; ++x) {
+            const auto d = static_cast<double>(difference(x, y));
+            if (interior(x, y) == 0 || std::isnan(d)) continue;
+            const std::size_t i = difference.index(x, y);
+            const double noise = variance(real, i) + variance(simulated, i);
+            if (!(noise > 0.0)) continue;
+            out.r2 += d * d;
+            out.noise += noise;
+            out.chi2 += d * d / (noise + shared);
+            ++out.n;
+            mean.add(1.0, d, noise);
+            ++mean.pixels;
+          }
+        if (mean.usable()) {
+          out.regional += mean.chi2(shared);
+          ++out.n_regions;
+        }
+        return out;
+      });
   if (s.n < kFewestJudged) return std::nullopt;
   for (std::size_t i = 0; i < difference.size(); ++i)
     if (interior.data[i] != 0 && !std::isnan(difference.data[i])) {
@@ -225,7 +232,6 @@ std::optional<ExplainedRow> explain_phase(const std::string& camera, const Direc
       simulated_noise += variance(simulated, i);
     }
   const auto n = static_cast<double>(s.n);
-  ExplainedRow row;
   row.quantity = "phase";
   row.region = camera + " " + axis_name(real.axis);
   row.unit = "rad";

@@ -40,11 +40,11 @@ GridView choose_grid(const Camera& camera, std::size_t n_valid, std::size_t most
 }
 
 std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, std::size_t index,
-                                const GridView& grid) {
+                                const GridView& grid, int samples) {
   Twin view = twin;
   view.cameras = {thinned(twin.cameras.at(index), grid)};
   view.render.pixel_fill /= grid.stride;
-  std::vector<ImageF> images = renderer.render(view, 0, {Sampler::gauss, 9}).irradiance;
+  std::vector<ImageF> images = renderer.render(view, 0, {Sampler::gauss, samples}).irradiance;
   const Camera& camera = twin.cameras[index];
   if (camera.vignetting.kind == Vignetting::Kind::none) return images;
   for (int y = 0; y < grid.height; ++y)

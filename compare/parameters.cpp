@@ -16,6 +16,8 @@ using Eigen::Vector3d;
 using Change = std::function<void(Twin&, double)>;
 
 constexpr double kStepMm = 0.01, kStepRad = 1e-4;
+constexpr int kStepsForHarmonics = 6, kMostHarmonics = 7;
+constexpr std::size_t kTableLevels = 1025;  ///< linear between them: the amplitude of harmonic 7 is 0.13 % small
 
 template <class S>
 S& shape_of(Twin& twin, std::size_t k) {
@@ -42,6 +44,20 @@ Lens with_distortion(const Lens& lens, int coefficient, double change, const std
   return Lens(model, intrinsics, {lens.width(), lens.height()}, "the lens of " + device + " as changed");
 }
 
+/// The projector's response as a table, with a harmonic added.
+void add_harmonic(Twin& twin, int order, double amplitude) {
+  ProjectorResponse& response = twin.projector->response;
+  const double mean = twin.fringes.mean, swing = twin.fringes.amplitude;
+  std::vector<double> table(kTableLevels);
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const double level = static_cast<double>(i) / static_cast<double>(table.size() - 1);
+    const double u = std::clamp((level - mean) / swing, -1.0, 1.0);
+    table[i] = response(level) + amplitude * std::cos(order * std::acos(u));
+  }
+  response.kind = ProjectorResponse::Kind::table;
+  response.table = std::move(table);
+}
+
 class ParameterList {
  public:
   ParameterList(const Twin& twin, std::string group) : twin_(twin), group_(std::move(group)) {}
@@ -52,6 +68,7 @@ class ParameterList {
     if (group_ == "rig") add_rig();
     if (group_ == "lens") add_lenses();
     if (group_ == "response") add_response();
+    if (group_ == "harmonics") add_harmonics();
     if (group_ == "blur") add_blur();
     if (group_ == "vignetting") add_vignetting();
     if (group_ == "albedo") add_albedo();
@@ -182,6 +199,17 @@ class ParameterList {
     p.largest = 5.0;
   }
 
+  /// response(v) + sum a_k T_k((v - mean)/amplitude), k = 2 ...: the Chebyshev polynomial T_k makes cos(t) to
+  /// cos(kt), so a_k is the amplitude of the k-th harmonic of the projected fringe. With few steps their
+  /// orders cannot be told from the fundamental.
+  void add_harmonics() {
+    const int most = std::min(kMostHarmonics, twin_.fringes.steps - 2);
+    if (!twin_.projector || twin_.fringes.steps < kStepsForHarmonics) return;
+    for (int k = 2; k <= most; ++k)
+      add(fmt::format("projector.harmonic.{}", k), "", 0.0, 1e-3,
+          [k](Twin& t, double d) { add_harmonic(t, k, d); });
+  }
+
   /// Contrast falls with the square of the width, so that is what is fitted.
   void add_blur() {
     if (!twin_.projector) return;
@@ -265,6 +293,8 @@ const std::vector<ParameterGroup>& parameter_groups() {
       {"rig", "poses of the projector and the second camera", "pose of the projector or the second camera"},
       {"lens", "radial distortion k1, k2 of every lens", "lens distortion"},
       {"response", "gamma of the projector", "the projector's response (gamma)"},
+      {"harmonics", "harmonics 2 to 7 of the projected fringe (6 steps or more)",
+       "harmonics of the projected fringe"},
       {"blur", "width of the projector's blur", "blur of the projected pattern"},
       {"vignetting", "gain over each camera's image: tilt and r^2",
        "gain that varies over the image (vignetting)"},

@@ -33,8 +33,8 @@ struct ParameterGroup {
   std::string meaning;  ///< of its parameters
   std::string cause;    ///< how a report names it when the twin is wrong about it
 };
-/// pose, rig, lens, response, blur, vignetting, albedo, bounce. Gain and black level of each camera come
-/// besides.
+/// pose, rig, lens, response, harmonics, blur, vignetting, albedo, bounce. Gain and black level of each
+/// camera come besides.
 const std::vector<ParameterGroup>& parameter_groups();
 const ParameterGroup& parameter_group(const std::string& name);
 

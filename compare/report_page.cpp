@@ -97,9 +97,11 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   page.title = twin.name.empty() ? twin.file.stem().string() : twin.name;
   page.subtitle = subtitle(twin, in);
   page.verdict = comparison.limits.empty() ? "no limits set" : comparison.pass ? "pass" : "fail";
-  page.summary_html = verdict_html(comparison) + glance_html(comparison);
+  page.summary_html = verdict_html(comparison) + explained_summary_html(comparison) + glance_html(comparison);
   page.note = options.note;
   page.warnings = comparison.warnings;
+  add(page, "refined", "Refined values", refinement_html(comparison));
+  add(page, "causes", "What the budget does not explain", causes_html(comparison));
   add(page, "fits", "Fitted geometry", fits_html(in));
   add(page, "gain", "Gain", gain_table_html(comparison));
   add(page, "images", "Fringe images", gray_figures_html(in));
@@ -107,6 +109,7 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   const std::string phase_table = phase_table_html(comparison);
   add(page, "phase", "Phase", phase_table + phase_budget_html(comparison) + phase_figures_html(in));
   add(page, "deviation", "Deviation from the fitted surface", geometry_figures_html(in));
+  add(page, "explained", "Uncertainty budget", explained_html(comparison));
   add(page, "gray", "Gray differences per image", gray_table_html(comparison));
   add(page, "timing", "Timing", timing_html(timing_s));
   page.footer_html = footer_html(twin, provenance);

@@ -33,6 +33,12 @@ std::string phase_table_html(const Comparison& c);
 std::string phase_budget_html(const Comparison& c);
 std::string timing_html(const std::map<std::string, double>& timing_s);
 
+// report_explained.cpp
+std::string explained_summary_html(const Comparison& c);
+std::string explained_html(const Comparison& c);
+std::string causes_html(const Comparison& c);
+std::string refinement_html(const Comparison& c);
+
 /// "5 076 of 5 317": points used, of those within the gate.
 std::string points_text(const std::optional<measure::ObjectFit>& fit);
 

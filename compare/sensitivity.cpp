@@ -11,6 +11,7 @@
 namespace fringetwin::compare {
 namespace {
 
+constexpr int kResidualSamples = 9, kDerivativeSamples = 1;
 constexpr double kHuberSigmas = 3.0;
 constexpr double kWantedChange = 3e-3;  ///< of the images' size: 0.15 % of the derivative is curvature
 constexpr double kSmallestEigenvalue = 1e-9;
@@ -99,11 +100,11 @@ void Sensitivity::set_sensor(std::size_t index, double gain_dn, double black_lev
   samples_.at(index).black_level_dn = black_level_dn;
 }
 
-Sensitivity::Values Sensitivity::irradiance(const Twin& twin) const {
+Sensitivity::Values Sensitivity::irradiance(const Twin& twin, int samples) const {
   Values out;
   for (const GridSamples& s : samples_) {
     throw_if_cancelled();
-    const std::vector<ImageF> images = render_grid(renderer_, twin, s.camera, s.grid);
+    const std::vector<ImageF> images = render_grid(renderer_, twin, s.camera, s.grid, samples);
     std::vector<float> values(s.real_dn.size());
     for (std::size_t p = 0; p < s.n_pixels(); ++p)
       for (std::size_t k = 0; k < s.images.size(); ++k)
@@ -142,7 +143,7 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
   for (int attempt = 0; attempt < 5; ++attempt) {
     Eigen::VectorXd changed = values;
     changed[index] += step;
-    out = irradiance(with_values(twin, parameters, changed));
+    out = irradiance(with_values(twin, parameters, changed), kDerivativeSamples);
     if (parameter.is_switch) break;
     const double change = relative_change(base, out);
     if (change > kWantedChange / 5.0 && change < kWantedChange * 5.0) break;
@@ -166,42 +167,59 @@ void Sensitivity::choose_scale(const Values& base) {
   }
 }
 
-NormalEquations Sensitivity::assemble(const Values& base, const std::vector<Values>& columns) const {
-  const std::size_t n_parameters = columns.size(), m = n_parameters + 2 * samples_.size();
-  const auto size = static_cast<Eigen::Index>(m);
-  NormalEquations out{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0.0, 0, n_parameters};
+/// Adds the weighted values of one pixel. With a factor of its own (`free_factor`) only what is orthogonal to
+/// its irradiance counts.
+void Sensitivity::add_pixel(const GridSamples& s, std::size_t camera, std::size_t pixel, const Values& base,
+                            const std::vector<Values>& columns, bool free_factor,
+                            NormalEquations& part) const {
+  const auto size = part.right.size();
+  const auto k = static_cast<Eigen::Index>(s.images.size());
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(k, size);
+  Eigen::VectorXd r = Eigen::VectorXd::Zero(k);
+  const auto gain = static_cast<Eigen::Index>(part.gain_at(camera)),
+             black = static_cast<Eigen::Index>(part.black_at(camera));
+  for (Eigen::Index j = 0; j < k; ++j) {
+    const std::size_t i = pixel * s.images.size() + static_cast<std::size_t>(j);
+    if (s.weight[i] == 0.0F) continue;
+    const auto w = static_cast<double>(s.weight[i]);
+    const double value = w * residual(s, base[camera], i);
+    const double root = std::sqrt(std::min(1.0, threshold_[camera] / std::max(std::abs(value), 1e-12)));
+    r[j] = root * value;
+    for (std::size_t c = 0; c < columns.size(); ++c)
+      rows(j, static_cast<Eigen::Index>(c)) =
+          root * w * s.gain_dn * static_cast<double>(columns[c][camera][i]);
+    rows(j, gain) = root * w * static_cast<double>(base[camera][i]);
+    rows(j, black) = root * w;
+    ++part.n;
+  }
+  if (free_factor) {
+    const Eigen::VectorXd e = rows.col(gain);
+    const double ee = e.squaredNorm();
+    if (!(ee > 0.0)) return;
+    r -= e * (e.dot(r) / ee);
+    rows -= e * ((e.transpose() * rows) / ee);
+    rows.col(gain).setZero();
+    --part.n;
+  }
+  part.normal.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+  part.right += rows.transpose() * r;
+  part.chi2 += r.squaredNorm();
+}
+
+NormalEquations Sensitivity::assemble(const Values& base, const std::vector<Values>& columns,
+                                      bool free_factors) const {
+  const auto size = static_cast<Eigen::Index>(columns.size() + 2 * samples_.size());
+  const NormalEquations empty{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0.0, 0,
+                              columns.size()};
+  NormalEquations out = empty;
   constexpr std::size_t kChunks = 32;  // a fixed number: sums that do not depend on the threads
   for (std::size_t c = 0; c < samples_.size(); ++c) {
     const GridSamples& s = samples_[c];
-    std::vector<NormalEquations> parts(kChunks, out);
-    for (NormalEquations& part : parts) {
-      part.normal.setZero();
-      part.right.setZero();
-      part.chi2 = 0.0;
-      part.n = 0;
-    }
+    std::vector<NormalEquations> parts(kChunks, empty);
 #pragma omp parallel for schedule(dynamic)
-    for (std::size_t chunk = 0; chunk < kChunks; ++chunk) {
-      NormalEquations& part = parts[chunk];
-      Eigen::VectorXd row(size);
-      for (std::size_t i = chunk * s.real_dn.size() / kChunks; i < (chunk + 1) * s.real_dn.size() / kChunks;
-           ++i) {
-        if (s.weight[i] == 0.0F) continue;
-        const auto w = static_cast<double>(s.weight[i]);
-        const double r = w * residual(s, base[c], i);
-        const double damp = std::min(1.0, threshold_[c] / std::max(std::abs(r), 1e-12));
-        const double root = std::sqrt(damp) * w;
-        row.setZero();
-        for (std::size_t k = 0; k < n_parameters; ++k)
-          row[static_cast<Eigen::Index>(k)] = root * s.gain_dn * static_cast<double>(columns[k][c][i]);
-        row[static_cast<Eigen::Index>(out.gain_at(c))] = root * static_cast<double>(base[c][i]);
-        row[static_cast<Eigen::Index>(out.black_at(c))] = root;
-        part.normal.selfadjointView<Eigen::Lower>().rankUpdate(row);
-        part.right += std::sqrt(damp) * r * row;
-        part.chi2 += damp * r * r;
-        ++part.n;
-      }
-    }
+    for (std::size_t chunk = 0; chunk < kChunks; ++chunk)
+      for (std::size_t p = chunk * s.n_pixels() / kChunks; p < (chunk + 1) * s.n_pixels() / kChunks; ++p)
+        add_pixel(s, c, p, base, columns, free_factors, parts[chunk]);
     for (const NormalEquations& part : parts) {
       out.normal += part.normal;
       out.right += part.right;
@@ -214,17 +232,22 @@ NormalEquations Sensitivity::assemble(const Values& base, const std::vector<Valu
 }
 
 NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Parameter>& parameters,
-                                       const Eigen::VectorXd& values, bool keep_scale) {
-  const Values base = irradiance(with_values(twin, parameters, values));
+                                       const Eigen::VectorXd& values, bool keep_scale,
+                                       NormalEquations* free_factors) {
+  const Values base = irradiance(with_values(twin, parameters, values), kResidualSamples);
   if (!keep_scale) choose_scale(base);
   std::vector<Values> columns;
+  const Values rough = parameters.empty()
+                           ? Values{}
+                           : irradiance(with_values(twin, parameters, values), kDerivativeSamples);
   for (std::size_t k = 0; k < parameters.size(); ++k)
-    columns.push_back(column(twin, parameters, values, k, base));
-  return assemble(base, columns);
+    columns.push_back(column(twin, parameters, values, k, rough));
+  if (free_factors) *free_factors = assemble(base, columns, true);
+  return assemble(base, columns, false);
 }
 
 NormalEquations Sensitivity::equations_without_parameters(const Twin& twin) const {
-  return assemble(irradiance(twin), {});
+  return assemble(irradiance(twin, kResidualSamples), {}, false);
 }
 
 }  // namespace fringetwin::compare

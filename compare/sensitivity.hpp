@@ -64,14 +64,16 @@ class Sensitivity {
   /// `index`: into samples().
   void set_sensor(std::size_t index, double gain_dn, double black_level_dn);
 
-  /// Irradiance that a twin predicts.
-  Values irradiance(const Twin& twin) const;
+  /// Irradiance that a twin predicts, from so many points per pixel.
+  Values irradiance(const Twin& twin, int samples) const;
 
   /// Equations at `values`. Derivatives are differences of two renderings, with steps that change the images
   /// by about 0.3 % of their size; a parameter that changes nothing has a column of zeros. Sets the robust
   /// scale.
+  /// `free_factors`: also the equations where every pixel has a brightness of its own (texture).
   NormalEquations equations(const Twin& twin, const std::vector<Parameter>& parameters,
-                            const Eigen::VectorXd& values, bool keep_scale = false);
+                            const Eigen::VectorXd& values, bool keep_scale = false,
+                            NormalEquations* free_factors = nullptr);
   /// Of gain and black level alone, with the robust scale of the last equations(): the measure of a step.
   NormalEquations equations_without_parameters(const Twin& twin) const;
 
@@ -79,7 +81,9 @@ class Sensitivity {
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                 std::size_t at, const Values& base) const;
   double relative_change(const Values& from, const Values& to) const;
-  NormalEquations assemble(const Values& base, const std::vector<Values>& columns) const;
+  NormalEquations assemble(const Values& base, const std::vector<Values>& columns, bool free_factors) const;
+  void add_pixel(const GridSamples& s, std::size_t camera, std::size_t pixel, const Values& base,
+                 const std::vector<Values>& columns, bool free_factor, NormalEquations& part) const;
   double residual(const GridSamples& s, const std::vector<float>& irradiance, std::size_t i) const;
   void choose_scale(const Values& base);
 

@@ -49,6 +49,9 @@ th:first-child, td:first-child { padding-left: 6px; } th:last-child, td:last-chi
 .l { text-align: left; } .r { text-align: right; white-space: nowrap; }
 .unit { display: block; font-weight: 400; color: var(--soft); font-size: 12px; }
 tr.group td { font-weight: 650; background: var(--wash); }
+td.share { width: 40%; min-width: 180px; } td.share span { display: block; height: 11px; print-color-adjust: exact;
+  -webkit-print-color-adjust: exact; }
+td.share .part { background: #7fb2d0; } td.share .whole { background: var(--accent); } td.share .beyond { background: var(--fail); }
 tr.total td { border-top: 1.5px solid var(--ink); font-weight: 650; }
 tr.pass td:last-child { color: var(--pass); font-weight: 650; } tr.fail td:last-child { color: var(--fail); font-weight: 650; }
 figure { margin: 16px 0 26px; break-inside: avoid; }
