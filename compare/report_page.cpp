@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "compare/report_parts.hpp"
+#include "report/cloud_canvas.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"
 #include "twin/errors.hpp"
@@ -110,6 +111,7 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   add(page, "gray", "Gray differences per image", gray_table_html(comparison));
   add(page, "timing", "Timing", timing_html(timing_s));
   page.footer_html = footer_html(twin, provenance);
+  page.script = report::cloud_script();
   write_text_file(dir / "report.html", page.html());
 }
 
