@@ -10,6 +10,7 @@
 #include "compare/gray_budget.hpp"
 #include "compare/gray_rows.hpp"
 #include "compare/limits.hpp"
+#include "compare/noise_check.hpp"
 #include "compare/phase_budget.hpp"
 #include "compare/phase_rows.hpp"
 
@@ -84,6 +85,11 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
         out.warnings.push_back((side == &real ? "real: " : "simulated: ") + warning);
   out.fits = fit_rows(twin, real, simulated, out.warnings);
   compare_gray(twin, real, simulated, options, out);
+  if (real.measurement && !real.images.empty())
+    for (std::size_t c = 0; c < twin.cameras.size(); ++c)
+      for (NoiseRow& row : noise_rows(twin.cameras[c], twin.fringes, real.images[c],
+                                      real.measurement->cameras[c], options.use_steps))
+        out.noise.push_back(std::move(row));
   if (real.measurement && simulated.measurement)
     compare_phase(twin, *real.measurement, *simulated.measurement, options, out);
   out.limits = check_limits(twin.limits, out, twin.file.string());

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "compare/noise_row.hpp"
 #include "measure/measurement.hpp"
 #include "twin/capture_set.hpp"
 #include "twin/twin.hpp"
@@ -112,6 +113,7 @@ struct Comparison {
   std::vector<GrayBudget> gray_budget;
   std::vector<PhaseRow> phase;
   std::vector<PhaseBudget> phase_budget;
+  std::vector<NoiseRow> noise;
   std::vector<LimitRow> limits;
   bool pass = true;
   std::vector<std::string> warnings;

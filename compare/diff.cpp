@@ -75,6 +75,7 @@ Quantities quantities(const Json& json) {
   add_rows(json, "gain", {"camera"}, out);
   add_rows(json, "gray", {"camera", "pattern"}, out);
   add_rows(json, "phase", {"camera", "direction"}, out);
+  add_rows(json, "noise", {"camera", "direction"}, out);
   return out;
 }
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "compare/noise_check.hpp"
 #include "measure/phase_noise.hpp"
 #include "twin/constants.hpp"
 #include "twin/linear.hpp"
@@ -75,11 +76,7 @@ class Noise {
 
   double variance(double gray_dn) const {
     if (measured_) return measured_->variance(gray_dn) + added_;
-    double v = radiance_ ? 0.0 : kRoundingVariance;
-    if (sensor_.electrons_per_dn)
-      v += std::max(gray_dn - sensor_.black_level_dn, 0.0) / *sensor_.electrons_per_dn;
-    const double read = sensor_.read_noise_dn.value_or(0.0);
-    return v + read * read + added_;
+    return sensor_variance_dn2(sensor_, gray_dn) - (radiance_ ? kRoundingVariance : 0.0) + added_;
   }
 
   std::string source;

@@ -40,6 +40,8 @@ std::string points_text(const std::optional<measure::ObjectFit>& fit);
 std::string gray_figures_html(const ReportInput& in);
 std::string phase_figures_html(const ReportInput& in);
 std::string geometry_figures_html(const ReportInput& in);
+// report_noise.cpp
+std::string noise_html(const ReportInput& in);
 
 /// Part of the picture that holds data.
 struct Window {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "compare/fit_rows.hpp"
+#include "compare/row_json.hpp"
 #include "report/json.hpp"
 
 namespace fringetwin::compare {
@@ -204,6 +205,7 @@ std::string comparison_json(const Twin& twin, const Comparison& c, const Provena
   out["gray_budget"] = list(c.gray_budget, budget_json);
   out["phase"] = list(c.phase, phase_json);
   out["phase_budget"] = list(c.phase_budget, phase_budget_json);
+  out["noise"] = list(c.noise, noise_json);
   out["limits"] = list(c.limits, [](const LimitRow& r) -> Json {
     return {
         {"name", r.name}, {"value", json_number(r.value)}, {"limit", json_number(r.limit)}, {"pass", r.pass}};
