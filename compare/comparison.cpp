@@ -13,6 +13,7 @@
 #include "compare/noise_check.hpp"
 #include "compare/phase_budget.hpp"
 #include "compare/phase_rows.hpp"
+#include "compare/shift_field.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -49,6 +50,8 @@ void compare_gray(const Twin& twin, const Side& real, const Side& simulated, con
         simulated.measurement ? &simulated.measurement->cameras.at(c) : nullptr;
     const auto budget = gray_budget(pairs[c], fit, real_decode, simulated_decode, options);
     if (budget) out.gray_budget.push_back(*budget);
+    if (twin.fringes.steps > 0)
+      out.shift.push_back(shift_field(pairs[c], fit, noise_line(pairs[c], fit, budget)));
     warn_of_bias(fit.row, budget, out.warnings);
   }
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "compare/noise_row.hpp"
+#include "compare/shift_row.hpp"
 #include "measure/measurement.hpp"
 #include "twin/capture_set.hpp"
 #include "twin/twin.hpp"
@@ -114,6 +115,7 @@ struct Comparison {
   std::vector<PhaseRow> phase;
   std::vector<PhaseBudget> phase_budget;
   std::vector<NoiseRow> noise;
+  std::vector<ShiftRow> shift;
   std::vector<LimitRow> limits;
   bool pass = true;
   std::vector<std::string> warnings;

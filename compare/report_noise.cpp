@@ -19,14 +19,6 @@ using report::fixed;
 using report::Plot;
 using report::Series;
 
-/// Each block at its size in the image.
-ImageF enlarged_blocks(const ImageF& blocks, int k) {
-  ImageF out(blocks.width * k, blocks.height * k);
-  for (int y = 0; y < out.height; ++y)
-    for (int x = 0; x < out.width; ++x) out(x, y) = blocks(x / k, y / k);
-  return out;
-}
-
 std::string noise_table_html(const std::vector<NoiseRow>& rows) {
   report::Table table;
   table.caption =

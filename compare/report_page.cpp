@@ -106,6 +106,7 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   add(page, "images", "Fringe images", gray_figures_html(in));
   add(page, "budget", "What the gray residual is made of", budget_html(comparison));
   add(page, "noise", "Noise", noise_html(in));
+  add(page, "shift", "Shift between the images", shift_html(in));
   const std::string phase_table = phase_table_html(comparison);
   add(page, "phase", "Phase", phase_table + phase_budget_html(comparison) + phase_figures_html(in));
   add(page, "deviation", "Deviation from the fitted surface", geometry_figures_html(in));

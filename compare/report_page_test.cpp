@@ -65,8 +65,8 @@ TEST(ReportPage, HasEverySectionAndTheMaps) {
   CompareOptions options;
   options.note = "What this comparison <can> show.";
   const std::string html = write("full", scene, options);
-  for (const char* id :
-       {"fits", "gain", "images", "budget", "noise", "phase", "deviation", "gray", "timing", "provenance"})
+  for (const char* id : {"fits", "gain", "images", "budget", "noise", "shift", "phase", "deviation", "gray",
+                         "timing", "provenance"})
     EXPECT_THAT(html, HasSubstr(std::string("id=\"") + id + "\"")) << id;
   EXPECT_LT(html.find("phase_rms_rad"), html.find("id=\"fits\""));  // the verdict comes first
   EXPECT_THAT(html, HasSubstr("class=\"verdict fail\""));

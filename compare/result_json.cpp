@@ -58,6 +58,7 @@ Json fit_row_json(const FitRow& row) {
   const bool both = row.simulated && row.real;
   return {{"object", row.object},
           {"kind", row.kind},
+          {"alignment", alignment_of(row.kind)},
           {"simulated", fit_json(row.simulated)},
           {"real", fit_json(row.real)},
           {"difference", both ? difference : Json(nullptr)},
@@ -206,6 +207,7 @@ std::string comparison_json(const Twin& twin, const Comparison& c, const Provena
   out["phase"] = list(c.phase, phase_json);
   out["phase_budget"] = list(c.phase_budget, phase_budget_json);
   out["noise"] = list(c.noise, noise_json);
+  out["shift"] = list(c.shift, shift_json);
   out["limits"] = list(c.limits, [](const LimitRow& r) -> Json {
     return {
         {"name", r.name}, {"value", json_number(r.value)}, {"limit", json_number(r.limit)}, {"pass", r.pass}};

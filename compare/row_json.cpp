@@ -22,4 +22,25 @@ Json noise_json(const NoiseRow& r) {
           {"n_phase", r.n_phase}};
 }
 
+Json shift_json(const ShiftRow& r) {
+  Json out = {{"camera", r.camera}, {"block_px", kShiftBlock}};
+  for (const auto& [name, c] : {std::pair{"dx", &r.dx}, std::pair{"dy", &r.dy}}) {
+    const std::string key = name;
+    out[key + "_px"] = json_number(c->mean_px);
+    out[key + "_sigma_px"] = json_number(c->mean_sigma_px);
+    out[key + "_rms_px"] = json_number(c->rms_px);
+    out[key + "_largest_px"] = json_number(c->largest_px);
+    out["n_blocks_" + key] = c->n_blocks;
+  }
+  out["chi2_before"] = json_number(r.chi2_before);
+  out["chi2_after"] = json_number(r.chi2_after);
+  out["n"] = r.n;
+  return out;
+}
+
+std::string alignment_of(const std::string& kind) {
+  return kind == "mesh" ? "each side registered to the CAD surface (ICP, then Gauss-Newton)"
+                        : "none: both sides in the rig's frame";
+}
+
 }  // namespace fringetwin::compare
