@@ -124,7 +124,8 @@ double add_repeat_noise(const std::vector<const ImageF*>& repeats, double satura
     for (const auto& c : contrasts) {
       double e = 0.0;
       for (std::size_t r = 0; r < n; ++r) e += c[r] * rest[r];
-      samples.push_back({mean.data[i], static_cast<float>(e), 0.0f, block_of(x, y, w, h)});
+      samples.push_back({mean.data[i], static_cast<float>(e), 0.0f, block_of(x, y, w, h),
+                         static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
     }
   }
   return std::sqrt(flicker / static_cast<double>(n));
@@ -231,8 +232,9 @@ void add_step_noise(const std::vector<const ImageF*>& steps, const measure::Step
       noise.residuals(before, at, after, e.data());
       const auto level = static_cast<float>((a.mean + 4.0 * b.mean + c.mean) / 6.0);
       for (std::size_t j = 0; j < noise.contrasts(); ++j)
-        samples.push_back(
-            {level, static_cast<float>(e[j]), static_cast<float>(roughness), block_of(x, y, w, h)});
+        samples.push_back({level, static_cast<float>(e[j]), static_cast<float>(roughness),
+                           block_of(x, y, w, h), static_cast<std::uint16_t>(x),
+                           static_cast<std::uint16_t>(y)});
     }
 }
 

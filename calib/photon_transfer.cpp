@@ -17,9 +17,6 @@ namespace {
 
 constexpr int kBins = 48;
 constexpr std::size_t kMinPerBin = 400;
-constexpr double kCutSigmas =
-    3.5;  // far enough out that coarse gray levels (steps of half a sigma) matter little
-constexpr double kKeptVariance = 0.99389;  // 1 - 2 c phi(c) / (2 Phi(c) - 1): of a normal cut at c = 3.5
 constexpr double kRoughSigmas = 4.0;
 
 /// Sums of the samples of one bin within the cut, per image block, so that a block can be left out.

@@ -23,8 +23,9 @@ struct Estimate {
 struct NoiseSample {
   float level_dn = 0.0f;
   float noise_dn = 0.0f;
-  float roughness_dn = 0.0f;  ///< what the scene itself does there, in units of noise_dn; 0 = unknown
-  std::uint16_t block = 0;    ///< of 8 x 8 over the image: errors of one place belong together
+  float roughness_dn = 0.0f;   ///< what the scene itself does there, in units of noise_dn; 0 = unknown
+  std::uint16_t block = 0;     ///< of 8 x 8 over the image: errors of one place belong together
+  std::uint16_t x = 0, y = 0;  ///< the pixel
 };
 inline constexpr int kBlocksPerSide = 8;
 inline constexpr int kBlocks = kBlocksPerSide * kBlocksPerSide;
@@ -81,6 +82,10 @@ struct TransferOptions {
 /// levels for a line (`where` names the camera).
 PhotonTransfer photon_transfer(const std::vector<NoiseSample>& samples, const TransferOptions& options,
                                const std::string& where);
+
+/// Where that cut is (so far out that coarse gray levels, steps of half a sigma, matter little), and the
+/// share of a normal's variance that it leaves: 1 - 2 c phi(c) / (2 Phi(c) - 1).
+inline constexpr double kCutSigmas = 3.5, kKeptVariance = 0.99389;
 
 /// Variance of samples of one level, as a bin's, with the sigma of so many normal values; NaN of none.
 Estimate noise_variance(const std::vector<NoiseSample>& samples);

@@ -14,9 +14,11 @@
 #include "compare/gray_rows.hpp"
 #include "compare/interior.hpp"
 #include "compare/limits.hpp"
+#include "compare/noise_check.hpp"
 #include "compare/phase_budget.hpp"
 #include "compare/phase_rows.hpp"
 #include "compare/sensitivity.hpp"
+#include "compare/shift_field.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -56,6 +58,8 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
                                 *simulated_decode = decode_of(simulated, c);
     const auto budget = gray_budget(pair, fit, real_decode, simulated_decode, options);
     if (budget) out.gray_budget.push_back(*budget);
+    if (twin.fringes.steps > 0)
+      out.shift.push_back(shift_field(pairs[c], fit, noise_line(pairs[c], fit, budget)));
     warn_of_bias(fit.row, budget, out.warnings);
     const GrayNoise noise(pair, real_decode, options.use_steps);
     const ImageU8 interior = interior_mask(pair.mask, real_decode, simulated_decode);
@@ -119,6 +123,11 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
         out.warnings.push_back((side == &real ? "real: " : "simulated: ") + warning);
   out.fits = fit_rows(twin, real, simulated, out.warnings);
   std::vector<GridSamples> samples = compare_gray(twin, real, simulated, options, out);
+  if (real.measurement && !real.images.empty())
+    for (std::size_t c = 0; c < twin.cameras.size(); ++c)
+      for (NoiseRow& row : noise_rows(twin.cameras[c], twin.fringes, real.images[c],
+                                      real.measurement->cameras[c], options.use_steps))
+        out.noise.push_back(std::move(row));
   if (real.measurement && simulated.measurement)
     compare_phase(twin, *real.measurement, *simulated.measurement, options, out);
   for (ExplainedRow& row : explain_geometry(out.fits)) out.explained.push_back(std::move(row));

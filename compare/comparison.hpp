@@ -10,7 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "compare/noise_row.hpp"
 #include "compare/provenance.hpp"
+#include "compare/shift_row.hpp"
 #include "measure/measurement.hpp"
 #include "twin/capture_set.hpp"
 #include "twin/twin.hpp"
@@ -193,6 +195,8 @@ struct Comparison {
   std::vector<GrayBudget> gray_budget;
   std::vector<PhaseRow> phase;
   std::vector<PhaseBudget> phase_budget;
+  std::vector<NoiseRow> noise;
+  std::vector<ShiftRow> shift;
   std::vector<ExplainedRow> explained;
   Causes causes;
   std::optional<Refinement> refinement;

@@ -75,6 +75,8 @@ Quantities quantities(const Json& json) {
   add_rows(json, "gain", {"camera"}, out);
   add_rows(json, "gray", {"camera", "pattern"}, out);
   add_rows(json, "phase", {"camera", "direction"}, out);
+  add_rows(json, "noise", {"camera", "direction"}, out);
+  add_rows(json, "shift", {"camera"}, out);
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "compare/noise_check.hpp"
 #include "twin/constants.hpp"
 
 namespace fringetwin::compare {
@@ -14,7 +15,7 @@ using measure::CameraDecode;
 using measure::DirectionDecode;
 
 GrayNoise::GrayNoise(const GrayPair& pair, const CameraDecode* real, const std::vector<int>& use_steps)
-    : sensor_(pair.camera->sensor), radiance_(pair.real->radiance), rounding_(kRoundingVariance) {
+    : sensor_(pair.camera->sensor), radiance_(pair.real->radiance) {
   int steps_total = 0;
   for (const PatternSpec& p : pair.patterns) steps_total = std::max(steps_total, p.step + 1);
   std::vector<int> steps = use_steps;
@@ -33,13 +34,11 @@ GrayNoise::GrayNoise(const GrayPair& pair, const CameraDecode* real, const std::
   if (pair.from_dn) added_ = kRoundingVariance;
 }
 
+double GrayNoise::rounding_dn2() const { return (radiance_ ? 0.0 : kRoundingVariance) + added_; }
+
 double GrayNoise::variance(double gray_dn) const {
   if (measured_) return measured_->variance(gray_dn) + added_;
-  double v = radiance_ ? 0.0 : rounding_;
-  if (sensor_.electrons_per_dn)
-    v += std::max(gray_dn - sensor_.black_level_dn, 0.0) / *sensor_.electrons_per_dn;
-  const double read = sensor_.read_noise_dn.value_or(0.0);
-  return v + read * read + added_;
+  return sensor_variance_dn2(sensor_, gray_dn) - (radiance_ ? kRoundingVariance : 0.0) + added_;
 }
 
 /// From the first direction that has enough pixels: it is one sensor.

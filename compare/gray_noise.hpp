@@ -21,7 +21,7 @@ class GrayNoise {
   /// DN^2, rounding of both sides included.
   double variance(double gray_dn) const;
   /// Of that, what rounding to whole gray values leaves.
-  double rounding_dn2() const { return (radiance_ ? 0.0 : rounding_) + added_; }
+  double rounding_dn2() const;
   const std::string& source() const { return source_; }
   /// From the images themselves.
   bool measured() const { return measured_.has_value(); }
@@ -32,7 +32,7 @@ class GrayNoise {
 
   const Sensor& sensor_;
   bool radiance_;
-  double rounding_, added_ = 0.0;
+  double added_ = 0.0;
   std::optional<measure::NoiseModel> measured_;
   std::string source_;
 };

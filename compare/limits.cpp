@@ -75,6 +75,11 @@ double value_of(const std::string& name, const Comparison& c) {
     for (const PhaseRow& row : c.phase) worst.add(row.order_disagree_fraction());
   if (name == "gray_rms_dn")
     for (const GainRow& row : c.gain) worst.add(row.rms_after_dn);
+  if (name == "noise_ratio_error")
+    for (const NoiseRow& row : c.noise) {
+      worst.add(std::abs(row.gray_ratio - 1.0));
+      worst.add(std::abs(row.phase_ratio - 1.0));
+    }
   if (name == "gain_r2")
     for (const GainRow& row : c.gain) worst.add(row.r2);
   return worst.value();
@@ -92,6 +97,7 @@ const std::map<std::string, std::string>& limit_names() {
       {"phase_rms_rad", "largest rms of the phase difference at the finest pitch, rad"},
       {"phase_mean_relative", "largest mean |phase difference| / mean |phase|"},
       {"gray_rms_dn", "largest gray residual after the gain fit, DN"},
+      {"noise_ratio_error", "largest |measured / predicted noise - 1| of gray values and phase"},
       {"gain_r2", "smallest R² of the gain fit (at least)"}};
   return names;
 }

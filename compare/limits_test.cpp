@@ -28,6 +28,10 @@ Comparison example() {
     gain.rms_after_dn = 100.0 * (1.0 - r2);
     c.gain.push_back(gain);
   }
+  NoiseRow noise;
+  noise.gray_ratio = 1.02;
+  noise.phase_ratio = 0.75;
+  c.noise.push_back(noise);
   return c;
 }
 
@@ -44,6 +48,7 @@ TEST(Limits, TakeTheWorstOfAllRows) {
   EXPECT_DOUBLE_EQ(check("phase_rms_rad", 1).value, 0.03);
   EXPECT_DOUBLE_EQ(check("phase_mean_relative", 1).value, 2e-4);
   EXPECT_NEAR(check("gray_rms_dn", 1).value, 1.0, 1e-12);
+  EXPECT_DOUBLE_EQ(check("noise_ratio_error", 1).value, 0.25);
   EXPECT_DOUBLE_EQ(check("gain_r2", 0.5).value, 0.99);
 }
 

@@ -17,7 +17,8 @@ using Change = std::function<void(Twin&, double)>;
 
 constexpr double kStepMm = 0.01, kStepRad = 1e-4;
 constexpr int kStepsForHarmonics = 6, kMostHarmonics = 7;
-constexpr std::size_t kTableLevels = 1025;  ///< linear between them: the amplitude of harmonic 7 is 0.13 % small
+constexpr std::size_t kTableLevels =
+    1025;  ///< linear between them: the amplitude of harmonic 7 is 0.13 % small
 
 template <class S>
 S& shape_of(Twin& twin, std::size_t k) {

@@ -81,6 +81,13 @@ ImageF crop(const ImageF& image, const Window& window) {
   return out;
 }
 
+ImageF enlarged_blocks(const ImageF& blocks, int k) {
+  ImageF out(blocks.width * k, blocks.height * k);
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x) out(x, y) = blocks(x / k, y / k);
+  return out;
+}
+
 ImageU8 valid_mask(const ReportInput& in, std::size_t camera) {
   const Lens& lens = in.twin.cameras[camera].lens;
   ImageU8 mask(lens.width(), lens.height(), 1);

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "compare/report_parts.hpp"
-#include "report/cloud_view.hpp"
+#include "report/cloud_canvas.hpp"
 #include "report/map.hpp"
 #include "report/plot.hpp"
 #include "report/text.hpp"
@@ -66,23 +66,24 @@ ImageU8 finite_mask(const ImageF& image) {
   return mask;
 }
 
-report::CloudPicture cloud_picture(const Deviations& d) {
+std::string cloud_html(const Deviations& d, const MapStyle& style) {
   std::vector<Eigen::Vector3d> points;
   points.reserve(d.fit->index.size());
   for (std::size_t i : d.fit->index) points.push_back(d.measurement->cloud.p_world_mm[i]);
-  return report::draw_cloud(points, in_um(*d.fit), {});
+  report::CloudCanvas canvas;
+  canvas.style = style;
+  canvas.label = "measured points, coloured by deviation";
+  return report::cloud_canvas_html(points, in_um(*d.fit), canvas,
+                                   fmt::format("cloud-{}-{}", d.fit->object, d.side));
 }
 
 std::string side_maps(const ReportInput& in, const Deviations& d, const MapStyle& style) {
   const Lens& lens = in.twin.cameras.front().lens;
   const ImageF image = deviation_image(d, lens.width(), lens.height());
   report::write_map_png(in.dir / fmt::format("deviation_{}_{}.png", d.fit->object, d.side), image, style);
-  const report::CloudPicture cloud = cloud_picture(d);
   return fmt::format("<div class=\"maps\"><div class=\"map\"><h4>{}: camera view</h4>{}</div>", d.side,
                      report::map_html(crop(image, data_window(finite_mask(image))), style)) +
-         fmt::format("<div class=\"map\"><h4>{}: points, oblique view</h4>{}{}</div></div>", d.side,
-                     report::map_html(cloud.value, style),
-                     report::scale_bar_html(cloud.mm_per_px, cloud.value.width));
+         fmt::format("<div class=\"map\"><h4>{}: points</h4>{}</div></div>", d.side, cloud_html(d, style));
 }
 
 Plot deviation_histogram(const std::vector<Deviations>& sides, const report::MapLimits& limits) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images side by side, the gray row profile (the paper's Fig. 17), and the gain plot.
+// Images side by side and the gray row profile (the paper's Fig. 17).
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "compare/gray_rows.hpp"
+#include "compare/report_gain.hpp"
 #include "compare/report_parts.hpp"
 #include "report/map.hpp"
 #include "report/plot.hpp"
@@ -55,9 +55,9 @@ Plot row_plot(const std::string& y_label, int height_px, std::vector<Series> ser
   return plot;
 }
 
-/// The whole row, its difference, and the middle of it enlarged.
-std::vector<Plot> profile_plots(const ImageF& real, const ImageF& predicted, const ImageF& difference,
-                                int row, std::pair<int, int> extent) {
+/// The whole row, its difference, and the middle of it enlarged with what it was before the gain fit.
+std::vector<Plot> profile_plots(const ImageF& real, const ImageF& before, const ImageF& predicted,
+                                const ImageF& difference, int row, std::pair<int, int> extent) {
   const int margin = 12;
   const int first = extent.first - margin, last = extent.second + margin;
   const int middle = (extent.first + extent.second) / 2, half = std::min(70, (last - first) / 4 + 10);
@@ -68,6 +68,12 @@ std::vector<Plot> profile_plots(const ImageF& real, const ImageF& predicted, con
   };
   Plot whole = row_plot("gray value [DN]", 290, pair(first, last, 1.0));
   Plot zoom = row_plot("gray value [DN]", 290, pair(middle - half, middle + half, 1.8));
+  if (!before.empty()) {
+    Series dashed = line(row_data(before, row, middle - half, middle + half), "simulated, before gain fit",
+                         report::color::kThird, 1.4);
+    dashed.style = Series::Style::dashed;
+    zoom.series.push_back(dashed);
+  }
   Plot residual =
       row_plot("simulated − real [DN]", 220,
                {line(row_data(difference, row, first, last), "", report::color::kDifference, 1.0)});
@@ -77,60 +83,15 @@ std::vector<Plot> profile_plots(const ImageF& real, const ImageF& predicted, con
   return {whole, residual, zoom};
 }
 
-/// E of the gray values used; irradiance images know no clip, so there it is what occurs.
-std::pair<double, double> irradiance_range(const GrayPair& pair, const GainFit& fit) {
-  double low = (fit.row.low_dn - fit.row.black_level_dn) / fit.row.gain_dn;
-  double high = (fit.row.high_dn - fit.row.black_level_dn) / fit.row.gain_dn;
-  if (std::isfinite(low) && std::isfinite(high)) return {low, high};
-  low = std::numeric_limits<double>::infinity(), high = -low;
-  for (int image : pair.gain_images)
-    for (std::size_t i = 0; i < pair.mask.size(); i += 7) {
-      const double e = pair.irradiance_at(image, i);
-      if (pair.mask.data[i] == 0 || !std::isfinite(e)) continue;
-      low = std::min(low, e), high = std::max(high, e);
-    }
-  return {low, high};
-}
-
-/// Real gray values against simulated irradiance: mean and spread in bins of E, and the fitted line.
-Plot gain_plot(const GrayPair& pair, const GainFit& fit) {
-  constexpr std::size_t kBins = 80;
-  std::vector<double> sum(kBins), sum2(kBins), n(kBins);
-  const auto [e_low, e_high] = irradiance_range(pair, fit);
-  if (!(e_low < e_high)) return {};
-  const std::size_t stride = 1 + pair.mask.size() / 200'000;
-  for (int image : pair.gain_images)
-    for (std::size_t i = 0; i < pair.mask.size(); i += stride) {
-      if (pair.mask.data[i] == 0) continue;
-      const double e = pair.irradiance_at(image, i);
-      const double y = static_cast<double>(pair.real->images[static_cast<std::size_t>(image)].data[i]);
-      if (!(e >= e_low && e < e_high) || !(y < pair.real->saturation_dn())) continue;
-      const auto bin = static_cast<std::size_t>((e - e_low) / (e_high - e_low) * kBins);
-      sum[bin] += y, sum2[bin] += y * y, n[bin] += 1.0;
-    }
-  Series band, mean, fitted;
-  band.style = Series::Style::band;
-  band.title = "real ± 1 standard deviation";
-  mean.style = Series::Style::points;
-  mean.title = "real, mean";
-  mean.width = 1.6;
-  fitted.title = fmt::format("fit: {} · E + {}", report::number(fit.row.gain_dn, 5),
-                             report::number(fit.row.black_level_dn, 4));
-  fitted.color = report::color::kSimulated;
-  for (std::size_t b = 0; b < kBins; ++b) {
-    if (n[b] < 5.0) continue;
-    const double e = e_low + (static_cast<double>(b) + 0.5) / kBins * (e_high - e_low), m = sum[b] / n[b];
-    const double sd = std::sqrt(std::max(0.0, sum2[b] / n[b] - m * m));
-    band.x.push_back(e), band.y.push_back(m + sd), band.y_low.push_back(m - sd);
-    mean.x.push_back(e), mean.y.push_back(m);
-    fitted.x.push_back(e), fitted.y.push_back(fit.row.gain_dn * e + fit.row.black_level_dn);
-  }
-  Plot plot;
-  plot.x_label = "simulated irradiance E";
-  plot.y_label = "real gray value [DN]";
-  plot.height_px = 330;
-  plot.series = {band, mean, fitted};
-  return plot;
+/// What the twin's own sensor makes of it, before any fit; empty where the real side is irradiance.
+ImageF gray_before_fit(const GrayPair& pair, const GainFit& fit, int image) {
+  if (pair.real->radiance) return {};
+  if (pair.simulated && !pair.simulated->radiance)
+    return pair.simulated->images[static_cast<std::size_t>(image)];
+  GainFit twin = fit;
+  twin.row.gain_dn = pair.camera->sensor.gain_dn;
+  twin.row.black_level_dn = pair.camera->sensor.black_level_dn;
+  return predicted_gray(pair, twin, image);
 }
 
 MapStyle gray_style(double max_dn, const std::string& title) {
@@ -161,8 +122,9 @@ std::string camera_with_real(const ReportInput& in, const GrayPair& pair, const 
   report::write_map_png(in.dir / ("gray_difference_" + name + ".png"), difference, signed_style);
 
   const int row = profile_row(in, c, mask);
-  std::vector<Plot> plots = profile_plots(real, predicted, difference, row, row_extent(mask, row));
-  plots.push_back(gain_plot(pair, fit));
+  std::vector<Plot> plots = profile_plots(real, gray_before_fit(pair, fit, image), predicted, difference, row,
+                                          row_extent(mask, row));
+  for (Plot& plot : gain_plots(pair, fit)) plots.push_back(std::move(plot));
   const std::vector<std::string> svg = report::plots_or_sentences(plots, "gray-" + name);
 
   const ImageF real_part = crop(real, window), predicted_part = crop(predicted, window);
@@ -183,17 +145,19 @@ std::string camera_with_real(const ReportInput& in, const GrayPair& pair, const 
       figure(in, svg[0] + svg[1] + svg[2],
              fmt::format(
                  "{}, {}: gray values along image row {} (compare the paper's Fig. 17), their difference, "
-                 "and the middle of the row enlarged.",
+                 "and the middle of the row enlarged, there also before the gain fit.",
                  name, label, row),
              "")
           .html();
-  html += figure(in, svg[3],
-                 fmt::format(
-                     "{}: real gray values against simulated irradiance over all compared phase steps, in 80 "
-                     "bins, and the fitted line.",
-                     name),
-                 "DN = gain · E + black_level")
-              .html();
+  if (svg.size() > 3)
+    html +=
+        figure(in, svg[3] + svg[4],
+               fmt::format(
+                   "{}: real gray values against simulated irradiance over all compared phase steps, in 80 "
+                   "bins, the fitted line, and what it leaves.",
+                   name),
+               "DN = gain · E + black_level")
+            .html();
   return html;
 }
 

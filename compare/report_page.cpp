@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "compare/report_parts.hpp"
+#include "report/cloud_canvas.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"
 #include "twin/errors.hpp"
@@ -106,6 +107,8 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   add(page, "gain", "Gain", gain_table_html(comparison));
   add(page, "images", "Fringe images", gray_figures_html(in));
   add(page, "budget", "What the gray residual is made of", budget_html(comparison));
+  add(page, "noise", "Noise", noise_html(in));
+  add(page, "shift", "Shift between the images", shift_html(in));
   const std::string phase_table = phase_table_html(comparison);
   add(page, "phase", "Phase", phase_table + phase_budget_html(comparison) + phase_figures_html(in));
   add(page, "deviation", "Deviation from the fitted surface", geometry_figures_html(in));
@@ -113,6 +116,7 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   add(page, "gray", "Gray differences per image", gray_table_html(comparison));
   add(page, "timing", "Timing", timing_html(timing_s));
   page.footer_html = footer_html(twin, provenance);
+  page.script = report::cloud_script();
   write_text_file(dir / "report.html", page.html());
 }
 

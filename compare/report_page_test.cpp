@@ -65,8 +65,8 @@ TEST(ReportPage, HasEverySectionAndTheMaps) {
   CompareOptions options;
   options.note = "What this comparison <can> show.";
   const std::string html = write("full", scene, options);
-  for (const char* id :
-       {"fits", "gain", "images", "budget", "phase", "deviation", "gray", "timing", "provenance"})
+  for (const char* id : {"fits", "gain", "images", "budget", "noise", "shift", "phase", "deviation", "gray",
+                         "timing", "provenance"})
     EXPECT_THAT(html, HasSubstr(std::string("id=\"") + id + "\"")) << id;
   EXPECT_LT(html.find("phase_rms_rad"), html.find("id=\"fits\""));  // the verdict comes first
   EXPECT_THAT(html, HasSubstr("class=\"verdict fail\""));
@@ -123,7 +123,8 @@ TEST(ReportPage, HostileNamesStayText) {
     *name = safe;
   for (Side* side : {&scene.real, &scene.simulated}) side->measurement->fits[0].object = safe;
   const std::string html = write("hostile", scene);
-  EXPECT_THAT(html, Not(HasSubstr("<script")));
+  EXPECT_EQ(html.find("<script"), html.rfind("<script"));  // the page's own, at its end
+  EXPECT_THAT(html, Not(HasSubstr("<script>alert")));
   std::size_t seen = 0;
   for (std::size_t at = html.find(" onload="); at != std::string::npos;
        at = html.find(" onload=", at + 1), ++seen)
@@ -143,7 +144,7 @@ TEST(ReportPage, IrradianceAsTheRealSide) {
   for (CameraImages& images : scene.real.images) images.radiance = true;
   const std::string html = write("radiance", scene);
   EXPECT_THAT(html, HasSubstr("id=\"gain\""));
-  EXPECT_THAT(html, HasSubstr("in 80 bins, and the fitted line"));
+  EXPECT_THAT(html, HasSubstr("in 80 bins, the fitted line"));
 }
 
 TEST(ReportPage, FullSizeStaysBelowEightMegabytes) {

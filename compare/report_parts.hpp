@@ -46,6 +46,9 @@ std::string points_text(const std::optional<measure::ObjectFit>& fit);
 std::string gray_figures_html(const ReportInput& in);
 std::string phase_figures_html(const ReportInput& in);
 std::string geometry_figures_html(const ReportInput& in);
+// report_noise.cpp, report_shift.cpp
+std::string noise_html(const ReportInput& in);
+std::string shift_html(const ReportInput& in);
 
 /// Part of the picture that holds data.
 struct Window {
@@ -57,6 +60,8 @@ struct Window {
 Window data_window(const ImageU8& mask);
 ImageF crop(const ImageF& image, const Window& window);
 
+/// Each value as k x k pixels: a map of blocks at its size in the image.
+ImageF enlarged_blocks(const ImageF& blocks, int k);
 /// 1 where the camera's decode (of whichever sides were decoded) is valid.
 ImageU8 valid_mask(const ReportInput& in, std::size_t camera);
 /// The image row of the profiles: through the first object's centre where that is on the part, else

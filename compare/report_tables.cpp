@@ -6,6 +6,7 @@
 #include "compare/fit_rows.hpp"
 #include "compare/limits.hpp"
 #include "compare/report_parts.hpp"
+#include "compare/row_json.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"
 
@@ -160,6 +161,9 @@ std::string fits_html(const ReportInput& in) {
                    points_text(row.real), "", ""});
   }
   std::string html = table.html();
+  for (const FitRow& row : in.comparison.fits)
+    html +=
+        fmt::format("<p>Alignment of “{}”: {}.</p>", report::escape_html(row.object), alignment_of(row.kind));
   if (!in.twin.real.results.empty() && !in.real.measurement)
     html += "<p>Real: published numbers" +
             (in.twin.real.results_source.empty() ? std::string()

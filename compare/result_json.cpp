@@ -5,6 +5,7 @@
 
 #include "compare/explained.hpp"
 #include "compare/fit_rows.hpp"
+#include "compare/row_json.hpp"
 #include "report/json.hpp"
 
 namespace fringetwin::compare {
@@ -58,6 +59,7 @@ Json fit_row_json(const FitRow& row) {
   const bool both = row.simulated && row.real;
   return {{"object", row.object},
           {"kind", row.kind},
+          {"alignment", alignment_of(row.kind)},
           {"simulated", fit_json(row.simulated)},
           {"real", fit_json(row.real)},
           {"difference", both ? difference : Json(nullptr)},
@@ -274,6 +276,8 @@ std::string comparison_json(const Twin& twin, const Comparison& c, const Provena
   out["gray_budget"] = list(c.gray_budget, budget_json);
   out["phase"] = list(c.phase, phase_json);
   out["phase_budget"] = list(c.phase_budget, phase_budget_json);
+  out["noise"] = list(c.noise, noise_json);
+  out["shift"] = list(c.shift, shift_json);
   if (c.refinement) out["refinement"] = refinement_json(*c.refinement);
   out["budget_verdict"] = verdicts_json(c.explained);
   out["explained"] = list(c.explained, explained_json);

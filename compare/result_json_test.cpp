@@ -57,6 +57,10 @@ TEST(ResultJson, AComparisonFollowsTheSchema) {
   EXPECT_EQ(json["gray"].size(), 24u);
   EXPECT_EQ(json["phase"].size(), 2u);
   EXPECT_EQ(json["gray_budget"].size(), 2u);
+  EXPECT_EQ(json["noise"].size(), 2u);
+  EXPECT_EQ(json["shift"].size(), 2u);
+  EXPECT_TRUE(json["shift"][0]["dy_px"].is_null());  // vertical fringes
+  EXPECT_EQ(json["fits"][0]["alignment"].get<std::string>(), "none: both sides in the rig's frame");
   EXPECT_EQ(json["verdict"].get<std::string>(), "pass");
   EXPECT_EQ(json["gain"][0]["gain_dn"].get<double>(), c.gain[0].gain_dn);  // every digit
   EXPECT_EQ(json["fits"][0]["simulated"]["center_mm"].size(), 3u);

@@ -237,9 +237,8 @@ NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Param
   const Values base = irradiance(with_values(twin, parameters, values), kResidualSamples);
   if (!keep_scale) choose_scale(base);
   std::vector<Values> columns;
-  const Values rough = parameters.empty()
-                           ? Values{}
-                           : irradiance(with_values(twin, parameters, values), kDerivativeSamples);
+  const Values rough =
+      parameters.empty() ? Values{} : irradiance(with_values(twin, parameters, values), kDerivativeSamples);
   for (std::size_t k = 0; k < parameters.size(); ++k)
     columns.push_back(column(twin, parameters, values, k, rough));
   if (free_factors) *free_factors = assemble(base, columns, true);

@@ -20,9 +20,8 @@ struct Dot {
 
 std::vector<Dot> to_view(const std::vector<Eigen::Vector3d>& points, const std::vector<float>& value,
                          const CloudView& view) {
-  const Eigen::Vector3d forward = view.forward_world.normalized();
-  const Eigen::Vector3d right = forward.cross(view.up_world).normalized();
-  const Eigen::Vector3d down = forward.cross(right);
+  const Eigen::Matrix3d axes = view_axes(view);
+  const Eigen::Vector3d right = axes.row(0), down = axes.row(1), forward = axes.row(2);
   const std::size_t stride =
       std::max<std::size_t>(1, (points.size() + view.max_points - 1) / view.max_points);
   std::vector<Dot> dots;
@@ -47,6 +46,14 @@ int closing_dot_px(double area_px, std::size_t n) {
 }
 
 }  // namespace
+
+Eigen::Matrix3d view_axes(const CloudView& view) {
+  const Eigen::Vector3d forward = view.forward_world.normalized();
+  const Eigen::Vector3d right = forward.cross(view.up_world).normalized();
+  Eigen::Matrix3d axes;
+  axes << right.transpose(), forward.cross(right).transpose(), forward.transpose();
+  return axes;
+}
 
 CloudPicture draw_cloud(const std::vector<Eigen::Vector3d>& p_world_mm, const std::vector<float>& value,
                         const CloudView& view) {

@@ -18,6 +18,9 @@ struct CloudView {
   std::size_t max_points = 300'000;  ///< every k-th point is drawn beyond this
 };
 
+/// Rows: right, down and away from the eye, unit vectors in the world frame.
+Eigen::Matrix3d view_axes(const CloudView& view);
+
 struct CloudPicture {
   ImageF value;  ///< NaN where no point is seen
   double mm_per_px = 0.0;

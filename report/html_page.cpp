@@ -53,6 +53,7 @@ std::string Page::html() const {
            warnings.empty() ? mustache::data::type::bool_false : mustache::data::type::bool_true);
   data.set("warnings", texts);
   data.set("footer", footer_html);
+  set_if(data, "script", script);
   return mustache::mustache(kPageTemplate).render(data);
 }
 

@@ -29,6 +29,7 @@ struct Page {
   std::vector<std::string> warnings;
   std::vector<Section> sections;  ///< in order; the table of contents is made of them
   std::string footer_html;        ///< provenance
+  std::string script;             ///< JavaScript at the end of the page; may be empty
   std::string html() const;
 };
 

@@ -37,17 +37,6 @@ std::string limit_text(double value, const MapLimits& limits) {
                                                : fixed(value, limit_decimals(limits));
 }
 
-std::string bar_html(const MapStyle& style) {
-  const MapLimits& l = style.limits;
-  std::string out =
-      "<div class=\"bar\"><div class=\"ramp\" style=\"background:" + css_gradient(style.scale, "to right") +
-      "\"></div><div class=\"ticks\">";
-  for (int i = 0; i <= 4; ++i)
-    out += "<span>" + escape_html(limit_text(l.low + (l.high - l.low) * i / 4.0, l)) + "</span>";
-  return out + "</div><div class=\"barunit\">" + escape_html(style.title) +
-         (style.unit.empty() ? "" : " [" + escape_html(style.unit) + "]") + "</div></div>";
-}
-
 std::string image_html(const std::string& png, const std::string& alt, int width, int height,
                        const std::string& css_class = "") {
   return fmt::format("<img{} alt=\"{}\" width=\"{}\" height=\"{}\" src=\"{}\">",
@@ -150,6 +139,17 @@ ImageU8 map_indices(const ImageF& image, const MapLimits& limits) {
   return out;
 }
 
+std::string color_bar_html(const MapStyle& style) {
+  const MapLimits& l = style.limits;
+  std::string out =
+      "<div class=\"bar\"><div class=\"ramp\" style=\"background:" + css_gradient(style.scale, "to right") +
+      "\"></div><div class=\"ticks\">";
+  for (int i = 0; i <= 4; ++i)
+    out += "<span>" + escape_html(limit_text(l.low + (l.high - l.low) * i / 4.0, l)) + "</span>";
+  return out + "</div><div class=\"barunit\">" + escape_html(style.title) +
+         (style.unit.empty() ? "" : " [" + escape_html(style.unit) + "]") + "</div></div>";
+}
+
 std::string map_png(const ImageF& image, const MapStyle& style) {
   return encode_palette_png(map_indices(image, style.limits), map_palette(style.scale, style.nan_color),
                             {{"Title", style.title},
@@ -162,7 +162,7 @@ std::string map_html(const ImageF& image, const MapStyle& style) {
   const ImageF shown = shrink_by_area_mean(image, style.max_width_px);
   return "<div class=\"map\">" +
          image_html(map_png(shown, style), style.title + " in " + style.unit, shown.width, shown.height) +
-         (style.show_bar ? bar_html(style) : "") + "</div>\n";
+         (style.show_bar ? color_bar_html(style) : "") + "</div>\n";
 }
 
 void write_map_png(const std::filesystem::path& file, const ImageF& image, const MapStyle& style) {
@@ -194,7 +194,7 @@ std::string slider_html(const ImageF& left, const std::string& left_label, const
       "oninput=\"this.parentNode.style.setProperty('--cut',this.value+'%')\">{5}</div>\n",
       safe_id(id), image_html(map_png(a, style), left_label, a.width, a.height, "under"),
       image_html(map_png(b, style), right_label, b.width, b.height, "over"), escape_html(left_label),
-      escape_html(right_label), style.show_bar ? bar_html(style) : "");
+      escape_html(right_label), style.show_bar ? color_bar_html(style) : "");
 }
 
 }  // namespace fringetwin::report

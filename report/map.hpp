@@ -38,6 +38,8 @@ struct MapStyle {
 
 /// Palette indices (see map_palette) of an image.
 ImageU8 map_indices(const ImageF& image, const MapLimits& limits);
+/// <div class="bar">: colour bar, unit and limits.
+std::string color_bar_html(const MapStyle& style);
 /// PNG bytes, one pixel per image pixel, no bar; unit and limits as text chunks.
 std::string map_png(const ImageF& image, const MapStyle& style);
 /// <div class="map">: the shrunk picture as a data URI, its colour bar, unit and limits.

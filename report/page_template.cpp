@@ -13,6 +13,7 @@ const char* const kPageTemplate = R"html(<!DOCTYPE html>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="generator" content="fringetwin">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'">
 <title>{{title}}</title>
 <style>
 :root { --ink: #1d2329; --soft: #5b6670; --line: #d9dee3; --paper: #ffffff; --wash: #f5f7f9; --accent: #0b5c8a;
@@ -72,6 +73,9 @@ figure svg { width: 100%; height: auto; display: block; }
 .barunit { text-align: center; margin-top: -1px; }
 .scale { display: flex; align-items: center; gap: 8px; font-size: 12px; color: var(--soft); margin-top: 4px; }
 .scale span { height: 6px; border: 1.5px solid var(--ink); border-top: 0; }
+.cloud canvas, .cloud .hint { display: none; }
+.cloud.live canvas { display: block; width: 100%; height: auto; border: 1px solid var(--line); cursor: grab; touch-action: pan-y; }
+.cloud.live .hint { display: block; font-size: 12px; color: var(--soft); margin: 4px 0 0; } .cloud.live .still { display: none; }
 .slider { flex: 1 1 320px; min-width: 0; max-width: 720px; }
 .stack { position: relative; border: 1px solid var(--line); overflow: hidden; }
 .stack img { width: 100%; height: auto; display: block; }
@@ -90,6 +94,7 @@ footer details { margin-top: 8px; } summary { cursor: pointer; }
   nav, .slider input, .stack .cut { display: none; }
   h2, h3 { break-after: avoid; } tr, figure { break-inside: avoid; }
   .verdict, .note, .warnings, tr.group td { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+  .cloud.live canvas, .cloud.live .hint { display: none; } .cloud.live .still { display: block; }
   .slider { max-width: none; flex-basis: 100%; }
   .stack { display: flex; border: 0; gap: 8px; } .stack img { width: calc(50% - 4px); }
   .stack .over { position: static; clip-path: none; }
@@ -108,7 +113,10 @@ footer details { margin-top: 8px; } summary { cursor: pointer; }
 {{{body}}}</section>
 {{/sections}}<footer id="provenance">{{{footer}}}</footer>
 </div>
-</body>
+{{#script}}<script>
+{{{script}}}
+</script>
+{{/script}}</body>
 </html>
 )html";
 

@@ -152,7 +152,8 @@ TEST(Page, VerdictFirstEverythingEscapedNothingLoaded) {
   EXPECT_THAT(html, HasSubstr("y = a &lt; b"));
   EXPECT_THAT(html, HasSubstr("<svg></svg>"));
   EXPECT_LT(html.find("<p>summary</p>"), html.find("id=\"one\""));
-  EXPECT_THAT(html, Not(HasSubstr("http")));
+  EXPECT_THAT(html, Not(HasSubstr("://")));
+  EXPECT_THAT(html, HasSubstr("default-src 'none'"));  // and the browser would load nothing
   EXPECT_THAT(html, Not(HasSubstr("{{")));
   EXPECT_THAT(Page{}.html(), Not(HasSubstr("class=\"warnings\"")));
 }

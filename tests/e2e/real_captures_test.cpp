@@ -58,6 +58,7 @@ TEST(Slmaster, CosimComparesTheOddSteps) {
   EXPECT_LT(result["phase"][0]["rms_rad"].get<double>(), 0.1);
   const std::string html = read_file(out / "report.html");
   EXPECT_THAT(html, ::testing::HasSubstr("even"));
+  EXPECT_LE(html.size(), 8'000'000u);  // a page that can be mailed
 }
 
 TEST(Slmaster, MeasuredPoints) {

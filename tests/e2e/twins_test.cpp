@@ -28,11 +28,17 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+/// A page that can be mailed.
+void expect_small_page(const fs::path& report) {
+  ASSERT_TRUE(fs::exists(report));
+  EXPECT_LE(fs::file_size(report), 8'000'000u);
+}
+
 json cosim(const std::string& dataset, int expected_exit = 0) {
   const fs::path out = scratch_folder("cosim-" + dataset);
   const RunResult run = run_fringetwin({"cosim", dataset_twin(dataset).string(), "--out", out.string()});
   EXPECT_EQ(run.exit_code, expected_exit) << run.err;
-  EXPECT_TRUE(fs::exists(out / "report.html"));
+  expect_small_page(out / "report.html");
   return read_json(out / "result.json");
 }
 

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// Photon-transfer noise must predict the phase noise of real captures.
+//
+// | check                              | tolerance | origin |
+// |------------------------------------|-----------|----------------------------------------------------------------|
+// | measured phase noise, slsdk        | 10 %      | README of the set: 0.038 and 0.036 rad, second
+// differences     | | measured / predicted phase noise   | 10 %      | what the sensor leaves out: texture,
+// flicker, harmonics        | | measured / predicted gray noise    | 3 %       | the line is fitted to these
+// values; it leaves 3 % in bins      |
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <iostream>
+
+#include "calib/photometry.hpp"
+#include "compare/noise_check.hpp"
+#include "measure/measurement.hpp"
+#include "twin/paths.hpp"
+
+namespace fringetwin::compare::noise_real_test {
+namespace {
+namespace fs = std::filesystem;
+
+struct RealSet {
+  Twin twin;
+  std::vector<CameraImages> images;
+};
+
+std::optional<RealSet> load(const std::string& name) {
+  const char* source = std::getenv("FRINGETWIN_SOURCE");
+  const fs::path toml = fs::path(source != nullptr ? source : ".") / "datasets" / name / "twin.toml";
+  if (!fs::exists(captures_root() / name) || !fs::exists(toml)) return std::nullopt;
+  RealSet set{load_twin(toml), {}};
+  const CaptureSet captures =
+      read_capture_set(*set.twin.real.captures, static_cast<int>(expand_sequence(set.twin.fringes).size()));
+  for (const Camera& camera : set.twin.cameras)
+    set.images.push_back(load_camera_images(captures, camera, set.twin.fringes));
+  return set;
+}
+
+NoiseRow row_of(const RealSet& set, std::size_t camera, const Sensor& sensor) {
+  Camera c = set.twin.cameras[camera];
+  c.sensor = sensor;
+  const measure::CameraDecode decode = measure::decode(
+      set.images[camera], set.twin.fringes, measure::decode_options(set.twin, c, set.images[camera]));
+  const auto rows = noise_rows(c, set.twin.fringes, set.images[camera], decode, {});
+  EXPECT_EQ(rows.size(), 1u);
+  if (rows.empty()) return {};
+  const NoiseRow& r = rows[0];
+  std::cout << c.name << ": gray " << r.gray_measured_dn << " / " << r.gray_predicted_dn << " DN, ratio "
+            << r.gray_ratio << " +- " << r.gray_ratio_sigma << ", n " << r.n << "; phase "
+            << r.phase_measured_rad << " / " << r.phase_predicted_rad << " rad, ratio " << r.phase_ratio
+            << " +- " << r.phase_ratio_sigma << ", n " << r.n_phase << "\n";
+  return r;
+}
+
+TEST(NoiseReal, SlsdkPhotonTransferPredictsThePhaseNoise) {
+  const auto set = load("slsdk-stereo-statue");
+  if (!set) GTEST_SKIP() << "real captures absent (FRINGETWIN_CAPTURES)";
+  std::vector<calib::CameraFrames> frames(2);
+  for (std::size_t c = 0; c < 2; ++c) frames[c].captures.push_back(set->images[c]);
+  const calib::Photometry photometry = calib::analyse_photometry(set->twin, frames);
+  const double readme_rad[] = {0.038, 0.036};
+  for (std::size_t c = 0; c < 2; ++c) {
+    const NoiseRow r = row_of(*set, c, photometry.cameras[c].sensor);
+    EXPECT_TRUE(r.sensor_known);
+    EXPECT_NEAR(r.gray_ratio, 1.0, 0.03);
+    EXPECT_NEAR(r.phase_measured_rad, readme_rad[c], 0.1 * readme_rad[c]);
+    EXPECT_NEAR(r.phase_ratio, 1.0, 0.1);
+  }
+}
+
+TEST(NoiseReal, SlmasterSensorOfTheTwin) {
+  const auto set = load("slmaster-mono-relief");
+  if (!set) GTEST_SKIP() << "real captures absent (FRINGETWIN_CAPTURES)";
+  const NoiseRow r = row_of(*set, 0, set->twin.cameras[0].sensor);
+  EXPECT_NEAR(r.phase_ratio, 1.0, 0.1);
+  EXPECT_NEAR(r.phase_measured_rad, 0.0188, 0.1 * 0.0188);  // README of the set
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::noise_real_test

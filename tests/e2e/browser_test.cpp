@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// The comparison page in a browser: what moves moves, it prints, it loads nothing.
+//
+// | check                         | limit       | origin |
+// |-------------------------------|-------------|---------------------------------------------------------------|
+// | cloud fills the canvas        | 5 %         | the sphere's cap is fitted to the canvas; axes alone are
+// 0.1 % | | colours on the canvas         | 20          | 253 levels of the scale; a blank canvas has 1 |
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "tests/e2e/cli_runner.hpp"
+#include "tests/e2e/small_twin.hpp"
+
+namespace fringetwin::test::browser_test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+bool have_program(const std::string& name) {
+  return std::system(("command -v " + name + " >/dev/null 2>&1").c_str()) == 0;
+}
+
+#define FT_NEED_BROWSER()                                                                        \
+  for (const char* program : {"chromium", "chromedriver", "python3"})                            \
+    if (!have_program(program)) {                                                                \
+      ASSERT_EQ(std::getenv("CI"), nullptr) << "no " << program << " in CI";                     \
+      ASSERT_EQ(std::getenv("FRINGETWIN_REQUIRE_DEVICE"), nullptr) << "no " << program;          \
+      GTEST_SKIP() << "SKIPPED: no " << program << " (packages.txt: chromium, chromium-driver)"; \
+    }
+
+/// A report with both sides: the small rig against its own noisy images of another exposure.
+fs::path small_report() {
+  const fs::path dir = scratch_folder("browser");
+  const std::string sphere_fit = "[real]\ncaptures = \"real\"\n";
+  EXPECT_EQ(
+      render_twin(small_twin({{"gain_dn = 20", "gain_dn = 17\nelectrons_per_dn = 40\nread_noise_dn = 0.5"}}),
+                  dir / "rig")
+          .exit_code,
+      0);
+  fs::rename(dir / "rig" / "out", dir / "real");
+  write_file(dir / "twin.toml", small_twin({}, sphere_fit));
+  const RunResult run =
+      run_fringetwin({"cosim", (dir / "twin.toml").string(), "--out", (dir / "report").string()});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  return dir / "report" / "report.html";
+}
+
+/// What browser_check.py saw.
+json look_at(const fs::path& report) {
+  const fs::path script = fs::path(std::getenv("FRINGETWIN_SOURCE")) / "tests" / "e2e" / "browser_check.py";
+  const fs::path seen = report.parent_path() / "seen.json";
+  const char* shots = std::getenv("FRINGETWIN_KEEP");  // a folder for screenshots
+  const std::string command = "timeout 100 python3 '" + script.string() + "' '" + report.string() + "' " +
+                              (shots ? "'" + std::string(shots) + "'" : "") + " >'" + seen.string() + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0) << command;
+  return read_json(seen);
+}
+
+/// The share of a picture that clip-path leaves out on the left, in percent: "inset(0px 0px 0px 50%)".
+double cut_percent(const std::string& clip) {
+  const auto at = clip.rfind(' ');
+  return at == std::string::npos ? -1.0 : std::strtod(clip.c_str() + at, nullptr);
+}
+
+TEST(Browser, ThePageMovesPrintsAndLoadsNothing) {
+  FT_NEED_DEVICE();
+  FT_NEED_BROWSER();
+  const fs::path report = small_report();
+  const json seen = look_at(report);
+  SCOPED_TRACE(seen.dump(1));
+  EXPECT_EQ(seen["title"], "small");
+  EXPECT_EQ(seen["overflow_px"], 0);  // nothing to scroll sideways
+  EXPECT_EQ(seen["console"], json::array());
+
+  const json& slider = seen["slider"];
+  EXPECT_EQ(slider["before"]["value"], 50);
+  EXPECT_DOUBLE_EQ(cut_percent(slider["before"]["clip"]), 50.0);
+  EXPECT_NEAR(slider["after"]["value"].get<double>(), 80.0, 2.0);  // pulled by 30 % of its width
+  EXPECT_DOUBLE_EQ(cut_percent(slider["after"]["clip"]), slider["after"]["value"].get<double>());
+
+  const json& cloud = seen["cloud"];
+  EXPECT_GT(cloud["first"]["drawn"].get<double>(), 0.05);
+  EXPECT_GT(cloud["first"]["colors"].get<int>(), 20);
+  EXPECT_NE(cloud["turned"]["hash"], cloud["first"]["hash"]);
+  EXPECT_GT(cloud["turned"]["drawn"].get<double>(), 0.05);
+  EXPECT_LT(cloud["farther"]["drawn"].get<double>(), 0.7 * cloud["turned"]["drawn"].get<double>());
+  EXPECT_EQ(cloud["again"]["hash"], cloud["first"]["hash"]);
+
+  const json canvas = {{"canvas", true}, {"still", false}}, still = {{"canvas", false}, {"still", true}};
+  EXPECT_EQ(seen["screen"], canvas);
+  EXPECT_EQ(seen["print"], still);
+  EXPECT_EQ(seen["no_script"], still);
+
+  EXPECT_GT(seen["pdf"]["pages"].get<int>(), 1);
+  EXPECT_GT(seen["pdf"]["bytes"].get<int>(), 100'000);
+
+  const auto requests = seen["requests"].get<std::vector<std::string>>();
+  EXPECT_THAT(requests,
+              ::testing::Contains(::testing::EndsWith("report.html")));  // the log does see requests
+  for (const std::string& url : requests)
+    EXPECT_TRUE(url.starts_with("file://") || url.starts_with("data:")) << url;
+}
+
+}  // namespace
+}  // namespace fringetwin::test::browser_test
