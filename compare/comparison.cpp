@@ -26,7 +26,7 @@ namespace {
 using measure::DirectionDecode;
 using measure::Measurement;
 
-constexpr std::size_t kCausePixels = 20'000;  ///< per camera: enough for causes that act on whole surfaces
+constexpr std::size_t kCausePixels = 10'000;  ///< per camera: enough for causes that act on whole surfaces
 constexpr double kManyOrders = 0.01;          ///< share of order disagreements worth a warning
 constexpr double kLowR2 = 0.9;                ///< below it the line explains too little to be called a gain
 constexpr double kLargeAlbedo = 0.3;  ///< share of the residual variance that is no noise of gray values

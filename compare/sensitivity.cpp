@@ -11,7 +11,7 @@
 namespace fringetwin::compare {
 namespace {
 
-constexpr int kResidualSamples = 9, kDerivativeSamples = 1;
+constexpr int kResidualSamples = 9, kDerivativeSamples = 4;
 constexpr double kHuberSigmas = 3.0;
 constexpr double kWantedChange = 3e-3;  ///< of the images' size: 0.15 % of the derivative is curvature
 constexpr double kSmallestEigenvalue = 1e-9;
@@ -170,7 +170,7 @@ void Sensitivity::choose_scale(const Values& base) {
 /// Adds the weighted values of one pixel. With a factor of its own (`free_factor`) only what is orthogonal to
 /// its irradiance counts.
 void Sensitivity::add_pixel(const GridSamples& s, std::size_t camera, std::size_t pixel, const Values& base,
-                            const std::vector<Values>& columns, bool free_factor,
+                            const Values& rough, const std::vector<Values>& columns, bool free_factor,
                             NormalEquations& part) const {
   const auto size = part.right.size();
   const auto k = static_cast<Eigen::Index>(s.images.size());
@@ -188,7 +188,7 @@ void Sensitivity::add_pixel(const GridSamples& s, std::size_t camera, std::size_
     for (std::size_t c = 0; c < columns.size(); ++c)
       rows(j, static_cast<Eigen::Index>(c)) =
           root * w * s.gain_dn * static_cast<double>(columns[c][camera][i]);
-    rows(j, gain) = root * w * static_cast<double>(base[camera][i]);
+    rows(j, gain) = root * w * static_cast<double>(rough[camera][i]);
     rows(j, black) = root * w;
     ++part.n;
   }
@@ -206,8 +206,8 @@ void Sensitivity::add_pixel(const GridSamples& s, std::size_t camera, std::size_
   part.chi2 += r.squaredNorm();
 }
 
-NormalEquations Sensitivity::assemble(const Values& base, const std::vector<Values>& columns,
-                                      bool free_factors) const {
+NormalEquations Sensitivity::assemble(const Values& base, const Values& rough,
+                                      const std::vector<Values>& columns, bool free_factors) const {
   const auto size = static_cast<Eigen::Index>(columns.size() + 2 * samples_.size());
   const NormalEquations empty{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0.0, 0,
                               columns.size()};
@@ -219,7 +219,7 @@ NormalEquations Sensitivity::assemble(const Values& base, const std::vector<Valu
 #pragma omp parallel for schedule(dynamic)
     for (std::size_t chunk = 0; chunk < kChunks; ++chunk)
       for (std::size_t p = chunk * s.n_pixels() / kChunks; p < (chunk + 1) * s.n_pixels() / kChunks; ++p)
-        add_pixel(s, c, p, base, columns, free_factors, parts[chunk]);
+        add_pixel(s, c, p, base, rough, columns, free_factors, parts[chunk]);
     for (const NormalEquations& part : parts) {
       out.normal += part.normal;
       out.right += part.right;
@@ -238,15 +238,16 @@ NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Param
   if (!keep_scale) choose_scale(base);
   std::vector<Values> columns;
   const Values rough =
-      parameters.empty() ? Values{} : irradiance(with_values(twin, parameters, values), kDerivativeSamples);
+      parameters.empty() ? base : irradiance(with_values(twin, parameters, values), kDerivativeSamples);
   for (std::size_t k = 0; k < parameters.size(); ++k)
     columns.push_back(column(twin, parameters, values, k, rough));
-  if (free_factors) *free_factors = assemble(base, columns, true);
-  return assemble(base, columns, false);
+  if (free_factors) *free_factors = assemble(base, rough, columns, true);
+  return assemble(base, rough, columns, false);
 }
 
 NormalEquations Sensitivity::equations_without_parameters(const Twin& twin) const {
-  return assemble(irradiance(twin, kResidualSamples), {}, false);
+  const Values base = irradiance(twin, kResidualSamples);
+  return assemble(base, base, {}, false);
 }
 
 }  // namespace fringetwin::compare

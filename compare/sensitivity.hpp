@@ -81,9 +81,13 @@ class Sensitivity {
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                 std::size_t at, const Values& base) const;
   double relative_change(const Values& from, const Values& to) const;
-  NormalEquations assemble(const Values& base, const std::vector<Values>& columns, bool free_factors) const;
+  /// `base`: for the residuals; `rough`: sampled like the columns, so that what changes the images like the
+  /// gain does cannot be told from it.
+  NormalEquations assemble(const Values& base, const Values& rough, const std::vector<Values>& columns,
+                           bool free_factors) const;
   void add_pixel(const GridSamples& s, std::size_t camera, std::size_t pixel, const Values& base,
-                 const std::vector<Values>& columns, bool free_factor, NormalEquations& part) const;
+                 const Values& rough, const std::vector<Values>& columns, bool free_factor,
+                 NormalEquations& part) const;
   double residual(const GridSamples& s, const std::vector<float>& irradiance, std::size_t i) const;
   void choose_scale(const Values& base);
 
