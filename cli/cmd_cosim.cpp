@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "cli/commands.hpp"
 #include "cli/flags.hpp"
 #include "cli/out_folder.hpp"
 #include "cli/results.hpp"
 #include "compare/refine.hpp"
+#include "render/sensor.hpp"
 #include "twin/errors.hpp"
 #include "twin/image_io.hpp"
 #include "twin/measured_steps.hpp"
@@ -22,6 +24,7 @@ struct CosimCommand {
   std::string twin;
   std::string out;
   std::vector<std::string> refine;
+  std::string steps;  ///< "even" | "odd"; empty = all that may be compared
   RenderFlags flags;
 };
 
@@ -41,6 +44,20 @@ struct Run {
     for (const auto& [stage, seconds] : side.measurement->timing_s)
       timer.seconds[stage + "_" + name] = seconds;
   }
+  /// Factors per pixel where they were refined; the sensor then sees the images anew.
+  void texture() {
+    if (options.refinement->texture.empty()) return;
+    std::vector<int> images;
+    const std::vector<PatternSpec> patterns = expand_sequence(twin.fringes);
+    for (std::size_t k = 0; k < patterns.size(); ++k)
+      if (!patterns[k].is_gray() && !patterns[k].is_image()) images.push_back(static_cast<int>(k));
+    compare::apply_texture(*options.refinement, real.images, images, simulated.irradiance);
+    for (std::size_t c = 0; c < twin.cameras.size(); ++c)
+      for (std::size_t k = 0; k < patterns.size(); ++k)
+        simulated.images[c].images[k] =
+            render::expose(simulated.irradiance[c].images[k], twin.cameras[c].sensor, command.flags.seed,
+                           static_cast<std::uint32_t>(c), static_cast<std::uint32_t>(k));
+  }
   void render_and_measure(render::Renderer& renderer) {
     timer.start("render");
     Simulated rendered = simulate(twin, command.flags, renderer);
@@ -49,16 +66,31 @@ struct Run {
     simulated.irradiance = std::move(rendered.irradiance);
     options.rendered = std::move(rendered.notes);
     device = rendered.device;
+    if (options.refinement) texture();
     measure_side(simulated, "simulated");
     if (!real.images.empty()) measure_side(real, "real");
   }
 };
 
+/// Every second phase step, of those that may be compared.
+std::vector<int> steps_of(const Twin& twin, const std::string& which, const std::vector<int>& allowed) {
+  std::vector<int> steps;
+  for (int n = which == "odd" ? 1 : 0; n < twin.fringes.steps; n += 2)
+    if (allowed.empty() || std::find(allowed.begin(), allowed.end(), n) != allowed.end()) steps.push_back(n);
+  if (steps.size() < 3)
+    throw UserError(ExitCode::usage, "--steps " + which,
+                    fmt::format("leaves {} phase steps to compare, and a phase needs 3", steps.size()),
+                    allowed.empty() ? "compare all of them"
+                                    : "a measured object is built from the others: give it steps = \"all\"");
+  return steps;
+}
+
 void refine_twin(Run& run, render::Renderer& renderer) {
   if (run.command.refine.empty()) return;
   run.timer.start("refine");
-  compare::Refined refined =
-      compare::refine(run.twin, run.real, run.simulated, run.options, run.command.refine);
+  compare::CompareOptions options = run.options;
+  options.use_steps = left_over_steps(run.twin);  // --steps chooses what is compared, not what is known
+  compare::Refined refined = compare::refine(run.twin, run.real, run.simulated, options, run.command.refine);
   run.timer.stop();
   run.twin = std::move(refined.twin);
   run.options.refinement = std::move(refined.report);
@@ -81,6 +113,7 @@ int run_cosim(const CosimCommand& o, const Invocation& invocation) {
   run.twin = load_for_run(o.twin);
   check_renderable(run.twin);
   run.options.use_steps = left_over_steps(run.twin);
+  if (!o.steps.empty()) run.options.use_steps = steps_of(run.twin, o.steps, run.options.use_steps);
   std::vector<std::filesystem::path> real_files;
   if (run.twin.real.captures) {
     run.real.images = load_captures(run.twin, *run.twin.real.captures);
@@ -137,6 +170,8 @@ void add_cosim(CLI::App& app, Invocation& invocation) {
                   "Fit these to the real images first: " + compare::refine_names() +
                       ", or a parameter by its name (projector.k1)")
       ->delimiter(',');
+  sub->add_option("--steps", options->steps, "Compare every second phase step only")
+      ->check(CLI::IsMember({"even", "odd"}));
   add_render_flags(*sub, options->flags);
   sub->add_flag("--radiance", options->flags.radiance, "Also write float32 EXR images (E before the sensor)");
   sub->callback([options, &invocation] {

@@ -46,6 +46,12 @@ struct Refinement {
   bool converged = false;
   Eigen::MatrixXd covariance;  ///< of the parameters as fitted (a blur as its square), without switches
   std::vector<std::string> notes;
+  /// With "texture": gain and black level of each camera that the pixels' factors refer to; see
+  /// apply_texture().
+  struct Line {
+    double gain_dn = 0.0, black_level_dn = 0.0;
+  };
+  std::vector<std::optional<Line>> texture;  ///< order of twin.cameras; empty without
 };
 
 /// A side's decode of one camera; null where it was not measured.

@@ -21,7 +21,9 @@ constexpr int kMostIterations = 20;
 constexpr double kCannotBeTold = 1e-6;  ///< eigenvalue of the scaled normal matrix: 1 - correlation^2
 constexpr double kHighCorrelation = 0.98;
 
-bool is_sensor_name(const std::string& name) { return name == "gain" || name == "black"; }
+bool is_no_parameter(const std::string& name) {
+  return name == "gain" || name == "black" || name == "texture";
+}
 
 bool matches(const Parameter& p, const std::string& asked) {
   return p.group == asked || p.name == asked || p.name.starts_with(asked + ".");
@@ -39,7 +41,7 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
       if (wanted) chosen.push_back(std::move(p));
     }
   for (std::size_t i = 0; i < asked.size(); ++i) {
-    if (met[i] || is_sensor_name(asked[i])) continue;
+    if (met[i] || is_no_parameter(asked[i])) continue;
     const auto& groups = parameter_groups();
     const bool known =
         std::any_of(groups.begin(), groups.end(), [&](const auto& g) { return g.name == asked[i]; });
@@ -63,8 +65,18 @@ class Refiner {
     report_.asked = asked;
     parameters_ = chosen_parameters(twin, asked);
     for (const Parameter& p : parameters_) hold_gain_ = hold_gain_ || p.group == "albedo";
+    if (is_asked("texture")) {
+      if (hold_gain_)
+        throw UserError(ExitCode::usage, "--refine",
+                        "texture, a factor per pixel, contains the albedo of the objects",
+                        "refine one of them");
+      textured_ = hold_gain_ = true;
+      sensitivity_.free_factors();
+    }
     if (hold_gain_ && keeps_gain_)
-      throw UserError(ExitCode::usage, "--refine", "gain and albedo enter the gray values only as a product",
+      throw UserError(ExitCode::usage, "--refine",
+                      fmt::format("gain and {} enter the gray values only as a product",
+                                  textured_ ? "texture" : "albedo"),
                       "refine one of them; the other stays at the twin's value");
     for (std::size_t c = 0; hold_gain_ && c < sensitivity_.samples().size(); ++c) {
       const GridSamples& s = sensitivity_.samples()[c];
@@ -73,7 +85,9 @@ class Refiner {
   }
 
   Refined run() {
-    report_.chi2_before = GaussNewton(sensitivity_, twin_, {}, hold_gain_).chi2();
+    const Twin as_written = twin_;
+    sensitivity_.choose_scale(twin_);
+    const std::vector<double> scale = sensitivity_.scale();
     settle_switches();
     GaussNewton fit(sensitivity_, twin_, parameters_, hold_gain_);
     fit.start_at(values_of_fits());
@@ -86,7 +100,12 @@ class Refiner {
     --report_.iterations;
     report_.converged = !goes_on;
     fit.settle_sensors();
-    return finish(fit);
+    Refined out = finish(fit);
+    // both with the scale of the start, or the robust sums would not compare
+    sensitivity_.set_scale(scale);
+    out.report.chi2_before = fit.chi2_of(as_written);
+    out.report.chi2_after = fit.chi2_of(out.twin);
+    return out;
   }
 
  private:
@@ -187,7 +206,7 @@ class Refiner {
 
   /// Standard errors, covariance and what is hardly told apart, from the last equations.
   Refined finish(const GaussNewton& fit) {
-    report_.chi2_after = fit.chi2();
+    report_.chi2_after = fit.chi2();  // of the converged scale, for the standard errors
     report_.n = fit.equations().n;
     const Step last = solve_step(fit.equations(), fit.unknowns());
     const double inflation = std::sqrt(std::max(1.0, report_.chi2_after));
@@ -201,8 +220,19 @@ class Refiner {
     Refined out{fit.twin(), {}};
     for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c)
       keep_sensor(c, fit.equations(), last, inflation, out.twin);
+    if (textured_) note_texture();
     out.report = std::move(report_);
     return out;
+  }
+
+  void note_texture() {
+    report_.texture.resize(twin_.cameras.size());
+    for (const GridSamples& s : sensitivity_.samples())
+      report_.texture[s.camera] = Refinement::Line{s.gain_dn, s.black_level_dn};
+    report_.notes.push_back(
+        "every pixel's brightness is taken from the capture: the gain is held at the twin's, and neither it "
+        "nor what "
+        "is common to all images of a pixel is evidence");
   }
 
   void note_correlations(const GaussNewton& fit) {
@@ -253,7 +283,7 @@ class Refiner {
   const Side &real_, &simulated_;
   Sensitivity sensitivity_;
   std::vector<Parameter> parameters_;
-  bool keeps_gain_ = false, keeps_black_ = false, hold_gain_ = false;
+  bool keeps_gain_ = false, keeps_black_ = false, hold_gain_ = false, textured_ = false;
   Refinement report_;
 };
 
@@ -262,13 +292,36 @@ class Refiner {
 std::string refine_names() {
   std::string names;
   for (const ParameterGroup& group : parameter_groups()) names += group.name + ", ";
-  return names + "gain, black";
+  return names + "texture, gain, black";
 }
 
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                const std::vector<std::string>& asked) {
   FT_CHECK(options.renderer != nullptr, "refinement renders");
   return Refiner(twin, real, simulated, options, asked).run();
+}
+
+void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,
+                   const std::vector<int>& images, std::vector<CameraImages>& irradiance) {
+  for (std::size_t c = 0; c < refinement.texture.size(); ++c) {
+    if (!refinement.texture[c]) continue;
+    const auto [gain_dn, black_level_dn] = *refinement.texture[c];
+    const double saturation_dn = real[c].saturation_dn();
+    std::vector<ImageF>& e = irradiance[c].images;
+#pragma omp parallel for schedule(static)
+    for (std::size_t i = 0; i < e.front().size(); ++i) {
+      double ye = 0.0, ee = 0.0;
+      for (const int image : images) {
+        const auto k = static_cast<std::size_t>(image);
+        const auto y = static_cast<double>(real[c].images[k].data[i]), x = static_cast<double>(e[k].data[i]);
+        if (!(y < saturation_dn)) continue;
+        ye += (y - black_level_dn) * x;
+        ee += x * x;
+      }
+      const double factor = ee > 0.0 ? std::max(0.0, ye / (gain_dn * ee)) : 1.0;
+      for (ImageF& image : e) image.data[i] = static_cast<float>(factor * static_cast<double>(image.data[i]));
+    }
+  }
 }
 
 std::string refined_toml(const Refinement& r, const std::string& twin_file) {

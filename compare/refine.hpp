@@ -20,11 +20,17 @@ std::string refine_names();
 /// pixels that both sides see (grid_samples). `asked`: groups, names of parameters ("projector.k1") or what
 /// stands before their dot ("projector"). Gain and black level of each camera are fitted besides and kept
 /// only where asked for; with "albedo" the gain is held at the twin's, because the two enter as a product.
-/// `simulated`: the twin as it is, rendered and measured. Throws UserError(usage) for an unknown name, for
-/// parameters that change nothing and for those that the data cannot tell apart, naming them; Cancelled after
-/// Ctrl-C.
+/// `simulated`: the twin as it is, rendered and measured. "texture" gives every pixel a factor of its own.
+/// Throws UserError(usage) for an unknown name, for parameters that change nothing and for those that the
+/// data cannot tell apart, naming them; Cancelled after Ctrl-C.
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                const std::vector<std::string>& asked);
+
+/// Multiplies every pixel of the simulated irradiance by the factor that brings it closest to the real gray
+/// values of `images` (sequence indices): the per-pixel albedo map of a refinement with "texture". Nothing
+/// without.
+void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,
+                   const std::vector<int>& images, std::vector<CameraImages>& irradiance);
 
 /// What to write into twin.toml, as a text of its own: every refined value with its standard error.
 std::string refined_toml(const Refinement& refinement, const std::string& twin_file);

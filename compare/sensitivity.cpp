@@ -11,7 +11,6 @@
 namespace fringetwin::compare {
 namespace {
 
-constexpr int kResidualSamples = 9, kDerivativeSamples = 4;
 constexpr double kHuberSigmas = 3.0;
 constexpr double kWantedChange = 3e-3;  ///< of the images' size: 0.15 % of the derivative is curvature
 constexpr double kSmallestEigenvalue = 1e-9;
@@ -242,12 +241,12 @@ NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Param
   for (std::size_t k = 0; k < parameters.size(); ++k)
     columns.push_back(column(twin, parameters, values, k, rough));
   if (free_factors) *free_factors = assemble(base, rough, columns, true);
-  return assemble(base, rough, columns, false);
+  return assemble(base, rough, columns, free_factors_);
 }
 
 NormalEquations Sensitivity::equations_without_parameters(const Twin& twin) const {
   const Values base = irradiance(twin, kResidualSamples);
-  return assemble(base, base, {}, false);
+  return assemble(base, base, {}, free_factors_);
 }
 
 }  // namespace fringetwin::compare

@@ -64,6 +64,13 @@ class Sensitivity {
   /// `index`: into samples().
   void set_sensor(std::size_t index, double gain_dn, double black_level_dn);
 
+  /// From now on every pixel has a brightness of its own in all equations (texture).
+  void free_factors() { free_factors_ = true; }
+  /// Robust scale, so that two sums of squares can be compared.
+  const std::vector<double>& scale() const { return threshold_; }
+  void set_scale(const std::vector<double>& scale) { threshold_ = scale; }
+  void choose_scale(const Twin& twin) { choose_scale(irradiance(twin, kResidualSamples)); }
+
   /// Irradiance that a twin predicts, from so many points per pixel.
   Values irradiance(const Twin& twin, int samples) const;
 
@@ -78,6 +85,8 @@ class Sensitivity {
   NormalEquations equations_without_parameters(const Twin& twin) const;
 
  private:
+  static constexpr int kResidualSamples = 9, kDerivativeSamples = 4;
+
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                 std::size_t at, const Values& base) const;
   double relative_change(const Values& from, const Values& to) const;
@@ -93,6 +102,7 @@ class Sensitivity {
 
   render::Renderer& renderer_;
   std::vector<GridSamples> samples_;
+  bool free_factors_ = false;
   std::vector<double> threshold_;  ///< of Huber's weights, standard deviations, per camera
 };
 
