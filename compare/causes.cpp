@@ -201,7 +201,7 @@ std::string sentence(const Causes& causes) {
   return fmt::format(
       "most likely cause: {}; it explains {:.1f} % of the gray difference beyond the budget. "
       "Fit it with --refine {}",
-      causes.rows[0].cause, 100.0 * causes.rows[0].alone, causes.named);
+      causes.rows[0].cause, 100.0 * std::min(causes.rows[0].alone, 1.0), causes.named);
 }
 
 }  // namespace fringetwin::compare

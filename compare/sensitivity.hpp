@@ -67,17 +67,21 @@ class Sensitivity {
   /// Irradiance that a twin predicts.
   Values irradiance(const Twin& twin) const;
 
-  /// Equations at `values`. Derivatives are differences of two renderings, with steps that change the images
-  /// by about 0.3 % of their size; a parameter that changes nothing has a column of zeros. Sets the robust
-  /// scale.
+  /// How derivatives are taken: quick ones are the difference to one more rendering, with steps that change
+  /// the images by about 0.3 % of their size; their errors (curvature, rounding) would make parameters that
+  /// cannot be told apart look as if they could. Exact ones are central, with steps of 2 %.
+  enum class Derivative { quick, exact };
+
+  /// Equations at `values`. A parameter that changes nothing has a column of zeros. Sets the robust scale.
   NormalEquations equations(const Twin& twin, const std::vector<Parameter>& parameters,
-                            const Eigen::VectorXd& values, bool keep_scale = false);
+                            const Eigen::VectorXd& values, bool keep_scale = false,
+                            Derivative derivative = Derivative::quick);
   /// Of gain and black level alone, with the robust scale of the last equations(): the measure of a step.
   NormalEquations equations_without_parameters(const Twin& twin) const;
 
  private:
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
-                std::size_t at, const Values& base) const;
+                std::size_t at, const Values& base, Derivative derivative) const;
   double relative_change(const Values& from, const Values& to) const;
   NormalEquations assemble(const Values& base, const std::vector<Values>& columns) const;
   double residual(const GridSamples& s, const std::vector<float>& irradiance, std::size_t i) const;
