@@ -151,10 +151,12 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
     step *= std::clamp(wanted / std::max(change, 1e-12), 1e-3, 1e3);
   }
   Values other;
-  if (derivative == Derivative::exact && !parameter.is_switch && values[index] - step <= parameter.largest &&
-      values[index] - step >= parameter.smallest) {
+  if (derivative == Derivative::exact && !parameter.is_switch) {
+    const double opposite = values[index] - step;
+    if (opposite > parameter.largest || opposite < parameter.smallest)  // one side only: a short step
+      return column(twin, parameters, values, at, base, Derivative::quick);
     Eigen::VectorXd changed = values;
-    changed[index] -= step;
+    changed[index] = opposite;
     other = irradiance(with_values(twin, parameters, changed));
     step *= 2.0;
   }

@@ -69,7 +69,8 @@ class Sensitivity {
 
   /// How derivatives are taken: quick ones are the difference to one more rendering, with steps that change
   /// the images by about 0.3 % of their size; their errors (curvature, rounding) would make parameters that
-  /// cannot be told apart look as if they could. Exact ones are central, with steps of 2 %.
+  /// cannot be told apart look as if they could. Exact ones are central, with steps of 2 %, but
+  /// for a value at its bound.
   enum class Derivative { quick, exact };
 
   /// Equations at `values`. A parameter that changes nothing has a column of zeros. Sets the robust scale.
