@@ -94,7 +94,7 @@ RigImages render_rig(RigLight light) {
   RigImages images;
   for (std::size_t camera = 0; camera < twin.cameras.size(); ++camera) {
     images.push_back(kept("povray", twin, camera, [&] {
-      return povray_irradiance(twin, camera, {.cells = 4}, scratch_folder("povray"))
+      return povray_irradiance(twin, camera, {.cells = 2}, scratch_folder("povray"))
           .value_or(std::vector<ImageF>{});
     }));
     if (images.back().empty()) return {};
