@@ -12,6 +12,7 @@
 #include "compare/gray_budget.hpp"
 #include "compare/gray_noise.hpp"
 #include "compare/gray_rows.hpp"
+#include "compare/indicators.hpp"
 #include "compare/interior.hpp"
 #include "compare/limits.hpp"
 #include "compare/noise_check.hpp"
@@ -127,6 +128,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
       for (const std::string& warning : side->measurement->warnings)
         out.warnings.push_back((side == &real ? "real: " : "simulated: ") + warning);
   out.fits = fit_rows(twin, real, simulated, out.warnings);
+  out.indicators = indicators(twin, out.fits);
   std::vector<GridSamples> samples = compare_gray(twin, real, simulated, options, out);
   if (real.measurement && !real.images.empty())
     for (std::size_t c = 0; c < twin.cameras.size(); ++c)

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "compare/indicator_row.hpp"
 #include "compare/noise_row.hpp"
 #include "compare/provenance.hpp"
 #include "compare/shift_row.hpp"
@@ -194,6 +195,7 @@ struct Comparison {
   std::vector<GrayRow> gray;
   std::vector<GrayBudget> gray_budget;
   std::vector<PhaseRow> phase;
+  std::vector<Indicator> indicators;
   std::vector<PhaseBudget> phase_budget;
   std::vector<NoiseRow> noise;
   std::vector<ShiftRow> shift;

@@ -281,6 +281,7 @@ std::string comparison_json(const Twin& twin, const Comparison& c, const Provena
   if (c.refinement) out["refinement"] = refinement_json(*c.refinement);
   out["budget_verdict"] = verdicts_json(c.explained);
   out["explained"] = list(c.explained, explained_json);
+  out["indicators"] = list(c.indicators, indicator_json);
   out["causes"] = {{"named", c.causes.named.empty() ? Json(nullptr) : Json(c.causes.named)},
                    {"chi2", json_number(c.causes.chi2)},
                    {"rest", json_number(c.causes.rest)},
