@@ -136,6 +136,10 @@ struct FitRow {
   std::optional<measure::ObjectFit> simulated, real;  ///< real may hold published numbers (n = 0)
   std::map<std::string, double> difference, z;        ///< simulated - real; z absent where a sigma is unknown
   std::map<std::string, Eigen::Vector3d> difference_vectors, z_vectors;
+  /// Where a published real side gives an rms but no sigma: its sigmas, by their own keys, estimated from
+  /// that rms, and the z they make (published_sigma.hpp).
+  std::map<std::string, double> real_sigma_estimated, z_estimated;
+  std::map<std::string, Eigen::Vector3d> real_sigma_estimated_vectors, z_estimated_vectors;
 };
 /// One entry of an uncertainty budget.
 struct BudgetLine {
@@ -191,11 +195,11 @@ struct LimitRow {
 
 struct Comparison {
   std::vector<FitRow> fits;
+  std::vector<Indicator> indicators;
   std::vector<GainRow> gain;
   std::vector<GrayRow> gray;
   std::vector<GrayBudget> gray_budget;
   std::vector<PhaseRow> phase;
-  std::vector<Indicator> indicators;
   std::vector<PhaseBudget> phase_budget;
   std::vector<NoiseRow> noise;
   std::vector<ShiftRow> shift;

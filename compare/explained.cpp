@@ -257,7 +257,7 @@ std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits) {
     row.chi2_limit = kCoverage * kCoverage;
     double worst = -1.0;
     const auto look_at = [&](const std::string& name, double z, double difference, double sigma_s,
-                             double sigma_r, const std::string& unit) {
+                             double sigma_r, const std::string& unit, bool estimated) {
       if (!std::isfinite(z)) return;
       ++row.n;
       if (std::abs(z) <= worst) return;
@@ -265,28 +265,41 @@ std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits) {
       row.worst = name;
       row.unit = unit;
       row.observed = difference * difference;
-      row.lines = {{"fit of the simulated points", sigma_s * sigma_s},
-                   {"fit of the real points", sigma_r * sigma_r}};
+      row.lines = {
+          {"fit of the simulated points", sigma_s * sigma_s},
+          {estimated ? "fit of the real points, estimated from the published rms" : "fit of the real points",
+           sigma_r * sigma_r}};
     };
     const auto unit_of = [](const std::string& key) {
       return key.ends_with("_mm") ? "mm" : key.ends_with("_rad") ? "rad" : "";
     };
-    for (const auto& [key, z] : fit.z) {
-      const auto sigma = [&, name = sigma_key(key)](const std::optional<measure::ObjectFit>& side) {
-        const auto at = side->numbers.find(name);
-        return at == side->numbers.end() ? 0.0 : at->second;
-      };
-      look_at(key, z, fit.difference.at(key), sigma(fit.simulated), sigma(fit.real), unit_of(key));
-    }
-    for (const auto& [key, z] : fit.z_vectors)
-      for (int i = 0; i < 3; ++i) {
-        const auto sigma = [&, name = sigma_key(key)](const std::optional<measure::ObjectFit>& side) {
-          const auto at = side->vectors.find(name);
-          return at == side->vectors.end() ? 0.0 : at->second[i];
-        };
-        look_at(fmt::format("{}.{}", key, "xyz"[i]), z[i], fit.difference_vectors.at(key)[i],
-                sigma(fit.simulated), sigma(fit.real), unit_of(key));
-      }
+    const auto number = [](const std::map<std::string, double>& values, const std::string& key) {
+      const auto at = values.find(key);
+      return at == values.end() ? 0.0 : at->second;
+    };
+    const auto look_at_numbers = [&](const std::map<std::string, double>& z,
+                                     const std::map<std::string, double>& real, bool estimated) {
+      for (const auto& [key, value] : z)
+        look_at(key, value, fit.difference.at(key), number(fit.simulated->numbers, sigma_key(key)),
+                number(real, sigma_key(key)), unit_of(key), estimated);
+    };
+    using Vectors = std::map<std::string, Eigen::Vector3d>;
+    const auto component = [](const Vectors& values, const std::string& key, int i) {
+      const auto at = values.find(key);
+      return at == values.end() ? 0.0 : at->second[i];
+    };
+    const auto look_at_vectors = [&](const Vectors& z, const Vectors& real, bool estimated) {
+      for (const auto& [key, value] : z)
+        for (int i = 0; i < 3; ++i)
+          look_at(fmt::format("{}.{}", key, "xyz"[i]), value[i], fit.difference_vectors.at(key)[i],
+                  component(fit.simulated->vectors, sigma_key(key), i), component(real, sigma_key(key), i),
+                  unit_of(key), estimated);
+    };
+    if (!fit.simulated || !fit.real) continue;
+    look_at_numbers(fit.z, fit.real->numbers, false);
+    look_at_numbers(fit.z_estimated, fit.real_sigma_estimated, true);
+    look_at_vectors(fit.z_vectors, fit.real->vectors, false);
+    look_at_vectors(fit.z_estimated_vectors, fit.real_sigma_estimated_vectors, true);
     if (row.n == 0) continue;
     row.chi2 = worst * worst;
     row.explained = row.chi2 <= row.chi2_limit;
