@@ -128,7 +128,7 @@ class GrayExplanation {
     Sums out;
     BlockSum level, contrast, shift;
     const double shared = rendering_.gray_dn * rendering_.gray_dn;
-    for (int y = y0; y < y1; ++y)
+    for (int y = y0; y < y1; y += row_step(pair_.width(), pair_.height()))
       for (int x = x0; x < x1; ++x)
         if (interior_(x, y) != 0) pixel(interior_.index(x, y), shared, out, level, contrast, shift);
     for (const BlockSum* b : {&level, &contrast, &shift})
@@ -183,7 +183,7 @@ class GrayExplanation {
   struct Turn {
     double c, s;
   };
-  std::vector<Turn> turns_;               ///< of pair.gain_images: cos and sin of the step
+  std::vector<Turn> turns_;            ///< of pair.gain_images: cos and sin of the step
   std::vector<const ImageF*> phases_;  ///< of pair.gain_images; null for codes
 };
 

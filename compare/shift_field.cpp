@@ -144,7 +144,8 @@ class ShiftField {
 
   BlockShift block(int x0, int y0) const {
     std::vector<PixelSums> pixels;
-    for (int y = std::max(y0, kStencil); y < std::min(y0 + kShiftBlock, pair_.height() - kStencil); ++y)
+    for (int y = std::max(y0, kStencil); y < std::min(y0 + kShiftBlock, pair_.height() - kStencil);
+         y += row_step(pair_.width(), pair_.height()))
       for (int x = std::max(x0, kStencil); x < std::min(x0 + kShiftBlock, pair_.width() - kStencil); ++x)
         if (stencil_valid(x, y))
           if (const PixelSums p = pixel(x, y); p.freedom > 0) pixels.push_back(p);
