@@ -121,15 +121,17 @@ Eigen::VectorXd inverse_sigmas(const Eigen::MatrixXd& m) {
 
 void check_covariance(const CalibrationCovariance& c) {
   const Eigen::MatrixXd& m = c.matrix;
-  for (Eigen::Index i = 0; i < m.rows(); ++i)
-    for (Eigen::Index j = 0; j <= i; ++j) {
-      const double scale = std::sqrt(std::max(0.0, m(i, i)) * std::max(0.0, m(j, j)));
+  for (Eigen::Index i = 0; i < m.rows(); ++i) {
+    if (!(m(i, i) >= 0.0)) refuse(c, fmt::format("covariance.matrix[{}][{}] is a negative variance", i, i));
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const double scale = std::sqrt(m(i, i) * m(j, j));
       if (!(std::abs(m(i, j) - m(j, i)) <= kAsymmetry * scale))
         refuse(c, fmt::format("covariance.matrix is not symmetric at [{}][{}]", i, j));
-      if (!(m(i, i) >= 0.0) || !(std::abs(m(i, j)) <= (1.0 + kNegative) * scale))
+      if (!(std::abs(m(i, j)) <= (1.0 + kNegative) * scale))
         refuse(c, fmt::format("covariance.matrix is no covariance: [{}][{}] is {} and the variances allow {}",
                               i, j, m(i, j), scale));
     }
+  }
   const Eigen::VectorXd scale = inverse_sigmas(m);
   const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * m * scale.asDiagonal());
   if (eigen.values[0] < -kNegative * eigen.values[m.rows() - 1])

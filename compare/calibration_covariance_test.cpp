@@ -39,8 +39,9 @@ Twin rig() {
   left.name = "right";
   left.T_cam_world = pose_from_rt(right) * T_left_world;
   twin.cameras.push_back(left);
-  twin.projector =
-      Projector{lens("LENSMODEL_PINHOLE", {900, 900, 319, 239}), pose_from_rt(projector) * T_left_world};
+  twin.projector.emplace(Projector{.lens = lens("LENSMODEL_PINHOLE", {900, 900, 319, 239}),
+                                   .T_proj_world = pose_from_rt(projector) * T_left_world,
+                                   .response = {}});
   return twin;
 }
 
@@ -94,7 +95,7 @@ TEST_F(CalibrationCovarianceFile, NamesWhatIsWrong) {
   EXPECT_THAT(error(of(two, "[[1, 0], [0, null]]")), HasSubstr("covariance.matrix[1][1] is no number"));
   EXPECT_THAT(error(of(two, "[[1, 0.5], [0.4, 1]]")), HasSubstr("not symmetric at [1][0]"));
   EXPECT_THAT(error(of(two, "[[1, 2], [2, 1]]")), HasSubstr("no covariance: [1][0]"));
-  EXPECT_THAT(error(of(two, "[[1, 0], [0, -1]]")), HasSubstr("no covariance: [1][1]"));
+  EXPECT_THAT(error(of(two, "[[1, 0], [0, -1]]")), HasSubstr("[1][1] is a negative variance"));
   EXPECT_THAT(error(of(two + R"(, "left.fy")", "[[1, 0.9, -0.9], [0.9, 1, 0.9], [-0.9, 0.9, 1]]")),
               HasSubstr("negative variance"));
   EXPECT_THAT(error(of(R"("left.fx", "left.fx")", "[[1, 0], [0, 1]]")), HasSubstr("there twice"));
