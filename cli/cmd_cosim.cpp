@@ -135,6 +135,7 @@ int run_cosim(const CosimCommand& o, const Invocation& invocation) {
     build_measured_shapes(run.twin, run.real.images);
     run.options.note = measured_shape_note(as_written, run.options.use_steps);
   }
+  compare::check_refine(run.twin, o.refine);
 
   render::Renderer renderer(o.flags.device);
   run.options.renderer = &renderer;

@@ -36,7 +36,8 @@ class CauseSearch {
       if (!g.at.empty()) groups_.push_back(std::move(g));
     }
     start_ = start_values(parameters_);
-    equations_ = sensitivity.equations(twin, parameters_, start_, false, &textured_);
+    equations_ =
+        sensitivity.equations(twin, parameters_, start_, false, Sensitivity::Derivative::quick, &textured_);
     for (std::size_t c = 0; c < sensitivity.samples().size(); ++c)
       for (const std::size_t at : {equations_.gain_at(c), equations_.black_at(c)}) sensors_.push_back(at);
   }
@@ -228,7 +229,7 @@ std::string sentence(const Causes& causes) {
   return fmt::format(
       "most likely cause: {}; it explains {:.1f} % of the gray difference beyond the budget. "
       "Fit it with --refine {}",
-      causes.rows[0].cause, 100.0 * causes.rows[0].alone, causes.named);
+      causes.rows[0].cause, 100.0 * std::min(causes.rows[0].alone, 1.0), causes.named);
 }
 
 }  // namespace fringetwin::compare

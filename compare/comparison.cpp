@@ -13,6 +13,7 @@
 #include "compare/gray_budget.hpp"
 #include "compare/gray_noise.hpp"
 #include "compare/gray_rows.hpp"
+#include "compare/indicators.hpp"
 #include "compare/interior.hpp"
 #include "compare/limits.hpp"
 #include "compare/noise_check.hpp"
@@ -30,18 +31,23 @@ using measure::Measurement;
 constexpr std::size_t kCausePixels = 10'000;  ///< per camera: enough for causes that act on whole surfaces
 constexpr double kManyOrders = 0.01;          ///< share of order disagreements worth a warning
 constexpr double kLowR2 = 0.9;                ///< below it the line explains too little to be called a gain
-constexpr double kLargeAlbedo = 0.3;  ///< share of the residual variance that is no noise of gray values
+/// Albedo and shading endanger the line when they make this share of the residual variance and are this large
+/// themselves: most of next to nothing is nothing.
+constexpr double kLargeAlbedoShare = 0.3, kLargeAlbedoSpread = 0.02;
 
 /// The sandwich sigma holds what varies within blocks; what varies over the image biases the line itself.
 void warn_of_bias(const GainRow& gain, const std::optional<GrayBudget>& budget,
                   std::vector<std::string>& warnings) {
-  const double albedo = budget ? budget->albedo_dn2 / budget->total_dn2 : 0.0;
-  if (!(gain.r2 < kLowR2) && !(albedo > kLargeAlbedo)) return;
+  const double share = budget ? budget->albedo_dn2 / budget->total_dn2 : 0.0;
+  const double spread = budget ? budget->albedo_sigma : 0.0;
+  if (!(gain.r2 < kLowR2) && !(share > kLargeAlbedoShare && spread > kLargeAlbedoSpread)) return;
   warnings.push_back(
-      fmt::format("{}: R2 of the gain fit is {:.3f} and albedo or shading makes {:.0f} % of the residual "
-                  "variance: gain and black "
-                  "level are biased by more than their printed sigma; do not use them as sensor values",
-                  gain.camera, gain.r2, 100.0 * albedo));
+      fmt::format("{}: R2 of the gain fit is {:.3f}, and albedo or shading scatters by {:.1f} % from pixel "
+                  "to pixel and makes "
+                  "{:.0f} % of the residual variance: gain and black level are biased by more than their "
+                  "printed sigma; do not "
+                  "use them as sensor values",
+                  gain.camera, gain.r2, 100.0 * spread, 100.0 * share));
 }
 
 /// Also collects the samples for a search for causes, of the cameras that have a gain.
@@ -145,6 +151,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
       for (const std::string& warning : side->measurement->warnings)
         out.warnings.push_back((side == &real ? "real: " : "simulated: ") + warning);
   out.fits = fit_rows(twin, real, simulated, out.warnings);
+  out.indicators = indicators(twin, out.fits);
   const std::optional<CalibrationBudget> budget = calibration_of(twin, real, options, out);
   const CalibrationBudget* calibration = budget ? &*budget : nullptr;
   std::vector<GridSamples> samples = compare_gray(twin, real, simulated, options, calibration, out);

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "compare/indicator_row.hpp"
 #include "compare/noise_row.hpp"
 #include "compare/provenance.hpp"
 #include "compare/shift_row.hpp"
@@ -144,6 +145,10 @@ struct FitRow {
   std::optional<measure::ObjectFit> simulated, real;  ///< real may hold published numbers (n = 0)
   std::map<std::string, double> difference, z;        ///< simulated - real; z absent where a sigma is unknown
   std::map<std::string, Eigen::Vector3d> difference_vectors, z_vectors;
+  /// Where a published real side gives an rms but no sigma: its sigmas, by their own keys, estimated from
+  /// that rms, and the z they make (published_sigma.hpp).
+  std::map<std::string, double> real_sigma_estimated, z_estimated;
+  std::map<std::string, Eigen::Vector3d> real_sigma_estimated_vectors, z_estimated_vectors;
 };
 /// One entry of an uncertainty budget.
 struct BudgetLine {
@@ -199,6 +204,7 @@ struct LimitRow {
 
 struct Comparison {
   std::vector<FitRow> fits;
+  std::vector<Indicator> indicators;
   std::vector<GainRow> gain;
   std::vector<GrayRow> gray;
   std::vector<GrayBudget> gray_budget;

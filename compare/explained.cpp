@@ -123,6 +123,10 @@ class GrayExplanation {
       }
       phases_.push_back(phase);
     }
+    for (const int image : pair.gain_images) {
+      const double step_rad = kTwoPi * pair.patterns[static_cast<std::size_t>(image)].step / steps_;
+      turns_.push_back({std::cos(step_rad), std::sin(step_rad)});
+    }
   }
 
   std::optional<ExplainedRow> run() const {
@@ -173,6 +177,8 @@ class GrayExplanation {
     const double calibration =
         calibration_ ? std::pow(fit_.row.gain_dn, 2) * static_cast<double>(calibration_->data[i]) : 0.0;
     bool any = false;
+    const ImageF* of = nullptr;  // the phase that `at` is of: one sine for all steps of a pitch
+    Turn at{0.0, 0.0};
     for (std::size_t k = 0; k < pair_.gain_images.size(); ++k) {
       const int image = pair_.gain_images[k];
       const auto y = static_cast<double>(pair_.real->images[static_cast<std::size_t>(image)].data[i]);
@@ -188,10 +194,14 @@ class GrayExplanation {
       any = true;
       level.add(1.0, r, noise, calibration);
       if (!phases_[k] || std::isnan(phases_[k]->data[i])) continue;
-      const PatternSpec& p = pair_.patterns[static_cast<std::size_t>(image)];
-      const double theta = static_cast<double>(phases_[k]->data[i]) + kTwoPi * p.step / steps_;
-      contrast.add(std::cos(theta), r, noise, calibration);
-      shift.add(std::sin(theta), r, noise, calibration);
+      if (of != phases_[k]) {
+        of = phases_[k];
+        const auto phase = static_cast<double>(of->data[i]);
+        at = {std::cos(phase), std::sin(phase)};
+      }
+      const Turn& step = turns_[k];
+      contrast.add(at.c * step.c - at.s * step.s, r, noise, calibration);
+      shift.add(at.s * step.c + at.c * step.s, r, noise, calibration);
     }
     for (BlockSum* b : {&level, &contrast, &shift}) b->pixels += any ? 1 : 0;
   }
@@ -203,6 +213,10 @@ class GrayExplanation {
   RenderingError rendering_;
   const ImageF* calibration_;  ///< variance of the irradiance; may be null
   int steps_ = 1;
+  struct Turn {
+    double c, s;
+  };
+  std::vector<Turn> turns_;            ///< of pair.gain_images: cos and sin of the step
   std::vector<const ImageF*> phases_;  ///< of pair.gain_images; null for codes
 };
 
@@ -296,47 +310,54 @@ std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits,
       if (const auto at = calibration->fits.find(fit.object); at != calibration->fits.end())
         moved = &at->second;
     const auto look_at = [&](const std::string& name, double z_of_fits, double difference, double sigma_s,
-                             double sigma_r, double moved_variance, const std::string& unit) {
+                             double sigma_r, double moved_variance, const std::string& unit, bool estimated) {
       if (!std::isfinite(z_of_fits)) return;
-      // z/difference is what the fits' errors are; 0 stays 0
-      const double z =
-          z_of_fits /
-          std::sqrt(1.0 + moved_variance * std::pow(difference == 0.0 ? 0.0 : z_of_fits / difference, 2));
+      // z/difference tells what the fits' errors are; 0 stays 0
+      const double per_unit = difference == 0.0 ? 0.0 : z_of_fits / difference;
+      const double z = z_of_fits / std::sqrt(1.0 + moved_variance * per_unit * per_unit);
       ++row.n;
       if (std::abs(z) <= worst) return;
       worst = std::abs(z);
       row.worst = name;
       row.unit = unit;
       row.observed = difference * difference;
-      row.lines = {{"fit of the simulated points", sigma_s * sigma_s},
-                   {"fit of the real points", sigma_r * sigma_r}};
+      row.lines = {
+          {"fit of the simulated points", sigma_s * sigma_s},
+          {estimated ? "fit of the real points, estimated from the published rms" : "fit of the real points",
+           sigma_r * sigma_r}};
       if (moved) row.lines.push_back({kCalibrationLine, moved_variance});
     };
     const auto unit_of = [](const std::string& key) {
       return key.ends_with("_mm") ? "mm" : key.ends_with("_rad") ? "rad" : "";
     };
-    for (const auto& [key, z] : fit.z) {
-      const auto sigma = [&, name = sigma_key(key)](const std::optional<measure::ObjectFit>& side) {
-        const auto at = side->numbers.find(name);
-        return at == side->numbers.end() ? 0.0 : at->second;
-      };
-      double variance = 0.0;
-      if (moved)
-        if (const auto at = moved->numbers.find(key); at != moved->numbers.end()) variance = at->second;
-      look_at(key, z, fit.difference.at(key), sigma(fit.simulated), sigma(fit.real), variance, unit_of(key));
-    }
-    for (const auto& [key, z] : fit.z_vectors)
-      for (int i = 0; i < 3; ++i) {
-        const auto sigma = [&, name = sigma_key(key)](const std::optional<measure::ObjectFit>& side) {
-          const auto at = side->vectors.find(name);
-          return at == side->vectors.end() ? 0.0 : at->second[i];
-        };
-        double variance = 0.0;
-        if (moved)
-          if (const auto at = moved->vectors.find(key); at != moved->vectors.end()) variance = at->second[i];
-        look_at(fmt::format("{}.{}", key, "xyz"[i]), z[i], fit.difference_vectors.at(key)[i],
-                sigma(fit.simulated), sigma(fit.real), variance, unit_of(key));
-      }
+    const auto number = [](const std::map<std::string, double>& values, const std::string& key) {
+      const auto at = values.find(key);
+      return at == values.end() ? 0.0 : at->second;
+    };
+    const auto look_at_numbers = [&](const std::map<std::string, double>& z,
+                                     const std::map<std::string, double>& real, bool estimated) {
+      for (const auto& [key, value] : z)
+        look_at(key, value, fit.difference.at(key), number(fit.simulated->numbers, sigma_key(key)),
+                number(real, sigma_key(key)), moved ? number(moved->numbers, key) : 0.0, unit_of(key),
+                estimated);
+    };
+    using Vectors = std::map<std::string, Eigen::Vector3d>;
+    const auto component = [](const Vectors& values, const std::string& key, int i) {
+      const auto at = values.find(key);
+      return at == values.end() ? 0.0 : at->second[i];
+    };
+    const auto look_at_vectors = [&](const Vectors& z, const Vectors& real, bool estimated) {
+      for (const auto& [key, value] : z)
+        for (int i = 0; i < 3; ++i)
+          look_at(fmt::format("{}.{}", key, "xyz"[i]), value[i], fit.difference_vectors.at(key)[i],
+                  component(fit.simulated->vectors, sigma_key(key), i), component(real, sigma_key(key), i),
+                  moved ? component(moved->vectors, key, i) : 0.0, unit_of(key), estimated);
+    };
+    if (!fit.simulated || !fit.real) continue;
+    look_at_numbers(fit.z, fit.real->numbers, false);
+    look_at_numbers(fit.z_estimated, fit.real_sigma_estimated, true);
+    look_at_vectors(fit.z_vectors, fit.real->vectors, false);
+    look_at_vectors(fit.z_estimated_vectors, fit.real_sigma_estimated_vectors, true);
     if (row.n == 0) continue;
     row.chi2 = worst * worst;
     row.explained = row.chi2 <= row.chi2_limit;

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compare/published_sigma.hpp"
+
 namespace fringetwin::compare {
 namespace {
 
@@ -158,6 +160,8 @@ std::vector<FitRow> fit_rows(const Twin& twin, const Side& real, const Side& sim
       if (!r && published.object == name) r = published_fit(twin, published);
     if (!s && !r) continue;
     rows.push_back(make_fit_row(s, r));
+    if (s && r && !find_fit(real.measurement, name))
+      estimate_published_z(simulated.measurement->cloud, rows.back());
     warn_unusable(s, "simulated", warnings);
     warn_unusable(r, "real", warnings);
   }

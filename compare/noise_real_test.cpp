@@ -74,6 +74,8 @@ TEST(NoiseReal, SlmasterSensorOfTheTwin) {
   const auto set = load("slmaster-mono-relief");
   if (!set) GTEST_SKIP() << "real captures absent (FRINGETWIN_CAPTURES)";
   const NoiseRow r = row_of(*set, 0, set->twin.cameras[0].sensor);
+  EXPECT_NEAR(r.gray_ratio, 1.0,
+              0.02);  // three of the sensor values' own standard errors (1.3 % of a variance)
   EXPECT_NEAR(r.phase_ratio, 1.0, 0.1);
   EXPECT_NEAR(r.phase_measured_rad, 0.0188, 0.1 * 0.0188);  // README of the set
 }

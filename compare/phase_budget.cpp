@@ -17,6 +17,7 @@ using measure::DirectionDecode;
 constexpr int kBlock = 16;  ///< px; slower than this is low frequency
 constexpr std::size_t kFewestInBlock = 64;
 constexpr std::uint64_t kFewestPixels = 1000;
+constexpr Eigen::Index kBatch = 64;  ///< pixels per update of the normal matrix
 
 /// The pitches whose phases are in the coordinate: heterodyne takes the mean of all, the others the finest.
 /// Basis: 1, then cos and sin of the orders 1 and 2 of each pitch (brightness), then of the alias order and
@@ -31,19 +32,28 @@ struct Ripple {
   int size() const { return leading() + per_group(); }
   void basis(double x_px, double* f) const {
     *f++ = 1.0;
-    if (has_brightness()) f = add_orders(x_px, 1, f);
-    add_orders(x_px, order, f);
+    double* harmonics = has_brightness() ? f + per_group() : f;
+    for (std::size_t p = 0; p < pitch_px.size(); ++p) {
+      const double angle = kTwoPi * (x_px - origin_px[p]) / pitch_px[p];
+      const Turn one{std::cos(angle), std::sin(angle)};
+      if (has_brightness()) f = put(one, f);
+      Turn high = one;
+      for (int k = 1; k < order; ++k) high = high.by(one);
+      harmonics = put(high, harmonics);
+    }
   }
 
  private:
+  /// cos and sin of an angle; higher orders by multiplication, as one sine costs more than all of them.
+  struct Turn {
+    double c, s;
+    Turn by(const Turn& o) const { return {c * o.c - s * o.s, s * o.c + c * o.s}; }
+  };
   int per_group() const { return 4 * static_cast<int>(pitch_px.size()); }
-  double* add_orders(double x_px, int first, double* f) const {
-    for (std::size_t p = 0; p < pitch_px.size(); ++p)
-      for (const int k : {first, 2 * first}) {
-        const double angle = kTwoPi * k * (x_px - origin_px[p]) / pitch_px[p];
-        *f++ = std::cos(angle);
-        *f++ = std::sin(angle);
-      }
+  /// A turn and its double.
+  static double* put(const Turn& t, double* f) {
+    const Turn twice = t.by(t);
+    *f++ = t.c, *f++ = t.s, *f++ = twice.c, *f++ = twice.s;
     return f;
   }
 };
@@ -114,17 +124,26 @@ class PhaseBudgetFit {
       RippleSums& s = rows[static_cast<std::size_t>(y)];
       s.normal = Eigen::MatrixXd::Zero(m, m);
       s.right = Eigen::VectorXd::Zero(m);
-      Eigen::VectorXd f(m);
+      // pixels are added in batches: one update of the matrix for many
+      Eigen::MatrixXd f(m, kBatch);
+      Eigen::VectorXd differences(kBatch);
+      Eigen::Index filled = 0;
+      const auto add_batch = [&] {
+        s.normal.selfadjointView<Eigen::Lower>().rankUpdate(f.leftCols(filled));
+        s.right += f.leftCols(filled) * differences.head(filled);
+        filled = 0;
+      };
       for (int x = 0; x < difference_.width; ++x) {
         const auto d = static_cast<double>(difference_(x, y));
         if (std::isnan(d)) continue;
         const std::size_t i = difference_.index(x, y);
-        ripple_.basis(real_.coordinate_px.data[i], f.data());
-        s.normal.selfadjointView<Eigen::Lower>().rankUpdate(f);
-        s.right += d * f;
+        ripple_.basis(real_.coordinate_px.data[i], f.col(filled).data());
+        differences[filled] = d;
         s.d += d, s.d2 += d * d, s.noise += noise_variance(i);
         ++s.n;
+        if (++filled == kBatch) add_batch();
       }
+      add_batch();
     }
     RippleSums sums{Eigen::MatrixXd::Zero(m, m), Eigen::VectorXd::Zero(m)};
     for (const RippleSums& row : rows) {

@@ -25,6 +25,10 @@ bool is_no_parameter(const std::string& name) {
   return name == "gain" || name == "black" || name == "texture";
 }
 
+bool is_asked(const std::vector<std::string>& asked, const char* name) {
+  return std::find(asked.begin(), asked.end(), name) != asked.end();
+}
+
 bool matches(const Parameter& p, const std::string& asked) {
   return p.group == asked || p.name == asked || p.name.starts_with(asked + ".");
 }
@@ -49,6 +53,17 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
                     known ? "the twin has no such parameter" : "is not known",
                     "use one or more of " + refine_names() + ", or a parameter's own name (projector.k1)");
   }
+  const bool albedo =
+      std::any_of(chosen.begin(), chosen.end(), [](const Parameter& p) { return p.group == "albedo"; });
+  const bool texture = is_asked(asked, "texture");
+  if (albedo && texture)
+    throw UserError(ExitCode::usage, "--refine",
+                    "texture, a factor per pixel, contains the albedo of the objects", "refine one of them");
+  if ((albedo || texture) && is_asked(asked, "gain"))
+    throw UserError(
+        ExitCode::usage, "--refine",
+        fmt::format("gain and {} enter the gray values only as a product", texture ? "texture" : "albedo"),
+        "refine one of them; the other stays at the twin's value");
   return chosen;
 }
 
@@ -57,27 +72,15 @@ class Refiner {
   Refiner(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
           const std::vector<std::string>& asked)
       : twin_(twin), real_(real), simulated_(simulated), sensitivity_(*options.renderer, collect(options)) {
-    const auto is_asked = [&](const char* name) {
-      return std::find(asked.begin(), asked.end(), name) != asked.end();
-    };
-    keeps_gain_ = is_asked("gain");
-    keeps_black_ = is_asked("black");
+    keeps_gain_ = is_asked(asked, "gain");
+    keeps_black_ = is_asked(asked, "black");
     report_.asked = asked;
     parameters_ = chosen_parameters(twin, asked);
     for (const Parameter& p : parameters_) hold_gain_ = hold_gain_ || p.group == "albedo";
-    if (is_asked("texture")) {
-      if (hold_gain_)
-        throw UserError(ExitCode::usage, "--refine",
-                        "texture, a factor per pixel, contains the albedo of the objects",
-                        "refine one of them");
+    if (is_asked(asked, "texture")) {
       textured_ = hold_gain_ = true;
       sensitivity_.free_factors();
     }
-    if (hold_gain_ && keeps_gain_)
-      throw UserError(ExitCode::usage, "--refine",
-                      fmt::format("gain and {} enter the gray values only as a product",
-                                  textured_ ? "texture" : "albedo"),
-                      "refine one of them; the other stays at the twin's value");
     for (std::size_t c = 0; hold_gain_ && c < sensitivity_.samples().size(); ++c) {
       const GridSamples& s = sensitivity_.samples()[c];
       sensitivity_.set_sensor(c, twin.cameras[s.camera].sensor.gain_dn, s.black_level_dn);
@@ -99,6 +102,9 @@ class Refiner {
     }
     --report_.iterations;
     report_.converged = !goes_on;
+    // covariance, and what only looked as if it could be told apart
+    fit.step(false, Sensitivity::Derivative::exact);
+    refuse_what_cannot_be_told(fit);
     fit.settle_sensors();
     Refined out = finish(fit);
     // both with the scale of the start, or the robust sums would not compare
@@ -294,6 +300,8 @@ std::string refine_names() {
   for (const ParameterGroup& group : parameter_groups()) names += group.name + ", ";
   return names + "texture, gain, black";
 }
+
+void check_refine(const Twin& twin, const std::vector<std::string>& asked) { chosen_parameters(twin, asked); }
 
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                const std::vector<std::string>& asked) {

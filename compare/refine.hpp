@@ -16,13 +16,18 @@ struct Refined {
 /// Words `--refine` takes, for messages: groups, "gain", "black".
 std::string refine_names();
 
+/// Throws UserError(usage) for an unknown name, for what this twin does not have and for gain with albedo:
+/// what needs no image to be refused.
+void check_refine(const Twin& twin, const std::vector<std::string>& asked);
+
 /// Gauss-Newton with step halving through the renderer, on the gray values of all phase steps of the interior
 /// pixels that both sides see (grid_samples). `asked`: groups, names of parameters ("projector.k1") or what
 /// stands before their dot ("projector"). Gain and black level of each camera are fitted besides and kept
 /// only where asked for; with "albedo" the gain is held at the twin's, because the two enter as a product.
-/// `simulated`: the twin as it is, rendered and measured. "texture" gives every pixel a factor of its own.
-/// Throws UserError(usage) for an unknown name, for parameters that change nothing and for those that the
-/// data cannot tell apart, naming them; Cancelled after Ctrl-C.
+/// "texture" gives every pixel a factor of its own.
+/// `simulated`: the twin as it is, rendered and measured. Throws UserError(usage) as check_refine(), for
+/// parameters that change nothing and for those that the data cannot tell apart, naming them; Cancelled after
+/// Ctrl-C.
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                const std::vector<std::string>& asked);
 

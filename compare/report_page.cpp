@@ -103,7 +103,7 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   page.warnings = comparison.warnings;
   add(page, "refined", "Refined values", refinement_html(comparison));
   add(page, "causes", "What the budget does not explain", causes_html(comparison));
-  add(page, "fits", "Fitted geometry", fits_html(in));
+  add(page, "fits", "Fitted geometry", fits_html(in) + indicators_html(comparison));
   add(page, "gain", "Gain", gain_table_html(comparison));
   add(page, "images", "Fringe images", gray_figures_html(in));
   add(page, "budget", "What the gray residual is made of", budget_html(comparison));

@@ -73,6 +73,7 @@ TEST(ReportPage, HasEverySectionAndTheMaps) {
   EXPECT_THAT(html, HasSubstr("What this comparison &lt;can&gt; show."));
   EXPECT_THAT(html, HasSubstr("fringetwin cosim twin.toml --out &#39;my run&#39;"));
   EXPECT_THAT(html, HasSubstr("<svg"));
+  EXPECT_THAT(html, HasSubstr("sphere size: diameter − nominal"));
   expect_self_contained(html);
   expect_unique_ids(html);
   for (const char* file :

@@ -33,6 +33,9 @@ std::string phase_table_html(const Comparison& c);
 std::string phase_budget_html(const Comparison& c);
 std::string timing_html(const std::map<std::string, double>& timing_s);
 
+// report_indicators.cpp
+std::string indicators_html(const Comparison& c);
+
 // report_explained.cpp
 std::string explained_summary_html(const Comparison& c);
 std::string explained_html(const Comparison& c);

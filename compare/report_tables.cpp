@@ -60,19 +60,32 @@ std::string difference_text(double difference, const std::string& unit) {
   return signed_fixed(difference, unit == "mm" && std::abs(difference) >= 1e-3 ? 4 : 6);
 }
 
-void add_fit_row(Table& table, const FitRow& row, const std::string& key, int component) {
+/// Of a number (component < 0) or of a vector's component; NaN where there is none.
+double value_of(const std::map<std::string, double>& numbers,
+                const std::map<std::string, Eigen::Vector3d>& vectors, const std::string& key,
+                int component) {
+  if (component < 0) {
+    const auto at = numbers.find(key);
+    return at == numbers.end() ? kUnknown : at->second;
+  }
+  const auto at = vectors.find(key);
+  return at == vectors.end() ? kUnknown : at->second[component];
+}
+
+void add_fit_row(Table& table, const FitRow& row, const std::string& key, int component, bool estimates) {
   auto [name, unit] = split_unit(key);
   if (component >= 0) name += fmt::format(" {}", "xyz"[component]);
   const Entry s = entry(row.simulated, key, component), r = entry(row.real, key, component);
   const double difference = s.value - r.value;
-  double z = kUnknown;
-  if (component < 0) {
-    if (const auto at = row.z.find(key); at != row.z.end()) z = at->second;
-  } else if (const auto at = row.z_vectors.find(key); at != row.z_vectors.end()) {
-    z = at->second[component];
-  }
-  table.add_row({name, unit, entry_text(s, unit), entry_text(r, unit), difference_text(difference, unit),
-                 signed_fixed(z, 1)});
+  std::vector<std::string> cells{name,
+                                 unit,
+                                 entry_text(s, unit),
+                                 entry_text(r, unit),
+                                 difference_text(difference, unit),
+                                 signed_fixed(value_of(row.z, row.z_vectors, key, component), 1)};
+  if (estimates)
+    cells.push_back(signed_fixed(value_of(row.z_estimated, row.z_estimated_vectors, key, component), 1));
+  table.add_row(std::move(cells));
 }
 
 /// Keys of both sides, sigmas left out, sizes before the residual.
@@ -145,11 +158,15 @@ std::string fits_html(const ReportInput& in) {
   table.columns = {{"quantity", "", Align::left},          {"unit", "", Align::left},
                    {"simulated", "", Align::right},        {"real", "", Align::right},
                    {"simulated − real", "", Align::right}, {"z", "", Align::right}};
+  bool estimates = false;
+  for (const FitRow& row : in.comparison.fits)
+    estimates = estimates || !row.z_estimated.empty() || !row.z_estimated_vectors.empty();
+  if (estimates) table.columns.push_back({"z (σ of the real side estimated from its rms)", ""});
   for (const FitRow& row : in.comparison.fits) {
-    table.add_row({fmt::format("{} ({})", row.object, row.kind), "", "", "", "", ""}, "group");
+    table.add_row({fmt::format("{} ({})", row.object, row.kind)}, "group");
     for (const std::string& key : vector_keys(row))
-      for (int i = 0; i < 3; ++i) add_fit_row(table, row, key, i);
-    for (const std::string& key : number_keys(row)) add_fit_row(table, row, key, -1);
+      for (int i = 0; i < 3; ++i) add_fit_row(table, row, key, i, estimates);
+    for (const std::string& key : number_keys(row)) add_fit_row(table, row, key, -1, estimates);
     for (const char* key : {"offset_mm", "angle_rad", "axis_distance_mm"})
       if (const auto at = row.difference.find(key); at != row.difference.end()) {
         const auto [name, unit] = split_unit(key);
@@ -169,6 +186,13 @@ std::string fits_html(const ReportInput& in) {
             (in.twin.real.results_source.empty() ? std::string()
                                                  : ", " + report::escape_html(in.twin.real.results_source)) +
             ". No real images exist for this twin.</p>";
+  if (estimates)
+    html +=
+        "<p>The published numbers come without standard errors, so z is unknown. The last column estimates "
+        "them "
+        "from the published rms, as if the real points were the simulated ones and their errors independent: "
+        "true "
+        "errors are correlated, so the true z is nearer to zero.</p>";
   return html;
 }
 

@@ -44,6 +44,14 @@ Json fit_json(const std::optional<ObjectFit>& fit) {
   return out;
 }
 
+Json values_json(const std::map<std::string, double>& numbers,
+                 const std::map<std::string, Eigen::Vector3d>& vectors) {
+  Json out = Json::object();
+  for (const auto& [key, value] : vectors) out[key] = vector(value);
+  for (const auto& [key, value] : numbers) out[key] = json_number(value);
+  return out.empty() ? Json(nullptr) : out;
+}
+
 Json fit_row_json(const FitRow& row) {
   Json difference = Json::object(), z = Json::object();
   for (const auto& [key, value] : row.difference_vectors) {
@@ -63,7 +71,9 @@ Json fit_row_json(const FitRow& row) {
           {"simulated", fit_json(row.simulated)},
           {"real", fit_json(row.real)},
           {"difference", both ? difference : Json(nullptr)},
-          {"z", both ? z : Json(nullptr)}};
+          {"z", both ? z : Json(nullptr)},
+          {"real_estimated", values_json(row.real_sigma_estimated, row.real_sigma_estimated_vectors)},
+          {"z_estimated", values_json(row.z_estimated, row.z_estimated_vectors)}};
 }
 
 Json gain_json(const GainRow& r) {
@@ -271,6 +281,7 @@ std::string comparison_json(const Twin& twin, const Comparison& c, const Provena
                             const std::map<std::string, double>& timing_s) {
   Json out = head(twin, "comparison", provenance, timing_s);
   out["fits"] = list(c.fits, fit_row_json);
+  out["indicators"] = list(c.indicators, indicator_json);
   out["gain"] = list(c.gain, gain_json);
   out["gray"] = list(c.gray, gray_json);
   out["gray_budget"] = list(c.gray_budget, budget_json);

@@ -59,6 +59,10 @@ TEST(ResultJson, AComparisonFollowsTheSchema) {
   EXPECT_EQ(json["gray_budget"].size(), 2u);
   EXPECT_EQ(json["noise"].size(), 2u);
   EXPECT_EQ(json["shift"].size(), 2u);
+  ASSERT_EQ(json["indicators"].size(), 3u);  // form, its 95 %, size of one sphere
+  EXPECT_EQ(json["indicators"][2]["name"].get<std::string>(), "sphere_size");
+  EXPECT_NEAR(json["indicators"][2]["z"].get<double>(), 0.0001 / std::hypot(0.0004, 0.0004), 1e-6);
+  EXPECT_TRUE(json["indicators"][0]["z"].is_null());
   EXPECT_TRUE(json["shift"][0]["dy_px"].is_null());  // vertical fringes
   EXPECT_EQ(json["fits"][0]["alignment"].get<std::string>(), "none: both sides in the rig's frame");
   EXPECT_EQ(json["verdict"].get<std::string>(), "pass");

@@ -38,6 +38,18 @@ Json shift_json(const ShiftRow& r) {
   return out;
 }
 
+Json indicator_json(const Indicator& r) {
+  return {{"name", r.name},
+          {"objects", r.objects},
+          {"unit", "mm"},
+          {"simulated", json_number(r.simulated.mm)},
+          {"simulated_sigma_mm", json_number(r.simulated.sigma_mm)},
+          {"real", json_number(r.real.mm)},
+          {"real_sigma_mm", json_number(r.real.sigma_mm)},
+          {"difference", json_number(r.difference_mm())},
+          {"z", json_number(r.z())}};
+}
+
 std::string alignment_of(const std::string& kind) {
   return kind == "mesh" ? "each side registered to the CAD surface (ICP, then Gauss-Newton)"
                         : "none: both sides in the rig's frame";

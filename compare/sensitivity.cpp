@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kHuberSigmas = 3.0;
 constexpr double kWantedChange = 3e-3;  ///< of the images' size: 0.15 % of the derivative is curvature
+constexpr double kExactChange = 2e-2;   ///< central: 0.01 %
 constexpr double kSmallestEigenvalue = 1e-9;
 
 double median_of(std::vector<float>& v) {
@@ -132,10 +133,11 @@ double Sensitivity::relative_change(const Values& from, const Values& to) const 
 }
 
 Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Parameter>& parameters,
-                                        const Eigen::VectorXd& values, std::size_t at,
-                                        const Values& base) const {
+                                        const Eigen::VectorXd& values, std::size_t at, const Values& base,
+                                        Derivative derivative) const {
   const auto index = static_cast<Eigen::Index>(at);
   const Parameter& parameter = parameters[at];
+  const double wanted = derivative == Derivative::exact ? kExactChange : kWantedChange;
   Values out;
   double step = parameter.is_switch ? (values[index] > 0.5 ? -1.0 : 1.0) : parameter.step;
   if (values[index] + step > parameter.largest) step = -step;
@@ -145,13 +147,24 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
     out = irradiance(with_values(twin, parameters, changed), kDerivativeSamples);
     if (parameter.is_switch) break;
     const double change = relative_change(base, out);
-    if (change > kWantedChange / 5.0 && change < kWantedChange * 5.0) break;
-    step *= std::clamp(kWantedChange / std::max(change, 1e-12), 1e-3, 1e3);
+    if (change > wanted / 5.0 && change < wanted * 5.0) break;
+    step *= std::clamp(wanted / std::max(change, 1e-12), 1e-3, 1e3);
   }
+  Values other;
+  if (derivative == Derivative::exact && !parameter.is_switch) {
+    const double opposite = values[index] - step;
+    if (opposite > parameter.largest || opposite < parameter.smallest)  // one side only: a short step
+      return column(twin, parameters, values, at, base, Derivative::quick);
+    Eigen::VectorXd changed = values;
+    changed[index] = opposite;
+    other = irradiance(with_values(twin, parameters, changed), kDerivativeSamples);
+    step *= 2.0;
+  }
+  const Values& from = other.empty() ? base : other;
   for (std::size_t c = 0; c < out.size(); ++c)
     for (std::size_t i = 0; i < out[c].size(); ++i)
       out[c][i] =
-          static_cast<float>((static_cast<double>(out[c][i]) - static_cast<double>(base[c][i])) / step);
+          static_cast<float>((static_cast<double>(out[c][i]) - static_cast<double>(from[c][i])) / step);
   return out;
 }
 
@@ -231,7 +244,7 @@ NormalEquations Sensitivity::assemble(const Values& base, const Values& rough,
 }
 
 NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Parameter>& parameters,
-                                       const Eigen::VectorXd& values, bool keep_scale,
+                                       const Eigen::VectorXd& values, bool keep_scale, Derivative derivative,
                                        NormalEquations* free_factors) {
   const Values base = irradiance(with_values(twin, parameters, values), kResidualSamples);
   if (!keep_scale) choose_scale(base);
@@ -239,7 +252,7 @@ NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Param
   const Values rough =
       parameters.empty() ? base : irradiance(with_values(twin, parameters, values), kDerivativeSamples);
   for (std::size_t k = 0; k < parameters.size(); ++k)
-    columns.push_back(column(twin, parameters, values, k, rough));
+    columns.push_back(column(twin, parameters, values, k, rough, derivative));
   if (free_factors) *free_factors = assemble(base, rough, columns, true);
   return assemble(base, rough, columns, free_factors_);
 }

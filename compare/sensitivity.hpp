@@ -74,12 +74,17 @@ class Sensitivity {
   /// Irradiance that a twin predicts, from so many points per pixel.
   Values irradiance(const Twin& twin, int samples) const;
 
-  /// Equations at `values`. Derivatives are differences of two renderings, with steps that change the images
-  /// by about 0.3 % of their size; a parameter that changes nothing has a column of zeros. Sets the robust
-  /// scale.
+  /// How derivatives are taken: quick ones are the difference to one more rendering, with steps that change
+  /// the images by about 0.3 % of their size; their errors (curvature, rounding) would make parameters that
+  /// cannot be told apart look as if they could. Exact ones are central, with steps of 2 %, but
+  /// for a value at its bound.
+  enum class Derivative { quick, exact };
+
+  /// Equations at `values`. A parameter that changes nothing has a column of zeros. Sets the robust scale.
   /// `free_factors`: also the equations where every pixel has a brightness of its own (texture).
   NormalEquations equations(const Twin& twin, const std::vector<Parameter>& parameters,
                             const Eigen::VectorXd& values, bool keep_scale = false,
+                            Derivative derivative = Derivative::quick,
                             NormalEquations* free_factors = nullptr);
   /// Of gain and black level alone, with the robust scale of the last equations(): the measure of a step.
   NormalEquations equations_without_parameters(const Twin& twin) const;
@@ -88,7 +93,7 @@ class Sensitivity {
   static constexpr int kResidualSamples = 9, kDerivativeSamples = 4;
 
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
-                std::size_t at, const Values& base) const;
+                std::size_t at, const Values& base, Derivative derivative) const;
   double relative_change(const Values& from, const Values& to) const;
   /// `base`: for the residuals; `rough`: sampled like the columns, so that what changes the images like the
   /// gain does cannot be told from it.

@@ -94,7 +94,7 @@ RigImages render_rig(RigLight light) {
   RigImages images;
   for (std::size_t camera = 0; camera < twin.cameras.size(); ++camera) {
     images.push_back(kept("povray", twin, camera, [&] {
-      return povray_irradiance(twin, camera, {.cells = 4}, scratch_folder("povray"))
+      return povray_irradiance(twin, camera, {.cells = 2}, scratch_folder("povray"))
           .value_or(std::vector<ImageF>{});
     }));
     if (images.back().empty()) return {};
@@ -162,13 +162,12 @@ const RigImages& rig_indirect_images() {
   return indirect;
 }
 
-void write_captures(const fs::path& folder, const CaptureOptions& options) {
+std::vector<CameraImages> captured_images(const CaptureOptions& options) {
   const Twin twin = independent_rig(options.light);
   const RigImages& images = rig_images(options.light);
   const RigImages* added = options.second_bounce ? &rig_indirect_images() : nullptr;
   std::mt19937_64 random(options.seed);
   std::vector<CameraImages> out(twin.cameras.size());
-  std::vector<const CameraImages*> written;
   for (std::size_t c = 0; c < twin.cameras.size(); ++c) {
     const Camera& camera = twin.cameras[c];
     out[c].camera = camera.name;
@@ -176,8 +175,16 @@ void write_captures(const fs::path& folder, const CaptureOptions& options) {
     for (std::size_t i = 0; i < images.at(c).size(); ++i)
       out[c].images.push_back(recorded(images[c][i], added ? &added->at(c).at(i) : nullptr, camera.sensor,
                                        options.gain_tilt, random));
-    write_camera_images(folder, out[c]);
-    written.push_back(&out[c]);
+  }
+  return out;
+}
+
+void write_captures(const fs::path& folder, const CaptureOptions& options) {
+  const std::vector<CameraImages> captured = captured_images(options);
+  std::vector<const CameraImages*> written;
+  for (const CameraImages& images : captured) {
+    write_camera_images(folder, images);
+    written.push_back(&images);
   }
   write_capture_toml(folder, written, {{"device", "POV-Ray"}}, "png");
 }

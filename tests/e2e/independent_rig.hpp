@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "twin/capture_set.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::test {
@@ -38,7 +39,9 @@ struct CaptureOptions {
   double gain_tilt = 0.0;      ///< the gain grows by this share from the first column to the last
   bool second_bounce = false;  ///< with rig_indirect_images(); of RigLight::linear only
 };
-/// 16-bit PNG files and capture.toml.
+/// What the sensors record of rig_images(), order of the cameras.
+std::vector<CameraImages> captured_images(const CaptureOptions& options = {});
+/// The same as 16-bit PNG files with capture.toml.
 void write_captures(const std::filesystem::path& folder, const CaptureOptions& options = {});
 
 /// What the twin believes; the default is the truth about RigLight::linear.

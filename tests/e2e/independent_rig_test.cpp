@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Images that another program made stand for the physical ones: the true twin must find gain, black level and
-// shapes of a linear projector, of one with gamma and blur, and with light over a second surface.
+// shapes of a linear projector, of one with gamma and blur, and with light over a second surface, and its
+// budget must explain every difference (rig_causes_test.cpp: wrong twins).
 //
 // | check                   | tolerance | unit | origin                                            |
 // |-------------------------|-----------|------|---------------------------------------------------|
@@ -62,6 +63,13 @@ void expect_shapes(const json& result) {
   expect_small(result["fits"][1], "offset_mm");
 }
 
+void expect_explained(const json& result) {
+  for (const char* quantity : {"gray", "phase", "geometry"})
+    EXPECT_EQ(result["budget_verdict"][quantity], "explained") << result["explained"].dump(1);
+  EXPECT_TRUE(result["causes"]["named"].is_null());
+  EXPECT_TRUE(result["causes"]["tested"].empty());
+}
+
 TEST(IndependentRig, TheTrueTwinFindsGainAndShapes) {
   FT_NEED_DEVICE();
   FT_NEED_POVRAY();
@@ -70,6 +78,7 @@ TEST(IndependentRig, TheTrueTwinFindsGainAndShapes) {
     const json result = cosim(rig_case);
     expect_gain(result);
     expect_shapes(result);
+    expect_explained(result);
   }
 }
 

@@ -59,6 +59,15 @@ TEST(Slmaster, CosimComparesTheOddSteps) {
   const std::string html = read_file(out / "report.html");
   EXPECT_THAT(html, ::testing::HasSubstr("even"));
   EXPECT_LE(html.size(), 8'000'000u);  // a page that can be mailed
+  // What the surface's colour, the projector's contrast and noise do to the images: 284 of 300 DN² measured.
+  ASSERT_EQ(result["gray_budget"].size(), 1u);
+  const json& budget = result["gray_budget"][0];
+  const auto part = [&](const char* name) { return budget[name].get<double>(); };
+  EXPECT_GE(part("noise_dn2") + part("albedo_dn2") + part("harmonics_dn2"), 0.8 * part("total_dn2"));
+  EXPECT_LE(part("noise_dn2") + part("albedo_dn2") + part("harmonics_dn2"), 1.05 * part("total_dn2"));
+  EXPECT_GT(part("noise_dn2"), 1.0);  // measured on the images: 4.0
+  // The twin's surface has one colour, the real one has not: the budget must not call that explained.
+  EXPECT_EQ(result["budget_verdict"]["gray"], "not explained");
 }
 
 TEST(Slmaster, MeasuredPoints) {

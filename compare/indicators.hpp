@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Form, size, flatness and spacing of the fitted objects, in the manner of VDI/VDE 2634 part 2
+// (docs/METRICS.md, "Indicators").
+#pragma once
+#include <vector>
+
+#include "compare/comparison.hpp"
+
+namespace fringetwin::compare {
+
+struct Ranges {
+  double all_mm = kUnknown;  ///< largest less smallest
+  double p95_mm = kUnknown;  ///< shortest interval that holds 95 % of the values
+};
+/// Unknown without values.
+Ranges deviation_ranges(const std::vector<float>& deviation_mm);
+
+/// Of the fits of both sides, in their order, spacings last. What neither side has is left out; nominal sizes
+/// and places are those of the twin's objects.
+std::vector<Indicator> indicators(const Twin& twin, const std::vector<FitRow>& fits);
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// Standard errors that published numbers without any would have (docs/METRICS.md, "Fits").
+#pragma once
+#include "compare/comparison.hpp"
+
+namespace fringetwin::compare {
+
+/// Fills row.real_sigma_estimated and row.z_estimated for what has no z because the real side gives an rms
+/// but no standard errors: as if its points were the simulated ones, with independent errors of that rms.
+/// Spheres only; anything else is left as it is.
+void estimate_published_z(const measure::PointCloud& simulated, FitRow& row);
+
+}  // namespace fringetwin::compare
