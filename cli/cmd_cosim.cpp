@@ -9,6 +9,7 @@
 #include "cli/flags.hpp"
 #include "cli/out_folder.hpp"
 #include "cli/results.hpp"
+#include "compare/calibration_covariance.hpp"
 #include "compare/refine.hpp"
 #include "render/sensor.hpp"
 #include "twin/errors.hpp"
@@ -112,6 +113,7 @@ int run_cosim(const CosimCommand& o, const Invocation& invocation) {
   run.timer.start("load");
   run.twin = load_for_run(o.twin);
   check_renderable(run.twin);
+  if (run.twin.calibration_uncertainty) compare::read_calibration_covariance(run.twin);  // before the work
   run.options.use_steps = left_over_steps(run.twin);
   if (!o.steps.empty()) run.options.use_steps = steps_of(run.twin, o.steps, run.options.use_steps);
   std::vector<std::filesystem::path> real_files;
@@ -137,6 +139,9 @@ int run_cosim(const CosimCommand& o, const Invocation& invocation) {
 
   render::Renderer renderer(o.flags.device);
   run.options.renderer = &renderer;
+  run.options.seed = o.flags.seed;
+  run.options.render = run.twin.render;
+  apply_flags(o.flags, *run.options.render);
   run.render_and_measure(renderer);
   refine_twin(run, renderer);
   say(fmt::format("simulated measurement of {} images: render {:.2f} s + measure {:.2f} s on {}",

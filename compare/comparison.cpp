@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "compare/calibration_budget.hpp"
 #include "compare/causes.hpp"
 #include "compare/explained.hpp"
 #include "compare/fit_rows.hpp"
@@ -51,7 +52,8 @@ void warn_of_bias(const GainRow& gain, const std::optional<GrayBudget>& budget,
 
 /// Also collects the samples for a search for causes, of the cameras that have a gain.
 std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const Side& simulated,
-                                      const CompareOptions& options, Comparison& out) {
+                                      const CompareOptions& options, const CalibrationBudget* calibration,
+                                      Comparison& out) {
   std::vector<GridSamples> samples;
   const std::vector<GrayPair> pairs = pair_gray(twin, real, simulated, options, out.warnings);
   for (std::size_t c = 0; c < pairs.size(); ++c) {
@@ -70,7 +72,8 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
     const GrayNoise noise(pair, real_decode, options.use_steps);
     const ImageU8 interior = interior_mask(pair.mask, real_decode, simulated_decode);
     const RenderingError rendering = rendering_error(*pair.camera, options.rendered);
-    if (auto row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering))
+    if (auto row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
+                                calibration ? &calibration->irradiance[c] : nullptr))
       out.explained.push_back(std::move(*row));
     if (options.renderer)
       samples.push_back(grid_samples(pair, c, fit, noise, interior, rendering.gray_dn, kCausePixels));
@@ -88,7 +91,7 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
 }
 
 void compare_phase(const Twin& twin, const Measurement& real, const Measurement& simulated,
-                   const CompareOptions& options, Comparison& out) {
+                   const CompareOptions& options, const CalibrationBudget* calibration, Comparison& out) {
   out.phase = phase_rows(twin, real, simulated);
   for (const PhaseRow& row : out.phase)
     if (row.order_disagree_fraction() > kManyOrders)
@@ -98,7 +101,8 @@ void compare_phase(const Twin& twin, const Measurement& real, const Measurement&
           "pi); they are in no phase number, so the phase rows describe the rest only",
           row.camera, row.direction, 100.0 * row.order_disagree_fraction(), row.n_order_disagree));
   for (std::size_t c = 0; c < real.cameras.size(); ++c)
-    for (const DirectionDecode& r : real.cameras[c].directions) {
+    for (std::size_t d = 0; d < real.cameras[c].directions.size(); ++d) {
+      const DirectionDecode& r = real.cameras[c].directions[d];
       const DirectionDecode* s = simulated.cameras[c].direction(r.axis);
       if (!s || r.coordinate_px.empty() || s->coordinate_px.empty() || r.pitches_px.empty()) continue;
       if (auto budget = phase_budget(twin, r, *s, options.use_steps)) {
@@ -113,9 +117,28 @@ void compare_phase(const Twin& twin, const Measurement& real, const Measurement&
           if (side->flags.data[i] != measure::kValid) valid.data[i] = 0;
       if (auto row =
               explain_phase(real_decode.camera, r, *s, interior_mask(valid, &real_decode, &simulated_decode),
-                            rendering_error(twin.cameras[c], options.rendered)))
+                            rendering_error(twin.cameras[c], options.rendered),
+                            calibration ? &calibration->phase_rad2[c][d] : nullptr))
         out.explained.push_back(std::move(*row));
     }
+}
+
+/// Null where none is asked for, or nothing real is there to hold it against.
+std::optional<CalibrationBudget> calibration_of(const Twin& twin, const Side& real,
+                                                const CompareOptions& options, Comparison& out) {
+  if (!twin.calibration_uncertainty || (real.images.empty() && twin.real.results.empty()))
+    return std::nullopt;
+  if (!options.renderer) {
+    out.warnings.emplace_back(
+        "[uncertainty] calibration is in no budget: that takes renderings of changed rigs, which `cosim` "
+        "makes");
+    return std::nullopt;
+  }
+  CalibrationBudget budget = calibration_budget(
+      twin, read_calibration_covariance(twin), *options.renderer,
+      render::choose_sampling(twin, options.render.value_or(twin.render)), options.seed, options.use_steps);
+  out.warnings.insert(out.warnings.end(), budget.warnings.begin(), budget.warnings.end());
+  return budget;
 }
 
 }  // namespace
@@ -129,15 +152,17 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
         out.warnings.push_back((side == &real ? "real: " : "simulated: ") + warning);
   out.fits = fit_rows(twin, real, simulated, out.warnings);
   out.indicators = indicators(twin, out.fits);
-  std::vector<GridSamples> samples = compare_gray(twin, real, simulated, options, out);
+  const std::optional<CalibrationBudget> budget = calibration_of(twin, real, options, out);
+  const CalibrationBudget* calibration = budget ? &*budget : nullptr;
+  std::vector<GridSamples> samples = compare_gray(twin, real, simulated, options, calibration, out);
   if (real.measurement && !real.images.empty())
     for (std::size_t c = 0; c < twin.cameras.size(); ++c)
       for (NoiseRow& row : noise_rows(twin.cameras[c], twin.fringes, real.images[c],
                                       real.measurement->cameras[c], options.use_steps))
         out.noise.push_back(std::move(row));
   if (real.measurement && simulated.measurement)
-    compare_phase(twin, *real.measurement, *simulated.measurement, options, out);
-  for (ExplainedRow& row : explain_geometry(out.fits)) out.explained.push_back(std::move(row));
+    compare_phase(twin, *real.measurement, *simulated.measurement, options, calibration, out);
+  for (ExplainedRow& row : explain_geometry(out.fits, calibration)) out.explained.push_back(std::move(row));
   look_for_causes(twin, options, std::move(samples), out);
   out.limits = check_limits(twin.limits, out, twin.file.string());
   for (const LimitRow& row : out.limits)

@@ -70,6 +70,9 @@ struct CompareOptions {
   /// Renders changed twins to find the cause of what the budget does not explain; null: causes are not looked
   /// for.
   render::Renderer* renderer = nullptr;
+  /// How the simulated images were rendered, for those of a changed rig; default: the twin's own options.
+  std::optional<RenderOptions> render;
+  std::uint64_t seed = 0;
   /// Of the twin, where it was refined before; passed on to the result.
   std::optional<Refinement> refinement;
 };
@@ -217,6 +220,8 @@ struct Comparison {
   std::vector<std::string> warnings;
 };
 
+/// With twin.calibration_uncertainty and a renderer the calibration's covariance is part of the budgets; that
+/// takes a rendering and a measurement per parameter.
 /// All differences are simulated - real. Pixels whose predicted value is near a clip, saturated
 /// pixels and images of another exposure are left out of gain and gray. A side without images leaves
 /// gain, gray and phase empty. Throws UserError(usage) for an unknown name in twin.limits and

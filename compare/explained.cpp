@@ -25,31 +25,43 @@ constexpr std::uint64_t kFewestJudged = 200;
 
 double limit_for(double n) { return 1.0 + kCoverage * std::sqrt(2.0 / n + kNoiseKnownTo * kNoiseKnownTo); }
 
-void judge(ExplainedRow& row) {
-  row.chi2_limit = limit_for(static_cast<double>(std::max<std::uint64_t>(row.n, 1)));
+const char* const kCalibrationLine = "calibration covariance";
+
+/// Shares: of the expected chi2 that the calibration makes. Its error is one draw for all of the image, not
+/// an average over many, so `kCoverage` standard uncertainties of it must pass.
+void judge(ExplainedRow& row, double calibration_share, double regional_share) {
+  constexpr double kMore = kCoverage * kCoverage - 1.0;
+  row.chi2_limit =
+      limit_for(static_cast<double>(std::max<std::uint64_t>(row.n, 1))) + kMore * calibration_share;
   row.explained = row.chi2 <= row.chi2_limit;
   if (row.n_regions == 0) return;
-  row.regional_limit = limit_for(static_cast<double>(row.n_regions));
+  row.regional_limit = limit_for(static_cast<double>(row.n_regions)) + kMore * regional_share;
   row.explained = row.explained && row.regional_chi2 <= row.regional_limit;
 }
 
 /// A mean of a block: weighted sum of residuals, its variance if they are noise, and the sum of the weights'
-/// sizes (an error that all share moves the sum by that).
+/// sizes (an error that all share moves the sum by that). The calibration moves all values together, too, but
+/// not alike (a shifted fringe changes sign): (sum w g)^2 <= sum w^2 sum g^2.
 struct BlockSum {
-  double sum = 0.0, variance = 0.0, weight = 0.0;
+  double sum = 0.0, variance = 0.0, weight = 0.0, weight2 = 0.0, calibration = 0.0;
   int pixels = 0;
-  void add(double weight_of_one, double residual, double noise) {
+  void add(double weight_of_one, double residual, double noise, double calibration_of_one) {
     sum += weight_of_one * residual;
     variance += weight_of_one * weight_of_one * noise;
     weight += std::abs(weight_of_one);
+    weight2 += weight_of_one * weight_of_one;
+    calibration += calibration_of_one;
   }
   bool usable() const { return pixels >= kFewestInBlock && variance > 0.0; }
-  double chi2(double shared) const { return sum * sum / (variance + weight * weight * shared); }
+  double expected(double shared) const { return variance + weight * weight * shared + weight2 * calibration; }
+  double chi2(double shared) const { return sum * sum / expected(shared); }
+  double calibration_share(double shared) const { return weight2 * calibration / expected(shared); }
 };
 
 /// Sums over all of an image, by blocks.
 struct Sums {
   double r2 = 0.0, chi2 = 0.0, noise = 0.0, regional = 0.0;
+  double calibration = 0.0, share = 0.0, regional_share = 0.0;  ///< shares: of the expected chi2
   std::uint64_t n = 0, n_regions = 0;
 };
 
@@ -71,16 +83,35 @@ Sums sum_blocks(int width, int height, ImageF& regions, Block block) {
     if (part.n_regions > 0)
       regions.data[b] = static_cast<float>(part.regional / static_cast<double>(part.n_regions));
     total.r2 += part.r2, total.chi2 += part.chi2, total.noise += part.noise, total.regional += part.regional;
+    total.calibration += part.calibration, total.share += part.share;
+    total.regional_share += part.regional_share;
     total.n += part.n, total.n_regions += part.n_regions;
   }
   return total;
 }
 
+void add_region(const BlockSum& block, double shared, Sums& out) {
+  if (!block.usable()) return;
+  out.regional += block.chi2(shared);
+  out.regional_share += block.calibration_share(shared);
+  ++out.n_regions;
+}
+
+/// Mean share per region; 0 without regions.
+double regional_share(const Sums& s) {
+  return s.n_regions > 0 ? s.regional_share / static_cast<double>(s.n_regions) : 0.0;
+}
+
 class GrayExplanation {
  public:
   GrayExplanation(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise, const ImageU8& interior,
-                  const CameraDecode* simulated, const RenderingError& rendering)
-      : pair_(pair), fit_(fit), noise_(noise), interior_(interior), rendering_(rendering) {
+                  const CameraDecode* simulated, const RenderingError& rendering, const ImageF* calibration)
+      : pair_(pair),
+        fit_(fit),
+        noise_(noise),
+        interior_(interior),
+        rendering_(rendering),
+        calibration_(calibration) {
     for (const PatternSpec& p : pair.patterns) steps_ = std::max(steps_, p.step + 1);
     for (const int image : pair.gain_images) {
       const PatternSpec& p = pair.patterns[static_cast<std::size_t>(image)];
@@ -119,7 +150,8 @@ class GrayExplanation {
         {rendering_.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)",
          rendering_.gray_dn * rendering_.gray_dn},
         {"fit of gain and black level", 2.0 * noise / n * std::pow(fit_.row.sigma_inflation, 2)}};
-    judge(row);
+    if (calibration_) row.lines.push_back({kCalibrationLine, s.calibration / n});
+    judge(row, s.share / n, regional_share(s));
     return row;
   }
 
@@ -131,11 +163,7 @@ class GrayExplanation {
     for (int y = y0; y < y1; y += row_step(pair_.width(), pair_.height()))
       for (int x = x0; x < x1; ++x)
         if (interior_(x, y) != 0) pixel(interior_.index(x, y), shared, out, level, contrast, shift);
-    for (const BlockSum* b : {&level, &contrast, &shift})
-      if (b->usable()) {
-        out.regional += b->chi2(shared);
-        ++out.n_regions;
-      }
+    for (const BlockSum* b : {&level, &contrast, &shift}) add_region(*b, shared, out);
     return out;
   }
 
@@ -146,6 +174,8 @@ class GrayExplanation {
     for (const int image : pair_.gain_images)
       mean_dn += static_cast<double>(pair_.real->images[static_cast<std::size_t>(image)].data[i]);
     const double noise = noise_.variance(mean_dn / static_cast<double>(pair_.gain_images.size()));
+    const double calibration =
+        calibration_ ? std::pow(fit_.row.gain_dn, 2) * static_cast<double>(calibration_->data[i]) : 0.0;
     bool any = false;
     const ImageF* of = nullptr;  // the phase that `at` is of: one sine for all steps of a pitch
     Turn at{0.0, 0.0};
@@ -157,10 +187,12 @@ class GrayExplanation {
       const double r = y - predicted;
       out.r2 += r * r;
       out.noise += noise;
-      out.chi2 += r * r / (noise + shared);
+      out.chi2 += r * r / (noise + shared + calibration);
+      out.calibration += calibration;
+      out.share += calibration / (noise + shared + calibration);
       ++out.n;
       any = true;
-      level.add(1.0, r, noise);
+      level.add(1.0, r, noise, calibration);
       if (!phases_[k] || std::isnan(phases_[k]->data[i])) continue;
       if (of != phases_[k]) {
         of = phases_[k];
@@ -168,8 +200,8 @@ class GrayExplanation {
         at = {std::cos(phase), std::sin(phase)};
       }
       const Turn& step = turns_[k];
-      contrast.add(at.c * step.c - at.s * step.s, r, noise);
-      shift.add(at.s * step.c + at.c * step.s, r, noise);
+      contrast.add(at.c * step.c - at.s * step.s, r, noise, calibration);
+      shift.add(at.s * step.c + at.c * step.s, r, noise, calibration);
     }
     for (BlockSum* b : {&level, &contrast, &shift}) b->pixels += any ? 1 : 0;
   }
@@ -179,6 +211,7 @@ class GrayExplanation {
   const GrayNoise& noise_;
   const ImageU8& interior_;
   RenderingError rendering_;
+  const ImageF* calibration_;  ///< variance of the irradiance; may be null
   int steps_ = 1;
   struct Turn {
     double c, s;
@@ -199,13 +232,13 @@ RenderingError rendering_error(const Camera& camera, const std::vector<RenderNot
 
 std::optional<ExplainedRow> explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
                                          const ImageU8& interior, const CameraDecode* simulated,
-                                         const RenderingError& rendering) {
-  return GrayExplanation(pair, fit, noise, interior, simulated, rendering).run();
+                                         const RenderingError& rendering, const ImageF* calibration) {
+  return GrayExplanation(pair, fit, noise, interior, simulated, rendering, calibration).run();
 }
 
 std::optional<ExplainedRow> explain_phase(const std::string& camera, const DirectionDecode& real,
                                           const DirectionDecode& simulated, const ImageU8& interior,
-                                          const RenderingError& rendering) {
+                                          const RenderingError& rendering, const ImageF* calibration) {
   const ImageF difference = phase_difference(real, simulated);
   const double per_px = kTwoPi / real.pitches_px[static_cast<std::size_t>(real.finest)];
   const double shared = rendering.phase_rad * rendering.phase_rad;
@@ -228,15 +261,15 @@ std::optional<ExplainedRow> explain_phase(const std::string& camera, const Direc
             if (!(noise > 0.0)) continue;
             out.r2 += d * d;
             out.noise += noise;
-            out.chi2 += d * d / (noise + shared);
+            const double moved = calibration ? static_cast<double>(calibration->data[i]) : 0.0;
+            out.chi2 += d * d / (noise + shared + moved);
+            out.calibration += moved;
+            out.share += moved / (noise + shared + moved);
             ++out.n;
-            mean.add(1.0, d, noise);
+            mean.add(1.0, d, noise, moved);
             ++mean.pixels;
           }
-        if (mean.usable()) {
-          out.regional += mean.chi2(shared);
-          ++out.n_regions;
-        }
+        add_region(mean, shared, out);
         return out;
       });
   if (s.n < kFewestJudged) return std::nullopt;
@@ -258,11 +291,13 @@ std::optional<ExplainedRow> explain_phase(const std::string& camera, const Direc
       {"noise and quantisation of the real images", real_noise / n},
       {"noise and quantisation of the simulated images", simulated_noise / n},
       {rendering.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)", shared}};
-  judge(row);
+  if (calibration) row.lines.push_back({kCalibrationLine, s.calibration / n});
+  judge(row, s.share / n, regional_share(s));
   return row;
 }
 
-std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits) {
+std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits,
+                                           const CalibrationBudget* calibration) {
   std::vector<ExplainedRow> rows;
   for (const FitRow& fit : fits) {
     ExplainedRow row;
@@ -270,9 +305,16 @@ std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits) {
     row.region = fit.object;
     row.chi2_limit = kCoverage * kCoverage;
     double worst = -1.0;
-    const auto look_at = [&](const std::string& name, double z, double difference, double sigma_s,
-                             double sigma_r, const std::string& unit, bool estimated) {
-      if (!std::isfinite(z)) return;
+    const CalibrationBudget::Fit* moved = nullptr;
+    if (calibration)
+      if (const auto at = calibration->fits.find(fit.object); at != calibration->fits.end())
+        moved = &at->second;
+    const auto look_at = [&](const std::string& name, double z_of_fits, double difference, double sigma_s,
+                             double sigma_r, double moved_variance, const std::string& unit, bool estimated) {
+      if (!std::isfinite(z_of_fits)) return;
+      // z/difference tells what the fits' errors are; 0 stays 0
+      const double per_unit = difference == 0.0 ? 0.0 : z_of_fits / difference;
+      const double z = z_of_fits / std::sqrt(1.0 + moved_variance * per_unit * per_unit);
       ++row.n;
       if (std::abs(z) <= worst) return;
       worst = std::abs(z);
@@ -283,6 +325,7 @@ std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits) {
           {"fit of the simulated points", sigma_s * sigma_s},
           {estimated ? "fit of the real points, estimated from the published rms" : "fit of the real points",
            sigma_r * sigma_r}};
+      if (moved) row.lines.push_back({kCalibrationLine, moved_variance});
     };
     const auto unit_of = [](const std::string& key) {
       return key.ends_with("_mm") ? "mm" : key.ends_with("_rad") ? "rad" : "";
@@ -295,7 +338,8 @@ std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits) {
                                      const std::map<std::string, double>& real, bool estimated) {
       for (const auto& [key, value] : z)
         look_at(key, value, fit.difference.at(key), number(fit.simulated->numbers, sigma_key(key)),
-                number(real, sigma_key(key)), unit_of(key), estimated);
+                number(real, sigma_key(key)), moved ? number(moved->numbers, key) : 0.0, unit_of(key),
+                estimated);
     };
     using Vectors = std::map<std::string, Eigen::Vector3d>;
     const auto component = [](const Vectors& values, const std::string& key, int i) {
@@ -307,7 +351,7 @@ std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits) {
         for (int i = 0; i < 3; ++i)
           look_at(fmt::format("{}.{}", key, "xyz"[i]), value[i], fit.difference_vectors.at(key)[i],
                   component(fit.simulated->vectors, sigma_key(key), i), component(real, sigma_key(key), i),
-                  unit_of(key), estimated);
+                  moved ? component(moved->vectors, key, i) : 0.0, unit_of(key), estimated);
     };
     if (!fit.simulated || !fit.real) continue;
     look_at_numbers(fit.z, fit.real->numbers, false);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "compare/calibration_budget.hpp"
 #include "compare/gain_fit.hpp"
 #include "compare/gray_noise.hpp"
 
@@ -17,19 +18,24 @@ struct RenderingError {
 };
 RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes);
 
+/// `calibration` below: of a camera or direction of CalibrationBudget; null: not in the budget.
+
 /// Gray values of the interior pixels after the gain fit. `simulated`: its phases tell level, contrast and
 /// shift of the fringe apart; null: levels only.
 std::optional<ExplainedRow> explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
                                          const ImageU8& interior, const measure::CameraDecode* simulated,
-                                         const RenderingError& rendering);
+                                         const RenderingError& rendering,
+                                         const ImageF* calibration = nullptr);
 
 /// Phase difference of one direction over the interior pixels.
 std::optional<ExplainedRow> explain_phase(const std::string& camera, const measure::DirectionDecode& real,
                                           const measure::DirectionDecode& simulated, const ImageU8& interior,
-                                          const RenderingError& rendering);
+                                          const RenderingError& rendering,
+                                          const ImageF* calibration = nullptr);
 
 /// One row per fitted object that has a z.
-std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits);
+std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits,
+                                           const CalibrationBudget* calibration = nullptr);
 
 /// True, false, or nothing to judge, of all rows of a quantity.
 std::optional<bool> all_explained(const std::vector<ExplainedRow>& rows, const std::string& quantity);

@@ -186,8 +186,9 @@ struct Twin {
   RenderOptions render;
   MeasureOptions measure;
   RealSource real;
-  std::map<std::string, double> limits;            ///< name -> limit; names: docs/FORMATS.md
-  std::vector<std::filesystem::path> input_files;  ///< every file read, for inputs_sha256
+  std::optional<std::filesystem::path> calibration_uncertainty;  ///< a calibration.json; resolved
+  std::map<std::string, double> limits;                          ///< name -> limit; names: docs/FORMATS.md
+  std::vector<std::filesystem::path> input_files;                ///< every file read, for inputs_sha256
 
   const Object* find_object(const std::string& name) const;
   /// stereo or projector, after the default.

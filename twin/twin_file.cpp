@@ -13,9 +13,9 @@ constexpr const char* kTwinSchema = "fringetwin-twin/1";
 
 Twin load_twin(const fs::path& file) {
   const TomlTable root = TomlTable::parse_file(file, ExitCode::usage);
-  const std::vector<std::string> keys = {"schema",  "name",   "cameramodel_unit", "camera",  "projector",
-                                         "fringes", "object", "render",           "measure", "real",
-                                         "limits"};
+  const std::vector<std::string> keys = {"schema",    "name",    "cameramodel_unit", "camera",
+                                         "projector", "fringes", "object",           "render",
+                                         "measure",   "real",    "uncertainty",      "limits"};
   if (!root.has("schema")) root.allow(keys);  // a misspelt "schema" is named as such
   if (root.required_string("schema") != kTwinSchema)
     root.fail("schema",
@@ -38,6 +38,7 @@ Twin load_twin(const fs::path& file) {
   twin.render = read_render(root);
   twin.measure = read_measure(root, twin);
   twin.real = read_real(root, twin, context);
+  twin.calibration_uncertainty = read_uncertainty(root, context);
   twin.limits = read_limits(root);
   return twin;
 }

@@ -3,6 +3,7 @@
 #pragma once
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,8 @@ RenderOptions read_render(const TomlTable& root);
 /// `twin`: cameras, projector and objects are already there and are checked against.
 MeasureOptions read_measure(const TomlTable& root, const Twin& twin);
 RealSource read_real(const TomlTable& root, const Twin& twin, const TwinFileContext& context);
+/// [uncertainty]: a file that is there; compare/ reads it.
+std::optional<std::filesystem::path> read_uncertainty(const TomlTable& root, const TwinFileContext& context);
 std::map<std::string, double> read_limits(const TomlTable& root);
 
 }  // namespace fringetwin

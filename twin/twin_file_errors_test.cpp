@@ -39,7 +39,8 @@ TEST_F(TwinFileErrors, UnknownKeysNameTheNearest) {
       kHead + kCamera + kSensor + kOptics + kProjector + kGray + kBall +
       "[object.material]\ndiffuse = 0.5\n[render]\nsamples = 4\n[measure]\nmin_modulation_dn = 5\n"
       "[[measure.fit]]\nobject = \"ball\"\n[real.results]\nsource = \"s\"\n"
-      "[[real.results.fit]]\nobject = \"ball\"\nrms_mm = 1\n[limits]\ngain_r2 = 0.9\n";
+      "[[real.results.fit]]\nobject = \"ball\"\nrms_mm = 1\n[uncertainty]\ncalibration = \"twin.toml\"\n"
+      "[limits]\ngain_r2 = 0.9\n";
   load(all);
   const struct {
     const char *after, *wrong, *right, *table;
@@ -57,6 +58,7 @@ TEST_F(TwinFileErrors, UnknownKeysNameTheNearest) {
                {"[[measure.fit]]", "gate", "gate_mm", "[measure.fit[0]]"},
                {"[real.results]", "sorce", "source", "[real.results]"},
                {"[[real.results.fit]]", "centre_mm", "center_mm", "[real.results.fit[0]]"},
+               {"[uncertainty]", "calibraton", "calibration", "[uncertainty]"},
                {"[limits]", "phase_rms", "phase_rms_rad", "[limits]"}};
   for (const auto& c : cases) {
     const auto at = all.find(c.after) + std::string(c.after).size() + 1;
@@ -309,6 +311,15 @@ TEST_F(TwinFileErrors, MeasureRealAndLimits) {
               HasSubstr("must be a number, is an array"));
   EXPECT_THAT(error(kMinimal + "[real.results]\nsource = \"s\"\n", "[real.results]"),
               HasSubstr("real.results.fit is missing"));
+  EXPECT_THAT(error(kMinimal + "[uncertainty]\n", "[uncertainty]"), HasSubstr("calibration is missing"));
+  try {
+    load(kMinimal + "[uncertainty]\ncalibration = \"none.json\"\n");
+    ADD_FAILURE() << "a missing calibration was accepted";
+  } catch (const UserError& e) {
+    EXPECT_EQ(e.code(), ExitCode::input);
+    EXPECT_THAT(e.what(), HasSubstr("uncertainty.calibration = "));
+    EXPECT_THAT(e.what(), HasSubstr("none.json\": there is no such file"));
+  }
   EXPECT_THAT(error(kMinimal + "[limits]\nrms_mm = -1\n", "rms_mm"),
               HasSubstr("limits.rms_mm must be >= 0, is -1"));
   EXPECT_THAT(error(kMinimal + "[limits]\ngain_r2 = 1.5\n", "gain_r2"), HasSubstr("must be >= 0 and <= 1"));

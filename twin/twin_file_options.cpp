@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// [render], [measure], [real] and [limits] of twin.toml.
+// [render], [measure], [real], [uncertainty] and [limits] of twin.toml.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -132,6 +132,20 @@ RealSource read_real(const TomlTable& root, const Twin& twin, const TwinFileCont
   if (real.results.empty())
     results.fail("fit", "is missing", "write [[real.results.fit]] with the published numbers");
   return real;
+}
+
+std::optional<std::filesystem::path> read_uncertainty(const TomlTable& root, const TwinFileContext& context) {
+  const auto table = root.table("uncertainty");
+  if (!table) return std::nullopt;
+  table->allow({"calibration"});
+  std::filesystem::path file = context.resolve(*table, "calibration");
+  if (!std::filesystem::is_regular_file(file))
+    throw UserError(
+        ExitCode::input, table->where("calibration"),
+        fmt::format("{} = \"{}\": there is no such file", table->full_key("calibration"), file.string()),
+        "give the calibration.json that `fringetwin calibrate` wrote");
+  if (context.files) context.files->push_back(file);
+  return file;
 }
 
 std::map<std::string, double> read_limits(const TomlTable& root) {

@@ -333,6 +333,7 @@ TEST_F(TwinFile, OptionsResultsAndLimits) {
       load(text +
            "[real.results]\nsource = \"Table 5\"\n[[real.results.fit]]\nobject = \"ball\"\n"
            "center_mm = [1, 2, 3]\nradius_mm = 19.065\nrms_mm = 0.013\n"
+           "[uncertainty]\ncalibration = \"twin.toml\"\n"
            "[limits]\ncenter_mm = 0.001\nradius_mm = 0.002\nrms_mm = 0.004\nphase_rms_rad = 0.05\n"
            "phase_mean_relative = 0.001\ngray_rms_dn = 3\ngain_r2 = 0.9\n");
   EXPECT_EQ(twin.render.pixel_fill, 0.5);
@@ -347,6 +348,8 @@ TEST_F(TwinFile, OptionsResultsAndLimits) {
   EXPECT_EQ(twin.real.results_source, "Table 5");
   EXPECT_EQ(twin.real.results.at(0).numbers.at("radius_mm"), 19.065);
   EXPECT_EQ(twin.real.results.at(0).vectors.at("center_mm"), Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(twin.calibration_uncertainty, twin.file);  // any file that is there
+  EXPECT_EQ(twin.input_files.back(), twin.file);
   EXPECT_EQ(twin.limits.size(), 7u);
   EXPECT_EQ(twin.limits.at("gray_rms_dn"), 3.0);
   EXPECT_EQ(load(text + "[real]\ncaptures = \"real/\"\n").real.captures->lexically_relative(folder_).string(),
