@@ -36,6 +36,7 @@ struct Run {
   compare::CompareOptions options;
   compare::Side real, simulated;
   std::string device;
+  std::string refined_toml;
   StageTimer timer;
 
   void measure_side(compare::Side& side, const std::string& name) {
@@ -93,14 +94,10 @@ void refine_twin(Run& run, render::Renderer& renderer) {
   options.use_steps = left_over_steps(run.twin);  // --steps chooses what is compared, not what is known
   compare::Refined refined = compare::refine(run.twin, run.real, run.simulated, options, run.command.refine);
   run.timer.stop();
+  run.refined_toml = compare::refined_toml(refined.report, run.twin, refined.twin);
   run.twin = std::move(refined.twin);
   run.options.refinement = std::move(refined.report);
   run.render_and_measure(renderer);
-}
-
-void write_refined(const std::filesystem::path& dir, const Run& run) {
-  if (run.options.refinement)
-    write_text_file(dir / "refined.toml", compare::refined_toml(*run.options.refinement, run.command.twin));
 }
 
 int run_cosim(const CosimCommand& o, const Invocation& invocation) {
@@ -109,7 +106,7 @@ int run_cosim(const CosimCommand& o, const Invocation& invocation) {
     throw UserError(ExitCode::usage, "cosim", "a twin and --out are needed",
                     "fringetwin cosim TWIN.toml --out DIR");
   check_out_folder(o.out);
-  Run run{o, {}, {}, {}, {}, {}, {}};
+  Run run{o, {}, {}, {}, {}, {}, {}, {}};
   run.timer.start("load");
   run.twin = load_for_run(o.twin);
   check_renderable(run.twin);
@@ -136,6 +133,11 @@ int run_cosim(const CosimCommand& o, const Invocation& invocation) {
     run.options.note = measured_shape_note(as_written, run.options.use_steps);
   }
   compare::check_refine(run.twin, o.refine);
+  if (needs_white_black(run.twin.fringes) &&
+      std::find(o.refine.begin(), o.refine.end(), "texture") != o.refine.end())
+    throw UserError(ExitCode::usage, "--refine texture",
+                    "white and black reference images have no factors of their own",
+                    "use threshold = \"mean\" or \"inverse\"");
 
   render::Renderer renderer(o.flags.device);
   run.options.renderer = &renderer;
@@ -151,12 +153,13 @@ int run_cosim(const CosimCommand& o, const Invocation& invocation) {
   run.timer.start("write");
   Simulated for_disk{std::move(run.simulated.images), std::move(run.simulated.irradiance),
                      run.options.rendered, run.device};
-  begin_output(o.out, {"result.json", "refined.toml"});
+  begin_output(o.out, {"result.json", "refined.toml", "report.html"});
   write_simulated(std::filesystem::path(o.out) / "simulated", for_disk, o.flags.radiance, o.flags.seed,
                   run.twin);
   run.simulated.images = std::move(for_disk.captures);
   run.simulated.irradiance = std::move(for_disk.irradiance);
-  write_refined(o.out, run);
+  if (run.options.refinement)
+    write_text_file(std::filesystem::path(o.out) / "refined.toml", run.refined_toml);
   run.timer.stop();
 
   auto provenance = make_provenance(invocation, run.twin, real_files, run.device, o.flags.seed);

@@ -158,7 +158,7 @@ int finish_comparison(const std::filesystem::path& dir, const Twin& twin, const 
   const compare::Comparison comparison = compare::compare(twin, real, simulated, options);
   timer.start("write");
   throw_if_cancelled();
-  begin_output(dir, {"result.json"});
+  begin_output(dir, {"result.json", "report.html"});
   if (simulated.measurement) measure::write_measurement(dir / "measured_simulated", *simulated.measurement);
   if (real.measurement) measure::write_measurement(dir / "measured_real", *real.measurement);
   timer.start("report");

@@ -62,7 +62,7 @@ class CauseSearch {
       out.rest = 1.0 - out.rows[*best].alone;
       return finish(std::move(out));
     }
-    add_texture(sensors_alone, out);
+    if (!sensitivity_.has_free_factors()) add_texture(sensors_alone, out);
     const std::vector<std::size_t> order = choose_order(out.textured ? solve({}).chi2 : sensors_alone);
     double before = solve({}).chi2;
     const int taken_before = out.textured ? 1 : 0;
@@ -137,15 +137,20 @@ class CauseSearch {
     for (std::size_t g = 0; g < rows.size(); ++g)
       if (rows[g].alone >= kRivalShare && !parameters_[groups_[g].at[0]].is_switch) rivals.push_back(g);
     std::sort(rivals.begin(), rivals.end(), [&](auto a, auto b) { return rows[a].alone > rows[b].alone; });
-    if (rivals.empty() || rows[rivals[0]].alone >= kClear) return std::nullopt;
+    const auto less = [](const CauseRow& a, const CauseRow& b) { return a.alone < b.alone; };
+    if (rivals.empty() || std::max_element(rows.begin(), rows.end(), less)->alone >= kClear)
+      return std::nullopt;
     rivals.resize(std::min(rivals.size(), kRivals));
     for (const std::size_t g : rivals) {
       std::vector<Parameter> own;
       for (const std::size_t at : groups_[g].at) own.push_back(parameters_[at]);
-      GaussNewton fit(sensitivity_, twin_, std::move(own), false);
-      for (int i = 0; i < kIterations && fit.step(true); ++i) {
+      Sensitivity own_sensors = sensitivity_;  // each begins with the same gain and black level
+      GaussNewton fit(own_sensors, twin_, std::move(own), false);
+      for (int i = 0; i < kIterations && fit.step(true) == GaussNewton::Outcome::moved; ++i) {
       }
-      const double share = (sensors_alone - fit.chi2() * static_cast<double>(equations_.n)) / excess_;
+      const double share = (sensors_alone - fit.chi2() * static_cast<double>(equations_.n) -
+                            static_cast<double>(fit.parameters().size())) /
+                           excess_;
       if (share <= rows[g].alone) continue;
       rows[g].alone = share;
       const Step last = solve_step(fit.equations(), fit.unknowns());
@@ -159,6 +164,8 @@ class CauseSearch {
     }
     const auto best = *std::max_element(rivals.begin(), rivals.end(),
                                         [&](auto a, auto b) { return rows[a].alone < rows[b].alone; });
+    for (std::size_t g = 0; g < rows.size(); ++g)
+      if (g != best && rows[g].alone > rows[best].alone) return std::nullopt;  // a switch explains more
     if (rows[best].alone < kWorthNaming) return std::nullopt;
     return best;
   }

@@ -69,14 +69,16 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
     if (twin.fringes.steps > 0)
       out.shift.push_back(shift_field(pairs[c], fit, noise_line(pairs[c], fit, budget)));
     warn_of_bias(fit.row, budget, out.warnings);
+    if (pair.real->radiance) continue;  // no gray values, no noise model: nothing to judge against
     const GrayNoise noise(pair, real_decode, options.use_steps);
     const ImageU8 interior = interior_mask(pair.mask, real_decode, simulated_decode);
-    const RenderingError rendering = rendering_error(*pair.camera, options.rendered);
+    const RenderingError rendering = rendering_error(*pair.camera, options.rendered, fit.row.gain_dn);
     if (auto row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
                                 calibration ? &calibration->irradiance[c] : nullptr))
       out.explained.push_back(std::move(*row));
-    if (options.renderer)
-      samples.push_back(grid_samples(pair, c, fit, noise, interior, rendering.gray_dn, kCausePixels));
+    if (!options.renderer) continue;
+    GridSamples grid = grid_samples(pair, c, fit, noise, interior, rendering.gray_dn, kCausePixels);
+    if (grid.n_pixels() > 0) samples.push_back(std::move(grid));
   }
   return samples;
 }
@@ -87,6 +89,8 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
                                [](const ExplainedRow& row) { return row.explained; });
   if (all || samples.empty() || !twin.projector) return;
   Sensitivity sensitivity(*options.renderer, std::move(samples));
+  // the factors of the pixels are in the simulated side, not in the twin
+  if (options.refinement && !options.refinement->texture.empty()) sensitivity.free_factors();
   out.causes = find_causes(sensitivity, twin);
 }
 
@@ -117,7 +121,7 @@ void compare_phase(const Twin& twin, const Measurement& real, const Measurement&
           if (side->flags.data[i] != measure::kValid) valid.data[i] = 0;
       if (auto row =
               explain_phase(real_decode.camera, r, *s, interior_mask(valid, &real_decode, &simulated_decode),
-                            rendering_error(twin.cameras[c], options.rendered),
+                            rendering_error(twin.cameras[c], options.rendered, 1.0),
                             calibration ? &calibration->phase_rad2[c][d] : nullptr))
         out.explained.push_back(std::move(*row));
     }

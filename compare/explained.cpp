@@ -116,7 +116,7 @@ class GrayExplanation {
     for (const int image : pair.gain_images) {
       const PatternSpec& p = pair.patterns[static_cast<std::size_t>(image)];
       const ImageF* phase = nullptr;
-      if (simulated && !p.is_gray()) {
+      if (simulated && p.kind == PatternSpec::Kind::phase_step) {
         const DirectionDecode& d = simulated->directions.at(static_cast<std::size_t>(p.direction));
         if (static_cast<std::size_t>(p.pitch) < d.wrapped_rad.size())
           phase = &d.wrapped_rad[static_cast<std::size_t>(p.pitch)];
@@ -183,7 +183,7 @@ class GrayExplanation {
       const int image = pair_.gain_images[k];
       const auto y = static_cast<double>(pair_.real->images[static_cast<std::size_t>(image)].data[i]);
       const double predicted = fit_.row.gain_dn * pair_.irradiance_at(image, i) + fit_.row.black_level_dn;
-      if (!(y < u.saturation_dn && predicted >= u.low_dn && predicted <= u.high_dn)) continue;
+      if (!is_usable(u, y, pair_.source_at(image, i), predicted)) continue;
       const double r = y - predicted;
       out.r2 += r * r;
       out.noise += noise;
@@ -222,11 +222,11 @@ class GrayExplanation {
 
 }  // namespace
 
-RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes) {
+RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes, double gain_dn) {
   for (const RenderNote& note : notes)
     if (note.camera == camera.name)
-      return {note.gray_error.value_or(0.0) * camera.sensor.max_dn(), note.phase_error_rad.value_or(0.0),
-              note.gray_error.has_value()};
+      return {note.gray_error.value_or(0.0) * camera.sensor.max_dn() * gain_dn / camera.sensor.gain_dn,
+              note.phase_error_rad.value_or(0.0), note.gray_error.has_value()};
   return {};
 }
 

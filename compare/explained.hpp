@@ -16,7 +16,8 @@ struct RenderingError {
   double gray_dn = 0.0, phase_rad = 0.0;
   bool estimated = false;
 };
-RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes);
+/// The renderer states the gray error of the twin's sensor; `gain_dn`: of the gain that was fitted.
+RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes, double gain_dn);
 
 /// `calibration` below: of a camera or direction of CalibrationBudget; null: not in the budget.
 

@@ -133,11 +133,12 @@ TEST(Explained, RenderingErrorIsReadFromTheNoteOfItsCamera) {
   own.camera = "left";
   own.gray_error = 1e-3;
   own.phase_error_rad = 2e-4;
-  const RenderingError error = rendering_error(scene.twin.cameras[0], {other, own});
+  const RenderingError error =
+      rendering_error(scene.twin.cameras[0], {other, own}, scene.twin.cameras[0].sensor.gain_dn);
   EXPECT_TRUE(error.estimated);
   EXPECT_NEAR(error.gray_dn, 4.095, 1e-9);
   EXPECT_EQ(error.phase_rad, 2e-4);
-  EXPECT_FALSE(rendering_error(scene.twin.cameras[0], {other}).estimated);
+  EXPECT_FALSE(rendering_error(scene.twin.cameras[0], {other}, 1.0).estimated);
 }
 
 /// Decodes of the same surface, with Gaussian noise of a stated sigma on both sides and an offset.

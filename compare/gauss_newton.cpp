@@ -64,14 +64,15 @@ void GaussNewton::settle_sensors() {
   }
 }
 
-bool GaussNewton::step(bool keep_scale, Sensitivity::Derivative derivative) {
+GaussNewton::Outcome GaussNewton::step(bool keep_scale, Sensitivity::Derivative derivative) {
   throw_if_cancelled();
   equations_ = sensitivity_.equations(twin_, parameters_, values_, keep_scale, derivative);
   chi2_ = solve_step(equations_, sensors_of(equations_)).chi2 / static_cast<double>(equations_.n);
   const Step step = solve_step(equations_, unknowns());
-  if (parameters_.empty() || is_settled(step) || !take(step)) return false;
+  if (parameters_.empty() || is_settled(step)) return Outcome::settled;
+  if (!take(step)) return Outcome::stuck;
   settle_sensors();
-  return true;
+  return Outcome::moved;
 }
 
 bool GaussNewton::is_settled(const Step& step) const {

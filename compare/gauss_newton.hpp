@@ -13,9 +13,13 @@ class GaussNewton {
 
   /// Begins at other values, if they fit better.
   void start_at(const Eigen::VectorXd& values);
-  /// One step; false when the values are settled (to 0.05 standard errors) or no step lowers chi2.
-  /// `keep_scale`: the robust scale stays, so that chi2 can be compared with one before.
-  bool step(bool keep_scale = false, Sensitivity::Derivative derivative = Sensitivity::Derivative::quick);
+  enum class Outcome {
+    moved,
+    settled,  ///< all values to 0.05 standard errors
+    stuck     ///< no step or part of it lowers chi2
+  };
+  /// One step. `keep_scale`: the robust scale stays, so that chi2 can be compared with one before.
+  Outcome step(bool keep_scale = false, Sensitivity::Derivative derivative = Sensitivity::Derivative::quick);
 
   Twin twin() const { return with_values(twin_, parameters_, values_); }
   const std::vector<Parameter>& parameters() const { return parameters_; }

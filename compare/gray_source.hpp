@@ -25,10 +25,10 @@ struct GrayPair {
 
   int width() const { return mask.width; }
   int height() const { return mask.height; }
-  double irradiance_at(int image, std::size_t i) const {
-    return e_scale * static_cast<double>(irradiance->images[static_cast<std::size_t>(image)].data[i]) +
-           e_offset;
+  double source_at(int image, std::size_t i) const {
+    return static_cast<double>(irradiance->images[static_cast<std::size_t>(image)].data[i]);
   }
+  double irradiance_at(int image, std::size_t i) const { return e_scale * source_at(image, i) + e_offset; }
 };
 
 /// Sums over blocks of pixels take every second row of images of a megapixel or more: half the time, and
@@ -48,5 +48,11 @@ struct Usable {
   double low_dn = 0.0, high_dn = 0.0;
 };
 Usable clip_test(const GrayPair& pair, double gain_dn, double black_level_dn, double sigma_dn);
+
+/// `v`: value of the irradiance source.
+inline bool is_usable(const Usable& u, double real_dn, double v, double predicted_dn) {
+  return real_dn < u.saturation_dn && v > u.sim_low && v < u.sim_high && predicted_dn >= u.low_dn &&
+         predicted_dn <= u.high_dn;
+}
 
 }  // namespace fringetwin::compare

@@ -11,9 +11,9 @@ namespace {
 
 /// Pixel (i, j) of the result looks where pixel (first + k i, first + k j) of the camera does.
 Camera thinned(const Camera& camera, const GridView& grid) {
+  if (grid.stride == 1) return camera;
   Camera out = camera;
   out.vignetting = {};  // follows the whole image: applied afterwards
-  if (grid.stride == 1) return out;
   std::vector<double> intrinsics = camera.lens.intrinsics();
   const double k = grid.stride;
   intrinsics[0] /= k;
@@ -29,9 +29,13 @@ Camera thinned(const Camera& camera, const GridView& grid) {
 
 GridView choose_grid(const Camera& camera, std::size_t n_valid, std::size_t most) {
   GridView grid{1, 0, camera.lens.width(), camera.lens.height()};
-  if (!camera.lens.is_perspective() || camera.psf_px > 0.0 || n_valid <= most) return grid;
+  if (n_valid <= most) return grid;
   const int k =
       static_cast<int>(std::ceil(std::sqrt(static_cast<double>(n_valid) / static_cast<double>(most))));
+  if (!camera.lens.is_perspective() || camera.psf_px > 0.0) {
+    grid.keep = k;
+    return grid;
+  }
   grid.stride = std::min({k, camera.lens.width(), camera.lens.height()});
   grid.first = grid.stride / 2;
   grid.width = (camera.lens.width() - 1 - grid.first) / grid.stride + 1;
@@ -46,7 +50,7 @@ std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, st
   view.render.pixel_fill /= grid.stride;
   std::vector<ImageF> images = renderer.render(view, 0, {Sampler::gauss, samples}).irradiance;
   const Camera& camera = twin.cameras[index];
-  if (camera.vignetting.kind == Vignetting::Kind::none) return images;
+  if (grid.stride == 1 || camera.vignetting.kind == Vignetting::Kind::none) return images;
   for (int y = 0; y < grid.height; ++y)
     for (int x = 0; x < grid.width; ++x) {
       const auto factor = static_cast<float>(

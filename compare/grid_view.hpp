@@ -13,14 +13,15 @@ namespace fringetwin::compare {
 struct GridView {
   int stride = 1, first = 0;
   int width = 0, height = 0;  ///< of the grid
+  int keep = 1;               ///< of the grid's pixels every keep-th along each axis is worth keeping
   std::size_t pixel_of(int gx, int gy, int full_width) const {
     return static_cast<std::size_t>(first + stride * gy) * static_cast<std::size_t>(full_width) +
            static_cast<std::size_t>(first + stride * gx);
   }
 };
 
-/// A grid that keeps at most `most` of `n_valid` pixels. Every pixel where the camera cannot be thinned: lens
-/// models that are not perspective, a point spread (it needs the neighbours).
+/// A grid that keeps at most `most` of `n_valid` pixels. Every pixel, of which some are kept, where the
+/// camera cannot be thinned: lens models that are not perspective, a point spread (it needs the neighbours).
 GridView choose_grid(const Camera& camera, std::size_t n_valid, std::size_t most);
 
 /// Irradiance images (sequence order, grid size) of camera `index`: the rays of the whole image's own pixels

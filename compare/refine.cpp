@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kPixels = 40'000;  ///< per camera
 constexpr int kMostIterations = 20;
-constexpr double kCannotBeTold = 1e-6;  ///< eigenvalue of the scaled normal matrix: 1 - correlation^2
+constexpr double kCannotBeTold = 1e-6;  ///< smallest eigenvalue of the correlation matrix
 constexpr double kHighCorrelation = 0.98;
 
 bool is_no_parameter(const std::string& name) {
@@ -91,25 +91,28 @@ class Refiner {
     const Twin as_written = twin_;
     sensitivity_.choose_scale(twin_);
     const std::vector<double> scale = sensitivity_.scale();
+    GaussNewton start(sensitivity_, as_written, {}, hold_gain_);
+    start.settle_sensors();
+    report_.chi2_before = start.chi2_of(as_written);
     settle_switches();
     GaussNewton fit(sensitivity_, twin_, parameters_, hold_gain_);
     fit.start_at(values_of_fits());
-    bool goes_on = true;
-    for (report_.iterations = 1; goes_on && report_.iterations <= kMostIterations; ++report_.iterations) {
-      goes_on = fit.step();
-      if (report_.iterations == 1) refuse_what_cannot_be_told(fit);
+    auto outcome = GaussNewton::Outcome::moved;
+    for (int i = 0; i < kMostIterations && outcome == GaussNewton::Outcome::moved; ++i) {
+      outcome = fit.step();
+      if (i == 0) refuse_what_cannot_be_told(fit);
+      report_.iterations = i + 1;
       say(fmt::format("refine: step {}, chi2 {:.5g}", report_.iterations, fit.chi2()));
     }
-    --report_.iterations;
-    report_.converged = !goes_on;
+    report_.converged = outcome == GaussNewton::Outcome::settled;
     // covariance, and what only looked as if it could be told apart
-    fit.step(false, Sensitivity::Derivative::exact);
+    if (fit.step(false, Sensitivity::Derivative::exact) == GaussNewton::Outcome::settled)
+      report_.converged = true;
     refuse_what_cannot_be_told(fit);
     fit.settle_sensors();
     Refined out = finish(fit);
     // both with the scale of the start, or the robust sums would not compare
     sensitivity_.set_scale(scale);
-    out.report.chi2_before = fit.chi2_of(as_written);
     out.report.chi2_after = fit.chi2_of(out.twin);
     return out;
   }
@@ -121,15 +124,17 @@ class Refiner {
     const std::vector<GrayPair> pairs = pair_gray(twin_, real_, simulated_, options, warnings);
     for (std::size_t c = 0; c < pairs.size(); ++c) {
       const GainFit fit = fit_gain(pairs[c], warnings);
-      if (!fit.row.usable) continue;
+      if (!fit.row.usable || pairs[c].real->radiance) continue;
       const measure::CameraDecode *real_decode = decode_of(real_, c), *sim_decode = decode_of(simulated_, c);
       const GrayNoise noise(pairs[c], real_decode, options.use_steps);
-      samples.push_back(grid_samples(pairs[c], c, fit, noise,
-                                     interior_mask(pairs[c].mask, real_decode, sim_decode),
-                                     rendering_error(*pairs[c].camera, options.rendered).gray_dn, kPixels));
+      GridSamples grid =
+          grid_samples(pairs[c], c, fit, noise, interior_mask(pairs[c].mask, real_decode, sim_decode),
+                       rendering_error(*pairs[c].camera, options.rendered, fit.row.gain_dn).gray_dn, kPixels);
+      if (grid.n_pixels() > 0) samples.push_back(std::move(grid));
     }
     if (samples.empty())
-      throw UserError(ExitCode::input, "--refine", "no camera has enough gray values that both sides share",
+      throw UserError(ExitCode::input, "--refine",
+                      "no camera has enough gray values inside surfaces that both sides share",
                       "compare without --refine first and look at the report");
     return samples;
   }
@@ -197,10 +202,12 @@ class Refiner {
     for (Eigen::Index i = 0; i < m; ++i)
       if (std::abs(eigen.eigenvectors()(i, 0)) > 0.15)
         names += (names.empty() ? "" : ", ") + unknown_name(all[static_cast<std::size_t>(i)]);
-    throw UserError(ExitCode::usage, "--refine",
-                    fmt::format("the images cannot tell these apart: {} (1 - correlation² = {:.1e})", names,
-                                eigen.eigenvalues()[0]),
-                    "refine fewer of them at a time");
+    throw UserError(
+        ExitCode::usage, "--refine",
+        fmt::format(
+            "the images cannot tell these apart: {} (smallest eigenvalue of their correlations {:.1e})",
+            names, eigen.eigenvalues()[0]),
+        "refine fewer of them at a time");
   }
 
   std::string unknown_name(std::size_t at) const {
@@ -330,17 +337,6 @@ void apply_texture(const Refinement& refinement, const std::vector<CameraImages>
       for (ImageF& image : e) image.data[i] = static_cast<float>(factor * static_cast<double>(image.data[i]));
     }
   }
-}
-
-std::string refined_toml(const Refinement& r, const std::string& twin_file) {
-  std::string text = fmt::format("# Values refined from {} (--refine", twin_file);
-  for (const std::string& name : r.asked) text += " " + name;
-  text += fmt::format("): put them into the twin by hand.\n# chi2 per gray value {:.5g} -> {:.5g}\n",
-                      r.chi2_before, r.chi2_after);
-  for (const RefinedRow& row : r.rows)
-    text += fmt::format("\"{}\" = {:.10g}  # {}was {:.10g}, standard error {:.2g}\n", row.name, row.after,
-                        row.unit.empty() ? "" : row.unit + ", ", row.before, row.sigma);
-  return text;
 }
 
 }  // namespace fringetwin::compare

@@ -13,7 +13,7 @@ struct Refined {
   Refinement report;
 };
 
-/// Words `--refine` takes, for messages: groups, "gain", "black".
+/// Words `--refine` takes, for messages: groups, "texture", "gain", "black".
 std::string refine_names();
 
 /// Throws UserError(usage) for an unknown name, for what this twin does not have and for gain with albedo:
@@ -37,7 +37,8 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
 void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,
                    const std::vector<int>& images, std::vector<CameraImages>& irradiance);
 
-/// What to write into twin.toml, as a text of its own: every refined value with its standard error.
-std::string refined_toml(const Refinement& refinement, const std::string& twin_file);
+/// What to write into twin.toml: every key that differs, in the words of that file, under its table; the
+/// refined values with their standard errors as comments above.
+std::string refined_toml(const Refinement& refinement, const Twin& before, const Twin& after);
 
 }  // namespace fringetwin::compare

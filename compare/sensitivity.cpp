@@ -15,6 +15,8 @@ constexpr double kHuberSigmas = 3.0;
 constexpr double kWantedChange = 3e-3;  ///< of the images' size: 0.15 % of the derivative is curvature
 constexpr double kExactChange = 2e-2;   ///< central: 0.01 %
 constexpr double kSmallestEigenvalue = 1e-9;
+constexpr int kMostAttempts = 4;
+constexpr double kNoChange = 1e-7;  ///< of the images' size: rounding
 
 double median_of(std::vector<float>& v) {
   if (v.empty()) return 0.0;
@@ -37,8 +39,8 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
       std::count_if(interior.data.begin(), interior.data.end(), [](unsigned char m) { return m != 0; }));
   out.grid = choose_grid(*pair.camera, n_valid, most);
   const Usable& u = fit.usable;
-  for (int gy = 0; gy < out.grid.height; ++gy)
-    for (int gx = 0; gx < out.grid.width; ++gx) {
+  for (int gy = 0; gy < out.grid.height; gy += out.grid.keep)
+    for (int gx = 0; gx < out.grid.width; gx += out.grid.keep) {
       const std::size_t i = out.grid.pixel_of(gx, gy, pair.width());
       if (interior.data[i] == 0) continue;
       out.cell.push_back(static_cast<std::size_t>(gy) * static_cast<std::size_t>(out.grid.width) +
@@ -51,7 +53,7 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
       for (const int image : out.images) {
         const auto y = static_cast<double>(pair.real->images[static_cast<std::size_t>(image)].data[i]);
         const double predicted = u.gain_dn * pair.irradiance_at(image, i) + u.black_level_dn;
-        const bool usable = y < u.saturation_dn && predicted >= u.low_dn && predicted <= u.high_dn;
+        const bool usable = is_usable(u, y, pair.source_at(image, i), predicted);
         out.real_dn.push_back(static_cast<float>(y));
         out.weight.push_back(usable && sigma_dn > 0.0 ? static_cast<float>(1.0 / sigma_dn) : 0.0F);
       }
@@ -132,33 +134,54 @@ double Sensitivity::relative_change(const Values& from, const Values& to) const 
   return size > 0.0 ? std::sqrt(change / size) : 0.0;
 }
 
+namespace {
+Sensitivity::Values zeros(const Sensitivity::Values& like) {
+  Sensitivity::Values out;
+  for (const std::vector<float>& values : like) out.emplace_back(values.size(), 0.0F);
+  return out;
+}
+}  // namespace
+
 Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Parameter>& parameters,
                                         const Eigen::VectorXd& values, std::size_t at, const Values& base,
                                         Derivative derivative) const {
   const auto index = static_cast<Eigen::Index>(at);
   const Parameter& parameter = parameters[at];
   const double wanted = derivative == Derivative::exact ? kExactChange : kWantedChange;
-  Values out;
+  // as far as a step may grow: a thousand times what suits a rig of usual size
+  const double longest = 1e3 * parameter.step;
+  const auto inside = [&](double value) { return value >= parameter.smallest && value <= parameter.largest; };
+  const auto images_at = [&](double value) {
+    Eigen::VectorXd changed = values;
+    changed[index] = value;
+    return irradiance(with_values(twin, parameters, changed), kDerivativeSamples);
+  };
+  const Values nothing = zeros(base);
+  Values out, other;
   double step = parameter.is_switch ? (values[index] > 0.5 ? -1.0 : 1.0) : parameter.step;
-  if (values[index] + step > parameter.largest) step = -step;
-  for (int attempt = 0; attempt < 5; ++attempt) {
-    Eigen::VectorXd changed = values;
-    changed[index] += step;
-    out = irradiance(with_values(twin, parameters, changed), kDerivativeSamples);
-    if (parameter.is_switch) break;
-    const double change = relative_change(base, out);
-    if (change > wanted / 5.0 && change < wanted * 5.0) break;
-    step *= std::clamp(wanted / std::max(change, 1e-12), 1e-3, 1e3);
-  }
-  Values other;
-  if (derivative == Derivative::exact && !parameter.is_switch) {
-    const double opposite = values[index] - step;
-    if (opposite > parameter.largest || opposite < parameter.smallest)  // one side only: a short step
-      return column(twin, parameters, values, at, base, Derivative::quick);
-    Eigen::VectorXd changed = values;
-    changed[index] = opposite;
-    other = irradiance(with_values(twin, parameters, changed), kDerivativeSamples);
-    step *= 2.0;
+  try {
+    for (int attempt = 0;; ++attempt) {
+      if (!inside(values[index] + step)) step = -step;
+      if (!inside(values[index] + step)) return nothing;
+      out = images_at(values[index] + step);
+      if (parameter.is_switch) break;
+      const double change = relative_change(base, out);
+      if (change > wanted / 5.0 && change < wanted * 5.0) break;
+      if (attempt == kMostAttempts || (change < kNoChange && std::abs(step) >= longest)) {
+        if (change < kNoChange) return nothing;
+        break;  // out belongs to this step, whatever its size
+      }
+      const double grown = step * std::clamp(wanted / std::max(change, 1e-12), 1e-3, 1e3);
+      step = std::copysign(std::min(std::abs(grown), longest), step);
+    }
+    if (derivative == Derivative::exact && !parameter.is_switch) {
+      if (!inside(values[index] - step))  // one side only: a short step
+        return column(twin, parameters, values, at, base, Derivative::quick);
+      other = images_at(values[index] - step);
+      step *= 2.0;
+    }
+  } catch (const UserError&) {
+    return nothing;  // no lens can be made of it: the images say nothing about this parameter
   }
   const Values& from = other.empty() ? base : other;
   for (std::size_t c = 0; c < out.size(); ++c)
@@ -188,6 +211,7 @@ void Sensitivity::add_pixel(const GridSamples& s, std::size_t camera, std::size_
   const auto k = static_cast<Eigen::Index>(s.images.size());
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(k, size);
   Eigen::VectorXd r = Eigen::VectorXd::Zero(k);
+  std::uint64_t used = 0;
   const auto gain = static_cast<Eigen::Index>(part.gain_at(camera)),
              black = static_cast<Eigen::Index>(part.black_at(camera));
   for (Eigen::Index j = 0; j < k; ++j) {
@@ -202,8 +226,9 @@ void Sensitivity::add_pixel(const GridSamples& s, std::size_t camera, std::size_
           root * w * s.gain_dn * static_cast<double>(columns[c][camera][i]);
     rows(j, gain) = root * w * static_cast<double>(rough[camera][i]);
     rows(j, black) = root * w;
-    ++part.n;
+    ++used;
   }
+  if (used == 0) return;
   if (free_factor) {
     const Eigen::VectorXd e = rows.col(gain);
     const double ee = e.squaredNorm();
@@ -211,11 +236,12 @@ void Sensitivity::add_pixel(const GridSamples& s, std::size_t camera, std::size_
     r -= e * (e.dot(r) / ee);
     rows -= e * ((e.transpose() * rows) / ee);
     rows.col(gain).setZero();
-    --part.n;
+    --used;
   }
   part.normal.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
   part.right += rows.transpose() * r;
   part.chi2 += r.squaredNorm();
+  part.n += used;
 }
 
 NormalEquations Sensitivity::assemble(const Values& base, const Values& rough,

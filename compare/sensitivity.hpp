@@ -67,6 +67,7 @@ class Sensitivity {
   /// From now on every pixel has a brightness of its own in all equations (texture).
   void free_factors() { free_factors_ = true; }
   /// Robust scale, so that two sums of squares can be compared.
+  bool has_free_factors() const { return free_factors_; }
   const std::vector<double>& scale() const { return threshold_; }
   void set_scale(const std::vector<double>& scale) { threshold_ = scale; }
   void choose_scale(const Twin& twin) { choose_scale(irradiance(twin, kResidualSamples)); }

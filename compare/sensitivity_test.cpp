@@ -223,7 +223,7 @@ TEST(GaussNewtonFit, ConvergesToTheTruthFromFarther) {
   Sensitivity sensitivity(renderer(), std::move(samples));
   GaussNewton fit(sensitivity, twin, parameters_of(twin, "pose"), false);
   const double before = fit.chi2();
-  for (int i = 0; i < 10 && fit.step(); ++i) {
+  for (int i = 0; i < 10 && fit.step() == GaussNewton::Outcome::moved; ++i) {
   }
   const Eigen::Vector3d found = std::get<SphereShape>(fit.twin().objects[0].shape).center_mm;
   EXPECT_LE((found - std::get<SphereShape>(truth.objects[0].shape).center_mm).norm(), 2e-5);

@@ -110,7 +110,7 @@ TEST_P(WrongTwin, IsNamedAndMended) {
     expect_refined(wrong.name, mended);
     expect_explained(mended);
     EXPECT_THAT(read_file(folder / "out" / "refined.toml"),
-                HasSubstr('"' + mended["refinement"]["parameters"][0]["name"].get<std::string>() + "\" = "));
+                HasSubstr("#   " + mended["refinement"]["parameters"][0]["name"].get<std::string>() + ": "));
   }
   const json plain = cosim(folder);  // into the same folder
   EXPECT_FALSE(fs::exists(folder / "out" / "refined.toml"));
