@@ -11,8 +11,9 @@ namespace fringetwin::compare {
 namespace {
 
 constexpr int kMostHalvings = 6;
-constexpr double kSettled = 0.05;     ///< standard errors
-constexpr double kWorthAStep = 0.01;  ///< of chi2, not per value
+constexpr double kAsGoodAsSettled = 0.5;  ///< where derivatives are too rough for a better step
+constexpr double kSettled = 0.05;         ///< standard errors
+constexpr double kWorthAStep = 0.01;      ///< of chi2, not per value
 
 }  // namespace
 
@@ -69,17 +70,17 @@ GaussNewton::Outcome GaussNewton::step(bool keep_scale, Sensitivity::Derivative 
   equations_ = sensitivity_.equations(twin_, parameters_, values_, keep_scale, derivative);
   chi2_ = solve_step(equations_, sensors_of(equations_)).chi2 / static_cast<double>(equations_.n);
   const Step step = solve_step(equations_, unknowns());
-  if (parameters_.empty() || is_settled(step)) return Outcome::settled;
-  if (!take(step)) return Outcome::stuck;
+  if (parameters_.empty() || is_within(step, kSettled)) return Outcome::settled;
+  if (!take(step)) return is_within(step, kAsGoodAsSettled) ? Outcome::settled : Outcome::stuck;
   settle_sensors();
   return Outcome::moved;
 }
 
-bool GaussNewton::is_settled(const Step& step) const {
+bool GaussNewton::is_within(const Step& step, double sigmas) const {
   const double inflation = std::sqrt(std::max(1.0, chi2_));
   for (std::size_t k = 0; k < parameters_.size(); ++k) {
     const auto at = static_cast<Eigen::Index>(k);
-    if (std::abs(step.change[at]) > kSettled * inflation * step.sigma[at]) return false;
+    if (std::abs(step.change[at]) > sigmas * inflation * step.sigma[at]) return false;
   }
   return true;
 }

@@ -15,7 +15,7 @@ class GaussNewton {
   void start_at(const Eigen::VectorXd& values);
   enum class Outcome {
     moved,
-    settled,  ///< all values to 0.05 standard errors
+    settled,  ///< all values to 0.05 standard errors, or to 0.5 where no step is better
     stuck     ///< no step or part of it lowers chi2
   };
   /// One step. `keep_scale`: the robust scale stays, so that chi2 can be compared with one before.
@@ -34,7 +34,8 @@ class GaussNewton {
 
  private:
   std::vector<std::size_t> sensors_of(const NormalEquations& e) const;
-  bool is_settled(const Step& step) const;
+  /// All parameters move by so many standard errors at most.
+  bool is_within(const Step& step, double sigmas) const;
   bool take(const Step& step);
 
   Sensitivity& sensitivity_;

@@ -19,6 +19,7 @@ namespace {
 constexpr std::size_t kPixels = 40'000;  ///< per camera
 constexpr int kMostIterations = 20;
 constexpr double kCannotBeTold = 1e-6;  ///< smallest eigenvalue of the correlation matrix
+constexpr double kInvolved = 0.15;      ///< share of a parameter in a combination that cannot be told
 constexpr double kHighCorrelation = 0.98;
 
 bool is_no_parameter(const std::string& name) {
@@ -199,9 +200,12 @@ class Refiner {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
     if (eigen.eigenvalues()[0] > kCannotBeTold) return;
     std::string names;
-    for (Eigen::Index i = 0; i < m; ++i)
-      if (std::abs(eigen.eigenvectors()(i, 0)) > 0.15)
-        names += (names.empty() ? "" : ", ") + unknown_name(all[static_cast<std::size_t>(i)]);
+    for (Eigen::Index i = 0; i < m; ++i) {
+      bool involved = false;
+      for (Eigen::Index k = 0; k < m && eigen.eigenvalues()[k] <= kCannotBeTold; ++k)
+        involved = involved || std::abs(eigen.eigenvectors()(i, k)) > kInvolved;
+      if (involved) names += (names.empty() ? "" : ", ") + unknown_name(all[static_cast<std::size_t>(i)]);
+    }
     throw UserError(
         ExitCode::usage, "--refine",
         fmt::format(
