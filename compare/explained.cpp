@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "compare/fit_rows.hpp"
 #include "compare/phase_rows.hpp"
 #include "twin/constants.hpp"
 
@@ -24,8 +23,6 @@ constexpr double kCoverage = 3.0;       ///< standard uncertainties
 constexpr std::uint64_t kFewestJudged = 200;
 
 double limit_for(double n) { return 1.0 + kCoverage * std::sqrt(2.0 / n + kNoiseKnownTo * kNoiseKnownTo); }
-
-const char* const kCalibrationLine = "calibration covariance";
 
 /// Shares: of the expected chi2 that the calibration makes. Its error is one draw for all of the image, not
 /// an average over many, so `kCoverage` standard uncertainties of it must pass.
@@ -294,76 +291,6 @@ std::optional<ExplainedRow> explain_phase(const std::string& camera, const Direc
   if (calibration) row.lines.push_back({kCalibrationLine, s.calibration / n});
   judge(row, s.share / n, regional_share(s));
   return row;
-}
-
-std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits,
-                                           const CalibrationBudget* calibration) {
-  std::vector<ExplainedRow> rows;
-  for (const FitRow& fit : fits) {
-    ExplainedRow row;
-    row.quantity = "geometry";
-    row.region = fit.object;
-    row.chi2_limit = kCoverage * kCoverage;
-    double worst = -1.0;
-    const CalibrationBudget::Fit* moved = nullptr;
-    if (calibration)
-      if (const auto at = calibration->fits.find(fit.object); at != calibration->fits.end())
-        moved = &at->second;
-    const auto look_at = [&](const std::string& name, double z_of_fits, double difference, double sigma_s,
-                             double sigma_r, double moved_variance, const std::string& unit, bool estimated) {
-      if (!std::isfinite(z_of_fits)) return;
-      // z/difference tells what the fits' errors are; 0 stays 0
-      const double per_unit = difference == 0.0 ? 0.0 : z_of_fits / difference;
-      const double z = z_of_fits / std::sqrt(1.0 + moved_variance * per_unit * per_unit);
-      ++row.n;
-      if (std::abs(z) <= worst) return;
-      worst = std::abs(z);
-      row.worst = name;
-      row.unit = unit;
-      row.observed = difference * difference;
-      row.lines = {
-          {"fit of the simulated points", sigma_s * sigma_s},
-          {estimated ? "fit of the real points, estimated from the published rms" : "fit of the real points",
-           sigma_r * sigma_r}};
-      if (moved) row.lines.push_back({kCalibrationLine, moved_variance});
-    };
-    const auto unit_of = [](const std::string& key) {
-      return key.ends_with("_mm") ? "mm" : key.ends_with("_rad") ? "rad" : "";
-    };
-    const auto number = [](const std::map<std::string, double>& values, const std::string& key) {
-      const auto at = values.find(key);
-      return at == values.end() ? 0.0 : at->second;
-    };
-    const auto look_at_numbers = [&](const std::map<std::string, double>& z,
-                                     const std::map<std::string, double>& real, bool estimated) {
-      for (const auto& [key, value] : z)
-        look_at(key, value, fit.difference.at(key), number(fit.simulated->numbers, sigma_key(key)),
-                number(real, sigma_key(key)), moved ? number(moved->numbers, key) : 0.0, unit_of(key),
-                estimated);
-    };
-    using Vectors = std::map<std::string, Eigen::Vector3d>;
-    const auto component = [](const Vectors& values, const std::string& key, int i) {
-      const auto at = values.find(key);
-      return at == values.end() ? 0.0 : at->second[i];
-    };
-    const auto look_at_vectors = [&](const Vectors& z, const Vectors& real, bool estimated) {
-      for (const auto& [key, value] : z)
-        for (int i = 0; i < 3; ++i)
-          look_at(fmt::format("{}.{}", key, "xyz"[i]), value[i], fit.difference_vectors.at(key)[i],
-                  component(fit.simulated->vectors, sigma_key(key), i), component(real, sigma_key(key), i),
-                  moved ? component(moved->vectors, key, i) : 0.0, unit_of(key), estimated);
-    };
-    if (!fit.simulated || !fit.real) continue;
-    look_at_numbers(fit.z, fit.real->numbers, false);
-    look_at_numbers(fit.z_estimated, fit.real_sigma_estimated, true);
-    look_at_vectors(fit.z_vectors, fit.real->vectors, false);
-    look_at_vectors(fit.z_estimated_vectors, fit.real_sigma_estimated_vectors, true);
-    if (row.n == 0) continue;
-    row.chi2 = worst * worst;
-    row.explained = row.chi2 <= row.chi2_limit;
-    rows.push_back(std::move(row));
-  }
-  return rows;
 }
 
 std::optional<bool> all_explained(const std::vector<ExplainedRow>& rows, const std::string& quantity) {

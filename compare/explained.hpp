@@ -11,6 +11,8 @@
 
 namespace fringetwin::compare {
 
+inline constexpr const char* kCalibrationLine = "calibration covariance";
+
 /// What is known of how exactly a camera was rendered; 0 where nothing was estimated.
 struct RenderingError {
   double gray_dn = 0.0, phase_rad = 0.0;
