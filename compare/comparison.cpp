@@ -64,13 +64,13 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
     for (GrayRow& row : gray_rows(twin, pair, fit)) out.gray.push_back(std::move(row));
     const measure::CameraDecode *real_decode = decode_of(real, c),
                                 *simulated_decode = decode_of(simulated, c);
-    const auto budget = gray_budget(pair, fit, real_decode, simulated_decode, options);
+    const GrayNoise noise(pair, real_decode, options.use_steps);
+    const auto budget = gray_budget(pair, fit, real_decode, simulated_decode, noise);
     if (budget) out.gray_budget.push_back(*budget);
     if (twin.fringes.steps > 0)
       out.shift.push_back(shift_field(pairs[c], fit, noise_line(pairs[c], fit, budget)));
     warn_of_bias(fit.row, budget, out.warnings);
     if (pair.real->radiance) continue;  // no gray values, no noise model: nothing to judge against
-    const GrayNoise noise(pair, real_decode, options.use_steps);
     const ImageU8 interior = interior_mask(pair.mask, real_decode, simulated_decode);
     const RenderingError rendering = rendering_error(*pair.camera, options.rendered, fit.row.gain_dn);
     if (auto row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
@@ -94,6 +94,15 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
   out.causes = find_causes(sensitivity, twin);
 }
 
+/// Of the pixels valid in both decodes.
+ImageU8 interior_of(const measure::CameraDecode& real, const measure::CameraDecode& simulated) {
+  ImageU8 valid(real.width(), real.height(), 1);
+  for (const measure::CameraDecode* side : {&real, &simulated})
+    for (std::size_t i = 0; i < valid.size(); ++i)
+      if (side->flags.data[i] != measure::kValid) valid.data[i] = 0;
+  return interior_mask(valid, &real, &simulated);
+}
+
 void compare_phase(const Twin& twin, const Measurement& real, const Measurement& simulated,
                    const CompareOptions& options, const CalibrationBudget* calibration, Comparison& out) {
   out.phase = phase_rows(twin, real, simulated);
@@ -104,7 +113,8 @@ void compare_phase(const Twin& twin, const Measurement& real, const Measurement&
           "|difference| > "
           "pi); they are in no phase number, so the phase rows describe the rest only",
           row.camera, row.direction, 100.0 * row.order_disagree_fraction(), row.n_order_disagree));
-  for (std::size_t c = 0; c < real.cameras.size(); ++c)
+  for (std::size_t c = 0; c < real.cameras.size(); ++c) {
+    const ImageU8 interior = interior_of(real.cameras[c], simulated.cameras[c]);
     for (std::size_t d = 0; d < real.cameras[c].directions.size(); ++d) {
       const DirectionDecode& r = real.cameras[c].directions[d];
       const DirectionDecode* s = simulated.cameras[c].direction(r.axis);
@@ -114,17 +124,12 @@ void compare_phase(const Twin& twin, const Measurement& real, const Measurement&
         budget->direction = axis_name(r.axis);
         out.phase_budget.push_back(std::move(*budget));
       }
-      const measure::CameraDecode &real_decode = real.cameras[c], &simulated_decode = simulated.cameras[c];
-      ImageU8 valid(r.coordinate_px.width, r.coordinate_px.height, 1);
-      for (const measure::CameraDecode* side : {&real_decode, &simulated_decode})
-        for (std::size_t i = 0; i < valid.size(); ++i)
-          if (side->flags.data[i] != measure::kValid) valid.data[i] = 0;
-      if (auto row =
-              explain_phase(real_decode.camera, r, *s, interior_mask(valid, &real_decode, &simulated_decode),
-                            rendering_error(twin.cameras[c], options.rendered, 1.0),
-                            calibration ? &calibration->phase_rad2[c][d] : nullptr))
+      if (auto row = explain_phase(real.cameras[c].camera, r, *s, interior,
+                                   rendering_error(twin.cameras[c], options.rendered, 1.0),
+                                   calibration ? &calibration->phase_rad2[c][d] : nullptr))
         out.explained.push_back(std::move(*row));
     }
+  }
 }
 
 /// Null where none is asked for, or nothing real is there to hold it against.

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <vector>
 
-#include "compare/gray_noise.hpp"
 #include "twin/constants.hpp"
 #include "twin/linear.hpp"
 
@@ -279,12 +278,11 @@ class GrayBudgetFit {
 }  // namespace
 
 std::optional<GrayBudget> gray_budget(const GrayPair& pair, const GainFit& fit, const CameraDecode* real,
-                                      const CameraDecode* simulated, const CompareOptions& options) {
+                                      const CameraDecode* simulated, const GrayNoise& noise) {
   const bool has_steps = std::any_of(pair.gain_images.begin(), pair.gain_images.end(), [&](int i) {
     return !pair.patterns[static_cast<std::size_t>(i)].is_gray();
   });
   if (!has_steps || (!real && !simulated)) return std::nullopt;
-  const GrayNoise noise(pair, real, options.use_steps);
   GrayBudget budget =
       GrayBudgetFit(pair, fit, {real ? real : simulated, simulated ? simulated : real}, noise).run();
   if (budget.n == 0) return std::nullopt;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "compare/gain_fit.hpp"
+#include "compare/gray_noise.hpp"
 #include "measure/decode.hpp"
 
 namespace fringetwin::compare {
@@ -14,6 +15,6 @@ namespace fringetwin::compare {
 /// per-pixel parameter removes with it, so that they add up to the total.
 std::optional<GrayBudget> gray_budget(const GrayPair& pair, const GainFit& fit,
                                       const measure::CameraDecode* real,
-                                      const measure::CameraDecode* simulated, const CompareOptions& options);
+                                      const measure::CameraDecode* simulated, const GrayNoise& noise);
 
 }  // namespace fringetwin::compare

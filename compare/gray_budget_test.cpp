@@ -22,7 +22,8 @@ GrayBudget budget_of(const Truth& t) {
   const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
   const GainFit fit = fit_gain(pairs.at(0), warnings);
   const auto budget = gray_budget(pairs[0], fit, &scene.real.measurement->cameras[0],
-                                  &scene.simulated.measurement->cameras[0], {});
+                                  &scene.simulated.measurement->cameras[0],
+                                  GrayNoise(pairs[0], &scene.real.measurement->cameras[0], {}));
   EXPECT_TRUE(budget.has_value());
   return budget.value();
 }
@@ -124,7 +125,8 @@ TEST(GrayBudget, TheImagesOwnRedundancyBeatsWhatTheTwinBelieves) {
   const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
   const GainFit fit = fit_gain(pairs.at(0), warnings);
   const auto b = gray_budget(pairs[0], fit, &scene.real.measurement->cameras[0],
-                             &scene.simulated.measurement->cameras[0], {});
+                             &scene.simulated.measurement->cameras[0],
+                             GrayNoise(pairs[0], &scene.real.measurement->cameras[0], {}));
   ASSERT_TRUE(b.has_value());
   EXPECT_NEAR(b->noise_dn2 / (t.noise_dn * t.noise_dn + 1.0 / 12.0), 1.0, 0.03);
   EXPECT_EQ(b->noise_source, "redundancy of the 8 phase steps of the real images");
@@ -140,7 +142,8 @@ TEST(GrayBudget, ThreeStepsFallBackToTheSensorModel) {
   const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
   const GainFit fit = fit_gain(pairs.at(0), warnings);
   const auto b = gray_budget(pairs[0], fit, &scene.real.measurement->cameras[0],
-                             &scene.simulated.measurement->cameras[0], {});
+                             &scene.simulated.measurement->cameras[0],
+                             GrayNoise(pairs[0], &scene.real.measurement->cameras[0], {}));
   ASSERT_TRUE(b.has_value());
   EXPECT_NEAR(b->noise_per_dn, 1.0 / 40.0, 1e-4);
   EXPECT_EQ(b->noise_source, "sensor model of the twin, not measured on these images");
