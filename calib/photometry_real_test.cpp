@@ -13,11 +13,10 @@
 #include <cstdlib>
 
 #include "calib/photometry.hpp"
-#include "twin/paths.hpp"
+#include "twin/real_set_testing.hpp"
 
 namespace fringetwin::calib::photometry_real_test {
 namespace {
-namespace fs = std::filesystem;
 
 struct RealSet {
   Twin twin;
@@ -25,15 +24,12 @@ struct RealSet {
 };
 
 std::optional<RealSet> load(const std::string& name) {
-  const char* source = std::getenv("FRINGETWIN_SOURCE");
-  const fs::path toml = fs::path(source != nullptr ? source : ".") / "datasets" / name / "twin.toml";
-  if (!fs::exists(captures_root() / name) || !fs::exists(toml)) return std::nullopt;
-  RealSet set{load_twin(toml), {}};
-  const CaptureSet captures =
-      read_capture_set(*set.twin.real.captures, static_cast<int>(expand_sequence(set.twin.fringes).size()));
-  for (const Camera& camera : set.twin.cameras) {
+  auto real = test_tools::load_real_set(name);
+  if (!real) return std::nullopt;
+  RealSet set{std::move(real->twin), {}};
+  for (CameraImages& images : real->images) {
     CameraFrames frames;
-    frames.captures.push_back(load_camera_images(captures, camera, set.twin.fringes));
+    frames.captures.push_back(std::move(images));
     set.frames.push_back(std::move(frames));
   }
   return set;

@@ -2,11 +2,10 @@
 // A rig that is not quite what its calibration says: within the stated covariance it is explained, far beyond
 // it is not. One camera, one projector, a sphere; the projector's r2 is uncertain by 2e-5 rad (0.034 px).
 //
-// | check                         | tolerance | origin |
-// |-------------------------------|-----------|--------------------------------------------------------------|
-// | phase of the whole image      | 3 %       | (1 + tan^2) over the sphere's place in the projector's image
-// | | centre and radius of the fit  | 5 %       | noise weights of irradiance are others than of gray values
-// |
+// | check                        | tolerance | origin                                                      |
+// |------------------------------|-----------|-------------------------------------------------------------|
+// | phase of the whole image     | 3 %       | (1 + tan^2) over the sphere's place in the projector's image |
+// | centre and radius of the fit | 5 %       | noise weights of irradiance are others than of gray values  |
 #include "compare/calibration_budget.hpp"
 
 #include <gtest/gtest.h>

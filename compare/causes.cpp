@@ -63,8 +63,8 @@ class CauseSearch {
       return finish(std::move(out));
     }
     if (!sensitivity_.has_free_factors()) add_texture(sensors_alone, out);
-    const std::vector<std::size_t> order = choose_order(out.textured ? solve({}).chi2 : sensors_alone);
     double before = solve({}).chi2;
+    const std::vector<std::size_t> order = choose_order(before);
     const int taken_before = out.textured ? 1 : 0;
     std::vector<std::size_t> taken;
     for (const std::size_t g : order) {
@@ -171,9 +171,8 @@ class CauseSearch {
   }
 
   /// The group that takes away most, then the one that takes most of what is left ...
-  std::vector<std::size_t> choose_order(double sensors_alone) const {
+  std::vector<std::size_t> choose_order(double before) const {
     std::vector<std::size_t> taken;
-    double before = sensors_alone;
     while (taken.size() < std::min(kMostInOrder, groups_.size())) {
       std::size_t best = groups_.size();
       double least = before - kWorthAdding * excess_;

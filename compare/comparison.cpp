@@ -97,9 +97,8 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
 /// Of the pixels valid in both decodes.
 ImageU8 interior_of(const measure::CameraDecode& real, const measure::CameraDecode& simulated) {
   ImageU8 valid(real.width(), real.height(), 1);
-  for (const measure::CameraDecode* side : {&real, &simulated})
-    for (std::size_t i = 0; i < valid.size(); ++i)
-      if (side->flags.data[i] != measure::kValid) valid.data[i] = 0;
+  clear_invalid(real, valid);
+  clear_invalid(simulated, valid);
   return interior_mask(valid, &real, &simulated);
 }
 

@@ -17,7 +17,7 @@ using measure::CameraDecode;
 using measure::DirectionDecode;
 
 constexpr int kRegion = 16;             ///< px: side of a region
-constexpr int kFewestInBlock = 64;      ///< pixels
+constexpr int kFewestInRegion = 64;     ///< pixels
 constexpr double kNoiseKnownTo = 0.05;  ///< relative standard uncertainty of the stated noise variance
 constexpr double kCoverage = 3.0;       ///< standard uncertainties
 constexpr std::uint64_t kFewestJudged = 200;
@@ -49,7 +49,7 @@ struct BlockSum {
     weight2 += weight_of_one * weight_of_one;
     calibration += calibration_of_one;
   }
-  bool usable() const { return pixels >= kFewestInBlock && variance > 0.0; }
+  bool usable() const { return pixels >= kFewestInRegion && variance > 0.0; }
   double expected(double shared) const { return variance + weight * weight * shared + weight2 * calibration; }
   double chi2(double shared) const { return sum * sum / expected(shared); }
   double calibration_share(double shared) const { return weight2 * calibration / expected(shared); }
@@ -99,6 +99,16 @@ double regional_share(const Sums& s) {
   return s.n_regions > 0 ? s.regional_share / static_cast<double>(s.n_regions) : 0.0;
 }
 
+/// What single values and regions show; `s.n` > 0.
+void take_sums(const Sums& s, ExplainedRow& row) {
+  const auto n = static_cast<double>(s.n);
+  row.n = s.n;
+  row.n_regions = s.n_regions;
+  row.observed = s.r2 / n;
+  row.chi2 = s.chi2 / n;
+  row.regional_chi2 = s.n_regions > 0 ? s.regional / static_cast<double>(s.n_regions) : kUnknown;
+}
+
 class GrayExplanation {
  public:
   GrayExplanation(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise, const ImageU8& interior,
@@ -135,11 +145,7 @@ class GrayExplanation {
     row.quantity = "gray";
     row.region = pair_.camera->name;
     row.unit = "DN";
-    row.n = s.n;
-    row.n_regions = s.n_regions;
-    row.observed = s.r2 / n;
-    row.chi2 = s.chi2 / n;
-    row.regional_chi2 = s.n_regions > 0 ? s.regional / static_cast<double>(s.n_regions) : kUnknown;
+    take_sums(s, row);
     const double noise = s.noise / n, rounding = std::min(noise_.rounding_dn2(), noise);
     row.lines = {
         {"noise: " + noise_.source(), noise - rounding},
@@ -279,11 +285,7 @@ std::optional<ExplainedRow> explain_phase(const std::string& camera, const Direc
   row.quantity = "phase";
   row.region = camera + " " + axis_name(real.axis);
   row.unit = "rad";
-  row.n = s.n;
-  row.n_regions = s.n_regions;
-  row.observed = s.r2 / n;
-  row.chi2 = s.chi2 / n;
-  row.regional_chi2 = s.n_regions > 0 ? s.regional / static_cast<double>(s.n_regions) : kUnknown;
+  take_sums(s, row);
   row.lines = {
       {"noise and quantisation of the real images", real_noise / n},
       {"noise and quantisation of the simulated images", simulated_noise / n},

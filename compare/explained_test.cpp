@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verdicts of the budget on made images: noise as stated is explained, more is not.
-// | check                                | tolerance   | origin |
-// |--------------------------------------|-------------|------------------------------------------------------|
-// | chi2 of noise as stated              | 0.05        | two standard errors of 24 bins' medians, N = 4 ... 8
-// | | chi2 of noise with 1.3 of the variance | 0.02      | scatter of a variance over 2e5 values is 0.003 |
-// | regional chi2 of noise               | 0.15        | 3 sqrt(2/n), n > 800 blocks |
+//
+// | check                             | tolerance | origin                                           |
+// |-----------------------------------|-----------|--------------------------------------------------|
+// | chi2 of noise as stated           | 0.05      | two standard errors of 24 bins' medians, N = 4…8 |
+// | chi2 of noise of 1.3 the variance | 0.02      | scatter of a variance over 2e5 values is 0.003   |
+// | regional chi2 of noise            | 0.15      | 3 sqrt(2/n), n > 800 blocks                      |
 #include "compare/explained.hpp"
 
 #include <gmock/gmock.h>

@@ -43,9 +43,12 @@ std::vector<std::size_t> GaussNewton::unknowns() const {
   return all;
 }
 
-double GaussNewton::chi2_of(const Twin& twin) const {
-  const NormalEquations e = sensitivity_.equations_without_parameters(twin);
+double GaussNewton::chi2_of(const NormalEquations& e) const {
   return solve_step(e, sensors_of(e)).chi2 / static_cast<double>(e.n);
+}
+
+double GaussNewton::chi2_of(const Twin& twin) const {
+  return chi2_of(sensitivity_.equations_without_parameters(twin));
 }
 
 void GaussNewton::start_at(const Eigen::VectorXd& values) {
@@ -55,8 +58,9 @@ void GaussNewton::start_at(const Eigen::VectorXd& values) {
   chi2_ = chi2;
 }
 
-void GaussNewton::settle_sensors() {
-  const NormalEquations e = sensitivity_.equations_without_parameters(twin());
+void GaussNewton::settle_sensors() { settle_sensors(sensitivity_.equations_without_parameters(twin())); }
+
+void GaussNewton::settle_sensors(const NormalEquations& e) {
   const Step step = solve_step(e, sensors_of(e));
   for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c) {
     const GridSamples& s = sensitivity_.samples()[c];
@@ -68,11 +72,10 @@ void GaussNewton::settle_sensors() {
 GaussNewton::Outcome GaussNewton::step(bool keep_scale, Sensitivity::Derivative derivative) {
   throw_if_cancelled();
   equations_ = sensitivity_.equations(twin_, parameters_, values_, keep_scale, derivative);
-  chi2_ = solve_step(equations_, sensors_of(equations_)).chi2 / static_cast<double>(equations_.n);
+  chi2_ = chi2_of(equations_);
   const Step step = solve_step(equations_, unknowns());
   if (parameters_.empty() || is_within(step, kSettled)) return Outcome::settled;
   if (!take(step)) return is_within(step, kAsGoodAsSettled) ? Outcome::settled : Outcome::stuck;
-  settle_sensors();
   return Outcome::moved;
 }
 
@@ -95,10 +98,13 @@ bool GaussNewton::take(const Step& step) {
           std::clamp(values_[at] + factor * step.change[at], parameters_[k].smallest, parameters_[k].largest);
     }
     try {
-      const double chi2 = chi2_of(with_values(twin_, parameters_, next));
+      const NormalEquations e =
+          sensitivity_.equations_without_parameters(with_values(twin_, parameters_, next));
+      const double chi2 = chi2_of(e);
       if (!(chi2 < chi2_ - kWorthAStep / static_cast<double>(equations_.n))) continue;
       values_ = next;
       chi2_ = chi2;
+      settle_sensors(e);
       return true;
     } catch (const UserError&) {
       // no such lens: a smaller step

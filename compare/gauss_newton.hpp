@@ -33,6 +33,8 @@ class GaussNewton {
   void settle_sensors();
 
  private:
+  double chi2_of(const NormalEquations& without_parameters) const;
+  void settle_sensors(const NormalEquations& without_parameters);
   std::vector<std::size_t> sensors_of(const NormalEquations& e) const;
   /// All parameters move by so many standard errors at most.
   bool is_within(const Step& step, double sigmas) const;

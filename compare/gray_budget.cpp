@@ -98,8 +98,7 @@ class GrayBudgetFit {
       const double v = static_cast<double>(pair_.irradiance->images[k].data[i]);
       const double e = pair_.e_scale * v + pair_.e_offset;
       const double clip = u.gain_dn * e + u.black_level_dn;
-      if (!(y < u.saturation_dn && v > u.sim_low && v < u.sim_high && clip >= u.low_dn && clip <= u.high_dn))
-        continue;
+      if (!is_usable(u, y, v, clip)) continue;
       const DirectionDecode& d = phases_.slope->directions[static_cast<std::size_t>(pattern.direction)];
       const double step_rad = kTwoPi * pattern.step / steps_;
       const double predicted = fit_.row.gain_dn * e;

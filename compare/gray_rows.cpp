@@ -16,8 +16,7 @@ float usable_difference(const GrayPair& pair, const GainFit& fit, std::size_t im
   const double v = static_cast<double>(pair.irradiance->images[image].data[i]);
   const double e = pair.e_scale * v + pair.e_offset;
   const double clip = u.gain_dn * e + u.black_level_dn;
-  const bool use = pair.mask.data[i] != 0 && y < u.saturation_dn && v > u.sim_low && v < u.sim_high &&
-                   clip >= u.low_dn && clip <= u.high_dn;
+  const bool use = pair.mask.data[i] != 0 && is_usable(u, y, v, clip);
   return use ? static_cast<float>(fit.row.gain_dn * e + fit.row.black_level_dn - y) : unknown;
 }
 

@@ -51,10 +51,7 @@ ImageU8 valid_in_both(const Camera& camera, std::size_t index, const Side& real,
   ImageU8 mask(camera.lens.width(), camera.lens.height(), 1);
   for (const Side* side : {&real, &simulated}) {
     if (!side->measurement || index >= side->measurement->cameras.size()) continue;
-    const ImageU8& flags = side->measurement->cameras[index].flags;
-    FT_CHECK(flags.same_size(mask), "decode and camera have one image size");
-    for (std::size_t i = 0; i < mask.size(); ++i)
-      if (flags.data[i] != measure::kValid) mask.data[i] = 0;
+    clear_invalid(side->measurement->cameras[index], mask);
   }
   return mask;
 }
@@ -75,6 +72,12 @@ void check_images(const CameraImages& images, const GrayPair& pair, const char* 
 }
 
 }  // namespace
+
+void clear_invalid(const measure::CameraDecode& decode, ImageU8& mask) {
+  FT_CHECK(decode.flags.same_size(mask), "decode and camera have one image size");
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    if (decode.flags.data[i] != measure::kValid) mask.data[i] = 0;
+}
 
 std::vector<GrayPair> pair_gray(const Twin& twin, const Side& real, const Side& simulated,
                                 const CompareOptions& options, std::vector<std::string>& warnings) {

@@ -31,6 +31,9 @@ struct GrayPair {
   double irradiance_at(int image, std::size_t i) const { return e_scale * source_at(image, i) + e_offset; }
 };
 
+/// Clears the pixels that a decode of that size calls invalid.
+void clear_invalid(const measure::CameraDecode& decode, ImageU8& mask);
+
 /// Sums over blocks of pixels take every second row of images of a megapixel or more: half the time, and
 /// their blocks still hold pixels enough.
 inline int row_step(int width, int height) { return width * height >= 1'000'000 ? 2 : 1; }

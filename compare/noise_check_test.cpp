@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Noise that was put in, found again; a sensor model that is wrong by a known factor.
 //
-// | check                        | tolerance         | origin |
-// |------------------------------|-------------------|--------------------------------------------------------------|
-// | ratios                       | 3 printed sigma   | one draw | | printed sigma                | 1 % |
-// 20,000 values give 0.5 %; larger would hide the factor       | | quantiles within 2 sigma     | 0.1 sigma
-// | 20 / sqrt(n) at the ends, and rounding to 1 DN of 1.5 DN     |
+// | check                    | tolerance       | origin                                              |
+// |--------------------------|-----------------|-----------------------------------------------------|
+// | ratios                   | 3 printed sigma | one draw                                            |
+// | printed sigma            | 1 %             | 20,000 values: 0.5 %; larger would hide the factor  |
+// | quantiles within 2 sigma | 0.1 sigma       | 20 / sqrt(n) at the ends, 1.5 DN rounded to 1 DN    |
 #include "compare/noise_check.hpp"
 
 #include <gtest/gtest.h>

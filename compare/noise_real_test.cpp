@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Photon-transfer noise must predict the phase noise of real captures.
 //
-// | check                              | tolerance | origin |
-// |------------------------------------|-----------|----------------------------------------------------------------|
-// | measured phase noise, slsdk        | 10 %      | README of the set: 0.038 and 0.036 rad, second
-// differences     | | measured / predicted phase noise   | 10 %      | what the sensor leaves out: texture,
-// flicker, harmonics        | | measured / predicted gray noise    | 3 %       | the line is fitted to these
-// values; it leaves 3 % in bins      |
+// | check                            | tolerance | origin                                                |
+// |----------------------------------|-----------|-------------------------------------------------------|
+// | measured phase noise, slsdk      | 10 %      | README of the set: 0.038, 0.036 rad, second differences |
+// | measured / predicted phase noise | 10 %      | left out of the sensor: texture, flicker, harmonics   |
+// | measured / predicted gray noise  | 3 %       | the line is fitted to these values, 3 % in bins       |
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -15,28 +14,13 @@
 #include "calib/photometry.hpp"
 #include "compare/noise_check.hpp"
 #include "measure/measurement.hpp"
-#include "twin/paths.hpp"
+#include "twin/real_set_testing.hpp"
 
 namespace fringetwin::compare::noise_real_test {
 namespace {
-namespace fs = std::filesystem;
 
-struct RealSet {
-  Twin twin;
-  std::vector<CameraImages> images;
-};
-
-std::optional<RealSet> load(const std::string& name) {
-  const char* source = std::getenv("FRINGETWIN_SOURCE");
-  const fs::path toml = fs::path(source != nullptr ? source : ".") / "datasets" / name / "twin.toml";
-  if (!fs::exists(captures_root() / name) || !fs::exists(toml)) return std::nullopt;
-  RealSet set{load_twin(toml), {}};
-  const CaptureSet captures =
-      read_capture_set(*set.twin.real.captures, static_cast<int>(expand_sequence(set.twin.fringes).size()));
-  for (const Camera& camera : set.twin.cameras)
-    set.images.push_back(load_camera_images(captures, camera, set.twin.fringes));
-  return set;
-}
+using test_tools::load_real_set;
+using test_tools::RealSet;
 
 NoiseRow row_of(const RealSet& set, std::size_t camera, const Sensor& sensor) {
   Camera c = set.twin.cameras[camera];
@@ -55,7 +39,7 @@ NoiseRow row_of(const RealSet& set, std::size_t camera, const Sensor& sensor) {
 }
 
 TEST(NoiseReal, SlsdkPhotonTransferPredictsThePhaseNoise) {
-  const auto set = load("slsdk-stereo-statue");
+  const auto set = load_real_set("slsdk-stereo-statue");
   if (!set) GTEST_SKIP() << "real captures absent (FRINGETWIN_CAPTURES)";
   std::vector<calib::CameraFrames> frames(2);
   for (std::size_t c = 0; c < 2; ++c) frames[c].captures.push_back(set->images[c]);
@@ -71,7 +55,7 @@ TEST(NoiseReal, SlsdkPhotonTransferPredictsThePhaseNoise) {
 }
 
 TEST(NoiseReal, SlmasterSensorOfTheTwin) {
-  const auto set = load("slmaster-mono-relief");
+  const auto set = load_real_set("slmaster-mono-relief");
   if (!set) GTEST_SKIP() << "real captures absent (FRINGETWIN_CAPTURES)";
   const NoiseRow r = row_of(*set, 0, set->twin.cameras[0].sensor);
   EXPECT_NEAR(r.gray_ratio, 1.0,

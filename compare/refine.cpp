@@ -190,13 +190,9 @@ class Refiner {
                         "leave it out");
     const std::vector<std::size_t> all = fit.unknowns();
     const auto m = static_cast<Eigen::Index>(all.size());
-    Eigen::MatrixXd scaled(m, m);
-    const auto entry = [&](Eigen::Index i, Eigen::Index j) {
-      return equations.normal(static_cast<Eigen::Index>(all[static_cast<std::size_t>(i)]),
-                              static_cast<Eigen::Index>(all[static_cast<std::size_t>(j)]));
-    };
-    for (Eigen::Index i = 0; i < m; ++i)
-      for (Eigen::Index j = 0; j < m; ++j) scaled(i, j) = entry(i, j) / std::sqrt(entry(i, i) * entry(j, j));
+    Eigen::MatrixXd scaled = equations.normal_of(all);
+    const Eigen::VectorXd scale = scaled.diagonal().cwiseSqrt().cwiseInverse();
+    scaled = scale.asDiagonal() * scaled * scale.asDiagonal();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
     if (eigen.eigenvalues()[0] > kCannotBeTold) return;
     std::string names;
@@ -255,11 +251,7 @@ class Refiner {
   void note_correlations(const GaussNewton& fit) {
     const std::vector<std::size_t> all = fit.unknowns();
     const auto m = static_cast<Eigen::Index>(all.size());
-    Eigen::MatrixXd normal(m, m);
-    for (Eigen::Index i = 0; i < m; ++i)
-      for (Eigen::Index j = 0; j < m; ++j)
-        normal(i, j) = fit.equations().normal(static_cast<Eigen::Index>(all[static_cast<std::size_t>(i)]),
-                                              static_cast<Eigen::Index>(all[static_cast<std::size_t>(j)]));
+    const Eigen::MatrixXd normal = fit.equations().normal_of(all);
     const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd covariance = scale.asDiagonal() *
                                        (scale.asDiagonal() * normal * scale.asDiagonal()).inverse() *

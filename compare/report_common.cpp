@@ -6,6 +6,7 @@
 
 #include "compare/report_parts.hpp"
 #include "report/text.hpp"
+#include "twin/errors.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -92,11 +93,8 @@ ImageU8 valid_mask(const ReportInput& in, std::size_t camera) {
   const Lens& lens = in.twin.cameras[camera].lens;
   ImageU8 mask(lens.width(), lens.height(), 1);
   for (const Side* side : {&in.real, &in.simulated})
-    if (side->measurement && camera < side->measurement->cameras.size()) {
-      const ImageU8& flags = side->measurement->cameras[camera].flags;
-      for (std::size_t i = 0; i < mask.size() && i < flags.size(); ++i)
-        if (flags.data[i] != measure::kValid) mask.data[i] = 0;
-    }
+    if (side->measurement && camera < side->measurement->cameras.size())
+      clear_invalid(side->measurement->cameras[camera], mask);
   return mask;
 }
 
@@ -133,6 +131,14 @@ std::pair<int, int> row_extent(const ImageU8& mask, int row) {
       last = x;
     }
   return first < 0 ? std::pair{0, mask.width - 1} : std::pair{first, last};
+}
+
+std::size_t camera_index(const ReportInput& in, const std::string& name) {
+  const std::vector<Camera>& cameras = in.twin.cameras;
+  const auto at =
+      std::find_if(cameras.begin(), cameras.end(), [&](const Camera& camera) { return camera.name == name; });
+  FT_CHECK(at != cameras.end(), "rows are of the twin's cameras");
+  return static_cast<std::size_t>(at - cameras.begin());
 }
 
 std::string camera_heading(const std::string& name) {

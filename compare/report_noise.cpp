@@ -122,9 +122,7 @@ std::string noise_figures_html(const ReportInput& in, const NoiseRow& row) {
   style.limits = report::robust_limits(row.ratio_map);
   style.title = "measured / predicted gray noise";
   style.max_width_px = 480;
-  std::size_t camera = 0;
-  while (camera + 1 < in.twin.cameras.size() && in.twin.cameras[camera].name != row.camera) ++camera;
-  const Window window = data_window(valid_mask(in, camera));
+  const Window window = data_window(valid_mask(in, camera_index(in, row.camera)));
   const ImageF map = crop(enlarged_blocks(row.ratio_map, kNoiseBlock), window);
   return figure(in,
                 "<div class=\"maps\"><div class=\"map\">" + svg[0] + "</div><div class=\"map\">" + svg[1] +

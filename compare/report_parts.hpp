@@ -78,6 +78,8 @@ RowData row_data(const ImageF& image, int row, int first, int last);
 /// First and last non-zero pixel of a row.
 std::pair<int, int> row_extent(const ImageU8& mask, int row);
 
+/// Index of the camera of that name, which the twin has.
+std::size_t camera_index(const ReportInput& in, const std::string& name);
 /// "<h3>Camera “left”</h3>"
 std::string camera_heading(const std::string& name);
 

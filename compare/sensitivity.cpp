@@ -61,18 +61,25 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
   return out;
 }
 
+Eigen::MatrixXd NormalEquations::normal_of(const std::vector<std::size_t>& unknowns) const {
+  const auto m = static_cast<Eigen::Index>(unknowns.size());
+  Eigen::MatrixXd part(m, m);
+  for (Eigen::Index i = 0; i < m; ++i)
+    for (Eigen::Index j = 0; j < m; ++j)
+      part(i, j) = normal(static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(i)]),
+                          static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(j)]));
+  return part;
+}
+
 Step solve_step(const NormalEquations& e, const std::vector<std::size_t>& unknowns) {
   const auto m = static_cast<Eigen::Index>(unknowns.size());
   Step step{Eigen::VectorXd::Zero(e.right.size()), Eigen::VectorXd::Zero(e.right.size()), e.chi2, 0};
   if (m == 0) return step;
-  Eigen::MatrixXd normal(m, m);
+  const Eigen::MatrixXd normal = e.normal_of(unknowns);
   Eigen::VectorXd right(m), scale(m);
   for (Eigen::Index i = 0; i < m; ++i) {
-    const auto at = static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(i)]);
-    right[i] = e.right[at];
-    scale[i] = e.normal(at, at) > 0.0 ? 1.0 / std::sqrt(e.normal(at, at)) : 0.0;
-    for (Eigen::Index j = 0; j < m; ++j)
-      normal(i, j) = e.normal(at, static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(j)]));
+    right[i] = e.right[static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(i)])];
+    scale[i] = normal(i, i) > 0.0 ? 1.0 / std::sqrt(normal(i, i)) : 0.0;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * normal *
                                                              scale.asDiagonal());

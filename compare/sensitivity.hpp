@@ -42,6 +42,8 @@ struct NormalEquations {
   std::size_t n_parameters = 0;  ///< the first ones; then (gain, black) per camera
   std::size_t gain_at(std::size_t camera) const { return n_parameters + 2 * camera; }
   std::size_t black_at(std::size_t camera) const { return gain_at(camera) + 1; }
+  /// Rows and columns of some unknowns, in their order.
+  Eigen::MatrixXd normal_of(const std::vector<std::size_t>& unknowns) const;
 };
 
 /// Step of some unknowns, the others held. Directions that the data do not tell (eigenvalue of the scaled

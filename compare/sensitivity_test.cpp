@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Derivatives and least squares through the renderer, against closed forms and planted changes.
-// | check                              | tolerance    | origin |
-// |------------------------------------|--------------|---------------------------------------------------------|
-// | derivatives, E u and E/diffuse     | 5e-5 E       | 2 float roundings (6e-8 E) over the step of 0.01,
-// times 4 | | a thinned view, of the brightest   | 1e-4         | projector phase in single precision: 5e-5
-// rad, both views | | planted change, quick derivatives  | 1 % of it    | 0.3 % steps: curvature 0.15 %,
-// rounding 0.4 % of a value | | planted change, exact derivatives  | 0.1 % of it  | 2 % steps, central |
+//
+// | check                            | tolerance | origin                                             |
+// |----------------------------------|-----------|----------------------------------------------------|
+// | derivatives, E u and E/diffuse   | 5e-5 E    | 2 float roundings (6e-8 E) over a step of 0.01, x 4 |
+// | a thinned view, of the brightest | 1e-4      | phase in single precision: 5e-5 rad, both views    |
+// | planted change                   | 1 % of it | steps of 0.3 %: curvature 0.15 %, rounding 0.4 %   |
 #include "compare/sensitivity.hpp"
 
 #include <gtest/gtest.h>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Images moved by a known part of a pixel.
 //
-// | check                     | tolerance       | origin |
-// |---------------------------|-----------------|---------------------------------------------------------------------|
-// | mean shift                | 3 printed sigma | one draw of noise | |   besides                 | 0.2 % |
-// third order of a 14 px fringe 0.03 %, one draw of noise in the gain   | | every block               | 5
-// printed sigma | the worst of 30 blocks                                              |
+// | check       | tolerance       | origin                                                           |
+// |-------------|-----------------|------------------------------------------------------------------|
+// | mean shift  | 3 printed sigma | one draw of noise                                                |
+// |   besides   | 0.2 %           | third order of a 14 px fringe 0.03 %, a draw of noise in the gain |
+// | every block | 5 printed sigma | the worst of 30 blocks                                           |
 #include "compare/shift_field.hpp"
 
 #include <gtest/gtest.h>

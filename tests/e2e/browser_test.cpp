@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The comparison page in a browser: what moves moves, it prints, it loads nothing.
 //
-// | check                         | limit       | origin |
-// |-------------------------------|-------------|---------------------------------------------------------------|
-// | cloud fills the canvas        | 5 %         | the sphere's cap is fitted to the canvas; axes alone are
-// 0.1 % | | colours on the canvas         | 20          | 253 levels of the scale; a blank canvas has 1 |
+// | check                  | limit | origin                                                        |
+// |------------------------|-------|---------------------------------------------------------------|
+// | cloud fills the canvas | 5 %   | the sphere's cap is fitted to the canvas; axes alone are 0.1 % |
+// | colours on the canvas  | 20    | 253 levels of the scale; a blank canvas has 1                 |
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
