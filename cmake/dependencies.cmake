@@ -7,6 +7,9 @@ find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs calib3d aruco
 find_package(PCL 1.13 REQUIRED COMPONENTS common registration sample_consensus segmentation features search kdtree)
 pkg_check_modules(OpenEXR REQUIRED IMPORTED_TARGET OpenEXR>=3.1) # its CMake config wants PyImath
 find_package(PNG REQUIRED)
+pkg_check_modules(TurboJPEG REQUIRED IMPORTED_TARGET libturbojpeg)
+pkg_check_modules(DRM REQUIRED IMPORTED_TARGET libdrm)
+pkg_check_modules(SDL2 REQUIRED IMPORTED_TARGET sdl2)
 find_package(ZLIB REQUIRED)
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(assimp REQUIRED)

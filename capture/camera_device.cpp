@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/camera_device.hpp"
+
+#include <fmt/format.h>
+
+#include "twin/errors.hpp"
+
+namespace fringetwin::capture {
+
+const char* frame_fault_name(FrameFault fault) {
+  switch (fault) {
+    case FrameFault::none:
+      return "none";
+    case FrameFault::error_flag:
+      return "error flag";
+    case FrameFault::wrong_length:
+      return "wrong length";
+    case FrameFault::undecodable:
+      return "undecodable";
+  }
+  return "?";
+}
+
+double CameraDevice::set_exposure_ms(double exposure_ms) {
+  throw UserError(ExitCode::device, info().device,
+                  fmt::format("has no exposure control, so {} ms cannot be set", exposure_ms),
+                  "set the exposure at the camera and leave the option out");
+}
+
+// std::chrono::steady_clock is CLOCK_MONOTONIC on Linux, the clock of V4L2 and DRM.
+TimeNs CameraDevice::now_ns() const {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+}  // namespace fringetwin::capture

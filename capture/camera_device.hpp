@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// A camera as the recording sees it: numbered, time-stamped frames in DN, faults told apart.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "twin/image.hpp"
+
+namespace fringetwin::capture {
+
+using ImageU16 = Image<std::uint16_t>;
+
+/// CLOCK_MONOTONIC in ns, for cameras and displays alike; a simulated rig has a clock of its own.
+using TimeNs = std::int64_t;
+
+/// What makes a single frame useless. The stream goes on.
+enum class FrameFault {
+  none,
+  error_flag,    ///< the driver marked its data as corrupt
+  wrong_length,  ///< fewer or more bytes than the format has
+  undecodable,   ///< a damaged JPEG
+};
+const char* frame_fault_name(FrameFault fault);  ///< "none", "error flag", "wrong length", "undecodable"
+
+struct Frame {
+  ImageU16 dn;                 ///< empty when faulty or not asked for
+  std::uint32_t sequence = 0;  ///< the driver's own count: a gap is a lost frame
+  TimeNs timestamp_ns = 0;     ///< the driver's, start or end of the exposure (CameraInfo)
+  std::uint32_t flags = 0;     ///< V4L2_BUF_FLAG_...
+  FrameFault fault = FrameFault::none;
+};
+
+/// The device fails, not a frame. UserError(device) is for what a new try cannot mend (format not offered,
+/// control not taken).
+class DeviceFault : public std::runtime_error {
+ public:
+  enum class Kind {
+    gone,       ///< unplugged: nothing more will come
+    stream,     ///< the stream broke; stop() and start() may bring it back
+    timeout,    ///< no frame within the time given
+    no_signal,  ///< the input has no signal; frames may come all the same
+  };
+  DeviceFault(Kind kind, const std::string& sentence) : std::runtime_error(sentence), kind_(kind) {}
+  Kind kind() const noexcept { return kind_; }
+
+ private:
+  Kind kind_;
+};
+
+struct CameraInfo {
+  std::string device;  ///< as the user named it, e.g. "/dev/video0"
+  int width = 0, height = 0;
+  int bit_depth = 8;                ///< of Frame::dn
+  std::optional<double> period_ms;  ///< between frames, where the driver says
+  bool timestamp_at_exposure_start = false;
+  std::map<std::string, std::string> provenance;  ///< driver, card, bus, format, rate, each control's value
+};
+
+struct ExposureRange {
+  double min_ms = 0.0, max_ms = 0.0, step_ms = 0.0;
+};
+
+class CameraDevice {
+ public:
+  virtual ~CameraDevice() = default;
+
+  virtual CameraInfo info() const = 0;
+
+  /// Throws DeviceFault, or UserError(device) after several refusals.
+  virtual void start() = 0;
+  /// Never throws; a stopped or lost device stays so.
+  virtual void stop() noexcept = 0;
+
+  enum class Pixels { keep, drop };
+  /// The next frame in order of time. `drop` leaves Frame::dn empty and costs no conversion.
+  virtual Frame next_frame(std::chrono::milliseconds timeout, Pixels pixels) = 0;
+  /// Drops the frames that wait already.
+  virtual void drain() = 0;
+  /// Throws DeviceFault(no_signal) when the input has no signal.
+  virtual void check_input() = 0;
+
+  /// nullopt: the device has no exposure control.
+  virtual std::optional<ExposureRange> exposure_range() const { return std::nullopt; }
+  virtual std::optional<double> exposure_ms() const { return std::nullopt; }
+  /// Returns the value read back, within a step of the asked one. Throws UserError(device).
+  virtual double set_exposure_ms(double exposure_ms);
+
+  /// Now, on the clock of the time stamps.
+  virtual TimeNs now_ns() const;
+};
+
+}  // namespace fringetwin::capture
