@@ -10,6 +10,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "capture/journal.hpp"
 #include "twin/capture_set.hpp"
 #include "twin/errors.hpp"
 #include "twin/image_io.hpp"
@@ -63,8 +64,8 @@ class Verifier {
   bool open();
   void check_images(std::map<std::string, Shape>* shapes);
   void check_other_files();
-  void find_superfluous();
-  void find_leftovers();
+  void find_numbers_beyond();
+  void find_strangers();
   void check_against(const Twin& twin);
   std::vector<fs::path> sub_sets();
   std::size_t cameras() const { return set_.cameras.size(); }
@@ -75,6 +76,7 @@ class Verifier {
   fs::path shown(const fs::path& file) const;
   void check_toml();
   int number_of_images() const;
+  std::set<fs::path> own_folders() const;
   void name_images();
   void check_image(Image& image) const;
   void report_images(std::size_t camera);
@@ -272,40 +274,55 @@ void Verifier::check_other_files() {
   }
 }
 
-/// Beside the images of a pattern: a number it would name; with checksums, any image they do not list.
-void Verifier::find_superfluous() {
-  std::set<fs::path> told;
+/// Beside the images of a pattern: a number that it would name.
+void Verifier::find_numbers_beyond() {
   for (const CaptureCamera& camera : set_.cameras) {
     if (camera.pattern.empty()) continue;
     const fs::path pattern = camera.pattern;
     const auto name = parse_numbered_name(pattern.filename().string());
     std::error_code error;
+    if (!name) continue;
     for (const auto& entry : fs::directory_iterator(pattern.parent_path(), error)) {
       const fs::path& file = entry.path();
-      const auto number = name ? name->number_of(file.filename().string()) : std::nullopt;
-      const bool unlisted = !checksums_.empty() && file.extension() == pattern.extension();
-      if ((!number && !unlisted) || named_.contains(file) || is_temporary_name(file.filename().string()) ||
-          !told.insert(file).second)
-        continue;
-      find(fmt::format("{}: is no image of this set{}; move it elsewhere{}", shown(file).string(),
-                       number ? fmt::format(", which ends at number {}", camera.files.size() - 1) : "",
-                       number ? ", or restore what is missing before it" : ""));
+      if (!name->number_of(file.filename().string()) || !named_.insert(file).second) continue;
+      find(fmt::format(
+          "{}: is no image of this set, which ends at number {}; move it elsewhere, or restore what "
+          "is missing before it",
+          shown(file).string(), camera.files.size() - 1));
       faulty_cameras_.insert(camera.name);
     }
   }
 }
 
-void Verifier::find_leftovers() {
+/// The folders of the set's own files; what a foreign set describes lies where it lies.
+std::set<fs::path> Verifier::own_folders() const {
   std::set<fs::path> folders{whole_};
-  for (const Image& image : images_) folders.insert(image.file.parent_path());
-  for (const fs::path& folder : folders) {
+  const auto add = [&](const fs::path& file) {
+    const fs::path relative = file.lexically_relative(whole_);
+    if (!relative.empty() && *relative.begin() != "..") folders.insert(file.parent_path());
+  };
+  for (const Image& image : images_) add(image.file);
+  for (const auto& [file, digest] : checksums_) add(file);
+  return folders;
+}
+
+/// In its own folders: leftovers of a write, and with checksums any image that they do not list.
+void Verifier::find_strangers() {
+  const bool recorded =
+      !checksums_.empty() && std::any_of(set_.cameras.begin(), set_.cameras.end(),
+                                         [](const CaptureCamera& camera) { return !camera.pattern.empty(); });
+  for (const fs::path& folder : own_folders()) {
     std::error_code error;
-    for (const auto& entry : fs::directory_iterator(folder, error))
-      if (is_temporary_name(entry.path().filename().string()))
+    for (const auto& entry : fs::directory_iterator(folder, error)) {
+      const fs::path& file = entry.path();
+      if (is_temporary_name(file.filename().string()))
         find(
             fmt::format("{}: is left over from a write that was broken off; delete it, or run the same "
                         "command with --resume",
-                        shown(entry.path()).string()));
+                        shown(file).string()));
+      else if (recorded && file.extension() == ".png" && !named_.contains(file) && !checksums_.contains(file))
+        find(fmt::format("{}: is no image of this set; move it elsewhere", shown(file).string()));
+    }
   }
 }
 
@@ -351,8 +368,8 @@ SetCheck verify_set(const fs::path& dir, const Twin* twin) {
   const auto check_files = [&](Verifier& verifier) {
     verifier.check_images(&shapes);
     verifier.check_other_files();
-    verifier.find_superfluous();
-    verifier.find_leftovers();
+    verifier.find_numbers_beyond();
+    verifier.find_strangers();
   };
   Verifier main(dir, &check);
   if (!main.open()) return check;

@@ -10,8 +10,6 @@
 
 namespace fringetwin::capture {
 
-inline constexpr const char* kJournalName = "capture.journal";  ///< there while a recording has not ended
-
 struct SetCheck {
   int sets = 0;       ///< the set and those of its sub-folders that it names
   int cameras = 0;    ///< of the set itself
