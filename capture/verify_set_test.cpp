@@ -11,6 +11,7 @@
 
 #include "twin/capture_set.hpp"
 #include "twin/errors.hpp"
+#include "twin/foreign_set.hpp"
 #include "twin/image_io.hpp"
 #include "twin/process_testing.hpp"
 #include "twin/seal.hpp"
@@ -275,6 +276,34 @@ TEST_F(VerifySetTest, AgainstATwin) {
   Twin twin = make_twin();
   twin.cameras[1].name = "upper";
   EXPECT_THAT(of(twin), ElementsAre(HasSubstr("has no camera \"upper\"")));
+}
+
+/// As `import captures` describes one: among files that are none of its business.
+TEST_F(VerifySetTest, AForeignSet) {
+  const fs::path raw = folder_ / "raw";
+  CaptureSet set;
+  set.file = folder_ / "described" / "capture.toml";
+  std::mt19937 generator(3);
+  for (const char* camera : {"left", "right"}) {
+    set.cameras.emplace_back().name = camera;
+    for (int i = 0; i < kSteps; ++i) {
+      set.cameras.back().files.push_back(raw / fmt::format("{}{}.png", camera, i));
+      write_gray_png(set.cameras.back().files.back(), random_image(&generator), 16);
+    }
+  }
+  const Twin twin = make_twin();
+  check_foreign_set(set, twin);
+  write_foreign_set(set);
+  write_bytes(raw / "left4.png", "of another set");
+  const SetCheck check = verify_set(folder_ / "described", &twin);
+  EXPECT_THAT(check.findings, IsEmpty());
+  EXPECT_EQ(check.summary(), "8 images of 2 cameras, 8 checksums compared: complete");
+  write_gray_png(raw / "right2.png", random_image(&generator), 16);
+  EXPECT_THAT(verify_set(folder_ / "described").findings,
+              ElementsAre(HasSubstr((raw / "right2.png").string() + ": is not the image")));
+  fs::remove(raw / "right2.png");
+  EXPECT_THAT(verify_set(folder_ / "described").findings,
+              ElementsAre(HasSubstr("right2.png: no such image")));
 }
 
 /// Every file of the set, cut at every kind of place and with any byte changed: no such set passes. Without
