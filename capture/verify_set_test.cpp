@@ -337,7 +337,7 @@ TEST_F(VerifySetTest, NoHalfImagePassesWithoutChecksums) {
   std::mt19937 generator(20261123);
   const fs::path file = dir_ / "left/0001.png";
   const std::string whole = bytes_of(file);
-  for (std::size_t at = 0; at < whole.size(); ++at) {
+  for (std::size_t at = 0; at < whole.size(); at += 1 + generator() % 4) {
     write_bytes(file, whole.substr(0, at));
     EXPECT_FALSE(verify_set(dir_).passed()) << "cut to " << at;
     std::string flipped = whole;
