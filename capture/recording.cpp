@@ -34,9 +34,6 @@ bool is_recorded_image(const std::string& name) {
          std::all_of(name.begin(), name.end() - 4, [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
-/// A name of TemporaryFile's for such an image: ".0000.png.<pid>.<n>.tmp".
-bool is_left_over(const std::string& name) { return name.starts_with('.') && name.ends_with(".tmp"); }
-
 bool is_set_folder(const std::string& name) {
   return name.starts_with("repeat_") || (name.starts_with("exposure_") && name.ends_with("_ms")) ||
          name == "dark" || name == "flat";
@@ -64,12 +61,12 @@ void remove_images(const fs::path& dir, const Twin& twin, bool (*is_it)(const st
 }
 
 void remove_left_overs(const fs::path& dir, const Twin& twin) {
-  remove_images(dir, twin, is_left_over);
+  remove_images(dir, twin, is_temporary_name);
   std::error_code error;
   for (const fs::path& folder : set_folders(dir)) {
     std::vector<fs::path> found;
     for (const auto& entry : fs::directory_iterator(folder, error))
-      if (is_left_over(entry.path().filename().string())) found.push_back(entry.path());
+      if (is_temporary_name(entry.path().filename().string())) found.push_back(entry.path());
     for (const fs::path& file : found) fs::remove(file, error);
   }
 }
