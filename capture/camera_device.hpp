@@ -16,6 +16,7 @@ using ImageU16 = Image<std::uint16_t>;
 
 /// CLOCK_MONOTONIC in ns, for cameras and displays alike; a simulated rig has a clock of its own.
 using TimeNs = std::int64_t;
+TimeNs steady_now_ns();
 
 /// What makes a single frame useless. The stream goes on.
 enum class FrameFault {
