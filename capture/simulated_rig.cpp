@@ -96,12 +96,15 @@ class SimulatedCamera : public CameraDevice {
     return info;
   }
 
-  void start() override { running_ = true; }
+  void start() override {
+    running_ = true;
+    next_begin_ns_ = first_begin_after(world_->now_ns);
+  }
   void stop() noexcept override { running_ = false; }
 
   Frame next_frame(std::chrono::milliseconds, Pixels pixels) override {
     FT_CHECK(running_, "a frame of a camera that was not started");
-    const TimeNs begin = next_begin_ns_.value_or(first_begin_after(world_->now_ns));
+    const TimeNs begin = next_begin_ns_;
     const TimeNs end = begin + to_ns(exposure_ms_);
     Frame frame;
     frame.sequence = sequence_++;
@@ -113,10 +116,9 @@ class SimulatedCamera : public CameraDevice {
   }
 
   void drain() override {
-    if (!next_begin_ns_) return;
     const TimeNs period = to_ns(period_ms());
-    while (*next_begin_ns_ + to_ns(exposure_ms_) <= world_->now_ns) {
-      *next_begin_ns_ += period;
+    while (next_begin_ns_ + to_ns(exposure_ms_) <= world_->now_ns) {
+      next_begin_ns_ += period;
       ++sequence_;
     }
   }
@@ -186,7 +188,7 @@ class SimulatedCamera : public CameraDevice {
   bool running_ = false;
   std::uint32_t sequence_ = 0, n_of_showing_ = 0, mixed_ = 0;
   TimeNs counted_from_ns_ = -1;
-  std::optional<TimeNs> next_begin_ns_;
+  TimeNs next_begin_ns_ = 0;
 };
 
 class SimulatedDisplay : public PatternDisplay {
