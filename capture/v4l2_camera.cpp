@@ -15,7 +15,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int start_tries = 4;
-constexpr auto between_starts = 50ms;
 constexpr auto after_error_event = 2ms;  // some drivers raise one and deliver all the same
 
 bool at_exposure_start(std::uint32_t flags) {
@@ -128,7 +127,7 @@ void V4l2Camera::start() {
       throw device_.refusal(
           fmt::format("does not start to stream after {} tries: {}", start_tries, error_text(result)),
           result == -EBUSY ? "another program has it" : "");
-    std::this_thread::sleep_for(between_starts);
+    std::this_thread::sleep_for(options_.start_pause);
   }
   streaming_ = true;
   buffer_flags_ = buffers_.flags();

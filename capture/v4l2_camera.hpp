@@ -16,6 +16,7 @@ struct V4l2CameraOptions {
   std::vector<std::pair<std::string, std::string>>
       controls;  ///< name, value; also an automatic that is to stay on
   unsigned buffers = 4;
+  std::chrono::milliseconds start_pause{50};  ///< between a refused start and the next try
 };
 
 class V4l2Camera final : public CameraDevice {
