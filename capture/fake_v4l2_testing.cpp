@@ -265,6 +265,7 @@ void FakeV4l2::stop() {
 
 int FakeV4l2::poll(int, short events, std::chrono::milliseconds) {
   if (gone) return POLLERR | POLLHUP;
+  if (error_event) return POLLERR;
   const bool error = !errors[VIDIOC_DQBUF].empty();
   const bool ready = is_output() ? queued_.size() > held : !frames.empty();
   return ready || error ? events : 0;

@@ -220,6 +220,14 @@ TEST(V4l2Faults, NoFrameHasAReason) {
   EXPECT_EQ(fault_of([&] { next(*camera); }), DeviceFault::Kind::stream);  // it was not started again
 }
 
+// An error event without a reason must not be waited for without end.
+TEST(V4l2Faults, AnErrorEventAloneEndsInATimeout) {
+  Bench bench;
+  const auto camera = bench.started();
+  bench.driver->error_event = true;
+  EXPECT_EQ(fault_of([&] { next(*camera); }), DeviceFault::Kind::timeout);
+}
+
 // Faults in any order leave neither a mapping nor an open device behind, and the camera usable.
 TEST(V4l2Faults, AnyOrderOfThemLeavesNothingBehind) {
   std::mt19937 random(21);

@@ -157,6 +157,9 @@ TEST(V4l2Controls, AllValuesAreRecorded) {
   const auto provenance = bench.camera().info().provenance;
   EXPECT_EQ(provenance.at("control.gain"), "33");
   EXPECT_EQ(provenance.at("control.auto_exposure"), "1 (Manual Mode)");
+  V4l2Camera camera = bench.camera();
+  camera.set_exposure_ms(40.0);
+  EXPECT_EQ(camera.info().provenance.at("control.exposure_time_absolute"), "400");
 }
 
 }  // namespace
