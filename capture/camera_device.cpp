@@ -7,6 +7,13 @@
 
 namespace fringetwin::capture {
 
+// std::chrono::steady_clock is CLOCK_MONOTONIC on Linux, the clock of V4L2 and DRM.
+TimeNs steady_now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
 const char* frame_fault_name(FrameFault fault) {
   switch (fault) {
     case FrameFault::none:
@@ -27,11 +34,6 @@ double CameraDevice::set_exposure_ms(double exposure_ms) {
                   "set the exposure at the camera and leave the option out");
 }
 
-// std::chrono::steady_clock is CLOCK_MONOTONIC on Linux, the clock of V4L2 and DRM.
-TimeNs CameraDevice::now_ns() const {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
+TimeNs CameraDevice::now_ns() const { return steady_now_ns(); }
 
 }  // namespace fringetwin::capture

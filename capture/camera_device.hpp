@@ -17,6 +17,7 @@ using ImageU16 = Image<std::uint16_t>;
 
 /// CLOCK_MONOTONIC in ns, for cameras and displays alike; a simulated rig has a clock of its own.
 using TimeNs = std::int64_t;
+TimeNs steady_now_ns();
 inline constexpr double kNsPerMs = 1e6;
 inline TimeNs to_ns(double ms) { return static_cast<TimeNs>(std::llround(ms * kNsPerMs)); }
 

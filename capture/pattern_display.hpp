@@ -32,6 +32,9 @@ class PatternDisplay {
   /// Shows `levels` (fraction of full scale, of the display's size) pixel for pixel until the next call and
   /// returns once it is on (timed) or handed over. Throws DeviceFault(gone), DeviceFault(stream).
   virtual Shown show(const Pattern& pattern, const ImageF& levels) = 0;
+  /// For long waits between patterns. Throws DeviceFault(gone) when the display was unplugged, Cancelled when
+  /// the user closed the window.
+  virtual void check() {}
 };
 
 }  // namespace fringetwin::capture

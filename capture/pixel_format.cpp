@@ -115,6 +115,12 @@ std::optional<PixelFormat> pixel_format_of_name(const std::string& name) {
   return std::nullopt;
 }
 
+PixelFormat required_pixel_format(const std::string& name, const std::string& option) {
+  if (const auto format = pixel_format_of_name(name)) return *format;
+  throw UserError(ExitCode::usage, option, fmt::format("'{}' is no pixel format", name),
+                  "choose " + pixel_format_names());
+}
+
 std::string pixel_format_names() {
   std::string names;
   for (const PixelFormatTraits& t : all_formats) names += (names.empty() ? "" : ", ") + std::string(t.name);

@@ -1,36 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "twin/image_codecs.hpp"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 
-#include <filesystem>
-#include <string>
-
 #include "twin/errors.hpp"
+#include "twin/module_loader.hpp"
 
 namespace fringetwin {
 namespace {
 
-namespace fs = std::filesystem;
-
-// Beside the program, above it (tests), or where it was built.
 DecodeImageFunction load() {
-  constexpr const char* name = "libfringetwin_image_codecs.so";
-  std::error_code ignored;
-  const fs::path program = fs::read_symlink("/proc/self/exe", ignored).parent_path();
-  std::string fault;
-  for (const fs::path& file :
-       {program / name, program.parent_path() / name, fs::path(FRINGETWIN_BINARY_DIR) / name}) {
-    if (void* module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL)) {
-      if (void* function = ::dlsym(module, decode_image_name))
-        return reinterpret_cast<DecodeImageFunction>(function);
-    }
-    const char* error = ::dlerror();
-    fault += fmt::format("{}{}", fault.empty() ? "" : "; ", error ? error : file.string());
-  }
+  const ModuleFunction found = find_in_module("libfringetwin_image_codecs.so", decode_image_name);
+  if (found.address) return reinterpret_cast<DecodeImageFunction>(found.address);
   throw UserError(ExitCode::input, "BMP, TIFF and PGM images",
-                  fmt::format("the module that reads them cannot be loaded ({})", fault),
+                  fmt::format("the module that reads them cannot be loaded ({})", found.fault),
                   "put it beside the program, or convert the images to PNG");
 }
 
