@@ -59,7 +59,8 @@ void list_screens(std::vector<DisplayChoice>* list) {
 
 // "v4l2" (v4l2_display.hpp) belongs here.
 const DisplayFactories& display_factories() {
-  static const DisplayFactories factories{{"kms", make_display<KmsDisplay>}, {"window", make_display<WindowDisplay>}};
+  static const DisplayFactories factories{{"kms", make_display<KmsDisplay>},
+                                          {"window", make_display<WindowDisplay>}};
   return factories;
 }
 

@@ -27,6 +27,7 @@ find_program(SPIRV_VAL spirv-val REQUIRED)
 if(FRINGETWIN_TESTS)
   find_package(GTest 1.12 REQUIRED)
   find_package(rapidcheck REQUIRED)
+  find_package(X11 REQUIRED)
 endif()
 
 # libmrcal ships neither a CMake config nor a .pc file.
