@@ -156,15 +156,56 @@ TEST(WindowDisplay, WithoutADesktopItIsRefused) {
   ::unsetenv("DISPLAY");
 }
 
-TEST(WindowDisplay, TwoScreensShowTheSame) {
-  const Xvfb server({{640, 480}, {640, 480}});
+// Xvfb has no two monitors, but two windows on one thread it has; the upper one is seen.
+TEST(WindowDisplay, TwoWindowsShowTheSame) {
+  const Xvfb server({{640, 480}});
   NEEDS(server);
-  const auto display = open_display("window:0+window:1", 640, 480);
+  const auto display = open_display("window:0+window:0", 640, 480);
   for (const ImageF& levels : {checkerboard(640, 480), all_levels(640, 480)}) {
     display->show(even_field(0, "test"), levels);
     EXPECT_EQ(wrong_pixels(server.screen(0), levels), 0u);
-    EXPECT_EQ(wrong_pixels(server.screen(1), levels), 0u);
   }
+}
+
+// SDL lists X screens that are no monitors of one desktop, but puts every window on the first.
+TEST(WindowDisplay, AWindowOnTheWrongScreenIsRefused) {
+  const Xvfb server({{640, 480}, {640, 480}});
+  NEEDS(server);
+  try {
+    open_display("window:1", 640, 480);
+    FAIL() << "not refused";
+  } catch (const UserError& error) {
+    EXPECT_EQ(error.code(), ExitCode::device);
+    EXPECT_THAT(error.what(), HasSubstr("the desktop put it on screen 0"));
+  }
+}
+
+// 0 when the end of the desktop is a fault of the device, now and later.
+int show_until_the_desktop_ends(Xvfb& server) {
+  const auto display = open_display("window", 640, 480);
+  server.end();
+  try {
+    for (int tries = 0; tries < 100; ++tries) {
+      display->show(even_field(1, "white"), ImageF(640, 480, 1.0F));
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    return 2;
+  } catch (const DeviceFault& fault) {
+    if (fault.kind() != DeviceFault::Kind::gone) return 3;
+  }
+  try {
+    display->check();
+    return 4;
+  } catch (const DeviceFault& fault) {
+    return fault.kind() == DeviceFault::Kind::gone ? 0 : 5;
+  }
+}
+
+TEST(WindowDisplay, TheEndOfTheDesktopIsAFaultOfTheDevice) {
+  Xvfb server({{640, 480}});
+  NEEDS(server);
+  // in a process of its own, which cannot have another desktop after that
+  EXPECT_EXIT(std::exit(show_until_the_desktop_ends(server)), ::testing::ExitedWithCode(0), "");
 }
 
 TEST(WindowDisplay, IsRepaintedWhenSomethingWasOverIt) {
