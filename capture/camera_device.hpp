@@ -2,12 +2,13 @@
 // A camera as the recording sees it: numbered, time-stamped frames in DN, faults told apart.
 #pragma once
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <stdexcept>
 #include <string>
 
+#include "twin/errors.hpp"
 #include "twin/image.hpp"
 
 namespace fringetwin::capture {
@@ -17,6 +18,8 @@ using ImageU16 = Image<std::uint16_t>;
 /// CLOCK_MONOTONIC in ns, for cameras and displays alike; a simulated rig has a clock of its own.
 using TimeNs = std::int64_t;
 TimeNs steady_now_ns();
+inline constexpr double kNsPerMs = 1e6;
+inline TimeNs to_ns(double ms) { return static_cast<TimeNs>(std::llround(ms * kNsPerMs)); }
 
 /// What makes a single frame useless. The stream goes on.
 enum class FrameFault {
@@ -35,9 +38,9 @@ struct Frame {
   FrameFault fault = FrameFault::none;
 };
 
-/// The device fails, not a frame. UserError(device) is for what a new try cannot mend (format not offered,
-/// control not taken).
-class DeviceFault : public std::runtime_error {
+/// The device fails, not a frame: a new try may mend it, which no try does for other UserError(device)
+/// (format not offered, control not taken).
+class DeviceFault : public UserError {
  public:
   enum class Kind {
     gone,       ///< unplugged: nothing more will come
@@ -45,7 +48,8 @@ class DeviceFault : public std::runtime_error {
     timeout,    ///< no frame within the time given
     no_signal,  ///< the input has no signal; frames may come all the same
   };
-  DeviceFault(Kind kind, const std::string& sentence) : std::runtime_error(sentence), kind_(kind) {}
+  DeviceFault(Kind kind, const std::string& sentence)
+      : UserError(ExitCode::device, "", sentence), kind_(kind) {}
   Kind kind() const noexcept { return kind_; }
 
  private:

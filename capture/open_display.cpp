@@ -6,6 +6,7 @@
 #include "capture/kms_card.hpp"
 #include "capture/kms_display.hpp"
 #include "capture/mirror_display.hpp"
+#include "capture/v4l2_display.hpp"
 #include "capture/window_display.hpp"
 #include "twin/errors.hpp"
 
@@ -15,6 +16,20 @@ namespace {
 template <class Display>
 std::unique_ptr<PatternDisplay> make_display(const std::string& name, int width, int height) {
   return std::make_unique<Display>(name, width, height);
+}
+
+// "v4l2:/dev/video1", with a format where the deepest is not wanted: "v4l2:/dev/video1@GREY".
+std::unique_ptr<PatternDisplay> make_v4l2_display(const std::string& name, int width, int height) {
+  V4l2DisplayOptions options;
+  const std::size_t colon = name.find(':'), at = std::min(name.find('@'), name.size());
+  if (colon < at) options.device = name.substr(colon + 1, at - colon - 1);
+  if (options.device.empty())
+    throw UserError(ExitCode::usage, "display", fmt::format("'{}' names no device", name),
+                    "write e.g. v4l2:/dev/video1");
+  if (at < name.size()) options.format.format = required_pixel_format(name.substr(at + 1), "display " + name);
+  options.format.width = width;
+  options.format.height = height;
+  return std::make_unique<V4l2Display>(options);
 }
 
 std::unique_ptr<PatternDisplay> open_one(const std::string& name, int width, int height,
@@ -57,9 +72,9 @@ void list_screens(std::vector<DisplayChoice>* list) {
 
 }  // namespace
 
-// "v4l2" (v4l2_display.hpp) belongs here.
 const DisplayFactories& display_factories() {
   static const DisplayFactories factories{{"kms", make_display<KmsDisplay>},
+                                          {"v4l2", make_v4l2_display},
                                           {"window", make_display<WindowDisplay>}};
   return factories;
 }

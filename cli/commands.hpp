@@ -27,6 +27,7 @@ void add_needs(CLI::App& app, Invocation& invocation);
 void add_calibrate(CLI::App& app, Invocation& invocation);
 void add_pareto(CLI::App& app, Invocation& invocation);
 void add_photometry(CLI::App& app, Invocation& invocation);
+void add_capture(CLI::App& app, Invocation& invocation);
 void add_info(CLI::App& app, Invocation& invocation);
 
 }  // namespace fringetwin::cli

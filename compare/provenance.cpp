@@ -2,14 +2,10 @@
 #include "compare/provenance.hpp"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 
-#include <array>
-#include <fstream>
-#include <memory>
 #include <set>
 
-#include "twin/errors.hpp"
+#include "twin/sha256.hpp"
 
 namespace fringetwin::compare {
 
@@ -23,34 +19,12 @@ std::string RenderNote::text() const {
   return out;
 }
 
-std::string sha256_of_file(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in)
-    throw UserError(ExitCode::input, file.string(), "the file cannot be read",
-                    "it was an input of this run and must stay in place until the result is written");
-  const std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> context(EVP_MD_CTX_new(), EVP_MD_CTX_free);
-  FT_CHECK(context && EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) == 1, "OpenSSL has SHA-256");
-  std::vector<char> buffer(1 << 18);
-  while (in) {
-    in.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
-    EVP_DigestUpdate(context.get(), buffer.data(), static_cast<std::size_t>(in.gcount()));
-  }
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned length = 0;
-  EVP_DigestFinal_ex(context.get(), digest.data(), &length);
-  static constexpr char kHex[] = "0123456789abcdef";
-  std::string hex;
-  for (unsigned i = 0; i < length; ++i) {
-    hex += kHex[digest[i] >> 4];
-    hex += kHex[digest[i] & 15];
-  }
-  return hex;
-}
-
 std::map<std::string, std::string> sha256_of_files(const std::vector<std::filesystem::path>& files) {
   const std::set<std::filesystem::path> unique(files.begin(), files.end());
   std::map<std::string, std::string> digests;
-  for (const auto& file : unique) digests[file.string()] = sha256_of_file(file);
+  for (const auto& file : unique)
+    digests[file.string()] = sha256_of_file(
+        file, "it was an input of this run and must stay in place until the result is written");
   return digests;
 }
 

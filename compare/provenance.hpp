@@ -32,10 +32,8 @@ struct Provenance {
   std::uint64_t seed = 0;
 };
 
-/// Lower-case hex SHA-256 of a file's bytes. Throws UserError(input) when it cannot be read.
-std::string sha256_of_file(const std::filesystem::path& file);
-
-/// Path as given -> digest, each file once.
+/// Path as given -> SHA-256 (twin/sha256.hpp), each file once. Throws UserError(input) when one cannot be
+/// read.
 std::map<std::string, std::string> sha256_of_files(const std::vector<std::filesystem::path>& files);
 
 }  // namespace fringetwin::compare

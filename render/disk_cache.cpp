@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/disk_cache.hpp"
 
-#include <fmt/format.h>
-#include <openssl/evp.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -10,10 +8,9 @@
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
-#include <memory>
 
-#include "twin/errors.hpp"
 #include "twin/image_io.hpp"
+#include "twin/sha256.hpp"
 
 namespace fringetwin::render {
 namespace {
@@ -61,18 +58,13 @@ std::optional<fs::path> cache_folder() {
 }
 
 std::string content_key(std::initializer_list<Bytes> parts) {
-  const std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> context(EVP_MD_CTX_new(), EVP_MD_CTX_free);
-  FT_CHECK(context && EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) == 1, "OpenSSL has SHA-256");
+  Sha256 digest;
   for (const Bytes part : parts) {
     const std::uint64_t size = part.size();
-    EVP_DigestUpdate(context.get(), &size, sizeof size);
-    EVP_DigestUpdate(context.get(), part.data(), part.size());
+    digest.add(std::as_bytes(std::span(&size, 1)));
+    digest.add(part);
   }
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  EVP_DigestFinal_ex(context.get(), digest.data(), nullptr);
-  std::string key;
-  for (std::size_t i = 0; i < 20; ++i) key += fmt::format("{:02x}", digest[i]);
-  return key;
+  return digest.hex().substr(0, 40);
 }
 
 std::optional<std::vector<std::byte>> read_cached(const std::optional<fs::path>& folder,

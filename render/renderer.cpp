@@ -451,13 +451,13 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
 }
 
 RenderedCamera Renderer::render(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
-                                std::uint64_t seed) {
+                                std::uint64_t seed, bool references) {
   const auto start = Clock::now();
   Transport transport = trace(twin, camera_index, sampling, seed);
   RenderedCamera out;
   out.camera = twin.cameras[camera_index].name;
   out.irradiance = form_images(twin, transport);
-  if (needs_white_black(twin.fringes)) {
+  if (references || needs_white_black(twin.fringes)) {
     const auto level = [&](double value) {
       const auto factor = static_cast<float>(twin.projector->response(value));
       ImageF image = transport.ambient;

@@ -100,7 +100,7 @@ struct Transport {
 struct RenderedCamera {
   std::string camera;
   std::vector<ImageF> irradiance;      ///< E per image, sequence order
-  std::optional<ImageF> white, black;  ///< when needs_white_black()
+  std::optional<ImageF> white, black;  ///< when needs_white_black(), or asked for
   Image<std::int32_t> object;
   Sampling sampling;
   double trace_ms = 0.0, total_ms = 0.0;
@@ -123,8 +123,9 @@ class Renderer {
   /// inside an object.
   Transport trace(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                   std::uint64_t seed = 0);
+  /// `references`: white and black images, also where the sequence needs none.
   RenderedCamera render(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
-                        std::uint64_t seed = 0);
+                        std::uint64_t seed = 0, bool references = false);
 
   /// Warnings and errors of the Vulkan validation layers so far (FRINGETWIN_VALIDATION=1).
   int validation_messages() const;

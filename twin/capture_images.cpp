@@ -4,41 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <functional>
 
 #include "twin/capture_set.hpp"
 #include "twin/errors.hpp"
 #include "twin/image_io.hpp"
-#include "twin/progress.hpp"
+#include "twin/parallel.hpp"
 
 namespace fringetwin {
 namespace fs = std::filesystem;
 namespace {
-
-/// Runs job(0) ... job(n-1) on all threads; then rethrows the fault of the lowest index, so that the
-/// message does not depend on timing.
-void for_each_image(int n, const std::function<void(int)>& job) {
-  std::vector<std::exception_ptr> faults(static_cast<std::size_t>(n));
-#pragma omp parallel for schedule(dynamic)
-  for (int i = 0; i < n; ++i) {
-    try {
-      throw_if_cancelled();
-      job(i);
-    } catch (...) {  // no exception may leave an OpenMP loop
-      faults[static_cast<std::size_t>(i)] = std::current_exception();
-    }
-  }
-  for (const std::exception_ptr& fault : faults)
-    if (fault) std::rethrow_exception(fault);
-}
-
-bool is_exr(const fs::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".exr";
-}
 
 void check_count(const CaptureSet& set, const CaptureCamera& source, std::size_t n_sequence) {
   const std::string camera = fmt::format("camera \"{}\"", source.name);
@@ -104,7 +79,7 @@ ImageF load_dn(const fs::path& file, const Camera& camera) {
 }
 
 ImageF load_image(const fs::path& file, const Camera& camera, bool radiance) {
-  if (is_exr(file) != radiance)
+  if (is_exr_name(file) != radiance)
     throw UserError(ExitCode::input, file.string(),
                     "a capture set has either EXR images (irradiance) or gray images, not both");
   return radiance ? load_radiance(file, camera) : load_dn(file, camera);
@@ -124,7 +99,7 @@ void remove_later_images(const fs::path& dir, const std::string& camera, int fir
 void write_all(const fs::path& dir, const CameraImages& images, const char* extension,
                const std::function<void(const fs::path&, const ImageF&)>& write) {
   const int n = static_cast<int>(images.images.size());
-  for_each_image(n, [&](int i) {
+  for_each_parallel(n, [&](int i) {
     write(image_file(dir, images.camera, i, extension), images.images[static_cast<std::size_t>(i)]);
   });
   if (images.white) write(dir / images.camera / fmt::format("white.{}", extension), *images.white);
@@ -151,10 +126,10 @@ CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, con
   CameraImages loaded;
   loaded.camera = camera.name;
   loaded.bit_depth = camera.sensor.bit_depth;
-  loaded.radiance = is_exr(source->files.front());
+  loaded.radiance = is_exr_name(source->files.front());
   loaded.gray_code_exposure = source->gray_code_exposure;
   loaded.images.resize(source->files.size());
-  for_each_image(static_cast<int>(source->files.size()), [&](int i) {
+  for_each_parallel(static_cast<int>(source->files.size()), [&](int i) {
     const auto k = static_cast<std::size_t>(i);
     loaded.images[k] = load_image(source->files[k], camera, loaded.radiance);
   });

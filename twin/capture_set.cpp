@@ -5,13 +5,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <set>
 
 #include "twin/errors.hpp"
 #include "twin/image_io.hpp"
+#include "twin/numbered_name.hpp"
 #include "twin/paths.hpp"
+#include "twin/seal.hpp"
 #include "twin/toml_reader.hpp"
 
 namespace fringetwin {
@@ -20,34 +21,12 @@ namespace {
 
 constexpr const char* kCaptureSchema = "fringetwin-captures/1";
 
-/// "left/%04d.png" taken apart.
-struct NumberedName {
-  std::string before, after;
-  int digits = 0;
-  std::string operator()(int number) const {
-    return fmt::format("{}{:0{}}{}", before, number, digits, after);
-  }
-};
-
 NumberedName parse_pattern(const TomlTable& table, const std::string& pattern) {
-  const auto percent = pattern.find('%');
-  auto end = percent == std::string::npos ? percent : percent + 1;
-  NumberedName name;
-  if (percent != std::string::npos) {
-    name.before = pattern.substr(0, percent);
-    while (end < pattern.size() && std::isdigit(static_cast<unsigned char>(pattern[end])) != 0) ++end;
-    const std::string width = pattern.substr(percent + 1, end - percent - 1);
-    if (width.size() <= 3 && (width.empty() || width[0] == '0'))
-      name.digits = width.empty() ? 0 : std::stoi(width);
-    else
-      end = pattern.size();  // e.g. %4d pads with blanks
-  }
-  if (percent == std::string::npos || end >= pattern.size() || pattern[end] != 'd' ||
-      pattern.find('%', percent + 1) != std::string::npos || name.digits > 20)
+  const auto name = parse_numbered_name(pattern);
+  if (!name)
     table.fail("pattern", fmt::format("must have one number such as %04d, is \"{}\"", pattern),
                "or list the images: files = [...]");
-  name.after = pattern.substr(end + 1);
-  return name;
+  return *name;
 }
 
 /// Images on disk that the pattern names: the longest run of numbers from 0, without the white and
@@ -169,7 +148,7 @@ void write_capture_toml(const fs::path& dir, const std::vector<const CameraImage
   text += "\n[provenance]\n";
   for (const auto& [key, value] : provenance)
     text += fmt::format("{} = {}\n", toml_string(key), toml_string(value));
-  write_text_file(dir / "capture.toml", text);
+  write_text_file(dir / "capture.toml", seal(text));
 }
 
 }  // namespace fringetwin

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstdint>
@@ -121,6 +123,15 @@ void TemporaryFile::commit() {
   if (error)
     throw UserError(ExitCode::usage, file_.string(), fmt::format("cannot be written ({})", error.message()));
   done_ = true;
+}
+
+bool is_temporary_name(const std::string& name) { return name.starts_with('.') && name.ends_with(".tmp"); }
+
+bool is_exr_name(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".exr";
 }
 
 void write_text_file(const fs::path& file, const std::string& text) {

@@ -19,6 +19,9 @@ LoadedGray read_gray(const std::filesystem::path& file);
 /// Values are rounded and must lie in [0, 2^file_bits-1]. Fast compression; temporary name + rename.
 void write_gray_png(const std::filesystem::path& file, const ImageF& image, int file_bits);
 
+/// By the file's extension, in any case of letters.
+bool is_exr_name(const std::filesystem::path& file);
+
 using NamedChannel = std::pair<std::string, const ImageF*>;
 /// Float32 EXR, ZIP compression; temporary name + rename.
 void write_exr(const std::filesystem::path& file, const std::vector<NamedChannel>& channels);
@@ -40,6 +43,8 @@ class TemporaryFile {
   std::filesystem::path file_, temporary_;
   bool done_ = false;
 };
+/// True for the names that TemporaryFile gives: what is found under such a name was never finished.
+bool is_temporary_name(const std::string& name);
 
 /// Writes text atomically (temporary name + rename).
 void write_text_file(const std::filesystem::path& file, const std::string& text);

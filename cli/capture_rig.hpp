@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// The devices that `capture` works with, from its options: V4L2 cameras and a projector, or a twin's.
+#pragma once
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/grab.hpp"
+#include "capture/pattern_display.hpp"
+#include "cli/pipeline.hpp"
+#include "twin/twin.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace fringetwin::cli {
+
+struct RigFlags {
+  std::vector<std::string> cameras;  ///< "[NAME=]DEVICE", or one "twin:TWIN.toml" for all
+  std::string display;  ///< "kms…", "window…", "v4l2:DEVICE", several with '+'; none with twin:
+  RenderFlags render;   ///< twin:
+  double simulated_latency_ms = 20.0;
+};
+
+/// Adds --camera, --display and what belongs to them.
+void add_rig_flags(CLI::App& sub, RigFlags& flags);
+
+struct OpenedRig {
+  capture::Rig cameras;  ///< order of the twin's cameras
+  std::unique_ptr<capture::PatternDisplay> display;
+};
+
+/// Throws UserError(usage) for options at odds with the twin, UserError(device) for what a device cannot do.
+OpenedRig open_rig(const Twin& twin, const RigFlags& flags);
+
+}  // namespace fringetwin::cli

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// capture: project the sequence, record it with every camera, leave a capture set.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+
+#include "capture/session.hpp"
+#include "cli/capture_rig.hpp"
+#include "cli/commands.hpp"
+#include "cli/out_folder.hpp"
+#include "cli/version.hpp"
+#include "twin/errors.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CaptureCommand {
+  std::string twin, out;
+  bool resume = false, overwrite = false;
+  int timeout_ms = 2000;
+  capture::CapturePlan plan;
+  RigFlags rig;
+  capture::Existing existing() const {
+    return overwrite ? capture::Existing::overwrite
+           : resume  ? capture::Existing::resume
+                     : capture::Existing::refuse;
+  }
+};
+
+Twin load_projected_twin(const std::string& file) {
+  if (file.empty())
+    throw UserError(ExitCode::usage, "capture", "no twin given", "fringetwin capture TWIN.toml --out DIR …");
+  Twin twin = load_for_run(file);
+  if (!twin.projector)
+    throw UserError(ExitCode::usage, file, "the twin has no [projector], so there is no size of its patterns",
+                    "add the projector");
+  return twin;
+}
+
+void print_summary(const CaptureCommand& o, const capture::SessionSummary& summary) {
+  say(fmt::format(
+      "recorded {} of {} patterns in {:.1f} s; frames lost {}, repeated {}, corrupt {}; {} tried again",
+      summary.recorded, summary.steps, summary.seconds, summary.lost_frames, summary.repeated_frames,
+      summary.corrupt_frames, summary.retries));
+  if (summary.worst_skew_ms > 0.0)
+    say(fmt::format("the cameras' exposures began at most {:.2f} ms apart", summary.worst_skew_ms));
+  say("capture set: " + (fs::path(o.out) / "capture.toml").string());
+}
+
+int run_record(const CaptureCommand& o, const Invocation& invocation) {
+  if (o.out.empty()) throw UserError(ExitCode::usage, "capture", "no output folder given", "add --out DIR");
+  if (o.resume && o.overwrite)
+    throw UserError(ExitCode::usage, "--resume", "and --overwrite exclude each other");
+  check_out_folder(o.out);
+  const Twin twin = load_projected_twin(o.twin);
+  check_plan(o.plan);
+  const OpenedRig rig = open_rig(twin, o.rig);
+  check_rig(twin, rig.cameras, *rig.display, o.plan);
+  // Only now: devices that do not fit leave an older recording as it is.
+  capture::Recording recording(o.out, twin, o.plan, o.existing());
+  if (recording.complete()) {
+    say("nothing left to do: " + o.out + " holds the complete set");
+    return static_cast<int>(ExitCode::ok);
+  }
+  std::string command;
+  for (const std::string& word : invocation.argv) command += (command.empty() ? "" : " ") + word;
+  const std::map<std::string, std::string> provenance = {
+      {"program", "fringetwin " + version_string()}, {"command", command}, {"twin", twin.name}};
+  print_summary(o, record_session(twin, rig.cameras, *rig.display, o.plan, recording, provenance));
+  return static_cast<int>(ExitCode::ok);
+}
+
+int run_capture(CaptureCommand o, const Invocation& invocation) {
+  o.plan.timeout = std::chrono::milliseconds(o.timeout_ms);
+  return run_record(o, invocation);
+}
+
+void add_plan_options(CLI::App& sub, CaptureCommand& o) {
+  capture::CapturePlan& plan = o.plan;
+  sub.add_option("--settle", plan.settle_frames, "Frames left out after a pattern has come on")
+      ->capture_default_str();
+  sub.add_option("--latency-ms", plan.latency_ms,
+                 "From a pattern's showing until its light (see --calibrate-latency)")
+      ->capture_default_str();
+  sub.add_option("--average", plan.average, "Frames averaged for one image")->capture_default_str();
+  sub.add_option("--repeats", plan.repeats, "Images of each pattern, a set each: for `photometry --captures`")
+      ->capture_default_str();
+  sub.add_option("--exposure-ms", plan.exposures_ms, "Exposure; several: a set each, and one merged")
+      ->delimiter(',');
+  sub.add_flag("--references", plan.references, "White and black images besides");
+  sub.add_option("--dark", plan.dark_frames, "So many frames with the projector black, into dark/");
+  sub.add_option("--flat", plan.flat_frames, "So many frames with the projector white, into flat/");
+  sub.add_option("--max-skew-ms", plan.max_skew_ms,
+                 "Most that the cameras' exposures may be apart (default: one frame period)");
+  sub.add_option("--timeout-ms", o.timeout_ms, "For one frame, and for a lost signal to come back")
+      ->check(CLI::Range(1, 600'000))
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void add_capture(CLI::App& app, Invocation& invocation) {
+  auto o = std::make_shared<CaptureCommand>();
+  CLI::App* sub = app.add_subcommand(
+      "capture", "Project the sequence and record it: V4L2 cameras and a projector, or a simulated rig");
+  sub->add_option("twin", o->twin, "The twin.toml: the sequence, image sizes, bit depths");
+  sub->add_option("--out", o->out, "Folder for the capture set (made if missing)");
+  sub->add_flag("--resume", o->resume, "Go on with a recording that was broken off");
+  sub->add_flag("--overwrite", o->overwrite, "Replace a recording that is there already");
+  add_rig_flags(*sub, o->rig);
+  add_plan_options(*sub, *o);
+  sub->callback(
+      [o, &invocation] { invocation.run = [o, &invocation] { return run_capture(*o, invocation); }; });
+}
+
+}  // namespace fringetwin::cli

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+// Independent jobs on all threads, with exceptions and Ctrl-C.
+#pragma once
+#include <functional>
+
+namespace fringetwin {
+
+/// Runs job(0) ... job(n-1) on all threads; then rethrows the fault of the lowest index, so that the
+/// message does not depend on timing. Throws Cancelled.
+void for_each_parallel(int n, const std::function<void(int)>& job);
+
+}  // namespace fringetwin
