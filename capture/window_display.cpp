@@ -78,6 +78,8 @@ DisplayInfo WindowDisplay::info() const {
 
 void WindowDisplay::check() {
   if (window_->closed()) throw Cancelled();
+  if (window_->gone())
+    throw DeviceFault(DeviceFault::Kind::gone, fmt::format("{}: the desktop has ended", name_));
 }
 
 Shown WindowDisplay::show(const Pattern&, const ImageF& levels) {
@@ -90,7 +92,8 @@ Shown WindowDisplay::show(const Pattern&, const ImageF& levels) {
            "a pattern has the display's size");
   std::string fault;
   if (!window_->present(gray, &fault))
-    throw DeviceFault(DeviceFault::Kind::stream, fmt::format("{}: {}", name_, fault));
+    throw DeviceFault(window_->gone() ? DeviceFault::Kind::gone : DeviceFault::Kind::stream,
+                      fmt::format("{}: {}", name_, fault));
   check();
   return {steady_now_ns(), 0, false};
 }

@@ -4,7 +4,9 @@
 #include "capture/window_module.hpp"
 
 #include <SDL.h>
+#include <SDL_syswm.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -17,6 +19,8 @@
 
 namespace fringetwin::capture {
 namespace {
+
+constexpr const char* desktop_ended_fault = "the desktop has ended";
 
 // One window and its texture. Lives on SDL's thread but for closed().
 struct SdlWindow {
@@ -56,32 +60,42 @@ bool means_close(const SDL_Event& event) {
 
 class SdlThread {
  public:
+  /// The X server's end: Xlib would end the program, or return into SDL, which then never comes back.
+  static std::atomic<bool> desktop_ended;
+
   SdlThread() : thread_([this] { loop(); }) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return started_; });
   }
   ~SdlThread() {
-    run([this] { ended_ = true; });
-    thread_.join();
+    if (run([this] { ended_ = true; }))
+      thread_.join();
+    else
+      thread_.detach();
   }
   SdlThread(const SdlThread&) = delete;
   SdlThread& operator=(const SdlThread&) = delete;
 
   const std::string& fault() const { return fault_; }
-  /// Runs the job on SDL's thread and returns when it is done. Jobs do not throw.
-  void run(const std::function<void()>& job) {
+  /// Runs the job on SDL's thread and returns when it is done; false if the desktop has ended. Jobs do not
+  /// throw.
+  bool run(const std::function<void()>& job) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return job_ == nullptr; });
+    changed_.wait(lock, [&] { return job_ == nullptr || desktop_ended; });
+    if (desktop_ended) return false;
     job_ = &job;
     changed_.notify_all();
-    changed_.wait(lock, [&] { return job_ == nullptr; });
+    changed_.wait(lock, [&] { return job_ == nullptr || desktop_ended; });
+    return !desktop_ended;
   }
+  void watch_connection(SDL_Window* window);
 
   std::map<Uint32, SdlWindow*> windows;  ///< SDL's thread only
 
  private:
   void loop();
   void pump();
+  static int park(Display*);
 
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -90,6 +104,28 @@ class SdlThread {
   std::string fault_;
   std::thread thread_;
 };
+
+std::atomic<bool> SdlThread::desktop_ended = false;
+
+// Of one display; there is one SdlThread at a time.
+static SdlThread* watched = nullptr;
+
+int SdlThread::park(Display*) {
+  {
+    const std::lock_guard lock(watched->mutex_);
+    desktop_ended = true;
+    watched->changed_.notify_all();
+  }
+  for (;;) ::pause();
+}
+
+void SdlThread::watch_connection(SDL_Window* window) {
+  SDL_SysWMinfo info;
+  SDL_VERSION(&info.version);
+  if (!SDL_GetWindowWMInfo(window, &info) || info.subsystem != SDL_SYSWM_X11) return;
+  watched = this;
+  XSetIOErrorHandler(park);
+}
 
 void SdlThread::loop() {
   std::unique_lock lock(mutex_);
@@ -101,9 +137,12 @@ void SdlThread::loop() {
   while (!ended_) {
     // Often enough for a desktop not to call the window dead, and for a repaint not to be noticed.
     changed_.wait_for(lock, std::chrono::milliseconds(5), [&] { return job_ != nullptr; });
+    const std::function<void()>* job = job_;
+    lock.unlock();
     if (fault_.empty()) pump();
-    if (!job_) continue;
-    (*job_)();
+    if (job) (*job)();
+    lock.lock();
+    if (!job) continue;
     job_ = nullptr;
     changed_.notify_all();
   }
@@ -149,6 +188,10 @@ bool create(SdlWindow* out, int screen, std::string* description) {
   SDL_ShowCursor(SDL_DISABLE);
   SDL_RaiseWindow(out->window);
   wait_for_full_screen(bounds, out->window, out->renderer, &out->width, &out->height);
+  if (const int there = SDL_GetWindowDisplayIndex(out->window); there != screen) {
+    SDL_SetError("the desktop put it on screen %d", there);
+    return false;
+  }
   out->texture = SDL_CreateTexture(out->renderer, SDL_PIXELFORMAT_ARGB8888, SDL_TEXTUREACCESS_STREAMING,
                                    out->width, out->height);
   if (!out->texture) return false;
@@ -178,10 +221,11 @@ class SharedWindow : public Window {
  public:
   explicit SharedWindow(std::shared_ptr<SdlThread> sdl) : sdl_(std::move(sdl)) {}
   ~SharedWindow() override {
-    sdl_->run([this] {
-      sdl_->windows.erase(id_);
-      window_.reset();
-    });
+    if (!sdl_->run([this] {
+          sdl_->windows.erase(id_);
+          window_.reset();
+        }))
+      (void)window_.release();  // SDL's thread stands still
   }
 
   bool open(int screen, std::string* fault) {
@@ -193,6 +237,7 @@ class SharedWindow : public Window {
         *fault = SDL_GetError();
         return;
       }
+      sdl_->watch_connection(window_->window);
       id_ = SDL_GetWindowID(window_->window);
       sdl_->windows[id_] = window_.get();
     });
@@ -202,18 +247,20 @@ class SharedWindow : public Window {
   int height() const override { return window_->height; }
   std::string description() const override { return description_; }
   bool closed() const override { return window_->closed; }
+  bool gone() const override { return SdlThread::desktop_ended; }
   bool present(const ImageU8& gray, std::string* fault) override {
-    bool done = false;
-    sdl_->run([&] {
+    bool shown = false;
+    const bool done = sdl_->run([&] {
       int width = 0, height = 0;
       if (SDL_GetRendererOutputSize(window_->renderer, &width, &height) != 0)
         *fault = SDL_GetError();
       else if (width != gray.width || height != gray.height)
         *fault = fmt::format("the window is now {}x{} pixels", width, height);
-      else if (!(done = paint_image(window_.get(), gray)))
+      else if (shown = paint_image(window_.get(), gray); !shown)
         *fault = SDL_GetError();
     });
-    return done;
+    if (!done) *fault = desktop_ended_fault;
+    return done && shown;
   }
 
  private:
@@ -249,6 +296,10 @@ class SdlModule : public WindowModule {
 
  private:
   std::shared_ptr<SdlThread> thread(std::string* fault) {
+    if (SdlThread::desktop_ended) {
+      *fault = desktop_ended_fault;
+      return nullptr;
+    }
     auto sdl = thread_.lock();
     if (!sdl) thread_ = sdl = std::make_shared<SdlThread>();
     if (sdl->fault().empty()) return sdl;

@@ -24,6 +24,7 @@ class Window {
   /// 8-bit levels, of the window's size; on the screen (as far as the desktop tells) when it returns. The
   /// window stays alive by itself. False with the reason when it cannot be shown.
   virtual bool present(const ImageU8& gray, std::string* fault) = 0;
+  virtual bool gone() const = 0;    ///< with the whole desktop
   virtual bool closed() const = 0;  ///< by the user: Esc, or the desktop's way
 };
 
