@@ -28,7 +28,7 @@ std::optional<PixelFormat> pixel_format_of_fourcc(std::uint32_t fourcc);
 std::optional<PixelFormat> pixel_format_of_name(const std::string& name);  ///< case does not matter
 /// Throws UserError(usage) for a name that is none.
 PixelFormat required_pixel_format(const std::string& name, const std::string& option);
-std::string pixel_format_names();                                          ///< "Y16, Y16-BE, ..."
+std::string pixel_format_names();               ///< "Y16, Y16-BE, ..."
 std::string fourcc_text(std::uint32_t fourcc);  ///< "Y16-BE", "RGB3": also unknown ones
 
 /// How a frame lies in memory.

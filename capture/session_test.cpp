@@ -70,7 +70,8 @@ TEST_F(Session, RecordsEveryPatternBitExactly) {
   EXPECT_FALSE(fs::exists(scratch_ / "set" / kJournalName));
 }
 
-// Without the latency a frame of the pattern before would be taken: the test above would not see it otherwise.
+// Without the latency a frame of the pattern before would be taken: the test above would not see it
+// otherwise.
 TEST_F(Session, TooEarlyFramesWouldShowThePatternBefore) {
   const Twin twin = loop_twin(1);
   LoopRig rig(twin);
@@ -78,7 +79,8 @@ TEST_F(Session, TooEarlyFramesWouldShowThePatternBefore) {
   plan.latency_ms = 0.0;
   record(twin, rig, plan);
   const ImageF second = read_gray(scratch_ / "set" / "left/0001.png").image;
-  const ImageU16 first = quantise_levels(pattern_levels(twin.fringes, sequence_patterns(twin.fringes)[0], 64, 48), 8);
+  const ImageU16 first =
+      quantise_levels(pattern_levels(twin.fringes, sequence_patterns(twin.fringes)[0], 64, 48), 8);
   EXPECT_TRUE(std::equal(second.data.begin(), second.data.end(), first.data.begin(),
                          [](float a, std::uint16_t b) { return a == static_cast<float>(b); }));
 }
@@ -98,8 +100,11 @@ TEST_F(Session, LostRepeatedAndCorruptFramesAreCountedAndReplaced) {
   LoopRig rig(twin);
   CapturePlan plan = plan_for_loop();
   plan.average = 3;
-  rig.world->faults = {{5, LoopFault::lost}, {11, LoopFault::error_flag}, {20, LoopFault::repeated},
-                       {21, LoopFault::repeated}, {40, LoopFault::error_flag}};
+  rig.world->faults = {{5, LoopFault::lost},
+                       {11, LoopFault::error_flag},
+                       {20, LoopFault::repeated},
+                       {21, LoopFault::repeated},
+                       {40, LoopFault::error_flag}};
   plan.max_skew_ms = 25.0;  // a lost frame puts the pair one period apart
   const SessionSummary summary = record(twin, rig, plan);
   EXPECT_EQ(summary.lost_frames, 1u);
