@@ -54,14 +54,14 @@ std::string FrameJudge::judge(const Frame& frame, StepRecord* record) {
   record->lost_frames += static_cast<std::uint32_t>(advance - 1);
   last_sequence_ = frame.sequence;
   last_timestamp_ns_ = frame.timestamp_ns;
+  if (frame.fault != FrameFault::none) {
+    ++record->corrupt_frames;
+    return frame_fault_name(frame.fault);
+  }
   if (exposure_begin_ns(frame, info_, exposure_ms_) < from_ns_) return "stale";
   if (settle_left_ > 0) {
     --settle_left_;
     return "settling";
-  }
-  if (frame.fault != FrameFault::none) {
-    ++record->corrupt_frames;
-    return frame_fault_name(frame.fault);
   }
   return "";
 }

@@ -159,7 +159,7 @@ inline Twin loop_twin(std::size_t n_cameras, int bit_depth = 8) {
     camera.sensor.bit_depth = bit_depth;
     twin.cameras.push_back(camera);
   }
-  twin.projector = Projector{lens, Pose()};
+  twin.projector.emplace(Projector{.lens = lens, .T_proj_world = Pose(), .response = {}});
   DirectionFringes direction;
   direction.pitches_px = {13.0, 15.0};
   direction.phase_origin_px = {0.0, 0.0};

@@ -102,8 +102,8 @@ TEST_F(Session, LostRepeatedAndCorruptFramesAreCountedAndReplaced) {
   plan.average = 3;
   rig.world->faults = {{5, LoopFault::lost},
                        {11, LoopFault::error_flag},
-                       {20, LoopFault::repeated},
-                       {21, LoopFault::repeated},
+                       {26, LoopFault::repeated},
+                       {27, LoopFault::repeated},
                        {40, LoopFault::error_flag}};
   plan.max_skew_ms = 25.0;  // a lost frame puts the pair one period apart
   const SessionSummary summary = record(twin, rig, plan);

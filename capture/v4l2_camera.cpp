@@ -15,7 +15,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int start_tries = 4;
-constexpr auto between_starts = 50ms;
 constexpr auto after_error_event = 2ms;  // some drivers raise one and deliver all the same
 
 bool at_exposure_start(std::uint32_t flags) {
@@ -74,6 +73,7 @@ void V4l2Camera::apply_controls() {
   for (const auto& [control, value] : wanted) controls_.set(*control, value);
   if (options_.exposure_ms) set_exposure_ms(*options_.exposure_ms);
   for (const auto& [control, value] : wanted) controls_.verify(*control, value);
+  control_values_ = controls_.provenance();
 }
 
 std::optional<ExposureRange> V4l2Camera::exposure_range() const {
@@ -104,7 +104,9 @@ double V4l2Camera::set_exposure_ms(double exposure_ms) {
                                       exposure_ms, control->key, range.min_ms, range.max_ms));
   const auto steps = static_cast<std::int64_t>(std::llround((exposure_ms - range.min_ms) / range.step_ms));
   controls_.set(*control, std::min(control->min + steps * control->step, control->max));
-  return *this->exposure_ms();
+  const std::int64_t value = controls_.get(*control);
+  control_values_["control." + control->key] = control->value_text(value);
+  return static_cast<double>(value) * unit_ms;
 }
 
 // --- stream
@@ -128,7 +130,7 @@ void V4l2Camera::start() {
       throw device_.refusal(
           fmt::format("does not start to stream after {} tries: {}", start_tries, error_text(result)),
           result == -EBUSY ? "another program has it" : "");
-    std::this_thread::sleep_for(between_starts);
+    std::this_thread::sleep_for(options_.start_pause);
   }
   streaming_ = true;
   buffer_flags_ = buffers_.flags();
@@ -145,9 +147,11 @@ void V4l2Camera::await_frame(std::chrono::steady_clock::time_point deadline) con
   const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
   const int events = device_.poll(POLLIN, std::max<std::chrono::milliseconds>(left, 0ms));
   if (events < 0) throw_device_fault(device_, events, "poll");
-  if ((events & POLLIN) == 0 && (events & (POLLERR | POLLHUP)) != 0)
+  if ((events & POLLIN) != 0) return;
+  if (events != 0 && std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(after_error_event);
-  if (events != 0) return;
+    return;
+  }
   if (const std::string trouble = input_trouble(device_, agreed_); !trouble.empty())
     throw DeviceFault(DeviceFault::Kind::no_signal, device_.path() + ": " + trouble);
   v4l2_capability capability{};
@@ -224,7 +228,7 @@ CameraInfo V4l2Camera::info() const {
   info.period_ms = agreed_.period_ms;
   info.provenance = device_.provenance();
   info.provenance.insert(agreed_.provenance.begin(), agreed_.provenance.end());
-  info.provenance.merge(controls_.provenance());
+  info.provenance.insert(control_values_.begin(), control_values_.end());
   if (agreed_.layout.shift > 0) info.provenance["shift"] = std::to_string(agreed_.layout.shift);
   if (refused_starts_ > 0) info.provenance["refused_starts"] = std::to_string(refused_starts_);
   if (buffer_flags_) {

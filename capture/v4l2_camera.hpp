@@ -16,6 +16,7 @@ struct V4l2CameraOptions {
   std::vector<std::pair<std::string, std::string>>
       controls;  ///< name, value; also an automatic that is to stay on
   unsigned buffers = 4;
+  std::chrono::milliseconds start_pause{50};  ///< between a refused start and the next try
 };
 
 class V4l2Camera final : public CameraDevice {
@@ -54,6 +55,7 @@ class V4l2Camera final : public CameraDevice {
   V4l2Agreed agreed_;
   V4l2Controls controls_;
   std::optional<Exposure> exposure_;
+  std::map<std::string, std::string> control_values_;  ///< as set: asking for all takes long on a slow bus
   V4l2Buffers buffers_;
   bool streaming_ = false;
   std::optional<std::uint32_t> buffer_flags_;

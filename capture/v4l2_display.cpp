@@ -16,12 +16,6 @@ using namespace std::chrono_literals;
 constexpr double periods_before_a_copy = 3.0;
 constexpr auto longest_wait = 2000ms;
 
-TimeNs steady_now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
-
 }  // namespace
 
 V4l2Display::V4l2Display(V4l2DisplayOptions options, std::shared_ptr<V4l2Api> api)

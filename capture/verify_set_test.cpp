@@ -11,6 +11,7 @@
 
 #include "twin/capture_set.hpp"
 #include "twin/errors.hpp"
+#include "twin/foreign_set.hpp"
 #include "twin/image_io.hpp"
 #include "twin/process_testing.hpp"
 #include "twin/seal.hpp"
@@ -277,6 +278,34 @@ TEST_F(VerifySetTest, AgainstATwin) {
   EXPECT_THAT(of(twin), ElementsAre(HasSubstr("has no camera \"upper\"")));
 }
 
+/// As `import captures` describes one: among files that are none of its business.
+TEST_F(VerifySetTest, AForeignSet) {
+  const fs::path raw = folder_ / "raw";
+  CaptureSet set;
+  set.file = folder_ / "described" / "capture.toml";
+  std::mt19937 generator(3);
+  for (const char* camera : {"left", "right"}) {
+    set.cameras.emplace_back().name = camera;
+    for (int i = 0; i < kSteps; ++i) {
+      set.cameras.back().files.push_back(raw / fmt::format("{}{}.png", camera, i));
+      write_gray_png(set.cameras.back().files.back(), random_image(&generator), 16);
+    }
+  }
+  const Twin twin = make_twin();
+  check_foreign_set(set, twin);
+  write_foreign_set(set);
+  write_bytes(raw / "left4.png", "of another set");
+  const SetCheck check = verify_set(folder_ / "described", &twin);
+  EXPECT_THAT(check.findings, IsEmpty());
+  EXPECT_EQ(check.summary(), "8 images of 2 cameras, 8 checksums compared: complete");
+  write_gray_png(raw / "right2.png", random_image(&generator), 16);
+  EXPECT_THAT(verify_set(folder_ / "described").findings,
+              ElementsAre(HasSubstr((raw / "right2.png").string() + ": is not the image")));
+  fs::remove(raw / "right2.png");
+  EXPECT_THAT(verify_set(folder_ / "described").findings,
+              ElementsAre(HasSubstr("right2.png: no such image")));
+}
+
 /// Every file of the set, cut at every kind of place and with any byte changed: no such set passes. Without
 /// checksums this holds for the images all the same, as far as a reader of the images could notice.
 TEST_F(VerifySetTest, NothingHalfPasses) {
@@ -308,7 +337,7 @@ TEST_F(VerifySetTest, NoHalfImagePassesWithoutChecksums) {
   std::mt19937 generator(20261123);
   const fs::path file = dir_ / "left/0001.png";
   const std::string whole = bytes_of(file);
-  for (std::size_t at = 0; at < whole.size(); ++at) {
+  for (std::size_t at = 0; at < whole.size(); at += 1 + generator() % 4) {
     write_bytes(file, whole.substr(0, at));
     EXPECT_FALSE(verify_set(dir_).passed()) << "cut to " << at;
     std::string flipped = whole;

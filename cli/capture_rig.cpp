@@ -2,11 +2,14 @@
 #include "cli/capture_rig.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
+#include "capture/open_display.hpp"
 #include "capture/simulated_rig.hpp"
+#include "capture/v4l2_camera.hpp"
 #include "cli/flags.hpp"
 #include "twin/errors.hpp"
 #include "twin/progress.hpp"
@@ -60,6 +63,92 @@ OpenedRig open_simulated(const Twin& twin, const std::string& file, const RigFla
   return opened;
 }
 
+/// "NAME=DEVICE", or "DEVICE" where the twin has one camera.
+std::string device_of(const Camera& camera, const Twin& twin, const RigFlags& flags) {
+  for (const std::string& text : flags.cameras) {
+    if (text.starts_with(camera.name + "=")) return text.substr(camera.name.size() + 1);
+    if (twin.cameras.size() == 1 && flags.cameras.size() == 1 && text.find('=') == std::string::npos)
+      return text;
+  }
+  throw UserError(ExitCode::usage, fmt::format("--camera {}", fmt::join(flags.cameras, " --camera ")),
+                  fmt::format("names no device for camera \"{}\" of the twin", camera.name),
+                  fmt::format("add --camera {}=/dev/video0", camera.name));
+}
+
+void check_camera_names(const Twin& twin, const RigFlags& flags) {
+  for (const std::string& text : flags.cameras) {
+    const auto equal = text.find('=');
+    if (equal == std::string::npos) continue;
+    const std::string name = text.substr(0, equal);
+    if (std::none_of(twin.cameras.begin(), twin.cameras.end(),
+                     [&](const Camera& camera) { return camera.name == name; }))
+      throw UserError(ExitCode::usage, "--camera " + text,
+                      fmt::format("the twin has no camera \"{}\"", name));
+  }
+}
+
+/// "[CAMERA:]KEY=VALUE" of the options that hold for this camera.
+std::vector<std::pair<std::string, std::string>> controls_of(const Camera& camera, const Twin& twin,
+                                                             const RigFlags& flags) {
+  std::vector<std::pair<std::string, std::string>> controls;
+  for (const std::string& text : flags.controls) {
+    std::string rest = text;
+    bool others = false;
+    for (const Camera& other : twin.cameras)
+      if (text.starts_with(other.name + ":")) {
+        rest = text.substr(other.name.size() + 1);
+        others = other.name != camera.name;
+      }
+    const auto equal = rest.find('=');
+    if (equal == std::string::npos || equal == 0)
+      throw UserError(ExitCode::usage, "--control " + text, "is not [CAMERA:]NAME=VALUE",
+                      "write e.g. --control gamma=100");
+    if (!others) controls.emplace_back(rest.substr(0, equal), rest.substr(equal + 1));
+  }
+  return controls;
+}
+
+OpenedRig open_devices(const Twin& twin, const RigFlags& flags) {
+  if (flags.display.empty())
+    throw UserError(ExitCode::usage, "capture", "no display given",
+                    "add --display kms, --display window:1 (a second screen) or --display v4l2:DEVICE");
+  check_camera_names(twin, flags);
+  OpenedRig opened;
+  for (const Camera& camera : twin.cameras) {
+    capture::V4l2CameraOptions options;
+    options.device = device_of(camera, twin, flags);
+    if (!flags.format.empty())
+      options.format.format = capture::required_pixel_format(flags.format, "--format");
+    options.format.width = camera.lens.width();
+    options.format.height = camera.lens.height();
+    options.format.rate_hz = flags.rate_hz;
+    options.format.shift = flags.shift;
+    options.gain = flags.gain;
+    options.controls = controls_of(camera, twin, flags);
+    options.buffers = flags.buffers;
+    opened.cameras.push_back(rig_camera(camera, std::make_unique<capture::V4l2Camera>(options)));
+  }
+  const Lens& projector = twin.projector->lens;
+  opened.display = capture::open_display(flags.display, projector.width(), projector.height());
+  if (!opened.display->info().timed)
+    say("the display does not say when a pattern came on: see `capture --calibrate-latency`");
+  return opened;
+}
+
+void add_v4l2_flags(CLI::App& sub, RigFlags& flags) {
+  sub.add_option("--format", flags.format,
+                 "Pixel format: GREY, Y10, Y12, Y16, Y16-BE, YUYV, MJPG (default: the deepest offered)");
+  sub.add_option("--rate", flags.rate_hz, "Frames per second");
+  sub.add_option("--gain", flags.gain, "Gain, in the camera's own units");
+  sub.add_option("--control", flags.controls, "[CAMERA:]NAME=VALUE: any other control; once per control");
+  sub.add_option("--shift", flags.shift,
+                 "Lowest bits of a word that carry nothing (12 bit values in the high bits of Y16: 4)")
+      ->check(CLI::Range(0, 8));
+  sub.add_option("--buffers", flags.buffers, "Frames that the driver may hold")
+      ->check(CLI::Range(2, 32))
+      ->capture_default_str();
+}
+
 }  // namespace
 
 void add_rig_flags(CLI::App& sub, RigFlags& flags) {
@@ -67,6 +156,7 @@ void add_rig_flags(CLI::App& sub, RigFlags& flags) {
                  "[NAME=]DEVICE, e.g. left=/dev/video0, once per camera; or twin:TWIN.toml: a simulated rig");
   sub.add_option("--display", flags.display,
                  "The projector: kms[:CARD[:CONNECTOR]], window[:N], v4l2:DEVICE; several with +");
+  add_v4l2_flags(sub, flags);
   add_render_flags(sub, flags.render);
   sub.add_option("--simulated-latency-ms", flags.simulated_latency_ms,
                  "twin: from a pattern's showing until its light")
@@ -79,9 +169,7 @@ OpenedRig open_rig(const Twin& twin, const RigFlags& flags) {
                     "add --camera left=/dev/video0, or --camera twin:TWIN.toml for a rehearsal");
   const auto simulated = std::find_if(flags.cameras.begin(), flags.cameras.end(),
                                       [](const std::string& c) { return c.starts_with(kTwinPrefix); });
-  if (simulated == flags.cameras.end())
-    throw UserError(ExitCode::usage, "--camera " + flags.cameras.front(), "is no device",
-                    "use twin:TWIN.toml");
+  if (simulated == flags.cameras.end()) return open_devices(twin, flags);
   if (flags.cameras.size() > 1)
     throw UserError(ExitCode::usage, "--camera " + *simulated, "and other cameras exclude each other",
                     "one twin:TWIN.toml serves all cameras");

@@ -20,7 +20,13 @@ namespace fringetwin::cli {
 struct RigFlags {
   std::vector<std::string> cameras;  ///< "[NAME=]DEVICE", or one "twin:TWIN.toml" for all
   std::string display;  ///< "kms…", "window…", "v4l2:DEVICE", several with '+'; none with twin:
-  RenderFlags render;   ///< twin:
+  std::string format;   ///< of V4L2 cameras; "" = the deepest offered
+  std::optional<double> rate_hz;
+  std::optional<std::int64_t> gain;
+  std::vector<std::string> controls;  ///< "[NAME:]KEY=VALUE"
+  int shift = 0;
+  unsigned buffers = 8;
+  RenderFlags render;  ///< twin:
   double simulated_latency_ms = 20.0;
 };
 

@@ -3,7 +3,6 @@
 // their uncertainty. Flag names as mrcal-calibrate-cameras.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <glob.h>
 
 #include <CLI/CLI.hpp>
 #include <charconv>
@@ -13,6 +12,7 @@
 #include "calib/corners_vnl.hpp"
 #include "calib/findings.hpp"
 #include "calib/observe.hpp"
+#include "cli/camera_files.hpp"
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"
 #include "cli/version.hpp"
@@ -130,13 +130,8 @@ std::string twin_toml(const calib::Calibration& c, const CalibrateCommand& o) {
          "[fringes]\ndirections = [\"x\"]\npitches_px = [13, 14, 15]\nsteps = 4\nunwrap = \"heterodyne\"\n";
 }
 
-/// Images on disk, sorted, as a shell would expand the glob.
 std::vector<fs::path> files_of(const std::string& pattern) {
-  glob_t found = {};
-  std::vector<fs::path> files;
-  if (glob(pattern.c_str(), 0, nullptr, &found) == 0)
-    for (std::size_t i = 0; i < found.gl_pathc; ++i) files.emplace_back(found.gl_pathv[i]);
-  globfree(&found);
+  std::vector<fs::path> files = glob_files(pattern);
   if (files.empty())
     throw UserError(ExitCode::input, pattern, "matches no picture, and there is no corner file yet",
                     "check the path, or give an existing --corners-cache");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // import opencv | kalibr | matrices | mrcal: a foreign calibration -> .cameramodel files and a twin.toml to
-// start from.
+// start from. import captures: cmd_import_captures.cpp.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -167,7 +167,7 @@ void add_unit(CLI::App& sub, ImportCommand& options) {
 }  // namespace
 
 void add_import(CLI::App& app, Invocation& invocation) {
-  CLI::App* import = app.add_subcommand("import", "Bring in a foreign calibration");
+  CLI::App* import = app.add_subcommand("import", "Bring in a foreign calibration, or foreign captures");
   import->require_subcommand(1);
 
   auto o = std::make_shared<ImportCommand>();
@@ -206,6 +206,8 @@ void add_import(CLI::App& app, Invocation& invocation) {
   mrcal->add_option("--projector", o->projector, "The projector's model");
   mrcal->add_option("--names", o->names, "Names of the cameras (default: those of the files)");
   add_unit(*mrcal, *o);
+
+  add_import_captures(*import, invocation);
 }
 
 }  // namespace fringetwin::cli

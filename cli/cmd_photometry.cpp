@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // photometry: gray values of real captures -> sensor, projector response, fringe contrast, vignetting.
 #include <fmt/format.h>
-#include <glob.h>
 
 #include <CLI/CLI.hpp>
 #include <charconv>
@@ -10,6 +9,7 @@
 
 #include "calib/findings.hpp"
 #include "calib/photometry.hpp"
+#include "cli/camera_files.hpp"
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"
 #include "cli/results.hpp"
@@ -42,17 +42,9 @@ struct Images {
 Images parse_images(const Twin& twin, const std::string& option, const std::string& text,
                     bool may_have_exposure) {
   Images out;
-  out.glob = text;
-  std::optional<std::size_t> camera;
-  for (std::size_t c = 0; c < twin.cameras.size(); ++c)
-    if (text.starts_with(twin.cameras[c].name + "=")) {
-      camera = c;
-      out.glob = text.substr(twin.cameras[c].name.size() + 1);
-    }
-  if (!camera && twin.cameras.size() > 1)
-    throw UserError(ExitCode::usage, option + " " + text, "names no camera of the twin",
-                    fmt::format("write {}={}", twin.cameras[0].name, text));
-  out.camera = camera.value_or(0);
+  const CameraArgument argument = parse_camera_argument(twin, option, text);
+  out.camera = argument.camera;
+  out.glob = argument.value;
   const auto at = out.glob.rfind('@');
   if (may_have_exposure && at != std::string::npos) {
     double value = 0.0;
@@ -64,10 +56,7 @@ Images parse_images(const Twin& twin, const std::string& option, const std::stri
     out.exposure_ms = value;
     out.glob.resize(at);
   }
-  glob_t found = {};
-  if (glob(out.glob.c_str(), 0, nullptr, &found) == 0)
-    for (std::size_t i = 0; i < found.gl_pathc; ++i) out.files.emplace_back(found.gl_pathv[i]);
-  globfree(&found);
+  out.files = glob_files(out.glob);
   if (out.files.empty())
     throw UserError(ExitCode::input, option + " " + out.glob, "matches no image", "quote the glob");
   return out;

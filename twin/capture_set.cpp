@@ -128,20 +128,22 @@ CaptureSet read_capture_set(const fs::path& dir, int n_images) {
   return set;
 }
 
-void write_capture_toml(const fs::path& dir, const std::vector<const CameraImages*>& cameras,
-                        const std::map<std::string, std::string>& provenance, const std::string& extension,
-                        const std::string& root) {
-  FT_CHECK(extension == "png" || extension == "exr", "extension " + extension);
+void write_capture_toml(const fs::path& dir, const std::vector<CaptureEntry>& cameras,
+                        const std::map<std::string, std::string>& provenance) {
   std::string text = fmt::format("schema = \"{}\"\n", kCaptureSchema);
-  for (const CameraImages* camera : cameras) {
-    const std::string& name = camera->camera;
-    text += fmt::format("\n[[camera]]\nname = {}\npattern = {}\nroot = {}\n", toml_string(name),
-                        toml_string(fmt::format("{}/%04d.{}", name, extension)), toml_string(root));
-    if (camera->white)
-      text += fmt::format("white = {}\n", toml_string(fmt::format("{}/white.{}", name, extension)));
-    if (camera->black)
-      text += fmt::format("black = {}\n", toml_string(fmt::format("{}/black.{}", name, extension)));
-    if (const auto exposure = camera->gray_code_exposure)
+  for (const CaptureEntry& camera : cameras) {
+    FT_CHECK(camera.pattern.empty() != camera.files.empty(), "a pattern or files");
+    text += fmt::format("\n[[camera]]\nname = {}\n", toml_string(camera.name));
+    if (!camera.pattern.empty()) text += fmt::format("pattern = {}\n", toml_string(camera.pattern));
+    if (!camera.files.empty()) {
+      text += "files = [\n";
+      for (const std::string& file : camera.files) text += fmt::format("  {},\n", toml_string(file));
+      text += "]\n";
+    }
+    text += fmt::format("root = {}\n", toml_string(camera.root));
+    if (camera.white) text += fmt::format("white = {}\n", toml_string(*camera.white));
+    if (camera.black) text += fmt::format("black = {}\n", toml_string(*camera.black));
+    if (const auto exposure = camera.gray_code_exposure)
       text += std::isnan(*exposure) ? "gray_code_exposure = \"different\"\n"
                                     : fmt::format("gray_code_exposure = {}\n", *exposure);
   }
@@ -149,6 +151,24 @@ void write_capture_toml(const fs::path& dir, const std::vector<const CameraImage
   for (const auto& [key, value] : provenance)
     text += fmt::format("{} = {}\n", toml_string(key), toml_string(value));
   write_text_file(dir / "capture.toml", seal(text));
+}
+
+void write_capture_toml(const fs::path& dir, const std::vector<const CameraImages*>& cameras,
+                        const std::map<std::string, std::string>& provenance, const std::string& extension,
+                        const std::string& root) {
+  FT_CHECK(extension == "png" || extension == "exr", "extension " + extension);
+  std::vector<CaptureEntry> entries;
+  for (const CameraImages* camera : cameras) {
+    const auto file = [&](const char* name) {
+      return fmt::format("{}/{}.{}", camera->camera, name, extension);
+    };
+    CaptureEntry entry{.name = camera->camera, .pattern = file("%04d"), .root = root};
+    if (camera->white) entry.white = file("white");
+    if (camera->black) entry.black = file("black");
+    entry.gray_code_exposure = camera->gray_code_exposure;
+    entries.push_back(std::move(entry));
+  }
+  write_capture_toml(dir, entries, provenance);
 }
 
 }  // namespace fringetwin

@@ -61,8 +61,20 @@ CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, con
 void write_camera_images(const std::filesystem::path& dir, const CameraImages& images);
 /// Writes <camera>/0000.exr … float32, channel Y.
 void write_camera_radiance(const std::filesystem::path& dir, const CameraImages& images);
-/// Writes the capture.toml, sealed (twin/seal.hpp), that describes what the two functions above wrote; call
-/// it last. extension "png" or "exr". `root`: the folder that holds <camera>/, relative to `dir`
+/// One [[camera]] as it stands in capture.toml.
+struct CaptureEntry {
+  std::string name;
+  std::string pattern = {};             ///< or
+  std::vector<std::string> files = {};  ///< relative to root
+  std::string root = ".";               ///< relative to capture.toml
+  std::optional<std::string> white = {}, black = {};
+  std::optional<double> gray_code_exposure = {};  ///< as in CaptureCamera
+};
+/// Writes capture.toml, sealed (twin/seal.hpp). Call it last: it says that the images are there.
+void write_capture_toml(const std::filesystem::path& dir, const std::vector<CaptureEntry>& cameras,
+                        const std::map<std::string, std::string>& provenance);
+/// The capture.toml that describes what write_camera_images() or write_camera_radiance() wrote.
+/// extension "png" or "exr". `root`: the folder that holds <camera>/, relative to `dir`
 /// (".." for a capture.toml in a sub-folder that describes the EXR images beside the PNG).
 void write_capture_toml(const std::filesystem::path& dir, const std::vector<const CameraImages*>& cameras,
                         const std::map<std::string, std::string>& provenance, const std::string& extension,
