@@ -140,7 +140,8 @@ void add_v4l2_flags(CLI::App& sub, RigFlags& flags) {
                  "Pixel format: GREY, Y10, Y12, Y16, Y16-BE, YUYV, MJPG (default: the deepest offered)");
   sub.add_option("--rate", flags.rate_hz, "Frames per second");
   sub.add_option("--gain", flags.gain, "Gain, in the camera's own units");
-  sub.add_option("--control", flags.controls, "[CAMERA:]NAME=VALUE: any other control; once per control");
+  sub.add_option("--control", flags.controls, "[CAMERA:]NAME=VALUE: any other control; once per control")
+      ->allow_extra_args(false);
   sub.add_option("--shift", flags.shift,
                  "Lowest bits of a word that carry nothing (12 bit values in the high bits of Y16: 4)")
       ->check(CLI::Range(0, 8));
@@ -153,7 +154,8 @@ void add_v4l2_flags(CLI::App& sub, RigFlags& flags) {
 
 void add_rig_flags(CLI::App& sub, RigFlags& flags) {
   sub.add_option("--camera", flags.cameras,
-                 "[NAME=]DEVICE, e.g. left=/dev/video0, once per camera; or twin:TWIN.toml: a simulated rig");
+                 "[NAME=]DEVICE, e.g. left=/dev/video0, once per camera; or twin:TWIN.toml: a simulated rig")
+      ->allow_extra_args(false);
   sub.add_option("--display", flags.display,
                  "The projector: kms[:CARD[:CONNECTOR]], window[:N], v4l2:DEVICE; several with +");
   add_v4l2_flags(sub, flags);

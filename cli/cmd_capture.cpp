@@ -5,7 +5,10 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
+#include "capture/open_display.hpp"
 #include "capture/session.hpp"
+#include "capture/v4l2_list.hpp"
+#include "capture/verify_set.hpp"
 #include "cli/capture_rig.hpp"
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"
@@ -21,7 +24,8 @@ namespace fs = std::filesystem;
 
 struct CaptureCommand {
   std::string twin, out;
-  bool resume = false, overwrite = false;
+  std::string verify;
+  bool resume = false, overwrite = false, list = false;
   int timeout_ms = 2000;
   capture::CapturePlan plan;
   RigFlags rig;
@@ -75,7 +79,25 @@ int run_record(const CaptureCommand& o, const Invocation& invocation) {
   return static_cast<int>(ExitCode::ok);
 }
 
+int run_verify(const CaptureCommand& o) {
+  std::optional<Twin> twin;
+  if (!o.twin.empty()) twin = load_for_run(o.twin);
+  const capture::SetCheck check = capture::verify_set(o.verify, twin ? &*twin : nullptr);
+  for (const std::string& finding : check.findings) warn(finding);
+  fmt::print("{}\n", check.summary());
+  return static_cast<int>(check.passed() ? ExitCode::ok : ExitCode::input);
+}
+
+int run_list() {
+  for (const capture::V4l2Listed& listed : capture::list_v4l2_devices()) fmt::print("{}\n", describe(listed));
+  for (const capture::DisplayChoice& choice : capture::list_displays())
+    fmt::print("{}\t{}\n", choice.name, choice.facts);
+  return static_cast<int>(ExitCode::ok);
+}
+
 int run_capture(CaptureCommand o, const Invocation& invocation) {
+  if (o.list) return run_list();
+  if (!o.verify.empty()) return run_verify(o);
   o.plan.timeout = std::chrono::milliseconds(o.timeout_ms);
   return run_record(o, invocation);
 }
@@ -91,7 +113,8 @@ void add_plan_options(CLI::App& sub, CaptureCommand& o) {
   sub.add_option("--repeats", plan.repeats, "Images of each pattern, a set each: for `photometry --captures`")
       ->capture_default_str();
   sub.add_option("--exposure-ms", plan.exposures_ms, "Exposure; several: a set each, and one merged")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   sub.add_flag("--references", plan.references, "White and black images besides");
   sub.add_option("--dark", plan.dark_frames, "So many frames with the projector black, into dark/");
   sub.add_option("--flat", plan.flat_frames, "So many frames with the projector white, into flat/");
@@ -110,6 +133,9 @@ void add_capture(CLI::App& app, Invocation& invocation) {
       "capture", "Project the sequence and record it: V4L2 cameras and a projector, or a simulated rig");
   sub->add_option("twin", o->twin, "The twin.toml: the sequence, image sizes, bit depths");
   sub->add_option("--out", o->out, "Folder for the capture set (made if missing)");
+  sub->add_option("--verify", o->verify,
+                  "Check a recorded set instead: every image whole, with its checksum (exit code 3 if not)");
+  sub->add_flag("--list", o->list, "List cameras and displays instead");
   sub->add_flag("--resume", o->resume, "Go on with a recording that was broken off");
   sub->add_flag("--overwrite", o->overwrite, "Replace a recording that is there already");
   add_rig_flags(*sub, o->rig);
