@@ -43,6 +43,8 @@ class Journal {
 
   /// A recording was begun and has something to lose.
   static bool has_records(const std::filesystem::path& dir);
+  /// What the recording in that folder was begun with; empty when there is none. Throws UserError(input).
+  static std::map<std::string, std::string> identity(const std::filesystem::path& dir);
   /// For a recording that is complete.
   static Journal none() { return Journal({}); }
 

@@ -92,8 +92,9 @@ std::string frames_csv(const std::vector<StepRecord>& records) {
 
 }  // namespace
 
-Recording::Recording(const fs::path& dir, const Twin& twin, const CapturePlan& plan, Existing existing)
-    : dir_(dir), twin_(twin), plan_(plan), identity_(plan_identity(twin, plan)), journal_(open(existing)) {
+Recording::Recording(const fs::path& dir, const Twin& twin, const CapturePlan& plan,
+                     const std::map<std::string, std::string>& identity, Existing existing)
+    : dir_(dir), twin_(twin), plan_(plan), identity_(identity), journal_(open(existing)) {
   for (const Camera& camera : twin.cameras)
     if (is_set_folder(camera.name))
       throw UserError(ExitCode::usage, fmt::format("camera \"{}\"", camera.name),

@@ -26,9 +26,11 @@ struct RecordedImage {
 
 class Recording {
  public:
+  /// `identity`: plan_identity() and what else must not change before a --resume.
   /// Makes the folder and its journal, or reads what is there. Throws UserError(usage) when the folder holds
   /// a recording and `existing` is refuse, or another one when it is resume.
-  Recording(const std::filesystem::path& dir, const Twin& twin, const CapturePlan& plan, Existing existing);
+  Recording(const std::filesystem::path& dir, const Twin& twin, const CapturePlan& plan,
+            const std::map<std::string, std::string>& identity, Existing existing);
 
   /// The set is complete already: nothing left to do for resume.
   bool complete() const { return complete_; }
