@@ -169,6 +169,7 @@ void Recording::store(StepRecord record, std::vector<RecordedImage> images) {
                         [this, record = std::move(record), images = std::move(images)]() mutable {
                           return write_images(dir_, std::move(record), images, &journal_);
                         });
+  if (at_once_) flush();
 }
 
 void Recording::flush() {

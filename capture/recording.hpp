@@ -41,6 +41,8 @@ class Recording {
   /// Writes the images and then the journal's line, in the background: the next pattern may be shown
   /// meanwhile. Throws what the one before threw (a full disk).
   void store(StepRecord record, std::vector<RecordedImage> images);
+  /// For benchmarks: store() waits.
+  void write_at_once() { at_once_ = true; }
   /// Waits for what store() began.
   void flush();
 
@@ -60,7 +62,7 @@ class Recording {
   const Twin& twin_;
   CapturePlan plan_;
   std::map<std::string, std::string> identity_;
-  bool complete_ = false;
+  bool complete_ = false, at_once_ = false;
   Journal journal_;
   std::set<int> done_;
   std::map<std::string, std::string> sha256_;  ///< by file, relative to dir_
