@@ -126,6 +126,12 @@ Journal Journal::resume(const fs::path& dir, const std::map<std::string, std::st
   return journal;
 }
 
+bool Journal::has_records(const fs::path& dir) {
+  std::ifstream stream(dir / kJournalName, std::ios::binary);
+  std::string header, record;
+  return std::getline(stream, header) && std::getline(stream, record);
+}
+
 void Journal::append(const StepRecord& record) {
   const int file = ::open(file_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   if (file < 0)

@@ -117,7 +117,7 @@ void Recording::refuse_existing(bool has_journal) const {
 }
 
 Journal Recording::open(Existing existing) {
-  const bool has_journal = fs::exists(dir_ / kJournalName), has_toml = fs::exists(dir_ / kTomlName);
+  const bool has_journal = Journal::has_records(dir_), has_toml = fs::exists(dir_ / kTomlName);
   if (existing == Existing::resume && has_toml) {
     const int n_images = static_cast<int>(expand_sequence(twin_.fringes).size());
     const auto provenance = read_capture_set(dir_, n_images).provenance;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "capture/streams.hpp"
 #include "twin/errors.hpp"
 #include "twin/progress.hpp"
 
@@ -27,28 +28,6 @@ std::optional<double> slowest_period_ms(const Rig& rig) {
   }
   return slowest;
 }
-
-/// Starts all cameras for its life.
-class Streams {
- public:
-  explicit Streams(const Rig& rig) : rig_(rig) { start(); }
-  ~Streams() { stop(); }
-  Streams(const Streams&) = delete;
-  Streams& operator=(const Streams&) = delete;
-  void restart() {
-    stop();
-    start();
-  }
-
- private:
-  void start() {
-    for (const RigCamera& camera : rig_) camera.device->start();
-  }
-  void stop() noexcept {
-    for (const RigCamera& camera : rig_) camera.device->stop();
-  }
-  const Rig& rig_;
-};
 
 class Session {
  public:

@@ -54,7 +54,10 @@ v4l2_dv_timings detected_timings(const V4l2Device& device) {
   return timings;
 }
 
+// The present ones where they serve: what is connected to an output knows them already.
 v4l2_dv_timings found_timings(const V4l2Device& device, const V4l2FormatWish& wish) {
+  v4l2_dv_timings present{};
+  if (device.call(VIDIOC_G_DV_TIMINGS, present) == 0 && as_wished(present, wish)) return present;
   v4l2_enum_dv_timings entry{};
   for (; device.call(VIDIOC_ENUM_DV_TIMINGS, entry) == 0; ++entry.index)
     if (as_wished(entry.timings, wish)) return entry.timings;

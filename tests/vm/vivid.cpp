@@ -10,7 +10,7 @@ namespace {
 
 using namespace fringetwin::capture;
 
-// The capture's timings stand for its source's.
+// The capture's timings stand for its source's, and only those of the output are looped through.
 void set_timings(const V4l2Device& device) {
   v4l2_enum_dv_timings entry{};
   for (; device.call(VIDIOC_ENUM_DV_TIMINGS, entry) == 0; ++entry.index) {
@@ -32,12 +32,14 @@ Vivid::Vivid(int instance)
     : capture_path_(fmt::format("/dev/video{}", 2 * instance)),
       output_path_(fmt::format("/dev/video{}", 2 * instance + 1)),
       device_(kernel_v4l2(), capture_path_, V4L2_CAP_VIDEO_CAPTURE),
+      output_(kernel_v4l2(), output_path_, V4L2_CAP_VIDEO_OUTPUT),
       controls_(device_) {
   set("dv_timings_signal_mode", 0);  // as set
   set("percentage_of_dropped_buffers", 0);
   set("osd_text_mode", 2);  // none
   set("loop_video", 1);
   set_timings(device_);
+  set_timings(output_);
 }
 
 V4l2CameraOptions Vivid::camera(PixelFormat format) const {

@@ -26,7 +26,7 @@ class Vivid {
 
  private:
   std::string capture_path_, output_path_;
-  capture::V4l2Device device_;
+  capture::V4l2Device device_, output_;
   capture::V4l2Controls controls_;
 };
 

@@ -1,0 +1,50 @@
+#!/bin/busybox sh
+# guest_capture.sh PROGRAM: in the guest, the program as built on the host, with the host's libraries: its root is the
+# host's (run_in_vm.sh --root), /mnt the folder that both can write to. Three recordings of one twin.
+program=$1
+for folder in dev proc sys; do mount --bind "/$folder" "/root/$folder"; done
+mount --bind /host /root/mnt
+export HOME=/mnt
+set -o pipefail
+run() { env -u LD_LIBRARY_PATH chroot /root "$program" capture "$@" 2>&1 | cat; } # no terminal, no bar
+record() { # DIR SECOND-INSTANCE options...
+  set_folder=$1 second=$2
+  shift 2
+  run /mnt/twin.toml --out "/mnt/$set_folder" --camera left=/dev/video0 --camera "right=/dev/video$((2 * second))" \
+    --display "v4l2:/dev/video1@Y12+v4l2:/dev/video$((2 * second + 1))@Y12" --format Y12 "$@"
+}
+expect() { # EXIT-CODE WHAT
+  code=$?
+  echo "$2: exit code $code"
+  [ $code -eq "$1" ] || exit 1
+}
+
+vivid_control setup 3 || exit
+run --list >/host/list.txt
+expect 0 list
+record plain 1
+expect 0 "undisturbed"
+
+# A fifth of all frames lost, and some marked as corrupt: taken again until all are there.
+vivid_control set 0 percentage_of_dropped_buffers 20
+vivid_control set 1 percentage_of_dropped_buffers 20
+(while [ ! -e /host/disturbed.done ]; do
+  vivid_control push 0 inject_v4l2_buf_flag_error
+  sleep 1
+done) &
+record disturbed 1
+expect 0 "frames lost and corrupt"
+touch /host/disturbed.done
+wait
+vivid_control set 0 percentage_of_dropped_buffers 0
+vivid_control set 1 percentage_of_dropped_buffers 0
+
+# A camera is unplugged when some images are there; another takes its place.
+(while [ ! -e /host/resumed/left/0003.png ]; do usleep 20000; done
+vivid_control push 1 disconnect) &
+record resumed 1
+expect 4 "unplugged"
+wait
+ls /host/resumed/left >/host/before_resume.txt
+record resumed 2 --resume
+expect 0 "resumed"
