@@ -83,6 +83,7 @@ class Session {
   }
 
   Grabbed show_and_grab(const Step& step, StepRecord* record) {
+    display_.check();
     for (const RigCamera& camera : rig_) camera.device->check_input();
     const DisplayInfo info = display_.info();
     record->shown =
