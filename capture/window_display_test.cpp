@@ -156,6 +156,18 @@ TEST(WindowDisplay, WithoutADesktopItIsRefused) {
   ::unsetenv("DISPLAY");
 }
 
+// SDL would take its own "offscreen" driver, whose pictures nobody sees.
+TEST(WindowDisplay, WithoutAnyDesktopNothingIsDrawnIntoTheVoid) {
+  for (const char* name : {"SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"}) ::unsetenv(name);
+  try {
+    open_display("window", 1024, 768);
+    ADD_FAILURE() << "not refused";
+  } catch (const UserError& error) {
+    EXPECT_EQ(error.code(), ExitCode::device);
+    EXPECT_THAT(error.what(), HasSubstr("neither DISPLAY nor WAYLAND_DISPLAY"));
+  }
+}
+
 // Xvfb has no two monitors, but two windows on one thread it has; the upper one is seen.
 TEST(WindowDisplay, TwoWindowsShowTheSame) {
   const Xvfb server({{640, 480}});

@@ -130,7 +130,10 @@ void SdlThread::watch_connection(SDL_Window* window) {
 void SdlThread::loop() {
   std::unique_lock lock(mutex_);
   set_hints();
-  if (SDL_Init(SDL_INIT_VIDEO) != 0) fault_ = SDL_GetError();
+  if (SDL_Init(SDL_INIT_VIDEO) != 0)
+    fault_ = SDL_GetError();
+  else if (const std::string driver = SDL_GetCurrentVideoDriver(); driver == "offscreen" || driver == "dummy")
+    fault_ = "neither DISPLAY nor WAYLAND_DISPLAY names one";  // SDL would draw into memory that nobody sees
   if (fault_.empty()) SDL_DisableScreenSaver();
   started_ = true;
   changed_.notify_all();
