@@ -103,11 +103,11 @@ class Calibration {
   }
 
   /// The camera's next new frame without fault.
-  Frame next(std::size_t camera) {
+  Frame next(std::size_t camera, CameraDevice::Pixels pixels = CameraDevice::Pixels::keep) {
     Watch& watch = watches_[camera];
     while (true) {
       throw_if_cancelled();
-      Frame frame = rig_[camera].device->next_frame(options_.timeout, CameraDevice::Pixels::keep);
+      Frame frame = rig_[camera].device->next_frame(options_.timeout, pixels);
       const std::int32_t advance =
           watch.last_sequence ? static_cast<std::int32_t>(frame.sequence - *watch.last_sequence) : 1;
       if (advance <= 0 || (watch.last_sequence && frame.timestamp_ns <= watch.last_ns)) continue;  // repeated
@@ -131,8 +131,9 @@ class Calibration {
       for (std::size_t c = 0; c < rig_.size(); ++c) {
         if (frames[c].size() == kReferenceFrames) continue;
         all = false;
-        Frame frame = next(c);
-        if (begin_ns(c, frame) >= from_ns) frames[c].push_back(std::move(frame.dn));
+        const bool far = watches_[c].last_begin_ns + 2 * period_ns_ < from_ns;
+        Frame frame = next(c, far ? CameraDevice::Pixels::drop : CameraDevice::Pixels::keep);
+        if (!far && begin_ns(c, frame) >= from_ns) frames[c].push_back(std::move(frame.dn));
       }
     }
     return frames;

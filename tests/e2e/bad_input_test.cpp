@@ -82,7 +82,7 @@ TEST_F(DamagedCapture, UnknownKeyInCaptureToml) {
   ASSERT_NE(at, std::string::npos);
   text.replace(at, 7, "patern");
   write_file(dir_ / "out" / "capture.toml", text);
-  expect_refused(measure(), 3, {"capture.toml:5: unknown key \"patern\"", "did you mean \"pattern\"?"});
+  expect_refused(measure(), 3, {"capture.toml:6: unknown key \"patern\"", "did you mean \"pattern\"?"});
   expect_no_result();
 }
 

@@ -88,6 +88,9 @@ TEST_F(ImportCaptures, ForeignNamesGiveTheSameResult) {
   EXPECT_THAT(toml, HasSubstr("root = \"../raw\""));
   EXPECT_THAT(toml, HasSubstr("\"sha256.../raw/img10.png\" = \""));
   EXPECT_FALSE(fs::exists(dir_ / "set/left"));  // described, not copied
+  const RunResult verified = run_fringetwin({"capture", twin(), "--verify", (dir_ / "set").string()});
+  EXPECT_EQ(verified.exit_code, 0) << verified.err;
+  EXPECT_EQ(verified.out, "24 images of 2 cameras, 24 checksums compared: complete\n");
   const auto original = measured(suite_dir() / "out", "measured_original");
   EXPECT_GT(original[0].size(), 10000u);
   EXPECT_TRUE(measured(dir_ / "set", "measured_imported") == original);
