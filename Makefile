@@ -78,6 +78,7 @@ bench: build
 	@build/bench/bench_ray_query  # one line where the driver has none
 	@build/bench/bench_scaling
 	@build/bench/bench_compare
+	@build/bench/bench_capture
 	@scripts/bench_chain.sh   # per stage: render, decode, match, triangulate, fit; the whole against its bound
 
 clean:

@@ -126,6 +126,21 @@ Journal Journal::resume(const fs::path& dir, const std::map<std::string, std::st
   return journal;
 }
 
+bool Journal::has_records(const fs::path& dir) {
+  std::ifstream stream(dir / kJournalName, std::ios::binary);
+  std::string header, record;
+  return std::getline(stream, header) && std::getline(stream, record);
+}
+
+std::map<std::string, std::string> Journal::identity(const fs::path& dir) {
+  std::ifstream stream(dir / kJournalName, std::ios::binary);
+  std::string header;
+  if (!std::getline(stream, header)) return {};
+  const Json json = Json::parse(header, nullptr, false);
+  if (json.is_discarded() || !json.contains("identity")) damaged(dir / kJournalName, 1);
+  return json["identity"].get<std::map<std::string, std::string>>();
+}
+
 void Journal::append(const StepRecord& record) {
   const int file = ::open(file_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   if (file < 0)

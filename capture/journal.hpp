@@ -41,6 +41,10 @@ class Journal {
   /// damaged one, UserError(usage) when `identity` is another than it was begun with.
   static Journal resume(const std::filesystem::path& dir, const std::map<std::string, std::string>& identity);
 
+  /// A recording was begun and has something to lose.
+  static bool has_records(const std::filesystem::path& dir);
+  /// What the recording in that folder was begun with; empty when there is none. Throws UserError(input).
+  static std::map<std::string, std::string> identity(const std::filesystem::path& dir);
   /// For a recording that is complete.
   static Journal none() { return Journal({}); }
 

@@ -197,8 +197,8 @@ DisplayInfo KmsDisplay::info() const {
                      {"connector", h.chosen.head.facts.name},
                      {"mode", fmt::format("{}x{}", h.chosen.mode.hdisplay, h.chosen.mode.vdisplay)},
                      {"refresh_hz", fmt::format("{:.4f}", h.chosen.refresh_hz)},
-                     {"timing", h.why_untimed.empty() ? "vertical blanking" : h.why_untimed},
-                     {"set", h.properties.set()}};
+                     {"timing", h.why_untimed.empty() ? "vertical blanking" : h.why_untimed}};
+  if (!h.properties.set().empty()) info.provenance["set"] = h.properties.set();
   if (!h.properties.refused().empty()) info.provenance["not_set"] = h.properties.refused();
   return info;
 }

@@ -92,8 +92,9 @@ std::string frames_csv(const std::vector<StepRecord>& records) {
 
 }  // namespace
 
-Recording::Recording(const fs::path& dir, const Twin& twin, const CapturePlan& plan, Existing existing)
-    : dir_(dir), twin_(twin), plan_(plan), identity_(plan_identity(twin, plan)), journal_(open(existing)) {
+Recording::Recording(const fs::path& dir, const Twin& twin, const CapturePlan& plan,
+                     const std::map<std::string, std::string>& identity, Existing existing)
+    : dir_(dir), twin_(twin), plan_(plan), identity_(identity), journal_(open(existing)) {
   for (const Camera& camera : twin.cameras)
     if (is_set_folder(camera.name))
       throw UserError(ExitCode::usage, fmt::format("camera \"{}\"", camera.name),
@@ -117,7 +118,7 @@ void Recording::refuse_existing(bool has_journal) const {
 }
 
 Journal Recording::open(Existing existing) {
-  const bool has_journal = fs::exists(dir_ / kJournalName), has_toml = fs::exists(dir_ / kTomlName);
+  const bool has_journal = Journal::has_records(dir_), has_toml = fs::exists(dir_ / kTomlName);
   if (existing == Existing::resume && has_toml) {
     const int n_images = static_cast<int>(expand_sequence(twin_.fringes).size());
     const auto provenance = read_capture_set(dir_, n_images).provenance;
@@ -168,6 +169,7 @@ void Recording::store(StepRecord record, std::vector<RecordedImage> images) {
                         [this, record = std::move(record), images = std::move(images)]() mutable {
                           return write_images(dir_, std::move(record), images, &journal_);
                         });
+  if (at_once_) flush();
 }
 
 void Recording::flush() {

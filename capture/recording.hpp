@@ -26,9 +26,11 @@ struct RecordedImage {
 
 class Recording {
  public:
+  /// `identity`: plan_identity() and what else must not change before a --resume.
   /// Makes the folder and its journal, or reads what is there. Throws UserError(usage) when the folder holds
   /// a recording and `existing` is refuse, or another one when it is resume.
-  Recording(const std::filesystem::path& dir, const Twin& twin, const CapturePlan& plan, Existing existing);
+  Recording(const std::filesystem::path& dir, const Twin& twin, const CapturePlan& plan,
+            const std::map<std::string, std::string>& identity, Existing existing);
 
   /// The set is complete already: nothing left to do for resume.
   bool complete() const { return complete_; }
@@ -39,6 +41,8 @@ class Recording {
   /// Writes the images and then the journal's line, in the background: the next pattern may be shown
   /// meanwhile. Throws what the one before threw (a full disk).
   void store(StepRecord record, std::vector<RecordedImage> images);
+  /// For benchmarks: store() waits.
+  void write_at_once() { at_once_ = true; }
   /// Waits for what store() began.
   void flush();
 
@@ -58,7 +62,7 @@ class Recording {
   const Twin& twin_;
   CapturePlan plan_;
   std::map<std::string, std::string> identity_;
-  bool complete_ = false;
+  bool complete_ = false, at_once_ = false;
   Journal journal_;
   std::set<int> done_;
   std::map<std::string, std::string> sha256_;  ///< by file, relative to dir_

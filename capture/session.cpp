@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "capture/streams.hpp"
 #include "twin/errors.hpp"
 #include "twin/progress.hpp"
 
@@ -17,6 +18,8 @@ using Clock = std::chrono::steady_clock;
 /// Frames that a camera may still have taken with the exposure before, besides the settling ones.
 constexpr int kFramesAfterExposureChange = 4;
 
+std::string exposure_key(const RigCamera& camera) { return "exposure_ms " + camera.name; }
+
 /// Frame period of the slowest camera; nullopt where one does not say.
 std::optional<double> slowest_period_ms(const Rig& rig) {
   double slowest = 0.0;
@@ -27,28 +30,6 @@ std::optional<double> slowest_period_ms(const Rig& rig) {
   }
   return slowest;
 }
-
-/// Starts all cameras for its life.
-class Streams {
- public:
-  explicit Streams(const Rig& rig) : rig_(rig) { start(); }
-  ~Streams() { stop(); }
-  Streams(const Streams&) = delete;
-  Streams& operator=(const Streams&) = delete;
-  void restart() {
-    stop();
-    start();
-  }
-
- private:
-  void start() {
-    for (const RigCamera& camera : rig_) camera.device->start();
-  }
-  void stop() noexcept {
-    for (const RigCamera& camera : rig_) camera.device->stop();
-  }
-  const Rig& rig_;
-};
 
 class Session {
  public:
@@ -236,6 +217,26 @@ void check_rig(const Twin& twin, const Rig& rig, const PatternDisplay& display, 
                     fmt::format("shows {} x {} px, the twin's projector has {} x {}", screen.width,
                                 screen.height, projector.width(), projector.height()),
                     "patterns are never scaled: choose a mode of that size, or check imagersize");
+}
+
+std::map<std::string, std::string> recording_identity(const Twin& twin, const Rig& rig,
+                                                      const CapturePlan& plan) {
+  std::map<std::string, std::string> identity = plan_identity(twin, plan);
+  for (const RigCamera& camera : rig)
+    if (const auto exposure_ms = camera.device->exposure_ms(); exposure_ms && plan.exposures_ms.empty())
+      identity[exposure_key(camera)] = fmt::format("{}", *exposure_ms);
+  return identity;
+}
+
+bool restore_exposures(const std::map<std::string, std::string>& identity, const Rig& rig) {
+  bool any = false;
+  for (const RigCamera& camera : rig) {
+    const auto it = identity.find(exposure_key(camera));
+    if (it == identity.end()) continue;
+    camera.device->set_exposure_ms(std::stod(it->second));
+    any = true;
+  }
+  return any;
 }
 
 SessionSummary record_session(const Twin& twin, const Rig& rig, PatternDisplay& display,

@@ -24,6 +24,13 @@ struct SessionSummary {
 /// Throws UserError(device|usage) when a camera or the display does not fit the twin: sizes, bit depths.
 void check_rig(const Twin& twin, const Rig& rig, const PatternDisplay& display, const CapturePlan& plan);
 
+/// plan_identity() and the exposures that the cameras have, where the plan names none: frames of another
+/// exposure do not belong into the set.
+std::map<std::string, std::string> recording_identity(const Twin& twin, const Rig& rig,
+                                                      const CapturePlan& plan);
+/// Gives the cameras the exposures that an unfinished recording was begun with; false when it names none.
+bool restore_exposures(const std::map<std::string, std::string>& identity, const Rig& rig);
+
 /// Records the steps that `recording` does not have yet and finishes it. `provenance` goes into capture.toml
 /// beside what the devices report.
 /// Throws UserError(device) when a device fails for good; what was recorded stays, for --resume.

@@ -36,7 +36,7 @@ class Session : public ::testing::Test {
 
   SessionSummary record(const Twin& twin, LoopRig& rig, const CapturePlan& plan,
                         Existing existing = Existing::refuse) {
-    Recording recording(scratch_ / "set", twin, plan, existing);
+    Recording recording(scratch_ / "set", twin, plan, recording_identity(twin, rig.cameras, plan), existing);
     return record_session(twin, rig.cameras, *rig.display, plan, recording, {});
   }
 

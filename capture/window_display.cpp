@@ -23,7 +23,8 @@ WindowModuleFunction load_window_module() {
 
 UserError no_window(const std::string& name, const std::string& fault) {
   return {ExitCode::device, name, fmt::format("a window cannot be opened ({})", fault),
-          "run in a desktop session (DISPLAY or WAYLAND_DISPLAY set), or use 'kms' on a text console"};
+          "run in a desktop session (`fringetwin capture --list` shows its screens), or use 'kms' on a text "
+          "console"};
 }
 
 }  // namespace
@@ -47,15 +48,9 @@ int parse_window_name(const std::string& text) {
 }
 
 WindowDisplay::WindowDisplay(const std::string& name, int width, int height) : name_(name) {
-  const auto screen = static_cast<std::size_t>(parse_window_name(name));
+  const int screen = parse_window_name(name);
   std::string fault;
-  const std::vector<Screen> screens = window_module().screens(&fault);
-  if (!fault.empty()) throw no_window(name, fault);
-  if (screen >= screens.size())
-    throw UserError(ExitCode::device, name,
-                    fmt::format("there is no screen {}: the desktop has {}", screen, screens.size()),
-                    "`fringetwin capture --list` shows them");
-  window_ = window_module().open(static_cast<int>(screen), &fault);
+  window_ = window_module().open(screen, &fault);
   if (!window_) throw no_window(name, fault);
   if (window_->width() != width || window_->height() != height)
     throw UserError(ExitCode::device, name,

@@ -176,6 +176,10 @@ void wait_for_full_screen(const SDL_Rect& bounds, SDL_Window* window, SDL_Render
 }
 
 bool create(SdlWindow* out, int screen, std::string* description) {
+  if (screen >= SDL_GetNumVideoDisplays()) {
+    SDL_SetError("there is no screen %d: the desktop has %d", screen, SDL_GetNumVideoDisplays());
+    return false;
+  }
   SDL_Rect bounds{};
   if (SDL_GetDisplayBounds(screen, &bounds) != 0) return false;
   out->window =

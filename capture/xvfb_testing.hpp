@@ -26,8 +26,8 @@ class Xvfb {
   explicit Xvfb(const std::vector<std::array<int, 2>>& sizes) {
     std::array<int, 2> number{};
     if (::pipe(number.data()) != 0) return;
-    std::vector<std::string> words{"Xvfb", "-displayfd", std::to_string(number[1]), "-nolisten",
-                                   "tcp",  "-fbdir",     folder_.path().string()};
+    std::vector<std::string> words{"Xvfb",      "-noreset", "-displayfd", std::to_string(number[1]),
+                                   "-nolisten", "tcp",      "-fbdir",     folder_.path().string()};
     for (std::size_t i = 0; i < sizes.size(); ++i) {
       words.insert(words.end(), {"-screen", std::to_string(i)});
       words.push_back(std::to_string(sizes[i][0]) + "x" + std::to_string(sizes[i][1]) + "x24");

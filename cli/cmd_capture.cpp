@@ -5,6 +5,9 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
+#include "capture/exposure_choice.hpp"
+#include "capture/journal.hpp"
+#include "capture/latency.hpp"
 #include "capture/open_display.hpp"
 #include "capture/session.hpp"
 #include "capture/v4l2_list.hpp"
@@ -25,7 +28,9 @@ namespace fs = std::filesystem;
 struct CaptureCommand {
   std::string twin, out;
   std::string verify;
-  bool resume = false, overwrite = false, list = false;
+  bool resume = false, overwrite = false, list = false, auto_exposure = false, calibrate_latency = false;
+  double saturated_share = 0.001;
+  std::optional<double> exposure_unit_ms;
   int timeout_ms = 2000;
   capture::CapturePlan plan;
   RigFlags rig;
@@ -56,8 +61,46 @@ void print_summary(const CaptureCommand& o, const capture::SessionSummary& summa
   say("capture set: " + (fs::path(o.out) / "capture.toml").string());
 }
 
-int run_record(const CaptureCommand& o, const Invocation& invocation) {
+/// --auto-exposure and --calibrate-latency, for the recording that follows.
+void prepare(CaptureCommand& o, const OpenedRig& rig) {
+  if (o.auto_exposure) {
+    const bool kept = o.resume && restore_exposures(capture::Journal::identity(o.out), rig.cameras);
+    if (kept) {
+      say("exposures as the recording was begun with");
+    } else {
+      capture::ExposureOptions options;
+      options.saturated_share = o.saturated_share;
+      options.unit_ms = o.exposure_unit_ms;
+      options.latency_ms = o.plan.latency_ms;
+      options.timeout = o.plan.timeout;
+      for (const auto& choice : choose_exposures(rig.cameras, *rig.display, options)) {
+        if (choice.limit == capture::ExposureChoice::Limit::least || choice.too_dark())
+          warn(choice.text());
+        else
+          say(choice.text());
+      }
+    }
+  }
+  if (!o.calibrate_latency) return;
+  capture::LatencyOptions options;
+  options.timeout = o.plan.timeout;
+  const capture::Latency latency = calibrate_latency(rig.cameras, *rig.display, options);
+  for (const std::string& line : latency.lines()) fmt::print("{}\n", line);
+  o.plan.latency_ms = latency.latency_ms;
+  o.plan.settle_frames = latency.settle_frames;
+}
+
+int run_record(CaptureCommand& o, const Invocation& invocation) {
+  if (o.out.empty() && (o.calibrate_latency || o.auto_exposure)) {
+    const Twin twin = load_projected_twin(o.twin);
+    const OpenedRig rig = open_rig(twin, o.rig);
+    check_rig(twin, rig.cameras, *rig.display, o.plan);
+    prepare(o, rig);
+    return static_cast<int>(ExitCode::ok);
+  }
   if (o.out.empty()) throw UserError(ExitCode::usage, "capture", "no output folder given", "add --out DIR");
+  if (o.auto_exposure && !o.plan.exposures_ms.empty())
+    throw UserError(ExitCode::usage, "--auto-exposure", "and --exposure-ms exclude each other");
   if (o.resume && o.overwrite)
     throw UserError(ExitCode::usage, "--resume", "and --overwrite exclude each other");
   check_out_folder(o.out);
@@ -65,8 +108,10 @@ int run_record(const CaptureCommand& o, const Invocation& invocation) {
   check_plan(o.plan);
   const OpenedRig rig = open_rig(twin, o.rig);
   check_rig(twin, rig.cameras, *rig.display, o.plan);
+  prepare(o, rig);
   // Only now: devices that do not fit leave an older recording as it is.
-  capture::Recording recording(o.out, twin, o.plan, o.existing());
+  capture::Recording recording(o.out, twin, o.plan, recording_identity(twin, rig.cameras, o.plan),
+                               o.existing());
   if (recording.complete()) {
     say("nothing left to do: " + o.out + " holds the complete set");
     return static_cast<int>(ExitCode::ok);
@@ -118,6 +163,17 @@ void add_plan_options(CLI::App& sub, CaptureCommand& o) {
   sub.add_flag("--references", plan.references, "White and black images besides");
   sub.add_option("--dark", plan.dark_frames, "So many frames with the projector black, into dark/");
   sub.add_option("--flat", plan.flat_frames, "So many frames with the projector white, into flat/");
+  sub.add_flag(
+      "--auto-exposure", o.auto_exposure,
+      "First the longest exposure that the projector's white does not saturate; without --out: that alone");
+  sub.add_option("--saturated-share", o.saturated_share,
+                 "Share of the pixels that --auto-exposure lets saturate")
+      ->check(CLI::Range(0.0, 0.5))
+      ->capture_default_str();
+  sub.add_option("--exposure-unit-ms", o.exposure_unit_ms,
+                 "--auto-exposure takes multiples of it: the projector's frame time, against flicker");
+  sub.add_flag("--calibrate-latency", o.calibrate_latency,
+               "First measure --latency-ms and --settle from images; without --out: that alone");
   sub.add_option("--max-skew-ms", plan.max_skew_ms,
                  "Most that the cameras' exposures may be apart (default: one frame period)");
   sub.add_option("--timeout-ms", o.timeout_ms, "For one frame, and for a lost signal to come back")

@@ -3,7 +3,7 @@
 # does not depend on this machine's load), runs COMMAND there in a shell and returns its exit code.
 #   --load "MODULE [parameter=value...]"  in this order; with what it needs
 #   --program FILE [--program FILE...]    copied to /bin in the guest, with its shared libraries
-#   --qemu "ARGUMENTS"                    further devices
+#   --qemu "ARGUMENTS"                    further devices; files of theirs lie in OUT
 #   --memory MB  --timeout SECONDS
 #   --cache FOLDER                        for the guest's kernel; FRINGETWIN_VM_CACHE is used instead where it is set
 # OUT is /host in the guest, read and write; its console is OUT/serial.log. / of this machine is /root there, read only,
@@ -94,6 +94,7 @@ t2=$(now)
 [ -z "$root" ] || qemu+=(-fsdev "local,id=root,path=/,security_model=none,readonly=on,multidevs=remap"
   -device virtio-9p-pci,fsdev=root,mount_tag=root)
 rm -f "$out/serial.log"
+cd "$out" # names of sockets are short
 timeout "$limit" qemu-system-x86_64 -machine q35 -accel tcg,thread=single -icount shift=0,sleep=off -cpu max -smp 1 \
   -m "$memory" -display none -nodefaults -no-reboot -chardev "file,id=serial,path=$out/serial.log" -serial chardev:serial \
   -kernel "$guest/boot/vmlinuz-$version" -initrd "$out/initramfs" \
