@@ -45,8 +45,8 @@ class FakeV4l2 final : public capture::V4l2Api {
   std::vector<FakeControl> controls;
   std::deque<FakeFrame> frames;                     ///< yet to come; none: poll waits in vain
   std::map<unsigned long, std::deque<int>> errors;  ///< the next results of a request, 0 among them
-  bool error_event = false;                         ///< poll() has an error and nothing else
   bool gone = false;                                ///< unplugged
+  bool error_event = false;                         ///< poll() has an error and nothing else
   std::size_t held = 1;                             ///< buffers an output keeps until later ones come
 
   // --- what was done to it

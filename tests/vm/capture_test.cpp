@@ -67,7 +67,7 @@ GuestRun VmCapture::guest_;
 void expect_exact(const fs::path& set) {
   const Twin twin = load_twin(vm_folder() / "loop_twin.toml");
   const auto patterns = capture::sequence_patterns(twin.fringes);
-  ASSERT_EQ(patterns.size(), 12u);
+  ASSERT_EQ(patterns.size(), 9u);
   for (const Camera& camera : twin.cameras)
     for (const capture::Pattern& pattern : patterns) {
       const capture::ImageU16 sent =
@@ -79,7 +79,7 @@ void expect_exact(const fs::path& set) {
 }
 
 TEST_F(VmCapture, EverySetIsExactAndVerified) {
-  for (const char* set : {"plain", "disturbed", "resumed"}) {
+  for (const char* set : {"plain", "disturbed"}) {
     expect_exact(out_ / set);
     const RunResult verified = run_fringetwin(
         {"capture", (vm_folder() / "loop_twin.toml").string(), "--verify", (out_ / set).string()});
@@ -87,14 +87,33 @@ TEST_F(VmCapture, EverySetIsExactAndVerified) {
   }
 }
 
+// Gaps of the cameras' own count within a pattern.
+int lost_frames(const fs::path& csv) {
+  std::istringstream lines(read_file(csv));
+  std::map<std::string, long> last;  // by step and camera
+  int lost = 0;
+  std::string line;
+  for (std::getline(lines, line); std::getline(lines, line);) {
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    const std::string key = cells.at(0) + " " + cells.at(2) + " " + cells.at(4);  // step, showing, camera
+    const long sequence = std::stol(cells.at(5));
+    if (const auto before = last.find(key); before != last.end() && sequence > before->second)
+      lost += static_cast<int>(sequence - before->second) - 1;
+    last[key] = sequence;
+  }
+  return lost;
+}
+
 TEST_F(VmCapture, WhatWasDisturbedIsSaid) {
-  const std::string frames = read_file(out_ / "disturbed" / "frames.csv");
-  EXPECT_THAT(frames, HasSubstr("error flag"));
-  EXPECT_THAT(guest_.said, HasSubstr("frames lost 0, repeated 0, corrupt 0"));  // undisturbed
-  EXPECT_THAT(guest_.said, ::testing::ContainsRegex("frames lost [1-9][0-9]*, repeated 0, corrupt [1-9]"));
-  EXPECT_THAT(guest_.said,
-              ::testing::ContainsRegex("/dev/video[23] is gone; [1-9][0-9]* of 12 patterns are kept"));
-  EXPECT_THAT(read_file(out_ / "before_resume.txt"), HasSubstr("0003.png"));
+  EXPECT_THAT(guest_.said, HasSubstr("recorded 9 of 9 patterns"));
+  EXPECT_THAT(guest_.said, HasSubstr("frames lost 0, repeated 0, corrupt 0"));
+  EXPECT_THAT(read_file(out_ / "disturbed" / "frames.csv"), HasSubstr("error flag"));
+  EXPECT_GT(lost_frames(out_ / "disturbed" / "frames.csv"), 0);
+  EXPECT_EQ(lost_frames(out_ / "plain" / "frames.csv"), 0);
+  EXPECT_THAT(guest_.said, ::testing::ContainsRegex("/dev/video[23] is gone; [1-9] of 9 patterns are kept"));
+  EXPECT_THAT(read_file(out_ / "before_resume.txt"), HasSubstr("0005.png"));
   EXPECT_THAT(read_file(out_ / "list.txt"), HasSubstr("/dev/video0: vivid"));
 }
 

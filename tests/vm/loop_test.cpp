@@ -89,10 +89,9 @@ TEST(VividTwo, SkewIsSteadyAndNothingIsLost) {
     most = std::max(most, skew_ms);
   }
   std::printf("two cameras: skew %.3f to %.3f ms\n", least, most);
-  // Started one after the other, each on a clock of the same rate: apart by the time between the starts, and
-  // one tick of the kernel (4 ms) of wander.
-  EXPECT_LT(most - least, 4.0);
-  EXPECT_LT(std::abs(most), 1e-6 * vivid_period_ns);
+  // Each on a clock of the same rate, whose stamps fall on ticks of the kernel (4 ms), early or late by one.
+  EXPECT_LT(most - least, 16.0);
+  EXPECT_LT(std::max(std::abs(least), std::abs(most)), 1e-6 * vivid_period_ns);
 }
 
 TEST(VividControls, AutomaticGainIsOffAndGainReadBack) {

@@ -14,7 +14,7 @@ set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 out=$1
 shift
-loads=() programs=() qemu=() memory=768 limit=240 root= cache=$here/../../build
+loads=() programs=() qemu=() memory=768 limit=500 root= cache=$here/../../build
 while [ "$1" != -- ]; do
   case "$1" in
     --load) loads+=("$2") && shift 2 ;;
@@ -102,7 +102,7 @@ timeout "$limit" qemu-system-x86_64 -machine q35 -accel tcg,thread=single -icoun
   -fsdev "local,id=host,path=$out,security_model=none" -device virtio-9p-pci,fsdev=host,mount_tag=host \
   ${qemu[@]+"${qemu[@]}"} || echo "run_in_vm.sh: qemu ended with $? (124: after $limit s)" >&2
 rm -f "$out/initramfs"
-tr -d '\r' <"$out/serial.log" | grep -v '^@@'
+tr -d '\r' <"$out/serial.log" | sed '/^@@/d'
 awk -v a="$t0" -v b="$t1" -v c="$t2" -v d="$(now)" -v v="$version" \
   'BEGIN { printf "guest Linux %s: fetch %.1f s, pack %.1f s, run %.1f s\n", v, b - a, c - b, d - c }'
 code=$(tr -d '\r' <"$out/serial.log" | sed -n 's/^@@END \([0-9]*\)$/\1/p')
