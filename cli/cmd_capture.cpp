@@ -9,6 +9,7 @@
 #include "capture/journal.hpp"
 #include "capture/latency.hpp"
 #include "capture/open_display.hpp"
+#include "capture/preview.hpp"
 #include "capture/session.hpp"
 #include "capture/v4l2_list.hpp"
 #include "capture/verify_set.hpp"
@@ -28,7 +29,9 @@ namespace fs = std::filesystem;
 struct CaptureCommand {
   std::string twin, out;
   std::string verify;
-  bool resume = false, overwrite = false, list = false, auto_exposure = false, calibrate_latency = false;
+  bool resume = false, overwrite = false, list = false, auto_exposure = false, calibrate_latency = false,
+       preview = false;
+  int preview_looks = 0;
   double saturated_share = 0.001;
   std::optional<double> exposure_unit_ms;
   int timeout_ms = 2000;
@@ -90,6 +93,22 @@ void prepare(CaptureCommand& o, const OpenedRig& rig) {
   o.plan.settle_frames = latency.settle_frames;
 }
 
+/// A line per camera and look, until Ctrl-C (or Esc in a window): that is its ordinary end.
+int run_preview(const CaptureCommand& o) {
+  const Twin twin = load_projected_twin(o.twin);
+  const OpenedRig rig = open_rig(twin, o.rig);
+  check_rig(twin, rig.cameras, *rig.display, o.plan);
+  capture::Preview preview(twin, rig.cameras, *rig.display, o.plan);
+  try {
+    for (int look = 0; o.preview_looks == 0 || look < o.preview_looks; ++look) {
+      for (const capture::PreviewNumbers& numbers : preview.look()) fmt::print("{}\n", numbers.text());
+      std::fflush(stdout);
+    }
+  } catch (const Cancelled&) {
+  }
+  return static_cast<int>(ExitCode::ok);
+}
+
 int run_record(CaptureCommand& o, const Invocation& invocation) {
   if (o.out.empty() && (o.calibrate_latency || o.auto_exposure)) {
     const Twin twin = load_projected_twin(o.twin);
@@ -141,9 +160,10 @@ int run_list() {
 }
 
 int run_capture(CaptureCommand o, const Invocation& invocation) {
+  o.plan.timeout = std::chrono::milliseconds(o.timeout_ms);
   if (o.list) return run_list();
   if (!o.verify.empty()) return run_verify(o);
-  o.plan.timeout = std::chrono::milliseconds(o.timeout_ms);
+  if (o.preview) return run_preview(o);
   return run_record(o, invocation);
 }
 
@@ -191,6 +211,11 @@ void add_capture(CLI::App& app, Invocation& invocation) {
   sub->add_option("--out", o->out, "Folder for the capture set (made if missing)");
   sub->add_option("--verify", o->verify,
                   "Check a recorded set instead: every image whole, with its checksum (exit code 3 if not)");
+  sub->add_flag("--preview", o->preview,
+                "Print saturation, modulation, contrast and focus instead, again and again, until Ctrl-C");
+  sub->add_option("--preview-looks", o->preview_looks, "So many times (0: until Ctrl-C)")
+      ->check(CLI::Range(0, 1'000'000))
+      ->capture_default_str();
   sub->add_flag("--list", o->list, "List cameras and displays instead");
   sub->add_flag("--resume", o->resume, "Go on with a recording that was broken off");
   sub->add_flag("--overwrite", o->overwrite, "Replace a recording that is there already");

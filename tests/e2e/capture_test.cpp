@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -122,6 +123,39 @@ TEST(CaptureCommand, RepeatsFeedPhotometry) {
     EXPECT_LT(transfer[sigma].get<double>(), 0.05 * truth) << name;
   };
   near("electrons_per_dn", "electrons_per_dn_sigma", 40.0);
+}
+
+// The simulated light comes 20 ms after a pattern is shown; brightness goes with the exposure.
+TEST(CaptureCommand, LatencyAndExposureAreFoundAndUsed) {
+  FT_NEED_DEVICE();
+  const fs::path dir = scratch_folder("capture_prepare");
+  write_file(dir / "twin.toml", noisy_twin());
+  const RunResult run =
+      capture(dir / "twin.toml", dir / "real", {"--auto-exposure", "--calibrate-latency", "--references"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("use --latency-ms"));
+  const std::string toml = read_file(dir / "real/capture.toml");
+  double latency_ms = 0.0;
+  ASSERT_EQ(std::sscanf(toml.substr(toml.find("\"latency_ms\" = ")).c_str(), "\"latency_ms\" = \"%lf\"",
+                        &latency_ms),
+            1);
+  EXPECT_GE(latency_ms, 20.0);
+  EXPECT_LT(latency_ms, 20.0 + 1000.0 / 60.0 + 1.5);  // at most the frame it is noticed in, and the margin
+  // white is as bright as it can be: at most 0.1 % saturated, the next thousandth within 3 % of full scale
+  ImageF white = read_gray(dir / "real/left/white.png").image;
+  std::sort(white.data.begin(), white.data.end());
+  const std::size_t n = white.size();
+  EXPECT_LT(white.data[n - n / 500], 255.0f);
+  EXPECT_GT(white.data[n - n / 500], 247.0f);
+
+  const RunResult preview =
+      run_fringetwin({"capture", (dir / "twin.toml").string(), "--camera",
+                      "twin:" + (dir / "twin.toml").string(), "--preview", "--preview-looks", "2"});
+  EXPECT_EQ(preview.exit_code, 0) << preview.err;
+  EXPECT_EQ(std::count(preview.out.begin(), preview.out.end(), '\n'), 2);
+  EXPECT_THAT(preview.out, HasSubstr("left: saturated 0.00 %"));
+  expect_refused(capture(dir / "twin.toml", dir / "q", {"--auto-exposure", "--exposure-ms", "3"}), 2,
+                 {"exclude each other"});
 }
 
 /// Kills the recording after a random time; true when it came to its end before.
