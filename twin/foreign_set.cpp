@@ -16,8 +16,10 @@ namespace {
 std::string sequence_text(const Fringes& fringes) {
   std::string text;
   int number = 0;
-  for (const PatternSpec& pattern : expand_sequence(fringes))
-    text += fmt::format("{}{} {}", number == 0 ? "" : ", ", number, pattern.label(fringes)), ++number;
+  for (const PatternSpec& pattern : expand_sequence(fringes)) {
+    text += fmt::format("{}{} {}", number == 0 ? "" : ", ", number, pattern.label(fringes));
+    ++number;
+  }
   return text;
 }
 
