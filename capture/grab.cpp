@@ -23,7 +23,8 @@ std::string use_of(const Picture& picture) {
 
 TimeNs exposure_begin_ns(const Frame& frame, const CameraInfo& info, std::optional<double> exposure_ms) {
   if (info.timestamp_at_exposure_start) return frame.timestamp_ns;
-  return frame.timestamp_ns - to_ns(exposure_ms.value_or(0.0));
+  // Where nobody knows the exposure it may last a whole period.
+  return frame.timestamp_ns - to_ns(exposure_ms.value_or(info.period_ms.value_or(0.0)));
 }
 
 FrameJudge::FrameJudge(const RigCamera& camera, const Step& step, TimeNs from_ns, int settle_frames,
