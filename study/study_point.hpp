@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// The units of a study: what is run, and what came of it.
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace fringetwin::study {
+
+/// Values put into the twin's keys before it is read, as TOML text: "camera.left.sensor.bit_depth" -> "12".
+/// Cameras and objects are found by name; arrays by index ("fringes.pitches_px[0]").
+using Settings = std::map<std::string, std::string>;
+
+/// One virtual measurement: a point of the design with one seed of the noise.
+struct StudyPoint {
+  std::int64_t id = 0;  ///< counts from 0 in the order of the design, seeds fastest
+  Settings settings;
+  std::uint64_t seed = 0;
+};
+
+struct PointOutcome {
+  std::int64_t id = 0;
+  bool failed = false;
+  std::string reason;                     ///< of a failure, one sentence
+  std::map<std::string, double> numbers;  ///< recorded results by name; NaN where a result has none
+  double seconds = 0.0;
+  bool traced = true;  ///< false: the light came from another point's trace
+};
+
+}  // namespace fringetwin::study
