@@ -70,17 +70,17 @@ std::string meta(const Database& database, const char* key) {
 
 /// True for a store, false for a file with nothing in it yet.
 bool is_store(const Database& database) {
+  // In this order: another process may make the tables and the id, in one transaction, between the two.
+  const bool empty = database.integer("SELECT count(*) FROM sqlite_master") == 0;
   const std::int64_t application = database.integer("PRAGMA application_id");
-  if (application == kApplicationId) {
-    if (const std::int64_t version = database.integer("PRAGMA user_version"); version != kUserVersion)
-      database.refuse(
-          fmt::format("is a study's file of version {}, this program reads {}", version, kUserVersion),
-          "use the program that made it, or give another --out");
-    return true;
-  }
-  if (application != 0 || database.integer("SELECT count(*) FROM sqlite_master") != 0)
+  if (application == 0 && empty) return false;
+  if (application != kApplicationId)
     database.refuse("is the database of another program", "give another --out");
-  return false;
+  if (const std::int64_t version = database.integer("PRAGMA user_version"); version != kUserVersion)
+    database.refuse(
+        fmt::format("is a study's file of version {}, this program reads {}", version, kUserVersion),
+        "use the program that made it, or give another --out");
+  return true;
 }
 
 void make_tables(const Database& database, const StudyIdentity& identity, const std::string& version) {
