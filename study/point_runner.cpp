@@ -69,11 +69,7 @@ void PointRunner::load(const StudyPoint& point) {
 
 void PointRunner::trace(const PlannedPoint& planned) {
   Twin lit = *twin_;
-  FT_CHECK(planned.full_scales.size() == lit.cameras.size(), "a sensor per camera");
-  for (std::size_t i = 0; i < lit.cameras.size(); ++i) {
-    lit.cameras[i].sensor.bit_depth = planned.full_scales[i].bit_depth;
-    lit.cameras[i].sensor.gain_dn = planned.full_scales[i].gain_dn;
-  }
+  planned.demand.apply(&lit);
   const render::Sampling sampling = render::choose_sampling(lit);
   for (std::size_t i = 0; i < lit.cameras.size(); ++i) {
     throw_if_cancelled();

@@ -5,16 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "study/study_file.hpp"
+
 namespace fringetwin::study {
 
-/// "fits.sphere.measured.radius_mm": a path into what `measure` writes as result.json; entries of a list by
-/// their "object", "camera" or "name", or by index: "fits[0].measured.center_mm[2]".
-struct Record {
-  std::string result;
-  std::string name;  ///< of the column; empty: the path
-};
-
-/// The recorded numbers of a result.json; NaN where it has null. No records: all numbers of `fits`.
+/// The recorded numbers of a result.json by the records' names (the path where there is none); NaN where it has
+/// null. A path finds entries of lists by their "object", "camera" or "name", or by index:
+/// "fits.sphere.measured.radius_mm", "fits[0].measured.center_mm[2]". No records: all numbers of `fits`.
 /// Throws UnknownKey for a path that leads nowhere, UserError(usage) for one that leads to no number.
 std::map<std::string, double> pick_numbers(const std::string& result_json,
                                            const std::vector<Record>& records);

@@ -50,13 +50,34 @@ std::string join(const std::string& head, const Settings& settings) {
   return text;
 }
 
-std::vector<FullScale> full_scales(const Twin& twin) {
-  std::vector<FullScale> all;
-  for (const Camera& camera : twin.cameras) all.push_back({camera.sensor.bit_depth, camera.sensor.gain_dn});
-  return all;
+}  // namespace
+
+TraceDemand TraceDemand::of(const Twin& twin) {
+  TraceDemand d;
+  for (const Camera& camera : twin.cameras)
+    d.sensors.push_back({camera.sensor.bit_depth, camera.sensor.gain_dn});
+  d.mean = twin.fringes.mean;
+  d.amplitude = twin.fringes.amplitude;
+  return d;
 }
 
-}  // namespace
+void TraceDemand::join(const TraceDemand& other) {
+  FT_CHECK(sensors.size() == other.sensors.size(), "twins that share a trace have the same cameras");
+  for (std::size_t c = 0; c < sensors.size(); ++c)
+    if (other.sensors[c].irradiance() < sensors[c].irradiance()) sensors[c] = other.sensors[c];
+  mean = std::max(mean, other.mean);
+  amplitude = std::max(amplitude, other.amplitude);
+}
+
+void TraceDemand::apply(Twin* twin) const {
+  FT_CHECK(sensors.size() == twin->cameras.size(), "a sensor per camera");
+  for (std::size_t c = 0; c < sensors.size(); ++c) {
+    twin->cameras[c].sensor.bit_depth = sensors[c].bit_depth;
+    twin->cameras[c].sensor.gain_dn = sensors[c].gain_dn;
+  }
+  twin->fringes.mean = mean;
+  twin->fringes.amplitude = amplitude;
+}
 
 ShareKeys share_keys(const Twin& twin, const StudyPoint& point) {
   Settings trace, form;
@@ -78,7 +99,7 @@ ShareKeys share_keys(const Twin& twin, const StudyPoint& point) {
 std::vector<PlannedPoint> plan_traces(const std::filesystem::path& twin_file,
                                       std::vector<StudyPoint> points) {
   std::map<std::string, std::size_t> group_of_key;
-  std::vector<std::vector<FullScale>> scales;
+  std::vector<TraceDemand> demands;
   std::map<std::string, std::optional<Twin>> twins;  // seeds of one point follow each other: the last is kept
   std::vector<PlannedPoint> plan;
   for (StudyPoint& point : points) {
@@ -98,23 +119,20 @@ std::vector<PlannedPoint> plan_traces(const std::filesystem::path& twin_file,
     PlannedPoint planned;
     planned.point = std::move(point);
     if (!twin) {
-      planned.group = scales.size();
-      scales.emplace_back();
+      planned.group = demands.size();
+      demands.emplace_back();
     } else {
       planned.keys = share_keys(*twin, planned.point);
-      const auto [at, is_new] = group_of_key.try_emplace(planned.keys.trace, scales.size());
+      const auto [at, is_new] = group_of_key.try_emplace(planned.keys.trace, demands.size());
       planned.group = at->second;
-      const std::vector<FullScale> own = full_scales(*twin);
-      if (is_new) {
-        scales.push_back(own);
-      } else {
-        for (std::size_t c = 0; c < own.size(); ++c)
-          if (own[c].irradiance() < scales[planned.group][c].irradiance()) scales[planned.group][c] = own[c];
-      }
+      if (is_new)
+        demands.push_back(TraceDemand::of(*twin));
+      else
+        demands[planned.group].join(TraceDemand::of(*twin));
     }
     plan.push_back(std::move(planned));
   }
-  for (PlannedPoint& planned : plan) planned.full_scales = scales[planned.group];
+  for (PlannedPoint& planned : plan) planned.demand = demands[planned.group];
   return plan;
 }
 

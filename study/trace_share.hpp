@@ -19,11 +19,24 @@ struct ShareKeys {
 };
 ShareKeys share_keys(const Twin& twin, const StudyPoint& point);
 
-/// What the adaptive trace needs of a sensor: its full scale in irradiance sets the error allowed.
-struct FullScale {
-  int bit_depth = 8;
-  double gain_dn = 1.0;
-  double irradiance() const { return static_cast<double>((1 << bit_depth) - 1) / gain_dn; }
+/// How exact a shared trace must be: the adaptive trace may err by a share of the sensor's full scale, in images
+/// of this mean and amplitude.
+struct TraceDemand {
+  struct FullScale {
+    int bit_depth = 8;
+    double gain_dn = 1.0;
+    double irradiance() const { return static_cast<double>((1 << bit_depth) - 1) / gain_dn; }
+    bool operator==(const FullScale&) const = default;
+  };
+  std::vector<FullScale> sensors;  ///< one per camera
+  double mean = 0.0, amplitude = 0.0;
+
+  bool operator==(const TraceDemand&) const = default;
+  static TraceDemand of(const Twin& twin);
+  /// The strictest of both.
+  void join(const TraceDemand& other);
+  /// Puts itself in the twin's place.
+  void apply(Twin* twin) const;
 };
 
 /// A point and the trace it takes its light from.
@@ -31,9 +44,7 @@ struct PlannedPoint {
   StudyPoint point;
   std::size_t group = 0;  ///< points of one number share a trace
   ShareKeys keys;
-  /// Per camera, the most demanding sensor of the group: the trace is made for it. The same whichever of the
-  /// points are still to be done.
-  std::vector<FullScale> full_scales;
+  TraceDemand demand;       ///< of all its points together, whichever of them are still to be done
 };
 
 /// Reads the twin of each point; one that cannot be read gets a group of its own, to fail when it is run.

@@ -77,14 +77,17 @@ TEST(TraceShare, AnUnreadablePointStandsAlone) {
 }
 
 // 255/20 = 12.75, 4095/400 = 10.2, 1023/60 = 17.1
-TEST(TraceShare, TheTraceIsMadeForTheMostDemandingSensor) {
+TEST(TraceShare, TheTraceIsMadeForTheMostDemandingPoints) {
   const std::string depth = "camera.left.sensor.bit_depth", gain = "camera.left.sensor.gain_dn";
   for (const PlannedPoint& p : study::plan_traces(
            twin_file(small_twin()),
-           {{0, {}, 1}, {1, {{depth, "12"}, {gain, "400.0"}}, 1}, {2, {{depth, "10"}, {gain, "60.0"}}, 1}})) {
-    ASSERT_EQ(p.full_scales.size(), 1U);
-    EXPECT_EQ(p.full_scales[0].bit_depth, 12);
-    EXPECT_EQ(p.full_scales[0].gain_dn, 400.0);
+           {{0, {}, 1}, {1, {{depth, "12"}, {gain, "400.0"}}, 1}, {2, {{depth, "10"}, {gain, "60.0"}}, 1},
+            {3, {{"fringes.mean", "0.6"}, {"fringes.amplitude", "0.4"}}, 1}})) {
+    ASSERT_EQ(p.demand.sensors.size(), 1U);
+    EXPECT_EQ(p.demand.sensors[0].bit_depth, 12);
+    EXPECT_EQ(p.demand.sensors[0].gain_dn, 400.0);
+    EXPECT_EQ(p.demand.mean, 0.6);
+    EXPECT_EQ(p.demand.amplitude, 0.5);
   }
 }
 

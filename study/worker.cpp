@@ -27,7 +27,9 @@ PlannedPoint parse_point(const std::string& line) {
   PlannedPoint p;
   p.point = {json.at("id"), json.at("settings").get<Settings>(), json.at("seed")};
   p.keys = {json.at("trace"), json.at("form")};
-  for (const Json& s : json.at("full_scales")) p.full_scales.push_back({s.at(0), s.at(1)});
+  for (const Json& s : json.at("sensors")) p.demand.sensors.push_back({s.at(0), s.at(1)});
+  p.demand.mean = json.at("mean");
+  p.demand.amplitude = json.at("amplitude");
   return p;
 }
 
@@ -71,14 +73,16 @@ std::string task_line(const PointTask& task, const std::string& device) {
 }
 
 std::string point_line(const PlannedPoint& p) {
-  Json scales = Json::array();
-  for (const FullScale& s : p.full_scales) scales.push_back(Json::array({s.bit_depth, s.gain_dn}));
+  Json sensors = Json::array();
+  for (const auto& s : p.demand.sensors) sensors.push_back(Json::array({s.bit_depth, s.gain_dn}));
   return line_of({{"id", p.point.id},
                   {"settings", p.point.settings},
                   {"seed", p.point.seed},
                   {"trace", p.keys.trace},
                   {"form", p.keys.form},
-                  {"full_scales", scales}});
+                  {"sensors", sensors},
+                  {"mean", p.demand.mean},
+                  {"amplitude", p.demand.amplitude}});
 }
 
 WorkerAnswer parse_answer(const std::string& line) {

@@ -97,6 +97,10 @@ class TomlTable {
 /// letters differ).
 const std::string* nearest(const std::string& word, const std::vector<std::string>& candidates);
 
+/// A number as TOML: shortest that reads back as the same; whole ones without a point, so that they serve
+/// keys that take integers only and reals as well.
+std::string number_text(double value);
+
 /// Replaces ${FRINGETWIN_CAPTURES} by captures_root() and makes the path absolute (tidy_path), relative to
 /// `folder`. Other ${...} are refused (`where` names the place).
 std::filesystem::path resolve_path(const std::string& text, const std::filesystem::path& folder,

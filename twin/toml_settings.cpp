@@ -152,14 +152,14 @@ std::string quoted(const std::string& text) {
   return out + "\"";
 }
 
-std::string real_text(double value) {
+}  // namespace
+
+std::string number_text(double value) {
   if (std::isnan(value)) return "nan";
   if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
   if (value == std::floor(value) && std::abs(value) < 1e15) return fmt::format("{:.0f}", value);
   return fmt::format("{}", value);
 }
-
-}  // namespace
 
 std::string toml_text(const toml::node& node) {
   std::vector<std::string> parts;
@@ -172,7 +172,7 @@ std::string toml_text(const toml::node& node) {
     for (const toml::node& child : *array) parts.push_back(toml_text(child));
     return fmt::format("[{}]", fmt::join(parts, ", "));
   }
-  if (const auto* real = node.as_floating_point()) return real_text(real->get());
+  if (const auto* real = node.as_floating_point()) return number_text(real->get());
   const std::string text = scalar_text(node);
   return node.is_string() ? quoted(text) : text;
 }
