@@ -7,14 +7,14 @@
 #include <array>
 #include <ctime>
 #include <limits>
-#include <nlohmann/json.hpp>
+#include "report/json.hpp"
 
 #include "study/sqlite.hpp"
 
 namespace fringetwin::study {
 namespace fs = std::filesystem;
 namespace {
-using Json = nlohmann::json;
+using report::Json;
 
 constexpr std::int64_t kApplicationId = 0x46545354;  // "FTST", at byte 68 of the file
 constexpr std::int64_t kUserVersion = 1;

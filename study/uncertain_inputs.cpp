@@ -80,6 +80,11 @@ StudyPoint point_of(const UncertainInputs& inputs, std::int64_t id, const InputD
   return out;
 }
 
+Settings keys_of_twin(Settings settings) {
+  settings.erase(kDeviates);
+  return settings;
+}
+
 VirtualRig::VirtualRig(const std::filesystem::path& twin_file, bool with_calibration)
     : file_(twin_file), nominal_(load_twin(twin_file)) {
   if (!with_calibration) return;

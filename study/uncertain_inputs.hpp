@@ -47,6 +47,9 @@ InputDraw exchanged(const UncertainInputs& inputs, InputDraw a, const InputDraw&
 /// takes out again: no key of a twin has that name.
 StudyPoint point_of(const UncertainInputs& inputs, std::int64_t id, const InputDraw& draw);
 
+/// A point's settings without the calibration's deviates: what load_twin takes.
+Settings keys_of_twin(Settings settings);
+
 /// The rig as calibrated, with which everything is measured, and rigs as drawn, which record.
 class VirtualRig {
  public:
@@ -56,6 +59,8 @@ class VirtualRig {
   const Twin& nominal() const { return nominal_; }
   std::size_t calibration_directions() const { return static_cast<std::size_t>(changes_.cols()); }
   Twin drawn(const Settings& settings) const;
+  /// Of the nominal twin; measuring needs them.
+  void load_meshes() { fringetwin::load_meshes(nominal_); }
 
  private:
   std::filesystem::path file_;
