@@ -7,14 +7,14 @@
 #include <array>
 #include <ctime>
 #include <limits>
-#include "report/json.hpp"
+#include <nlohmann/json.hpp>
 
 #include "study/sqlite.hpp"
 
 namespace fringetwin::study {
 namespace fs = std::filesystem;
 namespace {
-using report::Json;
+using Json = nlohmann::json;
 
 constexpr std::int64_t kApplicationId = 0x46545354;  // "FTST", at byte 68 of the file
 constexpr std::int64_t kUserVersion = 1;
