@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "render/quadrature.hpp"
+#include "render/sobol.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::render {
@@ -67,34 +68,12 @@ std::vector<gpu::vec4> gauss_samples(int samples, double pixel_fill, const std::
 }
 
 std::vector<gpu::uvec4> sobol_points(std::uint32_t n) {
-  struct Dimension {
-    std::uint32_t degree, coefficients;
-    std::array<std::uint32_t, 3> m;
-  };
-  constexpr std::array<Dimension, 3> joe_kuo{{{1, 0, {1}}, {2, 1, {1, 3}}, {3, 1, {1, 3, 1}}}};
-  std::array<std::array<std::uint32_t, 32>, 4> v{};
-  for (std::uint32_t i = 0; i < 32; ++i) v[0][i] = 1U << (31 - i);
-  for (std::size_t d = 0; d < joe_kuo.size(); ++d) {
-    const Dimension& p = joe_kuo[d];
-    auto& w = v[d + 1];
-    for (std::uint32_t i = 0; i < 32; ++i) {
-      if (i < p.degree) {
-        w[i] = p.m[i] << (31 - i);
-        continue;
-      }
-      w[i] = w[i - p.degree] ^ (w[i - p.degree] >> p.degree);
-      for (std::uint32_t k = 1; k < p.degree; ++k)
-        if (p.coefficients >> (p.degree - 1 - k) & 1U) w[i] ^= w[i - k];
-    }
-  }
+  const std::array directions{sobol_directions(0), sobol_directions(1), sobol_directions(2),
+                              sobol_directions(3)};
   std::vector<gpu::uvec4> points(n);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    std::array<std::uint32_t, 4> x{};
-    for (std::uint32_t bit = 0; bit < 32; ++bit)
-      if (i >> bit & 1U)
-        for (std::size_t d = 0; d < 4; ++d) x[d] ^= v[d][bit];
-    points[i] = {x[0], x[1], x[2], x[3]};
-  }
+  for (std::uint32_t i = 0; i < n; ++i)
+    points[i] = {sobol_coordinate(directions[0], i), sobol_coordinate(directions[1], i),
+                 sobol_coordinate(directions[2], i), sobol_coordinate(directions[3], i)};
   return points;
 }
 

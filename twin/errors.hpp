@@ -30,6 +30,13 @@ class UserError : public std::runtime_error {
   ExitCode code_;
 };
 
+/// A key, or the path of one, that does not exist: wrong whatever its value is.
+class UnknownKey : public UserError {
+ public:
+  UnknownKey(ExitCode code, const std::string& where, const std::string& what, const std::string& hint)
+      : UserError(code, where, what, hint) {}
+};
+
 /// Thrown by long work when the user pressed Ctrl-C (exit code 130).
 class Cancelled : public std::runtime_error {
  public:

@@ -3,13 +3,13 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "twin/paths.hpp"
+#include "twin/toml_settings.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin {
@@ -40,25 +40,6 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-const char* type_name(const toml::node& node) {
-  switch (node.type()) {
-    case toml::node_type::table:
-      return "a table";
-    case toml::node_type::array:
-      return "an array";
-    case toml::node_type::string:
-      return "a string";
-    case toml::node_type::integer:
-      return "an integer";
-    case toml::node_type::floating_point:
-      return "a number";
-    case toml::node_type::boolean:
-      return "true or false";
-    default:
-      return "a date or time";
-  }
-}
-
 /// The value as a double, integers included; nullopt for another type.
 std::optional<double> as_double(const toml::node& node) {
   if (const auto* integer = node.as_integer()) return static_cast<double>(integer->get());
@@ -80,6 +61,54 @@ std::string number_fault(const toml::node& node, const NumberRange& range, doubl
   return "";
 }
 
+void flatten(const toml::node& node, const std::string& path, std::map<std::string, std::string>* out) {
+  if (const auto* table = node.as_table()) {
+    for (const auto& [key, child] : *table)
+      flatten(child, path.empty() ? std::string(key.str()) : path + "." + std::string(key.str()), out);
+  } else if (const auto* array = node.as_array()) {
+    for (std::size_t i = 0; i < array->size(); ++i)
+      flatten(*array->get(i), fmt::format("{}[{}]", path, i), out);
+  } else {
+    (*out)[path] = scalar_text(node);
+  }
+}
+
+std::string place(const toml::source_region& source, const fs::path& file) {
+  return source.begin.line == 0 ? file.string() : fmt::format("{}:{}", file.string(), source.begin.line);
+}
+
+bool is_put_in(const toml::node& node, const fs::path& file) {
+  const auto& path = node.source().path;
+  return path && *path != file.string();
+}
+
+/// "file:line"; what was put in instead of written there names its setting (toml_settings.hpp).
+std::string place(const toml::node& node, const fs::path& file) {
+  if (is_put_in(node, file)) return *node.source().path;
+  return place(node.source(), file);
+}
+
+}  // namespace
+
+const char* type_name(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::table:
+      return "a table";
+    case toml::node_type::array:
+      return "an array";
+    case toml::node_type::string:
+      return "a string";
+    case toml::node_type::integer:
+      return "an integer";
+    case toml::node_type::floating_point:
+      return "a number";
+    case toml::node_type::boolean:
+      return "true or false";
+    default:
+      return "a date or time";
+  }
+}
+
 std::string scalar_text(const toml::node& node) {
   if (const auto* text = node.as_string()) return text->get();
   if (const auto* integer = node.as_integer()) return fmt::format("{}", integer->get());
@@ -93,24 +122,10 @@ std::string scalar_text(const toml::node& node) {
   return stream.str();
 }
 
-void flatten(const toml::node& node, const std::string& path, std::map<std::string, std::string>* out) {
-  if (const auto* table = node.as_table()) {
-    for (const auto& [key, child] : *table)
-      flatten(child, path.empty() ? std::string(key.str()) : path + "." + std::string(key.str()), out);
-  } else if (const auto* array = node.as_array()) {
-    for (std::size_t i = 0; i < array->size(); ++i)
-      flatten(*array->get(i), fmt::format("{}[{}]", path, i), out);
-  } else {
-    (*out)[path] = scalar_text(node);
-  }
-}
-
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates) {
   const std::string* close = nearest(word, candidates);
   return close != nullptr ? fmt::format("did you mean \"{}\"?", *close) : "";
 }
-
-}  // namespace
 
 std::string NumberRange::text() const {
   const bool has_min = min > -std::numeric_limits<double>::max();
@@ -150,13 +165,16 @@ fs::path resolve_path(const std::string& text, const fs::path& folder, const std
   return tidy_path(path.is_absolute() ? path : folder / path);
 }
 
-TomlTable TomlTable::parse_file(const fs::path& file, ExitCode code) {
+TomlTable TomlTable::parse_file(const fs::path& file, ExitCode code,
+                                const std::map<std::string, std::string>& settings) {
   std::error_code error;
   if (!fs::is_regular_file(file, error))
     throw UserError(code, file.string(), fs::exists(file, error) ? "is no regular file" : "no such file");
   auto impl = std::make_shared<Impl>();
   try {
-    impl->document = std::make_shared<const toml::table>(toml::parse_file(file.string()));
+    toml::table document = toml::parse_file(file.string());
+    put_settings(document, settings, file);
+    impl->document = std::make_shared<const toml::table>(std::move(document));
   } catch (const toml::parse_error& e) {
     throw UserError(code, fmt::format("{}:{}", file.string(), e.source().begin.line),
                     fmt::format("is no valid TOML: {}", e.description()));
@@ -168,15 +186,14 @@ TomlTable TomlTable::parse_file(const fs::path& file, ExitCode code) {
 }
 
 std::string TomlTable::where(const std::string& key) const {
-  toml::source_index line = 0;
   if (!key.empty()) {
     for (const auto& [name, node] : *impl_->table)
-      if (name.str() == key) line = name.source().begin.line;
-    if (const toml::node* node = impl_->table->get(key); node != nullptr && line == 0)
-      line = node->source().begin.line;
+      if (name.str() == key && name.source().begin.line != 0 && !is_put_in(node, impl_->file))
+        return place(name.source(), impl_->file);
+    if (const toml::node* node = impl_->table->get(key)) return place(*node, impl_->file);
   }
-  if (line == 0 && !impl_->path.empty()) line = impl_->table->source().begin.line;
-  return line == 0 ? impl_->file.string() : fmt::format("{}:{}", impl_->file.string(), line);
+  if (impl_->path.empty()) return impl_->file.string();
+  return place(*impl_->table, impl_->file);
 }
 
 std::string TomlTable::full_key(const std::string& key) const {
@@ -194,8 +211,8 @@ void TomlTable::allow(const std::vector<std::string>& known) const {
     if (std::find(known.begin(), known.end(), key) == known.end()) {
       const std::string hint = did_you_mean(key, known);
       const std::string table = impl_->path.empty() ? "this file" : "[" + impl_->path + "]";
-      throw UserError(impl_->code, where(key), fmt::format("unknown key \"{}\" in {}", key, table),
-                      hint.empty() ? fmt::format("known keys: {}", fmt::join(known, ", ")) : hint);
+      throw UnknownKey(impl_->code, where(key), fmt::format("unknown key \"{}\" in {}", key, table),
+                       hint.empty() ? fmt::format("known keys: {}", fmt::join(known, ", ")) : hint);
     }
 }
 
@@ -316,8 +333,7 @@ std::optional<std::vector<double>> TomlTable::numbers(const std::string& key,
   for (std::size_t i = 0; i < array->size(); ++i) {
     const std::string fault = number_fault(*array->get(i), range, &values[i]);
     if (!fault.empty())
-      throw UserError(impl_->code,
-                      fmt::format("{}:{}", impl_->file.string(), array->get(i)->source().begin.line),
+      throw UserError(impl_->code, place(*array->get(i), impl_->file),
                       fmt::format("{}[{}] {}", full_key(key), i, fault));
   }
   return values;
@@ -333,11 +349,21 @@ std::optional<std::vector<std::string>> TomlTable::strings(const std::string& ke
     const auto* text = array->get(i)->as_string();
     if (text == nullptr)
       throw UserError(
-          impl_->code, fmt::format("{}:{}", impl_->file.string(), array->get(i)->source().begin.line),
+          impl_->code, place(*array->get(i), impl_->file),
           fmt::format("{}[{}] must be a string, is {}", full_key(key), i, type_name(*array->get(i))));
     values.push_back(text->get());
   }
   return values;
+}
+
+std::optional<std::vector<std::string>> TomlTable::toml_texts(const std::string& key) const {
+  const toml::node* node = impl_->table->get(key);
+  if (node == nullptr) return std::nullopt;
+  const toml::array* array = node->as_array();
+  if (array == nullptr) fail(key, fmt::format("must be an array, is {}", type_name(*node)));
+  std::vector<std::string> texts;
+  for (const toml::node& entry : *array) texts.push_back(toml_text(entry));
+  return texts;
 }
 
 std::optional<Eigen::VectorXd> TomlTable::vector(const std::string& key, int n,

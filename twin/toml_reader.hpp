@@ -39,8 +39,10 @@ struct NumberRange {
 /// One table of the file. Cheap to copy. Integers are accepted for reals; NaN and infinity are not.
 class TomlTable {
  public:
-  /// Parses a file; `code` is the exit code of every complaint about it.
-  static TomlTable parse_file(const std::filesystem::path& file, ExitCode code);
+  /// Parses a file; `code` is the exit code of every complaint about it. `settings`: path of a key -> TOML
+  /// text put in its place (load_twin); complaints about it name the setting instead of a line.
+  static TomlTable parse_file(const std::filesystem::path& file, ExitCode code,
+                              const std::map<std::string, std::string>& settings = {});
 
   /// Call first: refuses every other key, naming the nearest known one.
   void allow(const std::vector<std::string>& keys) const;
@@ -67,6 +69,8 @@ class TomlTable {
   std::string required_choice(const std::string& key, const std::vector<std::string>& choices) const;
   std::optional<std::vector<double>> numbers(const std::string& key, const NumberRange& range = {}) const;
   std::optional<std::vector<std::string>> strings(const std::string& key) const;
+  /// The entries of an array of anything, each as TOML on one line.
+  std::optional<std::vector<std::string>> toml_texts(const std::string& key) const;
   /// An array of exactly n numbers.
   std::optional<Eigen::VectorXd> vector(const std::string& key, int n, const NumberRange& range = {}) const;
   Eigen::Vector3d required_vector3(const std::string& key) const;
@@ -92,6 +96,10 @@ class TomlTable {
 /// The candidate with the smallest edit distance, nullptr when none is near (more than half of its
 /// letters differ).
 const std::string* nearest(const std::string& word, const std::vector<std::string>& candidates);
+
+/// A number as TOML: shortest that reads back as the same; whole ones without a point, so that they serve
+/// keys that take integers only and reals as well.
+std::string number_text(double value);
 
 /// Replaces ${FRINGETWIN_CAPTURES} by captures_root() and makes the path absolute (tidy_path), relative to
 /// `folder`. Other ${...} are refused (`where` names the place).

@@ -199,6 +199,10 @@ struct Twin {
 /// the nearest known one. ${FRINGETWIN_CAPTURES} in a path is replaced by that environment variable
 /// (default: ../shared/captures beside the project's checkout).
 Twin load_twin(const std::filesystem::path& file);
+/// The same with values (TOML text) put in the place of some keys before anything is checked; the file stays
+/// as it is. Paths of keys: "camera.left.sensor.bit_depth" (cameras, objects, fits by name or as
+/// "camera[0]"), "fringes.pitches_px[0]". A path that leads nowhere is an UnknownKey.
+Twin load_twin(const std::filesystem::path& file, const std::map<std::string, std::string>& settings);
 
 /// Loads the files of all MeshShapes and albedo maps that are not there yet; one file is read once and
 /// shared.

@@ -11,8 +11,10 @@ namespace {
 constexpr const char* kTwinSchema = "fringetwin-twin/1";
 }
 
-Twin load_twin(const fs::path& file) {
-  const TomlTable root = TomlTable::parse_file(file, ExitCode::usage);
+Twin load_twin(const fs::path& file) { return load_twin(file, {}); }
+
+Twin load_twin(const fs::path& file, const std::map<std::string, std::string>& settings) {
+  const TomlTable root = TomlTable::parse_file(file, ExitCode::usage, settings);
   const std::vector<std::string> keys = {"schema",    "name",    "cameramodel_unit", "camera",
                                          "projector", "fringes", "object",           "render",
                                          "measure",   "real",    "uncertainty",      "limits"};

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sobol's sequence: direction numbers of S. Joe and F. Y. Kuo, "Constructing Sobol sequences with better
+// two-dimensional projections", SIAM J. Sci. Comput. 30 (2008), table new-joe-kuo-6.
+#pragma once
+#include <array>
+#include <cstdint>
+
+namespace fringetwin::render {
+
+constexpr int kSobolDimensions = 40;
+
+/// Dimension 0 is van der Corput's sequence.
+std::array<std::uint32_t, 32> sobol_directions(int dimension);
+
+/// Coordinate of point `index`, 32 bits.
+inline std::uint32_t sobol_coordinate(const std::array<std::uint32_t, 32>& directions, std::uint32_t index) {
+  std::uint32_t x = 0;
+  for (std::uint32_t bit = 0; index != 0; ++bit, index >>= 1)
+    if (index & 1U) x ^= directions[bit];
+  return x;
+}
+
+}  // namespace fringetwin::render

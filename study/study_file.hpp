@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// What STUDY.toml says (docs/FORMATS.md), after checking.
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "study/study_point.hpp"
+
+namespace fringetwin::study {
+
+enum class Design { grid, list, latin_hypercube, sobol };
+
+struct Range {
+  double first = 0.0, last = 0.0;
+  std::optional<int> count;  ///< of a grid or list
+  bool log = false;
+};
+/// One [[vary]]: values that all its keys take together.
+struct Variation {
+  std::vector<std::string> keys;
+  std::vector<std::string> values;  ///< TOML text; empty with a range
+  std::optional<Range> range;
+};
+/// One [[record]]: a path into what `measure` writes, and the column it fills.
+struct Record {
+  std::string result, name;
+};
+
+struct StudyFile {
+  std::filesystem::path file, twin;  ///< absolute
+  std::string name;
+  Design design = Design::grid;
+  int points = 0;  ///< of latin_hypercube and sobol
+  std::uint64_t seed = 1;
+  int noise_seeds = 1;
+  std::uint64_t first_noise_seed = 1;
+  std::vector<Variation> vary;
+  std::vector<Record> records;  ///< none: all numbers of the fits
+  /// Every key as text but `name` and `twin`: what the results depend on, whatever the file's layout.
+  std::map<std::string, std::string> content;
+};
+
+/// Throws UserError(usage) with file, line and key.
+StudyFile load_study(const std::filesystem::path& file);
+
+/// What a study's results come from; two that are equal give the same table.
+struct StudyIdentity {
+  std::string study;                          ///< its content, a line per key
+  std::map<std::string, std::string> inputs;  ///< file -> SHA-256: the twin and every file it names
+  std::string digest() const;                 ///< of the content and the files' bytes, not of their names
+};
+/// Loads the twin with the settings of the first point that can be read, and of every point that sets a
+/// string, which may name a file. A key path that does not exist, and a design none of whose points can be
+/// read, is a UserError(usage): points that fail alone are for the runner to record.
+StudyIdentity check_study(const StudyFile& study, const std::vector<StudyPoint>& points);
+
+}  // namespace fringetwin::study

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values put into a parsed TOML file by the path of their key. For toml_reader.cpp only: the
+// header takes toml++ along.
+#pragma once
+#include <toml++/toml.h>
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace fringetwin {
+
+/// Puts each value (TOML text) at its path: "fringes.pitches_px[0]", "camera.left.sensor.gain_dn" (entries of
+/// a list of tables by their "name" or "object", or by index: "camera[0]"). Tables that are missing are made;
+/// whether their keys are known is for the reader to say. A node put in names its setting as its source.
+/// Throws UnknownKey where the path leads nowhere, UserError(usage) for a value that is no TOML.
+void put_settings(toml::table& document, const std::map<std::string, std::string>& settings,
+                  const std::filesystem::path& file);
+
+/// The value as TOML on one line, read back as the same value; whole numbers without a point.
+std::string toml_text(const toml::node& node);
+
+// Of toml_reader.cpp:
+/// "an integer", "a table"
+const char* type_name(const toml::node& node);
+/// A string, number, date ... without quotes.
+std::string scalar_text(const toml::node& node);
+/// "did you mean "left"?", or nothing.
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates);
+
+}  // namespace fringetwin
