@@ -97,11 +97,13 @@ int run_study(const StudyCommand& o) {
 void add_study(CLI::App& app, Invocation& invocation) {
   auto o = std::make_shared<StudyCommand>();
   CLI::App* sub = app.add_subcommand(
-      "study", "Many virtual measurements: varies keys of a twin over a design and records results; run again, "
-               "it goes on where it stopped");
+      "study",
+      "Many virtual measurements: varies keys of a twin over a design and records results; run again, "
+      "it goes on where it stopped");
   sub->add_option("study", o->study, "The STUDY.toml")->required();
   sub->add_option("--out", o->out, "Folder for study.db and study.csv")->required();
-  sub->add_option("--jobs", o->engine.jobs, "Points at a time; default: one per core")->check(CLI::Range(1, 1024));
+  sub->add_option("--jobs", o->engine.jobs, "Points at a time; default: one per core")
+      ->check(CLI::Range(1, 1024));
   sub->add_option("--device", o->engine.device, "A part of a Vulkan device's name");
   sub->callback([o, &invocation] {
     // The program itself, also when its file is replaced while the study runs.

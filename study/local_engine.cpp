@@ -40,11 +40,11 @@ class Queue {
     if (size_ == 0) return nullptr;
     auto from = at_hand ? groups_.find(*at_hand) : groups_.end();
     if (from == groups_.end())
-      from = std::find_if(groups_.begin(), groups_.end(), [&](const auto& g) { return !taken.contains(g.first); });
+      from = std::find_if(groups_.begin(), groups_.end(),
+                          [&](const auto& g) { return !taken.contains(g.first); });
     if (from == groups_.end())
-      from = std::max_element(groups_.begin(), groups_.end(), [](const auto& a, const auto& b) {
-        return a.second.size() < b.second.size();
-      });
+      from = std::max_element(groups_.begin(), groups_.end(),
+                              [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
     const PlannedPoint* point = from->second.front();
     from->second.pop_front();
     if (from->second.empty()) groups_.erase(from);
@@ -75,8 +75,8 @@ class Engine {
   LocalSummary run() {
     if (queue_.size() == 0) return {};
     const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-    const int jobs = static_cast<int>(
-        std::min<std::size_t>(static_cast<std::size_t>(options_.jobs > 0 ? options_.jobs : cores), queue_.size()));
+    const int jobs = static_cast<int>(std::min<std::size_t>(
+        static_cast<std::size_t>(options_.jobs > 0 ? options_.jobs : cores), queue_.size()));
     // Points side by side use the cores better than the threads of one point do.
     const int threads = std::max(1, cores / jobs);
     environment_ = {fmt::format("OMP_NUM_THREADS={}", threads), fmt::format("LP_NUM_THREADS={}", threads)};
@@ -84,7 +84,8 @@ class Engine {
     progress_ = &progress;
     workers_.resize(static_cast<std::size_t>(jobs));
     for (Worker& w : workers_) start(w);
-    while (std::any_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.process != nullptr; }))
+    while (
+        std::any_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.process != nullptr; }))
       attend();
     return summary_;
   }

@@ -51,10 +51,11 @@ LocalOptions options(int jobs) {
   return o;
 }
 
-LocalSummary run(const fs::path& file, const LocalOptions& o, const std::set<std::int64_t>& done, Table* table) {
-  return study::run_local({file, {}}, study::plan_traces(file, points()), done, o, [&](const PointOutcome& p) {
-    EXPECT_TRUE(table->emplace(p.id, p).second) << "twice: " << p.id;
-  });
+LocalSummary run(const fs::path& file, const LocalOptions& o, const std::set<std::int64_t>& done,
+                 Table* table) {
+  return study::run_local(
+      {file, {}}, study::plan_traces(file, points()), done, o,
+      [&](const PointOutcome& p) { EXPECT_TRUE(table->emplace(p.id, p).second) << "twice: " << p.id; });
 }
 
 void expect_same(const Table& a, const Table& b) {
@@ -136,9 +137,10 @@ TEST(LocalEngine, AFaultOfTheStoreEndsTheWorkers) {
   FT_NEED_DEVICE();
   const fs::path file = twin_file();
   const auto plan = study::plan_traces(file, points());
-  EXPECT_THROW(study::run_local({file, {}}, plan, {}, options(2),
-                                [](const PointOutcome&) { throw UserError(ExitCode::input, "study.db", "full"); }),
-               UserError);
+  EXPECT_THROW(
+      study::run_local({file, {}}, plan, {}, options(2),
+                       [](const PointOutcome&) { throw UserError(ExitCode::input, "study.db", "full"); }),
+      UserError);
   EXPECT_TRUE(workers_of(getpid()).empty());
 }
 

@@ -38,7 +38,7 @@ class PointRunner {
   PointTask task_;
   render::Renderer& renderer_;
   std::optional<Twin> twin_;
-  Settings settings_;  ///< of twin_
+  Settings settings_;              ///< of twin_
   std::optional<ShareKeys> keys_;  ///< of traces_ and rendered_
   std::vector<render::Transport> traces_;
   std::vector<render::RenderedCamera> rendered_;

@@ -103,7 +103,8 @@ TEST(PointRunner, SharedPointsAreThoseOfUnsharedRuns) {
   FT_NEED_DEVICE();
   const Shared shared = check_sharing(small_twin(), varied());
   EXPECT_EQ(shared.traced, 1);
-  EXPECT_EQ(shared.identical, 7) << "all but the deeper sensor's, which has a lower full scale, and the weaker light's";
+  EXPECT_EQ(shared.identical, 7)
+      << "all but the deeper sensor's, which has a lower full scale, and the weaker light's";
 }
 
 TEST(PointRunner, SharedWithFixedSamplesAndInDoublePrecision) {
@@ -119,9 +120,8 @@ TEST(PointRunner, AResponseOrGrayCodeSharesWhatItCan) {
   // points 5 and 6 change the steps: the others around them share what came last
   const std::string gamma = small_twin({{"intensity = 40", "intensity = 40\nresponse = { gamma = 2.2 }"}});
   EXPECT_EQ(check_sharing(gamma, varied()).traced, 4);
-  const std::string gray = small_twin(
-      {{"pitches_px = [13, 14, 15]", "pitches_px = [20]\nunwrap = \"gray\""},
-       {"steps = 4\n", "steps = 4\n[fringes.gray]\nbits = 6\n"}});
+  const std::string gray = small_twin({{"pitches_px = [13, 14, 15]", "pitches_px = [20]\nunwrap = \"gray\""},
+                                       {"steps = 4\n", "steps = 4\n[fringes.gray]\nbits = 6\n"}});
   EXPECT_EQ(check_sharing(gray, varied()).traced, 4);
 }
 

@@ -51,8 +51,9 @@ const Json* step_into(const Json& at, const std::string& part) {
   if (!at.is_array()) return nullptr;
   if (part.starts_with('[')) {
     const std::string digits = part.substr(1, part.size() - 2);
-    const bool number = part.ends_with(']') && !digits.empty() && digits.size() < 10 &&
-                        std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c); });
+    const bool number =
+        part.ends_with(']') && !digits.empty() && digits.size() < 10 &&
+        std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c); });
     const std::size_t i = number ? std::stoul(digits) : at.size();
     return i < at.size() ? &at[i] : nullptr;
   }
@@ -101,8 +102,7 @@ std::map<std::string, double> pick_numbers(const std::string& result_json,
   const Json result = Json::parse(result_json);
   std::map<std::string, double> numbers;
   if (records.empty()) flatten(result.at("fits"), "fits", &numbers);
-  for (const Record& r : records)
-    numbers[r.name.empty() ? r.result : r.name] = number_at(result, r.result);
+  for (const Record& r : records) numbers[r.name.empty() ? r.result : r.name] = number_at(result, r.result);
   return numbers;
 }
 

@@ -52,7 +52,8 @@ TEST(Record, NoneMeansAllNumbersOfTheFits) {
 }
 
 TEST(Record, AWrongPathSaysWhatThereIs) {
-  EXPECT_THAT(refusal("fits.ball.measured.radius"), HasSubstr("there is no \"radius\"; there is: center_mm, radius_mm, n"));
+  EXPECT_THAT(refusal("fits.ball.measured.radius"),
+              HasSubstr("there is no \"radius\"; there is: center_mm, radius_mm, n"));
   EXPECT_THAT(refusal("fits.cube.measured.rms_mm"), HasSubstr("there is: ball, wall"));
   EXPECT_THAT(refusal("fits[2].measured.n"), HasSubstr("there is no \"[2]\""));
   EXPECT_THAT(refusal("fits.ball.measured.center_mm"), HasSubstr("is no number; add an index"));

@@ -12,15 +12,16 @@
 
 namespace fringetwin::study {
 
-/// Points of equal `trace` have equal light, but for mean and amplitude (render::set_pattern); of equal `form`
-/// the same irradiance images. Only settings known to leave them alone are left out: any other separates.
+/// Points of equal `trace` have equal light, but for mean and amplitude (render::set_pattern); of equal
+/// `form` the same irradiance images. Only settings known to leave them alone are left out: any other
+/// separates.
 struct ShareKeys {
   std::string trace, form;
 };
 ShareKeys share_keys(const Twin& twin, const StudyPoint& point);
 
-/// How exact a shared trace must be: the adaptive trace may err by a share of the sensor's full scale, in images
-/// of this mean and amplitude.
+/// How exact a shared trace must be: the adaptive trace may err by a share of the sensor's full scale, in
+/// images of this mean and amplitude.
 struct TraceDemand {
   struct FullScale {
     int bit_depth = 8;
@@ -44,7 +45,7 @@ struct PlannedPoint {
   StudyPoint point;
   std::size_t group = 0;  ///< points of one number share a trace
   ShareKeys keys;
-  TraceDemand demand;       ///< of all its points together, whichever of them are still to be done
+  TraceDemand demand;  ///< of all its points together, whichever of them are still to be done
 };
 
 /// Reads the twin of each point; one that cannot be read gets a group of its own, to fail when it is run.

@@ -33,27 +33,33 @@ bool share(const std::string& toml, const Settings& a, const Settings& b) {
 }
 
 TEST(TraceShare, SensorStepsAndMeasurementLeaveTheLightAlone) {
-  for (const auto& [key, value] :
-       Settings{{"camera.left.sensor.bit_depth", "12"}, {"camera[0].sensor.gain_dn", "300.0"},
-                {"camera.left.sensor.electrons_per_dn", "40"}, {"camera.left.sensor", "{ bit_depth = 10 }"},
-                {"fringes.steps", "8"}, {"fringes.amplitude", "0.3"},
-                {"camera.left.psf_px", "0.7"}, {"measure.min_modulation_dn", "2"}, {"name", "\"other\""}})
+  for (const auto& [key, value] : Settings{{"camera.left.sensor.bit_depth", "12"},
+                                           {"camera[0].sensor.gain_dn", "300.0"},
+                                           {"camera.left.sensor.electrons_per_dn", "40"},
+                                           {"camera.left.sensor", "{ bit_depth = 10 }"},
+                                           {"fringes.steps", "8"},
+                                           {"fringes.amplitude", "0.3"},
+                                           {"camera.left.psf_px", "0.7"},
+                                           {"measure.min_modulation_dn", "2"},
+                                           {"name", "\"other\""}})
     EXPECT_TRUE(share(small_twin(), {}, {{key, value}})) << key << " = " << value;
 }
 
 TEST(TraceShare, EverythingElseSeparates) {
-  for (const auto& [key, value] :
-       Settings{{"fringes.pitches_px", "[26, 28, 30]"}, {"fringes.phase_origin_px", "1.0"},
-                {"projector.blur_px", "1.0"}, {"projector.intensity", "41"}, {"object.ball.radius_mm", "18.5"},
-                {"camera.left.rt_cam_world", "[0, 0, 0, 0.1, 0, 0]"}, {"render.gray_error", "1e-3"},
-                {"camera.left.intrinsics[0]", "261"}})
+  for (const auto& [key, value] : Settings{{"fringes.pitches_px", "[26, 28, 30]"},
+                                           {"fringes.phase_origin_px", "1.0"},
+                                           {"projector.blur_px", "1.0"},
+                                           {"projector.intensity", "41"},
+                                           {"object.ball.radius_mm", "18.5"},
+                                           {"camera.left.rt_cam_world", "[0, 0, 0, 0.1, 0, 0]"},
+                                           {"render.gray_error", "1e-3"},
+                                           {"camera.left.intrinsics[0]", "261"}})
     EXPECT_FALSE(share(small_twin(), {}, {{key, value}})) << key << " = " << value;
 }
 
 TEST(TraceShare, StepsSeparateWhereTheTraceHoldsThem) {
   const Settings steps{{"fringes.steps", "8"}}, sensor{{"camera.left.sensor.bit_depth", "12"}};
-  const std::string gamma =
-      small_twin({{"intensity = 40", "intensity = 40\nresponse = { gamma = 2.2 }"}});
+  const std::string gamma = small_twin({{"intensity = 40", "intensity = 40\nresponse = { gamma = 2.2 }"}});
   EXPECT_FALSE(share(gamma, {}, steps));
   EXPECT_FALSE(share(gamma, {}, {{"fringes.mean", "0.4"}, {"fringes.amplitude", "0.4"}}));
   EXPECT_TRUE(share(gamma, {}, sensor));
@@ -80,9 +86,10 @@ TEST(TraceShare, AnUnreadablePointStandsAlone) {
 TEST(TraceShare, TheTraceIsMadeForTheMostDemandingPoints) {
   const std::string depth = "camera.left.sensor.bit_depth", gain = "camera.left.sensor.gain_dn";
   for (const PlannedPoint& p : study::plan_traces(
-           twin_file(small_twin()),
-           {{0, {}, 1}, {1, {{depth, "12"}, {gain, "400.0"}}, 1}, {2, {{depth, "10"}, {gain, "60.0"}}, 1},
-            {3, {{"fringes.mean", "0.6"}, {"fringes.amplitude", "0.4"}}, 1}})) {
+           twin_file(small_twin()), {{0, {}, 1},
+                                     {1, {{depth, "12"}, {gain, "400.0"}}, 1},
+                                     {2, {{depth, "10"}, {gain, "60.0"}}, 1},
+                                     {3, {{"fringes.mean", "0.6"}, {"fringes.amplitude", "0.4"}}, 1}})) {
     ASSERT_EQ(p.demand.sensors.size(), 1U);
     EXPECT_EQ(p.demand.sensors[0].bit_depth, 12);
     EXPECT_EQ(p.demand.sensors[0].gain_dn, 400.0);

@@ -100,8 +100,8 @@ WorkerAnswer parse_answer(const std::string& line) {
     a.outcome.failed = json.at("failed");
     a.outcome.reason = json.at("reason");
     for (const auto& item : json.at("numbers").items())
-      a.outcome.numbers[item.key()] = item.value().is_null() ? std::numeric_limits<double>::quiet_NaN()
-                                                             : item.value().get<double>();
+      a.outcome.numbers[item.key()] =
+          item.value().is_null() ? std::numeric_limits<double>::quiet_NaN() : item.value().get<double>();
     a.outcome.seconds = json.at("seconds");
     a.outcome.traced = json.at("traced");
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A process that runs points for another one: lines of JSON in and out. A crash takes one point along, not the
-// study.
+// A process that runs points for another one: lines of JSON in and out. A crash takes one point along, not
+// the study.
 #pragma once
 #include <string>
 
@@ -12,7 +12,7 @@ namespace fringetwin::study {
 struct WorkerAnswer {
   enum class Kind { ready, unfit, outcome };
   Kind kind = Kind::ready;
-  std::string text;  ///< ready: the device; unfit: the sentence
+  std::string text;   ///< ready: the device; unfit: the sentence
   int exit_code = 0;  ///< unfit
   PointOutcome outcome;
 };

@@ -20,7 +20,8 @@ namespace fringetwin::study {
 namespace {
 
 [[noreturn]] void fail(int error) {
-  throw UserError(ExitCode::internal, "study", fmt::format("cannot start a worker: {}", std::strerror(error)));
+  throw UserError(ExitCode::internal, "study",
+                  fmt::format("cannot start a worker: {}", std::strerror(error)));
 }
 
 std::vector<std::string> merged_environment(const std::vector<std::string>& own) {
