@@ -27,6 +27,7 @@ void add_import_captures(CLI::App& import, Invocation& invocation);  ///< of `im
 void add_needs(CLI::App& app, Invocation& invocation);
 void add_calibrate(CLI::App& app, Invocation& invocation);
 void add_pareto(CLI::App& app, Invocation& invocation);
+void add_study(CLI::App& app, Invocation& invocation);
 void add_photometry(CLI::App& app, Invocation& invocation);
 void add_capture(CLI::App& app, Invocation& invocation);
 void add_info(CLI::App& app, Invocation& invocation);

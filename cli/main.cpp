@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
   invocation.argv.assign(argv, argv + argc);
   using namespace fringetwin::cli;
   for (auto* add : {add_cosim, add_render, add_measure, add_compare, add_diff, add_import, add_calibrate,
-                    add_photometry, add_capture, add_needs, add_pareto, add_info})
+                    add_photometry, add_capture, add_needs, add_pareto, add_study, add_info})
     add(app, invocation);
 
   try {

@@ -5,8 +5,10 @@
 #include <cstddef>
 #include <vector>
 
+#include "render/camera_effects.hpp"
 #include "render/renderer.hpp"
 #include "render/transport_images.hpp"
+#include "render/waveform.hpp"
 #include "twin/constants.hpp"
 #include "twin/errors.hpp"
 
@@ -99,6 +101,43 @@ std::vector<ImageF> form_images(const Twin& twin, const Transport& transport) {
     for (const Recipe& recipe : recipes) follow(recipe, transport, first, end);
   }
   return images;
+}
+
+RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Transport& transport,
+                           bool references) {
+  RenderedCamera out;
+  out.camera = twin.cameras[camera_index].name;
+  out.irradiance = form_images(twin, transport);
+  if (references || needs_white_black(twin.fringes)) {
+    const auto level = [&](double value) {
+      const auto factor = static_cast<float>(twin.projector->response(value));
+      ImageF image = transport.ambient;
+      for (std::size_t i = 0; i < image.size(); ++i) image.data[i] += factor * transport.mean.data[i];
+      return image;
+    };
+    out.white = level(1.0);
+    out.black = level(0.0);
+  }
+  apply_camera_effects(twin.cameras[camera_index], &out);
+  out.object = transport.object;
+  out.sampling = transport.sampling;
+  out.trace_ms = transport.trace_ms;
+  out.rays = transport.rays;
+  out.estimate = transport.estimate;
+  return out;
+}
+
+bool holds_any_steps(const Twin& twin) {
+  if (!twin.projector || !is_linear(twin.projector->response) || twin.projector->pixel_structure ||
+      twin.fringes.steps == 0 || !twin.fringes.images.empty())
+    return false;
+  return std::none_of(twin.fringes.directions.begin(), twin.fringes.directions.end(),
+                      [](const DirectionFringes& d) { return d.gray.has_value(); });
+}
+
+void set_pattern(const Twin& twin, Transport* transport) {
+  FT_CHECK(holds_any_steps(twin) && transport->direct.empty(), "a trace that holds any steps");
+  transport->series = choose_series(twin);
 }
 
 }  // namespace fringetwin::render

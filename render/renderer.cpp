@@ -9,7 +9,6 @@
 #include <cstring>
 
 #include "loop_limit_spv.h"
-#include "render/camera_effects.hpp"
 #include "render/disk_cache.hpp"
 #include "render/kernels.hpp"
 #include "render/renderer_impl.hpp"
@@ -453,26 +452,8 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
 RenderedCamera Renderer::render(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                                 std::uint64_t seed, bool references) {
   const auto start = Clock::now();
-  Transport transport = trace(twin, camera_index, sampling, seed);
-  RenderedCamera out;
-  out.camera = twin.cameras[camera_index].name;
-  out.irradiance = form_images(twin, transport);
-  if (references || needs_white_black(twin.fringes)) {
-    const auto level = [&](double value) {
-      const auto factor = static_cast<float>(twin.projector->response(value));
-      ImageF image = transport.ambient;
-      for (std::size_t i = 0; i < image.size(); ++i) image.data[i] += factor * transport.mean.data[i];
-      return image;
-    };
-    out.white = level(1.0);
-    out.black = level(0.0);
-  }
-  apply_camera_effects(twin.cameras[camera_index], &out);
-  out.object = std::move(transport.object);
-  out.sampling = transport.sampling;
-  out.trace_ms = transport.trace_ms;
-  out.rays = transport.rays;
-  out.estimate = transport.estimate;
+  const Transport transport = trace(twin, camera_index, sampling, seed);
+  RenderedCamera out = form_camera(twin, camera_index, transport, references);
   out.total_ms = ms_since(start);
   return out;
 }

@@ -152,4 +152,15 @@ class Renderer {
 /// Irradiance images from a transport: sequence order.
 std::vector<ImageF> form_images(const Twin& twin, const Transport& transport);
 
+/// The images of a traced camera, as Renderer::render() makes them: patterns, then the lens's effects.
+RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Transport& transport,
+                           bool references = false);
+
+/// True when the trace of a camera does not depend on the fringes' mean, amplitude and number of steps: all
+/// images are phase steps behind a linear response.
+bool holds_any_steps(const Twin& twin);
+/// Gives a transport the mean and amplitude of this twin. Needs holds_any_steps(), and > 0 steps, of both
+/// twins.
+void set_pattern(const Twin& twin, Transport* transport);
+
 }  // namespace fringetwin::render

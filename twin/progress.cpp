@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <mutex>
 #include <utility>
@@ -37,10 +38,19 @@ extern "C" void on_interrupt(int) { cancel_requested.store(true); }
 
 }  // namespace
 
-Progress::Progress(std::string task, std::size_t total)
+std::string rough_time(double seconds) {
+  const auto s = std::llround(seconds);
+  if (s < 90) return std::to_string(s) + " s";
+  const auto minutes = (s + 30) / 60;
+  if (minutes < 90) return std::to_string(minutes) + " min";
+  return std::to_string(minutes / 60) + " h " + std::to_string(minutes % 60) + " min";
+}
+
+Progress::Progress(std::string task, std::size_t total, bool time_left)
     : task_(std::move(task)),
       total_(std::max<std::size_t>(total, 1)),
-      terminal_(isatty(STDERR_FILENO) == 1) {}
+      terminal_(isatty(STDERR_FILENO) == 1),
+      time_left_(time_left) {}
 
 Progress::~Progress() {
   if (!terminal_) return;
@@ -70,14 +80,19 @@ bool Progress::tick(std::size_t n) noexcept {
 void Progress::show(int percent) {
   const std::lock_guard lock(stderr_mutex);
   if (percent < shown_percent_.load()) return;  // another thread is further and has printed
+  std::string left;
+  if (time_left_ && percent > 0 && percent < 100) {
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
+    left = ", " + rough_time(passed.count() * (100 - percent) / percent) + " left";
+  }
   if (!terminal_) {
-    std::fprintf(stderr, "fringetwin: %s %d %%\n", task_.c_str(), percent);
+    std::fprintf(stderr, "fringetwin: %s %d %%%s\n", task_.c_str(), percent, left.c_str());
     return;
   }
   constexpr int width = 40;
   std::string bar(static_cast<std::size_t>(percent * width / 100), '#');
   bar.resize(width, '.');
-  std::fprintf(stderr, "\r%s [%s] %3d %%\033[K", task_.c_str(), bar.c_str(), percent);
+  std::fprintf(stderr, "\r%s [%s] %3d %%%s\033[K", task_.c_str(), bar.c_str(), percent, left.c_str());
   std::fflush(stderr);
   bar_open = true;
 }

@@ -2,15 +2,20 @@
 // Progress on stderr (a bar on a terminal, else a line per 10 %), warnings, and Ctrl-C.
 #pragma once
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <string>
 
 namespace fringetwin {
 
+/// "40 s", "5 min", "3 h 20 min"
+std::string rough_time(double seconds);
+
 /// One task of `total` equal pieces. Shows nothing when set_quiet(true).
 class Progress {
  public:
-  Progress(std::string task, std::size_t total);
+  /// `time_left`: says how long the rest will take, going by what is done.
+  Progress(std::string task, std::size_t total, bool time_left = false);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -27,7 +32,8 @@ class Progress {
   std::size_t total_;
   std::atomic<std::size_t> done_ = 0;
   std::atomic<int> shown_percent_ = 0;
-  bool terminal_;
+  bool terminal_, time_left_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 /// Installs the SIGINT handler that makes cancelled() true (second Ctrl-C kills).

@@ -54,6 +54,19 @@ TEST(Progress, OneLinePerTenPercentOffTheTerminal) {
   EXPECT_THAT(text, HasSubstr("fringetwin: render left 100 %\n"));
 }
 
+TEST(Progress, SaysTheTimeLeftWhenAsked) {
+  const std::string text = stderr_of([] {
+    Progress progress("study", 10, true);
+    for (int i = 0; i < 10; ++i) progress.advance();
+  });
+  EXPECT_THAT(text, HasSubstr("fringetwin: study 10 %, 0 s left\n"));
+  EXPECT_THAT(text, HasSubstr("fringetwin: study 100 %\n"));
+  EXPECT_EQ(rough_time(89.4), "89 s");
+  EXPECT_EQ(rough_time(90.0), "2 min");
+  EXPECT_EQ(rough_time(89.4 * 60), "89 min");
+  EXPECT_EQ(rough_time(12000.0), "3 h 20 min");
+}
+
 TEST(Progress, FewLargeStepsSkipLines) {
   const std::string text = stderr_of([] {
     Progress progress("task", 3);

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/local_engine.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <chrono>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "study/worker.hpp"
+#include "study/worker_process.hpp"
+#include "twin/errors.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::study {
+namespace {
+
+constexpr int poll_ms = 200;  // how soon Ctrl-C is noticed at the latest
+constexpr int most_false_starts = 3;
+constexpr std::size_t most_warnings = 50;
+
+// Which point next: of the trace the worker has, else of one that nobody has, else of the longest list.
+class Queue {
+ public:
+  Queue(const std::vector<PlannedPoint>& plan, const std::set<std::int64_t>& done) {
+    for (const PlannedPoint& p : plan)
+      if (!done.contains(p.point.id)) {
+        groups_[p.group].push_back(&p);
+        ++size_;
+      }
+  }
+  std::size_t size() const { return size_; }
+
+  const PlannedPoint* next(const std::optional<std::size_t>& at_hand, const std::set<std::size_t>& taken) {
+    if (size_ == 0) return nullptr;
+    auto from = at_hand ? groups_.find(*at_hand) : groups_.end();
+    if (from == groups_.end())
+      from = std::find_if(groups_.begin(), groups_.end(),
+                          [&](const auto& g) { return !taken.contains(g.first); });
+    if (from == groups_.end())
+      from = std::max_element(groups_.begin(), groups_.end(),
+                              [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
+    const PlannedPoint* point = from->second.front();
+    from->second.pop_front();
+    if (from->second.empty()) groups_.erase(from);
+    --size_;
+    return point;
+  }
+
+ private:
+  std::map<std::size_t, std::deque<const PlannedPoint*>> groups_;
+  std::size_t size_ = 0;
+};
+
+struct Worker {
+  std::unique_ptr<WorkerProcess> process;
+  bool ready = false;
+  const PlannedPoint* point = nullptr;  ///< in progress
+  std::chrono::steady_clock::time_point since;
+  std::optional<std::size_t> group;  ///< whose trace it has
+  std::string last_error;
+};
+
+class Engine {
+ public:
+  Engine(const PointTask& task, const std::vector<PlannedPoint>& plan, const std::set<std::int64_t>& done,
+         const LocalOptions& options, const std::function<void(const PointOutcome&)>& finished)
+      : task_(task), options_(options), finished_(finished), queue_(plan, done) {}
+
+  LocalSummary run() {
+    if (queue_.size() == 0) return {};
+    const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    const int jobs = static_cast<int>(std::min<std::size_t>(
+        static_cast<std::size_t>(options_.jobs > 0 ? options_.jobs : cores), queue_.size()));
+    // Points side by side use the cores better than the threads of one point do.
+    const int threads = std::max(1, cores / jobs);
+    environment_ = {fmt::format("OMP_NUM_THREADS={}", threads), fmt::format("LP_NUM_THREADS={}", threads)};
+    Progress progress("study", queue_.size(), true);
+    progress_ = &progress;
+    workers_.resize(static_cast<std::size_t>(jobs));
+    for (Worker& w : workers_) start(w);
+    while (
+        std::any_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.process != nullptr; }))
+      attend();
+    return summary_;
+  }
+
+ private:
+  void start(Worker& w) {
+    w = {};
+    if (queue_.size() == 0) return;
+    w.process = std::make_unique<WorkerProcess>(options_.worker, environment_);
+    w.process->send(task_line(task_, options_.device));
+  }
+
+  void attend() {
+    throw_if_cancelled();
+    std::vector<pollfd> fds;
+    for (const Worker& w : workers_)
+      if (w.process)
+        for (const int fd : {w.process->answers_fd(), w.process->errors_fd()}) fds.push_back({fd, POLLIN, 0});
+    poll(fds.data(), fds.size(), poll_ms);
+    throw_if_cancelled();
+    for (Worker& w : workers_)
+      if (w.process) listen(w);
+  }
+
+  void listen(Worker& w) {
+    hear_warnings(w);
+    bool ended = false;
+    for (const std::string& line : w.process->answers(&ended)) {
+      answer(w, parse_answer(line));
+      if (!ended) hand_out(w);
+    }
+    if (ended) bury(w);
+  }
+
+  void hear_warnings(Worker& w) {
+    for (const std::string& line : w.process->errors()) {
+      if (line.empty()) continue;
+      w.last_error = line;
+      constexpr std::string_view prefix = "fringetwin: warning: ";
+      // Every point may say the same: once is enough.
+      if (line.starts_with(prefix) && warnings_.size() < most_warnings && warnings_.insert(line).second)
+        warn(line.substr(prefix.size()));
+    }
+  }
+
+  void answer(Worker& w, const WorkerAnswer& a) {
+    switch (a.kind) {
+      case WorkerAnswer::Kind::unfit:
+        throw UserError(static_cast<ExitCode>(a.exit_code), "", a.text);
+      case WorkerAnswer::Kind::ready:
+        w.ready = true;
+        false_starts_ = 0;
+        break;
+      case WorkerAnswer::Kind::outcome:
+        w.group = w.point->group;
+        w.point = nullptr;
+        finish(a.outcome);
+        break;
+    }
+  }
+
+  void hand_out(Worker& w) {
+    std::set<std::size_t> taken;
+    for (const Worker& other : workers_) {
+      if (other.point) taken.insert(other.point->group);
+      if (other.group) taken.insert(*other.group);
+    }
+    w.point = queue_.next(w.group, taken);
+    w.since = std::chrono::steady_clock::now();
+    // A worker that is gone is noticed by the end of its answers.
+    if (w.point)
+      w.process->send(point_line(*w.point));
+    else
+      w.process->stop();
+  }
+
+  // The process is gone: with its point, if it had one, or because there was none left.
+  void bury(Worker& w) {
+    const std::string end = w.process->end();
+    hear_warnings(w);
+    const std::string said = w.last_error.empty() ? "" : "; it said: " + w.last_error;
+    if (!w.ready && ++false_starts_ >= most_false_starts)
+      throw UserError(ExitCode::internal, "study", "no worker starts: it " + end + said);
+    if (w.point) {
+      PointOutcome lost;
+      lost.id = w.point->point.id;
+      lost.failed = true;
+      lost.reason = "its process " + end + said;
+      lost.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - w.since).count();
+      lost.traced = w.group != w.point->group;
+      finish(lost);
+    }
+    start(w);
+  }
+
+  void finish(const PointOutcome& outcome) {
+    finished_(outcome);
+    ++summary_.finished;
+    summary_.failed += outcome.failed ? 1 : 0;
+    summary_.traced += outcome.traced ? 1 : 0;
+    progress_->advance();
+  }
+
+  const PointTask& task_;
+  const LocalOptions& options_;
+  const std::function<void(const PointOutcome&)>& finished_;
+  Queue queue_;
+  std::vector<std::string> environment_;
+  std::vector<Worker> workers_;
+  std::set<std::string> warnings_;
+  Progress* progress_ = nullptr;
+  int false_starts_ = 0;
+  LocalSummary summary_;
+};
+
+}  // namespace
+
+LocalSummary run_local(const PointTask& task, const std::vector<PlannedPoint>& plan,
+                       const std::set<std::int64_t>& done, const LocalOptions& options,
+                       const std::function<void(const PointOutcome&)>& finished) {
+  return Engine(task, plan, done, options, finished).run();
+}
+
+}  // namespace fringetwin::study

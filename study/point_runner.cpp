@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/point_runner.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <new>
+
+#include "compare/result_json.hpp"
+#include "measure/measurement.hpp"
+#include "render/sensor.hpp"
+#include "twin/errors.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::study {
+namespace {
+
+// A mesh that the twin before has read already.
+void take_meshes(const Twin& from, Twin* to) {
+  for (Object& object : to->objects) {
+    auto* mesh = std::get_if<MeshShape>(&object.shape);
+    if (!mesh || mesh->mesh) continue;
+    for (const Object& other : from.objects)
+      if (const auto* known = std::get_if<MeshShape>(&other.shape);
+          known && known->file == mesh->file && known->unit == mesh->unit)
+        mesh->mesh = known->mesh;
+  }
+}
+
+bool sees_an_object(const std::vector<render::RenderedCamera>& cameras) {
+  return std::any_of(cameras.begin(), cameras.end(), [](const render::RenderedCamera& c) {
+    return std::any_of(c.object.data.begin(), c.object.data.end(), [](int k) { return k >= 0; });
+  });
+}
+
+}  // namespace
+
+PointRunner::PointRunner(PointTask task, render::Renderer& renderer)
+    : task_(std::move(task)), renderer_(renderer) {}
+
+PointOutcome PointRunner::run(const PlannedPoint& planned) {
+  const auto start = std::chrono::steady_clock::now();
+  PointOutcome out;
+  out.id = planned.point.id;
+  out.traced = false;
+  try {
+    out.numbers = numbers(planned, &out.traced);
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    out.failed = true;
+    out.reason = "not enough memory";
+  } catch (const std::exception& e) {
+    out.failed = true;
+    out.reason = e.what();
+  }
+  out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return out;
+}
+
+void PointRunner::load(const StudyPoint& point) {
+  if (twin_ && settings_ == point.settings) return;
+  Twin twin = load_twin(task_.twin, point.settings);
+  measure::check_fringes(twin);
+  if (twin_) take_meshes(*twin_, &twin);
+  load_meshes(twin);
+  twin_ = std::move(twin);
+  settings_ = point.settings;
+}
+
+void PointRunner::trace(const PlannedPoint& planned) {
+  Twin lit = *twin_;
+  planned.demand.apply(&lit);
+  const render::Sampling sampling = render::choose_sampling(lit);
+  for (std::size_t i = 0; i < lit.cameras.size(); ++i) {
+    throw_if_cancelled();
+    traces_.push_back(renderer_.trace(lit, i, sampling, planned.point.seed));
+  }
+}
+
+std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, bool* traced) {
+  load(planned.point);
+  if (!keys_ || keys_->trace != planned.keys.trace) {
+    keys_.reset();
+    traces_.clear();
+    rendered_.clear();
+    trace(planned);
+    *traced = true;
+  }
+  if (!keys_ || keys_->form != planned.keys.form) {
+    keys_.reset();
+    rendered_.clear();
+    for (std::size_t i = 0; i < traces_.size(); ++i) {
+      if (render::holds_any_steps(*twin_)) render::set_pattern(*twin_, &traces_[i]);
+      rendered_.push_back(render::form_camera(*twin_, i, traces_[i]));
+    }
+    keys_ = planned.keys;
+  }
+  if (!sees_an_object(rendered_))
+    throw UserError(ExitCode::usage, task_.twin.string(), "no camera sees any object");
+  std::vector<CameraImages> images;
+  for (std::size_t i = 0; i < rendered_.size(); ++i) {
+    throw_if_cancelled();
+    images.push_back(render::expose(rendered_[i], twin_->cameras[i], i, planned.point.seed));
+  }
+  const measure::Measurement measurement = measure::measure(*twin_, images);
+  return pick_numbers(compare::measurement_json(*twin_, measurement, {}, {}), task_.records);
+}
+
+}  // namespace fringetwin::study

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// One point of a study: twin with settings -> light -> gray values -> measurement -> numbers.
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/renderer.hpp"
+#include "study/record.hpp"
+#include "study/study_point.hpp"
+#include "study/trace_share.hpp"
+
+namespace fringetwin::study {
+
+/// What the points of a study have in common.
+struct PointTask {
+  std::filesystem::path twin;
+  std::vector<Record> records;
+};
+
+/// Keeps the last point's trace and images for a next one that shares them.
+class PointRunner {
+ public:
+  PointRunner(PointTask task, render::Renderer& renderer);
+
+  /// Never throws for the point's own faults: these are outcomes. Throws Cancelled.
+  PointOutcome run(const PlannedPoint& planned);
+
+  /// The images before the sensor, of the last point that came so far.
+  const std::vector<render::RenderedCamera>& rendered() const { return rendered_; }
+
+ private:
+  std::map<std::string, double> numbers(const PlannedPoint& planned, bool* traced);
+  void load(const StudyPoint& point);
+  void trace(const PlannedPoint& planned);
+
+  PointTask task_;
+  render::Renderer& renderer_;
+  std::optional<Twin> twin_;
+  Settings settings_;              ///< of twin_
+  std::optional<ShareKeys> keys_;  ///< of traces_ and rendered_
+  std::vector<render::Transport> traces_;
+  std::vector<render::RenderedCamera> rendered_;
+};
+
+}  // namespace fringetwin::study

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/worker.hpp"
+
+#include <signal.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <iostream>
+#include <limits>
+
+#include "report/json.hpp"
+#include "twin/errors.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::study {
+namespace {
+
+using report::Json;
+using report::json_number;
+
+std::string line_of(const Json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+PlannedPoint parse_point(const std::string& line) {
+  const Json json = Json::parse(line);
+  PlannedPoint p;
+  p.point = {json.at("id"), json.at("settings").get<Settings>(), json.at("seed")};
+  p.keys = {json.at("trace"), json.at("form")};
+  for (const Json& s : json.at("sensors")) p.demand.sensors.push_back({s.at(0), s.at(1)});
+  p.demand.mean = json.at("mean");
+  p.demand.amplitude = json.at("amplitude");
+  return p;
+}
+
+std::string answer_line(const PointOutcome& o) {
+  Json numbers = Json::object();
+  for (const auto& [name, value] : o.numbers) numbers[name] = json_number(value);
+  return line_of({{"id", o.id},
+                  {"failed", o.failed},
+                  {"reason", o.reason},
+                  {"numbers", numbers},
+                  {"seconds", o.seconds},
+                  {"traced", o.traced}});
+}
+
+// The answers go to what was stdout; anything a library prints must not come between them.
+class Answers {
+ public:
+  Answers() : fd_(dup(STDOUT_FILENO)) { dup2(STDERR_FILENO, STDOUT_FILENO); }
+  ~Answers() { close(fd_); }
+  Answers(const Answers&) = delete;
+  Answers& operator=(const Answers&) = delete;
+  void send(std::string line) const {
+    line += '\n';
+    for (std::size_t sent = 0; sent < line.size();) {
+      const ssize_t n = write(fd_, line.data() + sent, line.size() - sent);
+      if (n <= 0) _exit(static_cast<int>(ExitCode::internal));  // nobody is there to be told
+      sent += static_cast<std::size_t>(n);
+    }
+  }
+
+ private:
+  int fd_;
+};
+
+}  // namespace
+
+std::string task_line(const PointTask& task, const std::string& device) {
+  Json records = Json::array();
+  for (const Record& r : task.records) records.push_back({r.result, r.name});
+  return line_of({{"twin", task.twin.string()}, {"device", device}, {"records", records}});
+}
+
+std::string point_line(const PlannedPoint& p) {
+  Json sensors = Json::array();
+  for (const auto& s : p.demand.sensors) sensors.push_back(Json::array({s.bit_depth, s.gain_dn}));
+  return line_of({{"id", p.point.id},
+                  {"settings", p.point.settings},
+                  {"seed", p.point.seed},
+                  {"trace", p.keys.trace},
+                  {"form", p.keys.form},
+                  {"sensors", sensors},
+                  {"mean", p.demand.mean},
+                  {"amplitude", p.demand.amplitude}});
+}
+
+WorkerAnswer parse_answer(const std::string& line) {
+  const Json json = Json::parse(line);
+  WorkerAnswer a;
+  if (json.contains("ready")) {
+    a.text = json["ready"];
+  } else if (json.contains("unfit")) {
+    a.kind = WorkerAnswer::Kind::unfit;
+    a.text = json["unfit"];
+    a.exit_code = json.at("code");
+  } else {
+    a.kind = WorkerAnswer::Kind::outcome;
+    a.outcome.id = json.at("id");
+    a.outcome.failed = json.at("failed");
+    a.outcome.reason = json.at("reason");
+    for (const auto& item : json.at("numbers").items())
+      a.outcome.numbers[item.key()] =
+          item.value().is_null() ? std::numeric_limits<double>::quiet_NaN() : item.value().get<double>();
+    a.outcome.seconds = json.at("seconds");
+    a.outcome.traced = json.at("traced");
+  }
+  return a;
+}
+
+int run_worker() {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  set_quiet(true);
+  const Answers answers;
+  std::string line;
+  if (!std::getline(std::cin, line)) return static_cast<int>(ExitCode::ok);
+  const Json json = Json::parse(line);
+  PointTask task{json.at("twin").get<std::string>(), {}};
+  for (const Json& r : json.at("records")) task.records.push_back({r.at(0), r.at(1)});
+  try {
+    render::Renderer renderer(json.at("device").get<std::string>());
+    answers.send(line_of({{"ready", renderer.device().name}}));
+    PointRunner runner(std::move(task), renderer);
+    while (std::getline(std::cin, line)) answers.send(answer_line(runner.run(parse_point(line))));
+  } catch (const UserError& e) {
+    answers.send(line_of({{"unfit", e.what()}, {"code", static_cast<int>(e.code())}}));
+    return static_cast<int>(e.code());
+  }
+  return static_cast<int>(ExitCode::ok);
+}
+
+}  // namespace fringetwin::study
