@@ -72,11 +72,13 @@ void FrameJudge::use(const Frame& frame, FrameRecord* record) {
   averages_[picture].add(frame.dn, info_.device);
   begins_ns_.push_back(exposure_begin_ns(frame, info_, exposure_ms_));
   record->use = use_of(step_.pictures[picture]);
+  record->good = true;
   ++good_;
 }
 
 void FrameJudge::take(Frame frame, StepRecord* record) {
-  record->frames.push_back({camera_.name, frame.sequence, frame.timestamp_ns, frame.flags, ""});
+  record->frames.push_back(
+      {camera_.name, frame.sequence, frame.timestamp_ns, frame.flags, "", record->shown});
   FrameRecord& entry = record->frames.back();
   entry.use = judge(frame, record);
   if (!entry.use.empty()) return;
@@ -119,11 +121,18 @@ std::size_t next_camera(const std::vector<FrameJudge>& judges) {
   return next;
 }
 
-double worst_skew_ms(const std::vector<FrameJudge>& judges) {
+/// From the first frame of each image to the nearest frame that the first camera used: frames lost by one
+/// camera do not put all later ones apart.
+double worst_skew_ms(const std::vector<FrameJudge>& judges, std::size_t average) {
   TimeNs worst = 0;
+  const std::vector<TimeNs>& leader = judges[0].begins_ns();
   for (std::size_t c = 1; c < judges.size(); ++c)
-    for (std::size_t i = 0; i < judges[c].begins_ns().size(); ++i)
-      worst = std::max(worst, std::abs(judges[c].begins_ns()[i] - judges[0].begins_ns()[i]));
+    for (std::size_t i = 0; i < judges[c].begins_ns().size(); i += average) {
+      const TimeNs begin = judges[c].begins_ns()[i];
+      TimeNs nearest = std::numeric_limits<TimeNs>::max();
+      for (const TimeNs other : leader) nearest = std::min(nearest, std::abs(begin - other));
+      worst = std::max(worst, nearest);
+    }
   return static_cast<double>(worst) / kNsPerMs;
 }
 
@@ -152,7 +161,7 @@ Grabbed grab(const Rig& rig, const Step& step, const CapturePlan& plan, StepReco
   }
   Grabbed grabbed;
   for (const FrameJudge& judge : judges) grabbed.images.push_back(judge.images());
-  record->skew_ms = worst_skew_ms(judges);
+  record->skew_ms = worst_skew_ms(judges, static_cast<std::size_t>(step.average));
   return grabbed;
 }
 

@@ -24,7 +24,8 @@ constexpr const char* kJournalSchema = "fringetwin-capture-journal/1";
 Json to_json(const StepRecord& record) {
   Json frames = Json::array();
   for (const FrameRecord& f : record.frames)
-    frames.push_back({f.camera, f.sequence, f.timestamp_ns, f.flags, f.use});
+    frames.push_back({f.camera, f.sequence, f.timestamp_ns, f.flags, f.use, f.shown.at_ns, f.shown.sequence,
+                      f.shown.timed});
   return {{"step", record.step},
           {"pattern", record.pattern},
           {"shown", {record.shown.at_ns, record.shown.sequence, record.shown.timed}},
@@ -45,8 +46,12 @@ StepRecord from_json(const Json& json) {
   record.shown = {shown.at(0).get<TimeNs>(), shown.at(1).get<std::uint64_t>(), shown.at(2).get<bool>()};
   json.at("sha256").get_to(record.sha256);
   for (const Json& f : json.at("frames"))
-    record.frames.push_back({f.at(0).get<std::string>(), f.at(1).get<std::uint32_t>(), f.at(2).get<TimeNs>(),
-                             f.at(3).get<std::uint32_t>(), f.at(4).get<std::string>()});
+    record.frames.push_back({f.at(0).get<std::string>(),
+                             f.at(1).get<std::uint32_t>(),
+                             f.at(2).get<TimeNs>(),
+                             f.at(3).get<std::uint32_t>(),
+                             f.at(4).get<std::string>(),
+                             {f.at(5).get<TimeNs>(), f.at(6).get<std::uint64_t>(), f.at(7).get<bool>()}});
   json.at("lost").get_to(record.lost_frames);
   json.at("repeated").get_to(record.repeated_frames);
   json.at("corrupt").get_to(record.corrupt_frames);
@@ -126,12 +131,6 @@ Journal Journal::resume(const fs::path& dir, const std::map<std::string, std::st
   return journal;
 }
 
-bool Journal::has_records(const fs::path& dir) {
-  std::ifstream stream(dir / kJournalName, std::ios::binary);
-  std::string header, record;
-  return std::getline(stream, header) && std::getline(stream, record);
-}
-
 std::map<std::string, std::string> Journal::identity(const fs::path& dir) {
   std::ifstream stream(dir / kJournalName, std::ios::binary);
   std::string header;
@@ -148,7 +147,9 @@ void Journal::append(const StepRecord& record) {
                     fmt::format("cannot be opened ({})", std::strerror(errno)));
   try {
     write_all(file, to_json(record).dump() + "\n", file_);
-    ::fdatasync(file);
+    if (::fdatasync(file) != 0)
+      throw UserError(ExitCode::device, file_.string(),
+                      fmt::format("cannot be brought to the disk ({})", std::strerror(errno)));
   } catch (...) {
     ::close(file);
     throw;

@@ -18,7 +18,9 @@ struct FrameRecord {
   std::uint32_t sequence = 0;
   TimeNs timestamp_ns = 0;
   std::uint32_t flags = 0;
-  std::string use;  ///< "0003" (the image it went into), "settling", "stale", "repeated", a fault's name
+  std::string use;    ///< "0003" (the image it went into), "settling", "stale", "repeated", a fault's name
+  Shown shown = {};   ///< its pattern: tried again, a step has several
+  bool good = false;  ///< it went into an image; not kept in the journal
 };
 
 /// A finished step: its images are on disk.
@@ -41,8 +43,6 @@ class Journal {
   /// damaged one, UserError(usage) when `identity` is another than it was begun with.
   static Journal resume(const std::filesystem::path& dir, const std::map<std::string, std::string>& identity);
 
-  /// A recording was begun and has something to lose.
-  static bool has_records(const std::filesystem::path& dir);
   /// What the recording in that folder was begun with; empty when there is none. Throws UserError(input).
   static std::map<std::string, std::string> identity(const std::filesystem::path& dir);
   /// For a recording that is complete.

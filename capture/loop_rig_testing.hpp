@@ -4,6 +4,7 @@
 #pragma once
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,7 @@ struct LoopWorld {
   int calls = 0;
   int signal_missing = 0;  ///< check_input() calls that still see none
   bool gone = false;
+  std::optional<double> exposure_step_ms;  ///< the cameras have an exposure control with that step
 };
 
 class LoopCamera : public CameraDevice {
@@ -88,6 +90,10 @@ class LoopCamera : public CameraDevice {
     return frame;
   }
   TimeNs now_ns() const override { return world_->now_ns; }
+  double set_exposure_ms(double exposure_ms) override {
+    if (!world_->exposure_step_ms) return CameraDevice::set_exposure_ms(exposure_ms);
+    return std::round(exposure_ms / *world_->exposure_step_ms) * *world_->exposure_step_ms;
+  }
 
   static constexpr double kPeriodMs = 10.0;
 

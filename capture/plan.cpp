@@ -14,6 +14,7 @@ namespace fringetwin::capture {
 namespace {
 
 constexpr int kMostFrames = 10'000;
+constexpr int kFramesAtOnce = 16;  ///< of dark and flat frames
 
 std::string number_name(int number) { return fmt::format("{:04d}", number); }
 
@@ -30,10 +31,13 @@ void check_range(const char* option, double value, double low, double high) {
     throw UserError(ExitCode::usage, option, fmt::format("must be {} to {}, is {}", low, high, value));
 }
 
-Step plain_frames(const Pattern& pattern, const std::string& folder, int n) {
-  Step step{pattern, std::nullopt, 1, {}};
-  for (int i = 0; i < n; ++i) step.pictures.push_back({folder, number_name(i)});
-  return step;
+/// Single frames of an even field, some at a time: they are held in memory until they are written.
+void add_plain_frames(std::vector<Step>& steps, const Pattern& pattern, const std::string& set,
+                      std::optional<double> exposure_ms, int n) {
+  for (int i = 0; i < n; ++i) {
+    if (i % kFramesAtOnce == 0) steps.push_back({pattern, exposure_ms, 1, false, {}});
+    steps.back().pictures.push_back({set + (set.empty() ? "" : "/") + pattern.label, number_name(i)});
+  }
 }
 
 /// The patterns whose images decide what a recording shows, as the projector gets them.
@@ -78,19 +82,20 @@ std::vector<Step> make_steps(const Fringes& fringes, const CapturePlan& plan) {
     patterns.push_back(even_field(1.0, "white"));
     patterns.push_back(even_field(0.0, "black"));
   }
-  if (plan.dark_frames > 0) steps.push_back(plain_frames(even_field(0.0, "dark"), "dark", plan.dark_frames));
   std::vector<std::optional<double>> exposures(plan.exposures_ms.begin(), plan.exposures_ms.end());
   if (exposures.empty()) exposures.emplace_back();
-  for (const auto& exposure_ms : exposures)
+  for (const auto& exposure_ms : exposures) {
+    const std::string set = plan.brackets() ? exposure_folder(*exposure_ms) : "";
+    add_plain_frames(steps, even_field(0.0, "dark"), set, exposure_ms, plan.dark_frames);
     for (const Pattern& pattern : patterns) {
-      Step step{pattern, exposure_ms, plan.average, {}};
+      Step step{pattern, exposure_ms, plan.average, true, {}};
       const std::string name = pattern.index >= 0 ? number_name(pattern.index) : pattern.label;
       for (int repeat = 0; repeat < plan.repeats; ++repeat)
-        step.pictures.push_back(
-            {plan.brackets() ? exposure_folder(*exposure_ms) : repeat_folder(repeat), name});
+        step.pictures.push_back({plan.brackets() ? set : repeat_folder(repeat), name});
       steps.push_back(std::move(step));
     }
-  if (plan.flat_frames > 0) steps.push_back(plain_frames(even_field(1.0, "flat"), "flat", plan.flat_frames));
+    add_plain_frames(steps, even_field(1.0, "flat"), set, exposure_ms, plan.flat_frames);
+  }
   return steps;
 }
 

@@ -13,15 +13,15 @@
 namespace fringetwin::capture {
 
 struct CapturePlan {
-  int settle_frames = 2;              ///< left out after a pattern has come on
-  double latency_ms = 0.0;            ///< from Shown::at_ns until the light has changed (--calibrate-latency)
-  int average = 1;                    ///< frames per image
-  int repeats = 1;                    ///< images per pattern, a set of its own each, for photon transfer
-  std::vector<double> exposures_ms;   ///< empty: as the cameras stand; several: a set each, and one merged
-  bool references = false;            ///< white and black images, also where the sequence needs none
-  int dark_frames = 0;                ///< single frames while the projector shows black, before all others
-  int flat_frames = 0;                ///< the same with white, after all others
-  std::optional<double> max_skew_ms;  ///< between the cameras' frames; default: one frame period
+  int settle_frames = 2;             ///< left out after a pattern has come on
+  double latency_ms = 0.0;           ///< from Shown::at_ns until the light has changed (--calibrate-latency)
+  int average = 1;                   ///< frames per image
+  int repeats = 1;                   ///< images per pattern, a set of its own each, for photon transfer
+  std::vector<double> exposures_ms;  ///< empty: as the cameras stand; several: a set each, and one merged
+  bool references = false;           ///< white and black images, also where the sequence needs none
+  int dark_frames = 0;  ///< single frames while the projector shows black, before all others of an exposure
+  int flat_frames = 0;  ///< the same with white, after all others
+  std::optional<double> max_skew_ms;        ///< between the cameras' frames; default: one frame period
   std::chrono::milliseconds timeout{2000};  ///< for one frame, and for a lost signal to come back
   int attempts = 5;                         ///< at a step before the recording gives up
   bool brackets() const { return exposures_ms.size() > 1; }
@@ -39,6 +39,7 @@ struct Step {
   Pattern pattern;
   std::optional<double> exposure_ms;
   int average = 1;
+  bool in_sequence = true;  ///< false: dark and flat frames
   std::vector<Picture> pictures;
 };
 

@@ -39,14 +39,29 @@ TEST(CapturePlan, BracketsAreASetEachAndNoFileComesTwice) {
   plan.references = true;
   plan.dark_frames = 2;
   const auto all = files(make_steps(twin.fringes, plan));
-  EXPECT_EQ(all.size(), 2u * 10u + 2u);
+  EXPECT_EQ(all.size(), 2u * (10u + 2u));
   EXPECT_THAT(all, ::testing::Contains("exposure_2.5_ms/left/white.png"));
-  EXPECT_THAT(all, ::testing::Contains("dark/left/0001.png"));
+  EXPECT_THAT(all, ::testing::Contains("exposure_10_ms/dark/left/0001.png"));
   EXPECT_EQ(std::set<std::string>(all.begin(), all.end()).size(), all.size());
   const auto sets = recorded_sets(twin.fringes, plan);
   ASSERT_EQ(sets.size(), 3u);
   EXPECT_EQ(sets[0].folder, "");
   EXPECT_EQ(sets[0].exposure_ms, 2.5);  // the merged set is scaled to the shortest
+}
+
+// Dark and flat frames have the exposure of the images, and are written some at a time.
+TEST(CapturePlan, DarkFramesOfOneExposure) {
+  const Twin twin = loop_twin(1);
+  CapturePlan plan;
+  plan.exposures_ms = {2};
+  plan.dark_frames = 40;
+  const auto steps = make_steps(twin.fringes, plan);
+  ASSERT_EQ(steps.size(), 3u + 8u);
+  for (const Step& step : steps) {
+    EXPECT_EQ(step.exposure_ms, 2.0);
+    EXPECT_LE(step.pictures.size(), 16u);
+  }
+  EXPECT_EQ(steps[2].pictures.back().file("left"), "dark/left/0039.png");
 }
 
 TEST(CapturePlan, WhiteAndBlackWhereTheSequenceNeedsThem) {

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture/recording.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 
 #include "capture/exposure_merge.hpp"
+#include "capture/recorded_files.hpp"
+#include "capture/verify_set.hpp"
 #include "twin/capture_set.hpp"
 #include "twin/errors.hpp"
 #include "twin/image_io.hpp"
@@ -27,50 +30,6 @@ std::string identity_digest(const std::map<std::string, std::string>& identity) 
   return sha256_of_text(text);
 }
 
-/// "0000.png", "white.png", "black.png": what a recording writes, and nothing of the user's.
-bool is_recorded_image(const std::string& name) {
-  if (name == "white.png" || name == "black.png") return true;
-  return name.size() >= 8 && name.ends_with(".png") &&
-         std::all_of(name.begin(), name.end() - 4, [](unsigned char c) { return std::isdigit(c) != 0; });
-}
-
-bool is_set_folder(const std::string& name) {
-  return name.starts_with("repeat_") || (name.starts_with("exposure_") && name.ends_with("_ms")) ||
-         name == "dark" || name == "flat";
-}
-
-std::vector<fs::path> set_folders(const fs::path& dir) {
-  std::vector<fs::path> folders = {dir};
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(dir, error))
-    if (entry.is_directory(error) && is_set_folder(entry.path().filename().string()))
-      folders.push_back(entry.path());
-  return folders;
-}
-
-/// Removes, in the cameras' folders, the files whose name `is_it`.
-void remove_images(const fs::path& dir, const Twin& twin, bool (*is_it)(const std::string&)) {
-  std::error_code error;
-  for (const fs::path& folder : set_folders(dir))
-    for (const Camera& camera : twin.cameras) {
-      std::vector<fs::path> found;
-      for (const auto& entry : fs::directory_iterator(folder / camera.name, error))
-        if (is_it(entry.path().filename().string())) found.push_back(entry.path());
-      for (const fs::path& file : found) fs::remove(file, error);
-    }
-}
-
-void remove_left_overs(const fs::path& dir, const Twin& twin) {
-  remove_images(dir, twin, is_temporary_name);
-  std::error_code error;
-  for (const fs::path& folder : set_folders(dir)) {
-    std::vector<fs::path> found;
-    for (const auto& entry : fs::directory_iterator(folder, error))
-      if (is_temporary_name(entry.path().filename().string())) found.push_back(entry.path());
-    for (const fs::path& file : found) fs::remove(file, error);
-  }
-}
-
 StepRecord write_images(const fs::path& dir, StepRecord record, const std::vector<RecordedImage>& images,
                         Journal* journal) {
   for (const RecordedImage& image : images) {
@@ -85,8 +44,8 @@ std::string frames_csv(const std::vector<StepRecord>& records) {
   std::string text = "step,pattern,shown_ns,display_sequence,camera,sequence,timestamp_ns,flags,use\n";
   for (const StepRecord& r : records)
     for (const FrameRecord& f : r.frames)
-      text += fmt::format("{},{},{},{},{},{},{},0x{:x},{}\n", r.step, r.pattern, r.shown.at_ns,
-                          r.shown.sequence, f.camera, f.sequence, f.timestamp_ns, f.flags, f.use);
+      text += fmt::format("{},{},{},{},{},{},{},0x{:x},{}\n", r.step, r.pattern, f.shown.at_ns,
+                          f.shown.sequence, f.camera, f.sequence, f.timestamp_ns, f.flags, f.use);
   return text;
 }
 
@@ -102,46 +61,62 @@ Recording::Recording(const fs::path& dir, const Twin& twin, const CapturePlan& p
   take_over_records();
 }
 
-void Recording::refuse_existing(bool has_journal) const {
-  if (has_journal)
-    throw UserError(ExitCode::usage, dir_.string(), "holds an unfinished recording",
-                    "go on with --resume, or begin anew with --overwrite");
-  if (fs::exists(dir_ / kTomlName))
-    throw UserError(ExitCode::usage, dir_.string(), "holds a capture set already",
-                    "choose another folder, or replace it with --overwrite");
-  for (const Camera& camera : twin_.cameras) {
-    const fs::path first = dir_ / camera.name / "0000.png";
-    if (fs::exists(first))
-      throw UserError(ExitCode::usage, first.string(), "is there already, and no journal says whose it is",
-                      "choose another folder, or replace it with --overwrite");
+namespace {
+
+[[noreturn]] void refuse(const fs::path& where, const std::string& what) {
+  throw UserError(ExitCode::usage, where.string(), what,
+                  "choose another folder, or replace it with --overwrite");
+}
+
+bool is_of_plan(const fs::path& dir, const Twin& twin, const CapturePlan& plan) {
+  const int n_images = static_cast<int>(expand_sequence(twin.fringes).size());
+  const auto provenance = read_capture_set(dir, n_images).provenance;
+  const auto digest = provenance.find("plan_sha256");
+  return digest != provenance.end() && digest->second == identity_digest(plan_identity(twin, plan));
+}
+
+void check_complete(const fs::path& dir, const Twin& twin) {
+  std::error_code ignored;
+  fs::remove(dir / kJournalName, ignored);  // a kill came between the two
+  const SetCheck check = verify_set(dir, &twin);
+  if (!check.passed())
+    throw UserError(ExitCode::input, check.findings.front(), "the set was complete once",
+                    "restore it from a copy, or record it again with --overwrite");
+}
+
+}  // namespace
+
+Found Recording::look_into(const fs::path& dir, const Twin& twin, const CapturePlan& plan,
+                           Existing existing) {
+  if (existing == Existing::overwrite) return Found::nothing;
+  const bool has_journal = fs::exists(dir / kJournalName), has_toml = fs::exists(dir / kTomlName);
+  if (existing == Existing::resume && has_toml && is_of_plan(dir, twin, plan)) {
+    check_complete(dir, twin);
+    return Found::complete;
   }
+  // Beside an older set: --overwrite was killed.
+  if (existing == Existing::resume && has_journal) return Found::unfinished;
+  if (existing == Existing::resume && has_toml) refuse(dir, "holds a complete set recorded otherwise");
+  if (has_toml) refuse(dir, "holds a capture set already");
+  const std::vector<std::string> images = recorded_images(dir, twin);
+  if (images.empty()) return Found::nothing;
+  if (has_journal)
+    throw UserError(ExitCode::usage, dir.string(), "holds an unfinished recording",
+                    "go on with --resume, or begin anew with --overwrite");
+  refuse(dir / images.front(), "is there already, and no journal says whose it is");
 }
 
 Journal Recording::open(Existing existing) {
-  const bool has_journal = Journal::has_records(dir_), has_toml = fs::exists(dir_ / kTomlName);
-  if (existing == Existing::resume && has_toml) {
-    const int n_images = static_cast<int>(expand_sequence(twin_.fringes).size());
-    const auto provenance = read_capture_set(dir_, n_images).provenance;
-    const auto plan = provenance.find("plan_sha256");
-    if (plan == provenance.end() || plan->second != identity_digest(identity_))
-      throw UserError(ExitCode::usage, dir_.string(), "holds a complete set recorded otherwise",
-                      "choose another folder, or replace it with --overwrite");
-    complete_ = true;
-    std::error_code ignored;
-    fs::remove(dir_ / kJournalName, ignored);  // a kill came between the two
-    return Journal::none();
-  }
-  if (existing == Existing::resume && has_journal) return Journal::resume(dir_, identity_);
-  if (existing != Existing::overwrite) refuse_existing(has_journal);
+  const Found found = look_into(dir_, twin_, plan_, existing);
+  complete_ = found == Found::complete;
+  if (complete_) return Journal::none();
   std::error_code error;
   fs::create_directories(dir_, error);
-  if (existing == Existing::overwrite) {
-    fs::remove(dir_ / kTomlName, error);  // first: what is half removed is no set
-    fs::remove(dir_ / kJournalName, error);
-    for (const fs::path& folder : set_folders(dir_)) fs::remove(folder / kTomlName, error);
-    remove_images(dir_, twin_, is_recorded_image);
-  }
-  return Journal::begin(dir_, identity_);
+  // The journal before what it replaces goes: --resume can go on at any moment.
+  Journal journal =
+      found == Found::unfinished ? Journal::resume(dir_, identity_) : Journal::begin(dir_, identity_);
+  for (const fs::path& folder : set_folders(dir_)) fs::remove(folder / kTomlName, error);
+  return journal;
 }
 
 void Recording::take_over_records() {
@@ -161,6 +136,13 @@ void Recording::take_over_records() {
     done_.insert(step);
     for (const auto& [file, sum] : record.sha256) sha256_[file] = sum;
   }
+  if (complete_) return;
+  // Of an overwritten set, or of the step that was broken off.
+  for (const std::string& file : recorded_images(dir_, twin_)) {
+    std::error_code ignored;
+    if (!sha256_.contains(file)) fs::remove(dir_ / file, ignored);
+  }
+  remove_temporary_files(dir_, twin_);
 }
 
 void Recording::store(StepRecord record, std::vector<RecordedImage> images) {
@@ -174,7 +156,12 @@ void Recording::store(StepRecord record, std::vector<RecordedImage> images) {
 
 void Recording::flush() {
   if (!pending_.valid()) return;
-  const StepRecord record = pending_.get();
+  StepRecord record;
+  try {
+    record = pending_.get();
+  } catch (const UserError& error) {  // a full disk
+    throw UserError(ExitCode::device, "", error.what(), "what is recorded is kept, go on with --resume");
+  }
   done_.insert(record.step);
   for (const auto& [file, sum] : record.sha256) sha256_[file] = sum;
 }
@@ -185,7 +172,7 @@ void Recording::merge_brackets() {
     std::vector<std::string> names;
     std::map<double, std::string> folders;
     for (const Step& step : steps) {
-      if (!step.exposure_ms) continue;  // dark, flat
+      if (!step.in_sequence) continue;
       folders[*step.exposure_ms] = step.pictures.front().set;
       if (*step.exposure_ms == plan_.exposures_ms.front()) names.push_back(step.pictures.front().name);
     }
@@ -226,11 +213,19 @@ void Recording::write_set(const RecordedSet& set, std::map<std::string, std::str
   write_capture_toml(dir_ / set.folder, pointers, provenance, "png");
 }
 
+// A power cut must not leave a capture.toml, or no journal, before the images are on the disk.
+void Recording::sync() const {
+  const int folder = ::open(dir_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return;
+  ::syncfs(folder);
+  ::close(folder);
+}
+
 void Recording::finish(const std::map<std::string, std::string>& provenance) {
   flush();
   if (plan_.brackets()) merge_brackets();
   write_text_file(dir_ / kFramesName, frames_csv(journal_.records()));
-  remove_left_overs(dir_, twin_);
+  remove_temporary_files(dir_, twin_);
   const std::vector<RecordedSet> sets = recorded_sets(twin_.fringes, plan_);
   std::vector<std::string> others;
   for (const RecordedSet& set : sets) {
@@ -239,10 +234,12 @@ void Recording::finish(const std::map<std::string, std::string>& provenance) {
     others.push_back(set.folder);
   }
   std::map<std::string, std::string> all = provenance;
-  all["plan_sha256"] = identity_digest(identity_);
+  all["plan_sha256"] = identity_digest(plan_identity(twin_, plan_));
   all[std::string("sha256.") + kFramesName] = sha256_of_file(dir_ / kFramesName);
   if (!others.empty()) all["sets"] = fmt::format("{}", fmt::join(others, " "));
+  sync();
   write_set(sets.front(), all);
+  sync();
   journal_.remove();
   complete_ = true;
 }

@@ -16,6 +16,7 @@
 namespace fringetwin::capture {
 
 enum class Existing { refuse, resume, overwrite };
+enum class Found { nothing, unfinished, complete };
 
 /// An image of one camera, to be written to `file` (relative to the folder).
 struct RecordedImage {
@@ -26,6 +27,11 @@ struct RecordedImage {
 
 class Recording {
  public:
+  /// What the folder holds, before anything is opened or changed; images of a complete set are checked.
+  /// Throws UserError(usage) when it holds something that `existing` does not allow to go on with.
+  static Found look_into(const std::filesystem::path& dir, const Twin& twin, const CapturePlan& plan,
+                         Existing existing);
+
   /// `identity`: plan_identity() and what else must not change before a --resume.
   /// Makes the folder and its journal, or reads what is there. Throws UserError(usage) when the folder holds
   /// a recording and `existing` is refuse, or another one when it is resume.
@@ -53,9 +59,9 @@ class Recording {
 
  private:
   Journal open(Existing existing);
-  void refuse_existing(bool has_journal) const;
   void take_over_records();
   void merge_brackets();
+  void sync() const;
   void write_set(const RecordedSet& set, std::map<std::string, std::string> provenance) const;
 
   std::filesystem::path dir_;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <thread>
 
 #include "capture/streams.hpp"
@@ -17,6 +18,7 @@ using Clock = std::chrono::steady_clock;
 
 /// Frames that a camera may still have taken with the exposure before, besides the settling ones.
 constexpr int kFramesAfterExposureChange = 4;
+constexpr double kExposureTolerance = 1e-3;  ///< relative: below any noise that an image shows
 
 std::string exposure_key(const RigCamera& camera) { return "exposure_ms " + camera.name; }
 
@@ -29,6 +31,15 @@ std::optional<double> slowest_period_ms(const Rig& rig) {
     slowest = std::max(slowest, *period);
   }
   return slowest;
+}
+
+/// Sets and file names carry the exposure: a control's step must not change it unsaid.
+void set_exposure_exactly(CameraDevice& device, double exposure_ms) {
+  const double got_ms = device.set_exposure_ms(exposure_ms);
+  if (std::abs(got_ms - exposure_ms) > kExposureTolerance * exposure_ms)
+    throw UserError(ExitCode::device, device.info().device,
+                    fmt::format("cannot be exposed for {} ms, the nearest is {} ms", exposure_ms, got_ms),
+                    fmt::format("ask for --exposure-ms {}", got_ms));
 }
 
 class Session {
@@ -60,26 +71,34 @@ class Session {
     record.step = number;
     record.pattern = step.pattern.label;
     for (record.attempts = 1;; ++record.attempts) {
+      const std::size_t earlier = record.frames.size();
       try {
         set_exposure(step);
         keep(step, show_and_grab(step, &record), record);
         return;
       } catch (const DeviceFault& fault) {
+        give_up_frames(record, earlier);
         ++summary_.retries;
         recover(fault, step, record.attempts);
       }
     }
   }
 
+  /// Whatever images the frames of this attempt would have gone into are taken anew.
+  static void give_up_frames(StepRecord& record, std::size_t first) {
+    for (std::size_t i = first; i < record.frames.size(); ++i)
+      if (record.frames[i].good) record.frames[i].use = "given up";
+  }
+
   void set_exposure(const Step& step) {
     if (!step.exposure_ms || step.exposure_ms == exposure_ms_) return;
-    for (const RigCamera& camera : rig_) camera.device->set_exposure_ms(*step.exposure_ms);
-    exposure_ms_ = step.exposure_ms;
+    for (const RigCamera& camera : rig_) set_exposure_exactly(*camera.device, *step.exposure_ms);
     for (const RigCamera& camera : rig_) {
       camera.device->drain();
       for (int i = 0; i < kFramesAfterExposureChange; ++i)
         camera.device->next_frame(plan_.timeout, CameraDevice::Pixels::drop);
     }
+    exposure_ms_ = step.exposure_ms;
   }
 
   Grabbed show_and_grab(const Step& step, StepRecord* record) {
@@ -129,6 +148,8 @@ class Session {
         streams_.restart();
       } catch (const DeviceFault& still) {
         if (still.kind() == DeviceFault::Kind::gone) give_up(still, step);
+      } catch (const UserError& refused) {
+        warn(refused.what());  // the next try finds no stream, and counts
       }
     }
   }

@@ -5,6 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <sstream>
+
 #include "capture/loop_rig_testing.hpp"
 #include "capture/verify_set.hpp"
 #include "twin/image_io.hpp"
@@ -105,7 +108,6 @@ TEST_F(Session, LostRepeatedAndCorruptFramesAreCountedAndReplaced) {
                        {26, LoopFault::repeated},
                        {27, LoopFault::repeated},
                        {40, LoopFault::error_flag}};
-  plan.max_skew_ms = 25.0;  // a lost frame puts the pair one period apart
   const SessionSummary summary = record(twin, rig, plan);
   EXPECT_EQ(summary.lost_frames, 1u);
   EXPECT_EQ(summary.corrupt_frames, 2);
@@ -115,6 +117,76 @@ TEST_F(Session, LostRepeatedAndCorruptFramesAreCountedAndReplaced) {
   EXPECT_THAT(frames, HasSubstr("error flag"));
   EXPECT_THAT(frames, HasSubstr("repeated"));
   EXPECT_THAT(frames, HasSubstr("0x40"));
+}
+
+// Frames of a try that came to nothing went into no image.
+TEST_F(Session, FramesCsvNamesWhatWentIntoEachImage) {
+  const Twin twin = loop_twin(2);
+  LoopRig rig(twin);
+  CapturePlan plan = plan_for_loop();
+  plan.average = 3;
+  rig.world->faults = {{8, LoopFault::stream}, {30, LoopFault::timeout}};
+  EXPECT_EQ(record(twin, rig, plan).retries, 2);
+  std::istringstream frames(test_tools::read_file(scratch_ / "set/frames.csv"));
+  std::map<std::string, int> used;
+  int given_up = 0;
+  for (std::string line; std::getline(frames, line);) {
+    std::vector<std::string> fields;
+    std::istringstream row(line);
+    for (std::string field; std::getline(row, field, ',');) fields.push_back(field);
+    ASSERT_EQ(fields.size(), 9u) << line;
+    given_up += fields[8] == "given up" ? 1 : 0;
+    if (fields[8].starts_with("000")) ++used[fields[4] + fields[8]];
+  }
+  EXPECT_EQ(used.size(), 16u);
+  for (const auto& [image, n] : used) EXPECT_EQ(n, 3) << image;
+  EXPECT_GT(given_up, 0);
+}
+
+// Two free-running cameras of which one loses every fifth frame: its later frames are still near to some of
+// the other's.
+TEST_F(Session, LostFramesDoNotDriveTheCamerasApart) {
+  const Twin twin = loop_twin(2);
+  LoopRig rig(twin);
+  CapturePlan plan = plan_for_loop();
+  plan.average = 20;
+  plan.attempts = 20;
+  for (int call = 3; call < 1000; call += 10) rig.world->faults[call] = LoopFault::lost;
+  const SessionSummary summary = record(twin, rig, plan);
+  EXPECT_EQ(summary.retries, 0);
+  EXPECT_GT(summary.lost_frames, 10u);
+  EXPECT_LE(summary.worst_skew_ms, 5.0 + 1e-9);  // half a period
+  expect_whole(twin);
+}
+
+TEST_F(Session, CamerasTooFarApartAreAFault) {
+  const Twin twin = loop_twin(2);
+  LoopRig rig(twin);
+  CapturePlan plan = plan_for_loop();
+  plan.max_skew_ms = 2.9;  // the loop's cameras are 3 ms apart
+  try {
+    record(twin, rig, plan);
+    FAIL();
+  } catch (const UserError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("frames are 3.00 ms apart, more than the 2.90 ms allowed"));
+  }
+}
+
+TEST_F(Session, AnExposureTheCameraCannotTakeIsRefused) {
+  const Twin twin = loop_twin(1);
+  LoopRig rig(twin);
+  rig.world->exposure_step_ms = 0.1;
+  CapturePlan plan = plan_for_loop();
+  plan.exposures_ms = {0.25};
+  try {
+    record(twin, rig, plan);
+    FAIL();
+  } catch (const UserError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("cannot be exposed for 0.25 ms, the nearest is 0.3"));
+  }
+  plan.exposures_ms = {0.3};
+  record(twin, rig, plan, Existing::overwrite);
+  expect_whole(twin);
 }
 
 TEST_F(Session, BrokenStreamsTimeoutsAndLostSignalsAreTriedAgain) {

@@ -227,8 +227,14 @@ void V4l2Controls::turn_off_automatics(const std::set<std::uint32_t>& kept) cons
     if (control == nullptr || !control->writable() || kept.contains(automatic.id)) continue;
     const auto off = std::find_if(automatic.off.begin(), automatic.off.end(),
                                   [&](std::int64_t value) { return has_value(*control, value); });
-    // No such value: its least is the nearest to "off" that there is.
-    set(*control, off == automatic.off.end() ? control->min : *off);
+    if (off != automatic.off.end())
+      set(*control, *off);
+    else if (automatic.id == V4L2_CID_EXPOSURE_AUTO)  // its least is fully automatic
+      throw device_.refusal(
+          fmt::format("control '{}' cannot be turned off", control->key),
+          fmt::format("it has {}; name it with --control to record all the same", control->range()));
+    else  // its least is the nearest to "off" that there is
+      set(*control, control->min);
   }
 }
 

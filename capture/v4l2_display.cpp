@@ -28,6 +28,7 @@ V4l2Display::V4l2Display(V4l2DisplayOptions options, std::shared_ptr<V4l2Api> ap
 
 // Drivers want two buffers before they stream.
 void V4l2Display::start() {
+  buffers_.release();
   int result = buffers_.allocate(std::max(options_.buffers, 3u));
   if (result != 0) throw device_.refusal("gives no buffers: " + error_text(result));
   queued_.assign(buffers_.size(), 0);
@@ -87,6 +88,8 @@ bool V4l2Display::take_back(std::chrono::milliseconds timeout) {
 Shown V4l2Display::show(const Pattern& pattern, const ImageF& levels) {
   FT_CHECK(levels.width == agreed_.layout.width && levels.height == agreed_.layout.height,
            "'" + pattern.label + "' has the display's size");
+  if (broken_) start();  // a broken queue comes back with new buffers
+  broken_ = true;        // until this picture is on
   const ImageU16 dn = quantise_levels(levels, agreed_.layout.bit_depth());
   const auto patience = std::chrono::milliseconds(
       std::lround(std::ceil(periods_before_a_copy * agreed_.period_ms.value_or(40.0))));
@@ -98,6 +101,7 @@ Shown V4l2Display::show(const Pattern& pattern, const ImageF& levels) {
       throw DeviceFault(DeviceFault::Kind::stream, device_.path() + ": the picture did not come on in time");
     if (!take_back(patience) || !queued) queued = queue_one(dn) || queued;
   }
+  broken_ = false;
   return last_back_;
 }
 

@@ -35,6 +35,7 @@ class V4l2Display final : public PatternDisplay {
   std::vector<std::uint64_t> queued_;  ///< the picture in each buffer; 0: the buffer is ours
   std::uint64_t picture_ = 0;          ///< counts from 1
   Shown last_back_;
+  bool broken_ = false;
 };
 
 }  // namespace fringetwin::capture

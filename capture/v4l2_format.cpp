@@ -181,6 +181,8 @@ void set_format(const V4l2Device& device, v4l2_buf_type type, const V4l2FormatWi
   agreed.provenance["format"] = traits(format).name;
   agreed.provenance["size"] = fmt::format("{}x{}", pix.width, pix.height);
   agreed.provenance["bytes_per_line"] = std::to_string(agreed.layout.bytes_per_line);
+  if (pix.quantization == V4L2_QUANTIZATION_LIM_RANGE)
+    agreed.provenance["range"] = "limited: white is 235, what is above is not told from saturation";
   agreed.provenance["colorspace"] =
       fmt::format("{}, quantization {}, transfer {}", pix.colorspace, pix.quantization, pix.xfer_func);
 }

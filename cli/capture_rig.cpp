@@ -11,12 +11,15 @@
 #include "capture/simulated_rig.hpp"
 #include "capture/v4l2_camera.hpp"
 #include "cli/flags.hpp"
+#include "compare/provenance.hpp"
 #include "twin/errors.hpp"
 #include "twin/progress.hpp"
 
 namespace fringetwin::cli {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr const char* kTwinPrefix = "twin:";
 
@@ -60,6 +63,9 @@ OpenedRig open_simulated(const Twin& twin, const std::string& file, const RigFla
   for (std::size_t c = 0; c < twin.cameras.size(); ++c)
     opened.cameras.push_back(rig_camera(twin.cameras[c], devices.camera(c)));
   opened.display = devices.display();
+  for (const auto& [input, digest] : compare::sha256_of_files(rig.input_files))
+    opened.identity["rig " + fs::path(input).filename().string()] = digest;
+  opened.identity["seed"] = std::to_string(flags.render.seed);
   return opened;
 }
 
@@ -127,7 +133,16 @@ OpenedRig open_devices(const Twin& twin, const RigFlags& flags) {
     options.controls = controls_of(camera, twin, flags);
     options.buffers = flags.buffers;
     opened.cameras.push_back(rig_camera(camera, std::make_unique<capture::V4l2Camera>(options)));
+    const auto provenance = opened.cameras.back().device->info().provenance;
+    if (const auto range = provenance.find("range"); range != provenance.end())
+      warn(fmt::format("{}: the driver says that its values are {}; prefer GREY or a deeper format",
+                       options.device, range->second));
   }
+  opened.identity = {{"format", flags.format},
+                     {"shift", std::to_string(flags.shift)},
+                     {"gain", flags.gain ? std::to_string(*flags.gain) : ""},
+                     {"rate", flags.rate_hz ? fmt::format("{}", *flags.rate_hz) : ""},
+                     {"control", fmt::format("{}", fmt::join(flags.controls, " "))}};
   const Lens& projector = twin.projector->lens;
   opened.display = capture::open_display(flags.display, projector.width(), projector.height());
   if (!opened.display->info().timed)

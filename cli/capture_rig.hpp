@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The devices that `capture` works with, from its options: V4L2 cameras and a projector, or a twin's.
 #pragma once
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,6 +37,8 @@ void add_rig_flags(CLI::App& sub, RigFlags& flags);
 struct OpenedRig {
   capture::Rig cameras;  ///< order of the twin's cameras
   std::unique_ptr<capture::PatternDisplay> display;
+  /// Options that a recording must be resumed with.
+  std::map<std::string, std::string> identity = {};
 };
 
 /// Throws UserError(usage) for options at odds with the twin, UserError(device) for what a device cannot do.

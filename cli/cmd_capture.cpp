@@ -65,9 +65,9 @@ void print_summary(const CaptureCommand& o, const capture::SessionSummary& summa
 }
 
 /// --auto-exposure and --calibrate-latency, for the recording that follows.
-void prepare(CaptureCommand& o, const OpenedRig& rig) {
+void prepare(CaptureCommand& o, const OpenedRig& rig, bool unfinished) {
   if (o.auto_exposure) {
-    const bool kept = o.resume && restore_exposures(capture::Journal::identity(o.out), rig.cameras);
+    const bool kept = unfinished && restore_exposures(capture::Journal::identity(o.out), rig.cameras);
     if (kept) {
       say("exposures as the recording was begun with");
     } else {
@@ -114,7 +114,7 @@ int run_record(CaptureCommand& o, const Invocation& invocation) {
     const Twin twin = load_projected_twin(o.twin);
     const OpenedRig rig = open_rig(twin, o.rig);
     check_rig(twin, rig.cameras, *rig.display, o.plan);
-    prepare(o, rig);
+    prepare(o, rig, false);
     return static_cast<int>(ExitCode::ok);
   }
   if (o.out.empty()) throw UserError(ExitCode::usage, "capture", "no output folder given", "add --out DIR");
@@ -125,16 +125,18 @@ int run_record(CaptureCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
   const Twin twin = load_projected_twin(o.twin);
   check_plan(o.plan);
-  const OpenedRig rig = open_rig(twin, o.rig);
-  check_rig(twin, rig.cameras, *rig.display, o.plan);
-  prepare(o, rig);
-  // Only now: devices that do not fit leave an older recording as it is.
-  capture::Recording recording(o.out, twin, o.plan, recording_identity(twin, rig.cameras, o.plan),
-                               o.existing());
-  if (recording.complete()) {
+  const capture::Found found = capture::Recording::look_into(o.out, twin, o.plan, o.existing());
+  if (found == capture::Found::complete) {
     say("nothing left to do: " + o.out + " holds the complete set");
     return static_cast<int>(ExitCode::ok);
   }
+  const OpenedRig rig = open_rig(twin, o.rig);
+  check_rig(twin, rig.cameras, *rig.display, o.plan);
+  prepare(o, rig, found == capture::Found::unfinished);
+  std::map<std::string, std::string> identity = recording_identity(twin, rig.cameras, o.plan);
+  identity.insert(rig.identity.begin(), rig.identity.end());
+  // Only now: devices that do not fit leave an older recording as it is.
+  capture::Recording recording(o.out, twin, o.plan, identity, o.existing());
   std::string command;
   for (const std::string& word : invocation.argv) command += (command.empty() ? "" : " ") + word;
   const std::map<std::string, std::string> provenance = {

@@ -15,13 +15,28 @@ namespace {
 // Image numbers of the two reference images, far from any sequence index.
 constexpr std::uint32_t white_image = 0xFFFFFFFEu, black_image = 0xFFFFFFFFu;
 
-/// One standard normal deviate per counter (Box-Muller, 53-bit radius).
-double standard_normal(const PhiloxCounter& counter, const PhiloxKey& key) {
-  const PhiloxCounter w = philox4x32(counter, key);
+/// In (0, 1): the share of normal deviates that are larger than this one in magnitude, or more.
+double radius_share(const PhiloxCounter& w) {
   const std::uint64_t bits = (std::uint64_t{w[0]} << 32) | w[1];
-  const double u = (static_cast<double>(bits >> 11) + 0.5) * 0x1p-53;  // (0, 1)
+  return (static_cast<double>(bits >> 11) + 0.5) * 0x1p-53;
+}
+
+/// One standard normal deviate from the words of a counter (Box-Muller, 53-bit radius).
+double standard_normal(const PhiloxCounter& w) {
+  const double u = radius_share(w);
   const double angle = 2.0 * std::numbers::pi * static_cast<double>(w[2]) * 0x1p-32;
   return std::sqrt(-2.0 * std::log(u)) * std::cos(angle);
+}
+
+/// Most pixels of most images are dark, and the noise of most dark pixels is less than the rounding: their
+/// deviates, |n| <= sqrt(-2 ln u), need not be worked out where u says so.
+double share_lost_in_rounding(double dark_dn, double sigma_dn, double max_dn) {
+  const double level = std::floor(dark_dn + 0.5);
+  double room = HUGE_VAL;
+  if (level > 0.0) room = dark_dn - (level - 0.5);
+  if (level < max_dn) room = std::min(room, level + 0.5 - dark_dn);
+  constexpr double rounding = 1.0 + 1e-9;  // of the deviate's own arithmetic
+  return std::exp(-0.5 * std::pow(room / (rounding * sigma_dn), 2));
 }
 
 }  // namespace
@@ -51,15 +66,26 @@ ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed
     }
     return gray;
   }
+  const float dark = stored(sensor.black_level_dn);
+  const double dark_sigma = std::sqrt(read_variance);
+  const double lost = share_lost_in_rounding(sensor.black_level_dn, dark_sigma, max_dn);
 #pragma omp parallel for schedule(static)
   for (std::int64_t i = 0; i < n; ++i) {
     const auto pixel = static_cast<std::size_t>(i);
+    if (irradiance.data[pixel] == 0.0F && dark_sigma == 0.0) {
+      gray.data[pixel] = dark;
+      continue;
+    }
     const double signal = sensor.gain_dn * static_cast<double>(irradiance.data[pixel]);
     const double variance = std::max(0.0, signal) * shot_per_signal + read_variance;
     const PhiloxCounter counter{static_cast<std::uint32_t>(pixel),
                                 static_cast<std::uint32_t>(std::uint64_t{pixel} >> 32), image, camera};
-    gray.data[pixel] =
-        stored(signal + sensor.black_level_dn + std::sqrt(variance) * standard_normal(counter, key));
+    const PhiloxCounter words = philox4x32(counter, key);
+    if (irradiance.data[pixel] == 0.0F && radius_share(words) > lost) {
+      gray.data[pixel] = dark;
+      continue;
+    }
+    gray.data[pixel] = stored(signal + sensor.black_level_dn + std::sqrt(variance) * standard_normal(words));
   }
   return gray;
 }

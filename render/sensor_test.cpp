@@ -136,6 +136,23 @@ TEST(Expose, ShotAndReadNoiseEachAlone) {
                 4.5 * 9 * std::sqrt(2 / n_pixels));
 }
 
+// The least irradiance above 0 takes the way of lit pixels and has the values of a dark one.
+TEST(Expose, DarkPixelsAreWhatTheFormulaSays) {
+  const ImageF dark(300, 200, 0.0F), nearly(300, 200, std::numeric_limits<float>::denorm_min());
+  int noisy = 0;
+  for (const double black : {0.0, 0.3, 0.49999, 3.5, 10.0, 12.8, 254.4, 255.0})
+    for (const double read : {0.0, 0.05, 0.1, 0.13, 0.3, 2.0}) {
+      Sensor sensor;
+      sensor.black_level_dn = black;
+      sensor.electrons_per_dn = 40.0;
+      sensor.read_noise_dn = read;
+      const ImageF a = expose(dark, sensor, 7, 0, 3), b = expose(nearly, sensor, 7, 0, 3);
+      ASSERT_EQ(a.data, b.data) << black << ' ' << read;
+      for (const float v : a.data) noisy += v == a.data[0] ? 0 : 1;
+    }
+  EXPECT_GT(noisy, 100000) << "some of them have noise";
+}
+
 TEST(Expose, SaturationClipsTheUpperHalfOfTheNoise) {
   const Sensor sensor = make_sensor(8, 1.0, 0.0, {}, 4.0);
   const ImageF image = expose(uniform(255.0), sensor, 5, 0, 0);

@@ -38,13 +38,13 @@ double scrambled(std::uint32_t x, std::uint64_t seed, std::uint32_t dimension, s
   return unit(x ^ turned, fine);
 }
 
-/// At t in [0, 1], both ends exact.
-double along(const Range& range, double t) {
-  if (t == 0.0) return range.first;
-  if (t == 1.0) return range.last;
-  const double value = range.log
-                           ? std::pow(10.0, std::log10(range.first) * (1.0 - t) + std::log10(range.last) * t)
-                           : range.first + (range.last - range.first) * t;
+/// At the share i / n of the way: both ends exact, whole steps whole.
+double along(const Range& range, double i, double n) {
+  if (i == 0.0) return range.first;
+  if (i == n) return range.last;
+  const double value =
+      range.log ? std::pow(10.0, (std::log10(range.first) * (n - i) + std::log10(range.last) * i) / n)
+                : range.first + (range.last - range.first) * i / n;
   return std::clamp(value, range.first, range.last);
 }
 
@@ -128,13 +128,12 @@ std::vector<std::string> listed_values(const Variation& variation) {
   if (!variation.range) return variation.values;
   std::vector<std::string> values;
   const int count = variation.range->count.value_or(0);
-  for (int i = 0; i < count; ++i)
-    values.push_back(number_text(along(*variation.range, static_cast<double>(i) / (count - 1))));
+  for (int i = 0; i < count; ++i) values.push_back(number_text(along(*variation.range, i, count - 1)));
   return values;
 }
 
 std::string value_at(const Variation& variation, double u) {
-  if (variation.range) return number_text(along(*variation.range, u));
+  if (variation.range) return number_text(along(*variation.range, u, 1.0));
   const auto n = variation.values.size();
   return variation.values[std::min(static_cast<std::size_t>(u * static_cast<double>(n)), n - 1)];
 }

@@ -120,6 +120,9 @@ TEST(Design, RangesReachBothEnds) {
   EXPECT_THAT(listed_values(range("a", 8, 40, 5)), ElementsAre("8", "16", "24", "32", "40"));
   EXPECT_THAT(listed_values(range("a", 0.1, 0.3, 3)), ElementsAre("0.1", "0.2", "0.3"));
   EXPECT_THAT(listed_values(range("a", 1, 1000, 4, true)), ElementsAre("1", "10", "100", "1000"));
+  for (int last = 1; last < 200; ++last)
+    EXPECT_EQ(listed_values(range("a", 0, last, last + 1))[static_cast<std::size_t>(last * 2 / 3)],
+              std::to_string(last * 2 / 3));
   EXPECT_EQ(value_at(range("a", 1, 100, std::nullopt, true), 0.5), "10");
   EXPECT_EQ(value_at(range("a", -1, 3, std::nullopt), 0.375), "0.5");
   const Variation depths = values({"d"}, {"8", "10", "12"});

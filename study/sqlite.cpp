@@ -82,8 +82,8 @@ void Database::fail(int code) const {
              "what is stored is safe: run the command again when that process has ended");
     case SQLITE_FULL:
     case SQLITE_IOERR:
-      refuse(fmt::format("cannot be written ({}): is the disk full?", said),
-             "what is stored is safe: make room and run the command again");
+      refuse(fmt::format("cannot be written ({})", said),
+             "what is stored is safe: if the disk is full, make room and run the command again");
     default:
       refuse(fmt::format("SQLite says: {}", said), "what is stored is safe");
   }

@@ -110,6 +110,27 @@ void read_sampling(const TomlTable& root, StudyFile* study) {
                                   render::kSobolDimensions));
 }
 
+Settings settings_with_strings(const Settings& settings) {
+  Settings strings;
+  for (const auto& [key, text] : settings)
+    if (text.find('"') != std::string::npos) strings[key] = text;
+  return strings;
+}
+
+/// What the twin has read, and what its objects will be read from. A file that is missing fails its points.
+std::vector<fs::path> files_of(const Twin& twin) {
+  std::vector<fs::path> files = twin.input_files;
+  const auto take = [&](const fs::path& file) {
+    std::error_code error;
+    if (fs::is_regular_file(file, error)) files.push_back(file);
+  };
+  for (const Object& object : twin.objects) {
+    if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) take(mesh->file);
+    if (const auto* plane = std::get_if<PlaneShape>(&object.shape)) take(plane->albedo_file);
+  }
+  return files;
+}
+
 }  // namespace
 
 StudyFile load_study(const fs::path& file) {
@@ -167,20 +188,19 @@ StudyIdentity check_study(const StudyFile& study, const std::vector<StudyPoint>&
   StudyIdentity identity;
   for (const auto& [key, text] : study.content) identity.study += fmt::format("{} = {}\n", key, text);
   std::set<fs::path> files;
+  std::set<Settings> seen;  // what names files
   bool readable = false;
   std::optional<UserError> first_fault;
   const Settings* tried = nullptr;
   for (const StudyPoint& point : points) {
     if (tried != nullptr && *tried == point.settings) continue;  // another noise seed
     tried = &point.settings;
-    const bool has_string =
-        std::any_of(point.settings.begin(), point.settings.end(),
-                    [](const auto& setting) { return setting.second.find('"') != std::string::npos; });
-    if (readable && !has_string) continue;
+    const Settings strings = settings_with_strings(point.settings);
+    if (readable && (strings.empty() || seen.contains(strings))) continue;
     try {
-      Twin twin = load_twin(study.twin, point.settings);
-      load_meshes(twin);
-      files.insert(twin.input_files.begin(), twin.input_files.end());
+      const std::vector<fs::path> read = files_of(load_twin(study.twin, point.settings));
+      files.insert(read.begin(), read.end());
+      seen.insert(strings);
       readable = true;
     } catch (const UnknownKey&) {
       throw;

@@ -52,7 +52,7 @@ StudyFile load_study(const std::filesystem::path& file);
 /// What a study's results come from; two that are equal give the same table.
 struct StudyIdentity {
   std::string study;                          ///< its content, a line per key
-  std::map<std::string, std::string> inputs;  ///< file -> SHA-256: the twin and every file it reads
+  std::map<std::string, std::string> inputs;  ///< file -> SHA-256: the twin and every file it names
   std::string digest() const;                 ///< of the content and the files' bytes, not of their names
 };
 /// Loads the twin with the settings of the first point that can be read, and of every point that sets a

@@ -222,7 +222,7 @@ TEST_F(StudyStoreTest, AFullDiskLosesNothingThatWasStored) {
   });
   ASSERT_EQ(end_of(child), 0);
   const std::string message = test_tools::read_file(told);
-  EXPECT_THAT(message, AllOf(HasSubstr("study.db: cannot be written"), HasSubstr("is the disk full?"),
+  EXPECT_THAT(message, AllOf(HasSubstr("study.db: cannot be written"), HasSubstr("if the disk is full"),
                              HasSubstr("what is stored is safe")));
   const auto stored = std::stoll(message);
   EXPECT_GT(stored, 0);

@@ -104,6 +104,12 @@ void install_cancel_handler() {
   // RESETHAND: the second Ctrl-C meets the default action and kills.
   action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;
   FT_CHECK(sigaction(SIGINT, &action, nullptr) == 0, "cannot install the SIGINT handler");
+  // The end of a session or a terminal: devices are put back as they were. Not where nohup has it ignored.
+  for (const int signal : {SIGTERM, SIGHUP}) {
+    struct sigaction before = {};
+    if (sigaction(signal, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
+      FT_CHECK(sigaction(signal, &action, nullptr) == 0, "cannot install a signal's handler");
+  }
 }
 
 bool cancelled() noexcept { return cancel_requested.load(); }

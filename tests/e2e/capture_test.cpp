@@ -158,6 +158,97 @@ TEST(CaptureCommand, LatencyAndExposureAreFoundAndUsed) {
                  {"exclude each other"});
 }
 
+/// The program dies before the n-th step that changes the folder (tests/e2e/die_at.cpp).
+RunResult die_at(int n, std::vector<std::string> args) {
+  return run_fringetwin(
+      args,
+      {"LD_PRELOAD=" +
+           (fs::path(std::getenv("FRINGETWIN_BINARY")).parent_path() / "tests" / "libdie_at.so").string(),
+       "DIE_AT=" + std::to_string(n)});
+}
+
+// At every single moment between two changes of the folder, for sets with all that a recording can have.
+TEST(CaptureCommand, KilledBetweenAnyTwoChangesItIsWholeOrResumes) {
+  FT_NEED_DEVICE();
+  const fs::path dir = scratch_folder("capture_die");
+  write_file(
+      dir / "twin.toml",
+      small_twin({{"pitches_px = [13, 14, 15]\nsteps = 4", "pitches_px = [15]\nsteps = 3\nunwrap = \"none\""},
+                  {"[measure]\ntriangulate = \"projector\"\n[[measure.fit]]\nobject = \"ball\"\n", ""}}));
+  const fs::path set = dir / "set";
+  const auto args = [&](const std::vector<std::string>& more, const char* how) {
+    std::vector<std::string> all = {"-q",
+                                    "capture",
+                                    (dir / "twin.toml").string(),
+                                    "--camera",
+                                    "twin:" + (dir / "twin.toml").string(),
+                                    "--out",
+                                    set.string(),
+                                    how};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  };
+  int moments = 0;
+  for (const auto& [plan, begin] :
+       {std::pair<std::vector<std::string>, const char*>{{"--dark", "2", "--repeats", "2"}, "--resume"},
+        {{"--exposure-ms", "5,10"}, "--resume"},
+        {{}, "--overwrite"}}) {
+    for (int n = 1;; ++n) {
+      if (std::string(begin) == "--resume") fs::remove_all(set);  // else what the plan before left
+      const int exit_code = die_at(n, args(plan, begin)).exit_code;
+      // The first change is the new journal's name: an older set is as it was.
+      if (std::string(begin) == "--overwrite" && n == 1) continue;
+      const capture::SetCheck broken_off = capture::verify_set(set);
+      ASSERT_EQ(broken_off.passed(),
+                fs::exists(set / "capture.toml") && !fs::exists(set / capture::kJournalName))
+          << n;
+      if (exit_code == 0) break;
+      ++moments;
+      const RunResult resumed = run_fringetwin(args(plan, "--resume"));
+      ASSERT_EQ(resumed.exit_code, 0) << n << " " << resumed.err;
+      const capture::SetCheck check = capture::verify_set(set);
+      ASSERT_TRUE(check.passed()) << n << ::testing::PrintToString(check.findings);
+      if (std::string(begin) == "--overwrite") write_file(set / "left" / "0017.png", "of an older set");
+    }
+  }
+  EXPECT_GT(moments, 40);
+  std::printf("killed at %d moments\n", moments);
+}
+
+TEST(CaptureCommand, OnlyTheSameRecordingIsResumed) {
+  FT_NEED_DEVICE();
+  const fs::path dir = scratch_folder("capture_resume");
+  write_file(dir / "twin.toml", small_twin());
+  write_file(dir / "other.toml", small_twin({{"intensity = 40", "intensity = 20"}}));
+  const auto args = [&](const char* rig, std::vector<std::string> more) {
+    more.insert(more.begin(), {"capture", (dir / "twin.toml").string(), "--camera",
+                               "twin:" + (dir / rig).string(), "--out", (dir / "real").string()});
+    return more;
+  };
+  EXPECT_NE(die_at(12, args("twin.toml", {})).exit_code, 0);
+  expect_refused(run_fringetwin(args("other.toml", {"--resume"})), 2, {"was begun with"});
+  expect_refused(run_fringetwin(args("twin.toml", {"--resume", "--seed", "7"})), 2,
+                 {"begun with seed = 0, now it is 7"});
+  expect_refused(run_fringetwin(args("twin.toml", {})), 2, {"unfinished recording"});
+  EXPECT_EQ(run_fringetwin(args("twin.toml", {"--resume"})).exit_code, 0);
+  EXPECT_EQ(run_fringetwin(args("twin.toml", {"--resume"})).exit_code, 0);
+  write_file(dir / "real/left/0003.png", "garbage");
+  expect_refused(run_fringetwin(args("twin.toml", {"--resume"})), 3, {"0003.png", "--overwrite"});
+}
+
+// Gray values of dark and flat frames are those of the black and white images of the same exposure.
+TEST(CaptureCommand, DarkAndFlatHaveTheExposureOfTheImages) {
+  FT_NEED_DEVICE();
+  const fs::path dir = scratch_folder("capture_dark");
+  write_file(dir / "twin.toml", small_twin({{"gain_dn = 20", "gain_dn = 20\nexposure_ms = 10"}}));
+  const RunResult run = capture(dir / "twin.toml", dir / "real",
+                                {"--exposure-ms", "4", "--dark", "1", "--flat", "1", "--references"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  for (const auto& [frame, image] :
+       {std::pair{"dark/left/0000.png", "left/black.png"}, {"flat/left/0000.png", "left/white.png"}})
+    EXPECT_EQ(read_file(dir / "real" / frame), read_file(dir / "real" / image)) << frame;
+}
+
 /// Kills the recording after a random time; true when it came to its end before.
 bool record_until_killed(const fs::path& dir, double seconds) {
   const std::string command = fmt::format(

@@ -79,7 +79,7 @@ void expect_exact(const fs::path& set) {
 }
 
 TEST_F(VmCapture, EverySetIsExactAndVerified) {
-  for (const char* set : {"plain", "disturbed"}) {
+  for (const char* set : {"plain", "broken", "disturbed"}) {
     expect_exact(out_ / set);
     const RunResult verified = run_fringetwin(
         {"capture", (vm_folder() / "loop_twin.toml").string(), "--verify", (out_ / set).string()});
@@ -109,6 +109,9 @@ int lost_frames(const fs::path& csv) {
 TEST_F(VmCapture, WhatWasDisturbedIsSaid) {
   EXPECT_THAT(guest_.said, HasSubstr("recorded 9 of 9 patterns"));
   EXPECT_THAT(guest_.said, HasSubstr("frames lost 0, repeated 0, corrupt 0"));
+  EXPECT_THAT(guest_.said, ::testing::ContainsRegex("[1-9][0-9]* tried again\nfringetwin: the cameras"));
+  EXPECT_THAT(guest_.said, HasSubstr("no signal"));
+  EXPECT_THAT(read_file(out_ / "broken" / "frames.csv"), HasSubstr("given up"));
   EXPECT_THAT(read_file(out_ / "disturbed" / "frames.csv"), HasSubstr("error flag"));
   EXPECT_GT(lost_frames(out_ / "disturbed" / "frames.csv"), 0);
   EXPECT_EQ(lost_frames(out_ / "plain" / "frames.csv"), 0);

@@ -25,6 +25,20 @@ expect 0 list
 record plain 1
 expect 0 "undisturbed"
 
+# Streams refused, broken, and an input without signal for a while: tried again until all is there.
+(while [ ! -e /host/broken/left/0001.png ] && [ ! -e /tmp/broken.ended ]; do usleep 20000; done
+for button in inject_vidioc_streamon_error inject_vidioc_reqbufs_error inject_vidioc_qbuf_error inject_fatal_streaming_error; do
+  vivid_control push 0 $button
+  usleep 300000
+done
+vivid_control set 0 dv_timings_signal_mode 1
+usleep 500000
+vivid_control set 0 dv_timings_signal_mode 0) &
+record broken 1
+expect 0 "streams broken, signal lost"
+touch /tmp/broken.ended
+wait
+
 # Every seventh frame lost, some marked as corrupt: taken again. Then a camera is unplugged, with some images there,
 # and another takes its place.
 vivid_control set 0 percentage_of_dropped_buffers 15

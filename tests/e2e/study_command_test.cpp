@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+// `study` as a user runs it: the numbers of `render` and `measure`, failures noted, nothing lost by a kill.
+// tolerance: none, tables are compared byte by byte and numbers as they are printed.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+
+#include "tests/e2e/cli_runner.hpp"
+#include "tests/e2e/small_twin.hpp"
+#include "twin/process_testing.hpp"
+
+namespace fringetwin::test::study_command_test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+const std::string head = "schema = \"fringetwin-study/1\"\nname = \"small\"\ntwin = \"twin.toml\"\n";
+/// 4 radii x 2 sensors; a ball of 900 mm holds the camera.
+std::string design(int seeds) {
+  return head + fmt::format("noise_seeds = {}\n", seeds) + R"(
+[[vary]]
+key = "object.ball.radius_mm"
+values = [18, 19, 900, 20]
+[[vary]]
+key = "camera.left.sensor.electrons_per_dn"
+values = [40.0, 10.0]
+[[record]]
+result = "fits.ball.measured.radius_mm"
+name = "radius_mm"
+[[record]]
+result = "fits.ball.measured.center_mm[2]"
+)";
+}
+
+fs::path study_folder(const std::string& name, const std::string& study) {
+  const fs::path dir = scratch_folder(name);
+  write_file(dir / "twin.toml", small_twin());
+  write_file(dir / "STUDY.toml", study);
+  return dir;
+}
+
+RunResult run_study(const fs::path& dir, const std::string& out = "out",
+                    const std::vector<std::string>& more = {}) {
+  std::vector<std::string> args{"study", (dir / "STUDY.toml").string(), "--out", (dir / out).string()};
+  args.insert(args.end(), more.begin(), more.end());
+  return run_fringetwin(args);
+}
+
+/// Cells without quotes in them.
+std::vector<std::vector<std::string>> csv(const fs::path& file) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream lines(read_file(file));
+  for (std::string line; std::getline(lines, line);) {
+    auto& row = rows.emplace_back();
+    std::istringstream cells(line + ",");
+    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(cell);
+  }
+  return rows;
+}
+
+TEST(StudyCommand, TheNumbersOfRenderAndMeasure) {
+  FT_NEED_DEVICE();
+  const fs::path dir = study_folder("study_numbers", head + R"(first_noise_seed = 5
+[[vary]]
+key = "object.ball.radius_mm"
+values = [18.5]
+[[record]]
+result = "fits.ball.measured.radius_mm"
+)");
+  ASSERT_EQ(run_study(dir).exit_code, 0);
+  const auto table = csv(dir / "out/study.csv");
+  ASSERT_EQ(table.size(), 2U);
+
+  write_file(dir / "alone.toml", small_twin({{"radius_mm = 19", "radius_mm = 18.5"}}));
+  const std::string alone = (dir / "alone.toml").string(), images = (dir / "images").string();
+  ASSERT_EQ(run_fringetwin({"render", alone, "--out", images, "--seed", "5"}).exit_code, 0);
+  ASSERT_EQ(run_fringetwin({"measure", alone, "--captures", images, "--out", images}).exit_code, 0);
+  const double radius_mm = read_json(dir / "images/result.json")["fits"][0]["measured"]["radius_mm"];
+  EXPECT_EQ(std::stod(table[1].back()), radius_mm);
+}
+
+TEST(StudyCommand, AFailingPointIsNotedAndTheRestGoesOn) {
+  FT_NEED_DEVICE();
+  const fs::path dir = study_folder("study_failing", design(3));
+  const RunResult run = run_study(dir, "out", {"--jobs", "1"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("18 measured, 6 failed, 24 of them in this run"));
+  EXPECT_THAT(run.out, HasSubstr("light traced for 3 of 24 points: 21 traces saved"));
+  EXPECT_THAT(run.err, HasSubstr("it is inside the sphere \"ball\""));
+  const std::string table = read_file(dir / "out/study.csv");
+  EXPECT_EQ(csv(dir / "out/study.csv").size(), 25U);
+  EXPECT_TRUE(fs::exists(dir / "out/study.db"));
+
+  // again: nothing is left to do, and a failed point has had its turn
+  const RunResult again = run_study(dir);
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_THAT(again.out, HasSubstr("18 measured, 6 failed, 0 of them in this run"));
+  EXPECT_EQ(read_file(dir / "out/study.csv"), table);
+  // side by side: the same table
+  EXPECT_EQ(run_study(dir, "two", {"--jobs", "3"}).exit_code, 0);
+  EXPECT_EQ(read_file(dir / "two/study.csv"), table);
+}
+
+/// Ends the study by a signal after a time; true when it came to its end before.
+bool run_until(const fs::path& dir, const char* signal, double seconds) {
+  const std::string command =
+      fmt::format("timeout -s {} {:.3f} '{}' -q study '{}' --out '{}' 2>&1", signal, seconds,
+                  std::getenv("FRINGETWIN_BINARY"), (dir / "STUDY.toml").string(), (dir / "killed").string());
+  return test_tools::run(command).status == 0;
+}
+
+int stored(const fs::path& dir) {
+  const auto count = test_tools::run(fmt::format(
+      "python3 -c \"import sqlite3; print(sqlite3.connect('{}').execute(\\\"select count(*) from points "
+      "where status <> 'pending'\\\").fetchone()[0])\" 2>/dev/null || echo 0",
+      (dir / "killed/study.db").string()));
+  return std::atoi(count.output.c_str());
+}
+
+TEST(StudyCommand, KilledAtRandomTheTableIsThatOfAnUnbrokenRun) {
+  FT_NEED_DEVICE();
+  const fs::path dir = study_folder("study_kills", design(30));
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_EQ(run_study(dir, "unbroken").exit_code, 0);
+  const double whole_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> moment(0.15 * whole_s, 0.8 * whole_s);
+  constexpr int wanted = 10;
+  int kills = 0, halfway = 0, rounds = 0;
+  bool ended = false;
+  for (int attempt = 0; attempt < 100 && (kills < wanted || !ended); ++attempt) {
+    ended = run_until(dir, "KILL", kills < wanted ? moment(random) : 300.0);  // at last undisturbed
+    if (!ended) {
+      ++kills;
+      const int n = fs::exists(dir / "killed/study.db") ? stored(dir) : 0;
+      halfway += n > 0 && n < 240 ? 1 : 0;
+      EXPECT_FALSE(fs::exists(dir / "killed/study.csv")) << "a broken-off study looks complete";
+      continue;
+    }
+    ++rounds;
+    ASSERT_EQ(read_file(dir / "killed/study.csv"), read_file(dir / "unbroken/study.csv"));
+    fs::remove_all(dir / "killed");
+  }
+  EXPECT_EQ(kills, wanted);
+  EXPECT_GT(rounds, 0);
+  EXPECT_GT(halfway, 3) << "the kills came before there was anything to lose";
+  std::printf("killed %d times, %d of them between points; %d tables completed\n", kills, halfway, rounds);
+}
+
+TEST(StudyCommand, CtrlCStopsAndTheSameCommandGoesOn) {
+  FT_NEED_DEVICE();
+  const fs::path dir = study_folder("study_interrupted", head + R"(noise_seeds = 1500
+[[vary]]
+key = "camera.left.sensor.electrons_per_dn"
+values = [40.0]
+)");
+  const auto interrupted = test_tools::run(fmt::format(
+      "timeout -s INT 1.5 '{}' study '{}' --out '{}' 2>&1; echo code $?", std::getenv("FRINGETWIN_BINARY"),
+      (dir / "STUDY.toml").string(), (dir / "killed").string()));
+  EXPECT_THAT(interrupted.output, HasSubstr("of 1500 points finished; the same command goes on from there"));
+  EXPECT_THAT(interrupted.output, HasSubstr("cancelled by the user"));
+  const int before = stored(dir);
+  EXPECT_GT(before, 0);
+  EXPECT_LT(before, 1500);
+  const RunResult rest = run_study(dir, "killed");
+  EXPECT_EQ(rest.exit_code, 0) << rest.err;
+  EXPECT_THAT(rest.err, HasSubstr(fmt::format("; {} done before", before)));
+  EXPECT_THAT(rest.out,
+              HasSubstr(fmt::format("1500 measured, 0 failed, {} of them in this run", 1500 - before)));
+}
+
+TEST(StudyCommand, WhatCannotWorkIsSaidBeforeAnyPoint) {
+  FT_NEED_DEVICE();
+  const fs::path dir = study_folder("study_refused", design(3));
+  expect_refused(run_study(dir, "out", {"--device", "no such device"}), 4, {"no such device"});
+  const RunResult run = run_study(dir);
+  EXPECT_THAT(run.out, HasSubstr("24 of them in this run")) << "no point was marked as failed for that";
+
+  write_file(dir / "STUDY.toml", head + "[[vary]]\nkey = \"object.ball.radius_mm\"\nvalues = [900]\n");
+  expect_refused(run_study(dir, "none"), 2, {"no point could be measured", "inside the sphere"});
+  write_file(dir / "STUDY.toml", head + "[[vary]]\nkey = \"object.ball.radius\"\nvalues = [19]\n");
+  expect_refused(run_study(dir, "key"), 2, {"object.ball.radius", "radius_mm"});
+  write_file(dir / "STUDY.toml", head +
+                                     "[[vary]]\nkey = \"object.ball.radius_mm\"\nvalues = [19]\n"
+                                     "[[record]]\nresult = \"fits.ball.measured.radius\"\n");
+  expect_refused(run_study(dir, "record"), 2, {"there is no \"radius\"", "radius_mm"});
+}
+
+}  // namespace
+}  // namespace fringetwin::test::study_command_test
