@@ -54,10 +54,6 @@ std::string frames_csv(const std::vector<StepRecord>& records) {
 Recording::Recording(const fs::path& dir, const Twin& twin, const CapturePlan& plan,
                      const std::map<std::string, std::string>& identity, Existing existing)
     : dir_(dir), twin_(twin), plan_(plan), identity_(identity), journal_(open(existing)) {
-  for (const Camera& camera : twin.cameras)
-    if (is_set_folder(camera.name))
-      throw UserError(ExitCode::usage, fmt::format("camera \"{}\"", camera.name),
-                      "has the name of a folder that a recording makes for itself", "name it otherwise");
   take_over_records();
 }
 
@@ -88,6 +84,10 @@ void check_complete(const fs::path& dir, const Twin& twin) {
 
 Found Recording::look_into(const fs::path& dir, const Twin& twin, const CapturePlan& plan,
                            Existing existing) {
+  for (const Camera& camera : twin.cameras)
+    if (is_set_folder(camera.name))
+      throw UserError(ExitCode::usage, fmt::format("camera \"{}\"", camera.name),
+                      "has the name of a folder that a recording makes for itself", "name it otherwise");
   if (existing == Existing::overwrite) return Found::nothing;
   const bool has_journal = fs::exists(dir / kJournalName), has_toml = fs::exists(dir / kTomlName);
   if (existing == Existing::resume && has_toml && is_of_plan(dir, twin, plan)) {

@@ -288,6 +288,14 @@ TEST_F(Session, AJournalCutShortAndADamagedImageAreRecordedAgain) {
   expect_whole(twin);
 }
 
+TEST_F(Session, ACameraNamedLikeASetIsRefusedBeforeAnythingIsWritten) {
+  Twin twin = loop_twin(1);
+  twin.cameras[0].name = "repeat_01";
+  LoopRig rig(twin);
+  EXPECT_THROW(record(twin, rig, plan_for_loop()), UserError);
+  EXPECT_FALSE(fs::exists(scratch_ / "set"));
+}
+
 TEST_F(Session, DevicesThatDoNotFitAreRefused) {
   const Twin twin = loop_twin(1);
   LoopRig rig(twin);
