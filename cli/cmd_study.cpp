@@ -11,6 +11,7 @@
 #include "cli/version.hpp"
 #include "study/design.hpp"
 #include "study/local_engine.hpp"
+#include "study/monte_carlo_local.hpp"
 #include "study/study_file.hpp"
 #include "study/study_store.hpp"
 #include "study/trace_share.hpp"
@@ -50,9 +51,54 @@ void tell_failures(const fs::path& file, const std::vector<study::StoredPoint>& 
   }
 }
 
+// "radius 19.0031, sigma 0.0054, 95 %: 18.9919 ... 19.0131; depth 0.82, noise 0.20"
+void tell_number(const std::string& name, const study::MonteCarloNumber& n,
+                 const study::MonteCarloResult& result, double coverage) {
+  const study::SampleSummary& s = n.summary;
+  fmt::print("{} {:.8g}, sigma {:.3g}, {:g} %: {:.8g} ... {:.8g}", name, s.mean, s.sigma, 100.0 * coverage,
+             s.symmetric.low, s.symmetric.high);
+  for (std::size_t f = 0; f < n.sensitivity.total.size(); ++f)
+    fmt::print("{} {} {:.2f}", f == 0 ? "; total effects:" : ",", result.factors[f],
+               n.sensitivity.total[f].value);
+  fmt::print("{}\n", n.convergence.reached ? "" : " (not converged)");
+}
+
+int run_monte_carlo(const StudyCommand& o, const study::StudyFile& file) {
+  const study::MonteCarloPlan plan = study::complete_plan(file);
+  const study::StudyIdentity identity =
+      study::check_study(file, {study::StudyPoint{}, study::first_trial(file)});
+  const fs::path dir = o.out;
+  begin_output(dir, {"study.csv", "result.json"});
+  study::StudyStore store(dir / "study.db", identity, version_string());
+  say(fmt::format("study \"{}\": blocks of {} trials, at most {}", file.name, plan.rule.trials_per_block(),
+                  plan.most_trials));
+  study::LocalSummary summary;
+  study::MonteCarloResult result;
+  try {
+    result = study::run_monte_carlo_local(file, plan, store, o.engine, &summary);
+  } catch (const Cancelled&) {
+    const auto counts = store.counts();
+    say(fmt::format("stopped after {}; the same command goes on from there",
+                    points_text(counts.done + counts.failed)));
+    throw;
+  }
+  const auto rows = store.rows();
+  write_text_file(dir / "study.csv", study::study_csv(rows));
+  write_text_file(dir / "result.json", study::monte_carlo_json(plan, result));
+  fmt::print("study \"{}\": {} trials, {} failed, {} in this run\n", file.name, result.trials, result.failed,
+             points_text(static_cast<std::int64_t>(summary.finished)));
+  for (const auto& [name, number] : result.numbers) tell_number(name, number, result, plan.rule.coverage);
+  tell_failures(o.study, rows);
+  say("result: " + (dir / "result.json").string());
+  if (result.converged) return static_cast<int>(ExitCode::ok);
+  warn(fmt::format("not converged after {} trials: give more most_trials or fewer digits", result.trials));
+  return static_cast<int>(ExitCode::no_convergence);
+}
+
 int run_study(const StudyCommand& o) {
   check_out_folder(o.out);
   const study::StudyFile file = study::load_study(o.study);
+  if (file.monte_carlo) return run_monte_carlo(o, file);
   const std::vector<study::StudyPoint> points = study::design_points(file);
   const study::StudyIdentity identity = study::check_study(file, points);
   const fs::path dir = o.out;

@@ -6,6 +6,8 @@ shift
 export UBSAN_OPTIONS=print_stacktrace=1
 # Leak checking is off for what we do not own (drivers, PCL's static tables).
 export ASAN_OPTIONS=detect_leaks=0
+# Tests run side by side: a thread that spins while it waits takes the core from another.
+export OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-passive}
 ctest --test-dir "$build" --no-tests=error --output-on-failure -j "$(nproc)" --output-log "$build/ctest.log" "$@"
 status=$?
 # Every skipped case with its reason: the lines between "file:line: Skipped" and "[  SKIPPED ] name".

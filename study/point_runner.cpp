@@ -59,7 +59,11 @@ PointOutcome PointRunner::run(const PlannedPoint& planned) {
 
 void PointRunner::load(const StudyPoint& point) {
   if (twin_ && settings_ == point.settings) return;
-  Twin twin = load_twin(task_.twin, point.settings);
+  if (task_.virtual_rig && !rig_) {
+    rig_.emplace(task_.twin, task_.calibration);
+    rig_->load_meshes();
+  }
+  Twin twin = rig_ ? rig_->drawn(point.settings) : load_twin(task_.twin, point.settings);
   measure::check_fringes(twin);
   if (twin_) take_meshes(*twin_, &twin);
   load_meshes(twin);
@@ -102,8 +106,9 @@ std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, 
     throw_if_cancelled();
     images.push_back(render::expose(rendered_[i], twin_->cameras[i], i, planned.point.seed));
   }
-  const measure::Measurement measurement = measure::measure(*twin_, images);
-  return pick_numbers(compare::measurement_json(*twin_, measurement, {}, {}), task_.records);
+  const Twin& known = rig_ ? rig_->nominal() : *twin_;
+  const measure::Measurement measurement = measure::measure(known, images);
+  return pick_numbers(compare::measurement_json(known, measurement, {}, {}), task_.records);
 }
 
 }  // namespace fringetwin::study

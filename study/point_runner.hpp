@@ -10,6 +10,7 @@
 #include "study/record.hpp"
 #include "study/study_point.hpp"
 #include "study/trace_share.hpp"
+#include "study/uncertain_inputs.hpp"
 
 namespace fringetwin::study {
 
@@ -17,6 +18,9 @@ namespace fringetwin::study {
 struct PointTask {
   std::filesystem::path twin;
   std::vector<Record> records;
+  /// The settings change the rig that records; the twin as it is measures (VirtualRig).
+  bool virtual_rig = false;
+  bool calibration = false;  ///< with virtual_rig: it is drawn from the covariance that the twin names
 };
 
 /// Keeps the last point's trace and images for a next one that shares them.
@@ -37,6 +41,7 @@ class PointRunner {
 
   PointTask task_;
   render::Renderer& renderer_;
+  std::optional<VirtualRig> rig_;  ///< with task_.virtual_rig
   std::optional<Twin> twin_;
   Settings settings_;              ///< of twin_
   std::optional<ShareKeys> keys_;  ///< of traces_ and rendered_

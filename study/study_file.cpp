@@ -32,20 +32,6 @@ Design read_design(const TomlTable& root) {
   return name == "sobol" ? Design::sobol : Design::grid;
 }
 
-std::vector<std::string> read_keys(const TomlTable& table, std::set<std::string>* taken) {
-  if (table.has("key") == table.has("keys")) table.fail("", "needs either key or keys");
-  std::vector<std::string> keys;
-  if (table.has("key"))
-    keys = {table.required_string("key")};
-  else
-    keys = *table.strings("keys");
-  const char* name = table.has("key") ? "key" : "keys";
-  if (keys.empty()) table.fail(name, "must name one key or more");
-  for (const std::string& key : keys)
-    if (!taken->insert(key).second) table.fail(name, fmt::format("names \"{}\" a second time", key));
-  return keys;
-}
-
 Range read_range(const TomlTable& table, bool sampled) {
   const Eigen::VectorXd ends = *table.vector("range", 2, NumberRange::any_size());
   Range range{ends[0], ends[1], table.integer("count", 2, kMostPoints),
@@ -60,7 +46,7 @@ Range read_range(const TomlTable& table, bool sampled) {
 
 Variation read_variation(const TomlTable& table, bool sampled, std::set<std::string>* taken) {
   table.allow({"key", "keys", "values", "range", "count", "scale"});
-  Variation variation{read_keys(table, taken), {}, std::nullopt};
+  Variation variation{read_study_keys(table, taken), {}, std::nullopt};
   if (table.has("values") == table.has("range")) table.fail("", "needs either values or range");
   if (table.has("range")) {
     variation.range = read_range(table, sampled);
@@ -149,9 +135,13 @@ std::vector<fs::path> files_of(const Twin& twin) {
 
 StudyFile load_study(const fs::path& file) {
   const TomlTable root = TomlTable::parse_file(file, ExitCode::usage);
-  const std::vector<std::string> keys = {"schema", "name",  "twin",        "design",
-                                         "points", "seed",  "noise_seeds", "first_noise_seed",
-                                         "vary",   "record"};
+  const bool monte_carlo =
+      root.has("kind") && root.choice("kind", {"design", "monte-carlo"}) == "monte-carlo";
+  std::vector<std::string> keys = {"schema", "name", "twin", "kind", "seed", "record"};
+  const std::vector<std::string> design_keys = {"design", "points", "noise_seeds", "first_noise_seed",
+                                                "vary"};
+  const std::vector<std::string>& own = monte_carlo ? monte_carlo_keys() : design_keys;
+  keys.insert(keys.end(), own.begin(), own.end());
   if (!root.has("schema")) root.allow(keys);  // a misspelt "schema" is named as such
   if (root.required_string("schema") != kStudySchema)
     root.fail("schema",
@@ -162,6 +152,14 @@ StudyFile load_study(const fs::path& file) {
   study.name = root.string("name").value_or(study.file.stem().string());
   study.twin = resolve_path(root.required_string("twin"), study.file.parent_path(), root.where("twin"),
                             ExitCode::usage);
+  study.content = root.flattened();
+  study.content.erase("name");
+  study.content.erase("twin");
+  if (monte_carlo) {
+    study.records = read_records(root);
+    study.monte_carlo = read_monte_carlo(root, study.twin);
+    return study;
+  }
   study.design = read_design(root);
   study.noise_seeds = root.integer("noise_seeds", 1, kMostPoints).value_or(1);
   study.first_noise_seed =
@@ -176,9 +174,6 @@ StudyFile load_study(const fs::path& file) {
   const double runs = count_points(root, study) * study.noise_seeds;
   if (runs > kMostPoints)
     root.fail("", fmt::format("asks for {:.0f} runs, at most {} are possible", runs, kMostPoints));
-  study.content = root.flattened();
-  study.content.erase("name");
-  study.content.erase("twin");
   return study;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "study/monte_carlo_file.hpp"
 #include "study/study_point.hpp"
 
 namespace fringetwin::study {
@@ -39,7 +40,8 @@ struct StudyFile {
   int noise_seeds = 1;
   std::uint64_t first_noise_seed = 1;
   std::vector<Variation> vary;
-  std::vector<Record> records;  ///< none: all numbers of the fits
+  std::optional<MonteCarloSettings> monte_carlo;  ///< of this kind: no design, no variations
+  std::vector<Record> records;                    ///< none: all numbers of the fits
   /// Every key as text but `name` and `twin`: what the results depend on, whatever the file's layout.
   std::map<std::string, std::string> content;
 };

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "render/renderer.hpp"
+#include "study/uncertain_inputs.hpp"
 #include "twin/errors.hpp"
 #include "twin/progress.hpp"
 
@@ -109,7 +110,7 @@ std::vector<PlannedPoint> plan_traces(const std::filesystem::path& twin_file,
       twins.clear();
       std::optional<Twin>& twin = twins[settings];
       try {
-        twin = load_twin(twin_file, point.settings);
+        twin = load_twin(twin_file, keys_of_twin(point.settings));
         render::choose_sampling(*twin);
       } catch (const UserError&) {
         twin.reset();

@@ -69,7 +69,11 @@ class Answers {
 std::string task_line(const PointTask& task, const std::string& device) {
   Json records = Json::array();
   for (const Record& r : task.records) records.push_back({r.result, r.name});
-  return line_of({{"twin", task.twin.string()}, {"device", device}, {"records", records}});
+  return line_of({{"twin", task.twin.string()},
+                  {"device", device},
+                  {"records", records},
+                  {"virtual_rig", task.virtual_rig},
+                  {"calibration", task.calibration}});
 }
 
 std::string point_line(const PlannedPoint& p) {
@@ -115,7 +119,7 @@ int run_worker() {
   std::string line;
   if (!std::getline(std::cin, line)) return static_cast<int>(ExitCode::ok);
   const Json json = Json::parse(line);
-  PointTask task{json.at("twin").get<std::string>(), {}};
+  PointTask task{json.at("twin").get<std::string>(), {}, json.at("virtual_rig"), json.at("calibration")};
   for (const Json& r : json.at("records")) task.records.push_back({r.at(0), r.at(1)});
   try {
     render::Renderer renderer(json.at("device").get<std::string>());

@@ -185,6 +185,10 @@ TomlTable TomlTable::parse_file(const fs::path& file, ExitCode code,
   return TomlTable(impl);
 }
 
+std::optional<double> TomlTable::number_at(const std::string& path) const {
+  return fringetwin::number_at(*impl_->document, path, impl_->file);
+}
+
 std::string TomlTable::where(const std::string& key) const {
   if (!key.empty()) {
     for (const auto& [name, node] : *impl_->table)

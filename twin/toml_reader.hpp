@@ -69,6 +69,9 @@ class TomlTable {
   std::string required_choice(const std::string& key, const std::vector<std::string>& choices) const;
   std::optional<std::vector<double>> numbers(const std::string& key, const NumberRange& range = {}) const;
   std::optional<std::vector<std::string>> strings(const std::string& key) const;
+  /// The number at a path of the whole file, in the language of `settings`; nothing where it is left out or
+  /// is no number. Throws UserError(usage) where the path leads nowhere.
+  std::optional<double> number_at(const std::string& path) const;
   /// The entries of an array of anything, each as TOML on one line.
   std::optional<std::vector<std::string>> toml_texts(const std::string& key) const;
   /// An array of exactly n numbers.

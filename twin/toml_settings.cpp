@@ -17,13 +17,29 @@ namespace {
 class Setter {
  public:
   Setter(const std::string& key, const std::string& text, const std::filesystem::path& file)
-      : key_(key), text_(text), source_(fmt::format("{} with {} = {}", file.string(), key, text)) {}
+      : key_(key),
+        text_(text),
+        source_(text.empty() ? fmt::format("{}: {}", file.string(), key)
+                             : fmt::format("{} with {} = {}", file.string(), key, text)) {}
+
+  /// Nothing where there is no number. Tables on the way to it are made all the same.
+  std::optional<double> number(toml::table& document) {
+    reading_ = true;
+    put(document);
+    return found_ == nullptr ? std::nullopt : found_->value<double>();
+  }
 
   void put(toml::table& document) {
     toml::table* table = &document;
     for (;;) {
       const std::string name = take_name();
-      if (rest_at_ == key_.size()) return void(table->insert_or_assign(name, parsed(text_)));
+      if (rest_at_ == key_.size()) {
+        if (reading_)
+          found_ = table->get(name);
+        else
+          table->insert_or_assign(name, parsed(text_));
+        return;
+      }
       if (key_[rest_at_] == '[') {
         toml::node* node = table->get(name);
         if (node == nullptr || !node->is_array())
@@ -78,7 +94,10 @@ class Setter {
       unknown(fmt::format("{} has {} entries, counted from 0", done_, array.size()), "");
     advance_to(close + 1);
     if (rest_at_ == key_.size()) {
-      array.replace(array.cbegin() + static_cast<std::ptrdiff_t>(index), parsed(text_));
+      if (reading_)
+        found_ = array.get(index);
+      else
+        array.replace(array.cbegin() + static_cast<std::ptrdiff_t>(index), parsed(text_));
       return nullptr;
     }
     toml::table* table = array[index].as_table();
@@ -138,6 +157,8 @@ class Setter {
   std::string done_;
   std::size_t rest_at_ = 0;
   toml::table document_;
+  bool reading_ = false;
+  const toml::node* found_ = nullptr;
 };
 
 std::string quoted(const std::string& text) {
@@ -180,6 +201,12 @@ std::string toml_text(const toml::node& node) {
 void put_settings(toml::table& document, const std::map<std::string, std::string>& settings,
                   const std::filesystem::path& file) {
   for (const auto& [key, text] : settings) Setter(key, text, file).put(document);
+}
+
+std::optional<double> number_at(toml::table document, const std::string& key,
+                                const std::filesystem::path& file) {
+  const std::string no_text;
+  return Setter(key, no_text, file).number(document);
 }
 
 }  // namespace fringetwin

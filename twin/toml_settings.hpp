@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,10 @@ namespace fringetwin {
 /// Throws UnknownKey where the path leads nowhere, UserError(usage) for a value that is no TOML.
 void put_settings(toml::table& document, const std::map<std::string, std::string>& settings,
                   const std::filesystem::path& file);
+
+/// The number at such a path; nothing where the key is left out or is no number. Throws as put_settings does.
+std::optional<double> number_at(toml::table document, const std::string& key,
+                                const std::filesystem::path& file);
 
 /// The value as TOML on one line, read back as the same value; whole numbers without a point.
 std::string toml_text(const toml::node& node);

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// `fringetwin study` of kind monte-carlo, as a user runs it.
+// tolerance: none (the numbers: virtual_rig_test, monte_carlo_test).
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/e2e/cli_runner.hpp"
+#include "tests/e2e/small_twin.hpp"
+
+namespace fringetwin::test::monte_carlo_command_test {
+namespace {
+using testing::HasSubstr;
+
+class MonteCarloCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    FT_NEED_DEVICE();
+    write_file(folder_ / "calibration.json",
+               R"({"schema": "fringetwin-calibration/1", "devices": [{"name": "left"}],
+                   "covariance": {"parameters": ["projector.t1"], "matrix": [[1e-4]]}})");
+    write_file(folder_ / "twin.toml", small_twin({{"gain_dn = 20", "gain_dn = 20\nread_noise_dn = 1"}},
+                                                 "[uncertainty]\ncalibration = \"calibration.json\"\n"
+                                                 "[render]\nsamples = 4\nsampler = \"gauss\"\n"));
+    write_study("most_trials = 15\n");
+  }
+  void write_study(const std::string& extra) const {
+    write_file(
+        folder_ / "study.toml",
+        "schema = \"fringetwin-study/1\"\nname = \"ball\"\nkind = \"monte-carlo\"\ntwin = \"twin.toml\"\n"
+        "calibration = true\nblock_trials = 5\nleast_blocks = 2\nsensitivity_rows = 4\n" +
+            extra +
+            "[[uncertain]]\nkey = \"object.ball.center_mm[2]\"\nname = \"depth\"\nsigma = 0.05\n"
+            "[[record]]\nresult = \"fits.ball.measured.center_mm[2]\"\nname = \"z_mm\"\n");
+  }
+  RunResult run(const std::string& out) const {
+    return run_fringetwin(
+        {"study", (folder_ / "study.toml").string(), "--out", (folder_ / out).string(), "--jobs", "2"});
+  }
+  std::filesystem::path folder_ = scratch_folder("monte_carlo_command");
+};
+
+TEST_F(MonteCarloCommand, GivesUncertaintyAndRanking) {
+  const RunResult first = run("a");
+  ASSERT_TRUE(first.exit_code == 0 || first.exit_code == 5) << first.err;  // 5: not converged
+  const auto result = read_json(folder_ / "a" / "result.json");
+  EXPECT_EQ(result["converged"], first.exit_code == 0);
+  EXPECT_EQ(result["failed"], 0);
+  const auto& z = result["numbers"][0];
+  EXPECT_EQ(z["name"], "z_mm");
+  EXPECT_EQ(z["n"], result["trials"]);
+  EXPECT_GT(z["sigma"], 0.0);
+  ASSERT_EQ(z["sensitivity"].size(), 3u);  // depth, calibration, noise
+  EXPECT_EQ(z["sensitivity_rows"], 4);
+  // The nominal twin measures: a ball 0.05 mm off is seen 0.05 mm off, the drawn projector is not known.
+  EXPECT_EQ(z["sensitivity"][0]["factor"], "depth");
+
+  const RunResult again = run("a");
+  EXPECT_THAT(again.out, HasSubstr("0 points in this run"));
+  const RunResult other = run("b");
+  EXPECT_EQ(read_file(folder_ / "a" / "result.json"), read_file(folder_ / "b" / "result.json"));
+  EXPECT_EQ(read_file(folder_ / "a" / "study.csv"), read_file(folder_ / "b" / "study.csv"));
+}
+
+TEST_F(MonteCarloCommand, NamesACalibrationThatIsNotThere) {
+  write_file(folder_ / "twin.toml", small_twin());
+  const RunResult refused = run("a");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("names no calibration"));
+}
+
+}  // namespace
+}  // namespace fringetwin::test::monte_carlo_command_test
