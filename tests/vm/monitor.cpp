@@ -5,15 +5,38 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
+#include <thread>
 
 namespace fringetwin::test {
 namespace {
 
 constexpr const char* port = "/dev/ttyS1";
 constexpr const char* prompt = "(qemu) ";
+
+constexpr int most_looks = 500;
+
+/// nullopt: not there, or not whole yet.
+std::optional<Image<std::uint32_t>> read_dump(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string magic;
+  int width = 0, height = 0, top = 0;
+  in >> magic >> width >> height >> top;
+  if (!in || magic != "P6" || top != 255) return {};
+  in.get();
+  Image<std::uint32_t> image(width, height);
+  std::string bytes(3 * image.size(), '\0');
+  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (!in) return {};
+  for (std::size_t i = 0; i < image.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      image.data[i] = image.data[i] << 8 | static_cast<std::uint8_t>(bytes[3 * i + k]);
+  return image;
+}
 
 }  // namespace
 
@@ -50,20 +73,12 @@ Image<std::uint32_t> Monitor::screen(const std::string& device, const std::strin
   const std::filesystem::path path = std::filesystem::path("/host") / file;
   std::filesystem::remove(path);
   const std::string answer = command("screendump " + file + " " + device);
-  std::ifstream in(path, std::ios::binary);
-  std::string magic;
-  int width = 0, height = 0, top = 0;
-  in >> magic >> width >> height >> top;
-  if (!in || magic != "P6" || top != 255) throw std::runtime_error("no screen dump: " + answer);
-  in.get();
-  Image<std::uint32_t> image(width, height);
-  std::string bytes(3 * image.size(), '\0');
-  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!in) throw std::runtime_error("the screen dump is too short");
-  for (std::size_t i = 0; i < image.size(); ++i)
-    for (std::size_t k = 0; k < 3; ++k)
-      image.data[i] = image.data[i] << 8 | static_cast<std::uint8_t>(bytes[3 * i + k]);
-  return image;
+  // A prompt left over from before ends the answer early: the file is what counts.
+  for (int attempt = 0; attempt < most_looks; ++attempt) {
+    if (const auto image = read_dump(path)) return *image;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  throw std::runtime_error("no screen dump: " + answer);
 }
 
 }  // namespace fringetwin::test
