@@ -19,12 +19,13 @@ class Setter {
   Setter(const std::string& key, const std::string& text, const std::filesystem::path& file)
       : key_(key),
         text_(text),
-        source_(text.empty() ? fmt::format("{}: {}", file.string(), key)
-                             : fmt::format("{} with {} = {}", file.string(), key, text)) {}
+        file_(file.string()),
+        source_(fmt::format("{} with {} = {}", file_, key, text)) {}
 
   /// Nothing where there is no number. Tables on the way to it are made all the same.
   std::optional<double> number(toml::table& document) {
     reading_ = true;
+    source_ = fmt::format("{}: {}", file_, key_);
     put(document);
     return found_ == nullptr ? std::nullopt : found_->value<double>();
   }
@@ -153,7 +154,7 @@ class Setter {
   }
 
   const std::string &key_, &text_;
-  std::string source_;
+  std::string file_, source_;
   std::string done_;
   std::size_t rest_at_ = 0;
   toml::table document_;
