@@ -28,6 +28,15 @@ const char* frame_fault_name(FrameFault fault) {
   return "?";
 }
 
+std::uint32_t FrameOrder::advance(const Frame& frame) {
+  // Cameras count frames in 32 bits, which wrap: the difference tells the order.
+  const std::int32_t ahead = sequence_ ? static_cast<std::int32_t>(frame.sequence - *sequence_) : 1;
+  if (ahead <= 0 || (sequence_ && frame.timestamp_ns <= timestamp_ns_)) return 0;
+  sequence_ = frame.sequence;
+  timestamp_ns_ = frame.timestamp_ns;
+  return static_cast<std::uint32_t>(ahead);
+}
+
 double CameraDevice::set_exposure_ms(double exposure_ms) {
   throw UserError(ExitCode::device, info().device,
                   fmt::format("has no exposure control, so {} ms cannot be set", exposure_ms),

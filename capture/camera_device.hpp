@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -36,6 +37,20 @@ struct Frame {
   TimeNs timestamp_ns = 0;     ///< the driver's, start or end of the exposure (CameraInfo)
   std::uint32_t flags = 0;     ///< V4L2_BUF_FLAG_...
   FrameFault fault = FrameFault::none;
+};
+
+/// The order of one camera's frames by the driver's own count and time stamps.
+class FrameOrder {
+ public:
+  /// By how much the frame is ahead of the last: 1 = the next (or the first), more = frames were lost, 0 =
+  /// repeated, which leaves the order as it was.
+  std::uint32_t advance(const Frame& frame);
+  bool started() const { return sequence_.has_value(); }
+  TimeNs last_ns() const { return timestamp_ns_; }  ///< the least there is before the first frame
+
+ private:
+  std::optional<std::uint32_t> sequence_;
+  TimeNs timestamp_ns_ = std::numeric_limits<TimeNs>::min();
 };
 
 /// The device fails, not a frame: a new try may mend it, which no try does for other UserError(device)

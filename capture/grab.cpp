@@ -45,16 +45,12 @@ CameraDevice::Pixels FrameJudge::pixels() const {
 }
 
 std::string FrameJudge::judge(const Frame& frame, StepRecord* record) {
-  // Cameras count frames in 32 bits, which wrap: the difference tells the order.
-  const std::int32_t advance =
-      last_sequence_ ? static_cast<std::int32_t>(frame.sequence - *last_sequence_) : 1;
-  if (advance <= 0 || (last_sequence_ && frame.timestamp_ns <= last_timestamp_ns_)) {
+  const std::uint32_t ahead = order_.advance(frame);
+  if (ahead == 0) {
     ++record->repeated_frames;
     return "repeated";
   }
-  record->lost_frames += static_cast<std::uint32_t>(advance - 1);
-  last_sequence_ = frame.sequence;
-  last_timestamp_ns_ = frame.timestamp_ns;
+  record->lost_frames += ahead - 1;
   if (frame.fault != FrameFault::none) {
     ++record->corrupt_frames;
     return frame_fault_name(frame.fault);

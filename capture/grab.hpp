@@ -34,7 +34,7 @@ class FrameJudge {
   FrameJudge(const RigCamera& camera, const Step& step, TimeNs from_ns, int settle_frames, bool leads);
 
   bool done() const { return good_ == wanted_; }
-  TimeNs last_timestamp_ns() const { return last_timestamp_ns_; }
+  TimeNs last_timestamp_ns() const { return order_.last_ns(); }
   CameraDevice::Pixels pixels() const;  ///< what the next frame is asked for
   /// Adds the record of the frame to `record`.
   void take(Frame frame, StepRecord* record);
@@ -62,8 +62,7 @@ class FrameJudge {
   int settle_left_, wanted_, good_ = 0;
   std::optional<TimeNs> first_begin_ns_;  ///< frames that begin earlier are too early for the pair
   std::optional<Candidate> candidate_;
-  std::optional<std::uint32_t> last_sequence_;
-  TimeNs last_timestamp_ns_ = std::numeric_limits<TimeNs>::min();
+  FrameOrder order_;
   std::vector<FrameAverage> averages_;
   std::vector<TimeNs> begins_ns_;
 };

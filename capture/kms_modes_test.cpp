@@ -7,6 +7,7 @@
 #include <cerrno>
 
 #include "capture/kms_card.hpp"
+#include "capture/refused_testing.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::test::kms_modes_test {
@@ -18,18 +19,8 @@ using capture::DeviceFault;
 using capture::KmsConnector;
 using capture::KmsMode;
 using capture::parse_kms_name;
+using test_tools::expect_refused;
 using ::testing::HasSubstr;
-
-template <class Call>
-void expect_refused(ExitCode code, const std::string& words, const Call& call) {
-  try {
-    call();
-    ADD_FAILURE() << "not refused: " << words;
-  } catch (const UserError& error) {
-    EXPECT_EQ(error.code(), code);
-    EXPECT_THAT(error.what(), HasSubstr(words));
-  }
-}
 
 TEST(KmsName, HasACardAConnectorAndARate) {
   EXPECT_EQ(parse_kms_name("kms").card, "");

@@ -92,8 +92,8 @@ class Calibration {
 
  private:
   struct Watch {
-    std::optional<std::uint32_t> last_sequence;
-    TimeNs last_ns = 0, last_begin_ns = 0;
+    FrameOrder order;
+    TimeNs last_begin_ns = 0;
     bool broken = false;  ///< a frame was lost or faulty since the last good one
   };
 
@@ -108,14 +108,12 @@ class Calibration {
     while (true) {
       throw_if_cancelled();
       Frame frame = rig_[camera].device->next_frame(options_.timeout, pixels);
-      const std::int32_t advance =
-          watch.last_sequence ? static_cast<std::int32_t>(frame.sequence - *watch.last_sequence) : 1;
-      if (advance <= 0 || (watch.last_sequence && frame.timestamp_ns <= watch.last_ns)) continue;  // repeated
-      if (watch.last_sequence && advance == 1 && frame.timestamp_ns - watch.last_ns < period_ns_)
-        period_ns_ = frame.timestamp_ns - watch.last_ns;
-      watch.broken = watch.broken || advance != 1 || frame.fault != FrameFault::none;
-      watch.last_sequence = frame.sequence;
-      watch.last_ns = frame.timestamp_ns;
+      const bool first = !watch.order.started();
+      const TimeNs before_ns = watch.order.last_ns();
+      const std::uint32_t ahead = watch.order.advance(frame);
+      if (ahead == 0) continue;  // repeated
+      if (!first && ahead == 1) period_ns_ = std::min(period_ns_, frame.timestamp_ns - before_ns);
+      watch.broken = watch.broken || ahead != 1 || frame.fault != FrameFault::none;
       watch.last_begin_ns = begin_ns(camera, frame);
       if (frame.fault == FrameFault::none) return frame;
     }

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "capture/refused_testing.hpp"
 #include "capture/window_display.hpp"
 #include "twin/errors.hpp"
 
@@ -11,6 +12,7 @@ namespace fringetwin::test::open_display_test {
 namespace {
 
 using namespace fringetwin::capture;
+using test_tools::expect_refused;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -39,17 +41,6 @@ class FakeDisplay : public PatternDisplay {
 const DisplayFactories factories{{"fake", [](const std::string& name, int width, int height) {
                                     return std::make_unique<FakeDisplay>(name, width, height);
                                   }}};
-
-template <class Call>
-void expect_refused(ExitCode code, const std::string& words, const Call& call) {
-  try {
-    call();
-    ADD_FAILURE() << "not refused: " << words;
-  } catch (const UserError& error) {
-    EXPECT_EQ(error.code(), code);
-    EXPECT_THAT(error.what(), HasSubstr(words));
-  }
-}
 
 TEST(OpenDisplay, ByTheKindBeforeTheColon) {
   const auto display = open_display("fake:t20", 64, 48, factories);

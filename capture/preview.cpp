@@ -129,7 +129,6 @@ Preview::Preview(const Twin& twin, const Rig& rig, PatternDisplay& display, cons
       streams_(rig) {}
 
 std::vector<PreviewNumbers> Preview::look() {
-  const DisplayInfo screen = display_.info();
   std::vector<std::vector<ImageF>> steps(rig_.size());
   std::vector<ImageF> again(rig_.size());
   for (const RigCamera& camera : rig_) camera.device->check_input();
@@ -138,8 +137,7 @@ std::vector<PreviewNumbers> Preview::look() {
     step.pattern = patterns_[k];
     step.pictures.resize(k == 0 ? 2 : 1);
     StepRecord record;
-    record.shown =
-        display_.show(patterns_[k], pattern_levels(twin_.fringes, patterns_[k], screen.width, screen.height));
+    record.shown = show_pattern(display_, twin_.fringes, patterns_[k]);
     for (const RigCamera& camera : rig_) camera.device->drain();
     Grabbed grabbed = grab(rig_, step, plan_, &record);
     for (std::size_t c = 0; c < rig_.size(); ++c) {

@@ -104,9 +104,7 @@ class Session {
   Grabbed show_and_grab(const Step& step, StepRecord* record) {
     display_.check();
     for (const RigCamera& camera : rig_) camera.device->check_input();
-    const DisplayInfo info = display_.info();
-    record->shown =
-        display_.show(step.pattern, pattern_levels(twin_.fringes, step.pattern, info.width, info.height));
+    record->shown = show_pattern(display_, twin_.fringes, step.pattern);
     record->skew_ms = 0.0;
     for (const RigCamera& camera : rig_) camera.device->drain();
     Grabbed grabbed = grab(rig_, step, plan_, record);
@@ -229,7 +227,7 @@ void check_rig(const Twin& twin, const Rig& rig, const PatternDisplay& display, 
       throw UserError(ExitCode::device, info.device,
                       fmt::format("delivers {} x {} px, camera \"{}\" of the twin has {} x {}", info.width,
                                   info.height, rig[c].name, lens.width(), lens.height()),
-                      "check imagersize, or ask the device for that size with --size");
+                      "check imagersize");
     check_depths(rig[c].name, info.bit_depth, rig[c].stored_bits, plan.average > 1 || plan.brackets());
   }
   const DisplayInfo screen = display.info();

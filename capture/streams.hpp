@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+// What every user of a rig does with it: cameras running, patterns on.
 #pragma once
 #include "capture/grab.hpp"
+#include "capture/pattern_display.hpp"
 
 namespace fringetwin::capture {
 
@@ -26,10 +28,13 @@ class Streams {
   const Rig& rig_;
 };
 
-/// An even field of the display's size.
-inline Shown show_even(PatternDisplay& display, double level, const std::string& label) {
+/// Pixel for pixel on the whole display.
+inline Shown show_pattern(PatternDisplay& display, const Fringes& fringes, const Pattern& pattern) {
   const DisplayInfo info = display.info();
-  return display.show(even_field(level, label), ImageF(info.width, info.height, static_cast<float>(level)));
+  return display.show(pattern, pattern_levels(fringes, pattern, info.width, info.height));
+}
+inline Shown show_even(PatternDisplay& display, double level, const std::string& label) {
+  return show_pattern(display, Fringes(), even_field(level, label));
 }
 
 }  // namespace fringetwin::capture

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "capture/journal.hpp"
 #include "cli/camera_files.hpp"
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"
@@ -167,7 +168,7 @@ CaptureSet describe(const Twin& twin, const ImportCaptures& o) {
 void check_free(const ImportCaptures& o) {
   check_out_folder(o.out);
   const fs::path dir = o.out;
-  if (fs::exists(dir / "capture.journal"))
+  if (fs::exists(dir / capture::kJournalName))
     throw UserError(ExitCode::usage, o.out, "holds an unfinished recording", "choose another folder");
   if (!o.overwrite && fs::exists(dir / "capture.toml"))
     throw UserError(ExitCode::usage, (dir / "capture.toml").string(), "is there already",
