@@ -66,13 +66,13 @@ struct Worker {
   std::string last_error;
 };
 
-class Engine {
+class LocalRun {
  public:
-  Engine(const PointTask& task, const std::vector<PlannedPoint>& plan, const std::set<std::int64_t>& done,
-         const LocalOptions& options, const std::function<void(const PointOutcome&)>& finished)
+  LocalRun(const PointTask& task, const std::vector<PlannedPoint>& plan, const std::set<std::int64_t>& done,
+           const LocalOptions& options, const std::function<void(const PointOutcome&)>& finished)
       : task_(task), options_(options), finished_(finished), queue_(plan, done) {}
 
-  LocalSummary run() {
+  EngineSummary run() {
     if (queue_.size() == 0) return {};
     const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
     const int jobs = static_cast<int>(std::min<std::size_t>(
@@ -198,15 +198,15 @@ class Engine {
   std::set<std::string> warnings_;
   Progress* progress_ = nullptr;
   int false_starts_ = 0;
-  LocalSummary summary_;
+  EngineSummary summary_;
 };
 
 }  // namespace
 
-LocalSummary run_local(const PointTask& task, const std::vector<PlannedPoint>& plan,
-                       const std::set<std::int64_t>& done, const LocalOptions& options,
-                       const std::function<void(const PointOutcome&)>& finished) {
-  return Engine(task, plan, done, options, finished).run();
+EngineSummary LocalEngine::run(const PointTask& task, const std::vector<PlannedPoint>& plan,
+                               const std::set<std::int64_t>& done,
+                               const std::function<void(const PointOutcome&)>& finished) {
+  return LocalRun(task, plan, done, options_, finished).run();
 }
 
 }  // namespace fringetwin::study

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs the points of a study in worker processes of this machine.
 #pragma once
-#include <cstdint>
-#include <functional>
-#include <set>
 #include <string>
 #include <vector>
 
-#include "study/point_runner.hpp"
+#include "study/engine.hpp"
 
 namespace fringetwin::study {
 
@@ -17,17 +14,18 @@ struct LocalOptions {
   std::string device;               ///< a part of a Vulkan device's name
 };
 
-struct LocalSummary {
-  std::size_t finished = 0, failed = 0;  ///< failed ones are among the finished
-  std::size_t traced = 0;                ///< points whose light was traced; the others took it over
-};
+/// Points that share a trace meet in one worker while there is other work for the others. A worker's crash is
+/// the failure of its point. Throws UserError when no worker can work (no device); after Ctrl-C the points in
+/// progress are dropped.
+class LocalEngine final : public Engine {
+ public:
+  explicit LocalEngine(LocalOptions options) : options_(std::move(options)) {}
+  EngineSummary run(const PointTask& task, const std::vector<PlannedPoint>& plan,
+                    const std::set<std::int64_t>& done,
+                    const std::function<void(const PointOutcome&)>& finished) override;
 
-/// Runs every point of the plan whose id is not in `done`. Points that share a trace meet in one worker while
-/// there is other work for the others. `finished` is called from this thread, in the order in which points
-/// end; what it throws ends the study. A worker's crash is the failure of its point. Throws UserError when no
-/// worker can work (no device), Cancelled after Ctrl-C: the points in progress are dropped then.
-LocalSummary run_local(const PointTask& task, const std::vector<PlannedPoint>& plan,
-                       const std::set<std::int64_t>& done, const LocalOptions& options,
-                       const std::function<void(const PointOutcome&)>& finished);
+ private:
+  LocalOptions options_;
+};
 
 }  // namespace fringetwin::study

@@ -19,8 +19,8 @@ namespace fringetwin::test::local_engine_test {
 namespace {
 
 namespace fs = std::filesystem;
+using study::EngineSummary;
 using study::LocalOptions;
-using study::LocalSummary;
 using study::PointOutcome;
 using study::StudyPoint;
 using ::testing::HasSubstr;
@@ -51,10 +51,10 @@ LocalOptions options(int jobs) {
   return o;
 }
 
-LocalSummary run(const fs::path& file, const LocalOptions& o, const std::set<std::int64_t>& done,
-                 Table* table) {
-  return study::run_local(
-      {file, {}}, study::plan_traces(file, points()), done, o,
+EngineSummary run(const fs::path& file, const LocalOptions& o, const std::set<std::int64_t>& done,
+                  Table* table) {
+  return study::LocalEngine(o).run(
+      {file, {}}, study::plan_traces(file, points()), done,
       [&](const PointOutcome& p) { EXPECT_TRUE(table->emplace(p.id, p).second) << "twice: " << p.id; });
 }
 
@@ -82,7 +82,7 @@ TEST(LocalEngine, TheSameTableWithAnyNumberOfWorkers) {
   FT_NEED_DEVICE();
   const fs::path file = twin_file();
   Table one, three;
-  const LocalSummary summary = run(file, options(1), {}, &one);
+  const EngineSummary summary = run(file, options(1), {}, &one);
   EXPECT_EQ(summary.finished, 12U);
   EXPECT_EQ(summary.failed, 3U);
   EXPECT_EQ(summary.traced, 3U) << "three radii; the fourth is refused before the trace is done";
@@ -103,7 +103,7 @@ TEST(LocalEngine, ACrashIsTheFailureOfItsPointOnly) {
   run(file, options(1), {}, &whole);
   const auto plan = study::plan_traces(file, points());
   int kills = 0;
-  study::run_local({file, {}}, plan, {}, options(1), [&](const PointOutcome& p) {
+  study::LocalEngine(options(1)).run({file, {}}, plan, {}, [&](const PointOutcome& p) {
     EXPECT_TRUE(table.emplace(p.id, p).second);
     // The worker starts on the next point as soon as this returns; it is gone by then.
     if (p.id == 4 && kills++ == 0)
@@ -137,10 +137,10 @@ TEST(LocalEngine, AFaultOfTheStoreEndsTheWorkers) {
   FT_NEED_DEVICE();
   const fs::path file = twin_file();
   const auto plan = study::plan_traces(file, points());
-  EXPECT_THROW(
-      study::run_local({file, {}}, plan, {}, options(2),
-                       [](const PointOutcome&) { throw UserError(ExitCode::input, "study.db", "full"); }),
-      UserError);
+  EXPECT_THROW(study::LocalEngine(options(2))
+                   .run({file, {}}, plan, {},
+                        [](const PointOutcome&) { throw UserError(ExitCode::input, "study.db", "full"); }),
+               UserError);
   EXPECT_TRUE(workers_of(getpid()).empty());
 }
 

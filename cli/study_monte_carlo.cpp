@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// study, kind = "monte-carlo": trials until the numbers are known well enough.
+#include <fmt/format.h>
+
+#include "cli/out_folder.hpp"
+#include "cli/study_runs.hpp"
+#include "cli/version.hpp"
+#include "study/kept_points.hpp"
+#include "study/monte_carlo_run.hpp"
+#include "twin/errors.hpp"
+#include "twin/image_io.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::cli {
+namespace {
+
+// "radius 19.0031, sigma 0.0054, 95 %: 18.9919 ... 19.0131; depth 0.82, noise 0.20"
+void tell_number(const std::string& name, const study::MonteCarloNumber& n,
+                 const study::MonteCarloResult& result, double coverage) {
+  const study::SampleSummary& s = n.summary;
+  fmt::print("{} {:.8g}, sigma {:.3g}, {:g} %: {:.8g} ... {:.8g}", name, s.mean, s.sigma, 100.0 * coverage,
+             s.symmetric.low, s.symmetric.high);
+  for (std::size_t f = 0; f < n.sensitivity.total.size(); ++f)
+    fmt::print("{} {} {:.2f}", f == 0 ? "; total effects:" : ",", result.factors[f],
+               n.sensitivity.total[f].value);
+  fmt::print("{}\n", n.convergence.reached ? "" : " (not converged)");
+}
+
+}  // namespace
+
+int run_monte_carlo(const StudyRun& o) {
+  const study::StudyFile& file = o.file;
+  const study::MonteCarloPlan plan = study::complete_plan(file);
+  const study::StudyIdentity identity =
+      study::check_study(file, {study::StudyPoint{}, study::first_trial(file)});
+  begin_output(o.out, {"study.csv", "result.json"});
+  study::StudyStore store(o.out / "study.db", identity, version_string());
+  say(fmt::format("study \"{}\": blocks of {} trials, at most {}", file.name, plan.rule.trials_per_block(),
+                  plan.most_trials));
+  study::KeptPoints points(study::monte_carlo_task(file, plan), *o.engine, store);
+  study::MonteCarloResult result;
+  try {
+    result = study::run_monte_carlo(
+        plan, [&](const std::vector<study::StudyPoint>& batch) { return points.run(batch); });
+  } catch (const Cancelled&) {
+    const auto counts = store.counts();
+    say(fmt::format("stopped after {}; the same command goes on from there",
+                    points_text(counts.done + counts.failed)));
+    throw;
+  }
+  const auto rows = store.rows();
+  write_text_file(o.out / "study.csv", study::study_csv(rows));
+  write_text_file(o.out / "result.json", study::monte_carlo_json(plan, result));
+  fmt::print("study \"{}\": {} trials, {} failed, {} in this run\n", file.name, result.trials, result.failed,
+             points_text(static_cast<std::int64_t>(points.summary().finished)));
+  for (const auto& [name, number] : result.numbers) tell_number(name, number, result, plan.rule.coverage);
+  tell_failures(file.file, rows);
+  say("result: " + (o.out / "result.json").string());
+  if (result.converged) return static_cast<int>(ExitCode::ok);
+  warn(fmt::format("not converged after {} trials: give more most_trials or fewer digits", result.trials));
+  return static_cast<int>(ExitCode::no_convergence);
+}
+
+}  // namespace fringetwin::cli

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/study_runs.hpp"
+
+#include <fmt/format.h>
+
+#include <set>
+
+#include "twin/errors.hpp"
+#include "twin/progress.hpp"
+
+namespace fringetwin::cli {
+namespace {
+
+constexpr std::size_t most_reasons = 5;
+
+}  // namespace
+
+std::string points_text(std::int64_t n) { return fmt::format("{} point{}", n, n == 1 ? "" : "s"); }
+
+void tell_failures(const std::filesystem::path& file, const std::vector<study::StoredPoint>& rows) {
+  std::set<std::string> reasons;
+  bool any_done = false;
+  for (const study::StoredPoint& row : rows) {
+    if (row.status == study::PointStatus::failed) reasons.insert(row.outcome.reason);
+    any_done = any_done || row.status == study::PointStatus::done;
+  }
+  if (!any_done && !reasons.empty())
+    throw UserError(ExitCode::usage, file.string(), "no point could be measured: " + *reasons.begin());
+  std::size_t told = 0;
+  for (const std::string& reason : reasons) {
+    if (++told > most_reasons) break;
+    warn("points failed: " + reason);
+  }
+}
+
+}  // namespace fringetwin::cli

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kinds of studies as `fringetwin study` runs them; internal to cli/.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "study/engine.hpp"
+#include "study/study_file.hpp"
+#include "study/study_store.hpp"
+
+namespace fringetwin::cli {
+
+struct StudyRun {
+  study::StudyFile file;
+  std::filesystem::path out;
+  study::Engine* engine = nullptr;
+};
+
+// One per kind; each returns the exit code.
+int run_design(const StudyRun& run);
+int run_monte_carlo(const StudyRun& run);
+
+/// "1 point", "12 points".
+std::string points_text(std::int64_t n);
+
+/// The reasons of what failed, each once. Throws UserError(usage) when no point could be measured: a study
+/// without a result is no success.
+void tell_failures(const std::filesystem::path& file, const std::vector<study::StoredPoint>& rows);
+
+}  // namespace fringetwin::cli

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/monte_carlo_run.hpp"
+
+namespace fringetwin::study {
+
+MonteCarloPlan complete_plan(const StudyFile& study) {
+  MonteCarloPlan plan = study.monte_carlo.value().plan;
+  if (study.monte_carlo->calibration)
+    plan.inputs.calibration = VirtualRig(study.twin, true).calibration_directions();
+  return plan;
+}
+
+PointTask monte_carlo_task(const StudyFile& study, const MonteCarloPlan& plan) {
+  return {study.twin, study.records, true, plan.inputs.calibration > 0};
+}
+
+StudyPoint first_trial(const StudyFile& study) {
+  const MonteCarloPlan& plan = study.monte_carlo.value().plan;
+  return point_of(plan.inputs, 0, draw_inputs(plan.inputs, plan.seed, DrawStream::trials, 0));
+}
+
+}  // namespace fringetwin::study
