@@ -37,7 +37,9 @@ int run_monte_carlo(const StudyRun& o) {
   study::StudyStore store(o.out / "study.db", identity, version_string());
   say(fmt::format("study \"{}\": blocks of {} trials, at most {}", file.name, plan.rule.trials_per_block(),
                   plan.most_trials));
-  study::KeptPoints points(study::monte_carlo_task(file, plan), *o.engine, store);
+  study::PointTask task = study::monte_carlo_task(file, plan);
+  task.study = identity.digest();
+  study::KeptPoints points(std::move(task), *o.engine, store);
   study::MonteCarloResult result;
   try {
     result = study::run_monte_carlo(
