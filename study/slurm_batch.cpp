@@ -43,7 +43,8 @@ SlurmRound SlurmRound::read(const fs::path& folder) {
   if (const report::Json end = json_of(folder / "ended.json"); !end.is_null()) {
     round.ended = true;
     round.cancelled = end.value("cancelled", false);
-    for (const auto& item : end.value("tasks", report::Json::object()).items())
+    const report::Json tasks = end.value("tasks", report::Json::object());
+    for (const auto& item : tasks.items())
       round.states[std::stoul(item.key())] = item.value();
   }
   return round;

@@ -176,6 +176,7 @@ MpiDefault=none
 SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU_Memory
 SchedulerType=sched/builtin
+SchedulerParameters=batch_sched_delay=0,sched_interval=1
 SlurmdParameters=config_overrides
 ReturnToService=2
 MailProg=/bin/true
@@ -186,7 +187,7 @@ PartitionName=main Nodes=ALL Default=YES MaxTime=INFINITE State=UP
                        name, controller_port, node_port, user->pw_name, folder_.string());
   };
   write_file(configuration(), text(port));
-  write_file(dead_configuration(), text(1));
+  write_file(dead_configuration(), text(1) + "MessageTimeout=2\n");
 }
 
 }  // namespace fringetwin::test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Slurm of one node with two cores, with its own key, configuration, ports and folder: Debian's daemons, run
-// as this user, gone with this process however it ends.
+// A Slurm of one node with two cores, with its own key, configuration, ports and folder: Debian's daemons,
+// run as this user, gone with this process however it ends.
 #pragma once
 #include <sys/types.h>
 

@@ -270,7 +270,8 @@ TEST_F(StudySlurm, InterruptedKilledAndRequeuedEveryPointIsMeasuredOnce) {
     again += all.begun.at(id) - 1;
   }
   EXPECT_TRUE(all.begun_after_its_end.empty());
-  EXPECT_LE(again, 4) << "only what was in progress: one point of each of the four tasks that were broken off";
+  EXPECT_LE(again, 4)
+      << "only what was in progress: one point of each of the four tasks that were broken off";
   std::printf("%zu attempts in %zu rounds; %d points were begun again\n", all.files, all.rounds, again);
 }
 
@@ -296,7 +297,7 @@ values = [16, 65536, 64, 256]
   }
   EXPECT_EQ(submitter.wait(), 0) << submitter.said();
   EXPECT_THAT(submitter.said(), HasSubstr("3 measured, 1 failed"));
-  EXPECT_THAT(submitter.said(), HasSubstr("points failed: 3 times its task ended FAILED (RaisedSignal:9"));
+  EXPECT_THAT(submitter.said(), HasSubstr("points failed: 3 times its task ended FAILED ("));
 }
 
 TEST_F(StudySlurm, WithoutADeviceNoPointFails) {
