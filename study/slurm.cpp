@@ -53,6 +53,8 @@ bool Job::alive() const {
   return std::any_of(tasks.begin(), tasks.end(), [](const auto& t) { return t.second.alive(); });
 }
 
+bool Job::completed() const { return count("COMPLETED") == tasks.size(); }
+
 std::size_t Job::count(const std::string& state) const {
   return static_cast<std::size_t>(
       std::count_if(tasks.begin(), tasks.end(), [&](const auto& t) { return t.second.state == state; }));

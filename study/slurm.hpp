@@ -19,6 +19,7 @@ struct Job {
   std::string id;  ///< empty: Slurm knows none of this name (any more)
   std::map<std::size_t, Task> tasks;
   bool alive() const;
+  bool completed() const;  ///< all tasks, without a fault
   std::size_t count(const std::string& state) const;
 };
 

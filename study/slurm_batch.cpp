@@ -44,8 +44,7 @@ SlurmRound SlurmRound::read(const fs::path& folder) {
     round.ended = true;
     round.cancelled = end.value("cancelled", false);
     const report::Json tasks = end.value("tasks", report::Json::object());
-    for (const auto& item : tasks.items())
-      round.states[std::stoul(item.key())] = item.value();
+    for (const auto& item : tasks.items()) round.states[std::stoul(item.key())] = item.value();
   }
   return round;
 }

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <exception>
+#include <cstdlib>
 #include <thread>
 
 #include "study/slurm.hpp"
@@ -28,7 +28,7 @@ constexpr int minutes_per_task = 60;
 constexpr int most_deaths = 3;  // of a task with the same point in progress
 constexpr int most_fruitless_rounds = 3;
 constexpr std::size_t most_warnings = 50;
-constexpr auto patience_with_cancelled = 10s;
+constexpr auto patience_with_cancelled = 10s, patience_with_disk = 10s, patience_with_slurm = 30s;
 
 /// Waits in proportion to what has passed: short studies are attended to at once, long ones ask rarely.
 class Pace {
@@ -136,12 +136,17 @@ class SlurmRun {
 
   // What a user may want otherwise is declared here: the environment (SBATCH_...) and --slurm-args go first.
   std::string script(const SlurmRound& round) const {
+    // sbatch takes memory in one way only
+    const bool has_memory = std::getenv("SBATCH_MEM_PER_CPU") || std::getenv("SBATCH_MEM_PER_GPU") ||
+                            std::any_of(options_.arguments.begin(), options_.arguments.end(),
+                                        [](const std::string& a) { return a.starts_with("--mem-per-"); });
     return fmt::format(
         "#!/bin/sh\n"
-        "#SBATCH --nodes=1 --ntasks=1 --cpus-per-task={}\n"
-        "#SBATCH --mem={}M --time={}\n"
+        "#SBATCH --nodes=1 --ntasks=1 --cpus-per-task={} --time={}\n"
+        "{}"
         "exec {} study-shard {} \"$SLURM_ARRAY_TASK_ID\"\n",
-        options_.jobs, options_.jobs * megabytes_per_point, minutes_per_task,
+        options_.jobs, minutes_per_task,
+        has_memory ? "" : fmt::format("#SBATCH --mem={}M\n", options_.jobs * megabytes_per_point),
         slurm::shell_word(options_.program.string()), slurm::shell_word(round.folder.string()));
   }
 
@@ -159,17 +164,25 @@ class SlurmRun {
   /// Until nothing is left, or Slurm has no task of the round any more.
   void watch() {
     watching_ = true;
+    const auto begin = Clock::now();
     Pace files(200ms, 2s), queue(500ms, 10s);
     while (!left_.empty()) {
       throw_if_cancelled();
       if (files.due()) collect();
       if (queue.due()) {
         watch_.ask(batch_.last()->job_name);
-        if (watch_.answered() && !watch_.job().alive()) break;
+        const bool shown = !watch_.job().tasks.empty() || Clock::now() - begin > patience_with_slurm;
+        if (watch_.answered() && shown && !watch_.job().alive()) break;
       }
       std::this_thread::sleep_for(50ms);
     }
     collect();  // what came between the last look at the files and the end of the tasks
+    const auto until = Clock::now() + patience_with_disk;  // a share may show the last lines late
+    while (!left_.empty() && watch_.job().completed() && Clock::now() < until) {
+      throw_if_cancelled();
+      std::this_thread::sleep_for(200ms);
+      collect();
+    }
     watching_ = false;
   }
 

@@ -197,7 +197,7 @@ std::vector<pid_t> processes(const std::string& round, int index) {
 }
 
 TEST_F(StudySlurm, TheTableOfOneMachine) {
-  const fs::path dir = study_folder("slurm_table", R"(noise_seeds = 4
+  const fs::path dir = study_folder("slurm it's 5 %A", R"(noise_seeds = 4
 [[vary]]
 key = "object.ball.radius_mm"
 values = [18, 19, 900, 20]
@@ -239,6 +239,12 @@ TEST_F(StudySlurm, InterruptedKilledAndRequeuedEveryPointIsMeasuredOnce) {
   const std::size_t at_kill = done();
   EXPECT_TRUE(comes([&] { return done() > at_kill + 2; })) << "the array does not need its submitter";
 
+  {
+    Submitter logged_out(dir, options);
+    ASSERT_TRUE(comes([&] { return logged_out.said().find("is watched") != std::string::npos; }));
+    EXPECT_EQ(logged_out.end(SIGTERM), 130);
+    EXPECT_THAT(logged_out.said(), HasSubstr("goes on; the same command watches it again"));
+  }
   Submitter second(dir, options);
   ASSERT_TRUE(comes([&] { return second.said().find("is watched") != std::string::npos; })) << second.said();
   const Attempts seen = attempts(dir / "slurm");
@@ -328,7 +334,8 @@ TEST_F(StudySlurm, WithoutSlurmNothingIsLost) {
   EXPECT_EQ(read_file(dir / "out/study.csv"), table);
   const RunResult again = run_study(dir, "out");
   EXPECT_THAT(again.out, HasSubstr("0 of them in this run"));
-  const RunResult after = run_study(dir, "new", {"--engine", "slurm"});
+  const RunResult after =
+      run_study(dir, "new", {"--engine", "slurm", "--slurm-args", "--mem-per-cpu=900M --time=3"});
   EXPECT_EQ(after.exit_code, 0) << after.err;
   EXPECT_EQ(read_file(dir / "new/study.csv"), table);
 }
@@ -338,7 +345,7 @@ TEST_F(StudySlurm, AMonteCarloStudyGivesTheSameResult) {
 block_trials = 5
 least_blocks = 2
 sensitivity_rows = 4
-most_trials = 15
+most_trials = 10
 [[uncertain]]
 key = "object.ball.center_mm[2]"
 name = "depth"
