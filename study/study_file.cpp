@@ -45,17 +45,24 @@ Range read_range(const TomlTable& table, bool sampled) {
 }
 
 Variation read_variation(const TomlTable& table, bool sampled, std::set<std::string>* taken) {
-  table.allow({"key", "keys", "values", "range", "count", "scale"});
-  Variation variation{read_study_keys(table, taken), {}, std::nullopt};
-  if (table.has("values") == table.has("range")) table.fail("", "needs either values or range");
+  table.allow({"key", "keys", "values", "rows", "range", "count", "scale"});
+  Variation variation{read_study_keys(table, taken), {}, {}, std::nullopt};
+  if (table.has("values") + table.has("rows") + table.has("range") != 1)
+    table.fail("", "needs either values, rows or range");
   if (table.has("range")) {
     variation.range = read_range(table, sampled);
     return variation;
   }
   for (const char* key : {"count", "scale"})
     if (table.has(key)) table.fail(key, "has no effect without range");
-  variation.values = *table.toml_texts("values");
-  if (variation.values.empty()) table.fail("values", "is empty, so the design is", "give one value or more");
+  if (table.has("rows")) {
+    variation.rows = *table.toml_rows("rows", variation.keys.size());
+    for (const std::vector<std::string>& row : variation.rows) variation.values.push_back(row.front());
+  } else {
+    variation.values = *table.toml_texts("values");
+  }
+  if (variation.values.empty())
+    table.fail(table.has("rows") ? "rows" : "values", "is empty, so the design is", "give one value or more");
   return variation;
 }
 

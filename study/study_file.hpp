@@ -23,7 +23,8 @@ struct Range {
 /// One [[vary]]: values that all its keys take together.
 struct Variation {
   std::vector<std::string> keys;
-  std::vector<std::string> values;  ///< TOML text; empty with a range
+  std::vector<std::string> values;             ///< TOML text; empty with a range; with `rows` the first key's
+  std::vector<std::vector<std::string>> rows;  ///< or each key has its own: [value][key]
   std::optional<Range> range;
 };
 /// One [[record]]: a path into what `measure` writes, and the column it fills.
