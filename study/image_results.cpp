@@ -106,10 +106,10 @@ Json theory(const VirtualMeasurement& run, const std::vector<Record>& records) {
     const NoiseTheory t = noise_theory(run.recording, fit.object);
     out.push_back({{"object", fit.object},
                    {"n", t.n},
-                   {"rms_mm", t.rms_mm},
+                   {"rms_mm", json_number(t.rms_mm)},
                    {"center_sigma_mm", report::json_numbers(t.center_sigma_mm)},
-                   {"radius_sigma_mm", t.radius_sigma_mm},
-                   {"offset_sigma_mm", t.offset_sigma_mm}});
+                   {"radius_sigma_mm", json_number(t.radius_sigma_mm)},
+                   {"offset_sigma_mm", json_number(t.offset_sigma_mm)}});
   }
   return out;
 }

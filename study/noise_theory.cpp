@@ -296,9 +296,9 @@ NoiseTheory noise_theory(const Twin& twin, const std::string& object, std::size_
   const int stride =
       std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / static_cast<double>(most_pixels)))));
   const std::vector<FitPoint> points = points_of(scene, twin, stride);
-  if (points.size() < 4)
-    throw UserError(ExitCode::usage, twin.file.string(), "no point of \"" + object + "\" is expected",
-                    "see that both devices look at it and fringes are neither weak nor saturated");
+  const double pixels_each = static_cast<double>(stride) * stride;
+  NoiseTheory out;
+  if (points.size() < 4) return out;
   // the fit leaves out what is farther than that (docs/METRICS.md, "Fits")
   const double limit_mm = measure::kInlierSigmas * 1.4826 * median_distance(points);
   FitSum<4> sphere;
@@ -312,8 +312,6 @@ NoiseTheory noise_theory(const Twin& twin, const std::string& object, std::size_
     sphere.add(Eigen::Vector4d(p.n.x(), p.n.y(), p.n.z(), 1.0), kept.share, variance);
     plane.add(Eigen::Matrix<double, 1, 1>::Ones(), kept.share, variance);
   }
-  const double pixels_each = static_cast<double>(stride) * stride;
-  NoiseTheory out;
   out.n = n * pixels_each;
   out.rms_mm = std::sqrt(sum / n);
   if (scene.is_sphere()) {

@@ -4,6 +4,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -12,12 +13,14 @@
 namespace fringetwin::study {
 
 struct NoiseTheory {
-  double n = 0.0;       ///< points expected on the object
-  double rms_mm = 0.0;  ///< of the points' distances from the surface: noise and rounding
+  double n = 0.0;            ///< points expected on the object; without any the others are NaN
+  double rms_mm = kUnknown;  ///< of the points' distances from the surface: noise and rounding
   /// Standard deviations over repeated captures. Sphere: centre (world frame) and radius; plane: offset along
-  /// the normal at the centroid of the points. The others are 0.
-  Eigen::Vector3d center_sigma_mm = Eigen::Vector3d::Zero();
-  double radius_sigma_mm = 0.0, offset_sigma_mm = 0.0;
+  /// the normal at the centroid of the points. NaN for the other shape.
+  Eigen::Vector3d center_sigma_mm = Eigen::Vector3d::Constant(kUnknown);
+  double radius_sigma_mm = kUnknown, offset_sigma_mm = kUnknown;
+
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// For a sphere or plane alone in the scene, phase shifting of four or more steps in one direction, a linear
