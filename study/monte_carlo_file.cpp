@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "twin/errors.hpp"
 #include "twin/toml_reader.hpp"
 
@@ -11,8 +13,36 @@ namespace {
 
 constexpr int kMostTrials = 1'000'000, kMostSeed = 2'000'000'000;
 
+bool is_sphere(const TomlTable& twin, const std::string& object) {
+  const std::vector<TomlTable> objects = twin.tables("object");
+  return std::any_of(objects.begin(), objects.end(), [&](const TomlTable& o) {
+    return o.string("name") == object && o.string("shape") == "sphere";
+  });
+}
+
+UncertainForm read_form(const TomlTable& table, const TomlTable& twin, std::set<std::string>* taken) {
+  table.allow({"form", "name", "rms_mm", "degrees"});
+  UncertainForm out;
+  out.object = table.required_string("form");
+  if (!is_sphere(twin, out.object))
+    table.fail("form", fmt::format("\"{}\" is no sphere of the twin", out.object));
+  if (!taken->insert("form of " + out.object).second)
+    table.fail("form", fmt::format("names \"{}\" a second time", out.object));
+  out.name = table.string("name").value_or("form of " + out.object);
+  out.spread.rms_mm = table.required_number("rms_mm", NumberRange::positive(1e-6));
+  if (table.has("degrees")) {
+    const Eigen::VectorXd degrees =
+        *table.vector("degrees", 2, NumberRange::between(FormSpread::least_degree, FormSpread::most_degree));
+    if (degrees != degrees.array().round().matrix() || degrees[0] > degrees[1])
+      table.fail("degrees", "must be two whole numbers, the second not below the first");
+    out.spread.low = static_cast<int>(degrees[0]);
+    out.spread.high = static_cast<int>(degrees[1]);
+  }
+  return out;
+}
+
 UncertainKey read_uncertain(const TomlTable& table, const TomlTable& twin, std::set<std::string>* taken) {
-  table.allow({"key", "keys", "name", "value", "distribution", "sigma", "half_width"});
+  table.allow({"key", "keys", "form", "name", "value", "distribution", "sigma", "half_width"});
   UncertainKey out;
   out.keys = read_study_keys(table, taken);
   out.name = table.string("name").value_or(out.keys[0]);
@@ -80,12 +110,17 @@ MonteCarloSettings read_monte_carlo(const TomlTable& root, const std::filesystem
   const TomlTable twin = TomlTable::parse_file(twin_file, ExitCode::usage);
   std::set<std::string> taken, names = {"calibration", "noise"};
   for (const TomlTable& table : root.tables("uncertain")) {
-    plan.inputs.keys.push_back(read_uncertain(table, twin, &taken));
-    if (!names.insert(plan.inputs.keys.back().name).second)
+    const bool form = table.has("form");
+    if (form)
+      plan.inputs.forms.push_back(read_form(table, twin, &taken));
+    else
+      plan.inputs.keys.push_back(read_uncertain(table, twin, &taken));
+    const std::string& name = form ? plan.inputs.forms.back().name : plan.inputs.keys.back().name;
+    if (!names.insert(name).second)
       table.fail(table.has("name") ? "name" : "",
-                 fmt::format("\"{}\" is the name of another input, too", plan.inputs.keys.back().name));
+                 fmt::format("\"{}\" is the name of another input, too", name));
   }
-  if (plan.inputs.keys.empty() && !out.calibration && !plan.inputs.noise)
+  if (plan.inputs.keys.empty() && plan.inputs.forms.empty() && !out.calibration && !plan.inputs.noise)
     root.fail("uncertain", "is missing: nothing is uncertain",
               "give an [[uncertain]], or calibration = true");
   return out;

@@ -205,7 +205,7 @@ StudyIdentity check_study(const StudyFile& study, const std::vector<StudyPoint>&
     const Settings strings = settings_with_strings(point.settings);
     if (readable && (strings.empty() || seen.contains(strings))) continue;
     try {
-      const std::vector<fs::path> read = files_of(load_twin(study.twin, point.settings));
+      const std::vector<fs::path> read = files_of(load_twin(study.twin, keys_of_twin(point.settings)));
       files.insert(read.begin(), read.end());
       seen.insert(strings);
       readable = true;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is uncertain in a virtual experiment, and draws of it: keys of the twin with a spread, the joint
-// covariance of the rig's calibration, the noise of the sensor.
+// What is uncertain in a virtual experiment, and draws of it: keys of the twin with a spread, the form of
+// spheres, the joint covariance of the rig's calibration, the noise of the sensor.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -9,6 +9,7 @@
 
 #include "compare/calibration_covariance.hpp"
 #include "study/draws.hpp"
+#include "study/sphere_form.hpp"
 #include "study/study_point.hpp"
 
 namespace fringetwin::study {
@@ -23,31 +24,40 @@ struct UncertainKey {
   double spread = 0.0;  ///< standard deviation; uniform: half width
 };
 
+/// A sphere of the twin that is not quite one.
+struct UncertainForm {
+  std::string name, object;
+  FormSpread spread;
+};
+
 struct UncertainInputs {
   std::vector<UncertainKey> keys;
+  std::vector<UncertainForm> forms;
   std::size_t calibration = 0;  ///< principal directions of the rig's covariance (one_sigma_changes)
   bool noise = true;
 
-  /// What the spread can come from, all of them independent: the keys' names, "calibration", "noise".
+  /// What the spread can come from, all of them independent: the keys' names, the forms', "calibration",
+  /// "noise".
   std::vector<std::string> factors() const;
 };
 
 /// One draw of all inputs.
 struct InputDraw {
-  std::vector<double> deviates;     ///< one per key: standard normal, or uniform in (-1, 1)
-  std::vector<double> calibration;  ///< standard normal
-  std::uint64_t noise_seed = 0;     ///< below 2^53: exact in JSON, SQLite and CSV
+  std::vector<double> deviates;      ///< one per key: standard normal, or uniform in (-1, 1)
+  std::vector<std::uint64_t> forms;  ///< seeds of SphereForm::draw, below 2^53
+  std::vector<double> calibration;   ///< standard normal
+  std::uint64_t noise_seed = 0;      ///< below 2^53: exact in JSON, SQLite and CSV
 };
 InputDraw draw_inputs(const UncertainInputs& inputs, std::uint64_t seed, DrawStream stream,
                       std::uint64_t trial);
 /// `a` with one factor (order of factors()) taken from `b`.
 InputDraw exchanged(const UncertainInputs& inputs, InputDraw a, const InputDraw& b, std::size_t factor);
 
-/// The draw as a point of a study. The calibration's deviates are a setting of their own, which VirtualRig
-/// takes out again: no key of a twin has that name.
+/// The draw as a point of a study. The calibration's deviates and the forms are settings of their own, which
+/// VirtualRig takes out again: no key of a twin has such a name.
 StudyPoint point_of(const UncertainInputs& inputs, std::int64_t id, const InputDraw& draw);
 
-/// A point's settings without the calibration's deviates: what load_twin takes.
+/// A point's settings without the calibration's deviates and the forms: what load_twin takes.
 Settings keys_of_twin(Settings settings);
 
 /// The rig as calibrated, with which everything is measured, and rigs as drawn, which record.
