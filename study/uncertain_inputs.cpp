@@ -6,18 +6,23 @@
 
 #include <algorithm>
 #include <charconv>
+#include <string_view>
 
+#include "study/shared_meshes.hpp"
 #include "twin/errors.hpp"
+#include "twin/toml_reader.hpp"
 
 namespace fringetwin::study {
 namespace {
 
 constexpr const char* kDeviates = "uncertainty.calibration.deviates";
-constexpr const char* kForm = "uncertainty.form.";  ///< before the object's name
+// Before an object's name; before a key.
+constexpr std::string_view kForm = "uncertainty.form.", kNominal = "nominal.";
 
 /// Dimensions of the random numbers. A key more, or a calibration, leaves the other inputs' draws as they
 /// are.
-constexpr std::uint32_t kNoiseDimension = 0, kFirstKey = 1, kFirstDirection = 1u << 16, kFirstForm = 1u << 17;
+constexpr std::uint32_t kNoiseDimension = 0, kFirstKey = 1, kFirstDirection = 1u << 16, kFirstForm = 1u << 17,
+                        kFirstRepetition = 1u << 18;
 
 std::uint64_t seed_of_53_bits(std::uint64_t bits) { return bits >> 11; }
 
@@ -31,6 +36,13 @@ Eigen::VectorXd read_list(const std::string& text, Eigen::Index n) {
              "numbers of a draw: " + text);
     at = next + 2;
   }
+  return out;
+}
+
+Settings nominal_settings(const Settings& settings) {
+  Settings out;
+  for (const auto& [key, text] : settings)
+    if (key.starts_with(kNominal)) out[key.substr(kNominal.size())] = text;
   return out;
 }
 
@@ -96,8 +108,26 @@ InputDraw exchanged(const UncertainInputs& inputs, InputDraw a, const InputDraw&
   return a;
 }
 
-StudyPoint point_of(const UncertainInputs& inputs, std::int64_t id, const InputDraw& draw) {
+std::uint64_t repeated_noise(const UncertainInputs& inputs, std::uint64_t seed, std::uint64_t trial,
+                             std::uint32_t repetition) {
+  const std::uint32_t dimension = repetition == 0 ? kNoiseDimension : kFirstRepetition + repetition;
+  return inputs.noise ? seed_of_53_bits(random_bits(seed, DrawStream::trials, trial, dimension)) : 0;
+}
+
+UncertainInputs about(UncertainInputs inputs, const std::filesystem::path& twin, const Settings& nominal) {
+  const TomlTable file = TomlTable::parse_file(twin, ExitCode::usage, nominal);
+  for (UncertainKey& key : inputs.keys) {
+    if (key.stated) continue;
+    for (std::size_t i = 0; i < key.keys.size(); ++i)
+      key.values[i] = file.number_at(key.keys[i]).value_or(key.values[i]);
+  }
+  return inputs;
+}
+
+StudyPoint point_of(const UncertainInputs& inputs, std::int64_t id, const InputDraw& draw,
+                    const Settings& nominal) {
   StudyPoint out;
+  for (const auto& [key, text] : nominal) out.settings[std::string(kNominal) + key] = text;
   out.id = id;
   out.seed = draw.noise_seed;
   for (std::size_t k = 0; k < inputs.keys.size(); ++k) {
@@ -107,7 +137,7 @@ StudyPoint point_of(const UncertainInputs& inputs, std::int64_t id, const InputD
   }
   for (std::size_t i = 0; i < inputs.forms.size(); ++i) {
     const FormSpread& spread = inputs.forms[i].spread;
-    out.settings[kForm + inputs.forms[i].object] =
+    out.settings[std::string(kForm) + inputs.forms[i].object] =
         fmt::format("[{}, {}, {}, {}]", draw.forms[i], spread.rms_mm, spread.low, spread.high);
   }
   if (!draw.calibration.empty())
@@ -115,9 +145,18 @@ StudyPoint point_of(const UncertainInputs& inputs, std::int64_t id, const InputD
   return out;
 }
 
-Settings keys_of_twin(Settings settings) {
-  std::erase_if(settings, [](const auto& setting) { return is_of_the_draw(setting.first); });
-  return settings;
+Settings recording_settings(const Settings& settings) {
+  Settings out;
+  for (const auto& [key, text] : settings)
+    if (!key.starts_with(kNominal)) out[key] = text;
+  out.merge(nominal_settings(settings));
+  return out;
+}
+
+Settings keys_of_twin(const Settings& settings) {
+  Settings out = recording_settings(settings);
+  std::erase_if(out, [](const auto& setting) { return is_of_the_draw(setting.first); });
+  return out;
 }
 
 VirtualRig::VirtualRig(const std::filesystem::path& twin_file, bool with_calibration)
@@ -130,6 +169,17 @@ VirtualRig::VirtualRig(const std::filesystem::path& twin_file, bool with_calibra
   changes_ = compare::one_sigma_changes(*covariance_);
 }
 
+const Twin& VirtualRig::measuring(const Settings& settings) {
+  Settings keys = nominal_settings(settings);
+  if (!measuring_ || keys != measuring_settings_) {
+    Twin twin = keys.empty() ? nominal_ : load_twin(file_, keys);
+    load_meshes(&twin, measuring_ ? &*measuring_ : nullptr);
+    measuring_ = std::move(twin);
+    measuring_settings_ = std::move(keys);
+  }
+  return *measuring_;
+}
+
 Twin VirtualRig::drawn(const Settings& settings) const {
   Twin twin = load_twin(file_, keys_of_twin(settings));
   for (const auto& [key, text] : settings) {
@@ -137,7 +187,7 @@ Twin VirtualRig::drawn(const Settings& settings) const {
       FT_CHECK(covariance_, "a rig with a calibration");
       twin = compare::with_rig_change(twin, *covariance_, changes_ * read_list(text, changes_.cols()));
     } else if (key.starts_with(kForm)) {
-      deform(&twin, key.substr(std::string_view(kForm).size()), text);
+      deform(&twin, key.substr(kForm.size()), text);
     }
   }
   return twin;
