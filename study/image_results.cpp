@@ -8,6 +8,7 @@
 #include "compare/fit_rows.hpp"
 #include "compare/indicators.hpp"
 #include "report/json.hpp"
+#include "study/noise_theory.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::study {
@@ -94,6 +95,25 @@ Json indicators(const VirtualMeasurement& run) {
   return out;
 }
 
+/// Of the fitted objects that a record names.
+Json theory(const VirtualMeasurement& run, const std::vector<Record>& records) {
+  Json out = Json::array();
+  for (const measure::ObjectFit& fit : run.measurement.fits) {
+    const std::string path = "theory." + fit.object + ".";
+    if (std::none_of(records.begin(), records.end(),
+                     [&](const Record& r) { return r.result.starts_with(path); }))
+      continue;
+    const NoiseTheory t = noise_theory(run.recording, fit.object);
+    out.push_back({{"object", fit.object},
+                   {"n", t.n},
+                   {"rms_mm", json_number(t.rms_mm)},
+                   {"center_sigma_mm", report::json_numbers(t.center_sigma_mm)},
+                   {"radius_sigma_mm", json_number(t.radius_sigma_mm)},
+                   {"offset_sigma_mm", json_number(t.offset_sigma_mm)}});
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string image_results(const VirtualMeasurement& run, const std::vector<Record>& records) {
@@ -105,6 +125,7 @@ std::string image_results(const VirtualMeasurement& run, const std::vector<Recor
   if (asked("acquisition")) out["acquisition"] = acquisition(run);
   if (asked("images")) out["images"] = images(run);
   if (asked("indicators")) out["indicators"] = indicators(run);
+  if (asked("theory")) out["theory"] = theory(run, records);
   return out.dump();
 }
 

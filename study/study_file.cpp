@@ -70,13 +70,15 @@ std::vector<Record> read_records(const TomlTable& root) {
   std::vector<Record> records;
   std::set<std::string> names;
   for (const TomlTable& table : root.tables("record")) {
-    table.allow({"result", "name"});
+    table.allow({"result", "name", "expected_mean", "expected_sigma"});
     Record record{table.required_string("result"), ""};
     record.name = table.has("name") ? table.required_string("name") : record.result;
     if (!names.insert(record.name).second)
       table.fail(table.has("name") ? "name" : "result",
                  fmt::format("\"{}\" is the name of another record, too", record.name));
     records.push_back(record);
+    for (const char* key : {"expected_mean", "expected_sigma"})
+      if (table.has(key)) records.push_back({table.required_string(key), record.name + '.' + key});
   }
   return records;
 }

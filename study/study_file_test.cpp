@@ -115,6 +115,15 @@ TEST_F(StudyFileTest, Faults) {
   EXPECT_THAT(error(kHeadLines + kDepth + record + record), HasSubstr("the name of another record"));
 }
 
+TEST_F(StudyFileTest, ExpectedValuesAreColumnsOfTheirOwn) {
+  const StudyFile study = load(kHeadLines + kDepth +
+                               "[[record]]\nresult = \"fits.ball.rms_mm\"\nname = \"rms\"\n"
+                               "expected_mean = \"theory.ball.rms_mm\"\n");
+  ASSERT_EQ(study.records.size(), 2u);
+  EXPECT_EQ(study.records[1].result, "theory.ball.rms_mm");
+  EXPECT_EQ(study.records[1].name, "rms.expected_mean");
+}
+
 TEST_F(StudyFileTest, PathsAndTwinsAreCheckedBeforeAnythingRuns) {
   const auto vary = [](const std::string& key, const std::string& values) {
     return kHeadLines + "[[vary]]\nkey = \"" + key + "\"\nvalues = " + values + "\n";
