@@ -61,6 +61,7 @@ int run_study(const StudyCommand& o) {
   study::StudyFile file = study::load_study(o.study);
   const auto engine = make_engine(o);
   const StudyRun run{std::move(file), o.out, engine.get()};
+  if (run.file.volume_map) return run_volume_map(run);
   return run.file.monte_carlo ? run_monte_carlo(run) : run_design(run);
 }
 

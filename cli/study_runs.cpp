@@ -17,6 +17,12 @@ constexpr std::size_t most_reasons = 5;
 
 std::string points_text(std::int64_t n) { return fmt::format("{} point{}", n, n == 1 ? "" : "s"); }
 
+void tell_stop(const study::StudyStore& store) {
+  const auto counts = store.counts();
+  say(fmt::format("stopped after {}; the same command goes on from there",
+                  points_text(counts.done + counts.failed)));
+}
+
 void tell_failures(const std::filesystem::path& file, const std::vector<study::StoredPoint>& rows) {
   std::set<std::string> reasons;
   bool any_done = false;

@@ -45,17 +45,24 @@ Range read_range(const TomlTable& table, bool sampled) {
 }
 
 Variation read_variation(const TomlTable& table, bool sampled, std::set<std::string>* taken) {
-  table.allow({"key", "keys", "values", "range", "count", "scale"});
-  Variation variation{read_study_keys(table, taken), {}, std::nullopt};
-  if (table.has("values") == table.has("range")) table.fail("", "needs either values or range");
+  table.allow({"key", "keys", "values", "rows", "range", "count", "scale"});
+  Variation variation{read_study_keys(table, taken), {}, {}, std::nullopt};
+  if (table.has("values") + table.has("rows") + table.has("range") != 1)
+    table.fail("", "needs either values, rows or range");
   if (table.has("range")) {
     variation.range = read_range(table, sampled);
     return variation;
   }
   for (const char* key : {"count", "scale"})
     if (table.has(key)) table.fail(key, "has no effect without range");
-  variation.values = *table.toml_texts("values");
-  if (variation.values.empty()) table.fail("values", "is empty, so the design is", "give one value or more");
+  if (table.has("rows")) {
+    variation.rows = *table.toml_rows("rows", variation.keys.size());
+    for (const std::vector<std::string>& row : variation.rows) variation.values.push_back(row.front());
+  } else {
+    variation.values = *table.toml_texts("values");
+  }
+  if (variation.values.empty())
+    table.fail(table.has("rows") ? "rows" : "values", "is empty, so the design is", "give one value or more");
   return variation;
 }
 
@@ -63,13 +70,15 @@ std::vector<Record> read_records(const TomlTable& root) {
   std::vector<Record> records;
   std::set<std::string> names;
   for (const TomlTable& table : root.tables("record")) {
-    table.allow({"result", "name"});
+    table.allow({"result", "name", "expected_mean", "expected_sigma"});
     Record record{table.required_string("result"), ""};
     record.name = table.has("name") ? table.required_string("name") : record.result;
     if (!names.insert(record.name).second)
       table.fail(table.has("name") ? "name" : "result",
                  fmt::format("\"{}\" is the name of another record, too", record.name));
     records.push_back(record);
+    for (const char* key : {"expected_mean", "expected_sigma"})
+      if (table.has(key)) records.push_back({table.required_string(key), record.name + '.' + key});
   }
   return records;
 }
@@ -131,17 +140,28 @@ std::vector<fs::path> files_of(const Twin& twin) {
   return files;
 }
 
+std::vector<std::string> keys_of(const std::string& kind) {
+  std::vector<std::string> keys = {"schema", "name", "twin", "kind", "seed"};
+  const auto add = [&](const std::vector<std::string>& more) {
+    keys.insert(keys.end(), more.begin(), more.end());
+  };
+  if (kind != "volume-map") keys.emplace_back("record");
+  if (kind == "design") {
+    add({"design", "points", "noise_seeds", "first_noise_seed", "vary"});
+    return keys;
+  }
+  add(uncertain_keys());
+  add(kind == "monte-carlo" ? monte_carlo_keys() : volume_map_keys());
+  return keys;
+}
+
 }  // namespace
 
 StudyFile load_study(const fs::path& file) {
   const TomlTable root = TomlTable::parse_file(file, ExitCode::usage);
-  const bool monte_carlo =
-      root.has("kind") && root.choice("kind", {"design", "monte-carlo"}) == "monte-carlo";
-  std::vector<std::string> keys = {"schema", "name", "twin", "kind", "seed", "record"};
-  const std::vector<std::string> design_keys = {"design", "points", "noise_seeds", "first_noise_seed",
-                                                "vary"};
-  const std::vector<std::string>& own = monte_carlo ? monte_carlo_keys() : design_keys;
-  keys.insert(keys.end(), own.begin(), own.end());
+  const std::string kind =
+      root.has("kind") ? root.required_choice("kind", {"design", "monte-carlo", "volume-map"}) : "design";
+  const std::vector<std::string> keys = keys_of(kind);
   if (!root.has("schema")) root.allow(keys);  // a misspelt "schema" is named as such
   if (root.required_string("schema") != kStudySchema)
     root.fail("schema",
@@ -155,9 +175,14 @@ StudyFile load_study(const fs::path& file) {
   study.content = root.flattened();
   study.content.erase("name");
   study.content.erase("twin");
-  if (monte_carlo) {
-    study.records = read_records(root);
+  study.records = read_records(root);
+  if (kind == "monte-carlo") {
     study.monte_carlo = read_monte_carlo(root, study.twin);
+    return study;
+  }
+  if (kind == "volume-map") {
+    study.volume_map = read_volume_map(root, study.twin);
+    study.records = volume_map_records(study.volume_map->plan.object);
     return study;
   }
   study.design = read_design(root);
@@ -167,7 +192,6 @@ StudyFile load_study(const fs::path& file) {
   std::set<std::string> taken;
   for (const TomlTable& table : root.tables("vary"))
     study.vary.push_back(read_variation(table, is_sampled(study.design), &taken));
-  study.records = read_records(root);
   read_sampling(root, &study);
   if (study.vary.empty() && (study.noise_seeds == 1 || is_sampled(study.design)))
     root.fail("vary", "is missing: the design is empty", "give a [[vary]], or noise_seeds of a plain grid");
@@ -198,7 +222,7 @@ StudyIdentity check_study(const StudyFile& study, const std::vector<StudyPoint>&
     const Settings strings = settings_with_strings(point.settings);
     if (readable && (strings.empty() || seen.contains(strings))) continue;
     try {
-      const std::vector<fs::path> read = files_of(load_twin(study.twin, point.settings));
+      const std::vector<fs::path> read = files_of(load_twin(study.twin, keys_of_twin(point.settings)));
       files.insert(read.begin(), read.end());
       seen.insert(strings);
       readable = true;

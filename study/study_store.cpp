@@ -111,6 +111,8 @@ StudyStore::StudyStore(const fs::path& file, const StudyIdentity& identity, cons
 
 StudyStore::~StudyStore() = default;
 
+std::string StudyStore::digest() const { return meta(impl_->database, "digest"); }
+
 void StudyStore::add(const std::vector<StudyPoint>& points) {
   Transaction transaction(impl_->database);
   Statement insert(impl_->database, "INSERT OR IGNORE INTO points(id, settings, seed) VALUES(?1, ?2, ?3)");
