@@ -37,16 +37,9 @@ int run_monte_carlo(const StudyRun& o) {
   study::StudyStore store(o.out / "study.db", identity, version_string());
   say(fmt::format("study \"{}\": blocks of {} trials, at most {}", file.name, plan.rule.trials_per_block(),
                   plan.most_trials));
-<<<<<<< HEAD
-  study::KeptPoints points(study::monte_carlo_task(file, plan), *o.engine, store);
-  study::MonteCarloResult result;
-  try {
-    result = study::run_monte_carlo(
-=======
   study::KeptPoints points(study::monte_carlo_task(file, plan), *o.engine, store);
   const study::MonteCarloResult result = run_until_stopped(store, [&] {
     return study::run_monte_carlo(
->>>>>>> 016aaf8787e50555b38185d210d50fe042f60651
         plan, [&](const std::vector<study::StudyPoint>& batch) { return points.run(batch); });
   });
   const auto rows = store.rows();
