@@ -151,12 +151,14 @@ class SlurmRun {
   }
 
   std::vector<std::string> arguments(const SlurmRound& round, std::size_t shards) const {
+    std::string log;  // Slurm reads % in a file's name, also in that of its folder
+    for (const char c : round.folder.string()) log += c == '%' ? std::string("%%") : std::string(1, c);
     std::vector<std::string> all{fmt::format("--array=0-{}", shards - 1),
                                  "--requeue",
                                  "--open-mode=append",
                                  "--job-name=" + round.job_name,
                                  "--chdir=" + round.folder.string(),
-                                 "--output=task-%a.log"};
+                                 "--output=" + log + "/task-%a.log"};
     all.insert(all.end(), options_.arguments.begin(), options_.arguments.end());
     return all;
   }

@@ -217,6 +217,7 @@ values = [40.0, 10.0]
   const Attempts all = attempts(dir / "slurm");
   EXPECT_EQ(all.finished.size(), 32U);
   EXPECT_EQ(all.files, 3U);
+  EXPECT_TRUE(fs::exists(fs::path(all.last_round) / "task-2.log"));
   EXPECT_EQ(cluster_->command(fmt::format("squeue -h -j {} -t all -o '%C %m %l %r'", all.job)).substr(0, 15),
             "2 2400M 1:00:00")
       << "the resources of a task";
@@ -340,8 +341,8 @@ TEST_F(StudySlurm, WithoutSlurmNothingIsLost) {
   EXPECT_EQ(read_file(dir / "new/study.csv"), table);
 }
 
-TEST_F(StudySlurm, AMonteCarloStudyGivesTheSameResult) {
-  const fs::path dir = study_folder("slurm_monte_carlo", R"(kind = "monte-carlo"
+TEST_F(StudySlurm, OtherKindsOfStudiesGiveTheSameResult) {
+  const std::string monte_carlo = R"(kind = "monte-carlo"
 block_trials = 5
 least_blocks = 2
 sensitivity_rows = 4
@@ -350,12 +351,26 @@ most_trials = 10
 key = "object.ball.center_mm[2]"
 name = "depth"
 sigma = 0.05
-)");
-  const int local = run_study(dir, "local").exit_code;
-  const RunResult slurm = run_study(dir, "slurm", {"--engine", "slurm", "--shards", "2"});
-  EXPECT_EQ(slurm.exit_code, local) << slurm.err;
-  for (const char* file : {"study.csv", "result.json"})
-    EXPECT_EQ(read_file(dir / "slurm" / file), read_file(dir / "local" / file));
+)" + record,
+                    volume_map = R"(kind = "volume-map"
+object = "ball"
+center_mm = [0, 0, 270]
+size_mm = [10, 0, 0]
+counts = [2, 1, 1]
+trials = 2
+[[uncertain]]
+form = "ball"
+rms_mm = 0.01
+)";
+  for (const std::string& study : {monte_carlo, volume_map}) {
+    const fs::path dir = study_folder("slurm_kinds", "");
+    write_file(dir / "STUDY.toml", head + study);
+    const int local = run_study(dir, "local").exit_code;
+    const RunResult slurm = run_study(dir, "slurm", {"--engine", "slurm", "--shards", "2"});
+    EXPECT_EQ(slurm.exit_code, local) << slurm.err;
+    for (const char* file : {"study.csv", "result.json"})
+      EXPECT_EQ(read_file(dir / "slurm" / file), read_file(dir / "local" / file));
+  }
 }
 
 }  // namespace
