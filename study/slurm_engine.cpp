@@ -250,7 +250,8 @@ class SlurmRun {
       say(fmt::format("Slurm job {} goes on; the same command watches it again", watch_.job().id));
       return;
     }
-    if (!slurm::cancel(round->job_name))
+    const bool cancelled = slurm::cancel(round->job_name);
+    if (!cancelled)
       warn(fmt::format("Slurm job {} could not be cancelled: end it by scancel {}", watch_.job().id,
                        watch_.job().id));
     try {
@@ -265,7 +266,7 @@ class SlurmRun {
     } catch (const UserError& e) {  // the first fault is the one to be told
       warn(e.what());
     }
-    say(fmt::format("Slurm job {} is cancelled", watch_.job().id));
+    if (cancelled) say(fmt::format("Slurm job {} is cancelled", watch_.job().id));
   }
 
   const WorkerTask task_;

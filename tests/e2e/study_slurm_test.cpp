@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -101,6 +102,7 @@ class Submitter {
     pointers.push_back(nullptr);
     pid_ = fork();
     if (pid_ != 0) return;
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
     const int fd = open(log_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     for (const int to : {STDOUT_FILENO, STDERR_FILENO}) dup2(fd, to);
     execv(pointers[0], pointers.data());
