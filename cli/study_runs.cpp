@@ -5,7 +5,9 @@
 
 #include <set>
 
+#include "cli/out_folder.hpp"
 #include "twin/errors.hpp"
+#include "twin/image_io.hpp"
 #include "twin/progress.hpp"
 
 namespace fringetwin::cli {
@@ -16,6 +18,17 @@ constexpr std::size_t most_reasons = 5;
 }  // namespace
 
 std::string points_text(std::int64_t n) { return fmt::format("{} point{}", n, n == 1 ? "" : "s"); }
+
+void write_report(const StudyRun& run, const study::StudyReport& report) {
+  if (run.figures) {
+    begin_output(run.out / "figures", {});
+    for (const auto& [name, svg] : report.figures)
+      write_text_file(run.out / "figures" / (name + ".svg"), svg);
+    say(fmt::format("{} drawings: {}", report.figures.size(), (run.out / "figures").string()));
+  }
+  write_text_file(run.out / "report.html", report.html);
+  say("page: " + (run.out / "report.html").string());
+}
 
 void tell_failures(const std::filesystem::path& file, const std::vector<study::StoredPoint>& rows) {
   std::set<std::string> reasons;

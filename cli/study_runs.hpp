@@ -7,6 +7,7 @@
 
 #include "study/engine.hpp"
 #include "study/study_file.hpp"
+#include "study/study_report.hpp"
 #include "study/study_store.hpp"
 
 namespace fringetwin::cli {
@@ -15,6 +16,8 @@ struct StudyRun {
   study::StudyFile file;
   std::filesystem::path out;
   study::Engine* engine = nullptr;
+  std::vector<std::string> argv;
+  bool figures = false;  ///< the report's drawings as files, too
 };
 
 // One per kind; each returns the exit code.
@@ -23,6 +26,9 @@ int run_monte_carlo(const StudyRun& run);
 
 /// "1 point", "12 points".
 std::string points_text(std::int64_t n);
+
+/// DIR/report.html and, where asked for, DIR/figures/*.svg.
+void write_report(const StudyRun& run, const study::StudyReport& report);
 
 /// The reasons of what failed, each once. Throws UserError(usage) when no point could be measured: a study
 /// without a result is no success.
