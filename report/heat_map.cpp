@@ -45,10 +45,22 @@ std::string names(const std::vector<std::string>& all, std::size_t most) {
   return out;
 }
 
+/// Letters of the longest (UTF-8).
 std::size_t longest(const std::vector<std::string>& all) {
-  std::size_t n = 0;
-  for (const std::string& name : all) n = std::max(n, name.size());
-  return n;
+  std::size_t most = 0;
+  for (const std::string& name : all) {
+    std::size_t n = 0;
+    for (const char c : name) n += (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
+    most = std::max(most, n);
+  }
+  return most;
+}
+
+std::vector<std::vector<std::string>> cell_texts(const HeatMap& map, int digits) {
+  std::vector<std::vector<std::string>> out(map.values.size());
+  for (std::size_t y = 0; y < map.values.size(); ++y)
+    for (const double v : map.values[y]) out[y].push_back(number(v, digits));
+  return out;
 }
 
 /// Data blocks of the cells, of the light and of the dark numbers.
@@ -60,14 +72,14 @@ Blocks blocks(const HeatMap& map) {
       static_cast<double>(map.width_px - kMargins_px) / static_cast<double>(map.x_names.size());
   const double cell_height_px =
       static_cast<double>(map.height_px - 90) / static_cast<double>(map.y_names.size());
-  std::vector<std::vector<std::string>> text(map.values.size());
-  std::size_t widest = 1;
-  for (std::size_t y = 0; y < map.values.size(); ++y)
-    for (const double v : map.values[y]) {
-      text[y].push_back(number(v, 3));
-      widest = std::max(widest, text[y].back().size());
-    }
-  const bool written = cell_px > kLetter_px * static_cast<double>(widest) && cell_height_px > 14.0;
+  std::vector<std::vector<std::string>> text;
+  bool written = false;
+  for (int digits = 3; digits >= 2 && !written; --digits) {
+    text = cell_texts(map, digits);
+    std::size_t widest = 1;
+    for (const auto& row : text) widest = std::max(widest, longest(row));
+    written = cell_px > kLetter_px * static_cast<double>(widest) && cell_height_px > 14.0;
+  }
   Blocks out;
   for (std::size_t y = 0; y < map.values.size(); ++y) {
     FT_CHECK(map.values[y].size() == map.x_names.size(), "a heat map has a value per pair of levels");

@@ -14,6 +14,8 @@ namespace {
 
 using report::Plot, report::Series;
 
+constexpr std::size_t kMostPoints = 300;  // of a scatter plot: each takes 100 bytes of the page
+
 const std::vector<const char*> curve_colors = {report::color::kReal,
                                                report::color::kSimulated,
                                                report::color::kThird,
@@ -31,6 +33,17 @@ Picked pick_mean(const GroupStatistics& g) { return {g.mean, g.mean_band}; }
 Picked pick_sigma(const GroupStatistics& g) { return {g.sigma, g.sigma_band}; }
 
 std::string mean_label(const TableNumber& n) { return with_unit(n.is_error ? "mean error" : "mean", n.unit); }
+
+/// 1, 2, 5, 10 ... where whole decades are too few; empty where they are enough.
+std::vector<std::pair<double, std::string>> log_tics(double low, double high) {
+  std::vector<std::pair<double, std::string>> out;
+  if (high > 1000.0 * low) return out;
+  for (double decade = std::pow(10.0, std::floor(std::log10(low))); decade <= high; decade *= 10.0)
+    for (const double step : {1.0, 2.0, 5.0})
+      if (const double v = step * decade; v >= 0.97 * low && v <= 1.03 * high)
+        out.emplace_back(v, fmt::format("{:.4g}", v));
+  return out;
+}
 
 Plot empty_plot(const DesignTable& table, std::size_t axis) {
   const Axis& a = table.axes[axis];
@@ -56,6 +69,8 @@ Plot empty_plot(const DesignTable& table, std::size_t axis) {
     apart = apart && at(a.values[i]) - at(a.values[i - 1]) > 0.07 * whole;
   if (apart)
     for (std::size_t i = 0; i < a.values.size(); ++i) plot.x_tics.emplace_back(a.values[i], a.names[i]);
+  else if (a.log)
+    plot.x_tics = log_tics(a.values.front(), a.values.back());
   const double margin = 0.03 * whole;
   const auto back = [&](double v) { return a.log ? std::exp(v) : v; };
   plot.x_range = {back(at(a.values.front()) - margin), back(at(a.values.back()) + margin)};
@@ -153,7 +168,6 @@ Plot level_plot(const DesignTable& table, const TableNumber& number, std::size_t
 Plot scatter_plot(const DesignTable& table, const TableNumber& number, std::size_t axis, Pick pick) {
   const Axis& a = table.axes[axis];
   Plot plot = empty_plot(table, axis);
-  plot.x_tics.clear();
   std::vector<double> x, y;
   for (std::size_t s = 0; s < table.settings.size(); ++s) {
     x.push_back(a.values[table.settings[s].level[axis]]);
@@ -165,7 +179,7 @@ Plot scatter_plot(const DesignTable& table, const TableNumber& number, std::size
   RunningMean mean = running_mean(place, y, kReportCoverage);
   if (a.log)
     for (double& v : mean.x) v = std::exp(v);
-  constexpr std::size_t most_points = 1000;
+  
   Series points{.title = "settings",
                 .x = {},
                 .y = {},
@@ -173,7 +187,7 @@ Plot scatter_plot(const DesignTable& table, const TableNumber& number, std::size
                 .style = Series::Style::points,
                 .color = "#7fb2d0",
                 .width = x.size() > 200 ? 0.9 : 1.5};
-  const std::size_t step = (x.size() + most_points - 1) / most_points;
+  const std::size_t step = (x.size() + kMostPoints - 1) / kMostPoints;
   for (std::size_t i = 0; i < x.size(); i += step) points.x.push_back(x[i]), points.y.push_back(y[i]);
   plot.series = {points};
   if (mean.x.empty()) return plot;
@@ -199,9 +213,13 @@ bool has_scatter(const TableNumber& number) { return number.all.sigma > 0.0; }
 std::string band_words(const DesignTable& table, const TableNumber& number, bool scatter_points,
                        std::size_t drawn) {
   if (scatter_points)
-    return "One point per setting (mean over its seeds), running mean over equally many settings with the 95 "
+    return std::string("One point per setting (mean over its seeds), running mean over equally many settings with the 95 "
            "% "
-           "interval of that mean by Student's t over them: the other parameters vary, too.";
+           "interval of that mean by Student's t over them: the other parameters vary, too.") +
+           (table.settings.size() > kMostPoints
+                ? fmt::format(" At most {} of the {} settings are drawn as points, the mean is over all.", kMostPoints,
+                              table.settings.size())
+                : "");
   const GroupStatistics& g = number.all;
   const bool averaged = table.axes.size() > drawn;
   std::string out = averaged ? "Averaged over the parameters that are not named. " : "";

@@ -15,7 +15,7 @@ namespace {
 
 using report::Align, report::number;
 
-constexpr std::size_t kMostDrawn = 8, kMostDrawings = 150, kMostSettings = 200;
+constexpr std::size_t kMostDrawn = 8, kMostDrawings = 100, kMostSettings = 200;
 
 const char* design_name(Design design) {
   switch (design) {
@@ -122,6 +122,9 @@ std::string effects_table(const DesignTable& table, std::size_t drawn) {
       const Axis& axis = table.axes[a];
       if (table.scattered && axis.numeric) continue;
       const auto levels = by_level(table, table.numbers[k], a);
+      std::size_t known = 0;
+      for (const GroupStatistics& g : levels) known += std::isfinite(g.mean);
+      if (known < 2) continue;
       std::vector<std::string> row = {with_unit(table.numbers[k].name, table.numbers[k].unit), axis.brief};
       const auto add = [&](const Extremes& e, int digits) {
         const bool any = e.low <= e.high;

@@ -210,6 +210,13 @@ std::string plain_value(const std::string& toml) {
   return simple ? toml.substr(1, toml.size() - 2) : toml;
 }
 
+std::string display_name(const std::string& path) {
+  const std::string start = "fits.", middle = ".measured.";
+  const std::size_t at = path.find(middle);
+  if (!path.starts_with(start) || at == std::string::npos) return path;
+  return path.substr(start.size(), at - start.size()) + " " + path.substr(at + middle.size());
+}
+
 std::string unit_of(const std::string& path) {
   std::string last = split(path).back();
   last = last.substr(0, last.find('['));
@@ -234,7 +241,7 @@ DesignTable design_table(const StudyFile& study, const std::vector<StoredPoint>&
   const auto truth = truths(study, settings, results);
   for (std::size_t k = 0; k < names.size(); ++k) {
     TableNumber number;
-    number.name = names[k];
+    number.name = display_name(names[k]);
     number.unit = unit_of(results[k]);
     number.is_time = results[k] == "acquisition.time_s";
     number.is_error = truth_of(results[k]).has_value();

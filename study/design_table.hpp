@@ -25,7 +25,7 @@ struct Setting {
 
 /// A recorded number.
 struct TableNumber {
-  std::string name, unit;
+  std::string name, unit;          ///< name: as it is shown
   bool is_error = false;          ///< the values are measured - put in
   bool is_time = false;           ///< acquisition.time_s
   std::vector<SettingRuns> runs;  ///< per setting, as they are drawn
@@ -46,6 +46,8 @@ DesignTable design_table(const StudyFile& study, const std::vector<StoredPoint>&
 
 /// A TOML string without its quotes; anything else as it is.
 std::string plain_value(const std::string& toml);
+/// "ball radius_mm" of "fits.ball.measured.radius_mm"; any other name as it is.
+std::string display_name(const std::string& path);
 /// "mm" of "fits.ball.measured.center_mm[2]"; empty when the name does not say.
 std::string unit_of(const std::string& path);
 

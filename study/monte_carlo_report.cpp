@@ -271,10 +271,10 @@ std::string inputs_table(const MonteCarloPlan& plan) {
   for (const UncertainKey& key : plan.inputs.keys) {
     std::string keys;
     for (std::size_t i = 0; i < key.keys.size(); ++i)
-      keys += fmt::format("{}{} around {}", i > 0 ? ", " : "", key.keys[i], number(key.values[i], 6));
+      keys += fmt::format("{}{} around {}", i > 0 ? ", " : "", key.keys[i], fmt::format("{:.8g}", key.values[i]));
     const bool normal = key.distribution == Distribution::normal;
     out.add_row({key.name, normal ? "normal" : "uniform",
-                 fmt::format("{} {}", normal ? "sigma" : "±", number(key.spread)), keys});
+                 fmt::format("{} {:.4g}", normal ? "sigma" : "±", key.spread), keys});
   }
   if (plan.inputs.calibration > 0)
     out.add_row(
