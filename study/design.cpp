@@ -48,8 +48,21 @@ double along(const Range& range, double i, double n) {
   return std::clamp(value, range.first, range.last);
 }
 
+/// Which of n values has the place u in its equal share.
+std::size_t share_of(double u, std::size_t n) {
+  return std::min(static_cast<std::size_t>(u * static_cast<double>(n)), n - 1);
+}
+
 void assign(const Variation& variation, const std::string& value, Settings* settings) {
   for (const std::string& key : variation.keys) (*settings)[key] = value;
+}
+
+/// The i-th value, of which `values` has the texts.
+void assign_listed(const Variation& variation, const std::vector<std::string>& values, std::size_t i,
+                   Settings* settings) {
+  if (variation.rows.empty()) return assign(variation, values[i], settings);
+  for (std::size_t k = 0; k < variation.keys.size(); ++k)
+    (*settings)[variation.keys[k]] = variation.rows[i][k];
 }
 
 std::vector<Settings> grid(const StudyFile& study) {
@@ -59,9 +72,9 @@ std::vector<Settings> grid(const StudyFile& study) {
     std::vector<Settings> longer;
     longer.reserve(all.size() * values.size());
     for (const Settings& settings : all)
-      for (const std::string& value : values) {
+      for (std::size_t i = 0; i < values.size(); ++i) {
         longer.push_back(settings);
-        assign(variation, value, &longer.back());
+        assign_listed(variation, values, i, &longer.back());
       }
     all = std::move(longer);
   }
@@ -73,7 +86,7 @@ std::vector<Settings> list(const StudyFile& study) {
   for (const Variation& variation : study.vary) {
     const std::vector<std::string> values = listed_values(variation);
     all.resize(values.size());
-    for (std::size_t i = 0; i < values.size(); ++i) assign(variation, values[i], &all[i]);
+    for (std::size_t i = 0; i < values.size(); ++i) assign_listed(variation, values, i, &all[i]);
   }
   return all.empty() ? std::vector<Settings>{{}} : all;
 }
@@ -85,8 +98,14 @@ std::vector<Settings> sampled(const StudyFile& study) {
                                 : latin_hypercube(study.points, dimensions, study.seed);
   std::vector<Settings> all(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
-    for (std::size_t d = 0; d < study.vary.size(); ++d)
-      assign(study.vary[d], value_at(study.vary[d], points[i][d]), &all[i]);
+    for (std::size_t d = 0; d < study.vary.size(); ++d) {
+      const Variation& variation = study.vary[d];
+      const double u = points[i][d];
+      if (variation.range)
+        assign(variation, value_at(variation, u), &all[i]);
+      else
+        assign_listed(variation, variation.values, share_of(u, variation.values.size()), &all[i]);
+    }
   return all;
 }
 
@@ -134,8 +153,7 @@ std::vector<std::string> listed_values(const Variation& variation) {
 
 std::string value_at(const Variation& variation, double u) {
   if (variation.range) return number_text(along(*variation.range, u, 1.0));
-  const auto n = variation.values.size();
-  return variation.values[std::min(static_cast<std::size_t>(u * static_cast<double>(n)), n - 1)];
+  return variation.values[share_of(u, variation.values.size())];
 }
 
 std::vector<StudyPoint> design_points(const StudyFile& study) {

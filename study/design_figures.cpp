@@ -46,7 +46,7 @@ std::vector<std::pair<double, std::string>> log_tics(double low, double high) {
 }
 
 Plot empty_plot(const DesignTable& table, std::size_t axis) {
-  const Axis& a = table.axes[axis];
+  const VariedAxis& a = table.axes[axis];
   Plot plot;
   plot.x_label = with_unit(a.label, unit_of(a.label));
   plot.log_x = a.log;
@@ -86,12 +86,45 @@ std::vector<double> all_values(const Plot& plot) {
   return out;
 }
 
+/// Root of the mean of the squares of sigmas, mean of means; NaN where one is not known.
+double expected_at(const DesignTable& table, const std::vector<double>& expected, bool squares, std::size_t axis,
+                   std::size_t level, std::size_t other, std::size_t at) {
+  double sum = 0.0;
+  int n = 0;
+  for (std::size_t s = 0; s < expected.size(); ++s) {
+    const std::vector<std::size_t>& levels = table.settings[s].level;
+    if (levels[axis] != level || (other != SIZE_MAX && levels[other] != at)) continue;
+    sum += squares ? expected[s] * expected[s] : expected[s];
+    ++n;
+  }
+  return n == 0 ? kNan : squares ? std::sqrt(sum / n) : sum / n;
+}
+
+/// What is expected of a curve, dashed in its colour; of single runs plus and minus the expected sigma.
+void add_expected(const DesignTable& table, const TableNumber& number, std::size_t axis, bool sigma,
+                  std::size_t other, std::size_t at, const std::string& color, Plot* plot) {
+  const auto line = [&](const std::vector<double>& expected, bool squares, double factor, const char* title) {
+    Series s{.title = at == 0 ? title : "", .x = {}, .y = {}, .y_low = {}, .style = Series::Style::dashed,
+             .color = color, .width = 1.2};
+    for (std::size_t i = 0; i < table.axes[axis].values.size(); ++i) {
+      s.x.push_back(table.axes[axis].values[i]);
+      s.y.push_back(factor * expected_at(table, expected, squares, axis, i, other, at));
+    }
+    if (!expected.empty()) plot->series.push_back(s);
+  };
+  if (sigma) return line(number.expected_sigma, true, 1.0, "expected");
+  line(number.expected_mean, false, 1.0, "expected");
+  if (!number.all.band_of_settings || !number.is_error) return;
+  line(number.expected_sigma, true, 1.0, "± expected sigma");
+  line(number.expected_sigma, true, -1.0, "");
+}
+
 struct Curve {
   std::string title, color;
   double shift = 0.0;  ///< of categories, beside the other curves
 };
 
-void add_curve(const Axis& axis, const std::vector<GroupStatistics>& levels, Pick pick, const Curve& curve,
+void add_curve(const VariedAxis& axis, const std::vector<GroupStatistics>& levels, Pick pick, const Curve& curve,
                Plot* plot) {
   Series line{.title = curve.title,
               .x = {},
@@ -146,27 +179,30 @@ std::size_t second_axis(const DesignTable& table, const TableNumber& number, std
 }
 
 Plot level_plot(const DesignTable& table, const TableNumber& number, std::size_t axis, Pick pick) {
-  const Axis& a = table.axes[axis];
+  const VariedAxis& a = table.axes[axis];
   Plot plot = empty_plot(table, axis);
   const std::size_t other = table.scattered ? SIZE_MAX : second_axis(table, number, axis);
   if (other == SIZE_MAX) {
     add_curve(a, by_level(table, number, axis), pick, {"", report::color::kReal}, &plot);
+    add_expected(table, number, axis, pick == pick_sigma, SIZE_MAX, 0, report::color::kDifference, &plot);
     return plot;
   }
-  const Axis& b = table.axes[other];
+  const VariedAxis& b = table.axes[other];
   plot.title = ", by " + b.brief;
   const std::size_t n = b.values.size();
-  for (std::size_t k = 0; k < n; ++k)
+  for (std::size_t k = 0; k < n; ++k) {
     add_curve(a, by_level(table, number, axis, other, k), pick,
               {shortened(b.names[k]), curve_colors[k],
                a.numeric ? 0.0 : 0.12 * (static_cast<double>(k) - 0.5 * static_cast<double>(n - 1))},
               &plot);
+    add_expected(table, number, axis, pick == pick_sigma, other, k, curve_colors[k], &plot);
+  }
   return plot;
 }
 
 /// One point per setting, and the running mean.
 Plot scatter_plot(const DesignTable& table, const TableNumber& number, std::size_t axis, Pick pick) {
-  const Axis& a = table.axes[axis];
+  const VariedAxis& a = table.axes[axis];
   Plot plot = empty_plot(table, axis);
   std::vector<double> x, y;
   for (std::size_t s = 0; s < table.settings.size(); ++s) {
@@ -292,7 +328,7 @@ std::string axis_figures(const DesignTable& table, const TableNumber& number, Fi
       row.push_back(sheet->place(name + "-sigma", sigma));
     }
     out += report::Figure{FigureSheet::row(row),
-                          band_words(table, number, points, mean.series.size() > 3 ? 2 : 1), "", ""}
+                          band_words(table, number, points, mean.title.find(", by ") == std::string::npos ? 1 : 2), "", ""}
                .html();
   }
   return out;
@@ -305,7 +341,7 @@ std::string pair_figures(const DesignTable& table, const TableNumber& number, Fi
   const std::size_t axes = std::min(table.axes.size(), kMostAxes);
   for (std::size_t i = 0; i < axes; ++i)
     for (std::size_t k = i + 1; k < axes; ++k) {
-      const Axis &x = table.axes[i], &y = table.axes[k];
+      const VariedAxis &x = table.axes[i], &y = table.axes[k];
       if (x.values.size() < 2 || y.values.size() < 2 || drawn == kMostPairs) continue;
       ++drawn;
       report::HeatMap mean;

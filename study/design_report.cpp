@@ -31,24 +31,22 @@ const char* design_name(Design design) {
   return "";
 }
 
-std::string varied_table(const StudyRecord& study, const DesignTable& table) {
+std::string varied_table(const DesignTable& table) {
   report::Table out;
   out.caption = "What was varied.";
   out.columns = {
       {"parameter", "", Align::left}, {"values", ""}, {"", "", Align::left}, {"keys", "", Align::left}};
-  for (std::size_t k = 0; k < table.axes.size(); ++k) {
-    const Axis& a = table.axes[k];
+  std::vector<VariedAxis> all = table.axes;
+  all.insert(all.end(), table.fixed.begin(), table.fixed.end());
+  for (const VariedAxis& a : all) {
     std::string values;
     if (a.names.size() <= 12)
       for (const std::string& name : a.names) values += (values.empty() ? "" : ", ") + shortened(name);
     else
       values = shortened(a.names.front()) + " … " + shortened(a.names.back());
-    std::string keys;
-    if (table.axes.size() == study.file.vary.size())
-      for (const std::string& key : study.file.vary[k].keys) keys += (keys.empty() ? "" : ", ") + key;
-    out.add_row({a.brief, std::to_string(a.names.size()), values, keys.empty() ? a.label : keys});
+    out.add_row({a.brief, std::to_string(a.names.size()), values, a.label});
   }
-  return table.axes.empty() ? "<p>Nothing was varied but the seed of the noise.</p>" : out.html();
+  return all.empty() ? "<p>Nothing was varied but the seed of the noise.</p>" : out.html();
 }
 
 std::string band_text(double value, const Interval& band) {
@@ -119,7 +117,7 @@ std::string effects_table(const DesignTable& table, std::size_t drawn) {
       {"at", "", Align::left},     {"told from chance", "", Align::left}};
   for (std::size_t k = 0; k < drawn; ++k)
     for (std::size_t a = 0; a < std::min(table.axes.size(), kMostAxes); ++a) {
-      const Axis& axis = table.axes[a];
+      const VariedAxis& axis = table.axes[a];
       if (table.scattered && axis.numeric) continue;
       const auto levels = by_level(table, table.numbers[k], a);
       std::size_t known = 0;
@@ -138,6 +136,33 @@ std::string effects_table(const DesignTable& table, std::size_t drawn) {
       out.add_row(row);
     }
   return out.rows.empty() ? "" : out.html();
+}
+
+/// Ratios to what is expected, per setting.
+std::string expected_table(const DesignTable& table, const TableNumber& n) {
+  if (n.expected_mean.empty() && n.expected_sigma.empty()) return "";
+  report::Table out;
+  out.columns = {{"setting", "", Align::left}, {"mean", n.unit}, {"expected", n.unit}, {"ratio", ""},
+                 {"sigma", n.unit}, {"expected", n.unit}, {"ratio", "95 % band"}};
+  double low = HUGE_VAL, high = 0.0;
+  for (std::size_t s = 0; s < std::min(n.runs.size(), kMostSettings); ++s) {
+    const GroupStatistics g = group_statistics({&n.runs[s]}, kReportCoverage);
+    const double mean = n.expected_mean.empty() ? kNan : n.expected_mean[s],
+                 sigma = n.expected_sigma.empty() ? kNan : n.expected_sigma[s];
+    const double ratio = n.expected_sigma.empty() ? g.mean / mean : g.sigma / sigma;
+    if (std::isfinite(ratio)) low = std::min(low, ratio), high = std::max(high, ratio);
+    const Interval band{g.sigma_band.low / sigma, g.sigma_band.high / sigma};
+    out.add_row({setting_text(table, s), number(g.mean, 5), number(mean, 5),
+                 n.is_error ? "" : report::fixed(g.mean / mean, 3), number(g.sigma, 3), number(sigma, 3),
+                 std::isfinite(g.sigma / sigma)
+                     ? fmt::format("{:.3f} ({:.3f} … {:.3f})", g.sigma / sigma, band.low, band.high)
+                     : "–"});
+  }
+  return fmt::format("<details><summary>Against what is expected{}</summary>{}</details>",
+                     low <= high ? fmt::format(": {} is {:.3f} … {:.3f} times as large",
+                                               n.expected_sigma.empty() ? "the mean" : "sigma", low, high)
+                                 : "",
+                     out.html());
 }
 
 std::string settings_table(const DesignTable& table, std::size_t drawn) {
@@ -231,7 +256,7 @@ StudyReport design_report(const StudyRecord& study) {
       study, fmt::format("{} of {} settings, {} noise seed{} each, on the twin {}",
                          design_name(study.file.design), table.settings.size(), study.file.noise_seeds,
                          study.file.noise_seeds == 1 ? "" : "s", study.file.twin.filename().string()));
-  page.summary_html = varied_table(study, table) + page.summary_html;
+  page.summary_html = varied_table(table) + page.summary_html;
   page.note = note_of(study, table);
   const std::size_t drawn = numbers_drawn(table);
   page.sections.push_back({"numbers", "Numbers",
@@ -249,7 +274,9 @@ StudyReport design_report(const StudyRecord& study) {
     const TableNumber& n = table.numbers[k];
     std::string body = axis_figures(table, n, &sheet);
     body += pair_figures(table, n, &sheet);
-    if (!body.empty()) page.sections.push_back({"number-" + std::to_string(k), n.name, body});
+    body += expected_table(table, n);
+    if (table.axes.empty()) body += "<p>Nothing varies but the noise: mean and sigma are in the table.</p>";
+    page.sections.push_back({"number-" + std::to_string(k), n.name, body});
   }
   return sheet.finish(page.html());
 }

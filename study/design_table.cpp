@@ -62,8 +62,8 @@ std::vector<std::string> level_names(const std::vector<std::string>& texts) {
 }
 
 /// Of the values that occur: numbers in their order, else in the order of the design.
-Axis axis_of(const std::string& label, const std::string& brief, std::vector<std::string> texts, bool log) {
-  Axis axis{label, brief, true, log, {}, {}};
+VariedAxis axis_of(const std::string& label, const std::string& brief, std::vector<std::string> texts, bool log) {
+  VariedAxis axis{label, brief, true, log, {}, {}};
   for (const std::string& text : texts) axis.numeric = axis.numeric && std::isfinite(number_of(text));
   std::vector<std::string> unique;
   std::set<std::string> seen;
@@ -84,14 +84,38 @@ Axis axis_of(const std::string& label, const std::string& brief, std::vector<std
 
 std::string brief_of(const Variation& v) { return split(v.keys[0]).back(); }
 
+/// The first key's values stand for those of all keys, unless rows repeat them.
+bool first_stands_for_all(const Variation& v) {
+  return std::set<std::string>(v.values.begin(), v.values.end()).size() == v.values.size();
+}
+
+/// The keys whose value is shown: with rows those of the first key's kind.
+std::string label_of(const Variation& v) {
+  if (v.rows.empty()) return label_of(v.keys);
+  std::vector<std::string> alike;
+  for (const std::string& key : v.keys)
+    if (split(key).back() == brief_of(v) && split(key).size() == split(v.keys[0]).size()) alike.push_back(key);
+  const std::size_t others = v.keys.size() - alike.size();
+  return label_of(alike) + (others > 0 ? " and what goes with it" : "");
+}
+
 /// The text of one [[vary]] in each setting.
 std::vector<std::string> texts_of(const Variation& v, const std::vector<const Settings*>& settings) {
   std::vector<std::string> out;
-  for (const Settings* s : settings) out.push_back(s->at(v.keys[0]));
+  for (const Settings* s : settings) {
+    std::string text = s->at(v.keys[0]);
+    if (!v.rows.empty() && !first_stands_for_all(v))
+      for (std::size_t k = 1; k < v.keys.size(); ++k) text += ", " + plain_value(s->at(v.keys[k]));
+    out.push_back(text);
+  }
   return out;
 }
 
-void add_axis(const Axis& axis, const std::vector<std::string>& texts, DesignTable* table) {
+void add_axis(const VariedAxis& axis, const std::vector<std::string>& texts, DesignTable* table) {
+  if (axis.values.size() < 2) {
+    table->fixed.push_back(axis);
+    return;
+  }
   std::map<std::string, std::size_t> level;
   for (const std::string& text : texts) level.emplace(text, level.size());
   for (std::size_t s = 0; s < texts.size(); ++s) {
@@ -116,7 +140,7 @@ void add_list_axis(const StudyFile& study, const std::vector<const Settings*>& s
     const std::vector<std::string> texts = texts_of(v, settings);
     for (std::size_t s = 0; s < texts.size(); ++s)
       joined[s] += (joined[s].empty() ? "" : ", ") + plain_value(texts[s]);
-    label += (label.empty() ? "" : ", ") + label_of(v.keys);
+    label += (label.empty() ? "" : ", ") + label_of(v);
     brief += (brief.empty() ? "" : ", ") + brief_of(v);
   }
   add_axis(axis_of(label, brief, joined, false), joined, table);
@@ -131,7 +155,7 @@ void add_axes(const StudyFile& study, const std::vector<const Settings*>& settin
   for (const Variation& v : study.vary) briefs.insert(brief_of(v));
   for (const Variation& v : study.vary) {
     const std::vector<std::string> texts = texts_of(v, settings);
-    const std::string label = label_of(v.keys);
+    const std::string label = label_of(v);
     const bool distinct = briefs.size() == study.vary.size();
     add_axis(axis_of(label, distinct ? brief_of(v) : label, texts, v.range && v.range->log), texts, table);
   }
@@ -192,6 +216,29 @@ std::vector<std::string> names_of(const StudyFile& study, const std::vector<Stor
   for (const StoredPoint& row : rows)
     for (const auto& [name, value] : row.outcome.numbers) all.insert(name);
   return {all.begin(), all.end()};
+}
+
+/// The number that a record of what is expected belongs to; its name without the ending.
+std::string expected_of(const std::string& name, const std::string& ending) {
+  return name.ends_with(ending) ? name.substr(0, name.size() - ending.size()) : "";
+}
+
+/// Moves the records of what is expected to their numbers.
+void attach_expected(std::vector<TableNumber>* numbers) {
+  const auto find = [&](const std::string& name) {
+    return std::find_if(numbers->begin(), numbers->end(), [&](const TableNumber& n) { return n.name == name; });
+  };
+  std::set<std::string> moved;
+  for (const TableNumber& expected : *numbers)
+    for (const char* ending : {".expected_mean", ".expected_sigma"}) {
+      const std::string name = expected_of(expected.name, ending);
+      const auto number = name.empty() ? numbers->end() : find(name);
+      if (number == numbers->end()) continue;
+      auto& values = std::string(ending) == ".expected_mean" ? number->expected_mean : number->expected_sigma;
+      for (const SettingRuns& runs : expected.runs) values.push_back(group_statistics({&runs}, 0.95).mean);
+      moved.insert(expected.name);
+    }
+  std::erase_if(*numbers, [&](const TableNumber& n) { return moved.contains(n.name); });
 }
 
 double change_of(const TableNumber& number) {
@@ -255,15 +302,21 @@ DesignTable design_table(const StudyFile& study, const std::vector<StoredPoint>&
       number.is_error = number.is_error && !std::isnan(known);
       number.runs[i / seeds].push_back({rows[i].point.seed, value->second});
     }
-    std::vector<const SettingRuns*> all;
-    for (std::size_t s = 0; s < settings.size(); ++s) {
-      if (number.is_error)
+    if (number.is_error)
+      for (std::size_t s = 0; s < settings.size(); ++s) {
         for (SeededValue& run : number.runs[s]) run.value -= truth[s][k];
-      all.push_back(&number.runs[s]);
-    }
+        number.truth.push_back(truth[s][k]);
+      }
+    out.numbers.push_back(std::move(number));
+  }
+  attach_expected(&out.numbers);
+  for (TableNumber& number : out.numbers) {
+    std::vector<const SettingRuns*> all;
+    for (const SettingRuns& runs : number.runs) all.push_back(&runs);
     number.all = group_statistics(all, coverage);
     number.change = change_of(number);
-    out.numbers.push_back(std::move(number));
+    if (number.is_error)
+      for (std::size_t s = 0; s < number.expected_mean.size(); ++s) number.expected_mean[s] -= number.truth[s];
   }
   if (study.records.empty())
     std::stable_sort(out.numbers.begin(), out.numbers.end(), [](const TableNumber& a, const TableNumber& b) {

@@ -11,7 +11,7 @@
 namespace fringetwin::study {
 
 /// What is varied together: one [[vary]], or all of a list.
-struct Axis {
+struct VariedAxis {
   std::string label;  ///< the keys, what differs between them as *
   std::string brief;  ///< their last part
   bool numeric = false, log = false;
@@ -29,12 +29,16 @@ struct TableNumber {
   bool is_error = false;          ///< the values are measured - put in
   bool is_time = false;           ///< acquisition.time_s
   std::vector<SettingRuns> runs;  ///< per setting, as they are drawn
+  std::vector<double> truth;      ///< per setting what was put in; empty unless is_error
+  /// What is expected, per setting; empty where nothing is, NaN where it is not known.
+  std::vector<double> expected_mean, expected_sigma;
   GroupStatistics all;
   double change = 0.0;  ///< variance between the settings' means over that of their noise; NaN: unknown
 };
 
 struct DesignTable {
-  std::vector<Axis> axes;
+  std::vector<VariedAxis> axes;   ///< with two levels or more
+  std::vector<VariedAxis> fixed;  ///< with one
   bool scattered = false;  ///< values drawn, not listed: nearly every setting has its own
   std::vector<Setting> settings;
   std::vector<TableNumber> numbers;  ///< in the order of the file; without [[record]] those that change first

@@ -15,11 +15,11 @@ using namespace fringetwin::study;
 using testing::ElementsAre;
 
 Variation values(std::vector<std::string> keys, std::vector<std::string> texts) {
-  return {std::move(keys), std::move(texts), std::nullopt};
+  return {std::move(keys), std::move(texts), {}, std::nullopt};
 }
 Variation range(const std::string& key, double first, double last, std::optional<int> count,
                 bool log = false) {
-  return {{key}, {}, Range{first, last, count, log}};
+  return {{key}, {}, {}, Range{first, last, count, log}};
 }
 
 /// Every coordinate in [0, 1), and one of n points in each of n equal intervals of each dimension.
@@ -156,6 +156,24 @@ TEST(Design, ListTakesValuesSideBySide) {
   study.vary.clear();
   study.noise_seeds = 5;
   EXPECT_EQ(design_points(study).size(), 5u) << "the twin itself, repeated";
+}
+
+TEST(Design, ARowGivesEachKeyItsOwnValue) {
+  Variation depth = values({"bits", "gain"}, {"8", "10"});
+  depth.rows = {{"8", "22"}, {"10", "88"}};
+  StudyFile study;
+  study.vary = {depth, values({"noise"}, {"1"})};
+  const Settings second{{"bits", "10"}, {"gain", "88"}, {"noise", "1"}};
+  EXPECT_EQ(design_points(study).at(1).settings, second);
+  study.design = Design::list;
+  study.vary.pop_back();
+  EXPECT_EQ(design_points(study).at(1).settings, (Settings{{"bits", "10"}, {"gain", "88"}}));
+  study.design = Design::latin_hypercube;
+  study.points = 2;
+  const auto points = design_points(study);
+  EXPECT_NE(points[0].settings, points[1].settings);
+  for (const StudyPoint& p : points)
+    EXPECT_EQ(p.settings.at("gain"), p.settings.at("bits") == "8" ? "22" : "88");
 }
 
 TEST(Design, SampledDesignsSpreadOverRangesAndLists) {

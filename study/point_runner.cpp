@@ -8,6 +8,7 @@
 #include "compare/result_json.hpp"
 #include "measure/measurement.hpp"
 #include "render/sensor.hpp"
+#include "study/image_results.hpp"
 #include "twin/errors.hpp"
 #include "twin/progress.hpp"
 
@@ -108,7 +109,8 @@ std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, 
   }
   const Twin& known = rig_ ? rig_->nominal() : *twin_;
   const measure::Measurement measurement = measure::measure(known, images);
-  return pick_numbers(compare::measurement_json(known, measurement, {}, {}), task_.records);
+  return pick_numbers(compare::measurement_json(known, measurement, {}, {}), task_.records,
+                      image_results({*twin_, known, rendered_, images, measurement}, task_.records));
 }
 
 }  // namespace fringetwin::study

@@ -97,9 +97,10 @@ void flatten(const Json& at, const std::string& path, std::map<std::string, doub
 
 }  // namespace
 
-std::map<std::string, double> pick_numbers(const std::string& result_json,
-                                           const std::vector<Record>& records) {
-  const Json result = Json::parse(result_json);
+std::map<std::string, double> pick_numbers(const std::string& result_json, const std::vector<Record>& records,
+                                           const std::string& more_json) {
+  Json result = Json::parse(result_json);
+  result.update(Json::parse(more_json));
   std::map<std::string, double> numbers;
   if (records.empty()) flatten(result.at("fits"), "fits", &numbers);
   for (const Record& r : records) numbers[r.name.empty() ? r.result : r.name] = number_at(result, r.result);

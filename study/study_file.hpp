@@ -23,10 +23,13 @@ struct Range {
 /// One [[vary]]: values that all its keys take together.
 struct Variation {
   std::vector<std::string> keys;
-  std::vector<std::string> values;  ///< TOML text; empty with a range
+  std::vector<std::string> values;             ///< TOML text; empty with a range; with `rows` the first key's
+  std::vector<std::vector<std::string>> rows;  ///< or each key has its own: [value][key]
   std::optional<Range> range;
 };
-/// One [[record]]: a path into what `measure` writes, and the column it fills.
+/// One [[record]]: a path into what `measure` writes, and the column it fills. What theory says of its mean,
+/// and of its standard deviation over noise seeds, are records of their own: NAME.expected_mean and
+/// NAME.expected_sigma.
 struct Record {
   std::string result, name;
 };

@@ -101,7 +101,11 @@ TEST_F(StudyFileTest, Faults) {
   EXPECT_THAT(error(kHeadLines + "[[vary]]\nkey = \"a\"\nvalues = [1]\nscale = \"log\"\n"),
               HasSubstr("without range"));
   EXPECT_THAT(error(kHeadLines + "[[vary]]\nvalues = [1]\n"), HasSubstr("needs either key or keys"));
-  EXPECT_THAT(error(kHeadLines + "[[vary]]\nkey = \"a\"\n"), HasSubstr("needs either values or range"));
+  EXPECT_THAT(error(kHeadLines + "[[vary]]\nkey = \"a\"\n"), HasSubstr("needs either values, rows or range"));
+  EXPECT_THAT(error(kHeadLines + "[[vary]]\nkeys = [\"a\", \"b\"]\nrows = [[1, 2], [3]]\n"),
+              HasSubstr("vary[0].rows must hold arrays of 2, rows[1] has 1"));
+  EXPECT_THAT(error(kHeadLines + "[[vary]]\nkey = \"a\"\nrows = [1]\n"), HasSubstr("must hold arrays"));
+  EXPECT_THAT(error(kHeadLines + "[[vary]]\nkey = \"a\"\nrows = []\n"), HasSubstr("rows is empty"));
   EXPECT_THAT(error(kHeadLines + "[[vary]]\nkeys = []\nvalues = [1]\n"), HasSubstr("one key or more"));
   EXPECT_THAT(error(kHeadLines + kDepth + kDepth), HasSubstr("a second time"));
   EXPECT_THAT(error(kHeadLines + "design = \"list\"\n" + kDepth + kPitch + "count = 4\n"),
@@ -109,6 +113,15 @@ TEST_F(StudyFileTest, Faults) {
   EXPECT_THAT(error(kHeadLines + "noise_seeds = 500000\n" + kDepth), HasSubstr("asks for 1500000 runs"));
   const std::string record = "[[record]]\nresult = \"fits.ball.n\"\n";
   EXPECT_THAT(error(kHeadLines + kDepth + record + record), HasSubstr("the name of another record"));
+}
+
+TEST_F(StudyFileTest, ExpectedValuesAreColumnsOfTheirOwn) {
+  const StudyFile study = load(kHeadLines + kDepth +
+                               "[[record]]\nresult = \"fits.ball.rms_mm\"\nname = \"rms\"\n"
+                               "expected_mean = \"theory.ball.rms_mm\"\n");
+  ASSERT_EQ(study.records.size(), 2u);
+  EXPECT_EQ(study.records[1].result, "theory.ball.rms_mm");
+  EXPECT_EQ(study.records[1].name, "rms.expected_mean");
 }
 
 TEST_F(StudyFileTest, PathsAndTwinsAreCheckedBeforeAnythingRuns) {

@@ -370,6 +370,22 @@ std::optional<std::vector<std::string>> TomlTable::toml_texts(const std::string&
   return texts;
 }
 
+std::optional<std::vector<std::vector<std::string>>> TomlTable::toml_rows(const std::string& key,
+                                                                          std::size_t columns) const {
+  if (!toml_texts(key)) return std::nullopt;
+  std::vector<std::vector<std::string>> rows;
+  for (const toml::node& entry : *impl_->table->get(key)->as_array()) {
+    const toml::array* row = entry.as_array();
+    const std::string name = fmt::format("{}[{}]", key, rows.size());
+    if (row == nullptr) fail(key, fmt::format("must hold arrays, {} is {}", name, type_name(entry)));
+    if (row->size() != columns)
+      fail(key, fmt::format("must hold arrays of {}, {} has {}", columns, name, row->size()));
+    rows.emplace_back();
+    for (const toml::node& value : *row) rows.back().push_back(toml_text(value));
+  }
+  return rows;
+}
+
 std::optional<Eigen::VectorXd> TomlTable::vector(const std::string& key, int n,
                                                  const NumberRange& range) const {
   const std::optional<std::vector<double>> values = numbers(key, range);

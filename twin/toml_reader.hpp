@@ -74,6 +74,9 @@ class TomlTable {
   std::optional<double> number_at(const std::string& path) const;
   /// The entries of an array of anything, each as TOML on one line.
   std::optional<std::vector<std::string>> toml_texts(const std::string& key) const;
+  /// The same of an array of arrays that have `columns` entries each.
+  std::optional<std::vector<std::vector<std::string>>> toml_rows(const std::string& key,
+                                                                 std::size_t columns) const;
   /// An array of exactly n numbers.
   std::optional<Eigen::VectorXd> vector(const std::string& key, int n, const NumberRange& range = {}) const;
   Eigen::Vector3d required_vector3(const std::string& key) const;
