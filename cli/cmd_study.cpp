@@ -23,6 +23,7 @@ namespace fs = std::filesystem;
 
 struct StudyCommand {
   std::string study, out, engine = "local", device;
+  bool figures = false;
   int jobs = 0;
   // of --engine slurm
   int shards = 0;
@@ -56,11 +57,11 @@ std::unique_ptr<study::Engine> make_engine(const StudyCommand& o) {
   return std::make_unique<study::SlurmEngine>(std::move(slurm));
 }
 
-int run_study(const StudyCommand& o) {
+int run_study(const StudyCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
   study::StudyFile file = study::load_study(o.study);
   const auto engine = make_engine(o);
-  const StudyRun run{std::move(file), o.out, engine.get()};
+  const StudyRun run{std::move(file), o.out, engine.get(), invocation.argv, o.figures};
   if (run.file.volume_map) return run_volume_map(run);
   return run.file.monte_carlo ? run_monte_carlo(run) : run_design(run);
 }
@@ -74,7 +75,7 @@ void add_study(CLI::App& app, Invocation& invocation) {
       "Many virtual measurements: varies keys of a twin over a design and records results; run again, "
       "it goes on where it stopped");
   sub->add_option("study", o->study, "The STUDY.toml")->required();
-  sub->add_option("--out", o->out, "Folder for study.db and study.csv")->required();
+  sub->add_option("--out", o->out, "Folder for study.db, study.csv and report.html")->required();
   sub->add_option("--engine", o->engine,
                   "local: this machine; slurm: job arrays of a cluster (docs/CLUSTER.md)")
       ->check(CLI::IsMember({"local", "slurm"}));
@@ -88,7 +89,9 @@ void add_study(CLI::App& app, Invocation& invocation) {
                   "slurm: further arguments of sbatch, \"--partition=long --time=4:00:00\"");
   sub->add_option("--slurm-dir", o->slurm_dir,
                   "slurm: folder on a disk that the nodes share; default: slurm in --out");
-  sub->callback([o, &invocation] { invocation.run = [o] { return run_study(*o); }; });
+  sub->add_flag("--figures", o->figures, "Write the report's drawings as SVG files, too (DIR/figures)");
+  sub->callback(
+      [o, &invocation] { invocation.run = [o, &invocation] { return run_study(*o, invocation); }; });
 
   CLI::App* worker = app.add_subcommand("study-worker", "Runs points for `study`");
   worker->group("");  // not for people
