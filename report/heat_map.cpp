@@ -119,13 +119,13 @@ Drawing drawing(const HeatMap& map) {
   const Blocks data = blocks(map);
   if (data.cells.empty()) return {map.title, ""};
   std::string s = gnuplot_head(map.width_px, map.height_px);
-  s += "unset grid\nunset key\nset lmargin -1\nset rmargin -1\n";
+  s += "unset grid\nunset key\nset lmargin -1\nset rmargin 12\n";
   if (!map.title.empty()) s += "set title " + gnuplot_text(map.title) + "\n";
-  s += "set xlabel " + gnuplot_text(map.x_label) + "\nset ylabel " + gnuplot_text(map.y_label) +
-       "\nset cblabel " + gnuplot_text(map.bar_label) + "\n";
+  s += "set xlabel " + gnuplot_text(map.x_label) + "\nset ylabel " + gnuplot_text(map.y_label) + "\n";
   s += palette(map.scale);
   s += fmt::format("set cbrange [{:.10g}:{:.10g}]\n", map.limits.low, map.limits.high);
-  if (map.log_color) s += "set logscale cb\nset format cb \"%g\"\n";
+  s += "set format cb \"%g\"\n";
+  if (map.log_color) s += "set logscale cb\n";
   const std::size_t nx = map.x_names.size(), ny = map.y_names.size();
   s += fmt::format("set xrange [-0.5:{}.5]\nset yrange [-0.5:{}.5]\n", nx - 1, ny - 1);
   const auto room = static_cast<double>(map.width_px - kMargins_px);

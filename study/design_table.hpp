@@ -25,7 +25,7 @@ struct Setting {
 
 /// A recorded number.
 struct TableNumber {
-  std::string name, unit;          ///< name: as it is shown
+  std::string name, unit;         ///< name: as it is shown
   bool is_error = false;          ///< the values are measured - put in
   bool is_time = false;           ///< acquisition.time_s
   std::vector<SettingRuns> runs;  ///< per setting, as they are drawn
@@ -33,13 +33,14 @@ struct TableNumber {
   /// What is expected, per setting; empty where nothing is, NaN where it is not known.
   std::vector<double> expected_mean, expected_sigma;
   GroupStatistics all;
+  bool has_scatter() const { return all.sigma > 0.0; }
   double change = 0.0;  ///< variance between the settings' means over that of their noise; NaN: unknown
 };
 
 struct DesignTable {
   std::vector<VariedAxis> axes;   ///< with two levels or more
   std::vector<VariedAxis> fixed;  ///< with one
-  bool scattered = false;  ///< values drawn, not listed: nearly every setting has its own
+  bool scattered = false;         ///< values drawn, not listed: nearly every setting has its own
   std::vector<Setting> settings;
   std::vector<TableNumber> numbers;  ///< in the order of the file; without [[record]] those that change first
 };

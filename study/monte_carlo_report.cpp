@@ -271,7 +271,8 @@ std::string inputs_table(const MonteCarloPlan& plan) {
   for (const UncertainKey& key : plan.inputs.keys) {
     std::string keys;
     for (std::size_t i = 0; i < key.keys.size(); ++i)
-      keys += fmt::format("{}{} around {}", i > 0 ? ", " : "", key.keys[i], fmt::format("{:.8g}", key.values[i]));
+      keys +=
+          fmt::format("{}{} around {}", i > 0 ? ", " : "", key.keys[i], fmt::format("{:.8g}", key.values[i]));
     const bool normal = key.distribution == Distribution::normal;
     out.add_row({key.name, normal ? "normal" : "uniform",
                  fmt::format("{} {:.4g}", normal ? "sigma" : "±", key.spread), keys});
