@@ -94,8 +94,8 @@ TEST(DesignReport, MeansBandsAndNamesAsTheyAre) {
   EXPECT_THAT(report.html, HasSubstr("r&lt;i&gt;"));
   EXPECT_THAT(report.html, Not(HasSubstr("<i>")));
   EXPECT_THAT(report.html, Not(HasSubstr("node<1>")));
-  EXPECT_THAT(report.html, HasSubstr("<td class=\"r\">0.25000</td>"));  // the mean error
-  EXPECT_THAT(report.html, HasSubstr("0.1000 (0.0521 … 0.628)"));       // chi-square, 2 degrees of freedom
+  EXPECT_THAT(report.html, HasSubstr("<td class=\"r\">0.2500</td>"));  // the mean error
+  EXPECT_THAT(report.html, HasSubstr("0.1000 (0.0521 … 0.628)"));      // chi-square, 2 degrees of freedom
   EXPECT_THAT(report.html, HasSubstr("for 6 of 12: 6 traces saved"));
   EXPECT_THAT(report.html, HasSubstr("Scatter over 3 seeds"));
   EXPECT_THAT(report.html, HasSubstr("fringetwin study &#39;a b&#39;"));
