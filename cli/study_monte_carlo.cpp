@@ -38,16 +38,10 @@ int run_monte_carlo(const StudyRun& o) {
   say(fmt::format("study \"{}\": blocks of {} trials, at most {}", file.name, plan.rule.trials_per_block(),
                   plan.most_trials));
   study::KeptPoints points(study::monte_carlo_task(file, plan), *o.engine, store);
-  study::MonteCarloResult result;
-  try {
-    result = study::run_monte_carlo(
+  const study::MonteCarloResult result = run_until_stopped(store, [&] {
+    return study::run_monte_carlo(
         plan, [&](const std::vector<study::StudyPoint>& batch) { return points.run(batch); });
-  } catch (const Cancelled&) {
-    const auto counts = store.counts();
-    say(fmt::format("stopped after {}; the same command goes on from there",
-                    points_text(counts.done + counts.failed)));
-    throw;
-  }
+  });
   const auto rows = store.rows();
   write_text_file(o.out / "study.csv", study::study_csv(rows));
   write_text_file(o.out / "result.json", study::monte_carlo_json(plan, result));

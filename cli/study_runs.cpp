@@ -30,6 +30,12 @@ void write_report(const StudyRun& run, const study::StudyReport& report) {
   say("page: " + (run.out / "report.html").string());
 }
 
+void tell_stop(const study::StudyStore& store) {
+  const auto counts = store.counts();
+  say(fmt::format("stopped after {}; the same command goes on from there",
+                  points_text(counts.done + counts.failed)));
+}
+
 void tell_failures(const std::filesystem::path& file, const std::vector<study::StoredPoint>& rows) {
   std::set<std::string> reasons;
   bool any_done = false;

@@ -9,6 +9,7 @@
 #include "study/study_file.hpp"
 #include "study/study_report.hpp"
 #include "study/study_store.hpp"
+#include "twin/errors.hpp"
 
 namespace fringetwin::cli {
 
@@ -23,12 +24,26 @@ struct StudyRun {
 // One per kind; each returns the exit code.
 int run_design(const StudyRun& run);
 int run_monte_carlo(const StudyRun& run);
+int run_volume_map(const StudyRun& run);
 
 /// "1 point", "12 points".
 std::string points_text(std::int64_t n);
 
 /// DIR/report.html and, where asked for, DIR/figures/*.svg.
 void write_report(const StudyRun& run, const study::StudyReport& report);
+
+/// "stopped after 12 points; the same command goes on from there".
+void tell_stop(const study::StudyStore& store);
+/// Runs what adds to the store; after Ctrl-C it says how far that came and throws Cancelled on.
+template <class Work>
+auto run_until_stopped(const study::StudyStore& store, Work work) {
+  try {
+    return work();
+  } catch (const fringetwin::Cancelled&) {
+    tell_stop(store);
+    throw;
+  }
+}
 
 /// The reasons of what failed, each once. Throws UserError(usage) when no point could be measured: a study
 /// without a result is no success.

@@ -7,7 +7,13 @@
 namespace fringetwin::study {
 
 /// Independent families of numbers of one seed.
-enum class DrawStream : std::uint32_t { trials = 0, sensitivity_a = 1, sensitivity_b = 2, bootstrap = 3 };
+enum class DrawStream : std::uint32_t {
+  trials = 0,
+  sensitivity_a = 1,
+  sensitivity_b = 2,
+  bootstrap = 3,
+  form = 4
+};
 
 /// 64 random bits (Philox4x32-10).
 std::uint64_t random_bits(std::uint64_t seed, DrawStream stream, std::uint64_t trial,

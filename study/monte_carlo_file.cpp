@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/monte_carlo_file.hpp"
 
-#include <fmt/format.h>
-
 #include "twin/errors.hpp"
 #include "twin/toml_reader.hpp"
 
@@ -11,51 +9,11 @@ namespace {
 
 constexpr int kMostTrials = 1'000'000, kMostSeed = 2'000'000'000;
 
-UncertainKey read_uncertain(const TomlTable& table, const TomlTable& twin, std::set<std::string>* taken) {
-  table.allow({"key", "keys", "name", "value", "distribution", "sigma", "half_width"});
-  UncertainKey out;
-  out.keys = read_study_keys(table, taken);
-  out.name = table.string("name").value_or(out.keys[0]);
-  if (table.has("sigma") == table.has("half_width")) table.fail("", "needs either sigma or half_width");
-  const bool uniform = table.has("half_width");
-  const auto stated = table.choice("distribution", {"normal", "uniform"});
-  if (stated && (*stated == "uniform") != uniform)
-    table.fail("distribution",
-               fmt::format("is \"{}\", which takes {}", *stated, uniform ? "sigma" : "half_width"));
-  out.distribution = uniform ? Distribution::uniform : Distribution::normal;
-  const char* spread = uniform ? "half_width" : "sigma";
-  out.spread = table.required_number(spread, NumberRange::positive(1e-12));
-  for (const std::string& key : out.keys) {
-    const auto value = table.has("value") ? table.number("value") : twin.number_at(key);
-    if (!value)
-      table.fail(table.has("key") ? "key" : "keys",
-                 fmt::format("\"{}\" has no number in the twin's file", key),
-                 "give the middle of the distribution: value = ...");
-    out.values.push_back(*value);
-  }
-  return out;
-}
-
 }  // namespace
-
-std::vector<std::string> read_study_keys(const TomlTable& table, std::set<std::string>* taken) {
-  if (table.has("key") == table.has("keys")) table.fail("", "needs either key or keys");
-  std::vector<std::string> keys;
-  if (table.has("key"))
-    keys = {table.required_string("key")};
-  else
-    keys = *table.strings("keys");
-  const char* name = table.has("key") ? "key" : "keys";
-  if (keys.empty()) table.fail(name, "must name one key or more");
-  for (const std::string& key : keys)
-    if (!taken->insert(key).second) table.fail(name, fmt::format("names \"{}\" a second time", key));
-  return keys;
-}
 
 const std::vector<std::string>& monte_carlo_keys() {
   static const std::vector<std::string> keys = {"coverage",     "digits",      "block_trials",
-                                                "least_blocks", "most_trials", "calibration",
-                                                "noise",        "uncertain",   "sensitivity_rows"};
+                                                "least_blocks", "most_trials", "sensitivity_rows"};
   return keys;
 }
 
@@ -63,9 +21,7 @@ MonteCarloSettings read_monte_carlo(const TomlTable& root, const std::filesystem
   MonteCarloSettings out;
   MonteCarloPlan& plan = out.plan;
   plan.seed = static_cast<std::uint64_t>(root.integer("seed", 0, kMostSeed).value_or(1));
-  plan.rule.coverage = root.number("coverage").value_or(0.95);
-  if (!(plan.rule.coverage > 0.0 && plan.rule.coverage < 1.0))
-    root.fail("coverage", "must lie between 0 and 1");
+  plan.rule.coverage = read_coverage(root);
   plan.rule.digits = root.integer("digits", 1, 4).value_or(1);
   plan.rule.block_trials =
       static_cast<std::size_t>(root.integer("block_trials", 2, kMostTrials).value_or(100));
@@ -75,19 +31,9 @@ MonteCarloSettings read_monte_carlo(const TomlTable& root, const std::filesystem
       static_cast<std::size_t>(root.integer("sensitivity_rows", 0, kMostTrials).value_or(0));
   if (plan.sensitivity_rows > plan.most_trials)
     root.fail("sensitivity_rows", "must not exceed most_trials", "the rows are trials, too");
-  plan.inputs.noise = root.boolean("noise").value_or(true);
-  out.calibration = root.boolean("calibration").value_or(false);
-  const TomlTable twin = TomlTable::parse_file(twin_file, ExitCode::usage);
-  std::set<std::string> taken, names = {"calibration", "noise"};
-  for (const TomlTable& table : root.tables("uncertain")) {
-    plan.inputs.keys.push_back(read_uncertain(table, twin, &taken));
-    if (!names.insert(plan.inputs.keys.back().name).second)
-      table.fail(table.has("name") ? "name" : "",
-                 fmt::format("\"{}\" is the name of another input, too", plan.inputs.keys.back().name));
-  }
-  if (plan.inputs.keys.empty() && !out.calibration && !plan.inputs.noise)
-    root.fail("uncertain", "is missing: nothing is uncertain",
-              "give an [[uncertain]], or calibration = true");
+  const UncertainSettings uncertain = read_uncertain_settings(root, twin_file);
+  plan.inputs = uncertain.inputs;
+  out.calibration = uncertain.calibration;
   return out;
 }
 

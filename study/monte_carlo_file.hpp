@@ -2,11 +2,11 @@
 // STUDY.toml of kind = "monte-carlo" (docs/FORMATS.md): what is uncertain, and when there are enough trials.
 #pragma once
 #include <filesystem>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "study/monte_carlo_study.hpp"
+#include "study/uncertain_file.hpp"
 
 namespace fringetwin {
 class TomlTable;
@@ -19,10 +19,7 @@ struct MonteCarloSettings {
   bool calibration = false;  ///< draw the rig from the covariance that the twin names
 };
 
-/// "key" or "keys" of a [[vary]] or [[uncertain]]; none may be among those taken.
-std::vector<std::string> read_study_keys(const TomlTable& table, std::set<std::string>* taken);
-
-/// The keys that a study of this kind has beside those of every study.
+/// The keys that a study of this kind has beside those of every study and uncertain_keys().
 const std::vector<std::string>& monte_carlo_keys();
 
 /// Middles of distributions are the twin's own values where [[uncertain]] has no `value`. Throws

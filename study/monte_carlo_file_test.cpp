@@ -66,6 +66,28 @@ TEST_F(MonteCarloFile, SaysWhatIsUncertain) {
   EXPECT_EQ(study.records.size(), 1u);
 }
 
+TEST_F(MonteCarloFile, SaysWhichSphereIsNotQuiteOne) {
+  const StudyFile study = load(
+      "[[uncertain]]\nform = \"ball\"\nrms_mm = 0.0035\n[[record]]\nresult = "
+      "\"fits.ball.measured.rms_mm\"\n");
+  const UncertainInputs& inputs = study.monte_carlo->plan.inputs;
+  ASSERT_EQ(inputs.forms.size(), 1u);
+  EXPECT_EQ(inputs.forms[0].object, "ball");
+  EXPECT_EQ(inputs.forms[0].name, "form of ball");
+  EXPECT_EQ(inputs.forms[0].spread.rms_mm, 0.0035);
+  EXPECT_EQ(inputs.forms[0].spread.low, 2);
+  EXPECT_EQ(inputs.forms[0].spread.high, 12);
+  const std::string form = "[[uncertain]]\nform = \"ball\"\nrms_mm = 0.0035\n";
+  EXPECT_EQ(load(form + "degrees = [3, 6]\nname = \"f\"\n").monte_carlo->plan.inputs.forms[0].spread.high, 6);
+  expect_refused("[[uncertain]]\nform = \"bull\"\nrms_mm = 0.0035\n", "no sphere of the twin");
+  expect_refused("[[uncertain]]\nform = \"ball\"\n", "rms_mm");
+  expect_refused(form + "degrees = [1, 6]\n", "degrees");
+  expect_refused(form + "degrees = [6, 3]\n", "degrees");
+  expect_refused(form + "degrees = [2, 3.5]\n", "whole numbers");
+  expect_refused(form + form, "a second time");
+  expect_refused(form + "key = \"projector.intensity\"\n", "key");
+}
+
 TEST_F(MonteCarloFile, DefaultsAreThoseOfMeasurementsThatTakeTime) {
   const StudyFile study = load("");  // noise alone
   const MonteCarloPlan& plan = study.monte_carlo->plan;

@@ -5,8 +5,7 @@ namespace fringetwin::study {
 
 MonteCarloPlan complete_plan(const StudyFile& study) {
   MonteCarloPlan plan = study.monte_carlo.value().plan;
-  if (study.monte_carlo->calibration)
-    plan.inputs.calibration = VirtualRig(study.twin, true).calibration_directions();
+  plan.inputs = complete_inputs({plan.inputs, study.monte_carlo->calibration}, study.twin);
   return plan;
 }
 

@@ -9,23 +9,12 @@
 #include "measure/measurement.hpp"
 #include "render/sensor.hpp"
 #include "study/image_results.hpp"
+#include "study/shared_meshes.hpp"
 #include "twin/errors.hpp"
 #include "twin/progress.hpp"
 
 namespace fringetwin::study {
 namespace {
-
-// A mesh that the twin before has read already.
-void take_meshes(const Twin& from, Twin* to) {
-  for (Object& object : to->objects) {
-    auto* mesh = std::get_if<MeshShape>(&object.shape);
-    if (!mesh || mesh->mesh) continue;
-    for (const Object& other : from.objects)
-      if (const auto* known = std::get_if<MeshShape>(&other.shape);
-          known && known->file == mesh->file && known->unit == mesh->unit)
-        mesh->mesh = known->mesh;
-  }
-}
 
 bool sees_an_object(const std::vector<render::RenderedCamera>& cameras) {
   return std::any_of(cameras.begin(), cameras.end(), [](const render::RenderedCamera& c) {
@@ -60,14 +49,10 @@ PointOutcome PointRunner::run(const PlannedPoint& planned) {
 
 void PointRunner::load(const StudyPoint& point) {
   if (twin_ && settings_ == point.settings) return;
-  if (task_.virtual_rig && !rig_) {
-    rig_.emplace(task_.twin, task_.calibration);
-    rig_->load_meshes();
-  }
+  if (task_.virtual_rig && !rig_) rig_.emplace(task_.twin, task_.calibration);
   Twin twin = rig_ ? rig_->drawn(point.settings) : load_twin(task_.twin, point.settings);
   measure::check_fringes(twin);
-  if (twin_) take_meshes(*twin_, &twin);
-  load_meshes(twin);
+  load_meshes(&twin, twin_ ? &*twin_ : nullptr);
   twin_ = std::move(twin);
   settings_ = point.settings;
 }
@@ -107,7 +92,7 @@ std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, 
     throw_if_cancelled();
     images.push_back(render::expose(rendered_[i], twin_->cameras[i], i, planned.point.seed));
   }
-  const Twin& known = rig_ ? rig_->nominal() : *twin_;
+  const Twin& known = rig_ ? rig_->measuring(planned.point.settings) : *twin_;
   const measure::Measurement measurement = measure::measure(known, images);
   return pick_numbers(compare::measurement_json(known, measurement, {}, {}), task_.records,
                       image_results({*twin_, known, rendered_, images, measurement}, task_.records));

@@ -140,17 +140,28 @@ std::vector<fs::path> files_of(const Twin& twin) {
   return files;
 }
 
+std::vector<std::string> keys_of(const std::string& kind) {
+  std::vector<std::string> keys = {"schema", "name", "twin", "kind", "seed"};
+  const auto add = [&](const std::vector<std::string>& more) {
+    keys.insert(keys.end(), more.begin(), more.end());
+  };
+  if (kind != "volume-map") keys.emplace_back("record");
+  if (kind == "design") {
+    add({"design", "points", "noise_seeds", "first_noise_seed", "vary"});
+    return keys;
+  }
+  add(uncertain_keys());
+  add(kind == "monte-carlo" ? monte_carlo_keys() : volume_map_keys());
+  return keys;
+}
+
 }  // namespace
 
 StudyFile load_study(const fs::path& file) {
   const TomlTable root = TomlTable::parse_file(file, ExitCode::usage);
-  const bool monte_carlo =
-      root.has("kind") && root.choice("kind", {"design", "monte-carlo"}) == "monte-carlo";
-  std::vector<std::string> keys = {"schema", "name", "twin", "kind", "seed", "record"};
-  const std::vector<std::string> design_keys = {"design", "points", "noise_seeds", "first_noise_seed",
-                                                "vary"};
-  const std::vector<std::string>& own = monte_carlo ? monte_carlo_keys() : design_keys;
-  keys.insert(keys.end(), own.begin(), own.end());
+  const std::string kind =
+      root.has("kind") ? root.required_choice("kind", {"design", "monte-carlo", "volume-map"}) : "design";
+  const std::vector<std::string> keys = keys_of(kind);
   if (!root.has("schema")) root.allow(keys);  // a misspelt "schema" is named as such
   if (root.required_string("schema") != kStudySchema)
     root.fail("schema",
@@ -164,9 +175,14 @@ StudyFile load_study(const fs::path& file) {
   study.content = root.flattened();
   study.content.erase("name");
   study.content.erase("twin");
-  if (monte_carlo) {
-    study.records = read_records(root);
+  study.records = read_records(root);
+  if (kind == "monte-carlo") {
     study.monte_carlo = read_monte_carlo(root, study.twin);
+    return study;
+  }
+  if (kind == "volume-map") {
+    study.volume_map = read_volume_map(root, study.twin);
+    study.records = volume_map_records(study.volume_map->plan.object);
     return study;
   }
   study.design = read_design(root);
@@ -176,7 +192,6 @@ StudyFile load_study(const fs::path& file) {
   std::set<std::string> taken;
   for (const TomlTable& table : root.tables("vary"))
     study.vary.push_back(read_variation(table, is_sampled(study.design), &taken));
-  study.records = read_records(root);
   read_sampling(root, &study);
   if (study.vary.empty() && (study.noise_seeds == 1 || is_sampled(study.design)))
     root.fail("vary", "is missing: the design is empty", "give a [[vary]], or noise_seeds of a plain grid");
@@ -207,7 +222,7 @@ StudyIdentity check_study(const StudyFile& study, const std::vector<StudyPoint>&
     const Settings strings = settings_with_strings(point.settings);
     if (readable && (strings.empty() || seen.contains(strings))) continue;
     try {
-      const std::vector<fs::path> read = files_of(load_twin(study.twin, point.settings));
+      const std::vector<fs::path> read = files_of(load_twin(study.twin, keys_of_twin(point.settings)));
       files.insert(read.begin(), read.end());
       seen.insert(strings);
       readable = true;

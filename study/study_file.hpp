@@ -10,6 +10,7 @@
 
 #include "study/monte_carlo_file.hpp"
 #include "study/study_point.hpp"
+#include "study/volume_map_file.hpp"
 
 namespace fringetwin::study {
 
@@ -43,8 +44,10 @@ struct StudyFile {
   int noise_seeds = 1;
   std::uint64_t first_noise_seed = 1;
   std::vector<Variation> vary;
-  std::optional<MonteCarloSettings> monte_carlo;  ///< of this kind: no design, no variations
-  std::vector<Record> records;                    ///< none: all numbers of the fits
+  // At most one of these; with it: no design, no variations.
+  std::optional<MonteCarloSettings> monte_carlo;
+  std::optional<VolumeMapSettings> volume_map;
+  std::vector<Record> records;  ///< none: all numbers of the fits
   /// Every key as text but `name` and `twin`: what the results depend on, whatever the file's layout.
   std::map<std::string, std::string> content;
 };

@@ -83,7 +83,7 @@ void TraceDemand::apply(Twin* twin) const {
 ShareKeys share_keys(const Twin& twin, const StudyPoint& point) {
   Settings trace, form;
   const bool any_steps = render::holds_any_steps(twin);
-  for (const auto& [path, value] : point.settings) {
+  for (const auto& [path, value] : recording_settings(point.settings)) {
     if (is_after_the_light(path)) continue;
     form.emplace(path, value);
     if (is_after_the_trace(path) || (any_steps && is_of_the_steps(path))) continue;

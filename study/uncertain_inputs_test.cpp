@@ -79,6 +79,49 @@ TEST(UncertainInputs, FactorsAreExchangedOneByOne) {
   EXPECT_EQ(draw_inputs(quiet, 7, DrawStream::trials, 1).deviates, a.deviates) << "others' draws stay";
 }
 
+TEST(UncertainInputs, AFormIsAFactorOfItsOwn) {
+  UncertainInputs with = inputs();
+  with.forms.push_back({"form of ball", "ball", {0.0035, 2, 12}});
+  ASSERT_EQ(with.factors(),
+            (std::vector<std::string>{"height", "light", "form of ball", "calibration", "noise"}));
+  const InputDraw a = draw_inputs(with, 7, DrawStream::trials, 1),
+                  b = draw_inputs(with, 7, DrawStream::trials, 2);
+  EXPECT_EQ(a.deviates, draw(1).deviates) << "others' draws stay";
+  EXPECT_EQ(a.calibration, draw(1).calibration);
+  EXPECT_EQ(a.noise_seed, draw(1).noise_seed);
+  ASSERT_EQ(a.forms.size(), 1u);
+  EXPECT_NE(a.forms, b.forms);
+  EXPECT_EQ(exchanged(with, a, b, 2).forms, b.forms);
+  EXPECT_EQ(exchanged(with, a, b, 2).calibration, a.calibration);
+  EXPECT_EQ(exchanged(with, a, b, 3).calibration, b.calibration);
+  EXPECT_EQ(exchanged(with, a, b, 4).noise_seed, b.noise_seed);
+  const StudyPoint point = point_of(with, 0, a);
+  EXPECT_EQ(point.settings.at("uncertainty.form.ball"),
+            std::to_string(a.forms[0]).insert(0, "[") + ", 0.0035, 2, 12]");
+  EXPECT_EQ(keys_of_twin(point.settings).size(), 3u) << "keys alone";
+}
+
+TEST(UncertainInputs, TheRecordingRigHasTheForm) {
+  const auto folder = test::scratch_folder("rig_with_a_form");
+  test::write_file(folder / "twin.toml", test::small_twin());
+  const VirtualRig rig(folder / "twin.toml", false);
+  const Twin drawn = rig.drawn({{"object.ball.radius_mm", "18.5"},
+                                {"object.ball.center_mm", "[1, 2, 271]"},
+                                {"uncertainty.form.ball", "[77, 0.02, 2, 12]"}});
+  const auto* mesh = std::get_if<MeshShape>(&drawn.objects[0].shape);
+  ASSERT_NE(mesh, nullptr);
+  EXPECT_TRUE(mesh->smooth);
+  EXPECT_EQ(mesh->T_world_object.translation_mm, Eigen::Vector3d(1, 2, 271));
+  const FormSpread spread{0.02, 2, 12};
+  const SphereForm form = SphereForm::draw(spread, 77);
+  double mean = 0.0;  // the facets' sag, which all vertices stand outside by
+  for (const Eigen::Vector3f& v : mesh->mesh->vertices_mm)
+    mean += (v.cast<double>().norm() - 18.5 - form.at(v.cast<double>().normalized())) /
+            static_cast<double>(mesh->mesh->vertices_mm.size());
+  EXPECT_NEAR(mean, 4.0 * facet_error_mm(18.5, spread), 0.25 * mean) << "an eighth to a thirtieth";
+  EXPECT_TRUE(std::holds_alternative<SphereShape>(rig.nominal().objects[0].shape));
+}
+
 class RigOfTheCalibration : public ::testing::Test {
  protected:
   void SetUp() override {
