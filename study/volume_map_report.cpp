@@ -226,7 +226,8 @@ std::string positions_table(const VolumeMap& map) {
 }
 
 std::string note_of(const VolumeMapPlan& plan) {
-  std::string out = "A mean is what is wrong with the method itself at that place, a sigma what the uncertain inputs add. ";
+  std::string out =
+      "A mean is what is wrong with the method itself at that place, a sigma what the uncertain inputs add. ";
   if (plan.trials > 1) {
     const Interval s = sigma_interval(1.0, static_cast<double>(plan.trials) - 1.0, kReportCoverage);
     out += fmt::format(
