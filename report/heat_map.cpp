@@ -13,7 +13,7 @@
 namespace fringetwin::report {
 namespace {
 
-constexpr double kLetter_px = 6.2, kMarginUnit_px = 8.4;  // gnuplot's unit of margins
+constexpr double kLetter_px = 7.2, kMarginUnit_px = 8.4;  // gnuplot's unit of margins
 constexpr int kRightMargin = 10;                          // colour bar and its tics
 
 std::string hex(Rgb c) { return fmt::format("#{:02x}{:02x}{:02x}", c.r, c.g, c.b); }
@@ -57,7 +57,7 @@ std::size_t longest(const std::vector<std::string>& all) {
 }
 
 int left_margin(const HeatMap& map) {
-  return static_cast<int>((6.5 * static_cast<double>(longest(map.y_names)) + 45.0) / kMarginUnit_px);
+  return static_cast<int>((7.0 * static_cast<double>(longest(map.y_names)) + 45.0) / kMarginUnit_px);
 }
 
 /// Width of the cells together.

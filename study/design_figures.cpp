@@ -70,8 +70,11 @@ std::string pair_figures(const DesignTable& table, const TableNumber& number, Fi
       }
       mean.title = fmt::format("{} of {}", number.is_error ? "mean error" : "mean",
                                with_unit(shortened(number.name, 40), number.unit));
-      mean.scale = number.is_error ? report::Scale::diverging : report::Scale::viridis;
-      mean.limits = report::limits_of(mean.values, mean.scale);
+      mean.limits = report::limits_of(mean.values, report::Scale::viridis);
+      if (number.is_error && mean.limits.low < 0.0 && mean.limits.high > 0.0) {
+        mean.scale = report::Scale::diverging;
+        mean.limits = report::limits_of(mean.values, mean.scale);
+      }
       const std::string name = fmt::format("{}-{}-{}", number.name, x.brief, y.brief);
       std::vector<std::string> row = {sheet->place(name + "-mean", mean)};
       if (number.has_scatter()) {

@@ -21,6 +21,7 @@ constexpr std::size_t kMostSettings = 200;
 /// Two numbers with the digits that tell them apart.
 std::string range_text(double low, double high) {
   if (!(low <= high)) return "–";
+  if (low == high) return number(low, 4);
   const int digits = needs_many_digits({low, high}) ? 10 : 4;
   return number(low, digits) + " … " + number(high, digits);
 }
@@ -133,9 +134,10 @@ std::string effects_table(const DesignTable& table, std::size_t drawn) {
       const auto add = [&](const Extremes& e) {
         const bool any = e.low <= e.high;
         row.push_back(range_text(e.low, e.high));
-        row.push_back(any ? shortened(axis.names[e.low_at], 14) + " … " + shortened(axis.names[e.high_at], 14)
-                          : "");
-        row.push_back(any ? repeated ? verdict(e) : "not known: one seed" : "");
+        const bool differ = any && e.low < e.high;
+        row.push_back(differ ? shortened(axis.names[e.low_at], 14) + " … " + shortened(axis.names[e.high_at], 14)
+                             : "");
+        row.push_back(!any ? "" : !differ ? "no difference" : repeated ? verdict(e) : "not known: one seed");
       };
       add(extremes(levels, &GroupStatistics::mean, &GroupStatistics::mean_band));
       if (repeated) add(extremes(levels, &GroupStatistics::sigma, &GroupStatistics::sigma_band));
