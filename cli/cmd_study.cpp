@@ -22,6 +22,7 @@ int run_study(const StudyCommand& o, const Invocation& invocation) {
   study::LocalEngine engine(o.engine);
   const StudyRun run{study::load_study(o.study), o.out, &engine, invocation.argv, o.figures};
   if (run.file.volume_map) return run_volume_map(run);
+  if (run.file.optimise) return run_optimise(run);
   return run.file.monte_carlo ? run_monte_carlo(run) : run_design(run);
 }
 

@@ -25,6 +25,7 @@ struct StudyRun {
 int run_design(const StudyRun& run);
 int run_monte_carlo(const StudyRun& run);
 int run_volume_map(const StudyRun& run);
+int run_optimise(const StudyRun& run);
 
 /// "1 point", "12 points".
 std::string points_text(std::int64_t n);

@@ -86,7 +86,7 @@ Blocks blocks(const HeatMap& map) {
     text = cell_texts(map, digits);
     std::size_t widest = 1;
     for (const auto& row : text) widest = std::max(widest, longest(row));
-    written = cell_px > kLetter_px * static_cast<double>(widest) && cell_height_px > 14.0;
+    written = cell_px > kLetter_px * static_cast<double>(widest) + 4.0 && cell_height_px > 14.0;
   }
   Blocks out;
   for (std::size_t y = 0; y < map.values.size(); ++y) {

@@ -70,17 +70,17 @@ std::size_t numbers_drawn(const DesignTable& table) {
 std::string left_out(const StudyRecord& study, const DesignTable& table, std::size_t drawn) {
   std::string out;
   if (drawn < table.numbers.size())
-    out += fmt::format("<p>{} numbers are drawn, {}; the others are in the table only.</p>",
+    out += fmt::format("<p>Of the numbers {} are drawn, {}; the others are in the table only.</p>",
                        shown_of(drawn, table.numbers.size()),
                        study.file.records.empty()
                            ? "those with a known truth first, then those that change most against their noise"
                            : "in the order of the [[record]]s");
   if (table.axes.size() > kMostAxes)
-    out += fmt::format("<p>{} parameters are drawn.</p>", shown_of(kMostAxes, table.axes.size()));
+    out += fmt::format("<p>Of the parameters {} are drawn.</p>", shown_of(kMostAxes, table.axes.size()));
   const std::size_t axes = std::min(table.axes.size(), kMostAxes),
                     pairs = axes > 0 ? axes * (axes - 1) / 2 : 0;
   if (!table.scattered && pairs > kMostPairs)
-    out += fmt::format("<p>{} pairs of parameters have heat maps.</p>", shown_of(kMostPairs, pairs));
+    out += fmt::format("<p>Of the pairs of parameters {} have heat maps.</p>", shown_of(kMostPairs, pairs));
   return out;
 }
 

@@ -150,10 +150,12 @@ TEST(DesignReport, TimeAgainstUncertainty) {
   const StudyReport report = design_report(made.record());
   EXPECT_THAT(report.html, HasSubstr("Time against uncertainty"));
   // Two times; at each the setting with the smaller sigma is on the front: 0.03 in 1 s, 0.01 in 2 s.
-  EXPECT_THAT(report.html, HasSubstr("<td class=\"l\">gain_dn 400, pitches_px [13, 14, 15]</td><td "
-                                     "class=\"r\">1.000</td><td class=\"r\">0.0300</td>"));
-  EXPECT_THAT(report.html, HasSubstr("<td class=\"l\">gain_dn 20, pitches_px [13, 14, 15]</td><td "
-                                     "class=\"r\">2.000</td><td class=\"r\">0.0100</td>"));
+  EXPECT_THAT(report.html,
+              HasSubstr("<td class=\"l\">A</td><td class=\"l\">gain_dn 400, pitches_px [13, 14, 15]</td><td "
+                        "class=\"r\">1.000</td><td class=\"r\">0.0300</td>"));
+  EXPECT_THAT(report.html,
+              HasSubstr("<td class=\"l\">B</td><td class=\"l\">gain_dn 20, pitches_px [13, 14, 15]</td><td "
+                        "class=\"r\">2.000</td><td class=\"r\">0.0100</td>"));
   EXPECT_THAT(report.html, Not(HasSubstr("pitches_px [26, 28, 30]</td><td class=\"r\">2.000</td>")));
 }
 

@@ -135,8 +135,8 @@ std::string effects_table(const DesignTable& table, std::size_t drawn) {
         const bool any = e.low <= e.high;
         row.push_back(range_text(e.low, e.high));
         const bool differ = any && e.low < e.high;
-        row.push_back(differ ? shortened(axis.names[e.low_at], 14) + " … " + shortened(axis.names[e.high_at], 14)
-                             : "");
+        row.push_back(
+            differ ? shortened(axis.names[e.low_at], 14) + " … " + shortened(axis.names[e.high_at], 14) : "");
         row.push_back(!any ? "" : !differ ? "no difference" : repeated ? verdict(e) : "not known: one seed");
       };
       add(extremes(levels, &GroupStatistics::mean, &GroupStatistics::mean_band));

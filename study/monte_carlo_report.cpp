@@ -331,7 +331,8 @@ StudyReport monte_carlo_report(const StudyRecord& study, const MonteCarloPlan& p
     page.sections.push_back({"number-" + std::to_string(k), q.name, body});
   }
   if (all.size() > kMostNumbers)
-    page.warnings.push_back(shown_of(kMostNumbers, all.size()) + " numbers are drawn, all are in the table.");
+    page.warnings.push_back("Of the numbers " + shown_of(kMostNumbers, all.size()) +
+                            " are drawn, all are in the table.");
   return sheet.finish(page.html());
 }
 

@@ -147,18 +147,27 @@ void add_list_axis(const StudyFile& study, const std::vector<const Settings*>& s
 }  // namespace
 
 void add_axes(const StudyFile& study, const std::vector<const Settings*>& settings, DesignTable* table) {
-  if (study.design == Design::list && study.vary.size() > 1) {
+  if (study.design == Design::list && study.vary.size() > 1)
     add_list_axis(study, settings, table);
-    return;
-  }
+  else
+    add_axes(study.vary, settings, table);
+}
+
+void add_axes(const std::vector<Variation>& variations, const std::vector<const Settings*>& settings,
+              DesignTable* table) {
   std::set<std::string> briefs;
-  for (const Variation& v : study.vary) briefs.insert(brief_of(v));
-  for (const Variation& v : study.vary) {
+  for (const Variation& v : variations) briefs.insert(brief_of(v));
+  const bool distinct = briefs.size() == variations.size();
+  for (const Variation& v : variations) {
     const std::vector<std::string> texts = texts_of(v, settings);
     const std::string label = label_of(v);
-    const bool distinct = briefs.size() == study.vary.size();
     add_axis(axis_of(label, distinct ? brief_of(v) : label, texts, v.range && v.range->log), texts, table);
   }
+}
+
+std::string level_name(const std::string& toml) {
+  const double value = number_of(toml);
+  return std::isnan(value) ? plain_value(toml) : fmt::format("{:.8g}", value);
 }
 
 std::string plain_value(const std::string& toml) {

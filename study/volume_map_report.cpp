@@ -235,8 +235,10 @@ std::string note_of(const VolumeMapPlan& plan) {
         "scatter), and the largest of {} positions is larger by chance. ",
         plan.trials, s.low, s.high, plan.positions().size());
     const auto n = static_cast<double>(plan.trials);
-    out += fmt::format("A mean is known to ±{:.2f} sigma; all positions share the draws of the rig, so chance moves all of them together. ",
-                       student_t_quantile(0.5 + 0.5 * kReportCoverage, n - 1.0) / std::sqrt(n));
+    out += fmt::format(
+        "A mean is known to ±{:.2f} sigma; all positions share the draws of the rig, so chance moves all of "
+        "them together. ",
+        student_t_quantile(0.5 + 0.5 * kReportCoverage, n - 1.0) / std::sqrt(n));
     if (static_cast<double>(plan.trials) * (1.0 - plan.coverage) <= 1.0)
       out += "So few trials: an interval is the range of all of them. ";
   }

@@ -194,5 +194,28 @@ sigma = 0.0001
                     24 + 2);
 }
 
+TEST(Browser, TheReportOfASearch) {
+  FT_NEED_DEVICE();
+  FT_NEED_BROWSER();
+  // progress, time against uncertainty, two parameters
+  expect_quiet_page(study_report("optimise", R"(kind = "optimise"
+evaluations = 12
+trials = 3
+[[choose]]
+key = "projector.intensity"
+range = [5, 50]
+[[choose]]
+key = "fringes.steps"
+values = [3, 6]
+[minimise]
+result = "fits.ball.measured.radius_mm"
+statistic = "sigma"
+[[constraint]]
+result = "images.left.saturated"
+max = 0.05
+)"),
+                    4);
+}
+
 }  // namespace
 }  // namespace fringetwin::test::browser_test
