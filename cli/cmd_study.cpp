@@ -63,6 +63,7 @@ int run_study(const StudyCommand& o, const Invocation& invocation) {
   const auto engine = make_engine(o);
   const StudyRun run{std::move(file), o.out, engine.get(), invocation.argv, o.figures};
   if (run.file.volume_map) return run_volume_map(run);
+  if (run.file.optimise) return run_optimise(run);
   return run.file.monte_carlo ? run_monte_carlo(run) : run_design(run);
 }
 

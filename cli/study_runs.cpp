@@ -19,12 +19,6 @@ constexpr std::size_t most_reasons = 5;
 
 std::string points_text(std::int64_t n) { return fmt::format("{} point{}", n, n == 1 ? "" : "s"); }
 
-void tell_stop(const study::StudyStore& store) {
-  const auto counts = store.counts();
-  say(fmt::format("stopped after {}; the same command goes on from there",
-                  points_text(counts.done + counts.failed)));
-}
-
 void write_report(const StudyRun& run, const study::StudyReport& report) {
   if (run.figures) {
     begin_output(run.out / "figures", {});
@@ -34,6 +28,12 @@ void write_report(const StudyRun& run, const study::StudyReport& report) {
   }
   write_text_file(run.out / "report.html", report.html);
   say("page: " + (run.out / "report.html").string());
+}
+
+void tell_stop(const study::StudyStore& store) {
+  const auto counts = store.counts();
+  say(fmt::format("stopped after {}; the same command goes on from there",
+                  points_text(counts.done + counts.failed)));
 }
 
 void tell_failures(const std::filesystem::path& file, const std::vector<study::StoredPoint>& rows) {

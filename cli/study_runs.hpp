@@ -25,9 +25,13 @@ struct StudyRun {
 int run_design(const StudyRun& run);
 int run_monte_carlo(const StudyRun& run);
 int run_volume_map(const StudyRun& run);
+int run_optimise(const StudyRun& run);
 
 /// "1 point", "12 points".
 std::string points_text(std::int64_t n);
+
+/// DIR/report.html and, where asked for, DIR/figures/*.svg.
+void write_report(const StudyRun& run, const study::StudyReport& report);
 
 /// "stopped after 12 points; the same command goes on from there".
 void tell_stop(const study::StudyStore& store);
@@ -41,9 +45,6 @@ auto run_until_stopped(const study::StudyStore& store, Work work) {
     throw;
   }
 }
-
-/// DIR/report.html and, where asked for, DIR/figures/*.svg.
-void write_report(const StudyRun& run, const study::StudyReport& report);
 
 /// The reasons of what failed, each once. Throws UserError(usage) when no point could be measured: a study
 /// without a result is no success.

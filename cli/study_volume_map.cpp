@@ -44,7 +44,7 @@ int run_volume_map(const StudyRun& o) {
   plan.inputs = study::complete_inputs({plan.inputs, file.volume_map->calibration}, file.twin);
   const std::vector<study::StudyPoint> points = study::volume_map_points(plan);
   const study::StudyIdentity identity = study::check_study(file, points);
-  begin_output(o.out, {"study.csv", "result.json"});
+  begin_output(o.out, {"report.html", "study.csv", "result.json"});
   study::StudyStore store(o.out / "study.db", identity, version_string());
   say(fmt::format("study \"{}\": {} positions, {} trials", file.name, points.size() / plan.trials,
                   plan.trials));
@@ -60,6 +60,7 @@ int run_volume_map(const StudyRun& o) {
   tell_map(map);
   tell_failures(file.file, rows);
   say("result: " + (o.out / "result.json").string());
+  write_report(o, study::volume_map_report({file, rows, identity, o.argv, version_string()}, plan, map));
   return static_cast<int>(ExitCode::ok);
 }
 

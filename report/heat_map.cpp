@@ -13,8 +13,8 @@
 namespace fringetwin::report {
 namespace {
 
-constexpr int kMargins_px = 190;  // left tics and colour bar
-constexpr double kLetter_px = 6.2;
+constexpr double kLetter_px = 7.2, kMarginUnit_px = 8.4;  // gnuplot's unit of margins
+constexpr int kRightMargin = 10;                          // colour bar and its tics
 
 std::string hex(Rgb c) { return fmt::format("#{:02x}{:02x}{:02x}", c.r, c.g, c.b); }
 
@@ -56,6 +56,15 @@ std::size_t longest(const std::vector<std::string>& all) {
   return most;
 }
 
+int left_margin(const HeatMap& map) {
+  return static_cast<int>((7.0 * static_cast<double>(longest(map.y_names)) + 45.0) / kMarginUnit_px);
+}
+
+/// Width of the cells together.
+double room_px(const HeatMap& map) {
+  return map.width_px - kMarginUnit_px * (left_margin(map) + kRightMargin);
+}
+
 std::vector<std::vector<std::string>> cell_texts(const HeatMap& map, int digits) {
   std::vector<std::vector<std::string>> out(map.values.size());
   for (std::size_t y = 0; y < map.values.size(); ++y)
@@ -68,8 +77,7 @@ struct Blocks {
   std::string cells, light, dark;
 };
 Blocks blocks(const HeatMap& map) {
-  const double cell_px =
-      static_cast<double>(map.width_px - kMargins_px) / static_cast<double>(map.x_names.size());
+  const double cell_px = room_px(map) / static_cast<double>(map.x_names.size());
   const double cell_height_px =
       static_cast<double>(map.height_px - 90) / static_cast<double>(map.y_names.size());
   std::vector<std::vector<std::string>> text;
@@ -78,7 +86,7 @@ Blocks blocks(const HeatMap& map) {
     text = cell_texts(map, digits);
     std::size_t widest = 1;
     for (const auto& row : text) widest = std::max(widest, longest(row));
-    written = cell_px > kLetter_px * static_cast<double>(widest) && cell_height_px > 14.0;
+    written = cell_px > kLetter_px * static_cast<double>(widest) + 4.0 && cell_height_px > 14.0;
   }
   Blocks out;
   for (std::size_t y = 0; y < map.values.size(); ++y) {
@@ -119,18 +127,18 @@ Drawing drawing(const HeatMap& map) {
   const Blocks data = blocks(map);
   if (data.cells.empty()) return {map.title, ""};
   std::string s = gnuplot_head(map.width_px, map.height_px);
-  s += "unset grid\nunset key\nset lmargin -1\nset rmargin -1\n";
+  s += fmt::format("unset grid\nunset key\nset lmargin {}\nset rmargin {}\n", left_margin(map), kRightMargin);
   if (!map.title.empty()) s += "set title " + gnuplot_text(map.title) + "\n";
-  s += "set xlabel " + gnuplot_text(map.x_label) + "\nset ylabel " + gnuplot_text(map.y_label) +
-       "\nset cblabel " + gnuplot_text(map.bar_label) + "\n";
+  s += "set xlabel " + gnuplot_text(map.x_label) + "\nset ylabel " + gnuplot_text(map.y_label) + "\n";
   s += palette(map.scale);
   s += fmt::format("set cbrange [{:.10g}:{:.10g}]\n", map.limits.low, map.limits.high);
-  if (map.log_color) s += "set logscale cb\nset format cb \"%g\"\n";
+  s += "set format cb \"%g\"\n";
+  if (map.log_color) s += "set logscale cb\n";
   const std::size_t nx = map.x_names.size(), ny = map.y_names.size();
   s += fmt::format("set xrange [-0.5:{}.5]\nset yrange [-0.5:{}.5]\n", nx - 1, ny - 1);
-  const auto room = static_cast<double>(map.width_px - kMargins_px);
   const bool aslant =
-      static_cast<double>((longest(map.x_names) + 2) * std::min(nx, std::size_t{12})) * kLetter_px > room;
+      static_cast<double>((longest(map.x_names) + 2) * std::min(nx, std::size_t{12})) * kLetter_px >
+      room_px(map);
   s += fmt::format("set xtics ({}){}\nset ytics ({})\n", names(map.x_names, 12),
                    aslant ? " rotate by 25 right" : "", names(map.y_names, 16));
   s += "set object rectangle from graph 0,0 to graph 1,1 behind fc rgb \"#eeeeee\" fs solid noborder\n";

@@ -10,7 +10,7 @@
 namespace fringetwin::report {
 
 struct HeatMap {
-  std::string title, x_label, y_label, bar_label;
+  std::string title, x_label, y_label;        ///< title: with the unit of the values
   std::vector<std::string> x_names, y_names;  ///< of the levels; y from the bottom to the top
   std::vector<std::vector<double>> values;    ///< [y][x]; NaN: an empty cell
   Scale scale = Scale::viridis;

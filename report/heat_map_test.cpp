@@ -17,10 +17,9 @@ using ::testing::Not;
 
 HeatMap example() {
   HeatMap map;
-  map.title = "sigma";
+  map.title = "sigma [mm]";
   map.x_label = "pitch [px]";
   map.y_label = "bits <&>";
-  map.bar_label = "sigma [mm]";
   map.x_names = {"8", "`touch /tmp/x`", "[13, 14]"};
   map.y_names = {"8", "12"};
   map.values = {{0.001, 0.02, std::nan("")}, {0.5, 0.25, 0.125}};

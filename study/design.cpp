@@ -98,14 +98,7 @@ std::vector<Settings> sampled(const StudyFile& study) {
                                 : latin_hypercube(study.points, dimensions, study.seed);
   std::vector<Settings> all(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
-    for (std::size_t d = 0; d < study.vary.size(); ++d) {
-      const Variation& variation = study.vary[d];
-      const double u = points[i][d];
-      if (variation.range)
-        assign(variation, value_at(variation, u), &all[i]);
-      else
-        assign_listed(variation, variation.values, share_of(u, variation.values.size()), &all[i]);
-    }
+    for (std::size_t d = 0; d < study.vary.size(); ++d) assign_at(study.vary[d], points[i][d], &all[i]);
   return all;
 }
 
@@ -154,6 +147,13 @@ std::vector<std::string> listed_values(const Variation& variation) {
 std::string value_at(const Variation& variation, double u) {
   if (variation.range) return number_text(along(*variation.range, u, 1.0));
   return variation.values[share_of(u, variation.values.size())];
+}
+
+void assign_at(const Variation& variation, double u, Settings* settings) {
+  if (variation.range)
+    assign(variation, value_at(variation, u), settings);
+  else
+    assign_listed(variation, variation.values, share_of(u, variation.values.size()), settings);
 }
 
 std::vector<StudyPoint> design_points(const StudyFile& study) {

@@ -23,8 +23,11 @@ UnitPoints scrambled_sobol(int n, int dimensions, std::uint64_t seed);
 
 /// The values of one [[vary]] as TOML text; of a range without `count` none.
 std::vector<std::string> listed_values(const Variation& variation);
-/// Its value at a place u in [0, 1): along the range, or of the list the one in whose equal share u lies.
+/// Its value at a place u in [0, 1]: along the range, or of the list the one in whose equal share u lies.
 std::string value_at(const Variation& variation, double u);
+
+/// Gives all its keys what they take there.
+void assign_at(const Variation& variation, double u, Settings* settings);
 
 /// All points in their order: the first [[vary]] slowest, noise seeds fastest.
 std::vector<StudyPoint> design_points(const StudyFile& study);

@@ -18,6 +18,8 @@ inline constexpr std::size_t kMostAxes = 8, kMostPairs = 6;
 std::vector<GroupStatistics> by_level(const DesignTable& table, const TableNumber& number, std::size_t axis,
                                       std::size_t other = SIZE_MAX, std::size_t at = 0);
 
+/// Without data: x along this axis, with its levels as tics where there is room.
+report::Plot axis_plot(const DesignTable& table, std::size_t axis);
 /// Mean and sigma against each axis.
 std::string axis_figures(const DesignTable& table, const TableNumber& number, FigureSheet* sheet);
 /// Heat maps of pairs of axes of a grid; empty where there is no pair.

@@ -94,8 +94,8 @@ TEST(DesignReport, MeansBandsAndNamesAsTheyAre) {
   EXPECT_THAT(report.html, HasSubstr("r&lt;i&gt;"));
   EXPECT_THAT(report.html, Not(HasSubstr("<i>")));
   EXPECT_THAT(report.html, Not(HasSubstr("node<1>")));
-  EXPECT_THAT(report.html, HasSubstr("<td class=\"r\">0.25000</td>"));  // the mean error
-  EXPECT_THAT(report.html, HasSubstr("0.1000 (0.0521 … 0.628)"));       // chi-square, 2 degrees of freedom
+  EXPECT_THAT(report.html, HasSubstr("<td class=\"r\">0.2500</td>"));  // the mean error
+  EXPECT_THAT(report.html, HasSubstr("0.1000 (0.0521 … 0.628)"));      // chi-square, 2 degrees of freedom
   EXPECT_THAT(report.html, HasSubstr("for 6 of 12: 6 traces saved"));
   EXPECT_THAT(report.html, HasSubstr("Scatter over 3 seeds"));
   EXPECT_THAT(report.html, HasSubstr("fringetwin study &#39;a b&#39;"));
@@ -150,10 +150,12 @@ TEST(DesignReport, TimeAgainstUncertainty) {
   const StudyReport report = design_report(made.record());
   EXPECT_THAT(report.html, HasSubstr("Time against uncertainty"));
   // Two times; at each the setting with the smaller sigma is on the front: 0.03 in 1 s, 0.01 in 2 s.
-  EXPECT_THAT(report.html, HasSubstr("<td class=\"l\">gain_dn 400, pitches_px [13, 14, 15]</td><td "
-                                     "class=\"r\">1.000</td><td class=\"r\">0.0300</td>"));
-  EXPECT_THAT(report.html, HasSubstr("<td class=\"l\">gain_dn 20, pitches_px [13, 14, 15]</td><td "
-                                     "class=\"r\">2.000</td><td class=\"r\">0.0100</td>"));
+  EXPECT_THAT(report.html,
+              HasSubstr("<td class=\"l\">A</td><td class=\"l\">gain_dn 400, pitches_px [13, 14, 15]</td><td "
+                        "class=\"r\">1.000</td><td class=\"r\">0.0300</td>"));
+  EXPECT_THAT(report.html,
+              HasSubstr("<td class=\"l\">B</td><td class=\"l\">gain_dn 20, pitches_px [13, 14, 15]</td><td "
+                        "class=\"r\">2.000</td><td class=\"r\">0.0100</td>"));
   EXPECT_THAT(report.html, Not(HasSubstr("pitches_px [26, 28, 30]</td><td class=\"r\">2.000</td>")));
 }
 

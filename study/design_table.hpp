@@ -33,6 +33,7 @@ struct TableNumber {
   /// What is expected, per setting; empty where nothing is, NaN where it is not known.
   std::vector<double> expected_mean, expected_sigma;
   GroupStatistics all;
+  bool has_scatter() const { return all.sigma > 0.0; }
   double change = 0.0;  ///< variance between the settings' means over that of their noise; NaN: unknown
 };
 

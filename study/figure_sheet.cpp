@@ -36,6 +36,7 @@ std::string FigureSheet::place(const std::string& name, const report::Drawing& d
 std::string FigureSheet::row(const std::vector<std::string>& placed) {
   std::string out = "<div class=\"maps\">";
   for (const std::string& p : placed) out += "<div class=\"map\">" + p + "</div>";
+  if (placed.size() == 1) out += "<div class=\"map\"></div>";  // no wider than its neighbours
   return out + "</div>";
 }
 

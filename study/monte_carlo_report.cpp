@@ -209,7 +209,7 @@ int decimals_for(const MonteCarloNumber& n) {
   return step > 0.0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(step))), 0, 15) : 6;
 }
 
-std::string numbers_table(const std::vector<Quantity>& all, const MonteCarloPlan& plan) {
+std::string quantities_table(const std::vector<Quantity>& all, const MonteCarloPlan& plan) {
   const std::string percent = fmt::format("{:g} %", 100.0 * plan.rule.coverage);
   report::Table out;
   out.columns = {{"number", "", Align::left},
@@ -261,30 +261,6 @@ std::string shares_table(const std::vector<Quantity>& all, const MonteCarloResul
   return out.html();
 }
 
-std::string inputs_table(const MonteCarloPlan& plan) {
-  report::Table out;
-  out.caption = "What was uncertain.";
-  out.columns = {{"input", "", Align::left},
-                 {"distribution", "", Align::left},
-                 {"spread", ""},
-                 {"keys", "", Align::left}};
-  for (const UncertainKey& key : plan.inputs.keys) {
-    std::string keys;
-    for (std::size_t i = 0; i < key.keys.size(); ++i)
-      keys +=
-          fmt::format("{}{} around {}", i > 0 ? ", " : "", key.keys[i], fmt::format("{:.8g}", key.values[i]));
-    const bool normal = key.distribution == Distribution::normal;
-    out.add_row({key.name, normal ? "normal" : "uniform",
-                 fmt::format("{} {:.4g}", normal ? "sigma" : "±", key.spread), keys});
-  }
-  if (plan.inputs.calibration > 0)
-    out.add_row(
-        {"calibration", "normal", "its covariance",
-         fmt::format("{} direction{}", plan.inputs.calibration, plan.inputs.calibration == 1 ? "" : "s")});
-  if (plan.inputs.noise) out.add_row({"noise", "of the sensors", "", "a seed of its own each trial"});
-  return out.html();
-}
-
 std::string note_of(const MonteCarloPlan& plan, const MonteCarloResult& result) {
   std::string out = fmt::format(
       "{} after {} trials: mean, sigma and both ends of the symmetric interval of every number are {}known "
@@ -310,7 +286,7 @@ StudyReport monte_carlo_report(const StudyRecord& study, const MonteCarloPlan& p
       page_of(study, fmt::format("Monte Carlo: {} trials, {} failed, on the twin {}", result.trials,
                                  result.failed, study.file.twin.filename().string()));
   page.verdict = result.converged ? "converged" : "not converged";
-  page.summary_html = numbers_table(all, plan) + inputs_table(plan) + page.summary_html;
+  page.summary_html = quantities_table(all, plan) + inputs_table(plan.inputs) + page.summary_html;
   page.note = note_of(plan, result);
   if (const std::string failures = failures_html(study); !failures.empty())
     page.sections.push_back({"failures", "Failures", failures});
@@ -355,7 +331,8 @@ StudyReport monte_carlo_report(const StudyRecord& study, const MonteCarloPlan& p
     page.sections.push_back({"number-" + std::to_string(k), q.name, body});
   }
   if (all.size() > kMostNumbers)
-    page.warnings.push_back(shown_of(kMostNumbers, all.size()) + " numbers are drawn, all are in the table.");
+    page.warnings.push_back("Of the numbers " + shown_of(kMostNumbers, all.size()) +
+                            " are drawn, all are in the table.");
   return sheet.finish(page.html());
 }
 

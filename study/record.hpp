@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "study/study_file.hpp"
+#include "study/study_tables.hpp"
 
 namespace fringetwin::study {
 

@@ -124,6 +124,30 @@ std::string footer_html(const StudyRecord& study) {
          "“Report of a study”.</p>";
 }
 
+std::string inputs_table(const UncertainInputs& inputs) {
+  report::Table out;
+  out.caption = "What was uncertain.";
+  out.columns = {
+      {"input", "", Align::left}, {"distribution", "", Align::left}, {"spread", ""}, {"of", "", Align::left}};
+  for (const UncertainKey& key : inputs.keys) {
+    std::string keys;
+    for (std::size_t i = 0; i < key.keys.size(); ++i)
+      keys += fmt::format("{}{} around {:.8g}", i > 0 ? ", " : "", key.keys[i], key.values[i]);
+    const bool normal = key.distribution == Distribution::normal;
+    out.add_row({key.name, normal ? "normal" : "uniform",
+                 fmt::format("{} {:.4g}", normal ? "sigma" : "±", key.spread), keys});
+  }
+  for (const UncertainForm& form : inputs.forms)
+    out.add_row({form.name, "normal", fmt::format("rms {:.4g} mm", form.spread.rms_mm),
+                 fmt::format("spherical harmonics of {}, degrees {} to {}", form.object, form.spread.low,
+                             form.spread.high)});
+  if (inputs.calibration > 0)
+    out.add_row({"calibration", "normal", "its covariance",
+                 fmt::format("{} direction{}", inputs.calibration, inputs.calibration == 1 ? "" : "s")});
+  if (inputs.noise) out.add_row({"noise", "of the sensors", "", "a seed of its own each"});
+  return out.html();
+}
+
 report::Page page_of(const StudyRecord& study, const std::string& subtitle) {
   report::Page page;
   page.title = "Study “" + study.file.name + "”";
@@ -156,7 +180,7 @@ bool needs_many_digits(const std::vector<double>& values) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (const double v : values)
     if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
-  return high - low < 1e-3 * std::max(std::abs(low), std::abs(high));
+  return high > low && high - low < 1e-3 * std::max(std::abs(low), std::abs(high));
 }
 
 }  // namespace fringetwin::study

@@ -18,6 +18,8 @@ std::string head_table(const StudyRecord& study);
 std::string failures_html(const StudyRecord& study);
 /// Command, versions, files with their SHA-256.
 std::string footer_html(const StudyRecord& study);
+/// What was uncertain, with its distribution.
+std::string inputs_table(const UncertainInputs& inputs);
 /// A page with title, subtitle, head, failures and footer; the sections come between.
 report::Page page_of(const StudyRecord& study, const std::string& subtitle);
 

@@ -32,57 +32,6 @@ Design read_design(const TomlTable& root) {
   return name == "sobol" ? Design::sobol : Design::grid;
 }
 
-Range read_range(const TomlTable& table, bool sampled) {
-  const Eigen::VectorXd ends = *table.vector("range", 2, NumberRange::any_size());
-  Range range{ends[0], ends[1], table.integer("count", 2, kMostPoints),
-              table.choice("scale", {"linear", "log"}) == "log"};
-  if (!(range.first < range.last)) table.fail("range", "must rise");
-  if (range.log && range.first <= 0.0) table.fail("range", "must be > 0 with scale = \"log\"");
-  if (sampled && range.count)
-    table.fail("count", "has no effect with this design", "points says how many there are");
-  if (!sampled && !range.count) table.fail("count", "is missing", "the number of values along the range");
-  return range;
-}
-
-Variation read_variation(const TomlTable& table, bool sampled, std::set<std::string>* taken) {
-  table.allow({"key", "keys", "values", "rows", "range", "count", "scale"});
-  Variation variation{read_study_keys(table, taken), {}, {}, std::nullopt};
-  if (table.has("values") + table.has("rows") + table.has("range") != 1)
-    table.fail("", "needs either values, rows or range");
-  if (table.has("range")) {
-    variation.range = read_range(table, sampled);
-    return variation;
-  }
-  for (const char* key : {"count", "scale"})
-    if (table.has(key)) table.fail(key, "has no effect without range");
-  if (table.has("rows")) {
-    variation.rows = *table.toml_rows("rows", variation.keys.size());
-    for (const std::vector<std::string>& row : variation.rows) variation.values.push_back(row.front());
-  } else {
-    variation.values = *table.toml_texts("values");
-  }
-  if (variation.values.empty())
-    table.fail(table.has("rows") ? "rows" : "values", "is empty, so the design is", "give one value or more");
-  return variation;
-}
-
-std::vector<Record> read_records(const TomlTable& root) {
-  std::vector<Record> records;
-  std::set<std::string> names;
-  for (const TomlTable& table : root.tables("record")) {
-    table.allow({"result", "name", "expected_mean", "expected_sigma"});
-    Record record{table.required_string("result"), ""};
-    record.name = table.has("name") ? table.required_string("name") : record.result;
-    if (!names.insert(record.name).second)
-      table.fail(table.has("name") ? "name" : "result",
-                 fmt::format("\"{}\" is the name of another record, too", record.name));
-    records.push_back(record);
-    for (const char* key : {"expected_mean", "expected_sigma"})
-      if (table.has(key)) records.push_back({table.required_string(key), record.name + '.' + key});
-  }
-  return records;
-}
-
 std::size_t list_length(const Variation& v) {
   return v.range ? static_cast<std::size_t>(v.range->count.value_or(0)) : v.values.size();
 }
@@ -145,13 +94,15 @@ std::vector<std::string> keys_of(const std::string& kind) {
   const auto add = [&](const std::vector<std::string>& more) {
     keys.insert(keys.end(), more.begin(), more.end());
   };
-  if (kind != "volume-map") keys.emplace_back("record");
+  if (kind == "design" || kind == "monte-carlo") keys.emplace_back("record");
   if (kind == "design") {
     add({"design", "points", "noise_seeds", "first_noise_seed", "vary"});
     return keys;
   }
   add(uncertain_keys());
-  add(kind == "monte-carlo" ? monte_carlo_keys() : volume_map_keys());
+  add(kind == "monte-carlo"  ? monte_carlo_keys()
+      : kind == "volume-map" ? volume_map_keys()
+                             : optimise_keys());
   return keys;
 }
 
@@ -160,7 +111,8 @@ std::vector<std::string> keys_of(const std::string& kind) {
 StudyFile load_study(const fs::path& file) {
   const TomlTable root = TomlTable::parse_file(file, ExitCode::usage);
   const std::string kind =
-      root.has("kind") ? root.required_choice("kind", {"design", "monte-carlo", "volume-map"}) : "design";
+      root.has("kind") ? root.required_choice("kind", {"design", "monte-carlo", "volume-map", "optimise"})
+                       : "design";
   const std::vector<std::string> keys = keys_of(kind);
   if (!root.has("schema")) root.allow(keys);  // a misspelt "schema" is named as such
   if (root.required_string("schema") != kStudySchema)
@@ -183,6 +135,11 @@ StudyFile load_study(const fs::path& file) {
   if (kind == "volume-map") {
     study.volume_map = read_volume_map(root, study.twin);
     study.records = volume_map_records(study.volume_map->plan.object);
+    return study;
+  }
+  if (kind == "optimise") {
+    study.optimise = read_optimise(root, study.twin);
+    study.records = optimise_records(study.optimise->plan);
     return study;
   }
   study.design = read_design(root);

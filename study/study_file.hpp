@@ -9,31 +9,14 @@
 #include <vector>
 
 #include "study/monte_carlo_file.hpp"
+#include "study/optimise_file.hpp"
 #include "study/study_point.hpp"
+#include "study/study_tables.hpp"
 #include "study/volume_map_file.hpp"
 
 namespace fringetwin::study {
 
 enum class Design { grid, list, latin_hypercube, sobol };
-
-struct Range {
-  double first = 0.0, last = 0.0;
-  std::optional<int> count;  ///< of a grid or list
-  bool log = false;
-};
-/// One [[vary]]: values that all its keys take together.
-struct Variation {
-  std::vector<std::string> keys;
-  std::vector<std::string> values;             ///< TOML text; empty with a range; with `rows` the first key's
-  std::vector<std::vector<std::string>> rows;  ///< or each key has its own: [value][key]
-  std::optional<Range> range;
-};
-/// One [[record]]: a path into what `measure` writes, and the column it fills. What theory says of its mean,
-/// and of its standard deviation over noise seeds, are records of their own: NAME.expected_mean and
-/// NAME.expected_sigma.
-struct Record {
-  std::string result, name;
-};
 
 struct StudyFile {
   std::filesystem::path file, twin;  ///< absolute
@@ -47,6 +30,7 @@ struct StudyFile {
   // At most one of these; with it: no design, no variations.
   std::optional<MonteCarloSettings> monte_carlo;
   std::optional<VolumeMapSettings> volume_map;
+  std::optional<OptimiseSettings> optimise;
   std::vector<Record> records;  ///< none: all numbers of the fits
   /// Every key as text but `name` and `twin`: what the results depend on, whatever the file's layout.
   std::map<std::string, std::string> content;

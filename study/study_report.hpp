@@ -6,8 +6,10 @@
 
 #include "study/figure_sheet.hpp"
 #include "study/monte_carlo_study.hpp"
+#include "study/optimise.hpp"
 #include "study/study_file.hpp"
 #include "study/study_store.hpp"
+#include "study/volume_map.hpp"
 
 namespace fringetwin::study {
 
@@ -24,5 +26,7 @@ struct StudyRecord {
 StudyReport design_report(const StudyRecord& study);
 StudyReport monte_carlo_report(const StudyRecord& study, const MonteCarloPlan& plan,
                                const MonteCarloResult& result);
+StudyReport optimise_report(const StudyRecord& study, const OptimisePlan& plan, const OptimiseResult& result);
+StudyReport volume_map_report(const StudyRecord& study, const VolumeMapPlan& plan, const VolumeMap& map);
 
 }  // namespace fringetwin::study

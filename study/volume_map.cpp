@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "study/study_file.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::study {

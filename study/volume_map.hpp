@@ -12,11 +12,10 @@
 
 #include "study/monte_carlo.hpp"
 #include "study/study_point.hpp"
+#include "study/study_tables.hpp"
 #include "study/uncertain_inputs.hpp"
 
 namespace fringetwin::study {
-
-struct Record;
 
 struct VolumeMapPlan {
   UncertainInputs inputs;

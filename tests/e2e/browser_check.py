@@ -152,11 +152,15 @@ def main():
             seen["title"] = b.call("GET", "/title")
             shot("top")
             seen["overflow_px"] = b.script("return document.documentElement.scrollWidth - innerWidth;")
-            seen["slider"] = slider(b)
-            seen["cloud"] = cloud(b, shot)
-            seen["screen"] = visible(b)
+            comparison = b.script("return document.querySelector('.slider') !== null;")
+            seen["images"] = b.script("return document.querySelectorAll('svg').length;")
+            if comparison:
+                seen["slider"] = slider(b)
+                seen["cloud"] = cloud(b, shot)
+                seen["screen"] = visible(b)
             b.devtools("Emulation.setEmulatedMedia", media="print")
-            seen["print"] = visible(b)
+            if comparison:
+                seen["print"] = visible(b)
             b.devtools("Emulation.setEmulatedMedia", media="")
             pdf = base64.b64decode(b.call("POST", "/print", {"background": True}))
             if shots:
@@ -165,7 +169,8 @@ def main():
             seen["console"] = [f"{e['level']} {e['message']}" for e in b.log("browser")]
             b.devtools("Emulation.setScriptExecutionDisabled", value=True)
             b.call("POST", "/refresh")
-            seen["no_script"] = visible(b)
+            if comparison:
+                seen["no_script"] = visible(b)
             seen["requests"] = requests(b)
         finally:
             b.close()

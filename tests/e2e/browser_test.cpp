@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The comparison page in a browser: what moves moves, it prints, it loads nothing.
+// Comparison and study pages in a browser: what moves moves, they print, they load nothing.
 //
 // | check                  | limit | origin                                                        |
 // |------------------------|-------|---------------------------------------------------------------|
@@ -105,6 +105,116 @@ TEST(Browser, ThePageMovesPrintsAndLoadsNothing) {
               ::testing::Contains(::testing::EndsWith("report.html")));  // the log does see requests
   for (const std::string& url : requests)
     EXPECT_TRUE(url.starts_with("file://") || url.starts_with("data:")) << url;
+}
+
+/// A study of each kind on the small twin; `rows` of the page's drawings at least.
+fs::path study_report(const std::string& name, const std::string& study) {
+  const fs::path dir = scratch_folder("browser_" + name);
+  write_file(dir / "twin.toml",
+             small_twin({{"gain_dn = 20", "gain_dn = 20\nread_noise_dn = 1\nexposure_ms = 10"}}));
+  write_file(dir / "STUDY.toml",
+             "schema = \"fringetwin-study/1\"\nname = \"a <b>\"\ntwin = \"twin.toml\"\n" + study);
+  const RunResult run =
+      run_fringetwin({"study", (dir / "STUDY.toml").string(), "--out", (dir / "out").string(), "--figures"});
+  EXPECT_TRUE(run.exit_code == 0 || run.exit_code == 5) << run.err;  // 5: not converged
+  EXPECT_THAT(run.err, ::testing::HasSubstr("page: " + (dir / "out/report.html").string()));
+  return dir / "out" / "report.html";
+}
+
+/// Nothing loaded, nothing to scroll sideways, a clean console, a page that prints; returns what was seen.
+void expect_quiet_page(const fs::path& report, int drawings) {
+  const json seen = look_at(report);
+  SCOPED_TRACE(seen.dump(1));
+  EXPECT_EQ(seen["title"], "Study “a <b>”");
+  EXPECT_EQ(seen["overflow_px"], 0);
+  EXPECT_EQ(seen["console"], json::array());
+  EXPECT_EQ(seen["images"], drawings);
+  EXPECT_GT(seen["pdf"]["pages"].get<int>(), 1);
+  for (const std::string& url : seen["requests"].get<std::vector<std::string>>())
+    EXPECT_TRUE(url.starts_with("file://") || url.starts_with("data:")) << url;
+  const auto files = std::distance(fs::directory_iterator(report.parent_path() / "figures"), {});
+  EXPECT_EQ(files, drawings);
+  EXPECT_THAT(read_file(report), ::testing::Not(::testing::HasSubstr("class=\"missing\"")));
+}
+
+TEST(Browser, TheReportOfADesign) {
+  FT_NEED_DEVICE();
+  FT_NEED_BROWSER();
+  // mean and sigma of two numbers against two parameters and their pair, and two of the time
+  expect_quiet_page(study_report("design", R"(noise_seeds = 3
+[[vary]]
+key = "camera.left.sensor.read_noise_dn"
+range = [0.5, 8]
+count = 3
+scale = "log"
+[[vary]]
+key = "fringes.steps"
+values = [3, 6]
+[[record]]
+result = "fits.ball.measured.radius_mm"
+[[record]]
+result = "acquisition.time_s"
+name = "time_s"
+)"),
+                    6 + 3 + 2);
+}
+
+TEST(Browser, TheReportOfAMonteCarloStudy) {
+  FT_NEED_DEVICE();
+  FT_NEED_BROWSER();
+  // histogram, mean, sigma, tornado
+  expect_quiet_page(study_report("monte_carlo", R"(kind = "monte-carlo"
+block_trials = 10
+least_blocks = 2
+most_trials = 40
+sensitivity_rows = 10
+[[uncertain]]
+key = "object.ball.center_mm[2]"
+sigma = 0.05
+[[record]]
+result = "fits.ball.measured.center_mm[2]"
+)"),
+                    4);
+}
+
+TEST(Browser, TheReportOfAVolumeMap) {
+  FT_NEED_DEVICE();
+  FT_NEED_BROWSER();
+  // mean and sigma of six numbers in two slices, spacing
+  expect_quiet_page(study_report("volume_map", R"(kind = "volume-map"
+object = "ball"
+center_mm = [0, 0, 270]
+size_mm = [20, 10, 20]
+counts = [2, 2, 2]
+trials = 3
+[[uncertain]]
+key = "projector.rt_cam_world[1]"
+sigma = 0.0001
+)"),
+                    24 + 2);
+}
+
+TEST(Browser, TheReportOfASearch) {
+  FT_NEED_DEVICE();
+  FT_NEED_BROWSER();
+  // progress, time against uncertainty, two parameters
+  expect_quiet_page(study_report("optimise", R"(kind = "optimise"
+evaluations = 12
+trials = 3
+[[choose]]
+key = "projector.intensity"
+range = [5, 50]
+[[choose]]
+key = "fringes.steps"
+values = [3, 6]
+[minimise]
+result = "fits.ball.measured.radius_mm"
+statistic = "sigma"
+[[constraint]]
+result = "images.left.saturated"
+max = 0.05
+)"),
+                    4);
 }
 
 }  // namespace

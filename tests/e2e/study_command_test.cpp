@@ -97,6 +97,7 @@ TEST(StudyCommand, AFailingPointIsNotedAndTheRestGoesOn) {
   const std::string table = read_file(dir / "out/study.csv");
   EXPECT_EQ(csv(dir / "out/study.csv").size(), 25U);
   EXPECT_TRUE(fs::exists(dir / "out/study.db"));
+  EXPECT_THAT(read_file(dir / "out/report.html"), HasSubstr("6 of 24 runs failed"));
 
   // again: nothing is left to do, and a failed point has had its turn
   const RunResult again = run_study(dir);
@@ -174,6 +175,7 @@ values = [40.0]
                  .output;
   EXPECT_THAT(output, HasSubstr("of 1500 points finished; the same command goes on from there"));
   EXPECT_THAT(output, HasSubstr("cancelled by the user"));
+  EXPECT_FALSE(fs::exists(dir / "killed/report.html"));
   const int before = stored(dir);
   EXPECT_GT(before, 0);
   EXPECT_LT(before, 1500);
