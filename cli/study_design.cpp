@@ -19,7 +19,7 @@ int run_design(const StudyRun& o) {
   const std::vector<study::StudyPoint> points = study::design_points(file);
   const study::StudyIdentity identity = study::check_study(file, points);
   const std::filesystem::path& dir = o.out;
-  begin_output(dir, {"study.csv"});
+  begin_output(dir, {"report.html", "study.csv"});
   study::StudyStore store(dir / "study.db", identity, version_string());
   store.add(points);
 
@@ -52,6 +52,7 @@ int run_design(const StudyRun& o) {
              points_text(static_cast<std::int64_t>(summary.finished)), summary.finished - summary.traced);
   tell_failures(file.file, rows);
   say("table: " + (dir / "study.csv").string());
+  write_report(o, study::design_report({file, rows, identity, o.argv, version_string()}));
   return static_cast<int>(ExitCode::ok);
 }
 

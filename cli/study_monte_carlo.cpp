@@ -33,7 +33,7 @@ int run_monte_carlo(const StudyRun& o) {
   const study::MonteCarloPlan plan = study::complete_plan(file);
   const study::StudyIdentity identity =
       study::check_study(file, {study::StudyPoint{}, study::first_trial(file)});
-  begin_output(o.out, {"study.csv", "result.json"});
+  begin_output(o.out, {"report.html", "study.csv", "result.json"});
   study::StudyStore store(o.out / "study.db", identity, version_string());
   say(fmt::format("study \"{}\": blocks of {} trials, at most {}", file.name, plan.rule.trials_per_block(),
                   plan.most_trials));
@@ -50,6 +50,7 @@ int run_monte_carlo(const StudyRun& o) {
   for (const auto& [name, number] : result.numbers) tell_number(name, number, result, plan.rule.coverage);
   tell_failures(file.file, rows);
   say("result: " + (o.out / "result.json").string());
+  write_report(o, study::monte_carlo_report({file, rows, identity, o.argv, version_string()}, plan, result));
   if (result.converged) return static_cast<int>(ExitCode::ok);
   warn(fmt::format("not converged after {} trials: give more most_trials or fewer digits", result.trials));
   return static_cast<int>(ExitCode::no_convergence);

@@ -5,7 +5,9 @@
 
 #include <set>
 
+#include "cli/out_folder.hpp"
 #include "twin/errors.hpp"
+#include "twin/image_io.hpp"
 #include "twin/progress.hpp"
 
 namespace fringetwin::cli {
@@ -21,6 +23,17 @@ void tell_stop(const study::StudyStore& store) {
   const auto counts = store.counts();
   say(fmt::format("stopped after {}; the same command goes on from there",
                   points_text(counts.done + counts.failed)));
+}
+
+void write_report(const StudyRun& run, const study::StudyReport& report) {
+  if (run.figures) {
+    begin_output(run.out / "figures", {});
+    for (const auto& [name, svg] : report.figures)
+      write_text_file(run.out / "figures" / (name + ".svg"), svg);
+    say(fmt::format("{} drawings: {}", report.figures.size(), (run.out / "figures").string()));
+  }
+  write_text_file(run.out / "report.html", report.html);
+  say("page: " + (run.out / "report.html").string());
 }
 
 void tell_failures(const std::filesystem::path& file, const std::vector<study::StoredPoint>& rows) {

@@ -7,6 +7,7 @@
 
 #include "study/engine.hpp"
 #include "study/study_file.hpp"
+#include "study/study_report.hpp"
 #include "study/study_store.hpp"
 #include "twin/errors.hpp"
 
@@ -16,6 +17,8 @@ struct StudyRun {
   study::StudyFile file;
   std::filesystem::path out;
   study::Engine* engine = nullptr;
+  std::vector<std::string> argv;
+  bool figures = false;  ///< the report's drawings as files, too
 };
 
 // One per kind; each returns the exit code.
@@ -39,6 +42,9 @@ auto run_until_stopped(const study::StudyStore& store, Work work) {
     throw;
   }
 }
+
+/// DIR/report.html and, where asked for, DIR/figures/*.svg.
+void write_report(const StudyRun& run, const study::StudyReport& report);
 
 /// The reasons of what failed, each once. Throws UserError(usage) when no point could be measured: a study
 /// without a result is no success.

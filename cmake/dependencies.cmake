@@ -2,6 +2,7 @@
 # Every outside package in one place. All come from Debian 12 (packages.txt, `make deps`).
 find_package(PkgConfig REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(Boost 1.74 REQUIRED) # Math: headers only
 find_package(Ceres 2.1 REQUIRED)
 find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs calib3d aruco)
 find_package(PCL 1.13 REQUIRED COMPONENTS common registration sample_consensus segmentation features search kdtree)

@@ -3,32 +3,34 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <future>
+#include <sstream>
 
 #include "report/process.hpp"
 #include "report/text.hpp"
 #include "twin/errors.hpp"
+#include "twin/parallel.hpp"
 
 namespace fringetwin::report {
 namespace {
 
-/// gnuplot string in double quotes; enhanced text is off, so only \ and " need care.
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    // between back quotes gnuplot would run a command, in double quotes, too
-    out += c == '\n' ? ' ' : c == '`' ? '\'' : c;
-  }
-  return out + '"';
-}
+std::string quoted(const std::string& text) { return gnuplot_text(text); }
+
+constexpr double kHalfBar = 0.16;  // of bars across, whose places are 1 apart or 1/3 side by side
 
 std::string data_row(const Series& s, std::size_t i) {
   if (!std::isfinite(s.x[i]) || !std::isfinite(s.y[i])) return "\n";  // a blank line breaks the curve
   if (s.style == Series::Style::band)
-    return fmt::format("{:.7g} {:.7g} {:.7g}\n", s.x[i], s.y_low[i], s.y[i]);
-  return fmt::format("{:.7g} {:.7g}\n", s.x[i], s.y[i]);
+    return fmt::format("{:.10g} {:.10g} {:.10g}\n", s.x[i], s.y_low[i], s.y[i]);
+  if (s.style == Series::Style::whiskers)
+    return fmt::format("{:.10g} {:.10g} {:.10g} {:.10g}\n", s.x[i], s.y[i], s.y_low[i], s.y_high[i]);
+  if (s.style == Series::Style::bars_across)
+    return fmt::format("{0:.10g} {1:.10g} {2:.10g} {3:.10g} {4:.10g} {5:.10g}\n", s.x[i], s.y[i],
+                       std::min(0.0, s.x[i]), std::max(0.0, s.x[i]), s.y[i] - kHalfBar, s.y[i] + kHalfBar);
+  if (s.style == Series::Style::whiskers_across)
+    return fmt::format("{:.10g} {:.10g} {:.10g} {:.10g}\n", s.x[i], s.y[i], s.x_low[i], s.x_high[i]);
+  return fmt::format("{:.10g} {:.10g}\n", s.x[i], s.y[i]);
 }
 
 std::string style_words(const Series& s) {
@@ -44,6 +46,13 @@ std::string style_words(const Series& s) {
       return fmt::format("with boxes fs transparent solid 0.45 noborder lc rgb {}", quoted(s.color));
     case Series::Style::band:
       return fmt::format("with filledcurves fs transparent solid 0.2 noborder lc rgb {}", quoted(s.color));
+    case Series::Style::whiskers:
+      return fmt::format("with yerrorbars pt {} ps {} lw 1.2 lc rgb {}", s.point_type, 0.3 * s.width,
+                         quoted(s.color));
+    case Series::Style::bars_across:
+      return fmt::format("with boxxyerror fs solid 0.75 noborder lc rgb {}", quoted(s.color));
+    case Series::Style::whiskers_across:
+      return fmt::format("with xerrorbars pt 0 lw 1.2 lc rgb {}", quoted(s.color));
   }
   return "";
 }
@@ -53,7 +62,7 @@ std::string label_block(const Series& s) {
   std::string out;
   for (std::size_t i = 0; i < s.x.size(); ++i)
     if (std::isfinite(s.x[i]) && std::isfinite(s.y[i]) && !s.labels[i].empty())
-      out += fmt::format("{:.7g} {:.7g} {}\n", s.x[i], s.y[i], quoted(s.labels[i]));
+      out += fmt::format("{:.10g} {:.10g} {}\n", s.x[i], s.y[i], quoted(s.labels[i]));
   return out;
 }
 
@@ -63,12 +72,41 @@ bool has_data(const Series& s) {
   return false;
 }
 
+/// The lines that are needed: gnuplot writes groups without content, blank lines and all of its symbols.
+std::string compact(const std::string& svg) {
+  std::vector<std::string> lines;
+  std::istringstream in(svg);
+  for (std::string line; std::getline(in, line);) {
+    line.erase(0, line.find_first_not_of("\t\r "));
+    while (!line.empty() && line.back() == ' ') line.pop_back();
+    if (line.empty()) continue;
+    const bool opens = !lines.empty() && lines.back().starts_with("<g ") &&
+                       lines.back().find('>') + 1 == lines.back().size();
+    if (line == "</g>" && opens)
+      lines.pop_back();
+    else
+      lines.push_back(line);
+  }
+  // Symbols refer to earlier ones, so from the last on.
+  std::string out;
+  for (std::size_t i = lines.size(); i-- > 0;) {
+    const std::string& line = lines[i];
+    const std::size_t at = line.find("id='gpPt");
+    if (at != std::string::npos) {
+      const std::size_t end = line.find('\'', at + 4);
+      if (out.find("'#" + line.substr(at + 4, end - at - 4) + "'") == std::string::npos) continue;
+    }
+    out.insert(0, line + "\n");
+  }
+  return out;
+}
+
 /// One HTML page holds many plots: gnuplot's ids would collide.
 std::string inline_svg(std::string svg, const std::string& unsafe_id) {
   const std::string id = safe_id(unsafe_id);
   const std::size_t start = svg.find("<svg");
   FT_CHECK(start != std::string::npos, "gnuplot wrote no <svg>");
-  svg.erase(0, start);
+  svg = compact(svg.substr(start));
   for (const char* name : {"gpDot", "gpPt", "textbox", "greybox", "gnuplot_plot_", "gnuplot_canvas"}) {
     svg = replace_all(svg, std::string("id='") + name, "id='" + id + name);
     svg = replace_all(svg, std::string("id=\"") + name, "id=\"" + id + name);
@@ -83,38 +121,80 @@ std::string inline_svg(std::string svg, const std::string& unsafe_id) {
   return svg;
 }
 
+/// "\"a\" 1, \"b\" 2"
+std::string named_tics(const std::vector<std::pair<double, std::string>>& tics) {
+  std::string out;
+  for (const auto& [at, name] : tics)
+    out += fmt::format("{}{} {:.10g}", out.empty() ? "" : ", ", quoted(name), at);
+  return out;
+}
+
+/// Names that would run into each other are written aslant.
+bool too_long_for_a_row(const Plot& plot) {
+  std::size_t letters = 0;
+  for (const auto& [x, name] : plot.x_tics) letters += name.size() + 2;
+  return static_cast<int>(letters) * 7 > plot.width_px - 100;
+}
+
+void check_sizes(const Series& s) {
+  using Style = Series::Style;
+  const std::size_t n = s.x.size();
+  FT_CHECK(s.y.size() == n, "a plot series has as many x as y values");
+  FT_CHECK(s.labels.empty() || s.labels.size() == n, "a plot series has no labels or one per value");
+  FT_CHECK((s.style != Style::band && s.style != Style::whiskers) || s.y_low.size() == n,
+           "a band has as many lower as upper values");
+  FT_CHECK(s.style != Style::whiskers || s.y_high.size() == n, "whiskers have two ends");
+  FT_CHECK(s.style != Style::whiskers_across || (s.x_low.size() == n && s.x_high.size() == n),
+           "whiskers have two ends");
+}
+
 }  // namespace
 
+std::string gnuplot_text(const std::string& text) {
+  std::string out = "\"";  // enhanced text is off, so only \ and " need care
+  for (char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    // between back quotes gnuplot would run a command, in double quotes, too
+    out += c == '\n' ? ' ' : c == '`' ? '\'' : c;
+  }
+  return out + '"';
+}
+
+std::string gnuplot_head(int width_px, int height_px) {
+  return fmt::format(
+             "set encoding utf8\nset terminal svg size {},{} dynamic noenhanced font \"Helvetica,12\"\n",
+             width_px, height_px) +
+         "set border 3 lc rgb \"#444444\"\nset tics nomirror out scale 0.6 tc rgb \"#333333\"\n"
+         "set grid lt 1 lw 0.6 lc rgb \"#e3e3e3\"\nset key outside top right horizontal samplen 2\n"
+         "set boxwidth 0.95 relative\nset minussign\nset lmargin 11\nset rmargin 3\n";
+}
+
 std::string gnuplot_script(const Plot& plot) {
-  std::string s =
-      fmt::format("set encoding utf8\nset terminal svg size {},{} dynamic noenhanced font \"Helvetica,12\"\n",
-                  plot.width_px, plot.height_px);
-  s += "set border 3 lc rgb \"#444444\"\nset tics nomirror out scale 0.6 tc rgb \"#333333\"\n"
-       "set grid lt 1 lw 0.6 lc rgb \"#e3e3e3\"\nset key outside top right horizontal samplen 2\n"
-       "set boxwidth 0.95 relative\nset minussign\nset lmargin 11\nset rmargin 3\n";
+  std::string s = gnuplot_head(plot.width_px, plot.height_px);
   if (!plot.title.empty()) s += "set title " + quoted(plot.title) + "\n";
   s += "set xlabel " + quoted(plot.x_label) + "\nset ylabel " + quoted(plot.y_label) + "\n";
   if (plot.log_x) s += "set logscale x\nset format x \"%g\"\n";
   if (plot.log_y) s += "set logscale y\nset format y \"%g\"\n";
-  if (plot.zero_line) s += "set xzeroaxis lt 1 lw 0.8 lc rgb \"#888888\"\n";
+  if (plot.zero_line)
+    s +=
+        std::string("set ") + (plot.y_tics.empty() ? "x" : "y") + "zeroaxis lt 1 lw 0.8 lc rgb \"#888888\"\n";
   if (plot.x_range)
     s += fmt::format("set xrange [{:.9g}:{:.9g}]\n", plot.x_range->first, plot.x_range->second);
-  if (!plot.x_tics.empty()) {
-    std::string tics;
-    for (const auto& [x, name] : plot.x_tics)
-      tics += fmt::format("{}{} {:.7g}", tics.empty() ? "" : ", ", quoted(name), x);
-    s += "set xtics (" + tics + ")\nset boxwidth 0.7 absolute\n";
+  if (plot.many_digits) s += "set format y \"%.10g\"\nset lmargin 14\n";
+  if (!plot.x_tics.empty())
+    s += fmt::format("set xtics ({}){}\nset boxwidth 0.7 absolute\n", named_tics(plot.x_tics),
+                     too_long_for_a_row(plot) ? " rotate by 25 right" : "");
+  if (!plot.y_tics.empty()) {
+    std::size_t longest = 0;
+    for (const auto& [y, name] : plot.y_tics) longest = std::max(longest, name.size());
+    s += fmt::format("set ytics ({})\nset lmargin {}\n", named_tics(plot.y_tics), longest + 4);
   }
   if (plot.y_range)
     s += fmt::format("set yrange [{:.9g}:{:.9g}]\n", plot.y_range->first, plot.y_range->second);
   std::string blocks, commands;
   int k = 0;
   for (const Series& series : plot.series) {
-    FT_CHECK(series.x.size() == series.y.size(), "a plot series has as many x as y values");
-    FT_CHECK(series.labels.empty() || series.labels.size() == series.x.size(),
-             "a plot series has no labels or one per value");
-    FT_CHECK(series.style != Series::Style::band || series.y_low.size() == series.y.size(),
-             "a band has as many lower as upper values");
+    check_sizes(series);
     if (!has_data(series)) continue;
     blocks += fmt::format("$d{} << EOD\n", k);
     for (std::size_t i = 0; i < series.x.size(); ++i) blocks += data_row(series, i);
@@ -132,34 +212,53 @@ std::string gnuplot_script(const Plot& plot) {
   return s + blocks + commands + "\n";
 }
 
-std::string plot_svg(const Plot& plot, const std::string& id) {
-  bool drawable = false;
-  for (const Series& series : plot.series) drawable = drawable || has_data(series);
-  if (!drawable) throw UserError(ExitCode::input, "plot \"" + plot.title + "\"", "there are no data to draw");
-  const auto result = run_process({"gnuplot"}, gnuplot_script(plot));
+Drawing drawing(const Plot& plot) {
+  for (const Series& series : plot.series)
+    if (has_data(series)) return {plot.title, gnuplot_script(plot)};
+  return {plot.title, ""};
+}
+
+std::string drawing_svg(const Drawing& drawing, const std::string& id) {
+  if (drawing.script.empty())
+    throw UserError(ExitCode::input, "plot \"" + drawing.title + "\"", "there are no data to draw");
+  const auto result = run_process({"gnuplot"}, drawing.script);
   // posix_spawnp reports a missing program as a failure to start, or as status 127 from the child
   if (!result || result->status == 127)
     throw UserError(ExitCode::usage, "gnuplot", "the program is not installed, so no plot can be drawn",
                     "install the Debian package gnuplot-nox (make deps)");
   if (result->status != 0 || result->out.find("</svg>") == std::string::npos)
     throw UserError(ExitCode::internal, "gnuplot",
-                    "could not draw \"" + plot.title + "\": " + result->err.substr(0, 300));
+                    "could not draw \"" + drawing.title + "\": " + result->err.substr(0, 300));
   return inline_svg(result->out, id);
 }
 
-std::vector<std::string> plots_or_sentences(const std::vector<Plot>& plots, const std::string& id_prefix) {
-  std::vector<std::future<std::string>> pending;
-  for (std::size_t i = 0; i < plots.size(); ++i)
-    pending.push_back(std::async(std::launch::async, [&plots, i, &id_prefix] {
-      try {
-        return plot_svg(plots[i], fmt::format("{}{}-", id_prefix, i));
-      } catch (const UserError& error) {
-        return "<p class=\"missing\">Plot left out: " + escape_html(error.what()) + ".</p>";
-      }
-    }));
-  std::vector<std::string> out;
-  for (auto& p : pending) out.push_back(p.get());
+std::string plot_svg(const Plot& plot, const std::string& id) { return drawing_svg(drawing(plot), id); }
+
+std::vector<std::string> drawings_or_sentences(const std::vector<Drawing>& drawings,
+                                               const std::string& id_prefix) {
+  std::vector<std::string> out(drawings.size());
+  for_each_parallel(static_cast<int>(drawings.size()), [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    try {
+      out[k] = drawing_svg(drawings[k], fmt::format("{}{}-", id_prefix, i));
+    } catch (const UserError& error) {
+      out[k] = "<p class=\"missing\">Plot left out: " + escape_html(error.what()) + ".</p>";
+    }
+  });
   return out;
+}
+
+std::vector<std::string> plots_or_sentences(const std::vector<Plot>& plots, const std::string& id_prefix) {
+  std::vector<Drawing> drawings;
+  for (const Plot& plot : plots) drawings.push_back(drawing(plot));
+  return drawings_or_sentences(drawings, id_prefix);
+}
+
+std::string standalone_svg(const std::string& inline_svg) {
+  const std::size_t end = inline_svg.find('>');
+  FT_CHECK(inline_svg.starts_with("<svg") && end != std::string::npos, "a drawing as SVG");
+  return "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n" + inline_svg.substr(0, end + 1) +
+         "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>" + inline_svg.substr(end + 1);
 }
 
 Histogram histogram(const std::vector<float>& values, int bins, double low, double high) {

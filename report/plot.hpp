@@ -18,7 +18,9 @@ inline constexpr const char* kFourth = "#CC79A7";
 }  // namespace color
 
 struct Series {
-  enum class Style { line, dashed, points, bars, band };
+  /// Whiskers: points with bars from y_low to y_high; the *_across lie along x: bars from 0 to x at the place
+  /// y, and bars from x_low to x_high.
+  enum class Style { line, dashed, points, bars, band, whiskers, bars_across, whiskers_across };
   std::string title;                ///< legend; empty = none
   std::vector<double> x, y, y_low;  ///< NaN breaks a line; y_low only for band
   Style style = Style::line;
@@ -26,28 +28,49 @@ struct Series {
   double width = 1.4;
   int point_type = 7;  ///< gnuplot's symbols: 4/5 square, 6/7 circle, 8/9 triangle, 12/13 diamond
   std::vector<std::string> labels = {};  ///< beside the points; empty, or one per value (points only)
+  std::vector<double> y_high = {}, x_low = {}, x_high = {};  ///< of whiskers
 };
 
 struct Plot {
   std::string title, x_label, y_label;
   std::vector<Series> series;
   bool log_x = false, log_y = false;
-  bool zero_line = false;
+  bool zero_line = false;  ///< at y = 0; with y_tics at x = 0
   int width_px = 980, height_px = 300;
   std::optional<std::pair<double, double>> x_range, y_range;
   std::vector<std::pair<double, std::string>> x_tics;  ///< named positions instead of numbers
+  std::vector<std::pair<double, std::string>> y_tics = {};
+  bool many_digits = false;  ///< tics print all digits that tell them apart: small changes of large values
 };
 
+/// What gnuplot is given, as text; empty where there are no data.
+struct Drawing {
+  std::string title;  ///< for messages
+  std::string script;
+};
+
+/// gnuplot string in double quotes, of text that may hold anything.
+std::string gnuplot_text(const std::string& text);
+/// Terminal, fonts, borders and grid that all drawings have.
+std::string gnuplot_head(int width_px, int height_px);
 /// The commands and data gnuplot is given.
 std::string gnuplot_script(const Plot& plot);
+Drawing drawing(const Plot& plot);
 
 /// Inline <svg>. All ids are made unique per page by `id`. Throws UserError(usage) when gnuplot is
 /// missing (says which package brings it) or refuses the plot.
+std::string drawing_svg(const Drawing& drawing, const std::string& id);
 std::string plot_svg(const Plot& plot, const std::string& id);
 
-/// As above for several plots at once (gnuplot started once per plot, at the same time); a plot that
-/// cannot be drawn becomes a sentence that says so, so that the rest of the report is still written.
+/// As above for several plots at once (gnuplot started once per plot, on all cores); a plot that
+/// cannot be drawn becomes a sentence that says so, so that the rest of the report is still written. Throws
+/// Cancelled.
+std::vector<std::string> drawings_or_sentences(const std::vector<Drawing>& drawings,
+                                               const std::string& id_prefix);
 std::vector<std::string> plots_or_sentences(const std::vector<Plot>& plots, const std::string& id_prefix);
+
+/// An inline <svg> as a file of its own, on white.
+std::string standalone_svg(const std::string& inline_svg);
 
 struct Histogram {
   double low = 0.0, bin_width = 0.0;

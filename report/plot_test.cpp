@@ -100,6 +100,44 @@ TEST(Plot, NamedPositionsAndLabelledPoints) {
   EXPECT_THAT(svg, Not(HasSubstr("unseen")));
 }
 
+TEST(Plot, WhiskersAndBarsAcross) {
+  if (!has_gnuplot()) GTEST_SKIP() << "SKIPPED: gnuplot is not installed";
+  Plot plot;
+  plot.many_digits = true;
+  Series s{.title = "mean",
+           .x = {1, 2},
+           .y = {1e6 + 1e-3, 1e6 + 2e-3},
+           .y_low = {1e6, 1e6},
+           .style = Series::Style::whiskers};
+  plot.series = {s};
+  EXPECT_THROW(gnuplot_script(plot), std::logic_error);  // whiskers without an upper end
+  s.y_high = {1e6 + 3e-3, 1e6 + 3e-3};
+  plot.series = {s};
+  EXPECT_THAT(gnuplot_script(plot), HasSubstr("1 1000000.001 1000000 1000000.003"));
+  EXPECT_THAT(plot_svg(plot, "w-"), HasSubstr("000000.002"));  // the tics tell the values apart
+  Plot bars;
+  bars.y_tics = {{0.0, "noise"}, {1.0, "a \"calibration\""}};
+  Series across{
+      .title = "total", .x = {0.7, -0.1}, .y = {0, 1}, .y_low = {}, .style = Series::Style::bars_across};
+  Series ends = across;
+  ends.style = Series::Style::whiskers_across;
+  ends.x_low = {0.5, -0.2};
+  ends.x_high = {0.9, 0.1};
+  bars.series = {across, ends};
+  EXPECT_THAT(gnuplot_script(bars), HasSubstr("-0.1 1 -0.1 0 "));
+  EXPECT_THAT(gnuplot_script(bars), HasSubstr("0.7 0 0.5 0.9"));
+  EXPECT_THAT(plot_svg(bars, "b-"), HasSubstr("a \"calibration\""));
+}
+
+TEST(Plot, AFileOfItsOwnStandsOnWhite) {
+  if (!has_gnuplot()) GTEST_SKIP() << "SKIPPED: gnuplot is not installed";
+  const std::string inline_svg = plot_svg(example(), "s-"), file = standalone_svg(inline_svg);
+  EXPECT_TRUE(file.starts_with("<?xml"));
+  EXPECT_THAT(file, HasSubstr("xmlns=\"http://www.w3.org/2000/svg\""));
+  EXPECT_THAT(file, HasSubstr("fill=\"#ffffff\"/>"));
+  EXPECT_THAT(inline_svg, Not(HasSubstr("gpPt"))) << "symbols that are not drawn";
+}
+
 TEST(Plot, MissingGnuplotIsAClearErrorAndASentenceOnThePage) {
   const std::string path = std::getenv("PATH");
   ::setenv("PATH", "/nonexistent", 1);

@@ -3,15 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 
 #include "twin/errors.hpp"
 
 namespace fringetwin::study {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// The values of a coverage interval span q steps of the sorted sample (JCGM 101, 7.7.1).
 std::size_t interval_steps(std::size_t n, double coverage) {
@@ -20,26 +17,25 @@ std::size_t interval_steps(std::size_t n, double coverage) {
   return std::clamp(q, std::size_t{1}, n - 1);
 }
 
-/// From the first value on: the mean of equal values is that value.
-double mean_of(const std::vector<double>& v) {
-  double sum = 0.0;
-  for (const double x : v) sum += x - v[0];
-  return v[0] + sum / static_cast<double>(v.size());
-}
-
-/// Sample standard deviation, n - 1.
-double deviation_of(const std::vector<double>& v, double mean) {
-  double sum = 0.0;
-  for (const double x : v) sum += (x - mean) * (x - mean);
-  return std::sqrt(sum / static_cast<double>(v.size() - 1));
-}
-
 /// Twice the standard deviation of the average.
 double twice_average_error(const std::vector<double>& blocks) {
   return 2.0 * deviation_of(blocks, mean_of(blocks)) / std::sqrt(static_cast<double>(blocks.size()));
 }
 
 }  // namespace
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double v : values) sum += v - values[0];
+  return values[0] + sum / static_cast<double>(values.size());
+}
+
+double deviation_of(const std::vector<double>& values, double mean) {
+  if (values.size() < 2) return kNan;
+  double sum = 0.0;
+  for (const double v : values) sum += (v - mean) * (v - mean);
+  return std::sqrt(sum / static_cast<double>(values.size() - 1));
+}
 
 Interval symmetric_interval(const std::vector<double>& sorted, double coverage) {
   const std::size_t n = sorted.size(), q = interval_steps(n, coverage);
@@ -107,6 +103,21 @@ Convergence convergence(const std::vector<double>& trials, const AdaptiveRule& r
   out.tolerance = all.sigma > 0.0 ? numerical_tolerance(all.sigma, rule.digits) : 0.0;
   const double worst = std::max({out.mean, out.sigma, out.low, out.high});
   out.reached = worst <= out.tolerance && !std::isnan(out.mean);  // NaN: a block without numbers
+  return out;
+}
+
+std::vector<ConvergenceStep> convergence_steps(const std::vector<double>& trials, const AdaptiveRule& rule,
+                                               std::size_t most) {
+  AdaptiveRule any = rule;
+  any.least_blocks = 2;
+  const std::size_t block = rule.trials_per_block(), blocks = trials.size() / block;
+  std::vector<ConvergenceStep> out;
+  const std::size_t step = std::max(std::size_t{1}, (blocks + most - 1) / most);
+  for (std::size_t h = 2; h <= blocks; h = h == blocks ? blocks + 1 : std::min(h + step, blocks)) {
+    const std::vector<double> part(trials.begin(), trials.begin() + static_cast<std::ptrdiff_t>(h * block));
+    const SampleSummary s = summarise(part, rule.coverage);
+    out.push_back({part.size(), s.mean, s.sigma, convergence(part, any)});
+  }
   return out;
 }
 

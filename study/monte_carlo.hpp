@@ -3,9 +3,17 @@
 // intervals, and the adaptive rule that says when there are enough trials (docs/METRICS.md, "Monte Carlo").
 #pragma once
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 namespace fringetwin::study {
+
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();  ///< what does not exist
+
+/// From the first value on: the mean of equal values is that value. Of one value or more.
+double mean_of(const std::vector<double>& values);
+/// Sample standard deviation, n - 1; NaN of fewer than two.
+double deviation_of(const std::vector<double>& values, double mean);
 
 struct Interval {
   double low = 0.0, high = 0.0;
@@ -47,5 +55,15 @@ struct Convergence {
 /// JCGM 101, 7.9.4, for one quantity whose trials are given in their order; an unfinished block is left out.
 /// A quantity that is the same in every trial has converged.
 Convergence convergence(const std::vector<double>& trials, const AdaptiveRule& rule);
+
+/// How it came there: after so many trials the estimates and the convergence.
+struct ConvergenceStep {
+  std::size_t trials = 0;
+  double mean = 0.0, sigma = 0.0;
+  Convergence convergence;
+};
+/// After every block from the second on; of more than `most` blocks some.
+std::vector<ConvergenceStep> convergence_steps(const std::vector<double>& trials, const AdaptiveRule& rule,
+                                               std::size_t most = 60);
 
 }  // namespace fringetwin::study

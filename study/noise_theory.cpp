@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 
 /// A point of the object as one camera sees it.
-struct Seen {
+struct SurfacePoint {
   Vector3d p_mm, n, d;  ///< world frame; n towards the camera, d the ray, both unit
   double range_mm = 0.0;
   double coordinate_px = 0.0;  ///< of the projector
@@ -40,10 +40,10 @@ class Scene {
         axis_(twin.fringes.directions[0].axis == Axis::x ? 0 : 1) {}
 
   /// Nothing where the pixel's centre sees no point of the object with a usable fringe.
-  std::optional<Seen> see(const Camera& camera, const Vector2d& q_px) const {
+  std::optional<SurfacePoint> see(const Camera& camera, const Vector2d& q_px) const {
     const auto ray = camera.lens.unproject(q_px);
     if (!ray) return std::nullopt;
-    Seen s;
+    SurfacePoint s;
     const Pose T_world_cam = camera.T_cam_world.inverse();
     s.d = T_world_cam.rotation * *ray;
     if (!hit(T_world_cam.translation_mm, &s) || !locate(&s)) return std::nullopt;
@@ -93,7 +93,7 @@ class Scene {
     return *object;
   }
 
-  bool hit(const Vector3d& origin, Seen* s) const {
+  bool hit(const Vector3d& origin, SurfacePoint* s) const {
     if (const auto* sphere = std::get_if<SphereShape>(&object_.shape)) {
       const Vector3d c = sphere->center_mm - origin;
       const double along = c.dot(s->d);
@@ -120,7 +120,7 @@ class Scene {
     return s->range_mm > 0.0;
   }
 
-  bool locate(Seen* s) const {
+  bool locate(SurfacePoint* s) const {
     const Projector& projector = *twin_.projector;
     Eigen::Matrix<double, 2, 3> dq_dp;
     const auto q = projector.lens.project(projector.T_proj_world * s->p_mm, &dq_dp);
@@ -133,7 +133,7 @@ class Scene {
   }
 
   /// Of a pixel on the tangent plane.
-  static Footprint footprint(const Camera& camera, const Vector2d& q_px, const Seen& s) {
+  static Footprint footprint(const Camera& camera, const Vector2d& q_px, const SurfacePoint& s) {
     const Eigen::Matrix3d R_world_cam = camera.T_cam_world.rotation.transpose();
     Vector3d edge[2];
     Footprint f{};
@@ -153,7 +153,8 @@ class Scene {
 
   /// sigma^2 of the mean over the pitches, inverse-variance weighted with heterodyne fringes; nothing where
   /// the fringes are too weak or saturate.
-  std::optional<double> coordinate_variance(const Camera& camera, const Seen& s, const Footprint& f) const {
+  std::optional<double> coordinate_variance(const Camera& camera, const SurfacePoint& s,
+                                            const Footprint& f) const {
     const Projector& projector = *twin_.projector;
     const Sensor& sensor = camera.sensor;
     const Vector3d to_light = projector.center_world_mm() - s.p_mm;
@@ -196,7 +197,7 @@ struct PointNoise {
   double single_mm2 = 0.0, summed_mm2 = 0.0;
 };
 
-PointNoise with_projector(const Seen& s) {
+PointNoise with_projector(const SurfacePoint& s) {
   const double normal_per_px = s.n.dot(s.d) / s.gradient.dot(s.d);
   const double v = s.variance_px2 * normal_per_px * normal_per_px;
   return {v, v};
@@ -204,7 +205,7 @@ PointNoise with_projector(const Seen& s) {
 
 /// Left and right see the same coordinate; the right one's lies between pixels. Neighbouring points share
 /// the right pixels between which they lie: one point has less of their noise, a sum has all of it.
-PointNoise with_second_camera(const Seen& left, const Seen& right) {
+PointNoise with_second_camera(const SurfacePoint& left, const SurfacePoint& right) {
   // p + t d, seen by the second camera along e, takes the coordinate of the surface there
   const Vector3d move = left.d - right.d * (left.n.dot(left.d) / left.n.dot(right.d));
   const double slope = left.gradient.dot(move);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "study/design.hpp"
 #include "study/front.hpp"
@@ -12,7 +11,6 @@
 namespace fringetwin::study {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kTime = "acquisition.time_s";
 
 Settings chosen(const OptimisePlan& plan, const Place& place) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "study/design_table.hpp"
 #include "study/study_store.hpp"
 
 namespace fringetwin::study {
@@ -18,13 +19,6 @@ std::string cell(const std::string& text) {
     out += c;
   }
   return out + '"';
-}
-
-/// A TOML string without its quotes; anything else as it is.
-std::string plain(const std::string& toml) {
-  const bool simple = toml.size() >= 2 && toml.front() == '"' && toml.back() == '"' &&
-                      toml.find_first_of("\"\\", 1) == toml.size() - 1;
-  return simple ? toml.substr(1, toml.size() - 2) : toml;
 }
 
 const char* status_name(PointStatus status) {
@@ -48,7 +42,7 @@ std::string study_csv(const std::vector<StoredPoint>& rows) {
     out += fmt::format("{}", row.point.id);
     for (const std::string& key : keys) {
       const auto value = row.point.settings.find(key);
-      out += "," + (value == row.point.settings.end() ? "" : cell(plain(value->second)));
+      out += "," + (value == row.point.settings.end() ? "" : cell(plain_value(value->second)));
     }
     out += fmt::format(",{},{},{}", row.point.seed, status_name(row.status), cell(row.outcome.reason));
     for (const std::string& name : results) {

@@ -14,8 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
 /// What one trial says of one position.
 struct Seen {
   Vector3d center_mm = Vector3d::Constant(kNan);

@@ -141,7 +141,11 @@ TEST(StudyCommand, KilledAtRandomTheTableIsThatOfAnUnbrokenRun) {
       ++kills;
       const int n = fs::exists(dir / "killed/study.db") ? stored(dir) : 0;
       halfway += n > 0 && n < 240 ? 1 : 0;
-      EXPECT_FALSE(fs::exists(dir / "killed/study.csv")) << "a broken-off study looks complete";
+      // the table comes last but for the page
+      if (fs::exists(dir / "killed/study.csv")) {
+        EXPECT_EQ(read_file(dir / "killed/study.csv"), read_file(dir / "unbroken/study.csv"))
+            << "a broken-off study looks complete";
+      }
       continue;
     }
     ++rounds;
@@ -161,11 +165,15 @@ TEST(StudyCommand, CtrlCStopsAndTheSameCommandGoesOn) {
 key = "camera.left.sensor.electrons_per_dn"
 values = [40.0]
 )");
-  const auto interrupted = test_tools::run(fmt::format(
-      "timeout -s INT 1.5 '{}' study '{}' --out '{}' 2>&1; echo code $?", std::getenv("FRINGETWIN_BINARY"),
-      (dir / "STUDY.toml").string(), (dir / "killed").string()));
-  EXPECT_THAT(interrupted.output, HasSubstr("of 1500 points finished; the same command goes on from there"));
-  EXPECT_THAT(interrupted.output, HasSubstr("cancelled by the user"));
+  // however long the first points take on a busy machine
+  std::string output;
+  for (double seconds = 1.5; seconds < 100.0 && stored(dir) == 0; seconds *= 2.0)
+    output = test_tools::run(fmt::format("timeout -s INT {} '{}' study '{}' --out '{}' 2>&1; echo code $?",
+                                         seconds, std::getenv("FRINGETWIN_BINARY"),
+                                         (dir / "STUDY.toml").string(), (dir / "killed").string()))
+                 .output;
+  EXPECT_THAT(output, HasSubstr("of 1500 points finished; the same command goes on from there"));
+  EXPECT_THAT(output, HasSubstr("cancelled by the user"));
   const int before = stored(dir);
   EXPECT_GT(before, 0);
   EXPECT_LT(before, 1500);

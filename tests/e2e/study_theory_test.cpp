@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The shipped studies of rounding and noise against the closed form (docs/METRICS.md, "Theory of the noise"),
-// which renders, decodes and fits nothing. tolerance: 10 % as asked of the studies; measured: 2 % for rms
-// (docs/STUDIES.md). Standard deviations over n noise seeds add 2.6 of their own standard errors, 1/sqrt(2(n
-// - 1)).
+// which renders, decodes and fits nothing.
+// tolerance: rms 5 % (measured: 3 %, docs/STUDIES.md); standard deviations over noise seeds: the 10 % asked
+// of the studies and 2.6 of their own standard errors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -94,7 +94,7 @@ double deviation(const std::vector<Row>& rows, const std::string& key) {
 
 void expect_rms(const std::map<std::string, std::vector<Row>>& groups) {
   for (const auto& [name, rows] : groups)
-    EXPECT_NEAR(mean(rows, "rms_mm") / mean(rows, "rms_mm.expected_mean"), 1.0, 0.1) << name;
+    EXPECT_NEAR(mean(rows, "rms_mm") / mean(rows, "rms_mm.expected_mean"), 1.0, 0.05) << name;
 }
 
 const std::string kBits = "camera.left.sensor.bit_depth";
@@ -113,7 +113,7 @@ TEST(StudyTheory, RoundingOverTwoDecades) {
   FT_NEED_DEVICE();
   // with two cameras the interpolation between their pixels remains
   expect_rounding("bit-depth-plane", 15, 14);
-  expect_rounding("bit-depth-sphere", 16, 12);
+  expect_rounding("bit-depth-sphere", 16, 15);
 }
 
 /// Two decades of noise in three levels, each with draws of its own.
