@@ -1,26 +1,67 @@
 // SPDX-License-Identifier: Apache-2.0
 // study: many virtual measurements over a design, resumed where they stopped.
 #include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <sstream>
 
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"
 #include "cli/study_runs.hpp"
+#include "cli/version.hpp"
 #include "study/local_engine.hpp"
+#include "study/shard_task.hpp"
+#include "study/slurm_engine.hpp"
 #include "study/worker.hpp"
+#include "twin/errors.hpp"
+#include "twin/paths.hpp"
 
 namespace fringetwin::cli {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct StudyCommand {
-  std::string study, out;
+  std::string study, out, engine = "local", device;
   bool figures = false;
-  study::LocalOptions engine;
+  int jobs = 0;
+  // of --engine slurm
+  int shards = 0;
+  std::string slurm_args, slurm_dir;
 };
+
+std::unique_ptr<study::Engine> make_engine(const StudyCommand& o) {
+  if (o.engine == "local") {
+    if (o.shards > 0 || !o.slurm_args.empty() || !o.slurm_dir.empty())
+      throw UserError(ExitCode::usage, "--engine local", "has no --shards, --slurm-args and --slurm-dir",
+                      "add --engine slurm, or leave them out");
+    // The program itself, also when its file is replaced while the study runs.
+    return std::make_unique<study::LocalEngine>(
+        study::LocalOptions{{"/proc/self/exe", "study-worker"}, o.jobs, o.device});
+  }
+  study::SlurmOptions slurm;
+  slurm.folder = tidy_path(o.slurm_dir.empty() ? fs::path(o.out) / "slurm" : fs::path(o.slurm_dir));
+  slurm.program = fs::read_symlink("/proc/self/exe");  // where the nodes find it
+  slurm.version = version_string();
+  slurm.device = o.device;
+  slurm.jobs = std::max(1, o.jobs);
+  slurm.shards = o.shards;
+  std::istringstream words(o.slurm_args);
+  for (std::string word; words >> word;) {
+    for (const char* own : {"--array", "-a", "--job-name", "-J", "--chdir", "-D", "--wrap"})
+      if (word == own || word.starts_with(std::string(own) + "="))
+        throw UserError(ExitCode::usage, "--slurm-args", std::string(own) + " is set by the program itself",
+                        "leave it out");
+    slurm.arguments.push_back(word);
+  }
+  return std::make_unique<study::SlurmEngine>(std::move(slurm));
+}
 
 int run_study(const StudyCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
-  study::LocalEngine engine(o.engine);
-  const StudyRun run{study::load_study(o.study), o.out, &engine, invocation.argv, o.figures};
+  study::StudyFile file = study::load_study(o.study);
+  const auto engine = make_engine(o);
+  const StudyRun run{std::move(file), o.out, engine.get(), invocation.argv, o.figures};
   if (run.file.volume_map) return run_volume_map(run);
   if (run.file.optimise) return run_optimise(run);
   return run.file.monte_carlo ? run_monte_carlo(run) : run_design(run);
@@ -36,19 +77,40 @@ void add_study(CLI::App& app, Invocation& invocation) {
       "it goes on where it stopped");
   sub->add_option("study", o->study, "The STUDY.toml")->required();
   sub->add_option("--out", o->out, "Folder for study.db, study.csv and report.html")->required();
-  sub->add_option("--jobs", o->engine.jobs, "Points at a time; default: one per core")
+  sub->add_option("--engine", o->engine,
+                  "local: this machine; slurm: job arrays of a cluster (docs/CLUSTER.md)")
+      ->check(CLI::IsMember({"local", "slurm"}));
+  sub->add_option("--jobs", o->jobs,
+                  "Points at a time; default: one per core. slurm: of a task, a core each; default 1")
       ->check(CLI::Range(1, 1024));
-  sub->add_option("--device", o->engine.device, "A part of a Vulkan device's name");
+  sub->add_option("--device", o->device, "A part of a Vulkan device's name");
+  sub->add_option("--shards", o->shards, "slurm: tasks of an array; default: one per 16 points, at most 64")
+      ->check(CLI::Range(1, 10000));
+  sub->add_option("--slurm-args", o->slurm_args,
+                  "slurm: further arguments of sbatch, \"--partition=long --time=4:00:00\"");
+  sub->add_option("--slurm-dir", o->slurm_dir,
+                  "slurm: folder on a disk that the nodes share; default: slurm in --out");
   sub->add_flag("--figures", o->figures, "Write the report's drawings as SVG files, too (DIR/figures)");
-  sub->callback([o, &invocation] {
-    // The program itself, also when its file is replaced while the study runs.
-    o->engine.worker = {"/proc/self/exe", "study-worker"};
-    invocation.run = [o, &invocation] { return run_study(*o, invocation); };
-  });
+  sub->callback(
+      [o, &invocation] { invocation.run = [o, &invocation] { return run_study(*o, invocation); }; });
 
   CLI::App* worker = app.add_subcommand("study-worker", "Runs points for `study`");
   worker->group("");  // not for people
   worker->callback([&invocation] { invocation.run = [] { return study::run_worker(); }; });
+
+  auto task = std::make_shared<study::ShardTask>();
+  CLI::App* shard = app.add_subcommand("study-shard", "A task of `study --engine slurm`");
+  shard->group("");
+  shard->add_option("round", task->round)->required();
+  shard->add_option("index", task->index)->required();
+  shard->callback([task, &invocation] {
+    task->worker = {"/proc/self/exe", "study-worker"};
+    task->version = version_string();
+    invocation.run = [task] {
+      study::run_shard(*task);
+      return static_cast<int>(ExitCode::ok);
+    };
+  });
 }
 
 }  // namespace fringetwin::cli

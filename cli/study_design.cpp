@@ -32,7 +32,7 @@ int run_design(const StudyRun& o) {
                   study::count_groups(plan),
                   done.empty() ? "" : fmt::format("; {} done before", done.size())));
 
-  const study::PointTask task{file.twin, file.records};
+  const study::PointTask task{file.twin, file.records, false, false, store.digest()};
   study::EngineSummary summary;
   try {
     summary =

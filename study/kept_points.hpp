@@ -9,7 +9,9 @@ namespace fringetwin::study {
 class KeptPoints {
  public:
   KeptPoints(PointTask task, Engine& engine, StudyStore& store)
-      : task_(std::move(task)), engine_(engine), store_(store) {}
+      : task_(std::move(task)), engine_(engine), store_(store) {
+    task_.study = store.digest();
+  }
 
   /// Runs what the store has not finished, and gives all their outcomes: the same after any interruption.
   /// Throws as the engine does.

@@ -104,7 +104,9 @@ class LocalRun {
 
   EngineSummary run() {
     if (queue_.size() == 0) return {};
-    const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    const int cores = options_.cores > 0
+                          ? options_.cores
+                          : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
     const int jobs = static_cast<int>(std::min<std::size_t>(
         static_cast<std::size_t>(options_.jobs > 0 ? options_.jobs : cores), queue_.size()));
     // Points side by side use the cores better than the threads of one point do.
@@ -163,7 +165,7 @@ class LocalRun {
       constexpr std::string_view prefix = "fringetwin: warning: ";
       // Every point may say the same: once is enough.
       if (line.starts_with(prefix) && warnings_.size() < most_warnings && warnings_.insert(line).second)
-        warn(line.substr(prefix.size()));
+        options_.warned ? options_.warned(line.substr(prefix.size())) : warn(line.substr(prefix.size()));
     }
   }
 
@@ -196,6 +198,7 @@ class LocalRun {
       return;
     }
     w.since = std::chrono::steady_clock::now();
+    if (options_.begun) options_.begun(w.point->point.id);
     // A worker that is gone is noticed by the end of its answers.
     w.process->send(point_line(*w.point));
   }

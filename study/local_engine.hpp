@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs the points of a study in worker processes of this machine.
 #pragma once
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,6 +15,9 @@ struct LocalOptions {
   std::vector<std::string> worker;  ///< command of a process that calls run_worker(); its path first
   int jobs = 0;                     ///< workers; 0: one per core
   std::string device;               ///< a part of a Vulkan device's name
+  int cores = 0;                    ///< that the workers share; 0: the machine's
+  std::function<void(std::int64_t)> begun{};         ///< a point is handed out; may be empty
+  std::function<void(const std::string&)> warned{};  ///< takes each warning once; empty: warn()
 };
 
 class IdleWorkers;

@@ -21,6 +21,7 @@ struct PointTask {
   /// The settings change the rig that records; the twin as it is measures (VirtualRig).
   bool virtual_rig = false;
   bool calibration = false;  ///< with virtual_rig: it is drawn from the covariance that the twin names
+  std::string study{};       ///< StudyIdentity::digest(), for engines that keep results of their own
 };
 
 /// Keeps the last point's trace and images for a next one that shares them.

@@ -25,7 +25,8 @@ struct PointOutcome {
   std::string reason;                     ///< of a failure, one sentence
   std::map<std::string, double> numbers;  ///< recorded results by name; NaN where a result has none
   double seconds = 0.0;
-  bool traced = true;  ///< false: the light came from another point's trace
+  bool traced = true;             ///< false: the light came from another point's trace
+  std::string host{}, version{};  ///< where it ran and by which program; empty: here, by this one
 };
 
 }  // namespace fringetwin::study

@@ -2,13 +2,11 @@
 #include "study/study_store.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <array>
-#include <ctime>
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "study/here.hpp"
 #include "study/sqlite.hpp"
 
 namespace fringetwin::study {
@@ -28,20 +26,6 @@ CREATE TABLE points(
   reason TEXT NOT NULL DEFAULT '', results TEXT, seconds REAL, traced INTEGER,
   version TEXT, host TEXT, finished_at TEXT);
 CREATE INDEX points_by_status ON points(status);)";
-
-std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  ::gmtime_r(&now, &utc);
-  std::array<char, 32> text{};
-  const std::size_t n = std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return {text.data(), n};
-}
-
-std::string host_name() {
-  std::array<char, 256> name{};
-  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
-}
 
 std::string numbers_json(const std::map<std::string, double>& numbers) {
   Json json = Json::object();
@@ -127,6 +111,8 @@ StudyStore::StudyStore(const fs::path& file, const StudyIdentity& identity, cons
 
 StudyStore::~StudyStore() = default;
 
+std::string StudyStore::digest() const { return meta(impl_->database, "digest"); }
+
 void StudyStore::add(const std::vector<StudyPoint>& points) {
   Transaction transaction(impl_->database);
   Statement insert(impl_->database, "INSERT OR IGNORE INTO points(id, settings, seed) VALUES(?1, ?2, ?3)");
@@ -150,8 +136,8 @@ void StudyStore::record(const std::vector<PointOutcome>& outcomes) {
         .bind(4, numbers_json(outcome.numbers))
         .bind(5, outcome.seconds)
         .bind(6, std::int64_t{outcome.traced ? 1 : 0})
-        .bind(7, impl_->version)
-        .bind(8, impl_->host)
+        .bind(7, outcome.version.empty() ? impl_->version : outcome.version)
+        .bind(8, outcome.host.empty() ? impl_->host : outcome.host)
         .bind(9, utc_now())
         .run();
   transaction.commit();

@@ -35,6 +35,8 @@ class StudyStore {
   StudyStore(const StudyStore&) = delete;
   StudyStore& operator=(const StudyStore&) = delete;
 
+  /// Of the study, StudyIdentity::digest().
+  std::string digest() const;
   /// Those that are not there yet, as pending.
   void add(const std::vector<StudyPoint>& points);
   /// What has not finished, by id; a failed point has.

@@ -102,13 +102,15 @@ TEST_F(StudyStoreTest, RowsComeBackAsTheyWent) {
     StudyStore store = open();
     store.add(some_points(3));
     store.record({{1, false, "", {{"a b", odd}, {"n", kNaN}, {"tiny", tiny}}, 1.5, false},
-                  {0, true, "the sphere \"ball\", unseen", {}, 0.25, true}});
+                  {0, true, "the sphere \"ball\", unseen", {}, 0.25, true, "node7", "0.9"}});
   }
   const auto rows = open().rows();
   ASSERT_THAT(rows, SizeIs(3));
   EXPECT_EQ(rows[0].status, PointStatus::failed);
   EXPECT_TRUE(rows[0].outcome.failed);
   EXPECT_EQ(rows[0].outcome.reason, "the sphere \"ball\", unseen");
+  EXPECT_EQ(rows[0].host, "node7") << "another machine of the cluster";
+  EXPECT_EQ(rows[0].version, "0.9");
   EXPECT_EQ(rows[1].status, PointStatus::done);
   EXPECT_EQ(rows[1].point.settings, some_points(3)[1].settings);
   EXPECT_EQ(rows[1].point.seed, 1u);

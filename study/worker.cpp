@@ -22,28 +22,6 @@ std::string line_of(const Json& json) {
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-PlannedPoint parse_point(const std::string& line) {
-  const Json json = Json::parse(line);
-  PlannedPoint p;
-  p.point = {json.at("id"), json.at("settings").get<Settings>(), json.at("seed")};
-  p.keys = {json.at("trace"), json.at("form")};
-  for (const Json& s : json.at("sensors")) p.demand.sensors.push_back({s.at(0), s.at(1)});
-  p.demand.mean = json.at("mean");
-  p.demand.amplitude = json.at("amplitude");
-  return p;
-}
-
-std::string answer_line(const PointOutcome& o) {
-  Json numbers = Json::object();
-  for (const auto& [name, value] : o.numbers) numbers[name] = json_number(value);
-  return line_of({{"id", o.id},
-                  {"failed", o.failed},
-                  {"reason", o.reason},
-                  {"numbers", numbers},
-                  {"seconds", o.seconds},
-                  {"traced", o.traced}});
-}
-
 // The answers go to what was stdout; anything a library prints must not come between them.
 class Answers {
  public:
@@ -76,17 +54,49 @@ std::string task_line(const PointTask& task, const std::string& device) {
                   {"calibration", task.calibration}});
 }
 
+WorkerTask parse_task(const std::string& line) {
+  const Json json = Json::parse(line);
+  WorkerTask t{{json.at("twin").get<std::string>(), {}, json.at("virtual_rig"), json.at("calibration")},
+               json.at("device")};
+  for (const Json& r : json.at("records")) t.task.records.push_back({r.at(0), r.at(1)});
+  return t;
+}
+
 std::string point_line(const PlannedPoint& p) {
   Json sensors = Json::array();
   for (const auto& s : p.demand.sensors) sensors.push_back(Json::array({s.bit_depth, s.gain_dn}));
   return line_of({{"id", p.point.id},
                   {"settings", p.point.settings},
                   {"seed", p.point.seed},
+                  {"group", p.group},
                   {"trace", p.keys.trace},
                   {"form", p.keys.form},
                   {"sensors", sensors},
                   {"mean", p.demand.mean},
                   {"amplitude", p.demand.amplitude}});
+}
+
+PlannedPoint parse_point(const std::string& line) {
+  const Json json = Json::parse(line);
+  PlannedPoint p;
+  p.point = {json.at("id"), json.at("settings").get<Settings>(), json.at("seed")};
+  p.group = json.at("group");
+  p.keys = {json.at("trace"), json.at("form")};
+  for (const Json& s : json.at("sensors")) p.demand.sensors.push_back({s.at(0), s.at(1)});
+  p.demand.mean = json.at("mean");
+  p.demand.amplitude = json.at("amplitude");
+  return p;
+}
+
+std::string outcome_line(const PointOutcome& o) {
+  Json numbers = Json::object();
+  for (const auto& [name, value] : o.numbers) numbers[name] = json_number(value);
+  return line_of({{"id", o.id},
+                  {"failed", o.failed},
+                  {"reason", o.reason},
+                  {"numbers", numbers},
+                  {"seconds", o.seconds},
+                  {"traced", o.traced}});
 }
 
 WorkerAnswer parse_answer(const std::string& line) {
@@ -118,14 +128,12 @@ int run_worker() {
   const Answers answers;
   std::string line;
   if (!std::getline(std::cin, line)) return static_cast<int>(ExitCode::ok);
-  const Json json = Json::parse(line);
-  PointTask task{json.at("twin").get<std::string>(), {}, json.at("virtual_rig"), json.at("calibration")};
-  for (const Json& r : json.at("records")) task.records.push_back({r.at(0), r.at(1)});
+  WorkerTask task = parse_task(line);
   try {
-    render::Renderer renderer(json.at("device").get<std::string>());
+    render::Renderer renderer(task.device);
     answers.send(line_of({{"ready", renderer.device().name}}));
-    PointRunner runner(std::move(task), renderer);
-    while (std::getline(std::cin, line)) answers.send(answer_line(runner.run(parse_point(line))));
+    PointRunner runner(std::move(task.task), renderer);
+    while (std::getline(std::cin, line)) answers.send(outcome_line(runner.run(parse_point(line))));
   } catch (const UserError& e) {
     answers.send(line_of({{"unfit", e.what()}, {"code", static_cast<int>(e.code())}}));
     return static_cast<int>(e.code());

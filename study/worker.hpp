@@ -17,9 +17,17 @@ struct WorkerAnswer {
   PointOutcome outcome;
 };
 
-// Each one line, without its end.
+struct WorkerTask {
+  PointTask task;
+  std::string device;  ///< a part of a Vulkan device's name
+};
+
+// Each one line, without its end. What parses them throws nlohmann's exceptions.
 std::string task_line(const PointTask& task, const std::string& device);
+WorkerTask parse_task(const std::string& line);
 std::string point_line(const PlannedPoint& planned);
+PlannedPoint parse_point(const std::string& line);
+std::string outcome_line(const PointOutcome& outcome);
 WorkerAnswer parse_answer(const std::string& line);
 
 /// The worker itself: the task, then points from stdin, answers to stdout, until stdin ends. Ends with the

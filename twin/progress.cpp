@@ -15,8 +15,8 @@
 namespace fringetwin {
 namespace {
 
-std::atomic<bool> cancel_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "written by a signal handler");
+std::atomic<int> cancel_request{0};
+static_assert(std::atomic<int>::is_always_lock_free, "written by a signal handler");
 std::atomic<bool> quiet_mode{false};
 /// Keeps lines of different threads whole; also guards `bar_open`.
 std::mutex stderr_mutex;
@@ -34,7 +34,7 @@ void print_line(const char* prefix, const std::string& line) {
   std::fputs((prefix + line + "\n").c_str(), stderr);
 }
 
-extern "C" void on_interrupt(int) { cancel_requested.store(true); }
+extern "C" void on_interrupt(int signal) { cancel_request.store(signal); }
 
 }  // namespace
 
@@ -112,7 +112,8 @@ void install_cancel_handler() {
   }
 }
 
-bool cancelled() noexcept { return cancel_requested.load(); }
+bool cancelled() noexcept { return cancel_signal() != 0; }
+int cancel_signal() noexcept { return cancel_request.load(); }
 
 void throw_if_cancelled() {
   if (cancelled()) throw Cancelled();

@@ -39,6 +39,8 @@ class Progress {
 /// Installs the SIGINT handler that makes cancelled() true (second Ctrl-C kills).
 void install_cancel_handler();
 bool cancelled() noexcept;
+/// The signal that asked for it (SIGINT, SIGTERM, SIGHUP); 0 before.
+int cancel_signal() noexcept;
 /// Throws Cancelled if the user pressed Ctrl-C.
 void throw_if_cancelled();
 

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/slurm_batch.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <random>
+
+#include "report/json.hpp"
+#include "study/here.hpp"
+#include "twin/errors.hpp"
+#include "twin/image_io.hpp"
+
+namespace fringetwin::study {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kRoundSchema = "fringetwin-slurm-round/1";
+
+/// Null where the file is not there.
+report::Json json_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return nullptr;
+  report::Json json = report::Json::parse(in, nullptr, false);
+  if (!json.is_object())
+    throw UserError(ExitCode::input, file.string(), "is damaged", "remove it and run the study again");
+  return json;
+}
+
+std::string random_digits() {
+  std::random_device random;
+  return fmt::format("{:08x}{:04x}", random(), random() & 0xffffU);
+}
+
+}  // namespace
+
+SlurmRound SlurmRound::read(const fs::path& folder) {
+  const report::Json head = json_of(folder / "round.json");
+  if (head.is_null() || head.value("schema", "") != kRoundSchema)
+    throw UserError(ExitCode::input, (folder / "round.json").string(), "is no round of this program",
+                    "it must lie on a disk that the nodes share under the same path");
+  SlurmRound round{folder, head.value("job_name", ""), head.value("version", "")};
+  if (const report::Json end = json_of(folder / "ended.json"); !end.is_null()) {
+    round.ended = true;
+    round.cancelled = end.value("cancelled", false);
+    const report::Json tasks = end.value("tasks", report::Json::object());
+    for (const auto& item : tasks.items()) round.states[std::stoul(item.key())] = item.value();
+  }
+  return round;
+}
+
+void SlurmRound::end(bool was_cancelled, std::map<std::size_t, std::string> last_states) {
+  if (ended) return;
+  ended = true;
+  cancelled = was_cancelled;
+  states = std::move(last_states);
+  report::Json json = {{"cancelled", cancelled}, {"ended_at", utc_now()}, {"tasks", report::Json::object()}};
+  for (const auto& [task, state] : states) json["tasks"][std::to_string(task)] = state;
+  write_text_file(folder / "ended.json", json.dump(2) + "\n");
+}
+
+std::string SlurmRound::last_words(std::size_t task) const {
+  std::ifstream in(folder / fmt::format("task-{}.log", task));
+  std::string last;
+  for (std::string line; std::getline(in, line);)
+    if (!line.empty()) last = line;
+  return last;
+}
+
+std::string SlurmRound::fate() const {
+  std::map<std::string, std::size_t> counts;
+  std::string words;
+  for (const auto& [task, state] : states) {
+    if (state.starts_with("COMPLETED")) continue;
+    ++counts[state];
+    if (words.empty() && !last_words(task).empty())
+      words = fmt::format("; the log of task {} ends: {}", task, last_words(task));
+  }
+  std::string text;
+  for (const auto& [state, n] : counts)
+    text += fmt::format("{}{} task{} {}", text.empty() ? "" : ", ", n, n == 1 ? "" : "s", state);
+  return (text.empty() ? "Slurm does not say why" : text) + words;
+}
+
+SlurmBatch::SlurmBatch(fs::path folder) : folder_(std::move(folder)) { take_up(); }
+
+void SlurmBatch::take_up() {
+  for (;;) {
+    const fs::path next = folder_ / fmt::format("round-{}", rounds_.size());
+    if (!fs::is_directory(next)) return;
+    rounds_.push_back(std::make_unique<Entry>(Entry{SlurmRound::read(next), AttemptReader(next)}));
+  }
+}
+
+bool SlurmBatch::begin_round(const WorkerTask& task, const std::vector<std::vector<PlannedPoint>>& shards,
+                             const std::string& version) {
+  const std::string name = random_digits();
+  const fs::path unfinished = folder_ / ("unfinished-" + name);
+  fs::create_directories(unfinished);
+  std::size_t points = 0;
+  for (std::size_t i = 0; i < shards.size(); ++i) {
+    write_shard(unfinished, i, {task, shards[i]});
+    points += shards[i].size();
+  }
+  const report::Json head = {{"schema", kRoundSchema}, {"job_name", "fringetwin-" + name},
+                             {"version", version},     {"shards", shards.size()},
+                             {"points", points},       {"made_at", utc_now()},
+                             {"made_on", host_name()}};
+  write_text_file(unfinished / "round.json", head.dump(2) + "\n");
+  std::error_code error;
+  fs::rename(unfinished, folder_ / fmt::format("round-{}", rounds_.size()), error);
+  if (error) fs::remove_all(unfinished);
+  const std::size_t before = rounds_.size();
+  take_up();
+  if (error && rounds_.size() == before)
+    throw UserError(ExitCode::input, folder_.string(),
+                    fmt::format("cannot be written ({})", error.message()));
+  return !error;
+}
+
+void SlurmBatch::drop_round() {
+  fs::remove_all(rounds_.back()->round.folder);
+  rounds_.pop_back();
+}
+
+AttemptNews SlurmBatch::read() {
+  AttemptNews all;
+  for (const auto& entry : rounds_) {
+    AttemptNews news = entry->attempts.read();
+    for (PointOutcome& o : news.outcomes) all.outcomes.push_back(std::move(o));
+    for (std::string& w : news.warnings) all.warnings.push_back(std::move(w));
+    all.unfit = std::move(news.unfit);
+  }
+  return all;
+}
+
+std::map<std::int64_t, SlurmBatch::Death> SlurmBatch::deaths() const {
+  std::map<std::int64_t, Death> out;
+  for (const auto& entry : rounds_) {
+    const SlurmRound& round = entry->round;
+    if (!round.ended || round.cancelled) continue;
+    for (const auto& [id, shard] : entry->attempts.broken_off()) {
+      Death& death = out[id];
+      ++death.times;
+      const auto state = round.states.find(shard);
+      const std::string words = round.last_words(shard);
+      death.last = fmt::format("its task ended {}{}", state == round.states.end() ? "unseen" : state->second,
+                               words.empty() ? "" : "; its log ends: " + words);
+    }
+  }
+  return out;
+}
+
+}  // namespace fringetwin::study
