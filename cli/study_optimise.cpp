@@ -22,6 +22,12 @@ std::string values_text(const study::Settings& values) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
+/// "7", "1 ... 30"
+std::string batch_text(const std::vector<study::StudyPoint>& batch, std::size_t trials) {
+  const auto first = static_cast<std::size_t>(batch.front().id) / trials + 1, n = batch.size() / trials;
+  return n == 1 ? fmt::format("{}", first) : fmt::format("{} ... {}", first, first + n - 1);
+}
+
 void tell_evaluation(const char* what, const study::Evaluation& e) {
   fmt::print("{} {:.4g} +- {:.2g}{}: {}\n", what, e.objective.value, e.objective.sigma,
              std::isnan(e.time_s) ? "" : fmt::format(", {:g} s", e.time_s), values_text(e.values));
@@ -40,8 +46,10 @@ int run_optimise(const StudyRun& o) {
                   plan.trials));
   study::KeptPoints points({file.twin, file.records, true, plan.inputs.calibration > 0}, *o.engine, store);
   const study::OptimiseResult result = run_until_stopped(store, [&] {
-    return study::run_optimise(
-        plan, [&](const std::vector<study::StudyPoint>& batch) { return points.run(batch); });
+    return study::run_optimise(plan, [&](const std::vector<study::StudyPoint>& batch) {
+      say(fmt::format("evaluation {} of at most {}", batch_text(batch, plan.trials), plan.evaluations));
+      return points.run(batch);
+    });
   });
   const auto rows = store.rows();
   write_text_file(o.out / "study.csv", study::study_csv(rows));

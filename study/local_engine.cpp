@@ -2,6 +2,7 @@
 #include "study/local_engine.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <poll.h>
 
 #include <algorithm>
@@ -18,6 +19,30 @@
 #include "twin/progress.hpp"
 
 namespace fringetwin::study {
+
+/// Workers that have a task, and nothing to do.
+class IdleWorkers {
+ public:
+  /// One that has this task; none if there is none. Those of another task are let go.
+  std::unique_ptr<WorkerProcess> take(const std::string& task) {
+    if (task != task_) idle_.clear();
+    task_ = task;
+    while (!idle_.empty()) {
+      std::unique_ptr<WorkerProcess> worker = std::move(idle_.back());
+      idle_.pop_back();
+      bool ended = false;
+      worker->answers(&ended);
+      if (!ended) return worker;
+    }
+    return nullptr;
+  }
+  void give(std::unique_ptr<WorkerProcess> worker) { idle_.push_back(std::move(worker)); }
+
+ private:
+  std::string task_;
+  std::vector<std::unique_ptr<WorkerProcess>> idle_;
+};
+
 namespace {
 
 constexpr int poll_ms = 200;  // how soon Ctrl-C is noticed at the latest
@@ -69,8 +94,13 @@ struct Worker {
 class LocalRun {
  public:
   LocalRun(const PointTask& task, const std::vector<PlannedPoint>& plan, const std::set<std::int64_t>& done,
-           const LocalOptions& options, const std::function<void(const PointOutcome&)>& finished)
-      : task_(task), options_(options), finished_(finished), queue_(plan, done) {}
+           const LocalOptions& options, IdleWorkers& idle,
+           const std::function<void(const PointOutcome&)>& finished)
+      : options_(options),
+        task_(task_line(task, options.device)),
+        idle_(idle),
+        finished_(finished),
+        queue_(plan, done) {}
 
   EngineSummary run() {
     if (queue_.size() == 0) return {};
@@ -96,8 +126,14 @@ class LocalRun {
   void start(Worker& w) {
     w = {};
     if (queue_.size() == 0) return;
+    w.process = idle_.take(fmt::format("{}\n{}", task_, fmt::join(environment_, "\n")));
+    if (w.process) {
+      w.ready = true;
+      hand_out(w);
+      return;
+    }
     w.process = std::make_unique<WorkerProcess>(options_.worker, environment_);
-    w.process->send(task_line(task_, options_.device));
+    w.process->send(task_);
   }
 
   void attend() {
@@ -156,16 +192,18 @@ class LocalRun {
       if (other.group) taken.insert(*other.group);
     }
     w.point = queue_.next(w.group, taken);
+    if (!w.point) {
+      idle_.give(std::move(w.process));
+      w = {};
+      return;
+    }
     w.since = std::chrono::steady_clock::now();
-    if (w.point && options_.begun) options_.begun(w.point->point.id);
+    if (options_.begun) options_.begun(w.point->point.id);
     // A worker that is gone is noticed by the end of its answers.
-    if (w.point)
-      w.process->send(point_line(*w.point));
-    else
-      w.process->stop();
+    w.process->send(point_line(*w.point));
   }
 
-  // The process is gone: with its point, if it had one, or because there was none left.
+  // The process is gone, with its point if it had one.
   void bury(Worker& w) {
     const std::string end = w.process->end();
     hear_warnings(w);
@@ -192,8 +230,9 @@ class LocalRun {
     progress_->advance();
   }
 
-  const PointTask& task_;
   const LocalOptions& options_;
+  std::string task_;
+  IdleWorkers& idle_;
   const std::function<void(const PointOutcome&)>& finished_;
   Queue queue_;
   std::vector<std::string> environment_;
@@ -206,10 +245,14 @@ class LocalRun {
 
 }  // namespace
 
+LocalEngine::LocalEngine(LocalOptions options)
+    : options_(std::move(options)), idle_(std::make_unique<IdleWorkers>()) {}
+LocalEngine::~LocalEngine() = default;
+
 EngineSummary LocalEngine::run(const PointTask& task, const std::vector<PlannedPoint>& plan,
                                const std::set<std::int64_t>& done,
                                const std::function<void(const PointOutcome&)>& finished) {
-  return LocalRun(task, plan, done, options_, finished).run();
+  return LocalRun(task, plan, done, options_, *idle_, finished).run();
 }
 
 }  // namespace fringetwin::study

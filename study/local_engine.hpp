@@ -3,6 +3,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -19,18 +20,22 @@ struct LocalOptions {
   std::function<void(const std::string&)> warned{};  ///< takes each warning once; empty: warn()
 };
 
+class IdleWorkers;
+
 /// Points that share a trace meet in one worker while there is other work for the others. A worker's crash is
-/// the failure of its point. Throws UserError when no worker can work (no device); after Ctrl-C the points in
-/// progress are dropped.
+/// the failure of its point. Workers stay for a next run() of the same task. Throws UserError when no worker
+/// can work (no device); after Ctrl-C the points in progress are dropped.
 class LocalEngine final : public Engine {
  public:
-  explicit LocalEngine(LocalOptions options) : options_(std::move(options)) {}
+  explicit LocalEngine(LocalOptions options);
+  ~LocalEngine() override;
   EngineSummary run(const PointTask& task, const std::vector<PlannedPoint>& plan,
                     const std::set<std::int64_t>& done,
                     const std::function<void(const PointOutcome&)>& finished) override;
 
  private:
   LocalOptions options_;
+  std::unique_ptr<IdleWorkers> idle_;
 };
 
 }  // namespace fringetwin::study

@@ -6,7 +6,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/wait.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstdlib>
 #include <fstream>
@@ -114,6 +116,38 @@ TEST(LocalEngine, ACrashIsTheFailureOfItsPointOnly) {
   EXPECT_THAT(table.at(5).reason, HasSubstr("killed by signal 11"));
   table[5] = whole[5];
   expect_same(whole, table);
+}
+
+TEST(LocalEngine, WorkersStayForTheNextPointsOfTheSameTask) {
+  FT_NEED_DEVICE();
+  const fs::path file = twin_file();
+  study::LocalEngine engine(options(2));
+  const auto run_points = [&](std::vector<StudyPoint> some, const study::PointTask& task) {
+    Table table;
+    const auto plan = study::plan_traces(file, some);
+    engine.run(task, plan, {}, [&](const PointOutcome& p) { table.emplace(p.id, p); });
+    return table;
+  };
+  const std::vector<StudyPoint> all = points();
+  const Table first = run_points({all[0], all[3]}, {file, {}});
+  const std::vector<pid_t> workers = workers_of(getpid());
+  EXPECT_EQ(workers.size(), 2U);
+  const Table second = run_points({all[1], all[4]}, {file, {}});
+  EXPECT_EQ(workers_of(getpid()), workers);
+  Table fresh;
+  run(file, options(1), {}, &fresh);
+  expect_same({{1, fresh[1]}, {4, fresh[4]}}, second);
+  expect_same({{0, fresh[0]}, {3, fresh[3]}}, first);
+  // One that went away meanwhile costs no point.
+  kill(workers[0], SIGKILL);
+  waitid(P_PID, static_cast<id_t>(workers[0]), nullptr, WEXITED | WNOWAIT);
+  expect_same({{2, fresh[2]}, {5, fresh[5]}}, run_points({all[2], all[5]}, {file, {}}));
+  run_points({all[0], all[3]}, {file, {{"fits.ball.measured.radius_mm", "r"}}});
+  for (const pid_t old : workers)
+    EXPECT_FALSE([&] {
+      const auto now = workers_of(getpid());
+      return std::find(now.begin(), now.end(), old) != now.end();
+    }()) << "another task, other workers";
 }
 
 TEST(LocalEngine, WithoutADeviceNoPointFails) {

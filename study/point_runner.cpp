@@ -69,11 +69,12 @@ void PointRunner::trace(const PlannedPoint& planned) {
 
 std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, bool* traced) {
   load(planned.point);
-  if (!keys_ || keys_->trace != planned.keys.trace) {
+  if (!keys_ || keys_->trace != planned.keys.trace || demand_ != planned.demand) {
     keys_.reset();
     traces_.clear();
     rendered_.clear();
     trace(planned);
+    demand_ = planned.demand;
     *traced = true;
   }
   if (!keys_ || keys_->form != planned.keys.form) {

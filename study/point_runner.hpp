@@ -46,6 +46,7 @@ class PointRunner {
   std::optional<Twin> twin_;
   Settings settings_;              ///< of twin_
   std::optional<ShareKeys> keys_;  ///< of traces_ and rendered_
+  TraceDemand demand_;             ///< that traces_ meet: another plan of points may ask for more or less
   std::vector<render::Transport> traces_;
   std::vector<render::RenderedCamera> rendered_;
 };

@@ -107,6 +107,22 @@ TEST(PointRunner, SharedPointsAreThoseOfUnsharedRuns) {
       << "all but the deeper sensor's, which has a lower full scale, and the weaker light's";
 }
 
+// The points of one plan meet the demand of all of them; a next plan's may be another.
+TEST(PointRunner, ATraceForAnotherDemandIsNotTakenOver) {
+  FT_NEED_DEVICE();
+  const auto file = scratch_folder("point_runner_demand") / "twin.toml";
+  write_file(file, small_twin());
+  render::Renderer renderer;
+  PointRunner runner({file, {}}, renderer), fresh({file, {}}, renderer);
+  const auto strict = study::plan_traces(file, {{0, {{depth, "12"}, {gain, "400.0"}}, 1}, {1, {}, 1}}),
+             alone = study::plan_traces(file, {{1, {}, 1}});
+  runner.run(strict[0]);
+  EXPECT_FALSE(runner.run(strict[1]).traced);
+  const PointOutcome again = runner.run(alone[0]);
+  EXPECT_TRUE(again.traced);
+  EXPECT_EQ(bits(again), bits(fresh.run(alone[0])));
+}
+
 TEST(PointRunner, SharedWithFixedSamplesAndInDoublePrecision) {
   FT_NEED_DEVICE();
   const Shared fixed = check_sharing(small_twin({}, "[render]\nsamples = 4\n"), varied());
