@@ -7,12 +7,13 @@ OUT ?= out
 # $(call configured,PRESET,FOLDER): quiet unless it fails; the log goes with the build.
 configured = mkdir -p $(2) && cmake --preset $(1) >$(2)/configure.log 2>&1 || { cat $(2)/configure.log; exit 2; }
 
-.PHONY: help deps configure program build demo test test-all mesa25 test-mesa25 asan separate tidy format-check format bench clean
+.PHONY: help deps configure program build demo test test-all mesa25 test-mesa25 asan separate tidy format-check format studies bench clean
 help:
 	@echo "make demo      install packages, build, run the paper's sphere (and a real capture if present), say where the report is"
 	@echo "make test      everything CI runs (format, includes, unit, accuracy, real data, end to end, sanitizers)"
 	@echo "make test-all  the same, the long statistical tests, the benchmarks and every file compiled on its own"
 	@echo "make mesa25    a newer, faster software driver beside the system's; test-mesa25: the device tests on it"
+	@echo "make studies   the studies of docs/STUDIES.md with their pages (half an hour)"
 	@echo "make tidy      clang-tidy over DIRS=\"twin cli\": naming rules, bug patterns (slow)"
 	@echo "make build | program | bench | format | clean"
 
@@ -71,12 +72,17 @@ format-check:
 format:
 	@git ls-files '*.cpp' '*.hpp' | xargs clang-format -i
 
+# The shipped studies; draws the pictures of docs/STUDIES.md anew.
+studies: program
+	@scripts/studies.sh "$(OUT)/studies"
+
 bench: build
 	@build/bench/bench_render
 	@build/bench/bench_embree
 	@build/bench/bench_povray
 	@build/bench/bench_ray_query  # one line where the driver has none
 	@build/bench/bench_scaling
+	@build/bench/bench_study
 	@build/bench/bench_compare
 	@build/bench/bench_capture
 	@scripts/bench_chain.sh   # per stage: render, decode, match, triangulate, fit; the whole against its bound
