@@ -3,6 +3,7 @@
 #pragma once
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string>
 
 namespace fringetwin::report {
 
@@ -10,6 +11,11 @@ using Json = nlohmann::ordered_json;
 
 /// Null unless finite: JSON has neither NaN nor infinity.
 inline Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+/// On one line; bytes that are no UTF-8 are replaced.
+inline std::string json_line(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
 
 /// An array of numbers.
 template <class Numbers>

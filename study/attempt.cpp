@@ -19,9 +19,7 @@ namespace fringetwin::study {
 namespace fs = std::filesystem;
 namespace {
 
-std::string attempt_line(const report::Json& json) {
-  return json.dump(-1, ' ', false, report::Json::error_handler_t::replace);
-}
+using report::json_line;
 
 [[noreturn]] void refuse_attempt(const fs::path& file, int error) {
   throw UserError(ExitCode::input, file.string(), fmt::format("cannot be written ({})", std::strerror(error)),
@@ -36,7 +34,7 @@ AttemptLog::AttemptLog(const fs::path& folder, std::size_t shard, const AttemptH
     fd_ = open(file_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0666);
     if (fd_ < 0 && errno != EEXIST) refuse_attempt(file_, errno);
   }
-  append(attempt_line({{"attempt", head.job},
+  append(json_line({{"attempt", head.job},
                        {"restart", head.restart},
                        {"host", head.host},
                        {"version", head.version},
@@ -55,11 +53,11 @@ void AttemptLog::append(const std::string& line) {
   if (fsync(fd_) != 0) refuse_attempt(file_, errno);
 }
 
-void AttemptLog::begun(std::int64_t id) { append(attempt_line({{"begun", id}})); }
+void AttemptLog::begun(std::int64_t id) { append(json_line({{"begun", id}})); }
 void AttemptLog::finished(const PointOutcome& outcome) { append(outcome_line(outcome)); }
-void AttemptLog::warning(const std::string& text) { append(attempt_line({{"warning", text}})); }
+void AttemptLog::warning(const std::string& text) { append(json_line({{"warning", text}})); }
 void AttemptLog::unfit(const std::string& sentence, int exit_code) {
-  append(attempt_line({{"unfit", sentence}, {"code", exit_code}}));
+  append(json_line({{"unfit", sentence}, {"code", exit_code}}));
 }
 
 AttemptNews AttemptReader::read() {

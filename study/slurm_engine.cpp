@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <span>
 #include <thread>
 
 #include "study/slurm.hpp"
@@ -49,9 +50,15 @@ class Pace {
 /// Of what is run, whatever of it is done: the same study comes back to its folder.
 std::string batch_name(const PointTask& task, const std::vector<PlannedPoint>& plan) {
   FT_CHECK(!task.study.empty(), "an engine that keeps results must know the study");
-  std::string text = task.study + '\n' + task_line(task, "") + '\n';
-  for (const PlannedPoint& p : plan) text += point_line(p) + '\n';
-  return sha256_of_text(text).substr(0, 16);
+  Sha256 digest;
+  const auto add = [&](std::string line) {
+    line += '\n';
+    digest.add(std::as_bytes(std::span(line)));
+  };
+  add(task.study);
+  add(task_line(task, ""));
+  for (const PlannedPoint& p : plan) add(point_line(p));
+  return digest.hex().substr(0, 16);
 }
 
 class SlurmRun {

@@ -16,11 +16,8 @@ namespace fringetwin::study {
 namespace {
 
 using report::Json;
+using report::json_line;
 using report::json_number;
-
-std::string line_of(const Json& json) {
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
 
 // The answers go to what was stdout; anything a library prints must not come between them.
 class Answers {
@@ -47,7 +44,7 @@ class Answers {
 std::string task_line(const PointTask& task, const std::string& device) {
   Json records = Json::array();
   for (const Record& r : task.records) records.push_back({r.result, r.name});
-  return line_of({{"twin", task.twin.string()},
+  return json_line({{"twin", task.twin.string()},
                   {"device", device},
                   {"records", records},
                   {"virtual_rig", task.virtual_rig},
@@ -65,7 +62,7 @@ WorkerTask parse_task(const std::string& line) {
 std::string point_line(const PlannedPoint& p) {
   Json sensors = Json::array();
   for (const auto& s : p.demand.sensors) sensors.push_back(Json::array({s.bit_depth, s.gain_dn}));
-  return line_of({{"id", p.point.id},
+  return json_line({{"id", p.point.id},
                   {"settings", p.point.settings},
                   {"seed", p.point.seed},
                   {"group", p.group},
@@ -91,7 +88,7 @@ PlannedPoint parse_point(const std::string& line) {
 std::string outcome_line(const PointOutcome& o) {
   Json numbers = Json::object();
   for (const auto& [name, value] : o.numbers) numbers[name] = json_number(value);
-  return line_of({{"id", o.id},
+  return json_line({{"id", o.id},
                   {"failed", o.failed},
                   {"reason", o.reason},
                   {"numbers", numbers},
@@ -131,11 +128,11 @@ int run_worker() {
   WorkerTask task = parse_task(line);
   try {
     render::Renderer renderer(task.device);
-    answers.send(line_of({{"ready", renderer.device().name}}));
+    answers.send(json_line({{"ready", renderer.device().name}}));
     PointRunner runner(std::move(task.task), renderer);
     while (std::getline(std::cin, line)) answers.send(outcome_line(runner.run(parse_point(line))));
   } catch (const UserError& e) {
-    answers.send(line_of({{"unfit", e.what()}, {"code", static_cast<int>(e.code())}}));
+    answers.send(json_line({{"unfit", e.what()}, {"code", static_cast<int>(e.code())}}));
     return static_cast<int>(e.code());
   }
   return static_cast<int>(ExitCode::ok);
