@@ -199,6 +199,32 @@ TEST(Rounds, BlameAPointForTheEndOfItsTask) {
   EXPECT_EQ(deaths.at(2).last, "its task ended OUT_OF_MEMORY (OutOfMemory); its log ends: slurmstepd: oom");
 }
 
+TEST(Rounds, OfWrongTypesAreDamaged) {
+  const test_tools::ScratchFolder folder;
+  const auto expect_damaged = [&](const std::string& name, const std::string& text) {
+    std::ofstream(folder / name) << text;
+    try {
+      SlurmRound::read(folder.path());
+      FAIL() << text;
+    } catch (const UserError& e) {
+      EXPECT_EQ(e.code(), ExitCode::input);
+      EXPECT_THAT(e.what(), HasSubstr(name + ": is damaged")) << text;
+    }
+  };
+  const std::string schema = R"({"schema": "fringetwin-slurm-round/1", )";
+  for (const char* text : {"", "[]", "7", R"({"schema": 1})"}) expect_damaged("round.json", text);
+  expect_damaged("round.json", schema + R"("job_name": 1, "version": "1.0"})");
+  expect_damaged("round.json", schema + R"("job_name": "j"})");
+  std::ofstream(folder / "round.json") << schema << R"("job_name": "j", "version": "1.0"})";
+  for (const char* text : {"{", "[]", R"({"cancelled": "no"})", R"({"tasks": {"one": "FAILED"}})",
+                           R"({"tasks": {"0": 1}})", R"({"tasks": 1})"})
+    expect_damaged("ended.json", text);
+  std::ofstream(folder / "ended.json") << R"({"cancelled": true, "tasks": {"0": "FAILED"}})";
+  const SlurmRound round = SlurmRound::read(folder.path());
+  EXPECT_TRUE(round.ended && round.cancelled);
+  EXPECT_EQ(round.states.at(0), "FAILED");
+}
+
 TEST(Rounds, OfTwoProcessesOneIsFirst) {
   const test_tools::ScratchFolder folder;
   const auto shards = cut_shards(groups_of({2}), 1);

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <fstream>
+#include <optional>
 #include <random>
+#include <stdexcept>
 
 #include "report/json.hpp"
 #include "study/here.hpp"
@@ -17,14 +19,18 @@ namespace {
 
 constexpr const char* kRoundSchema = "fringetwin-slurm-round/1";
 
-/// Null where the file is not there.
-report::Json json_of(const fs::path& file) {
+/// What `take` makes of a file, nullopt where it is not there. Throws UserError(input) for wrong types, too.
+template <class Take>
+auto from_json(const fs::path& file, const std::string& hint, const Take& take)
+    -> std::optional<decltype(take(report::Json()))> {
   std::ifstream in(file, std::ios::binary);
-  if (!in) return nullptr;
-  report::Json json = report::Json::parse(in, nullptr, false);
-  if (!json.is_object())
-    throw UserError(ExitCode::input, file.string(), "is damaged", "remove it and run the study again");
-  return json;
+  if (!in) return std::nullopt;
+  try {
+    return take(report::Json::parse(in));
+  } catch (const report::Json::exception&) {
+  } catch (const std::logic_error&) {  // std::stoul
+  }
+  throw UserError(ExitCode::input, file.string(), "is damaged", hint);
 }
 
 std::string random_digits() {
@@ -35,18 +41,28 @@ std::string random_digits() {
 }  // namespace
 
 SlurmRound SlurmRound::read(const fs::path& folder) {
-  const report::Json head = json_of(folder / "round.json");
-  if (head.is_null() || head.value("schema", "") != kRoundSchema)
+  const std::string remove_all =
+      fmt::format("end its job with scancel, remove {} and run the study again", folder.parent_path().string());
+  const auto begun = from_json(folder / "round.json", remove_all, [&](const report::Json& head) {
+    SlurmRound round{folder, "", ""};
+    if (head.value("schema", "") != kRoundSchema) return round;
+    round.job_name = head.at("job_name");
+    round.version = head.at("version");
+    return round;
+  });
+  if (!begun || begun->job_name.empty())
     throw UserError(ExitCode::input, (folder / "round.json").string(), "is no round of this program",
                     "it must lie on a disk that the nodes share under the same path");
-  SlurmRound round{folder, head.value("job_name", ""), head.value("version", "")};
-  if (const report::Json end = json_of(folder / "ended.json"); !end.is_null()) {
-    round.ended = true;
-    round.cancelled = end.value("cancelled", false);
-    const report::Json tasks = end.value("tasks", report::Json::object());
-    for (const auto& item : tasks.items()) round.states[std::stoul(item.key())] = item.value();
-  }
-  return round;
+  const auto ended = from_json(
+      folder / "ended.json", "remove it and run the study again", [&](const report::Json& end) {
+        SlurmRound round = *begun;
+        round.ended = true;
+        round.cancelled = end.value("cancelled", false);
+        const report::Json tasks = end.value("tasks", report::Json::object());
+        for (const auto& item : tasks.items()) round.states[std::stoul(item.key())] = item.value();
+        return round;
+      });
+  return ended ? *ended : *begun;
 }
 
 void SlurmRound::end(bool was_cancelled, std::map<std::size_t, std::string> last_states) {
