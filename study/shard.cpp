@@ -66,6 +66,12 @@ void write_shard(const fs::path& folder, std::size_t index, const Shard& shard) 
   write_text_file(shard_file(folder, index), text);
 }
 
+bool has_one_point(const fs::path& folder, std::size_t index) {
+  std::ifstream in(shard_file(folder, index), std::ios::binary);
+  std::string line;
+  return std::getline(in, line) && std::getline(in, line) && !std::getline(in, line);
+}
+
 Shard read_shard(const fs::path& folder, std::size_t index) {
   const fs::path file = shard_file(folder, index);
   std::ifstream in(file, std::ios::binary);

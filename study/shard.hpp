@@ -23,5 +23,7 @@ struct Shard {
 void write_shard(const std::filesystem::path& folder, std::size_t index, const Shard& shard);
 /// Throws UserError(input) naming file and line.
 Shard read_shard(const std::filesystem::path& folder, std::size_t index);
+/// Without reading the points; false where there is no such file.
+bool has_one_point(const std::filesystem::path& folder, std::size_t index);
 
 }  // namespace fringetwin::study

@@ -196,7 +196,35 @@ TEST(Rounds, BlameAPointForTheEndOfItsTask) {
   const auto deaths = batch.deaths();
   ASSERT_THAT(deaths, SizeIs(1));
   EXPECT_EQ(deaths.at(2).times, 2);
+  EXPECT_FALSE(deaths.at(2).alone);
   EXPECT_EQ(deaths.at(2).last, "its task ended OUT_OF_MEMORY (OutOfMemory); its log ends: slurmstepd: oom");
+}
+
+TEST(Rounds, BlameNoPointForWhatItCannotCause) {
+  const test_tools::ScratchFolder folder;
+  const auto shards = cut_shards(groups_of({1, 1, 1, 1, 1, 1}), 6);
+  SlurmBatch batch(folder.path());
+  ASSERT_TRUE(batch.begin_round({{"/twin.toml", {}}, ""}, shards, "1.0"));
+  for (std::size_t i = 0; i < shards.size(); ++i)
+    AttemptLog(batch.last()->folder, i, {"7", "a", "1.0", 0}).begun(shards[i][0].point.id);
+  batch.last()->end(false, {{0, "NODE_FAIL (None)"},
+                            {1, "PREEMPTED (None)"},
+                            {2, "CANCELLED (None)"},
+                            {3, "GONE (its end was not seen)"},
+                            {4, "TIMEOUT (TimeLimit)"}});
+  batch.read();
+  const auto deaths = batch.deaths();
+  ASSERT_THAT(deaths, SizeIs(1));
+  EXPECT_EQ(deaths.begin()->first, shards[4][0].point.id);
+  EXPECT_TRUE(deaths.begin()->second.alone);
+}
+
+TEST(Rounds, SingleOutThoseThatDiedMostOften) {
+  const SlurmBatch::Deaths deaths{{0, {1}}, {1, {2}}, {2, {1}}, {3, {2}}, {99, {9}}};
+  const Points points = groups_of({5});
+  EXPECT_THAT(most_often_dead(deaths, points, 3), ElementsAre(0, 1, 3)) << "99 is not left";
+  EXPECT_THAT(most_often_dead(deaths, points, 64), ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(most_often_dead({}, points, 64), IsEmpty());
 }
 
 TEST(Rounds, OfWrongTypesAreDamaged) {

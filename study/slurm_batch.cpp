@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <optional>
 #include <random>
@@ -31,6 +32,11 @@ auto from_json(const fs::path& file, const std::string& hint, const Take& take)
   } catch (const std::logic_error&) {  // std::stoul
   }
   throw UserError(ExitCode::input, file.string(), "is damaged", hint);
+}
+
+/// NODE_FAIL, PREEMPTED, CANCELLED ... and an end that was not seen say nothing about a point.
+bool a_point_can_cause(const std::string& state) {
+  return state.starts_with("FAILED") || state.starts_with("OUT_OF_MEMORY") || state.starts_with("TIMEOUT");
 }
 
 std::string random_digits() {
@@ -150,20 +156,34 @@ AttemptNews SlurmBatch::read() {
   return all;
 }
 
-std::map<std::int64_t, SlurmBatch::Death> SlurmBatch::deaths() const {
-  std::map<std::int64_t, Death> out;
+SlurmBatch::Deaths SlurmBatch::deaths() const {
+  Deaths out;
   for (const auto& entry : rounds_) {
     const SlurmRound& round = entry->round;
     if (!round.ended || round.cancelled) continue;
     for (const auto& [id, shard] : entry->attempts.broken_off()) {
+      const auto state = round.states.find(shard);
+      if (state == round.states.end() || !a_point_can_cause(state->second)) continue;
       Death& death = out[id];
       ++death.times;
-      const auto state = round.states.find(shard);
+      death.alone = has_one_point(round.folder, shard);
       const std::string words = round.last_words(shard);
-      death.last = fmt::format("its task ended {}{}", state == round.states.end() ? "unseen" : state->second,
-                               words.empty() ? "" : "; its log ends: " + words);
+      death.last =
+          fmt::format("its task ended {}{}", state->second, words.empty() ? "" : "; its log ends: " + words);
     }
   }
+  return out;
+}
+
+std::set<std::int64_t> most_often_dead(const SlurmBatch::Deaths& deaths,
+                                       const std::vector<PlannedPoint>& points, std::size_t most) {
+  std::vector<std::pair<int, std::int64_t>> dead;  // times, negative: the most come first
+  for (const PlannedPoint& p : points)
+    if (const auto death = deaths.find(p.point.id); death != deaths.end())
+      dead.emplace_back(-death->second.times, p.point.id);
+  std::sort(dead.begin(), dead.end());
+  std::set<std::int64_t> out;
+  for (std::size_t i = 0; i < std::min(most, dead.size()); ++i) out.insert(dead[i].second);
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -50,10 +51,12 @@ class SlurmBatch {
 
   struct Death {
     int times = 0;
-    std::string last;  ///< "its task ended TIMEOUT (TimeLimit); its log ends: ..."
+    bool alone = false;  ///< the last time: no other point of the task can be to blame
+    std::string last;    ///< "its task ended TIMEOUT (TimeLimit); its log ends: ..."
   };
-  /// Points in progress when their task ended for good, however often.
-  std::map<std::int64_t, Death> deaths() const;
+  using Deaths = std::map<std::int64_t, Death>;
+  /// Points in progress when their task ended for good in a way that a point can cause, however often.
+  Deaths deaths() const;
 
  private:
   struct Entry {
@@ -64,5 +67,9 @@ class SlurmBatch {
   std::filesystem::path folder_;
   std::vector<std::unique_ptr<Entry>> rounds_;
 };
+
+/// At most `most` of the points that died, most often dead first.
+std::set<std::int64_t> most_often_dead(const SlurmBatch::Deaths& deaths,
+                                       const std::vector<PlannedPoint>& points, std::size_t most);
 
 }  // namespace fringetwin::study

@@ -26,7 +26,8 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t points_per_shard = 16, most_shards = 64;
 constexpr int megabytes_per_point = 1200;  // a worker's peak is about 850 on the paper's sphere
 constexpr int minutes_per_task = 60;
-constexpr int most_deaths = 3;  // of a task with the same point in progress
+constexpr int most_deaths = 3;         // of a task with the same point in progress
+constexpr std::size_t most_alone = 64;  // points with a task of their own: clusters limit an array's size
 constexpr int most_fruitless_rounds = 3;
 constexpr std::size_t most_warnings = 50;
 constexpr auto patience_with_cancelled = 10s, patience_with_disk = 10s, patience_with_slurm = 30s;
@@ -105,7 +106,7 @@ class SlurmRun {
     for (watch_.ask(round->job_name); !watch_.answered(); watch_.ask(round->job_name))
       std::this_thread::sleep_for(2s);
     if (!watch_.job().alive()) {
-      round->end(false, watch_.states());
+      round->end(watch_.job().count("CANCELLED") > 0, watch_.states());
       return false;
     }
     submitted_ = true;
@@ -116,12 +117,14 @@ class SlurmRun {
   bool submit() {
     std::vector<PlannedPoint> points;
     for (const auto& [id, p] : left_) points.push_back(*p);
-    std::set<std::int64_t> suspects;  // alone: they take no other along
-    for (const auto& [id, death] : batch_.deaths()) suspects.insert(id);
-    const std::size_t wanted =
+    // alone they take no other along
+    const std::set<std::int64_t> suspects = most_often_dead(batch_.deaths(), points, most_alone);
+    std::size_t wanted =
         options_.shards > 0
             ? static_cast<std::size_t>(options_.shards)
             : std::min((points.size() + points_per_shard - 1) / points_per_shard, most_shards);
+    // no more tasks than a user has asked for, unless that is few
+    if (wanted > most_shards) wanted = std::max(wanted - suspects.size(), most_shards);
     const auto shards = cut_shards(points, wanted, suspects);
     throw_if_cancelled();
     if (!batch_.begin_round(task_, shards, options_.version)) return false;
@@ -207,7 +210,7 @@ class SlurmRun {
       throw Cancelled();
     }
     for (const auto& [id, death] : batch_.deaths())
-      if (death.times >= most_deaths && left_.contains(id)) {
+      if (death.times >= most_deaths && death.alone && left_.contains(id)) {
         PointOutcome lost;
         lost.id = id;
         lost.failed = true;
