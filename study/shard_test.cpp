@@ -265,6 +265,54 @@ TEST(Rounds, OfTwoProcessesOneIsFirst) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
+/// A squeue in PATH that says what a file says, and fails where there is none.
+class SaidBySqueue {
+ public:
+  SaidBySqueue() {
+    const auto program = folder_ / "squeue";
+    std::ofstream(program) << fmt::format("#!/bin/sh\nexec /bin/cat '{}'\n", (folder_ / "said").string());
+    std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+    setenv("PATH", (folder_.path().string() + ":" + path_).c_str(), 1);
+  }
+  ~SaidBySqueue() { setenv("PATH", path_.c_str(), 1); }
+  void operator=(const std::string& text) { std::ofstream(folder_ / "said") << text; }
+  void fails() { std::filesystem::remove(folder_ / "said"); }
+
+ private:
+  test_tools::ScratchFolder folder_;
+  std::string path_ = std::getenv("PATH");
+};
+
+TEST(Slurm, OneEmptyAnswerIsNoEndOfAJob) {
+  SaidBySqueue squeue;
+  slurm::Watch watch;
+  watch.begin("ours", "7");
+  squeue = "7|0|RUNNING|None\n7|1|COMPLETED|None\n";
+  watch.ask("ours");
+  EXPECT_TRUE(watch.answered() && watch.job().alive());
+  squeue = "";
+  watch.ask("ours");
+  EXPECT_FALSE(watch.answered());
+  EXPECT_TRUE(watch.job().alive());
+  squeue.fails();
+  watch.ask("ours");
+  squeue = "";
+  watch.ask("ours");
+  EXPECT_TRUE(watch.job().alive()) << "not in a row";
+  squeue = "7|0|RUNNING|None\n7|1|COMPLETED|None\n";
+  watch.ask("ours");
+  EXPECT_TRUE(watch.answered());
+  squeue = "";
+  for (int i = 0; i < 2; ++i) watch.ask("ours");
+  EXPECT_TRUE(watch.answered());
+  EXPECT_FALSE(watch.job().alive());
+  EXPECT_THAT(watch.states(), ElementsAre(Pair(0, "GONE (its end was not seen)"), Pair(1, "COMPLETED (None)")));
+  watch.ask("another");  // taken up by a command that knows nothing of it
+  EXPECT_FALSE(watch.answered());
+  watch.ask("another");
+  EXPECT_TRUE(watch.answered());
+}
+
 TEST(Slurm, AWordForAShellIsOneWhateverIsInIt) {
   const std::string word = "it's $HOME \"a\" `b` \\ *";
   EXPECT_EQ(test_tools::run("printf %s " + slurm::shell_word(word)).output, word);

@@ -110,6 +110,7 @@ void Watch::begin(const std::string& name, const std::string& id) {
   job_ = {id, {}};
   name_ = name;
   waits_for_.clear();
+  empty_ = false;
 }
 
 void Watch::ask(const std::string& name) {
@@ -117,9 +118,11 @@ void Watch::ask(const std::string& name) {
   std::string why;
   std::optional<Job> now = find_job(name, &why);
   throw_if_cancelled();  // squeue had its Ctrl-C as well
-  if (answered_ && !now) warn(fmt::format("Slurm does not answer ({}): waiting for it", why));
-  answered_ = now.has_value();
-  if (!now) return;
+  if (!silent_ && !now) warn(fmt::format("Slurm does not answer ({}): waiting for it", why));
+  silent_ = !now;
+  answered_ = now && (!now->tasks.empty() || empty_);
+  empty_ = now && now->tasks.empty();
+  if (!answered_) return;
   for (const auto& [index, task] : job_.tasks)
     now->tasks.try_emplace(index, task.alive() ? Task{"GONE", "its end was not seen"} : task);
   if (now->id.empty()) now->id = job_.id;

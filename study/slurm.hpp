@@ -37,7 +37,8 @@ class Watch {
  public:
   /// Of a job that has just been submitted.
   void begin(const std::string& name, const std::string& id);
-  /// Throws Cancelled. Tells the user when nothing runs, and why, and when Slurm does not answer.
+  /// Throws Cancelled. Tells the user when nothing runs, and why, and when Slurm does not answer. That it knows
+  /// no task of the job counts the second time in a row: a controller that has just started may say so.
   void ask(const std::string& name);
   /// False: the job is as it was when Slurm answered last.
   bool answered() const { return answered_; }
@@ -47,7 +48,7 @@ class Watch {
  private:
   Job job_;
   std::string name_, waits_for_;
-  bool answered_ = true;
+  bool answered_ = true, silent_ = false, empty_ = false;
 };
 
 /// False when it could not be done.

@@ -52,7 +52,7 @@ class SlurmBatch {
   struct Death {
     int times = 0;
     bool alone = false;  ///< the last time: no other point of the task can be to blame
-    std::string last;    ///< "its task ended TIMEOUT (TimeLimit); its log ends: ..."
+    std::string last{};  ///< "its task ended TIMEOUT (TimeLimit); its log ends: ..."
   };
   using Deaths = std::map<std::int64_t, Death>;
   /// Points in progress when their task ended for good in a way that a point can cause, however often.
