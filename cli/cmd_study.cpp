@@ -11,6 +11,7 @@
 #include "cli/version.hpp"
 #include "study/local_engine.hpp"
 #include "study/shard_task.hpp"
+#include "study/slurm.hpp"
 #include "study/slurm_engine.hpp"
 #include "study/worker.hpp"
 #include "twin/errors.hpp"
@@ -48,10 +49,8 @@ std::unique_ptr<study::Engine> make_engine(const StudyCommand& o) {
   slurm.shards = o.shards;
   std::istringstream words(o.slurm_args);
   for (std::string word; words >> word;) {
-    for (const char* own : {"--array", "-a", "--job-name", "-J", "--chdir", "-D", "--wrap"})
-      if (word == own || word.starts_with(std::string(own) + "="))
-        throw UserError(ExitCode::usage, "--slurm-args", std::string(own) + " is set by the program itself",
-                        "leave it out");
+    if (const std::string own = study::slurm::own_option(word); !own.empty())
+      throw UserError(ExitCode::usage, "--slurm-args", own + " is set by the program itself", "leave it out");
     slurm.arguments.push_back(word);
   }
   return std::make_unique<study::SlurmEngine>(std::move(slurm));

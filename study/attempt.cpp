@@ -35,10 +35,10 @@ AttemptLog::AttemptLog(const fs::path& folder, std::size_t shard, const AttemptH
     if (fd_ < 0 && errno != EEXIST) refuse_attempt(file_, errno);
   }
   append(json_line({{"attempt", head.job},
-                       {"restart", head.restart},
-                       {"host", head.host},
-                       {"version", head.version},
-                       {"began_at", utc_now()}}));
+                    {"restart", head.restart},
+                    {"host", head.host},
+                    {"version", head.version},
+                    {"began_at", utc_now()}}));
 }
 
 AttemptLog::~AttemptLog() { close(fd_); }

@@ -306,11 +306,36 @@ TEST(Slurm, OneEmptyAnswerIsNoEndOfAJob) {
   for (int i = 0; i < 2; ++i) watch.ask("ours");
   EXPECT_TRUE(watch.answered());
   EXPECT_FALSE(watch.job().alive());
-  EXPECT_THAT(watch.states(), ElementsAre(Pair(0, "GONE (its end was not seen)"), Pair(1, "COMPLETED (None)")));
+  EXPECT_THAT(watch.states(),
+              ElementsAre(Pair(0, "GONE (its end was not seen)"), Pair(1, "COMPLETED (None)")));
   watch.ask("another");  // taken up by a command that knows nothing of it
   EXPECT_FALSE(watch.answered());
   watch.ask("another");
   EXPECT_TRUE(watch.answered());
+}
+
+TEST(Slurm, OwnOptionsAreKnownInEachForm) {
+  for (const char* word : {"--array", "--array=0-3", "--arr=1", "-a", "-a0-3", "--job-name=x", "-Jname",
+                           "-D/x", "--chdir=/x", "--output=x", "-ox", "-o", "--out=x", "--error=x", "-ex",
+                           "--open-mode=a", "--no-requeue", "--wrap=ls"})
+    EXPECT_NE(slurm::own_option(word), "") << word;
+  EXPECT_EQ(slurm::own_option("-Jname"), "-J");
+  EXPECT_EQ(slurm::own_option("--job=x"), "--job-name");
+  for (const char* word :
+       {"--partition=long", "-pa", "long", "--exclude=n1", "--export=ALL", "--oversubscribe", "--requeue",
+        "--nodelist=n1", "-A", "-c8", "--account=a", "--wait-all-nodes=1", "--", "=--array", "array"})
+    EXPECT_EQ(slurm::own_option(word), "") << word;
+}
+
+TEST(Slurm, MemoryIsDeclaredByAnyOfItsOptions) {
+  for (const char* word : {"--mem", "--mem=4G", "--mem-per-cpu=1G", "--mem-per-gpu=1G"})
+    EXPECT_TRUE(slurm::declares_memory({"--time=3", word})) << word;
+  EXPECT_FALSE(slurm::declares_memory({"--mem-bind=local", "--cpus-per-task=8"}));
+  for (const char* variable : {"SBATCH_MEM_PER_CPU", "SBATCH_MEM_PER_GPU", "SBATCH_MEM_PER_NODE"}) {
+    setenv(variable, "1G", 1);
+    EXPECT_TRUE(slurm::declares_memory({})) << variable;
+    unsetenv(variable);
+  }
 }
 
 TEST(Slurm, AWordForAShellIsOneWhateverIsInIt) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <set>
 #include <sstream>
 
@@ -145,6 +146,28 @@ std::map<std::size_t, std::string> Watch::states() const {
 bool cancel(const std::string& name) {
   const Said said = report::run_process({"scancel", "--me", "--name=" + name}, "");
   return said && said->status == 0;
+}
+
+bool declares_memory(const std::vector<std::string>& arguments) {
+  for (const char* variable : {"SBATCH_MEM_PER_CPU", "SBATCH_MEM_PER_GPU", "SBATCH_MEM_PER_NODE"})
+    if (std::getenv(variable) != nullptr) return true;
+  return std::any_of(arguments.begin(), arguments.end(), [](const std::string& a) {
+    return a == "--mem" || a.starts_with("--mem=") || a.starts_with("--mem-p");
+  });
+}
+
+std::string own_option(const std::string& word) {
+  // --error: the reason of a task's end is read from its one log
+  static const std::vector<std::pair<std::string, std::string>> own{
+      {"--array", "-a"}, {"--job-name", "-J"}, {"--chdir", "-D"},    {"--output", "-o"},
+      {"--error", "-e"}, {"--open-mode", ""},  {"--no-requeue", ""}, {"--wrap", ""}};
+  const std::string name = word.substr(0, word.find('='));
+  for (const auto& [long_form, short_form] : own) {
+    // sbatch takes the beginning of a long option for the whole, and "-Jx" for "-J x"
+    if (name.size() > 3 && name.starts_with("--") && long_form.starts_with(name)) return long_form;
+    if (!short_form.empty() && word.starts_with(short_form)) return short_form;
+  }
+  return "";
 }
 
 std::string shell_word(const std::string& text) {

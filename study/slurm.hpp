@@ -37,8 +37,8 @@ class Watch {
  public:
   /// Of a job that has just been submitted.
   void begin(const std::string& name, const std::string& id);
-  /// Throws Cancelled. Tells the user when nothing runs, and why, and when Slurm does not answer. That it knows
-  /// no task of the job counts the second time in a row: a controller that has just started may say so.
+  /// Throws Cancelled. Tells the user when nothing runs, and why, and when Slurm does not answer. That it
+  /// knows no task of the job counts the second time in a row: a controller that has just started may say so.
   void ask(const std::string& name);
   /// False: the job is as it was when Slurm answered last.
   bool answered() const { return answered_; }
@@ -53,6 +53,12 @@ class Watch {
 
 /// False when it could not be done.
 bool cancel(const std::string& name);
+
+/// Whether these arguments, or sbatch's own variables, say how much memory a job gets.
+bool declares_memory(const std::vector<std::string>& arguments);
+
+/// Which option of sbatch a word gives that is set by this program, "--job-name" for "-Jx"; "" for none.
+std::string own_option(const std::string& word);
 
 /// One word for a shell.
 std::string shell_word(const std::string& text);

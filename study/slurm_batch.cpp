@@ -47,8 +47,8 @@ std::string random_digits() {
 }  // namespace
 
 SlurmRound SlurmRound::read(const fs::path& folder) {
-  const std::string remove_all =
-      fmt::format("end its job with scancel, remove {} and run the study again", folder.parent_path().string());
+  const std::string remove_all = fmt::format("end its job with scancel, remove {} and run the study again",
+                                             folder.parent_path().string());
   const auto begun = from_json(folder / "round.json", remove_all, [&](const report::Json& head) {
     SlurmRound round{folder, "", ""};
     if (head.value("schema", "") != kRoundSchema) return round;
@@ -59,8 +59,8 @@ SlurmRound SlurmRound::read(const fs::path& folder) {
   if (!begun || begun->job_name.empty())
     throw UserError(ExitCode::input, (folder / "round.json").string(), "is no round of this program",
                     "it must lie on a disk that the nodes share under the same path");
-  const auto ended = from_json(
-      folder / "ended.json", "remove it and run the study again", [&](const report::Json& end) {
+  const auto ended =
+      from_json(folder / "ended.json", "remove it and run the study again", [&](const report::Json& end) {
         SlurmRound round = *begun;
         round.ended = true;
         round.cancelled = end.value("cancelled", false);

@@ -24,9 +24,9 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t points_per_shard = 16, most_shards = 64;
-constexpr int megabytes_per_point = 1200;  // a worker's peak is about 850 on the paper's sphere
+constexpr int megabytes_per_core = 1200;  // a worker's peak is about 850 on the paper's sphere
 constexpr int minutes_per_task = 60;
-constexpr int most_deaths = 3;         // of a task with the same point in progress
+constexpr int most_deaths = 3;          // of a task with the same point in progress
 constexpr std::size_t most_alone = 64;  // points with a task of their own: clusters limit an array's size
 constexpr int most_fruitless_rounds = 3;
 constexpr std::size_t most_warnings = 50;
@@ -103,10 +103,12 @@ class SlurmRun {
   bool take_up() {
     SlurmRound* round = batch_.last();
     if (round == nullptr) return false;
+    submitted_ = !round->ended;  // until Slurm says otherwise: a Ctrl-C may come before it answers
     for (watch_.ask(round->job_name); !watch_.answered(); watch_.ask(round->job_name))
       std::this_thread::sleep_for(2s);
     if (!watch_.job().alive()) {
       round->end(watch_.job().count("CANCELLED") > 0, watch_.states());
+      submitted_ = false;
       return false;
     }
     submitted_ = true;
@@ -146,17 +148,15 @@ class SlurmRun {
 
   // What a user may want otherwise is declared here: the environment (SBATCH_...) and --slurm-args go first.
   std::string script(const SlurmRound& round) const {
-    // sbatch takes memory in one way only
-    const bool has_memory = std::getenv("SBATCH_MEM_PER_CPU") || std::getenv("SBATCH_MEM_PER_GPU") ||
-                            std::any_of(options_.arguments.begin(), options_.arguments.end(),
-                                        [](const std::string& a) { return a.starts_with("--mem-per-"); });
+    // Per core: a task has a worker for each core that it gets. sbatch takes memory in one way only.
+    const bool has_memory = slurm::declares_memory(options_.arguments);
     return fmt::format(
         "#!/bin/sh\n"
         "#SBATCH --nodes=1 --ntasks=1 --cpus-per-task={} --time={}\n"
         "{}"
         "exec {} study-shard {} \"$SLURM_ARRAY_TASK_ID\"\n",
         options_.jobs, minutes_per_task,
-        has_memory ? "" : fmt::format("#SBATCH --mem={}M\n", options_.jobs * megabytes_per_point),
+        has_memory ? "" : fmt::format("#SBATCH --mem-per-cpu={}M\n", megabytes_per_core),
         slurm::shell_word(options_.program.string()), slurm::shell_word(round.folder.string()));
   }
 
@@ -204,9 +204,9 @@ class SlurmRun {
     const bool was_ended = round.ended;  // cancelled by an earlier run, or ended by another process
     const bool cancelled = watch_.job().count("CANCELLED") > 0 && !was_ended;
     round.end(cancelled, watch_.states());
+    submitted_ = false;
     if (cancelled) {
       say(fmt::format("Slurm job {} was cancelled (scancel)", watch_.job().id));
-      submitted_ = false;
       throw Cancelled();
     }
     for (const auto& [id, death] : batch_.deaths())
@@ -255,15 +255,17 @@ class SlurmRun {
   void give_up(bool keep_the_rest) {
     SlurmRound* round = batch_.last();
     watching_ = false;
-    if (!submitted_ || round == nullptr || round->ended) return;
+    if (!submitted_ || round == nullptr) return;
+    const std::string& id = watch_.job().id;  // empty: Slurm has not told it yet
+    const std::string& job = id.empty() ? round->job_name : id;
     if (cancel_signal() == SIGHUP || cancel_signal() == SIGTERM) {
-      say(fmt::format("Slurm job {} goes on; the same command watches it again", watch_.job().id));
+      say(fmt::format("Slurm job {} goes on; the same command watches it again", job));
       return;
     }
     const bool cancelled = slurm::cancel(round->job_name);
     if (!cancelled)
-      warn(fmt::format("Slurm job {} could not be cancelled: end it by scancel {}", watch_.job().id,
-                       watch_.job().id));
+      warn(fmt::format("Slurm job {} could not be cancelled: end it by scancel {}", job,
+                       id.empty() ? "--name=" + job : id));
     try {
       round->end(true, watch_.states());
       for (const auto until = Clock::now() + patience_with_cancelled; Clock::now() < until;) {
@@ -276,7 +278,7 @@ class SlurmRun {
     } catch (const UserError& e) {  // the first fault is the one to be told
       warn(e.what());
     }
-    if (cancelled) say(fmt::format("Slurm job {} is cancelled", watch_.job().id));
+    if (cancelled) say(fmt::format("Slurm job {} is cancelled", job));
   }
 
   const WorkerTask task_;

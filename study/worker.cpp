@@ -45,10 +45,10 @@ std::string task_line(const PointTask& task, const std::string& device) {
   Json records = Json::array();
   for (const Record& r : task.records) records.push_back({r.result, r.name});
   return json_line({{"twin", task.twin.string()},
-                  {"device", device},
-                  {"records", records},
-                  {"virtual_rig", task.virtual_rig},
-                  {"calibration", task.calibration}});
+                    {"device", device},
+                    {"records", records},
+                    {"virtual_rig", task.virtual_rig},
+                    {"calibration", task.calibration}});
 }
 
 WorkerTask parse_task(const std::string& line) {
@@ -63,14 +63,14 @@ std::string point_line(const PlannedPoint& p) {
   Json sensors = Json::array();
   for (const auto& s : p.demand.sensors) sensors.push_back(Json::array({s.bit_depth, s.gain_dn}));
   return json_line({{"id", p.point.id},
-                  {"settings", p.point.settings},
-                  {"seed", p.point.seed},
-                  {"group", p.group},
-                  {"trace", p.keys.trace},
-                  {"form", p.keys.form},
-                  {"sensors", sensors},
-                  {"mean", p.demand.mean},
-                  {"amplitude", p.demand.amplitude}});
+                    {"settings", p.point.settings},
+                    {"seed", p.point.seed},
+                    {"group", p.group},
+                    {"trace", p.keys.trace},
+                    {"form", p.keys.form},
+                    {"sensors", sensors},
+                    {"mean", p.demand.mean},
+                    {"amplitude", p.demand.amplitude}});
 }
 
 PlannedPoint parse_point(const std::string& line) {
@@ -89,11 +89,11 @@ std::string outcome_line(const PointOutcome& o) {
   Json numbers = Json::object();
   for (const auto& [name, value] : o.numbers) numbers[name] = json_number(value);
   return json_line({{"id", o.id},
-                  {"failed", o.failed},
-                  {"reason", o.reason},
-                  {"numbers", numbers},
-                  {"seconds", o.seconds},
-                  {"traced", o.traced}});
+                    {"failed", o.failed},
+                    {"reason", o.reason},
+                    {"numbers", numbers},
+                    {"seconds", o.seconds},
+                    {"traced", o.traced}});
 }
 
 WorkerAnswer parse_answer(const std::string& line) {

@@ -221,8 +221,8 @@ values = [40.0, 10.0]
   EXPECT_EQ(all.files, 3U);
   EXPECT_TRUE(fs::exists(fs::path(all.last_round) / "task-2.log"));
   EXPECT_EQ(cluster_->command(fmt::format("squeue -h -j {} -t all -o '%C %m %l %r'", all.job)).substr(0, 15),
-            "2 2400M 1:00:00")
-      << "the resources of a task";
+            "2 1200M 1:00:00")
+      << "the resources of a task; its memory is per core";
 
   const RunResult again = run_study(dir, "slurm", {"--engine", "slurm"});
   EXPECT_THAT(again.out, HasSubstr("0 of them in this run"));
@@ -334,6 +334,8 @@ TEST_F(StudySlurm, WithoutSlurmNothingIsLost) {
                  {"sbatch refuses", "nvalid partition"});
   expect_refused(run_study(dir, "new", {"--engine", "slurm", "--slurm-args", "--array=0-1"}), 2,
                  {"--array is set by the program itself"});
+  expect_refused(run_study(dir, "new", {"--engine", "slurm", "--slurm-args", "--time=3 -Jname"}), 2,
+                 {"-J is set by the program itself"});
   expect_refused(run_study(dir, "new", {"--shards", "2"}), 2, {"--engine slurm"});
   EXPECT_EQ(read_file(dir / "out/study.csv"), table);
   const RunResult again = run_study(dir, "out");
