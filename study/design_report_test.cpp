@@ -141,6 +141,19 @@ TEST(DesignReport, ScatteredPointsGetARunningMean) {
   EXPECT_EQ(report.figures.size(), 2u);  // no sigma, no pairs
 }
 
+TEST(DesignReport, AGridTooFineForAHeatMapIsSaid) {
+  Made made = make(
+      "[[vary]]\nkey = \"projector.intensity\"\nrange = [10, 20]\ncount = 600\n"
+      "[[vary]]\nkey = \"projector.blur_px\"\nrange = [0, 1]\ncount = 150\n" +
+          record,
+      [](const StudyPoint& p) { return 19.0 + 0.01 * std::stod(p.settings.at("projector.intensity")); });
+  const StudyReport report = design_report(made.record());
+  EXPECT_THAT(report.html, HasSubstr("Heat maps of more than 3600 cells are left out: 1 pair of parameters"));
+  EXPECT_THAT(report.html, HasSubstr("Of 600 levels 300 are drawn."));
+  EXPECT_THAT(report.html, Not(HasSubstr("Of 150 levels")));
+  EXPECT_EQ(report.figures.size(), 2u);  // no sigma, no pair
+}
+
 TEST(DesignReport, TimeAgainstUncertainty) {
   Made made = make(
       grid + record + "[[record]]\nresult = \"acquisition.time_s\"\nname = \"t\"\n", [](const StudyPoint& p) {
