@@ -80,10 +80,14 @@ TEST(DesignTable, AxesSettingsAndErrorsAgainstTheTwin) {
 }
 
 TEST(DesignTable, TheTruthFollowsTheSettings) {
-  const Made made =
-      make("[[vary]]\nkey = \"object.ball.radius_mm\"\nrange = [10, 20]\ncount = 3\n" + record,
-           [](const StudyPoint& p) { return 1.5 + std::stod(p.settings.at("object.ball.radius_mm")); });
-  EXPECT_NEAR(design_table(made.file, made.rows, 0.95).numbers[0].all.mean, 1.5, 1e-12);
+  const Made made = make(
+      "[[vary]]\nkey = \"object.ball.radius_mm\"\nrange = [10, 20]\ncount = 3\n"
+      "[[vary]]\nkey = \"projector.blur_px\"\nvalues = [0, 1]\n" +
+          record,
+      [](const StudyPoint& p) { return 1.5 + std::stod(p.settings.at("object.ball.radius_mm")); });
+  const TableNumber n = design_table(made.file, made.rows, 0.95).numbers[0];
+  EXPECT_THAT(n.truth, ElementsAre(10.0, 10.0, 15.0, 15.0, 20.0, 20.0));
+  EXPECT_NEAR(n.all.mean, 1.5, 1e-12);
 }
 
 TEST(DesignReport, MeansBandsAndNamesAsTheyAre) {
