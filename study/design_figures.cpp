@@ -29,14 +29,19 @@ std::string setting_text(const DesignTable& table, std::size_t setting) {
 }
 
 std::vector<GroupStatistics> by_level(const DesignTable& table, const TableNumber& number, std::size_t axis,
-                                      std::size_t other, std::size_t at) {
+                                      std::size_t other, std::size_t at, double coverage) {
   std::vector<std::vector<const SettingRuns*>> groups(table.axes[axis].values.size());
   for (std::size_t s = 0; s < table.settings.size(); ++s)
     if (other == SIZE_MAX || table.settings[s].level[other] == at)
       groups[table.settings[s].level[axis]].push_back(&number.runs[s]);
   std::vector<GroupStatistics> out;
-  for (const auto& group : groups) out.push_back(group_statistics(group, kReportCoverage));
+  for (const auto& group : groups) out.push_back(group_statistics(group, coverage));
   return out;
+}
+
+double coverage_of_extremes(std::size_t levels) {
+  const auto n = static_cast<double>(std::max(levels, std::size_t{2}));
+  return 1.0 - (1.0 - kReportCoverage) / (0.5 * n * (n - 1.0));
 }
 
 std::size_t drawings_per_number(const DesignTable& table) {

@@ -7,6 +7,7 @@
 
 #include "study/design_table.hpp"
 #include "study/figure_sheet.hpp"
+#include "study/report_parts.hpp"
 
 namespace fringetwin::study {
 
@@ -19,7 +20,11 @@ inline constexpr std::size_t kMostCells = 3600, kMostLevels = 500;
 
 /// Of the settings at each level of an axis; `other` and `at`: only those at this level of another one.
 std::vector<GroupStatistics> by_level(const DesignTable& table, const TableNumber& number, std::size_t axis,
-                                      std::size_t other = SIZE_MAX, std::size_t at = 0);
+                                      std::size_t other = SIZE_MAX, std::size_t at = 0,
+                                      double coverage = kReportCoverage);
+/// Of the bands that tell the least of some levels from the greatest: any two of them might have been these
+/// (Bonferroni).
+double coverage_of_extremes(std::size_t levels);
 
 /// Without data: x along this axis, with its levels as tics where there is room.
 report::Plot axis_plot(const DesignTable& table, std::size_t axis);

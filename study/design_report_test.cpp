@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "study/design.hpp"
+#include "study/design_figures.hpp"
 #include "study/design_table.hpp"
 #include "study/study_report.hpp"
 #include "tests/e2e/cli_runner.hpp"
@@ -143,6 +144,25 @@ TEST(DesignReport, ScatteredPointsGetARunningMean) {
   EXPECT_THAT(report.html, HasSubstr("running mean"));
   EXPECT_THAT(report.html, HasSubstr("One run per setting"));
   EXPECT_EQ(report.figures.size(), 2u);  // no sigma, no pairs
+}
+
+TEST(DesignReport, MoreLevelsAreHarderToTellFromChance) {
+  EXPECT_NEAR(coverage_of_extremes(2), 0.95, 1e-15);
+  EXPECT_NEAR(coverage_of_extremes(5), 0.995, 1e-15);
+  // Means 1 apart from seeds ± 0.1: Student's half widths (2 degrees of freedom, 0.1/√3) are 0.248 at 95 %,
+  // so two levels are told apart; at 1 - 0.05/45 they are 1.73.
+  const auto verdict = [](const std::string& levels) {
+    return design_report(make("noise_seeds = 3\n[[vary]]\nkey = \"projector.intensity\"\n" + levels + record,
+                              [](const StudyPoint& p) {
+                                return 19.0 + (p.settings.at("projector.intensity") == "10" ? 1.0 : 0.0) +
+                                       0.1 * (static_cast<double>(p.seed) - 2.0);
+                              })
+                             .record())
+        .html;
+  };
+  EXPECT_THAT(verdict("values = [10, 20]\n"), HasSubstr("<td class=\"l\">yes</td>"));
+  EXPECT_THAT(verdict("values = [10, 11, 12, 13, 14, 15, 16, 17, 18, 19]\n"),
+              Not(HasSubstr("<td class=\"l\">yes</td>")));
 }
 
 TEST(DesignReport, AGridTooFineForAHeatMapIsSaid) {

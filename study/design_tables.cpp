@@ -109,7 +109,9 @@ std::string effects_table(const DesignTable& table, std::size_t drawn) {
   report::Table out;
   out.caption =
       "What changes what: the levels of a parameter with the least and the greatest value, averaged over "
-      "all others. “Told from chance”: the 95 % bands of the two do not overlap.";
+      "all others. “Told from chance”: the bands of the two do not overlap; of L levels they are of 1 - "
+      "0.05/(L(L - 1)/2), "
+      "as any two could have been the extremes by chance.";
   const bool repeated = std::any_of(table.numbers.begin(), table.numbers.end(),
                                     [](const TableNumber& n) { return std::isfinite(n.all.sigma); });
   out.columns = {{"number", "", Align::left},
@@ -126,10 +128,11 @@ std::string effects_table(const DesignTable& table, std::size_t drawn) {
     for (std::size_t a = 0; a < std::min(table.axes.size(), kMostAxes); ++a) {
       const VariedAxis& axis = table.axes[a];
       if (table.scattered && axis.numeric) continue;
-      const auto levels = by_level(table, table.numbers[k], a);
+      auto levels = by_level(table, table.numbers[k], a);
       std::size_t known = 0;
       for (const GroupStatistics& g : levels) known += std::isfinite(g.mean);
       if (known < 2) continue;
+      levels = by_level(table, table.numbers[k], a, SIZE_MAX, 0, coverage_of_extremes(known));
       std::vector<std::string> row = {with_unit(table.numbers[k].name, table.numbers[k].unit), axis.brief};
       const auto add = [&](const Extremes& e) {
         const bool any = e.low <= e.high;
