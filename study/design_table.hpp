@@ -34,7 +34,8 @@ struct TableNumber {
   std::vector<double> expected_mean, expected_sigma;
   GroupStatistics all;
   bool has_scatter() const { return all.sigma > 0.0; }
-  double change = 0.0;  ///< variance between the settings' means over that of their noise; NaN: unknown
+  double change = 0.0;  ///< variance between the settings' means over that of their noise, 0 … 1 without an
+                        ///< effect; NaN: unknown
 };
 
 struct DesignTable {

@@ -88,7 +88,7 @@ std::string numbers_table(const DesignTable& table, std::size_t drawn) {
                  {"mean", ""},
                  {"least … greatest", "of the settings' means"},
                  {"sigma over seeds", "95 % band"},
-                 {"change / noise", "ratio of variances"},
+                 {"change / noise", "ratio of variances; no change: 0 … 1"},
                  {"", "", Align::left}};
   for (std::size_t k = 0; k < table.numbers.size(); ++k) {
     const TableNumber& n = table.numbers[k];
