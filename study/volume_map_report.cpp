@@ -236,10 +236,11 @@ std::string note_of(const VolumeMapPlan& plan) {
         plan.trials, s.low, s.high, plan.positions().size());
     const auto n = static_cast<double>(plan.trials);
     out += fmt::format(
-        "A mean is known to ±{:.2f} sigma; all positions share the draws of the rig, so chance moves all of "
-        "them together. ",
+        "A mean over the trials is known to ±{:.2f} sigma only (Student, sigma/√n). The draws of the rig are "
+        "common to all positions: chance moves all of them together, and averaging over positions does not "
+        "help. ",
         student_t_quantile(0.5 + 0.5 * kReportCoverage, n - 1.0) / std::sqrt(n));
-    if (static_cast<double>(plan.trials) * (1.0 - plan.coverage) <= 1.0)
+    if (interval_is_range(plan.trials, plan.coverage))
       out += "So few trials: an interval is the range of all of them. ";
   }
   return out +

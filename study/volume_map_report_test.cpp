@@ -12,6 +12,23 @@ namespace {
 
 using ::testing::HasSubstr, ::testing::Not;
 
+TEST(VolumeMapReport, WhenAnIntervalIsTheRangeOfTheTrials) {
+  const auto page = [](std::size_t trials, double coverage) {
+    VolumeMapPlan plan;
+    plan.trials = trials;
+    plan.coverage = coverage;
+    VolumeMap map;
+    map.positions.resize(1);
+    map.measured = 1;
+    return volume_map_report({{}, {}, {}, {"fringetwin"}, "1"}, plan, map).html;
+  };
+  const auto range = HasSubstr("an interval is the range of all of them");
+  for (const std::size_t trials : {5, 20, 30}) EXPECT_THAT(page(trials, 0.95), range) << trials;
+  EXPECT_THAT(page(31, 0.95), Not(range));
+  EXPECT_THAT(page(20, 0.9), Not(range));
+  EXPECT_THAT(page(20, 0.95), HasSubstr("±0.47 sigma only"));  // Student, 19 degrees of freedom: 2.093/√20
+}
+
 TEST(VolumeMapReport, SlicesSpacingAndTheWorst) {
   VolumeMapPlan plan;
   plan.object = "ball";
