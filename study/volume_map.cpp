@@ -22,11 +22,6 @@ struct Seen {
   std::string reason;
 };
 
-double number(const PointOutcome& outcome, const std::string& name) {
-  const auto at = outcome.numbers.find(name);
-  return at == outcome.numbers.end() ? kNan : at->second;
-}
-
 /// [trial][position]
 std::vector<std::vector<Seen>> table(const VolumeMapPlan& plan, std::size_t positions,
                                      const std::vector<PointOutcome>& outcomes) {
@@ -38,10 +33,10 @@ std::vector<std::vector<Seen>> table(const VolumeMapPlan& plan, std::size_t posi
     seen.failed = o.failed;
     seen.reason = o.reason;
     if (o.failed) continue;
-    seen.center_mm = {number(o, "x_mm"), number(o, "y_mm"), number(o, "z_mm")};
-    seen.radius_mm = number(o, "radius_mm");
-    seen.form_mm = number(o, "form_mm");
-    seen.form_95_mm = number(o, "form_95_mm");
+    seen.center_mm = {o.number("x_mm"), o.number("y_mm"), o.number("z_mm")};
+    seen.radius_mm = o.number("radius_mm");
+    seen.form_mm = o.number("form_mm");
+    seen.form_95_mm = o.number("form_95_mm");
   }
   return out;
 }
