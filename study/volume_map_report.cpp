@@ -33,6 +33,13 @@ const MapNumber* number_at(const MapPosition& position, const std::string& name)
   return found == position.numbers.end() ? nullptr : &found->second;
 }
 
+bool any_has(const VolumeMap& map, const std::string& name) {
+  return std::any_of(map.positions.begin(), map.positions.end(), [&](const MapPosition& p) {
+    const MapNumber* n = number_at(p, name);
+    return n && !std::isnan(n->mean);
+  });
+}
+
 /// [z][y from the bottom][x]; y of the world points down, so the greatest is at the bottom.
 using Lattice = std::vector<std::vector<std::vector<double>>>;
 Lattice lattice(const VolumeMapPlan& plan, const VolumeMap& map, const std::string& name,
@@ -179,7 +186,9 @@ std::string value_text(const MapNumber& n) {
 
 std::string worst_table(const VolumeMapPlan& plan, const VolumeMap& map) {
   report::Table out;
-  out.caption = "The worst of the volume.";
+  out.caption = map.measured == map.positions.size()
+                    ? "The worst of the volume."
+                    : "The worst of the volume, of positions and pairs that were measured in every trial.";
   const std::string percent = fmt::format("{:g} % of the trials", 100.0 * plan.coverage);
   out.columns = {{"number", "", Align::left},
                  {"largest mean", percent},
@@ -201,9 +210,13 @@ std::string worst_table(const VolumeMapPlan& plan, const VolumeMap& map) {
     };
     out.add_row(
         {"spacing_mm", value_text(mean.error_mm), pair(mean), number(sigma.error_mm.sigma, 3), pair(sigma)});
-    out.add_row({"largest spacing error of a trial, mm", value_text(map.largest_mm), "",
-                 number(map.largest_mm.sigma, 3), ""});
   }
+  if (map.largest_mm.n > 0)
+    out.add_row({fmt::format("largest spacing error of a trial, mm{}",
+                             map.largest_mm.n < plan.trials ? fmt::format(" ({} of {} trials have all pairs)",
+                                                                          map.largest_mm.n, plan.trials)
+                                                            : ""),
+                 value_text(map.largest_mm), "", number(map.largest_mm.sigma, 3), ""});
   return out.html();
 }
 
@@ -268,7 +281,7 @@ StudyReport volume_map_report(const StudyRecord& study, const VolumeMapPlan& pla
   if (const std::string spacing = spacing_figures(map, plan.coverage, &sheet); !spacing.empty())
     page.sections.push_back({"spacing", "Spacing", spacing});
   for (const auto& [name, words] : map_numbers)
-    if (map.worst.contains(name))
+    if (any_has(map, name))
       page.sections.push_back({std::string("map-") + name, name, slices(plan, map, name, words, &sheet)});
   return sheet.finish(page.html());
 }

@@ -46,9 +46,10 @@ TEST(VolumeMapReport, SlicesSpacingAndTheWorst) {
     map.positions.push_back(p);
   }
   map.measured = 11;
-  map.spacings = {{0, 11, 55.0, 5, {0.011, 0.002, {0.01, 0.012}}}};
+  map.spacings = {{0, 11, 55.0, {0.011, 0.002, {0.01, 0.012}, 5}}};
   for (const char* name : {"x_mm", "y_mm", "z_mm", "size_mm", "form_mm"}) map.worst[name] = {11, 11};
   map.worst_spacing = MapWorst{0, 0};
+  map.largest_mm = {0.013, 0.003, {0.01, 0.014}, 4};
   StudyFile file;
   file.name = "map <m>";
   const StudyReport report = volume_map_report({file, {}, {}, {"fringetwin"}, "1"}, plan, map);
@@ -56,6 +57,8 @@ TEST(VolumeMapReport, SlicesSpacingAndTheWorst) {
   EXPECT_THAT(report.html, HasSubstr("11 of 12 positions were measured in every trial"));
   EXPECT_THAT(report.html, HasSubstr("0.0120 (0.00600 … 0.0180)"));  // the worst, with its interval
   EXPECT_THAT(report.html, HasSubstr("(0, 0, 300) to (20, 20, 350)"));
+  EXPECT_THAT(report.html, HasSubstr("(4 of 5 trials have all pairs)"));
+  EXPECT_THAT(report.html, HasSubstr("pairs that were measured in every trial"));
   EXPECT_THAT(report.html, HasSubstr("between 0.60 and 2.87 times"));  // chi-square, 4 degrees of freedom
   EXPECT_THAT(report.html, Not(HasSubstr("map-form_95_mm")));          // nothing of it was measured
   // spacing twice; mean and sigma of five numbers in two slices
