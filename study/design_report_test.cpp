@@ -194,6 +194,11 @@ TEST(DesignReport, TimeAgainstUncertainty) {
               HasSubstr("<td class=\"l\">B</td><td class=\"l\">gain_dn 20, pitches_px [13, 14, 15]</td><td "
                         "class=\"r\">2.000</td><td class=\"r\">0.0100</td>"));
   EXPECT_THAT(report.html, Not(HasSubstr("pitches_px [26, 28, 30]</td><td class=\"r\">2.000</td>")));
+  // The setting of B with the two seeds that lie closest only (scatter 0.007): it takes no part.
+  made.rows[2].status = PointStatus::failed;
+  EXPECT_THAT(design_report(made.record()).html,
+              HasSubstr("<td class=\"l\">B</td><td class=\"l\">gain_dn 20, pitches_px [26, 28, 30]</td><td "
+                        "class=\"r\">2.000</td><td class=\"r\">0.0200</td>"));
 }
 
 }  // namespace

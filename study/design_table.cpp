@@ -125,6 +125,7 @@ DesignTable design_table(const StudyFile& study, const std::vector<StoredPoint>&
   DesignTable out;
   out.scattered = study.design == Design::latin_hypercube || study.design == Design::sobol;
   const auto seeds = static_cast<std::size_t>(study.noise_seeds);
+  out.seeds = seeds;
   std::vector<const Settings*> settings;
   for (std::size_t i = 0; i < rows.size(); i += seeds) settings.push_back(&rows[i].point.settings);
   out.settings.resize(settings.size());

@@ -42,6 +42,7 @@ struct DesignTable {
   std::vector<VariedAxis> axes;   ///< with two levels or more
   std::vector<VariedAxis> fixed;  ///< with one
   bool scattered = false;         ///< values drawn, not listed: nearly every setting has its own
+  std::size_t seeds = 1;          ///< runs of a setting when none fails
   std::vector<Setting> settings;
   std::vector<TableNumber> numbers;  ///< in the order of the file; without [[record]] those that change first
 };
