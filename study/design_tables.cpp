@@ -57,8 +57,6 @@ Extremes extremes(const std::vector<GroupStatistics>& levels, double GroupStatis
 
 std::string verdict(const Extremes& e) { return !e.known ? "not known" : e.apart ? "yes" : "no"; }
 
-/// Ratios to what is expected, per setting.
-
 }  // namespace
 
 std::string varied_table(const DesignTable& table) {
@@ -164,11 +162,12 @@ std::string expected_table(const DesignTable& table, const TableNumber& n) {
     const GroupStatistics g = group_statistics({&n.runs[s]}, kReportCoverage);
     const double mean = n.expected_mean.empty() ? kNan : n.expected_mean[s],
                  sigma = n.expected_sigma.empty() ? kNan : n.expected_sigma[s];
-    const double ratio = n.expected_sigma.empty() ? g.mean / mean : g.sigma / sigma;
+    const double of_mean = n.is_error ? kNan : g.mean / mean;  // an error is expected to be about 0
+    const double ratio = n.expected_sigma.empty() ? of_mean : g.sigma / sigma;
     if (std::isfinite(ratio)) low = std::min(low, ratio), high = std::max(high, ratio);
     const Interval band{g.sigma_band.low / sigma, g.sigma_band.high / sigma};
     out.add_row({setting_text(table, s), number(g.mean, 5), number(mean, 5),
-                 n.is_error ? "" : report::fixed(g.mean / mean, 3), number(g.sigma, 3), number(sigma, 3),
+                 n.is_error ? "" : report::fixed(of_mean, 3), number(g.sigma, 3), number(sigma, 3),
                  std::isfinite(g.sigma / sigma)
                      ? fmt::format("{:.3f} ({:.3f} … {:.3f})", g.sigma / sigma, band.low, band.high)
                      : "–"});

@@ -241,21 +241,19 @@ std::string positions_table(const VolumeMap& map) {
 std::string note_of(const VolumeMapPlan& plan) {
   std::string out =
       "A mean is what is wrong with the method itself at that place, a sigma what the uncertain inputs add. ";
-  if (plan.trials > 1) {
-    const Interval s = sigma_interval(1.0, static_cast<double>(plan.trials) - 1.0, kReportCoverage);
-    out += fmt::format(
-        "With {} trials the true sigma lies between {:.2f} and {:.2f} times the one shown (95 %, normal "
-        "scatter), and the largest of {} positions is larger by chance. ",
-        plan.trials, s.low, s.high, plan.positions().size());
-    const auto n = static_cast<double>(plan.trials);
-    out += fmt::format(
-        "A mean over the trials is known to ±{:.2f} sigma only (Student, sigma/√n). The draws of the rig are "
-        "common to all positions: chance moves all of them together, and averaging over positions does not "
-        "help. ",
-        student_t_quantile(0.5 + 0.5 * kReportCoverage, n - 1.0) / std::sqrt(n));
-    if (interval_is_range(plan.trials, plan.coverage))
-      out += "So few trials: an interval is the range of all of them. ";
-  }
+  const Interval s = sigma_interval(1.0, static_cast<double>(plan.trials) - 1.0, kReportCoverage);
+  out += fmt::format(
+      "With {} trials the true sigma lies between {:.2f} and {:.2f} times the one shown (95 %, normal "
+      "scatter), and the largest of {} positions is larger by chance. ",
+      plan.trials, s.low, s.high, plan.positions().size());
+  const auto n = static_cast<double>(plan.trials);
+  out += fmt::format(
+      "A mean over the trials is known to ±{:.2f} sigma only (Student, sigma/√n). The draws of the rig are "
+      "common to all positions: chance moves all of them together, and averaging over positions does not "
+      "help. ",
+      student_t_quantile(0.5 + 0.5 * kReportCoverage, n - 1.0) / std::sqrt(n));
+  if (interval_is_range(plan.trials, plan.coverage))
+    out += "So few trials: an interval is the range of all of them. ";
   return out +
          "The artefacts are exact but for a stated form deviation; this is no acceptance test by VDI/VDE "
          "2634.";
