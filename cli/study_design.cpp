@@ -19,8 +19,9 @@ int run_design(const StudyRun& o) {
   const std::vector<study::StudyPoint> points = study::design_points(file);
   const study::StudyIdentity identity = study::check_study(file, points);
   const std::filesystem::path& dir = o.out;
-  begin_output(dir, {"report.html", "study.csv"});
+  begin_output(dir, {});
   study::StudyStore store(dir / "study.db", identity, version_string());
+  begin_output(dir, {"report.html", "study.csv"});  // no other study's: those the store has refused
   store.add(points);
 
   std::set<std::int64_t> done;
@@ -48,8 +49,7 @@ int run_design(const StudyRun& o) {
   const auto counts = store.counts();
   fmt::print("study \"{}\": {} measured, {} failed, {} of them in this run\n", file.name, counts.done,
              counts.failed, summary.finished);
-  fmt::print("light traced for {} of {}: {} traces saved\n", summary.traced,
-             points_text(static_cast<std::int64_t>(summary.finished)), summary.finished - summary.traced);
+  tell_traces(summary);
   tell_failures(file.file, rows);
   say("table: " + (dir / "study.csv").string());
   write_report(o, study::design_report({file, rows, identity, o.argv, version_string()}));

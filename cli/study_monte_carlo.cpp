@@ -33,8 +33,10 @@ int run_monte_carlo(const StudyRun& o) {
   const study::MonteCarloPlan plan = study::complete_plan(file);
   const study::StudyIdentity identity =
       study::check_study(file, {study::StudyPoint{}, study::first_trial(file)});
-  begin_output(o.out, {"report.html", "study.csv", "result.json"});
+  begin_output(o.out, {});
   study::StudyStore store(o.out / "study.db", identity, version_string());
+  begin_output(o.out,
+               {"report.html", "study.csv", "result.json"});  // no other study's: those the store has refused
   say(fmt::format("study \"{}\": blocks of {} trials, at most {}", file.name, plan.rule.trials_per_block(),
                   plan.most_trials));
   study::KeptPoints points(study::monte_carlo_task(file, plan), *o.engine, store);
@@ -48,6 +50,7 @@ int run_monte_carlo(const StudyRun& o) {
   fmt::print("study \"{}\": {} trials, {} failed, {} in this run\n", file.name, result.trials, result.failed,
              points_text(static_cast<std::int64_t>(points.summary().finished)));
   for (const auto& [name, number] : result.numbers) tell_number(name, number, result, plan.rule.coverage);
+  tell_traces(points.summary());
   tell_failures(file.file, rows);
   say("result: " + (o.out / "result.json").string());
   write_report(o, study::monte_carlo_report({file, rows, identity, o.argv, version_string()}, plan, result));

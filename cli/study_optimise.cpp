@@ -40,8 +40,10 @@ int run_optimise(const StudyRun& o) {
   study::OptimisePlan plan = file.optimise.value().plan;
   const study::StudyIdentity identity = study::check_study(file, study::optimise_samples(plan));
   plan.inputs = study::complete_inputs({plan.inputs, file.optimise->calibration}, file.twin);
-  begin_output(o.out, {"report.html", "study.csv", "result.json"});
+  begin_output(o.out, {});
   study::StudyStore store(o.out / "study.db", identity, version_string());
+  begin_output(o.out,
+               {"report.html", "study.csv", "result.json"});  // no other study's: those the store has refused
   say(fmt::format("study \"{}\": at most {} evaluations of {} trials", file.name, plan.evaluations,
                   plan.trials));
   study::KeptPoints points({file.twin, file.records, true, plan.inputs.calibration > 0}, *o.engine, store);
@@ -59,6 +61,7 @@ int run_optimise(const StudyRun& o) {
   if (result.best) tell_evaluation("best", result.evaluations[*result.best]);
   for (const std::size_t i : result.front)
     if (i != result.best) tell_evaluation("quicker", result.evaluations[i]);
+  tell_traces(points.summary());
   tell_failures(file.file, rows);
   say("result: " + (o.out / "result.json").string());
   write_report(o, study::optimise_report({file, rows, identity, o.argv, version_string()}, plan, result));

@@ -40,6 +40,11 @@ void write_report(const StudyRun& run, const study::StudyReport& report) {
   say("page: " + (run.out / "report.html").string());
 }
 
+void tell_traces(const study::EngineSummary& summary) {
+  fmt::print("light traced for {} of {}: {} traces saved\n", summary.traced,
+             points_text(static_cast<std::int64_t>(summary.finished)), summary.finished - summary.traced);
+}
+
 void tell_stop(const study::StudyStore& store) {
   const auto counts = store.counts();
   say(fmt::format("stopped after {}; the same command goes on from there",

@@ -30,6 +30,9 @@ int run_optimise(const StudyRun& run);
 /// "1 point", "12 points".
 std::string points_text(std::int64_t n);
 
+/// "light traced for 2 of 14 points: 12 traces saved"
+void tell_traces(const study::EngineSummary& summary);
+
 /// DIR/report.html and, where asked for, DIR/figures/*.svg.
 void write_report(const StudyRun& run, const study::StudyReport& report);
 

@@ -46,8 +46,10 @@ int run_volume_map(const StudyRun& o) {
   plan.inputs = study::complete_inputs({plan.inputs, file.volume_map->calibration}, file.twin);
   const std::vector<study::StudyPoint> points = study::volume_map_points(plan);
   const study::StudyIdentity identity = study::check_study(file, points);
-  begin_output(o.out, {"report.html", "study.csv", "result.json"});
+  begin_output(o.out, {});
   study::StudyStore store(o.out / "study.db", identity, version_string());
+  begin_output(o.out,
+               {"report.html", "study.csv", "result.json"});  // no other study's: those the store has refused
   say(fmt::format("study \"{}\": {} positions, {} trials", file.name, points.size() / plan.trials,
                   plan.trials));
   study::KeptPoints kept({file.twin, file.records, true, plan.inputs.calibration > 0}, *o.engine, store);
@@ -60,6 +62,7 @@ int run_volume_map(const StudyRun& o) {
              map.measured, map.positions.size(), plan.trials,
              points_text(static_cast<std::int64_t>(kept.summary().finished)));
   tell_map(map);
+  tell_traces(kept.summary());
   tell_failures(file.file, rows);
   say("result: " + (o.out / "result.json").string());
   write_report(o, study::volume_map_report({file, rows, identity, o.argv, version_string()}, plan, map));

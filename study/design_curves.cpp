@@ -14,7 +14,7 @@ namespace {
 
 using report::Plot, report::Series;
 
-constexpr std::size_t kMostPoints = 300;  // of a scatter plot: each takes 100 bytes of the page
+constexpr std::size_t kMostMarks = 300;  // of a scatter plot: each takes 100 bytes of the page
 
 const std::vector<const char*> curve_colors = {report::color::kReal,
                                                report::color::kSimulated,
@@ -204,7 +204,7 @@ Plot scatter_plot(const DesignTable& table, const TableNumber& number, std::size
                 .style = Series::Style::points,
                 .color = "#7fb2d0",
                 .width = x.size() > 200 ? 0.9 : 1.5};
-  const std::size_t step = (x.size() + kMostPoints - 1) / kMostPoints;
+  const std::size_t step = (x.size() + kMostMarks - 1) / kMostMarks;
   for (std::size_t i = 0; i < x.size(); i += step) points.x.push_back(x[i]), points.y.push_back(y[i]);
   plot.series = {points};
   if (mean.x.empty()) return plot;
@@ -232,9 +232,9 @@ std::string band_words(const DesignTable& table, const TableNumber& number, bool
                "One point per setting (mean over its seeds), running mean over equally many settings with "
                "the 95 % "
                "interval of that mean by Student's t over them: the other parameters vary, too.") +
-           (table.settings.size() > kMostPoints
+           (table.settings.size() > kMostMarks
                 ? fmt::format(" At most {} of the {} settings are drawn as points, the mean is over all.",
-                              kMostPoints, table.settings.size())
+                              kMostMarks, table.settings.size())
                 : "");
   const GroupStatistics& g = number.all;
   const bool averaged = table.axes.size() > drawn;

@@ -103,7 +103,8 @@ Json theory(const VirtualMeasurement& run, const std::vector<Record>& records) {
     if (std::none_of(records.begin(), records.end(),
                      [&](const Record& r) { return r.result.starts_with(path); }))
       continue;
-    const NoiseTheory t = noise_theory(run.recording, fit.object);
+    if (!run.theory.contains(fit.object)) run.theory[fit.object] = noise_theory(run.recording, fit.object);
+    const NoiseTheory& t = run.theory[fit.object];
     out.push_back({{"object", fit.object},
                    {"n", t.n},
                    {"rms_mm", json_number(t.rms_mm)},

@@ -2,11 +2,13 @@
 // Results that a [[record]] may name besides those of result.json: what the images cost, how well they are
 // exposed, how much of them is measured, and the indicators of the fitted spheres and planes.
 #pragma once
+#include <map>
 #include <string>
 #include <vector>
 
 #include "measure/measurement.hpp"
 #include "render/renderer.hpp"
+#include "study/noise_theory.hpp"
 #include "study/study_file.hpp"
 #include "twin/capture_set.hpp"
 
@@ -19,11 +21,12 @@ struct VirtualMeasurement {
   const std::vector<render::RenderedCamera>& rendered;  ///< order of recording.cameras, as all images
   const std::vector<CameraImages>& images;
   const measure::Measurement& measurement;
+  std::map<std::string, NoiseTheory>& theory;  ///< of the recording twin, by object; filled where asked for
 };
 
 /// JSON of those that any of the records asks for: "acquisition" {images, time_s}, "images" [{camera,
-/// saturated, measured (first camera)}], "indicators" [{object, sphere_form, ...}]. docs/METRICS.md,
-/// "Studies".
+/// saturated, measured (first camera)}], "indicators" [{object, sphere_form, ...}], "theory" [{object, n,
+/// ...}]. docs/METRICS.md, "Results of studies".
 std::string image_results(const VirtualMeasurement& run, const std::vector<Record>& records);
 
 }  // namespace fringetwin::study

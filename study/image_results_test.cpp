@@ -32,6 +32,7 @@ struct Case {
   std::vector<render::RenderedCamera> rendered{2};
   std::vector<CameraImages> images{2};
   measure::Measurement measurement;
+  mutable std::map<std::string, study::NoiseTheory> theory;
 
   Case() {
     twin.cameras.push_back(twin.cameras[0]);
@@ -46,7 +47,7 @@ struct Case {
   double at(const std::string& path) const {
     const std::vector<Record> records{{path, ""}};
     return pick_numbers(R"({"fits": []})", records,
-                        study::image_results({twin, twin, rendered, images, measurement}, records))
+                        study::image_results({twin, twin, rendered, images, measurement, theory}, records))
         .at(path);
   }
 };
@@ -111,8 +112,8 @@ TEST(ImageResults, IndicatorsAreThoseOfTheFits) {
 
 TEST(ImageResults, OnlyWhatIsAskedForIsWorkedOut) {
   const Case c;
-  EXPECT_EQ(study::image_results({c.twin, c.twin, c.rendered, c.images, c.measurement}, {}), "{}");
-  EXPECT_EQ(study::image_results({c.twin, c.twin, c.rendered, c.images, c.measurement},
+  EXPECT_EQ(study::image_results({c.twin, c.twin, c.rendered, c.images, c.measurement, c.theory}, {}), "{}");
+  EXPECT_EQ(study::image_results({c.twin, c.twin, c.rendered, c.images, c.measurement, c.theory},
                                  {{"acquisition.images", ""}}),
             R"({"acquisition":{"images":12,"time_s":null}})");
 }

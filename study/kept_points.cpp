@@ -9,7 +9,8 @@ std::vector<PointOutcome> stored(const StudyStore& store, const std::vector<Stud
   std::set<std::int64_t> ids;
   for (const StudyPoint& point : points) ids.insert(point.id);
   std::vector<PointOutcome> out;
-  for (StoredPoint& row : store.rows())
+  if (ids.empty()) return out;
+  for (StoredPoint& row : store.rows(*ids.begin(), *ids.rbegin()))
     if (row.status != PointStatus::pending && ids.contains(row.point.id))
       out.push_back(std::move(row.outcome));
   return out;

@@ -5,11 +5,7 @@
 #include "twin/toml_reader.hpp"
 
 namespace fringetwin::study {
-namespace {
-
-constexpr int kMostTrials = 1'000'000, kMostSeed = 2'000'000'000;
-
-}  // namespace
+namespace {}  // namespace
 
 const std::vector<std::string>& monte_carlo_keys() {
   static const std::vector<std::string> keys = {"coverage",     "digits",      "block_trials",
@@ -24,11 +20,11 @@ MonteCarloSettings read_monte_carlo(const TomlTable& root, const std::filesystem
   plan.rule.coverage = read_coverage(root);
   plan.rule.digits = root.integer("digits", 1, 4).value_or(1);
   plan.rule.block_trials =
-      static_cast<std::size_t>(root.integer("block_trials", 2, kMostTrials).value_or(100));
-  plan.rule.least_blocks = static_cast<std::size_t>(root.integer("least_blocks", 2, kMostTrials).value_or(5));
-  plan.most_trials = static_cast<std::size_t>(root.integer("most_trials", 2, kMostTrials).value_or(10'000));
+      static_cast<std::size_t>(root.integer("block_trials", 2, kMostPoints).value_or(100));
+  plan.rule.least_blocks = static_cast<std::size_t>(root.integer("least_blocks", 2, kMostPoints).value_or(5));
+  plan.most_trials = static_cast<std::size_t>(root.integer("most_trials", 2, kMostPoints).value_or(10'000));
   plan.sensitivity_rows =
-      static_cast<std::size_t>(root.integer("sensitivity_rows", 0, kMostTrials).value_or(0));
+      static_cast<std::size_t>(root.integer("sensitivity_rows", 0, kMostPoints).value_or(0));
   if (plan.sensitivity_rows > plan.most_trials)
     root.fail("sensitivity_rows", "must not exceed most_trials", "the rows are trials, too");
   const UncertainSettings uncertain = read_uncertain_settings(root, twin_file);

@@ -250,9 +250,11 @@ template <int N>
 class FitSum {
  public:
   using Row = Eigen::Matrix<double, N, 1>;
-  void add(const Row& row, double share, double variance) {
-    normal_ += share * row * row.transpose();
-    noise_ += share * variance * row * row.transpose();
+  /// `kept`: of the point's noise by the fit's limit. The fit is repeated until its set of points is stable,
+  /// so that points near the limit come and go with it: they tell less of the surface than their share.
+  void add(const Row& row, const Kept& kept, double variance) {
+    normal_ += kept.share * kept.variance * row * row.transpose();
+    noise_ += kept.share * kept.variance * variance * row * row.transpose();
   }
   Row sigma(double pixels_each) const {
     const Eigen::Matrix<double, N, N> inverse = normal_.inverse();
@@ -309,9 +311,8 @@ NoiseTheory noise_theory(const Twin& twin, const std::string& object, std::size_
     const Kept kept = kept_within(limit_mm, std::sqrt(p.noise.single_mm2));
     n += kept.share;
     sum += kept.share * kept.variance * p.noise.single_mm2;
-    const double variance = kept.variance * p.noise.summed_mm2;
-    sphere.add(Eigen::Vector4d(p.n.x(), p.n.y(), p.n.z(), 1.0), kept.share, variance);
-    plane.add(Eigen::Matrix<double, 1, 1>::Ones(), kept.share, variance);
+    sphere.add(Eigen::Vector4d(p.n.x(), p.n.y(), p.n.z(), 1.0), kept, p.noise.summed_mm2);
+    plane.add(Eigen::Matrix<double, 1, 1>::Ones(), kept, p.noise.summed_mm2);
   }
   out.n = n * pixels_each;
   out.rms_mm = std::sqrt(sum / n);

@@ -11,8 +11,7 @@
 namespace fringetwin::study {
 namespace {
 
-constexpr int kMostEvaluations = 100'000, kMostTrials = 10'000, kMostSeed = 2'000'000'000;
-constexpr double kMostPoints = 1'000'000;
+constexpr int kMostEvaluations = 100'000, kMostTrials = 10'000;
 
 Variation read_choice(const TomlTable& table, std::set<std::string>* taken) {
   Variation out = read_variation(table, true, taken);
@@ -71,8 +70,8 @@ OptimiseSettings read_optimise(const TomlTable& root, const std::filesystem::pat
   for (const TomlTable& table : root.tables("constraint")) plan.constraints.push_back(read_constraint(table));
   plan.evaluations = static_cast<std::size_t>(root.integer("evaluations", 1, kMostEvaluations).value_or(60));
   plan.trials = static_cast<std::size_t>(root.integer("trials", 2, kMostTrials).value_or(8));
-  if (static_cast<double>(plan.evaluations * plan.trials) > kMostPoints)
-    root.fail("evaluations", fmt::format("x trials must not exceed {:.0f}", kMostPoints));
+  if (plan.evaluations * plan.trials > std::size_t{kMostPoints})
+    root.fail("evaluations", fmt::format("x trials must not exceed {}", kMostPoints));
   plan.seed = static_cast<std::uint64_t>(root.integer("seed", 0, kMostSeed).value_or(1));
   const UncertainSettings uncertain = read_uncertain_settings(root, twin_file);
   plan.inputs = uncertain.inputs;

@@ -34,8 +34,13 @@ PointOutcome PointRunner::run(const PlannedPoint& planned) {
   out.traced = false;
   try {
     out.numbers = numbers(planned, &out.traced);
+    any_measured_ = true;
   } catch (const Cancelled&) {
     throw;
+  } catch (const UnknownKey& e) {
+    if (!any_measured_) throw;  // most likely misspelt: no other point will have it
+    out.failed = true;
+    out.reason = e.what();
   } catch (const std::bad_alloc&) {
     out.failed = true;
     out.reason = "not enough memory";
@@ -55,6 +60,7 @@ void PointRunner::load(const StudyPoint& point) {
   load_meshes(&twin, twin_ ? &*twin_ : nullptr);
   twin_ = std::move(twin);
   settings_ = point.settings;
+  theory_.clear();
 }
 
 void PointRunner::trace(const PlannedPoint& planned) {
@@ -96,7 +102,7 @@ std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, 
   const Twin& known = rig_ ? rig_->measuring(planned.point.settings) : *twin_;
   const measure::Measurement measurement = measure::measure(known, images);
   return pick_numbers(compare::measurement_json(known, measurement, {}, {}), task_.records,
-                      image_results({*twin_, known, rendered_, images, measurement}, task_.records));
+                      image_results({*twin_, known, rendered_, images, measurement, theory_}, task_.records));
 }
 
 }  // namespace fringetwin::study

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "render/renderer.hpp"
+#include "study/noise_theory.hpp"
 #include "study/record.hpp"
 #include "study/study_point.hpp"
 #include "study/trace_share.hpp"
@@ -29,7 +30,8 @@ class PointRunner {
  public:
   PointRunner(PointTask task, render::Renderer& renderer);
 
-  /// Never throws for the point's own faults: these are outcomes. Throws Cancelled.
+  /// Never throws for the point's own faults: these are outcomes. Throws Cancelled, and UnknownKey when the
+  /// first point lacks a recorded result.
   PointOutcome run(const PlannedPoint& planned);
 
   /// The images before the sensor, of the last point that came so far.
@@ -49,6 +51,8 @@ class PointRunner {
   TraceDemand demand_;             ///< that traces_ meet: another plan of points may ask for more or less
   std::vector<render::Transport> traces_;
   std::vector<render::RenderedCamera> rendered_;
+  std::map<std::string, NoiseTheory> theory_;  ///< of twin_, by object
+  bool any_measured_ = false;
 };
 
 }  // namespace fringetwin::study

@@ -19,8 +19,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kStudySchema = "fringetwin-study/1";
-constexpr int kMostPoints = 1'000'000;
-constexpr int kMostSeed = 2'000'000'000;
 
 bool is_sampled(Design design) { return design == Design::latin_hypercube || design == Design::sobol; }
 

@@ -9,6 +9,9 @@
 
 namespace fringetwin::study {
 
+/// Limits of every kind of study: virtual measurements in all, and the greatest seed.
+inline constexpr int kMostPoints = 1'000'000, kMostSeed = 2'000'000'000;
+
 /// Values put into the twin's keys before it is read, as TOML text: "camera.left.sensor.bit_depth" -> "12".
 /// Cameras and objects are found by name; arrays by index ("fringes.pitches_px[0]").
 using Settings = std::map<std::string, std::string>;

@@ -143,10 +143,11 @@ void StudyStore::record(const std::vector<PointOutcome>& outcomes) {
   transaction.commit();
 }
 
-std::vector<StoredPoint> StudyStore::rows() const {
+std::vector<StoredPoint> StudyStore::rows(std::int64_t first_id, std::int64_t last_id) const {
   Statement select(impl_->database,
                    "SELECT id, settings, seed, status, reason, results, seconds, traced, version, host, "
-                   "finished_at FROM points ORDER BY id");
+                   "finished_at FROM points WHERE id BETWEEN ?1 AND ?2 ORDER BY id");
+  select.bind(1, first_id).bind(2, last_id);
   std::vector<StoredPoint> rows;
   while (select.step()) {
     StoredPoint row;

@@ -4,6 +4,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -44,8 +45,9 @@ class StudyStore {
   /// One transaction: when it returns the outcomes are on the disk, when it throws none of them is. A point
   /// that has finished keeps its first outcome. Only for points added before.
   void record(const std::vector<PointOutcome>& outcomes);
-  /// All rows by id.
-  std::vector<StoredPoint> rows() const;
+  /// The rows from one id to another, both included, by id.
+  std::vector<StoredPoint> rows(std::int64_t first_id = 0,
+                                std::int64_t last_id = std::numeric_limits<std::int64_t>::max()) const;
 
   struct Counts {
     std::int64_t pending = 0, done = 0, failed = 0;

@@ -10,7 +10,7 @@
 namespace fringetwin::study {
 namespace {
 
-constexpr int kMostTrials = 10'000, kMostSeed = 2'000'000'000;
+constexpr int kMostTrials = 10'000;
 constexpr int kMostPositions = 512;  // 130,816 spacings
 
 void read_lattice(const TomlTable& root, VolumeMapPlan* plan) {
@@ -59,6 +59,10 @@ VolumeMapSettings read_volume_map(const TomlTable& root, const std::filesystem::
   need_fit(root, twin, plan.object);
   read_lattice(root, &plan);
   plan.trials = static_cast<std::size_t>(root.integer("trials", 2, kMostTrials).value_or(20));
+  const std::size_t points = plan.positions().size() * plan.trials;
+  if (points > std::size_t{kMostPoints})
+    root.fail("trials",
+              fmt::format("asks for {} measurements, at most {} are possible", points, kMostPoints));
   plan.seed = static_cast<std::uint64_t>(root.integer("seed", 0, kMostSeed).value_or(1));
   plan.coverage = read_coverage(root);
   const UncertainSettings uncertain = read_uncertain_settings(root, twin_file);

@@ -117,11 +117,11 @@ bool run_until(const fs::path& dir, const char* signal, double seconds) {
   return test_tools::run(command).status == 0;
 }
 
-int stored(const fs::path& dir) {
+int stored(const fs::path& dir, const std::string& out = "killed") {
   const auto count = test_tools::run(fmt::format(
       "python3 -c \"import sqlite3; print(sqlite3.connect('{}').execute(\\\"select count(*) from points "
       "where status <> 'pending'\\\").fetchone()[0])\" 2>/dev/null || echo 0",
-      (dir / "killed/study.db").string()));
+      (dir / out / "study.db").string()));
   return std::atoi(count.output.c_str());
 }
 
@@ -184,6 +184,36 @@ values = [40.0]
   EXPECT_THAT(rest.err, HasSubstr(fmt::format("; {} done before", before)));
   EXPECT_THAT(rest.out,
               HasSubstr(fmt::format("1500 measured, 0 failed, {} of them in this run", 1500 - before)));
+}
+
+TEST(StudyCommand, ARefusedFolderKeepsWhatItHas) {
+  FT_NEED_DEVICE();
+  const fs::path dir = study_folder("study_refused", design(1));
+  ASSERT_EQ(run_study(dir).exit_code, 0);
+  const std::string table = read_file(dir / "out/study.csv"), page = read_file(dir / "out/report.html");
+  const auto kept = [&] {
+    return fs::exists(dir / "out/study.csv") && read_file(dir / "out/study.csv") == table &&
+           fs::exists(dir / "out/report.html") && read_file(dir / "out/report.html") == page;
+  };
+  write_file(dir / "STUDY.toml", design(2));
+  expect_refused(run_study(dir), 2, {"study.db", "holds another study"});
+  EXPECT_TRUE(kept());
+  write_file(dir / "STUDY.toml", design(1));
+  std::string damaged = read_file(dir / "out/study.db");
+  for (std::size_t i = 100; i < damaged.size(); ++i) damaged[i] = 'x';
+  write_file(dir / "out/study.db", damaged);
+  const RunResult run = run_study(dir);
+  EXPECT_EQ(run.exit_code, 2) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("study.db"));
+  EXPECT_TRUE(kept());
+}
+
+TEST(StudyCommand, AResultThatNoPointHasEndsItAtTheFirst) {
+  FT_NEED_DEVICE();
+  const fs::path dir = study_folder(
+      "study_result", head + "noise_seeds = 50\n[[record]]\nresult = \"fits.ball.measured.radus_mm\"\n");
+  expect_refused(run_study(dir), 2, {"radus_mm", "radius_mm"});
+  EXPECT_EQ(stored(dir, "out"), 0);
 }
 
 TEST(StudyCommand, WhatCannotWorkIsSaidBeforeAnyPoint) {

@@ -44,13 +44,13 @@ TEST(StudyThousand, AHundredOfThemKilledTenTimes) {
   const int traced = std::atoi(unbroken.output.c_str() + unbroken.output.find(says) + says.size());
   EXPECT_LE(traced, static_cast<int>(cores)) << "one trace for each worker";
   std::mt19937 random(5);
-  std::uniform_real_distribution<double> moment(0.05 * whole_s, 0.3 * whole_s);
+  std::uniform_real_distribution<double> moment(0.04 * whole_s, 0.11 * whole_s);
   int kills = 0;
   for (; kills < 10; ++kills)
     if (test_tools::run("timeout -s KILL " + std::to_string(moment(random)) + ' ' + command("killed"))
             .status == 0)
       break;
-  EXPECT_GT(kills, 2);
+  EXPECT_EQ(kills, 10);
   EXPECT_EQ(test_tools::run(command("killed")).status, 0);
   EXPECT_EQ(read_file(dir / "killed/study.csv"), read_file(dir / "unbroken/study.csv"));
   rusage usage{};
