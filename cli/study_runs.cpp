@@ -15,13 +15,23 @@ namespace {
 
 constexpr std::size_t most_reasons = 5;
 
+/// What an earlier run drew.
+std::vector<std::string> drawings_in(const std::filesystem::path& dir) {
+  std::vector<std::string> out;
+  std::error_code error;  // no folder: nothing
+  for (const auto& entry : std::filesystem::directory_iterator(dir, error))
+    if (entry.path().extension() == ".svg" && !entry.is_directory())
+      out.push_back(entry.path().filename().string());
+  return out;
+}
+
 }  // namespace
 
 std::string points_text(std::int64_t n) { return fmt::format("{} point{}", n, n == 1 ? "" : "s"); }
 
 void write_report(const StudyRun& run, const study::StudyReport& report) {
   if (run.figures) {
-    begin_output(run.out / "figures", {});
+    begin_output(run.out / "figures", drawings_in(run.out / "figures"));
     for (const auto& [name, svg] : report.figures)
       write_text_file(run.out / "figures" / (name + ".svg"), svg);
     say(fmt::format("{} drawings: {}", report.figures.size(), (run.out / "figures").string()));

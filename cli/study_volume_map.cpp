@@ -23,6 +23,10 @@ void tell_map(const study::VolumeMap& map) {
     fmt::print("{}: mean {:.3g} at {}, sigma {:.3g} at {}\n", name, mean.numbers.at(name).mean,
                place_text(mean.center_mm), sigma.numbers.at(name).sigma, place_text(sigma.center_mm));
   }
+  if (map.largest_mm.n > 0)
+    fmt::print(
+        "largest spacing error of a trial: {:.3g} mm, {:.3g} ... {:.3g}, of {} trials with all pairs\n",
+        map.largest_mm.mean, map.largest_mm.interval.low, map.largest_mm.interval.high, map.largest_mm.n);
   if (!map.worst_spacing) return;
   const auto tell = [&](const char* what, std::size_t i, double value) {
     const study::MapSpacing& s = map.spacings[i];
@@ -32,8 +36,6 @@ void tell_map(const study::VolumeMap& map) {
   };
   tell("mean error", map.worst_spacing->mean, map.spacings[map.worst_spacing->mean].error_mm.mean);
   tell("sigma", map.worst_spacing->sigma, map.spacings[map.worst_spacing->sigma].error_mm.sigma);
-  fmt::print("largest spacing error of a trial: {:.3g} mm, {:.3g} ... {:.3g}\n", map.largest_mm.mean,
-             map.largest_mm.interval.low, map.largest_mm.interval.high);
 }
 
 }  // namespace

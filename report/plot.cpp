@@ -88,16 +88,20 @@ std::string compact(const std::string& svg) {
       lines.push_back(line);
   }
   // Symbols refer to earlier ones, so from the last on.
-  std::string out;
+  std::vector<const std::string*> kept;
   for (std::size_t i = lines.size(); i-- > 0;) {
     const std::string& line = lines[i];
-    const std::size_t at = line.find("id='gpPt");
-    if (at != std::string::npos) {
+    if (const std::size_t at = line.find("id='gpPt"); at != std::string::npos) {
       const std::size_t end = line.find('\'', at + 4);
-      if (out.find("'#" + line.substr(at + 4, end - at - 4) + "'") == std::string::npos) continue;
+      const std::string use = "'#" + line.substr(at + 4, end - at - 4) + "'";
+      if (std::none_of(kept.begin(), kept.end(),
+                       [&](const auto* k) { return k->find(use) != std::string::npos; }))
+        continue;
     }
-    out.insert(0, line + "\n");
+    kept.push_back(&line);
   }
+  std::string out;
+  for (auto line = kept.rbegin(); line != kept.rend(); ++line) out += **line + "\n";
   return out;
 }
 

@@ -68,6 +68,11 @@ double expected_at(const DesignTable& table, const std::vector<double>& expected
   return n == 0 ? kNan : squares ? std::sqrt(sum / n) : sum / n;
 }
 
+/// Of more levels than are drawn every so many-th.
+std::size_t level_step(const VariedAxis& axis) {
+  return std::max(std::size_t{1}, (axis.values.size() + kMostLevels - 1) / kMostLevels);
+}
+
 struct Curve {
   std::string title, color;
   double shift = 0.0;  ///< of categories, beside the other curves
@@ -77,6 +82,7 @@ struct Curve {
 void add_expected(const DesignTable& table, const TableNumber& number, std::size_t axis, bool sigma,
                   std::size_t other, std::size_t at, const Curve& curve, Plot* plot) {
   const auto line = [&](const std::vector<double>& expected, bool squares, double factor, const char* title) {
+    if (expected.empty()) return;
     const bool numeric = table.axes[axis].numeric;
     Series s{.title = at == 0 ? title : "",
              .x = {},
@@ -86,11 +92,11 @@ void add_expected(const DesignTable& table, const TableNumber& number, std::size
              .color = curve.color,
              .width = numeric ? 1.2 : 4.0,
              .point_type = 12};
-    for (std::size_t i = 0; i < table.axes[axis].values.size(); ++i) {
+    for (std::size_t i = 0; i < table.axes[axis].values.size(); i += level_step(table.axes[axis])) {
       s.x.push_back(table.axes[axis].values[i] + curve.shift);
       s.y.push_back(factor * expected_at(table, expected, squares, axis, i, other, at));
     }
-    if (!expected.empty()) plot->series.push_back(s);
+    plot->series.push_back(s);
   };
   if (sigma) return line(number.expected_sigma, true, 1.0, "expected");
   line(number.expected_mean, false, 1.0, "expected");
@@ -109,7 +115,7 @@ void add_curve(const VariedAxis& axis, const std::vector<GroupStatistics>& level
               .color = curve.color,
               .width = 1.8};
   Series high = line;
-  for (std::size_t i = 0; i < levels.size(); ++i) {
+  for (std::size_t i = 0; i < levels.size(); i += level_step(axis)) {
     const Picked p = pick(levels[i]);
     if (std::isnan(p.value)) continue;
     line.x.push_back(axis.values[i] + curve.shift);
@@ -293,6 +299,10 @@ std::string axis_figures(const DesignTable& table, const TableNumber& number, Fi
     mean.log_y = !number.is_error && spans_a_decade(all_values(mean));
     mean.many_digits = needs_many_digits(all_values(mean));
     const std::string name = number.name + "-" + table.axes[axis].brief;
+    const std::size_t step = points ? 1 : level_step(table.axes[axis]),
+                      levels = table.axes[axis].values.size();
+    const std::string thinned =
+        step > 1 ? fmt::format(" Of {} levels {} are drawn.", levels, (levels + step - 1) / step) : "";
     std::vector<std::string> row = {sheet->place(name + "-mean", mean)};
     if (number.has_scatter()) {
       Plot sigma = plot_of(pick_sigma);
@@ -301,11 +311,12 @@ std::string axis_figures(const DesignTable& table, const TableNumber& number, Fi
       sigma.log_y = spans_a_decade(all_values(sigma));
       row.push_back(sheet->place(name + "-sigma", sigma));
     }
-    out +=
-        report::Figure{
-            FigureSheet::row(row),
-            band_words(table, number, points, mean.title.find(", by ") == std::string::npos ? 1 : 2), "", ""}
-            .html();
+    out += report::Figure{FigureSheet::row(row),
+                          band_words(table, number, points,
+                                     mean.title.find(", by ") == std::string::npos ? 1 : 2) +
+                              thinned,
+                          "", ""}
+               .html();
   }
   return out;
 }

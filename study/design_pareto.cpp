@@ -20,19 +20,24 @@ struct Shown {
   double GroupStatistics::*value;
 };
 
-std::vector<CostAndError> points_of(const TableNumber& time, const TableNumber& number,
-                                    double GroupStatistics::*value) {
+/// Of settings with all their seeds: of few the scatter may be small by chance, and what failed may be bad.
+std::vector<CostAndError> points_of(const DesignTable& table, const TableNumber& time,
+                                    const TableNumber& number, double GroupStatistics::*value) {
   std::vector<CostAndError> out;
-  for (std::size_t s = 0; s < number.runs.size(); ++s)
+  for (std::size_t s = 0; s < number.runs.size(); ++s) {
+    const bool whole = number.runs[s].size() == table.seeds;
     out.push_back({group_statistics({&time.runs[s]}, kReportCoverage).mean,
-                   group_statistics({&number.runs[s]}, kReportCoverage).*value});
+                   whole ? group_statistics({&number.runs[s]}, kReportCoverage).*value : kNan});
+  }
   return out;
 }
 
 std::string front_table(const DesignTable& table, const std::vector<CostAndError>& points,
                         const std::vector<std::size_t>& front, const std::string& header) {
   report::Table out;
-  out.caption = "The front: no other setting is at most as long and at most as uncertain.";
+  out.caption =
+      "The front: no other setting is at most as long and at most as uncertain. Settings without a value "
+      "from every seed take no part.";
   out.columns = {
       {"", "", report::Align::left}, {"setting", "", report::Align::left}, {"time", "s"}, {header, ""}};
   for (std::size_t i = 0; i < std::min(front.size(), kMostRows); ++i)
@@ -53,7 +58,7 @@ std::string pareto_figures(const DesignTable& table, const TableNumber& time,
     if (number->all.sigma > 0.0) shown.push_back(sigma);
     if (number->is_error) shown.push_back(rms);
     for (const Shown& s : shown) {
-      const std::vector<CostAndError> points = points_of(time, *number, s.value);
+      const std::vector<CostAndError> points = points_of(table, time, *number, s.value);
       const std::vector<std::size_t> front = pareto_front(points);
       if (front.empty()) continue;
       report::Plot plot = front_plot(points, front, "settings");

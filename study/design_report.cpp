@@ -77,10 +77,13 @@ std::string left_out(const StudyRecord& study, const DesignTable& table, std::si
                            : "in the order of the [[record]]s");
   if (table.axes.size() > kMostAxes)
     out += fmt::format("<p>Of the parameters {} are drawn.</p>", shown_of(kMostAxes, table.axes.size()));
-  const std::size_t axes = std::min(table.axes.size(), kMostAxes),
-                    pairs = axes > 0 ? axes * (axes - 1) / 2 : 0;
-  if (!table.scattered && pairs > kMostPairs)
-    out += fmt::format("<p>Of the pairs of parameters {} have heat maps.</p>", shown_of(kMostPairs, pairs));
+  const AxisPairs pairs = axis_pairs(table);
+  if (!pairs.large.empty())
+    out += fmt::format("<p>Heat maps of more than {} cells are left out: {} pair{} of parameters.</p>",
+                       kMostCells, pairs.large.size(), pairs.large.size() == 1 ? "" : "s");
+  if (pairs.small.size() > kMostPairs)
+    out += fmt::format("<p>Of the {}pairs of parameters {} have heat maps.</p>",
+                       pairs.large.empty() ? "" : "other ", shown_of(kMostPairs, pairs.small.size()));
   return out;
 }
 

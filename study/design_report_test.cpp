@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "study/design.hpp"
+#include "study/design_figures.hpp"
 #include "study/design_table.hpp"
 #include "study/study_report.hpp"
 #include "tests/e2e/cli_runner.hpp"
@@ -80,10 +81,14 @@ TEST(DesignTable, AxesSettingsAndErrorsAgainstTheTwin) {
 }
 
 TEST(DesignTable, TheTruthFollowsTheSettings) {
-  const Made made =
-      make("[[vary]]\nkey = \"object.ball.radius_mm\"\nrange = [10, 20]\ncount = 3\n" + record,
-           [](const StudyPoint& p) { return 1.5 + std::stod(p.settings.at("object.ball.radius_mm")); });
-  EXPECT_NEAR(design_table(made.file, made.rows, 0.95).numbers[0].all.mean, 1.5, 1e-12);
+  const Made made = make(
+      "[[vary]]\nkey = \"object.ball.radius_mm\"\nrange = [10, 20]\ncount = 3\n"
+      "[[vary]]\nkey = \"projector.blur_px\"\nvalues = [0, 1]\n" +
+          record,
+      [](const StudyPoint& p) { return 1.5 + std::stod(p.settings.at("object.ball.radius_mm")); });
+  const TableNumber n = design_table(made.file, made.rows, 0.95).numbers[0];
+  EXPECT_THAT(n.truth, ElementsAre(10.0, 10.0, 15.0, 15.0, 20.0, 20.0));
+  EXPECT_NEAR(n.all.mean, 1.5, 1e-12);
 }
 
 TEST(DesignReport, MeansBandsAndNamesAsTheyAre) {
@@ -141,6 +146,38 @@ TEST(DesignReport, ScatteredPointsGetARunningMean) {
   EXPECT_EQ(report.figures.size(), 2u);  // no sigma, no pairs
 }
 
+TEST(DesignReport, MoreLevelsAreHarderToTellFromChance) {
+  EXPECT_NEAR(coverage_of_extremes(2), 0.95, 1e-15);
+  EXPECT_NEAR(coverage_of_extremes(5), 0.995, 1e-15);
+  // Means 1 apart from seeds ± 0.1: Student's half widths (2 degrees of freedom, 0.1/√3) are 0.248 at 95 %,
+  // so two levels are told apart; at 1 - 0.05/45 they are 1.73.
+  const auto verdict = [](const std::string& levels) {
+    return design_report(make("noise_seeds = 3\n[[vary]]\nkey = \"projector.intensity\"\n" + levels + record,
+                              [](const StudyPoint& p) {
+                                return 19.0 + (p.settings.at("projector.intensity") == "10" ? 1.0 : 0.0) +
+                                       0.1 * (static_cast<double>(p.seed) - 2.0);
+                              })
+                             .record())
+        .html;
+  };
+  EXPECT_THAT(verdict("values = [10, 20]\n"), HasSubstr("<td class=\"l\">yes</td>"));
+  EXPECT_THAT(verdict("values = [10, 11, 12, 13, 14, 15, 16, 17, 18, 19]\n"),
+              Not(HasSubstr("<td class=\"l\">yes</td>")));
+}
+
+TEST(DesignReport, AGridTooFineForAHeatMapIsSaid) {
+  Made made = make(
+      "[[vary]]\nkey = \"projector.intensity\"\nrange = [10, 20]\ncount = 600\n"
+      "[[vary]]\nkey = \"projector.blur_px\"\nrange = [0, 1]\ncount = 150\n" +
+          record,
+      [](const StudyPoint& p) { return 19.0 + 0.01 * std::stod(p.settings.at("projector.intensity")); });
+  const StudyReport report = design_report(made.record());
+  EXPECT_THAT(report.html, HasSubstr("Heat maps of more than 3600 cells are left out: 1 pair of parameters"));
+  EXPECT_THAT(report.html, HasSubstr("Of 600 levels 300 are drawn."));
+  EXPECT_THAT(report.html, Not(HasSubstr("Of 150 levels")));
+  EXPECT_EQ(report.figures.size(), 2u);  // no sigma, no pair
+}
+
 TEST(DesignReport, TimeAgainstUncertainty) {
   Made made = make(
       grid + record + "[[record]]\nresult = \"acquisition.time_s\"\nname = \"t\"\n", [](const StudyPoint& p) {
@@ -157,6 +194,11 @@ TEST(DesignReport, TimeAgainstUncertainty) {
               HasSubstr("<td class=\"l\">B</td><td class=\"l\">gain_dn 20, pitches_px [13, 14, 15]</td><td "
                         "class=\"r\">2.000</td><td class=\"r\">0.0100</td>"));
   EXPECT_THAT(report.html, Not(HasSubstr("pitches_px [26, 28, 30]</td><td class=\"r\">2.000</td>")));
+  // The setting of B with the two seeds that lie closest only (scatter 0.007): it takes no part.
+  made.rows[2].status = PointStatus::failed;
+  EXPECT_THAT(design_report(made.record()).html,
+              HasSubstr("<td class=\"l\">B</td><td class=\"l\">gain_dn 20, pitches_px [26, 28, 30]</td><td "
+                        "class=\"r\">2.000</td><td class=\"r\">0.0200</td>"));
 }
 
 }  // namespace

@@ -43,6 +43,14 @@ double put_in(const Twin& twin, const Truth& truth) {
   return number == nominal->numbers.end() ? kNan : number->second;
 }
 
+/// What a nominal centre or radius depends on.
+Settings of_objects(const Settings& settings) {
+  Settings out;
+  for (const auto& [key, value] : settings)
+    if (key.starts_with("object")) out.emplace(key, value);
+  return out;
+}
+
 /// [setting][number]; NaN where there is no truth.
 std::vector<std::vector<double>> truths(const StudyFile& study, const std::vector<const Settings*>& settings,
                                         const std::vector<std::string>& results) {
@@ -50,11 +58,18 @@ std::vector<std::vector<double>> truths(const StudyFile& study, const std::vecto
   for (const std::string& result : results) wanted.push_back(truth_of(result));
   std::vector<std::vector<double>> out(settings.size(), std::vector<double>(results.size(), kNan));
   if (std::none_of(wanted.begin(), wanted.end(), [](const auto& t) { return t.has_value(); })) return out;
+  std::map<Settings, std::size_t> known;  // objects -> a setting that has them
   for (std::size_t s = 0; s < settings.size(); ++s) {
+    const Settings objects = of_objects(*settings[s]);
+    if (const auto like = known.find(objects); like != known.end()) {
+      out[s] = out[like->second];
+      continue;
+    }
     try {
       const Twin twin = load_twin(study.twin, *settings[s]);
       for (std::size_t k = 0; k < wanted.size(); ++k)
         if (wanted[k]) out[s][k] = put_in(twin, *wanted[k]);
+      known.emplace(objects, s);
     } catch (const UserError&) {
       continue;  // a setting that is no twin has no runs either
     }
@@ -110,6 +125,7 @@ DesignTable design_table(const StudyFile& study, const std::vector<StoredPoint>&
   DesignTable out;
   out.scattered = study.design == Design::latin_hypercube || study.design == Design::sobol;
   const auto seeds = static_cast<std::size_t>(study.noise_seeds);
+  out.seeds = seeds;
   std::vector<const Settings*> settings;
   for (std::size_t i = 0; i < rows.size(); i += seeds) settings.push_back(&rows[i].point.settings);
   out.settings.resize(settings.size());

@@ -34,13 +34,15 @@ struct TableNumber {
   std::vector<double> expected_mean, expected_sigma;
   GroupStatistics all;
   bool has_scatter() const { return all.sigma > 0.0; }
-  double change = 0.0;  ///< variance between the settings' means over that of their noise; NaN: unknown
+  double change = 0.0;  ///< variance between the settings' means over that of their noise, 0 … 1 without an
+                        ///< effect; NaN: unknown
 };
 
 struct DesignTable {
   std::vector<VariedAxis> axes;   ///< with two levels or more
   std::vector<VariedAxis> fixed;  ///< with one
   bool scattered = false;         ///< values drawn, not listed: nearly every setting has its own
+  std::size_t seeds = 1;          ///< runs of a setting when none fails
   std::vector<Setting> settings;
   std::vector<TableNumber> numbers;  ///< in the order of the file; without [[record]] those that change first
 };

@@ -57,8 +57,6 @@ Extremes extremes(const std::vector<GroupStatistics>& levels, double GroupStatis
 
 std::string verdict(const Extremes& e) { return !e.known ? "not known" : e.apart ? "yes" : "no"; }
 
-/// Ratios to what is expected, per setting.
-
 }  // namespace
 
 std::string varied_table(const DesignTable& table) {
@@ -88,7 +86,7 @@ std::string numbers_table(const DesignTable& table, std::size_t drawn) {
                  {"mean", ""},
                  {"least … greatest", "of the settings' means"},
                  {"sigma over seeds", "95 % band"},
-                 {"change / noise", "ratio of variances"},
+                 {"change / noise", "ratio of variances; no change: 0 … 1"},
                  {"", "", Align::left}};
   for (std::size_t k = 0; k < table.numbers.size(); ++k) {
     const TableNumber& n = table.numbers[k];
@@ -109,7 +107,9 @@ std::string effects_table(const DesignTable& table, std::size_t drawn) {
   report::Table out;
   out.caption =
       "What changes what: the levels of a parameter with the least and the greatest value, averaged over "
-      "all others. “Told from chance”: the 95 % bands of the two do not overlap.";
+      "all others. “Told from chance”: the bands of the two do not overlap; of L levels they are of 1 - "
+      "0.05/(L(L - 1)/2), "
+      "as any two could have been the extremes by chance.";
   const bool repeated = std::any_of(table.numbers.begin(), table.numbers.end(),
                                     [](const TableNumber& n) { return std::isfinite(n.all.sigma); });
   out.columns = {{"number", "", Align::left},
@@ -126,10 +126,11 @@ std::string effects_table(const DesignTable& table, std::size_t drawn) {
     for (std::size_t a = 0; a < std::min(table.axes.size(), kMostAxes); ++a) {
       const VariedAxis& axis = table.axes[a];
       if (table.scattered && axis.numeric) continue;
-      const auto levels = by_level(table, table.numbers[k], a);
+      auto levels = by_level(table, table.numbers[k], a);
       std::size_t known = 0;
       for (const GroupStatistics& g : levels) known += std::isfinite(g.mean);
       if (known < 2) continue;
+      levels = by_level(table, table.numbers[k], a, SIZE_MAX, 0, coverage_of_extremes(known));
       std::vector<std::string> row = {with_unit(table.numbers[k].name, table.numbers[k].unit), axis.brief};
       const auto add = [&](const Extremes& e) {
         const bool any = e.low <= e.high;
@@ -161,11 +162,12 @@ std::string expected_table(const DesignTable& table, const TableNumber& n) {
     const GroupStatistics g = group_statistics({&n.runs[s]}, kReportCoverage);
     const double mean = n.expected_mean.empty() ? kNan : n.expected_mean[s],
                  sigma = n.expected_sigma.empty() ? kNan : n.expected_sigma[s];
-    const double ratio = n.expected_sigma.empty() ? g.mean / mean : g.sigma / sigma;
+    const double of_mean = n.is_error ? kNan : g.mean / mean;  // an error is expected to be about 0
+    const double ratio = n.expected_sigma.empty() ? of_mean : g.sigma / sigma;
     if (std::isfinite(ratio)) low = std::min(low, ratio), high = std::max(high, ratio);
     const Interval band{g.sigma_band.low / sigma, g.sigma_band.high / sigma};
     out.add_row({setting_text(table, s), number(g.mean, 5), number(mean, 5),
-                 n.is_error ? "" : report::fixed(g.mean / mean, 3), number(g.sigma, 3), number(sigma, 3),
+                 n.is_error ? "" : report::fixed(of_mean, 3), number(g.sigma, 3), number(sigma, 3),
                  std::isfinite(g.sigma / sigma)
                      ? fmt::format("{:.3f} ({:.3f} … {:.3f})", g.sigma / sigma, band.low, band.high)
                      : "–"});

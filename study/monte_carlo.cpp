@@ -37,6 +37,8 @@ double deviation_of(const std::vector<double>& values, double mean) {
   return std::sqrt(sum / static_cast<double>(values.size() - 1));
 }
 
+bool interval_is_range(std::size_t n, double coverage) { return interval_steps(n, coverage) == n - 1; }
+
 Interval symmetric_interval(const std::vector<double>& sorted, double coverage) {
   const std::size_t n = sorted.size(), q = interval_steps(n, coverage);
   const std::size_t r = std::max((n - q + 1) / 2, std::size_t{1});  // counts from 1; JCGM 101, 7.7.2

@@ -19,6 +19,8 @@ struct Interval {
   double low = 0.0, high = 0.0;
 };
 
+/// Of n values (2 or more) an interval of this coverage is the range of all.
+bool interval_is_range(std::size_t n, double coverage);
 /// Of values in ascending order, 0 < coverage < 1 (JCGM 101, 7.7): as many values below as above.
 Interval symmetric_interval(const std::vector<double>& sorted, double coverage);
 /// The shortest that holds the same number of values.

@@ -295,7 +295,10 @@ StudyReport monte_carlo_report(const StudyRecord& study, const MonteCarloPlan& p
   for (std::size_t k = 0; k < std::min(all.size(), kMostNumbers); ++k) {
     const Quantity& q = all[k];
     std::string body;
-    if (!(q.number.summary.sigma > 0.0)) {
+    if (std::isnan(q.number.summary.sigma)) {
+      body = fmt::format("<p>No scatter to draw: {} of {} trials have this number.</p>", q.number.summary.n,
+                         result.trials);
+    } else if (q.number.summary.sigma == 0.0) {
       body = "<p>The same in all trials.</p>";
     } else {
       body +=

@@ -69,6 +69,18 @@ name = "radius_mm"
   EXPECT_THAT(report.figures[3].second, HasSubstr("size &lt;s>"));
 }
 
+TEST(MonteCarloReport, WhatNoTrialHasIsNotTheSameInAll) {
+  MonteCarloResult result;
+  result.trials = 7;
+  result.numbers["missing"].summary = summarise(std::vector<double>(7, kNan), 0.95);
+  result.numbers["fixed"].summary = summarise(std::vector<double>(7, 2.0), 0.95);
+  const std::string html = monte_carlo_report({{}, {}, {}, {"fringetwin"}, "1"}, {}, result).html;
+  EXPECT_THAT(html, HasSubstr("0 of 7 trials have this number"));
+  const std::size_t same = html.find("The same in all trials");
+  ASSERT_NE(same, std::string::npos);
+  EXPECT_EQ(html.find("The same in all trials", same + 1), std::string::npos) << "of one number only";
+}
+
 TEST(ConvergenceSteps, EndWithTheConvergenceOfAllBlocks) {
   AdaptiveRule rule;
   rule.block_trials = 10;

@@ -28,11 +28,6 @@ void add_points(const OptimisePlan& plan, std::size_t evaluation, const Settings
                                draw_inputs(inputs, plan.seed, DrawStream::trials, t), values));
 }
 
-double number(const PointOutcome& outcome, const std::string& name) {
-  const auto at = outcome.numbers.find(name);
-  return at == outcome.numbers.end() ? kNan : at->second;
-}
-
 /// What must be a number in every trial.
 std::vector<std::string> needed(const OptimisePlan& plan) {
   std::vector<std::string> out = {plan.result};
@@ -56,7 +51,7 @@ Evaluation evaluation_of(const OptimisePlan& plan, Settings values,
     }
     bool whole = true;
     for (const std::string& name : needed(plan)) {
-      if (std::isfinite(number(*o, name)) || !whole) continue;
+      if (std::isfinite(o->number(name)) || !whole) continue;
       fail("there is no " + name);
       whole = false;
     }

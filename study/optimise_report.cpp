@@ -164,7 +164,7 @@ std::string evaluations_table(const OptimisePlan& plan, const OptimiseResult& re
   return out.html();
 }
 
-/// Feasible ones first, each by their objective; failed ones not at all.
+/// The feasible ones by their objective.
 std::vector<std::size_t> best_first(const OptimiseResult& result) {
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < result.evaluations.size(); ++i)
@@ -199,14 +199,10 @@ std::string note_of(const OptimisePlan& plan, const OptimiseResult& result) {
     feasible += e.feasible ? 1 : 0;
     failed += e.failed > 0 ? 1 : 0;
   }
-  std::string out = fmt::format("{} of {} evaluations meet all constraints, {} failed. ", feasible,
-                                result.evaluations.size(), failed);
-  if (plan.trials > 1)
-    out += fmt::format(
-        "Each has the same {} draws: differences between settings are known better than their standard "
-        "errors say, ",
-        plan.trials);
-  return out +
+  return fmt::format(
+             "{} of {} evaluations meet all constraints, {} failed. Each has the same {} draws: differences "
+             "between settings are known better than their standard errors say, ",
+             feasible, result.evaluations.size(), failed, plan.trials) +
          "and the least of many is too small by chance: take the best setting to a monte-carlo study for its "
          "uncertainty. A search within a budget need not find the least there is; means are held against the "
          "constraints without a margin.";

@@ -2,6 +2,7 @@
 // The units of a study: what is run, and what came of it.
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -30,6 +31,12 @@ struct PointOutcome {
   double seconds = 0.0;
   bool traced = true;             ///< false: the light came from another point's trace
   std::string host{}, version{};  ///< where it ran and by which program; empty: here, by this one
+
+  /// NaN also where it was not recorded.
+  double number(const std::string& name) const {
+    const auto at = numbers.find(name);
+    return at == numbers.end() ? std::numeric_limits<double>::quiet_NaN() : at->second;
+  }
 };
 
 }  // namespace fringetwin::study

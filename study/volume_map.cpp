@@ -22,11 +22,6 @@ struct Seen {
   std::string reason;
 };
 
-double number(const PointOutcome& outcome, const std::string& name) {
-  const auto at = outcome.numbers.find(name);
-  return at == outcome.numbers.end() ? kNan : at->second;
-}
-
 /// [trial][position]
 std::vector<std::vector<Seen>> table(const VolumeMapPlan& plan, std::size_t positions,
                                      const std::vector<PointOutcome>& outcomes) {
@@ -38,18 +33,17 @@ std::vector<std::vector<Seen>> table(const VolumeMapPlan& plan, std::size_t posi
     seen.failed = o.failed;
     seen.reason = o.reason;
     if (o.failed) continue;
-    seen.center_mm = {number(o, "x_mm"), number(o, "y_mm"), number(o, "z_mm")};
-    seen.radius_mm = number(o, "radius_mm");
-    seen.form_mm = number(o, "form_mm");
-    seen.form_95_mm = number(o, "form_95_mm");
+    seen.center_mm = {o.number("x_mm"), o.number("y_mm"), o.number("z_mm")};
+    seen.radius_mm = o.number("radius_mm");
+    seen.form_mm = o.number("form_mm");
+    seen.form_95_mm = o.number("form_95_mm");
   }
   return out;
 }
 
-MapNumber number_of(const std::vector<double>& values, double coverage, std::size_t* n = nullptr) {
+MapNumber number_of(const std::vector<double>& values, double coverage) {
   const SampleSummary s = summarise(values, coverage);
-  if (n) *n = s.n;
-  return {s.mean, s.sigma, s.symmetric};
+  return {s.mean, s.sigma, s.symmetric, s.n};
 }
 
 MapPosition position(const VolumeMapPlan& plan, const Vector3d& center_mm,
@@ -83,9 +77,13 @@ std::optional<std::size_t> largest(std::size_t n, Amount amount) {
 }
 
 template <class Number>
-std::optional<MapWorst> worst(std::size_t n, Number number) {
-  const auto mean = largest(n, [&](std::size_t i) { return std::abs(number(i).mean); });
-  const auto sigma = largest(n, [&](std::size_t i) { return number(i).sigma; });
+std::optional<MapWorst> worst(std::size_t n, std::size_t trials, Number number) {
+  const auto of_all = [&](std::size_t i, double MapNumber::*value) {
+    const MapNumber& of = number(i);
+    return of.n == trials ? std::abs(of.*value) : kNan;
+  };
+  const auto mean = largest(n, [&](std::size_t i) { return of_all(i, &MapNumber::mean); });
+  const auto sigma = largest(n, [&](std::size_t i) { return of_all(i, &MapNumber::sigma); });
   if (!mean || !sigma) return std::nullopt;
   return MapWorst{*mean, *sigma};
 }
@@ -141,22 +139,26 @@ VolumeMap volume_map(const VolumeMapPlan& plan, const std::vector<PointOutcome>&
     out.measured += out.positions.back().n == plan.trials ? 1 : 0;
   }
   for (const auto& [name, first] : out.positions[0].numbers)
-    if (const auto w = worst(places.size(), [&](std::size_t i) { return out.positions[i].numbers.at(name); }))
+    if (const auto w = worst(places.size(), plan.trials, [&](std::size_t i) -> const MapNumber& {
+          return out.positions[i].numbers.at(name);
+        }))
       out.worst[name] = *w;
 
-  std::vector<double> largest_mm(plan.trials, kNan);
+  std::vector<double> largest_mm(plan.trials, places.size() > 1 ? 0.0 : kNan);
   for (std::size_t a = 0; a < places.size(); ++a)
     for (std::size_t b = a + 1; b < places.size(); ++b) {
-      MapSpacing spacing{a, b, (places[b] - places[a]).norm(), 0, {}};
+      MapSpacing spacing{a, b, (places[b] - places[a]).norm(), {}};
       std::vector<double> errors;
       for (std::size_t t = 0; t < plan.trials; ++t) {
         errors.push_back((seen[t][b].center_mm - seen[t][a].center_mm).norm() - spacing.length_mm);
-        largest_mm[t] = std::fmax(largest_mm[t], std::abs(errors.back()));  // NaN gives way
+        const double amount = std::abs(errors.back());
+        if (std::isnan(amount) || amount > largest_mm[t]) largest_mm[t] = amount;  // once NaN it stays
       }
-      spacing.error_mm = number_of(errors, plan.coverage, &spacing.n);
+      spacing.error_mm = number_of(errors, plan.coverage);
       out.spacings.push_back(spacing);
     }
-  out.worst_spacing = worst(out.spacings.size(), [&](std::size_t i) { return out.spacings[i].error_mm; });
+  out.worst_spacing = worst(out.spacings.size(), plan.trials,
+                            [&](std::size_t i) -> const MapNumber& { return out.spacings[i].error_mm; });
   out.largest_mm = number_of(largest_mm, plan.coverage);
   return out;
 }

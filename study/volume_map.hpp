@@ -42,6 +42,7 @@ std::vector<Record> volume_map_records(const std::string& object);
 struct MapNumber {
   double mean = 0.0, sigma = 0.0;
   Interval interval;  ///< symmetric
+  std::size_t n = 0;  ///< trials that have it
 };
 
 struct MapPosition {
@@ -56,10 +57,10 @@ struct MapPosition {
 struct MapSpacing {
   std::size_t a = 0, b = 0;  ///< a < b
   double length_mm = 0.0;    ///< nominal
-  std::size_t n = 0;
   MapNumber error_mm;
 };
-/// The positions where a number's mean, and its sigma, are largest by amount.
+/// The positions where a number's mean, and its sigma, are largest by amount, of those that have it in every
+/// trial: the few trials of another one may be its bad ones, or its good ones.
 struct MapWorst {
   std::size_t mean = 0, sigma = 0;
 };
@@ -68,10 +69,12 @@ struct VolumeMap {
   std::vector<MapPosition> positions;
   std::size_t measured = 0;  ///< positions with a sphere in every trial
   std::vector<MapSpacing> spacings;
-  /// By name; without an entry where nothing was measured.
+  /// By name; without an entry where no position has it in every trial.
   std::map<std::string, MapWorst> worst;
   std::optional<MapWorst> worst_spacing;  ///< indices of spacings
-  MapNumber largest_mm;  ///< over the trials: the largest amount of a spacing error of a trial
+  /// The largest amount of a spacing error of a trial, over the trials that have all pairs: of fewer pairs it
+  /// would be too small.
+  MapNumber largest_mm;
 };
 
 /// Outcomes of volume_map_points, in any order; one that is missing counts as failed.

@@ -25,7 +25,7 @@ Json json(const MapPosition& p) {
 Json json(const MapSpacing& s) {
   return {{"positions", {s.a, s.b}},
           {"length_mm", json_number(s.length_mm)},
-          {"n", s.n},
+          {"n", s.error_mm.n},
           {"error_mm", json(s.error_mm)}};
 }
 
@@ -51,6 +51,7 @@ std::string volume_map_json(const VolumeMapPlan& plan, const VolumeMap& map) {
                   {"worst_mean", nullptr},
                   {"worst_sigma", nullptr},
                   {"pairs", Json::array()}};
+  spacing["largest_mm"]["n"] = map.largest_mm.n;
   if (map.worst_spacing) {
     spacing["worst_mean"] = map.worst_spacing->mean;
     spacing["worst_sigma"] = map.worst_spacing->sigma;

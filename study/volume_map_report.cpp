@@ -33,6 +33,13 @@ const MapNumber* number_at(const MapPosition& position, const std::string& name)
   return found == position.numbers.end() ? nullptr : &found->second;
 }
 
+bool any_has(const VolumeMap& map, const std::string& name) {
+  return std::any_of(map.positions.begin(), map.positions.end(), [&](const MapPosition& p) {
+    const MapNumber* n = number_at(p, name);
+    return n && !std::isnan(n->mean);
+  });
+}
+
 /// [z][y from the bottom][x]; y of the world points down, so the greatest is at the bottom.
 using Lattice = std::vector<std::vector<std::vector<double>>>;
 Lattice lattice(const VolumeMapPlan& plan, const VolumeMap& map, const std::string& name,
@@ -179,7 +186,9 @@ std::string value_text(const MapNumber& n) {
 
 std::string worst_table(const VolumeMapPlan& plan, const VolumeMap& map) {
   report::Table out;
-  out.caption = "The worst of the volume.";
+  out.caption = map.measured == map.positions.size()
+                    ? "The worst of the volume."
+                    : "The worst of the volume, of positions and pairs that were measured in every trial.";
   const std::string percent = fmt::format("{:g} % of the trials", 100.0 * plan.coverage);
   out.columns = {{"number", "", Align::left},
                  {"largest mean", percent},
@@ -201,9 +210,13 @@ std::string worst_table(const VolumeMapPlan& plan, const VolumeMap& map) {
     };
     out.add_row(
         {"spacing_mm", value_text(mean.error_mm), pair(mean), number(sigma.error_mm.sigma, 3), pair(sigma)});
-    out.add_row({"largest spacing error of a trial, mm", value_text(map.largest_mm), "",
-                 number(map.largest_mm.sigma, 3), ""});
   }
+  if (map.largest_mm.n > 0)
+    out.add_row({fmt::format("largest spacing error of a trial, mm{}",
+                             map.largest_mm.n < plan.trials ? fmt::format(" ({} of {} trials have all pairs)",
+                                                                          map.largest_mm.n, plan.trials)
+                                                            : ""),
+                 value_text(map.largest_mm), "", number(map.largest_mm.sigma, 3), ""});
   return out.html();
 }
 
@@ -228,20 +241,19 @@ std::string positions_table(const VolumeMap& map) {
 std::string note_of(const VolumeMapPlan& plan) {
   std::string out =
       "A mean is what is wrong with the method itself at that place, a sigma what the uncertain inputs add. ";
-  if (plan.trials > 1) {
-    const Interval s = sigma_interval(1.0, static_cast<double>(plan.trials) - 1.0, kReportCoverage);
-    out += fmt::format(
-        "With {} trials the true sigma lies between {:.2f} and {:.2f} times the one shown (95 %, normal "
-        "scatter), and the largest of {} positions is larger by chance. ",
-        plan.trials, s.low, s.high, plan.positions().size());
-    const auto n = static_cast<double>(plan.trials);
-    out += fmt::format(
-        "A mean is known to ±{:.2f} sigma; all positions share the draws of the rig, so chance moves all of "
-        "them together. ",
-        student_t_quantile(0.5 + 0.5 * kReportCoverage, n - 1.0) / std::sqrt(n));
-    if (static_cast<double>(plan.trials) * (1.0 - plan.coverage) <= 1.0)
-      out += "So few trials: an interval is the range of all of them. ";
-  }
+  const Interval s = sigma_interval(1.0, static_cast<double>(plan.trials) - 1.0, kReportCoverage);
+  out += fmt::format(
+      "With {} trials the true sigma lies between {:.2f} and {:.2f} times the one shown (95 %, normal "
+      "scatter), and the largest of {} positions is larger by chance. ",
+      plan.trials, s.low, s.high, plan.positions().size());
+  const auto n = static_cast<double>(plan.trials);
+  out += fmt::format(
+      "A mean over the trials is known to ±{:.2f} sigma only (Student, sigma/√n). The draws of the rig are "
+      "common to all positions: chance moves all of them together, and averaging over positions does not "
+      "help. ",
+      student_t_quantile(0.5 + 0.5 * kReportCoverage, n - 1.0) / std::sqrt(n));
+  if (interval_is_range(plan.trials, plan.coverage))
+    out += "So few trials: an interval is the range of all of them. ";
   return out +
          "The artefacts are exact but for a stated form deviation; this is no acceptance test by VDI/VDE "
          "2634.";
@@ -267,7 +279,7 @@ StudyReport volume_map_report(const StudyRecord& study, const VolumeMapPlan& pla
   if (const std::string spacing = spacing_figures(map, plan.coverage, &sheet); !spacing.empty())
     page.sections.push_back({"spacing", "Spacing", spacing});
   for (const auto& [name, words] : map_numbers)
-    if (map.worst.contains(name))
+    if (any_has(map, name))
       page.sections.push_back({std::string("map-") + name, name, slices(plan, map, name, words, &sheet)});
   return sheet.finish(page.html());
 }

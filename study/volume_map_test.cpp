@@ -144,13 +144,37 @@ TEST_F(VolumeMapTest, WhatFailsIsCountedWithItsReason) {
   EXPECT_EQ(map.positions[1].failed, 2u);
   EXPECT_EQ(map.positions[1].reason, "no camera sees any object");
   EXPECT_TRUE(std::isnan(map.positions[1].numbers.at("x_mm").mean));
-  EXPECT_EQ(map.spacings[0].n, 0u);
+  EXPECT_EQ(map.spacings[0].error_mm.n, 0u);
   EXPECT_TRUE(std::isnan(map.largest_mm.mean));
   EXPECT_EQ(map.worst.at("z_mm").mean, 0u);
   const auto json = nlohmann::json::parse(volume_map_json(plan_, map));
   EXPECT_TRUE(json["positions"][1]["x_mm"]["mean"].is_null());
   EXPECT_EQ(json["positions"][1]["reason"], "no camera sees any object");
   EXPECT_TRUE(json["spacing"]["worst_mean"].is_null()) << "no spacing was measured";
+}
+
+TEST_F(VolumeMapTest, TheWorstIsOfWhatEveryTrialHas) {
+  plan_.counts = {3, 1, 1};
+  plan_.size_mm = {60, 0, 0};
+  plan_.trials = 3;
+  // Along x by 0.01 outwards; the last position is far off and lost in the last trial.
+  std::vector<PointOutcome> outcomes;
+  for (int t = 0; t < 3; ++t) {
+    outcomes.push_back(outcome(3 * t, {-30.01, 0, 270}, 19.0, 0.1));
+    outcomes.push_back(outcome(3 * t + 1, {0, 0, 270}, 19.0, 0.1));
+    if (t < 2) outcomes.push_back(outcome(3 * t + 2, {35, 0, 270}, 19.0, 0.3));
+  }
+  const VolumeMap map = volume_map(plan_, outcomes);
+  EXPECT_EQ(map.measured, 2u);
+  EXPECT_EQ(map.worst.at("x_mm").mean, 0u);
+  EXPECT_EQ(map.worst.at("form_mm").mean, 0u);
+  ASSERT_TRUE(map.worst_spacing);
+  EXPECT_EQ(map.worst_spacing->mean, 0u) << "of the first two positions";
+  EXPECT_EQ(map.largest_mm.n, 2u);
+  EXPECT_NEAR(map.largest_mm.mean, 5.01, 1e-12) << "not of the trial without the last position";
+  const auto json = nlohmann::json::parse(volume_map_json(plan_, map));
+  EXPECT_EQ(json["spacing"]["largest_mm"]["n"], 2);
+  EXPECT_EQ(json["spacing"]["pairs"][1]["n"], 2);
 }
 
 TEST_F(VolumeMapTest, TheFileSaysLatticeAndInputs) {

@@ -114,6 +114,8 @@ fs::path study_report(const std::string& name, const std::string& study) {
              small_twin({{"gain_dn = 20", "gain_dn = 20\nread_noise_dn = 1\nexposure_ms = 10"}}));
   write_file(dir / "STUDY.toml",
              "schema = \"fringetwin-study/1\"\nname = \"a <b>\"\ntwin = \"twin.toml\"\n" + study);
+  fs::create_directories(dir / "out/figures");
+  write_file(dir / "out/figures/earlier.svg", "<svg/>");  // of an earlier run: goes
   const RunResult run =
       run_fringetwin({"study", (dir / "STUDY.toml").string(), "--out", (dir / "out").string(), "--figures"});
   EXPECT_TRUE(run.exit_code == 0 || run.exit_code == 5) << run.err;  // 5: not converged
