@@ -21,8 +21,8 @@ struct Series {
   /// Whiskers: points with bars from y_low to y_high; the *_across lie along x: bars from 0 to x at the place
   /// y, and bars from x_low to x_high.
   enum class Style { line, dashed, points, bars, band, whiskers, bars_across, whiskers_across };
-  std::string title;                ///< legend; empty = none
-  std::vector<double> x, y, y_low;  ///< NaN breaks a line; y_low only for band
+  std::string title;                               ///< legend; empty = none
+  std::vector<double> x = {}, y = {}, y_low = {};  ///< NaN breaks a line; y_low only for band
   Style style = Style::line;
   std::string color = color::kReal;
   double width = 1.4;

@@ -117,8 +117,7 @@ TEST(Plot, WhiskersAndBarsAcross) {
   EXPECT_THAT(plot_svg(plot, "w-"), HasSubstr("000000.002"));  // the tics tell the values apart
   Plot bars;
   bars.y_tics = {{0.0, "noise"}, {1.0, "a \"calibration\""}};
-  Series across{
-      .title = "total", .x = {0.7, -0.1}, .y = {0, 1}, .y_low = {}, .style = Series::Style::bars_across};
+  Series across{.title = "total", .x = {0.7, -0.1}, .y = {0, 1}, .style = Series::Style::bars_across};
   Series ends = across;
   ends.style = Series::Style::whiskers_across;
   ends.x_low = {0.5, -0.2};

@@ -85,9 +85,6 @@ void add_expected(const DesignTable& table, const TableNumber& number, std::size
     if (expected.empty()) return;
     const bool numeric = table.axes[axis].numeric;
     Series s{.title = at == 0 ? title : "",
-             .x = {},
-             .y = {},
-             .y_low = {},
              .style = numeric ? Series::Style::dashed : Series::Style::points,
              .color = curve.color,
              .width = numeric ? 1.2 : 4.0,
@@ -107,13 +104,7 @@ void add_expected(const DesignTable& table, const TableNumber& number, std::size
 
 void add_curve(const VariedAxis& axis, const std::vector<GroupStatistics>& levels, Pick pick,
                const Curve& curve, Plot* plot) {
-  Series line{.title = curve.title,
-              .x = {},
-              .y = {},
-              .y_low = {},
-              .style = Series::Style::line,
-              .color = curve.color,
-              .width = 1.8};
+  Series line{.title = curve.title, .style = Series::Style::line, .color = curve.color, .width = 1.8};
   Series high = line;
   for (std::size_t i = 0; i < levels.size(); i += level_step(axis)) {
     const Picked p = pick(levels[i]);
@@ -198,9 +189,6 @@ Plot scatter_plot(const DesignTable& table, const TableNumber& number, std::size
     for (double& v : mean.x) v = std::exp(v);
 
   Series points{.title = "settings",
-                .x = {},
-                .y = {},
-                .y_low = {},
                 .style = Series::Style::points,
                 .color = "#7fb2d0",
                 .width = x.size() > 200 ? 0.9 : 1.5};
@@ -217,7 +205,6 @@ Plot scatter_plot(const DesignTable& table, const TableNumber& number, std::size
   plot.series.push_back({.title = "running mean",
                          .x = mean.x,
                          .y = mean.mean,
-                         .y_low = {},
                          .style = Series::Style::line,
                          .color = report::color::kSimulated,
                          .width = 2.0});

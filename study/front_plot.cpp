@@ -32,30 +32,14 @@ report::Plot front_plot(const std::vector<CostAndError>& points, const std::vect
   plot.width_px = 980;
   plot.height_px = 400;
   plot.x_label = "acquisition time [s]";
-  Series all{.title = title,
-             .x = {},
-             .y = {},
-             .y_low = {},
-             .style = Series::Style::points,
-             .color = "#7fb2d0",
-             .width = 2.0};
+  Series all{.title = title, .style = Series::Style::points, .color = "#7fb2d0", .width = 2.0};
   for (const CostAndError& p : points) all.x.push_back(p.cost), all.y.push_back(p.error);
   plot.log_x = spans_a_decade(all.x);
   plot.log_y = spans_a_decade(all.y);
   plot.x_range = range_of(all.x, plot.log_x);
-  Series steps{.title = "Pareto front",
-               .x = {},
-               .y = {},
-               .y_low = {},
-               .style = Series::Style::dashed,
-               .color = report::color::kDifference};
-  Series marked{.title = "",
-                .x = {},
-                .y = {},
-                .y_low = {},
-                .style = Series::Style::points,
-                .color = report::color::kSimulated,
-                .width = 3.2};
+  Series steps{.title = "Pareto front", .style = Series::Style::dashed, .color = report::color::kDifference};
+  Series marked{
+      .title = "", .style = Series::Style::points, .color = report::color::kSimulated, .width = 3.2};
   for (std::size_t i = 0; i < front.size(); ++i) {
     const CostAndError& p = points[front[i]];
     if (i > 0) steps.x.push_back(p.cost), steps.y.push_back(points[front[i - 1]].error);

@@ -44,13 +44,7 @@ std::vector<Quantity> quantities(const StudyRecord& study, const MonteCarloResul
 }
 
 Series upright(double x, double top, const std::string& title, const char* color, Series::Style style) {
-  return {.title = title,
-          .x = {x, x},
-          .y = {0.0, top},
-          .y_low = {},
-          .style = style,
-          .color = color,
-          .width = 1.8};
+  return {.title = title, .x = {x, x}, .y = {0.0, top}, .style = style, .color = color, .width = 1.8};
 }
 
 /// Values are drawn as deviations from the mean: their differences are what is of interest.
@@ -75,9 +69,6 @@ Plot histogram_plot(const Quantity& q, double coverage) {
   const report::Histogram h = report::histogram(values, bins, low - margin, high + margin);
   const Series bars = report::histogram_series(h, "trials", "#7fb2d0");
   Series normal{.title = "normal of this mean and sigma",
-                .x = {},
-                .y = {},
-                .y_low = {},
                 .style = Series::Style::line,
                 .color = report::color::kDifference,
                 .width = 1.4};
@@ -117,19 +108,9 @@ Plot estimate_plot(const Quantity& q, const std::vector<ConvergenceStep>& steps,
   const bool from_last = value == &ConvergenceStep::mean;
   plot.y_label = with_unit(from_last ? "mean - last mean" : what, q.unit);
   const double origin = from_last ? last : 0.0;
-  Series band{.title = "± twice its standard deviation",
-              .x = {},
-              .y = {},
-              .y_low = {},
-              .style = Series::Style::band,
-              .color = report::color::kReal};
-  Series line{.title = what,
-              .x = {},
-              .y = {},
-              .y_low = {},
-              .style = Series::Style::line,
-              .color = report::color::kReal,
-              .width = 1.8};
+  Series band{
+      .title = "± twice its standard deviation", .style = Series::Style::band, .color = report::color::kReal};
+  Series line{.title = what, .style = Series::Style::line, .color = report::color::kReal, .width = 1.8};
   for (const ConvergenceStep& s : steps) {
     const auto x = static_cast<double>(s.trials);
     const double y = s.*value - origin, half = s.convergence.*error;
@@ -144,7 +125,6 @@ Plot estimate_plot(const Quantity& q, const std::vector<ConvergenceStep>& steps,
     plot.series.push_back({.title = sign < 0 ? "tolerance" : "",
                            .x = {line.x.front(), line.x.back()},
                            .y = std::vector<double>(2, last - origin + sign * tolerance),
-                           .y_low = {},
                            .style = Series::Style::dashed,
                            .color = report::color::kSimulated});
   return plot;
@@ -171,8 +151,7 @@ Plot tornado_plot(const Quantity& q, const std::vector<std::string>& factors, do
   plot.zero_line = true;
   const auto side = [&](const char* title, const char* color, const std::vector<SobolIndex>& values,
                         double shift) {
-    Series bars{
-        .title = title, .x = {}, .y = {}, .y_low = {}, .style = Series::Style::bars_across, .color = color};
+    Series bars{.title = title, .style = Series::Style::bars_across, .color = color};
     Series whiskers = bars;
     whiskers.title = "";
     whiskers.style = Series::Style::whiskers_across;

@@ -69,8 +69,7 @@ Plot bars(const NeedsResult& result, const std::string& y_label, const std::stri
   plot.y_label = y_label;
   plot.log_y = true;
   plot.height_px = 260;
-  Series series{
-      .title = "change", .x = {}, .y = {}, .y_low = {}, .style = Series::Style::bars, .color = color};
+  Series series{.title = "change", .style = Series::Style::bars, .color = color};
   double x = 0.0, low = tolerance, high = tolerance;
   for (const EffectRow& r : result.rows) {
     if (!r.on) continue;
@@ -85,12 +84,8 @@ Plot bars(const NeedsResult& result, const std::string& y_label, const std::stri
   const auto line = [&](const std::string& title, double level, Series::Style style, const char* line_color) {
     if (!std::isfinite(level) || level <= 0.0) return;
     low = std::min(low, level);
-    plot.series.push_back({.title = title,
-                           .x = {0.4, x + 0.6},
-                           .y = {level, level},
-                           .y_low = {},
-                           .style = style,
-                           .color = line_color});
+    plot.series.push_back(
+        {.title = title, .x = {0.4, x + 0.6}, .y = {level, level}, .style = style, .color = line_color});
   };
   plot.series.push_back(series);
   line("tolerance", tolerance, Series::Style::line, report::color::kDifference);
@@ -106,12 +101,7 @@ Plot cost_bars(const NeedsResult& result) {
   plot.y_label = "time with / without";
   plot.log_y = true;
   plot.height_px = 260;
-  Series series{.title = "cost",
-                .x = {},
-                .y = {},
-                .y_low = {},
-                .style = Series::Style::bars,
-                .color = report::color::kFourth};
+  Series series{.title = "cost", .style = Series::Style::bars, .color = report::color::kFourth};
   double x = 0.0, high = 2.0;
   for (const EffectRow& r : result.rows) {
     if (!r.on) continue;
@@ -124,7 +114,6 @@ Plot cost_bars(const NeedsResult& result) {
                  {.title = "no cost",
                   .x = {0.4, x + 0.6},
                   .y = {1.0, 1.0},
-                  .y_low = {},
                   .style = Series::Style::line,
                   .color = report::color::kDifference}};
   plot.x_range = {0.4, x + 0.6};

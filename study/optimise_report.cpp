@@ -28,25 +28,14 @@ std::string objective_name(const OptimisePlan& plan) {
 
 /// Evaluations of one kind as points.
 struct Marks {
-  Series feasible{.title = "feasible",
-                  .x = {},
-                  .y = {},
-                  .y_low = {},
-                  .style = Series::Style::points,
-                  .color = report::color::kReal,
-                  .width = 2.0};
+  Series feasible{
+      .title = "feasible", .style = Series::Style::points, .color = report::color::kReal, .width = 2.0};
   Series others{.title = "constraints not met",
-                .x = {},
-                .y = {},
-                .y_low = {},
                 .style = Series::Style::points,
                 .color = report::color::kSimulated,
                 .width = 2.0,
                 .point_type = 6};
   Series best{.title = "best",
-              .x = {},
-              .y = {},
-              .y_low = {},
               .style = Series::Style::points,
               .color = report::color::kDifference,
               .width = 5.0,
@@ -85,9 +74,6 @@ Plot progress_plot(const OptimisePlan& plan, const OptimiseResult& result) {
   plot.y_label = with_unit("objective", unit_of(plan.result));
   std::vector<double> at;
   Series so_far{.title = "least feasible so far",
-                .x = {},
-                .y = {},
-                .y_low = {},
                 .style = Series::Style::line,
                 .color = report::color::kThird,
                 .width = 1.8};

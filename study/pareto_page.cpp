@@ -54,12 +54,7 @@ Series front_line(const ParetoResult& result, const Axes& axes) {
     if (p.*axes.front) front.push_back(&p);
   std::sort(front.begin(), front.end(),
             [&](const ParetoPoint* a, const ParetoPoint* b) { return axes.x(*a) < axes.x(*b); });
-  Series s{.title = "Pareto front",
-           .x = {},
-           .y = {},
-           .y_low = {},
-           .style = Series::Style::dashed,
-           .color = report::color::kDifference};
+  Series s{.title = "Pareto front", .style = Series::Style::dashed, .color = report::color::kDifference};
   // Steps: between two points of the front the cheaper one is what can be had.
   for (std::size_t i = 0; i < front.size(); ++i) {
     if (i > 0) {
@@ -76,9 +71,6 @@ Series front_line(const ParetoResult& result, const Axes& axes) {
 Series mark(const ParetoResult& result, const Axes& axes, const std::string& label, bool Scheme::*chosen,
             int symbol, double size) {
   Series s{.title = "",
-           .x = {},
-           .y = {},
-           .y_low = {},
            .style = Series::Style::points,
            .color = report::color::kDifference,
            .width = size,
@@ -104,9 +96,6 @@ Plot error_plot(const ParetoResult& result, const Axes& axes) {
     for (std::size_t k = 0; k < families.size(); ++k) {
       const Look look = look_of(k);
       Series s{.title = families[k] + (precise ? " fp64" : " fp32"),
-               .x = {},
-               .y = {},
-               .y_low = {},
                .style = Series::Style::points,
                .color = look.color,
                .width = 3.6,

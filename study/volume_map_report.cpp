@@ -112,9 +112,6 @@ Plot spacing_plot(const char* title, const char* y_label) {
 
 Series dots(const std::vector<double>& x, const std::vector<double>& y) {
   Series s{.title = "pairs",
-           .x = {},
-           .y = {},
-           .y_low = {},
            .style = Series::Style::points,
            .color = report::color::kReal,
            .width = x.size() > 100 ? 1.0 : 1.8};
@@ -162,7 +159,6 @@ std::string spacing_figures(const VolumeMap& map, double coverage, FigureSheet* 
     spread.series.push_back({.title = "running mean",
                              .x = line.x,
                              .y = line.mean,
-                             .y_low = {},
                              .style = Series::Style::line,
                              .color = report::color::kSimulated,
                              .width = 2.0});
