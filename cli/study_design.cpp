@@ -4,7 +4,6 @@
 
 #include <set>
 
-#include "cli/out_folder.hpp"
 #include "cli/study_runs.hpp"
 #include "cli/version.hpp"
 #include "study/design.hpp"
@@ -19,9 +18,8 @@ int run_design(const StudyRun& o) {
   const std::vector<study::StudyPoint> points = study::design_points(file);
   const study::StudyIdentity identity = study::check_study(file, points);
   const std::filesystem::path& dir = o.out;
-  begin_output(dir, {});
-  study::StudyStore store(dir / "study.db", identity, version_string());
-  begin_output(dir, {"report.html", "study.csv"});  // no other study's: those the store has refused
+  const auto opened = open_store(o, identity, {"report.html", "study.csv"});
+  study::StudyStore& store = *opened;
   store.add(points);
 
   std::set<std::int64_t> done;

@@ -2,7 +2,6 @@
 // study, kind = "monte-carlo": trials until the numbers are known well enough.
 #include <fmt/format.h>
 
-#include "cli/out_folder.hpp"
 #include "cli/study_runs.hpp"
 #include "cli/version.hpp"
 #include "study/kept_points.hpp"
@@ -33,10 +32,8 @@ int run_monte_carlo(const StudyRun& o) {
   const study::MonteCarloPlan plan = study::complete_plan(file);
   const study::StudyIdentity identity =
       study::check_study(file, {study::StudyPoint{}, study::first_trial(file)});
-  begin_output(o.out, {});
-  study::StudyStore store(o.out / "study.db", identity, version_string());
-  begin_output(o.out,
-               {"report.html", "study.csv", "result.json"});  // no other study's: those the store has refused
+  const auto opened = open_store(o, identity, {"report.html", "study.csv", "result.json"});
+  study::StudyStore& store = *opened;
   say(fmt::format("study \"{}\": blocks of {} trials, at most {}", file.name, plan.rule.trials_per_block(),
                   plan.most_trials));
   study::KeptPoints points(study::monte_carlo_task(file, plan), *o.engine, store);

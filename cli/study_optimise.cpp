@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "cli/out_folder.hpp"
 #include "cli/study_runs.hpp"
 #include "cli/version.hpp"
 #include "study/kept_points.hpp"
@@ -40,10 +39,8 @@ int run_optimise(const StudyRun& o) {
   study::OptimisePlan plan = file.optimise.value().plan;
   const study::StudyIdentity identity = study::check_study(file, study::optimise_samples(plan));
   plan.inputs = study::complete_inputs({plan.inputs, file.optimise->calibration}, file.twin);
-  begin_output(o.out, {});
-  study::StudyStore store(o.out / "study.db", identity, version_string());
-  begin_output(o.out,
-               {"report.html", "study.csv", "result.json"});  // no other study's: those the store has refused
+  const auto opened = open_store(o, identity, {"report.html", "study.csv", "result.json"});
+  study::StudyStore& store = *opened;
   say(fmt::format("study \"{}\": at most {} evaluations of {} trials", file.name, plan.evaluations,
                   plan.trials));
   study::KeptPoints points({file.twin, file.records, true, plan.inputs.calibration > 0}, *o.engine, store);

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "cli/out_folder.hpp"
+#include "cli/version.hpp"
 #include "twin/errors.hpp"
 #include "twin/image_io.hpp"
 #include "twin/progress.hpp"
@@ -28,6 +29,14 @@ std::vector<std::string> drawings_in(const std::filesystem::path& dir) {
 }  // namespace
 
 std::string points_text(std::int64_t n) { return fmt::format("{} point{}", n, n == 1 ? "" : "s"); }
+
+std::unique_ptr<study::StudyStore> open_store(const StudyRun& run, const study::StudyIdentity& identity,
+                                              const std::vector<std::string>& last_files) {
+  begin_output(run.out, {});
+  auto store = std::make_unique<study::StudyStore>(run.out / "study.db", identity, version_string());
+  begin_output(run.out, last_files);
+  return store;
+}
 
 void write_report(const StudyRun& run, const study::StudyReport& report) {
   if (run.figures) {

@@ -2,6 +2,7 @@
 // The kinds of studies as `fringetwin study` runs them; internal to cli/.
 #pragma once
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,10 @@ int run_optimise(const StudyRun& run);
 
 /// "1 point", "12 points".
 std::string points_text(std::int64_t n);
+
+/// DIR/study.db. The last files of an earlier run beside it go only once it is known to be of this study.
+std::unique_ptr<study::StudyStore> open_store(const StudyRun& run, const study::StudyIdentity& identity,
+                                              const std::vector<std::string>& last_files);
 
 /// "light traced for 2 of 14 points: 12 traces saved"
 void tell_traces(const study::EngineSummary& summary);

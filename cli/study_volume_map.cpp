@@ -2,7 +2,6 @@
 // study, kind = "volume-map": a sphere at a lattice of positions.
 #include <fmt/format.h>
 
-#include "cli/out_folder.hpp"
 #include "cli/study_runs.hpp"
 #include "cli/version.hpp"
 #include "study/kept_points.hpp"
@@ -46,10 +45,8 @@ int run_volume_map(const StudyRun& o) {
   plan.inputs = study::complete_inputs({plan.inputs, file.volume_map->calibration}, file.twin);
   const std::vector<study::StudyPoint> points = study::volume_map_points(plan);
   const study::StudyIdentity identity = study::check_study(file, points);
-  begin_output(o.out, {});
-  study::StudyStore store(o.out / "study.db", identity, version_string());
-  begin_output(o.out,
-               {"report.html", "study.csv", "result.json"});  // no other study's: those the store has refused
+  const auto opened = open_store(o, identity, {"report.html", "study.csv", "result.json"});
+  study::StudyStore& store = *opened;
   say(fmt::format("study \"{}\": {} positions, {} trials", file.name, points.size() / plan.trials,
                   plan.trials));
   study::KeptPoints kept({file.twin, file.records, true, plan.inputs.calibration > 0}, *o.engine, store);

@@ -48,11 +48,6 @@ double along(const Range& range, double i, double n) {
   return std::clamp(value, range.first, range.last);
 }
 
-/// Which of n values has the place u in its equal share.
-std::size_t share_of(double u, std::size_t n) {
-  return std::min(static_cast<std::size_t>(u * static_cast<double>(n)), n - 1);
-}
-
 void assign(const Variation& variation, const std::string& value, Settings* settings) {
   for (const std::string& key : variation.keys) (*settings)[key] = value;
 }
@@ -134,6 +129,14 @@ UnitPoints scrambled_sobol(int n, int dimensions, std::uint64_t seed) {
       points[i][d] = scrambled(render::sobol_coordinate(directions, i), seed, d, i);
   }
   return points;
+}
+
+std::size_t share_of(double u, std::size_t n) {
+  return std::min(static_cast<std::size_t>(u * static_cast<double>(n)), n - 1);
+}
+
+double middle_of_share(std::size_t i, std::size_t n) {
+  return (static_cast<double>(i) + 0.5) / static_cast<double>(n);
 }
 
 std::vector<std::string> listed_values(const Variation& variation) {

@@ -21,6 +21,10 @@ UnitPoints latin_hypercube(int n, int dimensions, std::uint64_t seed);
 /// dimension). A longer sequence begins with the shorter one. At most render::kSobolDimensions.
 UnitPoints scrambled_sobol(int n, int dimensions, std::uint64_t seed);
 
+/// Which of n equal shares of [0, 1] has the place u, and the middle of the i-th.
+std::size_t share_of(double u, std::size_t n);
+double middle_of_share(std::size_t i, std::size_t n);
+
 /// The values of one [[vary]] as TOML text; of a range without `count` none.
 std::vector<std::string> listed_values(const Variation& variation);
 /// Its value at a place u in [0, 1]: along the range, or of the list the one in whose equal share u lies.

@@ -102,8 +102,7 @@ StudyReport design_report(const StudyRecord& study) {
   page.sections.push_back({"numbers", "Numbers",
                            numbers_table(table, drawn) + effects_table(table, drawn) +
                                left_out(study, table, drawn) + settings_table(table, drawn)});
-  if (const std::string failures = failures_html(study); !failures.empty())
-    page.sections.push_back({"failures", "Failures", failures});
+  add_failures(study, &page);
   std::vector<const TableNumber*> shown;
   for (std::size_t k = 0; k < drawn; ++k) shown.push_back(&table.numbers[k]);
   for (const TableNumber& time : table.numbers)

@@ -13,6 +13,17 @@ namespace fringetwin::study {
 struct EngineSummary {
   std::size_t finished = 0, failed = 0;  ///< failed ones are among the finished
   std::size_t traced = 0;                ///< points whose light was traced; the others took it over
+
+  void count(const PointOutcome& outcome) {
+    ++finished;
+    failed += outcome.failed ? 1 : 0;
+    traced += outcome.traced ? 1 : 0;
+  }
+  void add(const EngineSummary& other) {
+    finished += other.finished;
+    failed += other.failed;
+    traced += other.traced;
+  }
 };
 
 class Engine {

@@ -24,11 +24,8 @@ std::vector<PointOutcome> KeptPoints::run(const std::vector<StudyPoint>& points)
   if (outcomes.size() == points.size()) return outcomes;
   std::set<std::int64_t> done;
   for (const PointOutcome& outcome : outcomes) done.insert(outcome.id);
-  const EngineSummary batch = engine_.run(task_, plan_traces(task_.twin, points), done,
-                                          [&](const PointOutcome& outcome) { store_.record({outcome}); });
-  summary_.finished += batch.finished;
-  summary_.failed += batch.failed;
-  summary_.traced += batch.traced;
+  summary_.add(engine_.run(task_, plan_traces(task_.twin, points), done,
+                           [&](const PointOutcome& outcome) { store_.record({outcome}); }));
   return stored(store_, points);
 }
 

@@ -224,9 +224,7 @@ class LocalRun {
 
   void finish(const PointOutcome& outcome) {
     finished_(outcome);
-    ++summary_.finished;
-    summary_.failed += outcome.failed ? 1 : 0;
-    summary_.traced += outcome.traced ? 1 : 0;
+    summary_.count(outcome);
     progress_->advance();
   }
 

@@ -3,12 +3,11 @@
 // intervals, and the adaptive rule that says when there are enough trials (docs/METRICS.md, "Monte Carlo").
 #pragma once
 #include <cstddef>
-#include <limits>
 #include <vector>
 
-namespace fringetwin::study {
+#include "study/study_point.hpp"
 
-inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();  ///< what does not exist
+namespace fringetwin::study {
 
 /// From the first value on: the mean of equal values is that value. Of one value or more.
 double mean_of(const std::vector<double>& values);

@@ -5,7 +5,6 @@
 #include "twin/toml_reader.hpp"
 
 namespace fringetwin::study {
-namespace {}  // namespace
 
 const std::vector<std::string>& monte_carlo_keys() {
   static const std::vector<std::string> keys = {"coverage",     "digits",      "block_trials",

@@ -267,8 +267,7 @@ StudyReport monte_carlo_report(const StudyRecord& study, const MonteCarloPlan& p
   page.verdict = result.converged ? "converged" : "not converged";
   page.summary_html = quantities_table(all, plan) + inputs_table(plan.inputs) + page.summary_html;
   page.note = note_of(plan, result);
-  if (const std::string failures = failures_html(study); !failures.empty())
-    page.sections.push_back({"failures", "Failures", failures});
+  add_failures(study, &page);
   if (plan.sensitivity_rows > 0)
     page.sections.push_back({"sensitivity", "Sensitivities", shares_table(all, result)});
   for (std::size_t k = 0; k < std::min(all.size(), kMostNumbers); ++k) {

@@ -4,23 +4,21 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
-#include <limits>
 #include <string>
 #include <vector>
 
+#include "study/study_point.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::study {
 
 struct NoiseTheory {
-  double n = 0.0;            ///< points expected on the object; without any the others are NaN
-  double rms_mm = kUnknown;  ///< of the points' distances from the surface: noise and rounding
+  double n = 0.0;        ///< points expected on the object; without any the others are NaN
+  double rms_mm = kNan;  ///< of the points' distances from the surface: noise and rounding
   /// Standard deviations over repeated captures. Sphere: centre (world frame) and radius; plane: offset along
   /// the normal at the centroid of the points. NaN for the other shape.
-  Eigen::Vector3d center_sigma_mm = Eigen::Vector3d::Constant(kUnknown);
-  double radius_sigma_mm = kUnknown, offset_sigma_mm = kUnknown;
-
-  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  Eigen::Vector3d center_sigma_mm = Eigen::Vector3d::Constant(kNan);
+  double radius_sigma_mm = kNan, offset_sigma_mm = kNan;
 };
 
 /// For a sphere or plane alone in the scene, phase shifting of four or more steps in one direction, a linear

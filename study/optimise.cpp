@@ -123,8 +123,7 @@ std::vector<StudyPoint> optimise_samples(const OptimisePlan& plan) {
     const std::size_t n = v.range ? 2 : v.values.size();
     for (std::size_t i = 0; i < n; ++i) {
       out.push_back({static_cast<std::int64_t>(out.size()), {}, 0});
-      assign_at(v, v.range ? static_cast<double>(i) : (static_cast<double>(i) + 0.5) / static_cast<double>(n),
-                &out.back().settings);
+      assign_at(v, v.range ? static_cast<double>(i) : middle_of_share(i, n), &out.back().settings);
     }
   }
   return out;

@@ -247,8 +247,7 @@ StudyReport optimise_report(const StudyRecord& study, const OptimisePlan& plan,
             .html();
   }
   if (!parameters.empty()) page.sections.push_back({"parameters", "Parameters", parameters});
-  if (const std::string failures = failures_html(study); !failures.empty())
-    page.sections.push_back({"failures", "Failures", failures});
+  add_failures(study, &page);
   return sheet.finish(page.html());
 }
 

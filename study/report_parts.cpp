@@ -74,7 +74,7 @@ std::string head_table(const StudyRecord& study) {
   return table.html();
 }
 
-std::string failures_html(const StudyRecord& study) {
+void add_failures(const StudyRecord& study, report::Page* page) {
   struct Reason {
     std::size_t n = 0;
     std::int64_t first = 0;
@@ -87,7 +87,7 @@ std::string failures_html(const StudyRecord& study) {
     Reason& r = reasons[row.outcome.reason];
     if (r.n++ == 0) r.first = row.point.id;
   }
-  if (failed == 0) return "";
+  if (failed == 0) return;
   std::vector<std::pair<std::string, Reason>> order(reasons.begin(), reasons.end());
   std::stable_sort(order.begin(), order.end(),
                    [](const auto& a, const auto& b) { return a.second.n > b.second.n; });
@@ -97,9 +97,10 @@ std::string failures_html(const StudyRecord& study) {
   for (std::size_t i = 0; i < std::min(most, order.size()); ++i)
     table.add_row({std::to_string(order[i].second.n), std::to_string(order[i].second.first), order[i].first});
   const std::string shown = shown_of(table.rows.size(), order.size());
-  return fmt::format("<p>{} of {} runs failed; they are left out of every mean{}.</p>{}", failed,
-                     study.rows.size(), shown.empty() ? "" : " (" + shown + " reasons are listed)",
-                     table.html());
+  const std::string body = fmt::format(
+      "<p>{} of {} runs failed; they are left out of every mean{}.</p>{}", failed, study.rows.size(),
+      shown.empty() ? "" : " (" + shown + " reasons are listed)", table.html());
+  page->sections.push_back({"failures", "Failures", body});
 }
 
 std::string footer_html(const StudyRecord& study) {

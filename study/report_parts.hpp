@@ -14,13 +14,13 @@ inline constexpr double kReportCoverage = 0.95;
 
 /// Twin, runs done and failed, traces saved, times, hosts and versions.
 std::string head_table(const StudyRecord& study);
-/// Reasons with the number of points; empty when nothing failed.
-std::string failures_html(const StudyRecord& study);
+/// A section of the reasons with the number of points, where anything failed.
+void add_failures(const StudyRecord& study, report::Page* page);
 /// Command, versions, files with their SHA-256.
 std::string footer_html(const StudyRecord& study);
 /// What was uncertain, with its distribution.
 std::string inputs_table(const UncertainInputs& inputs);
-/// A page with title, subtitle, head, failures and footer; the sections come between.
+/// A page with title, subtitle, head and footer; the sections come between.
 report::Page page_of(const StudyRecord& study, const std::string& subtitle);
 
 /// "name [unit]", unless the name says it

@@ -15,13 +15,6 @@ namespace {
 constexpr double least_step = 1e-3;    // of the box
 constexpr std::size_t most_draws = 8;  // of Sobol's points for each that is wanted, where values repeat
 
-double middle(std::size_t i, std::size_t n) {
-  return (static_cast<double>(i) + 0.5) / static_cast<double>(n);
-}
-std::size_t value_of(double u, std::size_t n) {
-  return std::min(static_cast<std::size_t>(u * static_cast<double>(n)), n - 1);
-}
-
 class Search {
  public:
   Search(const SearchPlan& plan, const Assess& assess) : plan_(plan), assess_(assess) {
@@ -73,7 +66,8 @@ class Search {
                                        static_cast<int>(plan_.values.size()), plan_.seed)) {
       if (places.size() == wanted) break;
       for (std::size_t d = 0; d < place.size(); ++d)
-        if (const std::size_t n = plan_.values[d]; n > 0) place[d] = middle(value_of(place[d], n), n);
+        if (const std::size_t n = plan_.values[d]; n > 0)
+          place[d] = middle_of_share(share_of(place[d], n), n);
       if (seen.try_emplace(place).second) places.push_back(std::move(place));
     }
     step_ = std::min(0.25, 0.5 * std::pow(static_cast<double>(places.size()),
@@ -88,7 +82,7 @@ class Search {
       for (const Place& place : out)
         for (std::size_t i = 0; i < n; ++i) {
           longer.push_back(place);
-          longer.back().push_back(middle(i, n));
+          longer.back().push_back(middle_of_share(i, n));
         }
       out = std::move(longer);
     }
@@ -125,11 +119,11 @@ class Search {
     for (std::size_t d = 0; d < plan_.values.size(); ++d) {
       const std::size_t n = plan_.values[d];
       if (n == 0) continue;
-      const std::size_t i = value_of(out_.tried[*from].place[d], n);
+      const std::size_t i = share_of(out_.tried[*from].place[d], n);
       for (const bool up : {false, true}) {
         if (up ? i + 1 == n : i == 0) continue;
         places.push_back(out_.tried[*from].place);
-        places.back()[d] = middle(up ? i + 1 : i - 1, n);
+        places.back()[d] = middle_of_share(up ? i + 1 : i - 1, n);
       }
     }
     evaluate(std::move(places), "steps");

@@ -244,9 +244,7 @@ class SlurmRun {
   void finish(const PointOutcome& outcome) {
     finished_(outcome);
     left_.erase(outcome.id);
-    ++summary_.finished;
-    summary_.failed += outcome.failed ? 1 : 0;
-    summary_.traced += outcome.traced ? 1 : 0;
+    summary_.count(outcome);
     progress_->tick();
   }
 

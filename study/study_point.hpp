@@ -9,6 +9,8 @@
 
 namespace fringetwin::study {
 
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();  ///< what does not exist
+
 /// Limits of every kind of study: virtual measurements in all, and the greatest seed.
 inline constexpr int kMostPoints = 1'000'000, kMostSeed = 2'000'000'000;
 
@@ -35,7 +37,7 @@ struct PointOutcome {
   /// NaN also where it was not recorded.
   double number(const std::string& name) const {
     const auto at = numbers.find(name);
-    return at == numbers.end() ? std::numeric_limits<double>::quiet_NaN() : at->second;
+    return at == numbers.end() ? kNan : at->second;
   }
 };
 

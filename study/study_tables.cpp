@@ -8,11 +8,9 @@
 namespace fringetwin::study {
 namespace {
 
-constexpr int kMostCount = 1'000'000;
-
 Range read_range(const TomlTable& table, bool sampled) {
   const Eigen::VectorXd ends = *table.vector("range", 2, NumberRange::any_size());
-  Range range{ends[0], ends[1], table.integer("count", 2, kMostCount),
+  Range range{ends[0], ends[1], table.integer("count", 2, kMostPoints),
               table.choice("scale", {"linear", "log"}) == "log"};
   if (!(range.first < range.last)) table.fail("range", "must rise");
   if (range.log && range.first <= 0.0) table.fail("range", "must be > 0 with scale = \"log\"");

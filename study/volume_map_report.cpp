@@ -270,8 +270,7 @@ StudyReport volume_map_report(const StudyRecord& study, const VolumeMapPlan& pla
         fmt::format("{} of {} positions were measured in every trial; empty cells were in none.",
                     map.measured, map.positions.size()));
   page.sections.push_back({"positions", "Positions", positions_table(map)});
-  if (const std::string failures = failures_html(study); !failures.empty())
-    page.sections.push_back({"failures", "Failures", failures});
+  add_failures(study, &page);
   if (const std::string spacing = spacing_figures(map, plan.coverage, &sheet); !spacing.empty())
     page.sections.push_back({"spacing", "Spacing", spacing});
   for (const auto& [name, words] : map_numbers)

@@ -6,6 +6,8 @@
 
 #include <stdexcept>
 
+#include "twin/errors.hpp"
+
 namespace fringetwin::test {
 namespace {
 using ::testing::HasSubstr;
@@ -55,6 +57,16 @@ object = "ball"
 RunResult render_twin(const std::string& toml, const fs::path& dir) {
   write_file(dir / "twin.toml", toml);
   return run_fringetwin({"render", (dir / "twin.toml").string(), "--out", (dir / "out").string()});
+}
+
+void expect_usage_error(const std::function<void()>& work, const std::string& sentence) {
+  try {
+    work();
+    ADD_FAILURE() << "no refusal, expected: " << sentence;
+  } catch (const UserError& e) {
+    EXPECT_EQ(e.code(), ExitCode::usage);
+    EXPECT_THAT(e.what(), HasSubstr(sentence));
+  }
 }
 
 void expect_refused(const RunResult& run, int exit_code, const std::vector<std::string>& parts) {

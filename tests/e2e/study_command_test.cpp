@@ -13,6 +13,7 @@
 
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/small_twin.hpp"
+#include "tests/e2e/study_folder.hpp"
 #include "twin/process_testing.hpp"
 
 namespace fringetwin::test::study_command_test {
@@ -21,10 +22,9 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-const std::string head = "schema = \"fringetwin-study/1\"\nname = \"small\"\ntwin = \"twin.toml\"\n";
 /// 4 radii x 2 sensors; a ball of 900 mm holds the camera.
 std::string design(int seeds) {
-  return head + fmt::format("noise_seeds = {}\n", seeds) + R"(
+  return kSmallStudy + fmt::format("noise_seeds = {}\n", seeds) + R"(
 [[vary]]
 key = "object.ball.radius_mm"
 values = [18, 19, 900, 20]
@@ -37,20 +37,6 @@ name = "radius_mm"
 [[record]]
 result = "fits.ball.measured.center_mm[2]"
 )";
-}
-
-fs::path study_folder(const std::string& name, const std::string& study) {
-  const fs::path dir = scratch_folder(name);
-  write_file(dir / "twin.toml", small_twin());
-  write_file(dir / "STUDY.toml", study);
-  return dir;
-}
-
-RunResult run_study(const fs::path& dir, const std::string& out = "out",
-                    const std::vector<std::string>& more = {}) {
-  std::vector<std::string> args{"study", (dir / "STUDY.toml").string(), "--out", (dir / out).string()};
-  args.insert(args.end(), more.begin(), more.end());
-  return run_fringetwin(args);
 }
 
 /// Cells without quotes in them.
@@ -67,7 +53,7 @@ std::vector<std::vector<std::string>> csv(const fs::path& file) {
 
 TEST(StudyCommand, TheNumbersOfRenderAndMeasure) {
   FT_NEED_DEVICE();
-  const fs::path dir = study_folder("study_numbers", head + R"(first_noise_seed = 5
+  const fs::path dir = study_folder("study_numbers", kSmallStudy + R"(first_noise_seed = 5
 [[vary]]
 key = "object.ball.radius_mm"
 values = [18.5]
@@ -161,7 +147,7 @@ TEST(StudyCommand, KilledAtRandomTheTableIsThatOfAnUnbrokenRun) {
 
 TEST(StudyCommand, CtrlCStopsAndTheSameCommandGoesOn) {
   FT_NEED_DEVICE();
-  const fs::path dir = study_folder("study_interrupted", head + R"(noise_seeds = 1500
+  const fs::path dir = study_folder("study_interrupted", kSmallStudy + R"(noise_seeds = 1500
 [[vary]]
 key = "camera.left.sensor.electrons_per_dn"
 values = [40.0]
@@ -210,8 +196,9 @@ TEST(StudyCommand, ARefusedFolderKeepsWhatItHas) {
 
 TEST(StudyCommand, AResultThatNoPointHasEndsItAtTheFirst) {
   FT_NEED_DEVICE();
-  const fs::path dir = study_folder(
-      "study_result", head + "noise_seeds = 50\n[[record]]\nresult = \"fits.ball.measured.radus_mm\"\n");
+  const fs::path dir =
+      study_folder("study_result",
+                   kSmallStudy + "noise_seeds = 50\n[[record]]\nresult = \"fits.ball.measured.radus_mm\"\n");
   expect_refused(run_study(dir), 2, {"radus_mm", "radius_mm"});
   EXPECT_EQ(stored(dir, "out"), 0);
 }
@@ -223,11 +210,11 @@ TEST(StudyCommand, WhatCannotWorkIsSaidBeforeAnyPoint) {
   const RunResult run = run_study(dir);
   EXPECT_THAT(run.out, HasSubstr("24 of them in this run")) << "no point was marked as failed for that";
 
-  write_file(dir / "STUDY.toml", head + "[[vary]]\nkey = \"object.ball.radius_mm\"\nvalues = [900]\n");
+  write_file(dir / "STUDY.toml", kSmallStudy + "[[vary]]\nkey = \"object.ball.radius_mm\"\nvalues = [900]\n");
   expect_refused(run_study(dir, "none"), 2, {"no point could be measured", "inside the sphere"});
-  write_file(dir / "STUDY.toml", head + "[[vary]]\nkey = \"object.ball.radius\"\nvalues = [19]\n");
+  write_file(dir / "STUDY.toml", kSmallStudy + "[[vary]]\nkey = \"object.ball.radius\"\nvalues = [19]\n");
   expect_refused(run_study(dir, "key"), 2, {"object.ball.radius", "radius_mm"});
-  write_file(dir / "STUDY.toml", head +
+  write_file(dir / "STUDY.toml", kSmallStudy +
                                      "[[vary]]\nkey = \"object.ball.radius_mm\"\nvalues = [19]\n"
                                      "[[record]]\nresult = \"fits.ball.measured.radius\"\n");
   expect_refused(run_study(dir, "record"), 2, {"there is no \"radius\"", "radius_mm"});

@@ -24,6 +24,7 @@
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/slurm_cluster.hpp"
 #include "tests/e2e/small_twin.hpp"
+#include "tests/e2e/study_folder.hpp"
 
 namespace fringetwin::test::study_slurm_test {
 namespace {
@@ -62,14 +63,11 @@ class StudySlurm : public testing::Test {
 std::unique_ptr<SlurmCluster> StudySlurm::cluster_;
 std::string StudySlurm::why_none_;
 
-const std::string head = "schema = \"fringetwin-study/1\"\nname = \"small\"\ntwin = \"twin.toml\"\n";
 const std::string record = "[[record]]\nresult = \"fits.ball.measured.radius_mm\"\nname = \"radius_mm\"\n";
 
-fs::path study_folder(const std::string& name, const std::string& study) {
-  const fs::path dir = scratch_folder(name);
-  write_file(dir / "twin.toml", small_twin());
-  write_file(dir / "STUDY.toml", head + study + record);
-  return dir;
+/// The small study of the radius.
+fs::path recorded_study(const std::string& name, const std::string& study) {
+  return study_folder(name, kSmallStudy + study + record);
 }
 
 /// Each with a trace of its own, some tenths of a second long.
@@ -80,22 +78,12 @@ std::string slow_points(int n) {
          "]\n[[vary]]\nkey = \"render.samples\"\nvalues = [1024]\n";
 }
 
-std::vector<std::string> arguments(const fs::path& dir, const std::string& out,
-                                   const std::vector<std::string>& more) {
-  std::vector<std::string> args{"study", (dir / "STUDY.toml").string(), "--out", (dir / out).string()};
-  args.insert(args.end(), more.begin(), more.end());
-  return args;
-}
-RunResult run_study(const fs::path& dir, const std::string& out, const std::vector<std::string>& more = {}) {
-  return run_fringetwin(arguments(dir, out, more));
-}
-
 /// `study --engine slurm` that can be killed while it runs.
 class Submitter {
  public:
   Submitter(const fs::path& dir, const std::vector<std::string>& more) : log_(dir / "submitter.log") {
     fs::remove(log_);
-    std::vector<std::string> words = arguments(dir, "slurm", more);
+    std::vector<std::string> words = study_arguments(dir, "slurm", more);
     words.insert(words.begin(), std::getenv("FRINGETWIN_BINARY"));
     std::vector<char*> pointers;
     for (std::string& w : words) pointers.push_back(w.data());
@@ -199,7 +187,7 @@ std::vector<pid_t> processes(const std::string& round, int index) {
 }
 
 TEST_F(StudySlurm, TheTableOfOneMachine) {
-  const fs::path dir = study_folder("slurm it's 5 %A", R"(noise_seeds = 4
+  const fs::path dir = recorded_study("slurm it's 5 %A", R"(noise_seeds = 4
 [[vary]]
 key = "object.ball.radius_mm"
 values = [18, 19, 900, 20]
@@ -231,7 +219,7 @@ values = [40.0, 10.0]
 
 TEST_F(StudySlurm, InterruptedKilledAndRequeuedEveryPointIsMeasuredOnce) {
   constexpr int n = 48;
-  const fs::path dir = study_folder("slurm_kills", slow_points(n));
+  const fs::path dir = recorded_study("slurm_kills", slow_points(n));
   const std::vector<std::string> options{"--engine", "slurm", "--shards", "4"};
   const auto done = [&] { return attempts(dir / "slurm").finished.size(); };
   {
@@ -286,7 +274,7 @@ TEST_F(StudySlurm, InterruptedKilledAndRequeuedEveryPointIsMeasuredOnce) {
 }
 
 TEST_F(StudySlurm, WhatTakesItsTaskAlongThreeTimesHasFailed) {
-  const fs::path dir = study_folder("slurm_deadly", R"([[vary]]
+  const fs::path dir = recorded_study("slurm_deadly", R"([[vary]]
 key = "render.samples"
 values = [16, 65536, 64, 256]
 )");
@@ -311,7 +299,7 @@ values = [16, 65536, 64, 256]
 }
 
 TEST_F(StudySlurm, WithoutADeviceNoPointFails) {
-  const fs::path dir = study_folder("slurm_no_device", "noise_seeds = 5\n");
+  const fs::path dir = recorded_study("slurm_no_device", "noise_seeds = 5\n");
   expect_refused(run_study(dir, "slurm", {"--engine", "slurm", "--device", "no such device"}), 4,
                  {"node ", "no such device"});
   EXPECT_EQ(cluster_->command("squeue -h"), "");
@@ -320,12 +308,12 @@ TEST_F(StudySlurm, WithoutADeviceNoPointFails) {
 }
 
 TEST_F(StudySlurm, WithoutSlurmNothingIsLost) {
-  const fs::path dir = study_folder("slurm_absent", "noise_seeds = 3\n");
+  const fs::path dir = recorded_study("slurm_absent", "noise_seeds = 3\n");
   const RunResult local = run_study(dir, "out");
   const std::string table = read_file(dir / "out/study.csv");
   fs::create_directories(dir / "bin");
   fs::create_symlink("/usr/bin/timeout", dir / "bin/timeout");
-  const auto args = arguments(dir, "out", {"--engine", "slurm"});
+  const auto args = study_arguments(dir, "out", {"--engine", "slurm"});
   expect_refused(run_fringetwin(args, {"PATH=" + (dir / "bin").string()}), 2,
                  {"--engine slurm", "there is no sbatch in PATH", "--engine local"});
   expect_refused(run_fringetwin(args, {"SLURM_CONF=" + cluster_->dead_configuration().string()}), 2,
@@ -368,8 +356,7 @@ form = "ball"
 rms_mm = 0.01
 )";
   for (const std::string& study : {monte_carlo, volume_map}) {
-    const fs::path dir = study_folder("slurm_kinds", "");
-    write_file(dir / "STUDY.toml", head + study);
+    const fs::path dir = study_folder("slurm_kinds", kSmallStudy + study);
     const int local = run_study(dir, "local").exit_code;
     const RunResult slurm = run_study(dir, "slurm", {"--engine", "slurm", "--shards", "2"});
     EXPECT_EQ(slurm.exit_code, local) << slurm.err;

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// A study of the small twin in a folder of its own, and `fringetwin study` on it.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/e2e/cli_runner.hpp"
+
+namespace fringetwin::test {
+
+/// What a STUDY.toml beside the small twin begins with.
+inline const std::string kSmallStudy =
+    "schema = \"fringetwin-study/1\"\nname = \"small\"\ntwin = \"twin.toml\"\n";
+
+/// A folder with the small twin and this STUDY.toml.
+std::filesystem::path study_folder(const std::string& name, const std::string& study);
+
+/// Of `fringetwin`: study DIR/STUDY.toml --out DIR/OUT and more.
+std::vector<std::string> study_arguments(const std::filesystem::path& dir, const std::string& out,
+                                         const std::vector<std::string>& more = {});
+RunResult run_study(const std::filesystem::path& dir, const std::string& out = "out",
+                    const std::vector<std::string>& more = {});
+
+}  // namespace fringetwin::test
