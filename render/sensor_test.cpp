@@ -13,7 +13,9 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
+#include "render/normal_deviates.hpp"
 #include "render/philox.hpp"
 
 namespace fringetwin::render::sensor_test {
@@ -136,21 +138,32 @@ TEST(Expose, ShotAndReadNoiseEachAlone) {
                 4.5 * 9 * std::sqrt(2 / n_pixels));
 }
 
-// The least irradiance above 0 takes the way of lit pixels and has the values of a dark one.
-TEST(Expose, DarkPixelsAreWhatTheFormulaSays) {
-  const ImageF dark(300, 200, 0.0F), nearly(300, 200, std::numeric_limits<float>::denorm_min());
+// To the last pixel, with and without light, beyond saturation, and where a level is rounded half up.
+TEST(Expose, NoisyPixelsAreWhatTheFormulaSays) {
+  ImageF light(130, 100, 0.0F);  // the last block is not full
+  std::mt19937 random(3);
+  for (std::size_t i = 2000; i < light.size(); ++i)
+    light.data[i] = static_cast<float>(random() % 5000) / 4096.0F;
+  light.data[5000] = 1e30F;  // saturated, whatever its noise
   int noisy = 0;
-  for (const double black : {0.0, 0.3, 0.49999, 3.5, 10.0, 12.8, 254.4, 255.0})
-    for (const double read : {0.0, 0.05, 0.1, 0.13, 0.3, 2.0}) {
-      Sensor sensor;
-      sensor.black_level_dn = black;
-      sensor.electrons_per_dn = 40.0;
-      sensor.read_noise_dn = read;
-      const ImageF a = expose(dark, sensor, 7, 0, 3), b = expose(nearly, sensor, 7, 0, 3);
-      ASSERT_EQ(a.data, b.data) << black << ' ' << read;
-      for (const float v : a.data) noisy += v == a.data[0] ? 0 : 1;
-    }
-  EXPECT_GT(noisy, 100000) << "some of them have noise";
+  for (const int bits : {8, 12, 16})
+    for (const double black : {0.0, 0.3, 0.49999, 0.5, 10.0, 254.4, 255.0})
+      for (const double read : {0.0, 1e-9, 0.1, 0.3, 2.0, 300.0})
+        for (const std::optional<double>& electrons : {std::optional<double>{}, {40.0}, {0.2}}) {
+          const Sensor sensor = make_sensor(bits, std::exp2(bits) - 1.0, black, electrons, read);
+          const ImageF gray = expose(light, sensor, 0x123456789u, 1, 3);
+          const DeviateSource source{{0x23456789u, 1}, 3, 1};
+          for (std::size_t i = 0; i < light.size(); ++i) {
+            const double signal = sensor.gain_dn * static_cast<double>(light.data[i]);
+            const double variance = (electrons ? signal / *electrons : 0.0) + read * read;
+            double dn = signal + black;
+            if (variance > 0.0) dn += std::sqrt(variance) * exact_deviate(source, i);
+            const double value = std::floor(std::clamp(dn, 0.0, sensor.max_dn()) + 0.5);
+            ASSERT_EQ(gray.data[i], value) << bits << ' ' << black << ' ' << read << " pixel " << i;
+            noisy += value == std::floor(std::clamp(signal + black, 0.0, sensor.max_dn()) + 0.5) ? 0 : 1;
+          }
+        }
+  EXPECT_GT(noisy, 1000000) << "most of them have noise";
 }
 
 TEST(Expose, SaturationClipsTheUpperHalfOfTheNoise) {
