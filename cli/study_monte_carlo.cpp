@@ -25,6 +25,15 @@ void tell_number(const std::string& name, const study::MonteCarloNumber& n,
   fmt::print("{}\n", n.convergence.reached ? "" : " (not converged)");
 }
 
+/// What comes next: a block of trials or, after the last one, the points of the Sobol indices.
+std::string batch_text(const std::vector<study::StudyPoint>& batch, const study::MonteCarloPlan& plan) {
+  const std::int64_t first = batch.front().id, last = batch.back().id;
+  if (static_cast<std::size_t>(first) >= plan.most_trials)
+    return fmt::format("{} for the shares of the inputs",
+                       points_text(static_cast<std::int64_t>(batch.size())));
+  return fmt::format("trials {} ... {} of at most {}", first + 1, last + 1, plan.most_trials);
+}
+
 }  // namespace
 
 int run_monte_carlo(const StudyRun& o) {
@@ -38,8 +47,10 @@ int run_monte_carlo(const StudyRun& o) {
                   plan.most_trials));
   study::KeptPoints points(study::monte_carlo_task(file, plan), *o.engine, store);
   const study::MonteCarloResult result = run_until_stopped(store, [&] {
-    return study::run_monte_carlo(
-        plan, [&](const std::vector<study::StudyPoint>& batch) { return points.run(batch); });
+    return study::run_monte_carlo(plan, [&](const std::vector<study::StudyPoint>& batch) {
+      say(batch_text(batch, plan));
+      return points.run(batch);
+    });
   });
   const auto rows = store.rows();
   write_text_file(o.out / "study.csv", study::study_csv(rows));

@@ -10,16 +10,6 @@ namespace {
 
 constexpr int kDirections[8][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}};
 
-/// How far the centroid of the light in a pixel may be from its centre, px.
-double centroid_shift_px(double a0, double a1, double a2) {
-  constexpr double kMost = 0.5;
-  if (!(a0 > 0.0)) return kMost;
-  const double full = 2.0 * a1 - a2;
-  const double partly_filled = full > a0 ? 0.5 * (1.0 - a0 / full) : 0.0;
-  const double falling = std::max(0.0, a1 - a0) / (12.0 * a0);
-  return std::min(kMost, std::max(partly_filled, falling));
-}
-
 /// Is the pixel displaced by more than its noise?
 bool is_mixed(const DirectionDecode& d, int x, int y) {
   const ImageD& c = d.coordinate_px;
@@ -51,6 +41,15 @@ DirectionDecode coordinates_only(const DirectionDecode& d) {
 }
 
 }  // namespace
+
+double centroid_shift_px(double a0, double a1, double a2) {
+  constexpr double kMost = 0.5;
+  if (!(a0 > 0.0)) return kMost;
+  const double full = 2.0 * a1 - a2;
+  const double partly_filled = full > a0 ? 0.5 * (1.0 - a0 / full) : 0.0;
+  const double falling = std::max(0.0, a1 - a0) / (12.0 * a0);
+  return std::min(kMost, std::max(partly_filled, falling));
+}
 
 CameraDecode without_mixed_pixels(const CameraDecode& decode, std::size_t& n_left_out) {
   CameraDecode out;

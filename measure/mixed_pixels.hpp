@@ -8,6 +8,10 @@
 
 namespace fringetwin::measure {
 
+/// How far the centroid of the light in a border pixel may be from its centre, px; `a0` is its amplitude, a1
+/// and a2 those of the next two pixels inwards.
+double centroid_shift_px(double a0, double a1, double a2);
+
 /// What triangulation needs of a decode (coordinates, sigmas, flags), without the border pixels whose phase
 /// is displaced by more than its own sigma. A border pixel has a neighbour without a coordinate; with A0, A1,
 /// A2 the amplitudes from it inwards, a pixel filled to the share f = A0 / (2 A1 - A2) has its centroid (1 -

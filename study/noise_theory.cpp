@@ -2,195 +2,19 @@
 #include "study/noise_theory.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
 #include "measure/robust.hpp"
-#include "twin/errors.hpp"
+#include "study/interpolation_noise.hpp"
+#include "study/noise_scene.hpp"
 
 namespace fringetwin::study {
 namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
-
-/// A point of the object as one camera sees it.
-struct SurfacePoint {
-  Vector3d p_mm, n, d;  ///< world frame; n towards the camera, d the ray, both unit
-  double range_mm = 0.0;
-  double coordinate_px = 0.0;  ///< of the projector
-  Vector3d gradient;           ///< of the coordinate in space, px/mm
-  double variance_px2 = 0.0;   ///< of the decoded coordinate
-  double area_mm2 = 0.0;       ///< of the surface in one pixel
-};
-
-double sinc(double x) { return std::abs(x) < 1e-9 ? 1.0 : std::sin(x) / x; }
-
-/// What interpolation between pixels leaves of the variance of independent noise, per axis: the mean over the
-/// place in a pixel of the sum of squared Catmull-Rom weights.
-constexpr double kInterpolated = 57.0 / 70.0;
-
-class Scene {
- public:
-  Scene(const Twin& twin, const std::string& object)
-      : twin_(twin),
-        object_(checked(twin, object)),
-        axis_(twin.fringes.directions[0].axis == Axis::x ? 0 : 1) {}
-
-  /// Nothing where the pixel's centre sees no point of the object with a usable fringe.
-  std::optional<SurfacePoint> see(const Camera& camera, const Vector2d& q_px) const {
-    const auto ray = camera.lens.unproject(q_px);
-    if (!ray) return std::nullopt;
-    SurfacePoint s;
-    const Pose T_world_cam = camera.T_cam_world.inverse();
-    s.d = T_world_cam.rotation * *ray;
-    if (!hit(T_world_cam.translation_mm, &s) || !locate(&s)) return std::nullopt;
-    const Footprint f = footprint(camera, q_px, s);
-    s.area_mm2 = f.area_mm2;
-    const auto variance = coordinate_variance(camera, s, f);
-    if (!variance) return std::nullopt;
-    s.variance_px2 = *variance;
-    return s;
-  }
-
-  bool is_sphere() const { return std::holds_alternative<SphereShape>(object_.shape); }
-
- private:
-  struct Footprint {
-    double step_px[2];  ///< change of the projector's coordinate per pixel, along x and y
-    double area_mm2;
-  };
-
-  static const Object& checked(const Twin& twin, const std::string& name) {
-    const auto refuse = [&](const std::string& why) {
-      throw UserError(ExitCode::usage, twin.file.string(), "the theory of the noise does not know " + why,
-                      "record the fits alone");
-    };
-    const Object* object = twin.find_object(name);
-    if (object == nullptr) refuse("the object \"" + name + "\"");
-    if (!std::holds_alternative<SphereShape>(object->shape) &&
-        !std::holds_alternative<PlaneShape>(object->shape))
-      refuse(std::string("objects of shape ") + shape_kind(object->shape));
-    if (twin.objects.size() != 1) refuse("several objects");
-    if (!twin.projector) refuse("a rig without projector");
-    const Fringes& f = twin.fringes;
-    if (f.directions.size() != 1 || f.steps < 4 || f.directions[0].gray)
-      refuse("other fringes than four or more phase steps in one direction");
-    if (twin.projector->response.kind != ProjectorResponse::Kind::linear)
-      refuse("a response that is not linear");
-    if (twin.projector->optics || twin.projector->pixel_structure)
-      refuse("the projector's optics and pixels");
-    if (twin.render.bounces > 0) refuse("light between surfaces");
-    if (twin.measure.smoothing_px > 0.0) refuse("smoothed coordinates");
-    if (object->material.specular > 0.0) refuse("specular surfaces");
-    for (const Camera& camera : twin.cameras)
-      if (camera.optics || camera.psf_px > 0.0 || camera.vignetting.kind != Vignetting::Kind::none)
-        refuse("camera optics");
-    if (const auto* plane = std::get_if<PlaneShape>(&object->shape); plane && !plane->albedo_file.empty())
-      refuse("texture");
-    return *object;
-  }
-
-  bool hit(const Vector3d& origin, SurfacePoint* s) const {
-    if (const auto* sphere = std::get_if<SphereShape>(&object_.shape)) {
-      const Vector3d c = sphere->center_mm - origin;
-      const double along = c.dot(s->d);
-      const double rest = sphere->radius_mm * sphere->radius_mm - (c.squaredNorm() - along * along);
-      if (rest <= 0.0) return false;
-      s->range_mm = along - std::sqrt(rest);
-      s->p_mm = origin + s->range_mm * s->d;
-      s->n = (s->p_mm - sphere->center_mm) / sphere->radius_mm;
-      return s->range_mm > 0.0;
-    }
-    const auto& plane = std::get<PlaneShape>(object_.shape);
-    const double slope = plane.normal.dot(s->d);
-    if (slope == 0.0) return false;
-    s->range_mm = plane.normal.dot(plane.point_mm - origin) / slope;
-    s->p_mm = origin + s->range_mm * s->d;
-    s->n = slope < 0.0 ? plane.normal : Vector3d(-plane.normal);
-    if (plane.size_mm) {
-      const Vector3d off = s->p_mm - plane.point_mm;
-      const Vector3d v_axis = plane.normal.cross(plane.u_axis);
-      if (std::abs(off.dot(plane.u_axis)) > 0.5 * plane.size_mm->x() ||
-          std::abs(off.dot(v_axis)) > 0.5 * plane.size_mm->y())
-        return false;
-    }
-    return s->range_mm > 0.0;
-  }
-
-  bool locate(SurfacePoint* s) const {
-    const Projector& projector = *twin_.projector;
-    Eigen::Matrix<double, 2, 3> dq_dp;
-    const auto q = projector.lens.project(projector.T_proj_world * s->p_mm, &dq_dp);
-    if (!q || q->x() < -0.5 || q->y() < -0.5 || q->x() > projector.lens.width() - 0.5 ||
-        q->y() > projector.lens.height() - 0.5)
-      return false;
-    s->coordinate_px = (*q)[axis_];
-    s->gradient = (dq_dp * projector.T_proj_world.rotation).row(axis_).transpose();
-    return true;
-  }
-
-  /// Of a pixel on the tangent plane.
-  static Footprint footprint(const Camera& camera, const Vector2d& q_px, const SurfacePoint& s) {
-    const Eigen::Matrix3d R_world_cam = camera.T_cam_world.rotation.transpose();
-    Vector3d edge[2];
-    Footprint f{};
-    for (int k = 0; k < 2; ++k) {
-      Vector3d rays[2];
-      for (int side = 0; side < 2; ++side) {
-        const auto ray = camera.lens.unproject(q_px + (side == 0 ? -0.5 : 0.5) * Vector2d::Unit(k));
-        rays[side] = ray ? Vector3d(R_world_cam * *ray) : s.d;
-      }
-      const Vector3d turn = rays[1] - rays[0];
-      edge[k] = s.range_mm * (turn - s.d * s.n.dot(turn) / s.n.dot(s.d));
-      f.step_px[k] = s.gradient.dot(edge[k]);
-    }
-    f.area_mm2 = edge[0].cross(edge[1]).norm();
-    return f;
-  }
-
-  /// sigma^2 of the mean over the pitches, inverse-variance weighted with heterodyne fringes; nothing where
-  /// the fringes are too weak or saturate.
-  std::optional<double> coordinate_variance(const Camera& camera, const SurfacePoint& s,
-                                            const Footprint& f) const {
-    const Projector& projector = *twin_.projector;
-    const Sensor& sensor = camera.sensor;
-    const Vector3d to_light = projector.center_world_mm() - s.p_mm;
-    const double cosine = s.n.dot(to_light.normalized());
-    if (cosine <= 0.0) return std::nullopt;
-    double w = projector.intensity * object_.material.diffuse / std::numbers::pi * cosine;
-    if (projector.inverse_square)
-      w *= projector.reference_distance_mm * projector.reference_distance_mm / to_light.squaredNorm();
-    const Fringes& fringes = twin_.fringes;
-    const double signal_dn = sensor.gain_dn * (fringes.mean * w + projector.ambient);
-    const double read = sensor.read_noise_dn.value_or(0.0);
-    const double sigma2_dn2 =
-        1.0 / 12.0 + read * read + (sensor.electrons_per_dn ? signal_dn / *sensor.electrons_per_dn : 0.0);
-    const DirectionFringes& direction = fringes.directions[0];
-    double information = 0.0;
-    for (std::size_t k = 0; k < direction.pitches_px.size(); ++k) {
-      const double wave = 2.0 * std::numbers::pi / direction.pitches_px[k];
-      double amplitude = sensor.gain_dn * fringes.amplitude * w *
-                         std::exp(-0.5 * wave * wave * projector.blur_px * projector.blur_px);
-      for (const double step : f.step_px) amplitude *= sinc(0.5 * twin_.render.pixel_fill * wave * step);
-      amplitude = std::abs(amplitude);
-      if (amplitude < twin_.measure.min_modulation_dn) return std::nullopt;
-      if (sensor.black_level_dn + signal_dn + amplitude >= sensor.max_dn()) return std::nullopt;
-      const double one = 2.0 / fringes.steps * sigma2_dn2 / (amplitude * amplitude) / (wave * wave);
-      if (fringes.unwrap == Unwrap::heterodyne)
-        information += 1.0 / one;
-      else if (static_cast<int>(k) == direction.finest())
-        information = 1.0 / one;
-    }
-    return 1.0 / information;
-  }
-
-  const Twin& twin_;
-  const Object& object_;
-  int axis_;
-};
 
 /// Along the surface's normal: of one point, and of what counts in sums over many.
 struct PointNoise {
@@ -203,16 +27,21 @@ PointNoise with_projector(const SurfacePoint& s) {
   return {v, v};
 }
 
-/// Left and right see the same coordinate; the right one's lies between pixels. Neighbouring points share
-/// the right pixels between which they lie: one point has less of their noise, a sum has all of it.
-PointNoise with_second_camera(const SurfacePoint& left, const SurfacePoint& right) {
+/// Left and right see the same coordinate; the right one's, seen at q_px, lies between pixels. Neighbouring
+/// points share the right pixels between which they lie: one point has less of their noise than their sum.
+PointNoise with_second_camera(const SurfacePoint& left, const SurfacePoint& right, const Camera& second) {
   // p + t d, seen by the second camera along e, takes the coordinate of the surface there
   const Vector3d move = left.d - right.d * (left.n.dot(left.d) / left.n.dot(right.d));
   const double slope = left.gradient.dot(move);
   const double scale = left.n.dot(left.d) / slope;
-  const double points_per_pixel = right.area_mm2 / left.area_mm2;
-  return {scale * scale * (left.variance_px2 + kInterpolated * kInterpolated * right.variance_px2),
-          scale * scale * (left.variance_px2 + points_per_pixel * right.variance_px2)};
+  Eigen::Matrix<double, 2, 3> dq_dp;
+  if (!second.lens.project(second.T_cam_world * left.p_mm, &dq_dp)) return {};
+  const Eigen::Matrix<double, 2, 3> dq_dp_world = dq_dp * second.T_cam_world.rotation;
+  Eigen::Matrix2d step_px;
+  step_px << dq_dp_world * left.edge_mm[0], dq_dp_world * left.edge_mm[1];
+  const double one = interpolation_covariance(0.0);
+  return {scale * scale * (left.variance_px2 + one * one * right.variance_px2),
+          scale * scale * (left.variance_px2 + lattice_variance(step_px) * right.variance_px2)};
 }
 
 /// A point of the fit.
@@ -265,35 +94,39 @@ class FitSum {
   Eigen::Matrix<double, N, N> normal_ = Eigen::Matrix<double, N, N>::Zero(), noise_ = normal_;
 };
 
-std::vector<FitPoint> points_of(const Scene& scene, const Twin& twin, int stride) {
-  const Camera& camera = twin.cameras[0];
-  const bool stereo = twin.triangulate() == Triangulate::stereo;
+/// All four pixels around it: what is read there needs them (measure/coordinate_map.hpp).
+bool is_readable(const NoiseScene& scene, const Camera& camera, const Vector2d& q_px) {
+  const int x = static_cast<int>(std::floor(q_px.x())), y = static_cast<int>(std::floor(q_px.y()));
+  return scene.is_used(camera, x, y) && scene.is_used(camera, x + 1, y) && scene.is_used(camera, x, y + 1) &&
+         scene.is_used(camera, x + 1, y + 1);
+}
+
+std::optional<FitPoint> point_at(const NoiseScene& scene, const Twin& twin, int x, int y) {
+  const auto seen = scene.see(twin.cameras[0], Vector2d(x, y));
+  if (!seen || !scene.is_used(twin.cameras[0], x, y)) return std::nullopt;
+  if (twin.triangulate() != Triangulate::stereo) return FitPoint{seen->n, with_projector(*seen)};
+  const Camera& second = twin.cameras[1];
+  const auto q = second.lens.project(second.T_cam_world * seen->p_mm);
+  const auto other = q ? scene.see(second, *q) : std::nullopt;
+  // or the second camera sees another side of the object there
+  if (!other || (other->p_mm - seen->p_mm).norm() > 1e-6 * seen->range_mm) return std::nullopt;
+  if (!is_readable(scene, second, *q)) return std::nullopt;
+  return FitPoint{seen->n, with_second_camera(*seen, *other, second)};
+}
+
+std::vector<FitPoint> points_of(const NoiseScene& scene, const Twin& twin, int stride) {
+  const Lens& lens = twin.cameras[0].lens;
   std::vector<FitPoint> points;
-  for (int y = stride / 2; y < camera.lens.height(); y += stride)
-    for (int x = stride / 2; x < camera.lens.width(); x += stride) {
-      const auto seen = scene.see(camera, Vector2d(x, y));
-      if (!seen) continue;
-      if (!stereo) {
-        points.push_back({seen->n, with_projector(*seen)});
-        continue;
-      }
-      const Camera& second = twin.cameras[1];
-      const auto q = second.lens.project(second.T_cam_world * seen->p_mm);
-      if (!q || q->x() < 0.0 || q->y() < 0.0 || q->x() > second.lens.width() - 1 ||
-          q->y() > second.lens.height() - 1)
-        continue;
-      const auto other = scene.see(second, *q);
-      // else the second camera sees another side of the object there
-      if (other && (other->p_mm - seen->p_mm).norm() <= 1e-6 * seen->range_mm)
-        points.push_back({seen->n, with_second_camera(*seen, *other)});
-    }
+  for (int y = stride / 2; y < lens.height(); y += stride)
+    for (int x = stride / 2; x < lens.width(); x += stride)
+      if (const auto point = point_at(scene, twin, x, y)) points.push_back(*point);
   return points;
 }
 
 }  // namespace
 
 NoiseTheory noise_theory(const Twin& twin, const std::string& object, std::size_t most_pixels) {
-  const Scene scene(twin, object);
+  const NoiseScene scene(twin, object);
   const Lens& lens = twin.cameras[0].lens;
   const double pixels = static_cast<double>(lens.width()) * lens.height();
   const int stride =

@@ -92,8 +92,8 @@ TEST(NoiseTheory, ACameraAndAProjectorSideBySide) {
 
 TEST(NoiseTheory, TwoCamerasSideBySide) {
   const NoiseTheory t = noise_theory(twin_of(rig("[measure]\ntriangulate = \"stereo\"\n")), "wall");
-  // Catmull-Rom weights between pixels leave 57/70 of the variance per axis (integral of their squares)
-  const double kept = 57.0 / 70.0 * 57.0 / 70.0;
+  // Lagrange cubics between pixels leave 733/945 of the variance per axis (integral of squared weights)
+  const double kept = 733.0 / 945.0 * 733.0 / 945.0;
   const double disparity_px = std::sqrt(1.0 + kept) * coordinate_sigma_px() * kCameraFocal / kProjectorFocal;
   const double expected_mm = kDepth * kDepth / (kCameraFocal * kCameraBaseline) * disparity_px;
   EXPECT_NEAR(t.rms_mm, expected_mm, 3e-3 * expected_mm);

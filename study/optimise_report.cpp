@@ -161,6 +161,12 @@ std::vector<std::size_t> best_first(const OptimiseResult& result) {
   return out;
 }
 
+std::string among_text(const Variation& v) {
+  if (v.range)
+    return fmt::format("{:.6g} … {:.6g}{}", v.range->first, v.range->last, v.range->log ? ", log" : "");
+  return v.values.size() == 1 ? "fixed" : fmt::format("{} values", v.values.size());
+}
+
 std::string choice_table(const OptimisePlan& plan, const OptimiseResult& result) {
   report::Table out;
   out.caption = result.best ? "What was chosen."
@@ -168,9 +174,7 @@ std::string choice_table(const OptimisePlan& plan, const OptimiseResult& result)
   out.columns = {{"key", "", Align::left}, {"best", ""}, {"among", "", Align::left}};
   for (const Variation& v : plan.choose)
     for (std::size_t k = 0; k < v.keys.size(); ++k) {
-      const std::string among = v.range ? fmt::format("{:.6g} … {:.6g}{}", v.range->first, v.range->last,
-                                                      v.range->log ? ", log" : "")
-                                        : fmt::format("{} values", v.values.size());
+      const std::string among = among_text(v);
       const auto value =
           result.best ? result.evaluations[*result.best].values.find(v.keys[k]) : Settings::const_iterator();
       const bool known = result.best && value != result.evaluations[*result.best].values.end();

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The shipped studies of rounding and noise against the closed form (docs/METRICS.md, "Theory of the noise"),
 // which renders, decodes and fits nothing.
-// tolerance: rms 5 % (measured: 3 %, docs/STUDIES.md); standard deviations over noise seeds: the 10 % asked
-// of the studies and 2.6 of their own standard errors.
+// tolerance: rms 2 % for noise (measured: 0.5 %, docs/STUDIES.md), 7 % for rounding alone, which without
+// noise is not random (measured: 6 %); standard deviations over noise seeds: the 10 % asked of the studies
+// and 2.6 of their own standard errors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,9 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void expect_rms(const std::map<std::string, std::vector<StudyRow>>& groups) {
+void expect_rms(const std::map<std::string, std::vector<StudyRow>>& groups, double tolerance = 0.02) {
   for (const auto& [name, rows] : groups)
-    EXPECT_NEAR(mean(rows, "rms_mm") / mean(rows, "rms_mm.expected_mean"), 1.0, 0.05) << name;
+    EXPECT_NEAR(mean(rows, "rms_mm") / mean(rows, "rms_mm.expected_mean"), 1.0, tolerance) << name;
 }
 
 const std::string kBits = "camera.left.sensor.bit_depth";
@@ -33,7 +34,7 @@ void expect_rounding(const std::string& study, int bits_projector, int bits_ster
   ASSERT_EQ(groups.size(), 18u);
   for (const auto& [name, rows] : groups) {
     const bool stereo = name.find("stereo") != std::string::npos;
-    if (number(rows[0], kBits) <= (stereo ? bits_stereo : bits_projector)) expect_rms({{name, rows}});
+    if (number(rows[0], kBits) <= (stereo ? bits_stereo : bits_projector)) expect_rms({{name, rows}}, 0.07);
   }
 }
 
@@ -85,6 +86,22 @@ TEST(StudyTheory, ShotNoiseOfASphereOverTwoDecades) {
   FT_NEED_DEVICE();
   expect_rms(grouped(run_shipped_study("shot-noise", {{"noise_seeds = 40", "noise_seeds = 3"}}),
                      {"camera.left.sensor.electrons_per_dn"}));
+}
+
+// Which points there are is the theory's, too: what border pixels cost, and the pixels between which the
+// second camera is read. tolerance of n: a ring of a pixel around the cap is 1.4 % of its points.
+TEST(StudyTheory, ThePapersSphereUpToItsOutlines) {
+  FT_NEED_DEVICE();
+  const auto rows =
+      run_shipped_study("thousand", {{"noise_seeds = 100", "noise_seeds = 3"},
+                                     {"[[8, 8, 22, 22], [12, 12, 353, 353]]", "[[12, 12, 353, 353]]"},
+                                     {"values = [0.5, 1, 2, 4, 8]", "values = [16]"},
+                                     {"[[record]]",
+                                      "[[record]]\nresult = \"fits.sphere.measured.n_gated\"\n"
+                                      "name = \"n\"\nexpected_mean = \"theory.sphere.n\"\n"
+                                      "[[record]]"}});
+  expect_rms({{"12 bit, 16 DN", rows}});
+  EXPECT_NEAR(mean(rows, "n") / mean(rows, "n.expected_mean"), 1.0, 0.01);
 }
 
 /// Its points, as far as they are known before it runs.
