@@ -82,6 +82,7 @@ bench: build
 	@build/bench/bench_povray
 	@build/bench/bench_ray_query  # one line where the driver has none
 	@build/bench/bench_scaling
+	@build/bench/bench_sensor
 	@build/bench/bench_study
 	@build/bench/bench_compare
 	@build/bench/bench_capture

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/normal_deviates.hpp"
 
-#include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <numbers>
 
 #include "twin/errors.hpp"
 
-// The loops are compiled for several widths of registers, of which the processor takes the widest. Address
-// sanitizer cannot start such programs.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
+// The loops are compiled for several widths of registers, of which the processor takes the widest. Programs
+// with a sanitizer cannot choose that early.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__GLIBC__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define FRINGETWIN_WIDEST __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define FRINGETWIN_WIDEST

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Standard normal deviates by counter: pixel, image, camera and seed give the same one on every machine and
-// thread. Box-Muller of the words of Philox4x32-10, 53-bit radius.
+// Standard normal deviates by counter: pixel, image, camera and seed give the same one in every thread.
+// Box-Muller of the words of Philox4x32-10, 53-bit radius.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -27,7 +27,8 @@ double exact_box_muller(const DeviateWords& words);
 double exact_deviate(const DeviateSource& source, std::uint64_t pixel);
 
 /// The near deviates lie closer to the exact ones than this: the next terms of their series of the logarithm,
-/// 7e-10, and of the sine, (pi/2)^15/15! = 6.7e-10, the latter times the largest radius, 8.7.
+/// 7e-10 (9e-10 of the radius), and of the sine, (pi/2)^15/15! = 6.7e-10, the latter times the largest
+/// radius, 8.7.
 inline constexpr double kDeviateError = 1e-8;
 
 /// The words of kMostDeviates pixels, each kind apart.

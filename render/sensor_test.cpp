@@ -11,8 +11,10 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <random>
 
 #include "render/normal_deviates.hpp"
@@ -80,6 +82,9 @@ TEST(Expose, InvalidStaysInvalid) {
   const ImageF dn = expose(e, make_sensor(8, 20.0), 1, 0, 0);
   EXPECT_TRUE(std::isnan(dn.data[0]));
   EXPECT_EQ(dn.data[1], 20.0f);
+  const ImageF noisy = expose(e, make_sensor(8, 20.0, 0.0, 40.0, 0.1), 1, 0, 0);
+  EXPECT_TRUE(std::isnan(noisy.data[0]));
+  EXPECT_NEAR(noisy.data[1], 20.0f, 5.0f);  // 7 sigma
 }
 
 TEST(Expose, EveryBitDepthClampsAtItsTop) {

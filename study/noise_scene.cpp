@@ -2,8 +2,10 @@
 #include "study/noise_scene.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <variant>
 
 #include "measure/mixed_pixels.hpp"
 #include "twin/errors.hpp"
@@ -83,31 +85,46 @@ bool NoiseScene::is_used(const Camera& camera, int x, int y) const {
   const auto at = [&](int i, int j) { return see(camera, Vector2d(i, j)); };
   const auto own = inside(x, y) ? at(x, y) : std::nullopt;
   if (!own) return false;
+  if (sees_all(camera, x - 1, y - 1, 2)) return true;
+  // three quarters of what gives light to a pixel, where the outline cuts it
+  const double cut = 1.0 - 0.25 * std::min(1.0, twin_.render.pixel_fill);
   for (int dy = -1; dy <= 1; ++dy)
     for (int dx = -1; dx <= 1; ++dx) {
       if ((dx == 0 && dy == 0) || !inside(x - dx, y - dy) || !inside(x + 2 * dx, y + 2 * dy)) continue;
       if (at(x - dx, y - dy)) continue;
       const auto first = at(x + dx, y + dy), second = at(x + 2 * dx, y + 2 * dy);
       if (!first || !second) continue;
-      const double full = is_outline(camera, Vector2d(x - dx, y - dy))
-                              ? 1.0 - 0.25 * std::min(1.0, twin_.render.pixel_fill)
-                              : 1.0;
+      const double filled = meets(camera, Vector2d(x - dx, y - dy)) ? 1.0 : cut;
       const double shift_px =
-          measure::centroid_shift_px(full * own->amplitude_dn, first->amplitude_dn, second->amplitude_dn);
+          measure::centroid_shift_px(filled * own->amplitude_dn, first->amplitude_dn, second->amplitude_dn);
       const double slope = std::abs(first->coordinate_px - second->coordinate_px);
       if (shift_px * slope > std::sqrt(own->variance_px2)) return false;
     }
   return true;
 }
 
-/// Misses the object.
-bool NoiseScene::is_outline(const Camera& camera, const Vector2d& q_px) const {
+bool NoiseScene::is_readable(const Camera& camera, const Vector2d& q_px) const {
+  const int x = static_cast<int>(std::floor(q_px.x())), y = static_cast<int>(std::floor(q_px.y()));
+  if (sees_all(camera, x - 1, y - 1, 3)) return true;
+  return is_used(camera, x, y) && is_used(camera, x + 1, y) && is_used(camera, x, y + 1) &&
+         is_used(camera, x + 1, y + 1);
+}
+
+bool NoiseScene::sees_all(const Camera& camera, int x, int y, int width) const {
+  if (x < 0 || y < 0 || x + width >= camera.lens.width() || y + width >= camera.lens.height()) return false;
+  for (const int dy : {0, width})
+    for (const int dx : {0, width})
+      if (!see(camera, Vector2d(x + dx, y + dy))) return false;
+  return true;
+}
+
+bool NoiseScene::meets(const Camera& camera, const Vector2d& q_px) const {
   const auto ray = camera.lens.unproject(q_px);
-  if (!ray) return true;
+  if (!ray) return false;
   const Pose T_world_cam = camera.T_cam_world.inverse();
   SurfacePoint s;
   s.d = T_world_cam.rotation * *ray;
-  return !hit(T_world_cam.translation_mm, &s);
+  return hit(T_world_cam.translation_mm, &s);
 }
 
 bool NoiseScene::hit(const Vector3d& origin_mm, SurfacePoint* s) const {

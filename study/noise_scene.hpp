@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <variant>
 
 #include "twin/twin.hpp"
 
@@ -29,9 +30,12 @@ class NoiseScene {
   /// Nothing where the ray of image point `q_px` meets no point of the object with a usable fringe.
   std::optional<SurfacePoint> see(const Camera& camera, const Eigen::Vector2d& q_px) const;
 
-  /// Is the pixel decoded, and none that measurement leaves out at borders (measure/mixed_pixels.hpp)? A
-  /// pixel at the object's outline whose centre sees it is three quarters full on average.
+  /// Is the pixel decoded, and none that measurement leaves out at borders (measure/mixed_pixels.hpp)? One at
+  /// the outline is taken for three quarters full; where less than half of the next one is on the object, it
+  /// is full in truth.
   bool is_used(const Camera& camera, int x, int y) const;
+  /// Are all four pixels around the point? What is read there needs them (measure/coordinate_map.hpp).
+  bool is_readable(const Camera& camera, const Eigen::Vector2d& q_px) const;
 
   bool is_sphere() const { return std::holds_alternative<SphereShape>(object_.shape); }
 
@@ -39,7 +43,11 @@ class NoiseScene {
   bool hit(const Eigen::Vector3d& origin_mm, SurfacePoint* s) const;
   bool locate(SurfacePoint* s) const;
   bool set_noise(const Camera& camera, SurfacePoint* s) const;
-  bool is_outline(const Camera& camera, const Eigen::Vector2d& q_px) const;
+  /// The pixels x ... x + width, y ... y + width: by the corners, as what is lit of a sphere or plane is
+  /// convex. False at the image's edge.
+  bool sees_all(const Camera& camera, int x, int y, int width) const;
+  /// The object, lit or not.
+  bool meets(const Camera& camera, const Eigen::Vector2d& q_px) const;
 
   const Twin& twin_;
   const Object& object_;

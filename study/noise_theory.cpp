@@ -27,18 +27,28 @@ PointNoise with_projector(const SurfacePoint& s) {
   return {v, v};
 }
 
-/// Left and right see the same coordinate; the right one's, seen at q_px, lies between pixels. Neighbouring
-/// points share the right pixels between which they lie: one point has less of their noise than their sum.
-PointNoise with_second_camera(const SurfacePoint& left, const SurfacePoint& right, const Camera& second) {
+/// Image point and how it moves with the point in space, px/mm.
+struct Projection {
+  Vector2d q_px;
+  Eigen::Matrix<double, 2, 3> dq_dp;
+};
+
+std::optional<Projection> projection(const Camera& camera, const Vector3d& p_mm) {
+  Eigen::Matrix<double, 2, 3> dq_dp_cam;
+  const auto q = camera.lens.project(camera.T_cam_world * p_mm, &dq_dp_cam);
+  if (!q) return std::nullopt;
+  return Projection{*q, dq_dp_cam * camera.T_cam_world.rotation};
+}
+
+/// Left and right see the same coordinate; the right one's lies between pixels. Neighbouring points share the
+/// right pixels between which they lie: one point has less of their noise than their sum.
+/// `step_px`: how far its pixel's sides are apart in the right image.
+PointNoise with_second_camera(const SurfacePoint& left, const SurfacePoint& right,
+                              const Eigen::Matrix2d& step_px) {
   // p + t d, seen by the second camera along e, takes the coordinate of the surface there
   const Vector3d move = left.d - right.d * (left.n.dot(left.d) / left.n.dot(right.d));
   const double slope = left.gradient.dot(move);
   const double scale = left.n.dot(left.d) / slope;
-  Eigen::Matrix<double, 2, 3> dq_dp;
-  if (!second.lens.project(second.T_cam_world * left.p_mm, &dq_dp)) return {};
-  const Eigen::Matrix<double, 2, 3> dq_dp_world = dq_dp * second.T_cam_world.rotation;
-  Eigen::Matrix2d step_px;
-  step_px << dq_dp_world * left.edge_mm[0], dq_dp_world * left.edge_mm[1];
   const double one = interpolation_covariance(0.0);
   return {scale * scale * (left.variance_px2 + one * one * right.variance_px2),
           scale * scale * (left.variance_px2 + lattice_variance(step_px) * right.variance_px2)};
@@ -94,24 +104,19 @@ class FitSum {
   Eigen::Matrix<double, N, N> normal_ = Eigen::Matrix<double, N, N>::Zero(), noise_ = normal_;
 };
 
-/// All four pixels around it: what is read there needs them (measure/coordinate_map.hpp).
-bool is_readable(const NoiseScene& scene, const Camera& camera, const Vector2d& q_px) {
-  const int x = static_cast<int>(std::floor(q_px.x())), y = static_cast<int>(std::floor(q_px.y()));
-  return scene.is_used(camera, x, y) && scene.is_used(camera, x + 1, y) && scene.is_used(camera, x, y + 1) &&
-         scene.is_used(camera, x + 1, y + 1);
-}
-
 std::optional<FitPoint> point_at(const NoiseScene& scene, const Twin& twin, int x, int y) {
   const auto seen = scene.see(twin.cameras[0], Vector2d(x, y));
   if (!seen || !scene.is_used(twin.cameras[0], x, y)) return std::nullopt;
   if (twin.triangulate() != Triangulate::stereo) return FitPoint{seen->n, with_projector(*seen)};
   const Camera& second = twin.cameras[1];
-  const auto q = second.lens.project(second.T_cam_world * seen->p_mm);
-  const auto other = q ? scene.see(second, *q) : std::nullopt;
+  const auto there = projection(second, seen->p_mm);
+  const auto other = there ? scene.see(second, there->q_px) : std::nullopt;
   // or the second camera sees another side of the object there
   if (!other || (other->p_mm - seen->p_mm).norm() > 1e-6 * seen->range_mm) return std::nullopt;
-  if (!is_readable(scene, second, *q)) return std::nullopt;
-  return FitPoint{seen->n, with_second_camera(*seen, *other, second)};
+  if (!scene.is_readable(second, there->q_px)) return std::nullopt;
+  Eigen::Matrix2d step_px;
+  step_px << there->dq_dp * seen->edge_mm[0], there->dq_dp * seen->edge_mm[1];
+  return FitPoint{seen->n, with_second_camera(*seen, *other, step_px)};
 }
 
 std::vector<FitPoint> points_of(const NoiseScene& scene, const Twin& twin, int stride) {

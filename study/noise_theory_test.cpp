@@ -4,6 +4,7 @@
 // takes 0.05 %).
 #include "study/noise_theory.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -99,6 +100,33 @@ TEST(NoiseTheory, TwoCamerasSideBySide) {
   EXPECT_NEAR(t.rms_mm, expected_mm, 3e-3 * expected_mm);
   const double all_mm = expected_mm * std::sqrt(2.0 / (1.0 + kept)) / 100.0;
   EXPECT_NEAR(t.offset_sigma_mm, all_mm, 3e-3 * all_mm) << "interpolation does not make noise less in sums";
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+// A pixel is 0.05 mm of the wall, which ends 40.7 pixels from the middle, where two pixels meet. The
+// coordinate changes by 0.1 px per pixel and has 0.005 px of noise: a pixel that is a quarter empty is
+// displaced by more. Above and below the image ends, which is no border. 1e-4: the share that the fit leaves
+// out.
+TEST(NoiseTheory, BorderPixelsThatAreCutTakeNoPart) {
+  const auto columns = [](const std::string& measure, double width_mm, const std::string& fill) {
+    std::string text =
+        rig("[render]\npixel_fill = " + fill + "\n[measure]\ntriangulate = \"" + measure + "\"\n");
+    text = replaced(text, "normal = [0, 0, -1]",
+                    fmt::format("normal = [0, 0, -1]\nsize_mm = [{}, 100]", width_mm));
+    text = replaced(text, "[0, 0, 0, -60, 0, 0]", "[0, 0, 0, -60.025, 0, 0]");
+    return noise_theory(twin_of(text), "wall").n / 100.0;
+  };
+  EXPECT_NEAR(columns("projector", 4.07, "1"), 80.0, 1e-4 * 80.0) << "the 41st sees the wall, but is cut";
+  EXPECT_NEAR(columns("projector", 4.07, "0.1"), 82.0, 1e-4 * 82.0) << "nothing is cut";
+  // the right camera's pixels lie half a pixel aside: its 41st sees the wall, is cut and missing beside the
+  // 40th
+  EXPECT_NEAR(columns("stereo", 4.07, "1"), 78.0, 1e-4 * 78.0);
+  EXPECT_NEAR(columns("stereo", 4.07, "0.1"), 80.0, 1e-4 * 80.0);
 }
 
 TEST(NoiseTheory, BlurHasItsBestPitch) {
