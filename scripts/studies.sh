@@ -17,7 +17,7 @@ picture pitch rms_mm-pitches_px-3-mean
 picture samples rms_mm-samples-mean
 picture volume-edge rms_mm-center_mm-0-mean
 picture surface-angle rms_mm-normal-0-mean
-picture uncertainty center_z_mm-tornado
+picture uncertainty radius_mm-tornado
 picture volume-map spacing-sigma
 picture optimise front
 picture thousand center_z_mm-read_noise_dn-sigma
