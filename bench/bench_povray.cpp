@@ -3,7 +3,6 @@
 // fringe as a function of space, a light at the projector. Both programs' images against the double-precision
 // reference of the same scene. Pinhole lenses: POV-Ray's cameras have no distortion.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -17,6 +16,7 @@
 #include "tests/support/paper_rig.hpp"
 #include "tests/support/povray.hpp"
 #include "twin/errors.hpp"
+#include "twin/process_testing.hpp"
 
 namespace {
 
@@ -88,9 +88,7 @@ Measured run_own(const Twin& twin, const render::Sampling& sampling) {
 }
 
 int run() {
-  std::string pattern = (fs::temp_directory_path() / "fringetwin-povray-XXXXXX").string();
-  FT_CHECK(mkdtemp(pattern.data()) != nullptr, "a scratch folder can be made");
-  const fs::path dir = pattern;
+  const test_tools::ScratchFolder dir;
   const Twin twin = make_twin();
   const auto truth =
       reference_block(render::Reference(twin), 0, test::whole_image(twin, 0, 4), {.gauss_n = 24});
@@ -100,7 +98,7 @@ int run() {
   print_row("fringetwin, default", twin, run_own(twin, render::choose_sampling(twin)), truth);
   print_row("fringetwin, multi-jittered 1024", twin, run_own(twin, {Sampler::multi_jittered, 1024}), truth);
   const auto povray_row = [&](const std::string& name, const test::PovraySampling& sampling) {
-    if (const auto m = run_povray(twin, sampling, dir))
+    if (const auto m = run_povray(twin, sampling, dir.path()))
       print_row(name, twin, *m, truth);
     else
       fmt::print("{}: cannot be started\n", name);
@@ -109,7 +107,6 @@ int run() {
     povray_row(fmt::format("POV-Ray, fringe as a function, {} samples", side * side),
                {.own_supersampling = side, .processes = 1, .threads = 2});
   povray_row("POV-Ray, 64 Gauss samples averaged by us", {.cells = 4});
-  fs::remove_all(dir);
   return 0;
 }
 

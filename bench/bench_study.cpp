@@ -10,13 +10,15 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <thread>
+
+#include "twin/process_testing.hpp"
 
 namespace {
 
 namespace fs = std::filesystem;
+using namespace fringetwin;
 
 double children_cpu_s() {
   rusage usage{};
@@ -57,23 +59,23 @@ void take_smaller(const Cost& cost, Cost* least) {
 
 int main(int argc, char** argv) {
   const int points = argc > 1 ? std::atoi(argv[1]) : 60, rounds = argc > 2 ? std::atoi(argv[2]) : 2;
-  std::string pattern = (fs::temp_directory_path() / "bench-study-XXXXXX").string();
-  const fs::path folder = mkdtemp(pattern.data());
-  std::ofstream(folder / "study.toml") << fmt::format(
-      "schema = \"fringetwin-study/1\"\ntwin = \"{}/datasets/paper-sphere/twin.toml\"\nnoise_seeds = {}\n"
-      "[[vary]]\nkeys = [\"camera.left.sensor.read_noise_dn\", \"camera.right.sensor.read_noise_dn\"]\n"
-      "values = [1]\n",
-      FRINGETWIN_SOURCE_DIR, points);
+  const test_tools::ScratchFolder folder;
+  folder.write(
+      "study.toml",
+      fmt::format(
+          "schema = \"fringetwin-study/1\"\ntwin = \"{}/datasets/paper-sphere/twin.toml\"\nnoise_seeds = {}\n"
+          "[[vary]]\nkeys = [\"camera.left.sensor.read_noise_dn\", \"camera.right.sensor.read_noise_dn\"]\n"
+          "values = [1]\n",
+          FRINGETWIN_SOURCE_DIR, points));
   const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   Cost one, all;
   for (int r = 0; r < rounds; ++r) {
     // one worker on one core: what a core does
-    take_smaller(run(folder, 1, "taskset -c 0"), &one);
-    take_smaller(run(folder, cores, ""), &all);
+    take_smaller(run(folder.path(), 1, "taskset -c 0"), &one);
+    take_smaller(run(folder.path(), cores, ""), &all);
   }
   rusage usage{};
   getrusage(RUSAGE_CHILDREN, &usage);
-  fs::remove_all(folder);
   fmt::print("{} points, {} cores\n{:>8} {:>9} {:>9} {:>12} {:>11}\n", points, cores, "workers", "wall s",
              "CPU s", "CPU s/point", "points/min");
   for (const auto& [n, c] : {std::pair{1, one}, {cores, all}})

@@ -24,11 +24,11 @@ float stored(double dn, double max_dn) {
   return dn == dn ? rounded : std::numeric_limits<float>::quiet_NaN();
 }
 
-/// A sensor with noise: the formula of sensor.hpp.
-struct NoisyPixel {
+/// The formula of sensor.hpp.
+struct Formula {
   double gain_dn, black_level_dn, shot_per_signal, read_variance, max_dn;
 
-  explicit NoisyPixel(const Sensor& sensor)
+  explicit Formula(const Sensor& sensor)
       : gain_dn(sensor.gain_dn),
         black_level_dn(sensor.black_level_dn),
         shot_per_signal(sensor.electrons_per_dn ? 1.0 / *sensor.electrons_per_dn : 0.0),
@@ -36,6 +36,7 @@ struct NoisyPixel {
         max_dn(sensor.max_dn()) {}
 
   double signal_dn(float irradiance) const { return gain_dn * static_cast<double>(irradiance); }
+  float noiseless(float irradiance) const { return stored(signal_dn(irradiance) + black_level_dn, max_dn); }
   double sigma_dn(double signal) const {
     return std::sqrt(std::max(0.0, signal) * shot_per_signal + read_variance);
   }
@@ -43,38 +44,33 @@ struct NoisyPixel {
 
 using Block = std::array<double, kMostDeviates>;
 
-float exact_value(const NoisyPixel& pixel, float irradiance, double deviate) {
-  const double signal = pixel.signal_dn(irradiance);
-  return stored(signal + pixel.black_level_dn + pixel.sigma_dn(signal) * deviate, pixel.max_dn);
+float exact_value(const Formula& formula, float irradiance, double deviate) {
+  const double signal = formula.signal_dn(irradiance);
+  return stored(signal + formula.black_level_dn + formula.sigma_dn(signal) * deviate, formula.max_dn);
 }
 
-/// Gray values from near deviates; whether any of them might be another one with the exact deviate; `unsure`:
-/// which. Rounding is monotone: a value is sure where both ends of the deviate's error are stored alike.
-bool near_values(const NoisyPixel& pixel, std::span<const float> irradiance, const Block& deviates,
-                 float* gray, std::uint8_t* unsure) {
+/// Gray values from near deviates, NaN where another one is possible with the exact deviate. Rounding is
+/// monotone: a value is sure where both ends of the deviate's error are stored alike.
+void near_values(const Formula& formula, std::span<const float> irradiance, const Block& deviates,
+                 float* gray) {
   constexpr double arithmetic = 1e-14;  // of the formula's own rounding, a few units of 1.1e-16 of each term
-  int n_unsure = 0;
   for (std::size_t i = 0; i < irradiance.size(); ++i) {
-    const double signal = pixel.signal_dn(irradiance[i]), sigma = pixel.sigma_dn(signal);
-    const double dn = signal + pixel.black_level_dn + sigma * deviates[i];
+    const double signal = formula.signal_dn(irradiance[i]), sigma = formula.sigma_dn(signal);
+    const double dn = signal + formula.black_level_dn + sigma * deviates[i];
     const double error =
-        kDeviateError * sigma + arithmetic * (std::abs(signal) + std::abs(pixel.black_level_dn));
-    const float low = stored(dn - error, pixel.max_dn), high = stored(dn + error, pixel.max_dn);
-    gray[i] = low;
-    unsure[i] = low == high ? 0 : 1;
-    n_unsure += unsure[i];
+        kDeviateError * sigma + arithmetic * (std::abs(signal) + std::abs(formula.black_level_dn));
+    const float low = stored(dn - error, formula.max_dn), high = stored(dn + error, formula.max_dn);
+    gray[i] = low == high ? low : std::numeric_limits<float>::quiet_NaN();
   }
-  return n_unsure > 0;
 }
 
-void expose_block(const NoisyPixel& pixel, const DeviateSource& source, std::uint64_t first,
+void expose_block(const Formula& formula, const DeviateSource& source, std::uint64_t first,
                   std::span<const float> irradiance, float* gray) {
   Block deviates;
   near_deviates(source, first, &deviates);
-  std::array<std::uint8_t, kMostDeviates> unsure;
-  if (!near_values(pixel, irradiance, deviates, gray, unsure.data())) return;
+  near_values(formula, irradiance, deviates, gray);
   for (std::size_t i = 0; i < irradiance.size(); ++i)
-    if (unsure[i]) gray[i] = exact_value(pixel, irradiance[i], exact_deviate(source, first + i));
+    if (std::isnan(gray[i])) gray[i] = exact_value(formula, irradiance[i], exact_deviate(source, first + i));
 }
 
 bool dark(std::span<const float> irradiance) {
@@ -88,17 +84,15 @@ ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed
   FT_CHECK(sensor.bit_depth >= 1 && sensor.bit_depth <= 16, "sensor bit depth");
   ImageF gray(irradiance.width, irradiance.height);
   const auto n = static_cast<std::int64_t>(irradiance.size());
+  const Formula formula(sensor);
   if (!sensor.has_noise()) {
-    const double max_dn = sensor.max_dn();
 #pragma omp parallel for schedule(static)
     for (std::int64_t i = 0; i < n; ++i) {
       const auto pixel = static_cast<std::size_t>(i);
-      gray.data[pixel] = stored(
-          sensor.gain_dn * static_cast<double>(irradiance.data[pixel]) + sensor.black_level_dn, max_dn);
+      gray.data[pixel] = formula.noiseless(irradiance.data[pixel]);
     }
     return gray;
   }
-  const NoisyPixel pixel(sensor);
   const DeviateSource source{
       {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}, image, camera};
   constexpr auto block = static_cast<std::int64_t>(kMostDeviates);
@@ -107,10 +101,10 @@ ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed
     const auto at = static_cast<std::size_t>(first);
     const std::span lit(irradiance.data.data() + at, static_cast<std::size_t>(std::min(block, n - first)));
     // Most blocks of most images are dark: no light, no shot noise.
-    if (pixel.read_variance == 0.0 && dark(lit))
-      std::fill_n(gray.data.data() + at, lit.size(), stored(sensor.black_level_dn, pixel.max_dn));
+    if (formula.read_variance == 0.0 && dark(lit))
+      std::fill_n(gray.data.data() + at, lit.size(), formula.noiseless(0.0F));
     else
-      expose_block(pixel, source, at, lit, gray.data.data() + at);
+      expose_block(formula, source, at, lit, gray.data.data() + at);
   }
   return gray;
 }

@@ -2,10 +2,11 @@
 #include "study/interpolation_noise.hpp"
 
 #include <Eigen/LU>
-#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
+
+#include "render/quadrature.hpp"
 
 namespace fringetwin::study {
 namespace {
@@ -23,17 +24,14 @@ double kernel(double t) {
 /// Integral of kernel(t) kernel(t + d) over all t: polynomials of degree 6 between the breaks, for which
 /// Gauss quadrature with four points is exact.
 double integrate(double d) {
-  constexpr std::array<double, 4> node = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563,
-                                          0.8611363115940526},
-                                  weight = {0.3478548451374538, 0.6521451548625461, 0.6521451548625461,
-                                            0.3478548451374538};
+  const render::GaussRule& rule = render::gauss_rule(4);
   const double fraction = d - std::floor(d);
   double sum = 0.0;
   for (int i = -7; i < 3; ++i)
     for (const auto& [from, to] : {std::pair(i + 0.0, i + 1.0 - fraction), {i + 1.0 - fraction, i + 1.0}})
-      for (std::size_t k = 0; k < node.size(); ++k) {
-        const double t = 0.5 * (from + to) + 0.5 * (to - from) * node[k];
-        sum += 0.5 * (to - from) * weight[k] * kernel(t) * kernel(t + d);
+      for (std::size_t k = 0; k < rule.nodes.size(); ++k) {
+        const double t = 0.5 * (from + to) + 0.5 * (to - from) * rule.nodes[k];
+        sum += 0.5 * (to - from) * rule.weights[k] * kernel(t) * kernel(t + d);
       }
   return sum;
 }

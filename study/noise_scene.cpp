@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "measure/mixed_pixels.hpp"
+#include "render/reference_shapes.hpp"
 #include "twin/errors.hpp"
 
 namespace fringetwin::study {
@@ -67,15 +68,34 @@ NoiseScene::NoiseScene(const Twin& twin, const std::string& object)
       object_(checked(twin, object)),
       axis_(twin.fringes.directions[0].axis == Axis::x ? 0 : 1) {}
 
-std::optional<SurfacePoint> NoiseScene::see(const Camera& camera, const Vector2d& q_px) const {
+std::optional<SurfacePoint> NoiseScene::meet(const Camera& camera, const Vector2d& q_px) const {
   const auto ray = camera.lens.unproject(q_px);
   if (!ray) return std::nullopt;
-  SurfacePoint s;
   const Pose T_world_cam = camera.T_cam_world.inverse();
-  s.d = T_world_cam.rotation * *ray;
-  if (!hit(T_world_cam.translation_mm, &s) || !locate(&s)) return std::nullopt;
-  set_footprint(camera, q_px, &s);
-  return set_noise(camera, &s) ? std::optional(s) : std::nullopt;
+  const render::Ray r{T_world_cam.translation_mm, T_world_cam.rotation * *ray};
+  const auto* sphere = std::get_if<SphereShape>(&object_.shape);
+  const auto hit = sphere != nullptr
+                       ? render::intersect(*sphere, r, 0.0, HUGE_VAL)
+                       : render::intersect(std::get<PlaneShape>(object_.shape), r, 0.0, HUGE_VAL);
+  if (!hit) return std::nullopt;
+  SurfacePoint s;
+  s.d = r.direction;
+  s.range_mm = hit->t_mm;
+  s.p_mm = r.origin_mm + s.range_mm * s.d;
+  s.n = hit->normal;
+  if (s.n.dot(s.d) > 0.0) {
+    if (sphere != nullptr) return std::nullopt;  // from inside
+    s.n = -s.n;
+  }
+  return s;
+}
+
+std::optional<SurfacePoint> NoiseScene::see(const Camera& camera, const Vector2d& q_px) const {
+  std::optional<SurfacePoint> s = meet(camera, q_px);
+  if (!s || !locate(&*s)) return std::nullopt;
+  set_footprint(camera, q_px, &*s);
+  if (!set_noise(camera, &*s)) return std::nullopt;
+  return s;
 }
 
 bool NoiseScene::is_used(const Camera& camera, int x, int y) const {
@@ -94,7 +114,7 @@ bool NoiseScene::is_used(const Camera& camera, int x, int y) const {
       if (at(x - dx, y - dy)) continue;
       const auto first = at(x + dx, y + dy), second = at(x + 2 * dx, y + 2 * dy);
       if (!first || !second) continue;
-      const double filled = meets(camera, Vector2d(x - dx, y - dy)) ? 1.0 : cut;
+      const double filled = meet(camera, Vector2d(x - dx, y - dy)) ? 1.0 : cut;
       const double shift_px =
           measure::centroid_shift_px(filled * own->amplitude_dn, first->amplitude_dn, second->amplitude_dn);
       const double slope = std::abs(first->coordinate_px - second->coordinate_px);
@@ -116,42 +136,6 @@ bool NoiseScene::sees_all(const Camera& camera, int x, int y, int width) const {
     for (const int dx : {0, width})
       if (!see(camera, Vector2d(x + dx, y + dy))) return false;
   return true;
-}
-
-bool NoiseScene::meets(const Camera& camera, const Vector2d& q_px) const {
-  const auto ray = camera.lens.unproject(q_px);
-  if (!ray) return false;
-  const Pose T_world_cam = camera.T_cam_world.inverse();
-  SurfacePoint s;
-  s.d = T_world_cam.rotation * *ray;
-  return hit(T_world_cam.translation_mm, &s);
-}
-
-bool NoiseScene::hit(const Vector3d& origin_mm, SurfacePoint* s) const {
-  if (const auto* sphere = std::get_if<SphereShape>(&object_.shape)) {
-    const Vector3d c = sphere->center_mm - origin_mm;
-    const double along = c.dot(s->d);
-    const double rest = sphere->radius_mm * sphere->radius_mm - (c.squaredNorm() - along * along);
-    if (rest <= 0.0) return false;
-    s->range_mm = along - std::sqrt(rest);
-    s->p_mm = origin_mm + s->range_mm * s->d;
-    s->n = (s->p_mm - sphere->center_mm) / sphere->radius_mm;
-    return s->range_mm > 0.0;
-  }
-  const auto& plane = std::get<PlaneShape>(object_.shape);
-  const double slope = plane.normal.dot(s->d);
-  if (slope == 0.0) return false;
-  s->range_mm = plane.normal.dot(plane.point_mm - origin_mm) / slope;
-  s->p_mm = origin_mm + s->range_mm * s->d;
-  s->n = slope < 0.0 ? plane.normal : Vector3d(-plane.normal);
-  if (plane.size_mm) {
-    const Vector3d off = s->p_mm - plane.point_mm;
-    const Vector3d v_axis = plane.normal.cross(plane.u_axis);
-    if (std::abs(off.dot(plane.u_axis)) > 0.5 * plane.size_mm->x() ||
-        std::abs(off.dot(v_axis)) > 0.5 * plane.size_mm->y())
-      return false;
-  }
-  return s->range_mm > 0.0;
 }
 
 bool NoiseScene::locate(SurfacePoint* s) const {

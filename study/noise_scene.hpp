@@ -13,13 +13,14 @@ namespace fringetwin::study {
 
 /// A point of the object as one camera sees it.
 struct SurfacePoint {
-  Eigen::Vector3d p_mm, n, d;  ///< world frame; n towards the camera, d the ray, both unit
+  using Vector3 = Eigen::Vector3d;
+  Vector3 p_mm, n, d;  ///< world frame; n towards the camera, d the ray, both unit
   double range_mm = 0.0;
-  double coordinate_px = 0.0;  ///< of the projector
-  Eigen::Vector3d gradient;    ///< of the coordinate in space, px/mm
-  double variance_px2 = 0.0;   ///< of the decoded coordinate
-  double amplitude_dn = 0.0;   ///< of the finest fringes
-  Eigen::Vector3d edge_mm[2];  ///< a pixel's sides on the tangent plane
+  double coordinate_px = 0.0;                               ///< of the projector
+  Vector3 gradient = Vector3::Zero();                       ///< of the coordinate in space, px/mm
+  double variance_px2 = 0.0;                                ///< of the decoded coordinate
+  double amplitude_dn = 0.0;                                ///< of the finest fringes
+  Vector3 edge_mm[2] = {Vector3::Zero(), Vector3::Zero()};  ///< a pixel's sides on the tangent plane
 };
 
 class NoiseScene {
@@ -40,14 +41,13 @@ class NoiseScene {
   bool is_sphere() const { return std::holds_alternative<SphereShape>(object_.shape); }
 
  private:
-  bool hit(const Eigen::Vector3d& origin_mm, SurfacePoint* s) const;
+  /// The object, lit or not: point, normal and ray alone.
+  std::optional<SurfacePoint> meet(const Camera& camera, const Eigen::Vector2d& q_px) const;
   bool locate(SurfacePoint* s) const;
   bool set_noise(const Camera& camera, SurfacePoint* s) const;
   /// The pixels x ... x + width, y ... y + width: by the corners, as what is lit of a sphere or plane is
   /// convex. False at the image's edge.
   bool sees_all(const Camera& camera, int x, int y, int width) const;
-  /// The object, lit or not.
-  bool meets(const Camera& camera, const Eigen::Vector2d& q_px) const;
 
   const Twin& twin_;
   const Object& object_;

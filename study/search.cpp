@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "study/design.hpp"
 #include "study/local_search.hpp"
@@ -61,14 +62,14 @@ class Search {
     if (all) return evaluate(every_combination(), "global");
     const std::size_t wanted = (plan_.evaluations + 1) / 2;
     std::vector<Place> places;
-    std::map<Place, bool> seen;
+    std::set<Place> seen;
     for (Place place : scrambled_sobol(static_cast<int>(most_draws * wanted),
                                        static_cast<int>(plan_.values.size()), plan_.seed)) {
       if (places.size() == wanted) break;
       for (std::size_t d = 0; d < place.size(); ++d)
         if (const std::size_t n = plan_.values[d]; n > 0)
           place[d] = middle_of_share(share_of(place[d], n), n);
-      if (seen.try_emplace(place).second) places.push_back(std::move(place));
+      if (seen.insert(place).second) places.push_back(std::move(place));
     }
     step_ = std::min(0.25, 0.5 * std::pow(static_cast<double>(places.size()),
                                           -1.0 / static_cast<double>(plan_.values.size())));

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "report/text.hpp"
 #include "study/attempt.hpp"
 #include "study/slurm.hpp"
 #include "study/slurm_batch.hpp"
@@ -340,7 +341,7 @@ TEST(Slurm, MemoryIsDeclaredByAnyOfItsOptions) {
 
 TEST(Slurm, AWordForAShellIsOneWhateverIsInIt) {
   const std::string word = "it's $HOME \"a\" `b` \\ *";
-  EXPECT_EQ(test_tools::run("printf %s " + slurm::shell_word(word)).output, word);
+  EXPECT_EQ(test_tools::run("printf %s " + report::shell_command({word})).output, word);
 }
 
 }  // namespace

@@ -170,10 +170,4 @@ std::string own_option(const std::string& word) {
   return "";
 }
 
-std::string shell_word(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
 }  // namespace fringetwin::study::slurm

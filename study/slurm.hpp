@@ -60,7 +60,4 @@ bool declares_memory(const std::vector<std::string>& arguments);
 /// Which option of sbatch a word gives that is set by this program, "--job-name" for "-Jx"; "" for none.
 std::string own_option(const std::string& word);
 
-/// One word for a shell.
-std::string shell_word(const std::string& text);
-
 }  // namespace fringetwin::study::slurm

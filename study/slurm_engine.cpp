@@ -10,6 +10,7 @@
 #include <span>
 #include <thread>
 
+#include "report/text.hpp"
 #include "study/slurm.hpp"
 #include "study/slurm_batch.hpp"
 #include "twin/errors.hpp"
@@ -154,10 +155,10 @@ class SlurmRun {
         "#!/bin/sh\n"
         "#SBATCH --nodes=1 --ntasks=1 --cpus-per-task={} --time={}\n"
         "{}"
-        "exec {} study-shard {} \"$SLURM_ARRAY_TASK_ID\"\n",
+        "exec {} \"$SLURM_ARRAY_TASK_ID\"\n",
         options_.jobs, minutes_per_task,
         has_memory ? "" : fmt::format("#SBATCH --mem-per-cpu={}M\n", megabytes_per_core),
-        slurm::shell_word(options_.program.string()), slurm::shell_word(round.folder.string()));
+        report::shell_command({options_.program.string(), "study-shard", round.folder.string()}));
   }
 
   std::vector<std::string> arguments(const SlurmRound& round, std::size_t shards) const {

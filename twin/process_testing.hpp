@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Other programs and scratch folders in tests. For *_test.cpp only.
+// Other programs and scratch folders in tests and benchmarks.
 #pragma once
 #include <unistd.h>
 

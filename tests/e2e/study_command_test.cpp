@@ -22,16 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-/// 4 radii x 2 sensors; a ball of 900 mm holds the camera.
 std::string design(int seeds) {
-  return kSmallStudy + fmt::format("noise_seeds = {}\n", seeds) + R"(
-[[vary]]
-key = "object.ball.radius_mm"
-values = [18, 19, 900, 20]
-[[vary]]
-key = "camera.left.sensor.electrons_per_dn"
-values = [40.0, 10.0]
-[[record]]
+  return kSmallStudy + fmt::format("noise_seeds = {}\n", seeds) + kRadiiAndSensors + R"([[record]]
 result = "fits.ball.measured.radius_mm"
 name = "radius_mm"
 [[record]]

@@ -13,6 +13,16 @@ namespace fringetwin::test {
 inline const std::string kSmallStudy =
     "schema = \"fringetwin-study/1\"\nname = \"small\"\ntwin = \"twin.toml\"\n";
 
+/// 4 radii x 2 sensors; a ball of 900 mm holds the camera.
+inline const std::string kRadiiAndSensors = R"(
+[[vary]]
+key = "object.ball.radius_mm"
+values = [18, 19, 900, 20]
+[[vary]]
+key = "camera.left.sensor.electrons_per_dn"
+values = [40.0, 10.0]
+)";
+
 /// A folder with the small twin and this STUDY.toml.
 std::filesystem::path study_folder(const std::string& name, const std::string& study);
 

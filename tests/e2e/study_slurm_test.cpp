@@ -187,14 +187,7 @@ std::vector<pid_t> processes(const std::string& round, int index) {
 }
 
 TEST_F(StudySlurm, TheTableOfOneMachine) {
-  const fs::path dir = recorded_study("slurm it's 5 %A", R"(noise_seeds = 4
-[[vary]]
-key = "object.ball.radius_mm"
-values = [18, 19, 900, 20]
-[[vary]]
-key = "camera.left.sensor.electrons_per_dn"
-values = [40.0, 10.0]
-)");
+  const fs::path dir = recorded_study("slurm it's 5 %A", "noise_seeds = 4\n" + kRadiiAndSensors);
   const RunResult local = run_study(dir, "local"),
                   slurm = run_study(dir, "slurm", {"--engine", "slurm", "--shards", "3", "--jobs", "2"});
   ASSERT_EQ(slurm.exit_code, 0) << slurm.err;
