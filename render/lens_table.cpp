@@ -26,7 +26,7 @@ constexpr int nodes_beyond = 4;
 
 // A regular grid of 3-vectors over a rectangle, interpolated by 4-point Lagrange polynomials exactly
 // as in shaders/camera.glsl.
-struct Grid {
+struct NodeGrid {
   Vector2d first, spacing;
   int nx = 0, ny = 0;
   std::vector<Vector3d> values;
@@ -50,10 +50,10 @@ struct Grid {
   }
 };
 
-// Grid over [lo, hi] with about `wanted` spacing (at least 4 nodes each way).
+// NodeGrid over [lo, hi] with about `wanted` spacing (at least 4 nodes each way).
 template <class F>
-Grid make_grid(const Vector2d& lo, const Vector2d& hi, double wanted, F f) {
-  Grid grid;
+NodeGrid make_grid(const Vector2d& lo, const Vector2d& hi, double wanted, F f) {
+  NodeGrid grid;
   const Vector2d size = hi - lo;
   grid.nx = std::max(4, static_cast<int>(std::ceil(size.x() / wanted)) + 1);
   grid.ny = std::max(4, static_cast<int>(std::ceil(size.y() / wanted)) + 1);
@@ -84,7 +84,7 @@ Vector3d extrapolate(const std::vector<Vector3d>& before) {
 
 // Nodes outside the lens's domain continue the polynomials of those inside, so that points inside, whose
 // stencils reach them, are interpolated as well as others. Farther ones stay NaN: no light there.
-void continue_beyond_domain(Grid* grid) {
+void continue_beyond_domain(NodeGrid* grid) {
   for (int ring = 0; ring < nodes_beyond; ++ring) {
     const std::vector<Vector3d> known = grid->values;
     const auto value = [&](int i, int j) -> const Vector3d* {
@@ -127,7 +127,7 @@ void continue_beyond_domain(Grid* grid) {
 // Largest |interpolated - true| at the centres of cells, the worst places of a polynomial through
 // the nodes; places outside the lens's domain do not count. Stops above `enough`.
 template <class F>
-double grid_error(const Grid& grid, F f, double scale, double enough) {
+double grid_error(const NodeGrid& grid, F f, double scale, double enough) {
   double worst = 0.0;
 #pragma omp parallel for schedule(dynamic) reduction(max : worst)
   for (int j = 0; j < grid.ny - 1; ++j) {
@@ -145,10 +145,10 @@ double grid_error(const Grid& grid, F f, double scale, double enough) {
 
 // The coarsest grid over [lo, hi] that meets the tolerance.
 template <class F>
-Grid refine_grid(const Lens& lens, const Vector2d& lo, const Vector2d& hi, double units_per_px, F value,
+NodeGrid refine_grid(const Lens& lens, const Vector2d& lo, const Vector2d& hi, double units_per_px, F value,
                  double error_scale, double tolerance, double* max_error_px, double* spacing_px) {
   for (double spacing = coarsest_px;; spacing *= 0.5) {
-    Grid grid = make_grid(lo, hi, spacing * units_per_px, value);
+    NodeGrid grid = make_grid(lo, hi, spacing * units_per_px, value);
     continue_beyond_domain(&grid);
     const bool last = spacing <= finest_px;
     const double enough = last ? std::numeric_limits<double>::infinity() : tolerance;
@@ -169,7 +169,7 @@ Grid refine_grid(const Lens& lens, const Vector2d& lo, const Vector2d& hi, doubl
 
 Vector3d nan3() { return Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()); }
 
-void pack(const Grid& grid, gpu::vec4* header, gpu::uvec4* n, std::vector<gpu::vec4>* nodes) {
+void pack(const NodeGrid& grid, gpu::vec4* header, gpu::uvec4* n, std::vector<gpu::vec4>* nodes) {
   *header = {static_cast<float>(grid.first.x()), static_cast<float>(grid.first.y()),
              static_cast<float>(1.0 / grid.spacing.x()), static_cast<float>(1.0 / grid.spacing.y())};
   *n = {static_cast<gpu::uint>(grid.nx), static_cast<gpu::uint>(grid.ny), 0, 0};
@@ -231,7 +231,7 @@ LensTable make_lens_table(const Lens& lens) {
     return {d->x() / d->z() - (q.x() - cx) / fx, d->y() / d->z() - (q.y() - cy) / fy, 0.0};
   };
   const Vector2d lo(-0.5, -0.5), hi(lens.width() - 0.5, lens.height() - 0.5);
-  const Grid grid = refine_grid(lens, lo, hi, 1.0, value, px_per_unit, tolerance_px, &table.max_error_px,
+  const NodeGrid grid = refine_grid(lens, lo, hi, 1.0, value, px_per_unit, tolerance_px, &table.max_error_px,
                                 &table.spacing_px);
   pack(grid, &table.grid, &table.grid_n, &table.nodes);
   return table;
@@ -276,7 +276,7 @@ ProjectorTable make_projector_table(const Lens& lens) {
   };
   const double px = 1.0 / std::max(table.fx, table.fy);
   double spacing_px = 0.0;
-  const Grid grid =
+  const NodeGrid grid =
       refine_grid(lens, lo, hi, px, value, 1.0, projector_tolerance_px, &table.max_error_px, &spacing_px);
   pack(grid, &table.grid, &table.grid_n, &table.nodes);
   return table;
