@@ -18,9 +18,9 @@
 #include "capture/loop_rig_testing.hpp"
 #include "capture/pixel_format.hpp"
 #include "capture/session.hpp"
-#include "twin/image_io.hpp"
-#include "twin/progress.hpp"
-#include "twin/sha256.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/base/sha256.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace {
 

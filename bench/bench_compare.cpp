@@ -19,7 +19,7 @@
 #include "compare/result_json.hpp"
 #include "render/sensor.hpp"
 #include "tests/support/paper_rig.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace {
 

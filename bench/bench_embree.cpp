@@ -19,7 +19,7 @@
 #include "tests/accuracy/agreement.hpp"
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace {
 

@@ -15,8 +15,8 @@
 #include "tests/accuracy/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "tests/support/povray.hpp"
-#include "twin/errors.hpp"
-#include "twin/process_testing.hpp"
+#include "tests/support/twin/child_process.hpp"
+#include "twin/base/errors.hpp"
 
 namespace {
 

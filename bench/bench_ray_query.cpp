@@ -25,7 +25,7 @@
 #include "render/scene.hpp"
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace {
 

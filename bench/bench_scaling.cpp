@@ -22,7 +22,7 @@
 #include "report/plot.hpp"
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 #include "twin/fringes.hpp"
 
 namespace {

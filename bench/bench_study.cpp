@@ -13,7 +13,7 @@
 #include <string>
 #include <thread>
 
-#include "twin/process_testing.hpp"
+#include "tests/support/twin/child_process.hpp"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "calib/rig_testing.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::calib::bad_input_test {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "calib/observations.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::calib {
 

@@ -20,7 +20,7 @@
 #include <random>
 
 #include "calib/projector_corners.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::calib::board_detector_test {
 namespace {

@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "twin/lens.hpp"
-#include "twin/pose.hpp"
+#include "twin/lens/lens.hpp"
+#include "twin/lens/pose.hpp"
 
 namespace fringetwin::calib {
 

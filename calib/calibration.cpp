@@ -10,7 +10,7 @@
 #include "calib/gates.hpp"
 #include "calib/seed.hpp"
 #include "calib/uncertainty.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
 

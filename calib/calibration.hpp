@@ -7,7 +7,7 @@
 
 #include "calib/observations.hpp"
 #include "calib/problem.hpp"
-#include "twin/lens.hpp"
+#include "twin/lens/lens.hpp"
 
 namespace fringetwin::calib {
 

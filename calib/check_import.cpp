@@ -12,8 +12,8 @@
 
 #include "calib/corners_vnl.hpp"
 #include "calib/triangulate.hpp"
-#include "twin/errors.hpp"
-#include "twin/lens.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/lens/lens.hpp"
 
 namespace fringetwin::calib {
 

@@ -12,8 +12,8 @@
 #include <set>
 #include <sstream>
 
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::calib {
 

@@ -12,8 +12,8 @@
 #include <gtest/gtest.h>
 
 #include "calib/npz.hpp"
-#include "twin/errors.hpp"
-#include "twin/process_testing.hpp"
+#include "tests/support/twin/child_process.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::calib::corners_vnl_test {
 namespace {

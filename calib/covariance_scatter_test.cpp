@@ -14,7 +14,7 @@
 
 #include "calib/draws_testing.hpp"
 #include "calib/uncertainty.hpp"
-#include "twin/linear.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib::covariance_scatter_test {
 namespace {

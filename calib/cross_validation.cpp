@@ -6,8 +6,8 @@
 
 #include "calib/triangulate.hpp"
 #include "calib/uncertainty.hpp"
-#include "twin/errors.hpp"
-#include "twin/linear.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
 

@@ -9,7 +9,7 @@
 #include <cstdio>
 
 #include "calib/rig_testing.hpp"
-#include "twin/linear.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib::test_tools {
 

@@ -8,7 +8,7 @@
 
 #include "calib/calibration.hpp"
 #include "calib/cross_validation.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::calib {
 

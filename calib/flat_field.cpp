@@ -9,8 +9,8 @@
 #include <optional>
 #include <vector>
 
-#include "twin/errors.hpp"
-#include "twin/linear.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
 

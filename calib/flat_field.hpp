@@ -5,7 +5,7 @@
 #include <string>
 
 #include "calib/photon_transfer.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::calib {
 

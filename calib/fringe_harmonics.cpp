@@ -7,7 +7,7 @@
 #include <complex>
 #include <numbers>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
 

@@ -6,7 +6,7 @@
 
 #include "calib/photon_transfer.hpp"
 #include "twin/fringes.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::calib {
 

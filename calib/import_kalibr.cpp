@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "calib/imported_rig.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
 

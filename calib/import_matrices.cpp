@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "calib/imported_rig.hpp"
-#include "twin/errors.hpp"
-#include "twin/linear.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
 

@@ -18,9 +18,9 @@
 #include <sstream>
 
 #include "calib/check_import.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
-#include "twin/lens.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/image/image_io.hpp"
+#include "twin/lens/lens.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::calib::import_test {

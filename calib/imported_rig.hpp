@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "twin/pose.hpp"
+#include "twin/lens/pose.hpp"
 
 namespace fringetwin::calib {
 

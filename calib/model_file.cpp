@@ -4,7 +4,7 @@
 
 #include "calib/calibration.hpp"
 #include "calib/npz.hpp"
-#include "twin/cameramodel.hpp"
+#include "twin/file/cameramodel.hpp"
 
 namespace fringetwin::calib {
 

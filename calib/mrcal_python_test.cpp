@@ -15,7 +15,7 @@
 
 #include "calib/rig_testing.hpp"
 #include "calib/uncertainty.hpp"
-#include "twin/process_testing.hpp"
+#include "tests/support/twin/child_process.hpp"
 
 namespace fringetwin::calib::mrcal_python_test {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "calib/photon_transfer.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
 

@@ -7,7 +7,7 @@
 #include <array>
 #include <bit>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
 

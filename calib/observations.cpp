@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
 

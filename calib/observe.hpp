@@ -8,7 +8,7 @@
 #include "calib/board_detector.hpp"
 #include "calib/corners_vnl.hpp"
 #include "calib/projector_corners.hpp"
-#include "twin/capture_set.hpp"
+#include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::calib {

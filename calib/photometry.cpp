@@ -8,8 +8,8 @@
 #include <numeric>
 
 #include "measure/decode_input.hpp"
-#include "twin/constants.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
 

@@ -10,7 +10,7 @@
 #include "calib/flat_field.hpp"
 #include "calib/photon_transfer.hpp"
 #include "calib/projector_response.hpp"
-#include "twin/capture_set.hpp"
+#include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::calib {

@@ -13,7 +13,7 @@
 #include <cstdlib>
 
 #include "calib/photometry.hpp"
-#include "twin/real_set_testing.hpp"
+#include "tests/support/twin/real_set.hpp"
 
 namespace fringetwin::calib::photometry_real_test {
 namespace {

@@ -8,8 +8,8 @@
 #include <array>
 #include <cmath>
 
-#include "twin/errors.hpp"
-#include "twin/linear.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
 

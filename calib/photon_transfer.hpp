@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "measure/phase.hpp"
-#include "twin/constants.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/fringes.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::calib {
 

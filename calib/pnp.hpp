@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "calib/observations.hpp"
-#include "twin/mrcal_facade.hpp"
-#include "twin/pose.hpp"
+#include "twin/lens/mrcal_facade.hpp"
+#include "twin/lens/pose.hpp"
 
 namespace fringetwin::calib {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
 

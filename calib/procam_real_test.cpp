@@ -15,7 +15,7 @@
 #include "calib/board_detector.hpp"
 #include "calib/projector_corners.hpp"
 #include "measure/decode.hpp"
-#include "twin/capture_set.hpp"
+#include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::calib::procam_real_test {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <optional>
 
-#include "twin/errors.hpp"
-#include "twin/linear.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "twin/constants.hpp"
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::calib {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "calib/seed.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
 

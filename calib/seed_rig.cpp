@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "calib/seed.hpp"
-#include "twin/errors.hpp"
-#include "twin/linear.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "calib/shared_noise.hpp"
-#include "twin/errors.hpp"
-#include "twin/linear.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
 

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::capture {
 

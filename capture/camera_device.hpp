@@ -9,8 +9,8 @@
 #include <optional>
 #include <string>
 
-#include "twin/errors.hpp"
-#include "twin/image.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::capture {
 

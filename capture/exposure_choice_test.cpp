@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "capture/even_rig_testing.hpp"
-#include "twin/errors.hpp"
-#include "twin/process_testing.hpp"
-#include "twin/property_testing.hpp"
+#include "tests/support/twin/child_process.hpp"
+#include "tests/support/twin/random_values.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::exposure_choice_test {
 namespace {

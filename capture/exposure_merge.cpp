@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::capture {
 namespace {

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <optional>
 
-#include "twin/process_testing.hpp"
+#include "tests/support/twin/child_process.hpp"
 
 namespace {
 

@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::capture {
 namespace fs = std::filesystem;

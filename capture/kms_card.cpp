@@ -12,7 +12,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::capture {
 namespace {

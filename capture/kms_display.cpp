@@ -10,8 +10,8 @@
 
 #include "capture/kms_card.hpp"
 #include "capture/kms_properties.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::capture {
 namespace kms {  // types of a member, so not without a name

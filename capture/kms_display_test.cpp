@@ -9,7 +9,7 @@
 #include <cerrno>
 
 #include "capture/fake_drm_testing.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::kms_display_test {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "capture/kms_card.hpp"
 #include "capture/refused_testing.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::kms_modes_test {
 namespace {

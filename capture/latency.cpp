@@ -11,8 +11,8 @@
 
 #include "capture/light_levels.hpp"
 #include "capture/streams.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::capture {
 namespace {

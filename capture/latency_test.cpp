@@ -12,10 +12,10 @@
 #include <gtest/gtest.h>
 
 #include "capture/even_rig_testing.hpp"
-#include "twin/errors.hpp"
-#include "twin/process_testing.hpp"
-#include "twin/progress.hpp"
-#include "twin/property_testing.hpp"
+#include "tests/support/twin/child_process.hpp"
+#include "tests/support/twin/random_values.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::test::latency_test {
 namespace {

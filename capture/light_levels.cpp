@@ -9,7 +9,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::capture {
 namespace {

@@ -8,7 +8,7 @@
 #include "capture/mirror_display.hpp"
 #include "capture/v4l2_display.hpp"
 #include "capture/window_display.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::capture {
 namespace {

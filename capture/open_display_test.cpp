@@ -6,7 +6,7 @@
 
 #include "capture/refused_testing.hpp"
 #include "capture/window_display.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::open_display_test {
 namespace {

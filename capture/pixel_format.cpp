@@ -11,7 +11,7 @@
 #include <cstring>
 #include <memory>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::capture {
 namespace {

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <span>
 
-#include "twin/errors.hpp"
-#include "twin/sha256.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/sha256.hpp"
 
 namespace fringetwin::capture {
 namespace {

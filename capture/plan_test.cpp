@@ -7,7 +7,7 @@
 #include <set>
 
 #include "capture/loop_rig_testing.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::plan_test {
 namespace {

@@ -8,7 +8,7 @@
 #include <complex>
 #include <numbers>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::capture {
 namespace {

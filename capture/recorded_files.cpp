@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "twin/image_io.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::capture {
 namespace fs = std::filesystem;

@@ -11,11 +11,11 @@
 #include "capture/exposure_merge.hpp"
 #include "capture/recorded_files.hpp"
 #include "capture/verify_set.hpp"
-#include "twin/capture_set.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
-#include "twin/progress.hpp"
-#include "twin/sha256.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/base/sha256.hpp"
+#include "twin/captures/capture_set.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::capture {
 namespace fs = std::filesystem;

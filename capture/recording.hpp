@@ -10,7 +10,7 @@
 
 #include "capture/journal.hpp"
 #include "capture/plan.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::capture {

@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test_tools {
 

@@ -16,7 +16,7 @@
 #include "capture/loop_rig_testing.hpp"
 #include "capture/preview.hpp"
 #include "capture/simulated_rig.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::test::rig_help_test {
 namespace {

@@ -8,8 +8,8 @@
 #include <thread>
 
 #include "capture/streams.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::capture {
 namespace {

@@ -10,9 +10,9 @@
 
 #include "capture/loop_rig_testing.hpp"
 #include "capture/verify_set.hpp"
-#include "twin/image_io.hpp"
-#include "twin/process_testing.hpp"
-#include "twin/progress.hpp"
+#include "tests/support/twin/child_process.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::test::session_test {
 namespace {

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "render/sensor.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::capture {
 namespace {

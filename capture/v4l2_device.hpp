@@ -9,7 +9,7 @@
 
 #include "capture/camera_device.hpp"
 #include "capture/v4l2_api.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::capture {
 

@@ -11,14 +11,14 @@
 #include <tuple>
 
 #include "capture/journal.hpp"
-#include "twin/capture_set.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
-#include "twin/numbered_name.hpp"
-#include "twin/parallel.hpp"
-#include "twin/paths.hpp"
-#include "twin/seal.hpp"
-#include "twin/sha256.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/numbered_name.hpp"
+#include "twin/base/parallel.hpp"
+#include "twin/base/paths.hpp"
+#include "twin/base/seal.hpp"
+#include "twin/base/sha256.hpp"
+#include "twin/captures/capture_set.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::capture {
 namespace fs = std::filesystem;

@@ -9,13 +9,13 @@
 #include <fstream>
 #include <random>
 
-#include "twin/capture_set.hpp"
-#include "twin/errors.hpp"
-#include "twin/foreign_set.hpp"
-#include "twin/image_io.hpp"
-#include "twin/process_testing.hpp"
-#include "twin/seal.hpp"
-#include "twin/sha256.hpp"
+#include "tests/support/twin/child_process.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/seal.hpp"
+#include "twin/base/sha256.hpp"
+#include "twin/captures/capture_set.hpp"
+#include "twin/captures/foreign_set.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::test::verify_set_test {
 namespace {

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <charconv>
 
-#include "twin/errors.hpp"
-#include "twin/module_loader.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/module_loader.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::capture {
 namespace {

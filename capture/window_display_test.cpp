@@ -12,7 +12,7 @@
 #include "capture/open_display.hpp"
 #include "capture/x11_client_testing.hpp"
 #include "capture/xvfb_testing.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::window_display_test {
 namespace {

@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "twin/image.hpp"
-#include "twin/process_testing.hpp"
+#include "tests/support/twin/child_process.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::test_tools {
 

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <glob.h>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::cli {
 

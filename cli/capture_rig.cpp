@@ -12,8 +12,8 @@
 #include "capture/v4l2_camera.hpp"
 #include "cli/flags.hpp"
 #include "compare/provenance.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::cli {
 

@@ -18,10 +18,10 @@
 #include "cli/version.hpp"
 #include "compare/provenance.hpp"
 #include "report/text.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
-#include "twin/paths.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/paths.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/image/image_io.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::cli {

@@ -17,8 +17,8 @@
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"
 #include "cli/version.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::cli {
 

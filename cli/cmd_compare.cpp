@@ -5,8 +5,8 @@
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"
 #include "cli/results.hpp"
-#include "twin/errors.hpp"
-#include "twin/measured_steps.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/captures/measured_steps.hpp"
 
 namespace fringetwin::cli {
 

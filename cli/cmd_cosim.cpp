@@ -12,10 +12,10 @@
 #include "compare/calibration_covariance.hpp"
 #include "compare/refine.hpp"
 #include "render/sensor.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
-#include "twin/measured_steps.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/captures/measured_steps.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::cli {
 

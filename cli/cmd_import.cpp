@@ -11,9 +11,9 @@
 #include "calib/imported_rig.hpp"
 #include "cli/commands.hpp"
 #include "cli/import_rig.hpp"
-#include "twin/cameramodel.hpp"
-#include "twin/errors.hpp"
-#include "twin/opencv_import.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/file/cameramodel.hpp"
+#include "twin/file/opencv_import.hpp"
 
 namespace fringetwin::cli {
 

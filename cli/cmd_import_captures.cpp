@@ -14,12 +14,12 @@
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"
 #include "cli/version.hpp"
-#include "twin/errors.hpp"
-#include "twin/foreign_set.hpp"
-#include "twin/natural_order.hpp"
-#include "twin/numbered_name.hpp"
-#include "twin/paths.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/natural_order.hpp"
+#include "twin/base/numbered_name.hpp"
+#include "twin/base/paths.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/captures/foreign_set.hpp"
 
 namespace fringetwin::cli {
 

@@ -6,8 +6,8 @@
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"
 #include "cli/results.hpp"
-#include "twin/image_io.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::cli {
 

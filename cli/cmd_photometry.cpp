@@ -15,10 +15,10 @@
 #include "cli/results.hpp"
 #include "cli/version.hpp"
 #include "compare/provenance.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
-#include "twin/paths.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/paths.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::cli {
 

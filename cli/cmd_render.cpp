@@ -7,8 +7,8 @@
 #include "cli/flags.hpp"
 #include "cli/out_folder.hpp"
 #include "cli/pipeline.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::cli {
 

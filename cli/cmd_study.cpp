@@ -14,8 +14,8 @@
 #include "study/slurm.hpp"
 #include "study/slurm_engine.hpp"
 #include "study/worker.hpp"
-#include "twin/errors.hpp"
-#include "twin/paths.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/paths.hpp"
 
 namespace fringetwin::cli {
 namespace {

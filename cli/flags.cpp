@@ -6,7 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/pipeline.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::cli {
 

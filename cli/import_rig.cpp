@@ -9,12 +9,12 @@
 
 #include "calib/check_import.hpp"
 #include "cli/out_folder.hpp"
-#include "twin/cameramodel.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
-#include "twin/lens.hpp"
-#include "twin/paths.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/paths.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/file/cameramodel.hpp"
+#include "twin/image/image_io.hpp"
+#include "twin/lens/lens.hpp"
 
 namespace fringetwin::cli {
 

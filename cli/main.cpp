@@ -10,8 +10,8 @@
 
 #include "cli/commands.hpp"
 #include "cli/version.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace {
 

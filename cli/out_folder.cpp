@@ -7,8 +7,8 @@
 #include <cerrno>
 #include <cstring>
 
-#include "twin/errors.hpp"
-#include "twin/paths.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/paths.hpp"
 
 namespace fringetwin::cli {
 namespace fs = std::filesystem;

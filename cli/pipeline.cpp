@@ -7,9 +7,9 @@
 
 #include "cli/out_folder.hpp"
 #include "render/sensor.hpp"
-#include "twin/errors.hpp"
-#include "twin/measured_steps.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/captures/measured_steps.hpp"
 
 namespace fringetwin::cli {
 

@@ -11,7 +11,7 @@
 #include "compare/provenance.hpp"
 #include "measure/measurement.hpp"
 #include "render/renderer.hpp"
-#include "twin/capture_set.hpp"
+#include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::cli {
@@ -59,7 +59,7 @@ std::vector<CameraImages> load_captures(const Twin& twin, const std::filesystem:
 /// True when an object's shape is to be built from the real capture.
 bool has_measured_shape(const Twin& twin);
 /// Replaces every MeasuredShape by the surface measured from `real`. The steps a comparison may use then:
-/// left_over_steps() (twin/measured_steps.hpp), to be asked before.
+/// left_over_steps() (twin/captures/measured_steps.hpp), to be asked before.
 void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real);
 
 /// The twin with everything a renderer needs: meshes read, measured shapes built from [real] captures.

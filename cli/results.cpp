@@ -10,9 +10,9 @@
 #include "cli/version.hpp"
 #include "compare/causes.hpp"
 #include "compare/report_page.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::cli {
 

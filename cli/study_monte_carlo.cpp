@@ -6,9 +6,9 @@
 #include "cli/version.hpp"
 #include "study/kept_points.hpp"
 #include "study/monte_carlo_run.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::cli {
 namespace {

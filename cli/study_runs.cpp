@@ -7,9 +7,9 @@
 
 #include "cli/out_folder.hpp"
 #include "cli/version.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::cli {
 namespace {

@@ -10,7 +10,7 @@
 #include "study/study_file.hpp"
 #include "study/study_report.hpp"
 #include "study/study_store.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::cli {
 

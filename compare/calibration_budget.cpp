@@ -6,7 +6,7 @@
 #include "compare/fit_rows.hpp"
 #include "compare/phase_rows.hpp"
 #include "measure/measurement.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::compare {
 namespace {

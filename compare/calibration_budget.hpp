@@ -11,7 +11,7 @@
 
 #include "compare/calibration_covariance.hpp"
 #include "render/renderer.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::compare {
 

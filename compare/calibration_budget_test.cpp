@@ -18,7 +18,7 @@
 #include "tests/accuracy/agreement.hpp"
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/small_twin.hpp"
-#include "twin/constants.hpp"
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::compare::calibration_budget_test {
 namespace {

@@ -10,8 +10,8 @@
 #include <set>
 
 #include "report/json.hpp"
-#include "twin/errors.hpp"
-#include "twin/linear.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::compare {
 namespace {

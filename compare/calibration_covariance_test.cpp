@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::compare::calibration_covariance_test {
 namespace {

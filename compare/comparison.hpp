@@ -15,7 +15,7 @@
 #include "compare/provenance.hpp"
 #include "compare/shift_row.hpp"
 #include "measure/measurement.hpp"
-#include "twin/capture_set.hpp"
+#include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::render {

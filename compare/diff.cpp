@@ -11,7 +11,7 @@
 
 #include "compare/fit_rows.hpp"
 #include "report/json.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::compare {
 namespace {

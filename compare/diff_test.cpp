@@ -9,7 +9,7 @@
 
 #include "compare/result_json.hpp"
 #include "compare/synthetic.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::compare::diff_test {
 namespace {

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "compare/phase_rows.hpp"
-#include "twin/constants.hpp"
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::compare {
 namespace {

@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "compare/gain_sums.hpp"
-#include "twin/constants.hpp"
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::compare {
 namespace {

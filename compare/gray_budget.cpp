@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "twin/constants.hpp"
-#include "twin/linear.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::compare {
 namespace {

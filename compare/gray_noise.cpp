@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "compare/noise_check.hpp"
-#include "twin/constants.hpp"
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::compare {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "compare/gain_fit.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::compare {
 

@@ -2,7 +2,7 @@
 // Pixels inside a surface: where a comparison says something about light and shape, not about an outline.
 #pragma once
 #include "measure/decode.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::compare {
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "compare/synthetic.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::compare::limits_test {
 namespace {

@@ -12,7 +12,7 @@
 #include "compare/comparison.hpp"
 #include "measure/decode_input.hpp"
 #include "measure/phase.hpp"
-#include "twin/constants.hpp"
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::compare {
 namespace {

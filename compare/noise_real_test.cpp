@@ -14,7 +14,7 @@
 #include "calib/photometry.hpp"
 #include "compare/noise_check.hpp"
 #include "measure/measurement.hpp"
-#include "twin/real_set_testing.hpp"
+#include "tests/support/twin/real_set.hpp"
 
 namespace fringetwin::compare::noise_real_test {
 namespace {

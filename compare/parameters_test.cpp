@@ -17,7 +17,7 @@
 #include <random>
 #include <set>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::compare::parameters_test {
 namespace {

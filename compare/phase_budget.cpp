@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "compare/phase_rows.hpp"
-#include "twin/constants.hpp"
-#include "twin/linear.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::compare {
 namespace {

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "compare/gray_rows.hpp"
-#include "twin/constants.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::compare {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "compare/comparison.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::compare {
 

@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "twin/sha256.hpp"
+#include "twin/base/sha256.hpp"
 
 namespace fringetwin::compare {
 

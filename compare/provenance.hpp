@@ -32,8 +32,8 @@ struct Provenance {
   std::uint64_t seed = 0;
 };
 
-/// Path as given -> SHA-256 (twin/sha256.hpp), each file once. Throws UserError(input) when one cannot be
-/// read.
+/// Path as given -> SHA-256 (twin/base/sha256.hpp), each file once. Throws UserError(input) when one cannot
+/// be read.
 std::map<std::string, std::string> sha256_of_files(const std::vector<std::filesystem::path>& files);
 
 }  // namespace fringetwin::compare

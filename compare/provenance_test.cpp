@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::compare::provenance_test {
 namespace {

@@ -10,8 +10,8 @@
 #include "compare/explained.hpp"
 #include "compare/gauss_newton.hpp"
 #include "compare/interior.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::compare {
 namespace {

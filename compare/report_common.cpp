@@ -6,7 +6,7 @@
 
 #include "compare/report_parts.hpp"
 #include "report/text.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::compare {
 namespace {

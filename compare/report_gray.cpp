@@ -11,7 +11,7 @@
 #include "report/map.hpp"
 #include "report/plot.hpp"
 #include "report/text.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::compare {
 namespace {

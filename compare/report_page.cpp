@@ -7,8 +7,8 @@
 #include "report/cloud_canvas.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::compare {
 namespace {

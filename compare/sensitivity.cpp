@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::compare {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "compare/gray_rows.hpp"
-#include "twin/constants.hpp"
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::compare {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::compare {
 

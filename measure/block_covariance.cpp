@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "twin/linear.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::measure {
 

@@ -8,8 +8,8 @@
 
 #include "measure/measurement.hpp"
 #include "measure/synthetic_rig.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::measure::cancel_test {
 namespace {

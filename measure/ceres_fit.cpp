@@ -8,9 +8,9 @@
 #include <map>
 
 #include "measure/block_covariance.hpp"
-#include "twin/constants.hpp"
-#include "twin/errors.hpp"
-#include "twin/linear.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::measure {
 namespace {

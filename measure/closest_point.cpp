@@ -9,7 +9,7 @@
 #include <numeric>
 #include <unordered_map>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure {
 namespace {

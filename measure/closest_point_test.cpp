@@ -14,7 +14,7 @@
 #include <random>
 
 #include "measure/test_meshes.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure::closest_point_test {
 namespace {

@@ -2,7 +2,7 @@
 // Sub-pixel reading of a decoded coordinate map (NaN = invalid) with its gradient.
 #pragma once
 #include "measure/decode.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::measure {
 

@@ -11,9 +11,9 @@
 #include "measure/phase.hpp"
 #include "measure/phase_noise.hpp"
 #include "measure/unwrap.hpp"
-#include "twin/constants.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::measure {
 namespace {

@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "twin/capture_set.hpp"
+#include "twin/captures/capture_set.hpp"
 #include "twin/fringes.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::measure {
 

@@ -12,7 +12,7 @@
 
 #include "measure/decode.hpp"
 #include "measure/synthetic_fringes.hpp"
-#include "twin/property_testing.hpp"
+#include "tests/support/twin/random_values.hpp"
 
 namespace fringetwin::measure::decode_noise_test {
 namespace {

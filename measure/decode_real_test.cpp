@@ -33,8 +33,8 @@
 
 #include "measure/depth_solver.hpp"
 #include "measure/measurement.hpp"
-#include "twin/capture_set.hpp"
-#include "twin/linear.hpp"
+#include "twin/captures/capture_set.hpp"
+#include "twin/lens/linear.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::measure::decode_real_test {

@@ -17,7 +17,7 @@
 #include <numbers>
 
 #include "measure/synthetic_fringes.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure::decode_test {
 namespace {

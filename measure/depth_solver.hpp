@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 
 #include "measure/coordinate_map.hpp"
-#include "twin/lens.hpp"
-#include "twin/pose.hpp"
+#include "twin/lens/lens.hpp"
+#include "twin/lens/pose.hpp"
 
 namespace fringetwin::measure {
 

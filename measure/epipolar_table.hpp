@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "measure/coordinate_map.hpp"
-#include "twin/lens.hpp"
-#include "twin/pose.hpp"
+#include "twin/lens/lens.hpp"
+#include "twin/lens/pose.hpp"
 
 namespace fringetwin::measure {
 

@@ -8,7 +8,7 @@
 #include "measure/fits.hpp"
 #include "measure/point_set.hpp"
 #include "measure/robust.hpp"
-#include "twin/linear.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::measure {
 namespace {

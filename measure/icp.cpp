@@ -11,7 +11,7 @@
 #include <cmath>
 #include <random>
 
-#include "twin/linear.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::measure {
 namespace {

@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "twin/mesh.hpp"
-#include "twin/pose.hpp"
+#include "twin/lens/pose.hpp"
+#include "twin/mesh/mesh.hpp"
 
 namespace fringetwin::measure {
 

@@ -10,8 +10,8 @@
 #include "measure/phase_exr.hpp"
 #include "measure/smooth_coordinates.hpp"
 #include "measure/unwrap.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::measure {
 namespace {

@@ -10,7 +10,7 @@
 #include "measure/decode.hpp"
 #include "measure/fits.hpp"
 #include "measure/points.hpp"
-#include "twin/capture_set.hpp"
+#include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::measure {

@@ -17,7 +17,7 @@
 #include <sstream>
 
 #include "measure/synthetic_rig.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure::measurement_test {
 namespace {

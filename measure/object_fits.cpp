@@ -9,8 +9,8 @@
 #include "measure/block_covariance.hpp"
 #include "measure/closest_point.hpp"
 #include "measure/fits.hpp"
-#include "twin/constants.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure {
 namespace {

@@ -10,7 +10,7 @@
 #include "measure/fits.hpp"
 #include "measure/synthetic_rig.hpp"
 #include "measure/test_meshes.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure::object_fits_test {
 namespace {

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "measure/synthetic_fringes.hpp"
-#include "twin/property_testing.hpp"
+#include "tests/support/twin/random_values.hpp"
 
 namespace fringetwin::measure::order_repair_test {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "measure/decode.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "twin/image_io.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::measure {
 namespace {

@@ -9,7 +9,7 @@
 #include <map>
 
 #include "measure/synthetic_fringes.hpp"
-#include "twin/image_io.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::measure::phase_exr_test {
 namespace {

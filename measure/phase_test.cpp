@@ -15,8 +15,8 @@
 #include <random>
 
 #include "measure/decode.hpp"
-#include "twin/errors.hpp"
-#include "twin/property_testing.hpp"
+#include "tests/support/twin/random_values.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure::phase_test {
 namespace {

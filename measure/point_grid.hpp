@@ -2,7 +2,7 @@
 // The cloud back on its source pixels.
 #pragma once
 #include "measure/points.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::measure {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "measure/points.hpp"
-#include "twin/pose.hpp"
+#include "twin/lens/pose.hpp"
 
 namespace fringetwin::measure {
 

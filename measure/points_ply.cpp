@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "measure/points.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::measure {
 namespace {

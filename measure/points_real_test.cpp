@@ -32,7 +32,7 @@
 
 #include "measure/measurement.hpp"
 #include "measure/point_grid.hpp"
-#include "twin/capture_set.hpp"
+#include "twin/captures/capture_set.hpp"
 
 namespace fringetwin::measure::points_real_test {
 namespace {

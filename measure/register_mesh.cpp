@@ -10,8 +10,8 @@
 #include "measure/fits.hpp"
 #include "measure/icp.hpp"
 #include "measure/robust.hpp"
-#include "twin/errors.hpp"
-#include "twin/linear.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::measure {
 namespace {

@@ -11,7 +11,7 @@
 #include "measure/epipolar_table.hpp"
 #include "measure/point_rows.hpp"
 #include "measure/points.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure {
 namespace {

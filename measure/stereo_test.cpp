@@ -15,7 +15,7 @@
 #include "measure/fits.hpp"
 #include "measure/points.hpp"
 #include "measure/synthetic_rig.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure::stereo_test {
 namespace {

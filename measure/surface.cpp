@@ -11,7 +11,7 @@
 #include "measure/measurement.hpp"
 #include "measure/point_grid.hpp"
 #include "measure/robust.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure {
 namespace {

@@ -11,7 +11,7 @@
 #include "measure/closest_point.hpp"
 #include "measure/measurement.hpp"
 #include "measure/synthetic_rig.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure::surface_test {
 namespace {

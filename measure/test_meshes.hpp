@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "twin/mesh.hpp"
+#include "twin/mesh/mesh.hpp"
 
 namespace fringetwin::measure::test_tools {
 

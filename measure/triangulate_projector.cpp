@@ -6,7 +6,7 @@
 #include "measure/depth_solver.hpp"
 #include "measure/point_rows.hpp"
 #include "measure/points.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "measure/points.hpp"
 #include "measure/synthetic_rig.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure::triangulate_projector_test {
 namespace {

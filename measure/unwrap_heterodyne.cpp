@@ -5,8 +5,8 @@
 
 #include "fmt/format.h"
 #include "measure/unwrap.hpp"
-#include "twin/constants.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure {
 namespace {

@@ -15,8 +15,8 @@
 #include <numbers>
 #include <random>
 
-#include "twin/errors.hpp"
-#include "twin/property_testing.hpp"
+#include "tests/support/twin/random_values.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::measure::unwrap_test {
 namespace {

@@ -6,7 +6,7 @@
 //   an edge                               scan lines that find it, more of them until they agree
 #include "render/adaptive_trace.hpp"
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 namespace {

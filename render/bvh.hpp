@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "twin/mesh.hpp"
+#include "twin/mesh/mesh.hpp"
 
 namespace fringetwin::render {
 

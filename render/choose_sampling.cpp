@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "render/renderer.hpp"
-#include "twin/constants.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 namespace {

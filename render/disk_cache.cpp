@@ -9,8 +9,8 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "twin/image_io.hpp"
-#include "twin/sha256.hpp"
+#include "twin/base/sha256.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::render {
 namespace {

@@ -9,8 +9,8 @@
 #include "render/renderer.hpp"
 #include "render/transport_images.hpp"
 #include "render/waveform.hpp"
-#include "twin/constants.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 

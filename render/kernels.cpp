@@ -25,7 +25,7 @@
 #include "trace_precise_storage_spv.h"
 #include "trace_spv.h"
 #include "trace_storage_spv.h"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <limits>
 
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::render {
 namespace {
@@ -146,7 +146,7 @@ double grid_error(const NodeGrid& grid, F f, double scale, double enough) {
 // The coarsest grid over [lo, hi] that meets the tolerance.
 template <class F>
 NodeGrid refine_grid(const Lens& lens, const Vector2d& lo, const Vector2d& hi, double units_per_px, F value,
-                 double error_scale, double tolerance, double* max_error_px, double* spacing_px) {
+                     double error_scale, double tolerance, double* max_error_px, double* spacing_px) {
   for (double spacing = coarsest_px;; spacing *= 0.5) {
     NodeGrid grid = make_grid(lo, hi, spacing * units_per_px, value);
     continue_beyond_domain(&grid);
@@ -232,7 +232,7 @@ LensTable make_lens_table(const Lens& lens) {
   };
   const Vector2d lo(-0.5, -0.5), hi(lens.width() - 0.5, lens.height() - 0.5);
   const NodeGrid grid = refine_grid(lens, lo, hi, 1.0, value, px_per_unit, tolerance_px, &table.max_error_px,
-                                &table.spacing_px);
+                                    &table.spacing_px);
   pack(grid, &table.grid, &table.grid_n, &table.nodes);
   return table;
 }

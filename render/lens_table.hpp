@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "render/split_float.hpp"
-#include "twin/lens.hpp"
+#include "twin/lens/lens.hpp"
 
 namespace fringetwin::render {
 

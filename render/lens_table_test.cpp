@@ -14,8 +14,8 @@
 #include <random>
 
 #include "tests/support/paper_rig.hpp"
-#include "twin/errors.hpp"
-#include "twin/mrcal_facade.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/lens/mrcal_facade.hpp"
 
 namespace fringetwin::render::lens_table_test {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "render/bvh_cache.hpp"
 #include "render/scene.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 namespace {

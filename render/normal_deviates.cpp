@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 // The loops are compiled for several widths of registers, of which the processor takes the widest. Programs
 // with a sanitizer cannot choose that early.

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "render/waveform.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 namespace {

@@ -6,7 +6,7 @@
 #include <mutex>
 #include <numbers>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 namespace {

@@ -14,7 +14,7 @@
 #include "render/reference_mesh.hpp"
 #include "render/reference_pattern.hpp"
 #include "render/reference_shapes.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 namespace {

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "render/reference_shapes.hpp"
-#include "twin/mesh.hpp"
+#include "twin/mesh/mesh.hpp"
 
 namespace fringetwin::render {
 

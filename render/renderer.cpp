@@ -15,8 +15,8 @@
 #include "render/specialise.hpp"
 #include "render/transport_images.hpp"
 #include "render/waveform.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::render {
 namespace {

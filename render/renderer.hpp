@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "render/response_series.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::render {

@@ -11,7 +11,7 @@
 #include "render/shortcuts.hpp"
 #include "render/trace_job.hpp"
 #include "render/vulkan_device.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::render {
 

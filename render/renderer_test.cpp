@@ -17,7 +17,7 @@
 
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render::renderer_test {
 namespace {

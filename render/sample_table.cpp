@@ -7,7 +7,7 @@
 
 #include "render/quadrature.hpp"
 #include "render/sobol.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 

@@ -12,7 +12,7 @@
 #include <numbers>
 #include <set>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render::sample_table_test {
 namespace {

@@ -10,7 +10,7 @@
 #include <map>
 
 #include "render/visible_range.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 namespace {

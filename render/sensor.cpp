@@ -8,7 +8,7 @@
 #include <span>
 
 #include "render/normal_deviates.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "render/renderer.hpp"
-#include "twin/capture_set.hpp"
+#include "twin/captures/capture_set.hpp"
 
 namespace fringetwin::render {
 

@@ -9,8 +9,8 @@
 #include <limits>
 #include <numbers>
 
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::render {
 namespace {

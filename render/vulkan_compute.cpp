@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "render/vulkan_device.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 namespace {

@@ -10,8 +10,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::render {
 namespace {

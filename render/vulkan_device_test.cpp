@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render::vulkan_device_test {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "render/quadrature.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "report/png.hpp"
 #include "report/text.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::report {
 namespace {

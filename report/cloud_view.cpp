@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "report/map.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::report {
 namespace {

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "report/text.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::report {
 namespace {

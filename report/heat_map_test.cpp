@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "report/process.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::report::heat_map_test {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "report/png.hpp"
 #include "report/text.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::report {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "report/color_scale.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::report {
 

@@ -9,8 +9,8 @@
 
 #include "report/process.hpp"
 #include "report/text.hpp"
-#include "twin/errors.hpp"
-#include "twin/parallel.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/parallel.hpp"
 
 namespace fringetwin::report {
 namespace {

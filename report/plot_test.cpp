@@ -11,7 +11,7 @@
 #include "report/html_page.hpp"
 #include "report/process.hpp"
 #include "report/text.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::report::plot_test {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::report {
 namespace {

@@ -2,7 +2,7 @@
 #include "report/table.hpp"
 
 #include "report/text.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::report {
 namespace {

@@ -13,7 +13,7 @@
 #include "report/json.hpp"
 #include "study/here.hpp"
 #include "study/worker.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace fs = std::filesystem;

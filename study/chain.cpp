@@ -9,8 +9,8 @@
 
 #include "compare/fit_rows.hpp"
 #include "render/sensor.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::study {
 namespace {

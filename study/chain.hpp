@@ -8,7 +8,7 @@
 
 #include "measure/measurement.hpp"
 #include "render/renderer.hpp"
-#include "twin/capture_set.hpp"
+#include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::study {

@@ -7,7 +7,7 @@
 
 #include "render/philox.hpp"
 #include "render/sobol.hpp"
-#include "twin/toml_reader.hpp"
+#include "twin/file/toml_reader.hpp"
 
 namespace fringetwin::study {
 namespace {

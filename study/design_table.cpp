@@ -10,7 +10,7 @@
 
 #include "study/chain.hpp"
 #include "study/varied_axes.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

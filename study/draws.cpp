@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "render/philox.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

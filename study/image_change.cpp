@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "study/subset.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::study {

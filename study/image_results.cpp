@@ -9,7 +9,7 @@
 #include "compare/indicators.hpp"
 #include "report/json.hpp"
 #include "study/noise_theory.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

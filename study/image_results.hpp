@@ -10,7 +10,7 @@
 #include "render/renderer.hpp"
 #include "study/noise_theory.hpp"
 #include "study/study_file.hpp"
-#include "twin/capture_set.hpp"
+#include "twin/captures/capture_set.hpp"
 
 namespace fringetwin::study {
 

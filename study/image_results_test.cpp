@@ -11,7 +11,7 @@
 #include "study/record.hpp"
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/small_twin.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::image_results_test {
 namespace {

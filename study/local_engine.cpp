@@ -15,8 +15,8 @@
 
 #include "study/worker.hpp"
 #include "study/worker_process.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::study {
 

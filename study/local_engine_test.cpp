@@ -15,7 +15,7 @@
 
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/small_twin.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::local_engine_test {
 namespace {

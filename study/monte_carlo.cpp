@@ -5,7 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

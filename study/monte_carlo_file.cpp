@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/monte_carlo_file.hpp"
 
-#include "twin/errors.hpp"
-#include "twin/toml_reader.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/file/toml_reader.hpp"
 
 namespace fringetwin::study {
 

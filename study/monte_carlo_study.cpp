@@ -7,7 +7,7 @@
 #include <set>
 
 #include "report/json.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "measure/mixed_pixels.hpp"
 #include "render/reference_shapes.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "study/design.hpp"
 #include "study/front.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

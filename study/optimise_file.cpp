@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "render/sobol.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -10,8 +10,8 @@
 #include "study/chain.hpp"
 #include "study/front.hpp"
 #include "study/study_parts.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -10,8 +10,8 @@
 #include "render/sensor.hpp"
 #include "study/image_results.hpp"
 #include "study/shared_meshes.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::study {
 namespace {

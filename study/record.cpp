@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "report/json.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::record_test {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "study/design.hpp"
 #include "study/local_search.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

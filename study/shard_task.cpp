@@ -9,8 +9,8 @@
 #include "study/here.hpp"
 #include "study/local_engine.hpp"
 #include "study/slurm_batch.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::study {
 namespace {

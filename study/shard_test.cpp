@@ -14,8 +14,8 @@
 #include "study/attempt.hpp"
 #include "study/slurm.hpp"
 #include "study/slurm_batch.hpp"
-#include "twin/errors.hpp"
-#include "twin/process_testing.hpp"
+#include "tests/support/twin/child_process.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::shard_test {
 namespace {

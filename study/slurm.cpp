@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "report/process.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::study::slurm {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "report/json.hpp"
 #include "study/here.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::study {
 namespace fs = std::filesystem;

@@ -13,10 +13,10 @@
 #include "report/text.hpp"
 #include "study/slurm.hpp"
 #include "study/slurm_batch.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
-#include "twin/progress.hpp"
-#include "twin/sha256.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/base/sha256.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::study {
 namespace {

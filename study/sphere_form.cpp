@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "study/draws.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "twin/mesh.hpp"
+#include "twin/mesh/mesh.hpp"
 
 namespace fringetwin::study {
 

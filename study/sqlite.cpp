@@ -7,7 +7,7 @@
 #include <chrono>
 #include <thread>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

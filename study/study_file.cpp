@@ -9,9 +9,9 @@
 #include "compare/provenance.hpp"
 #include "render/sobol.hpp"
 #include "study/design.hpp"
-#include "twin/paths.hpp"
-#include "twin/sha256.hpp"
-#include "twin/toml_reader.hpp"
+#include "twin/base/paths.hpp"
+#include "twin/base/sha256.hpp"
+#include "twin/file/toml_reader.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::study {

@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "study/design.hpp"
-#include "twin/errors.hpp"
-#include "twin/process_testing.hpp"
-#include "twin/twin_file_fixture.hpp"
+#include "tests/support/twin/child_process.hpp"
+#include "tests/support/twin/twin_file_fixture.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::study_file_test {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

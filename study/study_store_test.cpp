@@ -14,8 +14,8 @@
 #include <functional>
 #include <thread>
 
-#include "twin/errors.hpp"
-#include "twin/process_testing.hpp"
+#include "tests/support/twin/child_process.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::study_store_test {
 namespace {

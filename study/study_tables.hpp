@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "twin/toml_reader.hpp"
+#include "twin/file/toml_reader.hpp"
 
 namespace fringetwin::study {
 

@@ -8,7 +8,7 @@
 #include <random>
 #include <utility>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "render/renderer.hpp"
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::study {

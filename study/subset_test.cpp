@@ -10,7 +10,7 @@
 #include <set>
 
 #include "tests/support/paper_rig.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study::subset_test {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "render/renderer.hpp"
 #include "study/uncertain_inputs.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::study {
 namespace {

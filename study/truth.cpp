@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "render/reference.hpp"
-#include "twin/errors.hpp"
-#include "twin/progress.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "twin/errors.hpp"
-#include "twin/toml_reader.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/file/toml_reader.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -9,8 +9,8 @@
 #include <string_view>
 
 #include "study/shared_meshes.hpp"
-#include "twin/errors.hpp"
-#include "twin/toml_reader.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/file/toml_reader.hpp"
 
 namespace fringetwin::study {
 namespace {

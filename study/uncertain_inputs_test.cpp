@@ -11,8 +11,8 @@
 
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/small_twin.hpp"
-#include "twin/errors.hpp"
-#include "twin/toml_reader.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/file/toml_reader.hpp"
 
 namespace fringetwin::study::uncertain_inputs_test {
 namespace {

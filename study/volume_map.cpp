@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "twin/errors.hpp"
-#include "twin/toml_reader.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/file/toml_reader.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::study {

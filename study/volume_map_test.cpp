@@ -11,7 +11,7 @@
 #include "study/study_file.hpp"
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/small_twin.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::volume_map_test {
 namespace {

@@ -14,7 +14,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "twin/image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin {
 

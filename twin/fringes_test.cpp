@@ -11,8 +11,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "twin/errors.hpp"
-#include "twin/property_testing.hpp"
+#include "tests/support/twin/random_values.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::fringes_test {
 namespace {

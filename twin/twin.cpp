@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
-#include "twin/paths.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/paths.hpp"
+#include "twin/image/image_io.hpp"
 
 #ifndef FRINGETWIN_SOURCE_DIR
 #error "FRINGETWIN_SOURCE_DIR: folder of the checkout, set in twin/CMakeLists.txt"

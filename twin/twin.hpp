@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "twin/fringes.hpp"
-#include "twin/image.hpp"
-#include "twin/lens.hpp"
-#include "twin/mesh.hpp"
-#include "twin/pose.hpp"
+#include "twin/image/image.hpp"
+#include "twin/lens/lens.hpp"
+#include "twin/lens/pose.hpp"
+#include "twin/mesh/mesh.hpp"
 
 namespace fringetwin {
 

@@ -12,8 +12,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "twin/capture_set.hpp"
-#include "twin/mesh.hpp"
+#include "twin/captures/capture_set.hpp"
+#include "twin/mesh/mesh.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::twin_real_test {

@@ -9,7 +9,7 @@
 #include <memory>
 #include <numbers>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test {
 namespace {

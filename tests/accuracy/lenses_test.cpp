@@ -14,7 +14,7 @@
 
 #include "tests/accuracy/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
-#include "twin/mrcal_facade.hpp"
+#include "twin/lens/mrcal_facade.hpp"
 
 namespace fringetwin::test::lenses_test {
 namespace {

@@ -18,7 +18,7 @@
 
 #include "tests/accuracy/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::materials_test {
 namespace {

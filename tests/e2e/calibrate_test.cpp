@@ -15,7 +15,7 @@
 #include "calib/corners_vnl.hpp"
 #include "calib/rig_testing.hpp"
 #include "tests/e2e/small_twin.hpp"
-#include "twin/cameramodel.hpp"
+#include "twin/file/cameramodel.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::test::calibrate_test {

@@ -21,8 +21,8 @@
 #include "capture/journal.hpp"
 #include "capture/verify_set.hpp"
 #include "tests/e2e/small_twin.hpp"
-#include "twin/image_io.hpp"
-#include "twin/process_testing.hpp"
+#include "tests/support/twin/child_process.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::test::capture_test {
 namespace {

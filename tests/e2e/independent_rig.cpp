@@ -15,7 +15,7 @@
 #include "tests/e2e/rig_indirect.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "tests/support/povray.hpp"
-#include "twin/capture_set.hpp"
+#include "twin/captures/capture_set.hpp"
 
 namespace fringetwin::test {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "twin/capture_set.hpp"
+#include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::test {

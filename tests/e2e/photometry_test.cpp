@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/e2e/small_twin.hpp"
-#include "twin/image_io.hpp"
+#include "twin/image/image_io.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::test::photometry_test {

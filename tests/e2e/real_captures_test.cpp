@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/e2e/cli_runner.hpp"
-#include "twin/image_io.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::test::real_captures_test {
 namespace {

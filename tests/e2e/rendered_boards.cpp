@@ -10,8 +10,8 @@
 #include <stdexcept>
 
 #include "tests/e2e/small_twin.hpp"
-#include "twin/image_io.hpp"
-#include "twin/pose.hpp"
+#include "twin/image/image_io.hpp"
+#include "twin/lens/pose.hpp"
 
 namespace fringetwin::test {
 

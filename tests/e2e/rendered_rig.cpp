@@ -10,8 +10,8 @@
 #include "calib/circle_bias.hpp"
 #include "calib/corners_vnl.hpp"
 #include "tests/e2e/cli_runner.hpp"
-#include "twin/lens.hpp"
-#include "twin/linear.hpp"
+#include "twin/lens/lens.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::test {
 namespace {

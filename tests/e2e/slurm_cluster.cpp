@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "tests/e2e/cli_runner.hpp"
-#include "twin/process_testing.hpp"
+#include "tests/support/twin/child_process.hpp"
 
 namespace fringetwin::test {
 namespace {

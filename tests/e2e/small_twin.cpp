@@ -6,7 +6,7 @@
 
 #include <stdexcept>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test {
 namespace {

@@ -14,7 +14,7 @@
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/small_twin.hpp"
 #include "tests/e2e/study_folder.hpp"
-#include "twin/process_testing.hpp"
+#include "tests/support/twin/child_process.hpp"
 
 namespace fringetwin::test::study_command_test {
 namespace {

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "tests/e2e/cli_runner.hpp"
-#include "twin/process_testing.hpp"
+#include "tests/support/twin/child_process.hpp"
 
 namespace fringetwin::test::study_thousand_test {
 namespace {

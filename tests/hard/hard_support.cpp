@@ -10,7 +10,7 @@
 #include <numbers>
 #include <random>
 
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test {
 

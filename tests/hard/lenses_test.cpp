@@ -14,7 +14,7 @@
 #include <cmath>
 
 #include "tests/hard/hard_support.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::lenses_test {
 namespace {

@@ -17,7 +17,7 @@
 
 #include "tests/hard/hard_support.hpp"
 #include "tests/support/freeform.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::triangles_test {
 namespace {

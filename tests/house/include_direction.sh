@@ -69,7 +69,7 @@ self_test() {
 #include "./../../render/renderer.hpp"
 #include"render/renderer.hpp"
 END
-  printf '#include "twin/pose.hpp"\n#include <vector>\n// see "render/renderer.hpp"\n' >"$scratch/twin/sub/bad.hpp"
+  printf '#include "twin/lens/pose.hpp"\n#include <vector>\n// see "render/renderer.hpp"\n' >"$scratch/twin/sub/bad.hpp"
   if ! scan "$scratch"; then
     echo "include_direction: refuses includes that are allowed"
     exit 1

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "twin/mesh.hpp"
+#include "twin/mesh/mesh.hpp"
 
 namespace fringetwin::test {
 

@@ -11,8 +11,8 @@
 #include <thread>
 
 #include "report/process.hpp"
-#include "twin/errors.hpp"
-#include "twin/image_io.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::test {
 namespace {

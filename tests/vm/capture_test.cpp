@@ -11,7 +11,7 @@
 
 #include "capture/pattern.hpp"
 #include "tests/e2e/cli_runner.hpp"
-#include "twin/image_io.hpp"
+#include "twin/image/image_io.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::test::capture_test {

@@ -18,7 +18,7 @@
 #include "capture/open_display.hpp"
 #include "tests/vm/monitor.hpp"
 #include "tests/vm/vivid.hpp"
-#include "twin/errors.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::test::kms_test {
 namespace {

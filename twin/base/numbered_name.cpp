@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "twin/base/numbered_name.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+namespace fringetwin {
+
+std::string NumberedName::operator()(int number) const {
+  return fmt::format("{}{:0{}}{}", before, number, digits, after);
+}
+
+std::optional<int> NumberedName::number_of(const std::string& name) const {
+  if (name.size() <= before.size() + after.size()) return {};
+  const char* begin = name.data() + before.size();
+  int number = -1;
+  const auto [end, error] = std::from_chars(begin, name.data() + name.size() - after.size(), number);
+  if (error != std::errc() || number < 0 || (*this)(number) != name) return {};
+  return number;
+}
+
+std::optional<NumberedName> parse_numbered_name(const std::string& text) {
+  const auto percent = text.find('%');
+  if (percent == std::string::npos || text.find('%', percent + 1) != std::string::npos) return {};
+  const auto end = text.find_first_not_of("0123456789", percent + 1);
+  if (end == std::string::npos || text[end] != 'd') return {};
+  const std::string width = text.substr(percent + 1, end - percent - 1);
+  if (width.size() > 3 || (!width.empty() && width[0] != '0')) return {};  // %4d pads with blanks
+  const int digits = width.empty() ? 0 : std::stoi(width);
+  if (digits > 20) return {};
+  return NumberedName{text.substr(0, percent), text.substr(end + 1), digits};
+}
+
+}  // namespace fringetwin

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "twin/base/progress.hpp"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <mutex>
+#include <utility>
+
+#include "twin/base/errors.hpp"
+
+namespace fringetwin {
+namespace {
+
+std::atomic<int> cancel_request{0};
+static_assert(std::atomic<int>::is_always_lock_free, "written by a signal handler");
+std::atomic<bool> quiet_mode{false};
+/// Keeps lines of different threads whole; also guards `bar_open`.
+std::mutex stderr_mutex;
+bool bar_open = false;
+
+/// Caller holds stderr_mutex. A message must not run into a half-drawn bar.
+void clear_bar() {
+  if (bar_open) std::fputs("\r\033[K", stderr);
+  bar_open = false;
+}
+
+void print_line(const char* prefix, const std::string& line) {
+  const std::lock_guard lock(stderr_mutex);
+  clear_bar();
+  std::fputs((prefix + line + "\n").c_str(), stderr);
+}
+
+extern "C" void on_interrupt(int signal) { cancel_request.store(signal); }
+
+}  // namespace
+
+std::string rough_time(double seconds) {
+  const auto s = std::llround(seconds);
+  if (s < 90) return std::to_string(s) + " s";
+  const auto minutes = (s + 30) / 60;
+  if (minutes < 90) return std::to_string(minutes) + " min";
+  return std::to_string(minutes / 60) + " h " + std::to_string(minutes % 60) + " min";
+}
+
+Progress::Progress(std::string task, std::size_t total, bool time_left)
+    : task_(std::move(task)),
+      total_(std::max<std::size_t>(total, 1)),
+      terminal_(isatty(STDERR_FILENO) == 1),
+      time_left_(time_left) {}
+
+Progress::~Progress() {
+  if (!terminal_) return;
+  const std::lock_guard lock(stderr_mutex);
+  clear_bar();
+}
+
+void Progress::advance(std::size_t n) {
+  if (!tick(n)) throw Cancelled();
+}
+
+bool Progress::tick(std::size_t n) noexcept {
+  const std::size_t done = std::min(total_, done_.fetch_add(n) + n);
+  const int every = terminal_ ? 1 : 10;
+  const int percent =
+      static_cast<int>(100.0 * static_cast<double>(done) / static_cast<double>(total_)) / every * every;
+  int shown = shown_percent_.load();
+  while (percent > shown) {
+    if (shown_percent_.compare_exchange_weak(shown, percent)) {
+      if (!quiet_mode.load()) show(percent);
+      break;
+    }
+  }
+  return !cancelled();
+}
+
+void Progress::show(int percent) {
+  const std::lock_guard lock(stderr_mutex);
+  if (percent < shown_percent_.load()) return;  // another thread is further and has printed
+  std::string left;
+  if (time_left_ && percent > 0 && percent < 100) {
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
+    left = ", " + rough_time(passed.count() * (100 - percent) / percent) + " left";
+  }
+  if (!terminal_) {
+    std::fprintf(stderr, "fringetwin: %s %d %%%s\n", task_.c_str(), percent, left.c_str());
+    return;
+  }
+  constexpr int width = 40;
+  std::string bar(static_cast<std::size_t>(percent * width / 100), '#');
+  bar.resize(width, '.');
+  std::fprintf(stderr, "\r%s [%s] %3d %%%s\033[K", task_.c_str(), bar.c_str(), percent, left.c_str());
+  std::fflush(stderr);
+  bar_open = true;
+}
+
+void install_cancel_handler() {
+  struct sigaction action = {};
+  action.sa_handler = on_interrupt;
+  sigemptyset(&action.sa_mask);
+  // RESETHAND: the second Ctrl-C meets the default action and kills.
+  action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;
+  FT_CHECK(sigaction(SIGINT, &action, nullptr) == 0, "cannot install the SIGINT handler");
+  // The end of a session or a terminal: devices are put back as they were. Not where nohup has it ignored.
+  for (const int signal : {SIGTERM, SIGHUP}) {
+    struct sigaction before = {};
+    if (sigaction(signal, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
+      FT_CHECK(sigaction(signal, &action, nullptr) == 0, "cannot install a signal's handler");
+  }
+}
+
+bool cancelled() noexcept { return cancel_signal() != 0; }
+int cancel_signal() noexcept { return cancel_request.load(); }
+
+void throw_if_cancelled() {
+  if (cancelled()) throw Cancelled();
+}
+
+void say(const std::string& line) {
+  if (!quiet_mode.load()) print_line("fringetwin: ", line);
+}
+
+void warn(const std::string& line) { print_line("fringetwin: warning: ", line); }
+
+void set_quiet(bool quiet) { quiet_mode.store(quiet); }
+
+}  // namespace fringetwin

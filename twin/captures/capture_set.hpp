@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// A capture set: capture.toml and its images (DESIGN §4). Real and simulated captures are the same.
+#pragma once
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "twin/fringes.hpp"
+#include "twin/image/image.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin {
+
+struct CaptureCamera {
+  std::string name;
+  std::vector<std::filesystem::path> files;  ///< absolute, sequence order
+  std::optional<std::filesystem::path> white, black;
+  /// Exposure of the Gray-code images relative to the phase steps; nullopt = the same (1.0 in the
+  /// file is the same, too); NaN = "different", unknown.
+  std::optional<double> gray_code_exposure;
+  std::string pattern;                ///< with the folder, when the file has one; for messages
+  std::optional<int> images_on_disk;  ///< pattern form: images without a gap from number 0
+};
+
+struct CaptureSet {
+  std::filesystem::path file;  ///< the capture.toml
+  std::vector<CaptureCamera> cameras;
+  std::map<std::string, std::string> provenance;  ///< flattened, "a.b" = "text"
+  const CaptureCamera* find(const std::string& camera) const;
+};
+
+/// One camera's images in memory, sequence order, in DN (or irradiance for EXR sets).
+struct CameraImages {
+  std::string camera;
+  std::vector<ImageF> images;
+  std::optional<ImageF> white, black;
+  int bit_depth = 8;
+  bool radiance = false;  ///< EXR: value = E, no saturation, no quantisation
+  std::optional<double> gray_code_exposure;
+  /// Values at or above are saturated (2^bit_depth - 1; +inf for radiance).
+  double saturation_dn() const {
+    return radiance ? std::numeric_limits<double>::infinity() : static_cast<double>((1 << bit_depth) - 1);
+  }
+};
+
+/// Reads DIR/capture.toml (unknown keys are errors). `n_images` = length of the sequence, needed to
+/// expand a `pattern = "left/%04d.png"`.
+CaptureSet read_capture_set(const std::filesystem::path& dir, int n_images);
+
+/// Loads one camera's images. Throws UserError(input) naming the image for: missing, truncated or
+/// undecodable file, wrong size (both sizes named), colour image, wrong count (both counts named),
+/// a 16-bit value above the sensor's range.
+CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, const Fringes& fringes);
+
+/// Writes images as <camera>/0000.png … (8-bit PNG for bit_depth 8, else 16-bit), in parallel, each to
+/// a temporary name first. White/black as <camera>/white.png, black.png. Higher numbers left by an
+/// earlier, longer sequence are removed: a pattern in capture.toml names every number on disk.
+void write_camera_images(const std::filesystem::path& dir, const CameraImages& images);
+/// Writes <camera>/0000.exr … float32, channel Y.
+void write_camera_radiance(const std::filesystem::path& dir, const CameraImages& images);
+/// One [[camera]] as it stands in capture.toml.
+struct CaptureEntry {
+  std::string name;
+  std::string pattern = {};             ///< or
+  std::vector<std::string> files = {};  ///< relative to root
+  std::string root = ".";               ///< relative to capture.toml
+  std::optional<std::string> white = {}, black = {};
+  std::optional<double> gray_code_exposure = {};  ///< as in CaptureCamera
+};
+/// Writes capture.toml, sealed (twin/base/seal.hpp). Call it last: it says that the images are there.
+void write_capture_toml(const std::filesystem::path& dir, const std::vector<CaptureEntry>& cameras,
+                        const std::map<std::string, std::string>& provenance);
+/// The capture.toml that describes what write_camera_images() or write_camera_radiance() wrote.
+/// extension "png" or "exr". `root`: the folder that holds <camera>/, relative to `dir`
+/// (".." for a capture.toml in a sub-folder that describes the EXR images beside the PNG).
+void write_capture_toml(const std::filesystem::path& dir, const std::vector<const CameraImages*>& cameras,
+                        const std::map<std::string, std::string>& provenance, const std::string& extension,
+                        const std::string& root = ".");
+
+}  // namespace fringetwin

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+// tolerance  unit  origin
+// exact      -     matrices printed by OpenCV with 17 digits
+// 4e-15      rad   rotation vector -> matrix -> vector (see pose_test.cpp)
+// 1e-11      px    cv::projectPoints against our lens: 22 roundings at coordinates up to 2000 px
+#include "twin/file/opencv_import.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core.hpp>
+
+#include "tests/support/twin/child_process.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/lens/lens.hpp"
+#include "twin/lens/pose.hpp"
+
+namespace fringetwin::opencv_import_test {
+namespace {
+
+using test_tools::ScratchFolder;
+using ::testing::ElementsAre;
+using ::testing::ElementsAreArray;
+using ::testing::HasSubstr;
+
+const cv::Mat1d camera_matrix = (cv::Mat1d(3, 3) << 1700.15, 0, 627.73, 0, 1701.22, 406.54, 0, 0, 1);
+const cv::Vec3d rotation_vector(-0.0099, 0.3754, 0.0276);
+const OpenCvDevice device{"M1", "D1", "R", "T"};
+
+cv::Mat1d rotation() {
+  cv::Mat1d R;
+  cv::Rodrigues(rotation_vector, R);
+  return R;
+}
+
+cv::Mat1d distortion(int n) {
+  cv::Mat1d D(1, n, 0.0);
+  const double k[] = {0.1328, -0.3361, -0.0006, -0.0001, 0.01,  0.02,
+                      -0.03,  0.004,   0.005,   -0.006,  0.007, 0.008};
+  for (int i = 0; i < std::min(n, 12); ++i) D(0, i) = k[i];
+  return D;
+}
+
+struct Matrices {
+  cv::Mat M = camera_matrix.clone(), D = distortion(5), R = rotation(),
+          T = (cv::Mat1d(3, 1) << -94.5914, -0.1889, 12.4706);
+};
+
+std::filesystem::path save(const ScratchFolder& scratch, const std::string& name, const Matrices& m) {
+  cv::FileStorage out((scratch / name).string(), cv::FileStorage::WRITE);
+  out << "calibration_time"
+      << "today"
+      << "M1" << m.M << "D1" << m.D << "R" << m.R << "T" << m.T;
+  return scratch / name;
+}
+
+std::string refusal(const std::function<void(Matrices&)>& spoil) {
+  const ScratchFolder scratch;
+  Matrices m;
+  spoil(m);
+  const auto file = save(scratch, "stereo.yml", m);
+  try {
+    import_opencv({file}, device);
+  } catch (const UserError& e) {
+    EXPECT_EQ(e.code(), ExitCode::input);
+    EXPECT_THAT(e.what(), HasSubstr("stereo.yml"));
+    return e.what();
+  }
+  ADD_FAILURE() << "accepted";
+  return "";
+}
+
+TEST(OpenCvImport, YamlXmlAndJson) {
+  const ScratchFolder scratch;
+  for (const std::string name : {"stereo.yml", "stereo.xml", "stereo.json"}) {
+    const OpenCvModel model = import_opencv({save(scratch, name, {})}, device);
+    EXPECT_EQ(model.lensmodel, "LENSMODEL_OPENCV5");
+    EXPECT_THAT(model.intrinsics,
+                ElementsAre(1700.15, 1701.22, 627.73, 406.54, 0.1328, -0.3361, -0.0006, -0.0001, 0.01));
+    for (int i = 0; i < 3; ++i)
+      EXPECT_NEAR(model.rt_device_ref[static_cast<std::size_t>(i)], rotation_vector[i], 4e-15) << name;
+    EXPECT_EQ(model.rt_device_ref[3], -94.5914);
+    EXPECT_EQ(model.rt_device_ref[5], 12.4706);
+  }
+}
+
+TEST(OpenCvImport, FilesOfTheStereoSample) {  // intrinsics.yml and extrinsics.yml, as its authors print them
+  const ScratchFolder scratch;
+  const auto intrinsics =
+      scratch.write("intrinsics.yml",
+                    "%YAML:1.0\n---\nM1: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+                    "   data: [ 5.3e+02, 0., 3.2e+02, 0., 5.3e+02, 2.4e+02, 0., 0., 1. ]\n"
+                    "D1: !!opencv-matrix\n   rows: 1\n   cols: 14\n   dt: d\n"
+                    "   data: [ -2.6e-01, 1e-01, 0., 0., 0., 1e-02, 2e-02, 3e-02, 0., 0., 0., 0.,\n"
+                    "       0., 0. ]\n");
+  const auto extrinsics =
+      scratch.write("extrinsics.yml",
+                    "%YAML:1.0\n---\nR: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: f\n"
+                    "   data: [ 0., -1., 0., 1., 0., 0., 0., 0., 1. ]\n"
+                    "T: !!opencv-matrix\n   rows: 1\n   cols: 3\n   dt: d\n"
+                    "   data: [ -3.5, 0., 1. ]\n");
+  const OpenCvModel model = import_opencv({intrinsics, extrinsics}, device);
+  EXPECT_EQ(model.lensmodel, "LENSMODEL_OPENCV12");  // the tilt, coefficients 13 and 14, is zero
+  EXPECT_EQ(model.intrinsics.size(), 16u);
+  EXPECT_NEAR(model.rt_device_ref[2], std::acos(-1.0) / 2, 4e-15);
+  EXPECT_EQ(model.rt_device_ref[3], -3.5);
+}
+
+TEST(OpenCvImport, NoExtrinsicsKeysMeanTheReference) {
+  const ScratchFolder scratch;
+  const OpenCvModel model = import_opencv({save(scratch, "a.yml", {})}, {"M1", "D1", "", ""});
+  EXPECT_THAT(model.rt_device_ref, ElementsAre(0, 0, 0, 0, 0, 0));
+}
+
+TEST(OpenCvImport, RotationVectorsAndFloatsAreTaken) {
+  const ScratchFolder scratch;
+  Matrices m;
+  m.R = cv::Mat(rotation_vector).clone();
+  m.M.convertTo(m.M, CV_32F);
+  const OpenCvModel model = import_opencv({save(scratch, "a.yml", m)}, device);
+  EXPECT_EQ(model.rt_device_ref[1], rotation_vector[1]);
+  EXPECT_EQ(model.intrinsics[0], static_cast<double>(1700.15f));
+}
+
+TEST(OpenCvImport, RotationsRoundedToSevenDigitsAreMadeExact) {
+  const ScratchFolder scratch;
+  Matrices m;
+  cv::Mat1d R = rotation();
+  for (double& r : R) r = std::round(r * 1e7) * 1e-7;
+  m.R = R;
+  const OpenCvModel model = import_opencv({save(scratch, "a.yml", m)}, device);
+  for (int i = 0; i < 3; ++i)
+    EXPECT_NEAR(model.rt_device_ref[static_cast<std::size_t>(i)], rotation_vector[i],
+                1e-7);  // the last digit
+}
+
+TEST(OpenCvImport, EveryModelProjectsAsOpenCvDoes) {
+  const ScratchFolder scratch;
+  for (const int n : {4, 5, 8, 12}) {
+    Matrices m;
+    m.D = distortion(n);
+    const OpenCvModel model = import_opencv({save(scratch, "a.yml", m)}, device);
+    EXPECT_EQ(model.lensmodel, "LENSMODEL_OPENCV" + std::to_string(n));
+    const Lens lens(model.lensmodel, model.intrinsics, {1280, 720}, "test");
+    const Pose T = pose_from_rt(Eigen::Map<const RotTrans>(model.rt_device_ref.data()));
+    std::vector<cv::Point3d> points;
+    for (double x = -20; x <= 60; x += 20)
+      for (double y = -30; y <= 30; y += 15) points.emplace_back(x, y, 270 + 0.3 * x);
+    std::vector<cv::Point2d> pixels;
+    cv::projectPoints(points, rotation_vector, m.T, m.M, m.D, pixels);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto q = lens.project(T * Eigen::Vector3d(points[i].x, points[i].y, points[i].z));
+      ASSERT_TRUE(q);
+      EXPECT_NEAR(q->x(), pixels[i].x, 1e-11);
+      EXPECT_NEAR(q->y(), pixels[i].y, 1e-11);
+    }
+  }
+}
+
+TEST(OpenCvImport, ListsTheMatrices) {
+  const ScratchFolder scratch;
+  EXPECT_THAT(list_opencv_keys(save(scratch, "a.yml", {})),
+              ElementsAre("M1 (3x3)", "D1 (1x5)", "R (3x3)", "T (3x1)"));
+}
+
+TEST(OpenCvImport, RefusesWhatIsNoCalibration) {
+  EXPECT_THAT(refusal([](Matrices& m) { m.M = cv::Mat1d::eye(3, 4); }),
+              HasSubstr("M1: a camera matrix is 3x3, this is 3x4"));
+  EXPECT_THAT(refusal([](Matrices& m) { m.M = (cv::Mat1d(3, 3) << 1, 0.5, 0, 0, 1, 0, 0, 0, 1); }),
+              HasSubstr("skew 0.5"));
+  EXPECT_THAT(refusal([](Matrices& m) { m.M = (cv::Mat1d(3, 3) << -1, 0, 0, 0, 1, 0, 0, 0, 1); }),
+              HasSubstr("is not a camera matrix"));
+  EXPECT_THAT(refusal([](Matrices& m) { m.M = cv::Mat1d::zeros(3, 3); }),
+              HasSubstr("is not a camera matrix"));
+  EXPECT_THAT(refusal([](Matrices& m) { m.D = distortion(6); }),
+              HasSubstr("D1: has 6 distortion coefficients"));
+  EXPECT_THAT(refusal([](Matrices& m) { m.D = cv::Mat1d::zeros(2, 2); }), HasSubstr("this is 2x2"));
+  EXPECT_THAT(refusal([](Matrices& m) {
+                cv::Mat1d D = distortion(14);
+                D(0, 13) = 0.01;
+                m.D = D;
+              }),
+              HasSubstr("tilted sensor"));
+  EXPECT_THAT(refusal([](Matrices& m) { m.R = -rotation(); }),
+              HasSubstr("R: is no rotation: determinant -1"));
+  EXPECT_THAT(refusal([](Matrices& m) { m.R = 1.001 * rotation(); }), HasSubstr("is no rotation"));
+  EXPECT_THAT(refusal([](Matrices& m) { m.R = cv::Mat1d::zeros(3, 3); }), HasSubstr("is no rotation"));
+  EXPECT_THAT(refusal([](Matrices& m) { m.R = cv::Mat1d::eye(2, 2); }), HasSubstr("this is 2x2"));
+  EXPECT_THAT(refusal([](Matrices& m) { m.T = cv::Mat1d::zeros(4, 1); }),
+              HasSubstr("T: must have 3 elements"));
+  EXPECT_THAT(refusal([](Matrices& m) { m.T = (cv::Mat1d(3, 1) << 0, std::nan(""), 0); }),
+              HasSubstr("not finite"));
+}
+
+TEST(OpenCvImport, NamesAMissingKeyAndWhatIsThere) {
+  const ScratchFolder scratch;
+  const auto file = save(scratch, "a.yml", {});
+  try {
+    import_opencv({file}, {"M2", "D1", "R", "T"});
+    FAIL();
+  } catch (const UserError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("a.yml: there is no matrix 'M2'; matrices there: M1 (3x3), D1 (1x5)"));
+  }
+  EXPECT_THROW(import_opencv({file}, {"calibration_time", "D1", "R", "T"}), UserError);
+}
+
+TEST(OpenCvImport, RefusesFilesThatAreNone) {
+  const ScratchFolder scratch;
+  const auto sentence = [](const std::filesystem::path& file) -> std::string {
+    try {
+      import_opencv({file}, device);
+    } catch (const UserError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(sentence(scratch / "none.yml"), HasSubstr("none.yml: there is no such calibration file"));
+  EXPECT_THAT(sentence(scratch.write("noise.yml", std::string("\x89PNG\r\n\0\0", 8))),
+              HasSubstr("noise.yml"));
+  EXPECT_THAT(sentence(scratch.write("empty.yml", "")), HasSubstr("empty.yml"));
+  EXPECT_THAT(sentence(scratch.write("cut.xml",
+                                     "<?xml version=\"1.0\"?>\n<opencv_storage>\n<M1 type_id=\"opencv-ma")),
+              HasSubstr("cut.xml"));
+  EXPECT_THAT(sentence(scratch.write("cut.yml",
+                                     "%YAML:1.0\n---\nM1: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+                                     "   data: [ 1., 0.")),
+              HasSubstr("cut.yml"));
+  EXPECT_THAT(sentence(scratch.write("few.yml",
+                                     "%YAML:1.0\n---\nM1: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+                                     "   data: [ 1., 0. ]\n")),
+              HasSubstr("few.yml"));
+}
+
+}  // namespace
+}  // namespace fringetwin::opencv_import_test

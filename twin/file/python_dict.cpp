@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "twin/file/python_dict.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <system_error>
+
+#include "twin/base/errors.hpp"
+
+namespace fringetwin {
+namespace {
+
+constexpr int max_depth = 64;  // a hostile file must not overflow the stack
+
+bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v'; }
+
+bool is_word(char c) {
+  return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '.' ||
+         c == '+' || c == '-';
+}
+
+std::string_view trimmed(std::string_view s) {
+  while (!s.empty() && is_space(s.front())) s.remove_prefix(1);
+  while (!s.empty() && is_space(s.back())) s.remove_suffix(1);
+  return s;
+}
+
+std::string without_comments(std::string_view text) {
+  std::string kept;
+  bool comment = false;
+  for (const char c : text) {
+    if (c == '#') comment = true;
+    if (c == '\n') comment = false;
+    if (!comment) kept += c;
+  }
+  return kept;
+}
+
+/// from_chars takes no '+'.
+bool parse_number(std::string_view token, double* value) {
+  if (token.starts_with('+')) {
+    token.remove_prefix(1);
+    if (token.starts_with('-')) return false;
+  }
+  const char* end = token.data() + token.size();
+  const auto result = std::from_chars(token.data(), end, *value);
+  return result.ec == std::errc() && result.ptr == end && std::isfinite(*value);
+}
+
+}  // namespace
+
+void PythonDictParser::fail(int line, const std::string& what) const {
+  throw UserError(ExitCode::input, file_.string() + ":" + std::to_string(line), what);
+}
+
+int PythonDictParser::line_at(std::size_t position) const {
+  return 1 + static_cast<int>(
+                 std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(position), '\n'));
+}
+
+void PythonDictParser::skip_space() {
+  while (position_ < text_.size()) {
+    if (text_[position_] == '#') {
+      position_ = std::min(text_.find('\n', position_), text_.size());
+    } else if (is_space(text_[position_])) {
+      ++position_;
+    } else {
+      return;
+    }
+  }
+}
+
+void PythonDictParser::expect(char c) {
+  skip_space();
+  if (position_ >= text_.size())
+    fail(line_at(position_), std::string("the file ends where '") + c + "' is due");
+  if (peek() != c) fail(line_at(position_), std::string("expected '") + c + "', found '" + peek() + "'");
+  ++position_;
+}
+
+void PythonDictParser::skip_string() {
+  const std::size_t start = position_;
+  const char quote = text_[position_++];
+  while (position_ < text_.size() && text_[position_] != quote) position_ += text_[position_] == '\\' ? 2 : 1;
+  if (position_ >= text_.size()) fail(line_at(start), "a string does not end");
+  ++position_;
+}
+
+void PythonDictParser::skip_sequence(char close, int depth) {
+  ++position_;  // the opening bracket
+  for (;;) {
+    skip_space();
+    if (peek() == close) break;
+    skip_value(depth + 1);
+    if (close == '}') {
+      expect(':');
+      skip_value(depth + 1);
+    }
+    skip_space();
+    if (peek() != close) expect(',');
+  }
+  ++position_;
+}
+
+void PythonDictParser::skip_value(int depth) {
+  skip_space();
+  if (depth > max_depth) fail(line_at(position_), "values are nested too deeply");
+  const char c = peek();
+  const char next = position_ + 1 < text_.size() ? text_[position_ + 1] : '\0';
+  if (c == '\'' || c == '"') {
+    skip_string();
+  } else if (c == 'b' && (next == '\'' || next == '"')) {
+    ++position_;
+    skip_string();
+  } else if (c == '[') {
+    skip_sequence(']', depth);
+  } else if (c == '(') {
+    skip_sequence(')', depth);
+  } else if (c == '{') {
+    skip_sequence('}', depth);
+  } else if (is_word(c)) {
+    while (is_word(peek())) ++position_;
+  } else if (position_ >= text_.size()) {
+    fail(line_at(position_), "the file ends inside the dict");
+  } else {
+    fail(line_at(position_), std::string("unexpected '") + c + "'");
+  }
+}
+
+std::vector<PythonDictEntry> PythonDictParser::parse() {
+  std::vector<PythonDictEntry> entries;
+  position_ = 0;
+  expect('{');
+  for (;;) {
+    skip_space();
+    if (peek() == '}') break;
+    const std::size_t key_start = position_;
+    if (peek() != '\'' && peek() != '"') fail(line_at(position_), "expected a quoted key or '}'");
+    skip_string();
+    PythonDictEntry entry;
+    entry.key = text_.substr(key_start + 1, position_ - key_start - 2);
+    expect(':');
+    skip_space();
+    const std::size_t value_start = position_;
+    entry.line = line_at(value_start);
+    skip_value(0);
+    entry.value = text_.substr(value_start, position_ - value_start);
+    entries.push_back(entry);
+    skip_space();
+    if (peek() != '}') expect(',');
+  }
+  ++position_;
+  skip_space();
+  if (position_ != text_.size()) fail(line_at(position_), "unexpected text after the closing '}'");
+  return entries;
+}
+
+std::string PythonDictParser::to_string(const PythonDictEntry& entry) const {
+  const std::string_view v = entry.value;
+  const bool quoted = v.size() >= 2 && (v.front() == '\'' || v.front() == '"') && v.back() == v.front();
+  if (!quoted || v.find('\\') != std::string_view::npos)
+    fail(entry.line, "'" + entry.key + "' must be a plain quoted string");
+  return std::string(v.substr(1, v.size() - 2));
+}
+
+std::vector<double> PythonDictParser::to_numbers(const PythonDictEntry& entry) const {
+  const std::string_view v = entry.value;
+  const bool list =
+      v.size() >= 2 && ((v.front() == '[' && v.back() == ']') || (v.front() == '(' && v.back() == ')'));
+  if (!list) fail(entry.line, "'" + entry.key + "' must be a list of numbers");
+  const std::string inside = without_comments(v.substr(1, v.size() - 2));
+  std::vector<double> numbers;
+  std::string_view rest = inside;
+  while (!trimmed(rest).empty()) {
+    const std::size_t comma = std::min(rest.find(','), rest.size());
+    const std::string_view token = trimmed(rest.substr(0, comma));
+    double value = 0.0;
+    if (!parse_number(token, &value))
+      fail(entry.line,
+           "'" + entry.key + "' must be a list of finite numbers, '" + std::string(token) + "' is none");
+    numbers.push_back(value);
+    rest.remove_prefix(std::min(comma + 1, rest.size()));
+  }
+  return numbers;
+}
+
+}  // namespace fringetwin

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "twin/file/twin_file.hpp"
+
+#include <fmt/format.h>
+
+#include "twin/base/paths.hpp"
+
+namespace fringetwin {
+namespace fs = std::filesystem;
+namespace {
+constexpr const char* kTwinSchema = "fringetwin-twin/1";
+}
+
+Twin load_twin(const fs::path& file) { return load_twin(file, {}); }
+
+Twin load_twin(const fs::path& file, const std::map<std::string, std::string>& settings) {
+  const TomlTable root = TomlTable::parse_file(file, ExitCode::usage, settings);
+  const std::vector<std::string> keys = {"schema",    "name",    "cameramodel_unit", "camera",
+                                         "projector", "fringes", "object",           "render",
+                                         "measure",   "real",    "uncertainty",      "limits"};
+  if (!root.has("schema")) root.allow(keys);  // a misspelt "schema" is named as such
+  if (root.required_string("schema") != kTwinSchema)
+    root.fail("schema",
+              fmt::format("must be \"{}\", is \"{}\"", kTwinSchema, root.required_string("schema")));
+  root.allow(keys);
+  Twin twin;
+  twin.file = tidy_path(file);
+  twin.input_files.push_back(twin.file);
+  twin.name = root.string("name").value_or(twin.file.parent_path().filename().string());
+  TwinFileContext context;
+  context.folder = twin.file.parent_path();
+  context.files = &twin.input_files;
+  if (root.choice("cameramodel_unit", {"m", "mm"}) == "mm") context.cameramodel_mm_per_unit = 1.0;
+
+  twin.cameras = read_cameras(root, context);
+  twin.projector = read_projector(root, context);
+  twin.fringes = read_fringes(root);
+  twin.fringes.images = read_pattern_images(root, twin.projector, context);
+  twin.objects = read_objects(root, context);
+  twin.render = read_render(root);
+  twin.measure = read_measure(root, twin);
+  twin.real = read_real(root, twin, context);
+  twin.calibration_uncertainty = read_uncertainty(root, context);
+  twin.limits = read_limits(root);
+  return twin;
+}
+
+}  // namespace fringetwin

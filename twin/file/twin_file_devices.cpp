@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+// [[camera]] and [projector] of twin.toml.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "twin/file/cameramodel.hpp"
+#include "twin/file/opencv_import.hpp"
+#include "twin/file/twin_file.hpp"
+
+namespace fringetwin {
+namespace {
+
+/// Where lens and pose come from: a .cameramodel file, an OpenCV calibration, or the twin itself.
+const std::vector<std::string> kDeviceKeys = {"model",      "opencv",     "lensmodel",
+                                              "imagersize", "intrinsics", "rt_cam_world"};
+
+std::vector<std::string> with_device_keys(std::vector<std::string> keys) {
+  keys.insert(keys.end(), kDeviceKeys.begin(), kDeviceKeys.end());
+  return keys;
+}
+
+struct Device {
+  Lens lens;
+  Pose T_device_world;
+};
+
+void refuse_beside(const TomlTable& table, const std::string& source, const std::vector<std::string>& keys) {
+  for (const std::string& key : keys)
+    if (table.has(key)) table.fail(key, fmt::format("is given beside {}", source), "one of them is enough");
+}
+
+Eigen::Vector2i read_imagersize(const TomlTable& table) {
+  const auto size = table.vector("imagersize", 2, NumberRange::between(1, 65535));
+  if (!size) table.fail("imagersize", "is missing", "it must be [width, height] in px");
+  for (int k = 0; k < 2; ++k)
+    if ((*size)[k] != std::floor((*size)[k])) table.fail("imagersize", "must be two whole numbers");
+  return size->cast<int>();
+}
+
+/// The world is normally the first camera, so only that one may leave its pose out.
+Pose read_pose(const TomlTable& table, bool may_be_world) {
+  const auto rt = table.vector("rt_cam_world", 6);
+  if (!rt && !may_be_world)
+    table.fail("rt_cam_world", "is missing",
+               "it must be 6 numbers: rotation vector (rad), then translation (mm), world to this device");
+  return rt ? pose_from_rt(RotTrans(*rt)) : Pose{};
+}
+
+/// A translation out of a file, after its unit; those of twin.toml are checked where they are read.
+void check_translation(const RotTrans& rt, const std::string& where) {
+  constexpr double largest_mm = 1e9;
+  if (!(rt.tail<3>().cwiseAbs().maxCoeff() <= largest_mm))
+    throw UserError(ExitCode::input, where, fmt::format("has a translation above {:g} mm", largest_mm),
+                    "check the unit (cameramodel_unit, opencv.unit)");
+}
+
+Device read_model_file(const TomlTable& table, const TwinFileContext& context) {
+  refuse_beside(table, "model", {"opencv", "lensmodel", "imagersize", "intrinsics", "rt_cam_world"});
+  const std::filesystem::path file = context.resolve(table, "model");
+  const CameraModelFile model = read_cameramodel(file);
+  context.files->push_back(file);
+  RotTrans rt = Eigen::Map<const RotTrans>(model.rt_cam_ref.data());
+  rt.tail<3>() *= context.cameramodel_mm_per_unit;
+  check_translation(rt, file.string());
+  return {Lens(model.lensmodel, model.intrinsics, {model.imagersize[0], model.imagersize[1]}, file.string()),
+          pose_from_rt(rt)};
+}
+
+Device read_opencv(const TomlTable& table, const TwinFileContext& context, bool may_be_world) {
+  refuse_beside(table, "opencv", {"lensmodel", "intrinsics"});
+  const TomlTable source = *table.table("opencv");
+  source.allow({"files", "matrix", "distortion", "rotation", "translation", "unit"});
+  const auto names = source.strings("files");
+  if (!names || names->empty()) source.fail("files", "must name one file or more");
+  std::vector<std::filesystem::path> files;
+  for (const std::string& name : *names)
+    files.push_back(resolve_path(name, context.folder, source.where("files"), ExitCode::usage));
+  OpenCvDevice keys{source.required_string("matrix"), source.required_string("distortion"), "", ""};
+  if (source.has("rotation") != source.has("translation"))
+    source.fail(source.has("rotation") ? "translation" : "rotation", "is missing", "a pose needs both");
+  const double mm_per_unit = source.choice("unit", {"mm", "m"}) == "m" ? 1000.0 : 1.0;
+  const bool has_pose = source.has("rotation");
+  if (has_pose) {
+    refuse_beside(table, "opencv.rotation", {"rt_cam_world"});
+    keys.rotation_key = source.required_string("rotation");
+    keys.translation_key = source.required_string("translation");
+  }
+  const OpenCvModel model = import_opencv(files, keys);
+  context.files->insert(context.files->end(), files.begin(), files.end());
+  RotTrans rt = Eigen::Map<const RotTrans>(model.rt_device_ref.data());
+  rt.tail<3>() *= mm_per_unit;
+  check_translation(rt, table.where("opencv"));
+  return {Lens(model.lensmodel, model.intrinsics, read_imagersize(table), table.where("opencv")),
+          has_pose ? pose_from_rt(rt) : read_pose(table, may_be_world)};
+}
+
+Device read_device(const TomlTable& table, const TwinFileContext& context, bool may_be_world) {
+  if (table.has("model")) return read_model_file(table, context);
+  if (table.has("opencv")) return read_opencv(table, context, may_be_world);
+  if (!table.has("lensmodel") && !table.has("intrinsics"))
+    table.fail("", "needs model = \"FILE.cameramodel\", or lensmodel, imagersize and intrinsics");
+  const std::string lensmodel = table.required_string("lensmodel");
+  const auto intrinsics = table.numbers("intrinsics");
+  if (!intrinsics) table.fail("intrinsics", "is missing", "it must be fx fy cx cy, then the distortion");
+  const std::string where = fmt::format("{}: {}", table.where("intrinsics"), table.full_key("intrinsics"));
+  return {Lens(lensmodel, *intrinsics, read_imagersize(table), where), read_pose(table, may_be_world)};
+}
+
+Sensor read_sensor(const TomlTable& table) {
+  table.allow({"bit_depth", "exposure_ms", "gain_dn", "black_level_dn", "electrons_per_dn", "read_noise_dn"});
+  Sensor sensor;
+  sensor.bit_depth = table.integer("bit_depth", 8, 16).value_or(sensor.bit_depth);
+  sensor.exposure_ms = table.number("exposure_ms", NumberRange::positive());
+  sensor.gain_dn = table.number_or("gain_dn", sensor.gain_dn, NumberRange::positive());
+  sensor.black_level_dn =
+      table.number_or("black_level_dn", sensor.black_level_dn, NumberRange::between(0.0, sensor.max_dn()));
+  sensor.electrons_per_dn = table.number("electrons_per_dn", NumberRange::positive());
+  sensor.read_noise_dn = table.number("read_noise_dn", NumberRange::not_negative());
+  return sensor;
+}
+
+Optics read_optics(const TomlTable& table) {
+  table.allow({"f_number", "focal_length_mm", "focus_distance_mm"});
+  Optics optics;
+  optics.f_number = table.required_number("f_number", NumberRange::positive());
+  optics.focal_length_mm = table.required_number("focal_length_mm", NumberRange::positive());
+  optics.focus_distance_mm = table.required_number("focus_distance_mm", NumberRange::positive());
+  if (optics.focus_distance_mm <= optics.focal_length_mm)
+    table.fail("focus_distance_mm", fmt::format("must be > focal_length_mm = {}, is {}",
+                                                optics.focal_length_mm, optics.focus_distance_mm));
+  return optics;
+}
+
+/// Where the factor is not positive in the image, nothing can be seen.
+void check_vignetting(const TomlTable& camera, const char* key, const Vignetting& v) {
+  const double tilt = std::hypot(v.tilt[0], v.tilt[1]);  // the worst direction
+  for (int i = 0; i <= 100; ++i) {
+    const double s = 0.01 * i;  // r^2
+    if (1.0 - tilt * std::sqrt(s) + s * (v.a[0] + s * (v.a[1] + s * v.a[2])) <= 0.0)
+      camera.fail(key,
+                  fmt::format("1 + a1 r^2 + a2 r^4 + a3 r^6{} is not positive at r = {:.2f}",
+                              tilt > 0.0 ? " with the tilt" : "", std::sqrt(s)),
+                  "r is 1 at the image's corners");
+  }
+}
+
+Vignetting read_vignetting(const TomlTable& camera) {
+  Vignetting v;
+  if (const auto tilt = camera.numbers("vignetting_tilt")) {
+    if (tilt->size() != 2) camera.fail("vignetting_tilt", "must have 2 numbers, to the right and down");
+    v.kind = Vignetting::Kind::polynomial;
+    v.tilt = {(*tilt)[0], (*tilt)[1]};
+    if (camera.is_string("vignetting"))
+      camera.fail("vignetting_tilt", "goes with three coefficients or alone, not with a word");
+    check_vignetting(camera, "vignetting_tilt", v);
+  }
+  if (!camera.has("vignetting")) return v;
+  if (camera.is_string("vignetting")) {
+    if (camera.choice("vignetting", {"none", "cos4"}) == "cos4") v.kind = Vignetting::Kind::cos4;
+    return v;
+  }
+  if (!camera.is_array("vignetting"))
+    camera.fail("vignetting", "must be \"none\", \"cos4\" or three coefficients [a1, a2, a3]");
+  const Eigen::Vector3d a = *camera.vector("vignetting", 3);
+  v.kind = Vignetting::Kind::polynomial;
+  v.a = {a[0], a[1], a[2]};
+  check_vignetting(camera, "vignetting", v);
+  return v;
+}
+
+Camera read_camera(const TomlTable& table, const TwinFileContext& context, bool first) {
+  table.allow(with_device_keys({"name", "sensor", "optics", "psf_px", "vignetting", "vignetting_tilt"}));
+  const std::string name = table.required_name();
+  const Device device = read_device(table, context, first);
+  Camera camera{name, device.lens, device.T_device_world, {}, {}};
+  if (const auto sensor = table.table("sensor")) camera.sensor = read_sensor(*sensor);
+  if (const auto optics = table.table("optics")) camera.optics = read_optics(*optics);
+  camera.psf_px = table.number_or("psf_px", camera.psf_px, NumberRange::between(0.0, 20.0));
+  camera.vignetting = read_vignetting(table);
+  return camera;
+}
+
+ProjectorResponse read_response(const TomlTable& projector) {
+  ProjectorResponse response;
+  if (!projector.has("response")) return response;
+  if (projector.is_string("response")) {
+    projector.choice("response", {"linear"});
+    return response;
+  }
+  if (!projector.is_table("response"))
+    projector.fail("response", "must be \"linear\", { gamma = ... } or { table = [...] }");
+  const TomlTable table = *projector.table("response");
+  table.allow({"gamma", "table"});
+  if (table.has("gamma") == table.has("table"))
+    projector.fail("response", "must have either gamma or table", "e.g. { gamma = 2.2 }");
+  if (table.has("gamma")) {
+    response.kind = ProjectorResponse::Kind::gamma;
+    response.gamma = *table.number("gamma", NumberRange::positive());
+  } else {
+    response.kind = ProjectorResponse::Kind::table;
+    response.table = *table.numbers("table", NumberRange::between(0.0, 1.0));
+    if (response.table.size() < 2) table.fail("table", "must have 2 levels or more");
+  }
+  return response;
+}
+
+/// The raster of the projector's image.
+void read_pixels(const TomlTable& table, Projector* projector) {
+  projector->pixel_structure = table.boolean("pixel_structure").value_or(false);
+  projector->pixel_fill = table.number_or("pixel_fill", projector->pixel_fill,
+                                          {.min = 0.0, .max = 1.0, .min_excluded = true, .smallest = 0.01});
+  projector->quantise_bits = table.integer("quantise_bits", 1, 16);
+  for (const char* key : {"pixel_fill", "quantise_bits"})
+    if (!projector->pixel_structure && table.has(key))
+      table.fail(key, "has no effect without pixel_structure = true");
+  if (projector->optics && projector->pixel_fill < 1.0)
+    table.fail("pixel_fill", "below 1 cannot be combined with [projector.optics]",
+               "describe the blur of the gaps by blur_px");
+}
+
+}  // namespace
+
+std::vector<Camera> read_cameras(const TomlTable& root, const TwinFileContext& context) {
+  const std::vector<TomlTable> tables = root.tables("camera");
+  if (tables.empty()) root.fail("camera", "is missing", "a twin needs one [[camera]] or two");
+  if (tables.size() > 2)
+    tables[2].fail("", fmt::format("is one camera too many: {} are given", tables.size()),
+                   "a twin has one or two");
+  std::vector<Camera> cameras;
+  for (const TomlTable& table : tables) {
+    cameras.push_back(read_camera(table, context, cameras.empty()));
+    if (cameras.size() == 2 && cameras[0].name == cameras[1].name)
+      table.fail("name", fmt::format("\"{}\" is the name of the first camera, too", cameras[1].name));
+  }
+  return cameras;
+}
+
+std::optional<Projector> read_projector(const TomlTable& root, const TwinFileContext& context) {
+  const auto table = root.table("projector");
+  if (!table) return std::nullopt;
+  table->allow(with_device_keys({"intensity", "falloff", "reference_distance_mm", "blur_px", "response",
+                                 "ambient", "optics", "pixel_structure", "pixel_fill", "quantise_bits"}));
+  const Device device = read_device(*table, context, false);
+  Projector projector{
+      .lens = device.lens, .T_proj_world = device.T_device_world, .response = read_response(*table)};
+  projector.intensity = table->number_or("intensity", projector.intensity, NumberRange::positive());
+  projector.inverse_square = table->choice("falloff", {"none", "inverse-square"}) == "inverse-square";
+  if (projector.inverse_square)
+    projector.reference_distance_mm =
+        table->required_number("reference_distance_mm", NumberRange::positive());
+  else if (table->has("reference_distance_mm"))
+    table->fail("reference_distance_mm", "has no effect without falloff = \"inverse-square\"");
+  projector.blur_px = table->number_or("blur_px", projector.blur_px, NumberRange{.min = 0.0, .largest = 1e4});
+  projector.ambient = table->number_or("ambient", projector.ambient, NumberRange::not_negative());
+  if (const auto optics = table->table("optics")) projector.optics = read_optics(*optics);
+  read_pixels(*table, &projector);
+  return projector;
+}
+
+}  // namespace fringetwin

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+// [fringes] of twin.toml.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/file/twin_file.hpp"
+#include "twin/image/image_io.hpp"
+
+namespace fringetwin {
+namespace {
+
+/// Gray code of a direction: [fringes.gray], each key overridden by [fringes.x.gray].
+GrayCode read_gray(const TomlTable& table, GrayCode gray, bool is_override) {
+  table.allow({"bits", "order", "complementary", "offset_periods", "threshold"});
+  if (!is_override || table.has("bits")) gray.bits = table.required_integer("bits", 1, 16);
+  if (const auto order = table.choice("order", {"msb-first", "lsb-first"}))
+    gray.lsb_first = *order == "lsb-first";
+  gray.complementary = table.boolean("complementary").value_or(gray.complementary);
+  gray.offset_periods = table.number_or("offset_periods", gray.offset_periods);
+  if (const auto threshold = table.choice("threshold", {"mean", "inverse", "white-black"}))
+    gray.threshold = *threshold == "mean"      ? GrayCode::Threshold::mean
+                     : *threshold == "inverse" ? GrayCode::Threshold::inverse
+                                               : GrayCode::Threshold::white_black;
+  return gray;
+}
+
+/// A number for all pitches, or one per pitch.
+std::vector<double> read_phase_origin(const TomlTable& table, std::size_t n_pitches) {
+  static const std::string key = "phase_origin_px";
+  if (!table.is_array(key)) return std::vector<double>(n_pitches, table.number_or(key, 0.0));
+  const std::vector<double> values = *table.numbers(key);
+  if (values.size() != n_pitches)
+    table.fail(key, fmt::format("must be a number or one per pitch: {} values for {} pitches", values.size(),
+                                n_pitches));
+  return values;
+}
+
+std::vector<double> read_pitches(const TomlTable& table) {
+  const std::vector<double> pitches = *table.numbers("pitches_px", NumberRange::positive(1e-3, 1e6));
+  if (pitches.empty()) table.fail("pitches_px", "must have one pitch or more");
+  std::vector<double> sorted = pitches;
+  std::sort(sorted.begin(), sorted.end());
+  if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
+    table.fail("pitches_px", "has the same pitch twice");
+  return pitches;
+}
+
+DirectionFringes read_direction(const TomlTable& table, Axis axis) {
+  const std::string key = axis_name(axis);
+  const std::optional<TomlTable> own = table.table(key);
+  if (own) own->allow({"pitches_px", "phase_origin_px", "gray"});
+  const auto source = [&](const std::string& name) -> const TomlTable& {
+    return own && own->has(name) ? *own : table;
+  };
+  DirectionFringes direction;
+  direction.axis = axis;
+  if (!source("pitches_px").has("pitches_px"))
+    table.fail("pitches_px", fmt::format("is missing (direction \"{}\")", key));
+  direction.pitches_px = read_pitches(source("pitches_px"));
+  direction.phase_origin_px = read_phase_origin(source("phase_origin_px"), direction.pitches_px.size());
+  if (const auto gray = table.table("gray")) direction.gray = read_gray(*gray, {}, false);
+  if (own)
+    if (const auto gray = own->table("gray"))
+      direction.gray = read_gray(*gray, direction.gray.value_or(GrayCode{}), direction.gray.has_value());
+  return direction;
+}
+
+Unwrap read_unwrap(const TomlTable& table) {
+  const std::string name =
+      table.choice("unwrap", {"heterodyne", "hierarchical", "gray", "none"}).value_or("heterodyne");
+  if (name == "heterodyne") return Unwrap::heterodyne;
+  if (name == "hierarchical") return Unwrap::hierarchical;
+  return name == "gray" ? Unwrap::gray : Unwrap::none;
+}
+
+void check_gray(const TomlTable& table, const Fringes& fringes, const DirectionFringes& direction) {
+  const std::string axis = axis_name(direction.axis);
+  if (direction.pitches_px.size() != 1)
+    table.fail("pitches_px",
+               fmt::format("must be one pitch with unwrap = \"gray\", are {} (direction \"{}\")",
+                           direction.pitches_px.size(), axis));
+  if (!direction.gray)
+    table.fail("unwrap", fmt::format("= \"gray\" needs [fringes.gray] (direction \"{}\")", axis),
+               "give its bits");
+  if (fringes.steps == 0 && direction.gray->threshold == GrayCode::Threshold::mean)
+    table.fail("gray", "has threshold = \"mean\" of the phase steps, but steps = 0",
+               "use \"inverse\" or \"white-black\"");
+}
+
+/// Also drops a Gray code that the unwrapping does not use.
+void check_unwrap(const TomlTable& table, Fringes& fringes) {
+  for (DirectionFringes& direction : fringes.directions) {
+    const std::size_t n = direction.pitches_px.size();
+    if (fringes.unwrap == Unwrap::gray) {
+      check_gray(table, fringes, direction);
+      continue;
+    }
+    // A template may carry the table along: it adds no images to the sequence then.
+    if (direction.gray)
+      warn(table.where("gray") + ": [fringes.gray] has no effect without unwrap = \"gray\"");
+    direction.gray.reset();
+    if (fringes.unwrap == Unwrap::heterodyne && n != 3)
+      table.fail("pitches_px", fmt::format("must be 3 pitches with unwrap = \"heterodyne\", are {}", n));
+    if (fringes.unwrap == Unwrap::hierarchical && n < 2)
+      table.fail("pitches_px",
+                 fmt::format("must be 2 pitches or more with unwrap = \"hierarchical\", are {}", n));
+  }
+  if (fringes.steps == 0 && fringes.unwrap != Unwrap::gray)
+    table.fail("steps", "= 0 means Gray code only and needs unwrap = \"gray\"");
+}
+
+}  // namespace
+
+Fringes read_fringes(const TomlTable& root) {
+  const auto found = root.table("fringes");
+  if (!found) root.fail("fringes", "is missing", "a twin needs [fringes]");
+  const TomlTable& table = *found;
+  table.allow({"directions", "pitches_px", "steps", "unwrap", "mean", "amplitude", "phase_origin_px", "gray",
+               "images", "x", "y"});
+  Fringes fringes;
+  fringes.steps = table.required_integer("steps", 0, 1000);
+  if (fringes.steps == 1 || fringes.steps == 2)
+    table.fail("steps", fmt::format("must be >= 3 (or 0: Gray code only), is {}", fringes.steps));
+  fringes.unwrap = read_unwrap(table);
+  fringes.mean = table.number_or("mean", fringes.mean, NumberRange::between(0.0, 1.0));
+  fringes.amplitude =
+      table.number_or("amplitude", fringes.amplitude, {.min = 0.0, .max = 1.0, .min_excluded = true});
+  constexpr double rounding = 1e-12;  // 0.7 + 0.3 may exceed 1 in the last bit
+  if (fringes.mean - fringes.amplitude < -rounding || fringes.mean + fringes.amplitude > 1.0 + rounding)
+    table.fail(table.has("amplitude") ? "amplitude" : "mean",
+               fmt::format("leaves the projector's range: mean {} +- amplitude {} must lie within 0 ... 1",
+                           fringes.mean, fringes.amplitude));
+  const auto directions = table.strings("directions");
+  if (!directions || directions->empty())
+    table.fail("directions", directions ? "must not be empty" : "is missing", "e.g. directions = [\"x\"]");
+  for (const std::string& name : *directions) {
+    if (name != "x" && name != "y")
+      table.fail("directions", fmt::format("must be \"x\" or \"y\", has \"{}\"", name));
+    if (std::count(directions->begin(), directions->end(), name) > 1)
+      table.fail("directions", fmt::format("has \"{}\" twice", name));
+    fringes.directions.push_back(read_direction(table, name == "x" ? Axis::x : Axis::y));
+  }
+  for (const std::string axis : {"x", "y"})
+    if (table.has(axis) && std::find(directions->begin(), directions->end(), axis) == directions->end())
+      table.fail(axis, fmt::format("has no effect: \"{}\" is not in directions", axis));
+  check_unwrap(table, fringes);
+  return fringes;
+}
+
+std::vector<PatternImage> read_pattern_images(const TomlTable& root,
+                                              const std::optional<Projector>& projector,
+                                              const TwinFileContext& context) {
+  const auto table = root.table("fringes");
+  const auto names = table->strings("images");
+  if (!names) return {};
+  if (!projector) table->fail("images", "need a projector that shows them", "add a [projector] section");
+  std::vector<PatternImage> images;
+  for (const std::string& name : *names) {
+    PatternImage image;
+    image.file = resolve_path(name, context.folder, table->where("images"), ExitCode::usage);
+    LoadedGray loaded = fringetwin::read_gray(image.file);
+    const int width = projector->lens.width(), height = projector->lens.height();
+    if (loaded.image.width != width || loaded.image.height != height)
+      throw UserError(ExitCode::input, image.file.string(),
+                      fmt::format("has {} x {} px, the projector {} x {}", loaded.image.width,
+                                  loaded.image.height, width, height),
+                      "images are shown pixel for pixel");
+    const auto full_scale = static_cast<float>((1 << loaded.file_bits) - 1);
+    for (float& level : loaded.image.data) level /= full_scale;
+    image.levels = std::make_shared<const ImageF>(std::move(loaded.image));
+    context.files->push_back(image.file);
+    images.push_back(std::move(image));
+  }
+  return images;
+}
+
+}  // namespace fringetwin

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// [render], [measure], [real], [uncertainty] and [limits] of twin.toml.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "twin/file/twin_file.hpp"
+
+namespace fringetwin {
+namespace {
+
+/// The object a fit names; refuses one that does not exist.
+std::string read_object_name(const TomlTable& table, const Twin& twin) {
+  const std::string name = table.required_string("object");
+  if (twin.find_object(name) != nullptr) return name;
+  std::vector<std::string> names;
+  for (const Object& object : twin.objects) names.push_back(object.name);
+  const std::string* close = nearest(name, names);
+  table.fail("object", fmt::format("= \"{}\": there is no such [[object]]", name),
+             close != nullptr ? fmt::format("did you mean \"{}\"?", *close) : "");
+}
+
+/// Keys of a published fit: those of result.json's fits.
+const std::vector<std::string> kPublishedNumbers = {"radius_mm", "radius_sigma_mm", "rms_mm", "n"};
+const std::vector<std::string> kPublishedVectors = {"center_mm",      "center_sigma_mm", "point_mm",
+                                                    "point_sigma_mm", "normal",          "normal_sigma",
+                                                    "axis",           "axis_sigma"};
+
+PublishedFit read_published_fit(const TomlTable& table, const Twin& twin) {
+  std::vector<std::string> known = {"object"};
+  known.insert(known.end(), kPublishedNumbers.begin(), kPublishedNumbers.end());
+  known.insert(known.end(), kPublishedVectors.begin(), kPublishedVectors.end());
+  table.allow(known);
+  PublishedFit fit;
+  fit.object = read_object_name(table, twin);
+  for (const std::string& key : kPublishedNumbers) {
+    const NumberRange range = key == "radius_mm" ? NumberRange::positive() : NumberRange::not_negative();
+    if (const auto value = table.number(key, range)) fit.numbers[key] = *value;
+  }
+  for (const std::string& key : kPublishedVectors)
+    if (table.has(key)) fit.vectors[key] = table.required_vector3(key);
+  if (fit.numbers.empty() && fit.vectors.empty())
+    table.fail("", "has no number", "e.g. radius_mm or center_mm");
+  return fit;
+}
+
+/// Names in [limits], explained in docs/FORMATS.md; compare/limits.cpp computes their values.
+const std::vector<std::string> kLimitNames = {"center_mm",   "radius_mm",     "rms_mm",
+                                              "rms_all_mm",  "phase_rms_rad", "phase_mean_relative",
+                                              "gray_rms_dn", "gain_r2",       "order_disagree_fraction"};
+
+}  // namespace
+
+RenderOptions read_render(const TomlTable& root) {
+  RenderOptions render;
+  const auto table = root.table("render");
+  if (!table) return render;
+  table->allow({"pixel_fill", "phase_error_rad", "gray_error", "samples", "sampler", "shadow", "bounces",
+                "bounce_samples"});
+  render.pixel_fill =
+      table->number_or("pixel_fill", render.pixel_fill, {.min = 0.0, .max = 2.0, .min_excluded = true});
+  render.phase_error_rad =
+      table->number_or("phase_error_rad", render.phase_error_rad, NumberRange::positive(1e-8, 1.0));
+  render.gray_error = table->number_or("gray_error", render.gray_error, NumberRange::positive());
+  render.samples = table->integer("samples", 1, 65536);
+  render.bounces = table->integer("bounces", 0, 1).value_or(render.bounces);
+  render.bounce_samples = table->integer("bounce_samples", 1, 4096).value_or(render.bounce_samples);
+  if (table->has("bounce_samples") && render.bounces == 0)
+    table->fail("bounce_samples", "has no effect without bounces = 1");
+  if (const auto sampler = table->choice("sampler", {"adaptive", "gauss", "multi-jittered", "sobol"}))
+    render.sampler = *sampler == "adaptive"         ? Sampler::adaptive
+                     : *sampler == "gauss"          ? Sampler::gauss
+                     : *sampler == "multi-jittered" ? Sampler::multi_jittered
+                                                    : Sampler::sobol;
+  if (render.sampler == Sampler::adaptive && render.samples)
+    table->fail("samples", "has no meaning with sampler = \"adaptive\"", "leave one of them out");
+  render.shadow = table->boolean("shadow").value_or(render.shadow);
+  return render;
+}
+
+MeasureOptions read_measure(const TomlTable& root, const Twin& twin) {
+  MeasureOptions measure;
+  const auto table = root.table("measure");
+  if (!table) return measure;
+  table->allow({"triangulate", "min_modulation_dn", "smoothing_px", "fit"});
+  if (const auto name = table->choice("triangulate", {"stereo", "projector"})) {
+    measure.triangulate = *name == "stereo" ? Triangulate::stereo : Triangulate::projector;
+    if (*name == "stereo" && twin.cameras.size() < 2)
+      table->fail("triangulate", "= \"stereo\" needs two cameras, the twin has one", "use \"projector\"");
+    if (*name == "projector" && !twin.projector)
+      table->fail("triangulate", "= \"projector\" needs a [projector]", "add one or use \"stereo\"");
+  }
+  measure.min_modulation_dn =
+      table->number_or("min_modulation_dn", measure.min_modulation_dn, NumberRange::not_negative());
+  measure.smoothing_px =
+      table->number_or("smoothing_px", measure.smoothing_px, NumberRange::between(0.0, 50.0));
+  std::set<std::string> names;
+  for (const TomlTable& fit : table->tables("fit")) {
+    fit.allow({"object", "gate_mm"});
+    FitRequest request;
+    request.object = read_object_name(fit, twin);
+    request.gate_mm = fit.number_or("gate_mm", request.gate_mm, NumberRange::positive());
+    if (!names.insert(request.object).second)
+      fit.fail("object",
+               fmt::format("= \"{}\" is fitted by an earlier [[measure.fit]], too", request.object));
+    measure.fits.push_back(request);
+  }
+  return measure;
+}
+
+RealSource read_real(const TomlTable& root, const Twin& twin, const TwinFileContext& context) {
+  RealSource real;
+  const auto table = root.table("real");
+  if (!table) return real;
+  table->allow({"captures", "results"});
+  if (table->has("captures") == table->has("results"))
+    table->fail("", "must have either captures or [real.results]");
+  if (table->has("captures")) {
+    real.captures = context.resolve(*table, "captures");
+    return real;
+  }
+  const TomlTable results = *table->table("results");
+  results.allow({"source", "fit"});
+  real.results_source = results.string("source").value_or("");
+  std::set<std::string> names;
+  for (const TomlTable& fit : results.tables("fit")) {
+    real.results.push_back(read_published_fit(fit, twin));
+    if (!names.insert(real.results.back().object).second)
+      fit.fail("object", fmt::format("= \"{}\" has earlier results, too", real.results.back().object));
+  }
+  if (real.results.empty())
+    results.fail("fit", "is missing", "write [[real.results.fit]] with the published numbers");
+  return real;
+}
+
+std::optional<std::filesystem::path> read_uncertainty(const TomlTable& root, const TwinFileContext& context) {
+  const auto table = root.table("uncertainty");
+  if (!table) return std::nullopt;
+  table->allow({"calibration"});
+  std::filesystem::path file = context.resolve(*table, "calibration");
+  if (!std::filesystem::is_regular_file(file))
+    throw UserError(
+        ExitCode::input, table->where("calibration"),
+        fmt::format("{} = \"{}\": there is no such file", table->full_key("calibration"), file.string()),
+        "give the calibration.json that `fringetwin calibrate` wrote");
+  if (context.files) context.files->push_back(file);
+  return file;
+}
+
+std::map<std::string, double> read_limits(const TomlTable& root) {
+  std::map<std::string, double> limits;
+  const auto table = root.table("limits");
+  if (!table) return limits;
+  table->allow(kLimitNames);
+  for (const std::string& name : table->keys())
+    limits[name] = *table->number(
+        name, name == "gain_r2" ? NumberRange::between(0.0, 1.0) : NumberRange::not_negative());
+  return limits;
+}
+
+}  // namespace fringetwin

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// [[object]] of twin.toml.
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "twin/file/twin_file.hpp"
+
+namespace fringetwin {
+namespace {
+
+Eigen::Vector3d read_unit_vector(const TomlTable& table, const std::string& key) {
+  const auto v = table.vector(key, 3, NumberRange::any_size());
+  if (!v) table.fail(key, "is missing", "it must be an array of 3 numbers");
+  if (v->isZero(0.0)) table.fail(key, "must not be [0, 0, 0]");
+  return v->stableNormalized();  // of any length, also 1e200
+}
+
+/// Any fixed direction across the normal, for a plane whose first side has no direction given:
+/// the world's x axis, or y where the normal is along x.
+Eigen::Vector3d default_u_axis(const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d axis =
+      std::abs(normal.x()) < 0.9 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
+  return (axis - axis.dot(normal) * normal).normalized();
+}
+
+SphereShape read_sphere(const TomlTable& table) {
+  return {table.required_vector3("center_mm"), table.required_number("radius_mm", NumberRange::positive())};
+}
+
+PlaneShape read_plane(const TomlTable& table, const TwinFileContext& context) {
+  PlaneShape plane;
+  plane.point_mm = table.required_vector3("point_mm");
+  plane.normal = read_unit_vector(table, "normal");
+  plane.u_axis = default_u_axis(plane.normal);
+  if (const auto size = table.vector("size_mm", 2, NumberRange::positive()))
+    plane.size_mm = Eigen::Vector2d(*size);
+  if (table.has("u_axis")) {
+    if (!plane.size_mm) table.fail("u_axis", "has no effect without size_mm");
+    const Eigen::Vector3d u = read_unit_vector(table, "u_axis");
+    const Eigen::Vector3d across = u - u.dot(plane.normal) * plane.normal;
+    if (across.norm() < 1e-6) table.fail("u_axis", "must not be parallel to the normal");
+    plane.u_axis = across.normalized();
+  }
+  if (table.has("albedo_map")) {
+    if (!plane.size_mm) table.fail("albedo_map", "needs size_mm", "the image covers the rectangle");
+    plane.albedo_file = context.resolve(table, "albedo_map");
+  }
+  return plane;
+}
+
+CylinderShape read_cylinder(const TomlTable& table) {
+  CylinderShape cylinder;
+  cylinder.point_mm = table.required_vector3("point_mm");
+  cylinder.axis = read_unit_vector(table, "axis");
+  cylinder.radius_mm = table.required_number("radius_mm", NumberRange::positive());
+  cylinder.length_mm = table.number("length_mm", NumberRange::positive());
+  return cylinder;
+}
+
+MeshShape read_mesh(const TomlTable& table, const TwinFileContext& context) {
+  MeshShape mesh;
+  mesh.file = context.resolve(table, "file");
+  mesh.unit = table.choice("unit", {"mm", "m"}).value_or(mesh.unit);
+  if (const auto rt = table.vector("rt_world_object", 6)) mesh.T_world_object = pose_from_rt(RotTrans(*rt));
+  mesh.smooth = table.choice("shading", {"facet", "smooth"}) == "smooth";
+  return mesh;
+}
+
+MeasuredShape read_measured(const TomlTable& table) {
+  MeasuredShape measured;
+  measured.steps = table.choice("steps", {"even", "odd", "all"}).value_or(measured.steps);
+  measured.smoothing_px =
+      table.number_or("smoothing_px", measured.smoothing_px, NumberRange::between(0.0, 100.0));
+  return measured;
+}
+
+const std::map<std::string, std::vector<std::string>> kShapeKeys = {
+    {"sphere", {"center_mm", "radius_mm"}},
+    {"plane", {"point_mm", "normal", "size_mm", "u_axis", "albedo_map"}},
+    {"cylinder", {"point_mm", "axis", "radius_mm", "length_mm"}},
+    {"mesh", {"file", "unit", "rt_world_object", "shading"}},
+    {"measured", {"steps", "smoothing_px"}}};
+
+/// Keys of the shape (of every shape while it is not known) and those every object has.
+void allow_keys(const TomlTable& table, const std::string& shape) {
+  std::vector<std::string> keys = {"name", "shape", "material"};
+  for (const auto& [kind, own] : kShapeKeys)
+    if (shape.empty() || kind == shape) keys.insert(keys.end(), own.begin(), own.end());
+  table.allow(keys);
+}
+
+Shape read_shape(const TomlTable& table, const TwinFileContext& context) {
+  if (!table.has("shape")) allow_keys(table, "");  // a misspelt "shape" is named as such
+  const std::string shape =
+      table.required_choice("shape", {"sphere", "plane", "cylinder", "mesh", "measured"});
+  allow_keys(table, shape);
+  if (shape == "sphere") return read_sphere(table);
+  if (shape == "plane") return read_plane(table, context);
+  if (shape == "cylinder") return read_cylinder(table);
+  if (shape == "mesh") return read_mesh(table, context);
+  return read_measured(table);
+}
+
+Material read_material(const TomlTable& table) {
+  table.allow({"diffuse", "specular", "shininess", "specular_model", "roughness"});
+  Material material;
+  material.diffuse = table.number_or("diffuse", material.diffuse, NumberRange::between(0.0, 1.0));
+  material.specular = table.number_or("specular", material.specular, NumberRange::not_negative());
+  material.shininess = table.number_or("shininess", material.shininess, NumberRange::positive());
+  const bool ggx = table.choice("specular_model", {"phong", "ggx"}) == "ggx";
+  const char* other = ggx ? "shininess" : "roughness";
+  if (table.has(other))
+    table.fail(other, fmt::format("has no effect with specular_model = \"{}\"", ggx ? "ggx" : "phong"),
+               ggx ? "use roughness" : "use shininess, or specular_model = \"ggx\"");
+  if (ggx) {
+    material.specular_model = Material::Specular::ggx;
+    material.roughness = table.number_or("roughness", material.roughness,
+                                         {.min = 0.0, .max = 1.0, .min_excluded = true, .smallest = 0.01});
+    table.number("specular", NumberRange::between(0.0, 1.0));  // a reflectance
+  }
+  return material;
+}
+
+}  // namespace
+
+std::vector<Object> read_objects(const TomlTable& root, const TwinFileContext& context) {
+  std::vector<Object> objects;
+  std::set<std::string> names;
+  for (const TomlTable& table : root.tables("object")) {
+    Object object;
+    object.shape = read_shape(table, context);
+    object.name = table.required_name();
+    if (!names.insert(object.name).second)
+      table.fail("name", fmt::format("\"{}\" is the name of an earlier object, too", object.name));
+    if (const auto material = table.table("material")) object.material = read_material(*material);
+    objects.push_back(object);
+  }
+  return objects;
+}
+
+}  // namespace fringetwin

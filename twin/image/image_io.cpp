@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "twin/image/image_io.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+
+#include "twin/base/errors.hpp"
+#include "twin/image/image_codecs.hpp"
+#include "twin/image/png_codec.hpp"
+
+namespace fringetwin {
+namespace fs = std::filesystem;
+namespace {
+
+void write_bytes(const fs::path& file, const void* data, std::size_t size) {
+  TemporaryFile temporary(file);
+  std::FILE* stream = std::fopen(temporary.path().c_str(), "wb");
+  if (stream == nullptr)
+    throw UserError(ExitCode::usage, file.string(),
+                    fmt::format("cannot be written ({})", std::strerror(errno)));
+  const bool written = std::fwrite(data, 1, size, stream) == size;
+  const bool closed = std::fclose(stream) == 0;
+  if (!written || !closed)
+    throw UserError(ExitCode::usage, file.string(),
+                    fmt::format("cannot be written ({})", std::strerror(errno)), "is the disk full?");
+  temporary.commit();
+}
+
+std::vector<std::uint8_t> read_bytes(const fs::path& file) {
+  std::error_code error;
+  if (!fs::exists(file, error))
+    throw UserError(ExitCode::input, file.string(), "no such image", "check the name and the folder");
+  if (fs::is_directory(file, error))
+    throw UserError(ExitCode::input, file.string(), "is a folder, an image is needed");
+  std::ifstream stream(file, std::ios::binary | std::ios::ate);
+  if (!stream)
+    throw UserError(ExitCode::input, file.string(), fmt::format("cannot be read ({})", std::strerror(errno)));
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(stream.tellg()));
+  stream.seekg(0);
+  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!stream) throw UserError(ExitCode::input, file.string(), "cannot be read to its end");
+  return bytes;
+}
+
+template <class T>
+LoadedGray to_float(int width, int height, int file_bits, const T* values) {
+  LoadedGray gray{ImageF(width, height), file_bits};
+  for (std::size_t i = 0; i < gray.image.size(); ++i) gray.image.data[i] = static_cast<float>(values[i]);
+  return gray;
+}
+
+LoadedGray read_png(const fs::path& file, const std::vector<std::uint8_t>& bytes) {
+  GrayPixels pixels;
+  const std::string fault = decode_gray_png(bytes, &pixels);
+  if (!fault.empty()) throw UserError(ExitCode::input, file.string(), fault);
+  if (pixels.file_bits == 16)
+    return to_float(pixels.width, pixels.height, 16,
+                    reinterpret_cast<const std::uint16_t*>(pixels.values.data()));
+  return to_float(pixels.width, pixels.height, 8, pixels.values.data());
+}
+
+LoadedGray read_other_format(const fs::path& file, const std::vector<std::uint8_t>& bytes) {
+  DecodedImage image;
+  if (!decode_image(bytes, &image))
+    throw UserError(ExitCode::input, file.string(), "is no image that can be decoded, or is truncated",
+                    "gray PNG, BMP, TIFF or PGM are read");
+  if (image.channels != 1)
+    throw UserError(ExitCode::input, file.string(),
+                    fmt::format("is a colour image ({} channels), a gray image is needed", image.channels));
+  if (image.bits == 0)
+    throw UserError(ExitCode::input, file.string(), "does not hold 8 or 16 bit unsigned gray values");
+  if (image.bits == 16)
+    return to_float(image.width, image.height, 16,
+                    reinterpret_cast<const std::uint16_t*>(image.values.data()));
+  return to_float(image.width, image.height, 8, image.values.data());
+}
+
+template <class T>
+void round_to(const ImageF& image, float max_value, T* out) {
+  const auto fits = [max_value](float v) { return v > -0.5f && v < max_value + 0.5f; };  // false for NaN, too
+  bool all_fit = true;
+  for (std::size_t i = 0; i < image.size(); ++i) {
+    const float value = image.data[i];
+    all_fit = all_fit & fits(value);
+    out[i] = static_cast<T>(static_cast<std::int32_t>(fits(value) ? value + 0.5f : 0.0f));
+  }
+  if (all_fit) return;
+  for (std::size_t i = 0; i < image.size(); ++i)
+    FT_CHECK(fits(image.data[i]), fmt::format("gray value {} at index {}", image.data[i], i));
+}
+
+}  // namespace
+
+TemporaryFile::TemporaryFile(fs::path file) : file_(std::move(file)) {
+  static std::atomic<unsigned> counter{0};
+  std::error_code error;
+  const fs::path folder = file_.parent_path();
+  if (!folder.empty()) fs::create_directories(folder, error);
+  if (error)
+    throw UserError(ExitCode::usage, folder.string(),
+                    fmt::format("cannot make this folder ({})", error.message()));
+  temporary_ = folder / fmt::format(".{}.{}.{}.tmp", file_.filename().string(), ::getpid(), counter++);
+}
+
+TemporaryFile::~TemporaryFile() {
+  std::error_code ignored;
+  if (!done_) fs::remove(temporary_, ignored);
+}
+
+void TemporaryFile::commit() {
+  std::error_code error;
+  fs::rename(temporary_, file_, error);
+  if (error)
+    throw UserError(ExitCode::usage, file_.string(), fmt::format("cannot be written ({})", error.message()));
+  done_ = true;
+}
+
+bool is_temporary_name(const std::string& name) { return name.starts_with('.') && name.ends_with(".tmp"); }
+
+bool is_exr_name(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".exr";
+}
+
+void write_text_file(const fs::path& file, const std::string& text) {
+  write_bytes(file, text.data(), text.size());
+}
+
+LoadedGray read_gray(const fs::path& file) {
+  const std::vector<std::uint8_t> bytes = read_bytes(file);
+  if (bytes.empty())
+    throw UserError(ExitCode::input, file.string(), "is empty (0 bytes)", "an image is needed");
+  if (is_png(bytes)) return read_png(file, bytes);
+  return read_other_format(file, bytes);
+}
+
+void write_gray_png(const fs::path& file, const ImageF& image, int file_bits) {
+  FT_CHECK(file_bits == 8 || file_bits == 16, fmt::format("file_bits {}", file_bits));
+  FT_CHECK(!image.empty(), "an empty image cannot be written");
+  GrayPixels pixels{image.width, image.height, file_bits, {}};
+  pixels.values.resize(image.size() * (file_bits == 16 ? 2u : 1u));
+  if (file_bits == 16)
+    round_to(image, 65535.0f, reinterpret_cast<std::uint16_t*>(pixels.values.data()));
+  else
+    round_to(image, 255.0f, pixels.values.data());
+  std::vector<std::uint8_t> bytes;
+  const std::string fault = encode_gray_png(pixels, &bytes);
+  FT_CHECK(fault.empty(), fault);
+  write_bytes(file, bytes.data(), bytes.size());
+}
+
+}  // namespace fringetwin

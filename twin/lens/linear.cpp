@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "twin/lens/linear.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include "twin/base/errors.hpp"
+
+namespace fringetwin {
+
+struct SymmetricFactor::Impl {
+  Eigen::LDLT<Eigen::MatrixXd> ldlt;
+};
+
+SymmetricFactor::SymmetricFactor(const MatrixRef& m) : impl_(std::make_unique<Impl>()) {
+  impl_->ldlt.compute(Eigen::MatrixXd(m));
+}
+SymmetricFactor::~SymmetricFactor() = default;
+
+double SymmetricFactor::rcond() const {
+  // Eigen's estimate leaves zero pivots out, as if the matrix were well conditioned, and passes over NaN.
+  const Eigen::VectorXd pivots = impl_->ldlt.vectorD();
+  const bool definite = impl_->ldlt.info() == Eigen::Success && pivots.allFinite() && pivots.minCoeff() > 0.0;
+  return definite ? impl_->ldlt.rcond() : 0.0;
+}
+Eigen::MatrixXd SymmetricFactor::solve(const MatrixRef& right) const {
+  return impl_->ldlt.solve(Eigen::MatrixXd(right));
+}
+Eigen::MatrixXd SymmetricFactor::inverse() const {
+  return solve(Eigen::MatrixXd::Identity(impl_->ldlt.rows(), impl_->ldlt.rows()));
+}
+
+Eigen::MatrixXd solve_symmetric(const MatrixRef& m, const MatrixRef& right) {
+  return SymmetricFactor(m).solve(right);
+}
+
+SymmetricEigen symmetric_eigen(const MatrixRef& m) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(m)};
+  return {eigen.eigenvalues(), eigen.eigenvectors()};
+}
+
+Eigen::MatrixXd least_squares(const MatrixRef& m, const MatrixRef& right) {
+  return Eigen::HouseholderQR<Eigen::MatrixXd>(Eigen::MatrixXd(m)).solve(Eigen::MatrixXd(right));
+}
+
+Eigen::MatrixXd orthonormal_basis(const MatrixRef& m) {
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr{Eigen::MatrixXd(m)};
+  return qr.householderQ() * Eigen::MatrixXd::Identity(m.rows(), m.cols());
+}
+
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * svd.matrixV().transpose();
+}
+
+Pose rigid_alignment(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to) {
+  FT_CHECK(from.size() == to.size() && from.size() >= 3, "alignment needs 3 pairs");
+  Eigen::Matrix3Xd f(3, from.size()), t(3, to.size());
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    f.col(static_cast<Eigen::Index>(i)) = from[i];
+    t.col(static_cast<Eigen::Index>(i)) = to[i];
+  }
+  const Eigen::Matrix4d T = Eigen::umeyama(f, t, false);
+  return {T.topLeftCorner<3, 3>(), T.topRightCorner<3, 1>()};
+}
+
+}  // namespace fringetwin

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "twin/mesh/mesh.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <unordered_map>
+
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/image/image_io.hpp"
+#include "twin/mesh/mesh_file.hpp"
+
+namespace fringetwin {
+namespace fs = std::filesystem;
+namespace {
+
+std::string read_whole(const fs::path& file) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error))
+    throw UserError(ExitCode::input, file.string(),
+                    fs::exists(file, error) ? "is no regular file" : "no such mesh",
+                    "check the name and the folder");
+  std::ifstream stream(file, std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(stream)), {});
+  if (!stream.good() && !stream.eof()) throw UserError(ExitCode::input, file.string(), "cannot be read");
+  if (bytes.empty()) throw UserError(ExitCode::input, file.string(), "is empty (0 bytes)");
+  return bytes;
+}
+
+/// Editors put a UTF-8 byte order mark before text; no mesh format knows it.
+void drop_byte_order_mark(std::string* bytes) {
+  if (bytes->rfind("\xef\xbb\xbf", 0) == 0) bytes->erase(0, 3);
+}
+
+RawMesh read_raw(const fs::path& file) {
+  std::string bytes = read_whole(file);
+  drop_byte_order_mark(&bytes);
+  if (bytes.rfind("ply\n", 0) == 0 || bytes.rfind("ply\r", 0) == 0) return read_ply(file, bytes);
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".stl") return read_with_assimp(file, bytes, "stl");
+  if (extension == ".obj") return read_with_assimp(file, bytes, "obj");
+  throw UserError(ExitCode::input, file.string(), "is no mesh of a known format",
+                  "PLY, STL and OBJ are read");
+}
+
+/// The vertex as float mm. What is finite in the file may not be after scaling and rounding; and beyond 1e9
+/// mm products of coordinates leave the range of float.
+Eigen::Vector3f checked_vertex(const fs::path& file, const RawMesh& raw, std::size_t i, double scale) {
+  constexpr float largest_mm = 1e9f;
+  const Eigen::Vector3d& v = raw.vertices[i];
+  const Eigen::Vector3f p = (v * scale).cast<float>();
+  if (p.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= largest_mm) return p;
+  const std::string what =
+      v.allFinite() ? fmt::format("beyond {:g} mm", largest_mm) : "that is no finite number";
+  throw UserError(
+      ExitCode::input, file.string(),
+      fmt::format("{} has a coordinate {}: ({}, {}, {})", raw.vertex_name(i), what, v.x(), v.y(), v.z()),
+      v.allFinite() ? "check its unit" : "mend the mesh");
+}
+
+struct VertexKey {
+  std::array<std::uint32_t, 4> bits;
+  bool operator==(const VertexKey&) const = default;
+};
+struct VertexHash {
+  std::size_t operator()(const VertexKey& key) const {
+    std::uint64_t hash = 0;
+    for (const std::uint32_t b : key.bits) {  // splitmix64's finaliser over each word
+      hash = (hash ^ b) + 0x9e3779b97f4a7c15u;
+      hash = (hash ^ (hash >> 30)) * 0xbf58476d1ce4e5b9u;
+      hash = (hash ^ (hash >> 27)) * 0x94d049bb133111ebu;
+      hash ^= hash >> 31;
+    }
+    return hash;
+  }
+};
+
+/// Fills vertices (and albedo); returns the new index of every raw vertex.
+std::vector<int> join_vertices(const fs::path& file, const RawMesh& raw, double scale, Mesh* mesh) {
+  std::unordered_map<VertexKey, int, VertexHash> known;
+  known.reserve(raw.vertices.size());
+  std::vector<int> index_of(raw.vertices.size());
+  for (std::size_t i = 0; i < raw.vertices.size(); ++i) {
+    const Eigen::Vector3f p = checked_vertex(file, raw, i, scale);
+    const float albedo = raw.albedo.empty() ? 1.0f : raw.albedo[i];
+    // + 0 makes -0 and 0 the same
+    const VertexKey key{{std::bit_cast<std::uint32_t>(p.x() + 0.0f),
+                         std::bit_cast<std::uint32_t>(p.y() + 0.0f),
+                         std::bit_cast<std::uint32_t>(p.z() + 0.0f), std::bit_cast<std::uint32_t>(albedo)}};
+    const auto [it, is_new] = known.try_emplace(key, static_cast<int>(mesh->vertices_mm.size()));
+    if (is_new) {
+      mesh->vertices_mm.push_back(p);
+      if (!raw.albedo.empty()) mesh->vertex_albedo.push_back(albedo);
+    }
+    index_of[i] = it->second;
+  }
+  return index_of;
+}
+
+/// A height below 1e-10 of the longest side: far below what float coordinates (6e-8) can tell from 0.
+bool is_degenerate(const Mesh& mesh, const std::array<int, 3>& t) {
+  const auto vertex = [&](int k) -> Eigen::Vector3d {
+    return mesh.vertices_mm[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])].cast<double>();
+  };
+  const Eigen::Vector3d ab = vertex(1) - vertex(0), ac = vertex(2) - vertex(0), bc = vertex(2) - vertex(1);
+  const double longest_sq = std::max({ab.squaredNorm(), ac.squaredNorm(), bc.squaredNorm()});
+  return ab.cross(ac).norm() <= 1e-10 * longest_sq;
+}
+
+void append_bytes(std::string& out, const void* data, std::size_t size) {
+  out.append(static_cast<const char*>(data), size);
+}
+void append_vector(std::string& out, const Eigen::Vector3f& v) {
+  append_bytes(out, v.data(), 3 * sizeof(float));
+}
+
+}  // namespace
+
+std::shared_ptr<const Mesh> load_mesh(const fs::path& file, const std::string& unit) {
+  FT_CHECK(unit == "mm" || unit == "m", "unit " + unit);
+  const RawMesh raw = read_raw(file);
+  auto mesh = std::make_shared<Mesh>();
+  const std::vector<int> index_of = join_vertices(file, raw, unit == "m" ? 1000.0 : 1.0, mesh.get());
+  std::size_t degenerate = 0;
+  for (std::array<int, 3> triangle : raw.triangles) {
+    for (int& corner : triangle) corner = index_of[static_cast<std::size_t>(corner)];
+    if (is_degenerate(*mesh, triangle))
+      ++degenerate;
+    else
+      mesh->triangles.push_back(triangle);
+  }
+  if (mesh->triangles.empty())
+    throw UserError(ExitCode::input, file.string(),
+                    degenerate > 0 ? fmt::format("has no triangle with an area ({} without)", degenerate)
+                                   : "has no triangle",
+                    "a mesh of triangles or polygons is needed");
+  if (degenerate > 0) warn(fmt::format("{}: {} triangles without area left out", file.string(), degenerate));
+  if (raw.other_faces > 0)
+    warn(fmt::format("{}: {} points or lines left out", file.string(), raw.other_faces));
+  return mesh;
+}
+
+void save_mesh_ply(const fs::path& file, const Mesh& mesh) {
+  static_assert(std::endian::native == std::endian::little);
+  const bool normals = mesh.vertex_normals.size() == mesh.vertices_mm.size() && !mesh.vertices_mm.empty();
+  const bool albedo = mesh.vertex_albedo.size() == mesh.vertices_mm.size() && !mesh.vertices_mm.empty();
+  std::string out = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment fringetwin, unit mm\nelement vertex {}\n"
+      "property float x\nproperty float y\nproperty float z\n{}{}"
+      "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      mesh.vertices_mm.size(), normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "",
+      albedo ? "property float albedo\n" : "", mesh.triangles.size());
+  out.reserve(out.size() + mesh.vertices_mm.size() * 28 + mesh.triangles.size() * 13);
+  for (std::size_t i = 0; i < mesh.vertices_mm.size(); ++i) {
+    append_vector(out, mesh.vertices_mm[i]);
+    if (normals) append_vector(out, mesh.vertex_normals[i]);
+    if (albedo) append_bytes(out, &mesh.vertex_albedo[i], sizeof(float));
+  }
+  for (const std::array<int, 3>& triangle : mesh.triangles) {
+    out.push_back(3);
+    append_bytes(out, triangle.data(), 3 * sizeof(std::int32_t));
+  }
+  write_text_file(file, out);
+}
+
+std::vector<Eigen::Vector3f> compute_vertex_normals(const Mesh& mesh) {
+  std::vector<Eigen::Vector3d> sums(mesh.vertices_mm.size(), Eigen::Vector3d::Zero());
+  for (const std::array<int, 3>& triangle : mesh.triangles) {
+    const auto vertex = [&](std::size_t k) -> Eigen::Vector3d {
+      return mesh.vertices_mm[static_cast<std::size_t>(triangle[k])].cast<double>();
+    };
+    // the cross product's length is twice the area: the weight
+    const Eigen::Vector3d normal = (vertex(1) - vertex(0)).cross(vertex(2) - vertex(0));
+    for (const int corner : triangle) sums[static_cast<std::size_t>(corner)] += normal;
+  }
+  std::vector<Eigen::Vector3f> normals(sums.size());
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const double length = sums[i].norm();
+    // a vertex without a triangle is never shaded; it still gets a unit vector
+    normals[i] = length > 0.0 ? (sums[i] / length).cast<float>().eval() : Eigen::Vector3f::UnitZ().eval();
+  }
+  return normals;
+}
+
+}  // namespace fringetwin
