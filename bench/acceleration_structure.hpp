@@ -4,7 +4,7 @@
 #include <array>
 #include <memory>
 
-#include "render/vulkan_device.hpp"
+#include "render/vulkan/vulkan_device.hpp"
 
 namespace fringetwin::bench {
 

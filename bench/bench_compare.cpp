@@ -17,7 +17,7 @@
 
 #include "compare/report_page.hpp"
 #include "compare/result_json.hpp"
-#include "render/sensor.hpp"
+#include "render/sensor/sensor.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"
 

@@ -15,7 +15,7 @@
 #include <numbers>
 
 #include "bench/rivals.hpp"
-#include "render/quadrature.hpp"
+#include "render/base/quadrature.hpp"
 #include "tests/accuracy/agreement.hpp"
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"

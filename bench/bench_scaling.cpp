@@ -17,8 +17,8 @@
 #include <string>
 #include <vector>
 
-#include "render/bvh_cache.hpp"
 #include "render/renderer.hpp"
+#include "render/scene/bvh_cache.hpp"
 #include "report/plot.hpp"
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // bench_sensor [ROUNDS]: noisy images of 1440 x 1080 pixels by the formula pixel after pixel, with the
-// library's log and cos, and by render/sensor.cpp, in turn on one core; smallest time of ROUNDS (default 5).
-// Refuses images that are not the same.
+// library's log and cos, and by render/sensor/sensor.cpp, in turn on one core; smallest time of ROUNDS
+// (default 5). Refuses images that are not the same.
 #include <fmt/format.h>
 #include <omp.h>
 
@@ -10,8 +10,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "render/normal_deviates.hpp"
-#include "render/sensor.hpp"
+#include "render/base/normal_deviates.hpp"
+#include "render/sensor/sensor.hpp"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include <bit>
 #include <cmath>
 
-#include "render/sensor.hpp"
+#include "render/sensor/sensor.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::capture {

@@ -11,7 +11,7 @@
 #include "cli/results.hpp"
 #include "compare/calibration_covariance.hpp"
 #include "compare/refine.hpp"
-#include "render/sensor.hpp"
+#include "render/sensor/sensor.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/captures/measured_steps.hpp"

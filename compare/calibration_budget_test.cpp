@@ -14,7 +14,7 @@
 
 #include "compare/comparison.hpp"
 #include "measure/measurement.hpp"
-#include "render/sensor.hpp"
+#include "render/sensor/sensor.hpp"
 #include "tests/accuracy/agreement.hpp"
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/small_twin.hpp"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/camera_effects.hpp"
+#include "render/pattern/camera_effects.hpp"
 
 namespace fringetwin::compare {
 namespace {

@@ -9,12 +9,12 @@
 #include <cstring>
 
 #include "loop_limit_spv.h"
-#include "render/disk_cache.hpp"
-#include "render/kernels.hpp"
-#include "render/renderer_impl.hpp"
-#include "render/specialise.hpp"
-#include "render/transport_images.hpp"
-#include "render/waveform.hpp"
+#include "render/base/disk_cache.hpp"
+#include "render/base/kernels.hpp"
+#include "render/base/specialise.hpp"
+#include "render/pattern/transport_images.hpp"
+#include "render/pattern/waveform.hpp"
+#include "render/trace/trace_device.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "render/response_series.hpp"
+#include "render/pattern/response_series.hpp"
 #include "twin/image/image.hpp"
 #include "twin/twin.hpp"
 

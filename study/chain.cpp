@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "compare/fit_rows.hpp"
-#include "render/sensor.hpp"
+#include "render/sensor/sensor.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 

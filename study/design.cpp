@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "render/philox.hpp"
-#include "render/sobol.hpp"
+#include "render/base/philox.hpp"
+#include "render/base/sobol.hpp"
 #include "twin/file/toml_reader.hpp"
 
 namespace fringetwin::study {

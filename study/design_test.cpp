@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "render/sobol.hpp"
+#include "render/base/sobol.hpp"
 
 namespace fringetwin::test::design_test {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "render/philox.hpp"
+#include "render/base/philox.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::study {

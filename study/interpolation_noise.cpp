@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "render/quadrature.hpp"
+#include "render/base/quadrature.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -8,7 +8,7 @@
 #include <variant>
 
 #include "measure/mixed_pixels.hpp"
-#include "render/reference_shapes.hpp"
+#include "render/reference/reference_shapes.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::study {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "render/sobol.hpp"
+#include "render/base/sobol.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::study {

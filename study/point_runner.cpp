@@ -7,7 +7,7 @@
 
 #include "compare/result_json.hpp"
 #include "measure/measurement.hpp"
-#include "render/sensor.hpp"
+#include "render/sensor/sensor.hpp"
 #include "study/image_results.hpp"
 #include "study/shared_meshes.hpp"
 #include "twin/base/errors.hpp"

@@ -13,7 +13,7 @@
 #include <cmath>
 
 #include "measure/measurement.hpp"
-#include "render/sensor.hpp"
+#include "render/sensor/sensor.hpp"
 #include "study/sphere_form.hpp"
 #include "study/uncertain_inputs.hpp"
 #include "tests/accuracy/agreement.hpp"

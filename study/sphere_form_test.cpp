@@ -14,7 +14,7 @@
 #include <map>
 #include <numbers>
 
-#include "render/quadrature.hpp"
+#include "render/base/quadrature.hpp"
 
 namespace fringetwin::study::sphere_form_test {
 namespace {

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "compare/provenance.hpp"
-#include "render/sobol.hpp"
+#include "render/base/sobol.hpp"
 #include "study/design.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/sha256.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "render/reference.hpp"
+#include "render/reference/reference.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 

@@ -12,7 +12,7 @@
 #include <cmath>
 
 #include "measure/measurement.hpp"
-#include "render/sensor.hpp"
+#include "render/sensor/sensor.hpp"
 #include "study/monte_carlo_study.hpp"
 #include "tests/accuracy/agreement.hpp"
 #include "tests/e2e/cli_runner.hpp"

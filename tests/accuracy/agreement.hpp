@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "render/reference.hpp"
+#include "render/reference/reference.hpp"
 #include "render/renderer.hpp"
 
 namespace fringetwin::test {

@@ -14,8 +14,8 @@
 #include <cmath>
 #include <iostream>
 
-#include "render/quadrature.hpp"
-#include "render/waveform.hpp"
+#include "render/base/quadrature.hpp"
+#include "render/pattern/waveform.hpp"
 #include "tests/accuracy/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 

@@ -10,7 +10,7 @@
 #include <random>
 #include <span>
 
-#include "render/disk_cache.hpp"
+#include "render/base/disk_cache.hpp"
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/rig_indirect.hpp"
 #include "tests/support/paper_rig.hpp"

@@ -26,7 +26,7 @@
 
 #include "compare/gain_fit.hpp"
 #include "measure/measurement.hpp"
-#include "render/sensor.hpp"
+#include "render/sensor/sensor.hpp"
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/independent_rig.hpp"
 

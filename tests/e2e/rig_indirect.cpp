@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/reference.hpp"
+#include "render/reference/reference.hpp"
 
 namespace fringetwin::test {
 namespace {

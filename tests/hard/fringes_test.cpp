@@ -15,7 +15,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "render/sensor.hpp"
+#include "render/sensor/sensor.hpp"
 #include "tests/hard/hard_support.hpp"
 
 namespace fringetwin::test::fringes_test {

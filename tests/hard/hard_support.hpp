@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "render/reference.hpp"
+#include "render/reference/reference.hpp"
 #include "tests/accuracy/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/twin.hpp"

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/base/disk_cache.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+
+#include "twin/base/sha256.hpp"
+#include "twin/image/image_io.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Header {
+  std::array<char, 8> magic{'F', 'T', 'C', 'A', 'C', 'H', 'E', '1'};
+  std::uint64_t size = 0;
+  std::uint64_t checksum = 0;  // CRC-32: against accidents, not against forgery
+};
+
+std::uint64_t checksum(std::uint64_t before, Bytes part) {
+  return crc32_z(before, reinterpret_cast<const Bytef*>(part.data()), part.size());
+}
+
+void make_room(const fs::path& folder) {
+  std::vector<std::pair<fs::file_time_type, fs::path>> files;
+  std::uintmax_t total = 0;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    // What a process left that was killed while writing.
+    if (entry.path().extension() == ".tmp" &&
+        entry.last_write_time() + std::chrono::hours(24) < fs::file_time_type::clock::now())
+      fs::remove(entry.path());
+    if (entry.path().extension() != ".cache") continue;
+    total += entry.file_size();
+    files.emplace_back(entry.last_write_time(), entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  for (const auto& [time, file] : files) {
+    if (total <= largest_cache_bytes) break;
+    total -= fs::file_size(file);
+    fs::remove(file);
+  }
+}
+
+}  // namespace
+
+std::optional<fs::path> cache_folder() {
+  if (const char* own = std::getenv("FRINGETWIN_CACHE"))
+    return *own ? std::optional<fs::path>(own) : std::nullopt;
+  if (const char* base = std::getenv("XDG_CACHE_HOME"); base && *base) return fs::path(base) / "fringetwin";
+  if (const char* home = std::getenv("HOME"); home && *home) return fs::path(home) / ".cache" / "fringetwin";
+  return {};
+}
+
+std::string content_key(std::initializer_list<Bytes> parts) {
+  Sha256 digest;
+  for (const Bytes part : parts) {
+    const std::uint64_t size = part.size();
+    digest.add(std::as_bytes(std::span(&size, 1)));
+    digest.add(part);
+  }
+  return digest.hex().substr(0, 40);
+}
+
+std::optional<std::vector<std::byte>> read_cached(const std::optional<fs::path>& folder,
+                                                  const std::string& name) {
+  if (!folder) return {};
+  const fs::path file = *folder / (name + ".cache");
+  std::ifstream in(file, std::ios::binary | std::ios::ate);
+  if (!in) return {};
+  const auto file_size = static_cast<std::uint64_t>(in.tellg());
+  Header header;
+  in.seekg(0);
+  if (!in.read(reinterpret_cast<char*>(&header), sizeof header) || header.magic != Header{}.magic ||
+      header.size + sizeof header != file_size)
+    return {};
+  std::vector<std::byte> bytes(header.size);
+  in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!in || checksum(0, bytes) != header.checksum) return {};
+  std::error_code ignored;
+  fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);  // used: others make room first
+  return bytes;
+}
+
+void write_cached(const std::optional<fs::path>& folder, const std::string& name,
+                  std::initializer_list<Bytes> parts) {
+  if (!folder) return;
+  try {
+    Header header;
+    for (const Bytes part : parts) {
+      header.size += part.size();
+      header.checksum = checksum(header.checksum, part);
+    }
+    if (header.size > largest_cache_bytes / 4) return;
+    TemporaryFile temporary(*folder / (name + ".cache"));
+    std::ofstream out(temporary.path(), std::ios::binary);
+    out.write(reinterpret_cast<const char*>(&header), sizeof header);
+    for (const Bytes part : parts)
+      out.write(reinterpret_cast<const char*>(part.data()), static_cast<std::streamsize>(part.size()));
+    out.close();
+    if (out) temporary.commit();
+    make_room(*folder);
+  } catch (const std::exception&) {
+    // full, read-only or another process at work: the next run makes it again
+  }
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/base/sobol.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <vector>
+
+namespace fringetwin::test::sobol_test {
+namespace {
+using namespace fringetwin::render;
+
+// SciPy 1.10 (scipy.stats.qmc.Sobol, scramble=False, bits=32), whose points come in the order of Gray's code.
+TEST(Sobol, AgreesWithSciPy) {
+  struct Row {
+    int dimension;
+    std::uint32_t at_5, at_100, at_777;
+  };
+  for (const Row& row : std::vector<Row>{{1, 3758096384U, 1107296256U, 4022337536U},
+                                         {7, 1610612736U, 2046820352U, 3275751424U},
+                                         {20, 2684354560U, 3254779904U, 1019215872U},
+                                         {39, 1610612736U, 570425344U, 1539309568U}}) {
+    const auto v = sobol_directions(row.dimension);
+    EXPECT_EQ(sobol_coordinate(v, 5 ^ 2), row.at_5) << row.dimension;
+    EXPECT_EQ(sobol_coordinate(v, 100 ^ 50), row.at_100) << row.dimension;
+    EXPECT_EQ(sobol_coordinate(v, 777 ^ 388), row.at_777) << row.dimension;
+  }
+}
+
+// Each dimension alone: one of 2^k points in each of 2^k equal intervals. A wrong or even number of the table
+// breaks this.
+TEST(Sobol, EveryDimensionIsStratified) {
+  for (int d = 0; d < kSobolDimensions; ++d) {
+    const auto v = sobol_directions(d);
+    for (const std::uint32_t k : {3U, 6U, 10U}) {
+      std::set<std::uint32_t> intervals;
+      for (std::uint32_t i = 0; i < 1U << k; ++i) intervals.insert(sobol_coordinate(v, i) >> (32 - k));
+      EXPECT_EQ(intervals.size(), 1U << k) << "dimension " << d;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace fringetwin::test::sobol_test

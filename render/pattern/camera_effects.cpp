@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/pattern/camera_effects.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+constexpr double narrow_px = 0.75;
+
+// Output pixel i of n, from pixels i - reach ... i + reach with stride `step`.
+float weighted(const float* row, int i, int n, std::ptrdiff_t step, const std::vector<double>& kernel) {
+  const int reach = static_cast<int>(kernel.size()) - 1;
+  double sum = 0.0, weights = 0.0;
+  for (int k = std::max(0, i - reach); k <= std::min(n - 1, i + reach); ++k) {
+    const double w = kernel[static_cast<std::size_t>(std::abs(k - i))];
+    sum += w * static_cast<double>(row[k * step]);
+    weights += w;
+  }
+  return static_cast<float>(sum / weights);
+}
+
+}  // namespace
+
+std::vector<double> psf_kernel(double sigma_px) {
+  FT_CHECK(sigma_px > 0.0, "width of a point spread function");
+  const int reach = std::max(8, static_cast<int>(std::ceil(5.5 * sigma_px)));
+  std::vector<double> kernel;
+  double sum = 0.0;
+  for (int n = 0; n <= reach; ++n) {
+    const double s = sigma_px * sigma_px;
+    kernel.push_back(sigma_px >= narrow_px ? std::exp(-0.5 * n * n / s)
+                                           : std::exp(-s) * std::cyl_bessel_i(static_cast<double>(n), s));
+    sum += (n == 0 ? 1.0 : 2.0) * kernel.back();
+  }
+  for (double& w : kernel) w /= sum;
+  return kernel;
+}
+
+ImageF convolve_separable(const ImageF& image, const std::vector<double>& kernel) {
+  ImageF across(image.width, image.height), out(image.width, image.height);
+#pragma omp parallel for
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      across(x, y) = weighted(&image.data[image.index(0, y)], x, image.width, 1, kernel);
+#pragma omp parallel for
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      out(x, y) = weighted(&across.data[image.index(x, 0)], y, image.height, image.width, kernel);
+  return out;
+}
+
+double vignetting_factor(const Camera& camera, double x_px, double y_px) {
+  if (camera.vignetting.kind == Vignetting::Kind::cos4) {
+    const auto d = camera.lens.unproject({x_px, y_px});
+    return std::pow(std::max(0.0, d ? d->z() / d->norm() : 0.0), 4);
+  }
+  if (camera.vignetting.kind == Vignetting::Kind::none) return 1.0;
+  const int width = camera.lens.width(), height = camera.lens.height();
+  const double corner = 0.5 * std::hypot(width, height);
+  const double u = (x_px - 0.5 * (width - 1)) / corner, v = (y_px - 0.5 * (height - 1)) / corner;
+  const double s = u * u + v * v;
+  const auto& a = camera.vignetting.a;
+  const auto& tilt = camera.vignetting.tilt;
+  return 1.0 + tilt[0] * u + tilt[1] * v + s * (a[0] + s * (a[1] + s * a[2]));
+}
+
+ImageF vignetting_map(const Camera& camera) {
+  ImageF map(camera.lens.width(), camera.lens.height(), 1.0F);
+#pragma omp parallel for
+  for (int y = 0; y < map.height; ++y)
+    for (int x = 0; x < map.width; ++x) map(x, y) = static_cast<float>(vignetting_factor(camera, x, y));
+  return map;
+}
+
+void apply_camera_effects(const Camera& camera, RenderedCamera* rendered) {
+  const bool vignetting = camera.vignetting.kind != Vignetting::Kind::none;
+  if (!vignetting && camera.psf_px == 0.0) return;
+  const ImageF map = vignetting ? vignetting_map(camera) : ImageF();
+  const std::vector<double> kernel = camera.psf_px > 0.0 ? psf_kernel(camera.psf_px) : std::vector<double>();
+  std::vector<ImageF*> images;
+  for (ImageF& image : rendered->irradiance) images.push_back(&image);
+  for (auto* image : {&rendered->white, &rendered->black})
+    if (*image) images.push_back(&**image);
+  for (ImageF* image : images) {
+    if (vignetting)
+      for (std::size_t i = 0; i < image->size(); ++i) image->data[i] *= map.data[i];
+    if (!kernel.empty()) *image = convolve_separable(*image, kernel);
+  }
+}
+
+}  // namespace fringetwin::render

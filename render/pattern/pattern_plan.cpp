@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/pattern/pattern_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "render/pattern/waveform.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+constexpr int period_samples = 8192;        // linear interpolation: 7e-8 of a cosine
+constexpr double samples_per_sigma = 64.0;  // of a blurred edge: 7e-6
+constexpr double fewest_samples_per_px = 16.0;
+constexpr std::size_t most_texels = 1U << 24;  // of a pass's tables: their offsets travel as floats
+constexpr double widest_edge_words = 0.5;  // Gray edges of a larger sigma overlap: a table is cheaper then
+
+Double4 along(Axis axis, double scale, double offset) {
+  return {scale, offset, axis == Axis::x ? 1.0 : 0.0, axis == Axis::x ? 0.0 : 1.0};
+}
+
+double turn_fraction(double turns) { return turns - std::floor(turns); }
+
+// One period per [direction, pitch]: the steps are shifts of it.
+using PeriodTables = std::map<std::pair<int, int>, std::vector<float>>;
+
+DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px,
+                         PeriodTables* tables) {
+  const DirectionFringes& d = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
+  const auto p = static_cast<std::size_t>(spec.pitch);
+  std::vector<float>& table = (*tables)[{spec.direction, spec.pitch}];
+  if (table.empty()) {
+    PatternSpec first = spec;
+    first.step = 0;
+    table = periodic_waveform(twin, first, period_samples);
+    table.push_back(table[0]);
+    table.push_back(table[1]);
+  }
+  DirectSlot slot{DirectSlot::Kind::periodic, image, {}, {}, table};
+  slot.a = along(d.axis, 1.0 / d.pitches_px[p],
+                 turn_fraction((center_px - d.phase_origin_px[p]) / d.pitches_px[p] +
+                               static_cast<double>(spec.step) / twin.fringes.steps));
+  slot.b[1] = period_samples;
+  // Nodes over a circle of confusion of one turn: half the phase of the highest harmonic.
+  if (twin.projector->optics)
+    slot.b[2] = std::numbers::pi * count_harmonics(*twin.projector, twin.fringes, d.pitches_px[p], 1e-6);
+  return slot;
+}
+
+DirectSlot axis_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
+  const double per_px =
+      std::max(fewest_samples_per_px, std::ceil(samples_per_sigma / twin.projector->blur_px));
+  double first_px = 0.0;
+  DirectSlot slot{DirectSlot::Kind::axis, image, {}, {}, axis_waveform(twin, spec, per_px, &first_px)};
+  const Axis axis = twin.fringes.directions[static_cast<std::size_t>(spec.direction)].axis;
+  slot.a = along(axis, per_px, (center_px - first_px) * per_px);
+  slot.b[1] = static_cast<double>(slot.waveform.size() - 2);
+  slot.b[2] = 2.5 / (twin.projector->blur_px * per_px);  // a Gaussian's spectrum ends at 5 / sigma
+  return slot;
+}
+
+// Without Gaussian blur the frame buffer's pixels are exact cells.
+DirectSlot pixel_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
+  int first_px = 0;
+  DirectSlot slot{DirectSlot::Kind::pixel, image, {}, {}, pixel_waveform(twin, spec, &first_px)};
+  const Axis axis = twin.fringes.directions[static_cast<std::size_t>(spec.direction)].axis;
+  slot.a = along(axis, 1.0, center_px - first_px + 0.5);
+  slot.b[1] = static_cast<double>(slot.waveform.size() - 1);
+  return slot;
+}
+
+// A Gray image is two levels with edges in known places; the shader finds the code words.
+DirectSlot gray_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
+  const DirectionFringes& d = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
+  FT_CHECK(d.gray.has_value(), "Gray pattern of a direction without Gray code");
+  using Kind = PatternSpec::Kind;
+  const bool half = spec.kind == Kind::complementary || spec.kind == Kind::complementary_inverse;
+  const bool inverse = spec.kind == Kind::gray_bit_inverse || spec.kind == Kind::complementary_inverse;
+  const double words_per_px = (half ? 2.0 : 1.0) / d.pitches_px.front();
+  const double offset =
+      (center_px - d.phase_origin_px.front()) * words_per_px - d.gray->offset_periods * (half ? 2.0 : 1.0);
+  const int bits = d.gray->bits + (half ? 1 : 0);
+  const int bit = half ? bits - 1 : spec.bit;
+  const double dark = twin.projector->response(0.0), bright = twin.projector->response(1.0);
+  DirectSlot slot{DirectSlot::Kind::gray, image, along(d.axis, words_per_px, offset), {}, {}};
+  slot.b = {static_cast<double>(bits - 1 - bit), static_cast<double>((1 << bits) - 1),
+            inverse ? bright : dark, inverse ? dark : bright};
+  return slot;
+}
+
+// The raster after the response; the shader averages its pixels.
+DirectSlot image_slot(const Twin& twin, const PatternSpec& spec, std::size_t image) {
+  const ImageF& levels = *twin.fringes.images.at(static_cast<std::size_t>(spec.image)).levels;
+  FT_CHECK(levels.width == twin.projector->lens.width() && levels.height == twin.projector->lens.height(),
+           "pattern images have the projector's size");
+  DirectSlot slot{DirectSlot::Kind::image, image, {}, {}, levels.data};
+  if (twin.projector->quantise_bits) {
+    const auto most = static_cast<float>(std::exp2(*twin.projector->quantise_bits) - 1.0);
+    for (float& level : slot.waveform) level = std::round(level * most) / most;
+  }
+  if (!is_linear(twin.projector->response))
+    for (float& level : slot.waveform)
+      level = static_cast<float>(twin.projector->response(static_cast<double>(level)));
+  slot.b[1] = levels.width;
+  slot.b[2] = levels.height;
+  return slot;
+}
+
+// Table offsets within the pass's one waveform buffer.
+void place_waveforms(const Twin& twin, PassPlan* pass) {
+  std::size_t first = pass->gaps.size();
+  for (DirectSlot& slot : pass->direct) {
+    if (slot.kind != DirectSlot::Kind::gray) slot.b[0] = static_cast<double>(first);
+    first += slot.waveform.size();
+  }
+  if (first > most_texels && twin.projector->pixel_structure)
+    throw UserError(ExitCode::usage, "projector.blur_px",
+                    "is so small that the blurred pixels of one pass need more than 64 MB",
+                    "use 0, or a larger blur");
+  if (first > most_texels)
+    throw UserError(
+        ExitCode::usage, "fringes.gray",
+        "the code words are too narrow for the projector's size: their images need more than 64 MB",
+        "fewer bits or a larger pitch");
+}
+
+}  // namespace
+
+int PassPlan::count(DirectSlot::Kind kind) const {
+  return static_cast<int>(
+      std::count_if(direct.begin(), direct.end(), [kind](const DirectSlot& s) { return s.kind == kind; }));
+}
+
+namespace {
+
+using Chain = std::vector<PitchSlot>;  // a pitch and its harmonics: they stay in one pass
+
+std::vector<Chain> harmonic_chains(const Twin& twin, const SeriesTable& series, double center_x_px,
+                                   double center_y_px) {
+  std::vector<Chain> chains;
+  if (twin.fringes.steps == 0) return chains;
+  for (std::size_t d = 0; d < twin.fringes.directions.size(); ++d) {
+    const DirectionFringes& direction = twin.fringes.directions[d];
+    const double center = direction.axis == Axis::x ? center_x_px : center_y_px;
+    for (std::size_t p = 0; p < direction.pitches_px.size(); ++p) {
+      const int harmonics = static_cast<int>(series[d][p].a.size()) - 1;
+      if (harmonics < 1) continue;
+      FT_CHECK(harmonics <= MAX_PITCHES, "harmonics of one pitch");
+      Chain chain;
+      for (int k = 1; k <= harmonics; ++k) {
+        const double pitch = direction.pitches_px[p] / k;
+        const double turns = turn_fraction((center - direction.phase_origin_px[p]) / pitch);
+        chain.push_back({d, p, k, along(direction.axis, 1.0 / pitch, turns)});
+      }
+      chains.push_back(std::move(chain));
+    }
+  }
+  return chains;
+}
+
+// What has no sound treatment here is refused, not left out.
+void refuse_combinations(const Twin& twin) {
+  const Projector& p = *twin.projector;
+  const bool gaps = p.pixel_structure && p.pixel_fill < 1.0, images = !twin.fringes.images.empty();
+  const auto refuse = [&](const char* what, const char* hint) {
+    throw UserError(ExitCode::usage, twin.file.string(), what, hint);
+  };
+  if (p.optics && gaps)
+    refuse("gaps between the projector's pixels (pixel_fill below 1) cannot be combined with its defocus",
+           "describe the blur of the gaps by blur_px");
+  if (p.optics && images)
+    refuse("pattern images cannot be combined with the projector's defocus", "describe the blur by blur_px");
+  if (p.blur_px > 0.0 && gaps && images)
+    refuse("pattern images with gaps between the pixels cannot be blurred",
+           "use blur_px = 0 or pixel_fill = 1");
+}
+
+// The chains over n passes in even shares; false when some pass would hold too many.
+bool distribute(const std::vector<Chain>& chains, std::vector<PassPlan>* passes) {
+  std::size_t total = 0, placed = 0;
+  for (const Chain& c : chains) total += c.size();
+  for (PassPlan& pass : *passes) pass.pitches.clear();
+  for (const Chain& c : chains) {
+    const std::size_t k =
+        std::min(placed * passes->size() / std::max<std::size_t>(1, total), passes->size() - 1);
+    auto& slots = (*passes)[k].pitches;
+    slots.insert(slots.end(), c.begin(), c.end());
+    if (slots.size() > MAX_PITCHES) return false;
+    placed += c.size();
+  }
+  return true;
+}
+
+}  // namespace
+
+std::size_t PassPlan::table_size() const {
+  std::size_t n = gaps.size();
+  for (const DirectSlot& slot : direct) n += slot.waveform.size();
+  return n;
+}
+
+std::uint32_t PassPlan::fundamentals() const {
+  std::uint32_t mask = ~0U;
+  for (std::size_t i = 0; i < pitches.size(); ++i)
+    if (pitches[i].harmonic != 1) mask &= ~(1U << i);
+  return mask;
+}
+
+std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, double center_x_px,
+                                  double center_y_px) {
+  refuse_combinations(twin);
+  const std::vector<Chain> chains = harmonic_chains(twin, series, center_x_px, center_y_px);
+  std::vector<DirectSlot> direct;
+  PeriodTables tables;
+  const auto sequence = expand_sequence(twin.fringes);
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    const PatternSpec& spec = sequence[i];
+    if (spec.is_image()) {
+      direct.push_back(image_slot(twin, spec, i));
+      continue;
+    }
+    const auto d = static_cast<std::size_t>(spec.direction), p = static_cast<std::size_t>(spec.pitch);
+    const double center = twin.fringes.directions[d].axis == Axis::x ? center_x_px : center_y_px;
+    if (twin.projector->pixel_structure) {
+      direct.push_back(twin.projector->blur_px > 0.0 ? axis_slot(twin, spec, i, center)
+                                                     : pixel_slot(twin, spec, i, center));
+    } else if (!spec.is_gray()) {
+      if (series[d][p].a.empty()) direct.push_back(periodic_slot(twin, spec, i, center, &tables));
+    } else {
+      DirectSlot slot = gray_slot(twin, spec, i, center);
+      // Defocus of blurred edges is made from a table, too.
+      const bool overlap = twin.projector->blur_px * slot.a[0] > widest_edge_words ||
+                           (twin.projector->optics && twin.projector->blur_px > 0.0);
+      direct.push_back(overlap ? axis_slot(twin, spec, i, center) : std::move(slot));
+    }
+  }
+  std::stable_sort(direct.begin(), direct.end(),
+                   [](const DirectSlot& a, const DirectSlot& b) { return a.kind < b.kind; });
+
+  // Even shares, so that the passes can use the same pipeline where the counts agree.
+  std::size_t most_direct = MAX_DIRECT;
+  if (!twin.fringes.images.empty())
+    most_direct =
+        std::clamp<std::size_t>(most_texels / twin.fringes.images.front().levels->size(), 1, MAX_DIRECT);
+  std::vector<PassPlan> passes(std::max<std::size_t>(1, (direct.size() + most_direct - 1) / most_direct));
+  while (!distribute(chains, &passes)) passes.emplace_back();
+  for (std::size_t k = 0; k < passes.size(); ++k) {
+    const auto share = [&](std::size_t i) { return direct.size() * i / passes.size(); };
+    for (std::size_t i = share(k); i < share(k + 1); ++i) passes[k].direct.push_back(std::move(direct[i]));
+    passes[k].gaps = gap_waveform(*twin.projector);
+    place_waveforms(twin, &passes[k]);
+  }
+  return passes;
+}
+
+}  // namespace fringetwin::render

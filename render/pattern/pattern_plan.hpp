@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which sums one trace collects: cosine/sine per pitch and harmonic, and images evaluated directly; split
+// into passes when they are more than one shader holds.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "render/base/split_float.hpp"
+#include "render/pattern/response_series.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::render {
+
+struct PitchSlot {
+  std::size_t direction, pitch;
+  int harmonic;    ///< 1, then 2, 3 ... of the same pitch in the slots that follow
+  Double4 values;  ///< Params::pitch
+};
+struct DirectSlot {
+  enum class Kind { periodic, axis, pixel, gray, image };
+  Kind kind;
+  std::size_t image;  ///< index in the sequence
+  Double4 a{}, b{};   ///< Params::direct, direct_b
+  std::vector<float> waveform;
+};
+struct PassPlan {
+  std::vector<PitchSlot> pitches;
+  std::vector<float> gaps;         ///< gap_waveform(), empty without blurred gaps; first of the pass's tables
+  std::vector<DirectSlot> direct;  ///< periodic, then axis, pixel, gray, image
+  int count(DirectSlot::Kind kind) const;
+  std::size_t table_size() const;      ///< samples of all tables together
+  std::uint32_t fundamentals() const;  ///< bit i: pitches[i] is a fundamental
+  std::size_t channels() const { return 2 + 2 * pitches.size() + direct.size(); }
+};
+
+/// At least one pass. `center_px`: the projector's principal point, from which the shaders measure.
+/// `series`: choose_series() of the twin; an empty one means: each step directly.
+std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, double center_x_px,
+                                  double center_y_px);
+
+}  // namespace fringetwin::render

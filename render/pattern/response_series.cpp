@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/pattern/response_series.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/shaders/shared.h"
+
+namespace fringetwin::render {
+namespace {
+
+constexpr int examined = 64;  // harmonics looked at
+// In units of one direct evaluation, on lavapipe with an analytic scene: a pair, a pitch's cosine and
+// sine, the trace of a pass. A mesh's trace costs more, so that fewer passes count even more there.
+constexpr double pair_cost = 0.4, fundamental_cost = 0.6, pass_cost = 8.0;
+constexpr double share_of_phase_error = 0.1;
+
+}  // namespace
+
+int most_carried_harmonics() { return MAX_PITCHES; }
+
+double series_cost(const Twin& twin, const SeriesTable& table) {
+  double cost = 0.0;
+  std::size_t pair_passes = 0, pairs = MAX_PITCHES, images = 0;
+  for (const PatternSpec& p : expand_sequence(twin.fringes)) {
+    const bool carried =
+        p.kind == PatternSpec::Kind::phase_step &&
+        !table[static_cast<std::size_t>(p.direction)][static_cast<std::size_t>(p.pitch)].a.empty();
+    images += carried ? 0 : 1;
+  }
+  for (const auto& direction : table)
+    for (const CosineSeries& series : direction) {
+      if (series.a.size() < 2) continue;
+      const std::size_t harmonics = series.a.size() - 1;
+      if (pairs + harmonics > MAX_PITCHES) {
+        ++pair_passes;
+        pairs = 0;
+      }
+      pairs += harmonics;
+      cost += fundamental_cost + pair_cost * static_cast<double>(harmonics);
+    }
+  const std::size_t passes = std::max<std::size_t>({1, pair_passes, (images + MAX_DIRECT - 1) / MAX_DIRECT});
+  return cost + static_cast<double>(images) + pass_cost * static_cast<double>(passes);
+}
+
+CosineSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
+                          double relative_bound, int most) {
+  if (is_linear(projector.response)) return {{fringes.mean, fringes.amplitude}};
+  const int harmonics = count_harmonics(projector, fringes, pitch_px, relative_bound);
+  if (harmonics > most) return {};
+  return cosine_series(projector.response, fringes.mean, fringes.amplitude, harmonics);
+}
+
+int count_harmonics(const Projector& projector, const Fringes& fringes, double pitch_px,
+                    double relative_bound) {
+  if (is_linear(projector.response)) return 1;
+  const CosineSeries series = cosine_series(projector.response, fringes.mean, fringes.amplitude, examined);
+  std::vector<double> size;
+  for (int k = 0; k <= examined; ++k)
+    size.push_back(std::abs(series.a[static_cast<std::size_t>(k)]) *
+                   blur_attenuation(k, projector.blur_px, pitch_px));
+  // Beyond: coefficients fall at least as 1/k^2 (the response is continuous), so all harmonics after 64
+  // sum up to what 33 ... 64 do; twice that is safe.
+  double dropped = 0.0;
+  for (int k = examined / 2 + 1; k <= examined; ++k) dropped += 2.0 * size[static_cast<std::size_t>(k)];
+  int harmonics = examined;
+  while (harmonics > 1 && dropped + size[static_cast<std::size_t>(harmonics)] <= relative_bound * size[1])
+    dropped += size[static_cast<std::size_t>(harmonics--)];
+  return harmonics;
+}
+
+SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<double> phase_error_rad) {
+  const double bound = share_of_phase_error * phase_error_rad.value_or(twin.render.phase_error_rad);
+  SeriesTable direct, carried;
+  const bool linear = is_linear(twin.projector->response);
+  for (const DirectionFringes& d : twin.fringes.directions) {
+    direct.emplace_back(d.pitches_px.size());
+    carried.emplace_back(d.pitches_px.size());
+    if (twin.projector->pixel_structure || twin.fringes.steps == 0) continue;
+    for (std::size_t p = 0; p < d.pitches_px.size(); ++p)
+      carried.back()[p] =
+          short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, most_carried_harmonics());
+  }
+  // The direct way of a defocused pattern is a quadrature for each step and sample.
+  const bool carry = linear || method == PatternMethod::harmonics ||
+                     (method == PatternMethod::automatic &&
+                      (twin.projector->optics || series_cost(twin, carried) < series_cost(twin, direct)));
+  return carry ? carried : direct;
+}
+
+}  // namespace fringetwin::render

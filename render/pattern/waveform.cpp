@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/pattern/waveform.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "render/base/quadrature.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+using std::numbers::pi;
+constexpr double reach_sigmas = 8.5;  // a Gaussian beyond holds 2e-17
+constexpr int most_harmonics = 512;   // smaller blurs are convolved directly
+constexpr int panel_nodes = 16;
+
+// A response is defined on [0, 1]; the cosine may leave it by a rounding error.
+double respond(const ProjectorResponse& response, double value) {
+  return is_linear(response) ? value : response(std::clamp(value, 0.0, 1.0));
+}
+
+// t in (0, pi) where response(mean + amplitude cos t) has a kink, ascending.
+std::vector<double> find_kinks(const ProjectorResponse& response, double mean, double amplitude) {
+  std::vector<double> levels{0.0, 1.0};
+  if (response.kind == ProjectorResponse::Kind::table) {
+    levels.clear();
+    const std::size_t n = response.table.size();
+    for (std::size_t i = 0; i < n; ++i) levels.push_back(static_cast<double>(i) / static_cast<double>(n - 1));
+  }
+  std::vector<double> kinks;
+  if (amplitude == 0.0) return kinks;
+  for (double level : levels) {
+    const double c = (level - mean) / amplitude;
+    if (std::abs(c) < 1.0) kinks.push_back(std::acos(c));
+  }
+  std::sort(kinks.begin(), kinks.end());
+  return kinks;
+}
+
+// Cuts [a, b] into panels no wider than `widest`, halving towards those ends where the integrand may
+// behave like |t - end|^power.
+std::vector<double> panel_ends(double a, double b, double widest, bool grade_a, bool grade_b) {
+  std::vector<double> ends{a};
+  constexpr int levels = 40;
+  const double width = b - a;
+  if (grade_a)
+    for (int i = levels; i >= 2; --i) ends.push_back(a + std::ldexp(width, -i));
+  if (grade_b) {
+    ends.push_back(a + 0.5 * width);
+    for (int i = 2; i <= levels; ++i) ends.push_back(b - std::ldexp(width, -i));
+  }
+  ends.push_back(b);
+  std::vector<double> fine{a};
+  for (std::size_t i = 1; i < ends.size(); ++i) {
+    const int pieces = std::max(1, static_cast<int>(std::ceil((ends[i] - ends[i - 1]) / widest)));
+    for (int j = 1; j <= pieces; ++j)
+      fine.push_back(j == pieces ? ends[i] : ends[i - 1] + (ends[i] - ends[i - 1]) * j / pieces);
+  }
+  return fine;
+}
+
+// Calls visit(t, weight) over [a, b], split at `breaks` (ascending); power-law branch points may lie
+// at every break.
+template <class Visit>
+void integrate(double a, double b, const std::vector<double>& breaks, double widest, bool graded,
+               Visit visit) {
+  const GaussRule& rule = gauss_rule(panel_nodes);
+  std::vector<double> ends{a};
+  for (double t : breaks)
+    if (t > a && t < b) ends.push_back(t);
+  ends.push_back(b);
+  for (std::size_t i = 1; i < ends.size(); ++i) {
+    const auto panels = panel_ends(ends[i - 1], ends[i], widest, graded, graded);
+    for (std::size_t j = 1; j < panels.size(); ++j) {
+      const double center = 0.5 * (panels[j] + panels[j - 1]), half = 0.5 * (panels[j] - panels[j - 1]);
+      for (std::size_t q = 0; q < rule.nodes.size(); ++q)
+        visit(center + half * rule.nodes[q], half * rule.weights[q]);
+    }
+  }
+}
+
+bool is_power(const ProjectorResponse& response) { return response.kind == ProjectorResponse::Kind::gamma; }
+
+}  // namespace
+
+bool is_linear(const ProjectorResponse& response) {
+  return response.kind == ProjectorResponse::Kind::linear ||
+         (response.kind == ProjectorResponse::Kind::gamma && response.gamma == 1.0);
+}
+
+double pattern_margin_px(const Projector& projector) {
+  if (!projector.optics) return 2.0;
+  const Optics& o = *projector.optics;
+  const auto& k = projector.lens.intrinsics();
+  // the circle of confusion from a fifth of the focus distance on
+  return 2.0 + std::ceil(2.0 * o.focal_length_mm / o.f_number / o.focus_distance_mm * std::max(k[0], k[1]));
+}
+
+double blur_attenuation(int harmonic, double sigma_px, double pitch_px) {
+  const double u = pi * harmonic * sigma_px / pitch_px;
+  return std::exp(-2.0 * u * u);
+}
+
+double CosineSeries::operator()(double t_rad) const {
+  const double c = std::cos(t_rad);
+  double b1 = 0.0, b2 = 0.0;
+  for (std::size_t k = a.size(); k-- > 1;) {
+    const double b0 = a[k] + 2.0 * c * b1 - b2;
+    b2 = b1;
+    b1 = b0;
+  }
+  return a.empty() ? 0.0 : a[0] + c * b1 - b2;
+}
+
+CosineSeries cosine_series(const ProjectorResponse& response, double mean, double amplitude, int harmonics) {
+  FT_CHECK(harmonics >= 0, "number of harmonics");
+  CosineSeries series;
+  series.a.assign(static_cast<std::size_t>(harmonics) + 1, 0.0);
+  if (is_linear(response)) {
+    series.a[0] = mean;
+    if (harmonics >= 1) series.a[1] = amplitude;
+    return series;
+  }
+  const double widest = std::min(pi / 8.0, 8.0 / std::max(1, harmonics));
+  integrate(0.0, pi, find_kinks(response, mean, amplitude), widest, is_power(response),
+            [&](double t, double weight) {
+              const double wf = weight / pi * respond(response, mean + amplitude * std::cos(t));
+              for (std::size_t k = 0; k < series.a.size(); ++k)
+                series.a[k] += (k == 0 ? wf : 2.0 * wf) * std::cos(static_cast<double>(k) * t);
+            });
+  return series;
+}
+
+EffectivePattern::EffectivePattern(const Twin& twin, const PatternSpec& pattern)
+    : fringes_(twin.fringes), pattern_(pattern) {
+  FT_CHECK(twin.projector.has_value(), "a pattern needs a projector");
+  response_ = twin.projector->response;
+  sigma_px_ = twin.projector->blur_px;
+  margin_px_ = pattern_margin_px(*twin.projector);
+  const DirectionFringes& d = fringes_.directions.at(static_cast<std::size_t>(pattern.direction));
+  const std::size_t p = pattern.is_gray() ? 0 : static_cast<std::size_t>(pattern.pitch);
+  pitch_px_ = d.pitches_px.at(p);
+  origin_px_ = d.phase_origin_px.at(p);
+  if (twin.projector->pixel_structure) {
+    method_ = Method::pixels;
+    pixel_fill_ = twin.projector->pixel_fill;
+    levels_ = twin.projector->quantise_bits ? std::exp2(*twin.projector->quantise_bits) - 1.0 : 0.0;
+    return;
+  }
+  if (sigma_px_ == 0.0) return;
+  if (pattern.is_gray()) {
+    method_ = Method::edges;
+    find_edges(d.axis == Axis::x ? twin.projector->lens.width() : twin.projector->lens.height());
+    return;
+  }
+  shift_rad_ = 2.0 * pi * pattern.step / fringes_.steps;
+  kinks_ = find_kinks(response_, fringes_.mean, fringes_.amplitude);
+  // exp(-2 u^2) < 1e-17 at u = 4.43
+  const double needed = is_linear(response_) ? 1.0 : std::ceil(4.43 * pitch_px_ / (pi * sigma_px_));
+  if (needed > most_harmonics) {
+    method_ = Method::convolution;
+    return;
+  }
+  method_ = Method::series;
+  series_ =
+      cosine_series(response_, fringes_.mean, fringes_.amplitude, std::max(1, static_cast<int>(needed)));
+  for (std::size_t k = 1; k < series_.a.size(); ++k)
+    series_.a[k] *= blur_attenuation(static_cast<int>(k), sigma_px_, pitch_px_);
+}
+
+double EffectivePattern::operator()(double coordinate_px) const {
+  switch (method_) {
+    case Method::direct:
+      return respond(response_, pattern_value(fringes_, pattern_, coordinate_px));
+    case Method::series:
+      return series_(2.0 * pi * (coordinate_px - origin_px_) / pitch_px_ + shift_rad_);
+    case Method::convolution:
+      return convolve(coordinate_px);
+    case Method::edges:
+      return sum_edges(coordinate_px);
+    case Method::pixels:
+      return mix_pixels(coordinate_px);
+  }
+  return 0.0;
+}
+
+// Quadrature of the convolution integral itself, for blurs too small for a short series.
+double EffectivePattern::convolve(double coordinate_px) const {
+  const double rad_per_px = 2.0 * pi / pitch_px_;
+  const double t0 = rad_per_px * (coordinate_px - origin_px_) + shift_rad_, s = rad_per_px * sigma_px_;
+  const double lowest = t0 - reach_sigmas * s, highest = t0 + reach_sigmas * s;
+  std::vector<double> breaks;
+  for (int turn = static_cast<int>(std::floor(lowest / (2.0 * pi)));
+       turn <= static_cast<int>(std::ceil(highest / (2.0 * pi))); ++turn) {
+    for (double k : kinks_) {
+      breaks.push_back(2.0 * pi * turn + k);
+      breaks.push_back(2.0 * pi * turn - k);
+    }
+    breaks.push_back(2.0 * pi * turn + pi);  // where the value is lowest
+  }
+  std::sort(breaks.begin(), breaks.end());
+  double sum = 0.0;
+  integrate(lowest, highest, breaks, s, is_power(response_), [&](double t, double weight) {
+    const double u = (t - t0) / s;
+    sum += weight * std::exp(-0.5 * u * u) *
+           respond(response_, fringes_.mean + fringes_.amplitude * std::cos(t));
+  });
+  return sum / (s * std::sqrt(2.0 * pi));
+}
+
+// Gray images are constant on half words; the edges are where two neighbours differ.
+void EffectivePattern::find_edges(double size_px) {
+  const DirectionFringes& d = fringes_.directions[static_cast<std::size_t>(pattern_.direction)];
+  const double offset = d.gray ? d.gray->offset_periods : 0.0;
+  const double cell = 0.5 * pitch_px_, start = origin_px_ + offset * pitch_px_;
+  const double reach = margin_px_ + 0.5 + (reach_sigmas + 1.0) * sigma_px_;
+  const auto first = static_cast<long>(std::floor((-reach - start) / cell)) - 1;
+  const auto last = static_cast<long>(std::ceil((size_px + reach - start) / cell)) + 1;
+  const auto value = [&](long i) {
+    return respond(response_,
+                   pattern_value(fringes_, pattern_, start + (static_cast<double>(i) + 0.5) * cell));
+  };
+  first_value_ = value(first);
+  double previous = first_value_;
+  for (long i = first + 1; i <= last; ++i) {
+    const double next = value(i);
+    if (next != previous)
+      edges_.push_back({start + static_cast<double>(i) * cell, previous, next - previous});
+    previous = next;
+  }
+}
+
+double EffectivePattern::sum_edges(double coordinate_px) const {
+  // Edges farther left than the blur reaches are settled: the value before the first other one has them.
+  const double settled_px = coordinate_px - reach_sigmas * sigma_px_;
+  auto e = std::lower_bound(edges_.begin(), edges_.end(), settled_px,
+                            [](const Edge& edge, double x) { return edge.position_px < x; });
+  double value = e != edges_.end() ? e->before
+                 : edges_.empty()  ? first_value_
+                                   : edges_.back().before + edges_.back().step;
+  for (; e != edges_.end(); ++e) {
+    const double u = (coordinate_px - e->position_px) / sigma_px_;
+    if (u < -reach_sigmas) break;
+    value += e->step * 0.5 * std::erfc(-u / std::numbers::sqrt2);
+  }
+  return value;
+}
+
+double EffectivePattern::pixel_value(double center_px) const {
+  double value = pattern_value(fringes_, pattern_, center_px);
+  if (levels_ > 0.0) value = std::round(value * levels_) / levels_;
+  return respond(response_, value);
+}
+
+// Mean over the pixels around, each weighted with the part of the blur spot on its lit square: what
+// arrives, over what arrives of a white image.
+double EffectivePattern::mix_pixels(double coordinate_px) const {
+  const double nearest = std::floor(coordinate_px + 0.5);
+  if (sigma_px_ == 0.0) return pixel_value(nearest);
+  const double reach = std::ceil(reach_sigmas * sigma_px_) + 1.0;
+  const double scale = 1.0 / (sigma_px_ * std::numbers::sqrt2);
+  double sum = 0.0, weights = 0.0;
+  for (double i = nearest - reach; i <= nearest + reach; i += 1.0) {
+    const double d = std::abs(coordinate_px - i);
+    const double weight =
+        std::erfc((d - 0.5 * pixel_fill_) * scale) - std::erfc((d + 0.5 * pixel_fill_) * scale);
+    sum += weight * pixel_value(i);
+    weights += weight;
+  }
+  return weights > 1e-280 ? sum / weights : pixel_value(nearest);
+}
+
+double effective_pattern_value(const Twin& twin, const PatternSpec& pattern, double coordinate_px) {
+  return EffectivePattern(twin, pattern)(coordinate_px);
+}
+
+std::vector<float> periodic_waveform(const Twin& twin, const PatternSpec& pattern, int samples) {
+  FT_CHECK(!pattern.is_gray() && samples > 0, "one period exists of phase steps only");
+  const EffectivePattern effective(twin, pattern);
+  const DirectionFringes& d = twin.fringes.directions.at(static_cast<std::size_t>(pattern.direction));
+  const auto p = static_cast<std::size_t>(pattern.pitch);
+  std::vector<float> values(static_cast<std::size_t>(samples));
+  for (int i = 0; i < samples; ++i)
+    values[static_cast<std::size_t>(i)] =
+        static_cast<float>(effective(d.phase_origin_px.at(p) + d.pitches_px.at(p) * i / samples));
+  return values;
+}
+
+std::vector<float> axis_waveform(const Twin& twin, const PatternSpec& pattern, double samples_per_px,
+                                 double* first_px) {
+  FT_CHECK(samples_per_px > 0.0 && first_px != nullptr, "arguments of axis_waveform");
+  const EffectivePattern effective(twin, pattern);
+  const Axis axis = twin.fringes.directions.at(static_cast<std::size_t>(pattern.direction)).axis;
+  const int size = axis == Axis::x ? twin.projector->lens.width() : twin.projector->lens.height();
+  const double margin_px = pattern_margin_px(*twin.projector);
+  *first_px = -0.5 - margin_px;
+  const auto n = static_cast<std::size_t>(std::ceil((size + 2.0 * margin_px) * samples_per_px)) + 1;
+  std::vector<float> values(n);
+  for (std::size_t i = 0; i < n; ++i)
+    values[i] = static_cast<float>(effective(*first_px + static_cast<double>(i) / samples_per_px));
+  return values;
+}
+
+std::vector<float> pixel_waveform(const Twin& twin, const PatternSpec& pattern, int* first_px) {
+  const EffectivePattern effective(twin, pattern);
+  const Axis axis = twin.fringes.directions.at(static_cast<std::size_t>(pattern.direction)).axis;
+  const int size = axis == Axis::x ? twin.projector->lens.width() : twin.projector->lens.height();
+  const int margin = static_cast<int>(std::ceil(pattern_margin_px(*twin.projector)));
+  *first_px = -margin;
+  std::vector<float> values;
+  for (int i = -margin; i < size + margin; ++i) values.push_back(static_cast<float>(effective(i)));
+  return values;
+}
+
+std::vector<float> gap_waveform(const Projector& projector) {
+  const double sigma = projector.blur_px, half = 0.5 * projector.pixel_fill;
+  if (!projector.pixel_structure || projector.pixel_fill == 1.0 || sigma == 0.0) return {};
+  constexpr int samples = 4096;
+  std::vector<float> values;
+  for (int i = 0; i <= samples + 1; ++i) {
+    const double t = static_cast<double>(i % samples) / samples - 0.5;
+    double lit = projector.pixel_fill;  // Fourier series of the raster; exp(-2 pi^2 1.5^2) = 5e-20
+    for (int m = 1; m * sigma < 1.5; ++m)
+      lit += 2.0 * std::sin(2.0 * pi * m * half) / (pi * m) * blur_attenuation(m, sigma, 1.0) *
+             std::cos(2.0 * pi * m * t);
+    values.push_back(static_cast<float>(lit / projector.pixel_fill));
+  }
+  return values;
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,430 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/reference/reference.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <tuple>
+
+#include "render/base/quadrature.hpp"
+#include "render/reference/reference_material.hpp"
+#include "render/reference/reference_mesh.hpp"
+#include "render/reference/reference_pattern.hpp"
+#include "render/reference/reference_shapes.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+using std::numbers::pi;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+// A shadow ray starts this far from its surface point: double rounding at 1 m is 1e-13 mm.
+constexpr double shadow_start_mm = 1e-9;
+// Surfaces closer to each other than 1e-6 of the way to them count as one (shaders/scene.glsl).
+constexpr double in_front = 1.0 - 1e-6;
+
+// What a pixel raster lights at q: response, then the Gaussian blur of its square pixels.
+double shown_level(const Projector& projector, const ImageF& levels, const Eigen::Vector2d& q_px) {
+  const double sigma = projector.blur_px;
+  const auto shown = [&](double x, double y) {
+    double level = image_level(levels, x, y);
+    if (projector.quantise_bits) {
+      const double most = std::exp2(*projector.quantise_bits) - 1.0;
+      level = std::round(level * most) / most;
+    }
+    return projector.response(level);
+  };
+  if (sigma == 0.0) return shown(q_px.x(), q_px.y());
+  const auto share = [sigma](double from_center) {
+    const double scale = 1.0 / (sigma * std::numbers::sqrt2);
+    return 0.5 * (std::erf((from_center + 0.5) * scale) - std::erf((from_center - 0.5) * scale));
+  };
+  const long reach = static_cast<long>(std::ceil(8.5 * sigma)) + 1;
+  const long column = std::lround(q_px.x()), row = std::lround(q_px.y());
+  double sum = 0.0;
+  for (long y = row - reach; y <= row + reach; ++y)
+    for (long x = column - reach; x <= column + reach; ++x)
+      sum += share(q_px.x() - static_cast<double>(x)) * share(q_px.y() - static_cast<double>(y)) *
+             shown(static_cast<double>(x), static_cast<double>(y));
+  return sum;
+}
+
+struct SceneHit {
+  double t_mm = infinity;
+  int object = -1;
+  int triangle = -1;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();   // geometric, the shape's own side
+  Eigen::Vector3d shading = Eigen::Vector3d::Zero();  // the normal of the light formula
+  double albedo = 1.0;
+};
+
+// Nodes (offset px, weight) along one axis of what a pixel gathers: its square, or with a point spread
+// function the square widened by it, cell by cell of one pixel.
+std::vector<std::pair<double, double>> footprint(int gauss_n, double fill, double psf_px) {
+  const GaussRule& rule = gauss_rule(gauss_n);
+  std::vector<std::pair<double, double>> nodes;
+  if (psf_px == 0.0) {
+    for (std::size_t i = 0; i < rule.nodes.size(); ++i)
+      nodes.emplace_back(0.5 * fill * rule.nodes[i], 0.5 * rule.weights[i]);
+    return nodes;
+  }
+  const auto cdf = [psf_px](double t) { return 0.5 * std::erfc(-t / (psf_px * std::numbers::sqrt2)); };
+  const int reach = static_cast<int>(std::ceil(0.5 * fill + 5.0 * psf_px));
+  for (int cell = -reach; cell <= reach; ++cell)
+    for (std::size_t i = 0; i < rule.nodes.size(); ++i) {
+      const double offset = cell + 0.5 * rule.nodes[i];
+      nodes.emplace_back(
+          offset, 0.5 * rule.weights[i] / fill * (cdf(offset + 0.5 * fill) - cdf(offset - 0.5 * fill)));
+    }
+  return nodes;
+}
+
+struct Instance {
+  const ReferenceMesh* mesh = nullptr;
+  Pose T_world_object, T_object_world;
+  bool smooth = false;
+  Ray to_object(const Ray& world) const {
+    return {T_object_world * world.origin_mm, T_object_world.rotation * world.direction};
+  }
+};
+
+}  // namespace
+
+struct Reference::Impl {
+  Twin twin;
+  std::vector<Pose> T_world_cam;
+  Eigen::Vector3d projector_center = Eigen::Vector3d::Zero();
+  std::map<const Mesh*, std::unique_ptr<ReferenceMesh>> meshes;
+  std::vector<Instance> instances;  // one per object; mesh == nullptr for analytic shapes
+  std::vector<int> order;           // of the search: spheres, planes, cylinders, meshes
+  std::vector<PatternSpec> sequence;
+  std::vector<ReferencePattern> patterns;
+  bool linear = true;
+
+  explicit Impl(const Twin& t);
+  std::optional<Ray> camera_ray(std::size_t camera, const Eigen::Vector2d& q_px,
+                                const Eigen::Vector2d& lens_uv) const;
+  std::optional<SceneHit> hit_object(int object, const Ray& ray, double t_min, double t_max) const;
+  std::optional<SceneHit> nearest(const Ray& ray) const;
+  bool in_shadow(const SceneHit& own, bool outside, const Ray& to_light, double distance) const;
+  void light(const Ray& ray, const SceneHit& hit, bool lobe, PixelSample& sample) const;
+  void gather(const SceneHit& hit, int bounce_n, PixelSample& sample) const;
+  void add_light(const IndirectLight& light, ReferencePixel& pixel) const;
+  PixelSample trace(const Ray& ray, int bounce_n = 0) const;
+  void add(const PixelSample& s, double weight, ReferencePixel& pixel) const;
+};
+
+Reference::Impl::Impl(const Twin& t) : twin(t) {
+  double reach = 0.0;  // of any ray's start from the world origin
+  for (const Camera& c : twin.cameras) {
+    T_world_cam.push_back(c.T_cam_world.inverse());
+    reach = std::max(reach, c.center_world_mm().norm());
+  }
+  if (twin.projector) {
+    projector_center = twin.projector->center_world_mm();
+    reach = std::max(reach, projector_center.norm());
+    linear =
+        twin.projector->response.kind == ProjectorResponse::Kind::linear && !twin.projector->pixel_structure;
+    sequence = expand_sequence(twin.fringes);
+    for (const PatternSpec& p : sequence)
+      if (!p.is_image()) patterns.emplace_back(twin, p);  // images are the last ones
+  }
+  for (const Object& object : twin.objects) {
+    FT_CHECK(!std::holds_alternative<MeasuredShape>(object.shape), "measured shapes must be built first");
+    Instance instance;
+    if (const auto* m = std::get_if<MeshShape>(&object.shape)) {
+      auto& mesh = meshes[m->mesh.get()];
+      if (!mesh)
+        mesh = std::make_unique<ReferenceMesh>(m->mesh, reach + m->T_world_object.translation_mm.norm());
+      instance = {mesh.get(), m->T_world_object, m->T_world_object.inverse(), m->smooth};
+    }
+    instances.push_back(instance);
+    order.push_back(static_cast<int>(order.size()));
+  }
+  static_assert(std::is_same_v<std::variant_alternative_t<3, Shape>, MeshShape>);
+  std::stable_sort(order.begin(), order.end(), [this](int a, int b) {
+    const auto kind = [this](int i) { return twin.objects[static_cast<std::size_t>(i)].shape.index(); };
+    return kind(a) < kind(b);
+  });
+}
+
+// Thin lens: rays from the lens disk (radius focal length / (2 f-number)) meet where the chief ray
+// meets the focus plane.
+std::optional<Ray> Reference::Impl::camera_ray(std::size_t camera, const Eigen::Vector2d& q_px,
+                                               const Eigen::Vector2d& lens_uv) const {
+  const Camera& c = twin.cameras.at(camera);
+  const auto direction = c.lens.unproject(q_px);
+  if (!direction) return std::nullopt;
+  const Pose& T = T_world_cam[camera];
+  if (!c.optics) return Ray{T.translation_mm, (T.rotation * *direction).normalized()};
+  const double radius = 0.5 * c.optics->focal_length_mm / c.optics->f_number;
+  const Eigen::Vector3d start(radius * lens_uv.x(), radius * lens_uv.y(), 0.0);
+  const Eigen::Vector3d focus = *direction * (c.optics->focus_distance_mm / direction->z());
+  return Ray{T * start, (T.rotation * (focus - start)).normalized()};
+}
+
+std::optional<SceneHit> Reference::Impl::hit_object(int object, const Ray& ray, double t_min,
+                                                    double t_max) const {
+  const auto index = static_cast<std::size_t>(object);
+  const Instance& instance = instances[index];
+  if (instance.mesh) {
+    const auto hit = instance.mesh->nearest(instance.to_object(ray), t_min, t_max);
+    if (!hit) return std::nullopt;
+    const auto& R = instance.T_world_object.rotation;
+    SceneHit out;
+    out.t_mm = hit->t_mm;
+    out.object = object;
+    out.triangle = hit->triangle;
+    out.normal = R * instance.mesh->geometric_normal(hit->triangle);
+    out.albedo = instance.mesh->albedo(*hit);
+    if (instance.smooth) out.shading = R * instance.mesh->shading_normal(*hit);
+    // Vertex normals of both windings may cancel: then the facet's own counts.
+    if (!(out.shading.squaredNorm() > 0.0)) out.shading = out.normal;
+    return out;
+  }
+  const auto hit = std::visit(
+      [&](const auto& shape) -> std::optional<ShapeHit> {
+        if constexpr (requires { intersect(shape, ray, t_min, t_max); })
+          return intersect(shape, ray, t_min, t_max);
+        else
+          return std::nullopt;
+      },
+      twin.objects[index].shape);
+  if (!hit) return std::nullopt;
+  const auto* plane = std::get_if<PlaneShape>(&twin.objects[index].shape);
+  const double albedo = plane ? reference_map_albedo(*plane, ray.origin_mm + hit->t_mm * ray.direction) : 1.0;
+  return SceneHit{hit->t_mm, object, -1, hit->normal, hit->normal, albedo};
+}
+
+std::optional<SceneHit> Reference::Impl::nearest(const Ray& ray) const {
+  std::optional<SceneHit> best;
+  for (const int i : order) {
+    const auto hit = hit_object(i, ray, 0.0, best ? in_front * best->t_mm : infinity);
+    if (hit) best = hit;
+  }
+  return best;
+}
+
+// `outside`: the lit side is the shape's own outer side. A sphere or cylinder cannot shade its own
+// outer lit side, nor a plane itself; a cylinder seen from within can.
+bool Reference::Impl::in_shadow(const SceneHit& own, bool outside, const Ray& to_light,
+                                double distance) const {
+  for (int i = 0; i < static_cast<int>(instances.size()); ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    if (const ReferenceMesh* mesh = instances[index].mesh) {
+      const int skipped = i == own.object ? own.triangle : -1;
+      if (mesh->occluded(instances[index].to_object(to_light), shadow_start_mm, distance, skipped))
+        return true;
+      continue;
+    }
+    const bool flat = std::holds_alternative<PlaneShape>(twin.objects[index].shape);
+    if (i == own.object && (flat || outside)) continue;
+    if (hit_object(i, to_light, shadow_start_mm, distance)) return true;
+  }
+  return false;
+}
+
+void Reference::Impl::light(const Ray& ray, const SceneHit& hit, bool lobe, PixelSample& sample) const {
+  const Projector& projector = *twin.projector;
+  const Eigen::Vector3d to_projector = projector_center - sample.point_world_mm;
+  const double distance = to_projector.norm();
+  const Eigen::Vector3d L = to_projector / distance;
+  if (!(sample.normal_world.dot(L) > 0.0)) return;
+  const auto q = projector.lens.project(projector.T_proj_world * sample.point_world_mm);
+  if (!q || q->x() < -0.5 || q->y() < -0.5 || q->x() > projector.lens.width() - 0.5 ||
+      q->y() > projector.lens.height() - 0.5)
+    return;
+  const bool outside = hit.normal.dot(sample.normal_world) > 0.0;
+  if (twin.render.shadow && in_shadow(hit, outside, {sample.point_world_mm, L}, distance)) return;
+  sample.lit = true;
+  sample.projector_px = *q;
+  const Eigen::Vector3d N =
+      hit.shading.dot(sample.normal_world) < 0.0 ? Eigen::Vector3d(-hit.shading) : hit.shading;
+  const double cosine = N.dot(L);
+  if (cosine <= 0.0) return;
+  const Material& material = twin.objects[static_cast<std::size_t>(hit.object)].material;
+  const double falloff =
+      projector.inverse_square ? std::pow(projector.reference_distance_mm / distance, 2) : 1.0;
+  double reflected = material.diffuse * hit.albedo / pi * cosine;
+  const bool ggx = material.specular_model == Material::Specular::ggx;
+  if (lobe && material.specular > 0.0 && ggx)
+    reflected += reference_ggx(N, L, -ray.direction, material.specular, material.roughness) * cosine;
+  if (lobe && material.specular > 0.0 && !ggx) {
+    const Eigen::Vector3d mirror = 2.0 * cosine * N - L;
+    reflected += material.specular * std::pow(std::max(0.0, -mirror.dot(ray.direction)), material.shininess);
+  }
+  sample.weight = projector.intensity * falloff * reflected * reference_pixel_gaps(projector, *q);
+  sample.defocus_px = reference_defocus_px(projector, (projector.T_proj_world * sample.point_world_mm).z());
+}
+
+// The hemisphere around the shading normal, by the cosine: sin^2 of the polar angle is uniform.
+void Reference::Impl::gather(const SceneHit& hit, int bounce_n, PixelSample& sample) const {
+  const Eigen::Vector3d N =
+      hit.shading.dot(sample.normal_world) < 0.0 ? Eigen::Vector3d(-hit.shading) : hit.shading;
+  const Eigen::Vector3d T = N.unitOrthogonal(), B = N.cross(T);
+  const double diffuse = twin.objects[static_cast<std::size_t>(hit.object)].material.diffuse * hit.albedo;
+  const GaussRule& rule = gauss_rule(bounce_n);
+  for (int i = 0; i < bounce_n; ++i)
+    for (int k = 0; k < 2 * bounce_n; ++k) {
+      const double sine2 = 0.5 + 0.5 * rule.nodes[static_cast<std::size_t>(i)],
+                   angle = pi * (k + 0.5) / bounce_n;
+      const Eigen::Vector3d d =
+          std::sqrt(sine2) * (std::cos(angle) * T + std::sin(angle) * B) + std::sqrt(1.0 - sine2) * N;
+      if (d.dot(sample.normal_world) <= 0.0) continue;
+      const Ray ray{sample.point_world_mm + shadow_start_mm * sample.normal_world, d};
+      const auto other = nearest(ray);
+      if (!other) continue;
+      PixelSample lit;
+      lit.point_world_mm = ray.origin_mm + other->t_mm * d;
+      lit.normal_world = other->normal.dot(d) > 0.0 ? Eigen::Vector3d(-other->normal) : other->normal;
+      light(ray, *other, false, lit);
+      const double share = 0.5 * rule.weights[static_cast<std::size_t>(i)] / (2.0 * bounce_n);
+      if (lit.lit)
+        sample.indirect.push_back({share * diffuse * lit.weight, lit.projector_px, lit.defocus_px});
+    }
+}
+
+PixelSample Reference::Impl::trace(const Ray& ray, int bounce_n) const {
+  PixelSample sample;
+  const auto hit = nearest(ray);
+  if (!hit) return sample;
+  sample.object = hit->object;
+  sample.triangle = hit->triangle;
+  sample.t_mm = hit->t_mm;
+  sample.point_world_mm = ray.origin_mm + hit->t_mm * ray.direction;
+  sample.normal_world = hit->normal.dot(ray.direction) > 0.0 ? Eigen::Vector3d(-hit->normal) : hit->normal;
+  if (twin.projector) light(ray, *hit, true, sample);
+  if (twin.projector && bounce_n > 0) gather(*hit, bounce_n, sample);
+  return sample;
+}
+
+void Reference::Impl::add(const PixelSample& s, double weight, ReferencePixel& pixel) const {
+  if (s.object < 0 || !twin.projector) return;
+  const double ambient = weight * twin.projector->ambient;
+  pixel.ambient += ambient;
+  for (double& e : pixel.irradiance) e += ambient;
+  for (const IndirectLight& l : s.indirect)
+    add_light({weight * l.weight, l.projector_px, l.defocus_px}, pixel);
+  if (s.lit) add_light({weight * s.weight, s.projector_px, s.defocus_px}, pixel);
+}
+
+void Reference::Impl::add_light(const IndirectLight& s, ReferencePixel& pixel) const {
+  const double w = s.weight;
+  pixel.mean += w;
+  for (std::size_t d = 0; d < pixel.cosine.size(); ++d) {
+    const DirectionFringes& fringes = twin.fringes.directions[d];
+    const double x = fringes.axis == Axis::x ? s.projector_px.x() : s.projector_px.y();
+    for (std::size_t p = 0; p < pixel.cosine[d].size(); ++p) {
+      const double theta = 2.0 * pi * (x - fringes.phase_origin_px[p]) / fringes.pitches_px[p];
+      const double u = pi * twin.projector->blur_px / fringes.pitches_px[p];
+      const double r = fringes.axis == Axis::x ? s.defocus_px.x() : s.defocus_px.y();
+      const double v = 2.0 * pi * r / fringes.pitches_px[p];
+      const double contrast = std::exp(-2.0 * u * u) * (v == 0.0 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, v) / v);
+      pixel.cosine[d][p] += w * contrast * std::cos(theta);
+      pixel.sine[d][p] += w * contrast * std::sin(theta);
+    }
+  }
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    if (sequence[i].is_image()) {
+      const auto k = static_cast<std::size_t>(sequence[i].image);
+      pixel.irradiance[i] +=
+          w * shown_level(*twin.projector, *twin.fringes.images.at(k).levels, s.projector_px);
+      continue;
+    }
+    pixel.irradiance[i] += w * patterns[i](s.projector_px, s.defocus_px);
+  }
+}
+
+Reference::Reference(const Twin& twin) : impl_(std::make_unique<Impl>(twin)) {}
+Reference::~Reference() = default;
+const Twin& Reference::twin() const { return impl_->twin; }
+
+PixelSample Reference::sample(std::size_t camera, const Eigen::Vector2d& q_px,
+                              const Eigen::Vector2d& lens_uv) const {
+  const auto ray = impl_->camera_ray(camera, q_px, lens_uv);
+  return ray ? impl_->trace(*ray) : PixelSample{};
+}
+
+// With depth of field the rim of the lens counts, too.
+bool Reference::is_whole(std::size_t camera, int x, int y) const {
+  const GaussRule& rule = gauss_rule(4);
+  const double half = 0.5 * impl_->twin.render.pixel_fill;
+  std::vector<Eigen::Vector2d> lens{Eigen::Vector2d::Zero()};
+  if (impl_->twin.cameras.at(camera).optics)
+    for (int k = 0; k < 8; ++k) lens.emplace_back(std::cos(0.25 * pi * k), std::sin(0.25 * pi * k));
+  std::optional<PixelSample> first;
+  for (std::size_t j : {0, 3, 1, 2})  // the corners tell most
+    for (std::size_t i : {0, 3, 1, 2})
+      for (const Eigen::Vector2d& uv : lens) {
+        const PixelSample s = sample(camera, {x + half * rule.nodes[i], y + half * rule.nodes[j]}, uv);
+        if (!first) first = s;
+        if (!s.lit || s.object != first->object || s.triangle != first->triangle) return false;
+      }
+  return true;
+}
+
+ReferencePixel Reference::pixel(std::size_t camera, int x, int y,
+                                const ReferenceQuadrature& quadrature) const {
+  const Twin& twin = impl_->twin;
+  ReferencePixel out;
+  out.object = sample(camera, {x, y}).object;
+  out.interior = is_whole(camera, x, y);
+  out.irradiance.assign(impl_->sequence.size(), 0.0);
+  if (impl_->linear && twin.fringes.steps > 0)
+    for (const DirectionFringes& d : twin.fringes.directions) {
+      out.cosine.emplace_back(d.pitches_px.size(), 0.0);
+      out.sine.emplace_back(d.pitches_px.size(), 0.0);
+    }
+
+  std::vector<std::tuple<Eigen::Vector2d, double>> lens{{Eigen::Vector2d::Zero(), 1.0}};
+  if (twin.cameras.at(camera).optics) {
+    lens.clear();
+    const GaussRule& rings = gauss_rule(quadrature.lens_rings);
+    for (int r = 0; r < quadrature.lens_rings; ++r) {
+      const auto ring = static_cast<std::size_t>(r);
+      const double radius = std::sqrt(0.5 + 0.5 * rings.nodes[ring]);
+      for (int k = 0; k < quadrature.lens_spokes; ++k) {
+        const double angle = 2.0 * pi * (k + 0.5 * (r % 2)) / quadrature.lens_spokes;
+        lens.emplace_back(Eigen::Vector2d(radius * std::cos(angle), radius * std::sin(angle)),
+                          0.5 * rings.weights[ring] / quadrature.lens_spokes);
+      }
+    }
+  }
+  const auto nodes = footprint(quadrature.gauss_n, twin.render.pixel_fill, twin.cameras[camera].psf_px);
+  for (const auto& [dx, wx] : nodes)
+    for (const auto& [dy, wy] : nodes)
+      for (const auto& [uv, lens_weight] : lens) {
+        const Eigen::Vector2d q(x + dx, y + dy);
+        if (const auto ray = impl_->camera_ray(camera, q, uv))
+          impl_->add(impl_->trace(*ray, twin.render.bounces > 0 ? quadrature.bounce_n : 0),
+                     wx * wy * lens_weight * reference_vignetting(twin.cameras[camera], q), out);
+      }
+  return out;
+}
+
+std::vector<ReferenceBlockPixel> reference_block(const Reference& reference, std::size_t camera,
+                                                 const PixelBlock& block,
+                                                 const ReferenceQuadrature& quadrature, bool only_interior) {
+  const Lens& lens = reference.twin().cameras.at(camera).lens;
+  std::vector<ReferenceBlockPixel> out;
+  for (int y = block.y0; y < block.y0 + block.height; y += block.stride)
+    for (int x = block.x0; x < block.x0 + block.width; x += block.stride)
+      if (x >= 0 && y >= 0 && x < lens.width() && y < lens.height()) out.push_back({x, y, false, {}});
+  const auto n = static_cast<std::ptrdiff_t>(out.size());
+#pragma omp parallel for schedule(dynamic, 16)
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    ReferenceBlockPixel& p = out[static_cast<std::size_t>(i)];
+    p.interior = reference.is_whole(camera, p.x, p.y);
+    for (int dy = -1; dy <= 1 && p.interior; ++dy)
+      for (int dx = -1; dx <= 1 && p.interior; ++dx)
+        if (dx != 0 || dy != 0) p.interior = reference.is_whole(camera, p.x + dx, p.y + dy);
+    if (p.interior || !only_interior) p.pixel = reference.pixel(camera, p.x, p.y, quadrature);
+  }
+  if (only_interior) std::erase_if(out, [](const ReferenceBlockPixel& p) { return !p.interior; });
+  return out;
+}
+
+}  // namespace fringetwin::render

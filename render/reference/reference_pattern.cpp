@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/reference/reference_pattern.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "render/base/quadrature.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+using std::numbers::pi;
+constexpr int disk_nodes = 64, panels_with_kinks = 6, fourier_samples = 4096;
+
+double normal_cdf(double t) { return 0.5 * std::erfc(-t / std::numbers::sqrt2); }
+
+// Mean of f over the projection of a uniform disk on an axis: offsets r sin(angle), density cos^2.
+template <class F>
+double over_disk(double radius, F f, int panels = 1) {
+  if (radius == 0.0) return f(0.0);
+  const GaussRule& rule = gauss_rule(disk_nodes);
+  double sum = 0.0;
+  for (int p = 0; p < panels; ++p)
+    for (std::size_t i = 0; i < rule.nodes.size(); ++i) {
+      const double angle = 0.5 * pi * ((2.0 * p + 1.0 + rule.nodes[i]) / panels - 1.0);
+      sum += rule.weights[i] * std::cos(angle) * std::cos(angle) * f(radius * std::sin(angle));
+    }
+  return sum / panels;  // (2/pi) (pi/2) sum
+}
+
+// Share of a point's blur spot (disk, then Gaussian) that lies left of `distance`.
+double spot_cdf(double distance, double radius, double sigma) {
+  if (sigma > 0.0) return over_disk(radius, [&](double o) { return normal_cdf((distance - o) / sigma); });
+  if (radius == 0.0) return distance >= 0.0 ? 1.0 : 0.0;
+  const double t = std::clamp(distance / radius, -1.0, 1.0), angle = std::acos(t);
+  return 1.0 - (angle - std::sin(angle) * std::cos(angle)) / pi;  // a disk cut by a chord
+}
+
+}  // namespace
+
+Eigen::Vector2d reference_defocus_px(const Projector& projector, double z_mm) {
+  if (!projector.optics) return {0.0, 0.0};
+  const Optics& o = *projector.optics;
+  const double diameter_mm =
+      o.focal_length_mm / o.f_number * std::abs(z_mm - o.focus_distance_mm) / o.focus_distance_mm;
+  const auto& k = projector.lens.intrinsics();
+  return 0.5 * diameter_mm / z_mm * Eigen::Vector2d(k[0], k[1]);
+}
+
+double reference_pixel_gaps(const Projector& projector, const Eigen::Vector2d& q_px) {
+  if (!projector.pixel_structure || projector.pixel_fill == 1.0) return 1.0;
+  const double half = 0.5 * projector.pixel_fill, sigma = projector.blur_px;
+  double factor = 1.0;
+  for (const double q : {q_px.x(), q_px.y()}) {
+    double sum = 0.0;
+    const long nearest = std::lround(q), reach = static_cast<long>(std::ceil(9.0 * sigma)) + 1;
+    for (long i = nearest - reach; i <= nearest + reach; ++i) {
+      const double d = q - static_cast<double>(i);
+      sum += sigma > 0.0 ? normal_cdf((d + half) / sigma) - normal_cdf((d - half) / sigma)
+                         : (std::abs(d) <= half ? 1.0 : 0.0);
+    }
+    factor *= sum / projector.pixel_fill;
+  }
+  return factor;
+}
+
+ReferencePattern::ReferencePattern(const Twin& twin, const PatternSpec& pattern)
+    : projector_(*twin.projector), fringes_(twin.fringes), spec_(pattern) {
+  const DirectionFringes& d = fringes_.directions.at(static_cast<std::size_t>(spec_.direction));
+  axis_ = d.axis;
+  const std::size_t p = spec_.is_gray() ? 0 : static_cast<std::size_t>(spec_.pitch);
+  pitch_px_ = d.pitches_px.at(p);
+  origin_px_ = d.phase_origin_px.at(p);
+  if (spec_.is_gray() || projector_.pixel_structure || projector_.blur_px == 0.0) return;
+  // The discrete cosine sum of one period; what blur leaves of harmonic k falls below 1e-17 soon.
+  for (int k = 0; k < fourier_samples / 4; ++k) {
+    const double u = pi * k * projector_.blur_px / pitch_px_;
+    if (2.0 * u * u > 40.0) break;
+    double sum = 0.0;
+    for (int i = 0; i < fourier_samples; ++i) {
+      const double t = 2.0 * pi * i / fourier_samples;
+      sum += response(fringes_.mean + fringes_.amplitude * std::cos(t)) * std::cos(k * t);
+    }
+    fourier_.push_back((k == 0 ? 1.0 : 2.0) * sum / fourier_samples * std::exp(-2.0 * u * u));
+  }
+}
+
+double ReferencePattern::response(double value) const {
+  return projector_.response(std::clamp(value, 0.0, 1.0));
+}
+
+double ReferencePattern::frame_buffer(long pixel) const {
+  double value = pattern_value(fringes_, spec_, static_cast<double>(pixel));
+  if (projector_.quantise_bits) {
+    const double levels = std::exp2(*projector_.quantise_bits) - 1.0;
+    value = std::round(value * levels) / levels;
+  }
+  return response(value);
+}
+
+// Pieces [start + i width, start + (i + 1) width) of constant value; with gaps only the middle of each
+// piece (a pixel) gives light, and the mean over what arrives is taken.
+double ReferencePattern::sum_pieces(double x, double radius, double width, double start) const {
+  const double sigma = projector_.blur_px, reach = radius + 9.0 * sigma;
+  const auto first = static_cast<long>(std::floor((x - reach - start) / width)) - 1;
+  const auto last = static_cast<long>(std::floor((x + reach - start) / width)) + 1;
+  const bool pixels = projector_.pixel_structure;
+  const double lit = pixels && sigma > 0.0 ? projector_.pixel_fill : 1.0;
+  double sum = 0.0, weights = 0.0;
+  for (long i = first; i <= last; ++i) {
+    const double center = start + (static_cast<double>(i) + 0.5) * width, half = 0.5 * width * lit;
+    const double weight =
+        spot_cdf(x - (center - half), radius, sigma) - spot_cdf(x - (center + half), radius, sigma);
+    if (weight == 0.0) continue;
+    sum += weight *
+           (pixels ? frame_buffer(std::lround(center)) : response(pattern_value(fringes_, spec_, center)));
+    weights += weight;
+  }
+  return sum / weights;
+}
+
+double ReferencePattern::smooth(double x, double radius) const {
+  if (projector_.blur_px == 0.0)
+    return over_disk(
+        radius, [&](double o) { return response(pattern_value(fringes_, spec_, x - o)); },
+        projector_.response.kind == ProjectorResponse::Kind::table ? panels_with_kinks : 1);
+  const double t =
+      2.0 * pi * ((x - origin_px_) / pitch_px_ + static_cast<double>(spec_.step) / fringes_.steps);
+  double sum = 0.0;
+  for (std::size_t k = 0; k < fourier_.size(); ++k) {
+    const double u = 2.0 * pi * static_cast<double>(k) * radius / pitch_px_;
+    const double disk = u == 0.0 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, u) / u;
+    sum += fourier_[k] * disk * std::cos(static_cast<double>(k) * t);
+  }
+  return sum;
+}
+
+double ReferencePattern::operator()(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const {
+  const double x = axis_ == Axis::x ? q_px.x() : q_px.y();
+  const double radius = axis_ == Axis::x ? defocus_px.x() : defocus_px.y();
+  if (projector_.pixel_structure) return sum_pieces(x, radius, 1.0, -0.5);
+  if (!spec_.is_gray()) return smooth(x, radius);
+  const DirectionFringes& d = fringes_.directions[static_cast<std::size_t>(spec_.direction)];
+  return sum_pieces(x, radius, 0.5 * pitch_px_,
+                    origin_px_ + (d.gray ? d.gray->offset_periods : 0.0) * pitch_px_);
+}
+
+}  // namespace fringetwin::render

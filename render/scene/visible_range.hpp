@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// How near and how far what a camera may see lies; unbounded shapes count where its view meets them.
+#pragma once
+#include "render/scene/scene.hpp"
+
+namespace fringetwin::render {
+
+struct VisibleRange {
+  double z_min_mm, z_max_mm;  ///< depths in the camera's frame, > 0; empty (min > max) with nothing in view
+  double far_mm = 0.0;        ///< largest distance from the camera
+};
+
+/// Never narrower than the truth but for what a view of 33 x 33 rays misses of the curvature of a plane
+/// or cylinder between them. Of meshes and spheres: their bounding spheres, where these touch the view.
+VisibleRange visible_range(const Camera& camera, const PackedScene& scene);
+
+}  // namespace fringetwin::render

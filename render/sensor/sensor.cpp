@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/sensor/sensor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "render/base/normal_deviates.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+// Image numbers of the two reference images, far from any sequence index.
+constexpr std::uint32_t white_image = 0xFFFFFFFEu, black_image = 0xFFFFFFFFu;
+
+/// Gray value stored for a signal. Truncation after adding a half: std::round() would be a call of the
+/// library for every pixel. NaN stays.
+float stored(double dn, double max_dn) {
+  const double inside = dn > 0.0 ? std::min(dn, max_dn) : 0.0;
+  const auto rounded = static_cast<float>(static_cast<std::int32_t>(inside + 0.5));
+  return dn == dn ? rounded : std::numeric_limits<float>::quiet_NaN();
+}
+
+/// The formula of sensor.hpp.
+struct Formula {
+  double gain_dn, black_level_dn, shot_per_signal, read_variance, max_dn;
+
+  explicit Formula(const Sensor& sensor)
+      : gain_dn(sensor.gain_dn),
+        black_level_dn(sensor.black_level_dn),
+        shot_per_signal(sensor.electrons_per_dn ? 1.0 / *sensor.electrons_per_dn : 0.0),
+        read_variance(std::pow(sensor.read_noise_dn.value_or(0.0), 2)),
+        max_dn(sensor.max_dn()) {}
+
+  double signal_dn(float irradiance) const { return gain_dn * static_cast<double>(irradiance); }
+  float noiseless(float irradiance) const { return stored(signal_dn(irradiance) + black_level_dn, max_dn); }
+  double sigma_dn(double signal) const {
+    return std::sqrt(std::max(0.0, signal) * shot_per_signal + read_variance);
+  }
+};
+
+using Block = std::array<double, kMostDeviates>;
+
+float exact_value(const Formula& formula, float irradiance, double deviate) {
+  const double signal = formula.signal_dn(irradiance);
+  return stored(signal + formula.black_level_dn + formula.sigma_dn(signal) * deviate, formula.max_dn);
+}
+
+/// Gray values from near deviates, NaN where another one is possible with the exact deviate. Rounding is
+/// monotone: a value is sure where both ends of the deviate's error are stored alike.
+void near_values(const Formula& formula, std::span<const float> irradiance, const Block& deviates,
+                 float* gray) {
+  constexpr double arithmetic = 1e-14;  // of the formula's own rounding, a few units of 1.1e-16 of each term
+  for (std::size_t i = 0; i < irradiance.size(); ++i) {
+    const double signal = formula.signal_dn(irradiance[i]), sigma = formula.sigma_dn(signal);
+    const double dn = signal + formula.black_level_dn + sigma * deviates[i];
+    const double error =
+        kDeviateError * sigma + arithmetic * (std::abs(signal) + std::abs(formula.black_level_dn));
+    const float low = stored(dn - error, formula.max_dn), high = stored(dn + error, formula.max_dn);
+    gray[i] = low == high ? low : std::numeric_limits<float>::quiet_NaN();
+  }
+}
+
+void expose_block(const Formula& formula, const DeviateSource& source, std::uint64_t first,
+                  std::span<const float> irradiance, float* gray) {
+  Block deviates;
+  near_deviates(source, first, &deviates);
+  near_values(formula, irradiance, deviates, gray);
+  for (std::size_t i = 0; i < irradiance.size(); ++i)
+    if (std::isnan(gray[i])) gray[i] = exact_value(formula, irradiance[i], exact_deviate(source, first + i));
+}
+
+bool dark(std::span<const float> irradiance) {
+  return std::all_of(irradiance.begin(), irradiance.end(), [](float e) { return e == 0.0F; });
+}
+
+}  // namespace
+
+ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
+              std::uint32_t image) {
+  FT_CHECK(sensor.bit_depth >= 1 && sensor.bit_depth <= 16, "sensor bit depth");
+  ImageF gray(irradiance.width, irradiance.height);
+  const auto n = static_cast<std::int64_t>(irradiance.size());
+  const Formula formula(sensor);
+  if (!sensor.has_noise()) {
+#pragma omp parallel for schedule(static)
+    for (std::int64_t i = 0; i < n; ++i) {
+      const auto pixel = static_cast<std::size_t>(i);
+      gray.data[pixel] = formula.noiseless(irradiance.data[pixel]);
+    }
+    return gray;
+  }
+  const DeviateSource source{
+      {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}, image, camera};
+  constexpr auto block = static_cast<std::int64_t>(kMostDeviates);
+#pragma omp parallel for schedule(static)
+  for (std::int64_t first = 0; first < n; first += block) {
+    const auto at = static_cast<std::size_t>(first);
+    const std::span lit(irradiance.data.data() + at, static_cast<std::size_t>(std::min(block, n - first)));
+    // Most blocks of most images are dark: no light, no shot noise.
+    if (formula.read_variance == 0.0 && dark(lit))
+      std::fill_n(gray.data.data() + at, lit.size(), formula.noiseless(0.0F));
+    else
+      expose_block(formula, source, at, lit, gray.data.data() + at);
+  }
+  return gray;
+}
+
+CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::size_t camera_index,
+                    std::uint64_t seed) {
+  const auto number = static_cast<std::uint32_t>(camera_index);
+  CameraImages out;
+  out.camera = rendered.camera;
+  out.bit_depth = camera.sensor.bit_depth;
+  out.images.reserve(rendered.irradiance.size());
+  for (std::size_t i = 0; i < rendered.irradiance.size(); ++i)
+    out.images.push_back(
+        expose(rendered.irradiance[i], camera.sensor, seed, number, static_cast<std::uint32_t>(i)));
+  if (rendered.white) out.white = expose(*rendered.white, camera.sensor, seed, number, white_image);
+  if (rendered.black) out.black = expose(*rendered.black, camera.sensor, seed, number, black_image);
+  return out;
+}
+
+CameraImages as_radiance(const RenderedCamera& rendered) {
+  CameraImages out;
+  out.camera = rendered.camera;
+  out.images = rendered.irradiance;
+  out.white = rendered.white;
+  out.black = rendered.black;
+  out.radiance = true;
+  return out;
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// One run of the adaptive trace (docs/PHYSICS.md). Internal to render/ (includes volk).
+//   adaptive_trace.cpp      looks at every pixel's neighbourhood and sorts the pixels
+//   adaptive_surfaces.cpp   pixels without an edge, and edges of meshes that are clipped exactly
+//   adaptive_lines.cpp      the other edges
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <ctime>
+#include <vector>
+
+#include "render/trace/adaptive_error.hpp"
+#include "render/trace/sample_table.hpp"
+#include "render/trace/trace_device.hpp"
+
+namespace fringetwin::render {
+
+// Half of what the target allows is left to the pixels with an estimate of their own (the others: the
+// closed form's), and none of them may have more than this many times the rms target.
+constexpr double share_of_budget = 0.5, most_allowance = 16.0;
+
+/// A pixel in a list: x, y and whether its edges run along x rather than y.
+inline std::uint32_t list_code(int x, int y, bool along_y) {
+  return static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 15 | (along_y ? 1U << 31 : 0U);
+}
+constexpr int list_limit_px = 1 << 15;
+/// Mark of a pixel that no edge is known to cross: its phase counts, unless scan lines find one.
+constexpr std::uint32_t inside_surface = 1U << 30;
+
+/// What a dispatch wrote: channel by channel, `stride` slots each.
+struct Sums {
+  const float* values = nullptr;
+  std::size_t stride = 0;
+  double at(std::size_t channel, std::size_t slot) const {
+    return static_cast<double>(values[channel * stride + slot]);
+  }
+};
+
+class AdaptiveTrace {
+ public:
+  AdaptiveTrace(Renderer::Impl& impl, const TraceJob& job, const Sampling& sampling);
+  /// Throws LoopLimit where the driver cuts an invocation short.
+  void run(const std::vector<PassPlan>& passes);
+
+ private:
+  SpecConstants constants(const SampleSetup& samples, std::uint32_t list) const {
+    SpecConstants c = make_constants(job_.twin, job_.camera, job_.scene, job_.lens, job_.projector, samples,
+                                     *pass_, job_.shortcuts.kinds);
+    c[SPEC_PIXEL_LIST] = list;
+    return c;
+  }
+
+  AdaptiveTargets limits() const {
+    const double share = std::sqrt(1.0 - share_of_budget);  // the closed form's
+    return {share * phase_target_rad_, share * irradiance_target_, closed_form_ ? 0 : base_order(), panels_,
+            stretches_};
+  }
+
+  int base_order() const { return impl_.precise ? 3 : 2; }
+
+  static void must_finish(bool finished) {
+    if (!finished) throw LoopLimit();
+  }
+
+  // What a step costs, for benchmarks.
+  template <class Work>
+  void stage(const char* name, std::size_t pixels, Work work) {
+    const std::clock_t start = std::clock();
+    const std::uint64_t rays = job_.out->rays;
+    work();
+    job_.out->stages.push_back({name, pixels, job_.out->rays - rays,
+                                1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC});
+  }
+
+  void foresee_kernels(const PassPlan& pass);
+  void probe();
+  void run_pass();
+  void classify();
+  void run_gauss(const std::vector<std::uint32_t>& list, int order);
+  void run_checked(const std::vector<std::uint32_t>& list);
+  void sort_out_uncrossed();
+  struct FacetErrors {
+    double irradiance = 0.0, phase_rad = 0.0;
+    int answer = 0;  ///< FACETS_ (shared.h)
+  };
+  FacetErrors add_squares(const Sums& sums, std::size_t slot, std::size_t n_squares, bool by_piece,
+                          float* values) const;
+  std::vector<std::uint32_t> run_facets(const std::vector<std::uint32_t>& list, std::uint32_t kind,
+                                        double share);
+  void run_all_facets();
+  void run_outlines(const std::vector<std::uint32_t>& list);
+  void run_lines();
+  struct LineErrors {
+    double irradiance = 0.0;  ///< of an image
+    double phase_rad = 0.0;   ///< largest of all pitches
+    bool crossed = false;     ///< a border between surfaces was found
+  };
+  std::vector<float> trace_lines(const std::vector<std::uint32_t>& list, std::vector<LineErrors>* found);
+  LineErrors add_lines(const Sums& sums, std::size_t slot, float* values) const;
+  void note_estimate();
+
+  // Runs `kernel` over `list` with `per_entry` invocations each and hands each part to
+  // use(first entry, number of entries, sums).
+  template <class Use>
+  void run_list(ComputePipeline& kernel, const std::vector<std::uint32_t>& list, std::size_t per_entry,
+                std::uint32_t n_samples, Use use);
+  template <class Use>
+  void run_rule(const std::vector<std::uint32_t>& list, int order, Use use);
+  void reserve_output(std::size_t slots);
+  /// A kernel that works on a list and takes no samples, everything it reads in place.
+  ComputePipeline& list_kernel(Kernel kernel, std::uint32_t kind, const std::vector<std::uint32_t>& list,
+                               std::size_t per_entry = 1);
+  /// What each of n invocations said of its pixel (PIXEL_, BORDER_, FACETS_).
+  const std::int32_t* answers(std::size_t n) {
+    return reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
+  }
+  /// A list's part of the sums to values[entry][channel].
+  void gather(const Sums& sums, std::size_t first, std::size_t n, std::vector<float>* values) const;
+  std::size_t most_slots() const;
+
+  void write(std::uint32_t code, std::size_t slot, const Sums& sums) {
+    const int x = static_cast<int>(code & 0x7fffU), y = static_cast<int>((code >> 15) & 0x7fffU);
+    for (std::size_t c = 0; c < targets_.size(); ++c)
+      if (targets_[c].image)
+        (*targets_[c].image)(x, y) = sums.values[c * sums.stride + slot] * targets_[c].factor;
+  }
+
+  bool changes_along_y(std::uint32_t code) const;
+  /// The rays of 5 x 5 pixels saw one surface: the pixel and its neighbours are whole.
+  bool far_from_edges(std::uint32_t code) const;
+  void to_scan_lines(std::uint32_t code, std::uint32_t mark) {
+    mixed_.push_back((code & 0x3fffffffU) | mark | (changes_along_y(code) ? 1U << 31 : 0U));
+  }
+
+  // Error of an irradiance image, given the errors of its mean and of its cosine and sine.
+  double irradiance_error(double mean, double fringe) const {
+    return job_.twin.fringes.mean * std::abs(mean) + job_.twin.fringes.amplitude * fringe;
+  }
+
+  void count_error(double phase_rad, double irradiance) {
+    phase_squares_ += phase_rad * phase_rad;
+    gray_squares_ += irradiance * irradiance;
+    ++n_lit_;
+  }
+
+  Renderer::Impl& impl_;
+  const TraceJob& job_;
+  const PassPlan* pass_ = nullptr;
+  const gpu::vec4* seen_ = nullptr;  // the probe buffer as the host sees it
+  bool closed_form_ = true;
+  std::uint32_t panels_ = 1, stretches_;
+  std::vector<SumTarget> targets_;
+  double irradiance_target_ = 0.0, rounding_rad_ = 0.0, phase_target_rad_ = 0.0;
+  std::vector<std::uint32_t> regular_, smooth_, facets_, outlines_, mixed_;
+  double phase_squares_ = 0.0, gray_squares_ = 0.0, mixed_squares_ = 0.0;
+  std::size_t n_lit_ = 0, n_facets_ = 0, n_smooth_ = 0, n_mixed_ = 0, n_outlines_ = 0;
+};
+
+template <class Use>
+void AdaptiveTrace::run_list(ComputePipeline& kernel, const std::vector<std::uint32_t>& list,
+                             std::size_t per_entry, std::uint32_t n_samples, Use use) {
+  const std::size_t band = std::max<std::size_t>(1, most_slots() / per_entry);
+  for (std::size_t first = 0; first < list.size(); first += band) {
+    const std::size_t n = std::min(band, list.size() - first);
+    const std::size_t groups = (n * per_entry + BLOCK_PIXELS - 1) / BLOCK_PIXELS;
+    gpu::Push push{};
+    push.first_block = static_cast<gpu::uint>(first);
+    push.n_blocks_band = static_cast<gpu::uint>(groups);
+    push.end_sample = n_samples;
+    push.sentinel = SENTINEL_LOOPS;
+    push.n_pixels = static_cast<gpu::uint>(n);
+    must_finish(impl_.dispatch(kernel, push, static_cast<std::uint32_t>(groups), job_.out));
+    const std::size_t stride = groups * BLOCK_PIXELS;
+    const auto* values = reinterpret_cast<const float*>(
+        impl_.buffers[BIND_OUTPUT]->read((pass_->channels() + 2) * stride * sizeof(float)));
+    use(first, n, Sums{values, stride});
+  }
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/trace/trace_job.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+using Eigen::Vector3d;
+
+// Shadow rays start this far above the surface, relative to the distance from the camera: twice the
+// sum of the single-precision roundings of a hit point and its change of frame, 0.25 um at 250 mm.
+constexpr double shadow_offset = 1e-6;
+
+// Nearest depth whose defocus counts, of the focus distance: bounding spheres may reach behind the camera.
+constexpr double nearest_depth = 0.1;
+
+Double4 row(const Pose& T, int i) {
+  return {T.rotation(i, 0), T.rotation(i, 1), T.rotation(i, 2), T.translation_mm[i]};
+}
+
+std::uint32_t fold_seed(std::uint64_t seed) {
+  // splitmix64
+  std::uint64_t z = seed + 0x9e3779b97f4a7c15ULL;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return static_cast<std::uint32_t>((z ^ (z >> 31)) >> 32);
+}
+
+// Phase by which a fringe at the finest pitch swings between the centre and the rim of the lens, at the
+// worst depth in view.
+double lens_swing_rad(const Twin& twin, const Camera& camera, const PackedScene& scene) {
+  double finest = std::numeric_limits<double>::infinity();
+  for (const DirectionFringes& d : twin.fringes.directions)
+    for (const double pitch : d.pitches_px) finest = std::min(finest, pitch);
+  const double focus = camera.optics->focus_distance_mm;
+  const double f_px = setup_projector(*twin.projector).fx;
+  if (!(scene.z_min_mm <= scene.z_max_mm)) return 0.0;
+  // Monotonic in 1/z: the ends of the range are the worst. 2: a tilted surface moves the hit further than
+  // a frontal one.
+  const auto swing = [&](double z) {
+    return 2.0 * 2.0 * std::numbers::pi / finest * f_px * lens_radius_mm(camera) *
+           std::abs(1.0 / z - 1.0 / focus);
+  };
+  return std::max(swing(std::max(scene.z_min_mm, nearest_depth * focus)), swing(scene.z_max_mm));
+}
+
+}  // namespace
+
+ProjectorSetup setup_projector(const Projector& projector) {
+  ProjectorSetup s;
+  const Lens& lens = projector.lens;
+  if (!lens.is_perspective()) {
+    s.kind = PROJECTOR_GRID;
+    s.table = make_projector_table(lens);
+    s.fx = s.table.fx;
+    s.fy = s.table.fy;
+    s.cx = s.table.cx;
+    s.cy = s.table.cy;
+    return s;
+  }
+  s.fx = lens.intrinsics()[0];
+  s.fy = lens.intrinsics()[1];
+  s.cx = lens.intrinsics()[2];
+  s.cy = lens.intrinsics()[3];
+  const auto& k = lens.opencv_distortion();
+  s.kind = k.isZero(0.0)             ? PROJECTOR_PINHOLE
+           : k.tail<7>().isZero(0.0) ? PROJECTOR_OPENCV5
+                                     : PROJECTOR_OPENCV12;
+  return s;
+}
+
+SampleSetup setup_samples(const Twin& twin, const Camera& camera, const PackedScene& scene,
+                          const Sampling& sampling) {
+  SampleSetup s;
+  const double fill = twin.render.pixel_fill;
+  s.n = static_cast<std::uint32_t>(sampling.samples);
+  switch (sampling.sampler) {
+    case Sampler::gauss: {
+      std::vector<DiskPoint> disk;
+      if (camera.optics) {
+        const double swing = lens_swing_rad(twin, camera, scene);
+        disk = disk_rule_for_swing(swing);
+        if (swing > largest_disk_swing_rad)
+          warn(fmt::format(
+              "camera \"{}\": out of focus by up to {:.0f} rad of the finest fringes from the middle of "
+              "its lens to the rim; the lens is sampled for {:.0f} rad",
+              camera.name, swing, largest_disk_swing_rad));
+      }
+      s.table = gauss_samples(sampling.samples, fill, disk, lens_radius_mm(camera));
+      s.n *= static_cast<std::uint32_t>(std::max<std::size_t>(disk.size(), 1));
+      break;
+    }
+    case Sampler::multi_jittered:
+      s.factors = multi_jitter_factors(s.n);
+      s.kind =
+          s.factors.columns * s.factors.rows == s.n ? SAMPLER_MULTI_JITTERED : SAMPLER_MULTI_JITTERED_ANY;
+      break;
+    case Sampler::sobol:
+      s.kind = SAMPLER_SOBOL;
+      s.sobol = sobol_points(s.n);
+      break;
+    case Sampler::adaptive:
+      FT_CHECK(false, "the adaptive trace sets up its own samples");
+  }
+  return s;
+}
+
+ParamsBlock make_params(const Twin& twin, const Camera& camera, const PackedScene& scene,
+                        const LensTable& lens, const ProjectorSetup& projector, const SampleSetup& samples,
+                        const PassPlan& pass, std::uint64_t seed) {
+  FT_CHECK(scene.primitives.size() == scene.materials.size(), "one material per primitive");
+  using P = gpu::Params;
+  const Projector& p = *twin.projector;
+  const Pose T_proj_cam = p.T_proj_world * camera.T_cam_world.inverse();
+  const Vector3d center = T_proj_cam.inverse().translation_mm;
+  ParamsBlock g;
+  g.set(&P::camera, lens.camera);
+  g.values.lens_grid = lens.grid;
+  g.values.lens_grid_n = lens.grid_n;
+  g.set(&P::projector_r0, row(T_proj_cam, 0));
+  g.set(&P::projector_r1, row(T_proj_cam, 1));
+  g.set(&P::projector_r2, row(T_proj_cam, 2));
+  double max_radius_sq = std::numeric_limits<float>::max();
+  if (p.lens.is_perspective()) {
+    max_radius_sq = std::min(max_radius_sq, p.lens.max_invertible_radius_sq());
+    const auto& k = p.lens.opencv_distortion();
+    g.set(&P::projector_k0, {k[0], k[1], k[2], k[3]});
+    g.set(&P::projector_k1, {k[4], k[5], k[6], k[7]});
+    g.set(&P::projector_k2, {k[8], k[9], k[10], k[11]});
+  }
+  g.set(&P::projector_f, {projector.fx, projector.fy, max_radius_sq, 0.0});
+  g.set(&P::projector_edge, {-0.5 - projector.cx, p.lens.width() - 0.5 - projector.cx, -0.5 - projector.cy,
+                             p.lens.height() - 0.5 - projector.cy});
+  g.values.projector_grid = projector.table.grid;
+  g.values.projector_grid_n = projector.table.grid_n;
+  g.set(&P::projector_center, {center.x(), center.y(), center.z(), p.intensity});
+  g.set(&P::light, {p.reference_distance_mm * p.reference_distance_mm, shadow_offset, p.blur_px,
+                    static_cast<double>(pass.table_size())});
+  const double focus = camera.optics ? camera.optics->focus_distance_mm : 1.0;
+  g.set(&P::sampling, {twin.render.pixel_fill, 1.0 / samples.n, lens_radius_mm(camera), 1.0 / focus});
+  g.values.sampling_n = {samples.n, samples.factors.columns, samples.factors.rows, fold_seed(seed)};
+  if (p.optics)
+    g.set(&P::projector_optics, {0.5 * p.optics->focal_length_mm / p.optics->f_number,
+                                 1.0 / p.optics->focus_distance_mm, 0.0, 0.0});
+  const double gap_samples = pass.gaps.empty() ? 0.0 : static_cast<double>(pass.gaps.size() - 2);
+  g.set(&P::projector_gaps, {gap_samples, p.pixel_fill, projector.cx + 0.5 - std::floor(projector.cx + 0.5),
+                             projector.cy + 0.5 - std::floor(projector.cy + 0.5)});
+  for (std::size_t i = 0; i < pass.pitches.size(); ++i) {
+    g.values.pitch[i] = rounded(pass.pitches[i].values);
+    g.rest.pitch[i] = rest_of(pass.pitches[i].values);
+  }
+  for (std::size_t i = 0; i < pass.direct.size(); ++i) {
+    g.values.direct[i] = rounded(pass.direct[i].a);
+    g.rest.direct[i] = rest_of(pass.direct[i].a);
+    g.values.direct_b[i] = rounded(pass.direct[i].b);
+  }
+  return g;
+}
+
+void set_adaptive(const Twin& twin, const Camera& camera, const AdaptiveTargets& targets,
+                  ParamsBlock* block) {
+  block->set(&gpu::Params::adaptive, {targets.phase_rad, targets.irradiance, twin.projector->ambient,
+                                      static_cast<double>(targets.gauss_order)});
+  block->values.image = {static_cast<gpu::uint>(camera.lens.width()),
+                         static_cast<gpu::uint>(camera.lens.height()), targets.panels, targets.stretches};
+}
+
+SpecConstants make_constants(const Twin& twin, const Camera& camera, const PackedScene& scene,
+                             const LensTable& lens, const ProjectorSetup& projector,
+                             const SampleSetup& samples, const PassPlan& pass, int links) {
+  SpecConstants c{};
+  const auto set = [&c](std::size_t id, int value) { c[id] = static_cast<std::uint32_t>(value); };
+  set(SPEC_N_SPHERES, scene.n_spheres);
+  set(SPEC_N_PLANES, scene.n_planes);
+  set(SPEC_N_CYLINDERS, scene.n_cylinders);
+  set(SPEC_N_MESHES, scene.n_meshes);
+  set(SPEC_SHADOW, scene.shadow);
+  set(SPEC_SPECULAR, scene.specular);
+  set(SPEC_LENS_DISK, camera.optics.has_value());
+  set(SPEC_FALLOFF, twin.projector->inverse_square);
+  set(SPEC_BOUNDED, scene.bounded);
+  set(SPEC_CAMERA, lens.kind);
+  set(SPEC_PROJECTOR, projector.kind);
+  set(SPEC_SAMPLER, samples.kind);
+  set(SPEC_CORNERS, scene.corners);
+  set(SPEC_N_PITCHES, static_cast<int>(pass.pitches.size()));
+  set(SPEC_N_PERIODIC, pass.count(DirectSlot::Kind::periodic));
+  set(SPEC_N_AXIS, pass.count(DirectSlot::Kind::axis));
+  set(SPEC_N_GRAY, pass.count(DirectSlot::Kind::gray));
+  set(SPEC_N_IMAGES, pass.count(DirectSlot::Kind::image));
+  set(SPEC_GRAY_BLUR, twin.projector->blur_px > 0.0);
+  c[SPEC_FUNDAMENTALS] = pass.fundamentals();
+  set(SPEC_DEFOCUS, twin.projector->optics.has_value());
+  if (twin.projector->pixel_structure && twin.projector->pixel_fill < 1.0)
+    set(SPEC_PIXEL_GAPS, pass.gaps.empty() ? PIXEL_GAPS_SHARP : PIXEL_GAPS_BLURRED);
+  set(SPEC_N_PIXEL, pass.count(DirectSlot::Kind::pixel));
+  set(SPEC_LINKS, links);
+  set(SPEC_ALBEDO_MAPS, !scene.maps.empty());
+  set(SPEC_BOUNCES, twin.render.bounces > 0 && !scene.one_convex ? twin.render.bounce_samples : 0);
+  return c;
+}
+
+std::vector<std::uint32_t> active_blocks(const Camera& camera, const PackedScene& scene,
+                                         const LensTable& lens) {
+  // A lens point sees an object at depth z displaced by up to lens radius * (1 + z/focus).
+  const double lens_mm = lens_radius_mm(camera);
+  struct Cone {
+    Vector3d axis;
+    double angle;
+  };
+  std::vector<Cone> cones;
+  for (const BoundingSphere& b : scene.finite) {
+    const double distance = b.center_mm.norm();
+    const double spread =
+        camera.optics ? lens_mm * (1.0 + (distance + b.radius_mm) / camera.optics->focus_distance_mm) : 0.0;
+    const double radius = b.radius_mm * (1.0 + 1e-6) + spread;
+    cones.push_back(
+        {b.center_mm.normalized(), radius >= distance ? std::numbers::pi : std::asin(radius / distance)});
+  }
+  const int n = lens.blocks_x * lens.blocks_y;
+  std::vector<unsigned char> active(static_cast<std::size_t>(n), scene.unbounded);
+#pragma omp parallel for
+  for (int i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Vector3d d = lens.block_cones[k].head<3>();
+    for (std::size_t j = 0; j < cones.size() && !active[k]; ++j) {
+      const double angle = std::atan2(d.cross(cones[j].axis).norm(), d.dot(cones[j].axis));
+      active[k] = angle <= cones[j].angle + lens.block_cones[k][3];
+    }
+  }
+  std::vector<std::uint32_t> blocks;
+  for (int y = 0; y < lens.blocks_y; ++y)
+    for (int x = 0; x < lens.blocks_x; ++x)
+      if (active[static_cast<std::size_t>(y * lens.blocks_x + x)])
+        blocks.push_back(static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 16);
+  return blocks;
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Specialised kernels, made once, ahead of their use where it is foreseen. Internal to render/ (includes
+// volk).
+#pragma once
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <tuple>
+#include <vector>
+
+#include "render/base/kernels.hpp"
+#include "render/trace/trace_job.hpp"
+#include "render/vulkan/vulkan_device.hpp"
+
+namespace fringetwin::render {
+
+/// Not for several threads; only the making runs beside the caller. Lavapipe's compiler works on one core,
+/// and a mesh under the default sampling needs a second of it.
+class KernelStore {
+ public:
+  using Key = std::tuple<Kernel, bool, bool, SpecConstants>;  ///< storage geometry, double precision
+  using Make = std::function<std::unique_ptr<ComputePipeline>(const Key&)>;
+
+  explicit KernelStore(Make make) : make_(std::move(make)) {}
+  ~KernelStore() { clear(); }
+  KernelStore(const KernelStore&) = delete;
+  KernelStore& operator=(const KernelStore&) = delete;
+
+  /// Waits while it is being made. What makes it throws, this throws.
+  ComputePipeline& get(const Key& key);
+  /// Makes kernels in the background, in this order, those that will be needed first first.
+  void foresee(const std::vector<Key>& keys);
+  /// Makes no further ones; stop() waits for the one that is being made.
+  void stop_soon() { worker_.request_stop(); }
+  void stop();
+  void clear();
+
+ private:
+  struct Slot {
+    std::mutex making;
+    std::unique_ptr<ComputePipeline> kernel;
+  };
+  void make(const Key& key, Slot& slot);
+
+  Make make_;
+  std::map<Key, Slot> slots_;  // their addresses stay
+  std::jthread worker_;
+};
+
+}  // namespace fringetwin::render

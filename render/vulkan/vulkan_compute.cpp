@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "render/vulkan/vulkan_device.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+constexpr VkMemoryPropertyFlags mappable =
+    VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+
+// Host writes before, device writes after: one barrier for everything, cheap at our few dispatches.
+void full_barrier(VkCommandBuffer commands) {
+  VkMemoryBarrier barrier{};
+  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+  barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT | VK_ACCESS_HOST_WRITE_BIT;
+  barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT | VK_ACCESS_HOST_READ_BIT;
+  constexpr VkPipelineStageFlags stages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT;
+  vkCmdPipelineBarrier(commands, stages, stages, 0, 1, &barrier, 0, nullptr, 0, nullptr);
+}
+
+}  // namespace
+
+Buffer::Buffer(VulkanDevice& device, std::size_t bytes, VkBufferUsageFlags usage, VkFormat texel_format)
+    : Buffer(device, std::max<std::size_t>(bytes, 16)) {
+  constexpr double mb = 1024.0 * 1024.0;
+  if ((usage & VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) && bytes_ > device.limits().maxStorageBufferRange)
+    throw UserError(ExitCode::device, device.info().name,
+                    fmt::format("a table of {:.0f} MB exceeds its storage buffers ({:.0f} MB)",
+                                static_cast<double>(bytes_) / mb, device.limits().maxStorageBufferRange / mb),
+                    "use another device or a coarser mesh");
+  const bool direct = device.has_mappable_device_memory();
+  VkBufferUsageFlags transfer = 0;
+  if (!direct) transfer = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  VkMemoryPropertyFlags required = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, preferred = 0;
+  if (direct) {
+    required |= mappable;
+    preferred = VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
+  }
+  allocate(usage | transfer, required, preferred, main_);
+  buffer_ = main_.buffer;
+  if (texel_format == VK_FORMAT_UNDEFINED) return;
+  VkBufferViewCreateInfo view{};
+  view.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
+  view.buffer = buffer_;
+  view.format = texel_format;
+  view.range = VK_WHOLE_SIZE;
+  vk_check(vkCreateBufferView(device_.handle(), &view, nullptr, &view_), "vkCreateBufferView");
+}
+
+Buffer::~Buffer() {
+  if (view_) vkDestroyBufferView(device_.handle(), view_, nullptr);
+  release(main_);
+  release(staging_);
+}
+
+void Buffer::allocate(VkBufferUsageFlags usage, VkMemoryPropertyFlags required,
+                      VkMemoryPropertyFlags preferred, Allocation& a) {
+  VkBufferCreateInfo create{};
+  create.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+  create.size = bytes_;
+  create.usage = usage;
+  vk_check(vkCreateBuffer(device_.handle(), &create, nullptr, &a.buffer), "vkCreateBuffer");
+  VkMemoryRequirements needs;
+  vkGetBufferMemoryRequirements(device_.handle(), a.buffer, &needs);
+  VkMemoryAllocateFlagsInfo flags{};
+  flags.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO;
+  flags.flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT;
+  VkMemoryAllocateInfo memory{};
+  memory.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+  if (usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) memory.pNext = &flags;
+  memory.allocationSize = needs.size;
+  memory.memoryTypeIndex = device_.memory_type(needs.memoryTypeBits, required, preferred);
+  vk_check(vkAllocateMemory(device_.handle(), &memory, nullptr, &a.memory), "vkAllocateMemory");
+  vk_check(vkBindBufferMemory(device_.handle(), a.buffer, a.memory, 0), "vkBindBufferMemory");
+  if ((required & mappable) == mappable) {
+    void* p = nullptr;
+    vk_check(vkMapMemory(device_.handle(), a.memory, 0, VK_WHOLE_SIZE, 0, &p), "vkMapMemory");
+    a.mapped = static_cast<std::byte*>(p);
+  }
+}
+
+void Buffer::release(Allocation& a) {
+  if (a.buffer) vkDestroyBuffer(device_.handle(), a.buffer, nullptr);
+  if (a.memory) vkFreeMemory(device_.handle(), a.memory, nullptr);
+  a = {};
+}
+
+VkDeviceAddress Buffer::address() const {
+  VkBufferDeviceAddressInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO;
+  info.buffer = buffer_;
+  return vkGetBufferDeviceAddress(device_.handle(), &info);
+}
+
+void Buffer::upload(std::span<const std::byte> data) {
+  FT_CHECK(data.size() <= bytes_, "upload larger than the buffer");
+  if (data.empty()) return;
+  if (main_.mapped) {
+    std::memcpy(main_.mapped, data.data(), data.size());
+    return;
+  }
+  if (!staging_.buffer)
+    allocate(VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, mappable,
+             VK_MEMORY_PROPERTY_HOST_CACHED_BIT, staging_);
+  std::memcpy(staging_.mapped, data.data(), data.size());
+  device_.run([&](VkCommandBuffer commands) {
+    full_barrier(commands);
+    const VkBufferCopy copy{0, 0, data.size()};
+    vkCmdCopyBuffer(commands, staging_.buffer, buffer_, 1, &copy);
+    full_barrier(commands);
+  });
+}
+
+void Buffer::clear() {
+  device_.run([&](VkCommandBuffer commands) {
+    full_barrier(commands);
+    vkCmdFillBuffer(commands, buffer_, 0, VK_WHOLE_SIZE, 0);
+    full_barrier(commands);
+  });
+}
+
+const std::byte* Buffer::read(std::size_t bytes) {
+  FT_CHECK(bytes <= bytes_, "read beyond the buffer");
+  if (main_.mapped) return main_.mapped;
+  if (!staging_.buffer)
+    allocate(VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, mappable,
+             VK_MEMORY_PROPERTY_HOST_CACHED_BIT, staging_);
+  device_.run([&](VkCommandBuffer commands) {
+    full_barrier(commands);
+    const VkBufferCopy copy{0, 0, bytes};
+    vkCmdCopyBuffer(commands, buffer_, staging_.buffer, 1, &copy);
+    full_barrier(commands);
+  });
+  return staging_.mapped;
+}
+
+ComputePipeline::ComputePipeline(VulkanDevice& device, std::span<const std::uint32_t> spirv,
+                                 const std::vector<VkDescriptorType>& types,
+                                 const std::vector<std::uint32_t>& constants, std::uint32_t push_bytes,
+                                 VkPipelineCache cache)
+    : ComputePipeline(device, types) {
+  const auto n_storage = std::count(types.begin(), types.end(), VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
+  if (n_storage > static_cast<std::ptrdiff_t>(device.limits().maxPerStageDescriptorStorageBuffers))
+    throw UserError(ExitCode::device, device.info().name,
+                    fmt::format("it binds {} storage buffers, this scene needs {}",
+                                device.limits().maxPerStageDescriptorStorageBuffers, n_storage),
+                    "use another device");
+  std::vector<VkDescriptorSetLayoutBinding> bindings(types.size());
+  std::vector<VkDescriptorPoolSize> sizes;
+  for (std::uint32_t i = 0; i < types.size(); ++i) {
+    bindings[i] = {i, types[i], 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+    sizes.push_back({types[i], 1});
+  }
+  VkDescriptorSetLayoutCreateInfo set_layout{};
+  set_layout.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+  set_layout.bindingCount = static_cast<std::uint32_t>(bindings.size());
+  set_layout.pBindings = bindings.data();
+  VkDevice d = device.handle();
+  vk_check(vkCreateDescriptorSetLayout(d, &set_layout, nullptr, &set_layout_), "vkCreateDescriptorSetLayout");
+
+  const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, push_bytes};
+  VkPipelineLayoutCreateInfo layout{};
+  layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+  layout.setLayoutCount = 1;
+  layout.pSetLayouts = &set_layout_;
+  layout.pushConstantRangeCount = 1;
+  layout.pPushConstantRanges = &range;
+  vk_check(vkCreatePipelineLayout(d, &layout, nullptr, &layout_), "vkCreatePipelineLayout");
+
+  VkShaderModuleCreateInfo module_info{};
+  module_info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+  module_info.codeSize = spirv.size_bytes();
+  module_info.pCode = spirv.data();
+  VkShaderModule module = VK_NULL_HANDLE;
+  vk_check(vkCreateShaderModule(d, &module_info, nullptr, &module), "vkCreateShaderModule");
+  std::vector<VkSpecializationMapEntry> entries;
+  for (std::uint32_t i = 0; i < constants.size(); ++i)
+    entries.push_back({i, i * static_cast<std::uint32_t>(sizeof(std::uint32_t)), sizeof(std::uint32_t)});
+  const VkSpecializationInfo specialization{static_cast<std::uint32_t>(entries.size()), entries.data(),
+                                            constants.size() * sizeof(std::uint32_t), constants.data()};
+  VkComputePipelineCreateInfo create{};
+  create.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
+  create.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+  create.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
+  create.stage.module = module;
+  create.stage.pName = "main";
+  create.stage.pSpecializationInfo = constants.empty() ? nullptr : &specialization;
+  create.layout = layout_;
+  const VkResult result = vkCreateComputePipelines(d, cache, 1, &create, nullptr, &pipeline_);
+  vkDestroyShaderModule(d, module, nullptr);
+  vk_check(result, "vkCreateComputePipelines");
+
+  VkDescriptorPoolCreateInfo pool{};
+  pool.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
+  pool.maxSets = 1;
+  pool.poolSizeCount = static_cast<std::uint32_t>(sizes.size());
+  pool.pPoolSizes = sizes.data();
+  vk_check(vkCreateDescriptorPool(d, &pool, nullptr, &pool_), "vkCreateDescriptorPool");
+  VkDescriptorSetAllocateInfo allocate{};
+  allocate.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
+  allocate.descriptorPool = pool_;
+  allocate.descriptorSetCount = 1;
+  allocate.pSetLayouts = &set_layout_;
+  vk_check(vkAllocateDescriptorSets(d, &allocate, &set_), "vkAllocateDescriptorSets");
+}
+
+ComputePipeline::~ComputePipeline() {
+  VkDevice d = device_.handle();
+  if (pool_) vkDestroyDescriptorPool(d, pool_, nullptr);
+  if (pipeline_) vkDestroyPipeline(d, pipeline_, nullptr);
+  if (layout_) vkDestroyPipelineLayout(d, layout_, nullptr);
+  if (set_layout_) vkDestroyDescriptorSetLayout(d, set_layout_, nullptr);
+}
+
+void ComputePipeline::bind(const std::vector<const Buffer*>& buffers) {
+  FT_CHECK(buffers.size() == types_.size(), "one buffer per binding");
+  std::vector<VkDescriptorBufferInfo> infos(buffers.size());
+  std::vector<VkBufferView> views(buffers.size());
+  std::vector<VkWriteDescriptorSet> writes;
+  for (std::size_t i = 0; i < buffers.size(); ++i) {
+    if (!buffers[i]) continue;
+    infos[i] = {buffers[i]->handle(), 0, VK_WHOLE_SIZE};
+    views[i] = buffers[i]->view();
+    VkWriteDescriptorSet& write = writes.emplace_back();
+    write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+    write.dstSet = set_;
+    write.dstBinding = static_cast<std::uint32_t>(i);
+    write.descriptorCount = 1;
+    write.descriptorType = types_[i];
+    write.pBufferInfo = &infos[i];
+    write.pTexelBufferView = &views[i];
+  }
+  vkUpdateDescriptorSets(device_.handle(), static_cast<std::uint32_t>(writes.size()), writes.data(), 0,
+                         nullptr);
+}
+
+void ComputePipeline::dispatch(std::uint32_t groups, std::span<const std::byte> push) {
+  device_.run([&](VkCommandBuffer commands) {
+    full_barrier(commands);
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_);
+    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set_, 0, nullptr);
+    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_COMPUTE_BIT, 0,
+                       static_cast<std::uint32_t>(push.size()), push.data());
+    vkCmdDispatch(commands, groups, 1, 1);
+    full_barrier(commands);
+  });
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/vulkan/vulkan_device.hpp"
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdlib>
+#include <cstring>
+
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+constexpr std::uint32_t wanted_api = VK_API_VERSION_1_2;
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value ? value : "";
+}
+
+std::string lower(std::string s) {
+  std::transform(s.begin(), s.end(), s.begin(), [](unsigned char c) { return std::tolower(c); });
+  return s;
+}
+
+const char* result_name(VkResult r) {
+  switch (r) {
+    case VK_ERROR_OUT_OF_HOST_MEMORY:
+      return "out of host memory";
+    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+      return "out of device memory";
+    case VK_ERROR_DEVICE_LOST:
+      return "device lost";
+    case VK_ERROR_INITIALIZATION_FAILED:
+      return "initialisation failed";
+    case VK_ERROR_INCOMPATIBLE_DRIVER:
+      return "no driver";
+    case VK_ERROR_LAYER_NOT_PRESENT:
+      return "layer not present";
+    case VK_ERROR_EXTENSION_NOT_PRESENT:
+      return "extension not present";
+    default:
+      return "failed";
+  }
+}
+
+VKAPI_ATTR VkBool32 VKAPI_CALL on_validation(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
+                                             VkDebugUtilsMessageTypeFlagsEXT,
+                                             const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
+  if (severity >= VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT) {
+    ++*static_cast<std::atomic<int>*>(user);
+    warn(std::string("Vulkan validation: ") + data->pMessage);
+  }
+  return VK_FALSE;
+}
+
+bool has_compute_queue(VkPhysicalDevice device, std::uint32_t* family) {
+  std::uint32_t n = 0;
+  vkGetPhysicalDeviceQueueFamilyProperties(device, &n, nullptr);
+  std::vector<VkQueueFamilyProperties> families(n);
+  vkGetPhysicalDeviceQueueFamilyProperties(device, &n, families.data());
+  for (std::uint32_t i = 0; i < n; ++i)
+    if (families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) {
+      *family = i;
+      return true;
+    }
+  return false;
+}
+
+constexpr std::array ray_query_extensions{VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                          VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                          VK_KHR_RAY_QUERY_EXTENSION_NAME};
+
+// The features that a ray query takes, as a chain for asking and for enabling.
+struct RayQueryFeatures {
+  VkPhysicalDeviceRayQueryFeaturesKHR query{};
+  VkPhysicalDeviceAccelerationStructureFeaturesKHR structure{};
+  VkPhysicalDeviceBufferDeviceAddressFeatures address{};
+
+  explicit RayQueryFeatures(VkBool32 wanted) {
+    query.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR;
+    structure.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR;
+    address.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES;
+    query.pNext = &structure;
+    structure.pNext = &address;
+    query.rayQuery = structure.accelerationStructure = address.bufferDeviceAddress = wanted;
+  }
+  RayQueryFeatures(const RayQueryFeatures&) = delete;
+  RayQueryFeatures& operator=(const RayQueryFeatures&) = delete;
+  bool all() const {
+    return query.rayQuery && structure.accelerationStructure && address.bufferDeviceAddress;
+  }
+};
+
+bool offers_ray_query(VkPhysicalDevice device) {
+  std::uint32_t n = 0;
+  vk_check(vkEnumerateDeviceExtensionProperties(device, nullptr, &n, nullptr),
+           "vkEnumerateDeviceExtensionProperties");
+  std::vector<VkExtensionProperties> offered(n);
+  vk_check(vkEnumerateDeviceExtensionProperties(device, nullptr, &n, offered.data()),
+           "vkEnumerateDeviceExtensionProperties");
+  for (const char* name : ray_query_extensions)
+    if (std::none_of(offered.begin(), offered.end(),
+                     [name](const auto& e) { return std::strcmp(e.extensionName, name) == 0; }))
+      return false;
+  RayQueryFeatures features(VK_FALSE);
+  VkPhysicalDeviceFeatures2 all{};
+  all.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+  all.pNext = &features.query;
+  vkGetPhysicalDeviceFeatures2(device, &all);
+  return features.all();
+}
+
+}  // namespace
+
+void vk_check(VkResult result, const char* call) {
+  if (result == VK_SUCCESS) return;
+  throw UserError(ExitCode::device, "Vulkan",
+                  fmt::format("{}: {} (VkResult {})", call, result_name(result), static_cast<int>(result)),
+                  "try another device with --device, see --device list");
+}
+
+VulkanInstance::VulkanInstance() : VulkanInstance(Empty{}) {
+  const char* hint = "install mesa-vulkan-drivers for the CPU device (lavapipe)";
+  if (volkInitialize() != VK_SUCCESS)
+    throw UserError(ExitCode::device, "Vulkan", "the Vulkan loader (libvulkan.so.1) is not installed", hint);
+  const bool validate = environment("FRINGETWIN_VALIDATION") == "1";
+  VkApplicationInfo app{};
+  app.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
+  app.pApplicationName = "fringetwin";
+  app.apiVersion = wanted_api;
+  VkInstanceCreateInfo create{};
+  create.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
+  create.pApplicationInfo = &app;
+  const char* layer = "VK_LAYER_KHRONOS_validation";
+  const char* extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
+  VkDebugUtilsMessengerCreateInfoEXT debug{};
+  debug.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT;
+  debug.messageSeverity =
+      VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+  debug.messageType =
+      VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT;
+  debug.pfnUserCallback = on_validation;
+  debug.pUserData = messages_.get();
+  if (validate) {
+    create.enabledLayerCount = 1;
+    create.ppEnabledLayerNames = &layer;
+    create.enabledExtensionCount = 1;
+    create.ppEnabledExtensionNames = &extension;
+  }
+  const VkResult result = vkCreateInstance(&create, nullptr, &instance_);
+  if (result == VK_ERROR_INCOMPATIBLE_DRIVER)
+    throw UserError(ExitCode::device, "Vulkan", "no Vulkan driver is installed", hint);
+  if (result == VK_ERROR_LAYER_NOT_PRESENT)
+    throw UserError(ExitCode::device, "Vulkan",
+                    "FRINGETWIN_VALIDATION=1, but the validation layers are missing",
+                    "install vulkan-validationlayers");
+  vk_check(result, "vkCreateInstance");
+  // Not volkLoadDevice: the loader's entry points serve several devices at once.
+  volkLoadInstance(instance_);
+  if (validate)
+    vk_check(vkCreateDebugUtilsMessengerEXT(instance_, &debug, nullptr, &messenger_),
+             "vkCreateDebugUtilsMessengerEXT");
+}
+
+VulkanInstance::~VulkanInstance() {
+  if (messenger_) vkDestroyDebugUtilsMessengerEXT(instance_, messenger_, nullptr);
+  if (instance_) vkDestroyInstance(instance_, nullptr);
+}
+
+std::vector<VkPhysicalDevice> VulkanInstance::devices() const {
+  std::uint32_t n = 0;
+  vk_check(vkEnumeratePhysicalDevices(instance_, &n, nullptr), "vkEnumeratePhysicalDevices");
+  std::vector<VkPhysicalDevice> all(n);
+  vk_check(vkEnumeratePhysicalDevices(instance_, &n, all.data()), "vkEnumeratePhysicalDevices");
+  std::erase_if(all, [](VkPhysicalDevice d) {
+    VkPhysicalDeviceProperties p;
+    vkGetPhysicalDeviceProperties(d, &p);
+    std::uint32_t family = 0;
+    return p.apiVersion < wanted_api || !has_compute_queue(d, &family);
+  });
+  return all;
+}
+
+DeviceInfo describe_device(VkPhysicalDevice device) {
+  VkPhysicalDeviceDriverProperties driver{};
+  driver.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES;
+  VkPhysicalDeviceProperties2 p{};
+  p.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
+  p.pNext = &driver;
+  vkGetPhysicalDeviceProperties2(device, &p);
+  DeviceInfo info;
+  info.name = p.properties.deviceName;
+  info.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
+  const std::uint32_t v = p.properties.apiVersion;
+  info.api_version =
+      fmt::format("{}.{}.{}", VK_API_VERSION_MAJOR(v), VK_API_VERSION_MINOR(v), VK_API_VERSION_PATCH(v));
+  info.is_cpu = p.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+  VkPhysicalDeviceFeatures features{};
+  vkGetPhysicalDeviceFeatures(device, &features);
+  info.has_double = features.shaderFloat64 == VK_TRUE;
+  return info;
+}
+
+std::vector<DeviceInfo> list_devices() {
+  try {
+    const VulkanInstance instance;
+    std::vector<DeviceInfo> list;
+    for (VkPhysicalDevice d : instance.devices()) list.push_back(describe_device(d));
+    return list;
+  } catch (const UserError&) {
+    return {};
+  }
+}
+
+VulkanDevice::VulkanDevice(const std::string& wanted, bool ray_query) : VulkanDevice(Empty{}) {
+  const auto devices = instance_.devices();
+  if (devices.empty())
+    throw UserError(ExitCode::device, "Vulkan", "there is no device with Vulkan 1.2 and a compute queue",
+                    "install mesa-vulkan-drivers for the CPU device (lavapipe)");
+  const std::string name = wanted.empty() ? environment("FRINGETWIN_DEVICE") : wanted;
+  std::string names;
+  for (VkPhysicalDevice d : devices) {
+    const DeviceInfo info = describe_device(d);
+    names += (names.empty() ? "" : ", ") + info.name;
+    const bool fits = name.empty() ? info.is_cpu : lower(info.name).find(lower(name)) != std::string::npos;
+    if (fits && !physical_) physical_ = d;
+  }
+  if (!physical_ && !name.empty())
+    throw UserError(ExitCode::device, wanted.empty() ? "FRINGETWIN_DEVICE" : "--device",
+                    fmt::format("no Vulkan device has \"{}\" in its name", name), "there is: " + names);
+  if (!physical_) physical_ = devices.front();
+  info_ = describe_device(physical_);
+  VkPhysicalDeviceProperties properties;
+  vkGetPhysicalDeviceProperties(physical_, &properties);
+  limits_ = properties.limits;
+  vkGetPhysicalDeviceMemoryProperties(physical_, &memory_);
+
+  std::uint32_t family = 0;
+  has_compute_queue(physical_, &family);
+  create_device(family, ray_query);
+  vkGetDeviceQueue(device_, family, 0, &queue_);
+
+  VkCommandPoolCreateInfo pool{};
+  pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
+  pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
+  pool.queueFamilyIndex = family;
+  vk_check(vkCreateCommandPool(device_, &pool, nullptr, &pool_), "vkCreateCommandPool");
+  VkCommandBufferAllocateInfo allocate{};
+  allocate.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
+  allocate.commandPool = pool_;
+  allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+  allocate.commandBufferCount = 1;
+  vk_check(vkAllocateCommandBuffers(device_, &allocate, &commands_), "vkAllocateCommandBuffers");
+  VkFenceCreateInfo fence{};
+  fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
+  vk_check(vkCreateFence(device_, &fence, nullptr, &fence_), "vkCreateFence");
+}
+
+void VulkanDevice::create_device(std::uint32_t family, bool ray_query) {
+  const float priority = 1.0F;
+  VkDeviceQueueCreateInfo queue{};
+  queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+  queue.queueFamilyIndex = family;
+  queue.queueCount = 1;
+  queue.pQueuePriorities = &priority;
+  VkPhysicalDeviceFeatures available{}, wanted_features{};
+  vkGetPhysicalDeviceFeatures(physical_, &available);
+  wanted_features.shaderFloat64 = available.shaderFloat64;
+  has_double_ = available.shaderFloat64 == VK_TRUE;
+  has_ray_query_ = ray_query && offers_ray_query(physical_);
+  const RayQueryFeatures ray_query_features(VK_TRUE);
+  VkDeviceCreateInfo create{};
+  create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+  create.pEnabledFeatures = &wanted_features;
+  create.queueCreateInfoCount = 1;
+  create.pQueueCreateInfos = &queue;
+  if (has_ray_query_) {
+    create.pNext = &ray_query_features.query;
+    create.enabledExtensionCount = static_cast<std::uint32_t>(ray_query_extensions.size());
+    create.ppEnabledExtensionNames = ray_query_extensions.data();
+  }
+  vk_check(vkCreateDevice(physical_, &create, nullptr, &device_), "vkCreateDevice");
+}
+
+VulkanDevice::~VulkanDevice() {
+  if (!device_) return;
+  if (fence_) vkDestroyFence(device_, fence_, nullptr);
+  if (pool_) vkDestroyCommandPool(device_, pool_, nullptr);
+  vkDestroyDevice(device_, nullptr);
+}
+
+std::uint32_t VulkanDevice::memory_type(std::uint32_t allowed, VkMemoryPropertyFlags required,
+                                        VkMemoryPropertyFlags preferred) const {
+  for (const VkMemoryPropertyFlags flags : {required | preferred, required})
+    for (std::uint32_t i = 0; i < memory_.memoryTypeCount; ++i)
+      if ((allowed >> i & 1U) && (memory_.memoryTypes[i].propertyFlags & flags) == flags) return i;
+  throw UserError(ExitCode::device, "Vulkan", "the device has no suitable memory type");
+}
+
+bool VulkanDevice::has_mappable_device_memory() const {
+  if (environment("FRINGETWIN_STAGING") == "1") return false;
+  constexpr VkMemoryPropertyFlags flags =
+      VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT | VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT |
+      VK_MEMORY_PROPERTY_HOST_COHERENT_BIT | VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
+  for (std::uint32_t i = 0; i < memory_.memoryTypeCount; ++i)
+    if ((memory_.memoryTypes[i].propertyFlags & flags) == flags) return true;
+  return false;
+}
+
+void VulkanDevice::begin() {
+  VkCommandBufferBeginInfo begin{};
+  begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+  begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+  vk_check(vkBeginCommandBuffer(commands_, &begin), "vkBeginCommandBuffer");
+}
+
+void VulkanDevice::submit_and_wait() {
+  vk_check(vkEndCommandBuffer(commands_), "vkEndCommandBuffer");
+  VkSubmitInfo submit{};
+  submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
+  submit.commandBufferCount = 1;
+  submit.pCommandBuffers = &commands_;
+  // OpenMP's idle threads spin for a while and take the cores from a software driver's threads (a third of
+  // the rendering time on 2 cores): they are sent home, the next parallel region calls new ones within 0.1
+  // ms.
+  if (info_.is_cpu) omp_pause_resource_all(omp_pause_soft);
+  vk_check(vkQueueSubmit(queue_, 1, &submit, fence_), "vkQueueSubmit");
+  vk_check(vkWaitForFences(device_, 1, &fence_, VK_TRUE, UINT64_MAX), "vkWaitForFences");
+  vk_check(vkResetFences(device_, 1, &fence_), "vkResetFences");
+}
+
+}  // namespace fringetwin::render
