@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "measure/decode_input.hpp"
+#include "measure/decode/decode_input.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 

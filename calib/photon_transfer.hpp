@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "measure/phase.hpp"
+#include "measure/decode/phase.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/fringes.hpp"
 #include "twin/image/image.hpp"

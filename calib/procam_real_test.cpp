@@ -14,7 +14,7 @@
 
 #include "calib/board_detector.hpp"
 #include "calib/projector_corners.hpp"
-#include "measure/decode.hpp"
+#include "measure/decode/decode.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calib/observations.hpp"
-#include "measure/decode.hpp"
+#include "measure/decode/decode.hpp"
 
 namespace fringetwin::calib {
 

@@ -6,7 +6,7 @@
 
 #include "compare/gain_fit.hpp"
 #include "compare/gray_noise.hpp"
-#include "measure/decode.hpp"
+#include "measure/decode/decode.hpp"
 
 namespace fringetwin::compare {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "compare/gray_source.hpp"
-#include "measure/decode.hpp"
-#include "measure/phase_noise.hpp"
+#include "measure/decode/decode.hpp"
+#include "measure/decode/phase_noise.hpp"
 
 namespace fringetwin::compare {
 

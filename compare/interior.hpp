@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pixels inside a surface: where a comparison says something about light and shape, not about an outline.
 #pragma once
-#include "measure/decode.hpp"
+#include "measure/decode/decode.hpp"
 #include "twin/image/image.hpp"
 
 namespace fringetwin::compare {

@@ -10,8 +10,8 @@
 
 #include "calib/photon_transfer.hpp"
 #include "compare/comparison.hpp"
-#include "measure/decode_input.hpp"
-#include "measure/phase.hpp"
+#include "measure/decode/decode_input.hpp"
+#include "measure/decode/phase.hpp"
 #include "twin/base/constants.hpp"
 
 namespace fringetwin::compare {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "compare/noise_row.hpp"
-#include "measure/decode.hpp"
+#include "measure/decode/decode.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::compare {

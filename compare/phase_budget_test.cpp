@@ -19,7 +19,7 @@
 #include <numbers>
 #include <random>
 
-#include "measure/decode.hpp"
+#include "measure/decode/decode.hpp"
 
 namespace fringetwin::compare::phase_budget_test {
 namespace {

@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include "measure/measurement.hpp"
-#include "measure/synthetic_rig.hpp"
+#include "tests/support/measure/measure_rig.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 

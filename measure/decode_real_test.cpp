@@ -31,8 +31,8 @@
 #include <opencv2/calib3d.hpp>
 #include <sstream>
 
-#include "measure/depth_solver.hpp"
 #include "measure/measurement.hpp"
+#include "measure/points/depth_solver.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/lens/linear.hpp"
 #include "twin/twin.hpp"

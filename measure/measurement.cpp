@@ -6,10 +6,10 @@
 #include <chrono>
 #include <cmath>
 
-#include "measure/mixed_pixels.hpp"
-#include "measure/phase_exr.hpp"
-#include "measure/smooth_coordinates.hpp"
-#include "measure/unwrap.hpp"
+#include "measure/decode/mixed_pixels.hpp"
+#include "measure/decode/phase_exr.hpp"
+#include "measure/decode/smooth_coordinates.hpp"
+#include "measure/decode/unwrap.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 

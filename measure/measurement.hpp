@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "measure/decode.hpp"
-#include "measure/fits.hpp"
-#include "measure/points.hpp"
+#include "measure/decode/decode.hpp"
+#include "measure/fit/fits.hpp"
+#include "measure/points/points.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 

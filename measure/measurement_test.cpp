@@ -16,7 +16,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "measure/synthetic_rig.hpp"
+#include "tests/support/measure/measure_rig.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::measure::measurement_test {

@@ -31,7 +31,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "measure/measurement.hpp"
-#include "measure/point_grid.hpp"
+#include "measure/points/point_grid.hpp"
 #include "twin/captures/capture_set.hpp"
 
 namespace fringetwin::measure::points_real_test {

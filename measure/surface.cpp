@@ -8,9 +8,9 @@
 #include <limits>
 #include <vector>
 
+#include "measure/fit/robust.hpp"
 #include "measure/measurement.hpp"
-#include "measure/point_grid.hpp"
-#include "measure/robust.hpp"
+#include "measure/points/point_grid.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::measure {

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "measure/closest_point.hpp"
+#include "measure/fit/closest_point.hpp"
 #include "measure/measurement.hpp"
-#include "measure/synthetic_rig.hpp"
+#include "tests/support/measure/measure_rig.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::measure::surface_test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Noise of values that are read between the pixels of an image (measure/coordinate_map.hpp: Lagrange cubics
-// of 4 x 4 pixels).
+// Noise of values that are read between the pixels of an image (measure/points/coordinate_map.hpp: Lagrange
+// cubics of 4 x 4 pixels).
 #pragma once
 #include <Eigen/Core>
 

@@ -11,7 +11,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "measure/coordinate_map.hpp"
+#include "measure/points/coordinate_map.hpp"
 
 namespace fringetwin::study::interpolation_noise_test {
 namespace {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <variant>
 
-#include "measure/mixed_pixels.hpp"
+#include "measure/decode/mixed_pixels.hpp"
 #include "render/reference/reference_shapes.hpp"
 #include "twin/base/errors.hpp"
 

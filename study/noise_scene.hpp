@@ -31,11 +31,11 @@ class NoiseScene {
   /// Nothing where the ray of image point `q_px` meets no point of the object with a usable fringe.
   std::optional<SurfacePoint> see(const Camera& camera, const Eigen::Vector2d& q_px) const;
 
-  /// Is the pixel decoded, and none that measurement leaves out at borders (measure/mixed_pixels.hpp)? One at
-  /// the outline is taken for three quarters full; where less than half of the next one is on the object, it
-  /// is full in truth.
+  /// Is the pixel decoded, and none that measurement leaves out at borders (measure/decode/mixed_pixels.hpp)?
+  /// One at the outline is taken for three quarters full; where less than half of the next one is on the
+  /// object, it is full in truth.
   bool is_used(const Camera& camera, int x, int y) const;
-  /// Are all four pixels around the point? What is read there needs them (measure/coordinate_map.hpp).
+  /// Are all four pixels around the point? What is read there needs them (measure/points/coordinate_map.hpp).
   bool is_readable(const Camera& camera, const Eigen::Vector2d& q_px) const;
 
   bool is_sphere() const { return std::holds_alternative<SphereShape>(object_.shape); }

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <optional>
 
-#include "measure/robust.hpp"
+#include "measure/fit/robust.hpp"
 #include "study/interpolation_noise.hpp"
 #include "study/noise_scene.hpp"
 

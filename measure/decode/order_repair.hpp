@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fringe-order errors found from the neighbours, mended by whole periods, and counted.
+#pragma once
+#include <functional>
+#include <optional>
+
+#include "measure/decode/decode.hpp"
+
+namespace fringetwin::measure {
+
+struct OrderRepairOptions {
+  double period_px = 1.0;
+  int radius_px = 2;       ///< window of (2r+1)^2 pixels
+  double near = 0.25;      ///< periods: how near a whole period the jump, how near the majority the result
+  double majority = 0.55;  ///< fraction of the window's other valid pixels that must agree with its median
+  int min_support = 8;     ///< valid neighbours in the window
+  int max_passes = 4;      ///< later passes see the earlier ones' results
+  double cycle_px = 0.0;   ///< > 0: a cyclic code repeats after this; one period may lead across its ends
+  /// The coordinate of pixel `index` when it must be near `predicted_px`, if its phases allow one. Empty
+  /// = one period up or down.
+  std::function<std::optional<double>(std::size_t index, double predicted_px)> resolve;
+};
+
+/// A valid pixel that differs from the median of its window by more than half a period, while the
+/// majority of the window agrees with the median, moves by whole periods if that brings it within
+/// `near` periods of the median. Anything else - a depth step that is no whole period - stays as it
+/// is. Independent of the number of threads.
+OrderRepair repair_orders(ImageD& coordinate_px, const OrderRepairOptions& options);
+
+/// 4-neighbour pairs that differ by one period or more, up to `near` of a whole one: order errors
+/// rather than depth steps, which differ by anything.
+std::uint64_t count_order_jumps(const ImageD& coordinate_px, double period_px, double near);
+
+}  // namespace fringetwin::measure

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+
+#include "measure/fit/ceres_fit.hpp"
+#include "measure/fit/fits.hpp"
+#include "measure/fit/point_set.hpp"
+#include "measure/fit/robust.hpp"
+
+namespace fringetwin::measure {
+namespace {
+
+/// Tangent parameters about a base axis: the point moves in the plane across the base (u v), the axis
+/// leans by (alpha beta), so there is no gauge freedom. x = u v alpha beta r.
+struct CylinderDistance final : DistanceModel {
+  static constexpr int kParameters = 5;
+  Eigen::Vector3d point, axis, e1, e2;
+
+  CylinderDistance(const Eigen::Vector3d& on_axis, const Eigen::Vector3d& unit_axis)
+      : point(on_axis), axis(unit_axis) {
+    set_tangents();
+  }
+  int parameters() const override { return kParameters; }
+
+  Eigen::Vector3d leaned_axis(const double* x) const { return (axis + x[2] * e1 + x[3] * e2).normalized(); }
+  Eigen::Vector3d moved_point(const double* x) const { return point + x[0] * e1 + x[1] * e2; }
+
+  double distance(const double* x, const Eigen::Vector3d& p, double* dr_dx) const override {
+    const Eigen::Vector3d a_raw = axis + x[2] * e1 + x[3] * e2;
+    const double a_length = a_raw.norm();
+    const Eigen::Vector3d a = a_raw / a_length;
+    const Eigen::Vector3d d = p - moved_point(x);
+    const double along = d.dot(a);
+    const Eigen::Vector3d w = d - along * a;
+    const double from_axis = w.norm();
+    if (dr_dx) {
+      // m is orthogonal to a, so the normalisation of a drops out of m . da
+      const Eigen::Vector3d m = from_axis > 0.0 ? Eigen::Vector3d(w / from_axis) : Eigen::Vector3d::Zero();
+      const double m1 = m.dot(e1), m2 = m.dot(e2);
+      dr_dx[0] = -m1;
+      dr_dx[1] = -m2;
+      dr_dx[2] = -along * m1 / a_length;
+      dr_dx[3] = -along * m2 / a_length;
+      dr_dx[4] = -1.0;
+    }
+    return from_axis - x[4];
+  }
+  /// Makes the present solution the new base.
+  void rebase(double* x) {
+    point = moved_point(x);
+    axis = leaned_axis(x);
+    point -= axis * axis.dot(point);  // nearest the centroid, which is the origin here
+    set_tangents();
+    x[0] = x[1] = x[2] = x[3] = 0.0;
+  }
+  void set_tangents() {
+    e1 = axis.unitOrthogonal();
+    e2 = axis.cross(e1);
+  }
+};
+
+}  // namespace
+
+CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const CylinderShape& start,
+                         const FitOptions& o) {
+  constexpr int kRebases = 10;
+  CylinderFit fit;
+  fit.n_gated = p_mm.size();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  fit.radius_sigma_mm = fit.axis_sigma_rad[0] = fit.axis_sigma_rad[1] = nan;
+  const CentredPoints points(p_mm);
+  if (!check_points(points, CylinderDistance::kParameters, "a cylinder", fit)) return fit;
+  if (!(start.axis.norm() > 0.0) || !(start.radius_mm > 0.0)) {
+    fit.message = "a cylinder fit needs a start with an axis and a radius";
+    return fit;
+  }
+  CylinderDistance model(start.point_mm - points.centroid_mm, start.axis.normalized());
+  double x[5] = {0, 0, 0, 0, start.radius_mm};
+  model.rebase(x);
+
+  RobustModel robust;
+  robust.n = p_mm.size();
+  robust.min_points = CylinderDistance::kParameters;
+  robust.smallest_scale = points.smallest_scale_mm();
+  robust.distance = [&](std::size_t i) { return model.distance(x, points.p_mm[i], nullptr); };
+  robust.solve = [&](const std::vector<std::size_t>& index, const std::vector<double>& weight) {
+    for (int k = 0; k < kRebases; ++k) {
+      if (!minimise(model, points.p_mm, index, weight, o.max_iterations, x) || !(x[4] > 0.0)) return false;
+      const double leaned_rad = std::hypot(x[2], x[3]);
+      model.rebase(x);
+      if (leaned_rad < 1e-3) break;  // the tangent approximation is a parametrisation, not an error
+    }
+    return true;
+  };
+  const RobustResult result = robust_fit(robust, o);
+  fit.n = result.ok ? result.index.size() : p_mm.size();  // enough points and no fit is no lack of points
+  fit.message = result.message;
+  if (!result.ok) return fit;
+  const auto found = covariance_at(model, points.p_mm, result.index, o.block, x);
+  if (!found) {
+    fit.message = "the points do not determine a cylinder (they lie on a plane, a circle or a line)";
+    return fit;
+  }
+  const Eigen::MatrixXd& covariance = found->covariance;
+  fit.rms_mm = found->rms_mm;
+  fit.axis = model.axis.dot(start.axis) < 0.0 ? Eigen::Vector3d(-model.axis) : model.axis;
+  fit.point_mm = points.centroid_mm + model.point;
+  fit.radius_mm = x[4];
+  fit.radius_sigma_mm = std::sqrt(covariance(4, 4));
+  for (int j = 0; j < 2; ++j) fit.axis_sigma_rad[j] = std::sqrt(covariance(2 + j, 2 + j));
+  fit.usable = true;
+  if (fit.n == CylinderDistance::kParameters) fit.message = "as many points as parameters: no uncertainty";
+  return fit;
+}
+
+}  // namespace fringetwin::measure

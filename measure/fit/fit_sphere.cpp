@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+
+#include "measure/fit/ceres_fit.hpp"
+#include "measure/fit/fits.hpp"
+#include "measure/fit/point_set.hpp"
+#include "measure/fit/robust.hpp"
+
+namespace fringetwin::measure {
+namespace {
+
+struct SphereDistance final : DistanceModel {
+  static constexpr int kParameters = 4;  ///< cx cy cz r
+  int parameters() const override { return kParameters; }
+  double distance(const double* x, const Eigen::Vector3d& p, double* dr_dx) const override {
+    const Eigen::Vector3d v = p - Eigen::Vector3d(x[0], x[1], x[2]);
+    const double length = v.norm();
+    if (dr_dx) {
+      const Eigen::Vector3d u = length > 0.0 ? Eigen::Vector3d(v / length) : Eigen::Vector3d::Zero();
+      dr_dx[0] = -u.x();
+      dr_dx[1] = -u.y();
+      dr_dx[2] = -u.z();
+      dr_dx[3] = -1.0;
+    }
+    return length - x[3];
+  }
+};
+
+/// Linear least squares of |p|^2 = 2 c.p + k (Kasa): a start where none is given.
+bool algebraic_sphere(const std::vector<Eigen::Vector3d>& p, double* x) {
+  Eigen::Matrix4d a = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d b = Eigen::Vector4d::Zero();
+  for (const Eigen::Vector3d& q : p) {
+    const Eigen::Vector4d row(2 * q.x(), 2 * q.y(), 2 * q.z(), 1.0);
+    a += row * row.transpose();
+    b += row * q.squaredNorm();
+  }
+  const Eigen::FullPivLU<Eigen::Matrix4d> lu(a);
+  if (!lu.isInvertible()) return false;
+  const Eigen::Vector4d s = lu.solve(b);
+  const double r_sq = s[3] + s.head<3>().squaredNorm();
+  if (!(r_sq > 0.0)) return false;
+  Eigen::Map<Eigen::Vector3d>{x} = s.head<3>();
+  x[3] = std::sqrt(r_sq);
+  return true;
+}
+
+}  // namespace
+
+SphereFit fit_sphere(const std::vector<Eigen::Vector3d>& p_mm, const SphereShape& start,
+                     const FitOptions& o) {
+  SphereFit fit;
+  fit.n_gated = p_mm.size();
+  fit.covariance.setConstant(std::numeric_limits<double>::quiet_NaN());
+  const CentredPoints points(p_mm);
+  if (!check_points(points, SphereDistance::kParameters, "a sphere", fit)) return fit;
+
+  double x[4] = {start.center_mm.x() - points.centroid_mm.x(), start.center_mm.y() - points.centroid_mm.y(),
+                 start.center_mm.z() - points.centroid_mm.z(), start.radius_mm};
+  if (!(start.radius_mm > 0.0) && !algebraic_sphere(points.p_mm, x)) {
+    fit.message = "the points do not determine a sphere";
+    return fit;
+  }
+  const SphereDistance model;
+  RobustModel robust;
+  robust.n = p_mm.size();
+  robust.min_points = SphereDistance::kParameters;
+  robust.smallest_scale = points.smallest_scale_mm();
+  robust.distance = [&](std::size_t i) { return model.distance(x, points.p_mm[i], nullptr); };
+  robust.solve = [&](const std::vector<std::size_t>& index, const std::vector<double>& weight) {
+    return minimise(model, points.p_mm, index, weight, o.max_iterations, x) && x[3] > 0.0;
+  };
+  const RobustResult result = robust_fit(robust, o);
+  fit.n = result.ok ? result.index.size() : p_mm.size();  // enough points and no fit is no lack of points
+  fit.message = result.message;
+  if (!result.ok) return fit;
+  const auto found = covariance_at(model, points.p_mm, result.index, o.block, x);
+  if (!found) {
+    fit.message = "the points do not determine a sphere (they lie on a plane, a circle or a line)";
+    return fit;
+  }
+  fit.covariance = found->covariance;
+  fit.rms_mm = found->rms_mm;
+  fit.center_mm = points.centroid_mm + Eigen::Vector3d(x[0], x[1], x[2]);
+  fit.radius_mm = x[3];
+  fit.usable = true;
+  if (fit.n == SphereDistance::kParameters) fit.message = "as many points as parameters: no uncertainty";
+  return fit;
+}
+
+}  // namespace fringetwin::measure

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sub-pixel reading of a decoded coordinate map (NaN = invalid) with its gradient.
+#pragma once
+#include "measure/decode/decode.hpp"
+#include "twin/image/image.hpp"
+
+namespace fringetwin::measure {
+
+struct MapSample {
+  double value = 0.0, d_dx = 0.0, d_dy = 0.0;
+  double error_px = 0.0;  ///< size of the interpolation error, from the first neglected differences
+};
+
+/// Interpolates with 4x4 Lagrange cubics; the stencil is centred on the pixel cell where all 16
+/// pixels are valid and belong to one smooth piece, else shifted by one pixel towards valid ground,
+/// else bilinear on the 2x2 cell. Nothing is read across a jump: within a stencil the third
+/// differences must stay below kSlopeFraction of the local slope (plus noise), which a smooth
+/// surface does and a depth jump does not.
+class CoordinateMap {
+ public:
+  /// Keeps references: `map` and `sigma` must outlive this. `sigma` may be empty (no noise known).
+  CoordinateMap(const ImageD& map, const ImageF& sigma);
+  bool sample(double x, double y, MapSample& out) const;
+  /// Noise of the nearest pixel, 0 where unknown.
+  double sigma_px(double x, double y) const;
+  double typical_sigma_px() const { return typical_sigma_px_; }
+  const ImageD& image() const { return map_; }
+
+ private:
+  bool sample_cubic(int x0, int y0, double x, double y, double noise_px, MapSample& out) const;
+  bool sample_linear(int x0, int y0, double x, double y, double noise_px, MapSample& out) const;
+  double difference_noise_px(int x, int y) const;
+
+  static constexpr double kSlopeFraction = 0.3;
+  const ImageD& map_;
+  const ImageF& sigma_;
+  double typical_sigma_px_ = 0.0;  ///< median over valid pixels
+};
+
+}  // namespace fringetwin::measure

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Correspondence and triangulation: decoded cameras -> points in the world frame, mm.
+#pragma once
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "measure/decode/decode.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::measure {
+
+/// Structure of arrays; all vectors have the same length.
+struct PointCloud {
+  std::vector<Eigen::Vector3d> p_world_mm;
+  std::vector<Eigen::Vector3f> normal_world;  ///< unit, towards the first camera; NaN when unknown
+  std::vector<Eigen::Vector2f> q_cam_px;      ///< source pixel in the first camera
+  std::vector<float> sigma_mm;                ///< standard deviation along the viewing ray (phase noise)
+  std::size_t size() const { return p_world_mm.size(); }
+};
+
+struct TriangulationSummary {
+  std::size_t n_candidates = 0;  ///< valid pixels of the first camera that were tried
+  std::size_t n_points = 0;
+  std::size_t n_no_match = 0;    ///< nothing of that coordinate in the second image
+  std::size_t n_ambiguous = 0;   ///< several matches; decided by the neighbours, else among n_rejected
+  std::size_t n_rejected = 0;    ///< no convergence, depth jump, absurd angle or sigma, isolated
+  std::size_t n_mixed = 0;       ///< border pixels of the cameras used that were not tried (mixed_pixels.hpp)
+  double match_s = 0.0;          ///< wall time of finding the depths: stereo match, or projector intersection
+  double residual_rms_px = 0.0;  ///< disagreement of the two directions; 0 with one direction
+};
+
+/// Left pixel <-> right sub-pixel position of equal absolute coordinate on the epipolar curve of the
+/// DISTORTED right image (bicubic interpolation of the coordinate map, Newton along the curve), then
+/// the midpoint-free two-ray triangulation. Cameras 0 and 1 of the twin.
+PointCloud triangulate_stereo(const Twin& twin, const CameraDecode& left, const CameraDecode& right,
+                              TriangulationSummary* summary = nullptr);
+/// Camera ray x projector column surface (distorted projector), least squares when both directions.
+PointCloud triangulate_projector(const Twin& twin, std::size_t camera, const CameraDecode& decode,
+                                 TriangulationSummary* summary = nullptr);
+
+/// Normals by local plane fits over the source-pixel grid.
+void estimate_normals(PointCloud& cloud, int width_px, int height_px, const Eigen::Vector3d& viewer_mm);
+
+/// Binary PLY: x y z (double), nx ny nz, pixel_x pixel_y, sigma_mm (float). Temporary name + rename.
+void write_points_ply(const std::filesystem::path& file, const PointCloud& cloud);
+
+}  // namespace fringetwin::measure

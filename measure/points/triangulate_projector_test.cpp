@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tolerances
+//   1e-9 mm   exact coordinates, exact lens: only Newton's stopping rule (1e-6 px, quadratic) is left
+//   1.02      scatter over predicted sigma, n > 1e4: 1 +- 4 / sqrt(2 n) = 1 +- 0.028
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "measure/points/points.hpp"
+#include "tests/support/measure/measure_rig.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::measure::triangulate_projector_test {
+namespace {
+
+using namespace test_tools;
+
+double largest_error(const Twin& twin, std::size_t camera, const PointCloud& cloud, const Scene& scene) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const auto truth = true_point(twin, camera, cloud.q_cam_px[i].cast<double>(), scene);
+    largest = std::max(largest, truth ? (cloud.p_world_mm[i] - *truth).norm() : 1e9);
+  }
+  return largest;
+}
+
+TEST(ProjectorTriangulation, ExactForEveryShapeAndDirection) {
+  const Twin twin = paper_rig(0.25);
+  const Scene scenes[] = {
+      plane_scene({0, 0, 260}, Eigen::Vector3d(0.3, 0.1, -1).normalized()), sphere_scene({3, -2, 255}, 12),
+      nearest({cylinder_scene({0, 0, 260}, {0, 1, 0}, 8), plane_scene({0, 0, 300}, {0, 0, -1})})};
+  for (const Scene& scene : scenes)
+    for (const std::size_t camera : {std::size_t{0}, std::size_t{1}})
+      for (const auto& axes : {std::vector<Axis>{Axis::x}, {Axis::x, Axis::y}}) {
+        MapOptions options;
+        options.axes = axes;
+        TriangulationSummary summary;
+        const PointCloud cloud =
+            triangulate_projector(twin, camera, ideal_decode(twin, camera, scene, options), &summary);
+        EXPECT_GT(cloud.size(), 2000u);
+        EXPECT_EQ(summary.n_points, summary.n_candidates);
+        EXPECT_LT(summary.residual_rms_px, 1e-9);
+        EXPECT_LT(largest_error(twin, camera, cloud, scene), 1e-9);
+      }
+}
+
+TEST(ProjectorTriangulation, PredictedSigmaIsTheScatter) {
+  const Twin twin = paper_rig(0.25);
+  const Scene scene = plane_scene({0, 0, 260}, Eigen::Vector3d(0.1, 0.05, -1).normalized());
+  for (const auto& axes : {std::vector<Axis>{Axis::x}, {Axis::x, Axis::y}}) {
+    MapOptions options;
+    options.noise_px = 0.05;
+    options.axes = axes;
+    const PointCloud cloud = triangulate_projector(twin, 0, ideal_decode(twin, 0, scene, options));
+    ASSERT_GT(cloud.size(), 10000u);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      const auto truth = true_point(twin, 0, cloud.q_cam_px[i].cast<double>(), scene);
+      sum +=
+          std::pow((cloud.p_world_mm[i].norm() - truth->norm()) / static_cast<double>(cloud.sigma_mm[i]), 2);
+    }
+    const double n = static_cast<double>(cloud.size());
+    EXPECT_NEAR(std::sqrt(sum / n), 1.0, 4.0 / std::sqrt(2.0 * n));
+  }
+}
+
+TEST(ProjectorTriangulation, WrongOrdersAreAbsurdAndRejected) {
+  const Twin twin = paper_rig(0.1);
+  const Scene scene = plane_scene({0, 0, 260}, {0, 0, -1});
+  CameraDecode decode = ideal_decode(twin, 0, scene);
+  // columns whose sheet of light the ray meets behind the camera or far outside the projector's rows
+  for (double& c : decode.directions[0].coordinate_px.data) c += 20000.0;
+  TriangulationSummary summary;
+  EXPECT_EQ(triangulate_projector(twin, 0, decode, &summary).size(), 0u);
+  EXPECT_EQ(summary.n_rejected, summary.n_candidates);
+  Twin without = twin;
+  without.projector.reset();
+  EXPECT_THROW(triangulate_projector(without, 0, decode), UserError);
+}
+
+}  // namespace
+}  // namespace fringetwin::measure::triangulate_projector_test
