@@ -9,9 +9,9 @@
 #include <filesystem>
 #include <sstream>
 
-#include "calib/corners_vnl.hpp"
-#include "calib/findings.hpp"
-#include "calib/observe.hpp"
+#include "calib/board/corners_vnl.hpp"
+#include "calib/board/observe.hpp"
+#include "calib/page/calibration_findings.hpp"
 #include "cli/camera_files.hpp"
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <sstream>
 
-#include "calib/imported_rig.hpp"
+#include "calib/import/imported_rig.hpp"
 #include "cli/commands.hpp"
 #include "cli/import_rig.hpp"
 #include "twin/base/errors.hpp"

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "calib/findings.hpp"
-#include "calib/photometry.hpp"
+#include "calib/page/calibration_findings.hpp"
+#include "calib/photometry/photometry.hpp"
 #include "cli/camera_files.hpp"
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"

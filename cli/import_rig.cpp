@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <sstream>
 
-#include "calib/check_import.hpp"
+#include "calib/import/check_import.hpp"
 #include "cli/out_folder.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/paths.hpp"

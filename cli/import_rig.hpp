@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/imported_rig.hpp"
+#include "calib/import/imported_rig.hpp"
 
 namespace CLI {
 class App;

@@ -22,7 +22,7 @@ using report::Json;
 constexpr double kAsymmetry = 1e-6, kNegative = 1e-6;
 constexpr double kSmallestDirection = 1e-12;  ///< of the largest eigenvalue
 
-// Order and names: calib/findings_json.cpp.
+// Order and names: calib/page/calibration_json.cpp.
 constexpr std::array<const char*, 16> kLens = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2",
                                                "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"};
 constexpr std::array<const char*, 6> kPose = {"r1", "r2", "r3", "t1", "t2", "t3"};

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "calib/photon_transfer.hpp"
+#include "calib/photometry/photon_transfer.hpp"
 #include "compare/comparison.hpp"
 #include "measure/decode/decode_input.hpp"
 #include "measure/decode/phase.hpp"

@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "calib/photometry.hpp"
+#include "calib/photometry/photometry.hpp"
 #include "compare/noise_check.hpp"
 #include "measure/measurement.hpp"
 #include "tests/support/twin/real_set.hpp"

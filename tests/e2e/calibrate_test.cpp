@@ -12,9 +12,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "calib/corners_vnl.hpp"
-#include "calib/rig_testing.hpp"
+#include "calib/board/corners_vnl.hpp"
 #include "tests/e2e/small_twin.hpp"
+#include "tests/support/calib/calib_rig.hpp"
 #include "twin/file/cameramodel.hpp"
 #include "twin/twin.hpp"
 

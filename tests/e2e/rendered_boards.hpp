@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "calib/observations.hpp"
-#include "calib/problem.hpp"
+#include "calib/board/observations.hpp"
+#include "calib/solve/problem.hpp"
 
 namespace fringetwin::test {
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "calib/circle_bias.hpp"
-#include "calib/corners_vnl.hpp"
+#include "calib/board/corners_vnl.hpp"
+#include "calib/solve/circle_bias.hpp"
 #include "tests/e2e/cli_runner.hpp"
 #include "twin/lens/lens.hpp"
 #include "twin/lens/linear.hpp"

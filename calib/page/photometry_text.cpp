@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+// Photometry as blocks for twin.toml and as JSON.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+#include "calib/page/calibration_findings.hpp"
+#include "calib/photometry/photometry.hpp"
+#include "report/json.hpp"
+
+namespace fringetwin::calib {
+
+namespace {
+
+using report::Json;
+using report::json_number;
+using report::json_numbers;
+
+/// As many digits as the sigma leaves, two of it: "40.53 ± 0.08" and so that TOML reads a number.
+std::string digits(double value, double sigma) {
+  if (!std::isfinite(sigma) || !(sigma > 0.0)) return fmt::format("{:.6g}", value);
+  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 9);
+  return fmt::format("{:.{}f}", value, decimals);
+}
+std::string digits(const Estimate& e) { return digits(e.value, e.sigma); }
+
+std::string key(const std::string& name, const std::string& value, const std::string& comment) {
+  const std::string left = name + " = " + value;
+  return fmt::format("{:<32}# {}\n", left, comment);
+}
+
+std::string plus_minus(const Estimate& e) {
+  return std::isfinite(e.sigma) ? fmt::format("± {:.2g}", e.sigma) : "sigma unknown";
+}
+
+std::string sensor_toml(const CameraPhotometry& c) {
+  const Sensor& s = c.sensor;
+  std::string out = "[camera.sensor]\n";
+  out += fmt::format("bit_depth = {}\n", s.bit_depth);
+  if (s.exposure_ms) out += fmt::format("exposure_ms = {}\n", *s.exposure_ms);
+  out += key("gain_dn", fmt::format("{}", s.gain_dn), "the twin's: `fringetwin cosim` fits it");
+  out += c.black_measured ? key("black_level_dn", digits(c.black_level_dn),
+                                plus_minus(c.black_level_dn) + ", mean of the dark images")
+                          : key("black_level_dn", fmt::format("{}", s.black_level_dn),
+                                "the twin's: not measured without dark images");
+  if (c.transfer) {
+    const PhotonTransfer& t = *c.transfer;
+    out += key("electrons_per_dn", digits(t.electrons_per_dn),
+               fmt::format("{}; {:.5g} ± {:.2g} DN per electron, from {} over {:.0f}...{:.0f} DN",
+                           plus_minus(t.electrons_per_dn), t.dn_per_electron.value, t.dn_per_electron.sigma,
+                           c.noise_from, t.low_dn, t.high_dn));
+    out += key("read_noise_dn", digits(t.read_noise_dn),
+               fmt::format("{}, without rounding; {:.2g} electrons{}", plus_minus(t.read_noise_dn),
+                           t.read_noise_electrons.value,
+                           std::isfinite(c.dark_noise_dn.value) ? ", from the dark images" : ""));
+  } else if (std::isfinite(c.dark_noise_dn.value)) {
+    out +=
+        key("read_noise_dn", digits(c.dark_noise_dn), plus_minus(c.dark_noise_dn) + ", from the dark images");
+  }
+  return out;
+}
+
+std::string camera_toml(const CameraPhotometry& c) {
+  std::string out = fmt::format("[[camera]]\nname = \"{}\"\n", c.camera);
+  if (c.flat) {
+    const auto& a = c.flat->a;
+    out += key("vignetting", fmt::format("[{}, {}, {}]", digits(a[0]), digits(a[1]), digits(a[2])),
+               fmt::format("± {:.2g}, {:.2g}, {:.2g}; {:.3f} at the corners", a[0].sigma, a[1].sigma,
+                           a[2].sigma, c.flat->corner));
+  }
+  return out + sensor_toml(c);
+}
+
+std::string response_toml(const ProjectorPhotometry& p) {
+  const std::string gamma = fmt::format("gamma {} {}, which leaves {:.2g} of the range", digits(p.gamma),
+                                        plus_minus(p.gamma), p.gamma_misfit);
+  switch (p.response.kind) {
+    case ProjectorResponse::Kind::linear:
+      return key("response", "\"linear\"", gamma);
+    case ProjectorResponse::Kind::gamma:
+      return key("response", fmt::format("{{ gamma = {} }}", digits(p.gamma)), gamma);
+    case ProjectorResponse::Kind::table:
+      break;
+  }
+  double sigma = 0.0;
+  for (const double s : p.curve_sigma) sigma = std::max(sigma, s);
+  return fmt::format("# ± {:.2g} (largest); nearest gamma: {}\n", sigma, gamma) +
+         fmt::format("response = {{ table = [{:.5g}] }}\n", fmt::join(p.response.table, ", "));
+}
+
+std::string projector_toml(const Photometry& photometry) {
+  const ProjectorPhotometry* p = photometry.projector();
+  if (p == nullptr || (!p->response_known && !std::isfinite(p->blur_px.value))) return "";
+  std::string out =
+      fmt::format("\n# Keys of [projector], from camera \"{}\", direction {}\n[projector]\n",
+                  photometry.cameras[static_cast<std::size_t>(photometry.projector_camera)].camera,
+                  axis_name(p->harmonics.axis));
+  if (p->response_known) out += response_toml(*p);
+  if (std::isfinite(p->blur_px.value))
+    out += key("blur_px", digits(p->blur_px),
+               fmt::format("{}; the contrasts are {:.1f} % off a Gaussian's", plus_minus(p->blur_px),
+                           100.0 * p->blur_misfit));
+  return out;
+}
+
+void put(Json& out, const std::string& name, const std::string& unit, const Estimate& e) {
+  const std::string tail = unit.empty() ? "" : "_" + unit;
+  out[name + tail] = json_number(e.value);
+  out[name + "_sigma" + tail] = json_number(e.sigma);
+}
+
+Json transfer_json(const CameraPhotometry& c) {
+  if (!c.transfer) return nullptr;
+  const PhotonTransfer& t = *c.transfer;
+  Json out = {{"noise_from", c.noise_from}};
+  put(out, "dn_per_electron", "", t.dn_per_electron);
+  put(out, "electrons_per_dn", "", t.electrons_per_dn);
+  put(out, "offset", "dn2", t.offset_dn2);
+  put(out, "read_variance", "dn2", t.read_variance_dn2);
+  put(out, "read_noise", "dn", t.read_noise_dn);
+  put(out, "read_noise", "electrons", t.read_noise_electrons);
+  put(out, "slope_change", "", t.slope_change);
+  out["residual_rms"] = json_number(t.residual_rms);
+  out["residual_worst"] = json_number(t.residual_worst);
+  out["chi2_per_dof"] = json_number(t.chi2_per_dof);
+  out["low_dn"] = json_number(t.low_dn);
+  out["high_dn"] = json_number(t.high_dn);
+  out["flicker"] = c.noise_from == "repeats" ? json_number(c.flicker) : Json(nullptr);
+  out["n"] = t.n;
+  out["bins"] = Json::array();
+  for (const TransferBin& b : t.bins)
+    out["bins"].push_back({{"level_dn", json_number(b.level_dn)},
+                           {"variance_dn2", json_number(b.variance_dn2)},
+                           {"variance_sigma_dn2", json_number(b.sigma_dn2)},
+                           {"line_dn2", json_number(b.line_dn2)},
+                           {"n", b.n}});
+  return out;
+}
+
+Json saturation_json(const CameraPhotometry& c) {
+  Json out = {{"level_dn", c.saturation.level_dn},
+              {"reached", c.saturation.reached},
+              {"fraction", c.saturation.fraction}};
+  Estimate full_well;
+  if (c.saturation.reached && c.transfer) {
+    const double span = c.saturation.level_dn - c.sensor.black_level_dn;
+    full_well = {span * c.transfer->electrons_per_dn.value, span * c.transfer->electrons_per_dn.sigma};
+  }
+  put(out, "capacity", "electrons", full_well);
+  return out;
+}
+
+Json linearity_json(const CameraPhotometry& c) {
+  if (!c.linearity) return nullptr;
+  const ExposureLinearity& l = *c.linearity;
+  Json out;
+  put(out, "slope", "dn_per_ms", l.slope_dn_per_ms);
+  put(out, "offset", "dn", l.offset_dn);
+  out["worst_percent"] = json_number(l.worst_percent);
+  out["points"] = Json::array();
+  for (std::size_t i = 0; i < l.exposure_ms.size(); ++i)
+    out["points"].push_back({{"exposure_ms", l.exposure_ms[i]},
+                             {"level_dn", json_number(l.level_dn[i])},
+                             {"residual_percent", json_number(l.residual_percent[i])}});
+  return out;
+}
+
+Json flat_json(const CameraPhotometry& c) {
+  if (!c.flat) return nullptr;
+  const FlatField& f = *c.flat;
+  Json out = {{"vignetting", Json::array()}, {"vignetting_sigma", Json::array()}};
+  for (const Estimate& a : f.a) {
+    out["vignetting"].push_back(json_number(a.value));
+    out["vignetting_sigma"].push_back(json_number(a.sigma));
+  }
+  out["corner"] = json_number(f.corner);
+  put(out, "level", "dn", f.level_dn);
+  put(out, "gradient_x", "", f.gradient_x);
+  put(out, "gradient_y", "", f.gradient_y);
+  out["residual_rms"] = json_number(f.residual_rms);
+  out["n"] = f.n;
+  return out;
+}
+
+Json values(const std::vector<Estimate>& estimates, double Estimate::*part) {
+  Json out = Json::array();
+  for (const Estimate& e : estimates) out.push_back(json_number(e.*part));
+  return out;
+}
+
+Json pitch_json(const PitchHarmonics& h) {
+  return {{"pitch_px", h.pitch_px},
+          {"median_dn", json_numbers(h.median_dn)},
+          {"amplitude", values(h.amplitude, &Estimate::value)},
+          {"amplitude_sigma", values(h.amplitude, &Estimate::sigma)},
+          {"quadrature", values(h.quadrature, &Estimate::value)},
+          {"quadrature_sigma", values(h.quadrature, &Estimate::sigma)},
+          {"camera_factor", json_numbers(h.camera_factor)}};
+}
+
+Json response_json(const ProjectorPhotometry& p) {
+  if (!p.response_known) return nullptr;
+  Json out = {{"kind", p.response.kind == ProjectorResponse::Kind::linear  ? "linear"
+                       : p.response.kind == ProjectorResponse::Kind::gamma ? "gamma"
+                                                                           : "table"}};
+  put(out, "gamma", "", p.gamma);
+  out["gamma_misfit"] = json_number(p.gamma_misfit);
+  out["harmonics"] = values(p.response_harmonics, &Estimate::value);
+  out["harmonics_sigma"] = values(p.response_harmonics, &Estimate::sigma);
+  out["level"] = json_numbers(p.curve_level);
+  out["light"] = json_numbers(p.curve_light);
+  out["light_sigma"] = json_numbers(p.curve_sigma);
+  return out;
+}
+
+Json direction_json(const ProjectorPhotometry& p) {
+  Json out = {{"direction", axis_name(p.harmonics.axis)},
+              {"steps", p.harmonics.steps},
+              {"n", p.harmonics.n},
+              {"mean_dn", json_number(p.harmonics.mean_dn)},
+              {"pitches", Json::array()}};
+  for (const PitchHarmonics& h : p.harmonics.pitches) out["pitches"].push_back(pitch_json(h));
+  out["response"] = response_json(p);
+  put(out, "blur", "px", p.blur_px);
+  out["blur_misfit"] = json_number(p.blur_misfit);
+  out["mtf"] = Json::array();
+  for (const MtfPoint& m : p.mtf) {
+    Json row = {{"pitch_px", m.pitch_px}, {"order", m.order}, {"period_px", m.period_px}};
+    put(row, "contrast", "", m.contrast);
+    row["camera_factor"] = json_number(m.camera_factor);
+    row["gaussian"] = json_number(m.gaussian);
+    out["mtf"].push_back(row);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string photometry_toml(const Photometry& photometry) {
+  std::string out =
+      "# Measured by fringetwin photometry: put these keys into the tables of the same name in twin.toml.\n"
+      "# ± is one standard error.\n";
+  for (const CameraPhotometry& c : photometry.cameras) out += "\n" + camera_toml(c);
+  return out + projector_toml(photometry);
+}
+
+std::string photometry_json(const Photometry& photometry, const Origin& origin) {
+  Json out;
+  out["schema"] = "fringetwin-photometry/1";
+  out["provenance"] = {
+      {"argv", origin.argv}, {"version", origin.version}, {"inputs_sha256", origin.inputs_sha256}};
+  out["cameras"] = Json::array();
+  for (const CameraPhotometry& c : photometry.cameras) {
+    Json camera = {{"camera", c.camera}};
+    put(camera, "black_level", "dn", c.black_level_dn);
+    put(camera, "dark_noise", "dn", c.dark_noise_dn);
+    camera["photon_transfer"] = transfer_json(c);
+    camera["saturation"] = saturation_json(c);
+    camera["exposure_linearity"] = linearity_json(c);
+    camera["flat_field"] = flat_json(c);
+    camera["projector"] = Json::array();
+    for (const ProjectorPhotometry& p : c.directions) camera["projector"].push_back(direction_json(p));
+    out["cameras"].push_back(camera);
+  }
+  out["projector_from"] = nullptr;
+  if (const ProjectorPhotometry* p = photometry.projector())
+    out["projector_from"] = {
+        {"camera", photometry.cameras[static_cast<std::size_t>(photometry.projector_camera)].camera},
+        {"direction", axis_name(p->harmonics.axis)}};
+  out["warnings"] = photometry.warnings;
+  return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace fringetwin::calib

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Harmonics of the projected fringes as a camera sees them, per pitch.
+#pragma once
+#include <cstddef>
+#include <vector>
+
+#include "calib/photometry/photon_transfer.hpp"
+#include "twin/fringes.hpp"
+#include "twin/image/image.hpp"
+
+namespace fringetwin::calib {
+
+/// One pitch. Index h-1 holds order h; orders 1...N/2.
+struct PitchHarmonics {
+  double pitch_px = 0.0;
+  /// Median over the pixels of |2/N sum_n I_n exp(-2 pi i h n/N)|: noise is in it (it alone makes about
+  /// 1.18 sigma sqrt(2/N)).
+  std::vector<double> median_dn;
+  /// In phase with the pitch's own fundamental, as a fraction of the fundamental at the reference pitch,
+  /// weighted by its square: noise averages out. Negative where it is in antiphase.
+  std::vector<Estimate> amplitude;
+  /// The same 90 degrees out of phase: 0 unless the steps are unequal or something moved (order 1: 0).
+  std::vector<Estimate> quadrature;
+  /// Mean factor by which the camera's pixel area and known point spread lower the order.
+  std::vector<double> camera_factor;
+};
+
+struct FringeHarmonics {
+  Axis axis = Axis::x;
+  int steps = 0;
+  int reference = 0;                           ///< index of the coarsest pitch
+  std::size_t n = 0;                           ///< pixels: modulated enough and not saturated at any pitch
+  double mean_dn = 0.0, fundamental_dn = 0.0;  ///< medians at the reference pitch
+  std::vector<PitchHarmonics> pitches;         ///< in sequence order
+};
+
+struct HarmonicsOptions {
+  double min_modulation_dn = 5.0, saturation_dn = 255.0;
+  double pixel_fill = 1.0;  ///< side of the camera's pixel
+  double psf_px = 0.0;      ///< of the camera's lens, where the twin has one
+};
+
+/// steps[pitch][n], all N >= 3 steps of one direction. Sigmas: jackknife over image blocks. Orders above
+/// N/2 are not seen (order N - h adds to order h). n = 0 when no pixel can be used.
+FringeHarmonics fringe_harmonics(const std::vector<std::vector<const ImageF*>>& steps,
+                                 const DirectionFringes& fringes, const HarmonicsOptions& options);
+
+}  // namespace fringetwin::calib

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "calib/photometry/photon_transfer.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::calib {
+
+namespace {
+
+constexpr int kMaxSteps = 64;
+// A gray value nearer to the ends of the range than this may have its noise cut off.
+constexpr double kLowMarginDn = 2.0;
+double high_margin(double saturation_dn) { return saturation_dn - std::max(2.0, 0.01 * saturation_dn); }
+
+/// Orthonormal rows that are orthogonal to the columns of `known` (Gram-Schmidt on the unit vectors).
+std::vector<std::vector<double>> complement(std::vector<std::vector<double>> known, std::size_t n) {
+  std::vector<std::vector<double>> basis, out;
+  const auto add = [&](std::vector<double> v) {
+    for (int pass = 0; pass < 2; ++pass)
+      for (const auto& b : basis) {
+        double dot = 0.0;
+        for (std::size_t i = 0; i < n; ++i) dot += b[i] * v[i];
+        for (std::size_t i = 0; i < n; ++i) v[i] -= dot * b[i];
+      }
+    double norm = 0.0;
+    for (const double x : v) norm += x * x;
+    if (norm < 1e-6) return false;
+    for (double& x : v) x /= std::sqrt(norm);
+    basis.push_back(std::move(v));
+    return true;
+  };
+  for (auto& v : known) FT_CHECK(add(std::move(v)), "independent columns");
+  for (std::size_t k = 0; k < n; ++k) {
+    std::vector<double> unit(n, 0.0);
+    unit[k] = 1.0;
+    if (add(std::move(unit))) out.push_back(basis.back());
+  }
+  return out;
+}
+
+struct Line {
+  double gain = 1.0, offset = 0.0;
+};
+
+/// y = gain * x + offset over the pixels marked.
+Line fit_gain(const ImageF& y, const ImageF& x, const std::vector<std::size_t>& pixels) {
+  double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
+  const auto n = static_cast<double>(pixels.size());
+  for (const std::size_t i : pixels) {
+    const auto a = static_cast<double>(x.data[i]), b = static_cast<double>(y.data[i]);
+    sx += a, sy += b, sxx += a * a, sxy += a * b;
+  }
+  const double spread = sxx - sx * sx / n;
+  Line line;
+  if (spread > n) line.gain = (sxy - sx * sy / n) / spread;  // a flat image tells an offset only
+  line.offset = (sy - line.gain * sx) / n;
+  return line;
+}
+
+void check_sizes(const std::vector<const ImageF*>& images) {
+  for (const ImageF* image : images)
+    if (!image->same_size(*images.front()))
+      throw UserError(
+          ExitCode::input, "photon transfer",
+          fmt::format("images of {} x {} and {} x {} px are not repeats of each other", images.front()->width,
+                      images.front()->height, image->width, image->height));
+}
+
+int stride_for(std::size_t available, std::size_t wanted) {
+  return std::max(
+      1, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(available) /
+                                              static_cast<double>(std::max<std::size_t>(wanted, 1))))));
+}
+
+}  // namespace
+
+std::uint16_t block_of(int x, int y, int width, int height) {
+  return static_cast<std::uint16_t>(y * kBlocksPerSide / height * kBlocksPerSide +
+                                    x * kBlocksPerSide / width);
+}
+
+double add_repeat_noise(const std::vector<const ImageF*>& repeats, double saturation_dn,
+                        std::size_t max_samples, std::vector<NoiseSample>& samples) {
+  const std::size_t n = repeats.size();
+  FT_CHECK(n >= 2, "two images or more");
+  check_sizes(repeats);
+  const int w = repeats.front()->width, h = repeats.front()->height;
+  ImageF mean(w, h);
+  std::vector<std::size_t> usable;
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    double sum = 0.0;
+    bool inside = true;
+    for (const ImageF* image : repeats) {
+      const auto v = static_cast<double>(image->data[i]);
+      inside = inside && v > 0.0 && v < saturation_dn;
+      sum += v;
+    }
+    mean.data[i] = static_cast<float>(sum / static_cast<double>(n));
+    const auto level = static_cast<double>(mean.data[i]);
+    if (inside && level >= kLowMarginDn && level <= high_margin(saturation_dn)) usable.push_back(i);
+  }
+  if (usable.size() < 2) return 0.0;
+  std::vector<Line> lines;
+  double flicker = 0.0;
+  for (const ImageF* image : repeats) {
+    lines.push_back(fit_gain(*image, mean, usable));
+    flicker += std::pow(lines.back().gain - 1.0, 2);
+  }
+  const auto contrasts = complement({std::vector<double>(n, 1.0)}, n);
+  const std::size_t step = std::max<std::size_t>(1, usable.size() * contrasts.size() / max_samples);
+  for (std::size_t k = 0; k < usable.size(); k += step) {
+    const std::size_t i = usable[k];
+    std::vector<double> rest(n);
+    for (std::size_t r = 0; r < n; ++r)
+      rest[r] = static_cast<double>(repeats[r]->data[i]) -
+                (lines[r].gain * static_cast<double>(mean.data[i]) + lines[r].offset);
+    const int x = static_cast<int>(i % static_cast<std::size_t>(w)),
+              y = static_cast<int>(i / static_cast<std::size_t>(w));
+    for (const auto& c : contrasts) {
+      double e = 0.0;
+      for (std::size_t r = 0; r < n; ++r) e += c[r] * rest[r];
+      samples.push_back({mean.data[i], static_cast<float>(e), 0.0f, block_of(x, y, w, h),
+                         static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
+    }
+  }
+  return std::sqrt(flicker / static_cast<double>(n));
+}
+
+namespace {
+
+/// Mean, cosine, sine and residual contrasts of one pixel, all in DN.
+struct PixelFit {
+  double mean = 0.0, c = 0.0, s = 0.0;
+};
+
+class StepNoise {
+ public:
+  StepNoise(const std::vector<const ImageF*>& steps, const measure::StepSolver& solver, double saturation_dn)
+      : steps_(steps), solver_(solver), saturation_dn_(saturation_dn), n_(steps.size()) {
+    std::vector<double> ones(n_, 1.0), cosine(n_), sine(n_);
+    for (std::size_t i = 0; i < n_; ++i) {
+      cosine[i] = solver.basis_cos(static_cast<int>(i));
+      sine[i] = solver.basis_sin(static_cast<int>(i));
+    }
+    contrasts_ = complement({ones, cosine, sine}, n_);
+  }
+  std::size_t contrasts() const { return contrasts_.size(); }
+
+  PixelFit fit(std::size_t i) const {
+    PixelFit f;
+    for (std::size_t k = 0; k < n_; ++k) {
+      const auto v = static_cast<double>(steps_[k]->data[i]);
+      f.mean += static_cast<double>(solver_.mean_weights()[k]) * v;
+      f.c += static_cast<double>(solver_.cos_weights()[k]) * v;
+      f.s += static_cast<double>(solver_.sin_weights()[k]) * v;
+    }
+    return f;
+  }
+  /// No step clipped; `far`: pixels beside the triple, whose noise is not the triple's, say that none is
+  /// nearly.
+  bool usable(std::size_t i) const {
+    for (const ImageF* step : steps_) {
+      const auto v = static_cast<double>(step->data[i]);
+      if (!(v > 0.0) || !(v < saturation_dn_)) return false;
+    }
+    return true;
+  }
+  bool clear(std::size_t far) const {
+    for (const ImageF* step : steps_) {
+      const auto v = static_cast<double>(step->data[far]);
+      if (v < kLowMarginDn || v > high_margin(saturation_dn_)) return false;
+    }
+    return true;
+  }
+  /// Contrasts of the second difference, scaled to the noise of one gray value.
+  void residuals(std::size_t before, std::size_t at, std::size_t after, double* out) const {
+    std::array<double, kMaxSteps> d{};
+    for (std::size_t k = 0; k < n_; ++k) {
+      const auto& v = steps_[k]->data;
+      d[k] =
+          static_cast<double>(v[before]) - 2.0 * static_cast<double>(v[at]) + static_cast<double>(v[after]);
+    }
+    for (std::size_t j = 0; j < contrasts_.size(); ++j) {
+      double e = 0.0;
+      for (std::size_t k = 0; k < n_; ++k) e += contrasts_[j][k] * d[k];
+      out[j] = e / std::sqrt(6.0);
+    }
+  }
+
+ private:
+  const std::vector<const ImageF*>& steps_;
+  const measure::StepSolver& solver_;
+  double saturation_dn_;
+  std::size_t n_;
+  std::vector<std::vector<double>> contrasts_;
+};
+
+}  // namespace
+
+void add_step_noise(const std::vector<const ImageF*>& steps, const measure::StepSolver& solver, Axis axis,
+                    double saturation_dn, std::size_t max_samples, std::vector<NoiseSample>& samples) {
+  if (steps.size() <= 3 || steps.size() > kMaxSteps) return;
+  check_sizes(steps);
+  const StepNoise noise(steps, solver, saturation_dn);
+  const int w = steps.front()->width, h = steps.front()->height;
+  // Column patterns vary along camera x (roughly), so the stripes run along camera y, and vice versa.
+  const int dx = axis == Axis::x ? 0 : 1, dy = 1 - dx;
+  const int stride = stride_for(steps.front()->size() * noise.contrasts() / 2, max_samples);
+  const int rx = 2 * dx, ry = 2 * dy;
+  // Neighbouring triples share pixels; every second one is nearly independent.
+  const int step_x = stride * (1 + dx), step_y = stride * (1 + dy);
+  const double mean_unit = std::sqrt(static_cast<double>(steps.size()) / 6.0),
+               wave_unit = std::sqrt(static_cast<double>(steps.size()) / 12.0);
+  std::array<double, kMaxSteps> e{};
+  for (int y = ry; y < h - ry; y += step_y)
+    for (int x = rx; x < w - rx; x += step_x) {
+      const std::size_t before = steps.front()->index(x - dx, y - dy), at = steps.front()->index(x, y),
+                        after = steps.front()->index(x + dx, y + dy);
+      if (!noise.usable(before) || !noise.usable(at) || !noise.usable(after) ||
+          !noise.clear(steps.front()->index(x - rx, y - ry)) ||
+          !noise.clear(steps.front()->index(x + rx, y + ry)))
+        continue;
+      const PixelFit a = noise.fit(before), b = noise.fit(at), c = noise.fit(after);
+      const double roughness = std::max({mean_unit * std::abs(a.mean - 2.0 * b.mean + c.mean),
+                                         wave_unit * std::abs(a.c - 2.0 * b.c + c.c),
+                                         wave_unit * std::abs(a.s - 2.0 * b.s + c.s)});
+      noise.residuals(before, at, after, e.data());
+      const auto level = static_cast<float>((a.mean + 4.0 * b.mean + c.mean) / 6.0);
+      for (std::size_t j = 0; j < noise.contrasts(); ++j)
+        samples.push_back({level, static_cast<float>(e[j]), static_cast<float>(roughness),
+                           block_of(x, y, w, h), static_cast<std::uint16_t>(x),
+                           static_cast<std::uint16_t>(y)});
+    }
+}
+
+Saturation find_saturation(const std::vector<const ImageF*>& images, int bit_depth) {
+  std::vector<std::size_t> counts(std::size_t{1} << bit_depth, 0);
+  std::size_t n = 0;
+  for (const ImageF* image : images)
+    for (const float v : image->data)
+      if (v >= 0.0f && static_cast<std::size_t>(v) < counts.size()) {
+        ++counts[static_cast<std::size_t>(v)];
+        ++n;
+      }
+  std::size_t top = counts.size() - 1;
+  while (top > 0 && counts[top] == 0) --top;
+  std::size_t below = 0;
+  const std::size_t levels = std::min<std::size_t>(8, top);
+  for (std::size_t k = 1; k <= levels; ++k) below += counts[top - k];
+  Saturation s;
+  s.reached = levels > 0 && counts[top] >= 20 && counts[top] * levels > 5 * below;
+  s.level_dn = static_cast<double>(s.reached ? top : counts.size() - 1);
+  s.fraction = s.reached ? static_cast<double>(counts[top]) / static_cast<double>(n) : 0.0;
+  return s;
+}
+
+}  // namespace fringetwin::calib

@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/photometry/photometry.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "measure/decode/decode_input.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::calib {
+
+namespace {
+
+constexpr std::size_t kMaxSamples = 4'000'000;
+// Second differences of every second triple along the stripes: they share a pixel, and 1 + 2 (1/6)^2 of them
+// are worth one.
+constexpr double kStepOverlap = 1.0 + 2.0 / 36.0;
+constexpr double kQuadratureNews = 0.01, kBlurMisfitNews = 0.05;
+
+std::vector<const ImageF*> pointers(const std::vector<ImageF>& images) {
+  std::vector<const ImageF*> out;
+  for (const ImageF& image : images) out.push_back(&image);
+  return out;
+}
+
+double mean_of(const ImageF& image) {
+  return std::accumulate(image.data.begin(), image.data.end(), 0.0) / static_cast<double>(image.size());
+}
+
+/// Black level and noise in the dark.
+void add_dark(const std::vector<ImageF>& dark, double saturation_dn, CameraPhotometry& out,
+              std::vector<std::string>& warnings) {
+  if (dark.empty()) return;
+  std::size_t zeros = 0, n = 0;
+  std::vector<double> means;
+  for (const ImageF& image : dark) {
+    zeros += static_cast<std::size_t>(std::count(image.data.begin(), image.data.end(), 0.0f));
+    n += image.size();
+    means.push_back(mean_of(image));
+  }
+  if (static_cast<double>(zeros) > 0.01 * static_cast<double>(n)) {
+    warnings.push_back(fmt::format(
+        "camera {}: {:.0f} % of the dark values are 0, so their noise is cut off and neither black level nor "
+        "read noise is taken from them; raise the camera's offset",
+        out.camera, 100.0 * static_cast<double>(zeros) / static_cast<double>(n)));
+    return;
+  }
+  double mean = 0.0, spread = 0.0;
+  for (const double m : means) mean += m / static_cast<double>(means.size());
+  for (const double m : means) spread += std::pow(m - mean, 2);
+  const auto k = static_cast<double>(means.size());
+  // From image to image; a single one says no better than the rounding.
+  out.black_level_dn = {mean, k > 1.0 ? std::sqrt(spread / (k * (k - 1.0))) : std::sqrt(kRoundingVariance)};
+  out.black_measured = true;
+  if (dark.size() < 2) return;
+  std::vector<NoiseSample> samples;
+  add_repeat_noise(pointers(dark), saturation_dn, kMaxSamples, samples);
+  const Estimate variance = noise_variance(samples);
+  if (!(variance.value > kRoundingVariance)) return;
+  out.dark_noise_dn.value = std::sqrt(variance.value - kRoundingVariance);
+  out.dark_noise_dn.sigma = 0.5 * variance.sigma / out.dark_noise_dn.value;
+}
+
+/// All that is there more than once; true when anything is.
+bool collect_repeats(const CameraFrames& frames, double saturation_dn, bool dark_usable,
+                     std::vector<NoiseSample>& samples, double& flicker) {
+  std::vector<std::vector<const ImageF*>> groups;
+  if (frames.captures.size() > 1)
+    for (std::size_t k = 0; k < frames.captures[0].images.size(); ++k) {
+      groups.emplace_back();
+      for (const CameraImages& capture : frames.captures) groups.back().push_back(&capture.images[k]);
+    }
+  for (const StillSeries& series : frames.series)
+    if (series.images.size() > 1) groups.push_back(pointers(series.images));
+  if (groups.empty()) return false;
+  if (dark_usable && frames.dark.size() > 1) groups.push_back(pointers(frames.dark));
+  double sum = 0.0;
+  for (const auto& group : groups)
+    sum += std::pow(add_repeat_noise(group, saturation_dn, kMaxSamples / groups.size(), samples), 2);
+  flicker = std::sqrt(sum / static_cast<double>(groups.size()));
+  return true;
+}
+
+std::vector<int> all_steps(int n) {
+  std::vector<int> steps(static_cast<std::size_t>(n));
+  std::iota(steps.begin(), steps.end(), 0);
+  return steps;
+}
+
+void collect_step_noise(const Twin& twin, const CameraImages& capture, double saturation_dn,
+                        std::vector<NoiseSample>& samples) {
+  const std::vector<int> used = all_steps(twin.fringes.steps);
+  const measure::StepSolver solver(used, twin.fringes.steps);
+  std::size_t sets = 0;
+  for (const DirectionFringes& d : twin.fringes.directions) sets += d.pitches_px.size();
+  for (std::size_t d = 0; d < twin.fringes.directions.size(); ++d) {
+    const auto images = measure::collect_direction(capture, twin.fringes, static_cast<int>(d), used);
+    for (const auto& steps : images.steps)
+      add_step_noise(steps, solver, twin.fringes.directions[d].axis, saturation_dn, kMaxSamples / sets,
+                     samples);
+  }
+}
+
+void measure_transfer(const Twin& twin, const CameraFrames& frames, double saturation_dn,
+                      CameraPhotometry& out, std::vector<std::string>& warnings) {
+  std::vector<NoiseSample> samples;
+  TransferOptions options;
+  options.black_level_dn = out.black_measured ? out.black_level_dn.value : out.sensor.black_level_dn;
+  if (collect_repeats(frames, saturation_dn, out.black_measured, samples, out.flicker)) {
+    out.noise_from = "repeats";
+  } else if (!frames.captures.empty() && twin.fringes.steps > 3) {
+    collect_step_noise(twin, frames.captures[0], saturation_dn, samples);
+    out.noise_from = "phase steps";
+    options.samples_per_independent = kStepOverlap;
+  } else {
+    warnings.push_back(
+        fmt::format("camera {}: no photon transfer: it needs repeated captures or series, or 4 phase "
+                    "steps and more",
+                    out.camera));
+    return;
+  }
+  try {
+    out.transfer = photon_transfer(samples, options, "camera " + out.camera);
+  } catch (const UserError& e) {
+    if (e.code() != ExitCode::input) throw;
+    warnings.push_back(std::string("no photon transfer: ") + e.what());
+    out.noise_from.clear();
+  }
+}
+
+std::optional<ExposureLinearity> exposure_linearity(const CameraFrames& frames) {
+  ExposureLinearity l;
+  for (const StillSeries& series : frames.series) {
+    if (!series.exposure_ms) continue;
+    double mean = 0.0;
+    for (const ImageF& image : series.images)
+      mean += mean_of(image) / static_cast<double>(series.images.size());
+    l.exposure_ms.push_back(*series.exposure_ms);
+    l.level_dn.push_back(mean);
+  }
+  const std::size_t n = l.exposure_ms.size();
+  if (n < 3) return std::nullopt;
+  // Weights 1/level^2, as EMVA 1288 does: relative residuals count.
+  double s = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double w = 1.0 / std::pow(std::max(1.0, l.level_dn[i]), 2), x = l.exposure_ms[i], y = l.level_dn[i];
+    s += w, sx += w * x, sy += w * y, sxx += w * x * x, sxy += w * x * y;
+  }
+  const double determinant = s * sxx - sx * sx;
+  if (!(determinant > 1e-12 * s * sxx)) return std::nullopt;
+  l.slope_dn_per_ms.value = (s * sxy - sx * sy) / determinant;
+  l.offset_dn.value = (sxx * sy - sx * sxy) / determinant;
+  double chi2 = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double line = l.offset_dn.value + l.slope_dn_per_ms.value * l.exposure_ms[i];
+    const double off = l.level_dn[i] - line;
+    chi2 += std::pow(off / std::max(1.0, l.level_dn[i]), 2);
+    l.residual_percent.push_back(100.0 * off / line);
+    if (std::abs(l.residual_percent.back()) > std::abs(l.worst_percent))
+      l.worst_percent = l.residual_percent.back();
+  }
+  const double variance = n > 2 ? chi2 / static_cast<double>(n - 2) : 0.0;
+  l.slope_dn_per_ms.sigma = std::sqrt(variance * s / determinant);
+  l.offset_dn.sigma = std::sqrt(variance * sxx / determinant);
+  return l;
+}
+
+void warn_of_fringes(const ProjectorPhotometry& p, const std::string& where,
+                     std::vector<std::string>& warnings) {
+  for (const PitchHarmonics& pitch : p.harmonics.pitches)
+    for (std::size_t k = 1; k < pitch.quadrature.size(); ++k) {
+      const Estimate q = pitch.quadrature[k];
+      if (std::abs(q.value) < kQuadratureNews || std::abs(q.value) < 5.0 * q.sigma) continue;
+      warnings.push_back(
+          fmt::format("{}, pitch {:.6g}: harmonic {} is out of phase by {:.1f} % of the fundamental; are "
+                      "the phase steps equal, and was everything at rest?",
+                      where, pitch.pitch_px, k + 1, 100.0 * q.value));
+    }
+  if (p.blur_misfit > kBlurMisfitNews)
+    warnings.push_back(
+        fmt::format("{}: the contrast does not fall with the pitch as a Gaussian blur lets it (off by {:.0f} "
+                    "%); blur_px is a compromise",
+                    where, 100.0 * p.blur_misfit));
+}
+
+void measure_projector(const Twin& twin, std::size_t camera, const CameraFrames& frames, double saturation_dn,
+                       CameraPhotometry& out, std::vector<std::string>& warnings) {
+  if (frames.captures.empty() || twin.fringes.steps < 3) return;
+  for (std::size_t d = 0; d < twin.fringes.directions.size(); ++d) {
+    const DirectionFringes& direction = twin.fringes.directions[d];
+    const auto images = measure::collect_direction(frames.captures[0], twin.fringes, static_cast<int>(d),
+                                                   all_steps(twin.fringes.steps));
+    HarmonicsOptions options;
+    options.min_modulation_dn = twin.measure.min_modulation_dn;
+    options.saturation_dn = saturation_dn;
+    options.pixel_fill = twin.render.pixel_fill;
+    options.psf_px = twin.cameras[camera].psf_px;
+    const std::string where = fmt::format("camera {}, direction {}", out.camera, axis_name(direction.axis));
+    FringeHarmonics harmonics = fringe_harmonics(images.steps, direction, options);
+    if (harmonics.n < 1000) {
+      warnings.push_back(
+          fmt::format("{}: only {} pixels are modulated by {:.4g} DN at every pitch and not saturated; too "
+                      "few for the projector's response",
+                      where, harmonics.n, options.min_modulation_dn));
+      continue;
+    }
+    out.directions.push_back(
+        projector_photometry(std::move(harmonics), twin.fringes.mean, twin.fringes.amplitude));
+    warn_of_fringes(out.directions.back(), where, warnings);
+  }
+}
+
+/// The twin's sensor with what was measured.
+void update_sensor(CameraPhotometry& out) {
+  if (out.black_measured) out.sensor.black_level_dn = out.black_level_dn.value;
+  if (!out.transfer) {
+    if (std::isfinite(out.dark_noise_dn.value)) out.sensor.read_noise_dn = out.dark_noise_dn.value;
+    return;
+  }
+  PhotonTransfer& t = *out.transfer;
+  if (std::isfinite(out.dark_noise_dn.value)) {  // directly, not by extrapolation
+    t.read_noise_dn = out.dark_noise_dn;
+    t.read_noise_electrons = {t.read_noise_dn.value * t.electrons_per_dn.value,
+                              t.read_noise_dn.sigma * t.electrons_per_dn.value};
+  }
+  out.sensor.electrons_per_dn = t.electrons_per_dn.value;
+  out.sensor.read_noise_dn = t.read_noise_dn.value;
+}
+
+void measure_flat(const CameraFrames& frames, double saturation_dn, CameraPhotometry& out) {
+  if (frames.flat.empty()) return;
+  ImageF mean(frames.flat[0].width, frames.flat[0].height);
+  bool clipped = false;
+  for (const ImageF& image : frames.flat) {
+    if (!image.same_size(mean))
+      throw UserError(ExitCode::input, "--flat", "the images of camera " + out.camera + " differ in size");
+    for (std::size_t i = 0; i < mean.size(); ++i) {
+      clipped = static_cast<double>(image.data[i]) >= saturation_dn;
+      // One clipped image spoils the mean of a pixel.
+      mean.data[i] = clipped ? std::numeric_limits<float>::infinity()
+                             : mean.data[i] + image.data[i] / static_cast<float>(frames.flat.size());
+    }
+  }
+  out.flat = fit_flat_field(mean, out.black_measured ? out.black_level_dn.value : out.sensor.black_level_dn,
+                            saturation_dn, "camera " + out.camera);
+}
+
+void choose_projector(Photometry& out) {
+  double best = std::numeric_limits<double>::infinity();
+  for (std::size_t c = 0; c < out.cameras.size(); ++c)
+    for (std::size_t d = 0; d < out.cameras[c].directions.size(); ++d) {
+      const ProjectorPhotometry& p = out.cameras[c].directions[d];
+      const double sigma = std::isfinite(p.gamma.sigma)     ? p.gamma.sigma
+                           : std::isfinite(p.blur_px.sigma) ? 1e3 + p.blur_px.sigma
+                                                            : 1e9;
+      if (!(sigma < best)) continue;
+      best = sigma;
+      out.projector_camera = static_cast<int>(c);
+      out.projector_direction = static_cast<int>(d);
+    }
+}
+
+}  // namespace
+
+const ProjectorPhotometry* Photometry::projector() const {
+  if (projector_camera < 0) return nullptr;
+  return &cameras[static_cast<std::size_t>(projector_camera)]
+              .directions[static_cast<std::size_t>(projector_direction)];
+}
+
+Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>& frames) {
+  FT_CHECK(frames.size() == twin.cameras.size(), "frames of every camera");
+  Photometry out;
+  bool anything = false;
+  for (std::size_t c = 0; c < frames.size(); ++c) {
+    CameraPhotometry camera;
+    camera.camera = twin.cameras[c].name;
+    camera.sensor = twin.cameras[c].sensor;
+    std::vector<const ImageF*> all;
+    for (const CameraImages& capture : frames[c].captures) {
+      if (capture.radiance)
+        throw UserError(ExitCode::input, "camera " + camera.camera,
+                        "the captures are irradiance (EXR), which holds no gray values", "give PNG captures");
+      for (const ImageF& image : capture.images) all.push_back(&image);
+      if (capture.white) all.push_back(&*capture.white);
+    }
+    for (const StillSeries& series : frames[c].series)
+      for (const ImageF& image : series.images) all.push_back(&image);
+    camera.saturation = find_saturation(all, camera.sensor.bit_depth);
+    const double saturation = camera.saturation.level_dn;
+    add_dark(frames[c].dark, saturation, camera, out.warnings);
+    measure_transfer(twin, frames[c], saturation, camera, out.warnings);
+    camera.linearity = exposure_linearity(frames[c]);
+    measure_flat(frames[c], saturation, camera);
+    measure_projector(twin, c, frames[c], saturation, camera, out.warnings);
+    update_sensor(camera);
+    anything =
+        anything || camera.transfer || camera.flat || camera.black_measured || !camera.directions.empty();
+    out.cameras.push_back(std::move(camera));
+  }
+  if (!anything)
+    throw UserError(ExitCode::input, twin.file.string(),
+                    "nothing can be told from these images" +
+                        (out.warnings.empty() ? "" : " (" + out.warnings.front() + ")"));
+  choose_projector(out);
+  return out;
+}
+
+}  // namespace fringetwin::calib
