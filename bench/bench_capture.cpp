@@ -15,9 +15,9 @@
 #include <random>
 #include <thread>
 
-#include "capture/loop_rig_testing.hpp"
-#include "capture/pixel_format.hpp"
-#include "capture/session.hpp"
+#include "capture/device/pixel_format.hpp"
+#include "capture/record/session.hpp"
+#include "tests/support/capture/loop_rig.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/sha256.hpp"
 #include "twin/image/image_io.hpp"

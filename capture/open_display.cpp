@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include "capture/kms_card.hpp"
-#include "capture/kms_display.hpp"
-#include "capture/mirror_display.hpp"
-#include "capture/v4l2_display.hpp"
-#include "capture/window_display.hpp"
+#include "capture/display/kms_card.hpp"
+#include "capture/display/kms_display.hpp"
+#include "capture/display/mirror_display.hpp"
+#include "capture/display/window_display.hpp"
+#include "capture/v4l2/v4l2_display.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::capture {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/pattern_display.hpp"
+#include "capture/device/pattern_display.hpp"
 
 namespace fringetwin::capture {
 

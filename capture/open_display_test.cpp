@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "capture/refused_testing.hpp"
-#include "capture/window_display.hpp"
+#include "capture/display/window_display.hpp"
+#include "tests/support/capture/expect_refused.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::test::open_display_test {

@@ -8,8 +8,8 @@
 #include <algorithm>
 
 #include "capture/open_display.hpp"
-#include "capture/simulated_rig.hpp"
-#include "capture/v4l2_camera.hpp"
+#include "capture/rehearse/simulated_rig.hpp"
+#include "capture/v4l2/v4l2_camera.hpp"
 #include "cli/flags.hpp"
 #include "compare/provenance.hpp"
 #include "twin/base/errors.hpp"

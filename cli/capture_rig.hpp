@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "capture/grab.hpp"
-#include "capture/pattern_display.hpp"
+#include "capture/device/pattern_display.hpp"
+#include "capture/record/grab_step.hpp"
 #include "cli/pipeline.hpp"
 #include "twin/twin.hpp"
 

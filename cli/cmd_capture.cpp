@@ -5,14 +5,14 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
-#include "capture/exposure_choice.hpp"
-#include "capture/journal.hpp"
-#include "capture/latency.hpp"
+#include "capture/adjust/exposure_choice.hpp"
+#include "capture/adjust/latency.hpp"
+#include "capture/adjust/preview.hpp"
 #include "capture/open_display.hpp"
-#include "capture/preview.hpp"
-#include "capture/session.hpp"
-#include "capture/v4l2_list.hpp"
-#include "capture/verify_set.hpp"
+#include "capture/record/journal.hpp"
+#include "capture/record/session.hpp"
+#include "capture/record/verify_set.hpp"
+#include "capture/v4l2/v4l2_list.hpp"
 #include "cli/capture_rig.hpp"
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"

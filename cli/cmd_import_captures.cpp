@@ -9,7 +9,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "capture/journal.hpp"
+#include "capture/record/journal.hpp"
 #include "cli/camera_files.hpp"
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"

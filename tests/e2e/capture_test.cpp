@@ -18,8 +18,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "capture/journal.hpp"
-#include "capture/verify_set.hpp"
+#include "capture/record/journal.hpp"
+#include "capture/record/verify_set.hpp"
 #include "tests/e2e/small_twin.hpp"
 #include "tests/support/twin/child_process.hpp"
 #include "twin/image/image_io.hpp"

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "capture/pattern.hpp"
+#include "capture/device/pattern.hpp"
 #include "tests/e2e/cli_runner.hpp"
 #include "twin/image/image_io.hpp"
 #include "twin/twin.hpp"

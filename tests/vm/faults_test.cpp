@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "capture/v4l2_list.hpp"
+#include "capture/v4l2/v4l2_list.hpp"
 #include "tests/vm/vivid.hpp"
 
 namespace fringetwin::test::faults_test {

@@ -13,8 +13,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "capture/kms_card.hpp"
-#include "capture/kms_display.hpp"
+#include "capture/display/kms_card.hpp"
+#include "capture/display/kms_display.hpp"
 #include "capture/open_display.hpp"
 #include "tests/vm/monitor.hpp"
 #include "tests/vm/vivid.hpp"

@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <memory>
 
-#include "capture/pattern.hpp"
-#include "capture/v4l2_camera.hpp"
+#include "capture/device/pattern.hpp"
+#include "capture/v4l2/v4l2_camera.hpp"
 #include "tests/vm/vivid.hpp"
 
 namespace fringetwin::test::mjpg_test {

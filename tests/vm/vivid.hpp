@@ -2,8 +2,8 @@
 // The kernel's test driver vivid: instances whose capture shows what their output plays, with faults on
 // request.
 #pragma once
-#include "capture/v4l2_camera.hpp"
-#include "capture/v4l2_display.hpp"
+#include "capture/v4l2/v4l2_camera.hpp"
+#include "capture/v4l2/v4l2_display.hpp"
 
 namespace fringetwin::test {
 

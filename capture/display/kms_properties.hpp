@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// What stands between a frame buffer and the cable (gamma tables, colour matrices, limited range, scalers):
+// off while patterns are shown, restored afterwards.
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "capture/display/kms_card.hpp"
+
+namespace fringetwin::capture {
+
+class KmsProperties {
+ public:
+  KmsProperties(std::shared_ptr<KmsCard> card, std::uint32_t crtc, std::uint32_t connector);
+  ~KmsProperties();
+  KmsProperties(const KmsProperties&) = delete;
+  KmsProperties& operator=(const KmsProperties&) = delete;
+
+  /// E.g. "Broadcast RGB = Full, GAMMA_LUT off"; what the driver has.
+  const std::string& set() const { return set_; }
+  /// What the driver has and would not let go; empty if nothing.
+  const std::string& refused() const { return refused_; }
+
+ private:
+  void set_choice(std::uint32_t object, std::uint32_t type, const char* name,
+                  const std::vector<std::string>& choices);
+  bool clear_blob(std::uint32_t crtc, const char* name);
+  void make_gamma_linear(std::uint32_t crtc);
+  void note(bool done, const std::string& what);
+
+  std::shared_ptr<KmsCard> card_;
+  std::vector<std::function<void()>> restore_;
+  std::string set_, refused_;
+};
+
+}  // namespace fringetwin::capture

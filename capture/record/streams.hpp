@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every user of a rig does with it: cameras running, patterns on.
+#pragma once
+#include "capture/device/pattern_display.hpp"
+#include "capture/record/grab_step.hpp"
+
+namespace fringetwin::capture {
+
+/// Starts all cameras for its life.
+class Streams {
+ public:
+  explicit Streams(const Rig& rig) : rig_(rig) { start(); }
+  ~Streams() { stop(); }
+  Streams(const Streams&) = delete;
+  Streams& operator=(const Streams&) = delete;
+  void restart() {
+    stop();
+    start();
+  }
+
+ private:
+  void start() {
+    for (const RigCamera& camera : rig_) camera.device->start();
+  }
+  void stop() noexcept {
+    for (const RigCamera& camera : rig_) camera.device->stop();
+  }
+  const Rig& rig_;
+};
+
+/// Pixel for pixel on the whole display.
+inline Shown show_pattern(PatternDisplay& display, const Fringes& fringes, const Pattern& pattern) {
+  const DisplayInfo info = display.info();
+  return display.show(pattern, pattern_levels(fringes, pattern, info.width, info.height));
+}
+inline Shown show_even(PatternDisplay& display, double level, const std::string& label) {
+  return show_pattern(display, Fringes(), even_field(level, label));
+}
+
+}  // namespace fringetwin::capture

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/v4l2/v4l2_api.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <system_error>
+
+namespace fringetwin::capture {
+namespace {
+
+template <class Call>
+auto uninterrupted(Call call) {
+  auto result = call();
+  while (result < 0 && errno == EINTR) result = call();
+  return result;
+}
+
+class KernelV4l2 final : public V4l2Api {
+ public:
+  std::vector<std::string> device_paths() override {
+    const std::string prefix = "video";
+    std::vector<std::pair<int, std::string>> found;
+    std::error_code none;
+    for (const auto& entry : std::filesystem::directory_iterator("/dev", none)) {
+      const std::string name = entry.path().filename().string();
+      if (name.size() > prefix.size() && name.starts_with(prefix) &&
+          name.find_first_not_of("0123456789", prefix.size()) == std::string::npos)
+        found.emplace_back(std::stoi(name.substr(prefix.size())), entry.path().string());
+    }
+    std::sort(found.begin(), found.end());
+    std::vector<std::string> paths;
+    for (auto& [number, path] : found) paths.push_back(std::move(path));
+    return paths;
+  }
+
+  int open(const std::string& path) override {
+    const int fd = uninterrupted([&] { return ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC); });
+    return fd < 0 ? -errno : fd;
+  }
+
+  void close(int fd) override { ::close(fd); }
+
+  int ioctl(int fd, unsigned long request, void* argument) override {
+    return uninterrupted([&] { return ::ioctl(fd, request, argument); }) < 0 ? -errno : 0;
+  }
+
+  void* map(int fd, std::size_t length, std::uint32_t offset) override {
+    void* address =
+        ::mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_SHARED, fd, static_cast<off_t>(offset));
+    return address == MAP_FAILED ? nullptr : address;
+  }
+
+  void unmap(void* address, std::size_t length) override { ::munmap(address, length); }
+
+  int poll(int fd, short events, std::chrono::milliseconds timeout) override {
+    const auto deadline = std::chrono::steady_clock::now() + timeout;
+    for (;;) {
+      const auto left =
+          std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+      pollfd entry{fd, events, 0};
+      const int n = ::poll(&entry, 1, static_cast<int>(std::max<std::int64_t>(left.count(), 0)));
+      if (n > 0) return entry.revents;
+      if (n == 0) return 0;
+      if (errno != EINTR) return -errno;
+    }
+  }
+};
+
+}  // namespace
+
+std::shared_ptr<V4l2Api> kernel_v4l2() { return std::make_shared<KernelV4l2>(); }
+
+}  // namespace fringetwin::capture
