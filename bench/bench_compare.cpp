@@ -15,8 +15,8 @@
 #include <functional>
 #include <string>
 
-#include "compare/report_page.hpp"
-#include "compare/result_json.hpp"
+#include "compare/page/report_page.hpp"
+#include "compare/result/result_json.hpp"
 #include "render/sensor/sensor.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"

@@ -11,7 +11,7 @@
 #include "capture/rehearse/simulated_rig.hpp"
 #include "capture/v4l2/v4l2_camera.hpp"
 #include "cli/flags.hpp"
-#include "compare/provenance.hpp"
+#include "compare/result/provenance.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 

@@ -16,7 +16,7 @@
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"
 #include "cli/version.hpp"
-#include "compare/provenance.hpp"
+#include "compare/result/provenance.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/paths.hpp"

@@ -14,7 +14,7 @@
 #include "cli/out_folder.hpp"
 #include "cli/results.hpp"
 #include "cli/version.hpp"
-#include "compare/provenance.hpp"
+#include "compare/result/provenance.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/progress.hpp"

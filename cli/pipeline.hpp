@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "compare/provenance.hpp"
+#include "compare/result/provenance.hpp"
 #include "measure/measurement.hpp"
 #include "render/renderer.hpp"
 #include "twin/captures/capture_set.hpp"

@@ -8,8 +8,8 @@
 #include "cli/commands.hpp"
 #include "cli/pipeline.hpp"
 #include "compare/comparison.hpp"
-#include "compare/provenance.hpp"
-#include "compare/result_json.hpp"
+#include "compare/result/provenance.hpp"
+#include "compare/result/result_json.hpp"
 
 namespace fringetwin::cli {
 

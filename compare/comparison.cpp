@@ -5,22 +5,22 @@
 
 #include <algorithm>
 
-#include "compare/calibration_budget.hpp"
-#include "compare/causes.hpp"
-#include "compare/explained.hpp"
-#include "compare/fit_rows.hpp"
-#include "compare/gain_fit.hpp"
-#include "compare/gray_budget.hpp"
-#include "compare/gray_noise.hpp"
-#include "compare/gray_rows.hpp"
-#include "compare/indicators.hpp"
-#include "compare/interior.hpp"
-#include "compare/limits.hpp"
-#include "compare/noise_check.hpp"
-#include "compare/phase_budget.hpp"
-#include "compare/phase_rows.hpp"
-#include "compare/sensitivity.hpp"
-#include "compare/shift_field.hpp"
+#include "compare/causes/causes.hpp"
+#include "compare/causes/sensitivity.hpp"
+#include "compare/geometry/fit_rows.hpp"
+#include "compare/gray/gain_fit.hpp"
+#include "compare/gray/gray_budget.hpp"
+#include "compare/gray/gray_noise.hpp"
+#include "compare/gray/gray_rows.hpp"
+#include "compare/gray/interior_mask.hpp"
+#include "compare/gray/noise_check.hpp"
+#include "compare/phase/phase_budget.hpp"
+#include "compare/phase/phase_rows.hpp"
+#include "compare/phase/shift_field.hpp"
+#include "compare/verdict/calibration_budget.hpp"
+#include "compare/verdict/explained.hpp"
+#include "compare/verdict/indicators.hpp"
+#include "compare/verdict/limits.hpp"
 
 namespace fringetwin::compare {
 namespace {

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "compare/indicator_row.hpp"
-#include "compare/noise_row.hpp"
-#include "compare/provenance.hpp"
-#include "compare/shift_row.hpp"
+#include "compare/result/indicator_row.hpp"
+#include "compare/result/noise_row.hpp"
+#include "compare/result/provenance.hpp"
+#include "compare/result/shift_row.hpp"
 #include "measure/measurement.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"

@@ -9,7 +9,7 @@
 #include <set>
 #include <vector>
 
-#include "compare/fit_rows.hpp"
+#include "compare/geometry/fit_rows.hpp"
 #include "report/json.hpp"
 #include "twin/base/errors.hpp"
 

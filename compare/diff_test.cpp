@@ -7,8 +7,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "compare/result_json.hpp"
-#include "compare/synthetic.hpp"
+#include "compare/result/result_json.hpp"
+#include "tests/support/compare/synthetic_sides.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::compare::diff_test {

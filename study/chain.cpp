@@ -7,7 +7,7 @@
 #include <ctime>
 #include <limits>
 
-#include "compare/fit_rows.hpp"
+#include "compare/geometry/fit_rows.hpp"
 #include "render/sensor/sensor.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"

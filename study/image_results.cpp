@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "compare/fit_rows.hpp"
-#include "compare/indicators.hpp"
+#include "compare/geometry/fit_rows.hpp"
+#include "compare/verdict/indicators.hpp"
 #include "report/json.hpp"
 #include "study/noise_theory.hpp"
 #include "twin/base/errors.hpp"

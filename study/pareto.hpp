@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "compare/provenance.hpp"
+#include "compare/result/provenance.hpp"
 #include "render/renderer.hpp"
 #include "study/image_change.hpp"
 #include "study/schemes.hpp"

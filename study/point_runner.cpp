@@ -5,7 +5,7 @@
 #include <chrono>
 #include <new>
 
-#include "compare/result_json.hpp"
+#include "compare/result/result_json.hpp"
 #include "measure/measurement.hpp"
 #include "render/sensor/sensor.hpp"
 #include "study/image_results.hpp"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <set>
 
-#include "compare/provenance.hpp"
+#include "compare/result/provenance.hpp"
 #include "render/base/sobol.hpp"
 #include "study/design.hpp"
 #include "twin/base/paths.hpp"

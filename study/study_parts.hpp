@@ -5,7 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "compare/provenance.hpp"
+#include "compare/result/provenance.hpp"
 #include "render/renderer.hpp"
 #include "study/chain.hpp"
 #include "study/image_change.hpp"

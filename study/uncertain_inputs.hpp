@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "compare/calibration_covariance.hpp"
+#include "compare/verdict/calibration_covariance.hpp"
 #include "study/draws.hpp"
 #include "study/sphere_form.hpp"
 #include "study/study_point.hpp"

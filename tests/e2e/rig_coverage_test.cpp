@@ -24,7 +24,7 @@
 #include <iostream>
 #include <map>
 
-#include "compare/gain_fit.hpp"
+#include "compare/gray/gain_fit.hpp"
 #include "measure/measurement.hpp"
 #include "render/sensor/sensor.hpp"
 #include "tests/e2e/cli_runner.hpp"

@@ -45,7 +45,7 @@ PublishedFit read_published_fit(const TomlTable& table, const Twin& twin) {
   return fit;
 }
 
-/// Names in [limits], explained in docs/FORMATS.md; compare/limits.cpp computes their values.
+/// Names in [limits], explained in docs/FORMATS.md; compare/verdict/limits.cpp computes their values.
 const std::vector<std::string> kLimitNames = {"center_mm",   "radius_mm",     "rms_mm",
                                               "rms_all_mm",  "phase_rms_rad", "phase_mean_relative",
                                               "gray_rms_dn", "gain_r2",       "order_disagree_fraction"};

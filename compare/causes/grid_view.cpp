@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/causes/grid_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/pattern/camera_effects.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+/// Pixel (i, j) of the result looks where pixel (first + k i, first + k j) of the camera does.
+Camera thinned(const Camera& camera, const GridView& grid) {
+  if (grid.stride == 1) return camera;
+  Camera out = camera;
+  out.vignetting = {};  // follows the whole image: applied afterwards
+  std::vector<double> intrinsics = camera.lens.intrinsics();
+  const double k = grid.stride;
+  intrinsics[0] /= k;
+  intrinsics[1] /= k;
+  intrinsics[2] = (intrinsics[2] - grid.first) / k;
+  intrinsics[3] = (intrinsics[3] - grid.first) / k;
+  out.lens =
+      Lens(camera.lens.model(), intrinsics, {grid.width, grid.height}, "the thinned camera " + camera.name);
+  return out;
+}
+
+}  // namespace
+
+GridView choose_grid(const Camera& camera, std::size_t n_valid, std::size_t most) {
+  GridView grid{1, 0, camera.lens.width(), camera.lens.height()};
+  if (n_valid <= most) return grid;
+  const int k =
+      static_cast<int>(std::ceil(std::sqrt(static_cast<double>(n_valid) / static_cast<double>(most))));
+  if (!camera.lens.is_perspective() || camera.psf_px > 0.0) {
+    grid.keep = k;
+    return grid;
+  }
+  grid.stride = std::min({k, camera.lens.width(), camera.lens.height()});
+  grid.first = grid.stride / 2;
+  grid.width = (camera.lens.width() - 1 - grid.first) / grid.stride + 1;
+  grid.height = (camera.lens.height() - 1 - grid.first) / grid.stride + 1;
+  return grid;
+}
+
+std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, std::size_t index,
+                                const GridView& grid, int samples) {
+  Twin view = twin;
+  view.cameras = {thinned(twin.cameras.at(index), grid)};
+  view.render.pixel_fill /= grid.stride;
+  std::vector<ImageF> images = renderer.render(view, 0, {Sampler::gauss, samples}).irradiance;
+  const Camera& camera = twin.cameras[index];
+  if (grid.stride == 1 || camera.vignetting.kind == Vignetting::Kind::none) return images;
+  for (int y = 0; y < grid.height; ++y)
+    for (int x = 0; x < grid.width; ++x) {
+      const auto factor = static_cast<float>(
+          render::vignetting_factor(camera, grid.first + grid.stride * x, grid.first + grid.stride * y));
+      for (ImageF& image : images) image(x, y) *= factor;
+    }
+  return images;
+}
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which numbers of a twin every parameter moves, by how much, and that nothing else moves.
+// | check                                | tolerance | origin                                             |
+// |--------------------------------------|-----------|----------------------------------------------------|
+// | numbers moved directly               | 1e-12     | one rounding of numbers up to 300                  |
+// | unit vectors, rotations, sums of two | 1e-12     | a few roundings                                    |
+#include "compare/causes/parameters.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <random>
+#include <set>
+
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::compare::parameters_test {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::UnorderedElementsAre;
+
+constexpr double kRounding = 1e-12;
+
+std::shared_ptr<const Mesh> small_mesh() {
+  auto mesh = std::make_shared<Mesh>();
+  mesh->vertices_mm = {{1, 2, 3}, {9, 2, 4}, {3, 8, 5}, {2, 3, 12}};
+  mesh->triangles = {{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}};
+  return mesh;
+}
+
+/// One of everything.
+Twin rich_twin() {
+  Twin twin;
+  const Lens pinhole("LENSMODEL_PINHOLE", {900, 905, 319.5, 239.5}, {640, 480}, "test");
+  const Lens opencv("LENSMODEL_OPENCV4", {1700, 1701, 600, 400, 0.13, -0.33, 1e-4, -2e-4}, {1280, 720},
+                    "test");
+  const Pose turned{rotation_from_vector({0.02, 0.7, -0.01}), {-180, -1, 60}};
+  twin.cameras.push_back({"left", pinhole, Pose{}, Sensor{}, std::nullopt});
+  twin.cameras.push_back({"right", pinhole, turned, Sensor{}, std::nullopt});
+  twin.cameras[1].vignetting = {Vignetting::Kind::polynomial, {-0.1, 0.02, 0.0}, {0.01, -0.02}};
+  Projector projector{.lens = opencv, .T_proj_world = turned, .response = {}};
+  projector.blur_px = 1.5;
+  projector.response.kind = ProjectorResponse::Kind::gamma;
+  projector.response.gamma = 2.2;
+  twin.projector = projector;
+  PlaneShape plane{
+      .point_mm = {1, 2, 300}, .normal = Vector3d(0.05, -0.08, -1.0).normalized(), .size_mm = {}};
+  plane.u_axis = plane.normal.unitOrthogonal();
+  CylinderShape cylinder{
+      .point_mm = {4, 2, 275}, .axis = Vector3d(0.1, 1, 0.15).normalized(), .radius_mm = 12, .length_mm = {}};
+  MeshShape mesh;
+  mesh.T_world_object = Pose{rotation_from_vector({0.3, -0.2, 0.5}), {10, 20, 250}};
+  mesh.mesh = small_mesh();
+  twin.objects = {{"ball", SphereShape{{6, -5, 270}, 19}, {}},
+                  {"wall", plane, {}},
+                  {"tube", cylinder, {}},
+                  {"part", mesh, {}}};
+  return twin;
+}
+
+using Numbers = std::map<std::string, double>;
+
+void put(Numbers& out, const std::string& name, const Vector3d& v) {
+  for (int i = 0; i < 3; ++i) out[name + "." + "xyz"[i]] = v[i];
+}
+
+void put(Numbers& out, const std::string& name, const Pose& T) {
+  for (int i = 0; i < 9; ++i) out[fmt::format("{}.R{}", name, i)] = T.rotation(i / 3, i % 3);
+  put(out, name + ".t", T.translation_mm);
+}
+
+void put(Numbers& out, const std::string& name, const Lens& lens) {
+  for (std::size_t i = 0; i < lens.intrinsics().size(); ++i)
+    out[fmt::format("{}.intrinsics{}", name, i)] = lens.intrinsics()[i];
+}
+
+void put(Numbers& out, const std::string& name, const Shape& shape) {
+  if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
+    put(out, name + ".center", sphere->center_mm);
+    out[name + ".radius"] = sphere->radius_mm;
+  } else if (const auto* plane = std::get_if<PlaneShape>(&shape)) {
+    put(out, name + ".point", plane->point_mm);
+    put(out, name + ".normal", plane->normal);
+    put(out, name + ".u_axis", plane->u_axis);
+  } else if (const auto* cylinder = std::get_if<CylinderShape>(&shape)) {
+    put(out, name + ".point", cylinder->point_mm);
+    put(out, name + ".axis", cylinder->axis);
+    out[name + ".radius"] = cylinder->radius_mm;
+  } else {
+    put(out, name + ".pose", std::get<MeshShape>(shape).T_world_object);
+  }
+}
+
+/// Every number of a twin that a parameter could move.
+Numbers numbers_of(const Twin& twin) {
+  Numbers out;
+  for (const Camera& c : twin.cameras) {
+    put(out, c.name + ".lens", c.lens);
+    put(out, c.name + ".pose", c.T_cam_world);
+    out[c.name + ".gain"] = c.sensor.gain_dn;
+    out[c.name + ".black"] = c.sensor.black_level_dn;
+    out[c.name + ".psf"] = c.psf_px;
+    for (std::size_t i = 0; i < 3; ++i) out[fmt::format("{}.a{}", c.name, i + 1)] = c.vignetting.a[i];
+    for (std::size_t i = 0; i < 2; ++i) out[c.name + ".tilt." + "xy"[i]] = c.vignetting.tilt[i];
+  }
+  const Projector& p = *twin.projector;
+  put(out, "projector.lens", p.lens);
+  put(out, "projector.pose", p.T_proj_world);
+  out["projector.intensity"] = p.intensity;
+  out["projector.blur"] = p.blur_px;
+  out["projector.gamma"] = p.response.gamma;
+  out["projector.ambient"] = p.ambient;
+  for (const Object& object : twin.objects) {
+    put(out, object.name, object.shape);
+    out[object.name + ".diffuse"] = object.material.diffuse;
+    out[object.name + ".specular"] = object.material.specular;
+  }
+  out["bounces"] = twin.render.bounces;
+  return out;
+}
+
+/// Names and amounts of the numbers that differ.
+Numbers moved(const Twin& before, const Twin& after) {
+  Numbers a = numbers_of(before), b = numbers_of(after), out;
+  for (const auto& [name, value] : b)
+    if (std::abs(value - (a.contains(name) ? a[name] : 0.0)) > kRounding)
+      out[name] = value - (a.contains(name) ? a[name] : 0.0);
+  return out;
+}
+
+std::vector<Parameter> all_parameters(const Twin& twin) {
+  std::vector<Parameter> all;
+  for (const ParameterGroup& group : parameter_groups())
+    for (Parameter& p : parameters_of(twin, group.name)) all.push_back(std::move(p));
+  return all;
+}
+
+Parameter named(const Twin& twin, const std::string& name) {
+  for (Parameter& p : all_parameters(twin))
+    if (p.name == name) return p;
+  ADD_FAILURE() << "no parameter " << name;
+  return {};
+}
+
+Twin with_change(const Twin& twin, const Parameter& p, double change) {
+  return with_values(twin, {p}, Eigen::VectorXd::Constant(1, p.start + change));
+}
+
+std::set<std::string> names_of(const Twin& twin, const std::string& group) {
+  std::set<std::string> names;
+  for (const Parameter& p : parameters_of(twin, group)) names.insert(p.name);
+  return names;
+}
+
+TEST(Parameters, StartValuesGiveTheSameTwin) {
+  const Twin twin = rich_twin();
+  const std::vector<Parameter> all = all_parameters(twin);
+  EXPECT_THAT(moved(twin, with_values(twin, all, start_values(all))), ::testing::IsEmpty());
+}
+
+TEST(Parameters, EveryNumberIsMovedByTheChangeItself) {
+  const Twin twin = rich_twin();
+  const std::map<std::string, std::string> moves{
+      {"ball.center_mm.x", "ball.center.x"},
+      {"ball.center_mm.y", "ball.center.y"},
+      {"ball.center_mm.z", "ball.center.z"},
+      {"part.shift_mm.x", "part.pose.t.x"},
+      {"part.shift_mm.z", "part.pose.t.z"},
+      {"projector.shift_mm.y", "projector.pose.t.y"},
+      {"right.shift_mm.z", "right.pose.t.z"},
+      {"projector.k1", "projector.lens.intrinsics4"},
+      {"projector.k2", "projector.lens.intrinsics5"},
+      {"projector.gamma", "projector.gamma"},
+      {"left.vignetting_tilt.x", "left.tilt.x"},
+      {"right.vignetting_tilt.y", "right.tilt.y"},
+      {"left.vignetting.a1", "left.a1"},
+      {"ball.diffuse", "ball.diffuse"},
+      {"part.diffuse", "part.diffuse"},
+      {"bounces", "bounces"},
+  };
+  for (const auto& [parameter, number] : moves) {
+    SCOPED_TRACE(parameter);
+    const Parameter p = named(twin, parameter);
+    const double change = p.is_switch ? 1.0 : 0.0125;
+    const Numbers m = moved(twin, with_change(twin, p, change));
+    ASSERT_EQ(m.size(), 1u) << m.size();
+    EXPECT_EQ(m.begin()->first, number);
+    EXPECT_NEAR(m.begin()->second, change, kRounding);
+  }
+}
+
+TEST(Parameters, AParameterMovesItsOwnThingOnly) {
+  const Twin twin = rich_twin();
+  for (const Parameter& p : all_parameters(twin)) {
+    SCOPED_TRACE(p.name);
+    const std::string thing = p.name.substr(0, p.name.find('.'));
+    const Numbers m = moved(twin, with_change(twin, p, p.is_switch ? 1.0 : 0.01));
+    EXPECT_FALSE(m.empty());
+    for (const auto& [name, change] : m) EXPECT_EQ(name.substr(0, name.find('.')), thing) << name;
+  }
+}
+
+TEST(Parameters, PlanesMoveAlongTheirNormalAndTiltAboutTheirPoint) {
+  const Twin twin = rich_twin();
+  const auto plane_of = [](const Twin& t) { return std::get<PlaneShape>(t.objects[1].shape); };
+  const PlaneShape before = plane_of(twin);
+  const PlaneShape moved_by = plane_of(with_change(twin, named(twin, "wall.offset_mm"), 0.5));
+  EXPECT_LE((moved_by.point_mm - before.point_mm - 0.5 * before.normal).norm(), kRounding);
+  EXPECT_LE((moved_by.normal - before.normal).norm(), kRounding);
+  Vector3d ways[2];
+  for (int i = 0; i < 2; ++i) {
+    const PlaneShape tilted =
+        plane_of(with_change(twin, named(twin, i == 0 ? "wall.tilt_rad.u" : "wall.tilt_rad.v"), 0.2));
+    EXPECT_EQ(tilted.point_mm, before.point_mm);
+    EXPECT_NEAR(tilted.normal.norm(), 1.0, kRounding);
+    EXPECT_NEAR(tilted.u_axis.norm(), 1.0, kRounding);
+    EXPECT_NEAR(tilted.u_axis.dot(tilted.normal), 0.0, kRounding);
+    EXPECT_NEAR(std::acos(tilted.normal.dot(before.normal)), std::atan(0.2), 1e-9);
+    ways[i] = tilted.normal - tilted.normal.dot(before.normal) * before.normal;
+  }
+  EXPECT_NEAR(ways[0].dot(ways[1]), 0.0, kRounding);
+}
+
+TEST(Parameters, CylindersMoveAcrossTheirAxisAndStayUnit) {
+  const Twin twin = rich_twin();
+  const auto cylinder_of = [](const Twin& t) { return std::get<CylinderShape>(t.objects[2].shape); };
+  const CylinderShape before = cylinder_of(twin);
+  for (const char* way : {"u", "v"}) {
+    const CylinderShape shifted =
+        cylinder_of(with_change(twin, named(twin, std::string("tube.shift_mm.") + way), 0.5));
+    EXPECT_NEAR((shifted.point_mm - before.point_mm).norm(), 0.5, kRounding);
+    EXPECT_NEAR((shifted.point_mm - before.point_mm).dot(before.axis), 0.0, kRounding);
+    const CylinderShape tilted =
+        cylinder_of(with_change(twin, named(twin, std::string("tube.tilt_rad.") + way), 0.2));
+    EXPECT_NEAR(tilted.axis.norm(), 1.0, kRounding);
+    EXPECT_NEAR(std::acos(tilted.axis.dot(before.axis)), std::atan(0.2), 1e-9);
+  }
+}
+
+TEST(Parameters, AMeshTurnsAboutItsMiddle) {
+  const Twin twin = rich_twin();
+  const auto world = [](const Twin& t) {
+    const auto& shape = std::get<MeshShape>(t.objects[3].shape);
+    std::vector<Vector3d> out;
+    for (const auto& p : shape.mesh->vertices_mm) out.push_back(shape.T_world_object * p.cast<double>());
+    return out;
+  };
+  const auto middle = [](const std::vector<Vector3d>& points) {
+    Vector3d sum = Vector3d::Zero();
+    for (const Vector3d& p : points) sum += p;
+    return Vector3d(sum / static_cast<double>(points.size()));
+  };
+  const std::vector<Vector3d> before = world(twin);
+  for (int i = 0; i < 3; ++i) {
+    const Parameter p = named(twin, std::string("part.turn_rad.") + "xyz"[i]);
+    const std::vector<Vector3d> after = world(with_change(twin, p, 0.3));
+    EXPECT_LE((middle(after) - middle(before)).norm(), 1e-10);
+    const Eigen::Matrix3d R = Eigen::AngleAxisd(0.3, Vector3d::Unit(i)).toRotationMatrix();
+    for (std::size_t k = 0; k < before.size(); ++k)
+      EXPECT_LE((after[k] - middle(before) - R * (before[k] - middle(before))).norm(), 1e-10) << p.name;
+  }
+}
+
+TEST(Parameters, DevicesTurnAboutTheirOwnCentre) {
+  const Twin twin = rich_twin();
+  for (const char* name : {"projector.turn_rad.x", "projector.turn_rad.y", "projector.turn_rad.z"}) {
+    const Twin turned = with_change(twin, named(twin, name), 0.1);
+    EXPECT_LE((turned.projector->center_world_mm() - twin.projector->center_world_mm()).norm(), 1e-10);
+    EXPECT_NEAR(Eigen::AngleAxisd(turned.projector->T_proj_world.rotation *
+                                  twin.projector->T_proj_world.rotation.transpose())
+                    .angle(),
+                0.1, 1e-9);
+  }
+}
+
+TEST(Parameters, TheFirstCameraIsTheFrame) {
+  for (const std::string& name : names_of(rich_twin(), "rig")) EXPECT_FALSE(name.starts_with("left")) << name;
+}
+
+TEST(Parameters, BlurIsFittedAsAVarianceAndShownAsItsRoot) {
+  const Twin twin = rich_twin();
+  const Parameter p = named(twin, "projector.blur_px");
+  EXPECT_NEAR(p.start, 1.5 * 1.5, kRounding);
+  EXPECT_NEAR(p.shown(p.start), 1.5, kRounding);
+  EXPECT_NEAR(with_change(twin, p, 4.0 - p.start).projector->blur_px, 2.0, kRounding);
+  EXPECT_EQ(with_change(twin, p, -p.start).projector->blur_px, 0.0);
+  EXPECT_EQ(p.smallest, 0.0);
+  // derivative of the root: d sqrt(v) = dv / (2 sqrt(v)); at zero one standard error of v up
+  EXPECT_NEAR(p.shown_sigma(4.0, 0.04), 0.01, kRounding);
+  EXPECT_NEAR(p.shown_sigma(0.0, 0.04), 0.2, kRounding);
+  const Parameter k1 = named(twin, "projector.k1");
+  EXPECT_EQ(k1.shown(0.13), 0.13);
+  EXPECT_EQ(k1.shown_sigma(0.13, 0.04), 0.04);
+}
+
+TEST(Parameters, AChangedPinholeIsADistortedLens) {
+  const Twin twin = rich_twin();
+  const Parameter p = named(twin, "left.k1");
+  EXPECT_EQ(p.start, 0.0);
+  const Lens lens = with_change(twin, p, 0.05).cameras[0].lens;
+  EXPECT_EQ(lens.model(), "LENSMODEL_OPENCV4");
+  ASSERT_EQ(lens.intrinsics().size(), 8u);
+  EXPECT_EQ(lens.width(), 640);
+  // x = 0.1, y = 0: 900 * 0.1 (1 + 0.05 * 0.01) + 319.5
+  const auto q = lens.project({0.1, 0.0, 1.0});
+  ASSERT_TRUE(q.has_value());
+  EXPECT_NEAR(q->x(), 319.5 + 90.0 * 1.0005, 1e-9);
+  EXPECT_NEAR(q->y(), 239.5, 1e-9);
+  EXPECT_EQ(with_change(twin, p, 0.0).cameras[0].lens.model(), "LENSMODEL_PINHOLE");
+}
+
+TEST(Parameters, AnImpossibleLensIsRefused) {
+  const Twin twin = rich_twin();
+  EXPECT_THROW(with_change(twin, named(twin, "left.k1"), std::nan("")), UserError);
+}
+
+TEST(Parameters, TwoChangesAreTheirSum) {
+  const Twin twin = rich_twin();
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> uniform(-0.02, 0.02);
+  for (const Parameter& p : all_parameters(twin)) {
+    if (p.is_switch) continue;
+    SCOPED_TRACE(p.name);
+    for (int i = 0; i < 5; ++i) {
+      const double a = uniform(random), b = uniform(random);
+      Twin twice = twin;
+      p.change(twice, a);
+      p.change(twice, b);
+      twice = with_values(twice, {}, Eigen::VectorXd());
+      EXPECT_THAT(moved(with_change(twin, p, a + b), twice), ::testing::IsEmpty());
+    }
+  }
+}
+
+TEST(Parameters, OnlyWhatTheTwinHas) {
+  Twin twin = rich_twin();
+  EXPECT_THAT(names_of(twin, "response"), UnorderedElementsAre("projector.gamma"));
+  EXPECT_THAT(names_of(twin, "bounce"), UnorderedElementsAre("bounces"));
+  twin.projector->response = {.kind = ProjectorResponse::Kind::table, .gamma = 1.0, .table = {0.0, 0.4, 1.0}};
+  EXPECT_THAT(names_of(twin, "response"), ::testing::IsEmpty());
+  twin.cameras[1].vignetting.kind = Vignetting::Kind::cos4;
+  EXPECT_THAT(names_of(twin, "vignetting"),
+              UnorderedElementsAre("left.vignetting_tilt.x", "left.vignetting_tilt.y", "left.vignetting.a1"));
+  twin.objects.resize(1);  // one sphere cannot light itself
+  EXPECT_THAT(names_of(twin, "bounce"), ::testing::IsEmpty());
+  EXPECT_THAT(names_of(twin, "pose"),
+              UnorderedElementsAre("ball.center_mm.x", "ball.center_mm.y", "ball.center_mm.z"));
+  twin.projector.reset();
+  for (const char* group : {"response", "blur", "bounce"})
+    EXPECT_THAT(names_of(twin, group), ::testing::IsEmpty()) << group;
+}
+
+TEST(Parameters, NamesAreUnique) {
+  std::set<std::string> names;
+  for (const Parameter& p : all_parameters(rich_twin())) EXPECT_TRUE(names.insert(p.name).second) << p.name;
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::parameters_test

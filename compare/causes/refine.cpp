@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/causes/refine.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "compare/causes/gauss_newton.hpp"
+#include "compare/gray/interior_mask.hpp"
+#include "compare/verdict/explained.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+constexpr std::size_t kPixels = 40'000;  ///< per camera
+constexpr int kMostIterations = 20;
+constexpr double kCannotBeTold = 1e-6;  ///< smallest eigenvalue of the correlation matrix
+constexpr double kInvolved = 0.15;      ///< share of a parameter in a combination that cannot be told
+constexpr double kHighCorrelation = 0.98;
+
+bool is_no_parameter(const std::string& name) {
+  return name == "gain" || name == "black" || name == "texture";
+}
+
+bool is_asked(const std::vector<std::string>& asked, const char* name) {
+  return std::find(asked.begin(), asked.end(), name) != asked.end();
+}
+
+bool matches(const Parameter& p, const std::string& asked) {
+  return p.group == asked || p.name == asked || p.name.starts_with(asked + ".");
+}
+
+/// Parameters asked for, in the order of the groups. Throws for a name that means nothing here.
+std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std::string>& asked) {
+  std::vector<Parameter> chosen;
+  std::vector<bool> met(asked.size(), false);
+  for (const ParameterGroup& group : parameter_groups())
+    for (Parameter& p : parameters_of(twin, group.name)) {
+      bool wanted = false;
+      for (std::size_t i = 0; i < asked.size(); ++i)
+        if (matches(p, asked[i])) wanted = met[i] = true;
+      if (wanted) chosen.push_back(std::move(p));
+    }
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    if (met[i] || is_no_parameter(asked[i])) continue;
+    const auto& groups = parameter_groups();
+    const bool known =
+        std::any_of(groups.begin(), groups.end(), [&](const auto& g) { return g.name == asked[i]; });
+    throw UserError(ExitCode::usage, "--refine " + asked[i],
+                    known ? "the twin has no such parameter" : "is not known",
+                    "use one or more of " + refine_names() + ", or a parameter's own name (projector.k1)");
+  }
+  const bool albedo =
+      std::any_of(chosen.begin(), chosen.end(), [](const Parameter& p) { return p.group == "albedo"; });
+  const bool texture = is_asked(asked, "texture");
+  if (albedo && texture)
+    throw UserError(ExitCode::usage, "--refine",
+                    "texture, a factor per pixel, contains the albedo of the objects", "refine one of them");
+  if ((albedo || texture) && is_asked(asked, "gain"))
+    throw UserError(
+        ExitCode::usage, "--refine",
+        fmt::format("gain and {} enter the gray values only as a product", texture ? "texture" : "albedo"),
+        "refine one of them; the other stays at the twin's value");
+  return chosen;
+}
+
+class Refiner {
+ public:
+  Refiner(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
+          const std::vector<std::string>& asked)
+      : twin_(twin), real_(real), simulated_(simulated), sensitivity_(*options.renderer, collect(options)) {
+    keeps_gain_ = is_asked(asked, "gain");
+    keeps_black_ = is_asked(asked, "black");
+    report_.asked = asked;
+    parameters_ = chosen_parameters(twin, asked);
+    for (const Parameter& p : parameters_) hold_gain_ = hold_gain_ || p.group == "albedo";
+    if (is_asked(asked, "texture")) {
+      textured_ = hold_gain_ = true;
+      sensitivity_.free_factors();
+    }
+    for (std::size_t c = 0; hold_gain_ && c < sensitivity_.samples().size(); ++c) {
+      const GridSamples& s = sensitivity_.samples()[c];
+      sensitivity_.set_sensor(c, twin.cameras[s.camera].sensor.gain_dn, s.black_level_dn);
+    }
+  }
+
+  Refined run() {
+    const Twin as_written = twin_;
+    sensitivity_.choose_scale(twin_);
+    const std::vector<double> scale = sensitivity_.scale();
+    GaussNewton start(sensitivity_, as_written, {}, hold_gain_);
+    start.settle_sensors();
+    report_.chi2_before = start.chi2_of(as_written);
+    settle_switches();
+    GaussNewton fit(sensitivity_, twin_, parameters_, hold_gain_);
+    fit.start_at(values_of_fits());
+    auto outcome = GaussNewton::Outcome::moved;
+    for (int i = 0; i < kMostIterations && outcome == GaussNewton::Outcome::moved; ++i) {
+      outcome = fit.step();
+      if (i == 0) refuse_what_cannot_be_told(fit);
+      report_.iterations = i + 1;
+      say(fmt::format("refine: step {}, chi2 {:.5g}", report_.iterations, fit.chi2()));
+    }
+    report_.converged = outcome == GaussNewton::Outcome::settled;
+    // covariance, and what only looked as if it could be told apart
+    if (fit.step(false, Sensitivity::Derivative::exact) == GaussNewton::Outcome::settled)
+      report_.converged = true;
+    refuse_what_cannot_be_told(fit);
+    fit.settle_sensors();
+    Refined out = finish(fit);
+    // both with the scale of the start, or the robust sums would not compare
+    sensitivity_.set_scale(scale);
+    out.report.chi2_after = fit.chi2_of(out.twin);
+    return out;
+  }
+
+ private:
+  std::vector<GridSamples> collect(const CompareOptions& options) const {
+    std::vector<std::string> warnings;
+    std::vector<GridSamples> samples;
+    const std::vector<GrayPair> pairs = pair_gray(twin_, real_, simulated_, options, warnings);
+    for (std::size_t c = 0; c < pairs.size(); ++c) {
+      const GainFit fit = fit_gain(pairs[c], warnings);
+      if (!fit.row.usable || pairs[c].real->radiance) continue;
+      const measure::CameraDecode *real_decode = decode_of(real_, c), *sim_decode = decode_of(simulated_, c);
+      const GrayNoise noise(pairs[c], real_decode, options.use_steps);
+      GridSamples grid =
+          grid_samples(pairs[c], c, fit, noise, interior_mask(pairs[c].mask, real_decode, sim_decode),
+                       rendering_error(*pairs[c].camera, options.rendered, fit.row.gain_dn).gray_dn, kPixels);
+      if (grid.n_pixels() > 0) samples.push_back(std::move(grid));
+    }
+    if (samples.empty())
+      throw UserError(ExitCode::input, "--refine",
+                      "no camera has enough gray values inside surfaces that both sides share",
+                      "compare without --refine first and look at the report");
+    return samples;
+  }
+
+  /// An effect that is on or off is tried both ways; what fits better stays.
+  void settle_switches() {
+    for (auto p = parameters_.begin(); p != parameters_.end();) {
+      if (!p->is_switch) {
+        ++p;
+        continue;
+      }
+      Twin other = twin_;
+      p->change(other, p->start > 0.5 ? -1.0 : 1.0);
+      const GaussNewton as_is(sensitivity_, twin_, {}, hold_gain_);
+      RefinedRow row{p->name, p->unit, p->start, p->start, 0.0};
+      if (as_is.chi2_of(other) < as_is.chi2()) {
+        twin_ = other;
+        row.after = 1.0 - p->start;
+      }
+      report_.rows.push_back(row);
+      p = parameters_.erase(p);
+    }
+  }
+
+  /// Spheres where the fits of the two sides say: more than half a fringe away, gray levels lead astray.
+  Eigen::VectorXd values_of_fits() const {
+    Eigen::VectorXd values = start_values(parameters_);
+    if (!real_.measurement || !simulated_.measurement) return values;
+    const auto find = [](const std::vector<measure::ObjectFit>& fits, const std::string& object) {
+      const auto at =
+          std::find_if(fits.begin(), fits.end(), [&](const auto& f) { return f.object == object; });
+      return at != fits.end() && at->usable && at->vectors.contains("center_mm") ? &*at : nullptr;
+    };
+    for (std::size_t k = 0; k < parameters_.size(); ++k) {
+      const std::string& name = parameters_[k].name;
+      const auto dot = name.find(".center_mm.");
+      if (dot == std::string::npos) continue;
+      const auto *r = find(real_.measurement->fits, name.substr(0, dot)),
+                 *s = find(simulated_.measurement->fits, name.substr(0, dot));
+      if (!r || !s) continue;
+      const int i = name.back() - 'x';
+      values[static_cast<Eigen::Index>(k)] += r->vectors.at("center_mm")[i] - s->vectors.at("center_mm")[i];
+    }
+    return values;
+  }
+
+  void refuse_what_cannot_be_told(const GaussNewton& fit) const {
+    const NormalEquations& equations = fit.equations();
+    for (std::size_t k = 0; k < parameters_.size(); ++k)
+      if (const auto at = static_cast<Eigen::Index>(k); !(equations.normal(at, at) > 0.0))
+        throw UserError(ExitCode::usage, "--refine " + parameters_[k].name, "changes nothing in these images",
+                        "leave it out");
+    const std::vector<std::size_t> all = fit.unknowns();
+    const auto m = static_cast<Eigen::Index>(all.size());
+    Eigen::MatrixXd scaled = equations.normal_of(all);
+    const Eigen::VectorXd scale = scaled.diagonal().cwiseSqrt().cwiseInverse();
+    scaled = scale.asDiagonal() * scaled * scale.asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
+    if (eigen.eigenvalues()[0] > kCannotBeTold) return;
+    std::string names;
+    for (Eigen::Index i = 0; i < m; ++i) {
+      bool involved = false;
+      for (Eigen::Index k = 0; k < m && eigen.eigenvalues()[k] <= kCannotBeTold; ++k)
+        involved = involved || std::abs(eigen.eigenvectors()(i, k)) > kInvolved;
+      if (involved) names += (names.empty() ? "" : ", ") + unknown_name(all[static_cast<std::size_t>(i)]);
+    }
+    throw UserError(
+        ExitCode::usage, "--refine",
+        fmt::format(
+            "the images cannot tell these apart: {} (smallest eigenvalue of their correlations {:.1e})",
+            names, eigen.eigenvalues()[0]),
+        "refine fewer of them at a time");
+  }
+
+  std::string unknown_name(std::size_t at) const {
+    if (at < parameters_.size()) return parameters_[at].name;
+    const std::size_t c = (at - parameters_.size()) / 2;
+    const std::string& camera = twin_.cameras[sensitivity_.samples()[c].camera].name;
+    return camera + ((at - parameters_.size()) % 2 == 0 ? ".gain_dn" : ".black_level_dn");
+  }
+
+  /// Standard errors, covariance and what is hardly told apart, from the last equations.
+  Refined finish(const GaussNewton& fit) {
+    report_.chi2_after = fit.chi2();  // of the converged scale, for the standard errors
+    report_.n = fit.equations().n;
+    const Step last = solve_step(fit.equations(), fit.unknowns());
+    const double inflation = std::sqrt(std::max(1.0, report_.chi2_after));
+    for (std::size_t k = 0; k < parameters_.size(); ++k) {
+      const Parameter& p = parameters_[k];
+      const auto at = static_cast<Eigen::Index>(k);
+      report_.rows.push_back({p.name, p.unit, p.shown(p.start), p.shown(fit.values()[at]),
+                              p.shown_sigma(fit.values()[at], inflation * last.sigma[at])});
+    }
+    note_correlations(fit);
+    Refined out{fit.twin(), {}};
+    for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c)
+      keep_sensor(c, fit.equations(), last, inflation, out.twin);
+    if (textured_) note_texture();
+    out.report = std::move(report_);
+    return out;
+  }
+
+  void note_texture() {
+    report_.texture.resize(twin_.cameras.size());
+    for (const GridSamples& s : sensitivity_.samples())
+      report_.texture[s.camera] = Refinement::Line{s.gain_dn, s.black_level_dn};
+    report_.notes.push_back(
+        "every pixel's brightness is taken from the capture: the gain is held at the twin's, and neither it "
+        "nor what "
+        "is common to all images of a pixel is evidence");
+  }
+
+  void note_correlations(const GaussNewton& fit) {
+    const std::vector<std::size_t> all = fit.unknowns();
+    const auto m = static_cast<Eigen::Index>(all.size());
+    const Eigen::MatrixXd normal = fit.equations().normal_of(all);
+    const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd covariance = scale.asDiagonal() *
+                                       (scale.asDiagonal() * normal * scale.asDiagonal()).inverse() *
+                                       scale.asDiagonal();
+    const auto n_parameters = static_cast<Eigen::Index>(parameters_.size());
+    report_.covariance =
+        covariance.topLeftCorner(n_parameters, n_parameters) * std::max(1.0, report_.chi2_after);
+    for (Eigen::Index i = 0; i < m; ++i)
+      for (Eigen::Index j = 0; j < i; ++j) {
+        const double r = covariance(i, j) / std::sqrt(covariance(i, i) * covariance(j, j));
+        if (std::abs(r) > kHighCorrelation && j < n_parameters)
+          report_.notes.push_back(fmt::format("{} and {} are told apart poorly (correlation {:+.3f})",
+                                              unknown_name(all[static_cast<std::size_t>(j)]),
+                                              unknown_name(all[static_cast<std::size_t>(i)]), r));
+      }
+  }
+
+  void keep_sensor(std::size_t index, const NormalEquations& equations, const Step& step, double inflation,
+                   Twin& twin) {
+    const GridSamples& s = sensitivity_.samples()[index];
+    Sensor& sensor = twin.cameras[s.camera].sensor;
+    const auto sigma = [&](std::size_t at) { return inflation * step.sigma[static_cast<Eigen::Index>(at)]; };
+    const std::string& camera = twin.cameras[s.camera].name;
+    if (keeps_gain_) {
+      report_.rows.push_back(
+          {camera + ".gain_dn", "DN", sensor.gain_dn, s.gain_dn, sigma(equations.gain_at(index))});
+      sensor.gain_dn = s.gain_dn;
+    }
+    if (keeps_black_) {
+      const double black = std::clamp(s.black_level_dn, 0.0, sensor.max_dn());
+      report_.rows.push_back(
+          {camera + ".black_level_dn", "DN", sensor.black_level_dn, black, sigma(equations.black_at(index))});
+      sensor.black_level_dn = black;
+    }
+  }
+
+  Twin twin_;
+  const Side &real_, &simulated_;
+  Sensitivity sensitivity_;
+  std::vector<Parameter> parameters_;
+  bool keeps_gain_ = false, keeps_black_ = false, hold_gain_ = false, textured_ = false;
+  Refinement report_;
+};
+
+}  // namespace
+
+std::string refine_names() {
+  std::string names;
+  for (const ParameterGroup& group : parameter_groups()) names += group.name + ", ";
+  return names + "texture, gain, black";
+}
+
+void check_refine(const Twin& twin, const std::vector<std::string>& asked) { chosen_parameters(twin, asked); }
+
+Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
+               const std::vector<std::string>& asked) {
+  FT_CHECK(options.renderer != nullptr, "refinement renders");
+  return Refiner(twin, real, simulated, options, asked).run();
+}
+
+void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,
+                   const std::vector<int>& images, std::vector<CameraImages>& irradiance) {
+  for (std::size_t c = 0; c < refinement.texture.size(); ++c) {
+    if (!refinement.texture[c]) continue;
+    const auto [gain_dn, black_level_dn] = *refinement.texture[c];
+    const double saturation_dn = real[c].saturation_dn();
+    std::vector<ImageF>& e = irradiance[c].images;
+#pragma omp parallel for schedule(static)
+    for (std::size_t i = 0; i < e.front().size(); ++i) {
+      double ye = 0.0, ee = 0.0;
+      for (const int image : images) {
+        const auto k = static_cast<std::size_t>(image);
+        const auto y = static_cast<double>(real[c].images[k].data[i]), x = static_cast<double>(e[k].data[i]);
+        if (!(y < saturation_dn)) continue;
+        ye += (y - black_level_dn) * x;
+        ee += x * x;
+      }
+      const double factor = ee > 0.0 ? std::max(0.0, ye / (gain_dn * ee)) : 1.0;
+      for (ImageF& image : e) image.data[i] = static_cast<float>(factor * static_cast<double>(image.data[i]));
+    }
+  }
+}
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// A refined twin's new values in the words of twin.toml.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "compare/causes/refine.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+std::string numbers(const std::vector<double>& values) {
+  std::string text;
+  for (const double v : values) text += fmt::format("{}{}", text.empty() ? "" : ", ", v);  // shortest, exact
+  return "[" + text + "]";
+}
+std::string numbers(const Eigen::Vector3d& v) { return numbers(std::vector<double>{v[0], v[1], v[2]}); }
+std::string numbers(const Pose& pose) {
+  const RotTrans rt = rt_from_pose(pose);
+  return numbers(std::vector<double>(rt.data(), rt.data() + 6));
+}
+
+/// Lines of one table; nothing where none of its keys changed.
+class TableText {
+ public:
+  explicit TableText(std::string head) : head_(std::move(head)) {}
+  void key(const char* name, const std::string& before, const std::string& after) {
+    if (before != after) lines_ += fmt::format("{} = {}\n", name, after);
+  }
+  std::string text() const { return lines_.empty() ? "" : head_ + "\n" + lines_ + "\n"; }
+
+ private:
+  std::string head_, lines_;
+};
+
+std::string response_text(const ProjectorResponse& r) {
+  if (r.kind == ProjectorResponse::Kind::gamma) return fmt::format("{{ gamma = {} }}", r.gamma);
+  if (r.kind == ProjectorResponse::Kind::table) return "{ table = " + numbers(r.table) + " }";
+  return "\"linear\"";
+}
+
+std::string camera_text(const Camera& before, const Camera& after) {
+  TableText t("[[camera]]  # \"" + after.name + "\"");
+  t.key("lensmodel", "\"" + before.lens.model() + "\"", "\"" + after.lens.model() + "\"");
+  t.key("intrinsics", numbers(before.lens.intrinsics()), numbers(after.lens.intrinsics()));
+  t.key("rt_cam_world", numbers(before.T_cam_world), numbers(after.T_cam_world));
+  const auto polynomial = [](const Camera& c) {
+    return numbers(std::vector<double>(c.vignetting.a.begin(), c.vignetting.a.end()));
+  };
+  const auto tilt = [](const Camera& c) {
+    return numbers(std::vector<double>(c.vignetting.tilt.begin(), c.vignetting.tilt.end()));
+  };
+  t.key("vignetting", polynomial(before), polynomial(after));
+  t.key("vignetting_tilt", tilt(before), tilt(after));
+  TableText sensor("[camera.sensor]  # \"" + after.name + "\"");
+  sensor.key("gain_dn", fmt::format("{}", before.sensor.gain_dn), fmt::format("{}", after.sensor.gain_dn));
+  sensor.key("black_level_dn", fmt::format("{}", before.sensor.black_level_dn),
+             fmt::format("{}", after.sensor.black_level_dn));
+  return t.text() + sensor.text();
+}
+
+std::string projector_text(const Projector& before, const Projector& after) {
+  TableText t("[projector]");
+  t.key("lensmodel", "\"" + before.lens.model() + "\"", "\"" + after.lens.model() + "\"");
+  t.key("intrinsics", numbers(before.lens.intrinsics()), numbers(after.lens.intrinsics()));
+  t.key("rt_cam_world", numbers(before.T_proj_world), numbers(after.T_proj_world));
+  t.key("blur_px", fmt::format("{}", before.blur_px), fmt::format("{}", after.blur_px));
+  t.key("response", response_text(before.response), response_text(after.response));
+  return t.text();
+}
+
+std::string object_text(const Object& before, const Object& after) {
+  TableText t("[[object]]  # \"" + after.name + "\"");
+  if (const auto* sphere = std::get_if<SphereShape>(&after.shape))
+    t.key("center_mm", numbers(std::get<SphereShape>(before.shape).center_mm), numbers(sphere->center_mm));
+  if (const auto* plane = std::get_if<PlaneShape>(&after.shape)) {
+    const auto& old = std::get<PlaneShape>(before.shape);
+    t.key("point_mm", numbers(old.point_mm), numbers(plane->point_mm));
+    t.key("normal", numbers(old.normal), numbers(plane->normal));
+    if (plane->size_mm) t.key("u_axis", numbers(old.u_axis), numbers(plane->u_axis));
+  }
+  if (const auto* cylinder = std::get_if<CylinderShape>(&after.shape)) {
+    const auto& old = std::get<CylinderShape>(before.shape);
+    t.key("point_mm", numbers(old.point_mm), numbers(cylinder->point_mm));
+    t.key("axis", numbers(old.axis), numbers(cylinder->axis));
+  }
+  if (const auto* mesh = std::get_if<MeshShape>(&after.shape))
+    t.key("rt_world_object", numbers(std::get<MeshShape>(before.shape).T_world_object),
+          numbers(mesh->T_world_object));
+  TableText material("[object.material]  # \"" + after.name + "\"");
+  material.key("diffuse", fmt::format("{}", before.material.diffuse),
+               fmt::format("{}", after.material.diffuse));
+  return t.text() + material.text();
+}
+
+}  // namespace
+
+std::string refined_toml(const Refinement& r, const Twin& before, const Twin& after) {
+  std::string text = fmt::format("# Refined from {} (--refine {}): chi2 per gray value {:.5g} -> {:.5g}{}.\n",
+                                 before.file.string(), fmt::join(r.asked, ","), r.chi2_before, r.chi2_after,
+                                 r.converged ? "" : ", NOT CONVERGED");
+  for (const RefinedRow& row : r.rows)
+    text += fmt::format("#   {}: {:.10g} -> {:.10g} {}, standard error {:.2g}\n", row.name, row.before,
+                        row.after, row.unit, row.sigma);
+  text += "# Keys to replace in the twin's tables:\n\n";
+  for (std::size_t c = 0; c < after.cameras.size(); ++c)
+    text += camera_text(before.cameras[c], after.cameras[c]);
+  if (after.projector) text += projector_text(*before.projector, *after.projector);
+  for (std::size_t k = 0; k < after.objects.size(); ++k)
+    text += object_text(before.objects[k], after.objects[k]);
+  TableText render("[render]");
+  render.key("bounces", fmt::format("{}", before.render.bounces), fmt::format("{}", after.render.bounces));
+  return text + render.text();
+}
+
+}  // namespace fringetwin::compare

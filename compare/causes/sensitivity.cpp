@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/causes/sensitivity.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+constexpr double kHuberSigmas = 3.0;
+constexpr double kWantedChange = 3e-3;  ///< of the images' size: 0.15 % of the derivative is curvature
+constexpr double kExactChange = 2e-2;   ///< central: 0.01 %
+constexpr double kSmallestEigenvalue = 1e-9;
+constexpr int kMostAttempts = 4;
+constexpr double kNoChange = 1e-7;  ///< of the images' size: rounding
+
+double median_of(std::vector<float>& v) {
+  if (v.empty()) return 0.0;
+  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+  std::nth_element(v.begin(), middle, v.end());
+  return static_cast<double>(*middle);
+}
+
+}  // namespace
+
+GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const GainFit& fit,
+                         const GrayNoise& noise, const ImageU8& interior, double rendering_dn,
+                         std::size_t most) {
+  GridSamples out;
+  out.camera = camera_index;
+  out.images = pair.gain_images;
+  out.gain_dn = fit.row.gain_dn;
+  out.black_level_dn = fit.row.black_level_dn;
+  const auto n_valid = static_cast<std::size_t>(
+      std::count_if(interior.data.begin(), interior.data.end(), [](unsigned char m) { return m != 0; }));
+  out.grid = choose_grid(*pair.camera, n_valid, most);
+  const Usable& u = fit.usable;
+  for (int gy = 0; gy < out.grid.height; gy += out.grid.keep)
+    for (int gx = 0; gx < out.grid.width; gx += out.grid.keep) {
+      const std::size_t i = out.grid.pixel_of(gx, gy, pair.width());
+      if (interior.data[i] == 0) continue;
+      out.cell.push_back(static_cast<std::size_t>(gy) * static_cast<std::size_t>(out.grid.width) +
+                         static_cast<std::size_t>(gx));
+      double mean_dn = 0.0;
+      for (const int image : out.images)
+        mean_dn += static_cast<double>(pair.real->images[static_cast<std::size_t>(image)].data[i]);
+      mean_dn /= static_cast<double>(out.images.size());
+      const double sigma_dn = std::sqrt(noise.variance(mean_dn) + rendering_dn * rendering_dn);
+      for (const int image : out.images) {
+        const auto y = static_cast<double>(pair.real->images[static_cast<std::size_t>(image)].data[i]);
+        const double predicted = u.gain_dn * pair.irradiance_at(image, i) + u.black_level_dn;
+        const bool usable = is_usable(u, y, pair.source_at(image, i), predicted);
+        out.real_dn.push_back(static_cast<float>(y));
+        out.weight.push_back(usable && sigma_dn > 0.0 ? static_cast<float>(1.0 / sigma_dn) : 0.0F);
+      }
+    }
+  return out;
+}
+
+Eigen::MatrixXd NormalEquations::normal_of(const std::vector<std::size_t>& unknowns) const {
+  const auto m = static_cast<Eigen::Index>(unknowns.size());
+  Eigen::MatrixXd part(m, m);
+  for (Eigen::Index i = 0; i < m; ++i)
+    for (Eigen::Index j = 0; j < m; ++j)
+      part(i, j) = normal(static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(i)]),
+                          static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(j)]));
+  return part;
+}
+
+Step solve_step(const NormalEquations& e, const std::vector<std::size_t>& unknowns) {
+  const auto m = static_cast<Eigen::Index>(unknowns.size());
+  Step step{Eigen::VectorXd::Zero(e.right.size()), Eigen::VectorXd::Zero(e.right.size()), e.chi2, 0};
+  if (m == 0) return step;
+  const Eigen::MatrixXd normal = e.normal_of(unknowns);
+  Eigen::VectorXd right(m), scale(m);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    right[i] = e.right[static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(i)])];
+    scale[i] = normal(i, i) > 0.0 ? 1.0 / std::sqrt(normal(i, i)) : 0.0;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * normal *
+                                                             scale.asDiagonal());
+  Eigen::VectorXd inverse = Eigen::VectorXd::Zero(m);
+  for (Eigen::Index i = 0; i < m; ++i)
+    if (eigen.eigenvalues()[i] > kSmallestEigenvalue) {
+      inverse[i] = 1.0 / eigen.eigenvalues()[i];
+      ++step.n_determined;
+    }
+  const Eigen::MatrixXd covariance = scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
+                                     eigen.eigenvectors().transpose() * scale.asDiagonal();
+  const Eigen::VectorXd change = covariance * right;
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const auto at = static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(i)]);
+    step.change[at] = change[i];
+    step.sigma[at] = std::sqrt(std::max(0.0, covariance(i, i)));
+  }
+  step.chi2 = e.chi2 - change.dot(right);
+  return step;
+}
+
+Sensitivity::Sensitivity(render::Renderer& renderer, std::vector<GridSamples> samples)
+    : renderer_(renderer), samples_(std::move(samples)), threshold_(samples_.size(), kHuberSigmas) {}
+
+void Sensitivity::set_sensor(std::size_t index, double gain_dn, double black_level_dn) {
+  samples_.at(index).gain_dn = gain_dn;
+  samples_.at(index).black_level_dn = black_level_dn;
+}
+
+Sensitivity::Values Sensitivity::irradiance(const Twin& twin, int samples) const {
+  Values out;
+  for (const GridSamples& s : samples_) {
+    throw_if_cancelled();
+    const std::vector<ImageF> images = render_grid(renderer_, twin, s.camera, s.grid, samples);
+    std::vector<float> values(s.real_dn.size());
+    for (std::size_t p = 0; p < s.n_pixels(); ++p)
+      for (std::size_t k = 0; k < s.images.size(); ++k)
+        values[p * s.images.size() + k] = images[static_cast<std::size_t>(s.images[k])].data[s.cell[p]];
+    out.push_back(std::move(values));
+  }
+  return out;
+}
+
+double Sensitivity::residual(const GridSamples& s, const std::vector<float>& irradiance,
+                             std::size_t i) const {
+  return static_cast<double>(s.real_dn[i]) - s.gain_dn * static_cast<double>(irradiance[i]) -
+         s.black_level_dn;
+}
+
+double Sensitivity::relative_change(const Values& from, const Values& to) const {
+  double change = 0.0, size = 0.0;
+  for (std::size_t c = 0; c < samples_.size(); ++c)
+    for (std::size_t i = 0; i < from[c].size(); ++i) {
+      if (samples_[c].weight[i] == 0.0F) continue;
+      const auto a = static_cast<double>(from[c][i]), b = static_cast<double>(to[c][i]);
+      change += (b - a) * (b - a);
+      size += a * a;
+    }
+  return size > 0.0 ? std::sqrt(change / size) : 0.0;
+}
+
+namespace {
+Sensitivity::Values zeros(const Sensitivity::Values& like) {
+  Sensitivity::Values out;
+  for (const std::vector<float>& values : like) out.emplace_back(values.size(), 0.0F);
+  return out;
+}
+}  // namespace
+
+Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Parameter>& parameters,
+                                        const Eigen::VectorXd& values, std::size_t at, const Values& base,
+                                        Derivative derivative) const {
+  const auto index = static_cast<Eigen::Index>(at);
+  const Parameter& parameter = parameters[at];
+  const double wanted = derivative == Derivative::exact ? kExactChange : kWantedChange;
+  // as far as a step may grow: a thousand times what suits a rig of usual size
+  const double longest = 1e3 * parameter.step;
+  const auto inside = [&](double value) { return value >= parameter.smallest && value <= parameter.largest; };
+  const auto images_at = [&](double value) {
+    Eigen::VectorXd changed = values;
+    changed[index] = value;
+    return irradiance(with_values(twin, parameters, changed), kDerivativeSamples);
+  };
+  const Values nothing = zeros(base);
+  Values out, other;
+  double step = parameter.is_switch ? (values[index] > 0.5 ? -1.0 : 1.0) : parameter.step;
+  try {
+    for (int attempt = 0;; ++attempt) {
+      if (!inside(values[index] + step)) step = -step;
+      if (!inside(values[index] + step)) return nothing;
+      out = images_at(values[index] + step);
+      if (parameter.is_switch) break;
+      const double change = relative_change(base, out);
+      if (change > wanted / 5.0 && change < wanted * 5.0) break;
+      if (attempt == kMostAttempts || (change < kNoChange && std::abs(step) >= longest)) {
+        if (change < kNoChange) return nothing;
+        break;  // out belongs to this step, whatever its size
+      }
+      const double grown = step * std::clamp(wanted / std::max(change, 1e-12), 1e-3, 1e3);
+      step = std::copysign(std::min(std::abs(grown), longest), step);
+    }
+    if (derivative == Derivative::exact && !parameter.is_switch) {
+      if (!inside(values[index] - step))  // one side only: a short step
+        return column(twin, parameters, values, at, base, Derivative::quick);
+      other = images_at(values[index] - step);
+      step *= 2.0;
+    }
+  } catch (const UserError&) {
+    return nothing;  // no lens can be made of it: the images say nothing about this parameter
+  }
+  const Values& from = other.empty() ? base : other;
+  for (std::size_t c = 0; c < out.size(); ++c)
+    for (std::size_t i = 0; i < out[c].size(); ++i)
+      out[c][i] =
+          static_cast<float>((static_cast<double>(out[c][i]) - static_cast<double>(from[c][i])) / step);
+  return out;
+}
+
+void Sensitivity::choose_scale(const Values& base) {
+  for (std::size_t c = 0; c < samples_.size(); ++c) {
+    std::vector<float> size;
+    for (std::size_t i = 0; i < base[c].size(); ++i)
+      if (samples_[c].weight[i] > 0.0F)
+        size.push_back(samples_[c].weight[i] *
+                       static_cast<float>(std::abs(residual(samples_[c], base[c], i))));
+    threshold_[c] = kHuberSigmas * std::max(1.0, 1.4826 * median_of(size));
+  }
+}
+
+/// Adds the weighted values of one pixel. With a factor of its own (`free_factor`) only what is orthogonal to
+/// its irradiance counts.
+void Sensitivity::add_pixel(const GridSamples& s, std::size_t camera, std::size_t pixel, const Values& base,
+                            const Values& rough, const std::vector<Values>& columns, bool free_factor,
+                            NormalEquations& part) const {
+  const auto size = part.right.size();
+  const auto k = static_cast<Eigen::Index>(s.images.size());
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(k, size);
+  Eigen::VectorXd r = Eigen::VectorXd::Zero(k);
+  std::uint64_t used = 0;
+  const auto gain = static_cast<Eigen::Index>(part.gain_at(camera)),
+             black = static_cast<Eigen::Index>(part.black_at(camera));
+  for (Eigen::Index j = 0; j < k; ++j) {
+    const std::size_t i = pixel * s.images.size() + static_cast<std::size_t>(j);
+    if (s.weight[i] == 0.0F) continue;
+    const auto w = static_cast<double>(s.weight[i]);
+    const double value = w * residual(s, base[camera], i);
+    const double root = std::sqrt(std::min(1.0, threshold_[camera] / std::max(std::abs(value), 1e-12)));
+    r[j] = root * value;
+    for (std::size_t c = 0; c < columns.size(); ++c)
+      rows(j, static_cast<Eigen::Index>(c)) =
+          root * w * s.gain_dn * static_cast<double>(columns[c][camera][i]);
+    rows(j, gain) = root * w * static_cast<double>(rough[camera][i]);
+    rows(j, black) = root * w;
+    ++used;
+  }
+  if (used == 0) return;
+  if (free_factor) {
+    const Eigen::VectorXd e = rows.col(gain);
+    const double ee = e.squaredNorm();
+    if (!(ee > 0.0)) return;
+    r -= e * (e.dot(r) / ee);
+    rows -= e * ((e.transpose() * rows) / ee);
+    rows.col(gain).setZero();
+    --used;
+  }
+  part.normal.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+  part.right += rows.transpose() * r;
+  part.chi2 += r.squaredNorm();
+  part.n += used;
+}
+
+NormalEquations Sensitivity::assemble(const Values& base, const Values& rough,
+                                      const std::vector<Values>& columns, bool free_factors) const {
+  const auto size = static_cast<Eigen::Index>(columns.size() + 2 * samples_.size());
+  const NormalEquations empty{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0.0, 0,
+                              columns.size()};
+  NormalEquations out = empty;
+  constexpr std::size_t kChunks = 32;  // a fixed number: sums that do not depend on the threads
+  for (std::size_t c = 0; c < samples_.size(); ++c) {
+    const GridSamples& s = samples_[c];
+    std::vector<NormalEquations> parts(kChunks, empty);
+#pragma omp parallel for schedule(dynamic)
+    for (std::size_t chunk = 0; chunk < kChunks; ++chunk)
+      for (std::size_t p = chunk * s.n_pixels() / kChunks; p < (chunk + 1) * s.n_pixels() / kChunks; ++p)
+        add_pixel(s, c, p, base, rough, columns, free_factors, parts[chunk]);
+    for (const NormalEquations& part : parts) {
+      out.normal += part.normal;
+      out.right += part.right;
+      out.chi2 += part.chi2;
+      out.n += part.n;
+    }
+  }
+  out.normal = Eigen::MatrixXd(out.normal.selfadjointView<Eigen::Lower>());
+  return out;
+}
+
+NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Parameter>& parameters,
+                                       const Eigen::VectorXd& values, bool keep_scale, Derivative derivative,
+                                       NormalEquations* free_factors) {
+  const Values base = irradiance(with_values(twin, parameters, values), kResidualSamples);
+  if (!keep_scale) choose_scale(base);
+  std::vector<Values> columns;
+  const Values rough =
+      parameters.empty() ? base : irradiance(with_values(twin, parameters, values), kDerivativeSamples);
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    columns.push_back(column(twin, parameters, values, k, rough, derivative));
+  if (free_factors) *free_factors = assemble(base, rough, columns, true);
+  return assemble(base, rough, columns, free_factors_);
+}
+
+NormalEquations Sensitivity::equations_without_parameters(const Twin& twin) const {
+  const Values base = irradiance(twin, kResidualSamples);
+  return assemble(base, base, {}, free_factors_);
+}
+
+}  // namespace fringetwin::compare

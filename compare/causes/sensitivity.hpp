@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a change of the twin does to the gray values, and how much of the difference to the real ones it would
+// take away: least squares through the renderer.
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "compare/causes/grid_view.hpp"
+#include "compare/causes/parameters.hpp"
+#include "compare/gray/gain_fit.hpp"
+#include "compare/gray/gray_noise.hpp"
+
+namespace fringetwin::compare {
+
+/// Real gray values of one camera on a grid of pixels. Value of pixel p and image k at [p * images.size() +
+/// k].
+struct GridSamples {
+  std::size_t camera = 0;
+  GridView grid;
+  std::vector<std::size_t> cell;  ///< of each pixel, in the grid
+  std::vector<int> images;        ///< sequence indices
+  std::vector<float> real_dn;
+  std::vector<float> weight;                   ///< 1 / standard deviation; 0 where not usable
+  double gain_dn = 1.0, black_level_dn = 0.0;  ///< of the gain fit
+  std::size_t n_pixels() const { return cell.size(); }
+};
+
+/// At most `most` interior pixels of the pair. Weights from `noise` and rendering_dn, the rms rendering
+/// error.
+GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const GainFit& fit,
+                         const GrayNoise& noise, const ImageU8& interior, double rendering_dn,
+                         std::size_t most);
+
+/// Normal equations of r = y - (gain E + black) in the parameters, then gain and black level of each camera:
+/// minimise sum w^2 rho(r - J d). Huber weights at 3 robust scales (at least 3 standard deviations).
+struct NormalEquations {
+  Eigen::MatrixXd normal;
+  Eigen::VectorXd right;
+  double chi2 = 0.0;             ///< sum of weighted squares before any step
+  std::uint64_t n = 0;           ///< values
+  std::size_t n_parameters = 0;  ///< the first ones; then (gain, black) per camera
+  std::size_t gain_at(std::size_t camera) const { return n_parameters + 2 * camera; }
+  std::size_t black_at(std::size_t camera) const { return gain_at(camera) + 1; }
+  /// Rows and columns of some unknowns, in their order.
+  Eigen::MatrixXd normal_of(const std::vector<std::size_t>& unknowns) const;
+};
+
+/// Step of some unknowns, the others held. Directions that the data do not tell (eigenvalue of the scaled
+/// normal matrix below 1e-9) are left out.
+struct Step {
+  Eigen::VectorXd change, sigma;  ///< full length, 0 where held
+  double chi2 = 0.0;              ///< that the linear model leaves
+  int n_determined = 0;
+};
+Step solve_step(const NormalEquations& equations, const std::vector<std::size_t>& unknowns);
+
+class Sensitivity {
+ public:
+  /// Per camera, laid out as GridSamples::real_dn.
+  using Values = std::vector<std::vector<float>>;
+
+  Sensitivity(render::Renderer& renderer, std::vector<GridSamples> samples);
+
+  const std::vector<GridSamples>& samples() const { return samples_; }
+  /// `index`: into samples().
+  void set_sensor(std::size_t index, double gain_dn, double black_level_dn);
+
+  /// From now on every pixel has a brightness of its own in all equations (texture).
+  void free_factors() { free_factors_ = true; }
+  /// Robust scale, so that two sums of squares can be compared.
+  bool has_free_factors() const { return free_factors_; }
+  const std::vector<double>& scale() const { return threshold_; }
+  void set_scale(const std::vector<double>& scale) { threshold_ = scale; }
+  void choose_scale(const Twin& twin) { choose_scale(irradiance(twin, kResidualSamples)); }
+
+  /// Irradiance that a twin predicts, from so many points per pixel.
+  Values irradiance(const Twin& twin, int samples) const;
+
+  /// How derivatives are taken: quick ones are the difference to one more rendering, with steps that change
+  /// the images by about 0.3 % of their size; their errors (curvature, rounding) would make parameters that
+  /// cannot be told apart look as if they could. Exact ones are central, with steps of 2 %, but
+  /// for a value at its bound.
+  enum class Derivative { quick, exact };
+
+  /// Equations at `values`. A parameter that changes nothing has a column of zeros. Sets the robust scale.
+  /// `free_factors`: also the equations where every pixel has a brightness of its own (texture).
+  NormalEquations equations(const Twin& twin, const std::vector<Parameter>& parameters,
+                            const Eigen::VectorXd& values, bool keep_scale = false,
+                            Derivative derivative = Derivative::quick,
+                            NormalEquations* free_factors = nullptr);
+  /// Of gain and black level alone, with the robust scale of the last equations(): the measure of a step.
+  NormalEquations equations_without_parameters(const Twin& twin) const;
+
+ private:
+  static constexpr int kResidualSamples = 9, kDerivativeSamples = 4;
+
+  Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
+                std::size_t at, const Values& base, Derivative derivative) const;
+  double relative_change(const Values& from, const Values& to) const;
+  /// `base`: for the residuals; `rough`: sampled like the columns, so that what changes the images like the
+  /// gain does cannot be told from it.
+  NormalEquations assemble(const Values& base, const Values& rough, const std::vector<Values>& columns,
+                           bool free_factors) const;
+  void add_pixel(const GridSamples& s, std::size_t camera, std::size_t pixel, const Values& base,
+                 const Values& rough, const std::vector<Values>& columns, bool free_factor,
+                 NormalEquations& part) const;
+  double residual(const GridSamples& s, const std::vector<float>& irradiance, std::size_t i) const;
+  void choose_scale(const Values& base);
+
+  render::Renderer& renderer_;
+  std::vector<GridSamples> samples_;
+  bool free_factors_ = false;
+  std::vector<double> threshold_;  ///< of Huber's weights, standard deviations, per camera
+};
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+// Derivatives and least squares through the renderer, against closed forms and planted changes.
+//
+// | check                            | tolerance | origin                                             |
+// |----------------------------------|-----------|----------------------------------------------------|
+// | derivatives, E u and E/diffuse   | 5e-5 E    | 2 float roundings (6e-8 E) over a step of 0.01, x 4 |
+// | a thinned view, of the brightest | 1e-4      | phase in single precision: 5e-5 rad, both views    |
+// | planted change                   | 1 % of it | steps of 0.3 %: curvature 0.15 %, rounding 0.4 %   |
+#include "compare/causes/sensitivity.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "compare/causes/gauss_newton.hpp"
+#include "tests/support/paper_rig.hpp"
+
+namespace fringetwin::compare::sensitivity_test {
+namespace {
+
+constexpr int kWidth = 96, kHeight = 80;
+constexpr double kGain = 20.0, kBlack = 7.0;
+
+/// The paper's rig, cropped to a window that the sphere fills.
+Twin window_on_the_sphere() {
+  const SphereShape ball = test::physical_sphere();
+  Twin twin = test::with_object(test::paper_rig(), "ball", ball, {});
+  twin = test::crop_around(twin, ball.center_mm, kWidth, kHeight);
+  for (Camera& camera : twin.cameras) {
+    camera.sensor.gain_dn = kGain;
+    camera.vignetting = {Vignetting::Kind::polynomial, {-0.05, 0.0, 0.0}, {0.02, -0.03}};
+  }
+  return twin;
+}
+
+render::Renderer& renderer() {
+  static render::Renderer shared;
+  return shared;
+}
+
+/// Samples of all pixels of a grid; real gray values = kGain E + kBlack of `truth`, no noise.
+GridSamples samples_of(const Twin& truth, std::size_t camera, const GridView& grid) {
+  GridSamples s;
+  s.camera = camera;
+  s.grid = grid;
+  const std::vector<ImageF> images = render_grid(renderer(), truth, camera, grid, 9);
+  for (int k = 0; k < static_cast<int>(images.size()); ++k) s.images.push_back(k);
+  for (std::size_t i = 0; i < images[0].size(); ++i) {
+    s.cell.push_back(i);
+    for (const ImageF& image : images) {
+      s.real_dn.push_back(static_cast<float>(kGain * static_cast<double>(image.data[i]) + kBlack));
+      s.weight.push_back(1.0F);
+    }
+  }
+  s.gain_dn = kGain;
+  s.black_level_dn = kBlack;
+  return s;
+}
+
+GridView whole() { return {1, 0, kWidth, kHeight}; }
+
+Parameter parameter(const Twin& twin, const std::string& group, const std::string& name) {
+  for (Parameter& p : parameters_of(twin, group))
+    if (p.name == name) return p;
+  ADD_FAILURE() << name;
+  return {};
+}
+
+/// dE/dp of one value: with weight on it alone, normal(p, black) = gain dE/dp.
+double derivative_of(const Twin& twin, const Parameter& p, GridSamples samples, std::size_t value,
+                     Sensitivity::Derivative how = Sensitivity::Derivative::quick) {
+  std::fill(samples.weight.begin(), samples.weight.end(), 0.0F);
+  samples.weight[value] = 1.0F;
+  Sensitivity sensitivity(renderer(), {std::move(samples)});
+  const NormalEquations e = sensitivity.equations(twin, {p}, start_values({p}), false, how);
+  EXPECT_EQ(e.n, 1u);
+  return e.normal(0, static_cast<Eigen::Index>(e.black_at(0))) / kGain;
+}
+
+struct Place {
+  int x, y, image;
+  std::size_t value(std::size_t images) const {
+    return static_cast<std::size_t>(y * kWidth + x) * images + static_cast<std::size_t>(image);
+  }
+};
+constexpr Place kPlaces[] = {{3, 5, 0}, {90, 11, 5}, {48, 40, 2}, {20, 77, 7}, {70, 60, 11}};
+
+TEST(Sensitivity, VignettingTiltChangesTheLightByItsPlace) {
+  const Twin twin = window_on_the_sphere();
+  const GridSamples samples = samples_of(twin, 1, whole());
+  const double corner = 0.5 * std::hypot(kWidth, kHeight);
+  for (const Place& at : kPlaces) {
+    const std::size_t value = at.value(samples.images.size());
+    const double e = (static_cast<double>(samples.real_dn[value]) - kBlack) / kGain;
+    const double u = (at.x - 0.5 * (kWidth - 1)) / corner, v = (at.y - 0.5 * (kHeight - 1)) / corner;
+    const double now = 1.0 + 0.02 * u - 0.03 * v - 0.05 * (u * u + v * v);
+    const Parameter tilt = parameter(twin, "vignetting", "right.vignetting_tilt.x");
+    for (const auto how : {Sensitivity::Derivative::quick, Sensitivity::Derivative::exact})
+      EXPECT_NEAR(derivative_of(twin, tilt, samples, value, how), e * u / now, 5e-5 * e)
+          << at.x << ' ' << at.y;
+  }
+}
+
+TEST(Sensitivity, LightGrowsWithTheReflectivity) {
+  const Twin twin = window_on_the_sphere();
+  const GridSamples samples = samples_of(twin, 0, whole());
+  const Parameter diffuse = parameter(twin, "albedo", "ball.diffuse");
+  for (const Place& at : kPlaces) {
+    const std::size_t value = at.value(samples.images.size());
+    const double e = (static_cast<double>(samples.real_dn[value]) - kBlack) / kGain;
+    EXPECT_NEAR(derivative_of(twin, diffuse, samples, value), e / diffuse.start, 5e-5 * e);
+  }
+}
+
+TEST(Sensitivity, GainAndReflectivityCannotBeToldApart) {
+  const Twin twin = window_on_the_sphere();
+  const std::vector<Parameter> p{parameter(twin, "albedo", "ball.diffuse")};
+  Sensitivity sensitivity(renderer(), {samples_of(twin, 0, whole())});
+  const NormalEquations e = sensitivity.equations(twin, p, start_values(p));
+  const auto gain = static_cast<Eigen::Index>(e.gain_at(0));
+  const double correlation = e.normal(0, gain) / std::sqrt(e.normal(0, 0) * e.normal(gain, gain));
+  EXPECT_NEAR(correlation, 1.0, 1e-8);
+}
+
+TEST(Sensitivity, AThinnedViewShowsTheSamePixels) {
+  const Twin twin = window_on_the_sphere();
+  for (std::size_t camera = 0; camera < 2; ++camera) {
+    const std::vector<ImageF> all = renderer().render(twin, camera, {Sampler::gauss, 9}).irradiance;
+    for (const int stride : {1, 3, 4}) {
+      const std::size_t n = kWidth * kHeight, square = static_cast<std::size_t>(stride * stride);
+      const std::size_t most = (n + square - 1) / square;
+      const GridView grid = choose_grid(twin.cameras[camera], kWidth * kHeight, most);
+      ASSERT_EQ(grid.stride, stride);
+      const std::vector<ImageF> thin = render_grid(renderer(), twin, camera, grid, 9);
+      ASSERT_EQ(thin.size(), all.size());
+      EXPECT_GE(grid.first + grid.stride * grid.width, kWidth - grid.stride + 1);  // up to the border
+      for (std::size_t k = 0; k < all.size(); ++k) {
+        ASSERT_EQ(thin[k].width, grid.width);
+        const double brightest = *std::max_element(all[k].data.begin(), all[k].data.end());
+        double largest = 0.0;
+        for (int y = 0; y < grid.height; ++y)
+          for (int x = 0; x < grid.width; ++x)
+            largest =
+                std::max(largest, std::abs(static_cast<double>(thin[k](x, y)) -
+                                           static_cast<double>(all[k].data[grid.pixel_of(x, y, kWidth)])));
+        EXPECT_LE(largest, 1e-4 * brightest) << "camera " << camera << " stride " << stride << " image " << k;
+      }
+    }
+  }
+}
+
+TEST(Sensitivity, NothingIsThinnedWhereNeighboursMatter) {
+  Camera camera = window_on_the_sphere().cameras[0];
+  EXPECT_EQ(choose_grid(camera, kWidth * kHeight, 100).stride, 9);
+  EXPECT_EQ(choose_grid(camera, 100, 100).stride, 1);
+  camera.psf_px = 0.7;
+  EXPECT_EQ(choose_grid(camera, kWidth * kHeight, 100).stride, 1);
+}
+
+class Planted : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(Planted, AStepFindsASmallChange) {
+  const Twin twin = window_on_the_sphere();
+  const std::string group = GetParam();
+  const std::vector<Parameter> parameters = parameters_of(twin, group);
+  Eigen::VectorXd planted = start_values(parameters);
+  for (Eigen::Index k = 0; k < planted.size(); ++k)  // at most a hundredth of a fringe
+    planted[k] += (k % 2 == 0 ? 1.0 : -0.7) * parameters[static_cast<std::size_t>(k)].step;
+  const Twin truth = with_values(twin, parameters, planted);
+  for (const auto how : {Sensitivity::Derivative::quick, Sensitivity::Derivative::exact}) {
+    std::vector<GridSamples> samples;
+    for (std::size_t c = 0; c < 2; ++c) {
+      samples.push_back(samples_of(truth, c, whole()));
+      samples.back().black_level_dn += 0.3;  // the sensor is found with it
+    }
+    Sensitivity sensitivity(renderer(), std::move(samples));
+    const NormalEquations e = sensitivity.equations(twin, parameters, start_values(parameters), false, how);
+    std::vector<std::size_t> unknowns;
+    for (std::size_t k = 0; k < parameters.size(); ++k) unknowns.push_back(k);
+    for (std::size_t c = 0; c < 2; ++c) unknowns.push_back(e.black_at(c));
+    const Step step = solve_step(e, unknowns);
+    for (Eigen::Index k = 0; k < planted.size(); ++k) {
+      const Parameter& p = parameters[static_cast<std::size_t>(k)];
+      EXPECT_NEAR(step.change[k], planted[k] - p.start, 0.01 * std::abs(planted[k] - p.start)) << p.name;
+    }
+    for (std::size_t c = 0; c < 2; ++c)
+      EXPECT_NEAR(step.change[static_cast<Eigen::Index>(e.black_at(c))], -0.3, 0.01);
+    EXPECT_LT(step.chi2, 1e-2 * e.chi2);
+    EXPECT_EQ(step.n_determined, static_cast<int>(unknowns.size()));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Groups, Planted, ::testing::Values("pose", "vignetting", "albedo", "blur"),
+                         [](const auto& tested) { return std::string(tested.param); });
+
+TEST(Sensitivity, StandardErrorsAreThoseOfTheNormalEquations) {
+  NormalEquations e{Eigen::MatrixXd(3, 3), Eigen::VectorXd(3), 100.0, 50, 1};
+  e.normal << 4, 1, 0, 1, 9, 0, 0, 0, 16;
+  e.right << 2, 3, 8;
+  const Step all = solve_step(e, {0, 1, 2});
+  const Eigen::Matrix3d inverse = Eigen::Matrix3d(e.normal).inverse();
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    EXPECT_NEAR(all.change[i], (inverse * e.right)[i], 1e-12);
+    EXPECT_NEAR(all.sigma[i], std::sqrt(inverse(i, i)), 1e-12);
+  }
+  EXPECT_NEAR(all.chi2, 100.0 - e.right.dot(inverse * e.right), 1e-12);
+  const Step one = solve_step(e, {2});
+  EXPECT_EQ(one.change[0], 0.0);
+  EXPECT_NEAR(one.change[2], 0.5, 1e-12);
+  e.normal(1, 1) = 0.25;  // now the first two are the same unknown: 4 * 0.25 = 1 * 1
+  const Step degenerate = solve_step(e, {0, 1, 2});
+  EXPECT_EQ(degenerate.n_determined, 2);
+  EXPECT_TRUE(degenerate.change.allFinite());
+}
+
+TEST(GaussNewtonFit, ConvergesToTheTruthFromFarther) {
+  const Twin twin = window_on_the_sphere();
+  Twin truth = twin;
+  std::get<SphereShape>(truth.objects[0].shape).center_mm += Eigen::Vector3d(0.03, -0.02, 0.04);
+  std::vector<GridSamples> samples;
+  for (std::size_t c = 0; c < 2; ++c) samples.push_back(samples_of(truth, c, whole()));
+  Sensitivity sensitivity(renderer(), std::move(samples));
+  GaussNewton fit(sensitivity, twin, parameters_of(twin, "pose"), false);
+  const double before = fit.chi2();
+  for (int i = 0; i < 10 && fit.step() == GaussNewton::Outcome::moved; ++i) {
+  }
+  const Eigen::Vector3d found = std::get<SphereShape>(fit.twin().objects[0].shape).center_mm;
+  EXPECT_LE((found - std::get<SphereShape>(truth.objects[0].shape).center_mm).norm(), 2e-5);
+  EXPECT_LT(fit.chi2(), 1e-4 * before);
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::sensitivity_test

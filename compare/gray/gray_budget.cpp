@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/gray/gray_budget.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "twin/base/constants.hpp"
+#include "twin/lens/linear.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+using measure::CameraDecode;
+using measure::DirectionDecode;
+
+constexpr std::size_t kMaxPixels = 60'000;
+constexpr int kOrders = 6;               // harmonics of the common periodic function
+constexpr int kBasis = 1 + 2 * kOrders;  // 1, cos, sin of each order
+
+using Basis = Eigen::Matrix<double, kBasis, 1>;
+using Normal = Eigen::Matrix<double, kBasis, kBasis>;
+
+/// The usable gray values of one pixel.
+struct Value {
+  double residual;   ///< DN - prediction, after whatever was removed so far
+  double predicted;  ///< gain * E, without the black level
+  double theta_rad;  ///< phase of the projected fringe, for the harmonics
+  double slope;      ///< d prediction / d projector coordinate, up to a factor per pixel
+  int direction;
+};
+struct Pixel {
+  double noise_dn2 = 0.0;  ///< predicted variance of a gray value
+  double scale = 1.0;      ///< albedo factor
+  double level_dn = 0.0;   ///< mean of scale * predicted: local gray above black
+  double gray_dn = 0.0;    ///< mean real gray value
+  std::vector<Value> values;
+};
+
+/// Prefers the real phase for the harmonics (they follow the true projector coordinate) and the
+/// simulated one for the slope of the prediction.
+struct Phases {
+  const CameraDecode *harmonics, *slope;
+};
+
+const ImageF* wrapped(const CameraDecode& decode, const PatternSpec& p) {
+  const auto d = static_cast<std::size_t>(p.direction), k = static_cast<std::size_t>(p.pitch);
+  if (d >= decode.directions.size() || k >= decode.directions[d].wrapped_rad.size()) return nullptr;
+  const ImageF& image = decode.directions[d].wrapped_rad[k];
+  return image.empty() ? nullptr : &image;
+}
+
+class GrayBudgetFit {
+ public:
+  GrayBudgetFit(const GrayPair& pair, const GainFit& fit, const Phases& phases, const GrayNoise& noise)
+      : pair_(pair), fit_(fit), phases_(phases), noise_(noise) {}
+
+  GrayBudget run() {
+    collect();
+    if (pixels_.empty()) return budget_;
+    for (const Pixel& p : pixels_) budget_.n += p.values.size();
+    budget_.n_pixels = pixels_.size();
+    const double n = static_cast<double>(budget_.n);
+    double noise = 0.0;
+    for (const Pixel& p : pixels_) noise += p.noise_dn2 * static_cast<double>(p.values.size());
+    budget_.noise_dn2 = noise / n;
+    budget_.total_dn2 = sum_of_squares() / n;
+
+    const double after_gain = sum_of_squares();
+    const double albedo_freedom = remove_albedo();
+    const double after_albedo = sum_of_squares();
+    remove_harmonics();
+    const double after_harmonics = sum_of_squares();
+    const double geometry_freedom = remove_geometry();
+    const double left = sum_of_squares();
+
+    budget_.albedo_dn2 = (after_gain - after_albedo - albedo_freedom) / n;
+    budget_.harmonics_dn2 = (after_albedo - after_harmonics) / n;
+    budget_.higher_orders_dn2 = budget_.harmonics_dn2 - budget_.contrast_dn2;
+    budget_.geometry_dn2 = (after_harmonics - left - geometry_freedom) / n;
+    budget_.rest_dn2 = (left - (noise - albedo_freedom - geometry_freedom)) / n;
+    fit_noise_line();
+    return budget_;
+  }
+
+ private:
+  /// Empty when the pixel has fewer than four usable values.
+  Pixel collect_pixel(std::size_t i) const {
+    Pixel pixel;
+    const Usable& u = fit_.usable;
+    for (int image : pair_.gain_images) {
+      const auto k = static_cast<std::size_t>(image);
+      const PatternSpec& pattern = pair_.patterns[k];
+      const ImageF *theta = wrapped(*phases_.harmonics, pattern), *slope = wrapped(*phases_.slope, pattern);
+      if (!theta || !slope || std::isnan(theta->data[i]) || std::isnan(slope->data[i])) continue;
+      const double y = static_cast<double>(pair_.real->images[k].data[i]);
+      const double v = static_cast<double>(pair_.irradiance->images[k].data[i]);
+      const double e = pair_.e_scale * v + pair_.e_offset;
+      const double clip = u.gain_dn * e + u.black_level_dn;
+      if (!is_usable(u, y, v, clip)) continue;
+      const DirectionDecode& d = phases_.slope->directions[static_cast<std::size_t>(pattern.direction)];
+      const double step_rad = kTwoPi * pattern.step / steps_;
+      const double predicted = fit_.row.gain_dn * e;
+      pixel.values.push_back({y - predicted - fit_.row.black_level_dn, predicted,
+                              static_cast<double>(theta->data[i]) + step_rad,
+                              std::sin(static_cast<double>(slope->data[i]) + step_rad) /
+                                  d.pitches_px[static_cast<std::size_t>(pattern.pitch)],
+                              pattern.direction});
+      pixel.gray_dn += y;
+    }
+    if (pixel.values.size() < 4) pixel.values.clear();
+    if (pixel.values.empty()) return pixel;
+    pixel.gray_dn /= static_cast<double>(pixel.values.size());
+    pixel.noise_dn2 = noise_.variance(pixel.gray_dn);
+    return pixel;
+  }
+
+  void collect() {
+    for (const PatternSpec& p : pair_.patterns) steps_ = std::max(steps_, p.step + 1);
+    std::vector<std::size_t> valid;
+    for (std::size_t i = 0; i < pair_.mask.size(); ++i)
+      if (pair_.mask.data[i] != 0) valid.push_back(i);
+    const std::size_t stride = valid.size() / kMaxPixels + 1;
+    std::vector<Pixel> found((valid.size() + stride - 1) / stride);
+#pragma omp parallel for schedule(static)
+    for (std::size_t k = 0; k < found.size(); ++k) found[k] = collect_pixel(valid[k * stride]);
+    for (Pixel& pixel : found)
+      if (!pixel.values.empty()) pixels_.push_back(std::move(pixel));
+  }
+
+  double sum_of_squares() const {
+    double sum = 0.0;
+    for (const Pixel& pixel : pixels_)
+      for (const Value& v : pixel.values) sum += v.residual * v.residual;
+    return sum;
+  }
+
+  /// Least-squares factor of gain E per pixel. Returns the noise sum that this freedom removed.
+  double remove_albedo() {
+    double freedom = 0.0;
+    std::vector<double> scales;
+    for (Pixel& pixel : pixels_) {
+      double rp = 0.0, pp = 0.0, p = 0.0;
+      for (const Value& v : pixel.values) {
+        rp += v.residual * v.predicted;
+        pp += v.predicted * v.predicted;
+        p += v.predicted;
+      }
+      if (!(pp > 0.0)) continue;
+      const double extra = rp / pp;
+      for (Value& v : pixel.values) v.residual -= extra * v.predicted;
+      pixel.scale = 1.0 + extra;
+      pixel.level_dn = pixel.scale * p / static_cast<double>(pixel.values.size());
+      freedom += pixel.noise_dn2;
+      scales.push_back(pixel.scale);
+    }
+    budget_.albedo_sigma = robust_spread(std::move(scales));
+    return freedom;
+  }
+
+  static double robust_spread(std::vector<double> v) {
+    if (v.empty()) return kUnknown;
+    const auto median = [](std::vector<double>& w) {
+      const auto middle = w.begin() + static_cast<std::ptrdiff_t>(w.size() / 2);
+      std::nth_element(w.begin(), middle, w.end());
+      return *middle;
+    };
+    const double center = median(v);
+    for (double& x : v) x = std::abs(x - center);
+    return 1.4826 * median(v);
+  }
+
+  static Basis basis(double theta_rad) {
+    Basis f;
+    f[0] = 1.0;
+    const double c = std::cos(theta_rad), s = std::sin(theta_rad);
+    double ck = 1.0, sk = 0.0;
+    for (int k = 1; k <= kOrders; ++k) {
+      const double next = ck * c - sk * s;
+      sk = sk * c + ck * s;
+      ck = next;
+      f[2 * k - 1] = ck;
+      f[2 * k] = sk;
+    }
+    return f;
+  }
+
+  /// Normal equations of residual = level * h(theta), h of orders 0...kOrders.
+  struct Periodic {
+    Normal normal = Normal::Zero();
+    Basis right = Basis::Zero();
+
+    /// h of orders 0...`orders`, the higher ones zero.
+    Basis solve(int orders) const {
+      const int used = 1 + 2 * orders;
+      Eigen::MatrixXd m = normal.topLeftCorner(used, used);
+      // a trace of damping: few steps with a constant phase leave orders that cannot be told apart
+      m.diagonal().array() += 1e-9 * m.trace() / used;
+      Basis h = Basis::Zero();
+      h.head(used) = solve_symmetric(m, right.head(used));
+      return h;
+    }
+    /// By how much h lowers the sum of squares.
+    double reduction(const Basis& h) const { return 2.0 * h.dot(right) - h.dot(normal * h); }
+  };
+
+  /// Over fixed chunks of pixels, added up in order: the same for any number of threads.
+  Periodic periodic_sums() const {
+    constexpr std::size_t kChunks = 64;
+    std::vector<Periodic> chunks(kChunks);
+#pragma omp parallel for schedule(dynamic)
+    for (std::size_t c = 0; c < kChunks; ++c)
+      for (std::size_t i = c * pixels_.size() / kChunks; i < (c + 1) * pixels_.size() / kChunks; ++i)
+        for (const Value& v : pixels_[i].values) {
+          const Basis f = pixels_[i].level_dn * basis(v.theta_rad);
+          chunks[c].normal.selfadjointView<Eigen::Lower>().rankUpdate(f);
+          chunks[c].right += v.residual * f;
+        }
+    Periodic sums;
+    for (const Periodic& chunk : chunks) {
+      sums.normal += chunk.normal;
+      sums.right += chunk.right;
+    }
+    sums.normal = Normal(sums.normal.selfadjointView<Eigen::Lower>());
+    return sums;
+  }
+
+  void remove_harmonics() {
+    const Periodic sums = periodic_sums();
+    const double n = static_cast<double>(budget_.n);
+    const Basis h = sums.solve(kOrders);
+    budget_.contrast_dn2 = sums.reduction(sums.solve(1)) / n;
+#pragma omp parallel for schedule(static)
+    for (std::size_t i = 0; i < pixels_.size(); ++i)
+      for (Value& v : pixels_[i].values) v.residual -= pixels_[i].level_dn * h.dot(basis(v.theta_rad));
+    budget_.harmonic_amplitude.assign(1, std::abs(h[0]));
+    for (int k = 1; k <= kOrders; ++k)
+      budget_.harmonic_amplitude.push_back(std::hypot(h[2 * k - 1], h[2 * k]));
+  }
+
+  /// One shift of the projector coordinate per pixel and direction. Returns the noise sum it removed.
+  double remove_geometry() {
+    double freedom = 0.0;
+    for (Pixel& pixel : pixels_)
+      for (int direction = 0; direction < 2; ++direction) {
+        double rs = 0.0, ss = 0.0;
+        for (const Value& v : pixel.values)
+          if (v.direction == direction) rs += v.residual * v.slope, ss += v.slope * v.slope;
+        if (!(ss > 0.0)) continue;
+        for (Value& v : pixel.values)
+          if (v.direction == direction) v.residual -= rs / ss * v.slope;
+        freedom += pixel.noise_dn2;
+      }
+    return freedom;
+  }
+
+  /// Least squares of the predicted noise on the gray level: offset and slope of photon transfer.
+  void fit_noise_line() {
+    double n = 0, x = 0, xx = 0, y = 0, xy = 0;
+    for (const Pixel& p : pixels_)
+      n += 1, x += p.gray_dn, xx += p.gray_dn * p.gray_dn, y += p.noise_dn2, xy += p.gray_dn * p.noise_dn2;
+    const double det = n * xx - x * x;
+    budget_.noise_per_dn = det > 1e-9 * n * xx ? (n * xy - x * y) / det : 0.0;
+    budget_.noise_offset_dn2 = (y - budget_.noise_per_dn * x) / n;
+  }
+
+  const GrayPair& pair_;
+  const GainFit& fit_;
+  Phases phases_;
+  const GrayNoise& noise_;
+  int steps_ = 1;
+  std::vector<Pixel> pixels_;
+  GrayBudget budget_;
+};
+
+}  // namespace
+
+std::optional<GrayBudget> gray_budget(const GrayPair& pair, const GainFit& fit, const CameraDecode* real,
+                                      const CameraDecode* simulated, const GrayNoise& noise) {
+  const bool has_steps = std::any_of(pair.gain_images.begin(), pair.gain_images.end(), [&](int i) {
+    return !pair.patterns[static_cast<std::size_t>(i)].is_gray();
+  });
+  if (!has_steps || (!real && !simulated)) return std::nullopt;
+  GrayBudget budget =
+      GrayBudgetFit(pair, fit, {real ? real : simulated, simulated ? simulated : real}, noise).run();
+  if (budget.n == 0) return std::nullopt;
+  budget.camera = pair.camera->name;
+  budget.noise_source = noise.source();
+  return budget;
+}
+
+}  // namespace fringetwin::compare

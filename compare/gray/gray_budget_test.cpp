@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Truth: the variance of each part as put in, evaluated on the same gray values.
+// | check                        | tolerance              | origin                                        |
+// |------------------------------|------------------------|-----------------------------------------------|
+// | one cause at a time          | 6 % of that part       | sequential removal: causes are not orthogonal |
+// | parts that were not put in   | 3 % of the total       | scatter of a variance over 1e5 values, margins |
+// | the parts' sum               | 1e-9 of the total      | by construction                               |
+#include "compare/gray/gray_budget.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/compare/synthetic_sides.hpp"
+
+namespace fringetwin::compare::gray_budget_test {
+namespace {
+
+using synthetic::Truth;
+
+GrayBudget budget_of(const Truth& t) {
+  const synthetic::Scene scene = synthetic::make_scene(t);
+  std::vector<std::string> warnings;
+  const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
+  const GainFit fit = fit_gain(pairs.at(0), warnings);
+  const auto budget = gray_budget(pairs[0], fit, &scene.real.measurement->cameras[0],
+                                  &scene.simulated.measurement->cameras[0],
+                                  GrayNoise(pairs[0], &scene.real.measurement->cameras[0], {}));
+  EXPECT_TRUE(budget.has_value());
+  return budget.value();
+}
+
+double sum_of_parts(const GrayBudget& b) {
+  return b.noise_dn2 + b.albedo_dn2 + b.harmonics_dn2 + b.geometry_dn2 + b.rest_dn2;
+}
+
+/// Mean square of gain E over the lit pixels, roughly: E = w/2 (1 + cos).
+double mean_square_signal(const Truth& t, double harmonic_weight) {
+  double sum = 0, n = 0;
+  for (int y = 0; y < t.height; ++y)
+    for (int x = 0; x < t.width; ++x)
+      if (synthetic::inside(t, x, y)) {
+        const double level = 0.5 * t.gain_dn * synthetic::weight_at(t, x, y);
+        sum += level * level * harmonic_weight, n += 1;
+      }
+  return sum / n;
+}
+
+TEST(GrayBudget, NoiseAloneIsCalledNoise) {
+  Truth t;
+  t.steps = 8;
+  const GrayBudget b = budget_of(t);
+  const double truth = t.noise_dn * t.noise_dn + 1.0 / 12.0;
+  EXPECT_NEAR(b.noise_dn2 / truth, 1.0, 0.03);
+  EXPECT_NEAR(b.total_dn2 / truth, 1.0, 0.03);
+  for (double part : {b.albedo_dn2, b.harmonics_dn2, b.geometry_dn2, b.rest_dn2})
+    EXPECT_NEAR(part / b.total_dn2, 0.0, 0.03);
+  EXPECT_NEAR(sum_of_parts(b) / b.total_dn2, 1.0, 1e-9);
+  EXPECT_NE(b.noise_source.find("phase steps"), std::string::npos);
+}
+
+TEST(GrayBudget, AlbedoIsFound) {
+  Truth t;
+  t.steps = 8;
+  t.black_level_dn = 20.0;  // no value near the clip at 0: all steps enter
+  t.gain_dn = 14.0;
+  t.albedo_sigma = 0.05;
+  const GrayBudget b = budget_of(t);
+  const double truth = 0.05 * 0.05 * mean_square_signal(t, 1.5);  // mean of (1 + cos)² is 1.5
+  EXPECT_NEAR(b.albedo_dn2 / truth, 1.0, 0.06);
+  EXPECT_NEAR(b.albedo_sigma, 0.05, 0.004);
+  EXPECT_NEAR(b.rest_dn2 / b.total_dn2, 0.0, 0.03);
+  EXPECT_NEAR(b.harmonics_dn2 / b.total_dn2, 0.0, 0.03);
+}
+
+TEST(GrayBudget, ProjectorHarmonicIsFoundWithItsOrder) {
+  Truth t;
+  t.steps = 8;
+  t.black_level_dn = 20.0;
+  t.gain_dn = 14.0;
+  t.second_harmonic = 0.04;
+  const GrayBudget b = budget_of(t);
+  const double truth = 0.5 * 0.04 * 0.04 * mean_square_signal(t, 1.0);
+  EXPECT_NEAR(b.higher_orders_dn2 / truth, 1.0, 0.06);
+  EXPECT_NEAR(b.harmonic_amplitude.at(2), 0.04, 0.002);
+  EXPECT_LT(b.harmonic_amplitude.at(3), 0.003);
+  EXPECT_NEAR(b.rest_dn2 / b.total_dn2, 0.0, 0.03);
+}
+
+TEST(GrayBudget, GeometryIsFound) {
+  Truth t;
+  t.steps = 8;
+  t.black_level_dn = 20.0;
+  t.gain_dn = 14.0;
+  t.pitches_px = {13};
+  t.geometry_rad = 0.05;
+  const GrayBudget b = budget_of(t);
+  const double truth = 0.5 * 0.05 * 0.05 * mean_square_signal(t, 1.0);
+  EXPECT_NEAR(b.geometry_dn2 / truth, 1.0, 0.06);
+  EXPECT_NEAR(b.rest_dn2 / b.total_dn2, 0.0, 0.03);
+}
+
+TEST(GrayBudget, AllAtOnceStillAddsUpAndLeavesLittle) {
+  Truth t;
+  t.steps = 12;
+  t.pitches_px = {60};
+  t.black_level_dn = 20.0;
+  t.gain_dn = 14.0;
+  t.albedo_sigma = 0.03;
+  t.second_harmonic = 0.02;
+  t.geometry_rad = 0.02;
+  const GrayBudget b = budget_of(t);
+  EXPECT_NEAR(sum_of_parts(b) / b.total_dn2, 1.0, 1e-9);
+  EXPECT_GT(b.albedo_dn2, b.noise_dn2);
+  EXPECT_NEAR(b.rest_dn2 / b.total_dn2, 0.0, 0.03);
+}
+
+TEST(GrayBudget, TheImagesOwnRedundancyBeatsWhatTheTwinBelieves) {
+  Truth t;
+  t.steps = 8;
+  synthetic::Scene scene = synthetic::make_scene(t);
+  scene.twin.cameras[0].sensor.electrons_per_dn = 2.0;  // a twin that believes in far more noise
+  measure::DirectionDecode& d = scene.real.measurement->cameras[0].directions[0];
+  d.noise_source = measure::NoiseSource::known;
+  for (float& sigma : d.sigma_rad.data) sigma *= 5.0f;
+  std::vector<std::string> warnings;
+  const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
+  const GainFit fit = fit_gain(pairs.at(0), warnings);
+  const auto b = gray_budget(pairs[0], fit, &scene.real.measurement->cameras[0],
+                             &scene.simulated.measurement->cameras[0],
+                             GrayNoise(pairs[0], &scene.real.measurement->cameras[0], {}));
+  ASSERT_TRUE(b.has_value());
+  EXPECT_NEAR(b->noise_dn2 / (t.noise_dn * t.noise_dn + 1.0 / 12.0), 1.0, 0.03);
+  EXPECT_EQ(b->noise_source, "redundancy of the 8 phase steps of the real images");
+}
+
+TEST(GrayBudget, ThreeStepsFallBackToTheSensorModel) {
+  Truth t;
+  t.steps = 3;
+  EXPECT_EQ(budget_of(t).noise_source, "quantisation only");
+  synthetic::Scene scene = synthetic::make_scene(t);
+  scene.twin.cameras[0].sensor.electrons_per_dn = 40.0;
+  std::vector<std::string> warnings;
+  const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
+  const GainFit fit = fit_gain(pairs.at(0), warnings);
+  const auto b = gray_budget(pairs[0], fit, &scene.real.measurement->cameras[0],
+                             &scene.simulated.measurement->cameras[0],
+                             GrayNoise(pairs[0], &scene.real.measurement->cameras[0], {}));
+  ASSERT_TRUE(b.has_value());
+  EXPECT_NEAR(b->noise_per_dn, 1.0 / 40.0, 1e-4);
+  EXPECT_EQ(b->noise_source, "sensor model of the twin, not measured on these images");
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::gray_budget_test

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/gray/gray_source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+/// Gray-code images may be longer exposed than the phase steps; only the same exposure compares.
+bool same_exposure(const CameraImages& images) {
+  return !images.gray_code_exposure || std::abs(*images.gray_code_exposure - 1.0) < 1e-9;
+}
+
+void choose_images(GrayPair& pair, const Twin& twin, const CompareOptions& options,
+                   std::vector<std::string>& warnings) {
+  const bool gray_compares = same_exposure(*pair.real) && same_exposure(*pair.irradiance);
+  bool left_out = false;
+  for (int i = 0; i < static_cast<int>(pair.patterns.size()); ++i) {
+    const PatternSpec& pattern = pair.patterns[static_cast<std::size_t>(i)];
+    if (pattern.is_image()) {
+      pair.images.push_back(i);
+      continue;
+    }
+    if (pattern.is_gray()) {
+      if (gray_compares)
+        pair.images.push_back(i);
+      else
+        left_out = true;
+      continue;
+    }
+    const auto& use = options.use_steps;
+    if (!use.empty() && std::find(use.begin(), use.end(), pattern.step) == use.end()) continue;
+    pair.images.push_back(i);
+    pair.gain_images.push_back(i);
+  }
+  if (twin.fringes.steps == 0) pair.gain_images = pair.images;  // Gray code only
+  if (left_out)
+    warnings.push_back(
+        fmt::format("{}: the Gray-code images have another exposure than the phase steps and are left out of "
+                    "gain and gray",
+                    pair.camera->name));
+}
+
+ImageU8 valid_in_both(const Camera& camera, std::size_t index, const Side& real, const Side& simulated) {
+  ImageU8 mask(camera.lens.width(), camera.lens.height(), 1);
+  for (const Side* side : {&real, &simulated}) {
+    if (!side->measurement || index >= side->measurement->cameras.size()) continue;
+    clear_invalid(side->measurement->cameras[index], mask);
+  }
+  return mask;
+}
+
+void check_images(const CameraImages& images, const GrayPair& pair, const char* side) {
+  const std::string where = std::string(side) + " images of camera \"" + pair.camera->name + "\"";
+  if (images.images.size() != pair.patterns.size())
+    throw UserError(
+        ExitCode::input, where,
+        fmt::format("{} images, but the fringe sequence has {}", images.images.size(), pair.patterns.size()),
+        "give both sides the images of one sequence");
+  for (const ImageF& image : images.images)
+    if (!image.same_size(pair.mask))
+      throw UserError(ExitCode::input, where,
+                      fmt::format("an image has {}x{} pixels, the camera {}x{}", image.width, image.height,
+                                  pair.width(), pair.height()),
+                      "use captures of this rig");
+}
+
+}  // namespace
+
+void clear_invalid(const measure::CameraDecode& decode, ImageU8& mask) {
+  FT_CHECK(decode.flags.same_size(mask), "decode and camera have one image size");
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    if (decode.flags.data[i] != measure::kValid) mask.data[i] = 0;
+}
+
+std::vector<GrayPair> pair_gray(const Twin& twin, const Side& real, const Side& simulated,
+                                const CompareOptions& options, std::vector<std::string>& warnings) {
+  std::vector<GrayPair> pairs;
+  const bool has_irradiance = !simulated.irradiance.empty();
+  if (real.images.empty() || (simulated.images.empty() && !has_irradiance)) return pairs;
+  FT_CHECK(real.images.size() == twin.cameras.size(), "one set of real images per camera");
+  const std::vector<PatternSpec> patterns = expand_sequence(twin.fringes);
+  for (std::size_t c = 0; c < twin.cameras.size(); ++c) {
+    GrayPair pair;
+    pair.camera = &twin.cameras[c];
+    pair.real = &real.images[c];
+    if (!simulated.images.empty()) pair.simulated = &simulated.images.at(c);
+    pair.irradiance = has_irradiance ? &simulated.irradiance.at(c) : pair.simulated;
+    const Sensor& sensor = pair.camera->sensor;
+    if (!pair.irradiance->radiance) {
+      pair.from_dn = true;
+      pair.e_scale = 1.0 / sensor.gain_dn;
+      pair.e_offset = -sensor.black_level_dn / sensor.gain_dn;
+    }
+    pair.patterns = patterns;
+    pair.mask = valid_in_both(*pair.camera, c, real, simulated);
+    check_images(*pair.real, pair, "real");
+    check_images(*pair.irradiance, pair, "simulated");
+    if (pair.simulated) check_images(*pair.simulated, pair, "simulated");
+    choose_images(pair, twin, options, warnings);
+    pairs.push_back(std::move(pair));
+  }
+  return pairs;
+}
+
+Usable clip_test(const GrayPair& pair, double gain_dn, double black_level_dn, double sigma_dn) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  Usable u;
+  u.saturation_dn = pair.real->saturation_dn();
+  u.sim_low = pair.from_dn ? 0.0 : -infinity;
+  u.sim_high = pair.from_dn ? pair.irradiance->saturation_dn() : infinity;
+  u.gain_dn = gain_dn;
+  u.black_level_dn = black_level_dn;
+  const double margin_dn = std::max(2.0, 3.0 * sigma_dn);
+  u.low_dn = pair.real->radiance ? -infinity : margin_dn;
+  u.high_dn = pair.real->radiance ? infinity : u.saturation_dn - margin_dn;
+  return u;
+}
+
+}  // namespace fringetwin::compare

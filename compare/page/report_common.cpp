@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "compare/page/report_parts.hpp"
+#include "report/text.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+std::optional<Eigen::Vector3d> object_center_mm(const Twin& twin) {
+  const std::string name = twin.measure.fits.empty() ? (twin.objects.empty() ? "" : twin.objects.front().name)
+                                                     : twin.measure.fits.front().object;
+  const Object* object = twin.find_object(name);
+  if (!object) return std::nullopt;
+  if (const auto* s = std::get_if<SphereShape>(&object->shape)) return s->center_mm;
+  if (const auto* s = std::get_if<PlaneShape>(&object->shape)) return s->point_mm;
+  if (const auto* s = std::get_if<CylinderShape>(&object->shape)) return s->point_mm;
+  if (const auto* s = std::get_if<MeshShape>(&object->shape)) return s->T_world_object.translation_mm;
+  return std::nullopt;
+}
+
+std::size_t valid_in_row(const ImageU8& mask, int row) {
+  const auto first = mask.data.begin() + static_cast<std::ptrdiff_t>(mask.index(0, row));
+  return static_cast<std::size_t>(std::count(first, first + mask.width, static_cast<unsigned char>(1)));
+}
+
+/// First and last index without the outer 0.3 % of the counts on each side: stray pixels far from the
+/// part must not shrink it on the page.
+std::optional<std::pair<int, int>> middle_of(const std::vector<std::size_t>& counts) {
+  std::size_t total = 0;
+  for (std::size_t c : counts) total += c;
+  if (total == 0) return std::nullopt;
+  const double skip = 0.003 * static_cast<double>(total);
+  int first = -1, last = 0;
+  double below = 0.0;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] == 0) continue;
+    const double before = below;
+    below += static_cast<double>(counts[i]);
+    if (first < 0 && below > skip) first = static_cast<int>(i);
+    if (before < static_cast<double>(total) - skip) last = static_cast<int>(i);
+  }
+  return std::pair{first, last};
+}
+
+}  // namespace
+
+std::string Window::text() const {
+  return fmt::format("pixels x {}…{}, y {}…{}", x0, x0 + width - 1, y0, y0 + height - 1);
+}
+
+Window data_window(const ImageU8& mask) {
+  std::vector<std::size_t> per_column(static_cast<std::size_t>(mask.width)),
+      per_row(static_cast<std::size_t>(mask.height));
+  for (int y = 0; y < mask.height; ++y)
+    for (int x = 0; x < mask.width; ++x)
+      if (mask(x, y) != 0) {
+        ++per_column[static_cast<std::size_t>(x)];
+        ++per_row[static_cast<std::size_t>(y)];
+      }
+  const auto columns = middle_of(per_column), rows = middle_of(per_row);
+  if (!columns || !rows) return {0, 0, mask.width, mask.height};
+  const auto [left, right] = *columns;
+  const auto [top, bottom] = *rows;
+  const int margin = 8 + std::max(right - left, bottom - top) / 20;
+  Window w;
+  w.x0 = std::max(0, left - margin);
+  w.y0 = std::max(0, top - margin);
+  w.width = std::min(mask.width - 1, right + margin) - w.x0 + 1;
+  w.height = std::min(mask.height - 1, bottom + margin) - w.y0 + 1;
+  return w;
+}
+
+ImageF crop(const ImageF& image, const Window& window) {
+  ImageF out(window.width, window.height);
+  for (int y = 0; y < window.height; ++y)
+    for (int x = 0; x < window.width; ++x) out(x, y) = image(x + window.x0, y + window.y0);
+  return out;
+}
+
+ImageF enlarged_blocks(const ImageF& blocks, int k) {
+  ImageF out(blocks.width * k, blocks.height * k);
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x) out(x, y) = blocks(x / k, y / k);
+  return out;
+}
+
+ImageU8 valid_mask(const ReportInput& in, std::size_t camera) {
+  const Lens& lens = in.twin.cameras[camera].lens;
+  ImageU8 mask(lens.width(), lens.height(), 1);
+  for (const Side* side : {&in.real, &in.simulated})
+    if (side->measurement && camera < side->measurement->cameras.size())
+      clear_invalid(side->measurement->cameras[camera], mask);
+  return mask;
+}
+
+int profile_row(const ReportInput& in, std::size_t camera, const ImageU8& mask) {
+  int best = mask.height / 2;
+  std::size_t most = 0;
+  for (int y = 0; y < mask.height; ++y)
+    if (const std::size_t n = valid_in_row(mask, y); n > most) most = n, best = y;
+  if (const auto center = object_center_mm(in.twin)) {
+    const Camera& c = in.twin.cameras[camera];
+    if (const auto q = c.lens.project(c.T_cam_world * *center)) {
+      const double row = std::round(q->y());
+      if (row >= 0 && row < mask.height && valid_in_row(mask, static_cast<int>(row)) * 2 >= most)
+        return static_cast<int>(row);
+    }
+  }
+  return best;
+}
+
+RowData row_data(const ImageF& image, int row, int first, int last) {
+  RowData out;
+  for (int x = std::max(0, first); x <= std::min(last, image.width - 1); ++x) {
+    out.x_px.push_back(x);
+    out.value.push_back(static_cast<double>(image(x, row)));
+  }
+  return out;
+}
+
+std::pair<int, int> row_extent(const ImageU8& mask, int row) {
+  int first = -1, last = -1;
+  for (int x = 0; x < mask.width; ++x)
+    if (mask(x, row) != 0) {
+      if (first < 0) first = x;
+      last = x;
+    }
+  return first < 0 ? std::pair{0, mask.width - 1} : std::pair{first, last};
+}
+
+std::size_t camera_index(const ReportInput& in, const std::string& name) {
+  const std::vector<Camera>& cameras = in.twin.cameras;
+  const auto at =
+      std::find_if(cameras.begin(), cameras.end(), [&](const Camera& camera) { return camera.name == name; });
+  FT_CHECK(at != cameras.end(), "rows are of the twin's cameras");
+  return static_cast<std::size_t>(at - cameras.begin());
+}
+
+std::string camera_heading(const std::string& name) {
+  return "<h3>Camera “" + report::escape_html(name) + "”</h3>\n";
+}
+
+report::Figure figure(const ReportInput& in, std::string body, std::string caption, std::string formula) {
+  return {std::move(body), std::move(caption), std::move(formula), in.command};
+}
+
+}  // namespace fringetwin::compare

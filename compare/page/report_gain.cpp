@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/page/report_gain.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "report/map.hpp"
+#include "report/text.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+using report::Plot;
+using report::Series;
+
+constexpr std::size_t kGainBins = 80;
+constexpr std::size_t kFewestInBin = 20;  ///< a 5 % quantile of fewer is their smallest value
+
+struct GrayOverE {
+  double e, dn;
+};
+
+/// Usable gray values of all gain images, of up to about 200,000 pixels.
+std::vector<GrayOverE> gray_over_e(const GrayPair& pair, const GainFit& fit) {
+  std::vector<GrayOverE> out;
+  const std::size_t stride = 1 + pair.mask.size() / 200'000;
+  const Usable& u = fit.usable;
+  for (int image : pair.gain_images)
+    for (std::size_t i = 0; i < pair.mask.size(); i += stride) {
+      const double e = pair.irradiance_at(image, i), predicted = u.gain_dn * e + u.black_level_dn;
+      const double dn = static_cast<double>(pair.real->images[static_cast<std::size_t>(image)].data[i]);
+      if (pair.mask.data[i] != 0 && dn < u.saturation_dn && predicted >= u.low_dn && predicted <= u.high_dn)
+        out.push_back({e, dn});
+    }
+  return out;
+}
+
+/// Band and medians of one quantity over E.
+struct BinSeries {
+  Series band, median;
+  BinSeries(const std::string& what, const std::string& color) {
+    band.style = Series::Style::band;
+    band.title = what + ", 5 … 95 %";
+    median.style = Series::Style::points;
+    median.title = what + ", median";
+    median.width = 1.6;
+    band.color = median.color = color;
+  }
+  void add(double e, const std::vector<float>& values) {
+    band.x.push_back(e), median.x.push_back(e);
+    band.y_low.push_back(report::percentile(values, 5.0)), band.y.push_back(report::percentile(values, 95.0));
+    median.y.push_back(report::percentile(values, 50.0));
+  }
+};
+
+}  // namespace
+
+std::vector<Plot> gain_plots(const GrayPair& pair, const GainFit& fit) {
+  const std::vector<GrayOverE> values = gray_over_e(pair, fit);
+  const auto [low, high] = std::minmax_element(
+      values.begin(), values.end(), [](const GrayOverE& a, const GrayOverE& b) { return a.e < b.e; });
+  if (values.empty() || !(low->e < high->e)) return {};
+  const double first = low->e, width = (high->e - low->e) / static_cast<double>(kGainBins);
+  std::vector<std::vector<float>> real(kGainBins), difference(kGainBins);
+  for (const GrayOverE& v : values) {
+    const auto bin = std::min(kGainBins - 1, static_cast<std::size_t>((v.e - first) / width));
+    real[bin].push_back(static_cast<float>(v.dn));
+    difference[bin].push_back(static_cast<float>(fit.row.gain_dn * v.e + fit.row.black_level_dn - v.dn));
+  }
+  BinSeries gray("real", report::color::kReal), residual("simulated − real", report::color::kDifference);
+  Series line;
+  line.title = fmt::format("fit: {} · E + {}", report::number(fit.row.gain_dn, 5),
+                           report::number(fit.row.black_level_dn, 4));
+  line.color = report::color::kSimulated;
+  for (std::size_t b = 0; b < kGainBins; ++b) {
+    if (real[b].size() < kFewestInBin) continue;
+    const double e = first + (static_cast<double>(b) + 0.5) * width;
+    gray.add(e, real[b]);
+    residual.add(e, difference[b]);
+    line.x.push_back(e), line.y.push_back(fit.row.gain_dn * e + fit.row.black_level_dn);
+  }
+  if (line.x.size() < 2) return {};
+  Plot upper, lower;
+  upper.y_label = "real gray value [DN]";
+  upper.height_px = 330;
+  upper.series = {gray.band, gray.median, line};
+  lower.x_label = "simulated irradiance E";
+  lower.y_label = "simulated − real [DN]";
+  lower.height_px = 220;
+  lower.zero_line = true;
+  lower.series = {residual.band, residual.median};
+  for (Plot* plot : {&upper, &lower}) plot->x_range = {{first, high->e}};
+  return {upper, lower};
+}
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// The gain as a picture: real gray values over simulated irradiance.
+#pragma once
+#include <vector>
+
+#include "compare/gray/gain_fit.hpp"
+#include "report/plot.hpp"
+
+namespace fringetwin::compare {
+
+/// Median and 5 ... 95 % band of the real gray values in bins of E with the fitted line, and below it the
+/// same of simulated - real. Empty when there is nothing to draw.
+std::vector<report::Plot> gain_plots(const GrayPair& pair, const GainFit& fit);
+
+}  // namespace fringetwin::compare

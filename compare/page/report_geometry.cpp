@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// Deviation of the measured points from their fitted surface: map, histogram, point cloud.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "compare/page/report_parts.hpp"
+#include "report/cloud_canvas.hpp"
+#include "report/map.hpp"
+#include "report/plot.hpp"
+#include "report/text.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+using measure::Measurement;
+using measure::ObjectFit;
+using report::MapStyle;
+using report::Plot;
+using report::Scale;
+
+/// One side of one fitted object, if it has deviations.
+struct Deviations {
+  const Measurement* measurement = nullptr;
+  const ObjectFit* fit = nullptr;
+  const char* side = "";
+  const char* color = "";
+  explicit operator bool() const { return fit != nullptr; }
+};
+
+Deviations deviations(const std::optional<Measurement>& m, const std::string& object, const char* side,
+                      const char* color) {
+  Deviations d{nullptr, nullptr, side, color};
+  if (!m) return d;
+  for (const ObjectFit& fit : m->fits)
+    if (fit.object == object && fit.usable && !fit.deviation_mm.empty() &&
+        fit.deviation_mm.size() == fit.index.size()) {
+      d.measurement = &*m;
+      d.fit = &fit;
+    }
+  return d;
+}
+
+std::vector<float> in_um(const ObjectFit& fit) {
+  std::vector<float> um(fit.deviation_mm.size());
+  for (std::size_t i = 0; i < um.size(); ++i) um[i] = 1000.0f * fit.deviation_mm[i];
+  return um;
+}
+
+/// Deviation at each point's source pixel of the first camera.
+ImageF deviation_image(const Deviations& d, int width, int height) {
+  ImageF image(width, height, std::numeric_limits<float>::quiet_NaN());
+  for (std::size_t i = 0; i < d.fit->index.size(); ++i) {
+    const Eigen::Vector2f q = d.measurement->cloud.q_cam_px[d.fit->index[i]];
+    const long x = std::lround(q.x()), y = std::lround(q.y());
+    if (x >= 0 && y >= 0 && x < width && y < height)
+      image(static_cast<int>(x), static_cast<int>(y)) = 1000.0f * d.fit->deviation_mm[i];
+  }
+  return image;
+}
+
+ImageU8 finite_mask(const ImageF& image) {
+  ImageU8 mask(image.width, image.height, 0);
+  for (std::size_t i = 0; i < image.size(); ++i) mask.data[i] = std::isfinite(image.data[i]) ? 1 : 0;
+  return mask;
+}
+
+std::string cloud_html(const Deviations& d, const MapStyle& style) {
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(d.fit->index.size());
+  for (std::size_t i : d.fit->index) points.push_back(d.measurement->cloud.p_world_mm[i]);
+  report::CloudCanvas canvas;
+  canvas.style = style;
+  canvas.label = "measured points, coloured by deviation";
+  return report::cloud_canvas_html(points, in_um(*d.fit), canvas,
+                                   fmt::format("cloud-{}-{}", d.fit->object, d.side));
+}
+
+std::string side_maps(const ReportInput& in, const Deviations& d, const MapStyle& style) {
+  const Lens& lens = in.twin.cameras.front().lens;
+  const ImageF image = deviation_image(d, lens.width(), lens.height());
+  report::write_map_png(in.dir / fmt::format("deviation_{}_{}.png", d.fit->object, d.side), image, style);
+  return fmt::format("<div class=\"maps\"><div class=\"map\"><h4>{}: camera view</h4>{}</div>", d.side,
+                     report::map_html(crop(image, data_window(finite_mask(image))), style)) +
+         fmt::format("<div class=\"map\"><h4>{}: points</h4>{}</div></div>", d.side, cloud_html(d, style));
+}
+
+Plot deviation_histogram(const std::vector<Deviations>& sides, const report::MapLimits& limits) {
+  Plot plot;
+  plot.x_label = "deviation from the fitted surface [µm]";
+  plot.y_label = "share of points [%]";
+  plot.height_px = 260;
+  plot.x_range = {{limits.low, limits.high}};
+  for (const Deviations& d : sides)
+    plot.series.push_back(report::histogram_series(
+        report::histogram(in_um(*d.fit), 121, limits.low, limits.high), d.side, d.color));
+  return plot;
+}
+
+report::MapLimits common_limits(const std::vector<Deviations>& sides, double percent) {
+  double largest = 1e-6;
+  for (const Deviations& d : sides) {
+    ImageF all(static_cast<int>(d.fit->deviation_mm.size()), 1);
+    all.data = in_um(*d.fit);
+    largest = std::max(largest, report::symmetric_limits(all, percent).high);
+  }
+  return {-largest, largest};
+}
+
+}  // namespace
+
+std::string geometry_figures_html(const ReportInput& in) {
+  std::string html;
+  for (const FitRow& row : in.comparison.fits) {
+    std::vector<Deviations> sides;
+    for (const Deviations& d :
+         {deviations(in.simulated.measurement, row.object, "simulated", report::color::kSimulated),
+          deviations(in.real.measurement, row.object, "real", report::color::kReal)})
+      if (d) sides.push_back(d);
+    if (sides.empty()) continue;
+    MapStyle style;
+    style.scale = Scale::diverging;
+    style.limits = common_limits(sides, 99.0);
+    style.unit = "µm";
+    style.title = "deviation";
+    std::string maps, n;
+    for (const Deviations& d : sides) {
+      maps += side_maps(in, d, style);
+      n += fmt::format("{}{} n = {}", n.empty() ? "" : ", ", d.side, report::count(d.fit->index.size()));
+    }
+    const std::string plot = report::plots_or_sentences(
+        {deviation_histogram(sides, common_limits(sides, 99.8))}, "dev-" + row.object)[0];
+    html += "<h3>" + report::escape_html(row.object) + "</h3>\n";
+    html += figure(in, maps,
+                   fmt::format(
+                       "{}: signed distance of the measured points from the fitted {}, positive outside; {}. "
+                       "Colours span the 99th percentile of |deviation|.",
+                       row.object, row.kind, n),
+                   "")
+                .html();
+    html += figure(in, plot, fmt::format("{}: signed histogram of the deviation ({}).", row.object, n), "")
+                .html();
+  }
+  return html;
+}
+
+}  // namespace fringetwin::compare

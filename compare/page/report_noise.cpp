@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// Noise of the rig against the noise of the twin: table, by gray level, quantiles, map.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "compare/page/report_parts.hpp"
+#include "report/map.hpp"
+#include "report/plot.hpp"
+#include "report/table.hpp"
+#include "report/text.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+using report::Align;
+using report::fixed;
+using report::Plot;
+using report::Series;
+
+std::string noise_table_html(const std::vector<NoiseRow>& rows) {
+  report::Table table;
+  table.caption =
+      "Standard deviations of the real images and what the twin's sensor predicts; ratio = measured / "
+      "predicted, each value by its own prediction.";
+  table.columns = {{"camera", "", Align::left},
+                   {"noise of", "", Align::left},
+                   {"predicted from", "", Align::left},
+                   {"measured", ""},
+                   {"predicted", ""},
+                   {"ratio", ""},
+                   {"n", ""}};
+  for (const NoiseRow& r : rows) {
+    const std::string source = r.sensor_known ? "sensor and rounding" : "rounding alone";
+    table.add_row({r.camera, r.direction + ": gray values", source, fixed(r.gray_measured_dn, 3) + " DN",
+                   fixed(r.gray_predicted_dn, 3) + " DN",
+                   report::with_sigma(r.gray_ratio, r.gray_ratio_sigma), report::count(r.n)});
+    table.add_row({r.camera, r.direction + ": phase", source, fixed(r.phase_measured_rad, 4) + " rad",
+                   fixed(r.phase_predicted_rad, 4) + " rad",
+                   report::with_sigma(r.phase_ratio, r.phase_ratio_sigma), report::count(r.n_phase)});
+  }
+  return table.html();
+}
+
+std::string explanation_html(const std::vector<NoiseRow>& rows) {
+  const NoiseRow& row = rows.front();
+  std::string html = fmt::format(
+      "<p>Gray: what the fit of mean, cosine and sine to the {} steps leaves ({} degree{} of freedom per "
+      "pixel{}), "
+      "differentiated twice along the stripes, where harmonics are smooth. Phase: second differences of the "
+      "real "
+      "phase along the stripes at the finest pitch. A ratio of 1 says that the twin is as noisy as the rig; "
+      "a phase "
+      "ratio above the gray one is texture or shape, not sensor.</p>",
+      row.steps, row.steps - 3, row.steps == 4 ? "" : "s",
+      row.steps == 4 ? ", the alternating sum with its sign" : "");
+  if (!std::all_of(rows.begin(), rows.end(), [](const NoiseRow& r) { return r.sensor_known; }))
+    html +=
+        "<p>The twin's sensor has no noise (no <code>electrons_per_dn</code>, no "
+        "<code>read_noise_dn</code>): the "
+        "prediction is the rounding to whole gray values alone. <code>fringetwin photometry</code> measures "
+        "both from "
+        "these images.</p>";
+  return html;
+}
+
+Plot level_plot(const NoiseRow& row) {
+  Series measured, predicted;
+  measured.style = Series::Style::points;
+  measured.title = "measured";
+  predicted.title = row.sensor_known ? "predicted by the sensor model" : "rounding alone";
+  predicted.color = report::color::kSimulated;
+  for (const NoiseLevel& l : row.levels) {
+    measured.x.push_back(l.level_dn), measured.y.push_back(l.measured_dn);
+    predicted.x.push_back(l.level_dn), predicted.y.push_back(l.predicted_dn);
+  }
+  double top = 0.0;
+  for (const Series* s : {&measured, &predicted})
+    for (const double v : s->y) top = std::max(top, v);
+  Plot plot;
+  plot.x_label = "mean gray value [DN]";
+  plot.y_label = "gray noise [DN]";
+  plot.height_px = 300;
+  plot.width_px = 620;
+  plot.y_range = {{0.0, std::max(1.15 * top, 1e-3)}};
+  plot.series = {measured, predicted};
+  return plot;
+}
+
+Plot quantile_plot(const NoiseRow& row) {
+  Series points, normal, scaled;
+  points.style = Series::Style::points;
+  points.title = "residuals";
+  points.width = 1.0;
+  points.x = row.normal_quantile;
+  points.y = row.residual_quantile;
+  normal.title = "as predicted";
+  normal.color = report::color::kSimulated;
+  scaled.title = "normal, measured ratio";
+  scaled.style = Series::Style::dashed;
+  scaled.color = report::color::kDifference;
+  for (const double q : row.normal_quantile) {
+    normal.x.push_back(q), normal.y.push_back(q);
+    scaled.x.push_back(q), scaled.y.push_back(row.gray_ratio * q);
+  }
+  Plot plot;
+  plot.x_label = "normal quantile";
+  plot.y_label = "residual / predicted sigma";
+  plot.height_px = 300;
+  plot.width_px = 620;
+  plot.series = {points, normal, scaled};
+  return plot;
+}
+
+std::string noise_figures_html(const ReportInput& in, const NoiseRow& row) {
+  const std::string id = row.camera + "-" + row.direction;
+  const std::vector<std::string> svg =
+      report::plots_or_sentences({level_plot(row), quantile_plot(row)}, "noise-" + id);
+  report::MapStyle style;
+  style.scale = report::Scale::viridis;
+  style.limits = report::robust_limits(row.ratio_map);
+  style.title = "measured / predicted gray noise";
+  style.max_width_px = 480;
+  const Window window = data_window(valid_mask(in, camera_index(in, row.camera)));
+  const ImageF map = crop(enlarged_blocks(row.ratio_map, kNoiseBlock), window);
+  return figure(in,
+                "<div class=\"maps\"><div class=\"map\">" + svg[0] + "</div><div class=\"map\">" + svg[1] +
+                    "</div></div>" + report::map_html(map, style),
+                fmt::format(
+                    "{}, direction {}: gray noise over gray level; quantiles of the residuals over their "
+                    "predicted sigma against the normal distribution; ratio in blocks of {} × {} px.",
+                    row.camera, row.direction, kNoiseBlock, kNoiseBlock),
+                "sigma² = (DN − black) / electrons_per_dn + read_noise² + 1/12;  sigma_phase = sqrt(2/N) "
+                "sigma / amplitude")
+      .html();
+}
+
+}  // namespace
+
+std::string noise_html(const ReportInput& in) {
+  const std::vector<NoiseRow>& rows = in.comparison.noise;
+  if (rows.empty()) return "";
+  std::string html = noise_table_html(rows) + explanation_html(rows);
+  for (const NoiseRow& row : rows) html += noise_figures_html(in, row);
+  return html;
+}
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/page/report_page.hpp"
+
+#include <fmt/format.h>
+
+#include "compare/page/report_parts.hpp"
+#include "report/cloud_canvas.hpp"
+#include "report/table.hpp"
+#include "report/text.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/image/image_io.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+using report::Align;
+using report::Page;
+
+/// "0.50 µm rms (all points 0.61 µm)"
+std::string residual_text(const measure::ObjectFit& fit) {
+  std::string text = fmt::format("{} µm rms", report::fixed(1000.0 * fit.numbers.at("rms_mm"), 2));
+  if (const auto all = fit.numbers.find("rms_all_mm"); all != fit.numbers.end())
+    text += fmt::format(" (all points: {} µm)", report::fixed(1000.0 * all->second, 2));
+  return text;
+}
+
+/// The numbers a reader looks for first.
+std::string glance_html(const Comparison& c) {
+  report::Table table;
+  table.columns = {{"at a glance", "", Align::left}, {"value", ""}, {"n", ""}};
+  for (const FitRow& row : c.fits) {
+    if (row.simulated && row.simulated->usable && row.simulated->numbers.contains("rms_mm"))
+      table.add_row({fmt::format("{}: residual of the simulated {} fit", row.object, row.kind),
+                     residual_text(*row.simulated), points_text(row.simulated)});
+    if (const auto at = row.difference_vectors.find("center_mm"); at != row.difference_vectors.end())
+      table.add_row({row.object + ": distance of the centres, simulated − real",
+                     report::fixed(1000.0 * at->second.norm(), 2) + " µm", ""});
+    if (const auto at = row.difference.find("radius_mm"); at != row.difference.end())
+      table.add_row({row.object + ": radius, simulated − real",
+                     report::signed_fixed(1000.0 * at->second, 2) + " µm", ""});
+  }
+  for (const PhaseRow& r : c.phase)
+    table.add_row({fmt::format("{} {}: phase difference", r.camera, r.direction),
+                   fmt::format("{} rad rms, {} % relative mean", report::fixed(r.rms_rad, 4),
+                               report::number(100.0 * r.mean_relative, 3)),
+                   report::count(r.n)});
+  for (const GainRow& r : c.gain)
+    table.add_row(
+        {fmt::format("{}: gray residual before → after the gain fit", r.camera),
+         fmt::format("{} → {} DN rms", report::number(r.rms_before_dn, 3), report::number(r.rms_after_dn, 3)),
+         report::count(r.n)});
+  return table.rows.empty() ? "" : table.html();
+}
+
+std::string footer_html(const Twin& twin, const Provenance& p) {
+  report::Table table;
+  table.columns = {{"provenance", "", Align::left}, {"", "", Align::left}};
+  table.add_row({"twin", twin.file.string()});
+  table.add_row({"command", report::shell_command(p.argv)});
+  table.add_row({"version", p.version});
+  table.add_row({"device", p.device.empty() ? "nothing was rendered in this run" : p.device});
+  for (const RenderNote& n : p.rendered) table.add_row({"rendered “" + n.camera + "”", n.text()});
+  table.add_row({"seed", std::to_string(p.seed)});
+  report::Table files;
+  files.columns = {{"input file", "", Align::left}, {"SHA-256", "", Align::left}};
+  for (const auto& [file, digest] : sha256_of_files(p.input_files)) files.add_row({file, digest});
+  return table.html() +
+         fmt::format(
+             "<details><summary>{} input files with their SHA-256</summary>{}</details>"
+             "<p>Every formula: docs/METRICS.md of the fringetwin source. All differences are simulated − "
+             "real.</p>",
+             files.rows.size(), files.html());
+}
+
+void add(Page& page, const char* id, const char* title, const std::string& body) {
+  if (!body.empty()) page.sections.push_back({id, title, body});
+}
+
+std::string subtitle(const Twin& twin, const ReportInput& in) {
+  std::string cameras;
+  for (const Camera& c : twin.cameras)
+    cameras += fmt::format("{}“{}” {} × {} px", cameras.empty() ? "" : ", ", c.name, c.lens.width(),
+                           c.lens.height());
+  return fmt::format(
+      "Simulated against {} measurement · {} · {} images each", in.has_real_images() ? "real" : "published",
+      (twin.cameras.size() == 1 ? "camera " : "cameras ") + cameras, expand_sequence(twin.fringes).size());
+}
+
+}  // namespace
+
+void write_report(const std::filesystem::path& dir, const Twin& twin, const Side& real, const Side& simulated,
+                  const Comparison& comparison, const CompareOptions& options, const Provenance& provenance,
+                  const std::map<std::string, double>& timing_s) {
+  std::filesystem::create_directories(dir);
+  const ReportInput in{
+      dir, twin, real, simulated, comparison, options, report::shell_command(provenance.argv)};
+  Page page;
+  page.title = twin.name.empty() ? twin.file.stem().string() : twin.name;
+  page.subtitle = subtitle(twin, in);
+  page.verdict = comparison.limits.empty() ? "no limits set" : comparison.pass ? "pass" : "fail";
+  page.summary_html = verdict_html(comparison) + explained_summary_html(comparison) + glance_html(comparison);
+  page.note = options.note;
+  page.warnings = comparison.warnings;
+  add(page, "refined", "Refined values", refinement_html(comparison));
+  add(page, "causes", "What the budget does not explain", causes_html(comparison));
+  add(page, "fits", "Fitted geometry", fits_html(in) + indicators_html(comparison));
+  add(page, "gain", "Gain", gain_table_html(comparison));
+  add(page, "images", "Fringe images", gray_figures_html(in));
+  add(page, "budget", "What the gray residual is made of", budget_html(comparison));
+  add(page, "noise", "Noise", noise_html(in));
+  add(page, "shift", "Shift between the images", shift_html(in));
+  const std::string phase_table = phase_table_html(comparison);
+  add(page, "phase", "Phase", phase_table + phase_budget_html(comparison) + phase_figures_html(in));
+  add(page, "deviation", "Deviation from the fitted surface", geometry_figures_html(in));
+  add(page, "explained", "Uncertainty budget", explained_html(comparison));
+  add(page, "gray", "Gray differences per image", gray_table_html(comparison));
+  add(page, "timing", "Timing", timing_html(timing_s));
+  page.footer_html = footer_html(twin, provenance);
+  page.script = report::cloud_script();
+  write_text_file(dir / "report.html", page.html());
+}
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// The comparison as one HTML page and the maps beside it.
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "compare/comparison.hpp"
+#include "compare/result/provenance.hpp"
+
+namespace fringetwin::compare {
+
+/// Writes DIR/report.html and the maps at full resolution (gray_difference_<camera>.png,
+/// phase_difference_<camera>_<direction>.png, deviation_<object>_<side>.png). Sections without data
+/// are left out; with no real images the simulated ones are shown and the page says so.
+void write_report(const std::filesystem::path& dir, const Twin& twin, const Side& real, const Side& simulated,
+                  const Comparison& comparison, const CompareOptions& options, const Provenance& provenance,
+                  const std::map<std::string, double>& timing_s);
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of the comparison page; internal to compare/.
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "compare/comparison.hpp"
+#include "compare/gray/gain_fit.hpp"
+#include "report/html_page.hpp"
+
+namespace fringetwin::compare {
+
+struct ReportInput {
+  const std::filesystem::path& dir;
+  const Twin& twin;
+  const Side& real;
+  const Side& simulated;
+  const Comparison& comparison;
+  const CompareOptions& options;
+  std::string command;  ///< as typed, quoted for a shell
+  bool has_real_images() const { return !real.images.empty(); }
+};
+
+// report_tables.cpp: empty where there is nothing to show
+std::string verdict_html(const Comparison& c);
+std::string fits_html(const ReportInput& in);
+std::string gain_table_html(const Comparison& c);
+std::string gray_table_html(const Comparison& c);
+std::string budget_html(const Comparison& c);
+std::string phase_table_html(const Comparison& c);
+std::string phase_budget_html(const Comparison& c);
+std::string timing_html(const std::map<std::string, double>& timing_s);
+
+// report_indicators.cpp
+std::string indicators_html(const Comparison& c);
+
+// report_explained.cpp
+std::string explained_summary_html(const Comparison& c);
+std::string explained_html(const Comparison& c);
+std::string causes_html(const Comparison& c);
+std::string refinement_html(const Comparison& c);
+
+/// "5 076 of 5 317": points used, of those within the gate.
+std::string points_text(const std::optional<measure::ObjectFit>& fit);
+
+// report_gray.cpp, report_phase.cpp, report_geometry.cpp: figures; they also write the maps as files
+std::string gray_figures_html(const ReportInput& in);
+std::string phase_figures_html(const ReportInput& in);
+std::string geometry_figures_html(const ReportInput& in);
+// report_noise.cpp, report_shift.cpp
+std::string noise_html(const ReportInput& in);
+std::string shift_html(const ReportInput& in);
+
+/// Part of the picture that holds data.
+struct Window {
+  int x0 = 0, y0 = 0, width = 0, height = 0;
+  std::string text() const;  ///< "pixels x 100…300, y 50…240"
+};
+/// Bounding box of the non-zero pixels (without the outer 0.3 % on each side) plus a margin; the whole
+/// image when there are none.
+Window data_window(const ImageU8& mask);
+ImageF crop(const ImageF& image, const Window& window);
+
+/// Each value as k x k pixels: a map of blocks at its size in the image.
+ImageF enlarged_blocks(const ImageF& blocks, int k);
+/// 1 where the camera's decode (of whichever sides were decoded) is valid.
+ImageU8 valid_mask(const ReportInput& in, std::size_t camera);
+/// The image row of the profiles: through the first object's centre where that is on the part, else
+/// the row with the most valid pixels.
+int profile_row(const ReportInput& in, std::size_t camera, const ImageU8& mask);
+/// One row of an image as plot coordinates, NaN included.
+struct RowData {
+  std::vector<double> x_px, value;
+};
+RowData row_data(const ImageF& image, int row, int first, int last);
+/// First and last non-zero pixel of a row.
+std::pair<int, int> row_extent(const ImageU8& mask, int row);
+
+/// Index of the camera of that name, which the twin has.
+std::size_t camera_index(const ReportInput& in, const std::string& name);
+/// "<h3>Camera “left”</h3>"
+std::string camera_heading(const std::string& name);
+
+report::Figure figure(const ReportInput& in, std::string body, std::string caption, std::string formula);
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "compare/geometry/fit_rows.hpp"
+#include "compare/page/report_parts.hpp"
+#include "compare/result/row_json.hpp"
+#include "compare/verdict/limits.hpp"
+#include "report/table.hpp"
+#include "report/text.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+using measure::ObjectFit;
+using report::Align;
+using report::fixed;
+using report::number;
+using report::signed_fixed;
+using report::Table;
+
+/// One scalar of one side with its standard error.
+struct Entry {
+  double value = kUnknown, sigma = kUnknown;
+};
+
+Entry entry(const std::optional<ObjectFit>& fit, const std::string& key, int component) {
+  Entry e;
+  if (!fit || !fit->usable) return e;
+  if (component < 0) {
+    if (const auto at = fit->numbers.find(key); at != fit->numbers.end()) e.value = at->second;
+    if (const auto at = fit->numbers.find(sigma_key(key)); at != fit->numbers.end()) e.sigma = at->second;
+    return e;
+  }
+  if (const auto at = fit->vectors.find(key); at != fit->vectors.end()) e.value = at->second[component];
+  if (const auto at = fit->vectors.find(sigma_key(key)); at != fit->vectors.end())
+    e.sigma = at->second[component];
+  return e;
+}
+
+std::string entry_text(const Entry& e, const std::string& unit) {
+  if (!std::isfinite(e.value)) return "–";
+  if (std::isfinite(e.sigma) && e.sigma > 0.0) return report::with_sigma(e.value, e.sigma);
+  return fixed(e.value, unit == "mm" ? 4 : 6);
+}
+
+/// "center_mm" -> "center", "mm".
+std::pair<std::string, std::string> split_unit(const std::string& key) {
+  if (key == "rms_mm") return {"rms, outliers left out", "mm"};
+  if (key == "rms_all_mm") return {"rms, all points within the gate", "mm"};
+  for (const char* unit : {"mm", "rad", "px", "dn"})
+    if (key.ends_with(std::string("_") + unit))
+      return {key.substr(0, key.size() - std::string(unit).size() - 1), unit};
+  return {key, ""};
+}
+
+/// Tenths of a micrometre are enough for a difference, unless it is smaller than one itself.
+std::string difference_text(double difference, const std::string& unit) {
+  return signed_fixed(difference, unit == "mm" && std::abs(difference) >= 1e-3 ? 4 : 6);
+}
+
+/// Of a number (component < 0) or of a vector's component; NaN where there is none.
+double value_of(const std::map<std::string, double>& numbers,
+                const std::map<std::string, Eigen::Vector3d>& vectors, const std::string& key,
+                int component) {
+  if (component < 0) {
+    const auto at = numbers.find(key);
+    return at == numbers.end() ? kUnknown : at->second;
+  }
+  const auto at = vectors.find(key);
+  return at == vectors.end() ? kUnknown : at->second[component];
+}
+
+void add_fit_row(Table& table, const FitRow& row, const std::string& key, int component, bool estimates) {
+  auto [name, unit] = split_unit(key);
+  if (component >= 0) name += fmt::format(" {}", "xyz"[component]);
+  const Entry s = entry(row.simulated, key, component), r = entry(row.real, key, component);
+  const double difference = s.value - r.value;
+  std::vector<std::string> cells{name,
+                                 unit,
+                                 entry_text(s, unit),
+                                 entry_text(r, unit),
+                                 difference_text(difference, unit),
+                                 signed_fixed(value_of(row.z, row.z_vectors, key, component), 1)};
+  if (estimates)
+    cells.push_back(signed_fixed(value_of(row.z_estimated, row.z_estimated_vectors, key, component), 1));
+  table.add_row(std::move(cells));
+}
+
+/// Keys of both sides, sigmas left out, sizes before the residual.
+std::vector<std::string> number_keys(const FitRow& row) {
+  std::vector<std::string> keys;
+  bool rms = false;
+  for (const auto* fit : {&row.simulated, &row.real})
+    if (*fit)
+      for (const auto& [key, value] : (*fit)->numbers) {
+        if (is_sigma_key(key) || is_count_key(key) || std::find(keys.begin(), keys.end(), key) != keys.end())
+          continue;
+        if (key == "rms_mm" || key == "rms_all_mm")
+          rms = true;
+        else
+          keys.push_back(key);
+      }
+  if (rms) keys.insert(keys.end(), {"rms_mm", "rms_all_mm"});
+  return keys;
+}
+
+std::vector<std::string> vector_keys(const FitRow& row) {
+  std::vector<std::string> keys;
+  for (const auto* fit : {&row.simulated, &row.real})
+    if (*fit)
+      for (const auto& [key, value] : (*fit)->vectors)
+        if (!is_sigma_key(key) && std::find(keys.begin(), keys.end(), key) == keys.end()) keys.push_back(key);
+  return keys;
+}
+
+std::string percent(double part, double total) { return total > 0.0 ? fixed(100.0 * part / total, 1) : "–"; }
+
+}  // namespace
+
+std::string points_text(const std::optional<ObjectFit>& fit) {
+  if (!fit) return "–";
+  if (fit->n == 0) return fit->usable ? "published" : "0";
+  const auto gated = fit->numbers.find("n_gated");
+  const std::string of = gated == fit->numbers.end()
+                             ? ""
+                             : " of " + report::count(static_cast<unsigned long long>(gated->second));
+  return report::count(fit->n) + of + (fit->usable ? "" : " (no fit)");
+}
+
+std::string verdict_html(const Comparison& c) {
+  if (c.limits.empty())
+    return "<p>No acceptance limits are set in the twin (<code>[limits]</code>): nothing was judged here. "
+           "The key "
+           "<code>verdict</code> of result.json says \"pass\" because no limit is broken.</p>";
+  Table table;
+  table.columns = {{"quantity", "", Align::left},
+                   {"meaning", "", Align::left},
+                   {"value", "", Align::right},
+                   {"limit", "", Align::right},
+                   {"verdict", "", Align::right}};
+  for (const LimitRow& row : c.limits)
+    table.add_row(
+        {row.name, limit_names().at(row.name), number(row.value, 4),
+         fmt::format("{} {:.6g}", row.name == "gain_r2" ? "≥" : "≤", row.limit), row.pass ? "pass" : "fail"},
+        row.pass ? "pass" : "fail");
+  return table.html();
+}
+
+std::string fits_html(const ReportInput& in) {
+  if (in.comparison.fits.empty()) return "";
+  Table table;
+  table.caption =
+      "Values with one standard error where it is known; z = difference / combined standard error. Fits "
+      "leave out "
+      "points beyond four robust residual scales.";
+  table.columns = {{"quantity", "", Align::left},          {"unit", "", Align::left},
+                   {"simulated", "", Align::right},        {"real", "", Align::right},
+                   {"simulated − real", "", Align::right}, {"z", "", Align::right}};
+  bool estimates = false;
+  for (const FitRow& row : in.comparison.fits)
+    estimates = estimates || !row.z_estimated.empty() || !row.z_estimated_vectors.empty();
+  if (estimates) table.columns.push_back({"z (σ of the real side estimated from its rms)", ""});
+  for (const FitRow& row : in.comparison.fits) {
+    table.add_row({fmt::format("{} ({})", row.object, row.kind)}, "group");
+    for (const std::string& key : vector_keys(row))
+      for (int i = 0; i < 3; ++i) add_fit_row(table, row, key, i, estimates);
+    for (const std::string& key : number_keys(row)) add_fit_row(table, row, key, -1, estimates);
+    for (const char* key : {"offset_mm", "angle_rad", "axis_distance_mm"})
+      if (const auto at = row.difference.find(key); at != row.difference.end()) {
+        const auto [name, unit] = split_unit(key);
+        const auto z = row.z.find(key);
+        table.add_row({name, unit, "", "", difference_text(at->second, unit),
+                       signed_fixed(z == row.z.end() ? kUnknown : z->second, 1)});
+      }
+    table.add_row({"points used, of those within the gate", "", points_text(row.simulated),
+                   points_text(row.real), "", ""});
+  }
+  std::string html = table.html();
+  for (const FitRow& row : in.comparison.fits)
+    html +=
+        fmt::format("<p>Alignment of “{}”: {}.</p>", report::escape_html(row.object), alignment_of(row.kind));
+  if (!in.twin.real.results.empty() && !in.real.measurement)
+    html += "<p>Real: published numbers" +
+            (in.twin.real.results_source.empty() ? std::string()
+                                                 : ", " + report::escape_html(in.twin.real.results_source)) +
+            ". No real images exist for this twin.</p>";
+  if (estimates)
+    html +=
+        "<p>The published numbers come without standard errors, so z is unknown. The last column estimates "
+        "them "
+        "from the published rms, as if the real points were the simulated ones and their errors independent: "
+        "true "
+        "errors are correlated, so the true z is nearer to zero.</p>";
+  return html;
+}
+
+std::string gain_table_html(const Comparison& c) {
+  if (c.gain.empty()) return "";
+  Table table;
+  table.caption =
+      "DN = gain · E + black level, Huber fit over all usable gray values of the phase steps; before = the "
+      "twin's "
+      "own sensor values.";
+  table.columns = {{"camera", "", Align::left}, {"gain", "DN per unit E"}, {"black level", "DN"},
+                   {"rms before", "DN"},        {"rms after", "DN"},       {"R²", ""},
+                   {"beyond Huber", "%"},       {"σ inflation", ""},       {"n", ""}};
+  for (const GainRow& r : c.gain)
+    table.add_row({r.camera, report::with_sigma(r.gain_dn, r.gain_sigma_dn),
+                   report::with_sigma(r.black_level_dn, r.black_level_sigma_dn), number(r.rms_before_dn),
+                   number(r.rms_after_dn), fixed(r.r2, 6), fixed(100.0 * r.outlier_fraction, 2),
+                   number(r.sigma_inflation, 3), report::count(r.n)});
+  return table.html() +
+         "<p>σ inflation is the standard error of the gain with spatial correlation (blocks of 32 × 32 px, "
+         "all images "
+         "of a block together) over the one for independent gray values. Far above 1 means that the "
+         "residuals are "
+         "correlated: shape, albedo or shading rather than noise. The printed σ cover only what varies "
+         "within a "
+         "block (32 px): albedo, shading or ambient light that varies more slowly biases gain and black "
+         "level, and "
+         "no σ shows it. Gain, projector "
+         "intensity and diffuse albedo enter only as a product: intensity and albedo are held at the twin's "
+         "values.</p>";
+}
+
+std::string gray_table_html(const Comparison& c) {
+  if (c.gray.empty()) return "";
+  Table table;
+  table.caption = "(gain · E + black level) − real gray value, per image.";
+  table.columns = {{"camera", "", Align::left},
+                   {"image", "", Align::left},
+                   {"mean", "DN"},
+                   {"rms", "DN"},
+                   {"P99 of |d|", "DN"},
+                   {"n", ""}};
+  for (const GrayRow& r : c.gray)
+    table.add_row({r.camera, r.pattern, signed_fixed(r.mean_dn, 3), fixed(r.rms_dn, 3), fixed(r.p99_dn, 2),
+                   report::count(r.n)});
+  return table.html();
+}
+
+std::string budget_html(const Comparison& c) {
+  std::string html;
+  for (const GrayBudget& b : c.gray_budget) {
+    Table table;
+    table.caption =
+        fmt::format("Camera {}: variance of real − fitted gray values, split (n = {} values of {} pixels)",
+                    b.camera, report::count(b.n), report::count(b.n_pixels));
+    table.columns = {{"part", "", Align::left},
+                     {"what it is", "", Align::left},
+                     {"variance", "DN²"},
+                     {"rms", "DN"},
+                     {"share", "%"}};
+    const auto add = [&](const char* name, const std::string& what, double v, const char* css = "") {
+      table.add_row(
+          {name, what, fixed(v, 4), v >= 0.0 ? fixed(std::sqrt(v), 3) : "–", percent(v, b.total_dn2)}, css);
+    };
+    add("noise", "predicted: " + b.noise_source, b.noise_dn2);
+    add("albedo, shading",
+        fmt::format("removed by one factor per pixel on gain · E (robust spread {} %)",
+                    number(100.0 * b.albedo_sigma, 3)),
+        b.albedo_dn2);
+    add("fringe contrast", "removed by a common offset and fundamental of the phase", b.contrast_dn2);
+    add("projector harmonics", "removed by common orders 2…6 of the phase", b.higher_orders_dn2);
+    add("geometry", "removed by one shift of the projector coordinate per pixel", b.geometry_dn2);
+    add("rest", "not explained by the above", b.rest_dn2);
+    add("total", "", b.total_dn2, "total");
+    html += table.html();
+    std::string orders;
+    for (std::size_t k = 0; k < b.harmonic_amplitude.size(); ++k)
+      orders += fmt::format("{}{}: {} %", k == 0 ? "" : ", ", k, number(100.0 * b.harmonic_amplitude[k], 3));
+    html +=
+        "<p>Amplitude of the common periodic residual by order, relative to the local gray level above "
+        "black: " +
+        orders + ".";
+    if (50.0 * b.noise_per_dn > 0.05 * b.noise_offset_dn2)  // a slope worth a number
+      html += fmt::format(" Noise line: variance = {} + {} · DN (about {} electrons per DN).",
+                          number(b.noise_offset_dn2, 3), number(b.noise_per_dn, 3),
+                          number(1.0 / b.noise_per_dn, 3));
+    html += "</p>\n";
+  }
+  return html;
+}
+
+std::string phase_table_html(const Comparison& c) {
+  if (c.phase.empty()) return "";
+  Table table;
+  table.caption = "Absolute phase at the finest pitch, simulated − real, where both are valid.";
+  table.columns = {{"camera", "", Align::left},
+                   {"direction", "", Align::left},
+                   {"mean", "rad"},
+                   {"rms", "rad"},
+                   {"P99 of |d|", "rad"},
+                   {"mean |ΔΦ| / mean |Φ|", "%"},
+                   {"n", ""},
+                   {"order disagrees", "pixels"}};
+  for (const PhaseRow& r : c.phase)
+    table.add_row({r.camera, r.direction, signed_fixed(r.mean_rad, 5), fixed(r.rms_rad, 5),
+                   fixed(r.p99_rad, 5), number(100.0 * r.mean_relative, 3), report::count(r.n),
+                   report::count(r.n_order_disagree)});
+  return table.html();
+}
+
+std::string phase_budget_html(const Comparison& c) {
+  std::string html;
+  for (const PhaseBudget& b : c.phase_budget) {
+    Table table;
+    table.caption =
+        fmt::format("Camera {}, direction {}: mean square of the phase difference, split (n = {})", b.camera,
+                    b.direction, report::count(b.n));
+    table.columns = {{"part", "", Align::left},
+                     {"what it is", "", Align::left},
+                     {"mean square", "rad²"},
+                     {"rms", "rad"},
+                     {"share", "%"}};
+    const auto add = [&](const char* name, const std::string& what, double v, const char* css = "") {
+      table.add_row(
+          {name, what, number(v, 3), v >= 0.0 ? fixed(std::sqrt(v), 4) : "–", percent(v, b.total_rad2)}, css);
+    };
+    add("offset", "square of the mean difference", b.offset_rad2);
+    add("brightness",
+        "ripple of order 1 and 2 of the phase, which brightness changes between the step images leave",
+        b.brightness_rad2);
+    add("harmonics",
+        fmt::format("ripple of order {0} and {1} of the phase, which projector harmonics {2} and {3} leave "
+                    "in the steps "
+                    "used (amplitude of order {0}: {4} rad)",
+                    b.alias_order, 2 * b.alias_order, b.alias_order - 1, b.alias_order + 1,
+                    number(b.harmonic_amplitude_rad, 3)),
+        b.harmonic_rad2);
+    add("noise", "predicted from the phase sigma of both sides", b.noise_rad2);
+    add("low frequency", "means over 16 × 16 px, less their noise: shape, calibration, interreflection",
+        b.low_frequency_rad2);
+    add("high frequency", "the rest: texture, edges, noise beyond the prediction", b.high_frequency_rad2);
+    add("total", "", b.total_rad2, "total");
+    html +=
+        table.html() +
+        fmt::format("<p>Brightness, harmonics and noise explain {} % of the variance about the mean.</p>\n",
+                    fixed(100.0 * b.explained(), 1));
+  }
+  return html;
+}
+
+std::string timing_html(const std::map<std::string, double>& timing_s) {
+  if (timing_s.empty()) return "";
+  Table table;
+  table.columns = {{"stage", "", Align::left}, {"time", "s"}};
+  for (const auto& [stage, seconds] : timing_s) table.add_row({stage, fixed(seconds, 3)});
+  return table.html();
+}
+
+}  // namespace fringetwin::compare

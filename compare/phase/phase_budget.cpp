@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/phase/phase_budget.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "compare/phase/phase_rows.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/lens/linear.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+using measure::DirectionDecode;
+
+constexpr int kBlock = 16;  ///< px; slower than this is low frequency
+constexpr std::size_t kFewestInBlock = 64;
+constexpr std::uint64_t kFewestPixels = 1000;
+constexpr Eigen::Index kBatch = 64;  ///< pixels per update of the normal matrix
+
+/// The pitches whose phases are in the coordinate: heterodyne takes the mean of all, the others the finest.
+/// Basis: 1, then cos and sin of the orders 1 and 2 of each pitch (brightness), then of the alias order and
+/// its double (harmonics; instead of the others where the alias order is 1).
+struct Ripple {
+  std::vector<double> pitch_px, origin_px;
+  int order = 1;
+
+  bool has_brightness() const { return order > 2; }
+  /// 1 and the brightness orders.
+  int leading() const { return 1 + (has_brightness() ? per_group() : 0); }
+  int size() const { return leading() + per_group(); }
+  void basis(double x_px, double* f) const {
+    *f++ = 1.0;
+    double* harmonics = has_brightness() ? f + per_group() : f;
+    for (std::size_t p = 0; p < pitch_px.size(); ++p) {
+      const double angle = kTwoPi * (x_px - origin_px[p]) / pitch_px[p];
+      const Turn one{std::cos(angle), std::sin(angle)};
+      if (has_brightness()) f = put(one, f);
+      Turn high = one;
+      for (int k = 1; k < order; ++k) high = high.by(one);
+      harmonics = put(high, harmonics);
+    }
+  }
+
+ private:
+  /// cos and sin of an angle; higher orders by multiplication, as one sine costs more than all of them.
+  struct Turn {
+    double c, s;
+    Turn by(const Turn& o) const { return {c * o.c - s * o.s, s * o.c + c * o.s}; }
+  };
+  int per_group() const { return 4 * static_cast<int>(pitch_px.size()); }
+  /// A turn and its double.
+  static double* put(const Turn& t, double* f) {
+    const Turn twice = t.by(t);
+    *f++ = t.c, *f++ = t.s, *f++ = twice.c, *f++ = twice.s;
+    return f;
+  }
+};
+
+struct RippleSums {
+  Eigen::MatrixXd normal;
+  Eigen::VectorXd right;
+  double d = 0.0, d2 = 0.0, noise = 0.0;
+  std::uint64_t n = 0;
+};
+
+class PhaseBudgetFit {
+ public:
+  PhaseBudgetFit(const DirectionDecode& real, const DirectionDecode& simulated, Ripple ripple)
+      : real_(real),
+        simulated_(simulated),
+        ripple_(std::move(ripple)),
+        difference_(phase_difference(real, simulated)) {
+    per_px_ = kTwoPi / real.pitches_px[static_cast<std::size_t>(real.finest)];
+  }
+
+  std::optional<PhaseBudget> run() {
+    const RippleSums sums = add_rows();
+    if (sums.n < kFewestPixels) return std::nullopt;
+    PhaseBudget out;
+    const auto n = static_cast<double>(sums.n);
+    out.n = sums.n;
+    out.alias_order = ripple_.order;
+    out.total_rad2 = sums.d2 / n;
+    out.offset_rad2 = std::pow(sums.d / n, 2);
+    out.noise_rad2 = sums.noise / n;
+    const int leading = ripple_.leading();
+    const double by_brightness = solve(sums, leading);
+    const double by_all = solve(sums, ripple_.size());
+    if (ripple_.has_brightness()) out.brightness_rad2 = std::max(0.0, by_brightness / n - out.offset_rad2);
+    out.harmonic_rad2 = std::max(0.0, by_all / n - out.offset_rad2 - out.brightness_rad2);
+    out.harmonic_amplitude_rad = std::hypot(solution_[leading], solution_[leading + 1]);
+    out.low_frequency_rad2 = low_frequency() / n;
+    out.high_frequency_rad2 = out.total_rad2 - out.offset_rad2 - out.brightness_rad2 - out.harmonic_rad2 -
+                              out.noise_rad2 - out.low_frequency_rad2;
+    return out;
+  }
+
+ private:
+  /// Least squares on the first `used` functions; by how much they lower the sum of squares.
+  double solve(const RippleSums& sums, int used) {
+    Eigen::MatrixXd normal = sums.normal.topLeftCorner(used, used);
+    // a trace of damping: a part narrower than one ripple cannot tell it from a constant
+    normal.diagonal().array() += 1e-9 * normal.trace() / used;
+    const Eigen::VectorXd right = sums.right.head(used);
+    solution_ = solve_symmetric(normal, right);
+    return 2.0 * solution_.dot(right) - solution_.dot(sums.normal.topLeftCorner(used, used) * solution_);
+  }
+
+  double noise_variance(std::size_t i) const {
+    const auto r = static_cast<double>(real_.coordinate_sigma_px.data[i]);
+    const auto s = static_cast<double>(simulated_.coordinate_sigma_px.data[i]);
+    const double v = (std::isfinite(r) ? r * r : 0.0) + (std::isfinite(s) ? s * s : 0.0);
+    return per_px_ * per_px_ * v;
+  }
+
+  /// Rows in order: the same for any number of threads.
+  RippleSums add_rows() const {
+    const int height = difference_.height, m = ripple_.size();
+    std::vector<RippleSums> rows(static_cast<std::size_t>(height));
+#pragma omp parallel for schedule(static)
+    for (int y = 0; y < height; ++y) {
+      RippleSums& s = rows[static_cast<std::size_t>(y)];
+      s.normal = Eigen::MatrixXd::Zero(m, m);
+      s.right = Eigen::VectorXd::Zero(m);
+      // pixels are added in batches: one update of the matrix for many
+      Eigen::MatrixXd f(m, kBatch);
+      Eigen::VectorXd differences(kBatch);
+      Eigen::Index filled = 0;
+      const auto add_batch = [&] {
+        s.normal.selfadjointView<Eigen::Lower>().rankUpdate(f.leftCols(filled));
+        s.right += f.leftCols(filled) * differences.head(filled);
+        filled = 0;
+      };
+      for (int x = 0; x < difference_.width; ++x) {
+        const auto d = static_cast<double>(difference_(x, y));
+        if (std::isnan(d)) continue;
+        const std::size_t i = difference_.index(x, y);
+        ripple_.basis(real_.coordinate_px.data[i], f.col(filled).data());
+        differences[filled] = d;
+        s.d += d, s.d2 += d * d, s.noise += noise_variance(i);
+        ++s.n;
+        if (++filled == kBatch) add_batch();
+      }
+      add_batch();
+    }
+    RippleSums sums{Eigen::MatrixXd::Zero(m, m), Eigen::VectorXd::Zero(m)};
+    for (const RippleSums& row : rows) {
+      sums.normal += row.normal;
+      sums.right += row.right;
+      sums.d += row.d, sums.d2 += row.d2, sums.noise += row.noise, sums.n += row.n;
+    }
+    sums.normal = Eigen::MatrixXd(sums.normal.selfadjointView<Eigen::Lower>());
+    return sums;
+  }
+
+  /// Sum over blocks of n_b (mean of what the ripple leaves)^2, less what noise alone puts into a mean.
+  double low_frequency() const {
+    const int across = (difference_.width + kBlock - 1) / kBlock,
+              down = (difference_.height + kBlock - 1) / kBlock;
+    std::vector<double> sums(static_cast<std::size_t>(across) * static_cast<std::size_t>(down), 0.0);
+#pragma omp parallel for schedule(dynamic)
+    for (int b = 0; b < across * down; ++b) {
+      const int x0 = b % across * kBlock, y0 = b / across * kBlock;
+      double sum = 0.0, noise = 0.0;
+      std::size_t n = 0;
+      Eigen::VectorXd f(ripple_.size());
+      for (int y = y0; y < std::min(y0 + kBlock, difference_.height); ++y)
+        for (int x = x0; x < std::min(x0 + kBlock, difference_.width); ++x) {
+          const auto d = static_cast<double>(difference_(x, y));
+          if (std::isnan(d)) continue;
+          const std::size_t i = difference_.index(x, y);
+          ripple_.basis(real_.coordinate_px.data[i], f.data());
+          sum += d - solution_.dot(f);
+          noise += noise_variance(i);
+          ++n;
+        }
+      const auto count = static_cast<double>(n);
+      if (n >= kFewestInBlock) sums[static_cast<std::size_t>(b)] = (sum * sum - noise) / count;
+    }
+    double total = 0.0;
+    for (const double s : sums) total += s;
+    return total;
+  }
+
+  const DirectionDecode &real_, &simulated_;
+  Ripple ripple_;
+  ImageF difference_;
+  double per_px_ = 0.0;
+  Eigen::VectorXd solution_;
+};
+
+}  // namespace
+
+int alias_order(const std::vector<int>& steps, int steps_total) {
+  const int m = static_cast<int>(steps.size());
+  if (m < 3 || steps_total % m != 0) return 1;
+  std::vector<int> sorted = steps;
+  std::sort(sorted.begin(), sorted.end());
+  for (int i = 1; i < m; ++i)
+    if (sorted[static_cast<std::size_t>(i)] - sorted[static_cast<std::size_t>(i - 1)] != steps_total / m)
+      return 1;
+  return m;
+}
+
+std::optional<PhaseBudget> phase_budget(const Twin& twin, const DirectionDecode& real,
+                                        const DirectionDecode& simulated, const std::vector<int>& use_steps) {
+  const int steps = twin.fringes.steps;
+  if (steps == 0) return std::nullopt;
+  Ripple ripple;
+  ripple.order = use_steps.empty() ? steps : alias_order(use_steps, steps);
+  for (const DirectionFringes& d : twin.fringes.directions) {
+    if (d.axis != real.axis) continue;
+    const auto finest = static_cast<std::size_t>(d.finest());
+    ripple.pitch_px = {d.pitches_px[finest]};
+    ripple.origin_px = {d.phase_origin_px[finest]};
+    if (twin.fringes.unwrap != Unwrap::heterodyne) continue;
+    for (std::size_t p = 0; p < d.pitches_px.size(); ++p)
+      if (p != finest) {
+        ripple.pitch_px.push_back(d.pitches_px[p]);
+        ripple.origin_px.push_back(d.phase_origin_px[p]);
+      }
+  }
+  if (ripple.pitch_px.empty()) return std::nullopt;
+  return PhaseBudgetFit(real, simulated, std::move(ripple)).run();
+}
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// Truth: images formed from a formula with a known 5th harmonic, brightness and noise, decoded by measure/.
+// clang-format off
+// | check                 | tolerance   | origin                                                                  |
+// |-----------------------|-------------|-------------------------------------------------------------------------|
+// | ripple amplitude      | 3 %         | 2 h5/B of first order in h5/B = 0.046: next order 0.1 %; noise          |
+// | brightness part       | 5 %         | first order in 2 % of one image                                         |
+// | noise part            | 3 %         | predicted sigma against the noise put in, 4e4 pixels                    |
+// | explained share       | > 0.95      | nothing else was put in                                                 |
+// | offset put in         | 1e-3 rad    | mean of 4e4 pixels                                                      |
+// | slow part             | 4 %         | block means keep sinc^2 of it                                           |
+// | parts' sum            | 1e-12 rad^2 | by construction                                                         |
+// clang-format on
+#include "compare/phase/phase_budget.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "measure/decode/decode.hpp"
+
+namespace fringetwin::compare::phase_budget_test {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr int kWidth = 240, kHeight = 180;
+constexpr double kPitch = 60.0, kAmplitude = 46.3;
+
+struct Bench {
+  Twin twin;
+  double noise_dn = 0.6, fifth_dn = 2.14;
+  double flicker = 0.0;  ///< step 3 is brighter by this share
+  unsigned seed = 3;
+
+  Bench() {
+    DirectionFringes x;
+    x.pitches_px = {kPitch};
+    x.phase_origin_px = {30.0};
+    x.gray = GrayCode{5, false, true, -0.5, GrayCode::Threshold::mean};
+    twin.fringes.directions = {x};
+    twin.fringes.steps = 12;
+    twin.fringes.unwrap = Unwrap::gray;
+  }
+  static double column(int x, int y) { return 200.0 + 2.3 * x + 0.15 * y; }
+
+  /// Decoded from `steps` of twelve images with the harmonic and noise.
+  measure::DirectionDecode decoded(const std::vector<int>& steps, double shift_px = 0.0) {
+    std::mt19937_64 random(seed++);
+    std::normal_distribution<double> normal;
+    CameraImages images;
+    images.camera = "camera";
+    images.radiance = false;
+    for (const PatternSpec& spec : expand_sequence(twin.fringes)) {
+      ImageF image(kWidth, kHeight);
+      for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+          const double c = column(x, y) + shift_px;
+          double v = 119.0;
+          if (spec.is_gray()) {
+            v += 60.0 * (2.0 * pattern_value(twin.fringes, spec, c) - 1.0);
+          } else {
+            const double theta = kTwoPi * ((c - 30.0) / kPitch + spec.step / 12.0);
+            v += kAmplitude * std::cos(theta) + fifth_dn * std::cos(5.0 * theta);
+            v = v * (1.0 + (spec.step == 3 ? flicker : 0.0)) + noise_dn * normal(random);
+          }
+          image(x, y) = static_cast<float>(v);
+        }
+      images.images.push_back(std::move(image));
+    }
+    measure::DecodeOptions options;
+    options.use_steps = steps;
+    options.projector_width_px = 1920.0;
+    options.variance_offset_dn2 = noise_dn * noise_dn - 1.0 / 12.0;  // nothing is rounded here
+    return measure::decode(images, twin.fringes, options).directions.at(0);
+  }
+};
+
+const std::vector<int> kEven = {0, 2, 4, 6, 8, 10}, kOdd = {1, 3, 5, 7, 9, 11};
+
+void expect_sum(const PhaseBudget& b) {
+  EXPECT_NEAR(b.offset_rad2 + b.brightness_rad2 + b.harmonic_rad2 + b.noise_rad2 + b.low_frequency_rad2 +
+                  b.high_frequency_rad2,
+              b.total_rad2, 1e-12);
+}
+
+TEST(PhaseBudget, AliasOrder) {
+  EXPECT_EQ(alias_order({0, 1, 2, 3}, 4), 4);
+  EXPECT_EQ(alias_order(kEven, 12), 6);
+  EXPECT_EQ(alias_order(kOdd, 12), 6);
+  EXPECT_EQ(alias_order({2, 5, 8, 11}, 12), 4);
+  EXPECT_EQ(alias_order({0, 2, 4}, 5), 1);      // unequal gaps: every order leaks
+  EXPECT_EQ(alias_order({0, 1, 2, 3}, 12), 1);  // a part of the period only
+}
+
+TEST(PhaseBudget, FifthHarmonicShowsTwiceInEvenAgainstOddSteps) {
+  Bench bench;
+  const auto even = bench.decoded(kEven), odd = bench.decoded(kOdd);
+  const auto b = phase_budget(bench.twin, odd, even, kOdd);
+  ASSERT_TRUE(b.has_value());
+  EXPECT_EQ(b->alias_order, 6);
+  const double amplitude = 2.0 * bench.fifth_dn / kAmplitude;  // 0.0924 rad: rms 0.0654
+  EXPECT_NEAR(b->harmonic_amplitude_rad, amplitude, 0.03 * amplitude);
+  EXPECT_NEAR(std::sqrt(b->harmonic_rad2), amplitude / std::sqrt(2.0), 0.03 * amplitude);
+  const double noise = 2.0 * (2.0 / 6.0) * std::pow(bench.noise_dn / kAmplitude, 2);
+  EXPECT_NEAR(b->noise_rad2, noise, 0.03 * noise);
+  EXPECT_GT(b->explained(), 0.95);
+  EXPECT_NEAR(b->low_frequency_rad2 / b->total_rad2, 0.0, 0.02);
+  expect_sum(*b);
+}
+
+TEST(PhaseBudget, SameStepsShareTheHarmonic) {
+  Bench bench;
+  const auto a = bench.decoded(kOdd), c = bench.decoded(kOdd);
+  const auto b = phase_budget(bench.twin, a, c, kOdd);
+  ASSERT_TRUE(b.has_value());
+  EXPECT_LT(b->harmonic_rad2, 0.01 * b->total_rad2);
+  EXPECT_GT(b->explained(), 0.95);
+  expect_sum(*b);
+}
+
+TEST(PhaseBudget, OneBrighterImageIsCalledBrightness) {
+  Bench bench;
+  bench.fifth_dn = 0.0;
+  bench.flicker = 0.02;
+  const auto even = bench.decoded(kEven), odd = bench.decoded(kOdd);  // step 3 is an odd one
+  const auto b = phase_budget(bench.twin, odd, even, kOdd);
+  ASSERT_TRUE(b.has_value());
+  // first order: the error is 2/(6 B) e (A + B cos(phi + d)) sin(phi + d): order 1 of amplitude e A/(3 B),
+  // order 2 of e/6
+  const double e = bench.flicker, order1 = e * 119.0 / (3.0 * kAmplitude), order2 = e / 6.0;
+  EXPECT_NEAR(b->brightness_rad2, 0.5 * (order1 * order1 + order2 * order2), 0.05 * 0.5 * order1 * order1);
+  EXPECT_LT(b->harmonic_rad2, 0.01 * b->total_rad2);
+  EXPECT_GT(b->explained(), 0.95);
+  expect_sum(*b);
+}
+
+TEST(PhaseBudget, OffsetAndSlowErrorsHaveTheirOwnRows) {
+  Bench bench;
+  bench.fifth_dn = 0.0;
+  const auto a = bench.decoded(kEven);
+  auto c = bench.decoded(kOdd);
+  const double offset_rad = 0.02, slow_rad = 0.03;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x)
+      c.coordinate_px(x, y) +=
+          kPitch / kTwoPi * (offset_rad + slow_rad * std::sin(kTwoPi * y / (0.5 * kHeight)));
+  const auto b = phase_budget(bench.twin, a, c, kOdd);
+  ASSERT_TRUE(b.has_value());
+  EXPECT_NEAR(std::sqrt(b->offset_rad2), offset_rad, 1e-3);
+  // block means over 16 of 90 px keep sinc^2(16/90) = 0.90 of it
+  EXPECT_NEAR(b->low_frequency_rad2, 0.90 * 0.5 * slow_rad * slow_rad, 0.04 * 0.5 * slow_rad * slow_rad);
+  EXPECT_LT(b->explained(), 0.6);
+  expect_sum(*b);
+}
+
+TEST(PhaseBudget, FewPixelsOrNoStepsHaveNone) {
+  Bench bench;
+  auto a = bench.decoded(kEven);
+  const auto c = bench.decoded(kOdd);
+  for (std::size_t i = 900; i < a.coordinate_px.size(); ++i) a.coordinate_px.data[i] = std::nan("");
+  EXPECT_FALSE(phase_budget(bench.twin, a, c, kOdd).has_value());
+  bench.twin.fringes.steps = 0;
+  EXPECT_FALSE(phase_budget(bench.twin, c, c, {}).has_value());
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::phase_budget_test

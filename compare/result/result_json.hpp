@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// result.json, schema "fringetwin-result/1" (DESIGN §4, docs/result.schema.json).
+#pragma once
+#include <map>
+#include <string>
+
+#include "compare/comparison.hpp"
+#include "compare/result/provenance.hpp"
+
+namespace fringetwin::compare {
+
+/// Plain numbers in the unit their key names, null where unknown or not finite.
+std::string comparison_json(const Twin& twin, const Comparison& comparison, const Provenance& provenance,
+                            const std::map<std::string, double>& timing_s);
+
+/// As above with fits[].measured and, besides the contract, decode and triangulation counts.
+std::string measurement_json(const Twin& twin, const measure::Measurement& measurement,
+                             const Provenance& provenance, const std::map<std::string, double>& timing_s);
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the covariance of the calibration leaves uncertain in gray values, phase and fits: the rig is changed
+// along each of its principal directions, rendered, and measured with the nominal twin (docs/METRICS.md,
+// "Calibration in the budget").
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "compare/verdict/calibration_covariance.hpp"
+#include "render/renderer.hpp"
+#include "twin/image/image.hpp"
+
+namespace fringetwin::compare {
+
+struct CalibrationBudget {
+  /// Per camera and pixel: variance of the irradiance, mean over the phase steps.
+  std::vector<ImageF> irradiance;
+  /// Per camera and direction: variance of the phase at the finest pitch, rad^2.
+  std::vector<std::vector<ImageF>> phase_rad2;
+  /// Per fitted object: variances, keys as in FitRow::difference and ::difference_vectors.
+  struct Fit {
+    std::map<std::string, double> numbers;
+    std::map<std::string, Eigen::Vector3d> vectors;
+  };
+  std::map<std::string, Fit> fits;
+  std::vector<std::string> warnings;
+  int n_directions = 0;
+};
+
+/// One rendering and measurement of all cameras per direction, from exposures without noise and rounding.
+/// Throws Cancelled after Ctrl-C.
+CalibrationBudget calibration_budget(const Twin& twin, const CalibrationCovariance& covariance,
+                                     render::Renderer& renderer, const render::Sampling& sampling,
+                                     std::uint64_t seed, const std::vector<int>& use_steps);
+
+}  // namespace fringetwin::compare

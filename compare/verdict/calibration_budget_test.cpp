@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// A rig that is not quite what its calibration says: within the stated covariance it is explained, far beyond
+// it is not. One camera, one projector, a sphere; the projector's r2 is uncertain by 2e-5 rad (0.034 px).
+//
+// | check                        | tolerance | origin                                                      |
+// |------------------------------|-----------|-------------------------------------------------------------|
+// | phase of the whole image     | 3 %       | (1 + tan^2) over the sphere's place in the projector's image |
+// | centre and radius of the fit | 5 %       | noise weights of irradiance are others than of gray values  |
+#include "compare/verdict/calibration_budget.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "compare/comparison.hpp"
+#include "measure/measurement.hpp"
+#include "render/sensor/sensor.hpp"
+#include "tests/accuracy/agreement.hpp"
+#include "tests/e2e/cli_runner.hpp"
+#include "tests/e2e/small_twin.hpp"
+#include "twin/base/constants.hpp"
+
+namespace fringetwin::compare::calibration_budget_test {
+namespace {
+
+using test::shared_renderer;
+
+constexpr double kSigmaRad = 2e-5;
+
+class CalibrationInBudget : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    REQUIRE_RENDERER();
+    folder_ = test::scratch_folder("calibration_in_budget");
+    test::write_file(
+        folder_ / "twin.toml",
+        test::small_twin({{"gain_dn = 20", "gain_dn = 20\nelectrons_per_dn = 40\nread_noise_dn = 0.5"}}));
+    test::write_file(folder_ / "calibration.json",
+                     R"({"schema": "fringetwin-calibration/1", "devices": [{"name": "left"}],
+                         "covariance": {"parameters": ["projector.r2"], "matrix": [[4e-10]]}})");
+    twin_ = load_twin(folder_ / "twin.toml");
+    stated_ = twin_;
+    stated_.calibration_uncertainty = folder_ / "calibration.json";
+  }
+
+  /// The projector turned by so many sigmas about its r2.
+  Twin off_by(double sigmas) const {
+    Twin twin = twin_;
+    RotTrans rt = rt_from_pose(twin.projector->T_proj_world);
+    rt[1] += sigmas * kSigmaRad;
+    twin.projector->T_proj_world = pose_from_rt(rt);
+    return twin;
+  }
+
+  /// What `rig` records, measured with the twin.
+  Side side(const Twin& rig, std::uint64_t seed) const {
+    const render::RenderedCamera rendered =
+        shared_renderer()->render(rig, 0, render::choose_sampling(rig), 0);
+    Side out;
+    out.images.push_back(render::expose(rendered, rig.cameras[0], 0, seed));
+    out.irradiance.push_back(render::as_radiance(rendered));
+    out.measurement = measure::measure(twin_, out.images);
+    return out;
+  }
+
+  Comparison compare_with(const Twin& twin, double sigmas) const {
+    CompareOptions options;
+    options.renderer = shared_renderer();
+    return compare(twin, side(off_by(sigmas), 1), side(twin_, 2), options);
+  }
+
+  static std::string text(const Comparison& c) {
+    std::string out;
+    for (const ExplainedRow& r : c.explained) {
+      out += r.quantity + " " + r.region + ": chi2 " + std::to_string(r.chi2) +
+             " <= " + std::to_string(r.chi2_limit) + ", regional " + std::to_string(r.regional_chi2) +
+             " <= " + std::to_string(r.regional_limit) + "\n";
+      for (const BudgetLine& line : r.lines)
+        out += "  " + line.name + " " + std::to_string(std::sqrt(line.variance)) + "\n";
+    }
+    return out;
+  }
+
+  void expect_all(const Comparison& c, bool explained) const {
+    EXPECT_EQ(c.explained.size(), 3u) << text(c);  // gray, phase, geometry
+    for (const ExplainedRow& row : c.explained)
+      EXPECT_EQ(row.explained, explained) << row.quantity << "\n" << text(c);
+  }
+
+  std::filesystem::path folder_;
+  Twin twin_, stated_;
+};
+
+TEST_F(CalibrationInBudget, TheRightRigIsExplainedWithAndWithout) {
+  expect_all(compare_with(twin_, 0.0), true);
+  expect_all(compare_with(stated_, 0.0), true);
+}
+
+TEST_F(CalibrationInBudget, TwoSigmasAreExplainedByItOnly) {
+  const Comparison without = compare_with(twin_, 2.0), with = compare_with(stated_, 2.0);
+  expect_all(without, false);
+  expect_all(with, true);
+  for (const ExplainedRow& row : without.explained)
+    for (const BudgetLine& line : row.lines) EXPECT_NE(line.name, "calibration covariance");
+  for (const ExplainedRow& row : with.explained) EXPECT_EQ(row.lines.back().name, "calibration covariance");
+  EXPECT_EQ(with.fits[0].z, without.fits[0].z);  // the fits' own errors
+}
+
+TEST_F(CalibrationInBudget, TwentySigmasAreNot) { expect_all(compare_with(stated_, 20.0), false); }
+
+TEST_F(CalibrationInBudget, IsTheFiniteDifferenceOfOneParameter) {
+  const auto covariance = read_calibration_covariance(stated_);
+  const CalibrationBudget budget =
+      calibration_budget(twin_, covariance, *shared_renderer(), render::choose_sampling(twin_), 0, {});
+  EXPECT_EQ(budget.n_directions, 1);
+  constexpr double kSteps = 5.0;
+  const auto measured = [&](double sigmas) {
+    const Twin rig = off_by(sigmas);
+    CameraImages images =
+        render::as_radiance(shared_renderer()->render(rig, 0, render::choose_sampling(rig), 0));
+    images.radiance = false;  // gray values without rounding
+    for (ImageF& image : images.images)
+      for (float& value : image.data) value *= 20.0F;
+    return measure::measure(twin_, {images});
+  };
+  const auto plus = measured(kSteps), minus = measured(-kSteps);
+  const double radius =
+      (plus.fits[0].numbers.at("radius_mm") - minus.fits[0].numbers.at("radius_mm")) / (2 * kSteps);
+  const Eigen::Vector3d center =
+      (plus.fits[0].vectors.at("center_mm") - minus.fits[0].vectors.at("center_mm")) / (2 * kSteps);
+  const CalibrationBudget::Fit& fit = budget.fits.at("ball");
+  EXPECT_NEAR(std::sqrt(fit.numbers.at("radius_mm")), std::abs(radius), 0.1 * std::abs(radius));
+  EXPECT_NEAR(std::sqrt(fit.vectors.at("center_mm").z()), std::abs(center.z()), 0.02 * std::abs(center.z()));
+  // pixel (80, 60) sees the sphere where it always did, lit by another column
+  const ImageF& phase = budget.phase_rad2[0][0];
+  const Eigen::Vector3d ray = twin_.cameras[0].lens.unproject({80.0, 60.0}).value();
+  const Eigen::Vector3d middle(0, 0, 270);
+  const double b = ray.dot(middle);
+  const Eigen::Vector3d p = (b - std::sqrt(b * b - middle.squaredNorm() + 19.0 * 19.0)) * ray;
+  const auto column = [&](double sigmas) {
+    const Projector projector = off_by(sigmas).projector.value();
+    return projector.lens.project(projector.T_proj_world * p).value().x();
+  };
+  const double expected = kTwoPi / 13.0 * std::abs(column(kSteps) - column(-kSteps)) / (2 * kSteps);
+  EXPECT_NEAR(std::sqrt(static_cast<double>(phase(80, 60))), expected, 0.01 * expected);
+  EXPECT_EQ(phase(2, 2), 0.0F);
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::calibration_budget_test

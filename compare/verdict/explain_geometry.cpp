@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Are two fits as far apart as their standard errors, and the calibration's covariance, allow?
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "compare/geometry/fit_rows.hpp"
+#include "compare/verdict/explained.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+constexpr double kMostSigmas = 3.0;
+
+/// 0 where a key is unknown.
+double value_of(const std::map<std::string, double>& values, const std::string& key) {
+  const auto at = values.find(key);
+  return at == values.end() ? 0.0 : at->second;
+}
+double value_of(const std::map<std::string, Eigen::Vector3d>& values, const std::string& key, int i) {
+  const auto at = values.find(key);
+  return at == values.end() ? 0.0 : at->second[i];
+}
+
+const char* unit_of(const std::string& key) {
+  return key.ends_with("_mm") ? "mm" : key.ends_with("_rad") ? "rad" : "";
+}
+
+/// One number of a fit on both sides.
+struct Number {
+  std::string name;
+  double z = 0.0;  ///< of the fits' own errors
+  double difference = 0.0, simulated_sigma = 0.0, real_sigma = 0.0, calibration_variance = 0.0;
+  const char* unit = "";
+};
+
+class GeometryExplanation {
+ public:
+  GeometryExplanation(const FitRow& fit, const CalibrationBudget::Fit* moved) : fit_(fit), moved_(moved) {
+    row_.quantity = "geometry";
+    row_.region = fit.object;
+    row_.chi2_limit = kMostSigmas * kMostSigmas;
+  }
+
+  /// Without any n where the fit has no z.
+  ExplainedRow run() {
+    if (!fit_.simulated || !fit_.real) return row_;
+    add_numbers(fit_.z, fit_.real->numbers, false);
+    add_numbers(fit_.z_estimated, fit_.real_sigma_estimated, true);
+    add_vectors(fit_.z_vectors, fit_.real->vectors, false);
+    add_vectors(fit_.z_estimated_vectors, fit_.real_sigma_estimated_vectors, true);
+    row_.explained = row_.n > 0 && row_.chi2 <= row_.chi2_limit;
+    return row_;
+  }
+
+ private:
+  void add_numbers(const std::map<std::string, double>& z, const std::map<std::string, double>& real,
+                   bool estimated) {
+    for (const auto& [key, value] : z)
+      look_at({key, value, fit_.difference.at(key), value_of(fit_.simulated->numbers, sigma_key(key)),
+               value_of(real, sigma_key(key)), moved_ ? value_of(moved_->numbers, key) : 0.0, unit_of(key)},
+              estimated);
+  }
+
+  void add_vectors(const std::map<std::string, Eigen::Vector3d>& z,
+                   const std::map<std::string, Eigen::Vector3d>& real, bool estimated) {
+    for (const auto& [key, value] : z)
+      for (int i = 0; i < 3; ++i)
+        look_at({fmt::format("{}.{}", key, "xyz"[i]), value[i], fit_.difference_vectors.at(key)[i],
+                 value_of(fit_.simulated->vectors, sigma_key(key), i), value_of(real, sigma_key(key), i),
+                 moved_ ? value_of(moved_->vectors, key, i) : 0.0, unit_of(key)},
+                estimated);
+  }
+
+  /// Keeps the number with the largest z, calibration included.
+  void look_at(const Number& number, bool estimated) {
+    if (!std::isfinite(number.z)) return;
+    // z/difference is one over the fits' errors; a difference of 0 stays 0
+    const double per_unit = number.difference == 0.0 ? 0.0 : number.z / number.difference;
+    const double z = number.z / std::sqrt(1.0 + number.calibration_variance * per_unit * per_unit);
+    ++row_.n;
+    if (std::isfinite(row_.chi2) && z * z <= row_.chi2) return;
+    row_.chi2 = z * z;
+    row_.worst = number.name;
+    row_.unit = number.unit;
+    row_.observed = number.difference * number.difference;
+    row_.lines = {
+        {"fit of the simulated points", number.simulated_sigma * number.simulated_sigma},
+        {estimated ? "fit of the real points, estimated from the published rms" : "fit of the real points",
+         number.real_sigma * number.real_sigma}};
+    if (moved_) row_.lines.push_back({kCalibrationLine, number.calibration_variance});
+    add_tilt(number);
+  }
+
+  /// What z holds besides: the tilt of planes over the way between their centroids.
+  void add_tilt(const Number& number) {
+    if (number.difference == 0.0) return;
+    const double all = std::pow(number.difference / number.z, 2);
+    const double rest =
+        all - number.simulated_sigma * number.simulated_sigma - number.real_sigma * number.real_sigma;
+    if (rest > 1e-6 * all) row_.lines.push_back({"tilt of the fits over the way between their points", rest});
+  }
+
+  const FitRow& fit_;
+  const CalibrationBudget::Fit* moved_;  ///< null: the calibration is in no budget
+  ExplainedRow row_;
+};
+
+}  // namespace
+
+std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits,
+                                           const CalibrationBudget* calibration) {
+  std::vector<ExplainedRow> rows;
+  for (const FitRow& fit : fits) {
+    const CalibrationBudget::Fit* moved = nullptr;
+    if (calibration)
+      if (const auto at = calibration->fits.find(fit.object); at != calibration->fits.end())
+        moved = &at->second;
+    ExplainedRow row = GeometryExplanation(fit, moved).run();
+    if (row.n > 0) rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace fringetwin::compare

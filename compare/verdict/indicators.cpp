@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/verdict/indicators.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "compare/geometry/fit_rows.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+using Eigen::Vector3d;
+using measure::ObjectFit;
+using Fit = std::optional<ObjectFit>;
+
+constexpr double kShare = 0.95;
+
+double number(const ObjectFit& fit, const std::string& key) {
+  const auto at = fit.numbers.find(key);
+  return at == fit.numbers.end() ? kUnknown : at->second;
+}
+
+Vector3d vector(const ObjectFit& fit, const std::string& key) {
+  const auto at = fit.vectors.find(key);
+  return at == fit.vectors.end() ? Vector3d::Constant(kUnknown) : at->second;
+}
+
+const SphereShape* nominal_sphere(const Twin& twin, const std::string& object) {
+  const Object* found = twin.find_object(object);
+  return found ? std::get_if<SphereShape>(&found->shape) : nullptr;
+}
+
+Ranges ranges(const Fit& fit) { return fit && fit->usable ? deviation_ranges(fit->deviation_mm) : Ranges{}; }
+
+Indicator::Value size(const Fit& fit, const SphereShape& nominal) {
+  if (!fit || !fit->usable) return {};
+  return {2.0 * (number(*fit, "radius_mm") - nominal.radius_mm), 2.0 * number(*fit, "radius_sigma_mm")};
+}
+
+/// The sigma is that along the line of the centres; correlation between a centre's components is not kept by
+/// the fits.
+Indicator::Value spacing(const Fit& a, const Fit& b, double nominal_mm) {
+  if (!a || !b || !a->usable || !b->usable) return {};
+  const Vector3d way = vector(*b, "center_mm") - vector(*a, "center_mm");
+  const Vector3d along = way.normalized();
+  const double sigma = std::hypot(along.cwiseProduct(vector(*a, "center_sigma_mm")).norm(),
+                                  along.cwiseProduct(vector(*b, "center_sigma_mm")).norm());
+  return {way.norm() - nominal_mm, sigma};
+}
+
+void add(std::vector<Indicator>& rows, Indicator row) {
+  if (std::isfinite(row.simulated.mm) || std::isfinite(row.real.mm)) rows.push_back(std::move(row));
+}
+
+}  // namespace
+
+Ranges deviation_ranges(const std::vector<float>& deviation_mm) {
+  std::vector<double> d;
+  for (const float x : deviation_mm)
+    if (std::isfinite(x)) d.push_back(static_cast<double>(x));
+  if (d.empty()) return {};
+  // the interval starts at one of the n - k + 1 smallest and ends at one of as many largest values
+  const auto n = static_cast<std::ptrdiff_t>(d.size());
+  const auto k = std::clamp<std::ptrdiff_t>(std::lround(std::ceil(kShare * static_cast<double>(n))), 1, n);
+  const std::ptrdiff_t starts = n - k + 1;
+  std::partial_sort(d.begin(), d.begin() + starts, d.end());
+  const double low = d.front();
+  std::vector<double> ends(static_cast<std::size_t>(starts));
+  std::partial_sort_copy(d.begin(), d.end(), ends.begin(), ends.end(), std::greater<>());
+  std::reverse(ends.begin(), ends.end());
+  Ranges out{ends.back() - low, ends.back() - low};
+  for (std::ptrdiff_t i = 0; i < starts; ++i)
+    out.p95_mm = std::min(out.p95_mm, ends[static_cast<std::size_t>(i)] - d[static_cast<std::size_t>(i)]);
+  return out;
+}
+
+std::vector<Indicator> indicators(const Twin& twin, const std::vector<FitRow>& fits) {
+  std::vector<Indicator> rows;
+  for (const FitRow& fit : fits) {
+    const bool sphere = fit.kind == "sphere";
+    if (!sphere && fit.kind != "plane") continue;
+    const Ranges s = ranges(fit.simulated), r = ranges(fit.real);
+    const std::string form = sphere ? "sphere_form" : "plane_flatness";
+    add(rows, {form, {fit.object}, {s.all_mm, kUnknown}, {r.all_mm, kUnknown}});
+    add(rows, {form + "_95", {fit.object}, {s.p95_mm, kUnknown}, {r.p95_mm, kUnknown}});
+    if (const SphereShape* nominal = sphere ? nominal_sphere(twin, fit.object) : nullptr)
+      add(rows, {"sphere_size", {fit.object}, size(fit.simulated, *nominal), size(fit.real, *nominal)});
+  }
+  for (std::size_t i = 0; i < fits.size(); ++i)
+    for (std::size_t j = i + 1; j < fits.size(); ++j) {
+      const SphereShape *a = nominal_sphere(twin, fits[i].object), *b = nominal_sphere(twin, fits[j].object);
+      if (!a || !b) continue;
+      const double nominal_mm = (b->center_mm - a->center_mm).norm();
+      add(rows, {"sphere_spacing",
+                 {fits[i].object, fits[j].object},
+                 spacing(fits[i].simulated, fits[j].simulated, nominal_mm),
+                 spacing(fits[i].real, fits[j].real, nominal_mm)});
+    }
+  return rows;
+}
+
+}  // namespace fringetwin::compare
