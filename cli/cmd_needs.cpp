@@ -7,7 +7,7 @@
 #include "cli/commands.hpp"
 #include "cli/out_folder.hpp"
 #include "cli/results.hpp"
-#include "study/needs.hpp"
+#include "tradeoff/needs.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"

@@ -6,7 +6,7 @@
 
 #include "cli/study_runs.hpp"
 #include "cli/version.hpp"
-#include "study/design.hpp"
+#include "study/design/design.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"

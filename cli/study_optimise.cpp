@@ -7,7 +7,7 @@
 
 #include "cli/study_runs.hpp"
 #include "cli/version.hpp"
-#include "study/kept_points.hpp"
+#include "study/engine/kept_points.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"

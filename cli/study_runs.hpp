@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "study/engine.hpp"
+#include "study/engine/engine.hpp"
+#include "study/page/study_report.hpp"
+#include "study/store/study_store.hpp"
 #include "study/study_file.hpp"
-#include "study/study_report.hpp"
-#include "study/study_store.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::cli {

@@ -8,7 +8,7 @@
 
 #include "compare/result/provenance.hpp"
 #include "render/base/sobol.hpp"
-#include "study/design.hpp"
+#include "study/design/design.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/sha256.hpp"
 #include "twin/file/toml_reader.hpp"

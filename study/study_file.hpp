@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "study/monte_carlo_file.hpp"
-#include "study/optimise_file.hpp"
-#include "study/study_point.hpp"
-#include "study/study_tables.hpp"
-#include "study/volume_map_file.hpp"
+#include "study/monte_carlo/monte_carlo_file.hpp"
+#include "study/optimise/optimise_file.hpp"
+#include "study/plan/study_point.hpp"
+#include "study/plan/study_tables.hpp"
+#include "study/volume_map/volume_map_file.hpp"
 
 namespace fringetwin::study {
 

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "study/design.hpp"
+#include "study/design/design.hpp"
 #include "tests/support/twin/child_process.hpp"
 #include "tests/support/twin/twin_file_fixture.hpp"
 #include "twin/base/errors.hpp"

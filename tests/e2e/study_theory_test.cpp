@@ -10,8 +10,8 @@
 #include <cmath>
 #include <map>
 
-#include "study/design.hpp"
-#include "study/monte_carlo_run.hpp"
+#include "study/design/design.hpp"
+#include "study/monte_carlo/monte_carlo_run.hpp"
 #include "study/study_file.hpp"
 #include "tests/e2e/cli_runner.hpp"
 #include "tests/e2e/shipped_studies.hpp"

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/engine/worker.hpp"
+
+#include <signal.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <iostream>
+#include <limits>
+
+#include "report/json.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+
+namespace fringetwin::study {
+namespace {
+
+using report::Json;
+using report::json_line;
+using report::json_number;
+
+// The answers go to what was stdout; anything a library prints must not come between them.
+class Answers {
+ public:
+  Answers() : fd_(dup(STDOUT_FILENO)) { dup2(STDERR_FILENO, STDOUT_FILENO); }
+  ~Answers() { close(fd_); }
+  Answers(const Answers&) = delete;
+  Answers& operator=(const Answers&) = delete;
+  void send(std::string line) const {
+    line += '\n';
+    for (std::size_t sent = 0; sent < line.size();) {
+      const ssize_t n = write(fd_, line.data() + sent, line.size() - sent);
+      if (n <= 0) _exit(static_cast<int>(ExitCode::internal));  // nobody is there to be told
+      sent += static_cast<std::size_t>(n);
+    }
+  }
+
+ private:
+  int fd_;
+};
+
+}  // namespace
+
+std::string task_line(const PointTask& task, const std::string& device) {
+  Json records = Json::array();
+  for (const Record& r : task.records) records.push_back({r.result, r.name});
+  return json_line({{"twin", task.twin.string()},
+                    {"device", device},
+                    {"records", records},
+                    {"virtual_rig", task.virtual_rig},
+                    {"calibration", task.calibration}});
+}
+
+WorkerTask parse_task(const std::string& line) {
+  const Json json = Json::parse(line);
+  WorkerTask t{{json.at("twin").get<std::string>(), {}, json.at("virtual_rig"), json.at("calibration")},
+               json.at("device")};
+  for (const Json& r : json.at("records")) t.task.records.push_back({r.at(0), r.at(1)});
+  return t;
+}
+
+std::string point_line(const PlannedPoint& p) {
+  Json sensors = Json::array();
+  for (const auto& s : p.demand.sensors) sensors.push_back(Json::array({s.bit_depth, s.gain_dn}));
+  return json_line({{"id", p.point.id},
+                    {"settings", p.point.settings},
+                    {"seed", p.point.seed},
+                    {"group", p.group},
+                    {"trace", p.keys.trace},
+                    {"form", p.keys.form},
+                    {"sensors", sensors},
+                    {"mean", p.demand.mean},
+                    {"amplitude", p.demand.amplitude}});
+}
+
+PlannedPoint parse_point(const std::string& line) {
+  const Json json = Json::parse(line);
+  PlannedPoint p;
+  p.point = {json.at("id"), json.at("settings").get<Settings>(), json.at("seed")};
+  p.group = json.at("group");
+  p.keys = {json.at("trace"), json.at("form")};
+  for (const Json& s : json.at("sensors")) p.demand.sensors.push_back({s.at(0), s.at(1)});
+  p.demand.mean = json.at("mean");
+  p.demand.amplitude = json.at("amplitude");
+  return p;
+}
+
+std::string outcome_line(const PointOutcome& o) {
+  Json numbers = Json::object();
+  for (const auto& [name, value] : o.numbers) numbers[name] = json_number(value);
+  return json_line({{"id", o.id},
+                    {"failed", o.failed},
+                    {"reason", o.reason},
+                    {"numbers", numbers},
+                    {"seconds", o.seconds},
+                    {"traced", o.traced}});
+}
+
+WorkerAnswer parse_answer(const std::string& line) {
+  const Json json = Json::parse(line);
+  WorkerAnswer a;
+  if (json.contains("ready")) {
+    a.text = json["ready"];
+  } else if (json.contains("unfit")) {
+    a.kind = WorkerAnswer::Kind::unfit;
+    a.text = json["unfit"];
+    a.exit_code = json.at("code");
+  } else {
+    a.kind = WorkerAnswer::Kind::outcome;
+    a.outcome.id = json.at("id");
+    a.outcome.failed = json.at("failed");
+    a.outcome.reason = json.at("reason");
+    for (const auto& item : json.at("numbers").items())
+      a.outcome.numbers[item.key()] =
+          item.value().is_null() ? std::numeric_limits<double>::quiet_NaN() : item.value().get<double>();
+    a.outcome.seconds = json.at("seconds");
+    a.outcome.traced = json.at("traced");
+  }
+  return a;
+}
+
+int run_worker() {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  set_quiet(true);
+  const Answers answers;
+  std::string line;
+  if (!std::getline(std::cin, line)) return static_cast<int>(ExitCode::ok);
+  WorkerTask task = parse_task(line);
+  try {
+    render::Renderer renderer(task.device);
+    answers.send(json_line({{"ready", renderer.device().name}}));
+    PointRunner runner(std::move(task.task), renderer);
+    while (std::getline(std::cin, line)) answers.send(outcome_line(runner.run(parse_point(line))));
+  } catch (const UserError& e) {
+    answers.send(json_line({{"unfit", e.what()}, {"code", static_cast<int>(e.code())}}));
+    return static_cast<int>(e.code());
+  }
+  return static_cast<int>(ExitCode::ok);
+}
+
+}  // namespace fringetwin::study

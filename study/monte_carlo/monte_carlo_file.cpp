@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/monte_carlo/monte_carlo_file.hpp"
+
+#include "twin/base/errors.hpp"
+#include "twin/file/toml_reader.hpp"
+
+namespace fringetwin::study {
+
+const std::vector<std::string>& monte_carlo_keys() {
+  static const std::vector<std::string> keys = {"coverage",     "digits",      "block_trials",
+                                                "least_blocks", "most_trials", "sensitivity_rows"};
+  return keys;
+}
+
+MonteCarloSettings read_monte_carlo(const TomlTable& root, const std::filesystem::path& twin_file) {
+  MonteCarloSettings out;
+  MonteCarloPlan& plan = out.plan;
+  plan.seed = static_cast<std::uint64_t>(root.integer("seed", 0, kMostSeed).value_or(1));
+  plan.rule.coverage = read_coverage(root);
+  plan.rule.digits = root.integer("digits", 1, 4).value_or(1);
+  plan.rule.block_trials =
+      static_cast<std::size_t>(root.integer("block_trials", 2, kMostPoints).value_or(100));
+  plan.rule.least_blocks = static_cast<std::size_t>(root.integer("least_blocks", 2, kMostPoints).value_or(5));
+  plan.most_trials = static_cast<std::size_t>(root.integer("most_trials", 2, kMostPoints).value_or(10'000));
+  plan.sensitivity_rows =
+      static_cast<std::size_t>(root.integer("sensitivity_rows", 0, kMostPoints).value_or(0));
+  if (plan.sensitivity_rows > plan.most_trials)
+    root.fail("sensitivity_rows", "must not exceed most_trials", "the rows are trials, too");
+  const UncertainSettings uncertain = read_uncertain_settings(root, twin_file);
+  plan.inputs = uncertain.inputs;
+  out.calibration = uncertain.calibration;
+  return out;
+}
+
+}  // namespace fringetwin::study

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page of a search for the best settings.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "report/table.hpp"
+#include "report/text.hpp"
+#include "study/design/design_figures.hpp"
+#include "study/design/varied_axes.hpp"
+#include "study/page/pareto_plot.hpp"
+#include "study/page/report_parts.hpp"
+
+namespace fringetwin::study {
+namespace {
+
+using report::Align, report::number, report::Plot, report::Series;
+
+constexpr std::size_t kMostBest = 20;
+
+std::string objective_name(const OptimisePlan& plan) {
+  const char* statistic = plan.statistic == Statistic::sigma  ? "sigma"
+                          : plan.statistic == Statistic::mean ? "mean"
+                                                              : "rms error";
+  return fmt::format("{} of {}", statistic, display_name(plan.result));
+}
+
+/// Evaluations of one kind as points.
+struct Marks {
+  Series feasible{
+      .title = "feasible", .style = Series::Style::points, .color = report::color::kReal, .width = 2.0};
+  Series others{.title = "constraints not met",
+                .style = Series::Style::points,
+                .color = report::color::kSimulated,
+                .width = 2.0,
+                .point_type = 6};
+  Series best{.title = "best",
+              .style = Series::Style::points,
+              .color = report::color::kDifference,
+              .width = 5.0,
+              .point_type = 12};
+  void add_to(Plot* plot) const {
+    for (const Series* s : {&others, &feasible, &best}) plot->series.push_back(*s);
+  }
+};
+/// `x` per evaluation.
+Marks marks(const OptimiseResult& result, const std::vector<double>& x) {
+  Marks out;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Evaluation& e = result.evaluations[i];
+    Series& s = e.feasible ? out.feasible : out.others;
+    s.x.push_back(x[i]);
+    s.y.push_back(e.objective.value);
+    if (result.best != i) continue;
+    out.best.x.push_back(x[i]);
+    out.best.y.push_back(e.objective.value);
+  }
+  return out;
+}
+
+std::vector<double> objectives(const OptimiseResult& result) {
+  std::vector<double> out;
+  for (const Evaluation& e : result.evaluations) out.push_back(e.objective.value);
+  return out;
+}
+
+Plot progress_plot(const OptimisePlan& plan, const OptimiseResult& result) {
+  Plot plot;
+  plot.title = objective_name(plan) + ", evaluation by evaluation";
+  plot.width_px = 980;
+  plot.height_px = 380;
+  plot.x_label = "evaluation";
+  plot.y_label = with_unit("objective", unit_of(plan.result));
+  std::vector<double> at;
+  Series so_far{.title = "least feasible so far",
+                .style = Series::Style::line,
+                .color = report::color::kThird,
+                .width = 1.8};
+  double least = kNan;
+  for (std::size_t i = 0; i < result.evaluations.size(); ++i) {
+    const Evaluation& e = result.evaluations[i];
+    at.push_back(static_cast<double>(i + 1));
+    if (!std::isnan(least)) so_far.x.push_back(at.back()), so_far.y.push_back(least);
+    if (!e.feasible || !(std::isnan(least) || e.objective.value < least)) continue;
+    least = e.objective.value;
+    so_far.x.push_back(at.back());
+    so_far.y.push_back(least);
+  }
+  Marks all = marks(result, at);
+  // feasible ones with their standard error
+  Series& feasible = all.feasible;
+  feasible.style = Series::Style::whiskers;
+  feasible.title = "feasible, ± standard error";
+  for (const Evaluation& e : result.evaluations)
+    if (e.feasible) {
+      feasible.y_low.push_back(e.objective.value - e.objective.sigma);
+      feasible.y_high.push_back(e.objective.value + e.objective.sigma);
+    }
+  std::vector<double> heights = objectives(result);
+  heights.insert(heights.end(), feasible.y_low.begin(), feasible.y_low.end());
+  plot.log_y = spans_a_decade(heights);
+  plot.series = {so_far};
+  all.add_to(&plot);
+  plot.x_range = {0.0, at.empty() ? 1.0 : at.back() + 1.0};
+  return plot;
+}
+
+Plot parameter_plot(const OptimisePlan& plan, const OptimiseResult& result, const DesignTable& table,
+                    std::size_t axis) {
+  std::vector<double> x;
+  for (const Setting& s : table.settings) x.push_back(table.axes[axis].values[s.level[axis]]);
+  Plot plot = axis_plot(table, axis);
+  plot.title = shortened(objective_name(plan), 60);
+  plot.y_label = with_unit("objective", unit_of(plan.result));
+  plot.log_y = spans_a_decade(objectives(result));
+  marks(result, x).add_to(&plot);
+  return plot;
+}
+
+std::string limits_text(const Constraint& c) {
+  std::string out;
+  if (c.min) out += fmt::format("≥ {:.6g}", *c.min);
+  if (c.max) out += fmt::format("{}≤ {:.6g}", out.empty() ? "" : ", ", *c.max);
+  return out;
+}
+
+/// The evaluations in the order of `shown`.
+std::string evaluations_table(const OptimisePlan& plan, const OptimiseResult& result,
+                              const DesignTable& table, const std::vector<std::size_t>& shown, bool marked) {
+  report::Table out;
+  out.columns = {
+      {marked ? "" : "evaluation", "", Align::left}, {"objective", "± standard error"}, {"time", "s"}};
+  for (const Constraint& c : plan.constraints)
+    out.columns.push_back({shortened(display_name(c.result)), limits_text(c)});
+  for (const VariedAxis& axis : table.axes) out.columns.push_back({axis.brief, ""});
+  out.columns.push_back({"phase", "", Align::left});
+  for (std::size_t k = 0; k < shown.size(); ++k) {
+    const Evaluation& e = result.evaluations[shown[k]];
+    std::vector<std::string> row = {marked ? front_mark(k) : std::to_string(shown[k] + 1),
+                                    number(e.objective.value, 4) + " ± " + number(e.objective.sigma, 2),
+                                    number(e.time_s)};
+    for (const StatisticValue& c : e.constraints) row.push_back(number(c.value) + " ± " + number(c.sigma, 2));
+    row.resize(3 + plan.constraints.size());
+    for (std::size_t a = 0; a < table.axes.size(); ++a)
+      row.push_back(table.axes[a].names[table.settings[shown[k]].level[a]]);
+    row.push_back(e.phase);
+    out.add_row(row, result.best == shown[k] ? "group" : "");
+  }
+  return out.html();
+}
+
+/// The feasible ones by their objective.
+std::vector<std::size_t> best_first(const OptimiseResult& result) {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < result.evaluations.size(); ++i)
+    if (result.evaluations[i].feasible) out.push_back(i);
+  std::stable_sort(out.begin(), out.end(), [&](std::size_t a, std::size_t b) {
+    return result.evaluations[a].objective.value < result.evaluations[b].objective.value;
+  });
+  return out;
+}
+
+std::string among_text(const Variation& v) {
+  if (v.range)
+    return fmt::format("{:.6g} … {:.6g}{}", v.range->first, v.range->last, v.range->log ? ", log" : "");
+  return v.values.size() == 1 ? "fixed" : fmt::format("{} values", v.values.size());
+}
+
+std::string choice_table(const OptimisePlan& plan, const OptimiseResult& result) {
+  report::Table out;
+  out.caption = result.best ? "What was chosen."
+                            : "What could be chosen: nothing that was tried meets all constraints.";
+  out.columns = {{"key", "", Align::left}, {"best", ""}, {"among", "", Align::left}};
+  for (const Variation& v : plan.choose)
+    for (std::size_t k = 0; k < v.keys.size(); ++k) {
+      const std::string among = among_text(v);
+      const auto value =
+          result.best ? result.evaluations[*result.best].values.find(v.keys[k]) : Settings::const_iterator();
+      const bool known = result.best && value != result.evaluations[*result.best].values.end();
+      out.add_row({v.keys[k], known ? shortened(level_name(value->second)) : "–", among});
+    }
+  return out.html();
+}
+
+std::string note_of(const OptimisePlan& plan, const OptimiseResult& result) {
+  std::size_t feasible = 0, failed = 0;
+  for (const Evaluation& e : result.evaluations) {
+    feasible += e.feasible ? 1 : 0;
+    failed += e.failed > 0 ? 1 : 0;
+  }
+  return fmt::format(
+             "{} of {} evaluations meet all constraints, {} failed. Each has the same {} draws: differences "
+             "between settings are known better than their standard errors say, ",
+             feasible, result.evaluations.size(), failed, plan.trials) +
+         "and the least of many is too small by chance: take the best setting to a monte-carlo study for its "
+         "uncertainty. A search within a budget need not find the least there is; means are held against the "
+         "constraints without a margin.";
+}
+
+}  // namespace
+
+StudyReport optimise_report(const StudyRecord& study, const OptimisePlan& plan,
+                            const OptimiseResult& result) {
+  DesignTable table;
+  table.settings.resize(result.evaluations.size());
+  std::vector<const Settings*> settings;
+  for (const Evaluation& e : result.evaluations) settings.push_back(&e.values);
+  if (!settings.empty()) add_axes(plan.choose, settings, &table);
+
+  FigureSheet sheet;
+  report::Page page = page_of(
+      study, fmt::format("Least {}: {} evaluations of {} trials, on the twin {}", objective_name(plan),
+                         result.evaluations.size(), plan.trials, study.file.twin.filename().string()));
+  page.verdict = result.best ? "" : "not feasible";
+  page.summary_html = choice_table(plan, result) + inputs_table(plan.inputs) + page.summary_html;
+  page.note = note_of(plan, result);
+  std::vector<std::size_t> best = best_first(result);
+  const std::string shown = shown_of(kMostBest, best.size());
+  best.resize(std::min(best.size(), kMostBest));
+  page.sections.push_back({"search", "Search",
+                           report::Figure{sheet.place("progress", progress_plot(plan, result)),
+                                          "Failed evaluations are not drawn.", "", ""}
+                               .html()});
+  if (!best.empty())
+    page.sections.push_back(
+        {"best", "Best evaluations",
+         (shown.empty() ? "" : "<p>Of the feasible ones " + shown + "; all are in result.json.</p>") +
+             evaluations_table(plan, result, table, best, false)});
+  if (!result.front.empty()) {
+    std::vector<CostAndError> points;
+    for (const Evaluation& e : result.evaluations)
+      points.push_back({e.feasible ? e.time_s : kNan, e.feasible ? e.objective.value : kNan});
+    Plot plot = front_plot(points, result.front, "feasible evaluations");
+    plot.title = objective_name(plan) + " against time";
+    plot.y_label = with_unit("objective", unit_of(plan.result));
+    page.sections.push_back(
+        {"front", "Time against uncertainty",
+         report::Figure{sheet.place("front", plot),
+                        "Steps: between two points of the front the cheaper one is what can be had.", "", ""}
+                 .html() +
+             evaluations_table(plan, result, table, result.front, true)});
+  }
+  std::string parameters;
+  for (std::size_t a = 0; a < std::min(table.axes.size(), kMostAxes); a += 2) {
+    std::vector<std::string> row;
+    for (std::size_t k = a; k < std::min(a + 2, table.axes.size()); ++k)
+      row.push_back(sheet.place("objective-" + table.axes[k].brief, parameter_plot(plan, result, table, k)));
+    parameters +=
+        report::Figure{FigureSheet::row(row), "All evaluations: the other parameters differ, too.", "", ""}
+            .html();
+  }
+  if (!parameters.empty()) page.sections.push_back({"parameters", "Parameters", parameters});
+  add_failures(study, &page);
+  return sheet.finish(page.html());
+}
+
+}  // namespace fringetwin::study

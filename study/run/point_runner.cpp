@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/run/point_runner.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <new>
+
+#include "compare/result/result_json.hpp"
+#include "measure/measurement.hpp"
+#include "render/sensor/sensor.hpp"
+#include "study/plan/shared_meshes.hpp"
+#include "study/run/image_results.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+
+namespace fringetwin::study {
+namespace {
+
+bool sees_an_object(const std::vector<render::RenderedCamera>& cameras) {
+  return std::any_of(cameras.begin(), cameras.end(), [](const render::RenderedCamera& c) {
+    return std::any_of(c.object.data.begin(), c.object.data.end(), [](int k) { return k >= 0; });
+  });
+}
+
+}  // namespace
+
+PointRunner::PointRunner(PointTask task, render::Renderer& renderer)
+    : task_(std::move(task)), renderer_(renderer) {}
+
+PointOutcome PointRunner::run(const PlannedPoint& planned) {
+  const auto start = std::chrono::steady_clock::now();
+  PointOutcome out;
+  out.id = planned.point.id;
+  out.traced = false;
+  try {
+    out.numbers = numbers(planned, &out.traced);
+    any_measured_ = true;
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const UnknownKey& e) {
+    if (!any_measured_) throw;  // most likely misspelt: no other point will have it
+    out.failed = true;
+    out.reason = e.what();
+  } catch (const std::bad_alloc&) {
+    out.failed = true;
+    out.reason = "not enough memory";
+  } catch (const std::exception& e) {
+    out.failed = true;
+    out.reason = e.what();
+  }
+  out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return out;
+}
+
+void PointRunner::load(const StudyPoint& point) {
+  if (twin_ && settings_ == point.settings) return;
+  if (task_.virtual_rig && !rig_) rig_.emplace(task_.twin, task_.calibration);
+  Twin twin = rig_ ? rig_->drawn(point.settings) : load_twin(task_.twin, point.settings);
+  measure::check_fringes(twin);
+  load_meshes(&twin, twin_ ? &*twin_ : nullptr);
+  twin_ = std::move(twin);
+  settings_ = point.settings;
+  theory_.clear();
+}
+
+void PointRunner::trace(const PlannedPoint& planned) {
+  Twin lit = *twin_;
+  planned.demand.apply(&lit);
+  const render::Sampling sampling = render::choose_sampling(lit);
+  for (std::size_t i = 0; i < lit.cameras.size(); ++i) {
+    throw_if_cancelled();
+    traces_.push_back(renderer_.trace(lit, i, sampling, planned.point.seed));
+  }
+}
+
+std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, bool* traced) {
+  load(planned.point);
+  if (!keys_ || keys_->trace != planned.keys.trace || demand_ != planned.demand) {
+    keys_.reset();
+    traces_.clear();
+    rendered_.clear();
+    trace(planned);
+    demand_ = planned.demand;
+    *traced = true;
+  }
+  if (!keys_ || keys_->form != planned.keys.form) {
+    keys_.reset();
+    rendered_.clear();
+    for (std::size_t i = 0; i < traces_.size(); ++i) {
+      if (render::holds_any_steps(*twin_)) render::set_pattern(*twin_, &traces_[i]);
+      rendered_.push_back(render::form_camera(*twin_, i, traces_[i]));
+    }
+    keys_ = planned.keys;
+  }
+  if (!sees_an_object(rendered_))
+    throw UserError(ExitCode::usage, task_.twin.string(), "no camera sees any object");
+  std::vector<CameraImages> images;
+  for (std::size_t i = 0; i < rendered_.size(); ++i) {
+    throw_if_cancelled();
+    images.push_back(render::expose(rendered_[i], twin_->cameras[i], i, planned.point.seed));
+  }
+  const Twin& known = rig_ ? rig_->measuring(planned.point.settings) : *twin_;
+  const measure::Measurement measurement = measure::measure(known, images);
+  return pick_numbers(compare::measurement_json(known, measurement, {}, {}), task_.records,
+                      image_results({*twin_, known, rendered_, images, measurement, theory_}, task_.records));
+}
+
+}  // namespace fringetwin::study

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of a study as CSV (RFC 4180).
+#include <fmt/format.h>
+
+#include <cmath>
+#include <set>
+
+#include "study/design/design_table.hpp"
+#include "study/store/study_store.hpp"
+
+namespace fringetwin::study {
+namespace {
+
+std::string cell(const std::string& text) {
+  if (text.find_first_of("\",\r\n") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"') out += '"';
+    out += c;
+  }
+  return out + '"';
+}
+
+const char* status_name(PointStatus status) {
+  return status == PointStatus::done ? "done" : status == PointStatus::failed ? "failed" : "pending";
+}
+
+}  // namespace
+
+std::string study_csv(const std::vector<StoredPoint>& rows) {
+  std::set<std::string> keys, results;
+  for (const StoredPoint& row : rows) {
+    for (const auto& [key, value] : row.point.settings) keys.insert(key);
+    for (const auto& [name, value] : row.outcome.numbers) results.insert(name);
+  }
+  std::string out = "id";
+  for (const std::string& key : keys) out += "," + cell(key);
+  out += ",noise_seed,status,reason";
+  for (const std::string& name : results) out += "," + cell(name);
+  out += "\r\n";
+  for (const StoredPoint& row : rows) {
+    out += fmt::format("{}", row.point.id);
+    for (const std::string& key : keys) {
+      const auto value = row.point.settings.find(key);
+      out += "," + (value == row.point.settings.end() ? "" : cell(plain_value(value->second)));
+    }
+    out += fmt::format(",{},{},{}", row.point.seed, status_name(row.status), cell(row.outcome.reason));
+    for (const std::string& name : results) {
+      const auto value = row.outcome.numbers.find(name);
+      const bool known = value != row.outcome.numbers.end() && !std::isnan(value->second);
+      out += "," + (known ? fmt::format("{}", value->second) : "");
+    }
+    out += "\r\n";
+  }
+  return out;
+}
+
+}  // namespace fringetwin::study

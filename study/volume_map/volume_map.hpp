@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// A study of kind "volume-map": a sphere at a lattice of positions, measured in rigs drawn from the uncertain
+// inputs. Errors of place, size and form at each, of the spacing between any two (docs/METRICS.md, "Volume
+// map"; in the manner of VDI/VDE 2634 part 2).
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "study/plan/study_point.hpp"
+#include "study/plan/study_tables.hpp"
+#include "study/plan/uncertain_inputs.hpp"
+#include "study/statistics/monte_carlo.hpp"
+
+namespace fringetwin::study {
+
+struct VolumeMapPlan {
+  UncertainInputs inputs;
+  std::filesystem::path twin;
+  std::string object;                                                        ///< a sphere of the twin
+  double radius_mm = 0.0;                                                    ///< its nominal one
+  Eigen::Vector3d center_mm = Eigen::Vector3d::Zero(), size_mm = center_mm;  ///< of the lattice; world
+  std::array<int, 3> counts{1, 1, 1};
+  std::size_t trials = 20;
+  std::uint64_t seed = 1;
+  double coverage = 0.95;
+
+  /// x fastest.
+  std::vector<Eigen::Vector3d> positions() const;
+};
+
+/// Every position in every trial, whose draw of the rig is common to all positions; noise is each one's own.
+/// id = trial * positions + position.
+std::vector<StudyPoint> volume_map_points(const VolumeMapPlan& plan);
+/// What of each measurement the map is made from.
+std::vector<Record> volume_map_records(const std::string& object);
+
+/// One number over the trials.
+struct MapNumber {
+  double mean = 0.0, sigma = 0.0;
+  Interval interval;  ///< symmetric
+  std::size_t n = 0;  ///< trials that have it
+};
+
+struct MapPosition {
+  Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();
+  std::size_t n = 0, failed = 0;  ///< trials with a sphere; trials that could not be measured at all
+  std::string reason;             ///< of the first failure
+  /// Measured less nominal: "x_mm", "y_mm", "z_mm", "size_mm" (diameter); "form_mm", "form_95_mm" (ranges
+  /// of the residuals).
+  std::map<std::string, MapNumber> numbers;
+};
+/// Of two positions: distance of the measured centres less nominal distance.
+struct MapSpacing {
+  std::size_t a = 0, b = 0;  ///< a < b
+  double length_mm = 0.0;    ///< nominal
+  MapNumber error_mm;
+};
+/// The positions where a number's mean, and its sigma, are largest by amount, of those that have it in every
+/// trial: the few trials of another one may be its bad ones, or its good ones.
+struct MapWorst {
+  std::size_t mean = 0, sigma = 0;
+};
+
+struct VolumeMap {
+  std::vector<MapPosition> positions;
+  std::size_t measured = 0;  ///< positions with a sphere in every trial
+  std::vector<MapSpacing> spacings;
+  /// By name; without an entry where no position has it in every trial.
+  std::map<std::string, MapWorst> worst;
+  std::optional<MapWorst> worst_spacing;  ///< indices of spacings
+  /// The largest amount of a spacing error of a trial, over the trials that have all pairs: of fewer pairs it
+  /// would be too small.
+  MapNumber largest_mm;
+};
+
+/// Outcomes of volume_map_points, in any order; one that is missing counts as failed.
+VolumeMap volume_map(const VolumeMapPlan& plan, const std::vector<PointOutcome>& outcomes);
+
+/// result.json, "fringetwin-volume-map/1".
+std::string volume_map_json(const VolumeMapPlan& plan, const VolumeMap& map);
+
+}  // namespace fringetwin::study

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// | tolerance | unit    | origin                                |
+// |-----------|---------|---------------------------------------|
+// | 1e-12     | rad, DN | closed forms, double rounding         |
+#include "tradeoff/image_change.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "cosim/chain.hpp"
+#include "tests/support/paper_rig.hpp"
+
+namespace fringetwin::study::image_change_test {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// Values of one pixel: mean + amplitude cos(phase + 2 pi n/N) at every pitch.
+std::vector<double> steps(const Fringes& fringes, double mean, double amplitude, double phase) {
+  std::vector<double> out;
+  for (const PatternSpec& p : expand_sequence(fringes))
+    out.push_back(mean + amplitude * std::cos(phase + 2.0 * pi * p.step / fringes.steps));
+  return out;
+}
+
+TEST(ImageChange, PhaseAndGrayOfAShift) {
+  const Fringes fringes = test::paper_rig().fringes;
+  ChangeSum sum(fringes, 5.0);
+  const double shift = 0.01;
+  // across the wrap, too
+  sum.add({{0, 0, false, 1.0}, {1, 0, false, 1.0}},
+          {steps(fringes, 100, 50, pi - 0.003), steps(fringes, 100, 50, 0.4)},
+          {steps(fringes, 100, 50, pi - 0.003 + shift), steps(fringes, 100, 50, 0.4 - shift)});
+  const ImageChange c = sum.result();
+  EXPECT_NEAR(c.phase_rms_rad, shift, 1e-12);
+  EXPECT_NEAR(c.phase_interior_rms_rad, shift, 1e-12);
+  // difference of two cosines: amplitude 2 * 50 sin(shift / 2), rms over the steps / sqrt 2
+  EXPECT_NEAR(c.gray_rms_dn, 100.0 * std::sin(shift / 2) / std::sqrt(2.0), 1e-12);
+  EXPECT_TRUE(std::isnan(c.gray_edge_rms_dn));
+  EXPECT_EQ(c.n_phase, 2u);
+}
+
+TEST(ImageChange, WeightsAndEdges) {
+  const Fringes fringes = test::paper_rig().fringes;
+  ChangeSum sum(fringes, 5.0);
+  sum.add({{0, 0, false, 3.0}, {1, 0, true, 1.0}}, {steps(fringes, 100, 50, 0), steps(fringes, 100, 50, 0)},
+          {steps(fringes, 101, 50, 0), steps(fringes, 105, 50, 0)});
+  const ImageChange c = sum.result();
+  EXPECT_NEAR(c.gray_interior_rms_dn, 1.0, 1e-12);
+  EXPECT_NEAR(c.gray_edge_rms_dn, 5.0, 1e-12);
+  EXPECT_NEAR(c.gray_rms_dn, std::sqrt((3.0 + 25.0) / 4.0), 1e-12);
+  EXPECT_NEAR(c.phase_rms_rad, 0.0, 1e-12);
+}
+
+TEST(ImageChange, DarkPixelsHaveNoPhase) {
+  const Fringes fringes = test::paper_rig().fringes;
+  ChangeSum sum(fringes, 5.0);
+  sum.add({{0, 0, false, 1.0}}, {steps(fringes, 100, 4, 0)}, {steps(fringes, 100, 50, 1)});
+  EXPECT_EQ(sum.result().n_phase, 0u);
+  EXPECT_TRUE(std::isnan(sum.result().phase_rms_rad));
+  EXPECT_EQ(sum.result().n_gray, 1u);
+}
+
+// Only the finest pitch counts: 13 px comes first in the paper's sequence.
+TEST(ImageChange, FinestPitchOnly) {
+  const Fringes fringes = test::paper_rig().fringes;
+  std::vector<double> a = steps(fringes, 100, 50, 0), b = a;
+  for (std::size_t i = 4; i < b.size(); ++i) b[i] += 7.0 * static_cast<double>(i % 3);
+  ChangeSum sum(fringes, 5.0);
+  sum.add({{0, 0, false, 1.0}}, {a}, {b});
+  EXPECT_NEAR(sum.result().phase_rms_rad, 0.0, 1e-12);
+  EXPECT_GT(sum.result().gray_rms_dn, 1.0);
+}
+
+TEST(Fits, DistanceAndErrorOfASphere) {
+  measure::ObjectFit a;
+  a.object = "ball";
+  a.kind = "sphere";
+  a.usable = true;
+  a.vectors["center_mm"] = {1, 2, 3};
+  a.numbers = {{"radius_mm", 5.0}, {"rms_mm", 0.001}};
+  measure::ObjectFit b = a;
+  b.vectors["center_mm"] = {1.0003, 2.0004, 3};
+  EXPECT_NEAR(fit_distance_mm(a, b), 5e-4, 1e-12);
+  b = a;
+  b.numbers["radius_mm"] = 5.002;
+  EXPECT_NEAR(fit_distance_mm(a, b), 2e-3, 1e-12);
+  b = a;
+  b.numbers["rms_mm"] = 0.004;
+  EXPECT_NEAR(fit_distance_mm(a, b), 3e-3, 1e-12);
+  b.usable = false;
+  EXPECT_TRUE(std::isinf(fit_distance_mm(a, b)));
+
+  Twin twin = test::with_object(test::paper_rig(), "ball", SphereShape{{1, 2, 3.004}, 5.0});
+  EXPECT_NEAR(fit_error_mm(twin, a), 4e-3, 1e-12) << "the residual rms is no error of place or size";
+  a.usable = false;
+  EXPECT_TRUE(std::isnan(fit_error_mm(twin, a)));
+}
+
+TEST(Fits, ErrorOfAPlaneIsItsOffset) {
+  measure::ObjectFit fit;
+  fit.object = "wall";
+  fit.kind = "plane";
+  fit.usable = true;
+  fit.vectors["point_mm"] = {40, -20, 300.007};  // where on the plane does not matter
+  fit.vectors["normal"] = {0, 0, -1};
+  fit.numbers["rms_mm"] = 0.1;
+  const Twin twin = test::with_object(test::paper_rig(), "wall", test::frontal_plane());
+  EXPECT_NEAR(fit_error_mm(twin, fit), 7e-3, 1e-12);
+}
+
+}  // namespace
+}  // namespace fringetwin::study::image_change_test
