@@ -16,7 +16,7 @@
 
 #include "bench/rivals.hpp"
 #include "render/base/quadrature.hpp"
-#include "tests/accuracy/agreement.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"

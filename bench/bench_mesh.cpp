@@ -13,7 +13,7 @@
 #include <memory>
 #include <string>
 
-#include "tests/accuracy/agreement.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"

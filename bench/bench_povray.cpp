@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <numbers>
 
-#include "tests/accuracy/agreement.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "tests/support/povray.hpp"
 #include "tests/support/twin/child_process.hpp"

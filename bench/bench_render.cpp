@@ -12,7 +12,7 @@
 #include <functional>
 #include <memory>
 
-#include "tests/accuracy/agreement.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"

@@ -15,9 +15,9 @@
 #include "compare/comparison.hpp"
 #include "measure/measurement.hpp"
 #include "render/sensor/sensor.hpp"
-#include "tests/accuracy/agreement.hpp"
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/agreement.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
 #include "twin/base/constants.hpp"
 
 namespace fringetwin::compare::calibration_budget_test {

@@ -10,8 +10,8 @@
 #include "study/design/design_figures.hpp"
 #include "study/design/design_table.hpp"
 #include "study/page/study_report.hpp"
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
 
 namespace fringetwin::study::design_report_test {
 namespace {

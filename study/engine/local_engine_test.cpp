@@ -13,8 +13,8 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::test::local_engine_test {

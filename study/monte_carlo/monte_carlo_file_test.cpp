@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "study/study_file.hpp"
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::test::monte_carlo_file_test {

@@ -8,8 +8,8 @@
 
 #include "study/page/study_report.hpp"
 #include "study/plan/draws.hpp"
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
 
 namespace fringetwin::study::monte_carlo_report_test {
 namespace {

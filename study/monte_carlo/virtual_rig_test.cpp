@@ -14,9 +14,9 @@
 #include "measure/measurement.hpp"
 #include "render/sensor/sensor.hpp"
 #include "study/monte_carlo/monte_carlo_study.hpp"
-#include "tests/accuracy/agreement.hpp"
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/agreement.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
 
 namespace fringetwin::study::virtual_rig_test {
 namespace {

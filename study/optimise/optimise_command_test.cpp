@@ -13,8 +13,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
 
 namespace fringetwin::test::optimise_command_test {
 namespace {

@@ -16,9 +16,9 @@
 #include "render/sensor/sensor.hpp"
 #include "study/plan/sphere_form.hpp"
 #include "study/plan/uncertain_inputs.hpp"
-#include "tests/accuracy/agreement.hpp"
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/agreement.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
 
 namespace fringetwin::study::sphere_form_rig_test {
 namespace {

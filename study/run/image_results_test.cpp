@@ -9,8 +9,8 @@
 #include <cmath>
 
 #include "study/plan/record.hpp"
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::test::image_results_test {

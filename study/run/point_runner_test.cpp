@@ -12,8 +12,8 @@
 #include <bit>
 #include <cmath>
 
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::test::point_runner_test {

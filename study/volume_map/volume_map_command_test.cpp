@@ -14,8 +14,8 @@
 
 #include "study/plan/uncertain_inputs.hpp"
 #include "study/statistics/monte_carlo.hpp"
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
 
 namespace fringetwin::test::volume_map_command_test {
 namespace {

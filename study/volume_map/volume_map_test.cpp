@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "study/study_file.hpp"
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::test::volume_map_test {

@@ -15,7 +15,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "tests/accuracy/agreement.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
 

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/accuracy/agreement.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
 namespace fringetwin::test::conventions_test {

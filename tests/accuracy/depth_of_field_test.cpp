@@ -11,7 +11,7 @@
 #include <iostream>
 #include <numbers>
 
-#include "tests/accuracy/agreement.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
 namespace fringetwin::test::depth_of_field_test {

@@ -12,7 +12,7 @@
 #include <numbers>
 #include <random>
 
-#include "tests/accuracy/agreement.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/lens/mrcal_facade.hpp"
 

@@ -16,7 +16,7 @@
 
 #include "render/base/quadrature.hpp"
 #include "render/pattern/waveform.hpp"
-#include "tests/accuracy/agreement.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
 namespace fringetwin::test::patterns_test {

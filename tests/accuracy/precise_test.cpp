@@ -13,7 +13,7 @@
 #include <cmath>
 #include <iostream>
 
-#include "tests/accuracy/agreement.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
 

@@ -17,7 +17,7 @@
 #include <iostream>
 #include <numbers>
 
-#include "tests/accuracy/agreement.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"
 

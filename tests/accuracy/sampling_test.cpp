@@ -11,7 +11,7 @@
 #include <cmath>
 #include <iostream>
 
-#include "tests/accuracy/agreement.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"
 

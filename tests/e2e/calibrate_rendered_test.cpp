@@ -11,8 +11,8 @@
 // | circles, cameras and projector   | 0.02, 0.04 px    | twice what is measured                          |
 #include <gtest/gtest.h>
 
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/rendered_rig.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/rendered_rig.hpp"
 
 namespace fringetwin::test::calibrate_rendered_test {
 namespace {

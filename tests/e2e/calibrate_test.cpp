@@ -13,8 +13,8 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/board/corners_vnl.hpp"
-#include "tests/e2e/small_twin.hpp"
 #include "tests/support/calib/calib_rig.hpp"
+#include "tests/support/program/small_twin.hpp"
 #include "twin/file/cameramodel.hpp"
 #include "twin/twin.hpp"
 

@@ -20,7 +20,7 @@
 
 #include "capture/record/journal.hpp"
 #include "capture/record/verify_set.hpp"
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/small_twin.hpp"
 #include "tests/support/twin/child_process.hpp"
 #include "twin/image/image_io.hpp"
 
@@ -158,7 +158,7 @@ TEST(CaptureCommand, LatencyAndExposureAreFoundAndUsed) {
                  {"exclude each other"});
 }
 
-/// The program dies before the n-th step that changes the folder (tests/e2e/die_at.cpp).
+/// The program dies before the n-th step that changes the folder (tests/support/program/die_at.cpp).
 RunResult die_at(int n, std::vector<std::string> args) {
   return run_fringetwin(
       args,

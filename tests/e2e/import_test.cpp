@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/small_twin.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::test::import_test {

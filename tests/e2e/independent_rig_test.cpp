@@ -9,7 +9,7 @@
 // | black level             | 0.1       | DN   | the same; 0.03                                    |
 // | centre, radius, offset  | 0.001     | mm   | 2.5 times the largest of nine runs (0.0004)       |
 // | the same, against sigma | 3         |      | 15 numbers: one seed in 25 is beyond              |
-#include "tests/e2e/independent_rig.hpp"
+#include "tests/support/program/independent_rig.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,8 +18,8 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/rig_cases.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/rig_cases.hpp"
 
 namespace fringetwin::test::independent_rig_test {
 namespace {

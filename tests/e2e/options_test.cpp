@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/small_twin.hpp"
 
 namespace fringetwin::test::options_test {
 namespace {

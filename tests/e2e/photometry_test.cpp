@@ -12,7 +12,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/small_twin.hpp"
 #include "twin/image/image_io.hpp"
 #include "twin/twin.hpp"
 

@@ -14,10 +14,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/independent_rig.hpp"
-#include "tests/e2e/rig_cases.hpp"
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/independent_rig.hpp"
+#include "tests/support/program/rig_cases.hpp"
+#include "tests/support/program/small_twin.hpp"
 
 namespace fringetwin::test::rig_causes_test {
 namespace {

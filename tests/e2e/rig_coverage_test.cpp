@@ -27,8 +27,8 @@
 #include "compare/gray/gain_fit.hpp"
 #include "measure/measurement.hpp"
 #include "render/sensor/sensor.hpp"
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/independent_rig.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/independent_rig.hpp"
 
 namespace fringetwin::test::rig_coverage_test {
 namespace {

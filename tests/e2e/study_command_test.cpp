@@ -11,9 +11,9 @@
 #include <random>
 #include <sstream>
 
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/small_twin.hpp"
-#include "tests/e2e/study_folder.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
+#include "tests/support/program/study_folder.hpp"
 #include "tests/support/twin/child_process.hpp"
 
 namespace fringetwin::test::study_command_test {

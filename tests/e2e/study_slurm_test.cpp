@@ -21,10 +21,10 @@
 #include <sstream>
 #include <thread>
 
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/slurm_cluster.hpp"
-#include "tests/e2e/small_twin.hpp"
-#include "tests/e2e/study_folder.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/slurm_cluster.hpp"
+#include "tests/support/program/small_twin.hpp"
+#include "tests/support/program/study_folder.hpp"
 
 namespace fringetwin::test::study_slurm_test {
 namespace {

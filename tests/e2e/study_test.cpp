@@ -17,7 +17,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "tests/e2e/cli_runner.hpp"
+#include "tests/support/program/cli_runner.hpp"
 
 namespace fringetwin::test::study_test {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/shipped_studies.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/shipped_studies.hpp"
 
 namespace fringetwin::test::study_theory_full_test {
 namespace {

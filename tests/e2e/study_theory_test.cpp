@@ -13,8 +13,8 @@
 #include "study/design/design.hpp"
 #include "study/monte_carlo/monte_carlo_run.hpp"
 #include "study/study_file.hpp"
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/shipped_studies.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/shipped_studies.hpp"
 
 namespace fringetwin::test::study_theory_test {
 namespace {

@@ -9,7 +9,7 @@
 #include <random>
 #include <thread>
 
-#include "tests/e2e/cli_runner.hpp"
+#include "tests/support/program/cli_runner.hpp"
 #include "tests/support/twin/child_process.hpp"
 
 namespace fringetwin::test::study_thousand_test {

@@ -16,7 +16,7 @@
 #include <numbers>
 
 #include "render/sensor/sensor.hpp"
-#include "tests/hard/hard_support.hpp"
+#include "tests/support/hard_support.hpp"
 
 namespace fringetwin::test::fringes_test {
 namespace {

@@ -15,7 +15,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/hard/hard_support.hpp"
+#include "tests/support/hard_support.hpp"
 
 namespace fringetwin::test::grazing_test {
 namespace {

@@ -13,7 +13,7 @@
 
 #include <cmath>
 
-#include "tests/hard/hard_support.hpp"
+#include "tests/support/hard_support.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::test::lenses_test {

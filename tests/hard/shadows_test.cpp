@@ -11,8 +11,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "tests/hard/hard_support.hpp"
 #include "tests/support/freeform.hpp"
+#include "tests/support/hard_support.hpp"
 
 namespace fringetwin::test::shadows_test {
 namespace {

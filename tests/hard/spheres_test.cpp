@@ -12,7 +12,7 @@
 
 #include <Eigen/Geometry>
 
-#include "tests/hard/hard_support.hpp"
+#include "tests/support/hard_support.hpp"
 
 namespace fringetwin::test::spheres_test {
 namespace {

@@ -15,8 +15,8 @@
 #include <limits>
 #include <numbers>
 
-#include "tests/hard/hard_support.hpp"
 #include "tests/support/freeform.hpp"
+#include "tests/support/hard_support.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::test::triangles_test {

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <random>
 
-#include "tests/hard/hard_support.hpp"
+#include "tests/support/hard_support.hpp"
 
 namespace fringetwin::test::watertight_test {
 namespace {

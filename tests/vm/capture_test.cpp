@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/device/pattern.hpp"
-#include "tests/e2e/cli_runner.hpp"
+#include "tests/support/program/cli_runner.hpp"
 #include "twin/image/image_io.hpp"
 #include "twin/twin.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/accuracy/agreement.hpp"
+#include "tests/support/agreement.hpp"
 
 #include <fmt/format.h>
 

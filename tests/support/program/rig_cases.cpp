@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/e2e/rig_cases.hpp"
+#include "tests/support/program/rig_cases.hpp"
 
 #include <map>
 
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/independent_rig.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/independent_rig.hpp"
 
 namespace fringetwin::test {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/e2e/slurm_cluster.hpp"
+#include "tests/support/program/slurm_cluster.hpp"
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -19,7 +19,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/e2e/cli_runner.hpp"
+#include "tests/support/program/cli_runner.hpp"
 #include "tests/support/twin/child_process.hpp"
 
 namespace fringetwin::test {

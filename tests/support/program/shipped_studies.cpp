@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/e2e/shipped_studies.hpp"
+#include "tests/support/program/shipped_studies.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <sstream>
 
-#include "tests/e2e/cli_runner.hpp"
+#include "tests/support/program/cli_runner.hpp"
 
 namespace fringetwin::test {
 

@@ -7,7 +7,7 @@
 // | each of them          | 3.96 sigma  | one of 36 beyond in 0.27 % of rigs                  |
 // | sigma / bound         | 0.5 … 2     | Cramér-Rao for the corners' noise (rendered_rig.cpp) |
 #pragma once
-#include "tests/e2e/rendered_boards.hpp"
+#include "tests/support/program/rendered_boards.hpp"
 
 namespace fringetwin::test {
 

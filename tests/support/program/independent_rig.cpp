@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/e2e/independent_rig.hpp"
+#include "tests/support/program/independent_rig.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,10 +11,10 @@
 #include <span>
 
 #include "render/base/disk_cache.hpp"
-#include "tests/e2e/cli_runner.hpp"
-#include "tests/e2e/rig_indirect.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "tests/support/povray.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/rig_indirect.hpp"
 #include "twin/captures/capture_set.hpp"
 
 namespace fringetwin::test {

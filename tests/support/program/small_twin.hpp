@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/e2e/cli_runner.hpp"
+#include "tests/support/program/cli_runner.hpp"
 
 namespace fringetwin::test {
 

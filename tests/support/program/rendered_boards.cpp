@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/e2e/rendered_boards.hpp"
+#include "tests/support/program/rendered_boards.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,7 +9,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/small_twin.hpp"
 #include "twin/image/image_io.hpp"
 #include "twin/lens/pose.hpp"
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "render/reference/reference.hpp"
-#include "tests/accuracy/agreement.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/twin.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/e2e/rig_indirect.hpp"
+#include "tests/support/program/rig_indirect.hpp"
 
 #include <algorithm>
 #include <cmath>

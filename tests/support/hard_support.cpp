@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/hard/hard_support.hpp"
+#include "tests/support/hard_support.hpp"
 
 #include <fmt/format.h>
 

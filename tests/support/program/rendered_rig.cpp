@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/e2e/rendered_rig.hpp"
+#include "tests/support/program/rendered_rig.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 
 #include "calib/board/corners_vnl.hpp"
 #include "calib/solve/circle_bias.hpp"
-#include "tests/e2e/cli_runner.hpp"
+#include "tests/support/program/cli_runner.hpp"
 #include "twin/lens/lens.hpp"
 #include "twin/lens/linear.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/e2e/study_folder.hpp"
+#include "tests/support/program/study_folder.hpp"
 
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/small_twin.hpp"
 
 namespace fringetwin::test {
 

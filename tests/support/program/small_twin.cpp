@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/e2e/small_twin.hpp"
+#include "tests/support/program/small_twin.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
