@@ -14,12 +14,12 @@
 namespace fringetwin::compare {
 namespace {
 
-constexpr int kStencil = 3;                 // reach of the gradient
-constexpr std::size_t kFewestPixels = 100;  // of a block's 1024
-constexpr double kWeakDirection = 0.1;      // gradient along the fringes below a third of that across them
-constexpr double kLargestTilt = 0.5;        // sine of the angle up to which fringes along y still tell x
-constexpr double kLargestSigmaPx = 0.1;     // what is known less well is no diagnosis
-constexpr double kOutlier = 9.0;            // a pixel's chi2 over the block's median
+constexpr int kStencil = 3;                        // reach of the gradient
+constexpr std::size_t kFewestPixelsOfBlock = 100;  // of a block's 1024
+constexpr double kWeakDirection = 0.1;   // gradient along the fringes below a third of that across them
+constexpr double kLargestTilt = 0.5;     // sine of the angle up to which fringes along y still tell x
+constexpr double kLargestSigmaPx = 0.1;  // what is known less well is no diagnosis
+constexpr double kOutlier = 9.0;         // a pixel's chi2 over the block's median
 constexpr float kNoShift = std::numeric_limits<float>::quiet_NaN();
 
 /// One pixel's normal equations for (dx, dy), its brightness taken out.
@@ -149,7 +149,7 @@ class ShiftField {
       for (int x = std::max(x0, kStencil); x < std::min(x0 + kShiftBlock, pair_.width() - kStencil); ++x)
         if (stencil_valid(x, y))
           if (const PixelSums p = pixel(x, y); p.freedom > 0) pixels.push_back(p);
-    if (pixels.size() < kFewestPixels) return {};
+    if (pixels.size() < kFewestPixelsOfBlock) return {};
     BlockShift out = solve(pixels);
     // edges and shadows that the twin has elsewhere
     std::vector<double> reduced;
@@ -160,7 +160,7 @@ class ShiftField {
     std::vector<PixelSums> kept;
     for (std::size_t k = 0; k < pixels.size(); ++k)
       if (reduced[k] <= kOutlier * *middle) kept.push_back(pixels[k]);
-    if (kept.size() < kFewestPixels) return {};
+    if (kept.size() < kFewestPixelsOfBlock) return {};
     out = solve(kept);
     out.x = out.x && out.sigma.x() <= kLargestSigmaPx;
     out.y = out.y && out.sigma.y() <= kLargestSigmaPx;
