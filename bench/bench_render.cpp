@@ -88,7 +88,7 @@ void compare_sampling(const std::string& name, const Twin& twin, int stride) {
       "its "
       "gray error over all pixels\n",
       published.rays / own.rays, published.cpu_ms / own.cpu_ms, own.gray / published.gray);
-  fmt::print("{} pixels compared, interior as DESIGN §4 has it\n", truth.size());
+  fmt::print("{} pixels compared, interior as docs/CONVENTIONS.md has it\n", truth.size());
 }
 
 // ---------------------------------------------------------------- what a user waits for

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// fringetwin: data on stdout, narration on stderr, exit codes of DESIGN §4.
+// fringetwin: data on stdout, narration on stderr, exit codes of docs/CONVENTIONS.md.
 #include <malloc.h>
 
 #include <CLI/CLI.hpp>

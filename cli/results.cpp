@@ -41,7 +41,7 @@ std::vector<std::filesystem::path> capture_files(const Twin& twin, const std::fi
 }
 
 int exit_code_for(const std::vector<measure::ObjectFit>& fits, int otherwise) {
-  // Fewer points than this is "too few", which is a warning and no failure (DESIGN §4).
+  // Fewer points than this is "too few", which is a warning and no failure (docs/formats/results.md, "Fits").
   constexpr std::size_t kEnoughPoints = 20;
   for (const auto& fit : fits)
     if (!fit.usable && fit.n >= kEnoughPoints) {

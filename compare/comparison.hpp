@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real against simulated: gain, gray, phase, geometry (DESIGN §4 result.json; docs/METRICS.md has
+// Real against simulated: gain, gray, phase, geometry (docs/formats/results.md; docs/METRICS.md has
 // the formula of every number).
 #pragma once
 #include <cstdint>

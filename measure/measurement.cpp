@@ -89,7 +89,8 @@ DecodeOptions decode_options(const Twin& twin, const Camera& camera, const Camer
   }
   const Sensor& sensor = camera.sensor;
   if (sensor.has_noise() && !images.radiance) {
-    // DESIGN §3: variance = gain E / electrons_per_dn + read_noise^2; decode() adds the rounding
+    // docs/CONVENTIONS.md, "Light": variance = gain E / electrons_per_dn + read_noise^2; decode() adds the
+    // rounding
     const double per_dn = sensor.electrons_per_dn ? 1.0 / *sensor.electrons_per_dn : 0.0;
     const double read = std::pow(sensor.read_noise_dn.value_or(0.0), 2);
     options.variance_per_dn = per_dn;

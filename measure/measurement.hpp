@@ -41,7 +41,7 @@ DecodeOptions decode_options(const Twin& twin, const Camera& camera, const Camer
 Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
                     const std::vector<int>& use_steps = {}, std::optional<double> smoothing_px = {});
 
-/// points.ply and phase_<camera>.exr (channels: DESIGN §4). result.json is the caller's.
+/// points.ply and phase_<camera>.exr (channels: docs/formats/results.md). result.json is the caller's.
 void write_measurement(const std::filesystem::path& dir, const Measurement& measurement);
 
 /// "wrapped_x_13p5": shortest decimal, '.' as 'p'.

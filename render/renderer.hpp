@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Vulkan renderer: one trace of a camera, then all its patterns (DESIGN §1.2, §3, §5).
+// The Vulkan renderer: one trace of a camera, then all its patterns (docs/PHYSICS.md, "Trace once, shade
+// all").
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -72,7 +73,7 @@ struct StageCost {
 };
 
 /// Per-pixel transport of one camera (all images W x H, irradiance per unit pattern value).
-/// E = weight-sum form of DESIGN §3; a pattern with harmonics a_k (response, blur included) gives
+/// E = weight-sum form of docs/PHYSICS.md; a pattern with harmonics a_k (response, blur included) gives
 /// E = ambient_hit + sum_k a_k (cosine_k cos(k delta) - sine_k sin(k delta)).
 struct Transport {
   ImageF mean;     ///< mean of w over the pixel (pattern value 1 everywhere)

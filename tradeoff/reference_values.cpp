@@ -18,7 +18,7 @@ std::vector<double> to_dn(const std::vector<double>& irradiance, const Sensor& s
   return dn;
 }
 
-// DESIGN §4: the pixel and its eight neighbours are whole.
+// An interior pixel (docs/CONVENTIONS.md): the pixel and its eight neighbours are whole.
 bool is_interior(const render::Reference& reference, std::size_t camera, int x, int y) {
   for (int dy = -1; dy <= 1; ++dy)
     for (int dx = -1; dx <= 1; ++dx)

@@ -9,7 +9,7 @@
 namespace fringetwin::study {
 
 struct TruthOptions {
-  int gauss_interior = 16;  ///< samples per side of a pixel, interior as DESIGN §4 defines it
+  int gauss_interior = 16;  ///< samples per side of a pixel, interior as docs/CONVENTIONS.md defines it
   int gauss_facet = 32;     ///< not interior, but no silhouette or border of light: facet edges
   int gauss_edge = 64;      ///< silhouettes and borders of light
 };
@@ -17,7 +17,7 @@ struct TruthOptions {
 /// Gray values before the sensor (gain E + black, no rounding) of the subset's pixels.
 struct Truth {
   std::vector<PixelValues> dn;              ///< [camera]
-  std::vector<std::vector<bool>> interior;  ///< [camera][pixel], DESIGN §4
+  std::vector<std::vector<bool>> interior;  ///< [camera][pixel], docs/CONVENTIONS.md
   /// How well the truth itself is known: rms difference on every eighth edge pixel to 3/4 of the samples
   /// per side, DN; NaN without edge pixels.
   double edge_uncertainty_dn = 0.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The projected sequence: phase-shifted fringes and Gray code (DESIGN §3), its order and values.
+// The projected sequence: phase-shifted fringes and Gray code (docs/CONVENTIONS.md), its order and values.
 #pragma once
 #include <filesystem>
 #include <memory>

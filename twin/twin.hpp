@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole twin: what twin.toml says (DESIGN §4), after checking.
+// The whole twin: what twin.toml says (docs/formats/twin.md), after checking.
 #pragma once
 #include <Eigen/Core>
 #include <array>

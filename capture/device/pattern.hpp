@@ -20,8 +20,8 @@ inline Pattern even_field(double level, const std::string& label) { return {-1, 
 /// The twin's sequence, in order.
 std::vector<Pattern> sequence_patterns(const Fringes& fringes);
 
-/// Values as a fraction of full scale at the centres of the projector's pixels (DESIGN §3), before response
-/// and blur: these are the projector's doing.
+/// Values as a fraction of full scale at the centres of the projector's pixels (docs/CONVENTIONS.md,
+/// "Fringes"), before response and blur: these are the projector's doing.
 ImageF pattern_levels(const Fringes& fringes, const Pattern& pattern, int width, int height);
 
 /// round(level (2^bits - 1)), bits 8...16.

@@ -25,7 +25,7 @@ Fringes fringes_with_two_directions() {
   return fringes;
 }
 
-// The formula of DESIGN §3, written out once more.
+// The formula of docs/CONVENTIONS.md, "Fringes", written out once more.
 double expected(double at_px, double origin_px, double pitch_px, int step) {
   return 0.5 + 0.5 * std::cos(2.0 * std::numbers::pi * ((at_px - origin_px) / pitch_px + step / 4.0));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// result.json, schema "fringetwin-result/1" (DESIGN §4, docs/result.schema.json).
+// result.json, schema "fringetwin-result/1" (docs/formats/results.md, docs/result.schema.json).
 #pragma once
 #include <map>
 #include <string>

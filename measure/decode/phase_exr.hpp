@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// phase_<camera>.exr (DESIGN §4): a decoded camera as float32 channels, NaN where invalid.
+// phase_<camera>.exr (docs/formats/results.md, "What measure writes"): a decoded camera as float32 channels,
+// NaN where invalid.
 #pragma once
 #include <filesystem>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fringe orders: wrapped phases of one image row -> absolute projector coordinate (DESIGN §3).
+// Fringe orders: wrapped phases of one image row -> absolute projector coordinate (docs/CONVENTIONS.md).
 // Everywhere x = origin + pitch (order + t), t = phase/2pi in (-0.5, 0.5].
 #pragma once
 #include <optional>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tolerances
-//   1e-9 mm   noiseless points through exact fits (see fits_test.cpp); result keys are a contract (DESIGN §4)
+//   1e-9 mm   noiseless points through exact fits (see fits_test.cpp); result keys are a contract
+//   (docs/result.schema.json)
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>

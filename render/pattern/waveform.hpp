@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the projector really throws: pattern value -> response -> blur (DESIGN §3), in double precision.
+// What the projector really throws: pattern value -> response -> blur (docs/CONVENTIONS.md), in double
+// precision.
 #pragma once
 #include <cstddef>
 #include <vector>

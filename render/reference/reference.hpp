@@ -76,7 +76,7 @@ struct PixelBlock {
 };
 struct ReferenceBlockPixel {
   int x = 0, y = 0;
-  /// DESIGN §4: `pixel.interior` of the pixel and of its eight neighbours.
+  /// An interior pixel (docs/CONVENTIONS.md): `pixel.interior` of the pixel and of its eight neighbours.
   bool interior = false;
   ReferencePixel pixel;
 };

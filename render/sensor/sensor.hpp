@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Irradiance -> gray values (DESIGN §3): DN = clamp(round(gain E + black + noise), 0, 2^bits - 1).
+// Irradiance -> gray values (docs/CONVENTIONS.md, "Light"): DN = clamp(round(gain E + black + noise), 0,
+// 2^bits - 1).
 #pragma once
 #include <cstdint>
 

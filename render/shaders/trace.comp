@@ -1,6 +1,6 @@
 #version 460
 // SPDX-License-Identifier: Apache-2.0
-// One camera: per pixel the transport sums of DESIGN §3 over the pixel's square (and the lens disk).
+// One camera: per pixel the transport sums of docs/PHYSICS.md over the pixel's square (and the lens disk).
 // One invocation = one pixel; a work group = one block of the list of blocks that can see something.
 // On lavapipe `if` masks lanes but skips no work, only loops end early: hence specialization
 // constants for every switch.

@@ -73,7 +73,7 @@ TEST(Conventions, AFlippedStepSignShows) {
   EXPECT_GT(a.worst_phase_rms_rad(), 1.0);
 }
 
-// No reference code at all: one camera pixel, one plane, the phase by hand (DESIGN §3).
+// No reference code at all: one camera pixel, one plane, the phase by hand (docs/CONVENTIONS.md, "Fringes").
 TEST(Conventions, PhaseOfAPinholePlaneByHand) {
   REQUIRE_RENDERER();
   Twin twin = paper_rig();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The renderer with its default sampling against the double-precision reference (8x8 Gauss-Legendre)
-// on the paper's rig at 1440x1080, interior pixels (DESIGN §4), every pitch.
+// on the paper's rig at 1440x1080, interior pixels (docs/CONVENTIONS.md), every pitch.
 // | tolerance | unit                 | origin                                                    |
 // |-----------|----------------------|-----------------------------------------------------------|
 // | 4e-5      | rad rms              | required; fp32 leaves 1.4e-5 (sphere) ... 2.3e-5 (plane)   |

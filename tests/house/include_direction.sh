@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# DESIGN §2: which folder may include which. include_direction.sh ROOT fails on any other arrow, however it is
+# Which folder may include which (docs/ARCHITECTURE.md). include_direction.sh ROOT fails on any other arrow, however it is
 # written; include_direction.sh --self-test proves that it can.
 set -euo pipefail
 
@@ -85,5 +85,5 @@ if [ "${1:?--self-test or the source folder}" = --self-test ]; then
   self_test
 else
   scan "$1"
-  echo "include directions as DESIGN §2 says"
+  echo "include directions as tests/house/rooms.txt says"
 fi

@@ -25,7 +25,7 @@ bool device_required();
     }                                                                                \
   } while (false)
 
-/// Argument of the first harmonic of N phase steps, (-pi, pi] (DESIGN §3: pattern n is
+/// Argument of the first harmonic of N phase steps, (-pi, pi] (docs/CONVENTIONS.md: pattern n is
 /// mean + amplitude cos(phase + 2 pi n/N)); `value(n)` is the image value of step n.
 double stepped_phase(int steps, const std::function<double(int)>& value);
 double wrap(double phase_rad);  ///< to (-pi, pi]

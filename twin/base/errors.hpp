@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors a user can mend, and the exit codes of the program (DESIGN §4).
+// Errors a user can mend, and the exit codes of the program (docs/CONVENTIONS.md, "Exit codes").
 #pragma once
 #include <stdexcept>
 #include <string>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A capture set: capture.toml and its images (DESIGN §4). Real and simulated captures are the same.
+// A capture set: capture.toml and its images (docs/formats/captures.md). Real and simulated captures are the
+// same.
 #pragma once
 #include <filesystem>
 #include <limits>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images that another program recorded, described as a capture set where they lie (DESIGN §4): not copied.
+// Images that another program recorded, described as a capture set where they lie (docs/formats/captures.md):
+// not copied.
 #pragma once
 #include "twin/captures/capture_set.hpp"
 

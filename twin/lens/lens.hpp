@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lens models: mrcal's names and parameter order (DESIGN §3). Pixel (0,0) is the centre of the
+// Lens models: mrcal's names and parameter order (docs/CONVENTIONS.md). Pixel (0,0) is the centre of the
 // top-left pixel.
 #pragma once
 #include <Eigen/Core>

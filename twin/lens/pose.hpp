@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rigid transforms. T_a_b maps a point written in frame b to frame a (DESIGN §3).
+// Rigid transforms. T_a_b maps a point written in frame b to frame a (docs/CONVENTIONS.md).
 #pragma once
 #include <Eigen/Core>
 
