@@ -15,9 +15,9 @@
 #include "capture/v4l2/v4l2_list.hpp"
 #include "cli/capture_rig.hpp"
 #include "cli/commands.hpp"
-#include "cli/out_folder.hpp"
 #include "cli/version.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::cli {

@@ -3,9 +3,9 @@
 #include <filesystem>
 
 #include "cli/commands.hpp"
-#include "cli/out_folder.hpp"
 #include "cli/results.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
 #include "twin/captures/measured_steps.hpp"
 
 namespace fringetwin::cli {

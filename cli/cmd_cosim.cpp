@@ -7,12 +7,12 @@
 
 #include "cli/commands.hpp"
 #include "cli/flags.hpp"
-#include "cli/out_folder.hpp"
 #include "cli/results.hpp"
 #include "compare/causes/refine.hpp"
 #include "compare/verdict/calibration_covariance.hpp"
 #include "render/sensor/sensor.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/captures/measured_steps.hpp"
 #include "twin/image/image_io.hpp"

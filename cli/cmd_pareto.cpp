@@ -5,10 +5,10 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/commands.hpp"
-#include "cli/out_folder.hpp"
 #include "cli/results.hpp"
 #include "tradeoff/pareto.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
 

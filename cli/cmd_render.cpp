@@ -5,9 +5,9 @@
 
 #include "cli/commands.hpp"
 #include "cli/flags.hpp"
-#include "cli/out_folder.hpp"
 #include "cli/pipeline.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::cli {

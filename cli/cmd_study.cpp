@@ -6,7 +6,6 @@
 #include <sstream>
 
 #include "cli/commands.hpp"
-#include "cli/out_folder.hpp"
 #include "cli/study_runs.hpp"
 #include "cli/version.hpp"
 #include "study/engine/local_engine.hpp"
@@ -15,6 +14,7 @@
 #include "study/engine/slurm_engine.hpp"
 #include "study/engine/worker.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
 #include "twin/base/paths.hpp"
 
 namespace fringetwin::cli {

@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "calib/import/check_import.hpp"
-#include "cli/out_folder.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/file/cameramodel.hpp"

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
-#include "cli/out_folder.hpp"
 #include "render/sensor/sensor.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/captures/measured_steps.hpp"
 

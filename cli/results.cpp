@@ -6,11 +6,11 @@
 
 #include <cmath>
 
-#include "cli/out_folder.hpp"
 #include "cli/version.hpp"
 #include "compare/causes/causes.hpp"
 #include "compare/page/report_page.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
 

@@ -5,9 +5,9 @@
 
 #include <set>
 
-#include "cli/out_folder.hpp"
 #include "cli/version.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/out_folder.hpp"
+#include "twin/base/out_folder.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -10,7 +10,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/paths.hpp"
 
-namespace fringetwin::cli {
+namespace fringetwin {
 namespace fs = std::filesystem;
 namespace {
 
@@ -41,4 +41,4 @@ void begin_output(const fs::path& dir, const std::vector<std::string>& last_file
   }
 }
 
-}  // namespace fringetwin::cli
+}  // namespace fringetwin

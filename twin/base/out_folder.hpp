@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace fringetwin::cli {
+namespace fringetwin {
 
 /// Throws UserError(usage) unless `dir` is a folder that can be written, or one that can be made. Makes
 /// nothing: a run that fails leaves nothing behind.
@@ -16,4 +16,4 @@ void check_out_folder(const std::filesystem::path& dir);
 /// for the sign that all the others are there. Throws UserError(usage).
 void begin_output(const std::filesystem::path& dir, const std::vector<std::string>& last_files);
 
-}  // namespace fringetwin::cli
+}  // namespace fringetwin
