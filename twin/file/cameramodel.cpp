@@ -62,7 +62,7 @@ std::array<int, 2> to_size(const PythonDictParser& parser, const PythonDictEntry
 }
 
 /// Python reads "1700" as an int and "-0" as 0; the ".0" keeps type and sign.
-std::string number_text(double value) {
+std::string model_number(double value) {
   FT_CHECK(std::isfinite(value), "a camera model holds a number that is not finite");
   std::array<char, 32> buffer{};
   const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
@@ -74,7 +74,7 @@ std::string number_text(double value) {
 template <class Numbers>
 std::string list_text(const Numbers& numbers) {
   std::string text = "[ ";
-  for (const double n : numbers) text += number_text(n) + ", ";
+  for (const double n : numbers) text += model_number(n) + ", ";
   return text + "]";
 }
 
