@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
-# Measures the tables of docs/PERFORMANCE.md on this machine and puts them between the file's markers.
+# Measures the tables of docs/benchmarks on this machine and writes a page per twin, which says at which commit.
 #   scripts/performance.sh [--quick] [--reuse]     twins: TWINS="paper-sphere ..." (default: the paper's three)
+# PAGES is the folder of the pages (default docs/benchmarks).
 # --quick: few schemes and pixels, for trying the script; --reuse: only make the tables of OUT again.
 # Results stay in OUT (default out/performance): one folder per twin and command, with JSON and page.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=${OUT:-out/performance}
+pages=${PAGES:-docs/benchmarks}
 twins=${TWINS:-"paper-sphere paper-ideal-plane paper-freeform"}
 quick=() reuse=0
 for arg in "$@"; do
@@ -20,5 +22,6 @@ if [ $reuse = 0 ]; then
     build/fringetwin pareto "datasets/$twin/twin.toml" --out "$out/$twin/pareto" "${quick[@]}"
     build/fringetwin needs "datasets/$twin/twin.toml" --out "$out/$twin/needs"
   done
+  echo "commit $(git describe --always --dirty), $(date +%F)" >"$out/measured_at"
 fi
-python3 scripts/performance_tables.py "$out" docs/PERFORMANCE.md $twins
+python3 scripts/performance_tables.py "$out" "$pages" $twins

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Tables of docs/PERFORMANCE.md from pareto.json and needs.json: performance_tables.py OUT PAGE.md TWIN..."""
+"""Pages of docs/benchmarks from pareto.json and needs.json: performance_tables.py OUT FOLDER TWIN...
+
+Reads OUT/measured_at, a line that says at which commit and when, and OUT/TWIN/{pareto,needs}/*.json; writes
+FOLDER/TWIN.md."""
 import json
 import math
-import re
 import sys
 
 
@@ -80,20 +82,34 @@ def needs_table(run):
     return "\n".join(rows)
 
 
+def page(out, twin, measured_at):
+    tables = {}
+    for kind, table in (("pareto", pareto_table), ("needs", needs_table)):
+        with open(f"{out}/{twin}/{kind}/{kind}.json", encoding="utf-8") as f:
+            run = json.load(f)
+        tables[kind] = table(run)
+    return f"""# Time against error: {run["twin"]}
+
+Written by `scripts/performance.sh`: do not edit. What the columns mean: `docs/PERFORMANCE.md`. Scene: `datasets/{twin}/twin.toml`.
+
+Measured at {measured_at}.
+
+## Error against time of every sampling scheme
+{tables["pareto"]}
+
+## What the scene needs
+{tables["needs"]}
+"""
+
+
 def main():
-    out, page_name, twins = sys.argv[1], sys.argv[2], sys.argv[3:]
-    with open(page_name, encoding="utf-8") as f:
-        page = f.read()
+    out, folder, twins = sys.argv[1], sys.argv[2], sys.argv[3:]
+    with open(f"{out}/measured_at", encoding="utf-8") as f:
+        measured_at = f.read().strip()
     for twin in twins:
-        for kind, table in (("pareto", pareto_table), ("needs", needs_table)):
-            with open(f"{out}/{twin}/{kind}/{kind}.json", encoding="utf-8") as f:
-                text = table(json.load(f))
-            marks = rf"(<!-- begin {kind} {twin} -->\n).*?(<!-- end {kind} {twin} -->)"
-            page, n = re.subn(marks, lambda m: m[1] + text + "\n" + m[2], page, flags=re.S)
-            if n != 1:
-                sys.exit(f"{page_name}: no markers for {kind} {twin}")
-    with open(page_name, "w", encoding="utf-8") as f:
-        f.write(page)
+        text = page(out, twin, measured_at)
+        with open(f"{folder}/{twin}.md", "w", encoding="utf-8") as f:
+            f.write(text)
 
 
 main()
