@@ -15,6 +15,7 @@
 #include <functional>
 #include <string>
 
+#include "compare/comparison.hpp"
 #include "compare/page/report_page.hpp"
 #include "compare/result/result_json.hpp"
 #include "render/sensor/sensor.hpp"

@@ -9,7 +9,8 @@
 #include <set>
 #include <vector>
 
-#include "compare/geometry/fit_rows.hpp"
+#include "compare/result/fit_keys.hpp"
+#include "compare/result/rows.hpp"
 #include "report/json.hpp"
 #include "twin/base/errors.hpp"
 

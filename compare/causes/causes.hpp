@@ -3,7 +3,7 @@
 // values in one linear step (docs/METRICS.md, "Causes").
 #pragma once
 #include "compare/causes/sensitivity.hpp"
-#include "compare/comparison.hpp"
+#include "compare/result/rows.hpp"
 
 namespace fringetwin::compare {
 

@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "compare/comparison.hpp"
+#include "compare/result/options.hpp"
+#include "compare/result/side.hpp"
 
 namespace fringetwin::compare {
 

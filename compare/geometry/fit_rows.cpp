@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "compare/geometry/published_sigma.hpp"
+#include "compare/result/fit_keys.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -113,17 +114,6 @@ void warn_unusable(const std::optional<ObjectFit>& fit, const char* side,
 }
 
 }  // namespace
-
-std::string sigma_key(const std::string& key) {
-  for (const char* unit : {"_mm", "_rad", "_px", "_dn"})
-    if (key.size() > std::string(unit).size() && key.ends_with(unit))
-      return key.substr(0, key.size() - std::string(unit).size()) + "_sigma" + unit;
-  return key + "_sigma";
-}
-
-bool is_sigma_key(const std::string& key) { return key.find("sigma") != std::string::npos; }
-
-bool is_count_key(const std::string& key) { return key == "n" || key.starts_with("n_"); }
 
 ObjectFit published_fit(const Twin& twin, const PublishedFit& published) {
   ObjectFit fit;

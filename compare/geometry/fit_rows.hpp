@@ -1,20 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fits of both sides next to each other (the paper's Table 5).
+// The fits of both sides, or published numbers in place of the real ones, become one row per object with
+// their difference and its z (the paper's Table 5).
 #pragma once
 #include <string>
 #include <vector>
 
-#include "compare/comparison.hpp"
+#include "compare/result/rows.hpp"
+#include "compare/result/side.hpp"
 
 namespace fringetwin::compare {
-
-/// "radius_mm" -> "radius_sigma_mm", "normal" -> "normal_sigma".
-std::string sigma_key(const std::string& key);
-/// True for keys that are standard errors themselves.
-bool is_sigma_key(const std::string& key);
-
-/// True for keys that count things ("n_gated"): neither lengths nor angles, nothing to subtract.
-bool is_count_key(const std::string& key);
 
 /// A published result as a fit row: n = 0, the kind of the twin's object.
 measure::ObjectFit published_fit(const Twin& twin, const PublishedFit& published);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "compare/result/fit_keys.hpp"
 #include "tests/support/compare/synthetic_sides.hpp"
 
 namespace fringetwin::compare::fit_rows_test {

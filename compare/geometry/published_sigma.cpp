@@ -4,7 +4,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "compare/geometry/fit_rows.hpp"
+#include "compare/result/fit_keys.hpp"
 
 namespace fringetwin::compare {
 namespace {

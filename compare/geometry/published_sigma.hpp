@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Standard errors that published numbers without any would have (docs/METRICS.md, "Fits").
 #pragma once
-#include "compare/comparison.hpp"
+#include "compare/result/rows.hpp"
+#include "measure/points/points.hpp"
 
 namespace fringetwin::compare {
 

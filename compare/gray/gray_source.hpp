@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "compare/comparison.hpp"
+#include "compare/result/options.hpp"
+#include "compare/result/rows.hpp"
+#include "compare/result/side.hpp"
 
 namespace fringetwin::compare {
 

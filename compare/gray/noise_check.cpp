@@ -9,7 +9,6 @@
 #include <numeric>
 
 #include "calib/photometry/photon_transfer.hpp"
-#include "compare/comparison.hpp"
 #include "measure/decode/decode_input.hpp"
 #include "measure/decode/phase.hpp"
 #include "twin/base/constants.hpp"

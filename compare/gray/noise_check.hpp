@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "compare/result/noise_row.hpp"
+#include "compare/result/rows.hpp"
 #include "measure/decode/decode.hpp"
 #include "twin/twin.hpp"
 

@@ -5,8 +5,10 @@
 #include <map>
 #include <string>
 
-#include "compare/comparison.hpp"
+#include "compare/result/options.hpp"
 #include "compare/result/provenance.hpp"
+#include "compare/result/result.hpp"
+#include "compare/result/side.hpp"
 
 namespace fringetwin::compare {
 

@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "compare/comparison.hpp"
 #include "compare/gray/gain_fit.hpp"
+#include "compare/result/options.hpp"
+#include "compare/result/result.hpp"
+#include "compare/result/side.hpp"
 #include "report/html_page.hpp"
 
 namespace fringetwin::compare {

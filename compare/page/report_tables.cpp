@@ -3,9 +3,8 @@
 
 #include <cmath>
 
-#include "compare/geometry/fit_rows.hpp"
 #include "compare/page/report_parts.hpp"
-#include "compare/result/row_json.hpp"
+#include "compare/result/fit_keys.hpp"
 #include "compare/verdict/limits.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"

@@ -5,7 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "compare/comparison.hpp"
+#include "compare/result/rows.hpp"
+#include "measure/decode/decode.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::compare {
 

@@ -3,7 +3,8 @@
 #pragma once
 #include <vector>
 
-#include "compare/comparison.hpp"
+#include "compare/result/rows.hpp"
+#include "measure/measurement.hpp"
 #include "twin/image/image.hpp"
 
 namespace fringetwin::compare {

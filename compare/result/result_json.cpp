@@ -3,9 +3,8 @@
 
 #include <cmath>
 
-#include "compare/geometry/fit_rows.hpp"
+#include "compare/result/fit_keys.hpp"
 #include "compare/result/row_json.hpp"
-#include "compare/verdict/explained.hpp"
 #include "report/json.hpp"
 
 namespace fringetwin::compare {

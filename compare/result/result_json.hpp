@@ -4,8 +4,10 @@
 #include <map>
 #include <string>
 
-#include "compare/comparison.hpp"
 #include "compare/result/provenance.hpp"
+#include "compare/result/result.hpp"
+#include "measure/measurement.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::compare {
 

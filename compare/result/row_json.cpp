@@ -50,9 +50,4 @@ Json indicator_json(const Indicator& r) {
           {"z", json_number(r.z())}};
 }
 
-std::string alignment_of(const std::string& kind) {
-  return kind == "mesh" ? "each side registered to the CAD surface (ICP, then Gauss-Newton)"
-                        : "none: both sides in the rig's frame";
-}
-
 }  // namespace fringetwin::compare

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "compare/geometry/fit_rows.hpp"
+#include "compare/result/fit_keys.hpp"
 #include "compare/verdict/explained.hpp"
 
 namespace fringetwin::compare {

@@ -295,11 +295,4 @@ std::optional<ExplainedRow> explain_phase(const std::string& camera, const Direc
   return row;
 }
 
-std::optional<bool> all_explained(const std::vector<ExplainedRow>& rows, const std::string& quantity) {
-  std::optional<bool> all;
-  for (const ExplainedRow& row : rows)
-    if (row.quantity == quantity) all = all.value_or(true) && row.explained;
-  return all;
-}
-
 }  // namespace fringetwin::compare

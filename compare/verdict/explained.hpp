@@ -40,7 +40,4 @@ std::optional<ExplainedRow> explain_phase(const std::string& camera, const measu
 std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits,
                                            const CalibrationBudget* calibration = nullptr);
 
-/// True, false, or nothing to judge, of all rows of a quantity.
-std::optional<bool> all_explained(const std::vector<ExplainedRow>& rows, const std::string& quantity);
-
 }  // namespace fringetwin::compare

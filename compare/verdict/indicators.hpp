@@ -4,7 +4,8 @@
 #pragma once
 #include <vector>
 
-#include "compare/comparison.hpp"
+#include "compare/result/rows.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::compare {
 

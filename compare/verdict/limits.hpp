@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "compare/comparison.hpp"
+#include "compare/result/result.hpp"
 
 namespace fringetwin::compare {
 

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the keys of a fit's numbers say by their spelling: which is a standard error, which is a count, and
+// how the two sides of a kind of fit were aligned.
+#pragma once
+#include <string>
+
+namespace fringetwin::compare {
+
+/// Returns the key of a number's standard error: "radius_mm" -> "radius_sigma_mm", "normal" ->
+/// "normal_sigma".
+std::string sigma_key(const std::string& key);
+/// Returns true for keys that are standard errors themselves.
+bool is_sigma_key(const std::string& key);
+
+/// Returns true for keys that count things ("n_gated"): neither lengths nor angles, nothing to subtract.
+bool is_count_key(const std::string& key);
+
+/// Says what moves the two sides before their fits of this kind are compared.
+std::string alignment_of(const std::string& kind);
+
+}  // namespace fringetwin::compare

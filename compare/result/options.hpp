@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a comparison is told besides the twin and the two sides: the phase steps to use, how the simulated
+// images were rendered, and what came before it.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compare/result/provenance.hpp"
+#include "compare/result/rows.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::render {
+class Renderer;
+}
+
+namespace fringetwin::compare {
+
+/// How one comparison is made.
+struct CompareOptions {
+  /// Phase steps of the gray/phase comparison; empty = all (a measured object is built from the
+  /// even steps and compared with the odd ones).
+  std::vector<int> use_steps;
+  std::string note;  ///< what this comparison can and cannot show, printed in the report
+  /// How exact the simulated images are; a camera that is not named counts as exact.
+  std::vector<RenderNote> rendered;
+  /// Renders changed twins to find the cause of what the budget does not explain; null: causes are not looked
+  /// for.
+  render::Renderer* renderer = nullptr;
+  /// How the simulated images were rendered, for those of a changed rig; default: the twin's own options.
+  std::optional<RenderOptions> render;
+  std::uint64_t seed = 0;
+  /// Of the twin, where it was refined before; passed on to the result.
+  std::optional<Refinement> refinement;
+};
+
+}  // namespace fringetwin::compare
