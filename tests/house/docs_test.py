@@ -14,6 +14,7 @@ import tempfile
 PAGES = ("docs", "README.md", "CONTRIBUTING.md", "datasets/README.md")
 FOLDERS = ("bench", "calib", "capture", "cli", "cmake", "compare", "cosim", "datasets", "docs", "measure", "render",
            "report", "scripts", "study", "tests", "tradeoff", "twin")
+TESTS = ("accuracy", "e2e", "hard")  # groups of tests in tests/
 SOURCES = re.compile(r"(\.(cpp|hpp|h|comp|glsl|py|sh|cmake|toml|yml)|CMakeLists\.txt|\.clang-tidy)$")
 CODE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
@@ -68,7 +69,7 @@ def link_faults(root, page, text):
 def is_test(root, name):
     """Is `name` the name of a test in CTest, ROOM/NAME or ROOM/LABEL/NAME, which NAME_test.cpp in that room holds?"""
     room, test = name.split("/")[0], name.split("/")[-1] + "_test.cpp"
-    return any(os.path.basename(f) == test for f in files_below(root, room))
+    return any(os.path.basename(f) == test for start in (room, "tests/" + room) for f in files_below(root, start))
 
 
 def named_file_faults(root, page, text):
@@ -76,9 +77,16 @@ def named_file_faults(root, page, text):
         if re.fullmatch(r"[A-Z_]+\.md", token):
             if not find_page(root, token, page):
                 yield f"{page}: names the page {token}, which does not exist"
-        elif re.fullmatch(rf"({'|'.join(FOLDERS)})/[\w./-]*", token):
+        elif re.fullmatch(rf"({'|'.join(FOLDERS + TESTS)})/[\w./-]*", token):
             if not os.path.exists(os.path.join(root, token)) and not is_test(root, token):
                 yield f"{page}: names {token}, which does not exist"
+
+
+def pages_of(path):
+    """The page, and those it is the index of: METRICS.md of what it links to in metrics/."""
+    folder = os.path.splitext(os.path.basename(path))[0].lower()
+    linked = re.findall(rf"\]\(({folder}/\w+\.md)", text_of(path))
+    return [path, *sorted({os.path.join(os.path.dirname(path), page) for page in linked})]
 
 
 def citation_faults(root, source, text):
@@ -87,7 +95,7 @@ def citation_faults(root, source, text):
         path = find_page(root, name, source)
         if not path:
             yield f"{source}: cites {name}, which does not exist"
-        elif not any(h.replace("`", "").startswith(section) for h in headings(path)):
+        elif not any(h.replace("`", "").startswith(section) for page in pages_of(path) for h in headings(page)):
             yield f"{source}: {name} has no section \"{section}\""
 
 
@@ -116,8 +124,9 @@ def faults(root):
 
 def self_test():
     good = {"README.md": "[a](docs/A.md#some-part-x) `docs/A.md` `twin/lens.hpp` `A.md`, \"Some part\"",
-            "docs/A.md": "# A\n## Some part (`x`)\n",
-            "twin/lens.hpp": "// As in docs/A.md,\n// \"Some part\"."}
+            "docs/A.md": "# A\n## Some part (`x`)\n[of this page](a/more.md)",
+            "docs/a/more.md": "## More of it",
+            "twin/lens.hpp": "// As in docs/A.md,\n// \"Some part\", and docs/A.md, \"More\"."}
     planted = {"README.md": ("[a](docs/B.md)", "[a](docs/A.md#other)", "`twin/gone.hpp`", "`B.md`", "`A.md`, \"Other\""),
                "twin/lens.hpp": ("// docs/B.md", "// docs/A.md,\n/// \"Other\"")}
 
