@@ -43,7 +43,7 @@ double best_ms(int runs, const std::function<void()>& what) {
 }
 
 Twin large_loop(std::size_t n_cameras, int bit_depth) {
-  Twin twin = capture::testing::loop_twin(n_cameras, bit_depth);
+  Twin twin = testing::loop_twin(n_cameras, bit_depth);
   const Lens lens("LENSMODEL_PINHOLE", {2000, 2000, 719.5, 539.5}, {kWidth, kHeight}, "bench");
   for (Camera& camera : twin.cameras) camera.lens = lens;
   twin.projector->lens = lens;
@@ -105,7 +105,7 @@ class PacedDisplay : public PatternDisplay {
 };
 
 double sequence_ms(const Twin& twin, const fs::path& dir, bool wait) {
-  capture::testing::LoopRig rig(twin);
+  testing::LoopRig rig(twin);
   PacedDisplay display(*rig.display);
   CapturePlan plan;
   plan.latency_ms = 15.0;

@@ -41,7 +41,7 @@ struct Stage {
 };
 
 Twin filled_rig() {
-  Twin twin = test::with_object(test::paper_rig(), "wall", test::frontal_plane());
+  Twin twin = testing::with_object(testing::paper_rig(), "wall", testing::frontal_plane());
   for (Camera& camera : twin.cameras) {
     camera.sensor.electrons_per_dn = 40.0;
     camera.sensor.read_noise_dn = 0.5;

@@ -105,11 +105,12 @@ void compare(const std::string& scene, const Twin& twin, std::vector<Rival> riva
     for (const float w : image.data) sum += static_cast<double>(w);
     return sum / static_cast<double>(image.size());
   };
-  rivals.insert(rivals.begin(), {fmt::format("fringetwin on {}", test::shared_renderer()->device().name),
-                                 [&] {
-                                   transport = test::shared_renderer()->trace(twin, 0, {Sampler::gauss, 4});
-                                 },
-                                 [&] { return mean(transport.mean); }});
+  rivals.insert(rivals.begin(),
+                {fmt::format("fringetwin on {}", testing::shared_renderer()->device().name),
+                 [&] {
+                   transport = testing::shared_renderer()->trace(twin, 0, {Sampler::gauss, 4});
+                 },
+                 [&] { return mean(transport.mean); }});
   for (Rival& r : rivals) r.run();  // pipelines, page faults
   constexpr int rounds = 4;
   for (int round = 0; round < rounds; ++round)
@@ -144,10 +145,10 @@ double mean_weight(const bench::RivalImage& image) {
 }
 
 void sphere_scene(const Twin& rig) {
-  Twin twin = test::with_object(rig, "sphere", test::ideal_sphere());
-  twin.objects.push_back({"plane", test::frontal_plane(), {}});
+  Twin twin = testing::with_object(rig, "sphere", testing::ideal_sphere());
+  twin.objects.push_back({"plane", testing::frontal_plane(), {}});
   const bench::RivalView view = make_view(twin);
-  const SphereShape s = test::ideal_sphere();
+  const SphereShape s = testing::ideal_sphere();
   const bench::RivalSphere sphere{{static_cast<float>(s.center_mm.x()), static_cast<float>(s.center_mm.y()),
                                    static_cast<float>(s.center_mm.z())},
                                   static_cast<float>(s.radius_mm),
@@ -160,10 +161,10 @@ void sphere_scene(const Twin& rig) {
 
 // Mesh and plane as one Embree scene, in the camera frame (the left camera is the world).
 void mesh_scene(const Twin& rig) {
-  const auto mesh = std::make_shared<Mesh>(test::make_bumpy_icosphere(6, 35.0, test::default_bumps()));
+  const auto mesh = std::make_shared<Mesh>(testing::make_bumpy_icosphere(6, 35.0, testing::default_bumps()));
   const Pose T_world_object{rotation_from_vector({0.11, -0.23, 0.37}), {0.0, 0.0, 275.0}};
-  Twin twin = test::with_object(rig, "mesh", MeshShape{{}, "mm", T_world_object, false, mesh});
-  twin.objects.push_back({"plane", test::frontal_plane(), {}});
+  Twin twin = testing::with_object(rig, "mesh", MeshShape{{}, "mm", T_world_object, false, mesh});
+  twin.objects.push_back({"plane", testing::frontal_plane(), {}});
   std::vector<float> vertices;
   std::vector<std::uint32_t> triangles;
   for (const auto& v : mesh->vertices_mm) {
@@ -192,11 +193,11 @@ void mesh_scene(const Twin& rig) {
 int main() {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
   try {
-    if (!test::shared_renderer()) {
+    if (!testing::shared_renderer()) {
       fmt::print(stderr, "bench_embree: no Vulkan device\n");
       return static_cast<int>(ExitCode::device);
     }
-    const Twin rig = test::only_camera(test::paper_rig(), 0);
+    const Twin rig = testing::only_camera(testing::paper_rig(), 0);
     sphere_scene(rig);
     mesh_scene(rig);
     fmt::print("\nratio \"fringetwin\": our throughput / theirs (1 = equal, 0.5 = half as fast)\n");

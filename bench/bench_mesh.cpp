@@ -26,9 +26,9 @@ double cpu_ms() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SE
 
 Twin freeform(int subdivisions) {
   const auto mesh =
-      std::make_shared<Mesh>(test::make_bumpy_icosphere(subdivisions, 35.0, test::default_bumps()));
-  return test::with_object(test::only_camera(test::paper_rig(), 0), "mesh",
-                           MeshShape{{}, "mm", {Eigen::Matrix3d::Identity(), {0, 0, 270}}, false, mesh});
+      std::make_shared<Mesh>(testing::make_bumpy_icosphere(subdivisions, 35.0, testing::default_bumps()));
+  return testing::with_object(testing::only_camera(testing::paper_rig(), 0), "mesh",
+                              MeshShape{{}, "mm", {Eigen::Matrix3d::Identity(), {0, 0, 270}}, false, mesh});
 }
 
 void stages(const Twin& twin, int camera, int rounds) {
@@ -39,7 +39,7 @@ void stages(const Twin& twin, int camera, int rounds) {
   double best_ms = 1e30;
   for (int i = 0; i < rounds + 1; ++i) {
     const double start = cpu_ms();
-    render::Transport t = test::shared_renderer()->trace(twin, camera, sampling);
+    render::Transport t = testing::shared_renderer()->trace(twin, camera, sampling);
     const double ms = cpu_ms() - start;
     if (i == 0 || ms >= best_ms) continue;  // the first makes pipelines
     best_ms = ms;
@@ -60,7 +60,7 @@ void gauss(const Twin& twin, int rounds) {
   std::uint64_t rays = 0;
   for (int i = 0; i < rounds + 1; ++i) {
     const double start = cpu_ms();
-    rays = test::shared_renderer()->trace(twin, 0, {Sampler::gauss, 4}).rays;
+    rays = testing::shared_renderer()->trace(twin, 0, {Sampler::gauss, 4}).rays;
     best = std::min(best, cpu_ms() - start);
   }
   fmt::print("gauss 2 x 2: {:.0f} ms CPU, {:.2f} M rays\n", best, static_cast<double>(rays) / 1e6);
@@ -77,11 +77,11 @@ void sizes(int most) {
     double first = 0.0, g = 1e30, a = 1e30;
     for (int i = 0; i < 3; ++i) {
       double start = cpu_ms();
-      test::shared_renderer()->trace(twin, 0, {Sampler::gauss, 4});
+      testing::shared_renderer()->trace(twin, 0, {Sampler::gauss, 4});
       if (i == 0) first = cpu_ms() - start;
       g = std::min(g, cpu_ms() - start);
       start = cpu_ms();
-      test::shared_renderer()->trace(twin, 0, adaptive);
+      testing::shared_renderer()->trace(twin, 0, adaptive);
       a = std::min(a, cpu_ms() - start);
     }
     rusage usage{};
@@ -96,7 +96,7 @@ void sizes(int most) {
 int main(int argc, char** argv) {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
   try {
-    if (!test::shared_renderer()) {
+    if (!testing::shared_renderer()) {
       fmt::print(stderr, "bench_mesh: no Vulkan device\n");
       return static_cast<int>(ExitCode::device);
     }
@@ -110,7 +110,7 @@ int main(int argc, char** argv) {
     fmt::print("free-form part of 81,920 triangles\n");
     for (const bool search : {true, false}) {
       fmt::print("\n{}\n", search ? "every ray through the BVH" : "as it is");
-      test::shared_renderer()->set_search_always(search);
+      testing::shared_renderer()->set_search_always(search);
       gauss(twin, 2);
       stages(twin, 0, 2);
     }

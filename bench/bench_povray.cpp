@@ -31,7 +31,7 @@ double now_s() {
 
 /// The paper's geometry with pinhole lenses, a window around the sphere, one pitch in four steps.
 Twin make_twin() {
-  Twin twin = test::only_camera(test::paper_rig(), 0);
+  Twin twin = testing::only_camera(testing::paper_rig(), 0);
   Camera& camera = twin.cameras[0];
   camera.lens = Lens("LENSMODEL_PINHOLE", {2359.5, 2359.5, 0.5 * (width - 1), 0.5 * (height - 1)},
                      {width, height}, "camera");
@@ -50,8 +50,8 @@ Twin make_twin() {
   Material material;
   material.diffuse = 1.0;
   p.intensity = std::numbers::pi;  // then E = pattern x cosine
-  twin = test::with_object(twin, "sphere", test::ideal_sphere(), material);
-  return test::with_object(twin, "plane", test::frontal_plane(), material);
+  twin = testing::with_object(twin, "sphere", testing::ideal_sphere(), material);
+  return testing::with_object(twin, "plane", testing::frontal_plane(), material);
 }
 
 struct Measured {
@@ -59,45 +59,45 @@ struct Measured {
   double image_s = 0.0;  ///< per image
 };
 
-std::optional<Measured> run_povray(const Twin& twin, const test::PovraySampling& sampling,
+std::optional<Measured> run_povray(const Twin& twin, const testing::PovraySampling& sampling,
                                    const fs::path& dir) {
   const double start = now_s();
-  auto irradiance = test::povray_irradiance(twin, 0, sampling, dir);
+  auto irradiance = testing::povray_irradiance(twin, 0, sampling, dir);
   if (!irradiance) return std::nullopt;
   return Measured{std::move(*irradiance), (now_s() - start) / twin.fringes.steps};
 }
 
 void print_row(const std::string& name, const Twin& twin, const Measured& m,
                const std::vector<render::ReferenceBlockPixel>& truth) {
-  const auto inside = test::compare(twin, 0, m.irradiance, truth, test::Pixels::interior);
-  const auto all = test::compare(twin, 0, m.irradiance, truth, test::Pixels::all);
+  const auto inside = testing::compare(twin, 0, m.irradiance, truth, testing::Pixels::interior);
+  const auto all = testing::compare(twin, 0, m.irradiance, truth, testing::Pixels::all);
   fmt::print("{:<44}{:>13.1f}{:>15.1e}{:>15.4f}{:>13.4f}\n", name, 1e3 * m.image_s,
              inside.worst_phase_rms_rad(), 255.0 * inside.gray_rms, 255.0 * all.gray_rms);
 }
 
 Measured run_own(const Twin& twin, const render::Sampling& sampling) {
   Measured out;
-  test::shared_renderer()->render(twin, 0, sampling);  // builds the pipeline
+  testing::shared_renderer()->render(twin, 0, sampling);  // builds the pipeline
   out.image_s = 1e30;
   for (int i = 0; i < 3; ++i) {
     const double start = now_s();
-    out.irradiance = test::shared_renderer()->render(twin, 0, sampling).irradiance;
+    out.irradiance = testing::shared_renderer()->render(twin, 0, sampling).irradiance;
     out.image_s = std::min(out.image_s, (now_s() - start) / twin.fringes.steps);
   }
   return out;
 }
 
 int run() {
-  const test_tools::ScratchFolder dir;
+  const testing::ScratchFolder dir;
   const Twin twin = make_twin();
   const auto truth =
-      reference_block(render::Reference(twin), 0, test::whole_image(twin, 0, 4), {.gauss_n = 24});
+      reference_block(render::Reference(twin), 0, testing::whole_image(twin, 0, 4), {.gauss_n = 24});
   fmt::print("\nsphere R 5 mm before a plane, {} x {} px, pinhole lenses, pitch 15 px, {} steps\n", width,
              height, twin.fringes.steps);
   fmt::print("{:<44}{:>13}{:>15}{:>15}{:>13}\n", "", "ms an image", "interior rad", "interior DN", "all DN");
   print_row("fringetwin, default", twin, run_own(twin, render::choose_sampling(twin)), truth);
   print_row("fringetwin, multi-jittered 1024", twin, run_own(twin, {Sampler::multi_jittered, 1024}), truth);
-  const auto povray_row = [&](const std::string& name, const test::PovraySampling& sampling) {
+  const auto povray_row = [&](const std::string& name, const testing::PovraySampling& sampling) {
     if (const auto m = run_povray(twin, sampling, dir.path()))
       print_row(name, twin, *m, truth);
     else
@@ -115,7 +115,7 @@ int run() {
 int main() {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
   try {
-    if (!test::shared_renderer()) {
+    if (!testing::shared_renderer()) {
       fmt::print(stderr, "bench_povray: no Vulkan device\n");
       return static_cast<int>(ExitCode::device);
     }

@@ -140,7 +140,7 @@ Bench::Bench(VulkanDevice& device, const Twin& rig) : device_(device), lens_(rig
 
 // Both builds, timed; the acceleration structure twice, as the first one compiles the driver's build shaders.
 void Bench::build_structures() {
-  const auto mesh = std::make_shared<Mesh>(test::make_bumpy_icosphere(6, 35.0, test::default_bumps()));
+  const auto mesh = std::make_shared<Mesh>(testing::make_bumpy_icosphere(6, 35.0, testing::default_bumps()));
   const Cost own = cost_of([&] { mesh_ = render::build_mesh_geometry(mesh, "mesh"); });
   constexpr VkBufferUsageFlags texels = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
   nodes_ = std::make_unique<Buffer>(device_, std::as_bytes(std::span(mesh_.bvh.nodes)).size(), texels,
@@ -285,7 +285,7 @@ int main() {
       return 0;
     }
     fmt::print("ray query beside the own BVH on {} ({})\n", device.info().name, device.info().driver);
-    const Twin rig = test::paper_rig();  // the left camera is the world
+    const Twin rig = testing::paper_rig();  // the left camera is the world
     Bench bench(device, rig);
     bench.compare("paper rig, left camera", 1.0, rig.projector->T_proj_world.inverse().translation_mm);
     bench.compare("twice the focal length, light from the side", 2.0, {-400.0, 0.0, 150.0});

@@ -28,7 +28,7 @@ struct Timing {
 };
 
 Timing measure(const Twin& twin, const Sampling& sampling, int runs,
-               render::Renderer* renderer = test::shared_renderer()) {
+               render::Renderer* renderer = testing::shared_renderer()) {
   Timing best;
   for (int i = 0; i < runs; ++i) {
     const auto wall = std::chrono::steady_clock::now();
@@ -42,7 +42,7 @@ Timing measure(const Twin& twin, const Sampling& sampling, int runs,
 }
 
 Shape freeform() {
-  const auto mesh = std::make_shared<Mesh>(test::make_bumpy_icosphere(6, 35.0, test::default_bumps()));
+  const auto mesh = std::make_shared<Mesh>(testing::make_bumpy_icosphere(6, 35.0, testing::default_bumps()));
   return MeshShape{{}, "mm", {rotation_from_vector({0.11, -0.23, 0.37}), {0.0, 0.0, 275.0}}, false, mesh};
 }
 
@@ -54,7 +54,7 @@ void compare_sampling(const std::string& name, const Twin& twin, int stride) {
   fmt::print("{:<22}{:>9}{:>9}{:>10}{:>14}{:>14}{:>14}\n", "scheme", "wall ms", "CPU ms", "Mrays/s",
              "interior rad", "interior DN", "all pixels DN");
   const auto truth =
-      reference_block(render::Reference(twin), 0, test::whole_image(twin, 0, stride), {.gauss_n = 24});
+      reference_block(render::Reference(twin), 0, testing::whole_image(twin, 0, stride), {.gauss_n = 24});
   const Sampling chosen = render::choose_sampling(twin);
   Sampling precise = chosen;
   precise.precise = true;
@@ -74,8 +74,8 @@ void compare_sampling(const std::string& name, const Twin& twin, int stride) {
   for (const auto& [label, sampling] : schemes) {
     measure(twin, sampling, 1);
     const Timing t = measure(twin, sampling, sampling.samples > 256 ? 1 : 3);
-    const auto inside = test::compare(twin, 0, t.rendered.irradiance, truth, test::Pixels::interior);
-    const auto all = test::compare(twin, 0, t.rendered.irradiance, truth, test::Pixels::all);
+    const auto inside = testing::compare(twin, 0, t.rendered.irradiance, truth, testing::Pixels::interior);
+    const auto all = testing::compare(twin, 0, t.rendered.irradiance, truth, testing::Pixels::all);
     const double full_scale = twin.cameras[0].sensor.max_dn();
     fmt::print("{:<22}{:>9.1f}{:>9.1f}{:>10.1f}{:>14.1e}{:>14.4f}{:>14.4f}\n", label, t.wall_ms, t.cpu_ms,
                static_cast<double>(t.rendered.rays) / t.rendered.trace_ms / 1e3, inside.worst_phase_rms_rad(),
@@ -151,7 +151,7 @@ void compare_effects(const std::string& name, const Twin& base) {
       {"point spread 0.7 px", [](Twin& t) { t.cameras[0].psf_px = 0.7; }},
       {"plane, one bounce of 16",
        [](Twin& t) {
-         t.objects.push_back({"plane", test::frontal_plane(), {}});
+         t.objects.push_back({"plane", testing::frontal_plane(), {}});
          t.render.bounces = 1;
          t.render.bounce_samples = 16;
        }},
@@ -171,7 +171,7 @@ void compare_effects(const std::string& name, const Twin& base) {
        }},
       {"plane behind (shadow)",
        [](Twin& t) {
-         t.objects.push_back({"plane", test::frontal_plane(), {}});
+         t.objects.push_back({"plane", testing::frontal_plane(), {}});
        }},
       {"depth of field f/8", [](Twin& t) {
          t.cameras[0].optics = Optics{8.0, 10.0, 270.0};
@@ -211,12 +211,12 @@ void compare_pattern_methods(const Twin& base) {
       double cpu[2] = {1e30, 1e30};
       for (int round = 0; round < 4; ++round)
         for (const int way : {0, 1}) {
-          test::shared_renderer()->set_pattern_method(way == 0 ? render::PatternMethod::harmonics
-                                                               : render::PatternMethod::direct);
+          testing::shared_renderer()->set_pattern_method(way == 0 ? render::PatternMethod::harmonics
+                                                                  : render::PatternMethod::direct);
           const double ms = measure(twin, sampling, 1).cpu_ms;
           if (round > 0) cpu[way] = std::min(cpu[way], ms);
         }
-      test::shared_renderer()->set_pattern_method(render::PatternMethod::automatic);
+      testing::shared_renderer()->set_pattern_method(render::PatternMethod::automatic);
       fmt::print("blur {:.1f} px, {:>2} steps{:>10.1f}{:>10.1f}  ({}), taken: {}\n", blur, steps, cpu[0],
                  cpu[1], render::choose_series(twin, render::PatternMethod::harmonics)[0][0].a.size() - 1,
                  render::choose_series(twin)[0][0].a.empty() ? "direct" : "harmonics");
@@ -228,30 +228,32 @@ void compare_pattern_methods(const Twin& base) {
 int main() {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);  // rows appear as they are measured
   try {
-    if (!test::shared_renderer()) {
+    if (!testing::shared_renderer()) {
       fmt::print(stderr, "bench_render: no Vulkan device\n");
       return static_cast<int>(ExitCode::device);
     }
-    const auto& device = test::shared_renderer()->device();
+    const auto& device = testing::shared_renderer()->device();
     fmt::print("device {} ({}, Vulkan {})\n", device.name, device.driver, device.api_version);
 
-    const Twin left = test::only_camera(test::paper_rig(), 0);
-    compare_sampling(
-        "sphere R 5 mm, window",
-        test::with_object(test::crop_around(left, {0, 0, 250}, 128, 112), "sphere", test::ideal_sphere()), 2);
+    const Twin left = testing::only_camera(testing::paper_rig(), 0);
+    compare_sampling("sphere R 5 mm, window",
+                     testing::with_object(testing::crop_around(left, {0, 0, 250}, 128, 112), "sphere",
+                                          testing::ideal_sphere()),
+                     2);
     const Shape mesh = freeform();
     compare_sampling("mesh of 81,920 triangles, window",
-                     test::with_object(test::crop_around(left, {0, 0, 240}, 96, 96), "mesh", mesh), 3);
-    full_frame([&] { return test::with_object(left, "sphere R 19 mm", test::physical_sphere()); });
-    full_frame([&] { return test::with_object(left, "mesh of 81,920 triangles", freeform()); });
-    compare_effects("sphere R 19 mm, window of 240x200 px",
-                    test::with_object(test::crop_around(left, test::physical_sphere().center_mm, 240, 200),
-                                      "sphere", test::physical_sphere()));
+                     testing::with_object(testing::crop_around(left, {0, 0, 240}, 96, 96), "mesh", mesh), 3);
+    full_frame([&] { return testing::with_object(left, "sphere R 19 mm", testing::physical_sphere()); });
+    full_frame([&] { return testing::with_object(left, "mesh of 81,920 triangles", freeform()); });
+    compare_effects(
+        "sphere R 19 mm, window of 240x200 px",
+        testing::with_object(testing::crop_around(left, testing::physical_sphere().center_mm, 240, 200),
+                             "sphere", testing::physical_sphere()));
     compare_pattern_methods(
-        test::with_object(test::crop_around(left, test::physical_sphere().center_mm, 240, 200), "sphere",
-                          test::physical_sphere()));
+        testing::with_object(testing::crop_around(left, testing::physical_sphere().center_mm, 240, 200),
+                             "sphere", testing::physical_sphere()));
     compare_effects("mesh of 81,920 triangles, window of 120x100 px",
-                    test::with_object(test::crop_around(left, {0, 0, 240}, 120, 100), "mesh", mesh));
+                    testing::with_object(testing::crop_around(left, {0, 0, 240}, 120, 100), "mesh", mesh));
   } catch (const std::exception& error) {
     fmt::print(stderr, "bench_render: {}\n", error.what());
     return static_cast<int>(ExitCode::internal);

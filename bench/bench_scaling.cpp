@@ -60,14 +60,15 @@ Cost measure(const Twin& twin) {
 
 Twin mesh_twin(int subdivisions) {
   const auto mesh =
-      std::make_shared<Mesh>(test::make_bumpy_icosphere(subdivisions, 35.0, test::default_bumps()));
+      std::make_shared<Mesh>(testing::make_bumpy_icosphere(subdivisions, 35.0, testing::default_bumps()));
   const MeshShape part{{}, "mm", {rotation_from_vector({0.11, -0.23, 0.37}), {0.0, 0.0, 275.0}}, false, mesh};
-  return test::with_object(test::only_camera(test::paper_rig(), 0), "part", part);
+  return testing::with_object(testing::only_camera(testing::paper_rig(), 0), "part", part);
 }
 
 // The same view in k x k times the pixels; the projector stays.
 Twin scaled_image(double k) {
-  Twin twin = test::with_object(test::only_camera(test::paper_rig(), 0), "ball", test::physical_sphere());
+  Twin twin =
+      testing::with_object(testing::only_camera(testing::paper_rig(), 0), "ball", testing::physical_sphere());
   Camera& camera = twin.cameras[0];
   std::vector<double> intrinsics = camera.lens.intrinsics();
   for (int i = 0; i < 4; ++i) intrinsics[static_cast<std::size_t>(i)] *= k;
@@ -80,7 +81,8 @@ Twin scaled_image(double k) {
 }
 
 Twin images_twin(int steps) {
-  Twin twin = test::with_object(test::only_camera(test::paper_rig(), 0), "ball", test::physical_sphere());
+  Twin twin =
+      testing::with_object(testing::only_camera(testing::paper_rig(), 0), "ball", testing::physical_sphere());
   twin.fringes.steps = steps;
   return twin;
 }
@@ -114,7 +116,7 @@ void add(Curve& curve, const std::string& what, double size, const Twin& twin) {
 
 // What a second run saves for a large mesh: its hierarchy is read back from the user's cache.
 void compare_cache(int subdivisions) {
-  const Mesh mesh = test::make_bumpy_icosphere(subdivisions, 35.0, test::default_bumps());
+  const Mesh mesh = testing::make_bumpy_icosphere(subdivisions, 35.0, testing::default_bumps());
   const auto folder =
       std::filesystem::temp_directory_path() / fmt::format("fringetwin_bench_scaling_{}", ::getpid());
   const auto timed = [&](const std::optional<std::filesystem::path>& cache) {

@@ -59,7 +59,7 @@ void take_smaller(const Cost& cost, Cost* least) {
 
 int main(int argc, char** argv) {
   const int points = argc > 1 ? std::atoi(argv[1]) : 60, rounds = argc > 2 ? std::atoi(argv[2]) : 2;
-  const test_tools::ScratchFolder folder;
+  const testing::ScratchFolder folder;
   folder.write(
       "study.toml",
       fmt::format(

@@ -5,15 +5,15 @@
 #include <gtest/gtest.h>
 
 #include "capture/display/window_display.hpp"
-#include "tests/support/capture/expect_refused.hpp"
+#include "tests/support/twin/expect_user_error.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::open_display_test {
+namespace fringetwin::testing::open_display_test {
 namespace {
 
 using namespace fringetwin::capture;
-using test_tools::expect_refused;
 using ::testing::ElementsAre;
+using testing::expect_user_error;
 using ::testing::HasSubstr;
 
 std::vector<std::string> shown;
@@ -51,16 +51,16 @@ TEST(OpenDisplay, ByTheKindBeforeTheColon) {
 
 TEST(OpenDisplay, UnknownKindsAreRefused) {
   for (const char* names : {"beamer", "", "fake:1+", "+fake:1", "fake:1++fake:2"})
-    expect_refused(ExitCode::usage, "is none of the kinds of display (fake)",
-                   [&] { open_display(names, 64, 48, factories); });
-  expect_refused(ExitCode::usage, "window", [] { open_display("windows", 64, 48); });
+    expect_user_error(ExitCode::usage, "is none of the kinds of display (fake)",
+                      [&] { open_display(names, 64, 48, factories); });
+  expect_user_error(ExitCode::usage, "window", [] { open_display("windows", 64, 48); });
 }
 
 TEST(OpenDisplay, NamesOfTheProgramsOwnKinds) {
-  expect_refused(ExitCode::usage, "window:x: is no screen", [] { open_display("window:x", 64, 48); });
-  expect_refused(ExitCode::usage, "window:-1: is no screen", [] { open_display("window:-1", 64, 48); });
-  expect_refused(ExitCode::usage, "kms@x: 'x' is no refresh rate", [] { open_display("kms@x", 64, 48); });
-  expect_refused(ExitCode::device, "/dev/dri/card99", [] { open_display("kms:/dev/dri/card99", 64, 48); });
+  expect_user_error(ExitCode::usage, "window:x: is no screen", [] { open_display("window:x", 64, 48); });
+  expect_user_error(ExitCode::usage, "window:-1: is no screen", [] { open_display("window:-1", 64, 48); });
+  expect_user_error(ExitCode::usage, "kms@x: 'x' is no refresh rate", [] { open_display("kms@x", 64, 48); });
+  expect_user_error(ExitCode::device, "/dev/dri/card99", [] { open_display("kms:/dev/dri/card99", 64, 48); });
   EXPECT_EQ(parse_window_name("window"), 0);
   EXPECT_EQ(parse_window_name("window:2"), 2);
 }
@@ -83,8 +83,8 @@ TEST(MirrorDisplay, IsTimedOnlyIfAllAre) {
 }
 
 TEST(MirrorDisplay, WantsOneSize) {
-  expect_refused(ExitCode::device, "fake:w1: has 65x48 pixels, fake:1 has 64x48",
-                 [] { open_display("fake:1+fake:w1", 64, 48, factories); });
+  expect_user_error(ExitCode::device, "fake:w1: has 65x48 pixels, fake:1 has 64x48",
+                    [] { open_display("fake:1+fake:w1", 64, 48, factories); });
 }
 
 TEST(ListDisplays, SaysWhatThereIsWithoutThrowing) {
@@ -95,4 +95,4 @@ TEST(ListDisplays, SaysWhatThereIsWithoutThrowing) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::open_display_test
+}  // namespace fringetwin::testing::open_display_test

@@ -80,8 +80,8 @@ endfunction()
 
 # fringetwin_tests(GROUP SOURCES a_test.cpp ... LINK libs LABELS unit|accuracy|real-data|e2e|device|slow [TIMEOUT s])
 # One executable build/tests/GROUP_tests; each of its files is one CTest test, GROUP/a. A test file has a namespace of
-# its own, named like the file, so that several can be compiled as one (FRINGETWIN_UNITY). Names that one file takes from
-# fringetwin::test_tools, another from a folder's own test_tools, are spelt out.
+# its own, named like the file, so that several can be compiled as one (FRINGETWIN_UNITY). What they share is in
+# fringetwin::testing (tests/support/); GoogleTest's own names are therefore spelt ::testing::.
 function(fringetwin_tests group)
   if(NOT FRINGETWIN_TESTS)
     return()

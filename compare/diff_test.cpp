@@ -17,18 +17,18 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-std::filesystem::path write_run(const std::string& name, const synthetic::Truth& t,
+std::filesystem::path write_run(const std::string& name, const testing::SidesTruth& t,
                                 const Provenance& provenance = {}) {
   const auto dir = std::filesystem::temp_directory_path() / ("fringetwin_diff_" + name);
   std::filesystem::create_directories(dir);
-  const synthetic::Scene scene = synthetic::make_scene(t);
+  const testing::SyntheticSides scene = testing::make_sides(t);
   const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
   std::ofstream(dir / "result.json") << comparison_json(scene.twin, c, provenance, {});
   return dir;
 }
 
 TEST(Diff, PairsNumbersByName) {
-  synthetic::Truth t;
+  testing::SidesTruth t;
   const auto a = write_run("a", t);
   t.gain_dn = 18.0;
   const auto b = write_run("b", t);
@@ -64,7 +64,7 @@ TEST(Diff, SharedImagesGiveNoZForWhatIsMadeFromThem) {
   both.input_files = {image, toml};
   Provenance twin_only;
   twin_only.input_files = {toml};
-  const synthetic::Truth t;
+  const testing::SidesTruth t;
   const auto a = write_run("shared_a", t, both), b = write_run("shared_b", t, both);
   const auto c = write_run("shared_c", t, twin_only);
   const std::string shared = diff_results(a, b), apart = diff_results(a, c);
@@ -77,7 +77,7 @@ TEST(Diff, SharedImagesGiveNoZForWhatIsMadeFromThem) {
 }
 
 TEST(Diff, ListsWhatOnlyOneRunHas) {
-  synthetic::Truth t;
+  testing::SidesTruth t;
   const auto a = write_run("a", t);
   t.cameras = 2;
   const auto b = write_run("c", t);

@@ -42,7 +42,7 @@ std::vector<CameraImages> gray_images(const Twin& twin) {
 TEST(CancelDeathTest, MeasuringLoadingAndWritingStop) {
   EXPECT_EXIT(
       {
-        const Twin twin = test_tools::paper_rig(0.1);
+        const Twin twin = testing::scaled_paper_rig(0.1);
         const std::vector<CameraImages> images = gray_images(twin);
         const std::filesystem::path dir =
             std::filesystem::temp_directory_path() / ("fringetwin_cancel_" + std::to_string(::getpid()));
@@ -71,7 +71,7 @@ std::string refusal(const Twin& twin) {
 }
 
 TEST(CheckFringes, WhatMeasureWouldRefuse) {
-  Twin twin = test_tools::paper_rig();
+  Twin twin = testing::scaled_paper_rig();
   EXPECT_EQ(refusal(twin), "");
   DirectionFringes& x = twin.fringes.directions.at(0);
   x.pitches_px = {10, 20, 30};

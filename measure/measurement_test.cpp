@@ -22,9 +22,9 @@
 namespace fringetwin::measure::measurement_test {
 namespace {
 
-using namespace test_tools;
+using namespace testing;
 
-CameraImages render_ideal(const Twin& twin, std::size_t camera, const Scene& scene) {
+CameraImages render_ideal(const Twin& twin, std::size_t camera, const RaySurface& scene) {
   MapOptions options;
   options.shadows = true;
   const CameraDecode truth = ideal_decode(twin, camera, scene, options);
@@ -44,14 +44,14 @@ CameraImages render_ideal(const Twin& twin, std::size_t camera, const Scene& sce
 }
 
 struct Bench {
-  Twin twin = paper_rig(0.5);
+  Twin twin = scaled_paper_rig(0.5);
   std::vector<CameraImages> images;
 
   Bench() {
     twin.objects = {{"ball", SphereShape{{0, 0, 250}, 15}, {}}};
     twin.measure.fits = {{"ball", 2.0}};
     for (std::size_t c = 0; c < 2; ++c)
-      images.push_back(render_ideal(twin, c, sphere_scene({0, 0, 250}, 15)));
+      images.push_back(render_ideal(twin, c, sphere_surface({0, 0, 250}, 15)));
   }
 };
 

@@ -16,12 +16,12 @@
 namespace fringetwin::measure::surface_test {
 namespace {
 
-using namespace test_tools;
+using namespace testing;
 
 TEST(Surface, PlaneStaysPlaneAndFacesTheCamera) {
-  const Twin twin = paper_rig(0.25);
+  const Twin twin = scaled_paper_rig(0.25);
   const Eigen::Vector3d n = Eigen::Vector3d(0.5, -0.2, -1).normalized(), at(0, 0, 260);
-  const PointCloud cloud = triangulate_projector(twin, 0, ideal_decode(twin, 0, plane_scene(at, n)));
+  const PointCloud cloud = triangulate_projector(twin, 0, ideal_decode(twin, 0, plane_surface(at, n)));
   const auto mesh = build_surface(twin, 0, cloud, 3.0);
   EXPECT_GE(mesh->vertices_mm.size(), cloud.size());
   EXPECT_GT(mesh->triangles.size(), 19 * cloud.size() / 10);
@@ -37,12 +37,12 @@ TEST(Surface, PlaneStaysPlaneAndFacesTheCamera) {
 }
 
 TEST(Surface, SmoothingTakesTheNoiseNotTheShape) {
-  const Twin twin = paper_rig(0.5);
+  const Twin twin = scaled_paper_rig(0.5);
   const Eigen::Vector3d center(0, 0, 260);
   const double radius = 30;
   MapOptions noisy;
   noisy.noise_px = 0.1;
-  const Scene scene = sphere_scene(center, radius);
+  const RaySurface scene = sphere_surface(center, radius);
   const PointCloud cloud = triangulate_projector(twin, 0, ideal_decode(twin, 0, scene, noisy));
   const PointCloud clean = triangulate_projector(twin, 0, ideal_decode(twin, 0, scene));
   const auto rms = [&](const Mesh& mesh) {
@@ -65,8 +65,8 @@ TEST(Surface, SmoothingTakesTheNoiseNotTheShape) {
 }
 
 TEST(Surface, DepthStepsStayOpenAndPinholesAreFilled) {
-  const Twin twin = paper_rig(0.25);
-  const Scene scene = nearest({sphere_scene({0, 0, 220}, 10), plane_scene({0, 0, 300}, {0, 0, -1})});
+  const Twin twin = scaled_paper_rig(0.25);
+  const RaySurface scene = nearest({sphere_surface({0, 0, 220}, 10), plane_surface({0, 0, 300}, {0, 0, -1})});
   PointCloud cloud = triangulate_projector(twin, 0, ideal_decode(twin, 0, scene));
   const std::size_t whole = cloud.size();
   // a pinhole in the wall
@@ -86,7 +86,7 @@ TEST(Surface, DepthStepsStayOpenAndPinholesAreFilled) {
 }
 
 TEST(Surface, NothingToBuildFrom) {
-  const Twin twin = paper_rig(0.1);
+  const Twin twin = scaled_paper_rig(0.1);
   EXPECT_THROW(build_surface(twin, 0, {}, 3.0), UserError);
   PointCloud one;
   one.p_world_mm = {{0, 0, 250}};

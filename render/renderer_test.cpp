@@ -22,11 +22,11 @@
 namespace fringetwin::render::renderer_test {
 namespace {
 
-using test::only_camera;
-using test::paper_rig;
-using test::with_object;
+using testing::only_camera;
+using testing::paper_rig;
+using testing::with_object;
 
-class RendererTest : public testing::Test {
+class RendererTest : public ::testing::Test {
  protected:
   static bool required() { return std::getenv("CI") || std::getenv("FRINGETWIN_REQUIRE_DEVICE"); }
   void SetUp() override {
@@ -64,7 +64,7 @@ Twin simple_rig() {
 Twin on_sphere() { return with_object(simple_rig(), "ball", SphereShape{{0, 0, 280}, 20.0}); }
 
 Mesh icosphere(int subdivisions, double radius_mm) {
-  return test::make_bumpy_icosphere(subdivisions, radius_mm, {});
+  return testing::make_bumpy_icosphere(subdivisions, radius_mm, {});
 }
 
 MeshShape mesh_at(const std::shared_ptr<const Mesh>& mesh, const Eigen::Vector3d& where_mm,
@@ -185,7 +185,7 @@ TEST_F(RendererTest, SameSeedSameBits) {
   }
 }
 
-class RendererPrecisionTest : public RendererTest, public testing::WithParamInterface<bool> {};
+class RendererPrecisionTest : public RendererTest, public ::testing::WithParamInterface<bool> {};
 
 TEST_P(RendererPrecisionTest, SameBitsHoweverTheWorkIsCut) {
   const auto mesh = std::make_shared<Mesh>(icosphere(4, 20.0));
@@ -208,7 +208,7 @@ TEST_P(RendererPrecisionTest, SameBitsHoweverTheWorkIsCut) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(SingleAndDouble, RendererPrecisionTest, testing::Bool());
+INSTANTIATE_TEST_SUITE_P(SingleAndDouble, RendererPrecisionTest, ::testing::Bool());
 
 // lavapipe 22.3 cuts an invocation's loops at 65,535 iterations without a word. 4096 samples of a
 // mesh in one dispatch exceed that: the renderer must notice, repeat, and get the same bits.
@@ -319,15 +319,15 @@ TEST_F(RendererTest, UnfinishedTwins) {
 TEST_F(RendererTest, WalksAndSearchesAgree) {
   Twin twin = only_camera(paper_rig(), 0);
   twin.cameras[0].lens = Lens("LENSMODEL_PINHOLE", {1000, 1000, 200, 180}, {401, 361}, "camera");
-  const auto big = std::make_shared<Mesh>(test::make_bumpy_icosphere(5, 35.0, test::default_bumps()));
-  const auto small = std::make_shared<Mesh>(test::make_bumpy_icosphere(4, 8.0, test::default_bumps()));
+  const auto big = std::make_shared<Mesh>(testing::make_bumpy_icosphere(5, 35.0, testing::default_bumps()));
+  const auto small = std::make_shared<Mesh>(testing::make_bumpy_icosphere(4, 8.0, testing::default_bumps()));
   twin = with_object(twin, "part",
                      MeshShape{{}, "mm", {rotation_from_vector({0.1, -0.2, 0.4}), {0, 0, 275}}, false, big});
   for (const auto& [p, seed] :
        {std::pair(Eigen::Vector3d(-25, 10, 235), 0.3), std::pair(Eigen::Vector3d(30, -20, 260), 1.1)})
     twin.objects.push_back(
         {"knob", MeshShape{{}, "mm", {rotation_from_vector({seed, 0.2, 0}), p}, true, small}, {}});
-  twin.objects.push_back({"wall", test::frontal_plane(310.0), {}});
+  twin.objects.push_back({"wall", testing::frontal_plane(310.0), {}});
   for (const std::size_t n_objects : {std::size_t{1}, std::size_t{4}}) {
     Twin scene = twin;
     scene.objects.resize(n_objects);

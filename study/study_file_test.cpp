@@ -9,11 +9,11 @@
 #include "tests/support/twin/twin_file_fixture.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::study_file_test {
+namespace fringetwin::testing::study_file_test {
 namespace {
 using namespace fringetwin::study;
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 const std::string kHeadLines = "schema = \"fringetwin-study/1\"\ntwin = \"rig/twin.toml\"\n";
 const std::string kDepth =
@@ -21,7 +21,7 @@ const std::string kDepth =
     "10, 12]\n";
 const std::string kPitch = "[[vary]]\nkey = \"fringes.phase_origin_px\"\nrange = [1, 100]\n";
 
-class StudyFileTest : public testing::Test {
+class StudyFileTest : public ::testing::Test {
  protected:
   void SetUp() override {
     std::filesystem::create_directories(folder_ / "rig");
@@ -45,7 +45,7 @@ class StudyFileTest : public testing::Test {
     ADD_FAILURE() << "no UserError for\n" << text;
     return "";
   }
-  test_tools::ScratchFolder folder_;
+  testing::ScratchFolder folder_;
 };
 
 TEST_F(StudyFileTest, EveryKey) {
@@ -128,9 +128,9 @@ TEST_F(StudyFileTest, PathsAndTwinsAreCheckedBeforeAnythingRuns) {
   const auto vary = [](const std::string& key, const std::string& values) {
     return kHeadLines + "[[vary]]\nkey = \"" + key + "\"\nvalues = " + values + "\n";
   };
-  EXPECT_THAT(
-      error(vary("camera.left.sensor.bit_dept", "[8]")),
-      testing::AllOf(HasSubstr("camera.left.sensor.bit_dept = 8"), HasSubstr("did you mean \"bit_depth\"?")));
+  EXPECT_THAT(error(vary("camera.left.sensor.bit_dept", "[8]")),
+              ::testing::AllOf(HasSubstr("camera.left.sensor.bit_dept = 8"),
+                               HasSubstr("did you mean \"bit_depth\"?")));
   EXPECT_THAT(error(vary("camera.lft.psf_px", "[8]")), HasSubstr("did you mean \"left\"?"));
   EXPECT_THAT(error(vary("camera.left.sensor.bit_depth", "[7, 99]")), HasSubstr("must be 8 ... 16, is 7"))
       << "no point can be read";
@@ -161,4 +161,4 @@ TEST_F(StudyFileTest, FilesNamedByPointsAreInputs) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::study_file_test
+}  // namespace fringetwin::testing::study_file_test

@@ -26,7 +26,7 @@ std::vector<double> steps(const Fringes& fringes, double mean, double amplitude,
 }
 
 TEST(ImageChange, PhaseAndGrayOfAShift) {
-  const Fringes fringes = test::paper_rig().fringes;
+  const Fringes fringes = testing::paper_rig().fringes;
   ChangeSum sum(fringes, 5.0);
   const double shift = 0.01;
   // across the wrap, too
@@ -43,7 +43,7 @@ TEST(ImageChange, PhaseAndGrayOfAShift) {
 }
 
 TEST(ImageChange, WeightsAndEdges) {
-  const Fringes fringes = test::paper_rig().fringes;
+  const Fringes fringes = testing::paper_rig().fringes;
   ChangeSum sum(fringes, 5.0);
   sum.add({{0, 0, false, 3.0}, {1, 0, true, 1.0}}, {steps(fringes, 100, 50, 0), steps(fringes, 100, 50, 0)},
           {steps(fringes, 101, 50, 0), steps(fringes, 105, 50, 0)});
@@ -55,7 +55,7 @@ TEST(ImageChange, WeightsAndEdges) {
 }
 
 TEST(ImageChange, DarkPixelsHaveNoPhase) {
-  const Fringes fringes = test::paper_rig().fringes;
+  const Fringes fringes = testing::paper_rig().fringes;
   ChangeSum sum(fringes, 5.0);
   sum.add({{0, 0, false, 1.0}}, {steps(fringes, 100, 4, 0)}, {steps(fringes, 100, 50, 1)});
   EXPECT_EQ(sum.result().n_phase, 0u);
@@ -65,7 +65,7 @@ TEST(ImageChange, DarkPixelsHaveNoPhase) {
 
 // Only the finest pitch counts: 13 px comes first in the paper's sequence.
 TEST(ImageChange, FinestPitchOnly) {
-  const Fringes fringes = test::paper_rig().fringes;
+  const Fringes fringes = testing::paper_rig().fringes;
   std::vector<double> a = steps(fringes, 100, 50, 0), b = a;
   for (std::size_t i = 4; i < b.size(); ++i) b[i] += 7.0 * static_cast<double>(i % 3);
   ChangeSum sum(fringes, 5.0);
@@ -93,7 +93,7 @@ TEST(Fits, DistanceAndErrorOfASphere) {
   b.usable = false;
   EXPECT_TRUE(std::isinf(fit_distance_mm(a, b)));
 
-  Twin twin = test::with_object(test::paper_rig(), "ball", SphereShape{{1, 2, 3.004}, 5.0});
+  Twin twin = testing::with_object(testing::paper_rig(), "ball", SphereShape{{1, 2, 3.004}, 5.0});
   EXPECT_NEAR(fit_error_mm(twin, a), 4e-3, 1e-12) << "the residual rms is no error of place or size";
   a.usable = false;
   EXPECT_TRUE(std::isnan(fit_error_mm(twin, a)));
@@ -107,7 +107,7 @@ TEST(Fits, ErrorOfAPlaneIsItsOffset) {
   fit.vectors["point_mm"] = {40, -20, 300.007};  // where on the plane does not matter
   fit.vectors["normal"] = {0, 0, -1};
   fit.numbers["rms_mm"] = 0.1;
-  const Twin twin = test::with_object(test::paper_rig(), "wall", test::frontal_plane());
+  const Twin twin = testing::with_object(testing::paper_rig(), "wall", testing::frontal_plane());
   EXPECT_NEAR(fit_error_mm(twin, fit), 7e-3, 1e-12);
 }
 

@@ -94,7 +94,7 @@ TEST(Subset, NothingSeenIsNoPixel) {
 }
 
 TEST(Subset, AWindowSeesWhatItsCameraSeesThere) {
-  const Twin twin = test::with_object(test::paper_rig(), "ball", test::physical_sphere());
+  const Twin twin = testing::with_object(testing::paper_rig(), "ball", testing::physical_sphere());
   PixelSubset subset;
   subset.cameras.resize(2);
   subset.cameras[0].windows = {{640, 512, 16, 16}};

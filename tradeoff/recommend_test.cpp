@@ -53,8 +53,8 @@ TEST(Recommendation, ToleranceZeroKeepsWhatChangesAnything) {
 
 /// A twin with every effect on.
 Twin everything() {
-  Twin twin = test::with_object(test::paper_rig(), "ball", test::ideal_sphere());
-  twin.objects.push_back({"wall", test::frontal_plane(), {}});
+  Twin twin = testing::with_object(testing::paper_rig(), "ball", testing::ideal_sphere());
+  twin.objects.push_back({"wall", testing::frontal_plane(), {}});
   twin.objects[0].material.specular = 0.2;
   for (Camera& c : twin.cameras) {
     c.optics = Optics{8.0, 10.0, 270.0};
@@ -96,7 +96,7 @@ TEST(Effects, EachSwitchActsOnItsOwnEffectOnly) {
 // All effects are on in that twin and off in the plainest one.
 TEST(Effects, OnAndOff) {
   for (const Effect& effect : effects()) EXPECT_TRUE(effect.is_on(everything())) << effect.name;
-  Twin plain = test::with_object(test::paper_rig(), "ball", test::ideal_sphere());
+  Twin plain = testing::with_object(testing::paper_rig(), "ball", testing::ideal_sphere());
   std::vector<std::string> on;
   for (const Effect& effect : effects())
     if (effect.is_on(plain)) on.push_back(effect.name);

@@ -218,12 +218,12 @@ TEST(Fringes, GrayPatternWithoutGrayCodeIsAProgrammingFault) {
 RC_GTEST_PROP(FringesProperty, WordsDecodeToTheirPlace, ()) {
   GrayCode gray;
   gray.bits = *rc::gen::resize(100, rc::gen::inRange(1, 12));
-  gray.offset_periods = *test_tools::uniform(-2.0, 2.0);
-  const double pitch = *test_tools::uniform(2.0, 40.0), origin = *test_tools::uniform(-20.0, 20.0);
+  gray.offset_periods = *testing::uniform(-2.0, 2.0);
+  const double pitch = *testing::uniform(2.0, 40.0), origin = *testing::uniform(-20.0, 20.0);
   const Fringes fringes = gray_fringes(pitch, gray, 0, origin);
   const int words = 1 << gray.bits;
   const int k = *rc::gen::resize(100, rc::gen::inRange(0, words));
-  const double within = *test_tools::uniform(0.001, 0.999);  // off the border, where rounding decides
+  const double within = *testing::uniform(0.001, 0.999);  // off the border, where rounding decides
   RC_ASSERT(decode_word(fringes, origin + (k + within + gray.offset_periods) * pitch) == k);
 }
 
@@ -231,10 +231,10 @@ RC_GTEST_PROP(FringesProperty, HalfPeriodCodeTellsTheHalf, ()) {
   GrayCode gray;
   gray.bits = *rc::gen::resize(100, rc::gen::inRange(1, 10));
   gray.complementary = true;
-  gray.offset_periods = *test_tools::uniform(-2.0, 2.0);
+  gray.offset_periods = *testing::uniform(-2.0, 2.0);
   const Fringes fringes = gray_fringes(18, gray);
   const int j = *rc::gen::resize(100, rc::gen::inRange(0, 2 << gray.bits));
-  const double x = (0.5 * (j + *test_tools::uniform(0.001, 0.999)) + gray.offset_periods) * 18;
+  const double x = (0.5 * (j + *testing::uniform(0.001, 0.999)) + gray.offset_periods) * 18;
   // the (bits+1)-bit code of half periods: its upper bits are those of the word
   const int binary_last = (decode_word(fringes, x) & 1) ^ static_cast<int>(complementary(fringes, x));
   RC_ASSERT(decode_word(fringes, x) * 2 + binary_last == j);

@@ -47,7 +47,7 @@ struct Expected {
 };
 void PrintTo(const Expected& expected, std::ostream* os) { *os << expected.set << " " << expected.camera; }
 
-class RealCaptures : public testing::TestWithParam<Expected> {};
+class RealCaptures : public ::testing::TestWithParam<Expected> {};
 
 TEST_P(RealCaptures, LoadThroughTheirTwin) {
   const Expected& expected = GetParam();
@@ -70,11 +70,11 @@ TEST_P(RealCaptures, LoadThroughTheirTwin) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Sets, RealCaptures,
-                         testing::Values(Expected{"cpsd-plane-4freq12step", "camera", 48, 900, 700, false},
-                                         Expected{"kamino-procam-board", "camera", 40, 1280, 1024, true},
-                                         Expected{"slmaster-mono-relief", "camera", 18, 1280, 1024, false},
-                                         Expected{"slsdk-stereo-statue", "left", 10, 2048, 1536, false},
-                                         Expected{"slsdk-stereo-statue", "right", 10, 2048, 1536, false}));
+                         ::testing::Values(Expected{"cpsd-plane-4freq12step", "camera", 48, 900, 700, false},
+                                           Expected{"kamino-procam-board", "camera", 40, 1280, 1024, true},
+                                           Expected{"slmaster-mono-relief", "camera", 18, 1280, 1024, false},
+                                           Expected{"slsdk-stereo-statue", "left", 10, 2048, 1536, false},
+                                           Expected{"slsdk-stereo-statue", "right", 10, 2048, 1536, false}));
 
 TEST(RealFiles, StereoBaselineOfTheStatueSet) {
   SKIP_WITHOUT("slsdk-stereo-statue");

@@ -18,7 +18,7 @@
 namespace fringetwin::calib::corners_vnl_test {
 namespace {
 
-using fringetwin::test_tools::ScratchFolder;
+using fringetwin::testing::ScratchFolder;
 using ::testing::HasSubstr;
 
 std::string refusal(const std::function<void()>& action) {
@@ -107,7 +107,7 @@ TEST(Npz, NumpyReadsIt) {
   std::string bytes;
   for (int i = 0; i < 10; ++i) bytes += static_cast<char>(i);
   EXPECT_EQ(base85(bytes), "009C61O)~M2nh");
-  if (!fringetwin::test_tools::has_mrcal_python()) GTEST_SKIP() << "no Debian Python with numpy";
+  if (!fringetwin::testing::has_mrcal_python()) GTEST_SKIP() << "no Debian Python with numpy";
   NpzWriter npz;
   const std::vector<double> numbers{1.0 / 3.0, -2.5, 1e300, 0.0, 5.0, 6.0};
   npz.add("a", numbers, {2, 3});
@@ -131,7 +131,7 @@ assert n['s'].item() == 'LENSMODEL_OPENCV4' and n['empty'].item() == ''
 print('good')
 )");
   const auto run =
-      fringetwin::test_tools::run("/usr/bin/python3 " + script.string() + " " + file.string() + " 2>&1");
+      fringetwin::testing::run("/usr/bin/python3 " + script.string() + " " + file.string() + " 2>&1");
   EXPECT_EQ(run.output, "good\n");
 }
 

@@ -24,7 +24,7 @@ struct RealSet {
 };
 
 std::optional<RealSet> load(const std::string& name) {
-  auto real = test_tools::load_real_set(name);
+  auto real = testing::load_real_set(name);
   if (!real) return std::nullopt;
   RealSet set{std::move(real->twin), {}};
   for (CameraImages& images : real->images) {

@@ -19,9 +19,9 @@ class BadInput : public ::testing::Test {
  protected:
   BadInput() {
     std::mt19937_64 random(11);
-    test_tools::BoardDraw draw;
+    testing::BoardDraw draw;
     draw.n_boards = 8;
-    good_ = test_tools::draw_observations(test_tools::paper_rig(), random, draw);
+    good_ = testing::draw_observations(testing::true_paper_rig(), random, draw);
   }
   View& view(Observations& o, int device, int frame) const {
     return *std::find_if(o.views.begin(), o.views.end(),
@@ -70,12 +70,12 @@ TEST_F(BadInput, MirroredBoard) {
 }
 
 TEST_F(BadInput, OneViewOfAnotherBoard) {
-  test_tools::TrueRig rig = test_tools::paper_rig();
+  testing::TrueRig rig = testing::true_paper_rig();
   rig.board.spacing_mm = 10.0;
   std::mt19937_64 random(12);
-  test_tools::BoardDraw draw;
+  testing::BoardDraw draw;
   draw.n_boards = 1;
-  const Observations other = test_tools::draw_observations(rig, random, draw);
+  const Observations other = testing::draw_observations(rig, random, draw);
   Observations o = good_;
   for (int d = 0; d < 3; ++d) view(o, d, 4).corners = other.find(d, 0)->corners;
   EXPECT_THAT(refusal(o), AllOf(HasSubstr("view 4: it shows another board: its corners are"),
@@ -126,10 +126,10 @@ TEST_F(BadInput, MillimetresForMetres) {
 TEST_F(BadInput, ABoardThatMoved) {
   Observations o = good_;
   std::mt19937_64 random(13);
-  test_tools::BoardDraw draw;
+  testing::BoardDraw draw;
   draw.n_boards = 1;
   view(o, 1, 4).corners =
-      test_tools::draw_observations(test_tools::paper_rig(), random, draw).find(1, 0)->corners;
+      testing::draw_observations(testing::true_paper_rig(), random, draw).find(1, 0)->corners;
   EXPECT_THAT(refusal(o),
               AllOf(HasSubstr("view 4: does not fit with the others"), HasSubstr("a board that moved")));
 }

@@ -92,13 +92,13 @@ TEST(CircleBias, CentroidHoldsWithDistortion) {
 }
 
 /// The cameras see centroids; the projector is read where both see them, on the weighted average.
-Observations circles(const test_tools::TrueRig& rig) {
+Observations circles(const testing::TrueRig& rig) {
   std::mt19937_64 random(9);
-  test_tools::BoardDraw draw;
+  testing::BoardDraw draw;
   draw.n_boards = 12;
   draw.sigma_px = 0.0;
   std::vector<Pose> boards;
-  Observations o = test_tools::draw_observations(rig, random, draw, &boards);
+  Observations o = testing::draw_observations(rig, random, draw, &boards);
   o.devices[2].is_projector = true;
   for (std::size_t f = 0; f < boards.size(); ++f)
     for (std::size_t i = 0; i < rig.board.corners(); ++i) {
@@ -112,7 +112,7 @@ Observations circles(const test_tools::TrueRig& rig) {
         const Pose back = T.inverse();
         const Eigen::Vector3d along = back.rotation * *rig.lenses[d].unproject(q);
         const Eigen::Vector3d on_board = back.translation_mm - along * (back.translation_mm.z() / along.z());
-        const double w = test_tools::reading_weight(rig, d, boards[f], c);
+        const double w = testing::reading_weight(rig, d, boards[f], c);
         read += w * *rig.lenses[2].project(rig.T_device_ref[2] * (boards[f] * on_board));
         weight += w;
       }
@@ -122,7 +122,7 @@ Observations circles(const test_tools::TrueRig& rig) {
 }
 
 TEST(CircleBias, ARigIsFoundFromItsCirclesWhenTheyAreCorrected) {
-  test_tools::TrueRig rig = test_tools::paper_rig();
+  testing::TrueRig rig = testing::true_paper_rig();
   rig.warp_mm.setZero();
   const Observations o = circles(rig);
   CalibrateOptions options;

@@ -19,9 +19,9 @@
 namespace fringetwin::calib::covariance_scatter_test {
 namespace {
 
-using test_tools::Draws;
-using test_tools::Projector;
-using test_tools::Scatter;
+using testing::CalibrationDraws;
+using testing::ProjectorCorners;
+using testing::Scatter;
 
 constexpr int kDraws = 30;
 
@@ -44,7 +44,7 @@ Eigen::Vector4d fit_sphere(const std::vector<Eigen::Vector3d>& points, const Eig
 }
 
 TEST(CovarianceScatter, PointsAndSpheres) {
-  Draws draws(Projector::measured_by_itself);
+  CalibrationDraws draws(ProjectorCorners::measured_by_itself);
   const Uncertainty uncertainty(draws.first());
   EXPECT_LT(uncertainty.shared(), 0.1);
   const Eigen::Vector3d center(5.0, -4.0, 280.0);
@@ -85,7 +85,7 @@ TEST(CovarianceScatter, PointsAndSpheres) {
 }
 
 TEST(CovarianceScatter, NoiseOfAPointsOwnPicture) {
-  Draws draws(Projector::measured_by_itself);
+  CalibrationDraws draws(ProjectorCorners::measured_by_itself);
   const Calibration& c = draws.first();
   const Uncertainty uncertainty(c);
   const Eigen::Vector3d p(-15.0, 10.0, 265.0);

@@ -20,19 +20,19 @@
 namespace fringetwin::calib::mrcal_python_test {
 namespace {
 
-using fringetwin::test_tools::run;
-using fringetwin::test_tools::ScratchFolder;
+using fringetwin::testing::run;
+using fringetwin::testing::ScratchFolder;
 
 class MrcalPython : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     std::mt19937_64 random(21);
-    test_tools::BoardDraw draw;
+    testing::BoardDraw draw;
     draw.least_corners = 60;
-    observations_ = new Observations(test_tools::draw_observations(test_tools::paper_rig(), random, draw));
+    observations_ = new Observations(testing::draw_observations(testing::true_paper_rig(), random, draw));
   }
   void SetUp() override {
-    if (!fringetwin::test_tools::has_mrcal_python()) GTEST_SKIP() << "mrcal's Python module is not installed";
+    if (!fringetwin::testing::has_mrcal_python()) GTEST_SKIP() << "mrcal's Python module is not installed";
   }
   Calibration calibration(bool regularize, const std::string& model = "LENSMODEL_OPENCV4") {
     CalibrateOptions options;

@@ -21,8 +21,8 @@
 namespace fringetwin::calib::scatter_test {
 namespace {
 
-using test_tools::draw_observations;
-using test_tools::shape_error_mm;
+using testing::draw_observations;
+using testing::shape_error_mm;
 
 struct Rms {
   double sum = 0.0;
@@ -32,8 +32,8 @@ struct Rms {
 };
 
 TEST(Scatter, FortyDrawsScatterAsPredicted) {
-  const test_tools::TrueRig rig = test_tools::paper_rig();
-  const std::vector<Eigen::Vector3d> points = test_tools::volume(rig);
+  const testing::TrueRig rig = testing::true_paper_rig();
+  const std::vector<Eigen::Vector3d> points = testing::volume(rig);
   std::mt19937_64 random(5);
   CalibrateOptions options;
   options.regularize = false;
@@ -88,17 +88,17 @@ Eigen::VectorXd parameters(const std::vector<std::vector<double>>& intrinsics,
 
 TEST(Scatter, TheWholeRigAlsoWhenTheProjectorIsReadAtTheCamerasCorners) {
   constexpr int kDraws = 40;
-  for (const test_tools::Projector kind :
-       {test_tools::Projector::measured_by_itself, test_tools::Projector::read_at_the_cameras_corners}) {
-    test_tools::Draws draws(kind);
+  for (const testing::ProjectorCorners kind : {testing::ProjectorCorners::measured_by_itself,
+                                               testing::ProjectorCorners::read_at_the_cameras_corners}) {
+    testing::CalibrationDraws draws(kind);
     const Uncertainty uncertainty(draws.first());
-    EXPECT_NEAR(uncertainty.shared(), kind == test_tools::Projector::measured_by_itself ? 0.0 : 1.0, 0.1);
+    EXPECT_NEAR(uncertainty.shared(), kind == testing::ProjectorCorners::measured_by_itself ? 0.0 : 1.0, 0.1);
     std::vector<std::vector<double>> true_lenses;
     for (const Lens& lens : draws.rig().lenses) true_lenses.push_back(lens.intrinsics());
     const Eigen::VectorXd truth = parameters(true_lenses, draws.rig().T_device_ref);
     Calibration unaware = draws.first();
     unaware.observations.devices[2].is_projector = false;
-    test_tools::Scatter scatter(uncertainty.rig()), naive(Uncertainty(unaware).rig());
+    testing::Scatter scatter(uncertainty.rig()), naive(Uncertainty(unaware).rig());
     for (int draw = 0; draw < kDraws; ++draw) {
       const Calibration c = draws.next();
       std::vector<Pose> poses;
@@ -107,8 +107,8 @@ TEST(Scatter, TheWholeRigAlsoWhenTheProjectorIsReadAtTheCamerasCorners) {
       scatter.add(error);
       naive.add(error);
     }
-    scatter.expect_as_predicted(kind == test_tools::Projector::measured_by_itself ? "rig"
-                                                                                  : "rig, shared noise");
+    scatter.expect_as_predicted(kind == testing::ProjectorCorners::measured_by_itself ? "rig"
+                                                                                      : "rig, shared noise");
     std::printf("as if the projector's corners were independent: chi2 %.1f of %.0f; rms / sigma", naive.chi2,
                 naive.n);
     for (Eigen::Index i = 0; i < naive.sum_sq.size(); ++i)

@@ -19,11 +19,11 @@
 namespace fringetwin::calib::synthetic_rig_test {
 namespace {
 
-using test_tools::draw_observations;
-using test_tools::shape_error_mm;
+using testing::draw_observations;
+using testing::shape_error_mm;
 
 TEST(SyntheticRig, OneDraw) {
-  const test_tools::TrueRig rig = test_tools::paper_rig();
+  const testing::TrueRig rig = testing::true_paper_rig();
   std::mt19937_64 random(1);
   Observations o = draw_observations(rig, random);
   const Calibration c = calibrate(o, {});
@@ -44,9 +44,9 @@ TEST(SyntheticRig, OneDraw) {
 }
 
 TEST(SyntheticRig, PartialViewsAndOtherModels) {
-  const test_tools::TrueRig rig = test_tools::paper_rig();
+  const testing::TrueRig rig = testing::true_paper_rig();
   std::mt19937_64 random(2);
-  test_tools::BoardDraw draw;
+  testing::BoardDraw draw;
   draw.least_corners = 50;
   const Observations o = draw_observations(rig, random, draw);
   for (const char* model : {"LENSMODEL_OPENCV4", "LENSMODEL_OPENCV5", "LENSMODEL_OPENCV8",
@@ -61,7 +61,7 @@ TEST(SyntheticRig, PartialViewsAndOtherModels) {
 }
 
 TEST(SyntheticRig, OutliersAndANoisyProjector) {
-  const test_tools::TrueRig rig = test_tools::paper_rig();
+  const testing::TrueRig rig = testing::true_paper_rig();
   std::mt19937_64 random(3);
   Observations o = draw_observations(rig, random);
   std::normal_distribution<double> noise(0.0, 0.39);
@@ -86,9 +86,9 @@ TEST(SyntheticRig, OutliersAndANoisyProjector) {
 
 TEST(SyntheticRig, NoiseFreeKeepsItsCorners) {
   std::mt19937_64 random(4);
-  test_tools::BoardDraw draw;
+  testing::BoardDraw draw;
   draw.sigma_px = 0.0;
-  const test_tools::TrueRig rig = test_tools::paper_rig();
+  const testing::TrueRig rig = testing::true_paper_rig();
   CalibrateOptions options;
   options.regularize = false;
   const Calibration c = calibrate(draw_observations(rig, random, draw), options);
@@ -100,7 +100,7 @@ TEST(SyntheticRig, NoiseFreeKeepsItsCorners) {
 
 TEST(SyntheticRig, EvenAgainstOdd) {
   std::mt19937_64 random(6);
-  const Calibration c = calibrate(draw_observations(test_tools::paper_rig(), random), {});
+  const Calibration c = calibrate(draw_observations(testing::true_paper_rig(), random), {});
   const CrossValidation v = cross_validate(c, {});
   ASSERT_EQ(v.not_done, "");
   EXPECT_EQ(v.n_even, 13);

@@ -11,15 +11,15 @@
 #include "tests/support/twin/random_values.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::exposure_choice_test {
+namespace fringetwin::testing::exposure_choice_test {
 namespace {
 
 using namespace fringetwin::capture;
-using capture::testing::EvenCamera;
-using capture::testing::EvenCameraOptions;
-using capture::testing::EvenRig;
-using test_tools::uniform;
+using testing::EvenCamera;
+using testing::EvenCameraOptions;
+using testing::EvenRig;
 using ::testing::HasSubstr;
+using testing::uniform;
 
 /// The exposure at which more than `share` of the pixels clip.
 double closed_form_ms(const EvenCamera& camera, const EvenCameraOptions& o, double share) {
@@ -121,4 +121,4 @@ TEST(ExposureChoice, LimitsAreSaid) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::exposure_choice_test
+}  // namespace fringetwin::testing::exposure_choice_test

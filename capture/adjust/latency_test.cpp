@@ -17,14 +17,14 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 
-namespace fringetwin::test::latency_test {
+namespace fringetwin::testing::latency_test {
 namespace {
 
 using namespace fringetwin::capture;
-using capture::testing::EvenCameraOptions;
-using capture::testing::EvenRig;
-using test_tools::uniform;
+using testing::EvenCameraOptions;
+using testing::EvenRig;
 using ::testing::HasSubstr;
+using testing::uniform;
 
 class CaptureLatency : public ::testing::Test {
  protected:
@@ -164,4 +164,4 @@ TEST_F(CaptureLatency, WhatHindersItIsSaid) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::latency_test
+}  // namespace fringetwin::testing::latency_test

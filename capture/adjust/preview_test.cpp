@@ -16,12 +16,12 @@
 
 #include "tests/support/capture/loop_rig.hpp"
 
-namespace fringetwin::test::preview_test {
+namespace fringetwin::testing::preview_test {
 namespace {
 
 using namespace fringetwin::capture;
-using capture::testing::loop_twin;
-using capture::testing::LoopRig;
+using testing::loop_twin;
+using testing::LoopRig;
 constexpr int kWidth = 160, kHeight = 120;
 constexpr double kPitch = 16.0;
 
@@ -150,4 +150,4 @@ TEST(CapturePreview, LooksThroughTheCameras) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::preview_test
+}  // namespace fringetwin::testing::preview_test

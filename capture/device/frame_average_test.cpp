@@ -6,7 +6,7 @@
 
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::frame_average_test {
+namespace fringetwin::testing::frame_average_test {
 namespace {
 
 using namespace fringetwin::capture;
@@ -71,4 +71,4 @@ TEST(FrameAverage, ADeeperFileNeedsSeveralFrames) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::frame_average_test
+}  // namespace fringetwin::testing::frame_average_test

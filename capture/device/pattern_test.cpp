@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace fringetwin::test::pattern_test {
+namespace fringetwin::testing::pattern_test {
 namespace {
 
 using namespace fringetwin::capture;
@@ -69,4 +69,4 @@ TEST(CapturePattern, QuantisationRoundsToTheNearestLevel) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::pattern_test
+}  // namespace fringetwin::testing::pattern_test

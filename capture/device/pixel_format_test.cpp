@@ -9,7 +9,7 @@
 #include <memory>
 #include <random>
 
-namespace fringetwin::test::pixel_format_test {
+namespace fringetwin::testing::pixel_format_test {
 namespace {
 
 using namespace fringetwin::capture;
@@ -221,4 +221,4 @@ TEST(MotionJpeg, AnotherSizeIsUndecodable) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::pixel_format_test
+}  // namespace fringetwin::testing::pixel_format_test

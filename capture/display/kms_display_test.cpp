@@ -11,18 +11,18 @@
 #include "tests/support/capture/fake_drm.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::kms_display_test {
+namespace fringetwin::testing::kms_display_test {
 namespace {
 
 using namespace fringetwin::capture;
-using test_tools::FakeDrm;
 using ::testing::ElementsAre;
+using testing::FakeDrm;
 using ::testing::HasSubstr;
 
 class KmsDisplayTest : public ::testing::Test {
  protected:
   std::string path;
-  FakeDrm& card = test_tools::new_fake_drm(&path);
+  FakeDrm& card = testing::new_fake_drm(&path);
 
   KmsDisplay open() { return KmsDisplay("kms:" + path, 1280, 720); }
   static Shown show(KmsDisplay& display) {
@@ -167,4 +167,4 @@ TEST_F(KmsDisplayTest, FaultsWhileRunningTellWhatANewTryCanMend) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::kms_display_test
+}  // namespace fringetwin::testing::kms_display_test

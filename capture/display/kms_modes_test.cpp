@@ -7,10 +7,10 @@
 #include <cerrno>
 
 #include "capture/display/kms_card.hpp"
-#include "tests/support/capture/expect_refused.hpp"
+#include "tests/support/twin/expect_user_error.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::kms_modes_test {
+namespace fringetwin::testing::kms_modes_test {
 namespace {
 
 using capture::choose_connector;
@@ -19,7 +19,7 @@ using capture::DeviceFault;
 using capture::KmsConnector;
 using capture::KmsMode;
 using capture::parse_kms_name;
-using test_tools::expect_refused;
+using testing::expect_user_error;
 using ::testing::HasSubstr;
 
 TEST(KmsName, HasACardAConnectorAndARate) {
@@ -36,7 +36,7 @@ TEST(KmsName, HasACardAConnectorAndARate) {
 TEST(KmsName, OthersAreRefused) {
   for (const char* name : {"kms@", "kms@fast", "kms@-60", "kms@60Hz", "kms:", "kms:/dev/dri/card0:", "kmsx",
                            "window", "", "kms::HDMI-A-1"})
-    expect_refused(ExitCode::usage, name, [&] { parse_kms_name(name); });
+    expect_user_error(ExitCode::usage, name, [&] { parse_kms_name(name); });
 }
 
 const std::vector<KmsMode> modes{
@@ -54,37 +54,38 @@ TEST(KmsModes, TheRateAskedForAndNoneNearIt) {
   EXPECT_EQ(choose_mode(modes, 1920, 1080, 59.94, "card"), 1u);
   EXPECT_EQ(choose_mode(modes, 1920, 1080, 120.0, "card"), 2u);
   EXPECT_EQ(choose_mode(modes, 1280, 720, 60.0, "card"), 5u);
-  expect_refused(ExitCode::device, "1280x720 pixels at 50 Hz",
-                 [] { choose_mode(modes, 1280, 720, 50.0, "card"); });
+  expect_user_error(ExitCode::device, "1280x720 pixels at 50 Hz",
+                    [] { choose_mode(modes, 1280, 720, 50.0, "card"); });
 }
 
 TEST(KmsModes, AnotherSizeIsRefusedWithTheModesThereAre) {
-  expect_refused(ExitCode::device,
-                 "card0:HDMI-A-1: has no mode of the projector's 912x1140 pixels; its modes: 1920x1080@60.00 "
-                 "1920x1080@59.94 1920x1080@120.00 1280x720@59.94 1280x720@120.00 1280x720@60.00 "
-                 "1440x576i@50.00; patterns are never scaled",
-                 [] { choose_mode(modes, 912, 1140, std::nullopt, "card0:HDMI-A-1"); });
-  expect_refused(ExitCode::device, "its modes: none",
-                 [] { choose_mode({}, 912, 1140, std::nullopt, "card0:HDMI-A-1"); });
+  expect_user_error(
+      ExitCode::device,
+      "card0:HDMI-A-1: has no mode of the projector's 912x1140 pixels; its modes: 1920x1080@60.00 "
+      "1920x1080@59.94 1920x1080@120.00 1280x720@59.94 1280x720@120.00 1280x720@60.00 "
+      "1440x576i@50.00; patterns are never scaled",
+      [] { choose_mode(modes, 912, 1140, std::nullopt, "card0:HDMI-A-1"); });
+  expect_user_error(ExitCode::device, "its modes: none",
+                    [] { choose_mode({}, 912, 1140, std::nullopt, "card0:HDMI-A-1"); });
 }
 
 TEST(KmsModes, InterlacedModesAreNeverChosen) {
-  expect_refused(ExitCode::device, "no mode of the projector's 1440x576",
-                 [] { choose_mode(modes, 1440, 576, std::nullopt, "card"); });
+  expect_user_error(ExitCode::device, "no mode of the projector's 1440x576",
+                    [] { choose_mode(modes, 1440, 576, std::nullopt, "card"); });
 }
 
 TEST(KmsConnectors, TheFirstConnectedOrTheOneNamed) {
   const std::vector<KmsConnector> connectors{{"DP-1", false, {}}, {"HDMI-A-1", true, {}}, {"DP-2", true, {}}};
   EXPECT_EQ(choose_connector(connectors, "", "card0"), 1u);
   EXPECT_EQ(choose_connector(connectors, "DP-2", "card0"), 2u);
-  expect_refused(ExitCode::device, "DP-1 not connected, HDMI-A-1 connected, DP-2 connected",
-                 [&] { choose_connector(connectors, "DP-1", "card0"); });
-  expect_refused(ExitCode::device, "DP-9 is not there",
-                 [&] { choose_connector(connectors, "DP-9", "card0"); });
-  expect_refused(ExitCode::device, "no display is connected (its connectors: DP-1 not connected)", [] {
+  expect_user_error(ExitCode::device, "DP-1 not connected, HDMI-A-1 connected, DP-2 connected",
+                    [&] { choose_connector(connectors, "DP-1", "card0"); });
+  expect_user_error(ExitCode::device, "DP-9 is not there",
+                    [&] { choose_connector(connectors, "DP-9", "card0"); });
+  expect_user_error(ExitCode::device, "no display is connected (its connectors: DP-1 not connected)", [] {
     choose_connector({{"DP-1", false, {}}}, "", "card0");
   });
-  expect_refused(ExitCode::device, "no connectors", [] { choose_connector({}, "", "card0"); });
+  expect_user_error(ExitCode::device, "no connectors", [] { choose_connector({}, "", "card0"); });
 }
 
 TEST(KmsFaults, TellWhatANewTryCanMend) {
@@ -98,10 +99,10 @@ TEST(KmsFaults, TellWhatANewTryCanMend) {
 }
 
 TEST(KmsCard, AMissingCardIsRefused) {
-  expect_refused(ExitCode::device, "/dev/dri/card99: cannot be opened (No such file or directory)",
-                 [] { capture::KmsCard::open("/dev/dri/card99"); });
-  expect_refused(ExitCode::device, "/dev/null: is no graphics card with displays",
-                 [] { capture::KmsCard::open("/dev/null"); });
+  expect_user_error(ExitCode::device, "/dev/dri/card99: cannot be opened (No such file or directory)",
+                    [] { capture::KmsCard::open("/dev/dri/card99"); });
+  expect_user_error(ExitCode::device, "/dev/null: is no graphics card with displays",
+                    [] { capture::KmsCard::open("/dev/null"); });
 }
 
 TEST(KmsPeriod, IsThatOfTheClock) {
@@ -116,4 +117,4 @@ TEST(KmsPeriod, IsThatOfTheClock) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::kms_modes_test
+}  // namespace fringetwin::testing::kms_modes_test

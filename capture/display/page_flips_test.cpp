@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace fringetwin::test::page_flips_test {
+namespace fringetwin::testing::page_flips_test {
 namespace {
 
 using capture::PageFlip;
@@ -112,4 +112,4 @@ TEST(PageFlips, ACountThatGoesBackIsNotUsed) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::page_flips_test
+}  // namespace fringetwin::testing::page_flips_test

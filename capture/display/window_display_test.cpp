@@ -14,12 +14,12 @@
 #include "tests/support/capture/xvfb.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::window_display_test {
+namespace fringetwin::testing::window_display_test {
 namespace {
 
 using namespace fringetwin::capture;
-using test_tools::Xvfb;
 using ::testing::HasSubstr;
+using testing::Xvfb;
 
 bool required() { return std::getenv("CI") || std::getenv("FRINGETWIN_REQUIRE_DEVICE"); }
 
@@ -226,7 +226,7 @@ TEST(WindowDisplay, IsRepaintedWhenSomethingWasOverIt) {
   const auto display = open_display("window", 640, 480);
   const ImageF levels = all_levels(640, 480);
   display->show(even_field(0, "test"), levels);
-  ASSERT_TRUE(test_tools::cover_and_uncover(server.display()));
+  ASSERT_TRUE(testing::cover_and_uncover(server.display()));
   std::size_t wrong = 1;
   for (int tries = 0; wrong && tries < 100; ++tries) {  // without any call of the display's
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -253,7 +253,7 @@ TEST(WindowDisplay, ClosingItCancels) {
   NEEDS(server);
   const auto display = open_display("window", 640, 480);
   EXPECT_NO_THROW(display->check());
-  ASSERT_TRUE(test_tools::ask_window_to_close(server.display()));
+  ASSERT_TRUE(testing::ask_window_to_close(server.display()));
   expect_cancelled(*display);
 }
 
@@ -261,7 +261,7 @@ TEST(WindowDisplay, EscapeCancels) {
   const Xvfb server({{640, 480}});
   NEEDS(server);
   const auto display = open_display("window", 640, 480);
-  ASSERT_TRUE(test_tools::press_escape(server.display()));
+  ASSERT_TRUE(testing::press_escape(server.display()));
   expect_cancelled(*display);
 }
 
@@ -275,4 +275,4 @@ TEST(WindowDisplay, IsListed) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::window_display_test
+}  // namespace fringetwin::testing::window_display_test

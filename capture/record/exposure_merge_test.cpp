@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace fringetwin::test::exposure_merge_test {
+namespace fringetwin::testing::exposure_merge_test {
 namespace {
 
 using namespace fringetwin::capture;
@@ -60,4 +60,4 @@ TEST(ExposureMerge, SaturatedEverywhereStaysSaturated) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::exposure_merge_test
+}  // namespace fringetwin::testing::exposure_merge_test

@@ -9,12 +9,12 @@
 #include "tests/support/capture/loop_rig.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::plan_test {
+namespace fringetwin::testing::plan_test {
 namespace {
 
 using namespace fringetwin::capture;
-using capture::testing::loop_twin;
 using ::testing::HasSubstr;
+using testing::loop_twin;
 
 std::vector<std::string> files(const std::vector<Step>& steps) {
   std::vector<std::string> all;
@@ -115,4 +115,4 @@ TEST(CapturePlan, NumbersOutOfRange) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::plan_test
+}  // namespace fringetwin::testing::plan_test

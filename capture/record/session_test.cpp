@@ -14,14 +14,14 @@
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
 
-namespace fringetwin::test::session_test {
+namespace fringetwin::testing::session_test {
 namespace {
 
 using namespace fringetwin::capture;
-using capture::testing::loop_twin;
-using capture::testing::LoopFault;
-using capture::testing::LoopRig;
 using ::testing::HasSubstr;
+using testing::loop_twin;
+using testing::LoopFault;
+using testing::LoopRig;
 namespace fs = std::filesystem;
 
 class Session : public ::testing::Test {
@@ -58,7 +58,7 @@ class Session : public ::testing::Test {
       }
   }
 
-  test_tools::ScratchFolder scratch_;
+  testing::ScratchFolder scratch_;
 };
 
 TEST_F(Session, RecordsEveryPatternBitExactly) {
@@ -113,7 +113,7 @@ TEST_F(Session, LostRepeatedAndCorruptFramesAreCountedAndReplaced) {
   EXPECT_EQ(summary.corrupt_frames, 2);
   EXPECT_EQ(summary.repeated_frames, 2);
   expect_whole(twin);
-  const std::string frames = test_tools::read_file(scratch_ / "set/frames.csv");
+  const std::string frames = testing::read_file(scratch_ / "set/frames.csv");
   EXPECT_THAT(frames, HasSubstr("error flag"));
   EXPECT_THAT(frames, HasSubstr("repeated"));
   EXPECT_THAT(frames, HasSubstr("0x40"));
@@ -127,7 +127,7 @@ TEST_F(Session, FramesCsvNamesWhatWentIntoEachImage) {
   plan.average = 3;
   rig.world->faults = {{8, LoopFault::stream}, {30, LoopFault::timeout}};
   EXPECT_EQ(record(twin, rig, plan).retries, 2);
-  std::istringstream frames(test_tools::read_file(scratch_ / "set/frames.csv"));
+  std::istringstream frames(testing::read_file(scratch_ / "set/frames.csv"));
   std::map<std::string, int> used;
   int given_up = 0;
   for (std::string line; std::getline(frames, line);) {
@@ -319,4 +319,4 @@ TEST_F(Session, DevicesThatDoNotFitAreRefused) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::session_test
+}  // namespace fringetwin::testing::session_test

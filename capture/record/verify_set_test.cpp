@@ -17,16 +17,16 @@
 #include "twin/captures/foreign_set.hpp"
 #include "twin/image/image_io.hpp"
 
-namespace fringetwin::test::verify_set_test {
+namespace fringetwin::testing::verify_set_test {
 namespace {
 namespace fs = std::filesystem;
 using capture::SetCheck;
 using capture::verify_set;
-using test_tools::ScratchFolder;
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::ScratchFolder;
 
 constexpr int kWidth = 24, kHeight = 10, kSteps = 4;
 
@@ -75,12 +75,12 @@ void record(const fs::path& dir, const std::string& sets = "", unsigned seed = 1
   write_capture_toml(dir, {&cameras[0], &cameras[1]}, provenance, "png");
 }
 
-std::string bytes_of(const fs::path& file) { return test_tools::read_file(file); }
+std::string bytes_of(const fs::path& file) { return testing::read_file(file); }
 void write_bytes(const fs::path& file, const std::string& bytes) {
   std::ofstream(file, std::ios::binary) << bytes;
 }
 
-class VerifySetTest : public testing::Test {
+class VerifySetTest : public ::testing::Test {
  protected:
   void SetUp() override {
     record(dir_);
@@ -90,7 +90,7 @@ class VerifySetTest : public testing::Test {
   std::string finding(const Twin* twin = nullptr) const {
     const SetCheck check = verify_set(dir_, twin);
     EXPECT_FALSE(check.passed());
-    EXPECT_EQ(check.findings.size(), 1u) << testing::PrintToString(check.findings);
+    EXPECT_EQ(check.findings.size(), 1u) << ::testing::PrintToString(check.findings);
     return check.findings.empty() ? "" : check.findings[0];
   }
   std::string name(const std::string& file) const { return (dir_ / file).string(); }
@@ -130,8 +130,8 @@ TEST_F(VerifySetTest, WithoutChecksumsTheResultSaysSo) {
   fs::remove(dir_ / "right" / "0001.png");
   EXPECT_THAT(
       verify_set(dir_).findings,
-      testing::UnorderedElementsAre(HasSubstr(name("left/0002.png")), HasSubstr(name("left/0003.png")),
-                                    HasSubstr(name("right/0002.png")), HasSubstr(name("right/0003.png"))));
+      ::testing::UnorderedElementsAre(HasSubstr(name("left/0002.png")), HasSubstr(name("left/0003.png")),
+                                      HasSubstr(name("right/0002.png")), HasSubstr(name("right/0003.png"))));
 }
 
 TEST_F(VerifySetTest, MissingAndSuperfluousFiles) {
@@ -178,7 +178,7 @@ TEST_F(VerifySetTest, ChangedImages) {
                                                      HasSubstr("is 25 x 10 px, 16 bit, the others of camera "
                                                                "\"left\" are 24 x 10 px, 16 bit")));
   write_gray_png(dir_ / "left/0002.png", ImageF(kWidth, kHeight, 7.0f), 8);
-  EXPECT_THAT(verify_set(dir_).findings, testing::Contains(HasSubstr("24 x 10 px, 8 bit")));
+  EXPECT_THAT(verify_set(dir_).findings, ::testing::Contains(HasSubstr("24 x 10 px, 8 bit")));
   write_bytes(dir_ / "left/0002.png", "");
   EXPECT_THAT(finding(), HasSubstr("is empty (0 bytes)"));
   record(dir_);
@@ -271,8 +271,8 @@ TEST_F(VerifySetTest, AgainstATwin) {
   EXPECT_THAT(of(make_twin(kSteps - 1)),
               ElementsAre(HasSubstr("camera \"left\" has 4 images on disk, the sequence has 3"),
                           HasSubstr("camera \"right\" has 4")));
-  EXPECT_THAT(of(make_twin(kSteps, 12, kWidth + 1)), testing::Each(HasSubstr("is 24 x 10 px, camera")));
-  EXPECT_THAT(of(make_twin(kSteps, 10)), testing::Each(HasSubstr("is above the 1023 of a 10 bit sensor")));
+  EXPECT_THAT(of(make_twin(kSteps, 12, kWidth + 1)), ::testing::Each(HasSubstr("is 24 x 10 px, camera")));
+  EXPECT_THAT(of(make_twin(kSteps, 10)), ::testing::Each(HasSubstr("is above the 1023 of a 10 bit sensor")));
   Twin twin = make_twin();
   twin.cameras[1].name = "upper";
   EXPECT_THAT(of(twin), ElementsAre(HasSubstr("has no camera \"upper\"")));
@@ -348,4 +348,4 @@ TEST_F(VerifySetTest, NoHalfImagePassesWithoutChecksums) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::verify_set_test
+}  // namespace fringetwin::testing::verify_set_test

@@ -18,11 +18,11 @@
 #include "tests/support/capture/loop_rig.hpp"
 #include "twin/base/progress.hpp"
 
-namespace fringetwin::test::rig_help_test {
+namespace fringetwin::testing::rig_help_test {
 namespace {
 
 using namespace fringetwin::capture;
-using capture::testing::loop_twin;
+using testing::loop_twin;
 
 Twin plane_twin(int bits) {
   Twin twin = loop_twin(2, bits);
@@ -109,4 +109,4 @@ TEST_F(RigHelp, ThePreviewSeesTheProjectorsBlur) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::rig_help_test
+}  // namespace fringetwin::testing::rig_help_test

@@ -9,11 +9,11 @@
 
 #include "tests/support/capture/loop_rig.hpp"
 
-namespace fringetwin::test::simulated_rig_test {
+namespace fringetwin::testing::simulated_rig_test {
 namespace {
 
 using namespace fringetwin::capture;
-using capture::testing::loop_twin;
+using testing::loop_twin;
 using namespace std::chrono_literals;
 
 /// A plane right in front of a 64 x 48 rig.
@@ -113,4 +113,4 @@ TEST_F(SimulatedRigTest, FramesAreNumberedAndStamped) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::simulated_rig_test
+}  // namespace fringetwin::testing::simulated_rig_test

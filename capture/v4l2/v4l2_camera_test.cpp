@@ -10,7 +10,7 @@
 #include "capture/v4l2/v4l2_list.hpp"
 #include "tests/support/capture/fake_v4l2.hpp"
 
-namespace fringetwin::test::v4l2_camera_test {
+namespace fringetwin::testing::v4l2_camera_test {
 namespace {
 
 using namespace fringetwin::capture;
@@ -341,4 +341,4 @@ TEST(V4l2List, NamesWhatIsOffered) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::v4l2_camera_test
+}  // namespace fringetwin::testing::v4l2_camera_test

@@ -9,7 +9,7 @@
 #include "capture/v4l2/v4l2_camera.hpp"
 #include "tests/support/capture/fake_v4l2.hpp"
 
-namespace fringetwin::test::v4l2_controls_test {
+namespace fringetwin::testing::v4l2_controls_test {
 namespace {
 
 using namespace fringetwin::capture;
@@ -163,4 +163,4 @@ TEST(V4l2Controls, AllValuesAreRecorded) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::v4l2_controls_test
+}  // namespace fringetwin::testing::v4l2_controls_test

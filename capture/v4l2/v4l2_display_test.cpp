@@ -8,7 +8,7 @@
 
 #include "tests/support/capture/fake_v4l2.hpp"
 
-namespace fringetwin::test::v4l2_display_test {
+namespace fringetwin::testing::v4l2_display_test {
 namespace {
 
 using namespace fringetwin::capture;
@@ -71,4 +71,4 @@ TEST(V4l2Display, ACameraIsRefused) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::v4l2_display_test
+}  // namespace fringetwin::testing::v4l2_display_test

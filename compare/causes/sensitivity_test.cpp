@@ -24,9 +24,9 @@ constexpr double kGain = 20.0, kBlack = 7.0;
 
 /// The paper's rig, cropped to a window that the sphere fills.
 Twin window_on_the_sphere() {
-  const SphereShape ball = test::physical_sphere();
-  Twin twin = test::with_object(test::paper_rig(), "ball", ball, {});
-  twin = test::crop_around(twin, ball.center_mm, kWidth, kHeight);
+  const SphereShape ball = testing::physical_sphere();
+  Twin twin = testing::with_object(testing::paper_rig(), "ball", ball, {});
+  twin = testing::crop_around(twin, ball.center_mm, kWidth, kHeight);
   for (Camera& camera : twin.cameras) {
     camera.sensor.gain_dn = kGain;
     camera.vignetting = {Vignetting::Kind::polynomial, {-0.05, 0.0, 0.0}, {0.02, -0.03}};

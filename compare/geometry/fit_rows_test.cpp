@@ -97,9 +97,9 @@ TEST(FitRows, CylindersCompareByAxis) {
 }
 
 TEST(FitRows, PublishedNumbersStandInForAMissingRealSide) {
-  synthetic::Truth t;
+  testing::SidesTruth t;
   t.published_only = true;
-  synthetic::Scene scene = synthetic::make_scene(t);
+  testing::SyntheticSides scene = testing::make_sides(t);
   scene.twin.real.results.push_back(
       {"ball", {{"radius_mm", 19.065}, {"rms_mm", 0.013}}, {{"center_mm", {6.567, -5.497, 270.634}}}});
   std::vector<std::string> warnings;
@@ -112,7 +112,7 @@ TEST(FitRows, PublishedNumbersStandInForAMissingRealSide) {
 }
 
 TEST(FitRows, AFitWithTooFewPointsIsListedWithAWarningAndNoDifference) {
-  synthetic::Scene scene = synthetic::make_scene({});
+  testing::SyntheticSides scene = testing::make_sides({});
   scene.real.measurement->fits[0].usable = false;
   scene.real.measurement->fits[0].n = 3;
   scene.real.measurement->fits[0].warning = "3 points are too few for a sphere";

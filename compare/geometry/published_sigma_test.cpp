@@ -95,7 +95,7 @@ TEST(PublishedSigma, NothingIsEstimatedWhereItIsKnownOrCannotBe) {
 }
 
 TEST(PublishedSigma, OnlyPublishedFitsGetOne) {
-  synthetic::Scene scene = synthetic::make_scene({});
+  testing::SyntheticSides scene = testing::make_sides({});
   std::vector<std::string> warnings;
   for (auto& fit : scene.real.measurement->fits) fit.numbers.erase("radius_sigma_mm");
   EXPECT_TRUE(fit_rows(scene.twin, scene.real, scene.simulated, warnings).at(0).z_estimated.empty());

@@ -13,16 +13,16 @@
 namespace fringetwin::compare::gain_coverage_test {
 namespace {
 
-using synthetic::Truth;
+using testing::SidesTruth;
 
-GainRow fit_scene(const Truth& t) {
-  const synthetic::Scene scene = synthetic::make_scene(t);
+GainRow fit_scene(const SidesTruth& t) {
+  const testing::SyntheticSides scene = testing::make_sides(t);
   std::vector<std::string> warnings;
   return fit_gain(pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings).at(0), warnings).row;
 }
 
 /// Share of draws whose truth lies within 1 and 1.96 reported sigmas.
-std::pair<int, int> coverage(Truth t, int draws) {
+std::pair<int, int> coverage(SidesTruth t, int draws) {
   int within_68 = 0, within_95 = 0;
   for (int i = 0; i < draws; ++i) {
     t.seed = 1000u + static_cast<unsigned>(i);
@@ -37,7 +37,7 @@ std::pair<int, int> coverage(Truth t, int draws) {
 }
 
 TEST(GainCoverage, IntervalsCoverTheTruth) {
-  Truth t;
+  SidesTruth t;
   t.width = t.height = 224;
   t.pitches_px = {13};
   const auto [within_68, within_95] = coverage(t, 100);
@@ -48,7 +48,7 @@ TEST(GainCoverage, IntervalsCoverTheTruth) {
 
 TEST(GainCoverage, IntervalsCoverTheTruthWithAlbedoCommonToAllImages) {
   // An independent-noise sigma would be too small by the square root of the number of images.
-  Truth t;
+  SidesTruth t;
   t.width = t.height = 224;
   t.pitches_px = {13};
   t.noise_dn = 0.3;

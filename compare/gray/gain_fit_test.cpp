@@ -17,17 +17,17 @@
 namespace fringetwin::compare::gain_fit_test {
 namespace {
 
-using synthetic::Scene;
-using synthetic::Truth;
+using testing::SidesTruth;
+using testing::SyntheticSides;
 
 struct Fitted {
-  Scene scene;
+  SyntheticSides scene;
   std::vector<std::string> warnings;
   std::vector<GrayPair> pairs;
   GainFit fit;
 };
 
-std::unique_ptr<Fitted> fit_scene(Scene scene, const CompareOptions& options = {}) {
+std::unique_ptr<Fitted> fit_scene(SyntheticSides scene, const CompareOptions& options = {}) {
   auto f = std::make_unique<Fitted>();
   f->scene = std::move(scene);
   f->pairs = pair_gray(f->scene.twin, f->scene.real, f->scene.simulated, options, f->warnings);
@@ -35,15 +35,15 @@ std::unique_ptr<Fitted> fit_scene(Scene scene, const CompareOptions& options = {
   return f;
 }
 
-void expect_recovered(const GainRow& row, const Truth& t, double sigmas = 3.0) {
+void expect_recovered(const GainRow& row, const SidesTruth& t, double sigmas = 3.0) {
   ASSERT_TRUE(row.usable);
   EXPECT_NEAR(row.gain_dn, t.gain_dn, sigmas * row.gain_sigma_dn);
   EXPECT_NEAR(row.black_level_dn, t.black_level_dn, sigmas * row.black_level_sigma_dn);
 }
 
 TEST(GainFit, RecoversGainAndBlackWithinTheirSigma) {
-  const Truth t;
-  const auto f = fit_scene(synthetic::make_scene(t));
+  const SidesTruth t;
+  const auto f = fit_scene(testing::make_sides(t));
   const GainRow& row = f->fit.row;
   expect_recovered(row, t);
   EXPECT_LT(row.gain_sigma_dn, 1e-3 * row.gain_dn);
@@ -54,8 +54,8 @@ TEST(GainFit, RecoversGainAndBlackWithinTheirSigma) {
 }
 
 TEST(GainFit, SigmaAgreesWithTheClosedFormForIndependentNoise) {
-  const Truth t;
-  const auto f = fit_scene(synthetic::make_scene(t));
+  const SidesTruth t;
+  const auto f = fit_scene(testing::make_sides(t));
   double n = 0, e1 = 0, e2 = 0;
   for (int image : f->pairs[0].gain_images) {
     const ImageF d = gray_difference(f->pairs[0], f->fit, image);
@@ -73,38 +73,38 @@ TEST(GainFit, SigmaAgreesWithTheClosedFormForIndependentNoise) {
 }
 
 TEST(GainFit, SaturatedImagesDoNotPullTheGainDown) {
-  Truth t;
+  SidesTruth t;
   t.gain_dn = 34.0;  // 340 DN at the brightest: a quarter of the values clip at 255
   t.black_level_dn = 12.0;
   t.noise_dn = 2.0;
-  const auto f = fit_scene(synthetic::make_scene(t));
+  const auto f = fit_scene(testing::make_sides(t));
   expect_recovered(f->fit.row, t, 3.5);
   EXPECT_LT(f->fit.row.high_dn, 254.0);
 }
 
 TEST(GainFit, OutliersMoveItLittle) {
-  Truth t;
+  SidesTruth t;
   t.outlier_fraction = 0.05;
   t.outlier_dn = 80.0;
   t.gain_dn = 15.0;  // keeps most outliers below saturation
-  const auto f = fit_scene(synthetic::make_scene(t));
+  const auto f = fit_scene(testing::make_sides(t));
   EXPECT_NEAR(f->fit.row.gain_dn / t.gain_dn, 1.0, 0.002);
   EXPECT_NEAR(f->fit.row.black_level_dn, t.black_level_dn, 0.2);
   EXPECT_GT(f->fit.row.outlier_fraction, 0.05);
 }
 
 TEST(GainFit, NoiseFreeImagesLeaveTheRoundingOnly) {
-  Truth t;
+  SidesTruth t;
   t.noise_dn = 0.0;
-  const auto f = fit_scene(synthetic::make_scene(t));
+  const auto f = fit_scene(testing::make_sides(t));
   EXPECT_NEAR(f->fit.row.gain_dn / t.gain_dn, 1.0, 5e-4);
   EXPECT_NEAR(f->fit.row.rms_after_dn, std::sqrt(1.0 / 12.0), 0.01);
   EXPECT_GT(f->fit.row.gain_sigma_dn, 0.0);
 }
 
 TEST(GainFit, WorksFromSimulatedGrayValuesAlone) {
-  Truth t;
-  Scene scene = synthetic::make_scene(t);
+  SidesTruth t;
+  SyntheticSides scene = testing::make_sides(t);
   scene.simulated.irradiance.clear();
   const auto f = fit_scene(std::move(scene));
   EXPECT_TRUE(f->pairs[0].from_dn);
@@ -112,15 +112,15 @@ TEST(GainFit, WorksFromSimulatedGrayValuesAlone) {
 }
 
 TEST(GainFit, TwelveBitAndRadianceImages) {
-  Truth t;
+  SidesTruth t;
   t.bit_depth = 12;
   t.gain_dn = 280.0;
   t.black_level_dn = 64.0;
   t.twin_gain_dn = 300.0;
   t.noise_dn = 9.0;
-  expect_recovered(fit_scene(synthetic::make_scene(t))->fit.row, t);
+  expect_recovered(fit_scene(testing::make_sides(t))->fit.row, t);
   t.round_real = false;
-  Scene scene = synthetic::make_scene(t);
+  SyntheticSides scene = testing::make_sides(t);
   for (CameraImages& images : scene.real.images) images.radiance = true;
   const GainRow row = fit_scene(std::move(scene))->fit.row;
   expect_recovered(row, t);
@@ -128,23 +128,23 @@ TEST(GainFit, TwelveBitAndRadianceImages) {
 }
 
 TEST(GainFit, AlbedoThatBiasesTheLineIsSaid) {
-  const auto warned = [](const Truth& t) {
-    const Scene scene = synthetic::make_scene(t);
+  const auto warned = [](const SidesTruth& t) {
+    const SyntheticSides scene = testing::make_sides(t);
     for (const std::string& w : compare(scene.twin, scene.real, scene.simulated, {}).warnings)
       if (w.find("biased by more than their printed sigma") != std::string::npos) return true;
     return false;
   };
-  Truth t;
+  SidesTruth t;
   EXPECT_FALSE(warned(t));
   t.albedo_sigma = 0.05;
   EXPECT_TRUE(warned(t));
 }
 
 TEST(GainFit, MostOfASmallResidualIsNoReasonToDoubtTheGain) {
-  Truth t;
+  SidesTruth t;
   t.noise_dn = 0.3;
   t.albedo_sigma = 0.01;  // of some 100 DN: more than the noise, and nothing to the gain
-  const Scene scene = synthetic::make_scene(t);
+  const SyntheticSides scene = testing::make_sides(t);
   const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
   ASSERT_EQ(c.gray_budget.size(), 1u);
   EXPECT_GT(c.gray_budget[0].albedo_dn2 / c.gray_budget[0].total_dn2, 0.5);
@@ -154,10 +154,10 @@ TEST(GainFit, MostOfASmallResidualIsNoReasonToDoubtTheGain) {
 }
 
 TEST(GainFit, GrayCodeOfAnotherExposureIsLeftOut) {
-  Truth t;
+  SidesTruth t;
   t.pitches_px = {16};
   t.gray_bits = 4;
-  Scene scene = synthetic::make_scene(t);
+  SyntheticSides scene = testing::make_sides(t);
   const auto same = fit_scene(scene);
   EXPECT_EQ(same->pairs[0].images.size(), 8u);
   EXPECT_EQ(same->pairs[0].gain_images.size(), 4u);
@@ -171,15 +171,15 @@ TEST(GainFit, GrayCodeOfAnotherExposureIsLeftOut) {
 }
 
 TEST(GainFit, UsesOnlyTheStepsAsked) {
-  Truth t;
+  SidesTruth t;
   t.steps = 6;
   CompareOptions options;
   options.use_steps = {1, 3, 5};
-  EXPECT_EQ(fit_scene(synthetic::make_scene(t), options)->pairs[0].gain_images.size(), 9u);
+  EXPECT_EQ(fit_scene(testing::make_sides(t), options)->pairs[0].gain_images.size(), 9u);
 }
 
 TEST(GainFit, DoesNotDependOnTheNumberOfThreads) {
-  const Scene scene = synthetic::make_scene({});
+  const SyntheticSides scene = testing::make_sides({});
   const int before = omp_get_max_threads();
   omp_set_num_threads(1);
   const GainRow one = fit_scene(scene)->fit.row;
@@ -192,7 +192,7 @@ TEST(GainFit, DoesNotDependOnTheNumberOfThreads) {
 }
 
 TEST(GainFit, TooFewPixelsIsAWarningAndNoNumber) {
-  Scene scene = synthetic::make_scene({});
+  SyntheticSides scene = testing::make_sides({});
   scene.real.measurement->cameras[0].flags = ImageU8(192, 160, measure::kSaturated);
   const auto f = fit_scene(std::move(scene));
   EXPECT_FALSE(f->fit.row.usable);
@@ -201,14 +201,14 @@ TEST(GainFit, TooFewPixelsIsAWarningAndNoNumber) {
 }
 
 TEST(GainFit, ConstantIrradianceHasNoGain) {
-  Scene scene = synthetic::make_scene({});
+  SyntheticSides scene = testing::make_sides({});
   for (ImageF& image : scene.simulated.irradiance[0].images)
     std::fill(image.data.begin(), image.data.end(), 5.0f);
   EXPECT_FALSE(fit_scene(std::move(scene))->fit.row.usable);
 }
 
 TEST(GrayRows, MatchABruteForcePercentile) {
-  const auto f = fit_scene(synthetic::make_scene({}));
+  const auto f = fit_scene(testing::make_sides({}));
   const std::vector<GrayRow> rows = gray_rows(f->scene.twin, f->pairs[0], f->fit);
   ASSERT_EQ(rows.size(), 12u);
   const ImageF d = gray_difference(f->pairs[0], f->fit, 0);

@@ -14,10 +14,10 @@
 namespace fringetwin::compare::gray_budget_test {
 namespace {
 
-using synthetic::Truth;
+using testing::SidesTruth;
 
-GrayBudget budget_of(const Truth& t) {
-  const synthetic::Scene scene = synthetic::make_scene(t);
+GrayBudget budget_of(const SidesTruth& t) {
+  const testing::SyntheticSides scene = testing::make_sides(t);
   std::vector<std::string> warnings;
   const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
   const GainFit fit = fit_gain(pairs.at(0), warnings);
@@ -33,19 +33,19 @@ double sum_of_parts(const GrayBudget& b) {
 }
 
 /// Mean square of gain E over the lit pixels, roughly: E = w/2 (1 + cos).
-double mean_square_signal(const Truth& t, double harmonic_weight) {
+double mean_square_signal(const SidesTruth& t, double harmonic_weight) {
   double sum = 0, n = 0;
   for (int y = 0; y < t.height; ++y)
     for (int x = 0; x < t.width; ++x)
-      if (synthetic::inside(t, x, y)) {
-        const double level = 0.5 * t.gain_dn * synthetic::weight_at(t, x, y);
+      if (testing::is_lit(t, x, y)) {
+        const double level = 0.5 * t.gain_dn * testing::weight_at(t, x, y);
         sum += level * level * harmonic_weight, n += 1;
       }
   return sum / n;
 }
 
 TEST(GrayBudget, NoiseAloneIsCalledNoise) {
-  Truth t;
+  SidesTruth t;
   t.steps = 8;
   const GrayBudget b = budget_of(t);
   const double truth = t.noise_dn * t.noise_dn + 1.0 / 12.0;
@@ -58,7 +58,7 @@ TEST(GrayBudget, NoiseAloneIsCalledNoise) {
 }
 
 TEST(GrayBudget, AlbedoIsFound) {
-  Truth t;
+  SidesTruth t;
   t.steps = 8;
   t.black_level_dn = 20.0;  // no value near the clip at 0: all steps enter
   t.gain_dn = 14.0;
@@ -72,7 +72,7 @@ TEST(GrayBudget, AlbedoIsFound) {
 }
 
 TEST(GrayBudget, ProjectorHarmonicIsFoundWithItsOrder) {
-  Truth t;
+  SidesTruth t;
   t.steps = 8;
   t.black_level_dn = 20.0;
   t.gain_dn = 14.0;
@@ -86,7 +86,7 @@ TEST(GrayBudget, ProjectorHarmonicIsFoundWithItsOrder) {
 }
 
 TEST(GrayBudget, GeometryIsFound) {
-  Truth t;
+  SidesTruth t;
   t.steps = 8;
   t.black_level_dn = 20.0;
   t.gain_dn = 14.0;
@@ -99,7 +99,7 @@ TEST(GrayBudget, GeometryIsFound) {
 }
 
 TEST(GrayBudget, AllAtOnceStillAddsUpAndLeavesLittle) {
-  Truth t;
+  SidesTruth t;
   t.steps = 12;
   t.pitches_px = {60};
   t.black_level_dn = 20.0;
@@ -114,9 +114,9 @@ TEST(GrayBudget, AllAtOnceStillAddsUpAndLeavesLittle) {
 }
 
 TEST(GrayBudget, TheImagesOwnRedundancyBeatsWhatTheTwinBelieves) {
-  Truth t;
+  SidesTruth t;
   t.steps = 8;
-  synthetic::Scene scene = synthetic::make_scene(t);
+  testing::SyntheticSides scene = testing::make_sides(t);
   scene.twin.cameras[0].sensor.electrons_per_dn = 2.0;  // a twin that believes in far more noise
   measure::DirectionDecode& d = scene.real.measurement->cameras[0].directions[0];
   d.noise_source = measure::NoiseSource::known;
@@ -133,10 +133,10 @@ TEST(GrayBudget, TheImagesOwnRedundancyBeatsWhatTheTwinBelieves) {
 }
 
 TEST(GrayBudget, ThreeStepsFallBackToTheSensorModel) {
-  Truth t;
+  SidesTruth t;
   t.steps = 3;
   EXPECT_EQ(budget_of(t).noise_source, "quantisation only");
-  synthetic::Scene scene = synthetic::make_scene(t);
+  testing::SyntheticSides scene = testing::make_sides(t);
   scene.twin.cameras[0].sensor.electrons_per_dn = 40.0;
   std::vector<std::string> warnings;
   const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);

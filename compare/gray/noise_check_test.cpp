@@ -20,17 +20,17 @@
 namespace fringetwin::compare::noise_check_test {
 namespace {
 
-using synthetic::Scene;
-using synthetic::Truth;
+using testing::SidesTruth;
+using testing::SyntheticSides;
 
-Truth truth() {
-  Truth t;
+SidesTruth truth() {
+  SidesTruth t;
   t.noise_dn = 1.5;
   return t;
 }
 
 /// The rows after the real images went through the decoder.
-std::vector<NoiseRow> rows_of(Scene& scene, const std::vector<int>& used_steps = {}) {
+std::vector<NoiseRow> rows_of(SyntheticSides& scene, const std::vector<int>& used_steps = {}) {
   const Camera& camera = scene.twin.cameras[0];
   const CameraImages& images = scene.real.images[0];
   const measure::CameraDecode decode = measure::decode(
@@ -45,7 +45,7 @@ void expect_ratio(double ratio, double sigma, double truth) {
 }
 
 TEST(NoiseCheck, ARightSensorModelGivesOne) {
-  Scene scene = synthetic::make_scene(truth());
+  SyntheticSides scene = testing::make_sides(truth());
   scene.twin.cameras[0].sensor.read_noise_dn = 1.5;
   const auto rows = rows_of(scene);
   ASSERT_EQ(rows.size(), 1u);
@@ -64,7 +64,7 @@ TEST(NoiseCheck, ARightSensorModelGivesOne) {
 }
 
 TEST(NoiseCheck, AModelThatIsTooQuietGivesTheFactor) {
-  Scene scene = synthetic::make_scene(truth());
+  SyntheticSides scene = testing::make_sides(truth());
   scene.twin.cameras[0].sensor.read_noise_dn = 1.0;
   const double factor = std::sqrt((1.5 * 1.5 + 1.0 / 12.0) / (1.0 + 1.0 / 12.0));
   const auto rows = rows_of(scene);
@@ -74,10 +74,10 @@ TEST(NoiseCheck, AModelThatIsTooQuietGivesTheFactor) {
 }
 
 TEST(NoiseCheck, ShotNoiseIsRightAtEveryLevel) {
-  Truth t = truth();
+  SidesTruth t = truth();
   t.noise_dn = 0.0;
   t.round_real = false;
-  Scene scene = synthetic::make_scene(t);
+  SyntheticSides scene = testing::make_sides(t);
   Sensor& sensor = scene.twin.cameras[0].sensor;
   sensor.electrons_per_dn = 20.0;
   sensor.black_level_dn = t.black_level_dn;
@@ -99,7 +99,7 @@ TEST(NoiseCheck, ShotNoiseIsRightAtEveryLevel) {
 }
 
 TEST(NoiseCheck, TheMapShowsWhereTheRigIsNoisier) {
-  Scene scene = synthetic::make_scene(truth());
+  SyntheticSides scene = testing::make_sides(truth());
   scene.twin.cameras[0].sensor.read_noise_dn = 1.5;
   std::mt19937_64 random(6);
   std::normal_distribution<double> normal(0.0, 2.0);
@@ -118,7 +118,7 @@ TEST(NoiseCheck, TheMapShowsWhereTheRigIsNoisier) {
 }
 
 TEST(NoiseCheck, WithoutASensorModelThePredictionIsRounding) {
-  Scene scene = synthetic::make_scene(truth());
+  SyntheticSides scene = testing::make_sides(truth());
   const auto rows = rows_of(scene);
   ASSERT_EQ(rows.size(), 1u);
   EXPECT_FALSE(rows[0].sensor_known);
@@ -127,9 +127,9 @@ TEST(NoiseCheck, WithoutASensorModelThePredictionIsRounding) {
 }
 
 TEST(NoiseCheck, HarmonicsTextureAndGeometryAreNoNoise) {
-  Truth t = truth();
+  SidesTruth t = truth();
   t.second_harmonic = 0.05;  // 8 DN in the residual of every pixel
-  Scene scene = synthetic::make_scene(t);
+  SyntheticSides scene = testing::make_sides(t);
   scene.twin.cameras[0].sensor.read_noise_dn = 1.5;
   const auto rows = rows_of(scene);
   ASSERT_EQ(rows.size(), 1u);
@@ -137,10 +137,10 @@ TEST(NoiseCheck, HarmonicsTextureAndGeometryAreNoNoise) {
 }
 
 TEST(NoiseCheck, ShapeShowsInThePhaseAlone) {
-  Truth t = truth();
+  SidesTruth t = truth();
   t.geometry_rad = 0.05;
   t.steps = 4;
-  Scene scene = synthetic::make_scene(t);
+  SyntheticSides scene = testing::make_sides(t);
   scene.twin.cameras[0].sensor.read_noise_dn = 1.5;
   const auto rows = rows_of(scene);
   ASSERT_EQ(rows.size(), 1u);
@@ -149,9 +149,9 @@ TEST(NoiseCheck, ShapeShowsInThePhaseAlone) {
 }
 
 TEST(NoiseCheck, EverySecondStepOfTwelve) {
-  Truth t = truth();
+  SidesTruth t = truth();
   t.steps = 12;
-  Scene scene = synthetic::make_scene(t);
+  SyntheticSides scene = testing::make_sides(t);
   scene.twin.cameras[0].sensor.read_noise_dn = 1.5;
   const auto rows = rows_of(scene, {1, 3, 5, 7, 9, 11});
   ASSERT_EQ(rows.size(), 1u);
@@ -160,11 +160,11 @@ TEST(NoiseCheck, EverySecondStepOfTwelve) {
 }
 
 TEST(NoiseCheck, NothingToSayOfThreeStepsOrIrradiance) {
-  Truth t = truth();
+  SidesTruth t = truth();
   t.steps = 3;
-  Scene three = synthetic::make_scene(t);
+  SyntheticSides three = testing::make_sides(t);
   EXPECT_TRUE(rows_of(three).empty());
-  Scene radiance = synthetic::make_scene(truth());
+  SyntheticSides radiance = testing::make_sides(truth());
   radiance.real.images[0].radiance = true;
   EXPECT_TRUE(rows_of(radiance).empty());
 }

@@ -19,8 +19,8 @@
 namespace fringetwin::compare::noise_real_test {
 namespace {
 
-using test_tools::load_real_set;
-using test_tools::RealSet;
+using testing::load_real_set;
+using testing::RealSet;
 
 NoiseRow row_of(const RealSet& set, std::size_t camera, const Sensor& sensor) {
   Camera c = set.twin.cameras[camera];

@@ -15,10 +15,10 @@
 namespace fringetwin::compare::report_page_test {
 namespace {
 
-using synthetic::Scene;
-using synthetic::Truth;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::SidesTruth;
+using testing::SyntheticSides;
 
 std::filesystem::path folder(const std::string& name) {
   const char* keep = std::getenv("FRINGETWIN_KEEP");  // a folder to look at the pages in
@@ -26,7 +26,7 @@ std::filesystem::path folder(const std::string& name) {
   return root / ("fringetwin_report_" + name);
 }
 
-std::string write(const std::string& name, const Scene& scene, const CompareOptions& options = {}) {
+std::string write(const std::string& name, const SyntheticSides& scene, const CompareOptions& options = {}) {
   const auto dir = folder(name);
   const Comparison c = compare(scene.twin, scene.real, scene.simulated, options);
   const Provenance p{{"fringetwin", "cosim", "twin.toml", "--out", "my run"}, "0.1.0", {}, "llvmpipe", {}, 1};
@@ -56,11 +56,11 @@ void expect_unique_ids(const std::string& html) {
 }
 
 TEST(ReportPage, HasEverySectionAndTheMaps) {
-  Truth t;
+  SidesTruth t;
   t.cameras = 2;
   t.geometry_rad = 0.02;
   t.albedo_sigma = 0.02;
-  Scene scene = synthetic::make_scene(t);
+  SyntheticSides scene = testing::make_sides(t);
   scene.twin.limits = {{"center_mm", 0.001}, {"phase_rms_rad", 0.001}};
   CompareOptions options;
   options.note = "What this comparison <can> show.";
@@ -83,9 +83,9 @@ TEST(ReportPage, HasEverySectionAndTheMaps) {
 }
 
 TEST(ReportPage, PublishedNumbersOnlyShowsTheSimulationAndSaysSo) {
-  Truth t;
+  SidesTruth t;
   t.published_only = true;
-  Scene scene = synthetic::make_scene(t);
+  SyntheticSides scene = testing::make_sides(t);
   scene.twin.real.results.push_back(
       {"ball", {{"radius_mm", 19.065}}, {{"center_mm", {6.567, -5.497, 270.634}}}});
   scene.twin.real.results_source = "IEEE Access 2023, Table 5";
@@ -99,7 +99,7 @@ TEST(ReportPage, PublishedNumbersOnlyShowsTheSimulationAndSaysSo) {
 }
 
 TEST(ReportPage, WithoutLimitsTheBadgeSaysSo) {
-  Scene scene = synthetic::make_scene({});
+  SyntheticSides scene = testing::make_sides({});
   const std::string html = write("no_limits", scene);
   EXPECT_THAT(html, HasSubstr("<div class=\"verdict none\">no limits set</div>"));
   EXPECT_THAT(html, Not(HasSubstr("verdict pass\"")));
@@ -109,7 +109,7 @@ TEST(ReportPage, WithoutLimitsTheBadgeSaysSo) {
 
 TEST(ReportPage, HostileNamesStayText) {
   const std::string hostile = "x'\" onload=alert(1) <script>alert(2)</script> `touch pwned`";
-  Scene scene = synthetic::make_scene({});
+  SyntheticSides scene = testing::make_sides({});
   scene.twin.objects[0].name = scene.twin.measure.fits[0].object = hostile;
   scene.twin.cameras[0].name = hostile;
   for (Side* side : {&scene.real, &scene.simulated}) {
@@ -135,13 +135,13 @@ TEST(ReportPage, HostileNamesStayText) {
 }
 
 TEST(ReportPage, CloudViewHasALengthScale) {
-  const std::string html = write("scale", synthetic::make_scene({}));
+  const std::string html = write("scale", testing::make_sides({}));
   EXPECT_TRUE(std::regex_search(
       html, std::regex("<div class=\"scale\"><span style=\"width:[0-9.]+%\"></span>[0-9.]+ mm")));
 }
 
 TEST(ReportPage, IrradianceAsTheRealSide) {
-  Scene scene = synthetic::make_scene({});
+  SyntheticSides scene = testing::make_sides({});
   for (CameraImages& images : scene.real.images) images.radiance = true;
   const std::string html = write("radiance", scene);
   EXPECT_THAT(html, HasSubstr("id=\"gain\""));
@@ -149,7 +149,7 @@ TEST(ReportPage, IrradianceAsTheRealSide) {
 }
 
 TEST(ReportPage, FullSizeStaysBelowEightMegabytes) {
-  Truth t;
+  SidesTruth t;
   t.width = 1440;
   t.height = 1080;
   t.cameras = 2;
@@ -157,13 +157,13 @@ TEST(ReportPage, FullSizeStaysBelowEightMegabytes) {
   t.noise_dn = 3.0;
   t.albedo_sigma = 0.05;
   t.geometry_rad = 0.05;
-  const std::string html = write("large", synthetic::make_scene(t));
+  const std::string html = write("large", testing::make_sides(t));
   EXPECT_LT(html.size(), 8u << 20);
   RecordProperty("bytes", static_cast<int>(html.size()));
 }
 
 TEST(ReportPage, WithoutGnuplotTheRestIsStillWritten) {
-  const Scene scene = synthetic::make_scene({});
+  const SyntheticSides scene = testing::make_sides({});
   const std::string path = std::getenv("PATH");
   ::setenv("PATH", "/nonexistent", 1);
   const std::string html = write("no_gnuplot", scene);
@@ -174,7 +174,7 @@ TEST(ReportPage, WithoutGnuplotTheRestIsStillWritten) {
 }
 
 TEST(ReportPage, WritesTheSameBytesTwice) {
-  const Scene scene = synthetic::make_scene({});
+  const SyntheticSides scene = testing::make_sides({});
   EXPECT_EQ(write("same", scene), write("same", scene));
 }
 

@@ -21,8 +21,8 @@ struct Sides {
 };
 
 Sides make_sides(double shift_px) {
-  synthetic::Truth t;
-  synthetic::Scene scene = synthetic::make_scene(t);
+  testing::SidesTruth t;
+  testing::SyntheticSides scene = testing::make_sides(t);
   Sides s{scene.twin, *scene.real.measurement, *scene.simulated.measurement};
   s.real = s.simulated;
   for (double& x : s.simulated.cameras[0].directions[0].coordinate_px.data) x += shift_px;
@@ -62,7 +62,7 @@ TEST(PhaseRows, OrderDisagreementsAreCountedApart) {
 }
 
 TEST(PhaseRows, ManyDisagreementsAreAWarning) {
-  synthetic::Scene scene = synthetic::make_scene({});
+  testing::SyntheticSides scene = testing::make_sides({});
   const auto warned = [&] {
     for (const std::string& w : compare(scene.twin, scene.real, scene.simulated, {}).warnings)
       if (w.find("fringe orders disagree") != std::string::npos) return true;

@@ -15,13 +15,13 @@
 namespace fringetwin::compare::result_json_test {
 namespace {
 
-using schema::Json;
 using ::testing::IsEmpty;
+using testing::Json;
 
-schema::Checker result_schema() {
+testing::SchemaChecker result_schema() {
   const char* root = std::getenv("FRINGETWIN_SOURCE");
   std::ifstream in(std::filesystem::path(root ? root : ".") / "docs/result.schema.json");
-  return schema::Checker(Json::parse(in));
+  return testing::SchemaChecker(Json::parse(in));
 }
 
 RenderNote example_note() {
@@ -45,9 +45,9 @@ Json parse(const std::string& text) {
 }
 
 TEST(ResultJson, AComparisonFollowsTheSchema) {
-  synthetic::Truth t;
+  testing::SidesTruth t;
   t.cameras = 2;
-  synthetic::Scene scene = synthetic::make_scene(t);
+  testing::SyntheticSides scene = testing::make_sides(t);
   scene.twin.limits = {{"center_mm", 0.001}, {"gain_r2", 0.9}};
   const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
   const Json json =
@@ -81,9 +81,9 @@ TEST(ResultJson, AComparisonFollowsTheSchema) {
 }
 
 TEST(ResultJson, PublishedNumbersOnly) {
-  synthetic::Truth t;
+  testing::SidesTruth t;
   t.published_only = true;
-  synthetic::Scene scene = synthetic::make_scene(t);
+  testing::SyntheticSides scene = testing::make_sides(t);
   scene.twin.real.results.push_back(
       {"ball", {{"radius_mm", 19.065}}, {{"center_mm", {6.567, -5.497, 270.634}}}});
   scene.twin.limits = {{"phase_rms_rad", 0.01}};
@@ -100,7 +100,7 @@ TEST(ResultJson, PublishedNumbersOnly) {
 }
 
 TEST(ResultJson, AFitWithTooFewPointsHasNullsAndItsCount) {
-  synthetic::Scene scene = synthetic::make_scene({});
+  testing::SyntheticSides scene = testing::make_sides({});
   auto& fit = scene.simulated.measurement->fits[0];
   fit.usable = false;
   fit.n = 2;
@@ -118,7 +118,7 @@ TEST(ResultJson, AFitWithTooFewPointsHasNullsAndItsCount) {
 }
 
 TEST(ResultJson, NonFiniteNumbersBecomeNull) {
-  synthetic::Scene scene = synthetic::make_scene({});
+  testing::SyntheticSides scene = testing::make_sides({});
   auto& fit = scene.simulated.measurement->fits[0];
   fit.numbers["radius_mm"] = std::numeric_limits<double>::infinity();
   fit.vectors["center_mm"].x() = std::nan("");
@@ -130,8 +130,8 @@ TEST(ResultJson, NonFiniteNumbersBecomeNull) {
 }
 
 TEST(ResultJson, TheCheckerItselfFindsFaults) {
-  const schema::Checker checker = result_schema();
-  synthetic::Scene scene = synthetic::make_scene({});
+  const testing::SchemaChecker checker = result_schema();
+  testing::SyntheticSides scene = testing::make_sides({});
   Json json = parse(measurement_json(scene.twin, *scene.simulated.measurement, {}, {}));
   EXPECT_THAT(checker.check(json), IsEmpty());
   json["verdict"] = "maybe";

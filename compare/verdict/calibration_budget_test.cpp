@@ -23,7 +23,7 @@
 namespace fringetwin::compare::calibration_budget_test {
 namespace {
 
-using test::shared_renderer;
+using testing::shared_renderer;
 
 constexpr double kSigmaRad = 2e-5;
 
@@ -31,12 +31,12 @@ class CalibrationInBudget : public ::testing::Test {
  protected:
   void SetUp() override {
     REQUIRE_RENDERER();
-    folder_ = test::scratch_folder("calibration_in_budget");
-    test::write_file(
+    folder_ = testing::scratch_folder("calibration_in_budget");
+    testing::write_file(
         folder_ / "twin.toml",
-        test::small_twin({{"gain_dn = 20", "gain_dn = 20\nelectrons_per_dn = 40\nread_noise_dn = 0.5"}}));
-    test::write_file(folder_ / "calibration.json",
-                     R"({"schema": "fringetwin-calibration/1", "devices": [{"name": "left"}],
+        testing::small_twin({{"gain_dn = 20", "gain_dn = 20\nelectrons_per_dn = 40\nread_noise_dn = 0.5"}}));
+    testing::write_file(folder_ / "calibration.json",
+                        R"({"schema": "fringetwin-calibration/1", "devices": [{"name": "left"}],
                          "covariance": {"parameters": ["projector.r2"], "matrix": [[4e-10]]}})");
     twin_ = load_twin(folder_ / "twin.toml");
     stated_ = twin_;

@@ -21,12 +21,12 @@
 namespace fringetwin::compare::explained_test {
 namespace {
 
-using synthetic::Scene;
-using synthetic::Truth;
+using testing::SidesTruth;
+using testing::SyntheticSides;
 
 /// 12 bit, black above the clip, so that all values are usable.
-Truth deep() {
-  Truth t;
+SidesTruth deep() {
+  SidesTruth t;
   t.width = 256;
   t.height = 240;
   t.pitches_px = {13};
@@ -38,7 +38,7 @@ Truth deep() {
   return t;
 }
 
-ExplainedRow gray_of(const Scene& scene, const RenderingError& rendering = {}) {
+ExplainedRow gray_of(const SyntheticSides& scene, const RenderingError& rendering = {}) {
   std::vector<std::string> warnings;
   const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
   const GainFit fit = fit_gain(pairs.at(0), warnings);
@@ -52,9 +52,9 @@ ExplainedRow gray_of(const Scene& scene, const RenderingError& rendering = {}) {
 
 TEST(Explained, NoiseAsItIsMeasuredIsExplained) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
-    Truth t = deep();
+    SidesTruth t = deep();
     t.seed = seed;
-    const ExplainedRow row = gray_of(synthetic::make_scene(t));
+    const ExplainedRow row = gray_of(testing::make_sides(t));
     EXPECT_TRUE(row.explained);
     EXPECT_NEAR(row.chi2, 1.0, 0.05);
     EXPECT_NEAR(row.regional_chi2, 1.0, 0.15);
@@ -66,7 +66,7 @@ TEST(Explained, NoiseAsItIsMeasuredIsExplained) {
 
 TEST(Explained, NoiseBelowTheRoundingIsExplained) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
-    Truth t;
+    SidesTruth t;
     t.width = 256;
     t.height = 240;
     t.pitches_px = {13};
@@ -75,7 +75,7 @@ TEST(Explained, NoiseBelowTheRoundingIsExplained) {
     t.gain_dn = 14.0;
     t.noise_dn = 0.3;
     t.seed = seed;
-    const ExplainedRow row = gray_of(synthetic::make_scene(t));
+    const ExplainedRow row = gray_of(testing::make_sides(t));
     EXPECT_TRUE(row.explained) << row.chi2 << ' ' << row.regional_chi2;
     ASSERT_EQ(row.lines.size(), 4u);
     EXPECT_NEAR(row.lines[1].variance, 1.0 / 12.0, 1e-9);
@@ -83,14 +83,14 @@ TEST(Explained, NoiseBelowTheRoundingIsExplained) {
 }
 
 /// Three steps tell no noise: the twin's sensor model stands.
-Scene modelled(const Truth& t, double stated_dn2) {
-  Scene scene = synthetic::make_scene(t);
+SyntheticSides modelled(const SidesTruth& t, double stated_dn2) {
+  SyntheticSides scene = testing::make_sides(t);
   scene.twin.cameras[0].sensor.read_noise_dn = std::sqrt(stated_dn2);
   return scene;
 }
 
 TEST(Explained, MoreNoiseThanTheSensorModelStatesIsNot) {
-  Truth t = deep();
+  SidesTruth t = deep();
   t.steps = 3;
   const double total_dn2 = t.noise_dn * t.noise_dn + 1.0 / 12.0;
   const ExplainedRow as_stated = gray_of(modelled(t, t.noise_dn * t.noise_dn));
@@ -104,7 +104,7 @@ TEST(Explained, MoreNoiseThanTheSensorModelStatesIsNot) {
 
 TEST(Explained, WhatIsCommonToARegionIsNot) {
   // 1 % of shading over half the image: 0.2 of the noise's square, but in every step and pixel alike
-  Scene scene = synthetic::make_scene(deep());
+  SyntheticSides scene = testing::make_sides(deep());
   for (ImageF& image : scene.simulated.irradiance[0].images)
     for (int y = 0; y < image.height; ++y)
       for (int x = image.width / 2; x < image.width; ++x) image(x, y) *= 1.002F;
@@ -115,10 +115,10 @@ TEST(Explained, WhatIsCommonToARegionIsNot) {
 }
 
 TEST(Explained, TheRenderersOwnErrorIsPartOfTheBudget) {
-  Truth t = deep();
+  SidesTruth t = deep();
   t.steps = 3;
   const double missing_dn2 = 0.3 * t.noise_dn * t.noise_dn;
-  const Scene scene = modelled(t, t.noise_dn * t.noise_dn - missing_dn2);
+  const SyntheticSides scene = modelled(t, t.noise_dn * t.noise_dn - missing_dn2);
   EXPECT_FALSE(gray_of(scene).explained);
   const ExplainedRow row =
       gray_of(scene, {.gray_dn = std::sqrt(missing_dn2), .phase_rad = 0.0, .estimated = true});
@@ -127,7 +127,7 @@ TEST(Explained, TheRenderersOwnErrorIsPartOfTheBudget) {
 }
 
 TEST(Explained, RenderingErrorIsReadFromTheNoteOfItsCamera) {
-  const Scene scene = synthetic::make_scene(deep());
+  const SyntheticSides scene = testing::make_sides(deep());
   RenderNote other, own;
   other.camera = "right";
   other.gray_error = 1.0;
@@ -149,8 +149,8 @@ struct Phases {
 };
 
 Phases noisy_phases(double sigma_px, double offset_px, double noise_factor = 1.0) {
-  Truth t = deep();
-  const Scene scene = synthetic::make_scene(t);
+  SidesTruth t = deep();
+  const SyntheticSides scene = testing::make_sides(t);
   Phases out{scene.real.measurement->cameras[0].directions[0],
              scene.simulated.measurement->cameras[0].directions[0],
              {}};

@@ -138,7 +138,7 @@ TEST(Indicators, PublishedNumbersHaveSizesButNoForm) {
 TEST(Indicators, OfAWholeComparison) {
   // 0.004 and 0.013 mm of normal noise went in: 95 % of the points span 3.92 sigma, to 5 % (some 10^4
   // points).
-  const synthetic::Scene scene = synthetic::make_scene({});
+  const testing::SyntheticSides scene = testing::make_sides({});
   const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
   const Indicator* form = find(c.indicators, "sphere_form_95");
   ASSERT_NE(form, nullptr);

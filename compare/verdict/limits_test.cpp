@@ -80,7 +80,7 @@ TEST(Limits, AnUnknownNameIsAUsageErrorThatListsTheNames) {
 }
 
 TEST(Limits, DecideTheVerdict) {
-  synthetic::Scene scene = synthetic::make_scene({});
+  testing::SyntheticSides scene = testing::make_sides({});
   EXPECT_TRUE(compare(scene.twin, scene.real, scene.simulated, {}).pass);
   scene.twin.limits = {{"radius_mm", 0.001}, {"gain_r2", 0.99}};
   EXPECT_TRUE(compare(scene.twin, scene.real, scene.simulated, {}).pass);

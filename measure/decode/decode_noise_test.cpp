@@ -17,15 +17,15 @@
 namespace fringetwin::measure::decode_noise_test {
 namespace {
 
-using synthetic::compare;
-using synthetic::Errors;
-using synthetic::gray_fringes;
-using synthetic::noisy_scene;
-using synthetic::one_direction;
-using synthetic::project;
-using synthetic::projector;
-using synthetic::ramp;
-using synthetic::Scene;
+using testing::decode_errors;
+using testing::DecodeErrors;
+using testing::FringeScene;
+using testing::gray_fringes;
+using testing::noisy_scene;
+using testing::one_direction;
+using testing::project;
+using testing::projector_of_width;
+using testing::ramp;
 
 // ---- noise and sigma --------------------------------------------------------------------------------
 
@@ -50,26 +50,26 @@ TEST(DecodeNoise, SigmaPredictsTheErrorForAllModesAndSubsets) {
                          one_direction(Unwrap::hierarchical, 12, {1280, 160, 20}, {640, 80, 10}),
                          gray_fringes(12, 40, 20, code)};
   for (const Fringes& f : all) {
-    Scene scene = noisy_scene(1.5);
+    FringeScene scene = noisy_scene(1.5);
     const CameraImages images = project(f, scene);
-    DecodeOptions o = projector(1280);
+    DecodeOptions o = projector_of_width(1280);
     const CameraDecode d = decode(images, f, o);
     EXPECT_EQ(d.directions[0].noise_source, NoiseSource::residuals);
     EXPECT_NEAR(d.directions[0].noise_dn, std::sqrt(1.5 * 1.5 + 1.0 / 12.0), 0.05 * 1.5) << f.steps;
     EXPECT_NEAR(normalised_rms(d.directions[0], scene.column_px), 1.0, 0.1) << f.steps << " steps";
-    EXPECT_EQ(compare(d.directions[0], scene.column_px).n_wrong, 0u) << f.steps;
+    EXPECT_EQ(decode_errors(d.directions[0], scene.column_px).n_wrong, 0u) << f.steps;
     if (f.steps < 8) continue;
     o.use_steps = {0, 1, 3, 6};  // uneven: sigma depends on the phase
     EXPECT_NEAR(normalised_rms(decode(images, f, o).directions[0], scene.column_px), 1.0, 0.1) << "subset";
     o.use_steps = {0, 2, 4, 6};
-    EXPECT_EQ(compare(decode(images, f, o).directions[0], scene.column_px).n_wrong, 0u) << "even steps";
+    EXPECT_EQ(decode_errors(decode(images, f, o).directions[0], scene.column_px).n_wrong, 0u) << "even steps";
   }
 }
 
 TEST(DecodeNoise, KnownNoiseIsUsedAsGiven) {
   const Fringes f = one_direction(Unwrap::heterodyne, 4, {13, 14, 15}, {0, 0, 0});
-  const Scene scene = noisy_scene(2.0);
-  DecodeOptions o = projector(1280);
+  const FringeScene scene = noisy_scene(2.0);
+  DecodeOptions o = projector_of_width(1280);
   o.variance_offset_dn2 = 4.0;
   o.variance_per_dn = 0.0;
   const CameraDecode d = decode(project(f, scene), f, o);
@@ -84,14 +84,14 @@ TEST(DecodeNoise, KnownNoiseIsUsedAsGiven) {
 
 TEST(DecodeNoise, QuantisationIsTheFloor) {
   const Fringes f = one_direction(Unwrap::heterodyne, 4, {13, 14, 15}, {0, 0, 0});
-  const Scene scene = noisy_scene(0.0);
-  const CameraDecode d = decode(project(f, scene), f, projector(1280));
+  const FringeScene scene = noisy_scene(0.0);
+  const CameraDecode d = decode(project(f, scene), f, projector_of_width(1280));
   EXPECT_GE(d.directions[0].noise_dn, 0.288);
   EXPECT_LT(d.directions[0].noise_dn, 0.35);
   EXPECT_LT(normalised_rms(d.directions[0], scene.column_px), 1.2);
   EXPECT_GT(normalised_rms(d.directions[0], scene.column_px), 0.7);
   const Fringes three = one_direction(Unwrap::heterodyne, 3, {13, 14, 15}, {0, 0, 0});
-  EXPECT_EQ(decode(project(three, scene), three, projector(1280)).directions[0].noise_source,
+  EXPECT_EQ(decode(project(three, scene), three, projector_of_width(1280)).directions[0].noise_source,
             NoiseSource::quantisation);
 }
 
@@ -99,7 +99,7 @@ TEST(DecodeNoise, HarmonicsOfTheProjectorAreNotNoise) {
   // A gamma of 2 puts a strong second harmonic into the residuals; its second difference along the
   // stripes is small.
   const Fringes f = one_direction(Unwrap::hierarchical, 8, {1280, 160, 20}, {640, 80, 10});
-  Scene scene = noisy_scene(0.0);
+  FringeScene scene = noisy_scene(0.0);
   scene.quantised = false;
   scene.column_px = ramp(400, 200, 2.0, 1277.0, 10.0);
   CameraImages images = project(f, scene);
@@ -111,7 +111,7 @@ TEST(DecodeNoise, HarmonicsOfTheProjectorAreNotNoise) {
       v = static_cast<float>(std::round(210.0 * share * share + normal(random)));
     }
   images.radiance = false;
-  const CameraDecode d = decode(images, f, projector(1280));
+  const CameraDecode d = decode(images, f, projector_of_width(1280));
   EXPECT_NEAR(d.directions[0].noise_dn, std::sqrt(1.0 + 1.0 / 12.0), 0.07);
 }
 
@@ -120,16 +120,17 @@ TEST(DecodeNoise, HarmonicsOfTheProjectorAreNotNoise) {
 RC_GTEST_PROP(DecodeNoise, HeterodyneWithNoiseWithinTheTolerance, ()) {
   const int steps = *rc::gen::inRange(3, 9);
   std::vector<double> origins;
-  for (int i = 0; i < 3; ++i) origins.push_back(*fringetwin::test_tools::uniform(-2000.0, 2000.0));
-  const double scale = *fringetwin::test_tools::uniform(1.0, 3.0);
+  for (int i = 0; i < 3; ++i) origins.push_back(*fringetwin::testing::uniform(-2000.0, 2000.0));
+  const double scale = *fringetwin::testing::uniform(1.0, 3.0);
   const Fringes f = one_direction(Unwrap::heterodyne, steps, {14 * scale, 13 * scale, 15 * scale}, origins);
   const double width = std::floor(1280 * scale);
-  Scene scene;
+  FringeScene scene;
   scene.column_px = ramp(110, 9, 2.0, width - 3.0, 0.01 * width);
   // Phase sigma 0.03 rad or less: sqrt(2/N) noise / 100 DN.
-  scene.noise_dn = *fringetwin::test_tools::uniform(0.0, 3.0) * std::sqrt(steps / 2.0);
+  scene.noise_dn = *fringetwin::testing::uniform(0.0, 3.0) * std::sqrt(steps / 2.0);
   scene.seed = *rc::gen::arbitrary<unsigned>();
-  const Errors e = compare(decode(project(f, scene), f, projector(width)).directions[0], scene.column_px);
+  const DecodeErrors e =
+      decode_errors(decode(project(f, scene), f, projector_of_width(width)).directions[0], scene.column_px);
   RC_ASSERT(e.n_wrong == 0u);
   RC_ASSERT(e.n_valid >= scene.column_px.size() - 5);
 }
@@ -140,22 +141,22 @@ RC_GTEST_PROP(DecodeNoise, GrayCodeOfAnyKindWithNoise, ()) {
   code.bits = bits;
   code.lsb_first = *rc::gen::arbitrary<bool>();
   code.complementary = *rc::gen::arbitrary<bool>();
-  code.offset_periods = *fringetwin::test_tools::uniform(-1.0, 1.0);
+  code.offset_periods = *fringetwin::testing::uniform(-1.0, 1.0);
   code.threshold = *rc::gen::element(GrayCode::Threshold::mean, GrayCode::Threshold::inverse,
                                      GrayCode::Threshold::white_black);
-  const double pitch = *fringetwin::test_tools::uniform(12.0, 60.0);
-  const Fringes f = gray_fringes(steps, pitch, *fringetwin::test_tools::uniform(-900.0, 900.0), code);
+  const double pitch = *fringetwin::testing::uniform(12.0, 60.0);
+  const Fringes f = gray_fringes(steps, pitch, *fringetwin::testing::uniform(-900.0, 900.0), code);
   const double width = std::floor(pitch * std::ldexp(1.0, bits));
   // 12 camera pixels a period: the footprint is a camera pixel.
   const int w = 12 << bits;
-  Scene scene;
+  FringeScene scene;
   scene.column_px = ramp(w, 8, 0.0, width - 1.0, 0.3 * pitch);
   scene.footprint_px = pitch / 12.0;
   scene.noise_dn =
-      *fringetwin::test_tools::uniform(0.0, 2.0) * std::sqrt(steps / 2.0);  // phase sigma up to 0.02 rad
+      *fringetwin::testing::uniform(0.0, 2.0) * std::sqrt(steps / 2.0);  // phase sigma up to 0.02 rad
   scene.seed = *rc::gen::arbitrary<unsigned>();
-  const DirectionDecode d = decode(project(f, scene), f, projector(width)).directions[0];
-  const Errors e = compare(d, scene.column_px);
+  const DirectionDecode d = decode(project(f, scene), f, projector_of_width(width)).directions[0];
+  const DecodeErrors e = decode_errors(d, scene.column_px);
   RC_ASSERT(e.n_wrong == 0u);
   RC_ASSERT(d.repair.n_left == 0u);
   RC_ASSERT(e.n_valid >= scene.column_px.size() * 98 / 100);  // the borders of the projector
@@ -164,19 +165,19 @@ RC_GTEST_PROP(DecodeNoise, GrayCodeOfAnyKindWithNoise, ()) {
 TEST(DecodeNoise, ErrorsOfHardCodeEdgesAreRepairedAndCounted) {
   // Edges sharper than a pixel and phase noise: some orders are wrong before the repair.
   const Fringes f = gray_fringes(4, 40, 0, {5, false, false, 0.0, GrayCode::Threshold::mean});
-  Scene scene = noisy_scene(4.0);
+  FringeScene scene = noisy_scene(4.0);
   scene.footprint_px = 0.0;
   const CameraImages images = project(f, scene);
-  DecodeOptions o = projector(1280);
+  DecodeOptions o = projector_of_width(1280);
   o.repair_orders = false;
   const DirectionDecode raw = decode(images, f, o).directions[0];
-  const Errors before = compare(raw, scene.column_px);
+  const DecodeErrors before = decode_errors(raw, scene.column_px);
   EXPECT_GT(before.n_wrong, 50u);
   EXPECT_GT(raw.repair.n_left, 50u);
   EXPECT_EQ(raw.repair.n_changed, 0u);
   o.repair_orders = true;
   const DirectionDecode mended = decode(images, f, o).directions[0];
-  EXPECT_EQ(compare(mended, scene.column_px).n_wrong, 0u);
+  EXPECT_EQ(decode_errors(mended, scene.column_px).n_wrong, 0u);
   EXPECT_EQ(mended.repair.n_changed, before.n_wrong);
   EXPECT_EQ(mended.repair.n_left, 0u);
 }
@@ -186,9 +187,9 @@ TEST(DecodeNoise, OrdersThatNoiseMakesAGuessAreNotCalledValid) {
   // nearly all of what is valid is right.
   const Fringes f = one_direction(Unwrap::heterodyne, 4, {13, 14, 15}, {0, 0, 0});
   for (const double noise_dn : {8.0, 12.0, 25.0}) {
-    const Scene scene = noisy_scene(noise_dn);
-    const CameraDecode d = decode(project(f, scene), f, projector(1280));
-    const Errors e = compare(d.directions[0], scene.column_px);
+    const FringeScene scene = noisy_scene(noise_dn);
+    const CameraDecode d = decode(project(f, scene), f, projector_of_width(1280));
+    const DecodeErrors e = decode_errors(d.directions[0], scene.column_px);
     std::cout << "noise " << noise_dn << " DN: " << e.n_valid << " valid, " << e.n_wrong << " wrong of "
               << scene.column_px.size() << "\n";
     EXPECT_LE(e.n_wrong, e.n_valid / 25) << noise_dn;
@@ -201,7 +202,7 @@ TEST(DecodeNoise, OrdersThatNoiseMakesAGuessAreNotCalledValid) {
 TEST(DecodeNoise, FringesFinerThanThePixelsLoseTheirModulation) {
   // A pixel that covers whole periods sees no modulation; one that covers 0.9 of them little.
   const Fringes f = one_direction(Unwrap::hierarchical, 4, {1280, 160, 16}, {0, 0, 0});
-  Scene scene;
+  FringeScene scene;
   scene.column_px = ramp(200, 4, 20.0, 1200.0);
   CameraImages images = project(f, scene);
   const std::vector<PatternSpec> sequence = expand_sequence(f);
@@ -209,9 +210,9 @@ TEST(DecodeNoise, FringesFinerThanThePixelsLoseTheirModulation) {
     if (f.directions[0].pitches_px[static_cast<std::size_t>(sequence[i].pitch)] > 16.0) continue;
     for (std::size_t k = 0; k < scene.column_px.size(); ++k)
       images.images[i].data[k] = static_cast<float>(
-          std::round(10.0 + 200.0 * synthetic::bit_average(f, sequence[i], scene.column_px.data[k], 16.0)));
+          std::round(10.0 + 200.0 * testing::bit_average(f, sequence[i], scene.column_px.data[k], 16.0)));
   }
-  const CameraDecode d = decode(images, f, projector(1280));
+  const CameraDecode d = decode(images, f, projector_of_width(1280));
   for (const unsigned char flag : d.flags.data) ASSERT_EQ(flag, kLowModulation);
   for (const double x : d.directions[0].coordinate_px.data) ASSERT_TRUE(std::isnan(x));
   EXPECT_TRUE(std::isfinite(d.directions[0].wrapped_rad[0](100, 2)));
@@ -219,14 +220,14 @@ TEST(DecodeNoise, FringesFinerThanThePixelsLoseTheirModulation) {
 
 TEST(DecodeNoise, TheNumberOfThreadsChangesNoBit) {
   const Fringes f = gray_fringes(4, 40, 0, {5, false, false, 0.0, GrayCode::Threshold::mean});
-  Scene scene = noisy_scene(4.0);
+  FringeScene scene = noisy_scene(4.0);
   scene.footprint_px = 0.0;  // many repairs
   const CameraImages images = project(f, scene);
   const int before = omp_get_max_threads();
   omp_set_num_threads(1);
-  const CameraDecode one = decode(images, f, projector(1280));
+  const CameraDecode one = decode(images, f, projector_of_width(1280));
   omp_set_num_threads(3);
-  const CameraDecode three = decode(images, f, projector(1280));
+  const CameraDecode three = decode(images, f, projector_of_width(1280));
   omp_set_num_threads(before);
   EXPECT_EQ(one.flags.data, three.flags.data);
   const DirectionDecode &a = one.directions[0], &b = three.directions[0];

@@ -22,23 +22,23 @@
 namespace fringetwin::measure::decode_test {
 namespace {
 
-using synthetic::compare;
-using synthetic::Errors;
-using synthetic::gray_fringes;
-using synthetic::one_direction;
-using synthetic::project;
-using synthetic::projector;
-using synthetic::ramp;
-using synthetic::Scene;
+using testing::decode_errors;
+using testing::DecodeErrors;
+using testing::FringeScene;
+using testing::gray_fringes;
+using testing::one_direction;
+using testing::project;
+using testing::projector_of_width;
+using testing::ramp;
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
 void expect_exact(const Fringes& f, double width_px, double margin_px, const char* what) {
-  Scene scene;
+  FringeScene scene;
   scene.quantised = false;
   scene.column_px = ramp(400, 5, -0.5 + margin_px, width_px - 0.5 - margin_px, 3.0);
   const CameraDecode d = decode(project(f, scene), f, projector(width_px));
-  const Errors e = compare(d.directions[0], scene.column_px);
+  const DecodeErrors e = decode_errors(d.directions[0], scene.column_px);
   const double finest = d.directions[0].pitches_px[static_cast<std::size_t>(d.directions[0].finest)];
   EXPECT_EQ(e.n_valid, scene.column_px.size()) << what;
   EXPECT_EQ(e.n_wrong, 0u) << what;
@@ -70,12 +70,12 @@ TEST(Decode, GrayCodeOnlyGivesTheCentreOfTheWord) {
     Fringes f = gray_fringes(0, 1, -0.5, {10, lsb_first, false, 0.0, GrayCode::Threshold::inverse});
     f.directions.push_back(f.directions[0]);
     f.directions[1].axis = Axis::y;
-    Scene scene;
+    FringeScene scene;
     scene.footprint_px = 0.2;
     scene.column_px = ramp(1024, 8, 0.0, 1023.0);
     scene.row_px = ImageD(1024, 8);
     for (std::size_t i = 0; i < scene.row_px.size(); ++i) scene.row_px.data[i] = static_cast<double>(i % 768);
-    DecodeOptions o = projector(1024);
+    DecodeOptions o = projector_of_width(1024);
     o.projector_height_px = 768;
     const CameraDecode d = decode(project(f, scene), f, o);
     for (std::size_t i = 0; i < scene.row_px.size(); ++i) {
@@ -92,12 +92,12 @@ TEST(Decode, GrayCodeOnlyGivesTheCentreOfTheWord) {
 
 TEST(Decode, GrayCodeOnlyMarksDarkPixelsAndUncertainBits) {
   const Fringes f = gray_fringes(0, 8, 0.0, {5, false, false, 0.0, GrayCode::Threshold::white_black});
-  Scene scene;
+  FringeScene scene;
   scene.column_px = ramp(256, 4, 0.0, 255.0);
   scene.albedo = ImageF(256, 4, 1.0f);
   scene.albedo(7, 1) = 0.04f;    // amplitude 4 DN
   scene.column_px(9, 2) = 64.0;  // an edge halves the pixel
-  const CameraDecode d = decode(project(f, scene), f, projector(256));
+  const CameraDecode d = decode(project(f, scene), f, projector_of_width(256));
   EXPECT_EQ(d.flags(7, 1), kLowModulation);
   EXPECT_EQ(d.flags(9, 2), kOrderInvalid);
   EXPECT_TRUE(std::isnan(d.directions[0].coordinate_px(7, 1)));
@@ -107,26 +107,26 @@ TEST(Decode, GrayCodeOnlyMarksDarkPixelsAndUncertainBits) {
 
 TEST(Decode, SaturatedPixelsAreMasked) {
   const Fringes f = one_direction(Unwrap::heterodyne, 4, {13, 14, 15}, {0, 0, 0});
-  Scene scene;
+  FringeScene scene;
   scene.column_px = ramp(300, 4, 0.0, 1279.0);
   CameraImages images = project(f, scene);
   images.images[5](10, 1) = 255.0f;  // one step of one pitch is enough
   images.images[5](11, 1) = 254.0f;
-  const CameraDecode d = decode(images, f, projector(1280));
+  const CameraDecode d = decode(images, f, projector_of_width(1280));
   EXPECT_EQ(d.flags(10, 1), kSaturated);
   EXPECT_TRUE(std::isnan(d.directions[0].wrapped_rad[1](10, 1)));
   EXPECT_TRUE(std::isfinite(d.directions[0].wrapped_rad[0](10, 1)));
   EXPECT_TRUE(std::isnan(d.directions[0].coordinate_px(10, 1)));
   EXPECT_NE(d.flags(11, 1) & kSaturated, kSaturated);
 
-  DecodeOptions o = projector(1280);
+  DecodeOptions o = projector_of_width(1280);
   o.use_steps = {0, 2, 3};  // without the step that saturates
   EXPECT_EQ(decode(images, f, o).flags(10, 1) & kSaturated, 0);
 }
 
 TEST(Decode, TwelveBitSaturation) {
   const Fringes f = one_direction(Unwrap::none, 4, {13}, {0});
-  Scene scene;
+  FringeScene scene;
   scene.column_px = ramp(64, 2, 0.0, 63.0);
   CameraImages images = project(f, scene);
   images.bit_depth = 12;
@@ -139,7 +139,7 @@ TEST(Decode, TwelveBitSaturation) {
 
 TEST(Decode, LowModulationIsMaskedAtTheThreshold) {
   const Fringes f = one_direction(Unwrap::hierarchical, 4, {400, 20}, {0, 0});
-  Scene scene;
+  FringeScene scene;
   scene.column_px = ramp(101, 3, 0.0, 399.0);
   scene.albedo = ImageF(101, 3);
   for (int y = 0; y < 3; ++y)
@@ -156,7 +156,7 @@ TEST(Decode, LowModulationIsMaskedAtTheThreshold) {
 
 TEST(Decode, RadianceThresholdFollowsTheImages) {
   const Fringes f = one_direction(Unwrap::hierarchical, 4, {400, 20}, {0, 0});
-  Scene scene;
+  FringeScene scene;
   scene.quantised = false;
   scene.black_dn = 0.0;
   scene.white_dn = 3e-4;  // far below any DN
@@ -165,21 +165,21 @@ TEST(Decode, RadianceThresholdFollowsTheImages) {
   scene.albedo(4, 1) = 0.0f;
   scene.albedo(5, 1) = 5e-4f;
   scene.albedo(6, 1) = 2e-3f;
-  const CameraDecode d = decode(project(f, scene), f, projector(400));
+  const CameraDecode d = decode(project(f, scene), f, projector_of_width(400));
   EXPECT_EQ(d.flags(4, 1), kLowModulation);
   EXPECT_EQ(d.flags(5, 1), kLowModulation);
   EXPECT_EQ(d.flags(6, 1), kValid);
-  EXPECT_EQ(compare(d.directions[0], scene.column_px).n_wrong, 0u);
+  EXPECT_EQ(decode_errors(d.directions[0], scene.column_px).n_wrong, 0u);
 }
 
 TEST(Decode, NotANumberInARadianceImageIsInvalid) {
   const Fringes f = one_direction(Unwrap::heterodyne, 4, {13, 14, 15}, {0, 0, 0});
-  Scene scene;
+  FringeScene scene;
   scene.quantised = false;
   scene.column_px = ramp(100, 4, 0.0, 1279.0);
   CameraImages images = project(f, scene);
   images.images[2](7, 1) = std::numeric_limits<float>::quiet_NaN();
-  const CameraDecode d = decode(images, f, projector(1280));
+  const CameraDecode d = decode(images, f, projector_of_width(1280));
   EXPECT_NE(d.flags(7, 1), kValid);
   EXPECT_TRUE(std::isnan(d.directions[0].coordinate_px(7, 1)));
   EXPECT_EQ(d.flags(8, 1), kValid);
@@ -189,10 +189,10 @@ TEST(Decode, OutsideTheProjectorIsInvalid) {
   // Coordinates beyond the border can be decoded as long as the code reaches there; they are no light
   // of this projector.
   const Fringes f = one_direction(Unwrap::heterodyne, 4, {13, 14, 15}, {0, 0, 0});
-  Scene scene;
+  FringeScene scene;
   scene.quantised = false;
   scene.column_px = ramp(200, 2, -4.0, 1283.0);
-  const CameraDecode d = decode(project(f, scene), f, projector(1280));
+  const CameraDecode d = decode(project(f, scene), f, projector_of_width(1280));
   for (int x = 0; x < 200; ++x) {
     const double truth = scene.column_px(x, 0);
     const bool inside = truth >= -0.5 && truth < 1279.5;
@@ -205,7 +205,7 @@ TEST(Decode, OutsideTheProjectorIsInvalid) {
 
 TEST(Decode, WithoutUnwrappingTheWrappedPhaseRemains) {
   const Fringes f = one_direction(Unwrap::none, 5, {20, 30}, {3, 4});
-  Scene scene;
+  FringeScene scene;
   scene.quantised = false;
   scene.column_px = ramp(100, 3, -50.0, 50.0);
   const CameraDecode d = decode(project(f, scene), f, {});
@@ -234,7 +234,7 @@ std::string refusal(const CameraImages& images, const Fringes& f, const DecodeOp
 
 TEST(Decode, RefusesWhatDoesNotFit) {
   const Fringes f = one_direction(Unwrap::heterodyne, 4, {13, 14, 15}, {0, 0, 0});
-  Scene scene;
+  FringeScene scene;
   scene.column_px = ramp(20, 2, 0.0, 100.0);
   const CameraImages good = project(f, scene);
 
@@ -254,7 +254,7 @@ TEST(Decode, RefusesWhatDoesNotFit) {
   EXPECT_NE(refusal(good, f, o, ExitCode::usage), "");
   o.use_steps = {0, 1, 4};
   EXPECT_NE(refusal(good, f, o, ExitCode::usage), "");
-  EXPECT_NE(refusal(good, f, projector(1920), ExitCode::usage).find("1365"), std::string::npos);
+  EXPECT_NE(refusal(good, f, projector_of_width(1920), ExitCode::usage).find("1365"), std::string::npos);
 
   const Fringes wb = gray_fringes(4, 20, 0, {4, false, false, 0.0, GrayCode::Threshold::white_black});
   images = project(wb, scene);

@@ -18,7 +18,7 @@ constexpr double kPeriod = 60.0;
 const OrderRepairOptions kOptions{kPeriod, 2, 0.25, 0.55, 8, 4, 0.0, {}};
 
 TEST(OrderRepair, ScatteredErrorsAreMendedAndCounted) {
-  const ImageD truth = synthetic::ramp(200, 150, 0.0, 900.0, 30.0);
+  const ImageD truth = testing::ramp(200, 150, 0.0, 900.0, 30.0);
   ImageD x = truth;
   std::mt19937 random(5);
   std::uint64_t wrong = 0;
@@ -35,7 +35,7 @@ TEST(OrderRepair, ScatteredErrorsAreMendedAndCounted) {
 }
 
 TEST(OrderRepair, StripesAlongAWrapUpToTwoPixelsWide) {
-  const ImageD truth = synthetic::ramp(200, 100, 0.0, 1000.0);
+  const ImageD truth = testing::ramp(200, 100, 0.0, 1000.0);
   for (const int wide : {1, 2}) {
     ImageD x = truth;
     for (int y = 0; y < x.height; ++y)
@@ -49,14 +49,14 @@ TEST(OrderRepair, StripesAlongAWrapUpToTwoPixelsWide) {
 TEST(OrderRepair, DepthStepsStay) {
   // Straight steps of any height, whole periods included, and a thin wire that is no whole period off.
   for (const double step : {0.4, 0.6, 1.0, 1.5, 2.0, 3.3}) {
-    ImageD truth = synthetic::ramp(120, 80, 0.0, 500.0, 20.0);
+    ImageD truth = testing::ramp(120, 80, 0.0, 500.0, 20.0);
     for (int y = 0; y < truth.height; ++y)
       for (int x = 60; x < truth.width; ++x) truth(x, y) += step * kPeriod;
     ImageD x = truth;
     EXPECT_EQ(repair_orders(x, kOptions).n_changed, 0u) << step;
     EXPECT_EQ(x.data, truth.data);
   }
-  ImageD wire = synthetic::ramp(120, 80, 0.0, 500.0);
+  ImageD wire = testing::ramp(120, 80, 0.0, 500.0);
   for (int y = 0; y < wire.height; ++y) wire(50, y) += 1.4 * kPeriod;
   ImageD x = wire;
   EXPECT_EQ(repair_orders(x, kOptions).n_changed, 0u);
@@ -64,7 +64,7 @@ TEST(OrderRepair, DepthStepsStay) {
 }
 
 TEST(OrderRepair, JumpsThatCannotBeMendedAreCounted) {
-  ImageD x = synthetic::ramp(100, 50, 0.0, 400.0);
+  ImageD x = testing::ramp(100, 50, 0.0, 400.0);
   for (int y = 0; y < 50; ++y)
     for (int u = 40; u < 100; ++u) x(u, y) += kPeriod;  // half the map: nobody knows which half
   const OrderRepair r = repair_orders(x, kOptions);
@@ -74,7 +74,7 @@ TEST(OrderRepair, JumpsThatCannotBeMendedAreCounted) {
 
 TEST(OrderRepair, HolesAndBordersAreNoNeighbours) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  ImageD x = synthetic::ramp(60, 60, 0.0, 200.0);
+  ImageD x = testing::ramp(60, 60, 0.0, 200.0);
   for (int y = 20; y < 40; ++y)
     for (int u = 20; u < 40; ++u) x(u, y) = nan;
   const double corner = x(0, 0), beside_hole = x(19, 30), lonely = x(30, 30);
@@ -92,7 +92,7 @@ TEST(OrderRepair, HolesAndBordersAreNoNeighbours) {
 
 TEST(OrderRepair, ACyclicCodeMayLeadAcrossItsEnds) {
   // Word 31 of 32 read one period too high came out at the projector's other border.
-  ImageD x = synthetic::ramp(40, 40, 1700.0, 1919.0);
+  ImageD x = testing::ramp(40, 40, 1700.0, 1919.0);
   const double truth = x(38, 20);
   x(38, 20) += kPeriod - 32 * kPeriod;
   ImageD linear = x;
@@ -104,7 +104,7 @@ TEST(OrderRepair, ACyclicCodeMayLeadAcrossItsEnds) {
 }
 
 TEST(OrderRepair, ResolverHasTheLastWord) {
-  ImageD x = synthetic::ramp(40, 40, 0.0, 100.0);
+  ImageD x = testing::ramp(40, 40, 0.0, 100.0);
   const double truth = x(20, 20);
   x(20, 20) += kPeriod;
   OrderRepairOptions o = kOptions;
@@ -118,7 +118,7 @@ TEST(OrderRepair, ResolverHasTheLastWord) {
 RC_GTEST_PROP(OrderRepair, OnlyWholePeriodsNearTheMajority, ()) {
   std::mt19937 random(*rc::gen::arbitrary<unsigned>());
   std::uniform_real_distribution<double> jump(-2.0, 2.0), noise(-0.05, 0.05);
-  ImageD x = synthetic::ramp(60, 30, 0.0, 300.0);
+  ImageD x = testing::ramp(60, 30, 0.0, 300.0);
   for (double& v : x.data) v += kPeriod * (noise(random) + (random() % 10 == 0 ? jump(random) : 0.0));
   const ImageD before = x;
   const OrderRepair r = repair_orders(x, kOptions);

@@ -23,16 +23,16 @@ TEST(PhaseExr, ChannelNamesPrintThePitchShortest) {
 }
 
 TEST(PhaseExr, TwoDirectionsRoundTrip) {
-  Fringes f = synthetic::one_direction(Unwrap::heterodyne, 4, {13, 14, 15}, {0, 0, 0});
+  Fringes f = testing::one_direction(Unwrap::heterodyne, 4, {13, 14, 15}, {0, 0, 0});
   f.directions.push_back(f.directions[0]);
   f.directions[1].axis = Axis::y;
   f.directions[1].pitches_px = {13.5, 14.5, 15.5};
-  synthetic::Scene scene;
-  scene.column_px = synthetic::ramp(40, 30, 10.0, 400.0);
-  scene.row_px = synthetic::ramp(40, 30, 100.0, 300.0, 50.0);
+  testing::FringeScene scene;
+  scene.column_px = testing::ramp(40, 30, 10.0, 400.0);
+  scene.row_px = testing::ramp(40, 30, 100.0, 300.0, 50.0);
   scene.albedo = ImageF(40, 30, 1.0f);
   scene.albedo(3, 4) = 0.0f;  // unlit pixel
-  CameraDecode decoded = decode(synthetic::project(f, scene), f, {});
+  CameraDecode decoded = decode(testing::project(f, scene), f, {});
   decoded.camera = "left eye";
   const auto dir = std::filesystem::temp_directory_path() / "fringetwin_phase_exr_test";
   std::filesystem::create_directories(dir);
@@ -56,10 +56,10 @@ TEST(PhaseExr, TwoDirectionsRoundTrip) {
 }
 
 TEST(PhaseExr, WithoutUnwrappingThereIsNoCoordinate) {
-  const Fringes f = synthetic::one_direction(Unwrap::none, 4, {20}, {0});
-  synthetic::Scene scene;
-  scene.column_px = synthetic::ramp(16, 8, 0.0, 100.0);
-  const auto channels = phase_channels(decode(synthetic::project(f, scene), f, {}));
+  const Fringes f = testing::one_direction(Unwrap::none, 4, {20}, {0});
+  testing::FringeScene scene;
+  scene.column_px = testing::ramp(16, 8, 0.0, 100.0);
+  const auto channels = phase_channels(decode(testing::project(f, scene), f, {}));
   ASSERT_EQ(channels.size(), 4u);
   EXPECT_EQ(channels[0].first, "wrapped_x_20");
   EXPECT_TRUE(std::isfinite(channels[3].second(5, 5)));  // sigma_rad

@@ -19,7 +19,7 @@
 namespace fringetwin::measure::closest_point_test {
 namespace {
 
-using namespace test_tools;
+using namespace testing;
 
 /// Distance to a segment or the triangle's inside, by a different route than the code under test: project to
 /// the plane, barycentric test by areas, else the nearest of three segments.

@@ -25,7 +25,7 @@
 namespace fringetwin::measure::fit_coverage_test {
 namespace {
 
-using namespace test_tools;
+using namespace testing;
 
 /// Scores of many draws: (estimate - truth) / sigma.
 struct Scores {
@@ -153,7 +153,7 @@ CameraImages expose(const Twin& twin, std::size_t camera, const SphereShape& sph
   MapOptions options;
   options.shadows = true;
   const CameraDecode truth =
-      ideal_decode(twin, camera, sphere_scene(sphere.center_mm, sphere.radius_mm), options);
+      ideal_decode(twin, camera, sphere_surface(sphere.center_mm, sphere.radius_mm), options);
   std::normal_distribution<double> normal;
   CameraImages images;
   images.camera = twin.cameras[camera].name;
@@ -176,7 +176,7 @@ TEST(FitCoverage, ThroughTheWholeChainOnEightBitImages) {
     std::uniform_real_distribution<double> place(-0.3, 0.3);
     Scores scores;
     for (int draw = 0; draw < 20; ++draw) {
-      Twin twin = paper_rig(0.4);
+      Twin twin = scaled_paper_rig(0.4);
       const SphereShape truth{{place(random), place(random), 250 + place(random)}, 8.0};
       twin.objects = {{"ball", SphereShape{{0, 0, 250}, 8.0}, {}}};
       twin.measure.fits = {{"ball", 2.0}};

@@ -16,7 +16,7 @@
 namespace fringetwin::measure::object_fits_test {
 namespace {
 
-using namespace test_tools;
+using namespace testing;
 
 Object named(const std::string& name, Shape shape) { return {name, std::move(shape), {}}; }
 
@@ -46,12 +46,13 @@ TEST(SurfaceDistance, ClosedForms) {
 }
 
 struct Bench {
-  Twin twin = paper_rig(0.25);
+  Twin twin = scaled_paper_rig(0.25);
   PointCloud cloud;
 
   Bench() {
-    const Scene scene = nearest({sphere_scene({-20, 0, 240}, 10), cylinder_scene({20, 0, 250}, {0, 1, 0}, 8),
-                                 plane_scene({0, 0, 290}, Eigen::Vector3d(0.1, 0, -1).normalized())});
+    const RaySurface scene =
+        nearest({sphere_surface({-20, 0, 240}, 10), cylinder_surface({20, 0, 250}, {0, 1, 0}, 8),
+                 plane_surface({0, 0, 290}, Eigen::Vector3d(0.1, 0, -1).normalized())});
     cloud = triangulate_projector(twin, 0, ideal_decode(twin, 0, scene));
     PlaneShape wall;
     wall.point_mm = {0.5, 0, 290.3};

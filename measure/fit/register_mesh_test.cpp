@@ -18,7 +18,7 @@
 namespace fringetwin::measure::register_mesh_test {
 namespace {
 
-using namespace test_tools;
+using namespace testing;
 
 Pose small_pose(double degrees, double mm, unsigned seed) {
   std::mt19937_64 random(seed);

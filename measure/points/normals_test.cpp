@@ -12,18 +12,18 @@
 namespace fringetwin::measure::normals_test {
 namespace {
 
-using namespace test_tools;
+using namespace testing;
 
 TEST(Normals, PlanesAndSpheres) {
-  const Twin twin = paper_rig(0.5);
+  const Twin twin = scaled_paper_rig(0.5);
   const Eigen::Vector3d n = Eigen::Vector3d(0.4, -0.2, -1).normalized();
-  PointCloud plane = triangulate_projector(twin, 0, ideal_decode(twin, 0, plane_scene({0, 0, 260}, n)));
+  PointCloud plane = triangulate_projector(twin, 0, ideal_decode(twin, 0, plane_surface({0, 0, 260}, n)));
   estimate_normals(plane, 720, 540, {0, 0, 0});
   for (const Eigen::Vector3f& normal : plane.normal_world)
     ASSERT_LT((normal.cast<double>() - n).norm(), 1e-6);
 
   const Eigen::Vector3d center(0, 0, 260);
-  PointCloud ball = triangulate_projector(twin, 0, ideal_decode(twin, 0, sphere_scene(center, 30)));
+  PointCloud ball = triangulate_projector(twin, 0, ideal_decode(twin, 0, sphere_surface(center, 30)));
   estimate_normals(ball, 720, 540, {0, 0, 0});
   std::size_t checked = 0;
   for (std::size_t i = 0; i < ball.size(); ++i) {
@@ -36,8 +36,8 @@ TEST(Normals, PlanesAndSpheres) {
 }
 
 TEST(Normals, StepsDoNotBendThemAndLonelyPointsHaveNone) {
-  const Twin twin = paper_rig(0.25);
-  const Scene scene = nearest({sphere_scene({0, 0, 200}, 8), plane_scene({0, 0, 280}, {0, 0, -1})});
+  const Twin twin = scaled_paper_rig(0.25);
+  const RaySurface scene = nearest({sphere_surface({0, 0, 200}, 8), plane_surface({0, 0, 280}, {0, 0, -1})});
   PointCloud cloud = triangulate_projector(twin, 0, ideal_decode(twin, 0, scene));
   const std::size_t n = cloud.size();
   cloud.p_world_mm.push_back({0, 0, 250});  // alone, outside the lit area
@@ -53,9 +53,9 @@ TEST(Normals, StepsDoNotBendThemAndLonelyPointsHaveNone) {
 }
 
 TEST(Normals, FaceTheViewer) {
-  const Twin twin = paper_rig(0.1);
+  const Twin twin = scaled_paper_rig(0.1);
   PointCloud cloud =
-      triangulate_projector(twin, 0, ideal_decode(twin, 0, plane_scene({0, 0, 260}, {0, 0, 1})));
+      triangulate_projector(twin, 0, ideal_decode(twin, 0, plane_surface({0, 0, 260}, {0, 0, 1})));
   estimate_normals(cloud, 144, 108, {0, 0, 1000});  // seen from behind
   for (const Eigen::Vector3f& normal : cloud.normal_world) ASSERT_GT(normal.z(), 0.99f);
 }

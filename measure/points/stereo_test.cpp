@@ -20,14 +20,14 @@
 namespace fringetwin::measure::stereo_test {
 namespace {
 
-using namespace test_tools;
+using namespace testing;
 
 struct Errors {
   double rms_mm = 0.0, largest_mm = 0.0;
 };
 
 /// Against the surface point that the pixel really sees.
-Errors point_errors(const Twin& twin, const PointCloud& cloud, const Scene& scene) {
+Errors point_errors(const Twin& twin, const PointCloud& cloud, const RaySurface& scene) {
   Errors e;
   double sum = 0.0;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
@@ -41,7 +41,7 @@ Errors point_errors(const Twin& twin, const PointCloud& cloud, const Scene& scen
   return e;
 }
 
-PointCloud run(const Twin& twin, const Scene& scene, const MapOptions& options,
+PointCloud run(const Twin& twin, const RaySurface& scene, const MapOptions& options,
                TriangulationSummary* summary) {
   MapOptions right = options;
   right.seed = options.seed + 1000;
@@ -50,8 +50,8 @@ PointCloud run(const Twin& twin, const Scene& scene, const MapOptions& options,
 }
 
 TEST(Stereo, PlaneIsExact) {
-  const Twin twin = paper_rig(0.5);
-  const Scene scene = plane_scene({0, 0, 260}, Eigen::Vector3d(0.1, 0.05, -1).normalized());
+  const Twin twin = scaled_paper_rig(0.5);
+  const RaySurface scene = plane_surface({0, 0, 260}, Eigen::Vector3d(0.1, 0.05, -1).normalized());
   const CameraDecode left = ideal_decode(twin, 0, scene), right = ideal_decode(twin, 1, scene);
   TriangulationSummary summary;
   const auto start = std::chrono::steady_clock::now();
@@ -71,13 +71,13 @@ TEST(Stereo, PlaneIsExact) {
 }
 
 TEST(Stereo, SpheresFitToInterpolationError) {
-  const Twin twin = paper_rig();
+  const Twin twin = scaled_paper_rig();
   struct Case {
     Eigen::Vector3d center_mm;
     double radius_mm;
   };
   for (const Case& c : {Case{{0, 0, 250}, 5.0}, Case{{6.567, -5.497, 270.634}, 19.065}}) {
-    const Scene scene = sphere_scene(c.center_mm, c.radius_mm);
+    const RaySurface scene = sphere_surface(c.center_mm, c.radius_mm);
     MapOptions options;
     options.shadows = true;
     TriangulationSummary summary;
@@ -102,8 +102,8 @@ TEST(Stereo, SpheresFitToInterpolationError) {
 }
 
 TEST(Stereo, PredictedSigmaIsTheScatter) {
-  const Twin twin = paper_rig(0.25);
-  const Scene scene = plane_scene({0, 0, 260}, Eigen::Vector3d(0.1, 0.05, -1).normalized());
+  const Twin twin = scaled_paper_rig(0.25);
+  const RaySurface scene = plane_surface({0, 0, 260}, Eigen::Vector3d(0.1, 0.05, -1).normalized());
   MapOptions options;
   options.noise_px = 0.02;
   const PointCloud cloud = run(twin, scene, options, nullptr);
@@ -124,9 +124,9 @@ TEST(Stereo, PredictedSigmaIsTheScatter) {
 }
 
 TEST(Stereo, NothingIsInventedAtDepthSteps) {
-  const Twin twin = paper_rig(0.5);
+  const Twin twin = scaled_paper_rig(0.5);
   // a ball in front of a wall: shadows, occlusions in both cameras, columns that occur twice on a line
-  const Scene scene = nearest({sphere_scene({0, 0, 250}, 12), plane_scene({0, 0, 300}, {0, 0, -1})});
+  const RaySurface scene = nearest({sphere_surface({0, 0, 250}, 12), plane_surface({0, 0, 300}, {0, 0, -1})});
   for (const bool projector_known : {true, false}) {
     MapOptions options;
     options.shadows = true;
@@ -157,8 +157,8 @@ TEST(Stereo, NothingIsInventedAtDepthSteps) {
 }
 
 TEST(Stereo, TwoDirectionsAndTheRightOneForTheBaseline) {
-  Twin twin = paper_rig(0.25);
-  const Scene scene = sphere_scene({0, 0, 260}, 15);
+  Twin twin = scaled_paper_rig(0.25);
+  const RaySurface scene = sphere_surface({0, 0, 260}, 15);
   for (const auto& axes : {std::vector<Axis>{Axis::x, Axis::y}, {Axis::y, Axis::x}}) {
     MapOptions options;
     options.axes = axes;
@@ -180,10 +180,10 @@ TEST(Stereo, TwoDirectionsAndTheRightOneForTheBaseline) {
 }
 
 TEST(Stereo, ThreadsChangeNoBit) {
-  const Twin twin = paper_rig(0.25);
+  const Twin twin = scaled_paper_rig(0.25);
   MapOptions options;
   options.noise_px = 0.02;
-  const Scene scene = nearest({sphere_scene({0, 0, 250}, 12), plane_scene({0, 0, 300}, {0, 0, -1})});
+  const RaySurface scene = nearest({sphere_surface({0, 0, 250}, 12), plane_surface({0, 0, 300}, {0, 0, -1})});
   const int threads = omp_get_max_threads();
   omp_set_num_threads(1);
   const PointCloud one = run(twin, scene, options, nullptr);
@@ -195,8 +195,8 @@ TEST(Stereo, ThreadsChangeNoBit) {
 }
 
 TEST(Stereo, EmptyMapsGiveNoPointAndBadRigsAreRefused) {
-  Twin twin = paper_rig(0.1);
-  const Scene nothing = [](const Eigen::Vector3d&, const Eigen::Vector3d&) {
+  Twin twin = scaled_paper_rig(0.1);
+  const RaySurface nothing = [](const Eigen::Vector3d&, const Eigen::Vector3d&) {
     return std::optional<double>();
   };
   const CameraDecode empty0 = ideal_decode(twin, 0, nothing), empty1 = ideal_decode(twin, 1, nothing);

@@ -14,9 +14,9 @@
 namespace fringetwin::measure::triangulate_projector_test {
 namespace {
 
-using namespace test_tools;
+using namespace testing;
 
-double largest_error(const Twin& twin, std::size_t camera, const PointCloud& cloud, const Scene& scene) {
+double largest_error(const Twin& twin, std::size_t camera, const PointCloud& cloud, const RaySurface& scene) {
   double largest = 0.0;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const auto truth = true_point(twin, camera, cloud.q_cam_px[i].cast<double>(), scene);
@@ -26,11 +26,12 @@ double largest_error(const Twin& twin, std::size_t camera, const PointCloud& clo
 }
 
 TEST(ProjectorTriangulation, ExactForEveryShapeAndDirection) {
-  const Twin twin = paper_rig(0.25);
-  const Scene scenes[] = {
-      plane_scene({0, 0, 260}, Eigen::Vector3d(0.3, 0.1, -1).normalized()), sphere_scene({3, -2, 255}, 12),
-      nearest({cylinder_scene({0, 0, 260}, {0, 1, 0}, 8), plane_scene({0, 0, 300}, {0, 0, -1})})};
-  for (const Scene& scene : scenes)
+  const Twin twin = scaled_paper_rig(0.25);
+  const RaySurface scenes[] = {
+      plane_surface({0, 0, 260}, Eigen::Vector3d(0.3, 0.1, -1).normalized()),
+      sphere_surface({3, -2, 255}, 12),
+      nearest({cylinder_surface({0, 0, 260}, {0, 1, 0}, 8), plane_surface({0, 0, 300}, {0, 0, -1})})};
+  for (const RaySurface& scene : scenes)
     for (const std::size_t camera : {std::size_t{0}, std::size_t{1}})
       for (const auto& axes : {std::vector<Axis>{Axis::x}, {Axis::x, Axis::y}}) {
         MapOptions options;
@@ -46,8 +47,8 @@ TEST(ProjectorTriangulation, ExactForEveryShapeAndDirection) {
 }
 
 TEST(ProjectorTriangulation, PredictedSigmaIsTheScatter) {
-  const Twin twin = paper_rig(0.25);
-  const Scene scene = plane_scene({0, 0, 260}, Eigen::Vector3d(0.1, 0.05, -1).normalized());
+  const Twin twin = scaled_paper_rig(0.25);
+  const RaySurface scene = plane_surface({0, 0, 260}, Eigen::Vector3d(0.1, 0.05, -1).normalized());
   for (const auto& axes : {std::vector<Axis>{Axis::x}, {Axis::x, Axis::y}}) {
     MapOptions options;
     options.noise_px = 0.05;
@@ -66,8 +67,8 @@ TEST(ProjectorTriangulation, PredictedSigmaIsTheScatter) {
 }
 
 TEST(ProjectorTriangulation, WrongOrdersAreAbsurdAndRejected) {
-  const Twin twin = paper_rig(0.1);
-  const Scene scene = plane_scene({0, 0, 260}, {0, 0, -1});
+  const Twin twin = scaled_paper_rig(0.1);
+  const RaySurface scene = plane_surface({0, 0, 260}, {0, 0, -1});
   CameraDecode decode = ideal_decode(twin, 0, scene);
   // columns whose sheet of light the ray meets behind the camera or far outside the projector's rows
   for (double& c : decode.directions[0].coordinate_px.data) c += 20000.0;

@@ -6,7 +6,7 @@
 #include <set>
 #include <vector>
 
-namespace fringetwin::test::sobol_test {
+namespace fringetwin::testing::sobol_test {
 namespace {
 using namespace fringetwin::render;
 
@@ -41,4 +41,4 @@ TEST(Sobol, EveryDimensionIsStratified) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::sobol_test
+}  // namespace fringetwin::testing::sobol_test

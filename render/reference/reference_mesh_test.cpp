@@ -25,7 +25,8 @@ using Eigen::Vector3d;
 constexpr double far_mm = 1e9;
 
 std::shared_ptr<const Mesh> bumpy(int subdivisions, double radius_mm = 35.0) {
-  return std::make_shared<Mesh>(test::make_bumpy_icosphere(subdivisions, radius_mm, test::default_bumps()));
+  return std::make_shared<Mesh>(
+      testing::make_bumpy_icosphere(subdivisions, radius_mm, testing::default_bumps()));
 }
 /// A square of 2 x 2 triangles in z = 0, side 2 * half, x to the right, y down, facing -z.
 std::shared_ptr<Mesh> square(float half) {
@@ -63,7 +64,7 @@ TEST(Freeform, EightyOneThousandTrianglesOnTheTrueSurface) {
   EXPECT_NEAR(std::cbrt(volume * 3 / 4 / M_PI), 35.0, 2.0);
   for (const auto& v : mesh->vertices_mm) {
     const Vector3d p = v.cast<double>();
-    EXPECT_NEAR(p.norm(), test::bumpy_radius(35.0, test::default_bumps(), p.normalized()), 1e-5);
+    EXPECT_NEAR(p.norm(), testing::bumpy_radius(35.0, testing::default_bumps(), p.normalized()), 1e-5);
   }
 }
 
@@ -130,12 +131,12 @@ TEST(ReferenceMeshTest, TheSkippedTriangleDoesNotShade) {
 }
 
 TEST(ReferenceMeshTest, ASquareOfTrianglesIsTheAnalyticRectangle) {
-  PlaneShape plane = test::frontal_plane(280.0);
+  PlaneShape plane = testing::frontal_plane(280.0);
   plane.size_mm = Vector2d(40.0, 40.0);
-  const Twin rig = test::crop_around(test::paper_rig(), {0, 0, 280}, 420, 420);
-  const Reference analytic(test::with_object(rig, "plane", plane));
-  const Reference meshed(test::with_object(rig, "square", mesh_shape(square(20), {0, 0, 280})));
-  const Reference smooth(test::with_object(rig, "square", mesh_shape(square(20), {0, 0, 280}, true)));
+  const Twin rig = testing::crop_around(testing::paper_rig(), {0, 0, 280}, 420, 420);
+  const Reference analytic(testing::with_object(rig, "plane", plane));
+  const Reference meshed(testing::with_object(rig, "square", mesh_shape(square(20), {0, 0, 280})));
+  const Reference smooth(testing::with_object(rig, "square", mesh_shape(square(20), {0, 0, 280}, true)));
   int hits = 0;
   for (double x = 0; x < 420; x += 11.3)
     for (double y = 0; y < 420; y += 12.7)
@@ -155,11 +156,11 @@ TEST(ReferenceMeshTest, ASquareOfTrianglesIsTheAnalyticRectangle) {
 // Vertices of an icosphere have the sphere's normals: smooth shading comes near the true sphere's
 // light, facets do not.
 TEST(ReferenceMeshTest, SmoothNormalsApproachTheSphere) {
-  const auto mesh = std::make_shared<Mesh>(test::make_bumpy_icosphere(4, 20.0, {}));
-  const Twin rig = test::crop_around(test::paper_rig(), {0, 0, 270}, 200, 200);
-  const Reference sphere(test::with_object(rig, "s", SphereShape{{0, 0, 270}, 20.0}));
-  const Reference facets(test::with_object(rig, "s", mesh_shape(mesh, {0, 0, 270}, false)));
-  const Reference smooth(test::with_object(rig, "s", mesh_shape(mesh, {0, 0, 270}, true)));
+  const auto mesh = std::make_shared<Mesh>(testing::make_bumpy_icosphere(4, 20.0, {}));
+  const Twin rig = testing::crop_around(testing::paper_rig(), {0, 0, 270}, 200, 200);
+  const Reference sphere(testing::with_object(rig, "s", SphereShape{{0, 0, 270}, 20.0}));
+  const Reference facets(testing::with_object(rig, "s", mesh_shape(mesh, {0, 0, 270}, false)));
+  const Reference smooth(testing::with_object(rig, "s", mesh_shape(mesh, {0, 0, 270}, true)));
   double facet_error = 0.0, smooth_error = 0.0;
   for (double x = 20; x < 180; x += 7.1)
     for (double y = 20; y < 180; y += 6.3) {
@@ -174,9 +175,9 @@ TEST(ReferenceMeshTest, VertexAlbedoIsAFactorOnDiffuse) {
   const auto mesh = square(40);
   auto painted = std::make_shared<Mesh>(*mesh);
   painted->vertex_albedo = {0.0f, 1.0f, 1.0f, 0.0f};  // = (x + 40)/80 on both triangles
-  const Twin rig = test::crop_around(test::paper_rig(), {0, 0, 280}, 100, 100);
-  const Reference plain(test::with_object(rig, "square", mesh_shape(mesh, {0, 0, 280})));
-  const Reference albedo(test::with_object(rig, "square", mesh_shape(painted, {0, 0, 280})));
+  const Twin rig = testing::crop_around(testing::paper_rig(), {0, 0, 280}, 100, 100);
+  const Reference plain(testing::with_object(rig, "square", mesh_shape(mesh, {0, 0, 280})));
+  const Reference albedo(testing::with_object(rig, "square", mesh_shape(painted, {0, 0, 280})));
   for (double x = 1; x < 100; x += 9.7) {
     const PixelSample a = plain.sample(0, {x, 50}), b = albedo.sample(0, {x, 50});
     EXPECT_NEAR(b.weight, a.weight * (a.point_world_mm.x() + 40) / 80, 1e-12 * 11);
@@ -185,7 +186,7 @@ TEST(ReferenceMeshTest, VertexAlbedoIsAFactorOnDiffuse) {
 
 TEST(ReferenceMeshTest, InstancesShareOneMeshAndShadeEachOther) {
   const auto mesh = bumpy(4, 10.0);
-  Twin two = test::crop_around(test::paper_rig(), {0, 0, 270}, 500, 200);
+  Twin two = testing::crop_around(testing::paper_rig(), {0, 0, 270}, 500, 200);
   MeshShape left = mesh_shape(mesh, {-20, 0, 270}), right = mesh_shape(mesh, {22, 0, 265});
   right.T_world_object.rotation = rotation_from_vector({0.3, 1.2, -0.4});
   two.objects = {{"a", left, {}}, {"b", right, {}}};
@@ -208,11 +209,11 @@ TEST(ReferenceMeshTest, InstancesShareOneMeshAndShadeEachOther) {
 
 // A fine inscribed icosphere shades a plane like the sphere it approximates (sagitta 0.003 mm).
 TEST(ReferenceMeshTest, CastsTheShadowOfItsShape) {
-  const auto mesh = std::make_shared<Mesh>(test::make_bumpy_icosphere(5, 5.0, {}));
-  const Twin rig = test::with_object(test::crop_around(test::paper_rig(), {10, 0, 300}, 500, 300), "plane",
-                                     test::frontal_plane());
-  const Reference meshed(test::with_object(rig, "ball", mesh_shape(mesh, {0, 0, 250})));
-  const Reference sphere(test::with_object(rig, "ball", test::ideal_sphere()));
+  const auto mesh = std::make_shared<Mesh>(testing::make_bumpy_icosphere(5, 5.0, {}));
+  const Twin rig = testing::with_object(testing::crop_around(testing::paper_rig(), {10, 0, 300}, 500, 300),
+                                        "plane", testing::frontal_plane());
+  const Reference meshed(testing::with_object(rig, "ball", mesh_shape(mesh, {0, 0, 250})));
+  const Reference sphere(testing::with_object(rig, "ball", testing::ideal_sphere()));
   int shaded = 0, different = 0, all = 0;
   for (double x = 0; x < 500; x += 2.3)
     for (double y = 0; y < 300; y += 2.9) {

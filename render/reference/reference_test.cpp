@@ -21,7 +21,7 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using test::with_object;
+using testing::with_object;
 constexpr double pi = std::numbers::pi;
 
 /// One pinhole camera (f 1000, 400x300) at the origin, a pinhole projector (f 800, 640x480) shifted by
@@ -45,7 +45,7 @@ Twin pinhole_rig(const Vector3d& projector_mm = {80.0, 0.0, 0.0}) {
   return twin;
 }
 Twin plane_rig(double z_mm = 300.0, const Vector3d& projector_mm = {80.0, 0.0, 0.0}) {
-  return with_object(pinhole_rig(projector_mm), "plane", test::frontal_plane(z_mm));
+  return with_object(pinhole_rig(projector_mm), "plane", testing::frontal_plane(z_mm));
 }
 Vector3d plane_point(const Vector2d& q, double z) {
   return {(q.x() - 199.5) / 1000 * z, (q.y() - 149.5) / 1000 * z, z};
@@ -278,7 +278,7 @@ TEST(ReferenceCylinder, SeenFromWithin) {
 }
 
 TEST(ReferencePlane, RectangleHasItsSize) {
-  PlaneShape plane = test::frontal_plane();
+  PlaneShape plane = testing::frontal_plane();
   plane.size_mm = Vector2d(20.0, 10.0);
   const Reference reference(with_object(pinhole_rig(), "tile", plane));
   const auto q = [](double x, double y) { return Vector2d(x / 0.3 + 199.5, y / 0.3 + 149.5); };

@@ -34,10 +34,10 @@ ino_t file_number(const fs::path& file) {
   return status.st_ino;
 }
 
-class BvhCache : public testing::Test {
+class BvhCache : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    mesh_ = new Mesh(test::make_bumpy_icosphere(4, 35.0, test::default_bumps()));
+    mesh_ = new Mesh(testing::make_bumpy_icosphere(4, 35.0, testing::default_bumps()));
     built_ = new Bvh(build_bvh(mesh_->vertices_mm, mesh_->triangles, 32));
   }
   static void TearDownTestSuite() {
@@ -45,7 +45,7 @@ class BvhCache : public testing::Test {
     delete built_;
   }
   void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     folder_ = fs::temp_directory_path() / fmt::format("fringetwin_bvh_{}_{}", info->name(), ::getpid());
   }
   void TearDown() override { fs::remove_all(folder_); }

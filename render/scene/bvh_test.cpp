@@ -138,7 +138,7 @@ TEST(Bvh, DenormalExtents) {
 }
 
 TEST(Bvh, SameForAnyNumberOfThreads) {
-  const Mesh mesh = test::make_bumpy_icosphere(6, 35.0, test::default_bumps());
+  const Mesh mesh = testing::make_bumpy_icosphere(6, 35.0, testing::default_bumps());
   const int threads = omp_get_max_threads();
   omp_set_num_threads(1);
   const Bvh one = build_bvh(mesh.vertices_mm, mesh.triangles, 32);

@@ -63,7 +63,7 @@ Count check(const Mesh& mesh, const Vector3d& eye) {
 }
 
 TEST(Visibility, ClosedPart) {
-  const Mesh mesh = test::make_bumpy_icosphere(3, 35.0, test::default_bumps());
+  const Mesh mesh = testing::make_bumpy_icosphere(3, 35.0, testing::default_bumps());
   for (const Vector3d& eye : {Vector3d(0, 0, -270), Vector3d(190, 0, -250), Vector3d(0, 60, 1e5)}) {
     const Count n = check(mesh, eye);
     EXPECT_EQ(n.wrong, 0);
@@ -112,12 +112,12 @@ TEST(Visibility, SoupOfTriangles) {
 }
 
 TEST(Visibility, NothingIsClearFromInside) {
-  const Mesh mesh = test::make_bumpy_icosphere(2, 35.0, {});
+  const Mesh mesh = testing::make_bumpy_icosphere(2, 35.0, {});
   for (const auto c : clear_from({1, 2, 3}, mesh.vertices_mm, mesh.triangles)) EXPECT_EQ(c, 0);
 }
 
 TEST(Visibility, NeighboursShareTheSideOppositeTheCorner) {
-  const Mesh mesh = test::make_bumpy_icosphere(3, 35.0, test::default_bumps());
+  const Mesh mesh = testing::make_bumpy_icosphere(3, 35.0, testing::default_bumps());
   const Adjacency adjacency = make_adjacency(mesh.triangles, mesh.vertices_mm.size());
   EXPECT_TRUE(adjacency.closed);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)

@@ -71,7 +71,7 @@ TEST(Expose, WithoutNoiseTheFormulaIsExact) {
   const Sensor sensor = make_sensor(8, 20.0, 2.5);
   ImageF e(6, 1);
   e.data = {0.0f, 1.0f, 2.0374f, 5.0f, 12.6f, 100.0f};
-  EXPECT_THAT(expose(e, sensor, 1, 0, 0).data, testing::ElementsAre(3, 23, 43, 103, 255, 255));
+  EXPECT_THAT(expose(e, sensor, 1, 0, 0).data, ::testing::ElementsAre(3, 23, 43, 103, 255, 255));
   const Sensor dark = make_sensor(8, 1.0, -10.0);
   EXPECT_EQ(expose(e, dark, 1, 0, 0).data[1], 0.0f);
 }
@@ -94,8 +94,8 @@ TEST(Expose, EveryBitDepthClampsAtItsTop) {
     ImageF e(4, 1);
     e.data = {0.0f, 0.5f, 1.0f, 1.5f};
     EXPECT_THAT(expose(e, sensor, 1, 0, 0).data,
-                testing::ElementsAre(0.0f, static_cast<float>(std::round(top / 2)), static_cast<float>(top),
-                                     static_cast<float>(top)))
+                ::testing::ElementsAre(0.0f, static_cast<float>(std::round(top / 2)), static_cast<float>(top),
+                                       static_cast<float>(top)))
         << bits;
   }
 }

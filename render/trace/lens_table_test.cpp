@@ -27,7 +27,7 @@ TEST(LensTable, PinholeNeedsNone) {
 }
 
 TEST(LensTable, PaperCamerasNeedACoarseGrid) {
-  for (const Camera& c : test::paper_rig().cameras) {
+  for (const Camera& c : testing::paper_rig().cameras) {
     const LensTable t = make_lens_table(c.lens);
     EXPECT_EQ(t.kind, CAMERA_PERSPECTIVE);
     EXPECT_LE(t.max_error_px, 1e-6);

@@ -50,7 +50,7 @@ constexpr std::array<std::uint32_t, 35> nothing_spv{0x07230203,
                                                     (1U << 16) | 253,
                                                     (1U << 16) | 56};  // OpLabel, OpReturn, OpFunctionEnd
 
-class KernelStoreTest : public testing::Test {
+class KernelStoreTest : public ::testing::Test {
  protected:
   void SetUp() override {
     if (!list_devices().empty()) return;

@@ -18,7 +18,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-class VulkanDeviceTest : public testing::Test {
+class VulkanDeviceTest : public ::testing::Test {
  protected:
   static bool required() { return std::getenv("CI") || std::getenv("FRINGETWIN_REQUIRE_DEVICE"); }
   void SetUp() override {
@@ -78,7 +78,7 @@ TEST_F(VulkanDeviceTest, RefusesMoreStorageBuffersThanItBinds) {
 // validation layer tells on the device's end what was not released.
 TEST_F(VulkanDeviceTest, AFailedBufferLeavesNothingBehind) {
   setenv("FRINGETWIN_VALIDATION", "1", 1);
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStderr();
   std::string no_layers;
   bool failed = false;
   try {
@@ -92,7 +92,7 @@ TEST_F(VulkanDeviceTest, AFailedBufferLeavesNothingBehind) {
   } catch (const UserError& e) {
     no_layers = e.what();
   }
-  const std::string messages = testing::internal::GetCapturedStderr();
+  const std::string messages = ::testing::internal::GetCapturedStderr();
   unsetenv("FRINGETWIN_VALIDATION");
   if (!no_layers.empty() && !required()) GTEST_SKIP() << no_layers;
   EXPECT_EQ(no_layers, "");

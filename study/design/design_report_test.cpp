@@ -16,8 +16,8 @@
 namespace fringetwin::study::design_report_test {
 namespace {
 
-using test::write_file, test::small_twin;
 using ::testing::ElementsAre, ::testing::HasSubstr, ::testing::Not;
+using testing::write_file, testing::small_twin;
 
 const std::string head = "schema = \"fringetwin-study/1\"\nname = \"a <b>\"\ntwin = \"twin.toml\"\n";
 const std::string record = "[[record]]\nresult = \"fits.ball.measured.radius_mm\"\nname = \"r<i>\"\n";
@@ -31,7 +31,7 @@ struct Made {
 };
 template <class Value>
 Made make(const std::string& study, Value value) {
-  const auto dir = test::scratch_folder("design_report");
+  const auto dir = testing::scratch_folder("design_report");
   write_file(dir / "twin.toml", small_twin());
   write_file(dir / "STUDY.toml", head + study);
   Made out{load_study(dir / "STUDY.toml"), {}, {}};

@@ -9,10 +9,10 @@
 
 #include "render/base/sobol.hpp"
 
-namespace fringetwin::test::design_test {
+namespace fringetwin::testing::design_test {
 namespace {
 using namespace fringetwin::study;
-using testing::ElementsAre;
+using ::testing::ElementsAre;
 
 Variation values(std::vector<std::string> keys, std::vector<std::string> texts) {
   return {std::move(keys), std::move(texts), {}, std::nullopt};
@@ -200,4 +200,4 @@ TEST(Design, SampledDesignsSpreadOverRangesAndLists) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::design_test
+}  // namespace fringetwin::testing::design_test

@@ -17,7 +17,7 @@
 #include "tests/support/program/small_twin.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::local_engine_test {
+namespace fringetwin::testing::local_engine_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -179,4 +179,4 @@ TEST(LocalEngine, AFaultOfTheStoreEndsTheWorkers) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::local_engine_test
+}  // namespace fringetwin::testing::local_engine_test

@@ -17,14 +17,14 @@
 #include "tests/support/twin/child_process.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::shard_test {
+namespace fringetwin::testing::shard_test {
 namespace {
 using namespace fringetwin::study;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Pair;
-using testing::SizeIs;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Pair;
+using ::testing::SizeIs;
 
 using Points = std::vector<PlannedPoint>;
 
@@ -70,13 +70,13 @@ std::size_t pieces(const std::vector<Points>& shards, std::size_t points) {
 TEST(Shards, AreEquallyLargeAndKeepTracesTogether) {
   EXPECT_THAT(cut_shards({}, 4), IsEmpty());
   const auto one = cut_shards(groups_of({100}), 8);
-  EXPECT_THAT(sizes(one), testing::Each(testing::AllOf(testing::Ge(12), testing::Le(13))));
+  EXPECT_THAT(sizes(one), ::testing::Each(::testing::AllOf(::testing::Ge(12), ::testing::Le(13))));
   EXPECT_EQ(pieces(one, 100), 8U) << "one trace for all: each task makes it once";
   const auto many = cut_shards(groups_of(std::vector<std::size_t>(12, 5)), 4);
   EXPECT_THAT(sizes(many), ElementsAre(15, 15, 15, 15));
   EXPECT_EQ(pieces(many, 60), 12U) << "no trace is made twice";
   const auto mixed = cut_shards(groups_of({50, 3, 3, 3, 3, 3, 3}), 4);
-  EXPECT_THAT(sizes(mixed), testing::Each(testing::AllOf(testing::Ge(13), testing::Le(19))));
+  EXPECT_THAT(sizes(mixed), ::testing::Each(::testing::AllOf(::testing::Ge(13), ::testing::Le(19))));
   EXPECT_EQ(pieces(mixed, 68), 9U);
   EXPECT_THAT(sizes(cut_shards(groups_of({2, 1}), 9)), ElementsAre(1, 1, 1)) << "no task without a point";
 }
@@ -90,7 +90,7 @@ TEST(Shards, ASuspectIsAlone) {
 }
 
 TEST(Shards, AreReadAsTheyWereWritten) {
-  const test_tools::ScratchFolder folder;
+  const testing::ScratchFolder folder;
   const Points points = groups_of({2, 1});
   const WorkerTask task{{"/rig/it's \"a\" twin.toml", {{"fits.ball", "r"}}, true, false}, "llvmpipe"};
   write_shard(folder.path(), 3, {task, points});
@@ -116,7 +116,7 @@ TEST(Shards, AreReadAsTheyWereWritten) {
 PointOutcome outcome(std::int64_t id, double value) { return {id, false, "", {{"r", value}}, 0.5, true}; }
 
 TEST(Attempts, AreReadWhileTheyAreWritten) {
-  const test_tools::ScratchFolder folder;
+  const testing::ScratchFolder folder;
   AttemptReader reader(folder.path());
   EXPECT_THAT(reader.read().outcomes, IsEmpty());
   AttemptLog log(folder.path(), 2, {"7_2", "node1", "1.0", 0});
@@ -145,7 +145,7 @@ TEST(Attempts, AreReadWhileTheyAreWritten) {
 }
 
 TEST(Attempts, OfOneShardHaveAFileEach) {
-  const test_tools::ScratchFolder folder;
+  const testing::ScratchFolder folder;
   AttemptLog first(folder.path(), 0, {"7_0", "a", "1", 0}), second(folder.path(), 0, {"7_0", "b", "1", 1});
   first.begun(1);
   second.begun(1);
@@ -159,7 +159,7 @@ TEST(Attempts, OfOneShardHaveAFileEach) {
 }
 
 TEST(Attempts, ATornLineIsNoneAndGarbageIsNamed) {
-  const test_tools::ScratchFolder folder;
+  const testing::ScratchFolder folder;
   const auto file = folder.path() / "shard-0.attempt-0.jsonl";
   const std::string whole = outcome_line(outcome(5, 1.0));
   std::ofstream(file) << whole << "\n" << whole.substr(0, 20);
@@ -177,7 +177,7 @@ TEST(Attempts, ATornLineIsNoneAndGarbageIsNamed) {
 }
 
 TEST(Rounds, BlameAPointForTheEndOfItsTask) {
-  const test_tools::ScratchFolder folder;
+  const testing::ScratchFolder folder;
   const auto shards = cut_shards(groups_of({2, 2}), 2);
   for (int round = 0; round < 3; ++round) {
     SlurmBatch batch(folder.path());
@@ -202,7 +202,7 @@ TEST(Rounds, BlameAPointForTheEndOfItsTask) {
 }
 
 TEST(Rounds, BlameNoPointForWhatItCannotCause) {
-  const test_tools::ScratchFolder folder;
+  const testing::ScratchFolder folder;
   const auto shards = cut_shards(groups_of({1, 1, 1, 1, 1, 1}), 6);
   SlurmBatch batch(folder.path());
   ASSERT_TRUE(batch.begin_round({{"/twin.toml", {}}, ""}, shards, "1.0"));
@@ -229,7 +229,7 @@ TEST(Rounds, SingleOutThoseThatDiedMostOften) {
 }
 
 TEST(Rounds, OfWrongTypesAreDamaged) {
-  const test_tools::ScratchFolder folder;
+  const testing::ScratchFolder folder;
   const auto expect_damaged = [&](const std::string& name, const std::string& text) {
     std::ofstream(folder / name) << text;
     try {
@@ -255,7 +255,7 @@ TEST(Rounds, OfWrongTypesAreDamaged) {
 }
 
 TEST(Rounds, OfTwoProcessesOneIsFirst) {
-  const test_tools::ScratchFolder folder;
+  const testing::ScratchFolder folder;
   const auto shards = cut_shards(groups_of({2}), 1);
   SlurmBatch one(folder.path()), other(folder.path());
   EXPECT_TRUE(one.begin_round({{"/twin.toml", {}}, ""}, shards, "1.0"));
@@ -280,7 +280,7 @@ class SaidBySqueue {
   void fails() { std::filesystem::remove(folder_ / "said"); }
 
  private:
-  test_tools::ScratchFolder folder_;
+  testing::ScratchFolder folder_;
   std::string path_ = std::getenv("PATH");
 };
 
@@ -341,8 +341,8 @@ TEST(Slurm, MemoryIsDeclaredByAnyOfItsOptions) {
 
 TEST(Slurm, AWordForAShellIsOneWhateverIsInIt) {
   const std::string word = "it's $HOME \"a\" `b` \\ *";
-  EXPECT_EQ(test_tools::run("printf %s " + report::shell_command({word})).output, word);
+  EXPECT_EQ(testing::run("printf %s " + report::shell_command({word})).output, word);
 }
 
 }  // namespace
-}  // namespace fringetwin::test::shard_test
+}  // namespace fringetwin::testing::shard_test

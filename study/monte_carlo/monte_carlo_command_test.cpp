@@ -9,11 +9,11 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 
-namespace fringetwin::test::monte_carlo_command_test {
+namespace fringetwin::testing::monte_carlo_command_test {
 namespace {
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
-class MonteCarloCommand : public testing::Test {
+class MonteCarloCommand : public ::testing::Test {
  protected:
   void SetUp() override {
     FT_NEED_DEVICE();
@@ -71,4 +71,4 @@ TEST_F(MonteCarloCommand, NamesACalibrationThatIsNotThere) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::monte_carlo_command_test
+}  // namespace fringetwin::testing::monte_carlo_command_test

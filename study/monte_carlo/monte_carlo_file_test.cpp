@@ -10,16 +10,16 @@
 #include "tests/support/program/small_twin.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::monte_carlo_file_test {
+namespace fringetwin::testing::monte_carlo_file_test {
 namespace {
 using namespace fringetwin::study;
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 const std::string kHead = "schema = \"fringetwin-study/1\"\ntwin = \"twin.toml\"\nkind = \"monte-carlo\"\n";
 const std::string kDepth = "[[uncertain]]\nkey = \"object.ball.center_mm[2]\"\nsigma = 0.5\n";
 
-class MonteCarloFile : public testing::Test {
+class MonteCarloFile : public ::testing::Test {
  protected:
   void SetUp() override { write_file(folder_ / "twin.toml", small_twin()); }
   StudyFile load(const std::string& text) const {
@@ -114,4 +114,4 @@ TEST_F(MonteCarloFile, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::monte_carlo_file_test
+}  // namespace fringetwin::testing::monte_carlo_file_test

@@ -14,11 +14,11 @@
 namespace fringetwin::study::monte_carlo_report_test {
 namespace {
 
-using test::write_file, test::small_twin;
 using ::testing::HasSubstr, ::testing::Not;
+using testing::write_file, testing::small_twin;
 
 TEST(MonteCarloReport, NumbersIntervalsConvergenceAndRanking) {
-  const auto dir = test::scratch_folder("monte_carlo_report");
+  const auto dir = testing::scratch_folder("monte_carlo_report");
   write_file(dir / "twin.toml", small_twin());
   write_file(dir / "STUDY.toml", R"(schema = "fringetwin-study/1"
 name = "mc"

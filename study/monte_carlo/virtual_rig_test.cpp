@@ -27,7 +27,7 @@ using Numbers = std::map<std::string, double>;
 Numbers measured(const VirtualRig& rig, const StudyPoint& point) {
   const Twin drawn = rig.drawn(point.settings);
   const render::RenderedCamera rendered =
-      test::shared_renderer()->render(drawn, 0, render::choose_sampling(drawn), 0);
+      testing::shared_renderer()->render(drawn, 0, render::choose_sampling(drawn), 0);
   const auto m = measure::measure(rig.nominal(), {render::expose(rendered, drawn.cameras[0], 0, point.seed)});
   if (m.fits.empty() || !m.fits[0].usable) return {};
   const Eigen::Vector3d& center = m.fits[0].vectors.at("center_mm");
@@ -38,14 +38,15 @@ Numbers measured(const VirtualRig& rig, const StudyPoint& point) {
 /// One camera, one projector, a ball; the calibration of these parameters.
 VirtualRig virtual_rig(const std::string& folder_name, const std::string& noise,
                        const std::string& covariance) {
-  const auto folder = test::scratch_folder(folder_name);
-  test::write_file(folder / "twin.toml",
-                   test::small_twin({{"gain_dn = 20", "gain_dn = 20\n" + noise}},
-                                    "[uncertainty]\ncalibration = \"calibration.json\"\n"
-                                    "[render]\nsamples = 4\nsampler = \"gauss\"\n"));
-  test::write_file(folder / "calibration.json",
-                   R"({"schema": "fringetwin-calibration/1", "devices": [{"name": "left"}], "covariance": )" +
-                       covariance + "}");
+  const auto folder = testing::scratch_folder(folder_name);
+  testing::write_file(folder / "twin.toml",
+                      testing::small_twin({{"gain_dn = 20", "gain_dn = 20\n" + noise}},
+                                          "[uncertainty]\ncalibration = \"calibration.json\"\n"
+                                          "[render]\nsamples = 4\nsampler = \"gauss\"\n"));
+  testing::write_file(
+      folder / "calibration.json",
+      R"({"schema": "fringetwin-calibration/1", "devices": [{"name": "left"}], "covariance": )" + covariance +
+          "}");
   return VirtualRig(folder / "twin.toml", true);
 }
 

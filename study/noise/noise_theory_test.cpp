@@ -15,7 +15,7 @@
 #include "tests/support/program/small_twin.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::noise_theory_test {
+namespace fringetwin::testing::noise_theory_test {
 namespace {
 
 using study::NoiseTheory, study::noise_theory;
@@ -183,4 +183,4 @@ TEST(NoiseTheory, WhatItDoesNotKnowIsRefused) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::noise_theory_test
+}  // namespace fringetwin::testing::noise_theory_test

@@ -16,11 +16,11 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 
-namespace fringetwin::test::optimise_command_test {
+namespace fringetwin::testing::optimise_command_test {
 namespace {
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
-class OptimiseCommand : public testing::Test {
+class OptimiseCommand : public ::testing::Test {
  protected:
   void SetUp() override {
     FT_NEED_DEVICE();
@@ -103,4 +103,4 @@ TEST_F(OptimiseCommand, ThePartsPlaceAndTheStepsAreLists) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::optimise_command_test
+}  // namespace fringetwin::testing::optimise_command_test

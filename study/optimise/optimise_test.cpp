@@ -16,18 +16,19 @@
 #include "study/study_file.hpp"
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
+#include "tests/support/twin/expect_user_error.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::optimise_test {
+namespace fringetwin::testing::optimise_test {
 namespace {
 using namespace fringetwin::study;
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 const std::string kLight = "projector.intensity", kNominalLight = "nominal." + kLight,
                   kRadius = "fits.ball.measured.radius_mm", kFull = "images.left.saturated";
 
-class Optimise : public testing::Test {
+class Optimise : public ::testing::Test {
  protected:
   void SetUp() override {
     write_file(folder_ / "twin.toml", small_twin());
@@ -225,7 +226,7 @@ TEST_F(Optimise, TheFileSaysWhatIsChosenAndWhy) {
 
   const auto refused = [&](const std::string& text, const std::string& sentence) {
     SCOPED_TRACE(text);
-    expect_usage_error([&] { load(text); }, sentence);
+    expect_user_error(ExitCode::usage, sentence, [&] { load(text); });
   };
   refused(least, "[[choose]]");
   refused(light, "[minimise]");
@@ -243,4 +244,4 @@ TEST_F(Optimise, TheFileSaysWhatIsChosenAndWhy) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::optimise_test
+}  // namespace fringetwin::testing::optimise_test

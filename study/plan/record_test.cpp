@@ -9,7 +9,7 @@
 
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::record_test {
+namespace fringetwin::testing::record_test {
 namespace {
 
 using study::pick_numbers;
@@ -61,4 +61,4 @@ TEST(Record, AWrongPathSaysWhatThereIs) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::record_test
+}  // namespace fringetwin::testing::record_test

@@ -26,19 +26,19 @@ namespace {
 using Eigen::Vector3d;
 
 VirtualRig small_rig() {
-  const auto folder = test::scratch_folder("sphere_form_rig");
+  const auto folder = testing::scratch_folder("sphere_form_rig");
   // 16 bits: what remains of rounding is far below the form.
-  test::write_file(folder / "twin.toml",
-                   test::small_twin({{"gain_dn = 20", "bit_depth = 16\ngain_dn = 5120"},
-                                     {"imagersize = [160, 120]", "imagersize = [480, 360]"},
-                                     {"[260, 260, 79.5, 59.5,", "[780, 780, 239.5, 179.5,"}},
-                                    "[render]\nsamples = 16\nsampler = \"gauss\"\n"));
+  testing::write_file(folder / "twin.toml",
+                      testing::small_twin({{"gain_dn = 20", "bit_depth = 16\ngain_dn = 5120"},
+                                           {"imagersize = [160, 120]", "imagersize = [480, 360]"},
+                                           {"[260, 260, 79.5, 59.5,", "[780, 780, 239.5, 179.5,"}},
+                                          "[render]\nsamples = 16\nsampler = \"gauss\"\n"));
   return VirtualRig(folder / "twin.toml", false);
 }
 
 measure::Measurement measured(const VirtualRig& rig, const Twin& recording) {
   const render::RenderedCamera rendered =
-      test::shared_renderer()->render(recording, 0, render::choose_sampling(recording), 0);
+      testing::shared_renderer()->render(recording, 0, render::choose_sampling(recording), 0);
   return measure::measure(rig.nominal(), {render::expose(rendered, recording.cameras[0], 0, 0)});
 }
 

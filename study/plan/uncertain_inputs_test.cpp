@@ -102,8 +102,8 @@ TEST(UncertainInputs, AFormIsAFactorOfItsOwn) {
 }
 
 TEST(UncertainInputs, TheRecordingRigHasTheForm) {
-  const auto folder = test::scratch_folder("rig_with_a_form");
-  test::write_file(folder / "twin.toml", test::small_twin());
+  const auto folder = testing::scratch_folder("rig_with_a_form");
+  testing::write_file(folder / "twin.toml", testing::small_twin());
   const VirtualRig rig(folder / "twin.toml", false);
   const Twin drawn = rig.drawn({{"object.ball.radius_mm", "18.5"},
                                 {"object.ball.center_mm", "[1, 2, 271]"},
@@ -125,11 +125,11 @@ TEST(UncertainInputs, TheRecordingRigHasTheForm) {
 class RigOfTheCalibration : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = test::scratch_folder("rig_of_the_calibration");
-    test::write_file(folder_ / "twin.toml",
-                     test::small_twin({}, "[uncertainty]\ncalibration = \"calibration.json\"\n"));
-    test::write_file(folder_ / "calibration.json",
-                     R"({"schema": "fringetwin-calibration/1", "devices": [{"name": "left"}],
+    folder_ = testing::scratch_folder("rig_of_the_calibration");
+    testing::write_file(folder_ / "twin.toml",
+                        testing::small_twin({}, "[uncertainty]\ncalibration = \"calibration.json\"\n"));
+    testing::write_file(folder_ / "calibration.json",
+                        R"({"schema": "fringetwin-calibration/1", "devices": [{"name": "left"}],
                          "covariance": {"parameters": ["projector.t1", "left.fx", "projector.t3"],
                          "matrix": [[0.04, 0.015, -0.01], [0.015, 0.0225, 0.003], [-0.01, 0.003, 0.01]]}})");
   }
@@ -172,7 +172,7 @@ TEST_F(RigOfTheCalibration, NominalAndDrawnAreTwoTwins) {
 }
 
 TEST_F(RigOfTheCalibration, IsAskedForWhereThereIsNone) {
-  test::write_file(folder_ / "bare.toml", test::small_twin());
+  testing::write_file(folder_ / "bare.toml", testing::small_twin());
   try {
     VirtualRig(folder_ / "bare.toml", true);
     FAIL() << "no refusal";

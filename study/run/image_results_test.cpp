@@ -13,7 +13,7 @@
 #include "tests/support/program/small_twin.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::image_results_test {
+namespace fringetwin::testing::image_results_test {
 namespace {
 
 using study::pick_numbers;
@@ -119,4 +119,4 @@ TEST(ImageResults, OnlyWhatIsAskedForIsWorkedOut) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::image_results_test
+}  // namespace fringetwin::testing::image_results_test

@@ -16,7 +16,7 @@
 #include "tests/support/program/small_twin.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::point_runner_test {
+namespace fringetwin::testing::point_runner_test {
 namespace {
 
 using study::PlannedPoint;
@@ -166,4 +166,4 @@ TEST(PointRunner, FaultsAreOutcomesAndLeaveNothingBehind) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::point_runner_test
+}  // namespace fringetwin::testing::point_runner_test

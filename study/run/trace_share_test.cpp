@@ -8,7 +8,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 
-namespace fringetwin::test::trace_share_test {
+namespace fringetwin::testing::trace_share_test {
 namespace {
 
 using study::PlannedPoint;
@@ -99,4 +99,4 @@ TEST(TraceShare, TheTraceIsMadeForTheMostDemandingPoints) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::trace_share_test
+}  // namespace fringetwin::testing::trace_share_test

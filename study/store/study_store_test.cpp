@@ -17,14 +17,14 @@
 #include "tests/support/twin/child_process.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::study_store_test {
+namespace fringetwin::testing::study_store_test {
 namespace {
 using namespace fringetwin::study;
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::SizeIs;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
 
 const StudyIdentity kIdentity{"design = grid\n", {{"/rig/twin.toml", "aa"}, {"/rig/part.stl", "bb"}}};
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -45,7 +45,7 @@ std::vector<PointOutcome> outcomes(const std::vector<StudyPoint>& points) {
   return all;
 }
 
-class StudyStoreTest : public testing::Test {
+class StudyStoreTest : public ::testing::Test {
  protected:
   std::filesystem::path file() const { return folder_ / "study.db"; }
   StudyStore open() const { return StudyStore(file(), kIdentity, "1.0"); }
@@ -72,7 +72,7 @@ class StudyStoreTest : public testing::Test {
     EXPECT_EQ(sqlite3_exec(db, text, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
     sqlite3_close(db);
   }
-  test_tools::ScratchFolder folder_;
+  testing::ScratchFolder folder_;
 };
 
 /// Runs `work` in a process of its own; gives its id.
@@ -121,7 +121,7 @@ TEST_F(StudyStoreTest, RowsComeBackAsTheyWent) {
   EXPECT_FALSE(rows[1].outcome.traced);
   EXPECT_EQ(rows[1].version, "1.0");
   EXPECT_FALSE(rows[1].host.empty());
-  EXPECT_THAT(rows[1].finished_at, testing::MatchesRegex("20..-..-..T..:..:..Z"));
+  EXPECT_THAT(rows[1].finished_at, ::testing::MatchesRegex("20..-..-..T..:..:..Z"));
   EXPECT_EQ(rows[2].status, PointStatus::pending);
   EXPECT_EQ(rows[2].finished_at, "");
 }
@@ -162,9 +162,9 @@ TEST_F(StudyStoreTest, AnotherStudyIsRefused) {
 
 TEST_F(StudyStoreTest, ForeignFilesStayAsTheyAre) {
   const auto unchanged = [&](const std::string& name, const std::string& said) {
-    const std::string before = test_tools::read_file(folder_ / name);
+    const std::string before = testing::read_file(folder_ / name);
     EXPECT_THAT(open_error(folder_ / name), HasSubstr(said));
-    EXPECT_EQ(test_tools::read_file(folder_ / name), before) << name;
+    EXPECT_EQ(testing::read_file(folder_ / name), before) << name;
   };
   folder_.write("text.db", std::string(5000, 'x'));
   unchanged("text.db", "is no SQLite database");
@@ -181,7 +181,7 @@ TEST_F(StudyStoreTest, DamagedFilesAreRefused) {
     StudyStore store = open();
     store.add(some_points(2000));
   }
-  std::string bytes = test_tools::read_file(file());
+  std::string bytes = testing::read_file(file());
   ASSERT_GT(bytes.size(), 20'000u);
   folder_.write("short.db", bytes.substr(0, bytes.size() / 2));
   EXPECT_THAT(error([&] { StudyStore(folder_ / "short.db", kIdentity, "1.0").rows(); }),
@@ -223,7 +223,7 @@ TEST_F(StudyStoreTest, AFullDiskLosesNothingThatWasStored) {
     throw std::runtime_error("nothing failed");
   });
   ASSERT_EQ(end_of(child), 0);
-  const std::string message = test_tools::read_file(told);
+  const std::string message = testing::read_file(told);
   EXPECT_THAT(message, AllOf(HasSubstr("study.db: cannot be written"), HasSubstr("if the disk is full"),
                              HasSubstr("what is stored is safe")));
   const auto stored = std::stoll(message);
@@ -322,4 +322,4 @@ TEST(StudyCsv, CellsAndOrder) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::study_store_test
+}  // namespace fringetwin::testing::study_store_test

@@ -17,13 +17,13 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 
-namespace fringetwin::test::volume_map_command_test {
+namespace fringetwin::testing::volume_map_command_test {
 namespace {
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr int kTrials = 6;
 
-class VolumeMapCommand : public testing::Test {
+class VolumeMapCommand : public ::testing::Test {
  protected:
   void SetUp() override {
     FT_NEED_DEVICE();
@@ -108,4 +108,4 @@ TEST_F(VolumeMapCommand, APositionThatNoCameraSeesIsShownAsSuch) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::volume_map_command_test
+}  // namespace fringetwin::testing::volume_map_command_test

@@ -11,16 +11,17 @@
 #include "study/study_file.hpp"
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
+#include "tests/support/twin/expect_user_error.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::volume_map_test {
+namespace fringetwin::testing::volume_map_test {
 namespace {
 using namespace fringetwin::study;
 using Eigen::Vector3d;
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
-class VolumeMapTest : public testing::Test {
+class VolumeMapTest : public ::testing::Test {
  protected:
   void SetUp() override {
     write_file(folder_ / "twin.toml", small_twin());
@@ -198,7 +199,7 @@ TEST_F(VolumeMapTest, TheFileSaysLatticeAndInputs) {
 
   const auto refused = [&](const std::string& text, const std::string& sentence) {
     SCOPED_TRACE(text);
-    expect_usage_error([&] { load(text); }, sentence);
+    expect_user_error(ExitCode::usage, sentence, [&] { load(text); });
   };
   refused(
       "schema = \"fringetwin-study/1\"\ntwin = \"twin.toml\"\nkind = \"volume-map\"\nobject = \"bull\"\n" +
@@ -214,4 +215,4 @@ TEST_F(VolumeMapTest, TheFileSaysLatticeAndInputs) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::volume_map_test
+}  // namespace fringetwin::testing::volume_map_test

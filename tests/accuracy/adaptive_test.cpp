@@ -19,7 +19,7 @@
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::test::adaptive_test {
+namespace fringetwin::testing::adaptive_test {
 namespace {
 
 Object plane_object(const Eigen::Vector3d& point_mm, const Eigen::Vector3d& normal) {
@@ -308,4 +308,4 @@ TEST(Adaptive, SameBitsEveryTime) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::adaptive_test
+}  // namespace fringetwin::testing::adaptive_test

@@ -14,7 +14,7 @@
 #include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::test::conventions_test {
+namespace fringetwin::testing::conventions_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -114,4 +114,4 @@ TEST(Conventions, TheWorldFrameIsArbitrary) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::conventions_test
+}  // namespace fringetwin::testing::conventions_test

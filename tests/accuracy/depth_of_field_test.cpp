@@ -14,7 +14,7 @@
 #include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::test::depth_of_field_test {
+namespace fringetwin::testing::depth_of_field_test {
 namespace {
 
 constexpr double phase_limit_rad = 4e-5, defocus_limit = 6e-6;
@@ -107,4 +107,4 @@ TEST(DepthOfField, OnASphere) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::depth_of_field_test
+}  // namespace fringetwin::testing::depth_of_field_test

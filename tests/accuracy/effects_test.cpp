@@ -18,7 +18,7 @@
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::test::effects_test {
+namespace fringetwin::testing::effects_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -424,4 +424,4 @@ TEST(Effects, VertexAlbedo) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::effects_test
+}  // namespace fringetwin::testing::effects_test

@@ -14,7 +14,7 @@
 #include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::test::images_test {
+namespace fringetwin::testing::images_test {
 namespace {
 
 /// Random levels on tiles of 3 x 2 projector pixels.
@@ -116,4 +116,4 @@ TEST(PatternImages, Twenty) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::images_test
+}  // namespace fringetwin::testing::images_test

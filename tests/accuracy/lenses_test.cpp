@@ -16,7 +16,7 @@
 #include "tests/support/paper_rig.hpp"
 #include "twin/lens/mrcal_facade.hpp"
 
-namespace fringetwin::test::lenses_test {
+namespace fringetwin::testing::lenses_test {
 namespace {
 
 void expect_agreement(const Twin& twin, const std::string& what, int at_least) {
@@ -144,4 +144,4 @@ TEST(Lenses, BorderOfASplinedProjector) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::lenses_test
+}  // namespace fringetwin::testing::lenses_test

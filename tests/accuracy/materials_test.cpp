@@ -20,7 +20,7 @@
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::materials_test {
+namespace fringetwin::testing::materials_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -323,4 +323,4 @@ TEST(CameraLens, PointSpreadAgreesWithTheContinuousOne) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::materials_test
+}  // namespace fringetwin::testing::materials_test

@@ -19,7 +19,7 @@
 #include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::test::patterns_test {
+namespace fringetwin::testing::patterns_test {
 namespace {
 
 Twin window() {
@@ -227,4 +227,4 @@ TEST(Patterns, TwelvePitches) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::patterns_test
+}  // namespace fringetwin::testing::patterns_test

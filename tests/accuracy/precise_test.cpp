@@ -17,7 +17,7 @@
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::test::precise_test {
+namespace fringetwin::testing::precise_test {
 namespace {
 
 void expect_precise(Twin twin, const Eigen::Vector3d& center_mm, int side, int stride, double limit_rad,
@@ -134,4 +134,4 @@ TEST(Precise, DepthOfFieldAndDirectImages) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::precise_test
+}  // namespace fringetwin::testing::precise_test

@@ -21,7 +21,7 @@
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::projector_test {
+namespace fringetwin::testing::projector_test {
 namespace {
 
 using render::PatternMethod;
@@ -313,4 +313,4 @@ TEST(ProjectorPixels, GapsKeepTheMeanAndAgreeWithTheReference) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::projector_test
+}  // namespace fringetwin::testing::projector_test

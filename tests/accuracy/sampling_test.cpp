@@ -15,7 +15,7 @@
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::sampling_test {
+namespace fringetwin::testing::sampling_test {
 namespace {
 
 using render::Sampling;
@@ -129,4 +129,4 @@ TEST(Sampling, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::sampling_test
+}  // namespace fringetwin::testing::sampling_test

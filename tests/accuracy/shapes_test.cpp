@@ -16,7 +16,7 @@
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::test::shapes_test {
+namespace fringetwin::testing::shapes_test {
 namespace {
 
 using render::PixelBlock;
@@ -126,4 +126,4 @@ TEST(Shapes, TheReferenceItselfHasConverged) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::shapes_test
+}  // namespace fringetwin::testing::shapes_test

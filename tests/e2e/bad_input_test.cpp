@@ -10,7 +10,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 
-namespace fringetwin::test::bad_input_test {
+namespace fringetwin::testing::bad_input_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -202,4 +202,4 @@ TEST(Usage, UnknownSubcommandAndOptionAreExitCode2) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::bad_input_test
+}  // namespace fringetwin::testing::bad_input_test

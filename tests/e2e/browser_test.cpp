@@ -16,7 +16,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 
-namespace fringetwin::test::browser_test {
+namespace fringetwin::testing::browser_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -220,4 +220,4 @@ max = 0.05
 }
 
 }  // namespace
-}  // namespace fringetwin::test::browser_test
+}  // namespace fringetwin::testing::browser_test

@@ -13,7 +13,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/rendered_rig.hpp"
 
-namespace fringetwin::test::calibrate_rendered_full_test {
+namespace fringetwin::testing::calibrate_rendered_full_test {
 namespace {
 
 TEST(CalibrateRendered, FullRig) {
@@ -22,4 +22,4 @@ TEST(CalibrateRendered, FullRig) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::calibrate_rendered_full_test
+}  // namespace fringetwin::testing::calibrate_rendered_full_test

@@ -14,7 +14,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/rendered_rig.hpp"
 
-namespace fringetwin::test::calibrate_rendered_test {
+namespace fringetwin::testing::calibrate_rendered_test {
 namespace {
 
 TEST(CalibrateRendered, FewBoards) {
@@ -36,4 +36,4 @@ TEST(CalibrateRendered, CirclesInsteadOfSquares) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::calibrate_rendered_test
+}  // namespace fringetwin::testing::calibrate_rendered_test

@@ -18,7 +18,7 @@
 #include "twin/file/cameramodel.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::test::calibrate_test {
+namespace fringetwin::testing::calibrate_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -29,10 +29,10 @@ class Calibrate : public ::testing::Test {
   void SetUp() override {
     dir_ = scratch_folder("calibrate");
     std::mt19937_64 random(31);
-    calib::test_tools::BoardDraw draw;
+    testing::BoardDraw draw;
     draw.n_boards = 14;
     draw.least_corners = 60;
-    observations_ = calib::test_tools::draw_observations(rig_, random, draw);
+    observations_ = testing::draw_observations(rig_, random, draw);
   }
   void write_corners() {
     std::vector<calib::ImageCorners> images;
@@ -69,7 +69,7 @@ class Calibrate : public ::testing::Test {
     return run_fringetwin(args);
   }
   fs::path dir_;
-  calib::test_tools::TrueRig rig_ = calib::test_tools::paper_rig();
+  testing::TrueRig rig_ = testing::true_paper_rig();
   calib::Observations observations_;
 };
 
@@ -141,12 +141,12 @@ TEST_F(Calibrate, FaultsEndInOneSentence) {
   write_corners();
   refused(calibrate(), 3, "the two cameras look swapped; exchange their images or their names");
 
-  calib::test_tools::TrueRig other_rig = rig_;
+  testing::TrueRig other_rig = rig_;
   other_rig.board.spacing_mm = 10.0;
   std::mt19937_64 random(12);
-  calib::test_tools::BoardDraw draw;
+  testing::BoardDraw draw;
   draw.n_boards = 1;
-  const calib::Observations other = calib::test_tools::draw_observations(other_rig, random, draw);
+  const calib::Observations other = testing::draw_observations(other_rig, random, draw);
   observations_ = good;
   for (auto& view : observations_.views)
     if (view.frame == 4) view.corners = other.find(view.device, 0)->corners;
@@ -155,4 +155,4 @@ TEST_F(Calibrate, FaultsEndInOneSentence) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::calibrate_test
+}  // namespace fringetwin::testing::calibrate_test

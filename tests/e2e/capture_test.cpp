@@ -24,7 +24,7 @@
 #include "tests/support/twin/child_process.hpp"
 #include "twin/image/image_io.hpp"
 
-namespace fringetwin::test::capture_test {
+namespace fringetwin::testing::capture_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -256,7 +256,7 @@ bool record_until_killed(const fs::path& dir, double seconds) {
       "--resume 2>&1",
       seconds, std::getenv("FRINGETWIN_BINARY"), (dir / "twin.toml").string(), (dir / "twin.toml").string(),
       (dir / "set").string());
-  return test_tools::run(command).status == 0;
+  return testing::run(command).status == 0;
 }
 
 TEST(CaptureCommand, KilledFiftyTimesNothingIsLost) {
@@ -329,4 +329,4 @@ TEST(CaptureCommand, BadInput) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::capture_test
+}  // namespace fringetwin::testing::capture_test

@@ -9,10 +9,10 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 
-namespace fringetwin::test::import_captures_test {
+namespace fringetwin::testing::import_captures_test {
 namespace {
 namespace fs = std::filesystem;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr int kImages = 12;  // 3 pitches of 4 steps
 
@@ -25,7 +25,7 @@ std::string stereo_twin() {
                      {"triangulate = \"projector\"", "triangulate = \"stereo\""}});
 }
 
-class ImportCaptures : public testing::Test {
+class ImportCaptures : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     if (have_device()) rendered_ = render_twin(stereo_twin(), suite_dir());
@@ -198,4 +198,4 @@ TEST_F(ImportCaptures, WrongImagesAreRefused) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::import_captures_test
+}  // namespace fringetwin::testing::import_captures_test

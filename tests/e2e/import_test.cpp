@@ -11,7 +11,7 @@
 #include "tests/support/program/small_twin.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::test::import_test {
+namespace fringetwin::testing::import_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -183,4 +183,4 @@ TEST_F(Import, KalibrAndMrcal) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::import_test
+}  // namespace fringetwin::testing::import_test

@@ -21,7 +21,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/rig_cases.hpp"
 
-namespace fringetwin::test::independent_rig_test {
+namespace fringetwin::testing::independent_rig_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -83,4 +83,4 @@ TEST(IndependentRig, TheTrueTwinFindsGainAndShapes) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::independent_rig_test
+}  // namespace fringetwin::testing::independent_rig_test

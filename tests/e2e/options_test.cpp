@@ -8,7 +8,7 @@
 
 #include "tests/support/program/small_twin.hpp"
 
-namespace fringetwin::test::options_test {
+namespace fringetwin::testing::options_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -142,4 +142,4 @@ TEST(Options, QuietBeforeAndAfterTheSubcommand) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::options_test
+}  // namespace fringetwin::testing::options_test

@@ -16,7 +16,7 @@
 #include "twin/image/image_io.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::test::photometry_test {
+namespace fringetwin::testing::photometry_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -107,4 +107,4 @@ TEST(PhotometryCommand, FaultsEndInOneSentence) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::photometry_test
+}  // namespace fringetwin::testing::photometry_test

@@ -11,7 +11,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "twin/image/image_io.hpp"
 
-namespace fringetwin::test::real_captures_test {
+namespace fringetwin::testing::real_captures_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -107,4 +107,4 @@ TEST(Kamino, DecodesBothAxes) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::real_captures_test
+}  // namespace fringetwin::testing::real_captures_test

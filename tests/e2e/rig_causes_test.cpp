@@ -19,7 +19,7 @@
 #include "tests/support/program/rig_cases.hpp"
 #include "tests/support/program/small_twin.hpp"
 
-namespace fringetwin::test::rig_causes_test {
+namespace fringetwin::testing::rig_causes_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -187,4 +187,4 @@ TEST_F(RefineRefused, WhatTheImagesCannotTellApart) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::rig_causes_test
+}  // namespace fringetwin::testing::rig_causes_test

@@ -30,7 +30,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/independent_rig.hpp"
 
-namespace fringetwin::test::rig_coverage_test {
+namespace fringetwin::testing::rig_coverage_test {
 namespace {
 
 constexpr int kDraws = 200;
@@ -140,4 +140,4 @@ TEST(RigCoverage, PrintedStandardErrorsHold) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::rig_coverage_test
+}  // namespace fringetwin::testing::rig_coverage_test

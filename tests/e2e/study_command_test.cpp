@@ -16,7 +16,7 @@
 #include "tests/support/program/study_folder.hpp"
 #include "tests/support/twin/child_process.hpp"
 
-namespace fringetwin::test::study_command_test {
+namespace fringetwin::testing::study_command_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -92,11 +92,11 @@ bool run_until(const fs::path& dir, const char* signal, double seconds) {
   const std::string command =
       fmt::format("timeout -s {} {:.3f} '{}' -q study '{}' --out '{}' 2>&1", signal, seconds,
                   std::getenv("FRINGETWIN_BINARY"), (dir / "STUDY.toml").string(), (dir / "killed").string());
-  return test_tools::run(command).status == 0;
+  return testing::run(command).status == 0;
 }
 
 int stored(const fs::path& dir, const std::string& out = "killed") {
-  const auto count = test_tools::run(fmt::format(
+  const auto count = testing::run(fmt::format(
       "python3 -c \"import sqlite3; print(sqlite3.connect('{}').execute(\\\"select count(*) from points "
       "where status <> 'pending'\\\").fetchone()[0])\" 2>/dev/null || echo 0",
       (dir / out / "study.db").string()));
@@ -147,9 +147,9 @@ values = [40.0]
   // however long the first points take on a busy machine
   std::string output;
   for (double seconds = 1.5; seconds < 100.0 && stored(dir) == 0; seconds *= 2.0)
-    output = test_tools::run(fmt::format("timeout -s INT {} '{}' study '{}' --out '{}' 2>&1; echo code $?",
-                                         seconds, std::getenv("FRINGETWIN_BINARY"),
-                                         (dir / "STUDY.toml").string(), (dir / "killed").string()))
+    output = testing::run(fmt::format("timeout -s INT {} '{}' study '{}' --out '{}' 2>&1; echo code $?",
+                                      seconds, std::getenv("FRINGETWIN_BINARY"),
+                                      (dir / "STUDY.toml").string(), (dir / "killed").string()))
                  .output;
   EXPECT_THAT(output, HasSubstr("of 1500 points finished; the same command goes on from there"));
   EXPECT_THAT(output, HasSubstr("cancelled by the user"));
@@ -213,4 +213,4 @@ TEST(StudyCommand, WhatCannotWorkIsSaidBeforeAnyPoint) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::study_command_test
+}  // namespace fringetwin::testing::study_command_test

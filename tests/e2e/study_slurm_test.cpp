@@ -26,7 +26,7 @@
 #include "tests/support/program/small_twin.hpp"
 #include "tests/support/program/study_folder.hpp"
 
-namespace fringetwin::test::study_slurm_test {
+namespace fringetwin::testing::study_slurm_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -35,7 +35,7 @@ using nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-class StudySlurm : public testing::Test {
+class StudySlurm : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     try {
@@ -359,4 +359,4 @@ rms_mm = 0.01
 }
 
 }  // namespace
-}  // namespace fringetwin::test::study_slurm_test
+}  // namespace fringetwin::testing::study_slurm_test

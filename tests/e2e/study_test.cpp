@@ -19,7 +19,7 @@
 
 #include "tests/support/program/cli_runner.hpp"
 
-namespace fringetwin::test::study_test {
+namespace fringetwin::testing::study_test {
 namespace {
 
 using nlohmann::json;
@@ -213,4 +213,4 @@ kill -INT $pid; wait $pid)";
 }
 
 }  // namespace
-}  // namespace fringetwin::test::study_test
+}  // namespace fringetwin::testing::study_test

@@ -9,7 +9,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/shipped_studies.hpp"
 
-namespace fringetwin::test::study_theory_full_test {
+namespace fringetwin::testing::study_theory_full_test {
 namespace {
 
 const std::vector<std::string> kSphere = {"center_x_mm", "center_y_mm", "center_z_mm", "radius_mm"};
@@ -55,4 +55,4 @@ TEST(StudyTheoryFull, ThePapersSphere) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::study_theory_full_test
+}  // namespace fringetwin::testing::study_theory_full_test

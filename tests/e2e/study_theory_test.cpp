@@ -16,7 +16,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/shipped_studies.hpp"
 
-namespace fringetwin::test::study_theory_test {
+namespace fringetwin::testing::study_theory_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -124,4 +124,4 @@ TEST(StudyTheory, EveryShippedStudyCanBeRun) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::study_theory_test
+}  // namespace fringetwin::testing::study_theory_test

@@ -12,7 +12,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/twin/child_process.hpp"
 
-namespace fringetwin::test::study_thousand_test {
+namespace fringetwin::testing::study_thousand_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -34,7 +34,7 @@ TEST(StudyThousand, AHundredOfThemKilledTenTimes) {
            (dir / "study.toml").string() + "' --out '" + (dir / out).string() + "' 2>&1";
   };
   const auto begin = std::chrono::steady_clock::now();
-  const auto unbroken = test_tools::run(command("unbroken"));
+  const auto unbroken = testing::run(command("unbroken"));
   const double whole_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   EXPECT_EQ(unbroken.status, 0) << unbroken.output;
   EXPECT_THAT(unbroken.output, HasSubstr("100 measured, 0 failed"));
@@ -47,11 +47,11 @@ TEST(StudyThousand, AHundredOfThemKilledTenTimes) {
   std::uniform_real_distribution<double> moment(0.04 * whole_s, 0.11 * whole_s);
   int kills = 0;
   for (; kills < 10; ++kills)
-    if (test_tools::run("timeout -s KILL " + std::to_string(moment(random)) + ' ' + command("killed"))
-            .status == 0)
+    if (testing::run("timeout -s KILL " + std::to_string(moment(random)) + ' ' + command("killed")).status ==
+        0)
       break;
   EXPECT_EQ(kills, 10);
-  EXPECT_EQ(test_tools::run(command("killed")).status, 0);
+  EXPECT_EQ(testing::run(command("killed")).status, 0);
   EXPECT_EQ(read_file(dir / "killed/study.csv"), read_file(dir / "unbroken/study.csv"));
   rusage usage{};
   getrusage(RUSAGE_CHILDREN, &usage);  // of the largest process
@@ -62,4 +62,4 @@ TEST(StudyThousand, AHundredOfThemKilledTenTimes) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::study_thousand_test
+}  // namespace fringetwin::testing::study_thousand_test

@@ -22,7 +22,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 
-namespace fringetwin::test::twins_test {
+namespace fringetwin::testing::twins_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -326,4 +326,4 @@ TEST(CosimAgainstOwnRender, VerdictPassAndGainRecovered) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::twins_test
+}  // namespace fringetwin::testing::twins_test

@@ -18,7 +18,7 @@
 #include "render/sensor/sensor.hpp"
 #include "tests/support/hard_support.hpp"
 
-namespace fringetwin::test::fringes_test {
+namespace fringetwin::testing::fringes_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -184,4 +184,4 @@ TEST(HardFringes, SixteenBitSensor) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::fringes_test
+}  // namespace fringetwin::testing::fringes_test

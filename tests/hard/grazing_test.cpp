@@ -17,7 +17,7 @@
 
 #include "tests/support/hard_support.hpp"
 
-namespace fringetwin::test::grazing_test {
+namespace fringetwin::testing::grazing_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -140,4 +140,4 @@ TEST(Grazing, Terminator) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::grazing_test
+}  // namespace fringetwin::testing::grazing_test

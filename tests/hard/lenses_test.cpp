@@ -16,7 +16,7 @@
 #include "tests/support/hard_support.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::lenses_test {
+namespace fringetwin::testing::lenses_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -50,9 +50,9 @@ TEST(HardLenses, CameraAtItsLimit) {
     twin = with_object(twin, "plane", frontal_plane(300.0));
     const render::PixelBlock corner{281, 201, 40, 40, 1};
     render::Renderer renderer;  // a new one: warnings come once per lens
-    testing::internal::CaptureStderr();
+    ::testing::internal::CaptureStderr();
     renderer.trace(twin, 0, {Sampler::gauss, 1});
-    const std::string warning = testing::internal::GetCapturedStderr();
+    const std::string warning = ::testing::internal::GetCapturedStderr();
     EXPECT_EQ(warning.find("interpolated to") != std::string::npos, share > 0.9) << warning;
     const Agreement a = agreement(twin, 0, {Sampler::gauss, 4}, corner, Pixels::interior);
     const Agreement b = agreement(twin, 0, {Sampler::gauss, 16}, corner, Pixels::interior, {.gauss_n = 16});
@@ -141,4 +141,4 @@ TEST(HardLenses, BorderOfTheProjectedImage) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::lenses_test
+}  // namespace fringetwin::testing::lenses_test

@@ -14,7 +14,7 @@
 #include "tests/support/freeform.hpp"
 #include "tests/support/hard_support.hpp"
 
-namespace fringetwin::test::shadows_test {
+namespace fringetwin::testing::shadows_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -166,4 +166,4 @@ TEST(HardShadows, SheetOverSheet) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::shadows_test
+}  // namespace fringetwin::testing::shadows_test

@@ -14,7 +14,7 @@
 
 #include "tests/support/hard_support.hpp"
 
-namespace fringetwin::test::spheres_test {
+namespace fringetwin::testing::spheres_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -135,4 +135,4 @@ TEST(HardSpheres, WorldOriginTenMetresOff) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::spheres_test
+}  // namespace fringetwin::testing::spheres_test

@@ -19,7 +19,7 @@
 #include "tests/support/hard_support.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::triangles_test {
+namespace fringetwin::testing::triangles_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -325,4 +325,4 @@ TEST(HardTriangles, SurfacesInOnePlane) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::triangles_test
+}  // namespace fringetwin::testing::triangles_test

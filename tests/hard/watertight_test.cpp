@@ -13,7 +13,7 @@
 
 #include "tests/support/hard_support.hpp"
 
-namespace fringetwin::test::watertight_test {
+namespace fringetwin::testing::watertight_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -175,4 +175,4 @@ TEST(Watertight, SchoolbookLeaks) {
 #endif
 
 }  // namespace
-}  // namespace fringetwin::test::watertight_test
+}  // namespace fringetwin::testing::watertight_test

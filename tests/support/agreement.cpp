@@ -11,7 +11,7 @@
 
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -134,4 +134,4 @@ render::PixelBlock whole_image(const Twin& twin, std::size_t camera, int stride)
   return {0, 0, lens.width(), lens.height(), stride};
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

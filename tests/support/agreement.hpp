@@ -9,7 +9,7 @@
 #include "render/reference/reference.hpp"
 #include "render/renderer.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 /// The default device's renderer, one per test program; nullptr when there is no Vulkan device.
 render::Renderer* shared_renderer();
@@ -17,12 +17,12 @@ render::Renderer* shared_renderer();
 bool device_required();
 
 /// In a test body: skips (or, where a device is required, fails) without a device.
-#define REQUIRE_RENDERER()                                                           \
-  do {                                                                               \
-    if (!::fringetwin::test::shared_renderer()) {                                    \
-      if (::fringetwin::test::device_required()) FAIL() << "no Vulkan device found"; \
-      GTEST_SKIP() << "no Vulkan device found";                                      \
-    }                                                                                \
+#define REQUIRE_RENDERER()                                                              \
+  do {                                                                                  \
+    if (!::fringetwin::testing::shared_renderer()) {                                    \
+      if (::fringetwin::testing::device_required()) FAIL() << "no Vulkan device found"; \
+      GTEST_SKIP() << "no Vulkan device found";                                         \
+    }                                                                                   \
   } while (false)
 
 /// Argument of the first harmonic of N phase steps, (-pi, pi] (docs/CONVENTIONS.md: pattern n is
@@ -59,4 +59,4 @@ render::PixelBlock block_around(const Twin& twin, std::size_t camera, const Eige
 /// The whole image.
 render::PixelBlock whole_image(const Twin& twin, std::size_t camera, int stride = 1);
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

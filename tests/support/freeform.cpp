@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 namespace {
 
 struct Directions {
@@ -81,4 +81,4 @@ Mesh make_bumpy_icosphere(int subdivisions, double radius_mm, const std::vector<
   return mesh;
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -6,7 +6,7 @@
 
 #include "twin/mesh/mesh.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 /// Radius factor 1 + height exp(sharpness (n . direction - 1)) added up over all bumps.
 struct Bump {
@@ -24,4 +24,4 @@ double bumpy_radius(double radius_mm, const std::vector<Bump>& bumps, const Eige
 /// origin, every vertex on the true surface (rounded to float).
 Mesh make_bumpy_icosphere(int subdivisions, double radius_mm, const std::vector<Bump>& bumps);
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-namespace fringetwin::test::freeform_test {
+namespace fringetwin::testing::freeform_test {
 namespace {
 
 TEST(Freeform, CommittedFileIsWhatTheGeneratorMakes) {
@@ -27,4 +27,4 @@ TEST(Freeform, CommittedFileIsWhatTheGeneratorMakes) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::freeform_test
+}  // namespace fringetwin::testing::freeform_test

@@ -12,7 +12,7 @@
 
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -213,4 +213,4 @@ void report(const std::string& what, const std::string& schoolbook, const std::s
   std::cout << fmt::format("HARD | {} | {} | {}\n", what, schoolbook, ours);
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -12,7 +12,7 @@
 #include "tests/support/paper_rig.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 // ---- rigs
 
@@ -73,4 +73,4 @@ PointError point_error(
 /// One line for docs/HARD_CASES.md.
 void report(const std::string& what, const std::string& schoolbook, const std::string& ours);
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -18,8 +18,8 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    const auto mesh =
-        fringetwin::test::make_bumpy_icosphere(subdivisions, radius_mm, fringetwin::test::default_bumps());
+    const auto mesh = fringetwin::testing::make_bumpy_icosphere(subdivisions, radius_mm,
+                                                                fringetwin::testing::default_bumps());
     fringetwin::save_mesh_ply(argv[1], mesh);
     std::cerr << argv[1] << ": " << mesh.triangles.size() << " triangles\n";
   } catch (const std::exception& error) {

@@ -6,7 +6,7 @@
 
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 namespace {
 
 Pose pose(std::array<double, 6> rt) { return pose_from_rt(Eigen::Map<const RotTrans>(rt.data())); }
@@ -99,4 +99,4 @@ Twin only_camera(Twin twin, std::size_t index) {
   return twin;
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

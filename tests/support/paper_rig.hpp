@@ -6,7 +6,7 @@
 
 #include "twin/twin.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 /// Two cameras 1440x1080, projector 1280x720, vertical fringes 13/14/15 px in 4 steps, intensity 40,
 /// 8 bit with gain 20 DN (a white Lambertian surface of albedo 0.8 stays below 255); no objects.
@@ -31,4 +31,4 @@ Twin crop_around(Twin twin, const Eigen::Vector3d& point_world_mm, int width, in
 /// Reduces the twin to camera `index`.
 Twin only_camera(Twin twin, std::size_t index);
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -14,7 +14,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/image/image_io.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 namespace {
 
 namespace fs = std::filesystem;
@@ -248,4 +248,4 @@ std::optional<std::vector<ImageF>> povray_irradiance(const Twin& twin, std::size
   return out;
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -10,7 +10,7 @@
 
 #include "twin/twin.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 /// POV-Ray's own supersampling (+AM1 -J +A0.0, n x n) is the n x n regular samples AND the pixel's centre,
 /// all of one weight: it exaggerates contrast by about 1/n^2 of what the pixel takes away (0.06 % of the gain
@@ -34,4 +34,4 @@ std::optional<std::vector<ImageF>> povray_irradiance(const Twin& twin, std::size
 std::string povray_scene(const Twin& twin, std::size_t camera, const PatternSpec& pattern, double dx_px,
                          double dy_px);
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -14,7 +14,7 @@
 #include "twin/image/image_io.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::test::capture_test {
+namespace fringetwin::testing::capture_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -134,4 +134,4 @@ TEST_F(VmCapture, MeasuredOnThisMachineItIsThePlane) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::capture_test
+}  // namespace fringetwin::testing::capture_test

@@ -9,7 +9,7 @@
 #include "capture/v4l2/v4l2_list.hpp"
 #include "tests/vm/vivid.hpp"
 
-namespace fringetwin::test::faults_test {
+namespace fringetwin::testing::faults_test {
 namespace {
 
 using namespace fringetwin::capture;
@@ -191,4 +191,4 @@ TEST(VividFaults, DisconnectIsGone) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::faults_test
+}  // namespace fringetwin::testing::faults_test

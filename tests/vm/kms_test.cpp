@@ -20,7 +20,7 @@
 #include "tests/vm/vivid.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::kms_test {
+namespace fringetwin::testing::kms_test {
 namespace {
 
 using namespace fringetwin::capture;
@@ -210,4 +210,4 @@ TEST(KmsUnplugged, TheCardIsGone) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::kms_test
+}  // namespace fringetwin::testing::kms_test

@@ -9,7 +9,7 @@
 
 #include "tests/vm/vivid.hpp"
 
-namespace fringetwin::test::loop_test {
+namespace fringetwin::testing::loop_test {
 namespace {
 
 using namespace fringetwin::capture;
@@ -152,4 +152,4 @@ TEST(VividTimeStamps, StartOfExposureIsSeen) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::loop_test
+}  // namespace fringetwin::testing::loop_test

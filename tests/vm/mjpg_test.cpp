@@ -11,7 +11,7 @@
 #include "capture/v4l2/v4l2_camera.hpp"
 #include "tests/vm/vivid.hpp"
 
-namespace fringetwin::test::mjpg_test {
+namespace fringetwin::testing::mjpg_test {
 namespace {
 
 using namespace fringetwin::capture;
@@ -98,4 +98,4 @@ TEST(LoopbackMjpg, WholePicturesAreDecodedAndDamagedOnesTold) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::mjpg_test
+}  // namespace fringetwin::testing::mjpg_test

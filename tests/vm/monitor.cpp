@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <thread>
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 namespace {
 
 constexpr const char* port = "/dev/ttyS1";
@@ -81,4 +81,4 @@ Image<std::uint32_t> Monitor::screen(const std::string& device, const std::strin
   throw std::runtime_error("no screen dump: " + answer);
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -7,7 +7,7 @@
 
 #include "twin/image/image.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 class Monitor {
  public:
@@ -27,4 +27,4 @@ class Monitor {
   int fd_ = -1;
 };
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

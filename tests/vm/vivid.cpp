@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 namespace {
 
 using namespace fringetwin::capture;
@@ -69,4 +69,4 @@ Fringes vivid_fringes() {
   return fringes;
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

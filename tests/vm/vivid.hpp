@@ -5,7 +5,7 @@
 #include "capture/v4l2/v4l2_camera.hpp"
 #include "capture/v4l2/v4l2_display.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 constexpr int vivid_width = 1280, vivid_height = 720;
 constexpr double vivid_rate_hz = 24.0;
@@ -33,4 +33,4 @@ class Vivid {
 /// Fringes along x and y, four steps each.
 Fringes vivid_fringes();
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

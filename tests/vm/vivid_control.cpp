@@ -9,7 +9,7 @@
 
 #include "tests/vm/vivid.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 namespace {
 
 void control(const std::vector<std::string>& words) {
@@ -24,14 +24,14 @@ void control(const std::vector<std::string>& words) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing
 
 int main(int argc, char** argv) {
   try {
     const std::vector<std::string> words(argv + 1, argv + argc);
-    if (words.at(0) != "setup") fringetwin::test::control(words);
+    if (words.at(0) != "setup") fringetwin::testing::control(words);
     if (words.at(0) == "setup")
-      for (int i = 0; i < std::stoi(words.at(1)); ++i) fringetwin::test::Vivid{i};
+      for (int i = 0; i < std::stoi(words.at(1)); ++i) fringetwin::testing::Vivid{i};
   } catch (const std::exception& error) {
     std::fprintf(stderr, "vivid_control: %s\n", error.what());
     return 1;

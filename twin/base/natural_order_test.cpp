@@ -8,10 +8,10 @@
 
 #include "tests/support/twin/random_values.hpp"
 
-namespace fringetwin::test::natural_order_test {
+namespace fringetwin::testing::natural_order_test {
 namespace {
-using testing::ElementsAre;
-using testing::IsEmpty;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
 
 TEST(NaturalOrder, NumbersAsNumbers) {
   std::vector<std::string> names = {"img10.png", "img2.png",  "img1.png", "img002.png",  "b/img1.png",
@@ -51,4 +51,4 @@ TEST(NumberList, RangesAndNumbers) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::natural_order_test
+}  // namespace fringetwin::testing::natural_order_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace fringetwin::test::numbered_name_test {
+namespace fringetwin::testing::numbered_name_test {
 namespace {
 
 TEST(NumberedName, ThereAndBack) {
@@ -34,4 +34,4 @@ TEST(NumberedName, WhatIsNoPattern) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::numbered_name_test
+}  // namespace fringetwin::testing::numbered_name_test

@@ -11,9 +11,9 @@
 namespace fringetwin::paths_test {
 namespace {
 namespace fs = std::filesystem;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
-class TidyPath : public testing::Test {
+class TidyPath : public ::testing::Test {
  protected:
   void SetUp() override {
     folder_ = fs::temp_directory_path() / ("fringetwin_paths_" + std::to_string(::getpid()));

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace fringetwin::test::seal_test {
+namespace fringetwin::testing::seal_test {
 namespace {
 
 TEST(Seal, EveryChangeBreaksIt) {
@@ -29,4 +29,4 @@ TEST(Seal, TheRightLineMends) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::seal_test
+}  // namespace fringetwin::testing::seal_test

@@ -7,10 +7,10 @@
 #include "tests/support/twin/child_process.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test::sha256_test {
+namespace fringetwin::testing::sha256_test {
 namespace {
 
-using test_tools::ScratchFolder;
+using testing::ScratchFolder;
 
 constexpr const char* kAbc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
 constexpr const char* kNothing = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
@@ -50,4 +50,4 @@ TEST(Sha256, WhatCannotBeReadIsNamed) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::sha256_test
+}  // namespace fringetwin::testing::sha256_test

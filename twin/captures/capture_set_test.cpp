@@ -24,8 +24,8 @@
 namespace fringetwin::capture_set_test {
 namespace {
 namespace fs = std::filesystem;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 constexpr int kWidth = 20, kHeight = 10;
 
@@ -57,10 +57,10 @@ CameraImages make_images(const std::string& camera, int count, int bit_depth = 8
   return images;
 }
 
-class CaptureSetTest : public testing::Test {
+class CaptureSetTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     folder_ = fs::temp_directory_path() / fmt::format("fringetwin_captures_{}_{}", info->name(), ::getpid());
     fs::create_directories(folder_);
   }

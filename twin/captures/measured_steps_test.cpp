@@ -9,10 +9,10 @@
 
 namespace fringetwin::measured_steps_test {
 namespace {
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 Twin twin_of(int steps, const std::vector<std::string>& objects) {
   Twin twin;

@@ -20,9 +20,9 @@
 namespace fringetwin::cameramodel_test {
 namespace {
 
-using test_tools::ScratchFolder;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using testing::ScratchFolder;
 
 std::vector<std::uint64_t> bits(const CameraModelFile& model) {
   std::vector<std::uint64_t> all;
@@ -116,8 +116,7 @@ TEST(CameraModel, KeepsCommentsAndUnknownKeysOnRewrite) {
   EXPECT_EQ(back.comments, model.comments);
   EXPECT_EQ(back.extra, model.extra);
   write_cameramodel(scratch / "b.cameramodel", back);
-  EXPECT_EQ(test_tools::read_file(scratch / "a.cameramodel"),
-            test_tools::read_file(scratch / "b.cameramodel"));
+  EXPECT_EQ(testing::read_file(scratch / "a.cameramodel"), testing::read_file(scratch / "b.cameramodel"));
 }
 
 TEST(CameraModel, ExtremeNumbersKeepTheirBits) {
@@ -209,7 +208,7 @@ TEST(CameraModel, NamesAMissingFile) {
 
 /// The numbers of a file as mrcal's Python reads them, in C's exact hexadecimal form.
 std::string numbers_by_mrcal(const std::filesystem::path& file) {
-  const auto result = test_tools::run(
+  const auto result = testing::run(
       "/usr/bin/python3 -c \"import mrcal,sys; m = mrcal.cameramodel(sys.argv[1]); "
       "name, i = m.intrinsics(); print(name, *[float(x).hex() for x in i], "
       "*[float(x).hex() for x in m.extrinsics_rt_fromref()], *[int(x) for x in m.imagersize()])\" " +
@@ -235,18 +234,18 @@ std::string numbers_by_us(const CameraModelFile& model) {
 }
 
 TEST(CameraModelInterop, MrcalReadsOurFilesBitExactly) {
-  if (!test_tools::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
+  if (!testing::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
   const ScratchFolder scratch;
   write_cameramodel(scratch / "m.cameramodel", awkward_model());
   EXPECT_EQ(numbers_by_mrcal(scratch / "m.cameramodel"), numbers_by_us(awkward_model()));
 }
 
 TEST(CameraModelInterop, WeReadMrcalsFilesAsMrcalDoes) {
-  if (!test_tools::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
+  if (!testing::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
   const ScratchFolder scratch;
   write_cameramodel(scratch / "ours.cameramodel", awkward_model());
   const auto rewritten = scratch / "mrcals.cameramodel";
-  const auto result = test_tools::run(
+  const auto result = testing::run(
       "/usr/bin/python3 -c \"import mrcal,sys; mrcal.cameramodel(sys.argv[1]).write(sys.argv[2], note='by "
       "mrcal')\" " +
       (scratch / "ours.cameramodel").string() + " " + rewritten.string() + " 2>&1");
@@ -257,15 +256,14 @@ TEST(CameraModelInterop, WeReadMrcalsFilesAsMrcalDoes) {
 }
 
 TEST(CameraModelInterop, MrcalToCahvorTakesOurFiles) {
-  if (test_tools::run("command -v mrcal-to-cahvor").status != 0)
-    GTEST_SKIP() << "SKIPPED: no mrcal-to-cahvor";
-  if (!test_tools::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
+  if (testing::run("command -v mrcal-to-cahvor").status != 0) GTEST_SKIP() << "SKIPPED: no mrcal-to-cahvor";
+  if (!testing::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
   const ScratchFolder scratch;
   CameraModelFile model = awkward_model();
   model.comments = {" a comment"};
   model.extra = "'icam_intrinsics': 2,\n";
   write_cameramodel(scratch / "m.cameramodel", model);
-  const auto result = test_tools::run("mrcal-to-cahvor < " + (scratch / "m.cameramodel").string() + " 2>&1");
+  const auto result = testing::run("mrcal-to-cahvor < " + (scratch / "m.cameramodel").string() + " 2>&1");
   EXPECT_EQ(result.status, 0) << result.output;
   EXPECT_THAT(result.output, HasSubstr("Dimensions = 1280 720"));
 }
@@ -279,7 +277,7 @@ class CommaLocale {
     active_ = std::setlocale(LC_ALL, "de_DE.UTF-8") != nullptr;
     if (active_) return;
     const auto made =
-        test_tools::run("localedef -i de_DE -f UTF-8 " + (scratch_ / "de_DE.UTF-8").string() + " 2>&1");
+        testing::run("localedef -i de_DE -f UTF-8 " + (scratch_ / "de_DE.UTF-8").string() + " 2>&1");
     if (made.status != 0) return;
     setenv("LOCPATH", (scratch_ / "").c_str(), 1);
     active_ = std::setlocale(LC_ALL, "de_DE.UTF-8") != nullptr;
@@ -301,8 +299,7 @@ TEST(CameraModelLocale, CommaLocaleChangesNothing) {
   const CommaLocale locale;
   if (!locale.active()) GTEST_SKIP() << "SKIPPED: no de_DE.UTF-8 locale and no localedef to make one";
   write_cameramodel(scratch / "de.cameramodel", awkward_model());
-  EXPECT_EQ(test_tools::read_file(scratch / "c.cameramodel"),
-            test_tools::read_file(scratch / "de.cameramodel"));
+  EXPECT_EQ(testing::read_file(scratch / "c.cameramodel"), testing::read_file(scratch / "de.cameramodel"));
   EXPECT_EQ(bits(read_cameramodel(scratch / "de.cameramodel")), bits(awkward_model()));
 }
 

@@ -20,10 +20,10 @@
 namespace fringetwin::opencv_import_test {
 namespace {
 
-using test_tools::ScratchFolder;
 using ::testing::ElementsAre;
 using ::testing::ElementsAreArray;
 using ::testing::HasSubstr;
+using testing::ScratchFolder;
 
 const cv::Mat1d camera_matrix = (cv::Mat1d(3, 3) << 1700.15, 0, 627.73, 0, 1701.22, 406.54, 0, 0, 1);
 const cv::Vec3d rotation_vector(-0.0099, 0.3754, 0.0276);

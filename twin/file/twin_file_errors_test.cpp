@@ -4,10 +4,10 @@
 #include "tests/support/twin/twin_file_fixture.hpp"
 #include "twin/file/toml_reader.hpp"
 
-namespace fringetwin::twin_file_errors_test {
+namespace fringetwin::testing::twin_file_errors_test {
 namespace {
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 using TwinFileErrors = TwinFile;
 
@@ -328,4 +328,4 @@ TEST_F(TwinFileErrors, MeasureRealAndLimits) {
 }
 
 }  // namespace
-}  // namespace fringetwin::twin_file_errors_test
+}  // namespace fringetwin::testing::twin_file_errors_test

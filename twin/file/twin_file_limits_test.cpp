@@ -4,18 +4,18 @@
 #include "tests/support/twin/twin_file_fixture.hpp"
 #include "twin/file/cameramodel.hpp"
 
-namespace fringetwin::twin_file_limits_test {
+namespace fringetwin::testing::twin_file_limits_test {
 namespace {
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 using TwinFileLimits = TwinFile;
 
 TEST_F(TwinFileLimits, GrayCodeWithoutItsUnwrappingAddsNoImages) {
   const std::string gray = "[fringes.gray]\nbits = 6\nthreshold = \"white-black\"\n";
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStderr();
   const Twin twin = load(kMinimal + gray);
-  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("has no effect without unwrap = \"gray\""));
+  EXPECT_THAT(::testing::internal::GetCapturedStderr(), HasSubstr("has no effect without unwrap = \"gray\""));
   EXPECT_EQ(expand_sequence(twin.fringes).size(), 12u);
   EXPECT_FALSE(needs_white_black(twin.fringes));
 }
@@ -115,4 +115,4 @@ TEST_F(TwinFileLimits, TheCapturesVariableMayHoldItself) {
 }
 
 }  // namespace
-}  // namespace fringetwin::twin_file_limits_test
+}  // namespace fringetwin::testing::twin_file_limits_test

@@ -6,11 +6,11 @@
 #include "tests/support/twin/twin_file_fixture.hpp"
 #include "twin/file/toml_reader.hpp"
 
-namespace fringetwin::twin_file_settings_test {
+namespace fringetwin::testing::twin_file_settings_test {
 namespace {
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using Settings = std::map<std::string, std::string>;
 
 class TwinFileSettings : public TwinFile {
@@ -74,7 +74,7 @@ TEST_F(TwinFileSettings, ValuesTakeTheirPlaces) {
   EXPECT_EQ(twin.measure.fits[0].gate_mm, 0.5);
   EXPECT_EQ(twin.render.sampler, Sampler::gauss);
   EXPECT_EQ(twin.file, file());
-  EXPECT_EQ(test_tools::read_file(file()), text_) << "the file itself stays";
+  EXPECT_EQ(testing::read_file(file()), text_) << "the file itself stays";
 }
 
 TEST_F(TwinFileSettings, AWholeArrayComesBeforeItsEntries) {
@@ -138,4 +138,4 @@ TEST_F(TwinFileSettings, TextsReadBackAsTheSameValues) {
 }
 
 }  // namespace
-}  // namespace fringetwin::twin_file_settings_test
+}  // namespace fringetwin::testing::twin_file_settings_test

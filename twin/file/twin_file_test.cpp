@@ -17,11 +17,11 @@
 #include "twin/file/toml_reader.hpp"
 #include "twin/image/image_io.hpp"
 
-namespace fringetwin::twin_file_test {
+namespace fringetwin::testing::twin_file_test {
 namespace {
 namespace fs = std::filesystem;
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 TEST_F(TwinFile, DefaultsOfAMinimalFile) {
   const Twin twin = load(kMinimal);
@@ -379,7 +379,7 @@ TEST_F(TwinFile, MeshesAreReadOnceAndShared) {
   const auto mesh = [&](std::size_t k) { return std::get<MeshShape>(twin.objects[k].shape).mesh; };
   EXPECT_EQ(mesh(0), mesh(1));
   EXPECT_EQ(mesh(2)->vertices_mm[1].x(), 1000.0f);
-  EXPECT_THAT(twin.input_files, testing::Contains(folder_ / "a.obj"));
+  EXPECT_THAT(twin.input_files, ::testing::Contains(folder_ / "a.obj"));
 }
 
 /// As in Germany: 601,5 and 1.000.
@@ -426,4 +426,4 @@ TEST_F(TwinFile, PatternImages) {
 }
 
 }  // namespace
-}  // namespace fringetwin::twin_file_test
+}  // namespace fringetwin::testing::twin_file_test

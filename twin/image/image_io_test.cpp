@@ -28,13 +28,13 @@
 namespace fringetwin::image_io_test {
 namespace {
 namespace fs = std::filesystem;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
-class ImageIo : public testing::Test {
+class ImageIo : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     folder_ = fs::temp_directory_path() / fmt::format("fringetwin_image_io_{}_{}", info->name(), ::getpid());
     fs::create_directories(folder_);
   }
@@ -171,13 +171,13 @@ TEST_F(ImageIo, ReadsOpenCvFilesOfEveryKind) {
 TEST_F(ImageIo, LowBitDepthsKeepTheirStoredValues) {
   const fs::path file = folder_ / "bits.png";
   write_raw_png(file, 5, 2, 1, 0, std::string("\xa8\x50", 2));  // 10101, 01010
-  EXPECT_THAT(read_gray(file).image.data, testing::ElementsAre(1, 0, 1, 0, 1, 0, 1, 0, 1, 0));
+  EXPECT_THAT(read_gray(file).image.data, ::testing::ElementsAre(1, 0, 1, 0, 1, 0, 1, 0, 1, 0));
   write_raw_png(file, 3, 1, 2, 0, std::string("\x6c", 1));  // 01 10 11
-  EXPECT_THAT(read_gray(file).image.data, testing::ElementsAre(1, 2, 3));
+  EXPECT_THAT(read_gray(file).image.data, ::testing::ElementsAre(1, 2, 3));
   write_raw_png(file, 2, 1, 4, 0, std::string("\x9f", 1));
-  EXPECT_THAT(read_gray(file).image.data, testing::ElementsAre(9, 15));
+  EXPECT_THAT(read_gray(file).image.data, ::testing::ElementsAre(9, 15));
   write_raw_png(file, 2, 1, 16, 0, std::string("\x12\x34\xff\xfe", 4));
-  EXPECT_THAT(read_gray(file).image.data, testing::ElementsAre(0x1234, 0xfffe));
+  EXPECT_THAT(read_gray(file).image.data, ::testing::ElementsAre(0x1234, 0xfffe));
 }
 
 TEST_F(ImageIo, ColourImagesAreRefused) {

@@ -17,8 +17,8 @@
 namespace fringetwin::lens_domain_test {
 namespace {
 
-using test_tools::uniform;
 using ::testing::HasSubstr;
+using testing::uniform;
 
 // ------------------------------------------------------------ roots
 
@@ -91,9 +91,9 @@ TEST(Domain, TangentialTermsAloneEndAtOneOverSixP) {
 }
 
 TEST(Domain, PaperRig) {
-  EXPECT_TRUE(std::isinf(test_tools::paper_left().max_invertible_radius_sq()));
-  EXPECT_TRUE(std::isinf(test_tools::paper_right().max_invertible_radius_sq()));
-  const double r = std::sqrt(test_tools::paper_projector().max_invertible_radius_sq());
+  EXPECT_TRUE(std::isinf(testing::paper_left().max_invertible_radius_sq()));
+  EXPECT_TRUE(std::isinf(testing::paper_right().max_invertible_radius_sq()));
+  const double r = std::sqrt(testing::paper_projector().max_invertible_radius_sq());
   EXPECT_LT(r, 0.9482);  // tangential terms cost a little
   EXPECT_GT(r, 0.945);
 }
@@ -197,7 +197,7 @@ TEST(Refusal, BadValues) {
 }
 
 TEST(Outside, PointsBeyondTheDomainHaveNoPixelAndPixelsBeyondTheImageOfItNoDirection) {
-  const Lens projector = test_tools::paper_projector();
+  const Lens projector = testing::paper_projector();
   const double r = std::sqrt(projector.max_invertible_radius_sq());
   EXPECT_TRUE(projector.project({r * (1 - 1e-9), 0, 1}));
   EXPECT_FALSE(projector.project({r * (1 + 1e-9), 0, 1}));
@@ -210,7 +210,7 @@ TEST(Outside, PointsBeyondTheDomainHaveNoPixelAndPixelsBeyondTheImageOfItNoDirec
 }
 
 TEST(Outside, PixelsNextToTheFoldStillRoundTrip) {
-  const Lens projector = test_tools::paper_projector();
+  const Lens projector = testing::paper_projector();
   for (int i = 0; i < 360; ++i) {
     const double a = i * std::numbers::pi / 180,
                  r = std::sqrt(projector.max_invertible_radius_sq()) * (1 - 1e-7);

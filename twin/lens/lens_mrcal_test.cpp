@@ -214,8 +214,8 @@ TEST(LensMrcal, RefusesTheWrongNumberOfKnots) {
 }
 
 TEST(LensMrcal, AgreesWithMrcalsPython) {
-  if (!test_tools::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
-  const test_tools::ScratchFolder scratch;
+  if (!testing::has_mrcal_python()) GTEST_SKIP() << "SKIPPED: no mrcal module for /usr/bin/python3";
+  const testing::ScratchFolder scratch;
   const auto program = scratch.write("project.py",
                                      "import sys, mrcal, numpy as np\n"
                                      "lines = open(sys.argv[1]).read().splitlines()\n"
@@ -239,7 +239,7 @@ TEST(LensMrcal, AgreesWithMrcalsPython) {
     input << "\n";
   }
   const auto file = scratch.write("input.txt", input.str());
-  const auto result = test_tools::run("/usr/bin/python3 " + program.string() + " " + file.string() + " 2>&1");
+  const auto result = testing::run("/usr/bin/python3 " + program.string() + " " + file.string() + " 2>&1");
   ASSERT_EQ(result.status, 0) << result.output;
   std::istringstream numbers(result.output);
   for (const auto& [lens, p] : points) {

@@ -19,9 +19,9 @@
 namespace fringetwin::lens_test {
 namespace {
 
-using test_tools::any_lens;
-using test_tools::any_pixel;
-using test_tools::uniform;
+using testing::any_lens;
+using testing::any_pixel;
+using testing::uniform;
 
 double scale_px(const Lens& lens) {
   double scale = std::max(lens.width(), lens.height());
@@ -66,7 +66,7 @@ TEST(Lens, OpenCv12ByTheFormula) {
 }
 
 TEST(Lens, DistortionIsZeroPadded) {
-  const Lens lens = test_tools::paper_left();
+  const Lens lens = testing::paper_left();
   EXPECT_EQ(lens.opencv_distortion()[3], -0.0004);
   EXPECT_EQ(lens.opencv_distortion().tail<8>(), (Eigen::Matrix<double, 8, 1>::Zero()));
   EXPECT_EQ(lens.model(), "LENSMODEL_OPENCV4");
@@ -75,8 +75,7 @@ TEST(Lens, DistortionIsZeroPadded) {
 }
 
 TEST(Lens, PaperRigRoundTripsOverTheWholeImage) {
-  for (const Lens& lens :
-       {test_tools::paper_left(), test_tools::paper_right(), test_tools::paper_projector()}) {
+  for (const Lens& lens : {testing::paper_left(), testing::paper_right(), testing::paper_projector()}) {
     double worst_px = 0.0;
     for (double y = -0.5; y <= lens.height() - 0.5; y += 7.5) {
       for (double x = -0.5; x <= lens.width() - 0.5; x += 7.5) {
@@ -109,7 +108,7 @@ TEST(Lens, PublishedWideOpenCv8RoundTrips) {
 }
 
 TEST(Lens, BehindTheCameraAndBadPointsHaveNoPixel) {
-  const Lens lens = test_tools::paper_left();
+  const Lens lens = testing::paper_left();
   const double nan = std::nan(""), inf = INFINITY;
   EXPECT_FALSE(lens.project({0, 0, -1}));
   EXPECT_FALSE(lens.project({0, 0, 0}));
@@ -123,7 +122,7 @@ TEST(Lens, BehindTheCameraAndBadPointsHaveNoPixel) {
 }
 
 TEST(Lens, ProjectionDoesNotDependOnTheUnit) {
-  const Lens lens = test_tools::paper_projector();
+  const Lens lens = testing::paper_projector();
   const Eigen::Vector3d p_mm(30.0, -20.0, 270.0);
   EXPECT_LT((*lens.project(p_mm) - *lens.project(p_mm * 1e-3)).norm(), 1e-12);
 }

@@ -17,8 +17,8 @@
 namespace fringetwin::pose_test {
 namespace {
 
-using test_tools::any_vector;
-using test_tools::uniform;
+using testing::any_vector;
+using testing::uniform;
 
 constexpr double pi = std::numbers::pi;
 constexpr double mm = 1e-11;

@@ -32,14 +32,14 @@ extern "C" const char* __lsan_default_suppressions() { return "leak:libassimp"; 
 namespace fringetwin::mesh_test {
 namespace {
 namespace fs = std::filesystem;
-using testing::AllOf;
-using testing::AnyOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::AnyOf;
+using ::testing::HasSubstr;
 
-class MeshFile : public testing::Test {
+class MeshFile : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     folder_ = fs::temp_directory_path() / fmt::format("fringetwin_mesh_{}_{}", info->name(), ::getpid());
     fs::create_directories(folder_);
   }
@@ -178,12 +178,12 @@ TEST_F(MeshFile, ContentDecidesForPly) {
 }
 
 TEST_F(MeshFile, DegenerateTrianglesAreDroppedAndCounted) {
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStderr();
   // twice the same corner; three corners on a line; two corners at the same place
   const auto mesh = load_mesh(write("d.ply", ascii_ply("0 0 0\n1 0 0\n1 1 0\n2 0 0\n1 0 0\n", 5,
                                                        "3 0 1 2\n3 0 1 1\n3 0 1 3\n3 1 4 2\n", 4)),
                               "mm");
-  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("3 triangles without area left out"));
+  EXPECT_THAT(::testing::internal::GetCapturedStderr(), HasSubstr("3 triangles without area left out"));
   EXPECT_EQ(mesh->triangles.size(), 1u);
   EXPECT_EQ(mesh->vertices_mm.size(), 4u);
 }

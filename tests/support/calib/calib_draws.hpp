@@ -11,74 +11,74 @@
 #include "tests/support/calib/calib_rig.hpp"
 #include "twin/lens/linear.hpp"
 
-namespace fringetwin::calib::test_tools {
+namespace fringetwin::testing {
 
 /// How the projector's corners come about.
-enum class Projector { measured_by_itself, read_at_the_cameras_corners };
+enum class ProjectorCorners { measured_by_itself, read_at_the_cameras_corners };
 
-class Draws {
+class CalibrationDraws {
  public:
-  explicit Draws(Projector kind) : kind_(kind) {
+  explicit CalibrationDraws(ProjectorCorners kind) : kind_(kind) {
     BoardDraw draw;
     draw.sigma_px = 0.0;
     exact_ = draw_observations(rig_, random_, draw, &boards_);
     exact_.devices[2].is_projector = true;
-    CalibrateOptions options;
+    calib::CalibrateOptions options;
     options.regularize = options.reject_outliers = false;
-    options.estimate_sigmas = kind == Projector::read_at_the_cameras_corners;
-    first_ = calibrate(noisy(), options);
+    options.estimate_sigmas = kind == ProjectorCorners::read_at_the_cameras_corners;
+    first_ = calib::calibrate(noisy(), options);
   }
   const TrueRig& rig() const { return rig_; }
   /// Solved from the first draw, with the estimates of covariance that a user gets.
-  const Calibration& first() const { return first_; }
+  const calib::Calibration& first() const { return first_; }
 
-  Calibration next() {
-    Calibration c = first_;
-    Observations o = noisy();
+  calib::Calibration next() {
+    calib::Calibration c = first_;
+    calib::Observations o = noisy();
     for (std::size_t d = 0; d < 3; ++d) o.devices[d].sigma_px = first_.observations.devices[d].sigma_px;
-    Seed truth{c.problem.lensmodel, {}, rig_.T_device_ref, boards_};
+    calib::Seed truth{c.problem.lensmodel, {}, rig_.T_device_ref, boards_};
     for (const Lens& lens : rig_.lenses) truth.intrinsics.push_back(lens.intrinsics());
-    c.problem = make_problem(o, truth);
-    c.problem.warp_m = kMetresPerMm * rig_.warp_mm;
+    c.problem = calib::make_problem(o, truth);
+    c.problem.warp_m = calib::kMetresPerMm * rig_.warp_mm;
     c.problem.regularize = false;
     mrcal_solve(c.problem);
     for (std::size_t d = 0; d < 3; ++d) {
       c.devices[d].intrinsics = c.problem.intrinsics[d];
-      c.devices[d].T_device_ref = T_device_ref(c.problem, static_cast<int>(d));
+      c.devices[d].T_device_ref = calib::T_device_ref(c.problem, static_cast<int>(d));
     }
     return c;
   }
 
   /// Where the boards of this calibration carry a point: what turns and shifts the whole rig is no error.
-  Eigen::Vector3d carried_mm(const Calibration& c, const Eigen::Vector3d& p_mm) const {
+  Eigen::Vector3d carried_mm(const calib::Calibration& c, const Eigen::Vector3d& p_mm) const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (std::size_t f = 0; f < boards_.size(); ++f)
-      sum += T_ref_board(c.problem, static_cast<int>(f)) * (boards_[f].inverse() * p_mm);
+      sum += calib::T_ref_board(c.problem, static_cast<int>(f)) * (boards_[f].inverse() * p_mm);
     return sum / static_cast<double>(boards_.size());
   }
 
   /// Points whose pixels are the true ones, as this calibration's first and `other` device put them.
-  std::vector<Eigen::Vector3d> measured_mm(const Calibration& c, int other,
+  std::vector<Eigen::Vector3d> measured_mm(const calib::Calibration& c, int other,
                                            const std::vector<Eigen::Vector3d>& p_mm) const {
     const std::vector<Lens> lenses{c.lens(0), c.lens(other)};
     const auto k = static_cast<std::size_t>(other);
     const std::vector<Pose> poses{Pose{}, c.devices[k].T_device_ref};
     std::vector<Eigen::Vector3d> out;
     for (const auto& p : p_mm)
-      out.push_back(*triangulate(
+      out.push_back(*calib::triangulate(
           lenses, poses, {*rig_.lenses[0].project(p), *rig_.lenses[k].project(rig_.T_device_ref[k] * p)}, p));
     return out;
   }
 
  private:
-  Observations noisy() {
+  calib::Observations noisy() {
     std::normal_distribution<double> camera(0.0, 0.1), own(0.0, 0.02);
-    Observations o = exact_;
-    for (View& view : o.views)
-      if (view.device < 2 || kind_ == Projector::measured_by_itself)
-        for (Corner& c : view.corners) c.q_px += Eigen::Vector2d(camera(random_), camera(random_));
-    if (kind_ == Projector::measured_by_itself) return o;
-    for (View& view : o.views) {
+    calib::Observations o = exact_;
+    for (calib::View& view : o.views)
+      if (view.device < 2 || kind_ == ProjectorCorners::measured_by_itself)
+        for (calib::Corner& c : view.corners) c.q_px += Eigen::Vector2d(camera(random_), camera(random_));
+    if (kind_ == ProjectorCorners::measured_by_itself) return o;
+    for (calib::View& view : o.views) {
       if (view.device != 2) continue;
       for (std::size_t i = 0; i < view.corners.size(); ++i) {
         Eigen::Vector2d read = Eigen::Vector2d::Zero();
@@ -108,12 +108,12 @@ class Draws {
     return *rig_.lenses[2].project(rig_.T_device_ref[2] * (T_world_board * p));
   }
 
-  Projector kind_;
-  TrueRig rig_ = paper_rig();
+  ProjectorCorners kind_;
+  TrueRig rig_ = true_paper_rig();
   std::mt19937_64 random_{77};
   std::vector<Pose> boards_;
-  Observations exact_;
-  Calibration first_;
+  calib::Observations exact_;
+  calib::Calibration first_;
 };
 
 /// Deviations that should have this covariance.
@@ -147,4 +147,4 @@ struct Scatter {
   }
 };
 
-}  // namespace fringetwin::calib::test_tools
+}  // namespace fringetwin::testing

@@ -10,17 +10,17 @@
 #include "calib/solve/triangulate.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::calib::test_tools {
+namespace fringetwin::testing {
 
 struct TrueRig {
   std::vector<Lens> lenses;
   std::vector<Pose> T_device_ref;
-  Board board{10, 8, 12.0};
+  calib::Board board{10, 8, 12.0};
   Eigen::Vector2d warp_mm{0.15, -0.10};
 };
 
-inline TrueRig paper_rig() {
-  const Twin twin = test::paper_rig();
+inline TrueRig true_paper_rig() {
+  const Twin twin = testing::paper_rig();
   TrueRig rig;
   for (const Camera& c : twin.cameras) {
     rig.lenses.push_back(c.lens);
@@ -40,11 +40,11 @@ struct BoardDraw {
 };
 
 /// Corners of boards at random poses, seen by all devices, with Gaussian noise; `poses`: of the boards.
-inline Observations draw_observations(const TrueRig& rig, std::mt19937_64& random, const BoardDraw& draw = {},
-                                      std::vector<Pose>* poses = nullptr) {
+inline calib::Observations draw_observations(const TrueRig& rig, std::mt19937_64& random,
+                                             const BoardDraw& draw = {}, std::vector<Pose>* poses = nullptr) {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   std::normal_distribution<double> noise(0.0, draw.sigma_px);
-  Observations o;
+  calib::Observations o;
   o.board = rig.board;
   const char* names[] = {"left", "right", "projector"};
   for (std::size_t d = 0; d < rig.lenses.size(); ++d)
@@ -59,13 +59,13 @@ inline Observations draw_observations(const TrueRig& rig, std::mt19937_64& rando
          Eigen::AngleAxisd(draw.largest_roll_rad * unit(random), Eigen::Vector3d::UnitZ()))
             .toRotationMatrix();
     const Pose T_ref_board{R, center - R * middle};
-    std::vector<View> views;
+    std::vector<calib::View> views;
     for (std::size_t d = 0; d < rig.lenses.size(); ++d) {
-      View view{static_cast<int>(d), static_cast<int>(o.frames.size()), "", {}};
+      calib::View view{static_cast<int>(d), static_cast<int>(o.frames.size()), "", {}};
       for (std::size_t i = 0; i < rig.board.corners(); ++i) {
         const auto q =
             rig.lenses[d].project(rig.T_device_ref[d] * (T_ref_board * rig.board.point_mm(i, rig.warp_mm)));
-        Corner c;
+        calib::Corner c;
         if (q && q->x() > 0 && q->y() > 0 && q->x() < rig.lenses[d].width() - 1 &&
             q->y() < rig.lenses[d].height() - 1)
           c = {*q + Eigen::Vector2d(noise(random), noise(random)), 1.0};
@@ -119,17 +119,17 @@ inline std::vector<Eigen::Vector3d> volume(const TrueRig& rig) {
 }
 
 /// rms of the shape that devices 0 and `other` measure, when the pixels are the true rig's.
-inline double shape_error_mm(const TrueRig& rig, const Calibration& c, std::size_t other) {
+inline double shape_error_mm(const TrueRig& rig, const calib::Calibration& c, std::size_t other) {
   const std::vector<Eigen::Vector3d> truth = volume(rig);
   std::vector<Eigen::Vector3d> measured;
   for (const auto& p : truth) {
     std::vector<Eigen::Vector2d> q;
     for (const std::size_t d : {std::size_t{0}, other})
       q.push_back(*rig.lenses[d].project(rig.T_device_ref[d] * p));
-    measured.push_back(*triangulate({c.lens(0), c.lens(static_cast<int>(other))},
-                                    {Pose{}, c.devices[other].T_device_ref}, q, p));
+    measured.push_back(*calib::triangulate({c.lens(0), c.lens(static_cast<int>(other))},
+                                           {Pose{}, c.devices[other].T_device_ref}, q, p));
   }
-  return aligned_rms_mm(measured, truth);
+  return calib::aligned_rms_mm(measured, truth);
 }
 
-}  // namespace fringetwin::calib::test_tools
+}  // namespace fringetwin::testing

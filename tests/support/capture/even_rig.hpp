@@ -12,7 +12,7 @@
 #include "capture/device/pattern_display.hpp"
 #include "capture/record/grab_step.hpp"
 
-namespace fringetwin::capture::testing {
+namespace fringetwin::testing {
 
 /// The light goes from one level to the next in `rise_ms`, beginning `latency_ms` (and up to `jitter_ms`
 /// more) after a picture is shown.
@@ -25,7 +25,7 @@ struct EvenWorld {
   struct Change {
     double from_ms, step;
   };
-  TimeNs now_ns = 0;
+  capture::TimeNs now_ns = 0;
   double level = 0.0;
   std::vector<Change> changes;
 
@@ -51,16 +51,16 @@ struct EvenCameraOptions {
   double noise_dn = 0.0;
   bool stamped_at_begin = false, exposure_known = true;
   std::set<std::uint32_t> lost = {};
-  ExposureRange range = {0.1, 100.0, 0.01};
+  capture::ExposureRange range = {0.1, 100.0, 0.01};
 };
 
-class EvenCamera : public CameraDevice {
+class EvenCamera : public capture::CameraDevice {
  public:
   EvenCamera(std::shared_ptr<EvenWorld> world, EvenCameraOptions options)
       : world_(std::move(world)), o_(std::move(options)), next_ms_(o_.offset_ms) {}
 
-  CameraInfo info() const override {
-    CameraInfo info;
+  capture::CameraInfo info() const override {
+    capture::CameraInfo info;
     info.device = "even";
     info.width = o_.width;
     info.height = o_.height;
@@ -72,9 +72,9 @@ class EvenCamera : public CameraDevice {
   void stop() noexcept override {}
   void check_input() override {}
   void drain() override {
-    while (to_ns(next_ms_ + o_.exposure_ms) <= world_->now_ns) skip();
+    while (capture::to_ns(next_ms_ + o_.exposure_ms) <= world_->now_ns) skip();
   }
-  std::optional<ExposureRange> exposure_range() const override { return o_.range; }
+  std::optional<capture::ExposureRange> exposure_range() const override { return o_.range; }
   std::optional<double> exposure_ms() const override {
     return o_.exposure_known ? std::optional(o_.exposure_ms) : std::nullopt;
   }
@@ -83,7 +83,7 @@ class EvenCamera : public CameraDevice {
     return o_.exposure_ms =
                std::clamp(o_.range.min_ms + steps * o_.range.step_ms, o_.range.min_ms, o_.range.max_ms);
   }
-  TimeNs now_ns() const override { return world_->now_ns; }
+  capture::TimeNs now_ns() const override { return world_->now_ns; }
 
   /// Of white per ms, at a pixel: from 1 to 1/4 of the brightest, evenly over the pixels' numbers.
   double gain(std::size_t pixel) const {
@@ -91,23 +91,23 @@ class EvenCamera : public CameraDevice {
     return o_.dn_per_ms * (1.0 - 0.75 * place);
   }
 
-  Frame next_frame(std::chrono::milliseconds, Pixels) override {
+  capture::Frame next_frame(std::chrono::milliseconds, Pixels) override {
     while (o_.lost.contains(sequence_)) skip();
     const double end_ms = next_ms_ + o_.exposure_ms;
-    Frame frame;
+    capture::Frame frame;
     frame.sequence = sequence_;
-    frame.timestamp_ns = to_ns(o_.stamped_at_begin ? next_ms_ : end_ms);
+    frame.timestamp_ns = capture::to_ns(o_.stamped_at_begin ? next_ms_ : end_ms);
     const double light =
         o_.ambient * o_.exposure_ms +
         (world_->lamp_on ? world_->light_until(end_ms) - world_->light_until(next_ms_) : 0.0);
-    frame.dn = ImageU16(o_.width, o_.height);
+    frame.dn = capture::ImageU16(o_.width, o_.height);
     std::normal_distribution<double> noise(0.0, 1.0);
     for (std::size_t i = 0; i < frame.dn.size(); ++i) {
       const double dn =
           o_.black_dn + gain(i) * light + (o_.noise_dn > 0.0 ? o_.noise_dn * noise(world_->random) : 0.0);
       frame.dn.data[i] = static_cast<std::uint16_t>(std::clamp(std::round(dn), 0.0, (1 << o_.bits) - 1.0));
     }
-    world_->now_ns = std::max(world_->now_ns, to_ns(end_ms));
+    world_->now_ns = std::max(world_->now_ns, capture::to_ns(end_ms));
     skip();
     return frame;
   }
@@ -125,21 +125,21 @@ class EvenCamera : public CameraDevice {
   std::uint32_t sequence_ = 0;
 };
 
-class EvenDisplay : public PatternDisplay {
+class EvenDisplay : public capture::PatternDisplay {
  public:
   explicit EvenDisplay(std::shared_ptr<EvenWorld> world) : world_(std::move(world)) {}
-  DisplayInfo info() const override {
-    DisplayInfo info;
+  capture::DisplayInfo info() const override {
+    capture::DisplayInfo info;
     info.device = "even";
     info.width = 8;
     info.height = 6;
     info.timed = world_->timed;
     return info;
   }
-  Shown show(const Pattern& pattern, const ImageF&) override {
-    world_->now_ns += to_ns(world_->any(world_->flip_wait_ms));
+  capture::Shown show(const capture::Pattern& pattern, const ImageF&) override {
+    world_->now_ns += capture::to_ns(world_->any(world_->flip_wait_ms));
     const double late_ms = world_->latency_ms + world_->any(world_->jitter_ms);
-    const double from_ms = static_cast<double>(world_->now_ns) / kNsPerMs + late_ms;
+    const double from_ms = static_cast<double>(world_->now_ns) / capture::kNsPerMs + late_ms;
     world_->changes.push_back({from_ms, pattern.level - world_->level});
     world_->level = pattern.level;
     return {world_->now_ns, world_->changes.size(), world_->timed};
@@ -151,7 +151,7 @@ class EvenDisplay : public PatternDisplay {
 
 struct EvenRig {
   std::shared_ptr<EvenWorld> world = std::make_shared<EvenWorld>();
-  Rig cameras;
+  capture::Rig cameras;
   EvenDisplay display{world};
   void add(const std::string& name, const EvenCameraOptions& options) {
     cameras.push_back({name, options.bits, std::make_unique<EvenCamera>(world, options)});
@@ -159,4 +159,4 @@ struct EvenRig {
   EvenCamera& camera(std::size_t index) { return static_cast<EvenCamera&>(*cameras[index].device); }
 };
 
-}  // namespace fringetwin::capture::testing
+}  // namespace fringetwin::testing

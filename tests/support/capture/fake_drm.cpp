@@ -14,7 +14,7 @@
 
 namespace {
 
-using fringetwin::test_tools::FakeDrm;
+using fringetwin::testing::FakeDrm;
 
 FakeDrm fake;
 std::optional<std::uint64_t> pending_sequence;
@@ -90,7 +90,7 @@ int set_property(std::uint32_t id, std::uint64_t value) {
 
 }  // namespace
 
-namespace fringetwin::test_tools {
+namespace fringetwin::testing {
 
 FakeDrm& new_fake_drm(std::string* path) {
   static const ScratchFolder folder;
@@ -100,7 +100,7 @@ FakeDrm& new_fake_drm(std::string* path) {
   return fake;
 }
 
-}  // namespace fringetwin::test_tools
+}  // namespace fringetwin::testing
 
 extern "C" {
 

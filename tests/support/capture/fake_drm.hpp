@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace fringetwin::test_tools {
+namespace fringetwin::testing {
 
 /// One connector of 1280x720@60 and 1920x1080@60 (preferred), one CRTC, which showed a console before.
 struct FakeDrm {
@@ -40,4 +40,4 @@ struct FakeDrm {
 /// The card, as new; its path is for KmsCard::open.
 FakeDrm& new_fake_drm(std::string* path);
 
-}  // namespace fringetwin::test_tools
+}  // namespace fringetwin::testing

@@ -10,7 +10,7 @@
 
 #include "capture/device/pixel_format.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 namespace {
 
 template <std::size_t size>
@@ -291,4 +291,4 @@ void add_camera_controls(FakeV4l2& driver) {
        {V4L2_CID_FOCUS_AUTO, "Focus, Automatic Continuous", V4L2_CTRL_TYPE_BOOLEAN, 0, 1, 1, 1}});
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -10,7 +10,7 @@
 
 #include "capture/v4l2/v4l2_api.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 struct FakeControl {
   std::uint32_t id = 0;
@@ -88,4 +88,4 @@ class FakeV4l2 final : public capture::V4l2Api {
 /// A UVC camera with all that changes the picture by itself turned on.
 void add_camera_controls(FakeV4l2& driver);
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

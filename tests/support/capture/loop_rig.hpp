@@ -12,15 +12,15 @@
 #include "capture/record/grab_step.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::capture::testing {
+namespace fringetwin::testing {
 
 enum class LoopFault { lost, repeated, error_flag, timeout, stream, no_signal, gone };
 
 /// Frames come every 10 ms; a picture is seen whole from the first frame that begins `latency_ms` after it.
 struct LoopWorld {
-  TimeNs now_ns = 0;
-  ImageU16 before, shown;  ///< what the light was before the last change, and is
-  TimeNs changed_ns = 0;
+  capture::TimeNs now_ns = 0;
+  capture::ImageU16 before, shown;  ///< what the light was before the last change, and is
+  capture::TimeNs changed_ns = 0;
   std::uint64_t n_shown = 0;
   double latency_ms = 15.0;
   std::map<int, LoopFault> faults;  ///< by the number of the next_frame() call, all cameras counted together
@@ -30,16 +30,16 @@ struct LoopWorld {
   std::optional<double> exposure_step_ms;  ///< the cameras have an exposure control with that step
 };
 
-class LoopCamera : public CameraDevice {
+class LoopCamera : public capture::CameraDevice {
  public:
   LoopCamera(std::shared_ptr<LoopWorld> world, int width, int height, double offset_ms)
       : world_(std::move(world)),
         width_(width),
         height_(height),
-        next_end_ns_(to_ns(offset_ms + kPeriodMs)) {}
+        next_end_ns_(capture::to_ns(offset_ms + kPeriodMs)) {}
 
-  CameraInfo info() const override {
-    CameraInfo info;
+  capture::CameraInfo info() const override {
+    capture::CameraInfo info;
     info.device = "loop";
     info.width = width_;
     info.height = height_;
@@ -49,7 +49,7 @@ class LoopCamera : public CameraDevice {
     return info;
   }
   void start() override {
-    if (world_->gone) throw DeviceFault(DeviceFault::Kind::gone, "loop: unplugged");
+    if (world_->gone) throw capture::DeviceFault(capture::DeviceFault::Kind::gone, "loop: unplugged");
     running_ = true;
   }
   void stop() noexcept override { running_ = false; }
@@ -59,15 +59,15 @@ class LoopCamera : public CameraDevice {
   void check_input() override {
     if (world_->signal_missing > 0) {
       --world_->signal_missing;
-      throw DeviceFault(DeviceFault::Kind::no_signal, "loop: no signal");
+      throw capture::DeviceFault(capture::DeviceFault::Kind::no_signal, "loop: no signal");
     }
   }
 
-  Frame next_frame(std::chrono::milliseconds, Pixels pixels) override {
-    if (!running_) throw DeviceFault(DeviceFault::Kind::stream, "loop: not started");
+  capture::Frame next_frame(std::chrono::milliseconds, Pixels pixels) override {
+    if (!running_) throw capture::DeviceFault(capture::DeviceFault::Kind::stream, "loop: not started");
     const auto fault = world_->faults.find(world_->calls++);
     if (fault != world_->faults.end()) suffer(fault->second);
-    Frame frame;
+    capture::Frame frame;
     const bool repeat =
         fault != world_->faults.end() && fault->second == LoopFault::repeated && sequence_ > 0;
     if (repeat) {
@@ -75,10 +75,10 @@ class LoopCamera : public CameraDevice {
       frame.timestamp_ns = last_ns_;
     } else {
       frame.sequence = sequence_;
-      frame.timestamp_ns = last_ns_ = next_end_ns_ - to_ns(kPeriodMs);
+      frame.timestamp_ns = last_ns_ = next_end_ns_ - capture::to_ns(kPeriodMs);
     }
     if (fault != world_->faults.end() && fault->second == LoopFault::error_flag) {
-      frame.fault = FrameFault::error_flag;
+      frame.fault = capture::FrameFault::error_flag;
       frame.flags = 0x40;
     } else if (pixels == Pixels::keep) {
       frame.dn = frame.timestamp_ns >= world_->changed_ns ? world_->shown : world_->before;
@@ -89,9 +89,9 @@ class LoopCamera : public CameraDevice {
     }
     return frame;
   }
-  TimeNs now_ns() const override { return world_->now_ns; }
+  capture::TimeNs now_ns() const override { return world_->now_ns; }
   double set_exposure_ms(double exposure_ms) override {
-    if (!world_->exposure_step_ms) return CameraDevice::set_exposure_ms(exposure_ms);
+    if (!world_->exposure_step_ms) return capture::CameraDevice::set_exposure_ms(exposure_ms);
     return std::round(exposure_ms / *world_->exposure_step_ms) * *world_->exposure_step_ms;
   }
 
@@ -99,7 +99,7 @@ class LoopCamera : public CameraDevice {
 
  private:
   void advance() {
-    next_end_ns_ += to_ns(kPeriodMs);
+    next_end_ns_ += capture::to_ns(kPeriodMs);
     ++sequence_;
   }
   void suffer(LoopFault fault) {
@@ -108,16 +108,16 @@ class LoopCamera : public CameraDevice {
         advance();
         break;
       case LoopFault::timeout:
-        throw DeviceFault(DeviceFault::Kind::timeout, "loop: no frame for 2000 ms");
+        throw capture::DeviceFault(capture::DeviceFault::Kind::timeout, "loop: no frame for 2000 ms");
       case LoopFault::stream:
         running_ = false;
-        throw DeviceFault(DeviceFault::Kind::stream, "loop: EIO");
+        throw capture::DeviceFault(capture::DeviceFault::Kind::stream, "loop: EIO");
       case LoopFault::no_signal:
         world_->signal_missing = 1;
         break;
       case LoopFault::gone:
         world_->gone = true;
-        throw DeviceFault(DeviceFault::Kind::gone, "loop: unplugged");
+        throw capture::DeviceFault(capture::DeviceFault::Kind::gone, "loop: unplugged");
       case LoopFault::repeated:
       case LoopFault::error_flag:
         break;
@@ -126,27 +126,27 @@ class LoopCamera : public CameraDevice {
 
   std::shared_ptr<LoopWorld> world_;
   int width_, height_;
-  TimeNs next_end_ns_, last_ns_ = 0;
+  capture::TimeNs next_end_ns_, last_ns_ = 0;
   std::uint32_t sequence_ = 0;
   bool running_ = false;
 };
 
-class LoopDisplay : public PatternDisplay {
+class LoopDisplay : public capture::PatternDisplay {
  public:
   LoopDisplay(std::shared_ptr<LoopWorld> world, int width, int height)
       : world_(std::move(world)), width_(width), height_(height) {}
-  DisplayInfo info() const override {
-    DisplayInfo info;
+  capture::DisplayInfo info() const override {
+    capture::DisplayInfo info;
     info.device = "loop";
     info.width = width_;
     info.height = height_;
     info.timed = true;
     return info;
   }
-  Shown show(const Pattern&, const ImageF& levels) override {
-    world_->before = world_->shown.empty() ? ImageU16(width_, height_) : world_->shown;
-    world_->shown = quantise_levels(levels, 8);
-    world_->changed_ns = world_->now_ns + to_ns(world_->latency_ms);
+  capture::Shown show(const capture::Pattern&, const ImageF& levels) override {
+    world_->before = world_->shown.empty() ? capture::ImageU16(width_, height_) : world_->shown;
+    world_->shown = capture::quantise_levels(levels, 8);
+    world_->changed_ns = world_->now_ns + capture::to_ns(world_->latency_ms);
     return {world_->now_ns, ++world_->n_shown, true};
   }
 
@@ -175,7 +175,7 @@ inline Twin loop_twin(std::size_t n_cameras, int bit_depth = 8) {
 
 struct LoopRig {
   std::shared_ptr<LoopWorld> world = std::make_shared<LoopWorld>();
-  Rig cameras;
+  capture::Rig cameras;
   std::unique_ptr<LoopDisplay> display;
 
   explicit LoopRig(const Twin& twin) {
@@ -187,4 +187,4 @@ struct LoopRig {
   }
 };
 
-}  // namespace fringetwin::capture::testing
+}  // namespace fringetwin::testing

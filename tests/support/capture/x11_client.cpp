@@ -4,7 +4,7 @@
 #include <X11/Xlib.h>
 #include <X11/keysym.h>
 
-namespace fringetwin::test_tools {
+namespace fringetwin::testing {
 namespace {
 
 // The topmost window of the first screen; 0 if there is none.
@@ -74,4 +74,4 @@ bool cover_and_uncover(const std::string& display_name) {
   return true;
 }
 
-}  // namespace fringetwin::test_tools
+}  // namespace fringetwin::testing

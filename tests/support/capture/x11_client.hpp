@@ -4,7 +4,7 @@
 #pragma once
 #include <string>
 
-namespace fringetwin::test_tools {
+namespace fringetwin::testing {
 
 /// To the topmost window of the display's first screen; false if there is none.
 bool ask_window_to_close(const std::string& display_name);
@@ -12,4 +12,4 @@ bool press_escape(const std::string& display_name);
 /// Another window comes and goes over it.
 bool cover_and_uncover(const std::string& display_name);
 
-}  // namespace fringetwin::test_tools
+}  // namespace fringetwin::testing

@@ -17,7 +17,7 @@
 #include "tests/support/twin/child_process.hpp"
 #include "twin/image/image.hpp"
 
-namespace fringetwin::test_tools {
+namespace fringetwin::testing {
 
 /// Ends with the object. DISPLAY names it meanwhile.
 class Xvfb {
@@ -89,4 +89,4 @@ class Xvfb {
   std::string display_;
 };
 
-}  // namespace fringetwin::test_tools
+}  // namespace fringetwin::testing

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace fringetwin::compare::schema {
+namespace fringetwin::testing {
 
 using Json = nlohmann::json;
 
@@ -23,9 +23,9 @@ inline bool has_type(const Json& value, const std::string& type) {
   throw std::invalid_argument("unknown type " + type);
 }
 
-class Checker {
+class SchemaChecker {
  public:
-  explicit Checker(Json schema) : root_(std::move(schema)) {}
+  explicit SchemaChecker(Json schema) : root_(std::move(schema)) {}
 
   /// One line per violation, with the path of the value.
   std::vector<std::string> check(const Json& value) const {
@@ -114,4 +114,4 @@ class Checker {
   Json root_;
 };
 
-}  // namespace fringetwin::compare::schema
+}  // namespace fringetwin::testing

@@ -8,21 +8,21 @@
 #include <random>
 #include <string>
 
-namespace fringetwin::compare::synthetic {
+namespace fringetwin::testing {
 
-double weight_at(const Truth& t, int x, int y) {
+double weight_at(const SidesTruth& t, int x, int y) {
   const double u = (x - 0.5 * t.width) / t.width, v = (y - 0.5 * t.height) / t.height;
   return t.weight * (1.0 - 1.2 * (u * u + v * v));
 }
 
-bool inside(const Truth& t, int x, int y) {
+bool is_lit(const SidesTruth& t, int x, int y) {
   const double u = (x - 0.5 * t.width) / (0.46 * t.width), v = (y - 0.5 * t.height) / (0.46 * t.height);
   return u * u + v * v < 1.0;
 }
 
 namespace {
 
-Twin make_twin(const Truth& t) {
+Twin make_twin(const SidesTruth& t) {
   Twin twin;
   twin.name = "synthetic";
   twin.file = "synthetic/twin.toml";
@@ -55,7 +55,7 @@ Twin make_twin(const Truth& t) {
 /// Projector coordinate of a pixel; a smooth slope so that all phases occur.
 double projector_px(int x, int y) { return 40.0 + 0.83 * x + 0.11 * y + 2e-4 * x * y; }
 
-measure::CameraDecode empty_decode(const Truth& t, const std::string& camera) {
+measure::CameraDecode empty_decode(const SidesTruth& t, const std::string& camera) {
   measure::CameraDecode d;
   d.camera = camera;
   d.flags = ImageU8(t.width, t.height, measure::kLowModulation);
@@ -70,7 +70,8 @@ measure::CameraDecode empty_decode(const Truth& t, const std::string& camera) {
   return d;
 }
 
-void set_pixel(measure::CameraDecode& d, const Truth& t, int x, int y, double coordinate_px, double gain) {
+void set_pixel(measure::CameraDecode& d, const SidesTruth& t, int x, int y, double coordinate_px,
+               double gain) {
   measure::DirectionDecode& m = d.directions[0];
   const double amplitude = 0.5 * gain * weight_at(t, x, y);
   d.flags(x, y) = measure::kValid;
@@ -86,8 +87,8 @@ void set_pixel(measure::CameraDecode& d, const Truth& t, int x, int y, double co
 }
 
 /// A sphere's points with Gaussian deviations, as if measured.
-void add_sphere(measure::Measurement& m, const Truth& t, double sigma_mm, const Eigen::Vector3d& center_mm,
-                double radius_mm, std::mt19937_64& random) {
+void add_sphere(measure::Measurement& m, const SidesTruth& t, double sigma_mm,
+                const Eigen::Vector3d& center_mm, double radius_mm, std::mt19937_64& random) {
   std::normal_distribution<double> normal;
   measure::ObjectFit fit;
   fit.object = "ball";
@@ -95,7 +96,7 @@ void add_sphere(measure::Measurement& m, const Truth& t, double sigma_mm, const 
   fit.usable = true;
   for (int y = 0; y < t.height; ++y)
     for (int x = 0; x < t.width; ++x) {
-      if (!inside(t, x, y)) continue;
+      if (!is_lit(t, x, y)) continue;
       const double u = (x - 0.5 * t.width) / (0.5 * t.width), v = (y - 0.5 * t.height) / (0.5 * t.height);
       const double r2 = u * u + v * v;
       if (r2 > 0.9) continue;
@@ -117,8 +118,8 @@ void add_sphere(measure::Measurement& m, const Truth& t, double sigma_mm, const 
 
 }  // namespace
 
-Scene make_scene(const Truth& t) {
-  Scene s{make_twin(t), {}, {}};
+SyntheticSides make_sides(const SidesTruth& t) {
+  SyntheticSides s{make_twin(t), {}, {}};
   std::mt19937_64 random(t.seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform;
@@ -138,7 +139,7 @@ Scene make_scene(const Truth& t) {
     measure::CameraDecode real_decode = empty_decode(t, name), sim_decode = real_decode;
     for (int y = 0; y < t.height; ++y)
       for (int x = 0; x < t.width; ++x) {
-        const bool lit = inside(t, x, y);
+        const bool lit = is_lit(t, x, y);
         const double w = lit ? weight_at(t, x, y) : 0.0;
         const double albedo = 1.0 + t.albedo_sigma * normal(random);
         const double xp = projector_px(x, y);
@@ -178,4 +179,4 @@ Scene make_scene(const Truth& t) {
   return s;
 }
 
-}  // namespace fringetwin::compare::synthetic
+}  // namespace fringetwin::testing

@@ -6,9 +6,9 @@
 
 #include "compare/comparison.hpp"
 
-namespace fringetwin::compare::synthetic {
+namespace fringetwin::testing {
 
-struct Truth {
+struct SidesTruth {
   int width = 192, height = 160, cameras = 1, steps = 4;
   std::vector<double> pitches_px = {13, 14, 15};
   int gray_bits = 0;
@@ -26,15 +26,15 @@ struct Truth {
   unsigned seed = 1;
 };
 
-struct Scene {
+struct SyntheticSides {
   Twin twin;
-  Side real, simulated;
+  compare::Side real, simulated;
 };
 
 /// Irradiance at full light.
-double weight_at(const Truth& t, int x, int y);
+double weight_at(const SidesTruth& t, int x, int y);
 /// A disc is lit; outside nothing is seen.
-bool inside(const Truth& t, int x, int y);
-Scene make_scene(const Truth& t);
+bool is_lit(const SidesTruth& t, int x, int y);
+SyntheticSides make_sides(const SidesTruth& t);
 
-}  // namespace fringetwin::compare::synthetic
+}  // namespace fringetwin::testing

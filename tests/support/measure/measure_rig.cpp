@@ -6,58 +6,33 @@
 #include <limits>
 #include <random>
 
-namespace fringetwin::measure::test_tools {
+#include "tests/support/paper_rig.hpp"
+
+namespace fringetwin::testing {
 namespace {
 
-Lens scaled_lens(std::vector<double> intrinsics, int width, int height, double scale) {
+Lens scaled_lens(const Lens& lens, double scale) {
+  std::vector<double> intrinsics = lens.intrinsics();
   for (int k = 0; k < 2; ++k) intrinsics[k] *= scale;
   for (int k = 2; k < 4; ++k) intrinsics[k] = (intrinsics[k] + 0.5) * scale - 0.5;
-  const Eigen::Vector2i size(static_cast<int>(std::lround(width * scale)),
-                             static_cast<int>(std::lround(height * scale)));
+  const Eigen::Vector2i size(static_cast<int>(std::lround(lens.width() * scale)),
+                             static_cast<int>(std::lround(lens.height() * scale)));
   return Lens("LENSMODEL_OPENCV4", intrinsics, size, "paper rig");
-}
-
-Pose pose(double r0, double r1, double r2, double t0, double t1, double t2) {
-  RotTrans rt;
-  rt << r0, r1, r2, t0, t1, t2;
-  return pose_from_rt(rt);
 }
 
 }  // namespace
 
-Twin paper_rig(double scale) {
-  Twin twin;
-  twin.name = "paper rig";
-  twin.cameras.push_back(
-      {"left",
-       scaled_lens({2359.53, 2359.09, 734.47, 578.34, -0.1251, 0.1620, 0.0003, -0.0004}, 1440, 1080, scale),
-       Pose{},
-       Sensor{},
-       {}});
-  twin.cameras.push_back(
-      {"right",
-       scaled_lens({2360.53, 2359.81, 736.99, 580.87, -0.1170, 0.1249, 0, -0.0002}, 1440, 1080, scale),
-       pose(-0.0086, 0.7078, 0.0058, -189.5009, -1.1664, 66.0589),
-       Sensor{},
-       {}});
-  twin.projector = Projector{
-      scaled_lens({1700.15, 1701.22, 627.73, 406.54, 0.1328, -0.3361, -0.0006, -0.0001}, 1280, 720, 1.0),
-      pose(-0.0099, 0.3754, 0.0276, -94.5914, -0.1889, 12.4706),
-      1.0,
-      false,
-      0.0,
-      0.0,
-      {},
-      0.0};
-  DirectionFringes x;
-  x.axis = Axis::x;
-  x.pitches_px = {13, 14, 15};
-  x.phase_origin_px = {0, 0, 0};
-  twin.fringes.directions = {x};
+Twin scaled_paper_rig(double scale) {
+  Twin twin = paper_rig();
+  for (Camera& camera : twin.cameras) {
+    camera.lens = scaled_lens(camera.lens, scale);
+    camera.sensor = {};
+  }
+  twin.projector->intensity = 1.0;
   return twin;
 }
 
-Scene sphere_scene(const Eigen::Vector3d& center_mm, double radius_mm) {
+RaySurface sphere_surface(const Eigen::Vector3d& center_mm, double radius_mm) {
   return [=](const Eigen::Vector3d& o, const Eigen::Vector3d& d) -> std::optional<double> {
     const Eigen::Vector3d v = center_mm - o;
     const double middle = v.dot(d);
@@ -68,14 +43,14 @@ Scene sphere_scene(const Eigen::Vector3d& center_mm, double radius_mm) {
   };
 }
 
-Scene plane_scene(const Eigen::Vector3d& point_mm, const Eigen::Vector3d& normal) {
+RaySurface plane_surface(const Eigen::Vector3d& point_mm, const Eigen::Vector3d& normal) {
   return [=](const Eigen::Vector3d& o, const Eigen::Vector3d& d) -> std::optional<double> {
     const double s = normal.dot(point_mm - o) / normal.dot(d);
     return s > 0.0 && std::isfinite(s) ? std::optional(s) : std::nullopt;
   };
 }
 
-Scene cylinder_scene(const Eigen::Vector3d& point_mm, const Eigen::Vector3d& axis, double radius_mm) {
+RaySurface cylinder_surface(const Eigen::Vector3d& point_mm, const Eigen::Vector3d& axis, double radius_mm) {
   return [=](const Eigen::Vector3d& o, const Eigen::Vector3d& d) -> std::optional<double> {
     const Eigen::Vector3d v = point_mm - o;
     const Eigen::Vector3d vp = v - v.dot(axis) * axis, dp = d - d.dot(axis) * axis;
@@ -88,17 +63,17 @@ Scene cylinder_scene(const Eigen::Vector3d& point_mm, const Eigen::Vector3d& axi
   };
 }
 
-Scene nearest(std::vector<Scene> scenes) {
+RaySurface nearest(std::vector<RaySurface> scenes) {
   return [scenes = std::move(scenes)](const Eigen::Vector3d& o, const Eigen::Vector3d& d) {
     std::optional<double> best;
-    for (const Scene& scene : scenes)
+    for (const RaySurface& scene : scenes)
       if (const auto s = scene(o, d); s && (!best || *s < *best)) best = s;
     return best;
   };
 }
 
 std::optional<Eigen::Vector3d> true_point(const Twin& twin, std::size_t camera, const Eigen::Vector2d& q_px,
-                                          const Scene& scene) {
+                                          const RaySurface& scene) {
   const Camera& cam = twin.cameras[camera];
   const Pose T_world_cam = cam.T_cam_world.inverse();
   const auto ray = cam.lens.unproject(q_px);
@@ -109,16 +84,16 @@ std::optional<Eigen::Vector3d> true_point(const Twin& twin, std::size_t camera, 
   return T_world_cam.translation_mm + *s * d;
 }
 
-CameraDecode ideal_decode(const Twin& twin, std::size_t camera, const Scene& scene,
-                          const MapOptions& options) {
+measure::CameraDecode ideal_decode(const Twin& twin, std::size_t camera, const RaySurface& scene,
+                                   const MapOptions& options) {
   const Camera& cam = twin.cameras[camera];
   const Projector& projector = *twin.projector;
   const int width = cam.lens.width(), height = cam.lens.height();
-  CameraDecode decode;
+  measure::CameraDecode decode;
   decode.camera = cam.name;
-  decode.flags = ImageU8(width, height, kOrderInvalid);
+  decode.flags = ImageU8(width, height, measure::kOrderInvalid);
   for (const Axis axis : options.axes) {
-    DirectionDecode direction;
+    measure::DirectionDecode direction;
     direction.axis = axis;
     direction.pitches_px = {13, 14, 15};
     direction.coordinate_px = ImageD(width, height, std::numeric_limits<double>::quiet_NaN());
@@ -142,8 +117,8 @@ CameraDecode ideal_decode(const Twin& twin, std::size_t camera, const Scene& sce
         const auto s = scene(light, d.normalized());
         if (!s || *s < d.norm() - 1e-6) continue;
       }
-      decode.flags(x, y) = kValid;
-      for (DirectionDecode& direction : decode.directions)
+      decode.flags(x, y) = measure::kValid;
+      for (measure::DirectionDecode& direction : decode.directions)
         direction.coordinate_px(x, y) = (*q)[direction.axis == Axis::x ? 0 : 1] +
                                         (options.noise_px > 0.0 ? options.noise_px * noise(random) : 0.0);
     }
@@ -151,4 +126,4 @@ CameraDecode ideal_decode(const Twin& twin, std::size_t camera, const Scene& sce
   return decode;
 }
 
-}  // namespace fringetwin::measure::test_tools
+}  // namespace fringetwin::testing

@@ -9,19 +9,19 @@
 #include "measure/decode/decode.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::measure::test_tools {
+namespace fringetwin::testing {
 
 /// Both cameras and the projector; world = left camera. `scale` shrinks the images (and focal lengths).
-Twin paper_rig(double scale = 1.0);
+Twin scaled_paper_rig(double scale = 1.0);
 
 /// Ray (world) -> distance along the unit direction of the first hit; nullopt = none.
-using Scene =
+using RaySurface =
     std::function<std::optional<double>(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction)>;
-Scene sphere_scene(const Eigen::Vector3d& center_mm, double radius_mm);
-Scene plane_scene(const Eigen::Vector3d& point_mm, const Eigen::Vector3d& normal);
-Scene cylinder_scene(const Eigen::Vector3d& point_mm, const Eigen::Vector3d& axis, double radius_mm);
+RaySurface sphere_surface(const Eigen::Vector3d& center_mm, double radius_mm);
+RaySurface plane_surface(const Eigen::Vector3d& point_mm, const Eigen::Vector3d& normal);
+RaySurface cylinder_surface(const Eigen::Vector3d& point_mm, const Eigen::Vector3d& axis, double radius_mm);
 /// Nearest hit of several.
-Scene nearest(std::vector<Scene> scenes);
+RaySurface nearest(std::vector<RaySurface> scenes);
 
 struct MapOptions {
   std::vector<Axis> axes = {Axis::x};
@@ -30,11 +30,11 @@ struct MapOptions {
   unsigned seed = 1;
 };
 /// What a perfect decoder would report for one camera.
-CameraDecode ideal_decode(const Twin& twin, std::size_t camera, const Scene& scene,
-                          const MapOptions& options = {});
+measure::CameraDecode ideal_decode(const Twin& twin, std::size_t camera, const RaySurface& scene,
+                                   const MapOptions& options = {});
 
 /// World point that a pixel of the camera sees.
 std::optional<Eigen::Vector3d> true_point(const Twin& twin, std::size_t camera, const Eigen::Vector2d& q_px,
-                                          const Scene& scene);
+                                          const RaySurface& scene);
 
-}  // namespace fringetwin::measure::test_tools
+}  // namespace fringetwin::testing

@@ -9,9 +9,9 @@
 
 #include "measure/decode/decode.hpp"
 
-namespace fringetwin::measure::synthetic {
+namespace fringetwin::testing {
 
-struct Scene {
+struct FringeScene {
   ImageD column_px, row_px;                  ///< truth; row_px may be empty
   double black_dn = 10.0, white_dn = 210.0;  ///< gray value of pattern value 0 and 1
   ImageF albedo;                             ///< factor of (white - black); empty = 1
@@ -30,7 +30,7 @@ inline double bit_average(const Fringes& fringes, const PatternSpec& spec, doubl
   return sum / kSamples;
 }
 
-inline CameraImages project(const Fringes& fringes, const Scene& scene) {
+inline CameraImages project(const Fringes& fringes, const FringeScene& scene) {
   std::mt19937 random(scene.seed);
   std::normal_distribution<double> normal(0.0, 1.0);
   CameraImages out;
@@ -92,15 +92,15 @@ inline Fringes gray_fringes(int steps, double pitch, double origin, GrayCode cod
   return f;
 }
 
-inline DecodeOptions projector(double width_px) {
-  DecodeOptions o;
+inline measure::DecodeOptions projector_of_width(double width_px) {
+  measure::DecodeOptions o;
   o.projector_width_px = width_px;
   return o;
 }
 
 /// 400 x 200 px, coordinates 2...1277 of a 1280 px projector, amplitude 40...90 DN.
-inline Scene noisy_scene(double noise_dn) {
-  Scene scene;
+inline FringeScene noisy_scene(double noise_dn) {
+  FringeScene scene;
   scene.noise_dn = noise_dn;
   scene.column_px = ramp(400, 200, 2.0, 1277.0, 40.0);
   scene.albedo = ImageF(400, 200);
@@ -109,14 +109,14 @@ inline Scene noisy_scene(double noise_dn) {
   return scene;
 }
 
-struct Errors {
+struct DecodeErrors {
   std::size_t n_valid = 0, n_wrong = 0;  ///< wrong: more than a quarter of the finest period off
   double rms_px = 0.0, worst_px = 0.0;   ///< of those that are not wrong
 };
 
-inline Errors compare(const DirectionDecode& decoded, const ImageD& truth_px) {
+inline DecodeErrors decode_errors(const measure::DirectionDecode& decoded, const ImageD& truth_px) {
   const double period = decoded.pitches_px[static_cast<std::size_t>(decoded.finest)];
-  Errors e;
+  DecodeErrors e;
   double sum = 0.0;
   for (std::size_t i = 0; i < truth_px.size(); ++i) {
     if (!std::isfinite(decoded.coordinate_px.data[i])) continue;
@@ -133,4 +133,4 @@ inline Errors compare(const DirectionDecode& decoded, const ImageD& truth_px) {
   return e;
 }
 
-}  // namespace fringetwin::measure::synthetic
+}  // namespace fringetwin::testing

@@ -6,7 +6,7 @@
 
 #include "twin/mesh/mesh.hpp"
 
-namespace fringetwin::measure::test_tools {
+namespace fringetwin::testing {
 
 /// Two triangles in the plane z = 0, normals +z.
 inline Mesh square(float side_mm) {
@@ -57,4 +57,4 @@ inline Mesh bumpy_sphere(double radius_mm, int n) {
   return mesh;
 }
 
-}  // namespace fringetwin::measure::test_tools
+}  // namespace fringetwin::testing

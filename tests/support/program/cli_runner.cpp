@@ -1,26 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/program/cli_runner.hpp"
 
+#include <fmt/format.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <stdexcept>
 
+#include "report/text.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 namespace {
-
-std::string quoted(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
 
 std::string variable(const char* name) {
   const char* value = std::getenv(name);
@@ -29,28 +23,9 @@ std::string variable(const char* name) {
   return value;
 }
 
-class ScratchRoot {
- public:
-  ScratchRoot() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "fringetwin-e2e-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no scratch folder");
-    root_ = pattern;
-  }
-  ~ScratchRoot() {
-    std::error_code ignored;
-    std::filesystem::remove_all(root_, ignored);
-  }
-  ScratchRoot(const ScratchRoot&) = delete;
-  ScratchRoot& operator=(const ScratchRoot&) = delete;
-  const std::filesystem::path& root() const { return root_; }
-
- private:
-  std::filesystem::path root_;
-};
-
 const std::filesystem::path& scratch_root() {
-  static const ScratchRoot root;
-  return root.root();
+  static const ScratchFolder root;
+  return root.path();
 }
 
 }  // namespace
@@ -65,11 +40,13 @@ std::filesystem::path scratch_folder(const std::string& name) {
 RunResult run_fringetwin(const std::vector<std::string>& args, const std::vector<std::string>& environment) {
   static int count = 0;
   const auto base = scratch_root() / ("run-" + std::to_string(++count));
-  std::string command = "env";
-  for (const auto& entry : environment) command += " " + quoted(entry);
-  command += " timeout 600 " + quoted(variable("FRINGETWIN_BINARY"));
-  for (const auto& arg : args) command += " " + quoted(arg);
-  command += " >" + quoted(base.string() + ".out") + " 2>" + quoted(base.string() + ".err") + " </dev/null";
+  std::vector<std::string> words{"env"};
+  words.insert(words.end(), environment.begin(), environment.end());
+  words.insert(words.end(), {"timeout", "600", variable("FRINGETWIN_BINARY")});
+  words.insert(words.end(), args.begin(), args.end());
+  const std::string command = fmt::format("{} >{} 2>{} </dev/null", report::shell_command(words),
+                                          report::shell_command({base.string() + ".out"}),
+                                          report::shell_command({base.string() + ".err"}));
   const int status = std::system(command.c_str());
   RunResult result;
   result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
@@ -93,13 +70,6 @@ void write_file(const std::filesystem::path& file, const std::string& text) {
   std::ofstream(file, std::ios::binary) << text;
 }
 
-std::string read_file(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::stringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
 bool have_device() {
   static const bool have = run_fringetwin({"render", "--device", "list"}).exit_code == 0;
   return have;
@@ -107,4 +77,4 @@ bool have_device() {
 
 bool have_captures(const std::string& set) { return std::filesystem::is_directory(captures_root() / set); }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

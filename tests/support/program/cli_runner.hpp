@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
-namespace fringetwin::test {
+#include "tests/support/twin/child_process.hpp"
+
+namespace fringetwin::testing {
 
 struct RunResult {
   int exit_code = -1;
@@ -25,22 +27,21 @@ std::filesystem::path dataset_twin(const std::string& name);
 
 nlohmann::json read_json(const std::filesystem::path& file);
 void write_file(const std::filesystem::path& file, const std::string& text);
-std::string read_file(const std::filesystem::path& file);
 
 /// True when a Vulkan device is there; without one the test FAILS in CI and skips elsewhere.
 bool have_device();
 /// True when the real captures are there.
 bool have_captures(const std::string& set);
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing
 
 #define FT_NEED_DEVICE()                                                                \
-  if (!::fringetwin::test::have_device()) {                                             \
+  if (!::fringetwin::testing::have_device()) {                                          \
     ASSERT_EQ(std::getenv("CI"), nullptr) << "no Vulkan device in CI";                  \
     ASSERT_EQ(std::getenv("FRINGETWIN_REQUIRE_DEVICE"), nullptr) << "no Vulkan device"; \
     GTEST_SKIP() << "SKIPPED: no Vulkan device";                                        \
   }
 #define FT_NEED_CAPTURES(set)                                                                 \
-  if (!::fringetwin::test::have_captures(set)) {                                              \
+  if (!::fringetwin::testing::have_captures(set)) {                                           \
     GTEST_SKIP() << "SKIPPED: real captures " << (set) << " not found (FRINGETWIN_CAPTURES)"; \
   }

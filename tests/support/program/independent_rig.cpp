@@ -17,7 +17,7 @@
 #include "tests/support/program/rig_indirect.hpp"
 #include "twin/captures/capture_set.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 namespace {
 
 namespace fs = std::filesystem;
@@ -224,4 +224,4 @@ std::string twin_toml(const fs::path& captures, const TwinOptions& options) {
   return text;
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -11,7 +11,7 @@
 #include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 /// [camera][image of the sequence], E.
 using RigImages = std::vector<std::vector<ImageF>>;
@@ -60,10 +60,10 @@ struct TwinOptions {
 /// twin.toml with [real] captures = `captures`.
 std::string twin_toml(const std::filesystem::path& captures, const TwinOptions& options = {});
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing
 
 #define FT_NEED_POVRAY()                                                                       \
-  if (::fringetwin::test::rig_images().empty()) {                                              \
+  if (::fringetwin::testing::rig_images().empty()) {                                           \
     ASSERT_EQ(std::getenv("CI"), nullptr) << "no POV-Ray in CI";                               \
     GTEST_SKIP() << "SKIPPED: POV-Ray (Debian package povray, packages.txt) is not installed"; \
   }

@@ -13,7 +13,7 @@
 #include "twin/image/image_io.hpp"
 #include "twin/lens/pose.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 namespace fs = std::filesystem;
 
@@ -136,4 +136,4 @@ std::vector<std::string> RenderedBoards::render(const fs::path& dir) const {
   return folders;
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

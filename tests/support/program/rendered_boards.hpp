@@ -10,7 +10,7 @@
 #include "calib/board/observations.hpp"
 #include "calib/solve/problem.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 struct RenderedBoards {
   /// Cameras of 1440 / reduction x 1080 / reduction pixels (the paper's have reduction 1).
@@ -35,4 +35,4 @@ struct RenderedBoards {
   std::string devices_toml(bool rough) const;
 };
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -13,7 +13,7 @@
 #include "twin/lens/lens.hpp"
 #include "twin/lens/linear.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 namespace {
 namespace fs = std::filesystem;
 
@@ -195,4 +195,4 @@ void expect_the_rig_is_found(const RenderedBoards& scene, const CornerLimits& li
   EXPECT_LT(chi2, 64.10);
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -9,7 +9,7 @@
 #pragma once
 #include "tests/support/program/rendered_boards.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 /// rms (px per coordinate) of the corners found against the truth.
 struct CornerLimits {
@@ -17,4 +17,4 @@ struct CornerLimits {
 };
 void expect_the_rig_is_found(const RenderedBoards& scene, const CornerLimits& limits);
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -6,7 +6,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/independent_rig.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 namespace {
 
 struct RigCase {
@@ -62,4 +62,4 @@ std::filesystem::path write_case(const std::string& name, std::uint64_t seed) {
   return folder;
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 // | case            | the rig has                     | the twin says                         |
 // |-----------------|---------------------------------|---------------------------------------|
@@ -26,4 +26,4 @@ const std::vector<std::string>& wrong_cases();
 /// (FT_NEED_POVRAY).
 std::filesystem::path write_case(const std::string& name, std::uint64_t seed = 1);
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

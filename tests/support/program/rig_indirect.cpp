@@ -6,7 +6,7 @@
 
 #include "render/reference/reference.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 namespace {
 
 constexpr int kStride = 8;
@@ -100,4 +100,4 @@ std::vector<ImageF> indirect_irradiance(Twin twin, std::size_t camera) {
   return Indirect(dark, twin, camera).images();
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -6,7 +6,7 @@
 
 #include "twin/twin.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 /// E of the whole sequence that comes over another surface. On planes from every 8th pixel, linear between;
 /// elsewhere and at silhouettes every pixel (the ball's rim goes from nothing to a fifth of the direct light
@@ -14,4 +14,4 @@ namespace fringetwin::test {
 /// where the light is 12.7 DN in the mean.
 std::vector<ImageF> indirect_irradiance(Twin twin, std::size_t camera);
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

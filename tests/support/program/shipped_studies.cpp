@@ -8,7 +8,7 @@
 
 #include "tests/support/program/cli_runner.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 namespace fs = std::filesystem;
 
@@ -91,4 +91,4 @@ std::map<std::string, double> deviation_ratios(const std::vector<StudyRow>& rows
   return out;
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 /// One line of study.csv by column.
 using StudyRow = std::map<std::string, std::string>;
@@ -35,4 +35,4 @@ double deviation(const std::vector<StudyRow>& rows, const std::string& column);
 std::map<std::string, double> deviation_ratios(const std::vector<StudyRow>& rows,
                                                const std::vector<std::string>& numbers);
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

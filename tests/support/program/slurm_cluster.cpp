@@ -22,7 +22,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/twin/child_process.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 namespace {
 
 namespace fs = std::filesystem;
@@ -138,7 +138,7 @@ void SlurmCluster::stop() {
 }
 
 std::string SlurmCluster::command(const std::string& line) const {
-  return test_tools::run("SLURM_CONF='" + configuration().string() + "' " + line).output;
+  return testing::run("SLURM_CONF='" + configuration().string() + "' " + line).output;
 }
 
 void SlurmCluster::write_configuration() {
@@ -190,4 +190,4 @@ PartitionName=main Nodes=ALL Default=YES MaxTime=INFINITE State=UP
   write_file(dead_configuration(), text(1) + "MessageTimeout=2\n");
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 class SlurmCluster {
  public:
@@ -33,4 +33,4 @@ class SlurmCluster {
   int lifeline_ = -1;
 };
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -6,9 +6,7 @@
 
 #include <stdexcept>
 
-#include "twin/base/errors.hpp"
-
-namespace fringetwin::test {
+namespace fringetwin::testing {
 namespace {
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
@@ -59,20 +57,10 @@ RunResult render_twin(const std::string& toml, const fs::path& dir) {
   return run_fringetwin({"render", (dir / "twin.toml").string(), "--out", (dir / "out").string()});
 }
 
-void expect_usage_error(const std::function<void()>& work, const std::string& sentence) {
-  try {
-    work();
-    ADD_FAILURE() << "no refusal, expected: " << sentence;
-  } catch (const UserError& e) {
-    EXPECT_EQ(e.code(), ExitCode::usage);
-    EXPECT_THAT(e.what(), HasSubstr(sentence));
-  }
-}
-
 void expect_refused(const RunResult& run, int exit_code, const std::vector<std::string>& parts) {
   EXPECT_EQ(run.exit_code, exit_code) << run.err;
   EXPECT_THAT(run.err, HasSubstr("fringetwin: error: "));
   for (const auto& part : parts) EXPECT_THAT(run.err, HasSubstr(part));
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

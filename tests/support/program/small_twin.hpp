@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // A small rig that renders in a moment, and what a refusal looks like.
 #pragma once
-#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "tests/support/program/cli_runner.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 /// A rig (160 x 120 px, one camera, one projector) that sees a sphere; `extra` goes at the end, `replace`
 /// swaps text.
@@ -18,10 +17,7 @@ std::string small_twin(const std::vector<std::pair<std::string, std::string>>& r
 /// Writes DIR/twin.toml and renders it into DIR/out.
 RunResult render_twin(const std::string& toml, const std::filesystem::path& dir);
 
-/// The work throws UserError(usage) with these words in its sentence.
-void expect_usage_error(const std::function<void()>& work, const std::string& sentence);
-
 /// The exit code, "fringetwin: error: " on stderr, and each part of the sentence.
 void expect_refused(const RunResult& run, int exit_code, const std::vector<std::string>& parts);
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

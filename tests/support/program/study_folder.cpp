@@ -3,7 +3,7 @@
 
 #include "tests/support/program/small_twin.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 namespace fs = std::filesystem;
 
@@ -25,4 +25,4 @@ RunResult run_study(const fs::path& dir, const std::string& out, const std::vect
   return run_fringetwin(study_arguments(dir, out, more));
 }
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

@@ -7,7 +7,7 @@
 
 #include "tests/support/program/cli_runner.hpp"
 
-namespace fringetwin::test {
+namespace fringetwin::testing {
 
 /// What a STUDY.toml beside the small twin begins with.
 inline const std::string kSmallStudy =
@@ -32,4 +32,4 @@ std::vector<std::string> study_arguments(const std::filesystem::path& dir, const
 RunResult run_study(const std::filesystem::path& dir, const std::string& out = "out",
                     const std::vector<std::string>& more = {});
 
-}  // namespace fringetwin::test
+}  // namespace fringetwin::testing

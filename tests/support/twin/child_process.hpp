@@ -10,7 +10,7 @@
 #include <sstream>
 #include <string>
 
-namespace fringetwin::test_tools {
+namespace fringetwin::testing {
 
 struct ProcessResult {
   int status = -1;  ///< as wait() reports it; 0 = success
@@ -66,4 +66,4 @@ inline std::string read_file(const std::filesystem::path& file) {
   return text.str();
 }
 
-}  // namespace fringetwin::test_tools
+}  // namespace fringetwin::testing

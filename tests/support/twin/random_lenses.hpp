@@ -8,7 +8,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/lens/lens.hpp"
 
-namespace fringetwin::test_tools {
+namespace fringetwin::testing {
 
 inline Lens paper_left() {
   return {"LENSMODEL_OPENCV4",
@@ -60,4 +60,4 @@ inline Eigen::Vector2d any_pixel(const Lens& lens) {
   return {*uniform(-0.5, lens.width() - 0.5), *uniform(-0.5, lens.height() - 0.5)};
 }
 
-}  // namespace fringetwin::test_tools
+}  // namespace fringetwin::testing

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-namespace fringetwin::test_tools {
+namespace fringetwin::testing {
 
 /// rapidcheck draws its seed from the clock unless told; RC_PARAMS set outside wins.
 inline const bool property_seed_fixed = setenv("RC_PARAMS", "seed=20230817 max_success=300", 0) == 0;
@@ -26,4 +26,4 @@ inline Eigen::Vector3d any_vector(double limit) {
   return {*g, *g, *g};
 }
 
-}  // namespace fringetwin::test_tools
+}  // namespace fringetwin::testing

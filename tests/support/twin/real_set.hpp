@@ -11,7 +11,7 @@
 #include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::test_tools {
+namespace fringetwin::testing {
 
 struct RealSet {
   Twin twin;
@@ -32,4 +32,4 @@ inline std::optional<RealSet> load_real_set(const std::string& name) {
   return set;
 }
 
-}  // namespace fringetwin::test_tools
+}  // namespace fringetwin::testing

@@ -14,7 +14,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin {
+namespace fringetwin::testing {
 
 // The parts of a valid file, each with every key that fits beside the others.
 inline const std::string kHead =
@@ -48,10 +48,10 @@ inline const std::string kBall =
     "[[object]]\nname = \"ball\"\nshape = \"sphere\"\ncenter_mm = [0, 1, 250]\nradius_mm = 5\n";
 inline const std::string kMinimal = kHead + kCamera + kFringes;
 
-class TwinFile : public testing::Test {
+class TwinFile : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     folder_ = std::filesystem::temp_directory_path() /
               fmt::format("fringetwin_twin_{}_{}", info->name(), ::getpid());
     std::filesystem::create_directories(folder_);
@@ -68,7 +68,7 @@ class TwinFile : public testing::Test {
     EXPECT_NE(at, std::string::npos) << line_text;
     const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
     const std::string message = any_error(text);
-    EXPECT_THAT(message, testing::HasSubstr(fmt::format("twin.toml:{}: ", line)));
+    EXPECT_THAT(message, ::testing::HasSubstr(fmt::format("twin.toml:{}: ", line)));
     return message;
   }
   std::string any_error(const std::string& text) const {
@@ -76,7 +76,7 @@ class TwinFile : public testing::Test {
       load(text);
     } catch (const UserError& e) {
       EXPECT_EQ(e.code(), ExitCode::usage) << e.what();
-      EXPECT_THAT(e.what(), testing::HasSubstr((folder_ / "twin.toml").string()));
+      EXPECT_THAT(e.what(), ::testing::HasSubstr((folder_ / "twin.toml").string()));
       return e.what();
     }
     ADD_FAILURE() << "no UserError for\n" << text;
@@ -92,4 +92,4 @@ class TwinFile : public testing::Test {
   std::filesystem::path folder_;
 };
 
-}  // namespace fringetwin
+}  // namespace fringetwin::testing

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A refusal in tests: its exit code and words. For *_test.cpp only.
+// Runs a call that must throw UserError and fails the test unless it does, with the exit code and words
+// given. For
+// *_test.cpp only.
 #pragma once
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,10 +10,10 @@
 
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::test_tools {
+namespace fringetwin::testing {
 
 template <class Call>
-void expect_refused(ExitCode code, const std::string& words, const Call& call) {
+void expect_user_error(ExitCode code, const std::string& words, const Call& call) {
   try {
     call();
     ADD_FAILURE() << "not refused: " << words;
@@ -21,4 +23,4 @@ void expect_refused(ExitCode code, const std::string& words, const Call& call) {
   }
 }
 
-}  // namespace fringetwin::test_tools
+}  // namespace fringetwin::testing
