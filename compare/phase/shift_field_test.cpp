@@ -140,7 +140,7 @@ TEST(ShiftField, DarkImagesTellNothing) {
 }
 
 TEST(ShiftField, OfAComparisonIsZeroWhereTheTwinIsRight) {
-  const testing::Scene scene = testing::make_sides({});
+  const testing::SyntheticSides scene = testing::make_sides({});
   const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
   ASSERT_EQ(c.shift.size(), 1u);
   EXPECT_GT(c.shift[0].dx.n_blocks, 15u);

@@ -37,7 +37,7 @@ void expect_exact(const Fringes& f, double width_px, double margin_px, const cha
   FringeScene scene;
   scene.quantised = false;
   scene.column_px = ramp(400, 5, -0.5 + margin_px, width_px - 0.5 - margin_px, 3.0);
-  const CameraDecode d = decode(project(f, scene), f, projector(width_px));
+  const CameraDecode d = decode(project(f, scene), f, projector_of_width(width_px));
   const DecodeErrors e = decode_errors(d.directions[0], scene.column_px);
   const double finest = d.directions[0].pitches_px[static_cast<std::size_t>(d.directions[0].finest)];
   EXPECT_EQ(e.n_valid, scene.column_px.size()) << what;
