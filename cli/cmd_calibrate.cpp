@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <filesystem>
 #include <sstream>
 
@@ -19,6 +18,7 @@
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
+#include "twin/base/parse_number.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
@@ -53,11 +53,9 @@ std::vector<std::string> split(const std::string& text) {
 }
 
 double number(const std::string& option, const std::string& text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size())
-    throw UserError(ExitCode::usage, option, "\"" + text + "\" is not a number", "");
-  return value;
+  const std::optional<double> value = parse_number<double>(text);
+  if (!value) throw UserError(ExitCode::usage, option, "\"" + text + "\" is not a number", "");
+  return *value;
 }
 
 /// One item for all devices, or one per device.

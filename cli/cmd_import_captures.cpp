@@ -5,7 +5,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 
@@ -17,6 +16,7 @@
 #include "twin/base/natural_order.hpp"
 #include "twin/base/numbered_name.hpp"
 #include "twin/base/out_folder.hpp"
+#include "twin/base/parse_number.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/captures/foreign_set.hpp"
@@ -50,11 +50,8 @@ Map parse_map(const std::string& value, const std::string& order, const std::str
     throw UserError(ExitCode::usage, "--order " + order, "is no list of numbers", "write e.g. 0-11,14,12");
   const auto at = value.rfind('@');
   if (value.find('%') == std::string::npos || at == std::string::npos) return map;
-  int first = -1;
-  const char* end = value.data() + value.size();
-  const auto [stop, error] = std::from_chars(value.data() + at + 1, end, first);
-  if (error != std::errc() || stop != end || first < 0)
-    throw UserError(ExitCode::usage, option, "the first number behind @ is none", kMapExample);
+  const int first = parse_number<int>(std::string_view(value).substr(at + 1)).value_or(-1);
+  if (first < 0) throw UserError(ExitCode::usage, option, "the first number behind @ is none", kMapExample);
   if (!order.empty())
     throw UserError(ExitCode::usage, option, fmt::format("@{} and --order exclude each other", first),
                     "--order names the numbers in the file names");
@@ -115,9 +112,8 @@ std::vector<std::string> orders_of(const Twin& twin, const std::vector<std::stri
 std::optional<double> parse_exposure(const std::string& text) {
   if (text.empty()) return {};
   if (text == "different") return std::nan("");
-  double value = 0.0;
-  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || stop != text.data() + text.size() || !(value > 0.0) || !std::isfinite(value))
+  const double value = parse_number<double>(text).value_or(0.0);
+  if (!(value > 0.0) || !std::isfinite(value))
     throw UserError(ExitCode::usage, "--gray-code-exposure " + text,
                     "is neither a positive number nor \"different\"", "1 is the exposure of the phase steps");
   if (value == 1.0) return {};

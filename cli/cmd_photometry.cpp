@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 
@@ -16,6 +15,7 @@
 #include "compare/result/provenance.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
+#include "twin/base/parse_number.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
@@ -47,10 +47,8 @@ Images parse_images(const Twin& twin, const std::string& option, const std::stri
   out.glob = argument.value;
   const auto at = out.glob.rfind('@');
   if (may_have_exposure && at != std::string::npos) {
-    double value = 0.0;
-    const char* end = out.glob.data() + out.glob.size();
-    const auto [stop, error] = std::from_chars(out.glob.data() + at + 1, end, value);
-    if (error != std::errc() || stop != end || !(value > 0.0) || !std::isfinite(value))
+    const double value = parse_number<double>(std::string_view(out.glob).substr(at + 1)).value_or(0.0);
+    if (!(value > 0.0) || !std::isfinite(value))
       throw UserError(ExitCode::usage, option + " " + text, "the exposure behind @ is no positive number",
                       "write e.g. 'level1/*.png@20' for 20 ms");
     out.exposure_ms = value;

@@ -12,6 +12,7 @@
 #include "measure/measurement.hpp"
 #include "measure/points/point_grid.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -75,7 +76,8 @@ double fit_at_centre(const std::vector<Offset>& at, const std::vector<double>& v
     if (ldlt.info() != Eigen::Success || !(ldlt.rcond() > 1e-8)) return std::nan("");
     solution = ldlt.solve(b);
     for (std::size_t k = 0; k < at.size(); ++k) residual[k] = value[k] - row(at[k]).dot(solution);
-    const double scale = std::max(mad_scale(residual), smallest_scale);
+    std::vector<double> size = residual;
+    const double scale = std::max(mad_sigma(size), smallest_scale);
     for (std::size_t k = 0; k < at.size(); ++k) weight[k] = robust_weight(loss, residual[k] / scale);
   }
   return solution[0];
@@ -111,9 +113,7 @@ double smoothed_depth(const DepthMap& map, const std::vector<Offset>& offsets, i
         around.push_back(map.z_mm(x + o.dx, y + o.dy));
     if (static_cast<double>(around.size()) < kFilledFraction * static_cast<double>(offsets.size()))
       return std::nan("");
-    std::nth_element(around.begin(), around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2),
-                     around.end());
-    centre = around[around.size() / 2];
+    centre = upper_median(around);
   }
   at.clear();
   inverse_depth.clear();

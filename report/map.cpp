@@ -12,6 +12,7 @@
 #include "report/png.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::report {
@@ -76,15 +77,7 @@ void draw_bar(cv::Mat& canvas, int top, const MapStyle& style) {
 
 double percentile(std::vector<float> values, double percent) {
   std::erase_if(values, [](float v) { return !std::isfinite(v); });
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const double at = percent / 100.0 * static_cast<double>(values.size() - 1);
-  const auto i = static_cast<std::ptrdiff_t>(at);
-  std::nth_element(values.begin(), values.begin() + i, values.end());
-  const double below = static_cast<double>(values[static_cast<std::size_t>(i)]);
-  const double fraction = at - static_cast<double>(i);
-  if (fraction == 0.0) return below;
-  return below +
-         fraction * (static_cast<double>(*std::min_element(values.begin() + i + 1, values.end())) - below);
+  return quantile(values, percent / 100.0);
 }
 
 MapLimits robust_limits(const ImageF& image, double low_percent, double high_percent) {

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::calib {
 
@@ -22,13 +23,8 @@ cv::Mat to_8_bit(const ImageF& image) {
   for (const float v : image.data)
     if (std::isfinite(v)) values.push_back(v);
   if (values.empty()) return cv::Mat::zeros(image.height, image.width, CV_8UC1);
-  const auto at = [&](double fraction) {
-    const auto k =
-        values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), k, values.end());
-    return static_cast<double>(*k);
-  };
-  const double low = at(0.005), high = std::max(at(0.995), low + 1e-6);
+  const double low = lower_quantile(values, 0.005);
+  const double high = std::max(lower_quantile(values, 0.995), low + 1e-6);
   cv::Mat out(image.height, image.width, CV_8UC1);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) {

@@ -5,7 +5,6 @@
 #include <fnmatch.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -13,6 +12,7 @@
 #include <sstream>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/parse_number.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::calib {
@@ -24,12 +24,11 @@ std::string at(const std::filesystem::path& file, int line) {
 }
 
 double number(const std::string& text, const std::filesystem::path& file, int line) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size())
+  const std::optional<double> value = parse_number<double>(text);
+  if (!value)
     throw UserError(ExitCode::input, at(file, line), "\"" + text + "\" is not a number",
                     "rows are: filename x y level");
-  return value;
+  return *value;
 }
 
 Corner read_corner(const std::vector<std::string>& f, bool is_weight, const std::filesystem::path& file,

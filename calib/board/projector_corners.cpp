@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
@@ -68,9 +69,7 @@ std::optional<Reading> read_quadratic(const std::vector<Row>& rows, const Sample
     std::vector<double> residual(rows.size());
     for (std::size_t i = 0; i < rows.size(); ++i) residual[i] = precision[i] * (values[i] - fit.dot(rows[i]));
     std::vector<double> size = residual;
-    for (double& r : size) r = std::abs(r);
-    std::nth_element(size.begin(), size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2), size.end());
-    const double sigma = std::max(1.4826 * size[size.size() / 2], 1e-9 * precision[0]);
+    const double sigma = std::max(mad_sigma(size), 1e-9 * precision[0]);
     double n = 0.0, sum = 0.0;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const double t = residual[i] / (4.685 * sigma);
@@ -165,12 +164,7 @@ std::vector<std::vector<Corner>> weighted_corners(const std::vector<std::vector<
   for (const auto& view : views)
     for (const ProjectorCorner& c : view)
       if (c.seen()) sigmas.push_back(c.total_sigma_px());
-  double good = 0.0;
-  if (!sigmas.empty()) {
-    const auto tenth = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 10);
-    std::nth_element(sigmas.begin(), tenth, sigmas.end());
-    good = *tenth;
-  }
+  const double good = nth_smallest(sigmas, sigmas.size() / 10);  // nobody asks where none is seen
   std::vector<std::vector<Corner>> out;
   for (const auto& view : views) {
     std::vector<Corner> corners(view.size());

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -13,6 +12,7 @@
 #include "calib/board/corners_vnl.hpp"
 #include "calib/solve/triangulate.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/parse_number.hpp"
 #include "twin/lens/lens.hpp"
 
 namespace fringetwin::calib {
@@ -24,10 +24,8 @@ constexpr double kInFront = 0.9;
 
 std::optional<double> to_number(const std::string& word) {
   if (word == "-" || word == "nan" || word == "NaN") return std::nan("");
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size() || std::isinf(value)) return std::nullopt;
-  return value;
+  const std::optional<double> value = parse_number<double>(word);
+  return value && !std::isinf(*value) ? value : std::nullopt;
 }
 
 Correspondences read_table(const std::filesystem::path& file, std::size_t n_devices) {

@@ -2,7 +2,6 @@
 // Kalibr camchains: the part of YAML that they use (block mappings two levels deep, sequences of numbers).
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -10,6 +9,7 @@
 
 #include "calib/import/imported_rig.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/parse_number.hpp"
 
 namespace fringetwin::calib {
 
@@ -112,11 +112,10 @@ class BlockReader {
     std::istringstream words(text);
     std::vector<double> out;
     for (std::string w; words >> w;) {
-      double value = 0.0;
-      const auto [end, error] = std::from_chars(w.data(), w.data() + w.size(), value);
-      if (error != std::errc() || end != w.data() + w.size() || !std::isfinite(value))
+      const std::optional<double> value = parse_number<double>(w);
+      if (!value || !std::isfinite(*value))
         throw UserError(ExitCode::input, where(key), "\"" + w.substr(0, 40) + "\" is not a finite number");
-      out.push_back(value);
+      out.push_back(*value);
     }
     if (out.size() != n)
       throw UserError(ExitCode::input, where(key),

@@ -3,13 +3,13 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <sstream>
 
 #include "calib/import/imported_rig.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/parse_number.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
@@ -32,14 +32,13 @@ Eigen::MatrixXd read_matrix(const std::filesystem::path& file) {
     std::istringstream words(line);
     std::vector<double> row;
     for (std::string word; words >> word;) {
-      double value = 0.0;
-      const char* begin = word.data() + (word[0] == '+' ? 1 : 0);
-      const auto [end, error] = std::from_chars(begin, word.data() + word.size(), value);
-      if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
+      const std::optional<double> value =
+          parse_number<double>(std::string_view(word).substr(word[0] == '+' ? 1 : 0));
+      if (!value || !std::isfinite(*value))
         throw UserError(ExitCode::input, fmt::format("{}:{}", file.string(), line_number),
                         "\"" + word.substr(0, 40) + "\" is not a finite number",
                         "write plain numbers, as numpy.savetxt does");
-      row.push_back(value);
+      row.push_back(*value);
     }
     if (row.empty()) continue;
     if (!rows.empty() && row.size() != rows[0].size())

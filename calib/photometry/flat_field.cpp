@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
@@ -62,9 +63,7 @@ std::optional<Solution> solve(const std::vector<FlatCell>& cells, int terms) {
   out.p = Eigen::VectorXd::Zero(m);
   std::vector<double> values;
   for (const FlatCell& c : cells) values.push_back(c.value);
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  out.p[0] = values[values.size() / 2];
+  out.p[0] = upper_median(values);
   if (!(out.p[0] > 0.0)) return std::nullopt;
   double scale = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < 30; ++iteration) {
@@ -94,8 +93,7 @@ std::optional<Solution> solve(const std::vector<FlatCell>& cells, int terms) {
       n += w;
       size.push_back(std::abs(r));
     }
-    std::nth_element(size.begin(), size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2), size.end());
-    scale = std::max(1.4826 * size[size.size() / 2], 1e-9 * out.p[0]);
+    scale = std::max(mad_sigma(size), 1e-9 * out.p[0]);
     const SymmetricFactor factor(N);
     const Eigen::VectorXd step = factor.solve(g);
     if (!step.allFinite()) return std::nullopt;

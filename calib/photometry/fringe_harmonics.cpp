@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::calib {
 
@@ -77,13 +78,6 @@ Estimate ratio(const std::array<HarmonicCell, kBlocks>& cells, double HarmonicCe
   return e;
 }
 
-double median(std::vector<float>& v) {
-  if (v.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return static_cast<double>(*middle);
-}
-
 class Analysis {
  public:
   Analysis(const std::vector<std::vector<const ImageF*>>& steps, const DirectionFringes& fringes,
@@ -113,7 +107,7 @@ class Analysis {
     for (std::size_t p = 0; p < steps_.size(); ++p) out.pitches.push_back(pitch(p, every));
     out.fundamental_dn = out.pitches[coarsest_].median_dn[0];
     std::vector<float> mean = values(coarsest_, 0, every);
-    out.mean_dn = 0.5 * median(mean);
+    out.mean_dn = 0.5 * upper_median(mean);
     return out;
   }
 
@@ -222,7 +216,7 @@ class Analysis {
     const auto orders = static_cast<std::size_t>(spectrum_.orders());
     for (std::size_t k = 0; k < orders; ++k) {
       std::vector<float> v = values(p, static_cast<int>(k) + 1, every);
-      out.median_dn.push_back(median(v));
+      out.median_dn.push_back(upper_median(v));
       const auto& cells = sums_.cells[p * orders + k];
       out.amplitude.push_back(ratio(cells, &HarmonicCell::in_phase));
       out.quadrature.push_back(ratio(cells, &HarmonicCell::quadrature));

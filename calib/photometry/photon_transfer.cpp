@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
@@ -37,10 +38,8 @@ double cut_sigma(const std::vector<const NoiseSample*>& samples, double rough_li
   for (const NoiseSample* s : samples)
     if (static_cast<double>(s->roughness_dn) <= rough_limit) size.push_back(std::abs(s->noise_dn));
   if (size.empty()) return 0.0;
-  const auto middle = size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2);
-  std::nth_element(size.begin(), middle, size.end());
   // Coarse gray levels move a median by up to one of their steps; the first cut is wide for that.
-  double sigma = 1.4826 * static_cast<double>(*middle) + 0.2;
+  double sigma = kMadToSigma * upper_median(size) + 0.2;
   for (int i = 0; i < 50; ++i) {
     double sum = 0.0, n = 0.0;
     for (const float v : size)
@@ -78,9 +77,9 @@ std::vector<Bin> make_bins(const std::vector<NoiseSample>& samples) {
   std::vector<float> levels;
   const std::size_t step = std::max<std::size_t>(1, samples.size() / 100000);
   for (std::size_t i = 0; i < samples.size(); i += step) levels.push_back(samples[i].level_dn);
-  std::sort(levels.begin(), levels.end());
-  const auto low = static_cast<double>(levels[levels.size() / 1000]);
-  const auto high = static_cast<double>(levels[levels.size() - 1 - levels.size() / 1000]);
+  const std::size_t outside = levels.size() / 1000;
+  const double low = nth_smallest(levels, outside);
+  const double high = nth_smallest(levels, levels.size() - 1 - outside);
   std::vector<Bin> bins(kBins);
   const double per_dn = high > low ? kBins / (high - low) : 0.0;
   for (const NoiseSample& s : samples) {

@@ -11,6 +11,7 @@
 #include "calib/solve/seed.hpp"
 #include "calib/solve/uncertainty.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::calib {
 
@@ -61,14 +62,6 @@ void describe(Calibration& c) {
   c.warp_mm = c.problem.warp_m / kMetresPerMm;
 }
 
-double robust_sigma(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  for (double& v : values) v = std::abs(v);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return 1.4826 * *middle;  // of a normal distribution
-}
-
 /// Marks corners beyond their device's threshold; returns how many are new. A corner that is nearer than the
 /// floor is never one: noise-free data would be eaten up.
 int reject(MrcalProblem& p, const Eigen::VectorXd& x, const CalibrateOptions& options) {
@@ -89,7 +82,7 @@ int reject(MrcalProblem& p, const Eigen::VectorXd& x, const CalibrateOptions& op
   std::vector<double> threshold;
   for (std::size_t d = 0; d < components.size(); ++d)
     threshold.push_back(options.outlier_sigmas[options.outlier_sigmas.size() > 1 ? d : 0] *
-                        robust_sigma(components[d]));
+                        mad_sigma(components[d]));
   int n = 0;
   each([&](std::size_t d, Eigen::Vector3d& corner, const Eigen::Vector2d& r) {
     if (r.cwiseAbs().maxCoeff() <= std::max(threshold[d], kFloorPx * corner.z())) return;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::calib {
 
@@ -77,8 +78,7 @@ void check_views(const Calibration& c) {
     for (const ViewResult& v : c.views)
       if (v.device == static_cast<int>(d) && v.fit.n_corners > 0) rms.push_back(v.fit.rms_px);
     if (rms.empty()) diverged(c.devices[d].name, "no corner is left of it");
-    std::sort(rms.begin(), rms.end());
-    const double middle = rms[rms.size() / 2];
+    const double middle = upper_median(rms);
     std::size_t worst = c.views.size();
     for (std::size_t v = 0; v < c.views.size(); ++v)
       if (c.views[v].device == static_cast<int>(d) &&

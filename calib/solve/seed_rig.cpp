@@ -8,6 +8,7 @@
 
 #include "calib/solve/seed.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
@@ -31,11 +32,6 @@ double disagreement_mm(const Board& board, const Pose& T_b_a, const Pose& T_a_bo
   double sum = 0.0;
   for (std::size_t i = 0; i < in_a.size(); ++i) sum += (T_b_a * in_a[i] - in_b[i]).squaredNorm();
   return std::sqrt(sum / static_cast<double>(in_a.size()));
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 struct Pair {
@@ -66,7 +62,8 @@ std::optional<Pair> fit_pair(const Board& board, const std::vector<AloneFit>& al
   double least = INFINITY;
   for (const int f : pair.frames) {
     const Pose candidate = in_b.at(f) * in_a.at(f).inverse();
-    const double m = median(all(candidate));
+    std::vector<double> disagreements_mm = all(candidate);
+    const double m = upper_median(disagreements_mm);
     if (m >= least) continue;
     least = m;
     pair.T_b_a = candidate;

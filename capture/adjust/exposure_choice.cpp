@@ -9,6 +9,7 @@
 #include "capture/record/streams.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::capture {
 namespace {
@@ -121,9 +122,8 @@ class Choice {
   void judge(const ImageU16& dn, Try* out) const {
     std::vector<std::uint16_t> values = dn.data;
     const auto beyond = static_cast<std::size_t>(o_.saturated_share * static_cast<double>(values.size()));
-    const auto at = values.end() - 1 - static_cast<std::ptrdiff_t>(std::min(beyond, values.size() - 1));
-    std::nth_element(values.begin(), at, values.end());
-    out->level_dn = std::max(out->level_dn, static_cast<double>(*at));
+    const std::size_t last = values.size() - 1;
+    out->level_dn = std::max(out->level_dn, nth_smallest(values, last - std::min(beyond, last)));
     const auto clipped = std::count_if(values.begin(), values.end(), [&](std::uint16_t v) {
       return static_cast<double>(v) >= full_scale_dn_;
     });

@@ -13,6 +13,7 @@
 #include "capture/record/streams.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::capture {
 namespace {
@@ -25,9 +26,9 @@ constexpr int kPatientChanges = 2;   ///< with long runs, until the latency is r
 double ms(TimeNs ns) { return static_cast<double>(ns) / kNsPerMs; }
 
 Spread spread(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return {values.front(), 0.5 * (values[(n - 1) / 2] + values[n / 2]), values.back()};
+  const double least = *std::min_element(values.begin(), values.end());
+  const double most = *std::max_element(values.begin(), values.end());
+  return {least, median(values), most};
 }
 
 /// A frame after a change, by the light in it.

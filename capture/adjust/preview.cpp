@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::capture {
 namespace {
@@ -29,13 +30,6 @@ double mean_of(const ImageF& image) {
   double sum = 0.0;
   for (const float v : image.data) sum += static_cast<double>(v);
   return sum / static_cast<double>(image.size());
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Of a pixel's value in one picture.
@@ -112,8 +106,8 @@ PreviewNumbers preview_numbers(const std::string& camera, const std::vector<Imag
   const double n = static_cast<double>(mean.size());
   out.saturated_share = static_cast<double>(n_saturated) / n;
   out.lit_share = static_cast<double>(modulations.size()) / n;
-  out.modulation_dn = median(std::move(modulations));
-  out.contrast = median(std::move(contrasts));
+  out.modulation_dn = modulations.empty() ? 0.0 : upper_median(modulations);
+  out.contrast = contrasts.empty() ? 0.0 : upper_median(contrasts);
   const double noise = noise_variance(steps[0], again) / static_cast<double>(steps.size());
   const double light = out.mean_dn - sensor.black_level_dn;
   if (light > 0.0) out.focus = std::max(0.0, squared_gradient(mean) - kSobelNoise * noise) / (light * light);

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <set>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/parse_number.hpp"
 
 namespace fringetwin::capture {
 namespace {
@@ -17,9 +17,8 @@ namespace {
 constexpr double rate_tolerance_hz = 0.03;
 
 double parse_rate(const std::string& rate, const std::string& name) {
-  double hz = 0.0;
-  const auto [end, error] = std::from_chars(rate.data(), rate.data() + rate.size(), hz);
-  if (error != std::errc() || end != rate.data() + rate.size() || !(hz > 0.0))
+  const double hz = parse_number<double>(rate).value_or(0.0);
+  if (!(hz > 0.0))
     throw UserError(ExitCode::usage, name, fmt::format("'{}' is no refresh rate", rate),
                     "write it in Hz, e.g. kms@60 or kms:/dev/dri/card0:HDMI-A-1@59.94");
   return hz;

@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include "twin/base/errors.hpp"
 #include "twin/base/module_loader.hpp"
+#include "twin/base/parse_number.hpp"
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::capture {
@@ -37,12 +37,9 @@ WindowModule& window_module() {
 int parse_window_name(const std::string& text) {
   constexpr std::string_view kind = "window";
   if (text == kind) return 0;
-  int screen = -1;
-  if (text.starts_with("window:")) {
-    const char *first = text.data() + kind.size() + 1, *last = text.data() + text.size();
-    const auto [end, error] = std::from_chars(first, last, screen);
-    if (error != std::errc() || end != last) screen = -1;
-  }
+  const int screen = text.starts_with("window:")
+                         ? parse_number<int>(std::string_view(text).substr(kind.size() + 1)).value_or(-1)
+                         : -1;
   if (screen < 0) throw UserError(ExitCode::usage, text, "is no screen", "write window, or window:1");
   return screen;
 }

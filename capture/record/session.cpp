@@ -9,6 +9,7 @@
 
 #include "capture/record/streams.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/parse_number.hpp"
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::capture {
@@ -253,7 +254,7 @@ bool restore_exposures(const std::map<std::string, std::string>& identity, const
   for (const RigCamera& camera : rig) {
     const auto it = identity.find(exposure_key(camera));
     if (it == identity.end()) continue;
-    camera.device->set_exposure_ms(std::stod(it->second));
+    camera.device->set_exposure_ms(parse_number<double>(it->second).value());
     any = true;
   }
   return any;

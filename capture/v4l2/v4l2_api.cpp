@@ -12,6 +12,8 @@
 #include <filesystem>
 #include <system_error>
 
+#include "twin/base/parse_number.hpp"
+
 namespace fringetwin::capture {
 namespace {
 
@@ -26,13 +28,13 @@ class KernelV4l2 final : public V4l2Api {
  public:
   std::vector<std::string> device_paths() override {
     const std::string prefix = "video";
-    std::vector<std::pair<int, std::string>> found;
+    std::vector<std::pair<unsigned, std::string>> found;
     std::error_code none;
     for (const auto& entry : std::filesystem::directory_iterator("/dev", none)) {
       const std::string name = entry.path().filename().string();
-      if (name.size() > prefix.size() && name.starts_with(prefix) &&
-          name.find_first_not_of("0123456789", prefix.size()) == std::string::npos)
-        found.emplace_back(std::stoi(name.substr(prefix.size())), entry.path().string());
+      if (!name.starts_with(prefix)) continue;
+      if (const std::optional<unsigned> number = parse_number<unsigned>(name.substr(prefix.size())))
+        found.emplace_back(*number, entry.path().string());
     }
     std::sort(found.begin(), found.end());
     std::vector<std::string> paths;

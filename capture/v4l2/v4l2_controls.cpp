@@ -7,7 +7,8 @@
 #include <array>
 #include <cctype>
 #include <cerrno>
-#include <charconv>
+
+#include "twin/base/parse_number.hpp"
 
 #ifndef V4L2_CID_HDR_SENSOR_MODE  // since Linux 6.6
 #define V4L2_CID_HDR_SENSOR_MODE (V4L2_CID_CAMERA_CLASS_BASE + 36)
@@ -207,11 +208,7 @@ void V4l2Controls::push(const V4l2Control& button) const {
 }
 
 std::int64_t V4l2Controls::parse(const V4l2Control& control, const std::string& text) const {
-  std::int64_t value = 0;
-  const char* end = text.data() + text.size();
-  if (const auto [rest, error] = std::from_chars(text.data(), end, value);
-      error == std::errc{} && rest == end)
-    return value;
+  if (const std::optional<std::int64_t> value = parse_number<std::int64_t>(text)) return *value;
   for (const auto& [item, name] : control.items)
     if (key_of(name) == key_of(text)) return item;
   const std::string word = lower(text);

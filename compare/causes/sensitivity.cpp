@@ -7,6 +7,7 @@
 
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -17,13 +18,6 @@ constexpr double kExactChange = 2e-2;   ///< central: 0.01 %
 constexpr double kSmallestEigenvalue = 1e-9;
 constexpr int kMostAttempts = 4;
 constexpr double kNoChange = 1e-7;  ///< of the images' size: rounding
-
-double median_of(std::vector<float>& v) {
-  if (v.empty()) return 0.0;
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return static_cast<double>(*middle);
-}
 
 }  // namespace
 
@@ -205,7 +199,7 @@ void Sensitivity::choose_scale(const Values& base) {
       if (samples_[c].weight[i] > 0.0F)
         size.push_back(samples_[c].weight[i] *
                        static_cast<float>(std::abs(residual(samples_[c], base[c], i))));
-    threshold_[c] = kHuberSigmas * std::max(1.0, 1.4826 * median_of(size));
+    threshold_[c] = kHuberSigmas * std::max(1.0, kMadToSigma * upper_median(size));  // 1 when there is none
   }
 }
 

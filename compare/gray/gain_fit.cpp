@@ -10,6 +10,7 @@
 
 #include "compare/gray/gain_sums.hpp"
 #include "twin/base/constants.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -42,12 +43,6 @@ std::vector<Sample> subsample(const GrayPair& pair) {
       samples.push_back({pair.e_scale * v + pair.e_offset, y});
   }
   return samples;
-}
-
-double median(std::vector<double>& v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
 }
 
 /// Weighted least squares of y = a + b (e - center). False when E does not vary.
@@ -105,7 +100,7 @@ Start start_values(const GrayPair& pair) {
     for (const Sample& s : all)
       if (usable(s)) size.push_back(std::abs(s.y - prediction(m, s.e)));
     if (size.size() < kFewestValues) return start;
-    start.scale_dn = std::max(1.4826 * median(size), floor_dn);
+    start.scale_dn = std::max(mad_sigma(size), floor_dn);
     const double threshold = kHuber * start.scale_dn;
     for (std::size_t i = 0; i < all.size(); ++i) {
       const double r = std::abs(all[i].y - prediction(m, all[i].e));

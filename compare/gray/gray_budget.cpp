@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "twin/base/constants.hpp"
+#include "twin/base/statistics.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::compare {
@@ -161,14 +162,9 @@ class GrayBudgetFit {
 
   static double robust_spread(std::vector<double> v) {
     if (v.empty()) return kUnknown;
-    const auto median = [](std::vector<double>& w) {
-      const auto middle = w.begin() + static_cast<std::ptrdiff_t>(w.size() / 2);
-      std::nth_element(w.begin(), middle, w.end());
-      return *middle;
-    };
-    const double center = median(v);
-    for (double& x : v) x = std::abs(x - center);
-    return 1.4826 * median(v);
+    const double center = upper_median(v);
+    for (double& x : v) x -= center;
+    return mad_sigma(v);
   }
 
   static Basis basis(double theta_rad) {

@@ -12,6 +12,7 @@
 #include "measure/decode/decode_input.hpp"
 #include "measure/decode/phase.hpp"
 #include "twin/base/constants.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -22,7 +23,6 @@ constexpr double kRough = 4.0;  // texture: more than this many sigmas of what w
 constexpr std::size_t kMaxSamples = 2'000'000;
 constexpr std::size_t kFewest = 400;
 constexpr std::size_t kFewestInLevel = 200, kFewestInCell = 50;
-constexpr double kMadToSigma = 1.4826;
 constexpr int kLevels = 32;
 constexpr int kFewestGroups = 12;  // too few blocks of the image say nothing about correlation
 
@@ -181,13 +181,7 @@ bool check_gray(const Camera& camera, const std::vector<std::vector<const ImageF
 
 // ---- phase: what differs from its neighbours along the stripe ------------------------------------------
 
-double median_of(std::vector<float> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return static_cast<double>(*middle);
-}
-
-/// Median of |sigma_i e_i|, e normal: what median_of() gives of values that scatter as predicted.
+/// Median of |sigma_i e_i|, e normal: what upper_median() gives of values that scatter as predicted.
 double median_of_normals(const std::vector<float>& sigma) {
   double low = 0.0, high = static_cast<double>(*std::max_element(sigma.begin(), sigma.end()));
   const std::size_t stride = 1 + sigma.size() / 20'000;
@@ -248,7 +242,7 @@ void check_phase(const Camera& camera, const measure::DirectionDecode& d, const 
   row.phase_ratio_sigma = spread.sigma;
   row.n_phase = spread.n;
   const bool known = std::isfinite(spread.value);
-  row.phase_measured_rad = known ? kMadToSigma * median_of(std::move(measured)) : kUnknown;
+  row.phase_measured_rad = known ? kMadToSigma * upper_median(measured) : kUnknown;
   row.phase_predicted_rad = known ? kMadToSigma * median_of_normals(predicted) : kUnknown;
 }
 

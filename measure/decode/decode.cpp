@@ -14,6 +14,7 @@
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -26,11 +27,7 @@ double percentile_999(const ImageF& image) {
   values.reserve(image.size());
   std::copy_if(image.data.begin(), image.data.end(), std::back_inserter(values),
                [](float v) { return std::isfinite(v); });
-  if (values.empty()) return 0.0;
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return static_cast<double>(*at);
+  return values.empty() ? 0.0 : lower_quantile(values, 0.999);
 }
 
 /// One direction of one camera: masks, phases, sigma, orders, repair.
@@ -302,13 +299,8 @@ void DirectionDecoder::learn_code_margins() {
       }
     }
   }
-  const auto median = [](std::vector<float>& v) {
-    const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-    std::nth_element(v.begin(), middle, v.end());
-    return *middle;
-  };
-  if (!bright.empty()) gray_.bright_margin = median(bright);
-  if (!dark.empty()) gray_.dark_margin = median(dark);
+  if (!bright.empty()) gray_.bright_margin = static_cast<float>(upper_median(bright));
+  if (!dark.empty()) gray_.dark_margin = static_cast<float>(upper_median(dark));
 }
 
 double DirectionDecoder::pitch_variance(std::size_t pitch, std::size_t at, double gray_variance) const {
@@ -427,10 +419,7 @@ void DirectionDecoder::unwrap_phases() {
   for (std::size_t i = 0; i < flags_.size(); i += 97)
     if (std::isfinite(out_.wrapped_rad[finest].data[i]))
       noise.push_back(static_cast<float>(noise_.variance(static_cast<double>(out_.mean_dn.data[i]))));
-  if (noise.empty()) return;
-  const auto middle = noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2);
-  std::nth_element(noise.begin(), middle, noise.end());
-  out_.noise_dn = std::sqrt(static_cast<double>(*middle));
+  if (!noise.empty()) out_.noise_dn = std::sqrt(upper_median(noise));
 }
 
 void DirectionDecoder::mend_orders() {

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "measure/decode/phase.hpp"
 #include "measure/decode/unwrap.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -41,8 +43,7 @@ std::optional<double> local_majority(const ImageD& x_px, int x, int y, const Ord
     for (int u = std::max(0, x - r); u <= std::min(x_px.width - 1, x + r); ++u)
       if ((u != x || v != y) && std::isfinite(x_px(u, v))) values[n++] = x_px(u, v);
   if (n < o.min_support) return std::nullopt;
-  std::nth_element(values, values + n / 2, values + n);
-  const double median = values[n / 2];
+  const double median = upper_median(std::span(values, static_cast<std::size_t>(n)));
   const auto agree =
       std::count_if(values, values + n, [&](double v) { return std::fabs(v - median) < 0.5 * o.period_px; });
   if (static_cast<double>(agree) < o.majority * n) return std::nullopt;

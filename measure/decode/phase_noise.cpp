@@ -3,7 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
+#include <vector>
+
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -72,11 +76,10 @@ std::vector<NoiseSample> collect_samples(const std::vector<NoiseInput>& pitches,
   return samples;
 }
 
-float median_variance(std::vector<NoiseSample>::iterator begin, std::vector<NoiseSample>::iterator end) {
-  const auto middle = begin + (end - begin) / 2;
-  std::nth_element(begin, middle, end,
-                   [](const NoiseSample& a, const NoiseSample& b) { return a.variance < b.variance; });
-  return middle->variance;
+double median_variance(std::span<const NoiseSample> samples) {
+  std::vector<float> variances;
+  for (const NoiseSample& s : samples) variances.push_back(s.variance);
+  return upper_median(variances);
 }
 
 }  // namespace
@@ -123,7 +126,7 @@ bool estimate_noise(const std::vector<NoiseInput>& pitches, const StepSolver& so
     const double level = static_cast<double>((begin + (end - begin) / 2)->mean);
     if (!mean.empty() && !(level > mean.back())) continue;  // a flat scene: one level
     mean.push_back(level);
-    variance.push_back(per_median * static_cast<double>(median_variance(begin, end)));
+    variance.push_back(per_median * median_variance({begin, end}));
   }
   model = NoiseModel::tabulated(mean, variance);
   return true;

@@ -11,6 +11,7 @@
 #include "measure/fit/fits.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -108,16 +109,9 @@ void fit_shape(const MeshShape& shape, const Gated& points, ObjectFit& row) {
     absolute.push_back(std::abs(static_cast<double>(d)));
   }
   const bool some = fit.usable && !absolute.empty();
-  double p95 = kNaN;
-  if (some) {
-    const auto at =
-        absolute.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(absolute.size() - 1));
-    std::nth_element(absolute.begin(), at, absolute.end());
-    p95 = *at;
-  }
   row.numbers["rms_all_mm"] = some ? fit.rms_mm : kNaN;  // nothing within the gate is left out
   row.numbers["mean_mm"] = some ? sum / static_cast<double>(absolute.size()) : kNaN;
-  row.numbers["p95_mm"] = p95;
+  row.numbers["p95_mm"] = some ? lower_quantile(absolute, 0.95) : kNaN;
   row.numbers["within_10um"] = some ? fit.within_10um : kNaN;
   const RotTrans rt = rt_from_pose(fit.T_object_measured);
   const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNaN);
@@ -146,9 +140,7 @@ void add_deviations(const Object& fitted, const std::vector<Eigen::Vector3d>& p,
   if (n_used < p.size()) {
     std::vector<double> absolute;
     for (const double d : distance) absolute.push_back(std::abs(d));
-    const auto at = absolute.begin() + static_cast<std::ptrdiff_t>(n_used - 1);
-    std::nth_element(absolute.begin(), at, absolute.end());
-    limit = *at;  // the inliers are the nearest points
+    limit = nth_smallest(absolute, n_used - 1);  // the inliers are the nearest points
   }
   for (std::size_t i = 0; i < p.size(); ++i)
     if (std::abs(distance[i]) <= limit) {

@@ -11,6 +11,7 @@
 #include "measure/fit/icp.hpp"
 #include "measure/fit/robust.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::measure {
@@ -49,9 +50,7 @@ double median_distance(const MeshDistance& surface, const Pose& T, const std::ve
   distance.reserve(p.size());
   for (const ClosestPoint& hit : closest_points(surface, T, p, limit_mm))
     distance.push_back(hit.triangle < 0 ? limit_mm : std::abs(hit.signed_distance_mm));
-  const auto middle = distance.begin() + static_cast<std::ptrdiff_t>(distance.size() / 2);
-  std::nth_element(distance.begin(), middle, distance.end());
-  return *middle;
+  return upper_median(distance);
 }
 
 /// Solves J^T J x = -J^T r leaving out directions the surface does not determine (a plane slides in
@@ -85,7 +84,7 @@ bool gauss_newton(const MeshDistance& surface, const std::vector<Eigen::Vector3d
     }
     if (distance.size() < 6) return false;
     centroid /= static_cast<double>(distance.size());
-    const double scale = std::max(mad_scale(distance), 1e-7);
+    const double scale = std::max(mad_sigma(distance), 1e-7);
     double extent_sq = 0.0;
     for (std::size_t i = 0; i < p.size(); ++i)
       if (hits[i].triangle >= 0) extent_sq += (T * p[i] - centroid).squaredNorm();

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <random>
 
+#include "twin/base/statistics.hpp"
+
 namespace fringetwin::measure {
 namespace {
 
@@ -40,8 +42,8 @@ std::vector<double> distances(const RobustModel& model, const std::vector<std::s
   return r;
 }
 
-double scale_of(const RobustModel& model, const FitOptions& options, const std::vector<double>& r) {
-  const double scale = options.loss_scale_mm > 0.0 ? options.loss_scale_mm : mad_scale(r);
+double scale_of(const RobustModel& model, const FitOptions& options, std::vector<double> r) {
+  const double scale = options.loss_scale_mm > 0.0 ? options.loss_scale_mm : mad_sigma(r);
   return std::max(scale, model.smallest_scale);
 }
 
@@ -98,14 +100,6 @@ RobustResult refit_inliers(const RobustModel& model, const FitOptions& options,
 }
 
 }  // namespace
-
-double mad_scale(std::vector<double> residuals) {
-  if (residuals.empty()) return std::numeric_limits<double>::quiet_NaN();
-  for (double& r : residuals) r = std::abs(r);
-  const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-  std::nth_element(residuals.begin(), middle, residuals.end());
-  return 1.4826 * *middle;
-}
 
 double robust_weight(RobustLoss loss, double u) {
   const double a = std::abs(u);

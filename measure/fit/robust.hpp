@@ -13,9 +13,6 @@ namespace fringetwin::measure {
 /// Points farther than this many robust sigmas from the fit are outliers.
 inline constexpr double kInlierSigmas = 4.0;
 
-/// 1.4826 * median |r|: sigma of Gaussian residuals about zero. NaN when empty.
-double mad_scale(std::vector<double> residuals);
-
 /// IRLS weight at u = r / scale: Huber k = 1.345, Tukey c = 4.685 (95 % efficiency), none = 1.
 double robust_weight(RobustLoss loss, double u);
 

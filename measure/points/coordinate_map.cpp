@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "twin/base/statistics.hpp"
+
 namespace fringetwin::measure {
 namespace {
 
@@ -39,11 +41,7 @@ CoordinateMap::CoordinateMap(const ImageD& map, const ImageF& sigma) : map_(map)
   const std::size_t stride = std::max<std::size_t>(1, sigma.size() / 50000);
   for (std::size_t i = 0; i < sigma.size(); i += stride)
     if (std::isfinite(sigma.data[i]) && std::isfinite(map.data[i])) some.push_back(sigma.data[i]);
-  if (!some.empty()) {
-    const auto middle = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);
-    std::nth_element(some.begin(), middle, some.end());
-    typical_sigma_px_ = static_cast<double>(*middle);
-  }
+  if (!some.empty()) typical_sigma_px_ = upper_median(some);
 }
 
 /// What noise may do to a third difference: 5 sigma of sqrt(1 + 9 + 9 + 1) of the pixel's own noise.

@@ -7,6 +7,8 @@
 #include <limits>
 #include <optional>
 
+#include "twin/base/statistics.hpp"
+
 namespace fringetwin::measure {
 namespace {
 
@@ -108,10 +110,9 @@ void EpipolarTable::set_bins() {
       if ((x + 5 * y) % 16 == 0 && std::isfinite(d)) steps.push_back(d);
     }
   if (!(angle_high > angle_low_) || !(value_high >= value_low_) || steps.empty()) return;
-  std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
   angle_bins_ = step_x_ ? map_.height : map_.width;
   angle_width_ = (angle_high - angle_low_) / angle_bins_ * (1.0 + 1e-12);
-  value_width_ = std::max({steps[steps.size() / 2], (value_high - value_low_) / (kMostValueBins - 1), 1e-9});
+  value_width_ = std::max({upper_median(steps), (value_high - value_low_) / (kMostValueBins - 1), 1e-9});
   value_bins_ = static_cast<int>((value_high - value_low_) / value_width_) + 1;
 
   const auto bin = [&](int a, int v) { return static_cast<std::size_t>(a) * value_bins_ + v; };

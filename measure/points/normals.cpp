@@ -7,6 +7,7 @@
 
 #include "measure/points/point_grid.hpp"
 #include "measure/points/points.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -21,13 +22,6 @@ struct Sums {
   Eigen::Vector3d p = Eigen::Vector3d::Zero(), up = Eigen::Vector3d::Zero(), vp = Eigen::Vector3d::Zero();
 };
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Larger windows for noisier clouds: the slope of a (2r+1)^2 window has the noise
 /// sigma / spacing * sqrt(3) / (2 r^2), about.
 int window_radius(const PointCloud& cloud, const Image<int>& grid) {
@@ -39,9 +33,9 @@ int window_radius(const PointCloud& cloud, const Image<int>& grid) {
     spacing.push_back((cloud.p_world_mm[a] - cloud.p_world_mm[b]).norm());
     if (!cloud.sigma_mm.empty()) sigma.push_back(static_cast<double>(cloud.sigma_mm[a]));
   }
-  const double d = median(spacing);
+  const double d = upper_median(spacing), noise = sigma.empty() ? 0.0 : upper_median(sigma);
   if (!(d > 0.0)) return kSmallestRadius;
-  const double radius = std::sqrt(median(sigma) / d * std::sqrt(3.0) / (2.0 * kSlopeNoise));
+  const double radius = std::sqrt(noise / d * std::sqrt(3.0) / (2.0 * kSlopeNoise));
   return std::clamp(static_cast<int>(std::ceil(radius)), kSmallestRadius, kLargestRadius);
 }
 

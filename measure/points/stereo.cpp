@@ -12,6 +12,7 @@
 #include "measure/points/point_rows.hpp"
 #include "measure/points/points.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -152,10 +153,8 @@ void decide_ambiguous(Work& work, double step) {
         for (int x = std::max(0, px - kWindow); x <= std::min(work.match.width - 1, px + kWindow); ++x)
           if (before(x, y) == State::matched) depths.push_back(work.match(x, y).depth_mm);
       if (depths.empty()) continue;
-      std::nth_element(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2),
-                       depths.end());
       Match expected;
-      expected.depth_mm = depths[depths.size() / 2];
+      expected.depth_mm = upper_median(depths);
       const auto best =
           std::min_element(a.matches.begin(), a.matches.end(), [&](const Match& u, const Match& v) {
             return std::abs(u.depth_mm - expected.depth_mm) < std::abs(v.depth_mm - expected.depth_mm);
@@ -219,10 +218,7 @@ double sensitivity(const Lens& lens, const Pose& T_cam1_cam0, const CoordinateMa
       const Eigen::Vector2d motion = (J * T_cam1_cam0.translation_mm).normalized();
       values.push_back(std::abs(sample.d_dx * motion.x() + sample.d_dy * motion.y()));
     }
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return values.empty() ? 0.0 : upper_median(values);
 }
 
 }  // namespace

@@ -4,10 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <set>
+
+#include "twin/base/parse_number.hpp"
 
 namespace fringetwin::study {
 namespace {
@@ -37,11 +38,7 @@ std::string label_of(const std::vector<std::string>& keys) {
   return out;
 }
 
-double number_of(const std::string& text) {
-  double value = kNan;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc{} && end == text.data() + text.size() ? value : kNan;
-}
+double number_of(const std::string& text) { return parse_number<double>(text).value_or(kNan); }
 
 /// With as few digits as tell the numbers apart, four at least.
 std::vector<std::string> level_names(const std::vector<std::string>& texts) {

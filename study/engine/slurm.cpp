@@ -10,6 +10,7 @@
 
 #include "report/process.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/parse_number.hpp"
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::study::slurm {
@@ -100,9 +101,10 @@ std::optional<Job> find_job(const std::string& name, std::string* why) {
     std::getline(cells, index, '|');
     std::getline(cells, state, '|');
     std::getline(cells, reason);
-    if (index.find_first_not_of("0123456789") != std::string::npos || index.empty()) continue;
+    const std::optional<std::size_t> task = parse_number<std::size_t>(index);
+    if (!task) continue;
     job.id = id;
-    job.tasks[std::stoul(index)] = {state, reason};
+    job.tasks[*task] = {state, reason};
   }
   return job;
 }

@@ -10,6 +10,7 @@
 #include "measure/fit/robust.hpp"
 #include "study/noise/interpolation_noise.hpp"
 #include "study/noise/noise_scene.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::study {
 namespace {
@@ -141,7 +142,7 @@ NoiseTheory noise_theory(const Twin& twin, const std::string& object, std::size_
   NoiseTheory out;
   if (points.size() < 4) return out;
   // the fit leaves out what is farther than that (docs/METRICS.md, "Fits")
-  const double limit_mm = measure::kInlierSigmas * 1.4826 * median_distance(points);
+  const double limit_mm = measure::kInlierSigmas * kMadToSigma * median_distance(points);
   FitSum<4> sphere;
   FitSum<1> plane;
   double sum = 0.0, n = 0.0;

@@ -5,6 +5,8 @@
 
 #include <set>
 
+#include "twin/base/parse_number.hpp"
+
 namespace fringetwin::study {
 namespace {
 
@@ -54,7 +56,7 @@ StudyReport FigureSheet::finish(const std::string& html) const {
   for (std::size_t mark; (mark = html.find(mark_begin, at)) != std::string::npos;) {
     out.html.append(html, at, mark - at);
     const std::size_t digits = mark + mark_begin.size(), end = html.find(mark_end, digits);
-    out.html += svgs.at(std::stoul(html.substr(digits, end - digits)));
+    out.html += svgs.at(parse_number<std::size_t>(html.substr(digits, end - digits)).value());
     at = end + mark_end.size();
   }
   out.html.append(html, at);

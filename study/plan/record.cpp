@@ -10,6 +10,7 @@
 
 #include "report/json.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/parse_number.hpp"
 
 namespace fringetwin::study {
 namespace {
@@ -50,12 +51,8 @@ const Json* step_into(const Json& at, const std::string& part) {
   if (at.is_object()) return at.contains(part) ? &at[part] : nullptr;
   if (!at.is_array()) return nullptr;
   if (part.starts_with('[')) {
-    const std::string digits = part.substr(1, part.size() - 2);
-    const bool number =
-        part.ends_with(']') && !digits.empty() && digits.size() < 10 &&
-        std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c); });
-    const std::size_t i = number ? std::stoul(digits) : at.size();
-    return i < at.size() ? &at[i] : nullptr;
+    const std::optional<std::size_t> i = parse_number<std::size_t>(part.substr(1, part.size() - 2));
+    return part.ends_with(']') && i && *i < at.size() ? &at[*i] : nullptr;
   }
   for (const Json& entry : at)
     if (name_of(entry) == part) return &entry;

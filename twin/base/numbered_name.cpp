@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
+#include "twin/base/parse_number.hpp"
 
 namespace fringetwin {
 
@@ -13,10 +13,9 @@ std::string NumberedName::operator()(int number) const {
 
 std::optional<int> NumberedName::number_of(const std::string& name) const {
   if (name.size() <= before.size() + after.size()) return {};
-  const char* begin = name.data() + before.size();
-  int number = -1;
-  const auto [end, error] = std::from_chars(begin, name.data() + name.size() - after.size(), number);
-  if (error != std::errc() || number < 0 || (*this)(number) != name) return {};
+  const std::string_view inner = std::string_view(name).substr(before.size());
+  const std::optional<int> number = parse_number<int>(inner.substr(0, inner.size() - after.size()));
+  if (!number || *number < 0 || (*this)(*number) != name) return {};
   return number;
 }
 
@@ -27,7 +26,7 @@ std::optional<NumberedName> parse_numbered_name(const std::string& text) {
   if (end == std::string::npos || text[end] != 'd') return {};
   const std::string width = text.substr(percent + 1, end - percent - 1);
   if (width.size() > 3 || (!width.empty() && width[0] != '0')) return {};  // %4d pads with blanks
-  const int digits = width.empty() ? 0 : std::stoi(width);
+  const int digits = parse_number<int>(width).value_or(0);
   if (digits > 20) return {};
   return NumberedName{text.substr(0, percent), text.substr(end + 1), digits};
 }

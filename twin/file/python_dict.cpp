@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
-#include <system_error>
+#include <optional>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/parse_number.hpp"
 
 namespace fringetwin {
 namespace {
@@ -38,15 +38,14 @@ std::string without_comments(std::string_view text) {
   return kept;
 }
 
-/// from_chars takes no '+'.
-bool parse_number(std::string_view token, double* value) {
+/// Returns the finite number that the token writes, with one '+' before it if Python wrote it so.
+std::optional<double> finite_number(std::string_view token) {
   if (token.starts_with('+')) {
     token.remove_prefix(1);
-    if (token.starts_with('-')) return false;
+    if (token.starts_with('-')) return std::nullopt;
   }
-  const char* end = token.data() + token.size();
-  const auto result = std::from_chars(token.data(), end, *value);
-  return result.ec == std::errc() && result.ptr == end && std::isfinite(*value);
+  const std::optional<double> value = parse_number<double>(token);
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 }  // namespace
@@ -176,11 +175,11 @@ std::vector<double> PythonDictParser::to_numbers(const PythonDictEntry& entry) c
   while (!trimmed(rest).empty()) {
     const std::size_t comma = std::min(rest.find(','), rest.size());
     const std::string_view token = trimmed(rest.substr(0, comma));
-    double value = 0.0;
-    if (!parse_number(token, &value))
+    const std::optional<double> value = finite_number(token);
+    if (!value)
       fail(entry.line,
            "'" + entry.key + "' must be a list of finite numbers, '" + std::string(token) + "' is none");
-    numbers.push_back(value);
+    numbers.push_back(*value);
     rest.remove_prefix(std::min(comma + 1, rest.size()));
   }
   return numbers;

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/parse_number.hpp"
 #include "twin/file/toml_reader.hpp"
 
 namespace fringetwin {
@@ -87,10 +88,10 @@ class Setter {
   toml::table* into_array(toml::array& array) {
     const std::size_t close = std::min(key_.find(']', rest_at_), key_.size());
     const std::string digits = key_.substr(rest_at_ + 1, close - rest_at_ - 1);
-    if (close == key_.size() || digits.empty() || digits.size() > 6 ||
-        digits.find_first_not_of("0123456789") != std::string::npos)
+    const std::optional<std::size_t> number = parse_number<std::size_t>(digits);
+    if (close == key_.size() || digits.size() > 6 || !number)
       fail("is no path of a key", "an index is a whole number from 0 in brackets");
-    const auto index = static_cast<std::size_t>(std::stoul(digits));
+    const std::size_t index = *number;
     if (index >= array.size())
       unknown(fmt::format("{} has {} entries, counted from 0", done_, array.size()), "");
     advance_to(close + 1);

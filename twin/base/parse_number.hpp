@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// A text that is a number and nothing else becomes that number, in every locale alike.
+#pragma once
+#include <optional>
+#include <string_view>
+
+namespace fringetwin {
+
+/// Returns the number that the whole text writes, with '.' as the decimal point; nullopt when the text is
+/// empty, has a blank, a '+' or anything else around the number, or is beyond Number's range. "nan" and "inf"
+/// are numbers of the type double. Number is int, unsigned, std::int64_t, std::size_t or double.
+template <class Number>
+std::optional<Number> parse_number(std::string_view text);
+
+}  // namespace fringetwin
