@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "measure/surface.hpp"
 #include "render/sensor/sensor.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"

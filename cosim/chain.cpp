@@ -107,32 +107,11 @@ double fit_distance_mm(const ObjectFit& a, const ObjectFit& b) {
                    number_or(row.difference, "mean_mm"), number_or(row.difference, "p95_mm")});
 }
 
-std::optional<ObjectFit> nominal_fit(const Object& object) {
-  ObjectFit fit;
-  fit.object = object.name;
-  fit.kind = shape_kind(object.shape);
-  fit.usable = true;
-  if (const auto* s = std::get_if<SphereShape>(&object.shape)) {
-    fit.vectors["center_mm"] = s->center_mm;
-    fit.numbers["radius_mm"] = s->radius_mm;
-  } else if (const auto* p = std::get_if<PlaneShape>(&object.shape)) {
-    fit.vectors["point_mm"] = p->point_mm;
-    fit.vectors["normal"] = p->normal;
-  } else if (const auto* c = std::get_if<CylinderShape>(&object.shape)) {
-    fit.vectors["point_mm"] = c->point_mm;
-    fit.vectors["axis"] = c->axis;
-    fit.numbers["radius_mm"] = c->radius_mm;
-  } else {
-    return std::nullopt;
-  }
-  return fit;
-}
-
 double fit_error_mm(const Twin& twin, const ObjectFit& fit) {
   if (!fit.usable) return std::numeric_limits<double>::quiet_NaN();
   const Object* object = twin.find_object(fit.object);
   FT_CHECK(object != nullptr, "a fit names an object of the twin");
-  const auto nominal = nominal_fit(*object);
+  const auto nominal = measure::nominal_fit(*object);
   if (!nominal) return fit.numbers.at("rms_mm");
   return geometry_distance_mm(compare::make_fit_row(fit, *nominal));
 }

@@ -52,8 +52,6 @@ std::vector<measure::ObjectFit> fits_in_order(const Twin& twin, const measure::M
 /// shapes also the difference of the residual rms. +inf when one of the two is not usable.
 double fit_distance_mm(const measure::ObjectFit& a, const measure::ObjectFit& b);
 
-/// The object as it was put in, as a fit; nullopt for meshes.
-std::optional<measure::ObjectFit> nominal_fit(const Object& object);
 /// Error of a fit against what was put in, mm: as fit_distance_mm without the residual rms; mesh: the rms
 /// of the deviations from the CAD surface. NaN when the fit is not usable.
 double fit_error_mm(const Twin& twin, const measure::ObjectFit& fit);

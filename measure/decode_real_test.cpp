@@ -31,6 +31,7 @@
 #include <opencv2/calib3d.hpp>
 #include <sstream>
 
+#include "measure/fit/fits.hpp"
 #include "measure/measurement.hpp"
 #include "measure/points/depth_solver.hpp"
 #include "twin/captures/capture_set.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole chain for one capture set, the same for real and simulated images ("same eyes").
+// Measures one capture set, real and simulated alike: images become phases, points and fits.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "measure/decode/decode.hpp"
-#include "measure/fit/fits.hpp"
+#include "measure/fit/object_fits.hpp"
 #include "measure/points/points.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
@@ -28,28 +28,19 @@ struct Measurement {
 /// without a projector.
 void check_fringes(const Twin& twin);
 
-/// How measure() decodes the images of a camera: the twin's modulation limit, projector size and sensor
-/// noise.
+/// Returns how measure() decodes the images of a camera: the twin's modulation limit, projector size and
+/// sensor noise.
 DecodeOptions decode_options(const Twin& twin, const Camera& camera, const CameraImages& images,
                              const std::vector<int>& use_steps = {});
 
-/// `images`: order of twin.cameras. Decode only where the rig cannot triangulate (one camera and no
-/// projector, or unwrap = "none"). Throws UserError as the stages do,
-/// Cancelled after Ctrl-C.
-/// smoothing_px (default: the twin's) > 0: coordinates are smoothed (smooth_coordinates) before
-/// triangulation; Measurement keeps the raw ones.
+/// Measures. `images`: order of twin.cameras. Decodes only where the rig cannot triangulate (one camera and
+/// no projector, or unwrap = "none"). Throws UserError as the stages do, Cancelled after Ctrl-C. smoothing_px
+/// (default: the twin's) > 0: coordinates are smoothed (smooth_coordinates) before triangulation; Measurement
+/// keeps the raw ones.
 Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
                     const std::vector<int>& use_steps = {}, std::optional<double> smoothing_px = {});
 
-/// points.ply and phase_<camera>.exr (channels: docs/formats/results.md). result.json is the caller's.
+/// Writes points.ply and phase_<camera>.exr (channels: docs/formats/results.md). result.json is the caller's.
 void write_measurement(const std::filesystem::path& dir, const Measurement& measurement);
-
-/// "wrapped_x_13p5": shortest decimal, '.' as 'p'.
-std::string wrapped_channel_name(Axis axis, double pitch_px);
-
-/// A measured depth map as a mesh (twin shape = "measured"): local smoothing over smoothing_px,
-/// triangles between neighbouring pixels without depth jumps. World frame, mm.
-std::shared_ptr<const Mesh> build_surface(const Twin& twin, std::size_t camera, const PointCloud& cloud,
-                                          double smoothing_px);
 
 }  // namespace fringetwin::measure

@@ -30,8 +30,10 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "measure/fit/fits.hpp"
 #include "measure/measurement.hpp"
 #include "measure/points/point_grid.hpp"
+#include "measure/surface.hpp"
 #include "twin/captures/capture_set.hpp"
 
 namespace fringetwin::measure::points_real_test {

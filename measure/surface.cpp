@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A measured depth map as a mesh. Depths are smoothed as inverse depth 1/z over the pixel grid, in
+// Depths are smoothed as inverse depth 1/z over the pixel grid, in
 // which a plane is linear whatever its tilt; vertices stay on the rays of their pixels.
+#include "measure/surface.hpp"
+
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -9,7 +11,6 @@
 #include <vector>
 
 #include "measure/fit/robust.hpp"
-#include "measure/measurement.hpp"
 #include "measure/points/point_grid.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"

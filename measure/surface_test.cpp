@@ -2,6 +2,8 @@
 // Tolerances
 //   3e-5 mm    noiseless plane: vertices are floats near 260 (rounding 1.5e-5)
 //   noise / 2  a quadratic on a disc of radius 3 (29 points) leaves 0.45 of the noise at its centre
+#include "measure/surface.hpp"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>

@@ -22,10 +22,7 @@ void widen_sensor(Sensor& sensor) {
 
 // One analytic object that cannot shade itself: the renderer leaves the shadow rays off by itself.
 bool hides_nothing(const Twin& twin) {
-  if (twin.objects.size() != 1) return false;
-  const Shape& shape = twin.objects[0].shape;
-  if (const auto* cylinder = std::get_if<CylinderShape>(&shape)) return !cylinder->length_mm;
-  return std::holds_alternative<SphereShape>(shape) || std::holds_alternative<PlaneShape>(shape);
+  return twin.objects.size() == 1 && !shades_itself(twin.objects[0].shape);
 }
 
 Effect pixel_area() {

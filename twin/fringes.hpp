@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The projected sequence: phase-shifted fringes and Gray code (docs/CONVENTIONS.md), its order and values.
+// Describes the projected sequence, phase-shifted fringes and Gray code (docs/CONVENTIONS.md): the order of
+// its images and their ideal values.
 #pragma once
 #include <filesystem>
 #include <memory>
@@ -30,7 +31,7 @@ struct DirectionFringes {
   std::vector<double> pitches_px;       ///< projector px per period, in sequence order
   std::vector<double> phase_origin_px;  ///< one per pitch
   std::optional<GrayCode> gray;         ///< pitch of the code = the (single) pitch
-  /// Index of the smallest pitch.
+  /// Returns the index of the smallest pitch.
   int finest() const;
 };
 
@@ -60,23 +61,25 @@ struct PatternSpec {
   int image = -1;     ///< index into Fringes::images (image)
   bool is_image() const { return kind == Kind::image; }
   bool is_gray() const { return kind != Kind::phase_step && kind != Kind::image; }
-  /// e.g. "x pitch 13 step 2/4", "x gray bit 3".
+  /// Returns what messages and tables call it, e.g. "x pitch 13 step 2/4", "x gray bit 3".
   std::string label(const Fringes& fringes) const;
 };
 
-/// Sequence order = file number: per direction all pitches x steps, then Gray images (pattern,
-/// inverse where pairs are used), then the complementary bit; after all directions the images.
+/// Returns the sequence in its order, which is the file number: per direction all pitches x steps, then Gray
+/// images (pattern, inverse where pairs are used), then the complementary bit; after all directions the
+/// images.
 std::vector<PatternSpec> expand_sequence(const Fringes& fringes);
 
-/// True when the sequence needs white and black reference images besides (threshold white-black).
+/// Returns whether the sequence needs white and black reference images besides (threshold white-black).
 bool needs_white_black(const Fringes& fringes);
 
-/// The ideal projected value, fraction of full scale, at projector coordinate `coordinate_px` along
+/// Returns the ideal projected value, fraction of full scale, at projector coordinate `coordinate_px` along
 /// the pattern's axis (double-precision truth; before projector response and blur).
 /// Gray bits are 1 (bright) or 0. Not for images.
 double pattern_value(const Fringes& fringes, const PatternSpec& pattern, double coordinate_px);
 
-/// The level of the image's pixel that holds the coordinate; the border pixels continue beyond the image.
+/// Returns the level of the image's pixel that holds the coordinate; the border pixels continue beyond the
+/// image.
 double image_level(const ImageF& levels, double x_px, double y_px);
 
 /// Gray value (0/1) of `bit` (0 = MSB of `bits`) of word k.

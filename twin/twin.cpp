@@ -33,12 +33,6 @@ double ProjectorResponse::operator()(double value) const {
   return value;
 }
 
-const char* shape_kind(const Shape& shape) {
-  static constexpr const char* kinds[] = {"sphere", "plane", "cylinder", "mesh", "measured"};
-  static_assert(std::variant_size_v<Shape> == std::size(kinds));
-  return kinds[shape.index()];
-}
-
 const Object* Twin::find_object(const std::string& object) const {
   const auto it =
       std::find_if(objects.begin(), objects.end(), [&](const Object& o) { return o.name == object; });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole twin: what twin.toml says (docs/formats/twin.md), after checking.
+// The whole twin: what twin.toml says (docs/formats/twin.md), read and checked, and the meshes it names.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -8,7 +8,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "twin/fringes.hpp"
@@ -16,6 +15,7 @@
 #include "twin/lens/lens.hpp"
 #include "twin/lens/pose.hpp"
 #include "twin/mesh/mesh.hpp"
+#include "twin/shape/shape.hpp"
 
 namespace fringetwin {
 
@@ -94,44 +94,6 @@ struct Material {
   double roughness = 0.5;  ///< ggx: alpha = roughness^2; `specular` is the reflectance at normal incidence
 };
 
-struct SphereShape {
-  Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();
-  double radius_mm = 0.0;
-};
-/// Infinite unless size_mm is given: then a rectangle size_mm[0] x size_mm[1] centred at point_mm,
-/// first side along u_axis (made orthogonal to the normal).
-struct PlaneShape {
-  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit
-  std::optional<Eigen::Vector2d> size_mm;
-  Eigen::Vector3d u_axis = Eigen::Vector3d::UnitX();  ///< unit, orthogonal to normal
-  /// Factors of the diffuse reflectivity over the rectangle: columns along u_axis, rows along
-  /// normal x u_axis, from the corner at -u, -v.
-  std::filesystem::path albedo_file = {};
-  std::shared_ptr<const ImageF> albedo_map = nullptr;  ///< 0...1; filled by load_meshes()
-};
-/// Open (no caps), infinite unless length_mm is given: then centred at point_mm.
-struct CylinderShape {
-  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitY();  ///< unit
-  double radius_mm = 0.0;
-  std::optional<double> length_mm;
-};
-struct MeshShape {
-  std::filesystem::path file;  ///< empty for a mesh made in memory
-  std::string unit = "mm";
-  Pose T_world_object;
-  bool smooth = false;               ///< interpolated vertex normals instead of facets
-  std::shared_ptr<const Mesh> mesh;  ///< filled by load_meshes(); the same pointer = an instance
-};
-/// Built from the real capture's own depth map (measure/surface.hpp turns it into a MeshShape).
-struct MeasuredShape {
-  std::string steps = "even";  ///< "even" | "odd" | "all": phase steps the surface is built from
-  double smoothing_px = 3.0;   ///< radius of the local fit that removes pixel noise
-};
-using Shape = std::variant<SphereShape, PlaneShape, CylinderShape, MeshShape, MeasuredShape>;
-const char* shape_kind(const Shape& shape);  ///< "sphere", "plane", "cylinder", "mesh", "measured"
-
 struct Object {
   std::string name;
   Shape shape;
@@ -191,7 +153,7 @@ struct Twin {
   std::vector<std::filesystem::path> input_files;                ///< every file read, for inputs_sha256
 
   const Object* find_object(const std::string& name) const;
-  /// stereo or projector, after the default.
+  /// Returns how the rig triangulates: what the file says, else its default.
   Triangulate triangulate() const;
 };
 
@@ -208,7 +170,7 @@ Twin load_twin(const std::filesystem::path& file, const std::map<std::string, st
 /// shared.
 void load_meshes(Twin& twin);
 
-/// Root of the real captures: $FRINGETWIN_CAPTURES or the default.
+/// Returns the root of the real captures: $FRINGETWIN_CAPTURES or the default.
 std::filesystem::path captures_root();
 
 }  // namespace fringetwin

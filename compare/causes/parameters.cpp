@@ -20,18 +20,7 @@ constexpr int kStepsForHarmonics = 6, kMostHarmonics = 7;
 constexpr std::size_t kTableLevels =
     1025;  ///< linear between them: the amplitude of harmonic 7 is 0.13 % small
 
-template <class S>
-S& shape_of(Twin& twin, std::size_t k) {
-  return std::get<S>(twin.objects.at(k).shape);
-}
-
 Vector3d unit(int i) { return Vector3d::Unit(i); }
-
-/// Turns by `angle_rad` about an axis of frame a through a point written in a.
-Pose turned(const Pose& T_a_b, const Vector3d& axis_a, double angle_rad, const Vector3d& about_a_mm) {
-  const Eigen::Matrix3d R = rotation_from_vector(angle_rad * axis_a);
-  return Pose{R, about_a_mm - R * about_a_mm} * T_a_b;
-}
 
 /// "k1" of a lens; a pinhole becomes an OPENCV4 lens.
 Lens with_distortion(const Lens& lens, int coefficient, double change, const std::string& device) {
@@ -92,59 +81,15 @@ class ParameterList {
 
   void add_object(std::size_t k) {
     const Object& object = twin_.objects[k];
-    if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
-      for (int i = 0; i < 3; ++i)
-        add(fmt::format("{}.center_mm.{}", object.name, "xyz"[i]), "mm", sphere->center_mm[i], kStepMm,
-            [k, i](Twin& t, double d) { shape_of<SphereShape>(t, k).center_mm[i] += d; });
-    } else if (const auto* plane = std::get_if<PlaneShape>(&object.shape)) {
-      add_plane(k, object.name, plane->normal);
-    } else if (const auto* cylinder = std::get_if<CylinderShape>(&object.shape)) {
-      add_cylinder(k, object.name, cylinder->axis);
-    } else if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
-      add_mesh(k, object.name, *mesh);
-    }
-  }
-
-  /// Along the normal, and tilts about its point. with_values() makes the normal a unit vector again.
-  void add_plane(std::size_t k, const std::string& name, const Vector3d& normal) {
-    const Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
-    add(name + ".offset_mm", "mm", 0.0, kStepMm,
-        [k, normal](Twin& t, double d) { shape_of<PlaneShape>(t, k).point_mm += d * normal; });
-    int i = 0;
-    for (const Vector3d& way : {u, v})
-      add(fmt::format("{}.tilt_rad.{}", name, "uv"[i++]), "rad", 0.0, kStepRad,
-          [k, way](Twin& t, double d) { shape_of<PlaneShape>(t, k).normal += d * way; });
-  }
-
-  void add_cylinder(std::size_t k, const std::string& name, const Vector3d& axis) {
-    const Vector3d u = axis.unitOrthogonal(), v = axis.cross(u);
-    int i = 0;
-    for (const Vector3d& way : {u, v}) {
-      add(fmt::format("{}.shift_mm.{}", name, "uv"[i]), "mm", 0.0, kStepMm,
-          [k, way](Twin& t, double d) { shape_of<CylinderShape>(t, k).point_mm += d * way; });
-      add(fmt::format("{}.tilt_rad.{}", name, "uv"[i]), "rad", 0.0, kStepRad,
-          [k, way](Twin& t, double d) { shape_of<CylinderShape>(t, k).axis += d * way; });
-      ++i;
-    }
-  }
-
-  /// About the mesh's middle, so that turns and shifts stay apart.
-  void add_mesh(std::size_t k, const std::string& name, const MeshShape& shape) {
-    Vector3d middle = Vector3d::Zero();
-    if (shape.mesh && !shape.mesh->vertices_mm.empty()) {
-      for (const auto& p : shape.mesh->vertices_mm) middle += p.cast<double>();
-      middle /= static_cast<double>(shape.mesh->vertices_mm.size());
-    }
-    const Vector3d about = shape.T_world_object * middle;
-    for (int i = 0; i < 3; ++i)
-      add(fmt::format("{}.shift_mm.{}", name, "xyz"[i]), "mm", 0.0, kStepMm,
-          [k, i](Twin& t, double d) { shape_of<MeshShape>(t, k).T_world_object.translation_mm[i] += d; });
-    for (int i = 0; i < 3; ++i)
-      add(fmt::format("{}.turn_rad.{}", name, "xyz"[i]), "rad", 0.0, kStepRad,
-          [k, i, about](Twin& t, double d) {
-            Pose& T = shape_of<MeshShape>(t, k).T_world_object;
-            T = turned(T, unit(i), d, about);
-          });
+    std::visit(
+        [&]<class S>(const S& shape) {
+          for (const Motion<S>& m : motions(shape))
+            add(object.name + "." + m.name, m.unit, m.start, m.unit == "mm" ? kStepMm : kStepRad,
+                [k, move_by = m.move_by](Twin& t, double d) {
+                  move_by(std::get<S>(t.objects.at(k).shape), d);
+                });
+        },
+        object.shape);
   }
 
   /// Poses of the projector and of the second camera, each in its own frame.
@@ -266,17 +211,6 @@ class ParameterList {
   std::string group_;
 };
 
-void make_units(Twin& twin) {
-  for (Object& object : twin.objects) {
-    if (auto* plane = std::get_if<PlaneShape>(&object.shape)) {
-      plane->normal.normalize();
-      plane->u_axis = (plane->u_axis - plane->u_axis.dot(plane->normal) * plane->normal).normalized();
-    } else if (auto* cylinder = std::get_if<CylinderShape>(&object.shape)) {
-      cylinder->axis.normalize();
-    }
-  }
-}
-
 }  // namespace
 
 double Parameter::shown(double value) const { return is_variance ? std::sqrt(std::max(0.0, value)) : value; }
@@ -322,7 +256,7 @@ Twin with_values(const Twin& twin, const std::vector<Parameter>& parameters, con
   for (std::size_t i = 0; i < parameters.size(); ++i)
     if (const double d = values[static_cast<Eigen::Index>(i)] - parameters[i].start; d != 0.0)
       parameters[i].change(out, d);
-  make_units(out);
+  for (Object& object : out.objects) std::visit([](auto& shape) { make_units(shape); }, object.shape);
   return out;
 }
 

@@ -13,7 +13,6 @@ std::string numbers(const std::vector<double>& values) {
   for (const double v : values) text += fmt::format("{}{}", text.empty() ? "" : ", ", v);  // shortest, exact
   return "[" + text + "]";
 }
-std::string numbers(const Eigen::Vector3d& v) { return numbers(std::vector<double>{v[0], v[1], v[2]}); }
 std::string numbers(const Pose& pose) {
   const RotTrans rt = rt_from_pose(pose);
   return numbers(std::vector<double>(rt.data(), rt.data() + 6));
@@ -23,7 +22,7 @@ std::string numbers(const Pose& pose) {
 class TableText {
  public:
   explicit TableText(std::string head) : head_(std::move(head)) {}
-  void key(const char* name, const std::string& before, const std::string& after) {
+  void key(const std::string& name, const std::string& before, const std::string& after) {
     if (before != after) lines_ += fmt::format("{} = {}\n", name, after);
   }
   std::string text() const { return lines_.empty() ? "" : head_ + "\n" + lines_ + "\n"; }
@@ -70,22 +69,13 @@ std::string projector_text(const Projector& before, const Projector& after) {
 
 std::string object_text(const Object& before, const Object& after) {
   TableText t("[[object]]  # \"" + after.name + "\"");
-  if (const auto* sphere = std::get_if<SphereShape>(&after.shape))
-    t.key("center_mm", numbers(std::get<SphereShape>(before.shape).center_mm), numbers(sphere->center_mm));
-  if (const auto* plane = std::get_if<PlaneShape>(&after.shape)) {
-    const auto& old = std::get<PlaneShape>(before.shape);
-    t.key("point_mm", numbers(old.point_mm), numbers(plane->point_mm));
-    t.key("normal", numbers(old.normal), numbers(plane->normal));
-    if (plane->size_mm) t.key("u_axis", numbers(old.u_axis), numbers(plane->u_axis));
-  }
-  if (const auto* cylinder = std::get_if<CylinderShape>(&after.shape)) {
-    const auto& old = std::get<CylinderShape>(before.shape);
-    t.key("point_mm", numbers(old.point_mm), numbers(cylinder->point_mm));
-    t.key("axis", numbers(old.axis), numbers(cylinder->axis));
-  }
-  if (const auto* mesh = std::get_if<MeshShape>(&after.shape))
-    t.key("rt_world_object", numbers(std::get<MeshShape>(before.shape).T_world_object),
-          numbers(mesh->T_world_object));
+  std::visit(
+      [&]<class S>(const S& shape) {
+        const std::vector<PlaceKey> old = place_keys(std::get<S>(before.shape)), now = place_keys(shape);
+        for (std::size_t i = 0; i < now.size(); ++i)
+          t.key(now[i].key, numbers(old.at(i).values), numbers(now[i].values));
+      },
+      after.shape);
   TableText material("[object.material]  # \"" + after.name + "\"");
   material.key("diffuse", fmt::format("{}", before.material.diffuse),
                fmt::format("{}", after.material.diffuse));

@@ -16,11 +16,7 @@ std::optional<Eigen::Vector3d> object_center_mm(const Twin& twin) {
                                                      : twin.measure.fits.front().object;
   const Object* object = twin.find_object(name);
   if (!object) return std::nullopt;
-  if (const auto* s = std::get_if<SphereShape>(&object->shape)) return s->center_mm;
-  if (const auto* s = std::get_if<PlaneShape>(&object->shape)) return s->point_mm;
-  if (const auto* s = std::get_if<CylinderShape>(&object->shape)) return s->point_mm;
-  if (const auto* s = std::get_if<MeshShape>(&object->shape)) return s->T_world_object.translation_mm;
-  return std::nullopt;
+  return std::visit([](const auto& shape) { return place_mm(shape); }, object->shape);
 }
 
 std::size_t valid_in_row(const ImageU8& mask, int row) {

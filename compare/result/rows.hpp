@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "measure/fit/fits.hpp"
+#include "measure/fit/fit_types.hpp"
 #include "twin/image/image.hpp"
 
 namespace fringetwin::compare {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which image is what: one direction's images out of the sequence.
+// Checks the images of a camera against the fringe sequence and sorts them: which image is what.
 #pragma once
 #include <vector>
 
-#include "measure/decode/decode.hpp"
+#include "twin/captures/capture_set.hpp"
+#include "twin/fringes.hpp"
 
 namespace fringetwin::measure {
 
@@ -19,7 +20,7 @@ struct DirectionImages {
 /// be decoded.
 void check_decode_input(const CameraImages& images, const Fringes& fringes);
 
-/// used_steps: numbers n, in the order the step images are returned.
+/// Returns the images of one direction. used_steps: numbers n, in the order the step images are returned.
 DirectionImages collect_direction(const CameraImages& images, const Fringes& fringes, int direction,
                                   const std::vector<int>& used_steps);
 

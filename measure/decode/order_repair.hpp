@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fringe-order errors found from the neighbours, mended by whole periods, and counted.
+// Finds fringe-order errors from the neighbours, mends them by whole periods, and counts them.
 #pragma once
 #include <functional>
 #include <optional>
 
-#include "measure/decode/decode.hpp"
+#include "measure/decode/decode_types.hpp"
 
 namespace fringetwin::measure {
 
@@ -21,14 +21,14 @@ struct OrderRepairOptions {
   std::function<std::optional<double>(std::size_t index, double predicted_px)> resolve;
 };
 
-/// A valid pixel that differs from the median of its window by more than half a period, while the
-/// majority of the window agrees with the median, moves by whole periods if that brings it within
-/// `near` periods of the median. Anything else - a depth step that is no whole period - stays as it
-/// is. Independent of the number of threads.
+/// Mends coordinate_px and returns what it changed. A valid pixel that differs from the median of its window
+/// by more than half a period, while the majority of the window agrees with the median, moves by whole
+/// periods if that brings it within `near` periods of the median. Anything else - a depth step that is no
+/// whole period - stays as it is. Independent of the number of threads.
 OrderRepair repair_orders(ImageD& coordinate_px, const OrderRepairOptions& options);
 
-/// 4-neighbour pairs that differ by one period or more, up to `near` of a whole one: order errors
-/// rather than depth steps, which differ by anything.
+/// Returns the number of 4-neighbour pairs that differ by one period or more, up to `near` of a whole one:
+/// order errors rather than depth steps, which differ by anything.
 std::uint64_t count_order_jumps(const ImageD& coordinate_px, double period_px, double near);
 
 }  // namespace fringetwin::measure

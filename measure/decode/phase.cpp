@@ -8,7 +8,6 @@
 #include <numbers>
 #include <string>
 
-#include "measure/decode/decode.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::measure {

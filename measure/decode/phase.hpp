@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The linear part of N-step phase shifting: weights of each step, and the row kernel.
+// Solves N-step phase shifting by linear least squares: weights of each step, the kernel of an image row, and
+// whole images.
 #pragma once
 #include <Eigen/Core>
 #include <vector>
+
+#include "twin/image/image.hpp"
 
 namespace fringetwin::measure {
 
@@ -51,5 +54,13 @@ struct PhaseRow {
 
 /// Solves n neighbouring pixels; steps[i] points at the first of them in step image i.
 void solve_row(const StepSolver& solver, const float* const* steps, int n, const PhaseRow& out);
+
+/// What least_squares_phase() makes of an N-step set, its phase at n = 0: I_n = mean + amplitude cos(phase +
+/// 2 pi n / N).
+struct StepPhase {
+  ImageF phase_rad, amplitude_dn, mean_dn, residual_dn;  ///< residual rms of the fit, NaN when 3 steps
+};
+StepPhase least_squares_phase(const std::vector<const ImageF*>& images, const std::vector<int>& steps_n,
+                              int steps_total);
 
 }  // namespace fringetwin::measure

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Noise of a gray value as a function of its mean: known, or estimated from the N-step residuals.
+// Models the noise of a gray value as a function of its mean, known or estimated from the N-step residuals.
 #pragma once
 #include <string>
 #include <vector>
 
-#include "measure/decode/decode.hpp"
 #include "measure/decode/phase.hpp"
+#include "twin/fringes.hpp"
 
 namespace fringetwin::measure {
 
@@ -44,7 +44,7 @@ struct NoiseInput {
   const ImageF* mean = nullptr;
 };
 
-/// Gray-value noise from the residuals of the N-step fit, N > 3. The fit residual of each step is
+/// Estimates gray-value noise from the residuals of the N-step fit, N > 3. The fit residual of each step is
 /// differentiated twice along the stripes (which removes the projector's harmonics: they are smooth
 /// there), so q = sum r^2 / (6 (N-3)) is sigma^2 chi^2/(N-3); pooled over all pitches in up to 24 bins of
 /// equal count over the mean level, the bin's variance is its median / median of chi^2/(N-3). Needs

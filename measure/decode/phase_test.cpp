@@ -14,7 +14,6 @@
 #include <numeric>
 #include <random>
 
-#include "measure/decode/decode.hpp"
 #include "tests/support/twin/random_values.hpp"
 #include "twin/base/errors.hpp"
 

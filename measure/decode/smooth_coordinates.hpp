@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Noise reduction of decoded coordinates by local quadratic least squares.
+// Reduces the noise of decoded coordinates by local quadratic least squares.
 #pragma once
-#include "measure/decode/decode.hpp"
+#include "measure/decode/decode_types.hpp"
 
 namespace fringetwin::measure {
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fringe orders: wrapped phases of one image row -> absolute projector coordinate (docs/CONVENTIONS.md).
+// Finds the fringe orders of one image row: wrapped phases become absolute projector coordinates
+// (docs/CONVENTIONS.md).
 // Everywhere x = origin + pitch (order + t), t = phase/2pi in (-0.5, 0.5].
 #pragma once
 #include <optional>
@@ -9,7 +10,7 @@
 
 namespace fringetwin::measure {
 
-/// Nearest integer, halves to even; vectorises without SSE4.1. |v| < 2^51.
+/// Returns the nearest integer, halves to even; vectorises without SSE4.1. |v| < 2^51.
 inline double round_even(double v) {
   constexpr double kMagic = 6755399441055744.0;  // 1.5 * 2^52
   return (v + kMagic) - kMagic;
@@ -49,13 +50,13 @@ struct HeterodynePlan {
 /// Throws UserError(usage) unless there are three different pitches whose synthetic period covers the
 /// range. An unknown range is one synthetic period.
 HeterodynePlan plan_heterodyne(const DirectionFringes& direction, CoordinateRange& range);
-/// x and its variance by inverse-variance mean of the three pitches; NaN where the stages disagree, lead
-/// out of the range (with the neighbouring synthetic order, too), or the noise is too large. pitches in plan
-/// order (1, 2, 3).
+/// Writes x and its variance by inverse-variance mean of the three pitches; NaN where the stages disagree,
+/// lead out of the range (with the neighbouring synthetic order, too), or the noise is too large. pitches in
+/// plan order (1, 2, 3).
 void unwrap_heterodyne_row(const HeterodynePlan& plan, const PitchRow (&pitches)[3], int n, double* x_px,
                            float* variance_px2);
-/// The same last stage from a coordinate that is known within less than half a period, or nullopt
-/// where the pitches do not agree there.
+/// Returns the result of the same last stage from a coordinate that is known within less than half a period,
+/// or nullopt where the pitches do not agree there.
 std::optional<double> resolve_heterodyne(const HeterodynePlan& plan, const double (&t)[3],
                                          const double (&variance_rad2)[3], double predicted_px);
 
@@ -67,8 +68,8 @@ struct HierarchicalPlan {
   double gate_cycles = 0.3;  ///< distance from a whole order above which an order is not trusted
 };
 HierarchicalPlan plan_hierarchical(const DirectionFringes& direction, CoordinateRange& range);
-/// The finest pitch alone sets the value: a coarse one adds more systematic error than it removes
-/// noise. pitches in plan order.
+/// Unwraps one row. The finest pitch alone sets the value: a coarse one adds more systematic error than it
+/// removes noise. pitches in plan order.
 void unwrap_hierarchical_row(const HierarchicalPlan& plan, const std::vector<PitchRow>& pitches, int n,
                              double* x_px, float* variance_px2);
 
@@ -96,15 +97,16 @@ struct GrayScratch {
   std::vector<unsigned> word;
   std::vector<float> margin;  ///< bits x n: signed distance from the threshold
 };
-/// Signed margins and code words. threshold: one per pixel (ignored with pairs).
+/// Reads signed margins and code words into the scratch. threshold: one per pixel (ignored with pairs).
 void read_gray_row(const GrayPlan& plan, const GrayRow& row, const float* threshold, int n,
                    GrayScratch& scratch);
-/// Order from code and phase. Near a code edge (a quarter period) the complementary bit decides; without
-/// it (an eighth), a bit that flips at an edge and is not settled tells which edge is near. amplitude:
-/// of the phase steps, one per pixel.
+/// Finds the order from code and phase. Near a code edge (a quarter period) the complementary bit decides;
+/// without it (an eighth), a bit that flips at an edge and is not settled tells which edge is near.
+/// amplitude: of the phase steps, one per pixel.
 void unwrap_gray_row(const GrayPlan& plan, const PitchRow& pitch, const float* amplitude, int n,
                      const GrayScratch& scratch, double* x_px, float* variance_px2);
-/// Code only: centre of the word, variance of a uniform distribution; NaN where a bit is uncertain.
+/// Decodes one row of code only: centre of the word, variance of a uniform distribution; NaN where a bit is
+/// uncertain.
 void gray_only_row(const GrayPlan& plan, int n, const GrayScratch& scratch, double* x_px,
                    float* variance_px2);
 

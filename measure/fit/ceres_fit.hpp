@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Least squares of the distances of points to a shape: the minimiser and the covariance at the minimum.
+// Minimises the squared distances of points to a shape and gives the covariance at the minimum.
 #pragma once
 #include <Eigen/Core>
 #include <optional>
@@ -16,7 +16,8 @@ struct DistanceModel {
   virtual double distance(const double* x, const Eigen::Vector3d& p, double* dr_dx) const = 0;
 };
 
-/// Levenberg-Marquardt on sqrt(weight_k) * distance(x, p_mm[index_k]) from x; false when not converged.
+/// Minimises by Levenberg-Marquardt on sqrt(weight_k) * distance(x, p_mm[index_k]) from x. Returns false when
+/// not converged.
 bool minimise(const DistanceModel& model, const std::vector<Eigen::Vector3d>& p_mm,
               const std::vector<std::size_t>& index, const std::vector<double>& weight, int max_iterations,
               double* x);
@@ -26,9 +27,9 @@ struct FitCovariance {
   double rms_mm = 0.0;
 };
 
-/// s^2 (J^T J)^-1 at x with s^2 = sum r^2/(n - parameters), raised by block_covariance() when the points'
-/// blocks are given (one per point of p_mm). nullopt when J^T J is singular (columns scaled to unit length;
-/// reciprocal condition < 1e-13).
+/// Returns s^2 (J^T J)^-1 at x with s^2 = sum r^2/(n - parameters), raised by block_covariance() when the
+/// points' blocks are given (one per point of p_mm). nullopt when J^T J is singular (columns scaled to unit
+/// length; reciprocal condition < 1e-13).
 std::optional<FitCovariance> covariance_at(const DistanceModel& model,
                                            const std::vector<Eigen::Vector3d>& p_mm,
                                            const std::vector<std::size_t>& index,

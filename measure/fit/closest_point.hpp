@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exact closest point on a triangle mesh, in double, with a bounding volume hierarchy.
+// Finds the exact closest point on a triangle mesh, in double, with a bounding volume hierarchy.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -25,7 +25,7 @@ class MeshDistance {
  public:
   /// Throws UserError(input) for a mesh without triangles.
   explicit MeshDistance(const Mesh& mesh);
-  /// In the mesh's own frame.
+  /// Returns the surface point nearest to p_mm, both in the mesh's own frame.
   ClosestPoint query(const Eigen::Vector3d& p_mm,
                      double max_distance_mm = std::numeric_limits<double>::infinity()) const;
 
@@ -49,7 +49,7 @@ class MeshDistance {
   std::vector<Eigen::Vector3d> vertex_normal_;
 };
 
-/// One tree per mesh, shared while anybody holds it. Thread safe.
+/// Returns the one tree of a mesh, shared while anybody holds it. Thread safe.
 std::shared_ptr<const MeshDistance> mesh_distance_for(const std::shared_ptr<const Mesh>& mesh);
 
 }  // namespace fringetwin::measure

@@ -7,6 +7,8 @@
 #include "measure/fit/fits.hpp"
 #include "measure/fit/point_set.hpp"
 #include "measure/fit/robust.hpp"
+#include "measure/fit/shape_fits.hpp"
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -112,6 +114,37 @@ CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const Cylinde
   fit.usable = true;
   if (fit.n == CylinderDistance::kParameters) fit.message = "as many points as parameters: no uncertainty";
   return fit;
+}
+
+void fit_shape(const CylinderShape& shape, const Gated& points, ObjectFit& row) {
+  const CylinderFit fit = fit_cylinder(points.p_mm, shape, robust_options(points));
+  take_summary(fit, row);
+  const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNaN);
+  row.vectors["point_mm"] = fit.usable ? fit.point_mm : none;
+  row.vectors["axis"] = fit.usable ? fit.axis : none;
+  row.numbers["radius_mm"] = fit.usable ? fit.radius_mm : kNaN;
+  row.numbers["radius_sigma_mm"] = fit.usable ? fit.radius_sigma_mm : kNaN;
+  row.numbers["axis_sigma_rad_0"] = fit.usable ? fit.axis_sigma_rad[0] : kNaN;
+  row.numbers["axis_sigma_rad_1"] = fit.usable ? fit.axis_sigma_rad[1] : kNaN;
+}
+
+double distance_mm(const CylinderShape& s, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d d = p - s.point_mm;
+  const double along = s.axis.dot(d);
+  const double radial = (d - along * s.axis).norm() - s.radius_mm;
+  if (!s.length_mm) return radial;
+  return std::copysign(std::hypot(radial, std::max(std::abs(along) - 0.5 * *s.length_mm, 0.0)), radial);
+}
+
+bool name_numbers(const CylinderShape& s, ObjectFit& row) {
+  row.vectors["point_mm"] = s.point_mm;
+  row.vectors["axis"] = s.axis;
+  row.numbers["radius_mm"] = s.radius_mm;
+  return true;
+}
+
+std::optional<Shape> fitted_shape(const CylinderShape&, const ObjectFit& row) {
+  return CylinderShape{row.vectors.at("point_mm"), row.vectors.at("axis"), row.numbers.at("radius_mm"), {}};
 }
 
 }  // namespace fringetwin::measure

@@ -8,6 +8,8 @@
 #include "measure/fit/fits.hpp"
 #include "measure/fit/point_set.hpp"
 #include "measure/fit/robust.hpp"
+#include "measure/fit/shape_fits.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::measure {
@@ -100,6 +102,47 @@ PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& p_mm, const FitOptions& o
   fit.offset_sigma_mm = std::sqrt(covariance(0, 0));
   for (int j = 0; j < 2; ++j) fit.tilt_sigma_rad[j] = std::sqrt(covariance(j + 1, j + 1));
   return fit;
+}
+
+namespace {
+
+Eigen::Vector3d towards(const Eigen::Vector3d& normal, const Eigen::Vector3d& from,
+                        const Eigen::Vector3d& viewer) {
+  return normal.dot(viewer - from) < 0.0 ? Eigen::Vector3d(-normal) : normal;
+}
+
+}  // namespace
+
+void fit_shape(const PlaneShape&, const Gated& points, ObjectFit& row) {
+  const PlaneFit fit = fit_plane(points.p_mm, robust_options(points));
+  take_summary(fit, row);
+  const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNaN);
+  row.vectors["point_mm"] = fit.usable ? fit.point_mm : none;
+  row.vectors["normal"] = fit.usable ? towards(fit.normal, fit.point_mm, points.viewer_mm) : none;
+  row.numbers["offset_sigma_mm"] = fit.usable ? fit.offset_sigma_mm : kNaN;
+  row.numbers["tilt_sigma_rad_0"] = fit.usable ? fit.tilt_sigma_rad[0] : kNaN;
+  row.numbers["tilt_sigma_rad_1"] = fit.usable ? fit.tilt_sigma_rad[1] : kNaN;
+}
+
+double distance_mm(const PlaneShape& s, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d d = p - s.point_mm;
+  const double height = s.normal.dot(d);
+  if (!s.size_mm) return height;
+  const double u = std::abs(s.u_axis.dot(d)) - 0.5 * s.size_mm->x();
+  const double v = std::abs(s.normal.cross(s.u_axis).dot(d)) - 0.5 * s.size_mm->y();
+  const double beside = std::hypot(std::max(u, 0.0), std::max(v, 0.0));
+  return std::copysign(std::hypot(height, beside), height);
+}
+
+bool name_numbers(const PlaneShape& s, ObjectFit& row) {
+  row.vectors["point_mm"] = s.point_mm;
+  row.vectors["normal"] = s.normal;
+  return true;
+}
+
+std::optional<Shape> fitted_shape(const PlaneShape&, const ObjectFit& row) {
+  const Eigen::Vector3d& normal = row.vectors.at("normal");
+  return PlaneShape{row.vectors.at("point_mm"), normal, {}, normal.unitOrthogonal()};
 }
 
 }  // namespace fringetwin::measure

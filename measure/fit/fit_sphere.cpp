@@ -7,6 +7,8 @@
 #include "measure/fit/fits.hpp"
 #include "measure/fit/point_set.hpp"
 #include "measure/fit/robust.hpp"
+#include "measure/fit/shape_fits.hpp"
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -88,6 +90,31 @@ SphereFit fit_sphere(const std::vector<Eigen::Vector3d>& p_mm, const SphereShape
   fit.usable = true;
   if (fit.n == SphereDistance::kParameters) fit.message = "as many points as parameters: no uncertainty";
   return fit;
+}
+
+void fit_shape(const SphereShape& shape, const Gated& points, ObjectFit& row) {
+  const SphereFit fit = fit_sphere(points.p_mm, shape, robust_options(points));
+  take_summary(fit, row);
+  const Eigen::Vector4d sigma = fit.covariance.diagonal().cwiseSqrt();
+  const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNaN);
+  row.vectors["center_mm"] = fit.usable ? fit.center_mm : none;
+  row.vectors["center_sigma_mm"] = fit.usable ? Eigen::Vector3d(sigma.head<3>()) : none;
+  row.numbers["radius_mm"] = fit.usable ? fit.radius_mm : kNaN;
+  row.numbers["radius_sigma_mm"] = fit.usable ? sigma[3] : kNaN;
+}
+
+double distance_mm(const SphereShape& s, const Eigen::Vector3d& p) {
+  return (p - s.center_mm).norm() - s.radius_mm;
+}
+
+bool name_numbers(const SphereShape& s, ObjectFit& row) {
+  row.vectors["center_mm"] = s.center_mm;
+  row.numbers["radius_mm"] = s.radius_mm;
+  return true;
+}
+
+std::optional<Shape> fitted_shape(const SphereShape&, const ObjectFit& row) {
+  return SphereShape{row.vectors.at("center_mm"), row.numbers.at("radius_mm")};
 }
 
 }  // namespace fringetwin::measure

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Thin wrapper about PCL's iterative closest point (its headers are heavy).
+// Runs PCL's iterative closest point, whose heavy headers stay in icp.cpp.
 #pragma once
 #include <Eigen/Core>
 #include <memory>
@@ -24,7 +24,7 @@ class IcpTarget {
 
 enum class IcpKind { point_to_point, point_to_plane };
 
-/// T_object_world refined from `start`; pairs farther than max_distance_mm are ignored. Returns
+/// Returns T_object_world refined from `start`; pairs farther than max_distance_mm are ignored. Returns
 /// `start` where ICP finds too few pairs or no finite solution.
 Pose run_icp(IcpKind kind, const std::vector<Eigen::Vector3d>& p_world_mm, const IcpTarget& target,
              const Pose& start, double max_distance_mm);

@@ -2,13 +2,14 @@
 // Tolerances
 //   1e-9 mm   noiseless points through exact fits (see fits_test.cpp); result keys are a contract
 //   (docs/result.schema.json)
+#include "measure/fit/object_fits.hpp"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <random>
 
-#include "measure/fit/fits.hpp"
 #include "tests/support/measure/measure_rig.hpp"
 #include "tests/support/measure/test_meshes.hpp"
 #include "twin/base/errors.hpp"

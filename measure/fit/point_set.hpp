@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every fit does first: move the points to their centroid (keeps digits far from the origin)
-// and refuse sets that cannot determine anything.
+// Does what every fit does first: moves the points to their centroid (keeps digits far from the origin) and
+// refuses sets that cannot determine anything.
 #pragma once
 #include <Eigen/Core>
 #include <string>
 #include <vector>
 
-#include "measure/fit/fits.hpp"
+#include "measure/fit/fit_types.hpp"
 
 namespace fringetwin::measure {
 
@@ -23,7 +23,7 @@ struct CentredPoints {
   bool finite = true;
 };
 
-/// False, with fit.message, for too few points, NaN, or all points equal.
+/// Returns false, with fit.message, for too few points, NaN, or all points equal.
 bool check_points(const CentredPoints& points, std::size_t parameters, const std::string& shape,
                   FitSummary& fit);
 

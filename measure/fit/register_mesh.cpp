@@ -10,6 +10,8 @@
 #include "measure/fit/fits.hpp"
 #include "measure/fit/icp.hpp"
 #include "measure/fit/robust.hpp"
+#include "measure/fit/shape_fits.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"
 #include "twin/lens/linear.hpp"
@@ -180,5 +182,35 @@ MeshFit register_mesh(const std::vector<Eigen::Vector3d>& p_mm, const MeshShape&
     fit.message = "less than half of the points lie within the gate of the registered surface";
   return fit;
 }
+
+void fit_shape(const MeshShape& shape, const Gated& points, ObjectFit& row) {
+  const MeshFit fit = register_mesh(points.p_mm, shape, points.gate_mm);
+  take_summary(fit, row);
+  std::vector<double> absolute;
+  double sum = 0.0;
+  for (const float d : fit.deviation_mm) {
+    sum += static_cast<double>(d);
+    absolute.push_back(std::abs(static_cast<double>(d)));
+  }
+  const bool some = fit.usable && !absolute.empty();
+  row.numbers["rms_all_mm"] = some ? fit.rms_mm : kNaN;  // nothing within the gate is left out
+  row.numbers["mean_mm"] = some ? sum / static_cast<double>(absolute.size()) : kNaN;
+  row.numbers["p95_mm"] = some ? lower_quantile(absolute, 0.95) : kNaN;
+  row.numbers["within_10um"] = some ? fit.within_10um : kNaN;
+  const RotTrans rt = rt_from_pose(fit.T_object_measured);
+  const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNaN);
+  row.vectors["T_object_measured_r_rad"] = some ? Eigen::Vector3d(rt.head<3>()) : none;
+  row.vectors["T_object_measured_t_mm"] = some ? Eigen::Vector3d(rt.tail<3>()) : none;
+  row.index = fit.index;
+  row.deviation_mm = fit.deviation_mm;
+}
+
+double distance_mm(const MeshShape& s, const Eigen::Vector3d& p) {
+  return mesh_distance_for(s.mesh)->query(s.T_world_object.inverse() * p).signed_distance_mm;
+}
+
+bool name_numbers(const MeshShape&, ObjectFit&) { return false; }
+
+std::optional<Shape> fitted_shape(const MeshShape&, const ObjectFit&) { return std::nullopt; }
 
 }  // namespace fringetwin::measure

@@ -14,6 +14,7 @@
 
 #include "measure/fit/fits.hpp"
 #include "tests/support/measure/test_meshes.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::measure::register_mesh_test {
 namespace {

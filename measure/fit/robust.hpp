@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Robust least squares shared by the fits: reweighting with a MAD scale, then an unweighted refit.
+// Fits any shape robustly: reweighting with a MAD scale, then an unweighted refit to the inliers.
 #pragma once
 #include <cstddef>
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "measure/fit/fits.hpp"
+#include "measure/fit/fit_types.hpp"
 
 namespace fringetwin::measure {
 
 /// Points farther than this many robust sigmas from the fit are outliers.
 inline constexpr double kInlierSigmas = 4.0;
 
-/// IRLS weight at u = r / scale: Huber k = 1.345, Tukey c = 4.685 (95 % efficiency), none = 1.
+/// Returns the weight of iteratively reweighted least squares at u = r / scale: Huber k = 1.345, Tukey c
+/// = 4.685 (95 % efficiency), none = 1.
 double robust_weight(RobustLoss loss, double u);
 
 /// A model that can be refitted to weighted points and tell its signed orthogonal distances.
@@ -33,9 +34,9 @@ struct RobustResult {
   std::vector<std::size_t> index;  ///< points of the final, unweighted fit
 };
 
-/// loss none: one solve on all points. Otherwise Huber then (if asked) Tukey reweighting on at most
-/// 20,000 points drawn with a fixed seed, scale = loss_scale_mm or 1.4826 MAD; then unweighted refits
-/// on all points within kInlierSigmas scales until the set is stable.
+/// Fits the model. With loss none: one solve on all points. Otherwise Huber then (if asked) Tukey reweighting
+/// on at most 20,000 points drawn with a fixed seed, scale = loss_scale_mm or 1.4826 MAD; then unweighted
+/// refits on all points within kInlierSigmas scales until the set is stable.
 RobustResult robust_fit(const RobustModel& model, const FitOptions& options);
 
 }  // namespace fringetwin::measure

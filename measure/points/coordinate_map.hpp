@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sub-pixel reading of a decoded coordinate map (NaN = invalid) with its gradient.
+// Reads a decoded coordinate map (NaN = invalid) between its pixels, with its gradient.
 #pragma once
 #include "measure/decode/decode.hpp"
 #include "twin/image/image.hpp"
@@ -21,7 +21,7 @@ class CoordinateMap {
   /// Keeps references: `map` and `sigma` must outlive this. `sigma` may be empty (no noise known).
   CoordinateMap(const ImageD& map, const ImageF& sigma);
   bool sample(double x, double y, MapSample& out) const;
-  /// Noise of the nearest pixel, 0 where unknown.
+  /// Returns the noise of the nearest pixel, 0 where unknown.
   double sigma_px(double x, double y) const;
   double typical_sigma_px() const { return typical_sigma_px_; }
   const ImageD& image() const { return map_; }

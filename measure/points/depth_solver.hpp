@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depth along a camera ray at which a second device sees given coordinates: the equation behind both
-// triangulations. d = unit ray of camera 0; p(s) = R (s d) + t in the second device's frame.
+// Solves for the depth along a camera ray at which a second device sees given coordinates: the equation
+// behind both triangulations. d = unit ray of camera 0; p(s) = R (s d) + t in the second device's frame.
 #pragma once
 #include <Eigen/Core>
 
@@ -30,13 +30,14 @@ enum class SolveStatus {
   failed    ///< no convergence
 };
 
-/// Newton on s for maps seen by a second camera (`maps` has `count` = 1 or 2 coordinate maps); with two,
-/// least squares weighted by the noise of both sides.
+/// Finds s by Newton's method for maps seen by a second camera (`maps` has `count` = 1 or 2 coordinate maps);
+/// with two, least squares weighted by the noise of both sides.
 SolveStatus solve_depth_in_maps(const Lens& lens, const Pose& T_device_cam, const Eigen::Vector3d& d_cam,
                                 const CoordinateMap* const* maps, const CoordinateTarget* targets, int count,
                                 double start_mm, DepthSolution& out);
 
-/// Newton on s for a projector, whose coordinate is its own pixel position: axes[k] 0 = column, 1 = row.
+/// Finds s by Newton's method for a projector, whose coordinate is its own pixel position: axes[k] 0 =
+/// column, 1 = row.
 SolveStatus solve_depth_in_projector(const Lens& lens, const Pose& T_device_cam, const Eigen::Vector3d& d_cam,
                                      const int* axes, const CoordinateTarget* targets, int count,
                                      double start_mm, DepthSolution& out);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where in the second image to start looking: pixels sorted by epipolar plane and coordinate.
+// Tells where in the second image to start looking for a match: its pixels sorted by epipolar plane and
+// coordinate.
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
@@ -19,7 +20,7 @@ class EpipolarTable {
   static constexpr int kMostCandidates = 8;
 
   EpipolarTable(const Lens& lens, const Pose& T_cam1_cam0, const CoordinateMap& map);
-  /// Depths along the unit ray `d` of camera 0 at which camera 1 saw about `coordinate_px`; one per
+  /// Finds the depths along the unit ray `d` of camera 0 at which camera 1 saw about `coordinate_px`; one per
   /// place in the image. Returns how many (<= kMostCandidates).
   int candidates(const Eigen::Vector3d& d_cam0, double coordinate_px, double* depth_mm) const;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points of one image row, found by one thread, and their joining in row order: the cloud does not
-// depend on the number of threads.
+// Collects the points of each image row, found by one thread, and joins them in row order, so that the cloud
+// does not depend on the number of threads.
 #pragma once
 #include <Eigen/Core>
 #include <vector>
@@ -23,7 +23,7 @@ struct PointRow {
 PointCloud join_rows(const std::vector<PointRow>& rows, const Pose& T_world_cam,
                      TriangulationSummary* summary);
 
-/// Noise of a decoded coordinate, 0 where unknown.
+/// Returns the noise of a decoded coordinate, 0 where unknown.
 double coordinate_sigma(const DirectionDecode& direction, int x, int y);
 
 }  // namespace fringetwin::measure

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Correspondence and triangulation: decoded cameras -> points in the world frame, mm.
+// Triangulates: decoded cameras become points in the world frame, mm.
 #pragma once
 #include <Eigen/Core>
 #include <filesystem>
@@ -31,19 +31,21 @@ struct TriangulationSummary {
   double residual_rms_px = 0.0;  ///< disagreement of the two directions; 0 with one direction
 };
 
-/// Left pixel <-> right sub-pixel position of equal absolute coordinate on the epipolar curve of the
-/// DISTORTED right image (bicubic interpolation of the coordinate map, Newton along the curve), then
-/// the midpoint-free two-ray triangulation. Cameras 0 and 1 of the twin.
+/// Triangulates two cameras: left pixel <-> right sub-pixel position of equal absolute coordinate on the
+/// epipolar curve of the DISTORTED right image (bicubic interpolation of the coordinate map, Newton along the
+/// curve), then the midpoint-free two-ray triangulation. Cameras 0 and 1 of the twin.
 PointCloud triangulate_stereo(const Twin& twin, const CameraDecode& left, const CameraDecode& right,
                               TriangulationSummary* summary = nullptr);
-/// Camera ray x projector column surface (distorted projector), least squares when both directions.
+/// Triangulates a camera and the projector: camera ray x projector column surface (distorted projector),
+/// least squares when both directions.
 PointCloud triangulate_projector(const Twin& twin, std::size_t camera, const CameraDecode& decode,
                                  TriangulationSummary* summary = nullptr);
 
-/// Normals by local plane fits over the source-pixel grid.
+/// Estimates normals by local plane fits over the source-pixel grid.
 void estimate_normals(PointCloud& cloud, int width_px, int height_px, const Eigen::Vector3d& viewer_mm);
 
-/// Binary PLY: x y z (double), nx ny nz, pixel_x pixel_y, sigma_mm (float). Temporary name + rename.
+/// Writes a binary PLY: x y z (double), nx ny nz, pixel_x pixel_y, sigma_mm (float), to a temporary name that
+/// is then renamed.
 void write_points_ply(const std::filesystem::path& file, const PointCloud& cloud);
 
 }  // namespace fringetwin::measure

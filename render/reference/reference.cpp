@@ -15,6 +15,7 @@
 #include "render/reference/reference_pattern.hpp"
 #include "render/reference/reference_shapes.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/overloaded.hpp"
 
 namespace fringetwin::render {
 namespace {
@@ -185,13 +186,10 @@ std::optional<SceneHit> Reference::Impl::hit_object(int object, const Ray& ray, 
     if (!(out.shading.squaredNorm() > 0.0)) out.shading = out.normal;
     return out;
   }
-  const auto hit = std::visit(
-      [&](const auto& shape) -> std::optional<ShapeHit> {
-        if constexpr (requires { intersect(shape, ray, t_min, t_max); })
-          return intersect(shape, ray, t_min, t_max);
-        else
-          return std::nullopt;
-      },
+  using Hit = std::optional<ShapeHit>;
+  const Hit hit = std::visit(
+      Overloaded{[](const MeshShape&) { return Hit(); }, [](const MeasuredShape&) { return Hit(); },
+                 [&](const auto& shape) { return intersect(shape, ray, t_min, t_max); }},
       twin.objects[index].shape);
   if (!hit) return std::nullopt;
   const auto* plane = std::get_if<PlaneShape>(&twin.objects[index].shape);
@@ -208,8 +206,7 @@ std::optional<SceneHit> Reference::Impl::nearest(const Ray& ray) const {
   return best;
 }
 
-// `outside`: the lit side is the shape's own outer side. A sphere or cylinder cannot shade its own
-// outer lit side, nor a plane itself; a cylinder seen from within can.
+// `outside`: the lit side is the shape's own outer side.
 bool Reference::Impl::in_shadow(const SceneHit& own, bool outside, const Ray& to_light,
                                 double distance) const {
   for (int i = 0; i < static_cast<int>(instances.size()); ++i) {
@@ -220,8 +217,13 @@ bool Reference::Impl::in_shadow(const SceneHit& own, bool outside, const Ray& to
         return true;
       continue;
     }
-    const bool flat = std::holds_alternative<PlaneShape>(twin.objects[index].shape);
-    if (i == own.object && (flat || outside)) continue;
+    const bool can_meet =
+        i != own.object ||
+        std::visit(
+            Overloaded{[](const MeshShape&) { return true; }, [](const MeasuredShape&) { return true; },
+                       [&](const auto& shape) { return meets_own_shadow_ray(shape, outside); }},
+            twin.objects[index].shape);
+    if (!can_meet) continue;
     if (hit_object(i, to_light, shadow_start_mm, distance)) return true;
   }
   return false;

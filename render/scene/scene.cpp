@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <type_traits>
 
 #include "render/scene/visible_range.hpp"
 #include "twin/base/errors.hpp"
@@ -30,7 +31,8 @@ constexpr double closed_winding = 0.9;
                   "check rt_cam_world, the object's place and their units");
 }
 
-// Packs the objects of one kind after the other: the shaders know a primitive's kind by its index.
+// Packs the objects of one kind after the other, in the order of the Shape variant: the shaders know a
+// primitive's kind by its index (shaders/scene.glsl). A shape without an add() does not compile.
 class Packer {
  public:
   Packer(const Camera& camera, MeshStore& store)
@@ -212,17 +214,16 @@ double lens_radius_mm(const Camera& camera) {
 
 PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store) {
   Packer packer(camera, store);
-  add_kind<SphereShape>(packer, twin);
-  add_kind<PlaneShape>(packer, twin);
-  add_kind<CylinderShape>(packer, twin);
-  packer.scene.first_mesh_bound = packer.scene.finite.size();
-  add_kind<MeshShape>(packer, twin);
-  add_kind<MeasuredShape>(packer, twin);
+  for_every_shape([&]<class S>(const S&) {
+    if constexpr (std::is_same_v<S, MeshShape>) packer.scene.first_mesh_bound = packer.scene.finite.size();
+    add_kind<S>(packer, twin);
+  });
 
   PackedScene scene = std::move(packer.scene);
   number_surfaces(&scene);
   const std::size_t n = scene.object_of_primitive.size();
-  scene.one_convex = n == 1 && scene.n_meshes == 0 && !(scene.n_cylinders == 1 && scene.bounded);
+  scene.one_convex = n == 1 && std::none_of(twin.objects.begin(), twin.objects.end(),
+                                            [](const Object& o) { return shades_itself(o.shape); });
   scene.shadow = twin.render.shadow && n > 0 && !scene.one_convex;
   for (const BoundingSphere& b : scene.finite)
     scene.far_mm = std::max(scene.far_mm, b.center_mm.norm() + b.radius_mm);

@@ -7,6 +7,7 @@
 
 #include "render/base/philox.hpp"
 #include "render/base/sobol.hpp"
+#include "twin/base/parse_number.hpp"
 #include "twin/file/toml_reader.hpp"
 
 namespace fringetwin::study {

@@ -33,7 +33,7 @@ std::optional<Truth> truth_of(const std::string& result) {
 
 double put_in(const Twin& twin, const Truth& truth) {
   const Object* object = twin.find_object(truth.object);
-  const auto nominal = object ? nominal_fit(*object) : std::nullopt;
+  const auto nominal = object ? measure::nominal_fit(*object) : std::nullopt;
   if (!nominal) return kNan;
   if (truth.index >= 0) {
     const auto vector = nominal->vectors.find(truth.key);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Numbers that several rooms need: 2 pi, a quiet NaN, the variance of rounding.
 #pragma once
 #include <limits>
 #include <numbers>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts of the program that bring many shared libraries, as modules loaded when they are asked for.
+// Loads parts of the program that bring many shared libraries, as modules, when they are asked for.
 #pragma once
 #include <string>
 
@@ -10,7 +10,8 @@ struct ModuleFunction {
   std::string fault;  ///< why not, where there is no address
 };
 
-/// The function `name` of the module `file`, e.g. "libfringetwin_image_codecs.so". The module stays loaded.
+/// Returns the function `name` of the module `file`, e.g. "libfringetwin_image_codecs.so". The module stays
+/// loaded.
 ModuleFunction find_in_module(const std::string& file, const std::string& name);
 
 }  // namespace fringetwin

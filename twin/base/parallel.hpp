@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Independent jobs on all threads, with exceptions and Ctrl-C.
+// Runs independent jobs on all threads and carries their exceptions, and Ctrl-C, to the caller.
 #pragma once
 #include <functional>
 

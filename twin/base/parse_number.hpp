@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A text that is a number and nothing else becomes that number, in every locale alike.
+// A text that is a number and nothing else becomes that number, and back, in every locale alike.
 #pragma once
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace fringetwin {
@@ -11,5 +12,9 @@ namespace fringetwin {
 /// are numbers of the type double. Number is int, unsigned, std::int64_t, std::size_t or double.
 template <class Number>
 std::optional<Number> parse_number(std::string_view text);
+
+/// Returns the shortest text that reads back as the same number; whole numbers have no point, so that they
+/// serve keys of TOML that take integers only and reals as well.
+std::string number_text(double value);
 
 }  // namespace fringetwin

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace fringetwin::test::parse_number_test {
+namespace fringetwin::parse_number_test {
 namespace {
 
 TEST(ParseNumber, TheWholeTextIsTheNumber) {
@@ -34,4 +34,4 @@ TEST(ParseNumber, BeyondTheRangeIsNone) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::parse_number_test
+}  // namespace fringetwin::parse_number_test

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real polynomials by their coefficients, lowest power first; their smallest positive root.
+// Real polynomials, given by their coefficients with the lowest power first: values, sums, products,
+// derivative and the smallest positive root.
 #pragma once
 #include <optional>
 #include <vector>
@@ -14,8 +15,8 @@ Polynomial multiply(const Polynomial& a, const Polynomial& b);
 Polynomial add(const Polynomial& a, const Polynomial& b);
 Polynomial subtract(const Polynomial& a, const Polynomial& b);
 
-/// Smallest root in (0, limit], to double rounding; a place where p touches zero within its rounding
-/// error counts. nullopt when there is none.
+/// Returns the smallest root in (0, limit], to double rounding; a place where p touches zero within its
+/// rounding error counts. nullopt when there is none.
 std::optional<double> smallest_positive_root(const Polynomial& p, double limit);
 
 }  // namespace fringetwin

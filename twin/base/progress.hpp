@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Progress on stderr (a bar on a terminal, else a line per 10 %), warnings, and Ctrl-C.
+// Shows progress (a bar on a terminal, else a line per 10 %) and warnings on stderr, and notices Ctrl-C.
 #pragma once
 #include <atomic>
 #include <chrono>
@@ -8,7 +8,7 @@
 
 namespace fringetwin {
 
-/// "40 s", "5 min", "3 h 20 min"
+/// Returns a duration in words: "40 s", "5 min", "3 h 20 min".
 std::string rough_time(double seconds);
 
 /// One task of `total` equal pieces. Shows nothing when set_quiet(true).

@@ -6,12 +6,12 @@
 
 namespace fringetwin {
 
-/// The text with its seal before it.
+/// Returns the text with its seal before it.
 std::string seal(const std::string& text);
 
 enum class Seal { none, intact, broken };
 Seal check_seal(const std::string& sealed);
-/// The line that would be right for what follows the first line.
+/// Returns the line that would be right for what follows the first line.
 std::string right_seal(const std::string& sealed);
 
 }  // namespace fringetwin

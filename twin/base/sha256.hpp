@@ -10,7 +10,7 @@
 
 namespace fringetwin {
 
-/// Of bytes that come in parts.
+/// The digest of bytes that come in parts.
 class Sha256 {
  public:
   Sha256();
@@ -19,7 +19,7 @@ class Sha256 {
   Sha256& operator=(const Sha256&) = delete;
 
   void add(std::span<const std::byte> bytes);
-  /// 64 digits; nothing may be added afterwards.
+  /// Returns the 64 digits; nothing may be added afterwards.
   std::string hex();
 
  private:

@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-namespace fringetwin::test::statistics_test {
+namespace fringetwin::statistics_test {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -84,4 +84,4 @@ TEST(Statistics, ValuesWithoutNanKeepTheOrderThatTheSearchGivesThem) {
 }
 
 }  // namespace
-}  // namespace fringetwin::test::statistics_test
+}  // namespace fringetwin::statistics_test

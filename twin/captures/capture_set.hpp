@@ -74,7 +74,7 @@ struct CaptureEntry {
 /// Writes capture.toml, sealed (twin/base/seal.hpp). Call it last: it says that the images are there.
 void write_capture_toml(const std::filesystem::path& dir, const std::vector<CaptureEntry>& cameras,
                         const std::map<std::string, std::string>& provenance);
-/// The capture.toml that describes what write_camera_images() or write_camera_radiance() wrote.
+/// Writes the capture.toml that describes what write_camera_images() or write_camera_radiance() wrote.
 /// extension "png" or "exr". `root`: the folder that holds <camera>/, relative to `dir`
 /// (".." for a capture.toml in a sub-folder that describes the EXR images beside the PNG).
 void write_capture_toml(const std::filesystem::path& dir, const std::vector<const CameraImages*>& cameras,

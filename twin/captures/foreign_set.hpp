@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images that another program recorded, described as a capture set where they lie (docs/formats/captures.md):
-// not copied.
+// Describes images that another program recorded as a capture set (docs/formats/captures.md) where they lie,
+// without copying them.
 #pragma once
 #include "twin/captures/capture_set.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// .cameramodel files, read and written bit-exactly and locale-free (libmrcal's own writer rounds to
+// Reads and writes .cameramodel files bit-exactly and locale-free (libmrcal's own writer rounds to
 // 6 decimals and its reader breaks under a comma locale).
 #pragma once
 #include <array>
@@ -18,9 +18,9 @@ struct CameraModelFile {
   std::string extra;                  ///< other keys verbatim ("'icam_intrinsics': 2,\n…"), kept on rewrite
 };
 
-/// Throws UserError(input) with file and line.
+/// Reads a file. Throws UserError(input) with file and line.
 CameraModelFile read_cameramodel(const std::filesystem::path& file);
-/// Shortest round-trip decimals; temporary name, then rename.
+/// Writes the shortest decimals that read back as the same numbers, to a temporary name that is then renamed.
 void write_cameramodel(const std::filesystem::path& file, const CameraModelFile& model);
 
 }  // namespace fringetwin

@@ -15,7 +15,7 @@ namespace fringetwin {
 namespace {
 
 /// Files print rotations with 6 or more digits; a matrix further from a rotation is something else.
-constexpr double rotation_tolerance = 1e-5;
+constexpr double kRotationTolerance = 1e-5;
 
 /// OpenCV prints its own report on stderr before it throws; ours is enough.
 class SilentOpenCv {
@@ -138,7 +138,7 @@ Eigen::Vector3d to_rotation_vector(const cv::Mat1d& m, const std::string& where)
     for (int col = 0; col < 3; ++col) R(row, col) = m(row, col);
   const double deviation = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   const double determinant = R.determinant();
-  if (!(deviation <= rotation_tolerance) || !(determinant > 0.0))
+  if (!(deviation <= kRotationTolerance) || !(determinant > 0.0))
     throw UserError(
         ExitCode::input, where,
         fmt::format("is no rotation: determinant {:.6g}, |R^T R - I| = {:.3g}", determinant, deviation));

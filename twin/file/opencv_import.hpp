@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenCV YAML/XML calibrations -> models (OpenCV's own cv::FileStorage reads the file).
+// Turns a calibration that OpenCV wrote as YAML or XML into a lens model and a pose (OpenCV's own
+// cv::FileStorage reads the file).
 #pragma once
 #include <array>
 #include <filesystem>
@@ -21,10 +22,10 @@ struct OpenCvModel {
   std::array<double, 6> rt_device_ref{};  ///< in the file's unit (normally mm)
 };
 
-/// Throws UserError(input) naming file and key for a missing key, wrong shape, or a matrix that is
-/// no rotation (determinant, orthogonality).
+/// Reads one device out of the files. Throws UserError(input) naming file and key for a missing key, wrong
+/// shape, or a matrix that is no rotation (determinant, orthogonality).
 OpenCvModel import_opencv(const std::vector<std::filesystem::path>& files, const OpenCvDevice& device);
-/// All matrix keys with their shapes, to help the user name them.
+/// Returns all matrix keys with their shapes, to help the user name them.
 std::vector<std::string> list_opencv_keys(const std::filesystem::path& file);
 
 }  // namespace fringetwin

@@ -12,7 +12,7 @@
 namespace fringetwin {
 namespace {
 
-constexpr int max_depth = 64;  // a hostile file must not overflow the stack
+constexpr int kMaxDepth = 64;  // a hostile file must not overflow the stack
 
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v'; }
 
@@ -105,7 +105,7 @@ void PythonDictParser::skip_sequence(char close, int depth) {
 
 void PythonDictParser::skip_value(int depth) {
   skip_space();
-  if (depth > max_depth) fail(line_at(position_), "values are nested too deeply");
+  if (depth > kMaxDepth) fail(line_at(position_), "values are nested too deeply");
   const char c = peek();
   const char next = position_ + 1 < text_.size() ? text_[position_ + 1] : '\0';
   if (c == '\'' || c == '"') {

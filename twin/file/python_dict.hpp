@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The subset of Python literal syntax that .cameramodel files use.
+// Reads the subset of Python literal syntax that .cameramodel files use.
 #pragma once
 #include <cstddef>
 #include <filesystem>
@@ -26,9 +26,9 @@ class PythonDictParser {
 
   [[noreturn]] void fail(int line, const std::string& what) const;
 
-  /// A string value without quotes (no escapes allowed).
+  /// Returns a string value without quotes (no escapes allowed).
   std::string to_string(const PythonDictEntry& entry) const;
-  /// A flat list of finite numbers, locale-free and correctly rounded.
+  /// Returns the numbers of a flat list of finite numbers, locale-free and correctly rounded.
   std::vector<double> to_numbers(const PythonDictEntry& entry) const;
 
  private:

@@ -6,10 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "twin/base/nearest_word.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/file/toml_settings.hpp"
+#include "twin/file/toml_text.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin {
@@ -24,21 +25,6 @@ struct TomlTable::Impl {
 };
 
 namespace {
-
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
-    }
-  }
-  return row.back();
-}
 
 /// The value as a double, integers included; nullopt for another type.
 std::optional<double> as_double(const toml::node& node) {
@@ -90,43 +76,6 @@ std::string place(const toml::node& node, const fs::path& file) {
 
 }  // namespace
 
-const char* type_name(const toml::node& node) {
-  switch (node.type()) {
-    case toml::node_type::table:
-      return "a table";
-    case toml::node_type::array:
-      return "an array";
-    case toml::node_type::string:
-      return "a string";
-    case toml::node_type::integer:
-      return "an integer";
-    case toml::node_type::floating_point:
-      return "a number";
-    case toml::node_type::boolean:
-      return "true or false";
-    default:
-      return "a date or time";
-  }
-}
-
-std::string scalar_text(const toml::node& node) {
-  if (const auto* text = node.as_string()) return text->get();
-  if (const auto* integer = node.as_integer()) return fmt::format("{}", integer->get());
-  if (const auto* real = node.as_floating_point()) return fmt::format("{}", real->get());
-  if (const auto* flag = node.as_boolean()) return flag->get() ? "true" : "false";
-  std::ostringstream stream;
-  stream.imbue(std::locale::classic());
-  if (const auto* date = node.as_date()) stream << date->get();
-  if (const auto* time = node.as_time()) stream << time->get();
-  if (const auto* date_time = node.as_date_time()) stream << date_time->get();
-  return stream.str();
-}
-
-std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates) {
-  const std::string* close = nearest(word, candidates);
-  return close != nullptr ? fmt::format("did you mean \"{}\"?", *close) : "";
-}
-
 std::string NumberRange::text() const {
   const bool has_min = min > -std::numeric_limits<double>::max();
   const bool has_max = max < std::numeric_limits<double>::max();
@@ -134,19 +83,6 @@ std::string NumberRange::text() const {
   const std::string high = fmt::format("{} {}", max_excluded ? "<" : "<=", max);
   if (has_min && has_max) return low + " and " + high;
   return has_min ? low : has_max ? high : "a number";
-}
-
-const std::string* nearest(const std::string& word, const std::vector<std::string>& candidates) {
-  const std::string* best = nullptr;
-  std::size_t best_distance = std::numeric_limits<std::size_t>::max();
-  for (const std::string& candidate : candidates) {
-    const std::size_t distance = edit_distance(word, candidate);
-    if (distance < best_distance && 2 * distance <= std::max(word.size(), candidate.size())) {
-      best = &candidate;
-      best_distance = distance;
-    }
-  }
-  return best;
 }
 
 fs::path resolve_path(const std::string& text, const fs::path& folder, const std::string& where,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A strict reader for our TOML files: every complaint names file, line and key; unknown keys are
-// errors that name the nearest known one.
+// Reads our TOML files strictly: every complaint names file, line and key; unknown keys are errors that name
+// the nearest known one.
 #pragma once
 #include <Eigen/Core>
 #include <filesystem>
@@ -98,14 +98,6 @@ class TomlTable {
   explicit TomlTable(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
   std::shared_ptr<const Impl> impl_;
 };
-
-/// The candidate with the smallest edit distance, nullptr when none is near (more than half of its
-/// letters differ).
-const std::string* nearest(const std::string& word, const std::vector<std::string>& candidates);
-
-/// A number as TOML: shortest that reads back as the same; whole ones without a point, so that they serve
-/// keys that take integers only and reals as well.
-std::string number_text(double value);
 
 /// Replaces ${FRINGETWIN_CAPTURES} by captures_root() and makes the path absolute (tidy_path), relative to
 /// `folder`. Other ${...} are refused (`where` names the place).

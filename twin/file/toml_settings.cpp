@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <cmath>
 #include <optional>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/nearest_word.hpp"
 #include "twin/base/parse_number.hpp"
-#include "twin/file/toml_reader.hpp"
+#include "twin/file/toml_text.hpp"
 
 namespace fringetwin {
 namespace {
@@ -163,42 +163,7 @@ class Setter {
   const toml::node* found_ = nullptr;
 };
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
-      out += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
-    else
-      out += c;
-  }
-  return out + "\"";
-}
-
 }  // namespace
-
-std::string number_text(double value) {
-  if (std::isnan(value)) return "nan";
-  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
-  if (value == std::floor(value) && std::abs(value) < 1e15) return fmt::format("{:.0f}", value);
-  return fmt::format("{}", value);
-}
-
-std::string toml_text(const toml::node& node) {
-  std::vector<std::string> parts;
-  if (const auto* table = node.as_table()) {
-    for (const auto& [key, child] : *table)
-      parts.push_back(fmt::format("{} = {}", quoted(std::string(key.str())), toml_text(child)));
-    return fmt::format("{{ {} }}", fmt::join(parts, ", "));
-  }
-  if (const auto* array = node.as_array()) {
-    for (const toml::node& child : *array) parts.push_back(toml_text(child));
-    return fmt::format("[{}]", fmt::join(parts, ", "));
-  }
-  if (const auto* real = node.as_floating_point()) return number_text(real->get());
-  const std::string text = scalar_text(node);
-  return node.is_string() ? quoted(text) : text;
-}
 
 void put_settings(toml::table& document, const std::map<std::string, std::string>& settings,
                   const std::filesystem::path& file) {

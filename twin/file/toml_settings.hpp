@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values put into a parsed TOML file by the path of their key. For toml_reader.cpp only: the
-// header takes toml++ along.
+// Puts values into a parsed TOML file by the path of their key. For toml_reader.cpp only: the header takes
+// toml++ along.
 #pragma once
 #include <toml++/toml.h>
 
@@ -19,19 +19,9 @@ namespace fringetwin {
 void put_settings(toml::table& document, const std::map<std::string, std::string>& settings,
                   const std::filesystem::path& file);
 
-/// The number at such a path; nothing where the key is left out or is no number. Throws as put_settings does.
+/// Returns the number at such a path; nullopt where the key is left out or is no number. Throws as
+/// put_settings does.
 std::optional<double> number_at(toml::table document, const std::string& key,
                                 const std::filesystem::path& file);
-
-/// The value as TOML on one line, read back as the same value; whole numbers without a point.
-std::string toml_text(const toml::node& node);
-
-// Of toml_reader.cpp:
-/// "an integer", "a table"
-const char* type_name(const toml::node& node);
-/// A string, number, date ... without quotes.
-std::string scalar_text(const toml::node& node);
-/// "did you mean "left"?", or nothing.
-std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates);
 
 }  // namespace fringetwin

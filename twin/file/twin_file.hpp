@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of load_twin(): one function per top-level key of twin.toml.
+// The parts of load_twin(): one function per top-level key of twin.toml reads and checks it.
 #pragma once
 #include <filesystem>
 #include <map>

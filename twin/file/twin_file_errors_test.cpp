@@ -2,6 +2,7 @@
 // Every fault in a twin.toml is named with file, line and key. No tolerances: sentences and line
 // numbers are compared exactly.
 #include "tests/support/twin/twin_file_fixture.hpp"
+#include "twin/base/nearest_word.hpp"
 #include "twin/file/toml_reader.hpp"
 
 namespace fringetwin::testing::twin_file_errors_test {

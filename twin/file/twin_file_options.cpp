@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "twin/base/nearest_word.hpp"
 #include "twin/file/twin_file.hpp"
 
 namespace fringetwin {

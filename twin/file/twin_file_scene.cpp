@@ -27,12 +27,20 @@ Eigen::Vector3d default_u_axis(const Eigen::Vector3d& normal) {
   return (axis - axis.dot(normal) * normal).normalized();
 }
 
-SphereShape read_sphere(const TomlTable& table) {
-  return {table.required_vector3("center_mm"), table.required_number("radius_mm", NumberRange::positive())};
+// Per shape: the keys that it has besides those of every object, and how they are read.
+
+std::vector<std::string> keys_of(const SphereShape&) { return {"center_mm", "radius_mm"}; }
+
+void read_keys(const TomlTable& table, const TwinFileContext&, SphereShape& sphere) {
+  sphere.center_mm = table.required_vector3("center_mm");
+  sphere.radius_mm = table.required_number("radius_mm", NumberRange::positive());
 }
 
-PlaneShape read_plane(const TomlTable& table, const TwinFileContext& context) {
-  PlaneShape plane;
+std::vector<std::string> keys_of(const PlaneShape&) {
+  return {"point_mm", "normal", "size_mm", "u_axis", "albedo_map"};
+}
+
+void read_keys(const TomlTable& table, const TwinFileContext& context, PlaneShape& plane) {
   plane.point_mm = table.required_vector3("point_mm");
   plane.normal = read_unit_vector(table, "normal");
   plane.u_axis = default_u_axis(plane.normal);
@@ -49,60 +57,59 @@ PlaneShape read_plane(const TomlTable& table, const TwinFileContext& context) {
     if (!plane.size_mm) table.fail("albedo_map", "needs size_mm", "the image covers the rectangle");
     plane.albedo_file = context.resolve(table, "albedo_map");
   }
-  return plane;
 }
 
-CylinderShape read_cylinder(const TomlTable& table) {
-  CylinderShape cylinder;
+std::vector<std::string> keys_of(const CylinderShape&) {
+  return {"point_mm", "axis", "radius_mm", "length_mm"};
+}
+
+void read_keys(const TomlTable& table, const TwinFileContext&, CylinderShape& cylinder) {
   cylinder.point_mm = table.required_vector3("point_mm");
   cylinder.axis = read_unit_vector(table, "axis");
   cylinder.radius_mm = table.required_number("radius_mm", NumberRange::positive());
   cylinder.length_mm = table.number("length_mm", NumberRange::positive());
-  return cylinder;
 }
 
-MeshShape read_mesh(const TomlTable& table, const TwinFileContext& context) {
-  MeshShape mesh;
+std::vector<std::string> keys_of(const MeshShape&) { return {"file", "unit", "rt_world_object", "shading"}; }
+
+void read_keys(const TomlTable& table, const TwinFileContext& context, MeshShape& mesh) {
   mesh.file = context.resolve(table, "file");
   mesh.unit = table.choice("unit", {"mm", "m"}).value_or(mesh.unit);
   if (const auto rt = table.vector("rt_world_object", 6)) mesh.T_world_object = pose_from_rt(RotTrans(*rt));
   mesh.smooth = table.choice("shading", {"facet", "smooth"}) == "smooth";
-  return mesh;
 }
 
-MeasuredShape read_measured(const TomlTable& table) {
-  MeasuredShape measured;
+std::vector<std::string> keys_of(const MeasuredShape&) { return {"steps", "smoothing_px"}; }
+
+void read_keys(const TomlTable& table, const TwinFileContext&, MeasuredShape& measured) {
   measured.steps = table.choice("steps", {"even", "odd", "all"}).value_or(measured.steps);
   measured.smoothing_px =
       table.number_or("smoothing_px", measured.smoothing_px, NumberRange::between(0.0, 100.0));
-  return measured;
 }
-
-const std::map<std::string, std::vector<std::string>> kShapeKeys = {
-    {"sphere", {"center_mm", "radius_mm"}},
-    {"plane", {"point_mm", "normal", "size_mm", "u_axis", "albedo_map"}},
-    {"cylinder", {"point_mm", "axis", "radius_mm", "length_mm"}},
-    {"mesh", {"file", "unit", "rt_world_object", "shading"}},
-    {"measured", {"steps", "smoothing_px"}}};
 
 /// Keys of the shape (of every shape while it is not known) and those every object has.
 void allow_keys(const TomlTable& table, const std::string& shape) {
+  std::map<std::string, std::vector<std::string>> of_kind;
+  for_every_shape([&](const auto& s) { of_kind[s.kKind] = keys_of(s); });
   std::vector<std::string> keys = {"name", "shape", "material"};
-  for (const auto& [kind, own] : kShapeKeys)
+  for (const auto& [kind, own] : of_kind)
     if (shape.empty() || kind == shape) keys.insert(keys.end(), own.begin(), own.end());
   table.allow(keys);
 }
 
 Shape read_shape(const TomlTable& table, const TwinFileContext& context) {
   if (!table.has("shape")) allow_keys(table, "");  // a misspelt "shape" is named as such
-  const std::string shape =
-      table.required_choice("shape", {"sphere", "plane", "cylinder", "mesh", "measured"});
-  allow_keys(table, shape);
-  if (shape == "sphere") return read_sphere(table);
-  if (shape == "plane") return read_plane(table, context);
-  if (shape == "cylinder") return read_cylinder(table);
-  if (shape == "mesh") return read_mesh(table, context);
-  return read_measured(table);
+  std::vector<std::string> kinds;
+  for_every_shape([&](const auto& s) { kinds.emplace_back(s.kKind); });
+  const std::string kind = table.required_choice("shape", kinds);
+  allow_keys(table, kind);
+  Shape shape;
+  for_every_shape([&](auto s) {
+    if (kind != s.kKind) return;
+    read_keys(table, context, s);
+    shape = s;
+  });
+  return shape;
 }
 
 Material read_material(const TomlTable& table) {

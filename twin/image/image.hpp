@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plain row-major single-channel image.
+// A single-channel image in memory, row by row without gaps.
 #pragma once
 #include <cstddef>
 #include <vector>

@@ -10,7 +10,7 @@ namespace fringetwin {
 namespace {
 
 DecodeImageFunction load() {
-  const ModuleFunction found = find_in_module("libfringetwin_image_codecs.so", decode_image_name);
+  const ModuleFunction found = find_in_module("libfringetwin_image_codecs.so", kDecodeImageName);
   if (found.address) return reinterpret_cast<DecodeImageFunction>(found.address);
   throw UserError(ExitCode::input, "BMP, TIFF and PGM images",
                   fmt::format("the module that reads them cannot be loaded ({})", found.fault),

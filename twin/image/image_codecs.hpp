@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// BMP, TIFF, PGM through OpenCV, in a module of its own that is loaded when such a file is met: its codecs
-// bring 120 shared libraries (GDAL and what it needs), half a second that every start of the program would
-// pay.
+// Decodes BMP, TIFF, PGM through OpenCV, in a module of its own that is loaded when such a file is met: its
+// codecs bring 120 shared libraries (GDAL and what it needs), half a second that every start of the program
+// would pay.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -16,12 +16,12 @@ struct DecodedImage {
       values;  ///< rows without gaps, native byte order; empty unless gray with 8 or 16 bits
 };
 
-/// False where the bytes are no image or end too soon. Throws std::runtime_error when the module is not
-/// found.
+/// Decodes the bytes of a file. Returns false where they are no image or end too soon. Throws
+/// std::runtime_error when the module is not found.
 bool decode_image(const std::vector<std::uint8_t>& bytes, DecodedImage* image);
 
 /// The module's only function, by this name.
 using DecodeImageFunction = bool (*)(const std::uint8_t* bytes, std::size_t size, DecodedImage* image);
-constexpr const char* decode_image_name = "fringetwin_decode_image_1";  ///< 1: DecodedImage as it stands here
+constexpr const char* kDecodeImageName = "fringetwin_decode_image_1";  ///< 1: DecodedImage as it stands here
 
 }  // namespace fringetwin

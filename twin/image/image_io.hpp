@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG (8/16 bit gray, libpng), other rasters (OpenCV), EXR (float32 channels).
+// Reads gray images (PNG of 8 or 16 bits through libpng, other formats through OpenCV), reads and writes EXR
+// (float32 channels), and writes files under a temporary name first.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -14,18 +15,20 @@ struct LoadedGray {
   ImageF image;       ///< the stored integer values
   int file_bits = 8;  ///< 8 or 16
 };
-/// Throws UserError(input) naming the file when missing, truncated, not gray, or undecodable.
+/// Reads a gray image. Throws UserError(input) naming the file when missing, truncated, not gray, or
+/// undecodable.
 LoadedGray read_gray(const std::filesystem::path& file);
-/// Values are rounded and must lie in [0, 2^file_bits-1]. Fast compression; temporary name + rename.
+/// Writes the values, which are rounded and must lie in [0, 2^file_bits-1]. Fast compression; temporary name
+/// + rename.
 void write_gray_png(const std::filesystem::path& file, const ImageF& image, int file_bits);
 
-/// By the file's extension, in any case of letters.
+/// Returns whether the file's extension, in any case of letters, says EXR.
 bool is_exr_name(const std::filesystem::path& file);
 
 using NamedChannel = std::pair<std::string, const ImageF*>;
-/// Float32 EXR, ZIP compression; temporary name + rename.
+/// Writes a float32 EXR with ZIP compression, to a temporary name that is then renamed.
 void write_exr(const std::filesystem::path& file, const std::vector<NamedChannel>& channels);
-/// All channels as float32. Throws UserError(input) when missing, truncated or not an EXR.
+/// Reads all channels as float32. Throws UserError(input) when missing, truncated or not an EXR.
 std::vector<std::pair<std::string, ImageF>> read_exr(const std::filesystem::path& file);
 
 /// A path beside `file` for writing first; commit() renames over `file`, the destructor removes what
@@ -43,7 +46,7 @@ class TemporaryFile {
   std::filesystem::path file_, temporary_;
   bool done_ = false;
 };
-/// True for the names that TemporaryFile gives: what is found under such a name was never finished.
+/// Returns true for the names that TemporaryFile gives: what is found under such a name was never finished.
 bool is_temporary_name(const std::string& name);
 
 /// Writes text atomically (temporary name + rename).

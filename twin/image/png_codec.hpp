@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Grayscale PNG in memory, through libpng. Thread-safe: no shared state.
+// Decodes and encodes grayscale PNG in memory, through libpng. Thread-safe: no shared state.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -15,14 +15,14 @@ struct GrayPixels {
   std::vector<std::uint8_t> values;  ///< 1 or 2 bytes a pixel
 };
 
-/// True when `bytes` start with the PNG signature.
+/// Returns whether `bytes` start with the PNG signature.
 bool is_png(const std::vector<std::uint8_t>& bytes);
 
-/// Stored values are not scaled (a 1-bit file gives 0 and 1); gamma chunks are ignored. Returns an
-/// empty string, or what is wrong with the file ("is a colour image (RGB)", "is truncated ...").
+/// Decodes a PNG. Stored values are not scaled (a 1-bit file gives 0 and 1); gamma chunks are ignored.
+/// Returns an empty string, or what is wrong with the file ("is a colour image (RGB)", "is truncated ...").
 std::string decode_gray_png(const std::vector<std::uint8_t>& bytes, GrayPixels* pixels);
 
-/// Fast compression. `values`: 1 byte a pixel for 8 bit, 2 (native order) for 16 bit.
+/// Encodes with fast compression. `values`: 1 byte a pixel for 8 bit, 2 (native order) for 16 bit.
 /// Returns an empty string or libpng's complaint.
 std::string encode_gray_png(const GrayPixels& pixels, std::vector<std::uint8_t>* bytes);
 

@@ -20,22 +20,22 @@ namespace fringetwin {
 namespace {
 
 /// Newton stops below this residual; at image coordinates up to 1e5 px double rounding is 1e-11 px.
-constexpr double newton_stop_px = 1e-11;
+constexpr double kNewtonStopPx = 1e-11;
 /// The promise of unproject() is 1e-9 px; a result must be this close to count.
-constexpr double newton_accept_px = 5e-10;
-constexpr int newton_max_iterations = 60;
+constexpr double kNewtonAcceptPx = 5e-10;
+constexpr int kNewtonMaxIterations = 60;
 
 struct PerspectiveName {
   const char* name;
   int distortion_count;
 };
-constexpr std::array perspective_names{
+constexpr std::array kPerspectiveNames{
     PerspectiveName{"LENSMODEL_PINHOLE", 0}, PerspectiveName{"LENSMODEL_OPENCV4", 4},
     PerspectiveName{"LENSMODEL_OPENCV5", 5}, PerspectiveName{"LENSMODEL_OPENCV8", 8},
     PerspectiveName{"LENSMODEL_OPENCV12", 12}};
 
 std::optional<int> perspective_distortion_count(const std::string& model) {
-  for (const auto& [name, count] : perspective_names)
+  for (const auto& [name, count] : kPerspectiveNames)
     if (model == name) return count;
   return std::nullopt;
 }
@@ -108,7 +108,7 @@ std::optional<Eigen::Vector3d> Lens::Impl::unproject_perspective(const Eigen::Ve
   };
   Eigen::Vector2d residual = residual_px(x, &jacobian);
   double error_px = residual.norm();
-  for (int i = 0; i < newton_max_iterations && error_px > newton_stop_px; ++i) {
+  for (int i = 0; i < kNewtonMaxIterations && error_px > kNewtonStopPx; ++i) {
     if (!(jacobian.determinant() > 0.0)) return std::nullopt;
     Eigen::Vector2d step = jacobian.inverse() * residual.cwiseQuotient(focal_px);
     bool improved = false;
@@ -126,7 +126,7 @@ std::optional<Eigen::Vector3d> Lens::Impl::unproject_perspective(const Eigen::Ve
     }
     if (!improved) break;
   }
-  if (!(error_px <= newton_accept_px)) return std::nullopt;
+  if (!(error_px <= kNewtonAcceptPx)) return std::nullopt;
   return x.homogeneous().normalized();
 }
 
@@ -165,7 +165,7 @@ std::optional<Eigen::Vector3d> Lens::Impl::unproject_mrcal(const Eigen::Vector2d
   Eigen::Matrix<double, 2, 3> dq_dp;
   std::optional<Eigen::Vector2d> q = project_mrcal(v, &dq_dp);
   double error_px = q ? (q_px - *q).norm() : std::numeric_limits<double>::infinity();
-  for (int i = 0; i < newton_max_iterations && q && error_px > newton_stop_px; ++i) {
+  for (int i = 0; i < kNewtonMaxIterations && q && error_px > kNewtonStopPx; ++i) {
     Eigen::Matrix<double, 3, 2> tangent;
     tangent.col(0) = v.unitOrthogonal();
     tangent.col(1) = v.cross(tangent.col(0));
@@ -185,7 +185,7 @@ std::optional<Eigen::Vector3d> Lens::Impl::unproject_mrcal(const Eigen::Vector2d
     }
     if (!improved) break;
   }
-  if (!(error_px <= newton_accept_px)) return std::nullopt;
+  if (!(error_px <= kNewtonAcceptPx)) return std::nullopt;
   return v;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lens models: mrcal's names and parameter order (docs/CONVENTIONS.md). Pixel (0,0) is the centre of the
-// top-left pixel.
+// A lens model projects points to pixels and back, with mrcal's names and parameter order
+// (docs/CONVENTIONS.md). Pixel (0,0) is the centre of the top-left pixel.
 #pragma once
 #include <Eigen/Core>
 #include <memory>
@@ -27,22 +27,23 @@ class Lens {
   int width() const;
   int height() const;
 
-  /// True for PINHOLE and OPENCV4/5/8/12: q = f * distort(x/z, y/z) + c.
+  /// Returns true for PINHOLE and OPENCV4/5/8/12: q = f * distort(x/z, y/z) + c.
   bool is_perspective() const;
-  /// Distortion in OpenCV order k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4, zero-padded; perspective only.
+  /// Returns the distortion in OpenCV order k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4, zero-padded; perspective
+  /// only.
   const Eigen::Matrix<double, 12, 1>& opencv_distortion() const;
-  /// Square of the largest undistorted radius |(x/z, y/z)| up to which the distortion map is
+  /// Returns the square of the largest undistorted radius |(x/z, y/z)| up to which the distortion map is
   /// monotone (invertible), shrunk by a hair; +inf where there is no limit. Perspective only.
   double max_invertible_radius_sq() const;
 
-  /// p_cam in any unit -> pixel. nullopt behind the camera or outside the domain of invertibility.
-  /// The result may lie outside the imager.
+  /// Returns the pixel of a point p_cam in any unit; nullopt behind the camera or outside the domain of
+  /// invertibility. The result may lie outside the imager.
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_cam) const;
   /// As project(); also d q / d p_cam (2x3, px per unit of p_cam).
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_cam,
                                          Eigen::Matrix<double, 2, 3>* dq_dp) const;
-  /// Pixel -> UNIT direction in the camera frame, inverse of project() to < 1e-9 px (Newton).
-  /// nullopt where the pixel has no pre-image.
+  /// Returns the UNIT direction of a pixel in the camera frame, the inverse of project() to < 1e-9 px
+  /// (Newton); nullopt where the pixel has no pre-image.
   std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& q_px) const;
 
  private:

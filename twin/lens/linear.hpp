@@ -12,13 +12,13 @@ namespace fringetwin {
 
 using MatrixRef = Eigen::Ref<const Eigen::MatrixXd>;
 
-/// L D L^T of a symmetric positive semidefinite matrix (normal equations, a covariance).
+/// The factors L D L^T of a symmetric positive semidefinite matrix (normal equations, a covariance).
 class SymmetricFactor {
  public:
   explicit SymmetricFactor(const MatrixRef& m);
   ~SymmetricFactor();
 
-  /// Estimated reciprocal condition number; 0 where m is singular, indefinite or not finite.
+  /// Returns the estimated reciprocal condition number; 0 where m is singular, indefinite or not finite.
   double rcond() const;
   Eigen::MatrixXd solve(const MatrixRef& right) const;
   Eigen::MatrixXd inverse() const;
@@ -28,7 +28,7 @@ class SymmetricFactor {
   std::unique_ptr<Impl> impl_;
 };
 
-/// x with m x = right, m symmetric positive semidefinite.
+/// Returns x with m x = right, m symmetric positive semidefinite.
 Eigen::MatrixXd solve_symmetric(const MatrixRef& m, const MatrixRef& right);
 
 struct SymmetricEigen {
@@ -37,17 +37,17 @@ struct SymmetricEigen {
 };
 SymmetricEigen symmetric_eigen(const MatrixRef& m);
 
-/// x that minimises |m x - right| (Householder QR).
+/// Returns x that minimises |m x - right| (Householder QR).
 Eigen::MatrixXd least_squares(const MatrixRef& m, const MatrixRef& right);
 
-/// Orthonormal columns that span those of m (rows >= columns).
+/// Returns orthonormal columns that span those of m (rows >= columns).
 Eigen::MatrixXd orthonormal_basis(const MatrixRef& m);
 
-/// The rotation nearest to m in the Frobenius norm; of determinant -1 where m mirrors.
+/// Returns the rotation nearest to m in the Frobenius norm; of determinant -1 where m mirrors.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m);
 
-/// The rigid motion T that minimises sum |T from - to|^2 (Umeyama 1991); needs three pairs or more. Points on
-/// one line leave the turn about it to chance.
+/// Returns the rigid motion T that minimises sum |T from - to|^2 (Umeyama 1991); needs three pairs or more.
+/// Points on one line leave the turn about it to chance.
 Pose rigid_alignment(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to);
 
 }  // namespace fringetwin

@@ -13,28 +13,28 @@ namespace fringetwin {
 /// A configured mrcal lens model (without intrinsics). Cheap to copy.
 class MrcalModel {
  public:
-  /// A full name with its configuration, e.g.
+  /// Returns the model of a full name with its configuration, e.g.
   /// "LENSMODEL_SPLINED_STEREOGRAPHIC_order=3_Nx=11_Ny=8_fov_x_deg=44". nullopt for a name that libmrcal does
   /// not know or whose configuration is missing or malformed.
   static std::optional<MrcalModel> from_name(const std::string& name);
-  /// All names, configuration as "...".
+  /// Returns all names, configuration as "...".
   static std::vector<std::string> supported_names();
 
   int intrinsics_count() const;
   bool has_gradients() const;
   bool can_project_behind_camera() const;
-  /// Half sizes of the knot grid |u|, u = 2 tan(theta/2) (cos, sin); splined models only.
+  /// Returns the half sizes of the knot grid |u|, u = 2 tan(theta/2) (cos, sin); splined models only.
   std::optional<Eigen::Vector2d> spline_half_size() const;
 
-  /// Without a gradient when dq_dp is null. False when the result is not finite. Where libmrcal has no
-  /// gradients (CAHVORE) they are central differences, good to about 1e-9.
+  /// Projects a point, without a gradient when dq_dp is null. Returns false when the result is not finite.
+  /// Where libmrcal has no gradients (CAHVORE) they are central differences, good to about 1e-9.
   bool project(const std::vector<double>& intrinsics, const Eigen::Vector3d& p_cam, Eigen::Vector2d* q_px,
                Eigen::Matrix<double, 2, 3>* dq_dp) const;
   /// As project(), with d q / d intrinsics (2 x intrinsics_count()). Models with gradients only.
   bool project(const std::vector<double>& intrinsics, const Eigen::Vector3d& p_cam, Eigen::Vector2d* q_px,
                Eigen::Matrix<double, 2, 3>* dq_dp, Eigen::Matrix2Xd* dq_dintrinsics) const;
-  /// Direction of any length, to about 1e-8 px (libmrcal accepts up to 1e-2 px); for a model without
-  /// gradients only a first guess. False on failure.
+  /// Finds the direction of a pixel, of any length, to about 1e-8 px (libmrcal accepts up to 1e-2 px); for a
+  /// model without gradients only a first guess. Returns false on failure.
   bool unproject(const std::vector<double>& intrinsics, const Eigen::Vector2d& q_px,
                  Eigen::Vector3d* direction_cam) const;
 

@@ -9,11 +9,12 @@ namespace fringetwin {
 /// k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4, zero-padded.
 using OpenCvDistortion = Eigen::Matrix<double, 12, 1>;
 
-/// Undistorted (x/z, y/z) -> distorted; optionally the Jacobian d distorted / d undistorted.
+/// Returns the distorted place of an undistorted (x/z, y/z); optionally the Jacobian d distorted / d
+/// undistorted.
 Eigen::Vector2d distort(const OpenCvDistortion& k, const Eigen::Vector2d& undistorted,
                         Eigen::Matrix2d* jacobian = nullptr);
 
-/// The largest undistorted radius r such that the map is one-to-one on the disk |x| < r; +inf when
+/// Returns the largest undistorted radius r such that the map is one-to-one on the disk |x| < r; +inf when
 /// there is no limit below 1e6.
 /// The radial part f(r) has Jacobian eigenvalues f'(r) and f(r)/r; the tangential and thin-prism
 /// parts change them by at most 6|p|r + 2|(s1,s3)|r + 4|(s2,s4)|r^3. As long as both stay positive

@@ -38,6 +38,12 @@ Eigen::Vector3d vector_from_rotation(const Eigen::Matrix3d& R) {
   return q.vec() * (2.0 * std::atan2(sin_half, q.w()) / sin_half);
 }
 
+Pose turned(const Pose& T_a_b, const Eigen::Vector3d& axis_a, double angle_rad,
+            const Eigen::Vector3d& about_a_mm) {
+  const Eigen::Matrix3d R = rotation_from_vector(angle_rad * axis_a);
+  return Pose{R, about_a_mm - R * about_a_mm} * T_a_b;
+}
+
 Pose pose_from_rt(const RotTrans& rt) { return {rotation_from_vector(rt.head<3>()), rt.tail<3>()}; }
 
 RotTrans rt_from_pose(const Pose& T) {

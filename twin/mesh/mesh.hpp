@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangle meshes and their files (PLY, STL, OBJ).
+// A triangle mesh in memory, read from PLY, STL or OBJ and written as PLY.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -23,10 +23,10 @@ struct Mesh {
 /// a NaN or infinite coordinate (names the vertex).
 std::shared_ptr<const Mesh> load_mesh(const std::filesystem::path& file, const std::string& unit);
 
-/// Binary little-endian PLY, mm; written to a temporary name, then renamed.
+/// Writes a binary little-endian PLY, mm, to a temporary name that is then renamed.
 void save_mesh_ply(const std::filesystem::path& file, const Mesh& mesh);
 
-/// Area-weighted unit vertex normals.
+/// Returns area-weighted unit vertex normals.
 std::vector<Eigen::Vector3f> compute_vertex_normals(const Mesh& mesh);
 
 }  // namespace fringetwin

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a mesh file holds before mesh.cpp scales, joins and cleans it.
+// Reads what a mesh file holds, before mesh.cpp scales, joins and cleans it.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -18,12 +18,12 @@ struct RawMesh {
   std::function<std::string(std::size_t)> vertex_name;  ///< how the file counts its vertices
 };
 
-/// ASCII and binary PLY of either byte order. Polygons become fans. Ignores normals, colours, other
+/// Reads ASCII and binary PLY of either byte order. Polygons become fans. Ignores normals, colours, other
 /// properties and elements. Throws UserError(input). Own code: assimp 5.2 reads beyond the end of a
 /// truncated binary PLY and keeps indices of vertices that do not exist.
 RawMesh read_ply(const std::filesystem::path& file, const std::string& bytes);
 
-/// STL (ASCII or binary) or OBJ through assimp; `format` "stl" or "obj".
+/// Reads STL (ASCII or binary) or OBJ through assimp; `format` "stl" or "obj".
 RawMesh read_with_assimp(const std::filesystem::path& file, const std::string& bytes,
                          const std::string& format);
 

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fits the objects of a twin to a cloud of points: every [[measure.fit]] becomes one row of numbers.
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "measure/fit/fit_types.hpp"
+#include "measure/points/points.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::measure {
+
+/// Returns a row for every [[measure.fit]] of the twin: points within gate_mm of the object's nominal
+/// surface, then robust. Too few points: listed with n, usable = false and a warning.
+std::vector<ObjectFit> fit_objects(const Twin& twin, const PointCloud& cloud);
+
+/// Returns the numbers of an object's nominal shape under the keys that a fit of it has; nullopt for a mesh
+/// and a measured surface, which are registered instead.
+std::optional<ObjectFit> nominal_fit(const Object& object);
+
+/// Returns the signed distance of a world point to an object's nominal surface (mesh: closest surface point).
+double surface_distance_mm(const Object& object, const Eigen::Vector3d& p_world_mm);
+
+}  // namespace fringetwin::measure

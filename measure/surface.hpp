@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// Builds the mesh of a twin's shape = "measured" from the points measured on the real part.
+#pragma once
+#include <cstddef>
+#include <memory>
+
+#include "measure/points/points.hpp"
+#include "twin/mesh/mesh.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::measure {
+
+/// Returns the measured depth map of a camera as a mesh in the world frame, mm: smoothed locally over
+/// smoothing_px, with triangles between neighbouring pixels without a depth jump. Throws UserError(input)
+/// when the cloud does not make a surface.
+std::shared_ptr<const Mesh> build_surface(const Twin& twin, std::size_t camera, const PointCloud& cloud,
+                                          double smoothing_px);
+
+}  // namespace fringetwin::measure

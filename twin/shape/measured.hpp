@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// A surface that is measured from the real capture before anything is rendered.
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "twin/shape/motion.hpp"
+
+namespace fringetwin {
+
+/// Built from the real capture's own depth map (measure/surface.hpp turns it into a MeshShape).
+struct MeasuredShape {
+  static constexpr const char* kKind = "measured";
+  std::string steps = "even";  ///< "even" | "odd" | "all": phase steps the surface is built from
+  double smoothing_px = 3.0;   ///< radius of the local fit that removes pixel noise
+};
+
+// It has no place of its own before it is built, so nothing moves it.
+inline std::vector<Motion<MeasuredShape>> motions(const MeasuredShape&) { return {}; }
+inline std::vector<PlaceKey> place_keys(const MeasuredShape&) { return {}; }
+inline void make_units(MeasuredShape&) {}
+inline std::optional<Eigen::Vector3d> place_mm(const MeasuredShape&) { return std::nullopt; }
+inline bool shades_itself(const MeasuredShape&) { return true; }
+
+}  // namespace fringetwin
