@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depths are smoothed as inverse depth 1/z over the pixel grid, in
-// which a plane is linear whatever its tilt; vertices stay on the rays of their pixels.
+// Depths are smoothed as inverse depth 1/z over the pixel grid, in which a plane is linear whatever its tilt;
+// vertices stay on the rays of their pixels.
 #include "measure/surface.hpp"
 
 #include <Eigen/Cholesky>
@@ -41,13 +41,13 @@ struct DepthMap {
   ImageD z_mm;  ///< depth along the optical axis, NaN = unknown
   ImageF sigma_mm;
   double step = 0.0;  ///< lateral step to the next pixel per mm of depth
-  /// May the two depths, `pixels` apart, lie on one surface?
+  /// Returns whether the two depths, `pixels` apart, may lie on one surface.
   bool joined(double z0, double z1, double pixels, double sigma) const {
     return std::abs(z0 - z1) <= kSteepest * pixels * step * z0 + 6.0 * sigma;
   }
 };
 
-/// Value at the centre of a weighted polynomial fit to (dx, dy, value); NaN when underdetermined.
+/// Returns the value at the centre of a weighted polynomial fit to (dx, dy, value); NaN when underdetermined.
 template <int Terms>
 double fit_at_centre(const std::vector<Offset>& at, const std::vector<double>& value, RobustLoss loss,
                      double smallest_scale) {
@@ -156,7 +156,7 @@ DepthMap smooth(const DepthMap& map, double smoothing_px) {
   return out;
 }
 
-/// Triangles of one pixel cell, counter-clockwise for the viewer: the normals face the camera.
+/// Adds the triangles of one pixel cell, counter-clockwise for the viewer: the normals face the camera.
 void add_cell(const DepthMap& map, const Image<int>& vertex, int x, int y,
               std::vector<std::array<int, 3>>& triangles) {
   struct Corner {

@@ -30,7 +30,7 @@ double percentile_999(const ImageF& image) {
   return values.empty() ? 0.0 : lower_quantile(values, 0.999);
 }
 
-/// One direction of one camera: masks, phases, sigma, orders, repair.
+/// Decodes one direction of one camera: masks, phases, sigma, orders, repair.
 class DirectionDecoder {
  public:
   DirectionDecoder(const CameraImages& images, const Fringes& fringes, int direction,
@@ -220,7 +220,7 @@ void DirectionDecoder::point_gray_row(int y, RowScratch& scratch) const {
 
 // ---- phases -----------------------------------------------------------------------------------------
 
-/// Wrapped phase, amplitude and mean; phase NaN where a step is saturated.
+/// Computes wrapped phase, amplitude and mean; the phase is NaN where a step is saturated.
 void DirectionDecoder::solve_phases() {
   const std::size_t pitches = direction_.pitches_px.size();
   out_.wrapped_rad.assign(pitches, ImageF(width_, height_));
@@ -253,7 +253,7 @@ void DirectionDecoder::solve_phases() {
   min_amplitude_ = min_amplitude(out_.amplitude_dn[static_cast<std::size_t>(out_.finest)]);
 }
 
-/// Variance of a gray value against its mean: known, from the residuals, or quantisation.
+/// Sets the variance of a gray value against its mean: known, from the residuals, or quantisation.
 void DirectionDecoder::choose_noise() {
   const double largest =
       images_.radiance ? std::max(1e-30, percentile_999(out_.mean_dn)) : images_.saturation_dn();
@@ -277,7 +277,7 @@ void DirectionDecoder::choose_noise() {
   noise_.raise_to(floor);
 }
 
-/// The code may be brighter or darker than the phase steps: what a settled bit looks like here.
+/// Finds what a settled bit looks like here: the code may be brighter or darker than the phase steps.
 void DirectionDecoder::learn_code_margins() {
   constexpr int kRows = 64;
   std::vector<float> bright, dark;
@@ -378,7 +378,8 @@ void DirectionDecoder::order_row(int y, RowScratch& scratch) {
   }
 }
 
-/// Coordinates outside the projector and doubtful orders become invalid; sigma where valid.
+/// Makes coordinates outside the projector and doubtful orders invalid, and writes sigma where they are
+/// valid.
 void DirectionDecoder::finish_row(int y, const RowScratch& scratch) {
   const std::size_t at = row(y), n = static_cast<std::size_t>(width_);
   double* x_px = out_.coordinate_px.data.data() + at;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kDirections[8][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}};
 
-/// Is the pixel displaced by more than its noise?
+/// Returns whether the pixel is displaced by more than its noise.
 bool is_mixed(const DirectionDecode& d, int x, int y) {
   const ImageD& c = d.coordinate_px;
   const ImageF& amplitude = d.amplitude_dn[static_cast<std::size_t>(d.finest)];

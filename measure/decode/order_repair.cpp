@@ -13,7 +13,7 @@
 namespace fringetwin::measure {
 namespace {
 
-/// Pixels with a 4-neighbour more than half a period away, by row.
+/// Returns the pixels with a 4-neighbour more than half a period away, by row.
 std::vector<std::vector<int>> find_candidates(const ImageD& x_px, double half_period) {
   const int w = x_px.width, h = x_px.height;
   std::vector<std::vector<int>> candidates(static_cast<std::size_t>(h));
@@ -34,7 +34,7 @@ std::vector<std::vector<int>> find_candidates(const ImageD& x_px, double half_pe
   return candidates;
 }
 
-/// Median of the valid pixels around (x, y), itself left out; nullopt without a clear majority.
+/// Returns the median of the valid pixels around (x, y), itself left out; nullopt without a clear majority.
 std::optional<double> local_majority(const ImageD& x_px, int x, int y, const OrderRepairOptions& o) {
   double values[121] = {};
   int n = 0;
@@ -50,7 +50,8 @@ std::optional<double> local_majority(const ImageD& x_px, int x, int y, const Ord
   return median;
 }
 
-/// One period up or down (across the ends of a cyclic code, too), if the jump is nearly that.
+/// Returns the coordinate one period up or down (across the ends of a cyclic code, too), if the jump is
+/// nearly that.
 std::optional<double> shift_one_period(double x_px, double predicted_px, const OrderRepairOptions& o) {
   const double periods = (predicted_px - x_px) / o.period_px;
   const double whole = round_even(periods);

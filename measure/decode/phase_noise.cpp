@@ -17,7 +17,7 @@ constexpr std::size_t kMinPerBin = 200;
 constexpr std::size_t kMaxBins = 24;
 constexpr std::size_t kTableSize = 257;
 
-/// Median of chi^2/k, Wilson and Hilferty 1931; k = 1 and 2 exactly (1 % off otherwise).
+/// Returns the median of chi^2/k by Wilson and Hilferty 1931; k = 1 and 2 exactly (1 % off otherwise).
 double median_of_reduced_chi2(int k) {
   if (k == 1) return 0.454936;
   if (k == 2) return 0.693147;
@@ -29,7 +29,7 @@ struct NoiseSample {
   float mean, variance;
 };
 
-/// Residual energy of the second difference at one pixel: sum r^2 / (6 (N-3)).
+/// Returns the residual energy of the second difference at one pixel, sum r^2 / (6 (N-3)).
 double second_difference_variance(const NoiseInput& in, const StepSolver& solver, std::size_t before,
                                   std::size_t at, std::size_t after) {
   const int n = solver.count();

@@ -43,7 +43,8 @@ Window make_window(double radius_px) {
   return window;
 }
 
-/// False where the raw value must stay.
+/// Fits the window about (x, y) and gives the smoothed value and its sigma. Returns false where the raw value
+/// must stay.
 bool smooth_pixel(const Window& window, const DirectionDecode& d, int x, int y,
                   std::vector<WindowSample>& samples, double& value, double& sigma) {
   const ImageD& map = d.coordinate_px;

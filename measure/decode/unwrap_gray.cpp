@@ -17,10 +17,11 @@ unsigned binary_from_gray(unsigned g) {
   return g;
 }
 
-/// Index (0 = MSB) of the bit that flips between words k-1 and k; the first at the ends of the code.
+/// Returns the index (0 = MSB) of the bit that flips between words k-1 and k; the first at the ends of the
+/// code.
 int flipping_bit(unsigned k, int bits) { return std::max(0, bits - 1 - std::countr_zero(k)); }
 
-/// The repetition of the code that lies nearest the middle of the projector.
+/// Returns the coordinate in the repetition of the code that lies nearest the middle of the projector.
 double into_range(const GrayPlan& plan, double x_px) {
   return plan.cyclic ? x_px - plan.span_px * round_even((x_px - plan.center_px) / plan.span_px) : x_px;
 }

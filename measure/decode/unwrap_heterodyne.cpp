@@ -60,7 +60,7 @@ struct Combined {
   double x_px, variance_px2, spread_px;
 };
 
-/// Orders of the three pitches from a coordinate, then their inverse-variance mean.
+/// Finds the orders of the three pitches from a coordinate, then their inverse-variance mean.
 inline Combined combine(const HeterodynePlan& p, const double* inverse_pitch, const double* t,
                         const double* v, double coarse_px) {
   double x[3], sum_w = 0.0, sum_wx = 0.0;

@@ -10,7 +10,7 @@
 namespace fringetwin::measure {
 namespace {
 
-/// Lagrange weights of nodes 0 1 2 3 at t, and their derivatives.
+/// Computes the Lagrange weights of nodes 0 1 2 3 at t, and their derivatives.
 void lagrange4(double t, double w[4], double dw[4]) {
   const double a = t, b = t - 1.0, c = t - 2.0, d = t - 3.0;
   w[0] = -b * c * d / 6.0;
@@ -23,7 +23,7 @@ void lagrange4(double t, double w[4], double dw[4]) {
   dw[3] = (b * c + a * c + a * b) / 6.0;
 }
 
-/// Third difference of four neighbours; false when the slope does not explain it.
+/// Computes the third difference of four neighbours. Returns false when the slope does not explain it.
 bool smooth(double a, double b, double c, double d, double fraction, double noise, double& third) {
   third = std::abs(d - 3.0 * c + 3.0 * b - a);
   const double slope = (std::abs(b - a) + std::abs(c - b) + std::abs(d - c)) / 3.0;
@@ -44,7 +44,8 @@ CoordinateMap::CoordinateMap(const ImageD& map, const ImageF& sigma) : map_(map)
   if (!some.empty()) typical_sigma_px_ = upper_median(some);
 }
 
-/// What noise may do to a third difference: 5 sigma of sqrt(1 + 9 + 9 + 1) of the pixel's own noise.
+/// Returns the most that noise may do to a third difference: 5 sigma of sqrt(1 + 9 + 9 + 1) of the pixel's
+/// own noise.
 double CoordinateMap::difference_noise_px(int x, int y) const {
   double sigma = typical_sigma_px_;
   if (!sigma_.empty()) {

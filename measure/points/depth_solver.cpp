@@ -22,7 +22,7 @@ struct Step {
   double step_mm, variance_factor;
 };
 
-/// Weighted least squares for one unknown; equal weights where a noise is unknown.
+/// Solves weighted least squares for one unknown; equal weights where a noise is unknown.
 Step least_squares_step(const Equation* e, int count) {
   if (count == 1) return {-e[0].residual_px / e[0].slope_px_per_mm, std::abs(1.0 / e[0].slope_px_per_mm)};
   const bool weighted = e[0].sigma_px > 0.0 && e[1].sigma_px > 0.0;

@@ -22,7 +22,7 @@ struct Sums {
   Eigen::Vector3d p = Eigen::Vector3d::Zero(), up = Eigen::Vector3d::Zero(), vp = Eigen::Vector3d::Zero();
 };
 
-/// Larger windows for noisier clouds: the slope of a (2r+1)^2 window has the noise
+/// Returns the radius of the window, larger for noisier clouds: the slope of a (2r+1)^2 window has the noise
 /// sigma / spacing * sqrt(3) / (2 r^2), about.
 int window_radius(const PointCloud& cloud, const Image<int>& grid) {
   std::vector<double> spacing, sigma;

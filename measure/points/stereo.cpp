@@ -64,8 +64,8 @@ bool plausible(const Setup& setup, const Eigen::Vector3d& d, const DepthSolution
          s.sigma_mm <= kMostRelativeSigma * s.depth_mm && s.residual_px <= kLargestResidualPx;
 }
 
-/// With a calibrated projector: does the point lie on the projector's sheet of light? Half a period is
-/// far more than calibration errors and far less than what a false match makes.
+/// Returns whether, with a calibrated projector, the point lies on the projector's sheet of light. Half a
+/// period is far more than calibration errors and far less than what a false match makes.
 bool lit_by_its_column(const Setup& setup, const Eigen::Vector3d& d, double depth_mm,
                        const double* coordinate_px) {
   if (!setup.twin.projector) return true;
@@ -127,8 +127,8 @@ void match_pixel(const Setup& setup, int x, int y, Work& work) {
   }
 }
 
-/// Lateral step to the next pixel per mm of depth, from the rays at the image's middle row and column:
-/// only a scale for what a depth jump is.
+/// Returns the lateral step to the next pixel per mm of depth, from the rays at the image's middle row and
+/// column: only a scale for what a depth jump is.
 double ray_step(const Lens& lens) {
   const double cx = 0.5 * (lens.width() - 1), cy = 0.5 * (lens.height() - 1);
   const auto a = lens.unproject({cx, cy}), b = lens.unproject({cx + 1.0, cy + 1.0});
@@ -140,7 +140,7 @@ bool same_surface(const Match& a, const Match& b, double pixels, double step) {
   return std::abs(a.depth_mm - b.depth_mm) <= kSteepest * pixels * step * a.depth_mm + noise;
 }
 
-/// Ambiguous pixels take the alternative nearest to the median depth of their uniquely matched
+/// Gives ambiguous pixels the alternative nearest to the median depth of their uniquely matched
 /// neighbours, if it can lie on the same surface.
 void decide_ambiguous(Work& work, double step) {
   const Image<State> before = work.state;
@@ -165,7 +165,7 @@ void decide_ambiguous(Work& work, double step) {
     }
 }
 
-/// A match without two neighbours on the same surface is an accident.
+/// Takes away matches without two neighbours on the same surface: they are accidents.
 void reject_isolated(Work& work, double step) {
   const Image<State> before = work.state;
 #pragma omp parallel for schedule(static)
@@ -202,8 +202,8 @@ PointCloud collect(const Setup& setup, const Work& work, TriangulationSummary* s
   return join_rows(rows, setup.cam0.T_cam_world.inverse(), summary);
 }
 
-/// How much the coordinate changes along the epipolar curve, median over the image: tells which decoded
-/// direction can find the match.
+/// Returns how much the coordinate changes along the epipolar curve, median over the image: tells which
+/// decoded direction can find the match.
 double sensitivity(const Lens& lens, const Pose& T_cam1_cam0, const CoordinateMap& map) {
   std::vector<double> values;
   const ImageD& image = map.image();

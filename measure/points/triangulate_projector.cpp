@@ -24,8 +24,8 @@ struct Setup {
   int count = 0;
 };
 
-/// Depth at which the ray meets the plane of one projector coordinate, lens distortion taken at the
-/// image's middle: a start for Newton.
+/// Returns the depth at which the ray meets the plane of one projector coordinate, lens distortion taken at
+/// the image's middle: a start for Newton.
 double start_depth(const Setup& setup, const Eigen::Vector3d& d_cam, double coordinate_px) {
   const Lens& lens = setup.projector.lens;
   const int axis = setup.axes[0];

@@ -13,7 +13,7 @@ constexpr int kMostNumbers = 100000;
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// The run of digits that begins at `at`, without leading zeros; `at` moves behind it.
+/// Returns the run of digits that begins at `at`, without leading zeros; `at` moves behind it.
 std::string_view take_number(const std::string& text, std::size_t* at) {
   std::size_t end = *at;
   while (end < text.size() && is_digit(text[end])) ++end;
@@ -23,7 +23,7 @@ std::string_view take_number(const std::string& text, std::size_t* at) {
   return digits;
 }
 
-/// "7" or "0-11"; false when it is neither.
+/// Appends the numbers of "7" or "0-11". Returns false when the item is neither.
 bool append_range(const std::string& item, std::vector<int>* out) {
   const char* end = item.data() + item.size();
   int first = -1;

@@ -10,7 +10,7 @@ constexpr std::string_view kSeal = "# sha256 of the lines below: ";
 
 std::string seal_line(std::string_view text) { return std::string(kSeal) + sha256_of_text(text); }
 
-/// What follows the first line.
+/// Returns what follows the first line.
 std::string_view below(std::string_view sealed) {
   const auto end = sealed.find('\n');
   return end == std::string_view::npos ? "" : sealed.substr(end + 1);

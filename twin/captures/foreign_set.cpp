@@ -23,7 +23,7 @@ std::string sequence_text(const Fringes& fringes) {
   return text;
 }
 
-/// The folder that holds all of them.
+/// Returns the innermost folder that holds all the files.
 fs::path common_folder(const std::vector<fs::path>& files) {
   fs::path common = files.front().parent_path();
   for (const fs::path& file : files) {

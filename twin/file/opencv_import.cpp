@@ -60,7 +60,7 @@ cv::Mat to_matrix(const cv::FileNode& node, const std::string& where) {
   }
 }
 
-/// The matrix `key` of the first file that has it, as doubles; `where` = file and key.
+/// Returns the matrix `key` of the first file that has it, as doubles; `where` = file and key.
 cv::Mat1d find_matrix(const std::vector<std::filesystem::path>& files, const std::string& key,
                       std::string* where) {
   for (const auto& file : files) {

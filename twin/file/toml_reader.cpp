@@ -26,7 +26,7 @@ struct TomlTable::Impl {
 
 namespace {
 
-/// The value as a double, integers included; nullopt for another type.
+/// Returns the value as a double, integers included; nullopt for another type.
 std::optional<double> as_double(const toml::node& node) {
   if (const auto* integer = node.as_integer()) return static_cast<double>(integer->get());
   if (const auto* real = node.as_floating_point()) return real->get();

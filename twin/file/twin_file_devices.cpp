@@ -132,7 +132,7 @@ Optics read_optics(const TomlTable& table) {
   return optics;
 }
 
-/// Where the factor is not positive in the image, nothing can be seen.
+/// Refuses a factor that is not positive everywhere in the image: nothing could be seen there.
 void check_vignetting(const TomlTable& camera, const char* key, const Vignetting& v) {
   const double tilt = std::hypot(v.tilt[0], v.tilt[1]);  // the worst direction
   for (int i = 0; i <= 100; ++i) {
@@ -205,7 +205,7 @@ ProjectorResponse read_response(const TomlTable& projector) {
   return response;
 }
 
-/// The raster of the projector's image.
+/// Reads the keys of the raster of the projector's image.
 void read_pixels(const TomlTable& table, Projector* projector) {
   projector->pixel_structure = table.boolean("pixel_structure").value_or(false);
   projector->pixel_fill = table.number_or("pixel_fill", projector->pixel_fill,

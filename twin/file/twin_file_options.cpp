@@ -11,7 +11,7 @@
 namespace fringetwin {
 namespace {
 
-/// The object a fit names; refuses one that does not exist.
+/// Returns the object a fit names; refuses one that does not exist.
 std::string read_object_name(const TomlTable& table, const Twin& twin) {
   const std::string name = table.required_string("object");
   if (twin.find_object(name) != nullptr) return name;

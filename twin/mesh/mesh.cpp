@@ -52,8 +52,8 @@ RawMesh read_raw(const fs::path& file) {
                   "PLY, STL and OBJ are read");
 }
 
-/// The vertex as float mm. What is finite in the file may not be after scaling and rounding; and beyond 1e9
-/// mm products of coordinates leave the range of float.
+/// Returns the vertex as float mm. What is finite in the file may not be after scaling and rounding; and
+/// beyond 1e9 mm products of coordinates leave the range of float.
 Eigen::Vector3f checked_vertex(const fs::path& file, const RawMesh& raw, std::size_t i, double scale) {
   constexpr float largest_mm = 1e9f;
   const Eigen::Vector3d& v = raw.vertices[i];
