@@ -59,12 +59,13 @@ test-mesa25: configure
 # Naming rules and bug patterns (.clang-tidy); slow, so no part of `make test`. DIRS: folders to look at.
 DIRS ?= twin cli
 tidy: separate
-	@scripts/tidy.sh build-separate $(DIRS)
+	@scripts/tidy.sh build-dev $(DIRS)
 
-# Every file on its own: the release compiles several as one (FRINGETWIN_UNITY), which hides a missing include.
+# Every file on its own, as one works on the code (preset dev): the release compiles several as one (FRINGETWIN_UNITY),
+# which hides a missing include.
 separate: deps
-	@$(call configured,separate,build-separate)
-	@cmake --build build-separate -j $(JOBS) --target fringetwin_binary unit_tests whole_tests
+	@$(call configured,dev,build-dev)
+	@cmake --build build-dev -j $(JOBS) --target fringetwin_binary unit_tests whole_tests
 
 format-check:
 	@scripts/check_format.sh
@@ -89,4 +90,4 @@ bench: build
 	@scripts/bench_chain.sh   # per stage: render, decode, match, triangulate, fit; the whole against its bound
 
 clean:
-	rm -rf build build-asan build-debug build-separate out
+	rm -rf build build-asan build-debug build-dev out
