@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <type_traits>
+#include <variant>
 
 #include "render/scene/visible_range.hpp"
 #include "twin/base/errors.hpp"
@@ -211,6 +212,11 @@ void add_kind(Packer& packer, const Twin& twin) {
 double lens_radius_mm(const Camera& camera) {
   return camera.optics ? 0.5 * camera.optics->focal_length_mm / camera.optics->f_number : 0.0;
 }
+
+// The shaders take a primitive's kind from its place, so a new shape needs more than its add() above.
+static_assert(std::variant_size_v<Shape> == 5,
+              "a new shape needs a count in PackedScene, its specialisation constant (shaders/shared.h, "
+              "trace/trace_job.cpp), its loops in the shaders, and its reach (visible_range.cpp)");
 
 PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store) {
   Packer packer(camera, store);
