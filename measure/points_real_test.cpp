@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real captures, measured: figures of an independent program (README of each folder) and the bounds of the
-// issue "The twin, end to end".
+// Real captures, measured: figures of an independent program (README of each folder of captures), with bounds
+// that leave room for another method.
 // Everything through the shipped twins (datasets/NAME/twin.toml), as `fringetwin measure` does it.
 // clang-format off
 //   48 %      left pixels of slsdk with a point (README: 51 %)

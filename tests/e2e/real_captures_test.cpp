@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real captures through the command line. Bounds: issue "The twin, end to end" and the README of each
-// set (figures an independent decode reached).
+// Real captures through the command line. Bounds: what the project asks of each set, and the figures that an
+// independent decode reached (README of each folder of captures).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -12,7 +12,7 @@ namespace {
 Pose pose(std::array<double, 6> rt) { return pose_from_rt(Eigen::Map<const RotTrans>(rt.data())); }
 
 Lens table_3(std::vector<double> intrinsics, int width, int height) {
-  return Lens("LENSMODEL_OPENCV4", intrinsics, {width, height}, "PAPER.md Table 3");
+  return Lens("LENSMODEL_OPENCV4", intrinsics, {width, height}, "Table 3 of the paper");
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Test support: the paper's rig (PAPER.md, Tables 1, 3, 4) and ideal decoded maps computed per pixel by ray
-// casting in double, so that tests see the error of the correspondence alone.
+// Test support: the rig of datasets/paper-sphere (Tables 1, 3, 4 of its paper) and ideal decoded maps
+// computed per pixel by ray casting in double, so that tests see the error of the correspondence alone.
 #pragma once
 #include <functional>
 #include <optional>

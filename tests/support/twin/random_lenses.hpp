@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lenses for tests: the paper's rig (PAPER.md, Table 3) and random plausible ones. For *_test.cpp only.
+// Lenses for tests: those of datasets/paper-sphere (Table 3 of its paper) and random plausible ones. For
+// *_test.cpp only.
 #pragma once
 #include <string>
 #include <vector>
