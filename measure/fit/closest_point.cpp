@@ -51,6 +51,29 @@ double corner_angle(const Eigen::Vector3d& at, const Eigen::Vector3d& u, const E
   return std::atan2(x.cross(y).norm(), x.dot(y));
 }
 
+/// Returns the angle-weighted normal of the triangle's feature that a closest point lies on.
+template <class Triangle>
+Eigen::Vector3d pseudo_normal(const Triangle& t, Feature feature,
+                              const std::vector<Eigen::Vector3d>& vertex_normal) {
+  switch (feature) {
+    case Feature::a:
+      return vertex_normal[t.vertex[0]];
+    case Feature::b:
+      return vertex_normal[t.vertex[1]];
+    case Feature::c:
+      return vertex_normal[t.vertex[2]];
+    case Feature::ab:
+      return t.edge_normal[0].template cast<double>();
+    case Feature::bc:
+      return t.edge_normal[1].template cast<double>();
+    case Feature::ca:
+      return t.edge_normal[2].template cast<double>();
+    case Feature::face:
+      break;
+  }
+  return t.normal;
+}
+
 }  // namespace
 
 MeshDistance::MeshDistance(const Mesh& mesh) {
@@ -174,29 +197,7 @@ ClosestPoint MeshDistance::query(const Eigen::Vector3d& p, double max_distance_m
   }
   if (best < 0) return result;
   const Triangle& t = triangles_[best];
-  Eigen::Vector3d side = t.normal;
-  switch (best_feature) {
-    case Feature::a:
-      side = vertex_normal_[t.vertex[0]];
-      break;
-    case Feature::b:
-      side = vertex_normal_[t.vertex[1]];
-      break;
-    case Feature::c:
-      side = vertex_normal_[t.vertex[2]];
-      break;
-    case Feature::ab:
-      side = t.edge_normal[0].cast<double>();
-      break;
-    case Feature::bc:
-      side = t.edge_normal[1].cast<double>();
-      break;
-    case Feature::ca:
-      side = t.edge_normal[2].cast<double>();
-      break;
-    case Feature::face:
-      break;
-  }
+  const Eigen::Vector3d side = pseudo_normal(t, best_feature, vertex_normal_);
   result.triangle = t.index;
   result.normal = t.normal;
   const double distance = std::sqrt(best_sq);

@@ -89,9 +89,9 @@ void Progress::show(int percent) {
     std::fprintf(stderr, "fringetwin: %s %d %%%s\n", task_.c_str(), percent, left.c_str());
     return;
   }
-  constexpr int width = 40;
-  std::string bar(static_cast<std::size_t>(percent * width / 100), '#');
-  bar.resize(width, '.');
+  constexpr int kWidth = 40;
+  std::string bar(static_cast<std::size_t>(percent * kWidth / 100), '#');
+  bar.resize(kWidth, '.');
   std::fprintf(stderr, "\r%s [%s] %3d %%%s\033[K", task_.c_str(), bar.c_str(), percent, left.c_str());
   std::fflush(stderr);
   bar_open = true;

@@ -49,9 +49,9 @@ Pose read_pose(const TomlTable& table, bool may_be_world) {
 
 /// A translation out of a file, after its unit; those of twin.toml are checked where they are read.
 void check_translation(const RotTrans& rt, const std::string& where) {
-  constexpr double largest_mm = 1e9;
-  if (!(rt.tail<3>().cwiseAbs().maxCoeff() <= largest_mm))
-    throw UserError(ExitCode::input, where, fmt::format("has a translation above {:g} mm", largest_mm),
+  constexpr double kLargestMm = 1e9;
+  if (!(rt.tail<3>().cwiseAbs().maxCoeff() <= kLargestMm))
+    throw UserError(ExitCode::input, where, fmt::format("has a translation above {:g} mm", kLargestMm),
                     "check the unit (cameramodel_unit, opencv.unit)");
 }
 

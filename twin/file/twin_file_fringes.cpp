@@ -128,8 +128,8 @@ Fringes read_fringes(const TomlTable& root) {
   fringes.mean = table.number_or("mean", fringes.mean, NumberRange::between(0.0, 1.0));
   fringes.amplitude =
       table.number_or("amplitude", fringes.amplitude, {.min = 0.0, .max = 1.0, .min_excluded = true});
-  constexpr double rounding = 1e-12;  // 0.7 + 0.3 may exceed 1 in the last bit
-  if (fringes.mean - fringes.amplitude < -rounding || fringes.mean + fringes.amplitude > 1.0 + rounding)
+  constexpr double kRounding = 1e-12;  // 0.7 + 0.3 may exceed 1 in the last bit
+  if (fringes.mean - fringes.amplitude < -kRounding || fringes.mean + fringes.amplitude > 1.0 + kRounding)
     table.fail(table.has("amplitude") ? "amplitude" : "mean",
                fmt::format("leaves the projector's range: mean {} +- amplitude {} must lie within 0 ... 1",
                            fringes.mean, fringes.amplitude));

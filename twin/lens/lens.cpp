@@ -206,43 +206,43 @@ void Lens::Impl::set_model(const std::string& where) {
 }
 
 void Lens::Impl::check_values(const std::string& where) const {
-  constexpr double largest = 1e9, smallest_focal_px = 1e-3, most_pixels = 2e8;  // of sense, see NumberRange
+  constexpr double kLargest = 1e9, kSmallestFocalPx = 1e-3, kMostPixels = 2e8;  // of sense, see NumberRange
   for (std::size_t i = 0; i < intrinsics.size(); ++i) {
     if (!std::isfinite(intrinsics[i]))
       throw UserError(ExitCode::usage, where, fmt::format("intrinsics[{}] is not finite", i));
-    if (std::abs(intrinsics[i]) > largest)
+    if (std::abs(intrinsics[i]) > kLargest)
       throw UserError(
           ExitCode::usage, where,
-          fmt::format("intrinsics[{}] must be at most {} in size, is {}", i, largest, intrinsics[i]));
+          fmt::format("intrinsics[{}] must be at most {} in size, is {}", i, kLargest, intrinsics[i]));
   }
   if (!(intrinsics[0] > 0.0 && intrinsics[1] > 0.0))
     throw UserError(
         ExitCode::usage, where,
         fmt::format("focal lengths must be positive, are {} and {} px", intrinsics[0], intrinsics[1]));
-  if (std::min(intrinsics[0], intrinsics[1]) < smallest_focal_px)
+  if (std::min(intrinsics[0], intrinsics[1]) < kSmallestFocalPx)
     throw UserError(ExitCode::usage, where,
-                    fmt::format("focal lengths must be at least {}, are {} and {} px", smallest_focal_px,
+                    fmt::format("focal lengths must be at least {}, are {} and {} px", kSmallestFocalPx,
                                 intrinsics[0], intrinsics[1]));
   if (imagersize_px.minCoeff() <= 0)
     throw UserError(
         ExitCode::usage, where,
         fmt::format("imagersize must be positive, is {} x {} px", imagersize_px.x(), imagersize_px.y()));
-  if (imagersize_px.cast<double>().prod() > most_pixels)
+  if (imagersize_px.cast<double>().prod() > kMostPixels)
     throw UserError(ExitCode::usage, where,
-                    fmt::format("imagersize must be at most {:g} pixels in all, is {} x {} px", most_pixels,
+                    fmt::format("imagersize must be at most {:g} pixels in all, is {} x {} px", kMostPixels,
                                 imagersize_px.x(), imagersize_px.y()));
 }
 
 /// The whole border of the image must have a pre-image (the corners of pixels, half a pixel out), for
 /// models without a closed-form domain also a grid of the inside.
 void Lens::Impl::check_image_invertible(const std::string& where) const {
-  constexpr int n = 16;
-  for (int i = 0; i <= n; ++i) {
-    for (int j = 0; j <= n; ++j) {
-      const bool border = i == 0 || i == n || j == 0 || j == n;
+  constexpr int kIntervals = 16;
+  for (int i = 0; i <= kIntervals; ++i) {
+    for (int j = 0; j <= kIntervals; ++j) {
+      const bool border = i == 0 || i == kIntervals || j == 0 || j == kIntervals;
       if (perspective && !border) continue;
-      const Eigen::Vector2d q(-0.5 + imagersize_px.x() * static_cast<double>(i) / n,
-                              -0.5 + imagersize_px.y() * static_cast<double>(j) / n);
+      const Eigen::Vector2d q(-0.5 + imagersize_px.x() * static_cast<double>(i) / kIntervals,
+                              -0.5 + imagersize_px.y() * static_cast<double>(j) / kIntervals);
       if (unproject(q)) continue;
       std::string domain = "the projection folds or ends before";
       std::string hint = "recalibrate with fewer distortion terms or state a smaller imagersize";

@@ -45,10 +45,10 @@ double max_invertible_radius(const OpenCvDistortion& k) {
                                4.0 * std::hypot(k[9], k[11])};
   const Polynomial bound = multiply(multiply(D, D), other_terms);
 
-  constexpr double no_limit_beyond = 1e6;
+  constexpr double kNoLimitBeyond = 1e6;
   double limit = std::numeric_limits<double>::infinity();
   for (const Polynomial& p : {D, subtract(radial_eigenvalue, bound), subtract(angular_eigenvalue, bound)}) {
-    if (const auto root = smallest_positive_root(p, no_limit_beyond)) limit = std::min(limit, *root);
+    if (const auto root = smallest_positive_root(p, kNoLimitBeyond)) limit = std::min(limit, *root);
   }
   return limit;
 }

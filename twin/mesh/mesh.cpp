@@ -55,12 +55,12 @@ RawMesh read_raw(const fs::path& file) {
 /// Returns the vertex as float mm. What is finite in the file may not be after scaling and rounding; and
 /// beyond 1e9 mm products of coordinates leave the range of float.
 Eigen::Vector3f checked_vertex(const fs::path& file, const RawMesh& raw, std::size_t i, double scale) {
-  constexpr float largest_mm = 1e9f;
+  constexpr float kLargestMm = 1e9f;
   const Eigen::Vector3d& v = raw.vertices[i];
   const Eigen::Vector3f p = (v * scale).cast<float>();
-  if (p.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= largest_mm) return p;
+  if (p.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= kLargestMm) return p;
   const std::string what =
-      v.allFinite() ? fmt::format("beyond {:g} mm", largest_mm) : "that is no finite number";
+      v.allFinite() ? fmt::format("beyond {:g} mm", kLargestMm) : "that is no finite number";
   throw UserError(
       ExitCode::input, file.string(),
       fmt::format("{} has a coordinate {}: ({}, {}, {})", raw.vertex_name(i), what, v.x(), v.y(), v.z()),
