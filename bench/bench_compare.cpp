@@ -18,6 +18,7 @@
 #include "compare/comparison.hpp"
 #include "compare/page/report_page.hpp"
 #include "compare/result/result_json.hpp"
+#include "render/sensor/all_cameras.hpp"
 #include "render/sensor/sensor.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"
@@ -53,21 +54,6 @@ Twin filled_rig() {
   return twin;
 }
 
-std::vector<render::RenderedCamera> render_all(render::Renderer& renderer, const Twin& twin) {
-  std::vector<render::RenderedCamera> out;
-  for (std::size_t c = 0; c < twin.cameras.size(); ++c)
-    out.push_back(renderer.render(twin, c, render::choose_sampling(twin)));
-  return out;
-}
-
-std::vector<CameraImages> expose_all(const Twin& twin, const std::vector<render::RenderedCamera>& rendered,
-                                     std::uint64_t seed) {
-  std::vector<CameraImages> out;
-  for (std::size_t c = 0; c < rendered.size(); ++c)
-    out.push_back(render::expose(rendered[c], twin.cameras[c], c, seed));
-  return out;
-}
-
 double share_of_valid(const compare::Side& side) {
   double n = 0.0, all = 0.0;
   for (const auto& camera : side.measurement->cameras) {
@@ -92,10 +78,10 @@ void bench(int runs) {
   }();
   render::Renderer renderer;
   compare::Side real, simulated, wrong;
-  real.images = expose_all(rig, render_all(renderer, rig), 2);
+  real.images = render::expose_all(render::render_all(renderer, rig, 0), rig, 2);
   for (auto [side, twin] : {std::pair{&simulated, &rig}, std::pair{&wrong, &blurred}}) {
-    auto rendered = render_all(renderer, *twin);
-    side->images = expose_all(*twin, rendered, 1);
+    auto rendered = render::render_all(renderer, *twin, 0);
+    side->images = render::expose_all(rendered, *twin, 1);
     for (auto& camera : rendered) side->irradiance.push_back(render::as_radiance(std::move(camera)));
   }
   wrong.measurement = measure::measure(blurred, wrong.images);

@@ -12,6 +12,8 @@
 #include "capture/v4l2/v4l2_camera.hpp"
 #include "cli/flags.hpp"
 #include "compare/result/provenance.hpp"
+#include "cosim/load.hpp"
+#include "cosim/measured_shapes.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 
@@ -29,8 +31,8 @@ capture::RigCamera rig_camera(const Camera& camera, std::unique_ptr<capture::Cam
 
 /// The twin that stands in for the rig, showing the sequence of the twin to be recorded.
 Twin stand_in(const Twin& twin, const std::string& file) {
-  Twin rig = load_renderable_twin(file);
-  check_renderable(rig);
+  Twin rig = cosim::load_renderable_twin(file);
+  cosim::check_renderable(rig);
   std::vector<Camera> cameras;
   for (const Camera& wanted : twin.cameras) {
     const auto it = std::find_if(rig.cameras.begin(), rig.cameras.end(),
@@ -50,9 +52,7 @@ OpenedRig open_simulated(const Twin& twin, const std::string& file, const RigFla
     throw UserError(ExitCode::usage, "--display", "and --camera twin:TWIN.toml exclude each other",
                     "a simulated rig has its own projector");
   const Twin rig = stand_in(twin, file);
-  RenderOptions options = rig.render;
-  apply_flags(flags.render, options);
-  const render::Sampling sampling = render::choose_sampling(rig, options);
+  const render::Sampling sampling = render::choose_sampling(rig, cosim::render_options(rig, flags.render));
   render::Renderer renderer(flags.render.device);
   capture::SimulatedOptions simulated;
   simulated.seed = flags.render.seed;

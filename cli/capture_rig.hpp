@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The devices that `capture` works with, from its options: V4L2 cameras and a projector, or a twin's.
+// Opens the devices that `capture` works with, from its options: V4L2 cameras and a projector, or a twin's.
 #pragma once
 #include <map>
 #include <memory>
@@ -9,7 +9,7 @@
 
 #include "capture/device/pattern_display.hpp"
 #include "capture/record/grab_step.hpp"
-#include "cli/pipeline.hpp"
+#include "cosim/simulate.hpp"
 #include "twin/twin.hpp"
 
 namespace CLI {
@@ -27,7 +27,7 @@ struct RigFlags {
   std::vector<std::string> controls;  ///< "[NAME:]KEY=VALUE"
   int shift = 0;
   unsigned buffers = 8;
-  RenderFlags render;  ///< twin:
+  cosim::RenderRequest render;  ///< twin:
   double simulated_latency_ms = 20.0;
 };
 

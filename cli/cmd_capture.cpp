@@ -16,6 +16,7 @@
 #include "cli/capture_rig.hpp"
 #include "cli/commands.hpp"
 #include "cli/version.hpp"
+#include "cosim/load.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
@@ -47,7 +48,7 @@ struct CaptureCommand {
 Twin load_projected_twin(const std::string& file) {
   if (file.empty())
     throw UserError(ExitCode::usage, "capture", "no twin given", "fringetwin capture TWIN.toml --out DIR …");
-  Twin twin = load_for_run(file);
+  Twin twin = cosim::load_for_run(file);
   if (!twin.projector)
     throw UserError(ExitCode::usage, file, "the twin has no [projector], so there is no size of its patterns",
                     "add the projector");
@@ -147,7 +148,7 @@ int run_record(CaptureCommand& o, const Invocation& invocation) {
 
 int run_verify(const CaptureCommand& o) {
   std::optional<Twin> twin;
-  if (!o.twin.empty()) twin = load_for_run(o.twin);
+  if (!o.twin.empty()) twin = cosim::load_for_run(o.twin);
   const capture::SetCheck check = capture::verify_set(o.verify, twin ? &*twin : nullptr);
   for (const std::string& finding : check.findings) warn(finding);
   fmt::print("{}\n", check.summary());

@@ -1,65 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
+// compare: measure two capture sets and compare them.
 #include <CLI/CLI.hpp>
-#include <filesystem>
 
 #include "cli/commands.hpp"
-#include "cli/results.hpp"
-#include "twin/base/errors.hpp"
+#include "cli/tell_comparison.hpp"
+#include "cli/version.hpp"
+#include "cosim/compare_captures.hpp"
+#include "cosim/write_results.hpp"
 #include "twin/base/out_folder.hpp"
-#include "twin/captures/measured_steps.hpp"
 
 namespace fringetwin::cli {
 
 namespace {
 
 struct CompareCommand {
-  std::string twin;
-  std::string real;
-  std::string sim;
-  std::string out;
+  std::string twin, real, sim, out;
 };
-
-bool has_irradiance_beside(const std::filesystem::path& sim_dir, const std::vector<CameraImages>& simulated) {
-  return !simulated.empty() && !simulated.front().radiance &&
-         std::filesystem::exists(sim_dir / "radiance" / "capture.toml");
-}
-
-/// The irradiance (EXR) beside the simulated PNGs, where `render --radiance` wrote it; else empty.
-std::vector<CameraImages> load_irradiance(const Twin& twin, const std::filesystem::path& sim_dir,
-                                          const std::vector<CameraImages>& simulated) {
-  if (!simulated.empty() && simulated.front().radiance) return simulated;
-  if (has_irradiance_beside(sim_dir, simulated)) return load_captures(twin, sim_dir / "radiance");
-  return {};
-}
 
 int run_compare(const CompareCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
-  StageTimer timer;
-  timer.start("load");
-  Twin twin = load_for_run(o.twin);
-  compare::CompareOptions options;
-  options.use_steps = left_over_steps(twin);
-  compare::Side real, simulated;
-  real.images = load_captures(twin, o.real);
-  simulated.images = load_captures(twin, o.sim);
-  simulated.irradiance = load_irradiance(twin, o.sim, simulated.images);
-  if (has_measured_shape(twin)) {
-    timer.start("build_object");
-    const Twin as_written = twin;
-    build_measured_shapes(twin, real.images);
-    options.note = measured_shape_note(as_written, options.use_steps);
-  }
-  timer.start("measure");
-  simulated.measurement = measure::measure(twin, simulated.images, options.use_steps);
-  real.measurement = measure::measure(twin, real.images, options.use_steps);
-  timer.stop();
-  std::vector<std::filesystem::path> files = capture_files(twin, o.real);
-  for (const auto& file : capture_files(twin, o.sim)) files.push_back(file);
-  if (has_irradiance_beside(o.sim, simulated.images))
-    for (const auto& file : capture_files(twin, std::filesystem::path(o.sim) / "radiance"))
-      files.push_back(file);
-  return finish_comparison(o.out, twin, real, simulated, options,
-                           make_provenance(invocation, twin, files, "", 0), timer);
+  cosim::Run run = cosim::measure_both({o.twin, o.real, o.sim});
+  return tell_comparison(o.out, run,
+                         cosim::compare_and_write(o.out, run, {invocation.argv, version_string()}));
 }
 
 }  // namespace

@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
+// measure: one capture set -> phase, points, fits.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 
 #include "cli/commands.hpp"
-#include "cli/results.hpp"
+#include "cli/tell_comparison.hpp"
+#include "cli/version.hpp"
+#include "compare/result/result_json.hpp"
+#include "cosim/load.hpp"
+#include "cosim/write_results.hpp"
+#include "measure/measurement.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
@@ -23,16 +29,16 @@ int run_measure(const MeasureCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
   StageTimer timer;
   timer.start("load");
-  const Twin twin = load_for_run(o.twin);
-  const std::vector<CameraImages> images = load_captures(twin, o.captures);
+  const Twin twin = cosim::load_for_run(o.twin);
+  const cosim::Captures captures = cosim::load_captures(twin, o.captures);
   timer.start("measure");
-  const measure::Measurement measurement = measure::measure(twin, images);
+  const measure::Measurement measurement = measure::measure(twin, captures.cameras);
   timer.start("write");
   begin_output(o.out, {"result.json"});
   measure::write_measurement(o.out, measurement);
   timer.stop();
   timer.seconds.insert(measurement.timing_s.begin(), measurement.timing_s.end());
-  const auto provenance = make_provenance(invocation, twin, capture_files(twin, o.captures), "", 0);
+  const auto provenance = cosim::make_provenance({invocation.argv, version_string()}, twin, captures.files);
   write_text_file(std::filesystem::path(o.out) / "result.json",
                   compare::measurement_json(twin, measurement, provenance, timer.seconds));
 
@@ -54,7 +60,7 @@ int run_measure(const MeasureCommand& o, const Invocation& invocation) {
                     fit.numbers.at("n_gated")));
   }
   say(fmt::format("measured in {:.2f} s; written to {}", timer.seconds["measure"], o.out));
-  return exit_code_for(measurement.fits, 0);
+  return exit_code_for(measurement, 0);
 }
 
 }  // namespace

@@ -5,7 +5,9 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/commands.hpp"
-#include "cli/results.hpp"
+#include "cli/version.hpp"
+#include "cosim/measured_shapes.hpp"
+#include "cosim/write_results.hpp"
 #include "tradeoff/needs.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
@@ -18,22 +20,23 @@ namespace {
 
 struct NeedsCommand {
   std::string twin, out, device;
-  study::NeedsOptions needs;
+  tradeoff::NeedsOptions needs;
 };
 
 int run_needs(NeedsCommand o, const Invocation& invocation) {
   check_out_folder(o.out);
-  const Twin twin = load_renderable_twin(o.twin);
+  const Twin twin = cosim::load_renderable_twin(o.twin);
   o.needs.subset.seed = o.needs.seed;
   render::Renderer renderer(o.device);
-  const study::NeedsResult result = study::run_needs(twin, renderer, o.needs);
-  const auto provenance = make_provenance(invocation, twin, {}, renderer.device().name, o.needs.seed);
+  const tradeoff::NeedsResult result = tradeoff::run_needs(twin, renderer, o.needs);
+  const auto provenance = cosim::make_provenance({invocation.argv, version_string()}, twin, {},
+                                                 {renderer.device().name, o.needs.seed});
   const std::filesystem::path dir = o.out;
   begin_output(dir, {"needs.json"});
-  write_text_file(dir / "needs.html", study::needs_html(twin, result, o.needs, provenance));
-  write_text_file(dir / "needs.json", study::needs_json(twin, result, o.needs, provenance));
+  write_text_file(dir / "needs.html", tradeoff::needs_html(twin, result, o.needs, provenance));
+  write_text_file(dir / "needs.json", tradeoff::needs_json(twin, result, o.needs, provenance));
   for (const auto& warning : result.warnings) warn(warning);
-  fmt::print("{}", study::needs_table(result, o.needs));
+  fmt::print("{}", tradeoff::needs_table(result, o.needs));
   say("page: " + (dir / "needs.html").string());
   return static_cast<int>(ExitCode::ok);
 }

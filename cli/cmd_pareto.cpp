@@ -5,7 +5,9 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/commands.hpp"
-#include "cli/results.hpp"
+#include "cli/version.hpp"
+#include "cosim/measured_shapes.hpp"
+#include "cosim/write_results.hpp"
 #include "tradeoff/pareto.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
@@ -18,27 +20,28 @@ namespace {
 
 struct ParetoCommand {
   std::string twin, out, device;
-  study::ParetoOptions pareto;
+  tradeoff::ParetoOptions pareto;
 };
 
 int run_pareto(ParetoCommand o, const Invocation& invocation) {
   check_out_folder(o.out);
-  const Twin twin = load_renderable_twin(o.twin);
+  const Twin twin = cosim::load_renderable_twin(o.twin);
   o.pareto.subset.seed = o.pareto.seed;
   if (o.pareto.quick) {
     o.pareto.subset.windows_per_camera = std::min(o.pareto.subset.windows_per_camera, 4);
-    o.pareto.truth = {8, 16, 24};
+    o.pareto.reference = {8, 16, 24};
     o.pareto.rounds = 1;
   }
   render::Renderer renderer(o.device);
-  const study::ParetoResult result = study::run_pareto(twin, renderer, o.pareto);
-  const auto provenance = make_provenance(invocation, twin, {}, renderer.device().name, o.pareto.seed);
+  const tradeoff::ParetoResult result = tradeoff::run_pareto(twin, renderer, o.pareto);
+  const auto provenance = cosim::make_provenance({invocation.argv, version_string()}, twin, {},
+                                                 {renderer.device().name, o.pareto.seed});
   const std::filesystem::path dir = o.out;
   begin_output(dir, {"pareto.json"});
-  write_text_file(dir / "pareto.html", study::pareto_html(twin, result, o.pareto, provenance));
-  write_text_file(dir / "pareto.json", study::pareto_json(twin, result, o.pareto, provenance));
+  write_text_file(dir / "pareto.html", tradeoff::pareto_html(twin, result, o.pareto, provenance));
+  write_text_file(dir / "pareto.json", tradeoff::pareto_json(twin, result, o.pareto, provenance));
   for (const auto& warning : result.warnings) warn(warning);
-  fmt::print("{}", study::pareto_table(result));
+  fmt::print("{}", tradeoff::pareto_table(result));
   say("page: " + (dir / "pareto.html").string());
   return static_cast<int>(ExitCode::ok);
 }

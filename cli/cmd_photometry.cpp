@@ -10,9 +10,9 @@
 #include "calib/photometry/photometry.hpp"
 #include "cli/camera_files.hpp"
 #include "cli/commands.hpp"
-#include "cli/results.hpp"
 #include "cli/version.hpp"
 #include "compare/result/provenance.hpp"
+#include "cosim/load.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/parse_number.hpp"
@@ -91,9 +91,10 @@ std::vector<calib::CameraFrames> load_frames(const Twin& twin, const PhotometryC
     throw UserError(ExitCode::usage, "photometry", "has no images to work on",
                     "give --captures, --series, --dark or --flat, or [real] captures in the twin");
   for (const std::string& folder : folders) {
-    std::vector<CameraImages> set = load_captures(twin, folder);
-    for (std::size_t c = 0; c < set.size(); ++c) frames[c].captures.push_back(std::move(set[c]));
-    for (const fs::path& file : capture_files(twin, folder)) inputs.push_back(file);
+    cosim::Captures set = cosim::load_captures(twin, folder);
+    for (std::size_t c = 0; c < set.cameras.size(); ++c)
+      frames[c].captures.push_back(std::move(set.cameras[c]));
+    inputs.insert(inputs.end(), set.files.begin(), set.files.end());
   }
   const auto append = [](std::vector<ImageF>& to, std::vector<ImageF> from) {
     for (ImageF& image : from) to.push_back(std::move(image));

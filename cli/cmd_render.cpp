@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+// render: the capture set that the cameras of a twin would record.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 
 #include "cli/commands.hpp"
 #include "cli/flags.hpp"
-#include "cli/pipeline.hpp"
+#include "cosim/load.hpp"
+#include "cosim/measured_shapes.hpp"
+#include "cosim/write_results.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
@@ -17,28 +20,30 @@ namespace {
 struct RenderCommand {
   std::string twin;
   std::string out;
-  RenderFlags flags;
+  cosim::RenderRequest request;
+  bool radiance = false;
 };
 
 int run_render(const RenderCommand& o) {
-  if (o.flags.device == "list") return print_devices();
+  if (o.request.device == "list") return print_devices();
   if (o.twin.empty())
     throw UserError(ExitCode::usage, "render", "no twin given", "fringetwin render TWIN.toml --out DIR");
   if (o.out.empty()) throw UserError(ExitCode::usage, "render", "no output folder given", "add --out DIR");
   check_out_folder(o.out);
-  const Twin twin = load_renderable_twin(o.twin);
-  check_renderable(twin);
+  const Twin twin = cosim::load_renderable_twin(o.twin);
+  cosim::check_renderable(twin);
   StageTimer timer;
-  render::Renderer renderer(o.flags.device);
+  render::Renderer renderer(o.request.device);
   timer.start("render");
-  const Simulated simulated = simulate(twin, o.flags, renderer);
+  const cosim::Simulated simulated = cosim::simulate(twin, o.request, renderer);
   timer.start("write");
-  write_simulated(o.out, simulated, o.flags.radiance, o.flags.seed, twin);
+  cosim::write_simulated(o.out, twin, simulated.captures, o.radiance ? &simulated.irradiance : nullptr,
+                         simulated.rendering);
   timer.stop();
-  for (const compare::RenderNote& note : simulated.notes) say(note.camera + ": " + note.text());
+  for (const compare::RenderNote& note : simulated.rendering.notes) say(note.camera + ": " + note.text());
   say(fmt::format("rendered {} camera(s) x {} images in {:.2f} s on {}; written to {} in {:.2f} s",
                   simulated.captures.size(), simulated.captures.front().images.size(),
-                  timer.seconds["render"], simulated.device, o.out, timer.seconds["write"]));
+                  timer.seconds["render"], simulated.rendering.device, o.out, timer.seconds["write"]));
   return static_cast<int>(ExitCode::ok);
 }
 
@@ -50,8 +55,8 @@ void add_render(CLI::App& app, Invocation& invocation) {
       app.add_subcommand("render", "Render every image of the sequence as each camera would record it");
   sub->add_option("twin", options->twin, "The twin.toml");
   sub->add_option("--out", options->out, "Folder for the capture set (made if missing)");
-  add_render_flags(*sub, options->flags);
-  sub->add_flag("--radiance", options->flags.radiance, "Also write float32 EXR images (E before the sensor)");
+  add_render_flags(*sub, options->request);
+  sub->add_flag("--radiance", options->radiance, "Also write float32 EXR images (E before the sensor)");
   sub->callback([options, &invocation] { invocation.run = [options] { return run_render(*options); }; });
 }
 

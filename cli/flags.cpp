@@ -5,7 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "cli/pipeline.hpp"
+#include "render/renderer.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::cli {
@@ -25,20 +25,20 @@ CLI::Validator in_range(double min, double max) {
 
 }  // namespace
 
-void add_render_flags(CLI::App& sub, RenderFlags& flags) {
-  sub.add_option("--samples", flags.samples, "Samples per pixel (gauss: a square number)");
-  sub.add_option("--sampler", flags.sampler, "adaptive, gauss, multi-jittered or sobol")
+void add_render_flags(CLI::App& sub, cosim::RenderRequest& request) {
+  sub.add_option("--samples", request.samples, "Samples per pixel (gauss: a square number)");
+  sub.add_option("--sampler", request.sampler, "adaptive, gauss, multi-jittered or sobol")
       ->check(CLI::IsMember({"adaptive", "gauss", "multi-jittered", "sobol"}));
-  sub.add_option("--phase-error", flags.phase_error_rad,
+  sub.add_option("--phase-error", request.phase_error_rad,
                  "Target rms phase error, rad (picks the cheapest scheme)")
       ->check(in_range(1e-8, 1.0));
-  sub.add_option("--gray-error", flags.gray_error,
+  sub.add_option("--gray-error", request.gray_error,
                  "Target rms gray error over all pixels, fraction of full scale (adaptive)")
       ->check(in_range(1e-8, 1.0));
-  sub.add_option("--seed", flags.seed, "Seed of noise and random samplers")
+  sub.add_option("--seed", request.seed, "Seed of noise and random samplers")
       ->check(in_range(0.0, 18446744073709551615.0))
       ->capture_default_str();
-  sub.add_option("--device", flags.device, "A part of a Vulkan device's name, or \"list\"");
+  sub.add_option("--device", request.device, "A part of a Vulkan device's name, or \"list\"");
 }
 
 int print_devices() {

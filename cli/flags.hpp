@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options that several subcommands share.
+// Adds the options that several subcommands share, and answers --device list.
 #pragma once
+#include "cosim/simulate.hpp"
 
 namespace CLI {
 class App;
@@ -8,12 +9,10 @@ class App;
 
 namespace fringetwin::cli {
 
-struct RenderFlags;
+/// Adds --samples --sampler --phase-error --gray-error --seed --device
+void add_render_flags(CLI::App& sub, cosim::RenderRequest& request);
 
-/// --samples --sampler --phase-error --seed --device
-void add_render_flags(CLI::App& sub, RenderFlags& flags);
-
-/// The Vulkan devices, one a line on stdout; returns the exit code (4 when there is none).
+/// Prints the Vulkan devices, one a line, on stdout; returns the exit code (4 when there is none).
 int print_devices();
 
 }  // namespace fringetwin::cli

@@ -3,14 +3,15 @@
 
 #include <algorithm>
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 namespace {
 
 bool any_camera(const Twin& twin, const std::function<bool(const Camera&)>& has) {
   return std::any_of(twin.cameras.begin(), twin.cameras.end(), has);
 }
 
-// The same range in 16 bits: rounding shrinks to 2^-(16 - bits) of a gray level; noise keeps its size.
+/// Gives the sensor the same range in 16 bits: rounding shrinks to 2^-(16 - bits) of a gray level; noise
+/// keeps its size.
 void widen_sensor(Sensor& sensor) {
   const double scale = static_cast<double>(1 << (16 - sensor.bit_depth));
   sensor.bit_depth = 16;
@@ -20,7 +21,7 @@ void widen_sensor(Sensor& sensor) {
   if (sensor.read_noise_dn) *sensor.read_noise_dn *= scale;
 }
 
-// One analytic object that cannot shade itself: the renderer leaves the shadow rays off by itself.
+/// True for one analytic object that cannot shade itself: the renderer leaves the shadow rays off by itself.
 bool hides_nothing(const Twin& twin) {
   return twin.objects.size() == 1 && !shades_itself(twin.objects[0].shape);
 }
@@ -108,6 +109,7 @@ Effect interreflection() {
           "[render] bounces = 1"};
 }
 
+/// Makes an effect of every camera.
 Effect of_cameras(const std::string& name, const std::string& without,
                   const std::function<bool(const Camera&)>& is_on,
                   const std::function<void(Camera&)>& switch_off, const std::string& switch_on) {
@@ -147,7 +149,7 @@ Effect quantisation() {
       "[camera.sensor] bit_depth below 16"};
 }
 
-// Effects of the projector, which a twin may lack.
+/// Makes an effect of the projector, which a twin may lack.
 Effect of_projector(const std::string& name, const std::string& without,
                     const std::function<bool(const Projector&)>& is_on,
                     const std::function<void(Projector&)>& switch_off, const std::string& switch_on) {
@@ -215,4 +217,4 @@ const std::vector<Effect>& effects() {
   return table;
 }
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every effect the renderer and the sensor know, as one table: a new effect is one more row.
+// Lists every effect that the renderer and the sensor know, as one table: a new effect is one more row.
 #pragma once
 #include <functional>
 #include <string>
@@ -7,7 +7,7 @@
 
 #include "twin/twin.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 
 /// Where an effect acts; decides which images show it without rounding noise.
 enum class EffectStage {
@@ -24,7 +24,7 @@ struct Effect {
   std::string switch_on;  ///< what to write into twin.toml
 };
 
-/// The table. `is_on` after `switch_off` is false for every row.
+/// Returns the table. `is_on` after `switch_off` is false for every row.
 const std::vector<Effect>& effects();
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

@@ -8,12 +8,13 @@
 
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 namespace {
 
 using std::numbers::pi;
 
-// amplitude * exp(i phase) of the full set of steps: value n is mean + amplitude cos(phase + 2 pi n/N).
+/// Returns amplitude * exp(i phase) of the full set of steps: value n is mean + amplitude cos(phase + 2 pi
+/// n/N).
 std::complex<double> fringe(const std::vector<double>& values, std::size_t first, int steps) {
   std::complex<double> sum = 0.0;
   for (int n = 0; n < steps; ++n)
@@ -86,4 +87,4 @@ ImageChange ChangeSum::result() const {
           n_gray_,           n_interior_};
 }
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far two renderings of the same pixels are apart, in phase and gray (docs/METRICS.md).
+// Says how far two renderings of the same pixels are apart, in phase and gray (docs/METRICS.md).
 #pragma once
 #include <cstddef>
 #include <vector>
@@ -8,7 +8,7 @@
 #include "twin/image/image.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 
 /// Weighted rms over the subset. "all" estimates the whole image, edges with their share in it.
 struct ImageChange {
@@ -20,12 +20,13 @@ struct ImageChange {
   std::size_t n_gray = 0, n_interior = 0;
 };
 
-/// Gray values of some pixels of one camera: [pixel][image].
+/// The gray values of some pixels of one camera: [pixel][image].
 using PixelValues = std::vector<std::vector<double>>;
-/// scale * image + offset at the pixels.
+/// Returns scale * image + offset at the pixels.
 PixelValues take_pixels(const std::vector<ImageF>& images, const std::vector<SubsetPixel>& pixels,
                         double scale = 1.0, double offset = 0.0);
 
+/// Adds up the change over the pixels of all cameras.
 class ChangeSum {
  public:
   /// A pixel has a phase when half its fringe's swing is at least `min_modulation_dn` on both sides.
@@ -52,4 +53,4 @@ class ChangeSum {
   std::size_t n_phase_ = 0, n_gray_ = 0, n_interior_ = 0;
 };
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

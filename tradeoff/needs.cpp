@@ -7,26 +7,42 @@
 #include <cmath>
 #include <limits>
 
+#include "cosim/fit_error.hpp"
+#include "cosim/load.hpp"
+#include "render/sensor/all_cameras.hpp"
 #include "tradeoff/reference_values.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-void check_renderable(const Twin& twin) {
-  if (!twin.projector)
-    throw UserError(ExitCode::usage, twin.file.string(),
-                    "the twin has no [projector], so nothing can be rendered", "add the projector");
-  if (twin.objects.empty())
-    throw UserError(ExitCode::usage, twin.file.string(),
-                    "the twin has no [[object]], so nothing can be rendered",
-                    "add one, e.g. shape = \"sphere\"");
+void scale_images(CameraImages& images, double factor) {
+  const auto scale = [factor](ImageF& image) {
+    for (float& v : image.data) v = static_cast<float>(factor * static_cast<double>(v));
+  };
+  for (ImageF& image : images.images) scale(image);
+  if (images.white) scale(*images.white);
+  if (images.black) scale(*images.black);
 }
 
-// One model of the scene through the chain; only what the comparison needs is kept.
+/// Returns the gray values that the cameras of `model` record, in the DN of the cameras of `units` (another
+/// bit depth of the same range is scaled back), so that both can be compared and measured alike.
+std::vector<CameraImages> expose_in_units_of(const Twin& units, const Twin& model,
+                                             const std::vector<render::RenderedCamera>& rendered,
+                                             std::uint64_t seed) {
+  std::vector<CameraImages> out = render::expose_all(rendered, model, seed);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const Sensor &from = model.cameras[i].sensor, &to = units.cameras[i].sensor;
+    if (const double factor = to.gain_dn / from.gain_dn; factor != 1.0) scale_images(out[i], factor);
+    out[i].bit_depth = to.bit_depth;
+  }
+  return out;
+}
+
+/// One model of the scene, rendered, exposed and measured; only what the comparison needs is kept.
 struct ModelRun {
   std::vector<PixelValues> light_dn, sensor_dn;  // at the subset's pixels
   std::vector<measure::ObjectFit> fits;
@@ -34,31 +50,32 @@ struct ModelRun {
   Elapsed time;
 };
 
-class Bench {
+/// Runs models of one scene alike, and compares what they cost and show.
+class ModelBench {
  public:
-  Bench(const Twin& base, render::Renderer& renderer, const PixelSubset& subset, const NeedsOptions& options)
+  ModelBench(const Twin& base, render::Renderer& renderer, const PixelSubset& subset,
+             const NeedsOptions& options)
       : base_(base), renderer_(renderer), subset_(subset), options_(options) {}
 
   ModelRun run(const Twin& model) const {
     ModelRun out;
     const Stopwatch watch;
-    const RenderedTwin rendered = render_all(renderer_, model, options_.seed);
-    const auto captures = expose_all(rendered.cameras, model, base_, options_.seed);
+    const auto rendered = render::render_all(renderer_, model, options_.seed);
+    const auto captures = expose_in_units_of(base_, model, rendered, options_.seed);
     out.time = watch.elapsed();
-    out.sampling = rendered.cameras.front().sampling;
-    for (const render::RenderedCamera& c : rendered.cameras)
+    out.sampling = rendered.front().sampling;
+    for (const render::RenderedCamera& c : rendered)
       if (c.sampling.sampler != Sampler::adaptive) out.sampling = c.sampling;
     // the sensor's units are the base's for every model, so that gray values can be subtracted
-    out.light_dn = subset_values(base_, subset_, rendered.cameras);
+    out.light_dn = subset_values(base_, subset_, rendered);
     for (std::size_t i = 0; i < captures.size(); ++i)
       out.sensor_dn.push_back(take_pixels(captures[i].images, subset_.cameras[i].pixels));
-    if (can_fit(base_)) out.fits = fits_in_order(base_, measure::measure(base_, captures));
+    if (cosim::can_fit(base_)) out.fits = cosim::fits_in_order(base_, measure::measure(base_, captures));
     return out;
   }
   Elapsed time(const Twin& model) const {
     const Stopwatch watch;
-    const RenderedTwin rendered = render_all(renderer_, model, options_.seed);
-    expose_all(rendered.cameras, model, base_, options_.seed);
+    expose_in_units_of(base_, model, render::render_all(renderer_, model, options_.seed), options_.seed);
     return watch.elapsed();
   }
   /// In turns; the smallest of each side. A side known to be slow is not repeated.
@@ -97,13 +114,14 @@ class Bench {
 std::vector<FitChange> fit_changes(const ModelRun& with, const ModelRun& without) {
   std::vector<FitChange> out;
   for (std::size_t k = 0; k < with.fits.size(); ++k)
-    out.push_back({with.fits[k].object, fit_distance_mm(with.fits[k], without.fits[k]), with.fits[k].n,
+    out.push_back({with.fits[k].object, cosim::fit_distance_mm(with.fits[k], without.fits[k]), with.fits[k].n,
                    without.fits[k].n});
   return out;
 }
 
-// Where an effect keeps the adaptive trace from the scene, all models are rendered by the fixed rule that
-// stands in for it: else the effect would be charged with the difference between the two.
+/// Returns the twin with the sampling of this run. Where an effect keeps the adaptive trace from the scene,
+/// all models are rendered by the fixed rule that stands in for it: else the effect would be charged with the
+/// difference between the two.
 Twin with_sampling_of(const Twin& twin, const ModelRun& run) {
   Twin out = twin;
   if (render::choose_sampling(twin).sampler == run.sampling.sampler) return out;
@@ -119,7 +137,8 @@ double largest_mm(const std::vector<FitChange>& fits) {
   return largest;
 }
 
-// No pixel modulated on both sides though the sequence has phase steps: the phases are lost.
+/// Returns the change of the phase, +inf where no pixel is modulated on both sides though the sequence has
+/// phase steps: the phases are lost.
 double judged_phase(const ImageChange& change, bool has_phase) {
   return has_phase && change.n_phase == 0 ? std::numeric_limits<double>::infinity() : change.phase_rms_rad;
 }
@@ -131,9 +150,9 @@ Twin without_effects(const Twin& twin, const NeedsResult& result) {
   return reduced;
 }
 
-// Effects need not superpose: the chosen model is measured as a whole, and what was chosen last goes back
-// in until it is within the tolerance.
-void settle_recommendation(const Twin& twin, const Bench& bench, const ModelRun& full, bool has_phase,
+/// Chooses what to leave off. Effects need not superpose: the chosen model is measured as a whole, and what
+/// was chosen last goes back in until it is within the tolerance.
+void settle_recommendation(const Twin& twin, const ModelBench& bench, const ModelRun& full, bool has_phase,
                            const NeedsOptions& options, NeedsResult& result) {
   std::vector<std::size_t> rows;
   std::vector<Candidate> candidates;
@@ -184,11 +203,11 @@ Change EffectRow::judged() const {
 }
 
 NeedsResult run_needs(const Twin& full_twin, render::Renderer& renderer, const NeedsOptions& options) {
-  check_renderable(full_twin);
+  cosim::check_renderable(full_twin);
   Twin twin = full_twin;
   NeedsResult result;
   result.device = renderer.device();
-  result.has_fits = can_fit(twin);
+  result.has_fits = cosim::can_fit(twin);
   if (!result.has_fits)
     result.warnings.push_back(
         "the chain ends before a fit (no [[measure.fit]], or this rig cannot triangulate): only phase and "
@@ -200,7 +219,7 @@ NeedsResult run_needs(const Twin& full_twin, render::Renderer& renderer, const N
   const auto n_on =
       std::count_if(effects().begin(), effects().end(), [&](const Effect& e) { return e.is_on(twin); });
   Progress progress("effects", static_cast<std::size_t>(n_on) + 2);
-  const Bench bench(twin, renderer, result.subset, options);
+  const ModelBench bench(twin, renderer, result.subset, options);
   const ModelRun full = bench.run(twin);
   twin = with_sampling_of(twin, full);
   progress.advance();
@@ -237,9 +256,9 @@ NeedsResult run_needs(const Twin& full_twin, render::Renderer& renderer, const N
   result.timing_s["models"] = whole.elapsed().wall_s;
 
   const Stopwatch reference_watch;
-  const Truth truth = make_truth(twin, result.subset);
-  result.floor = error_against(truth, twin, result.subset, full.light_dn);
-  result.reference_uncertainty_dn = truth.edge_uncertainty_dn;
+  const ReferenceValues reference = reference_values(twin, result.subset);
+  result.floor = error_against(reference, twin, result.subset, full.light_dn);
+  result.reference_uncertainty_dn = reference.edge_uncertainty_dn;
   result.timing_s["reference"] = reference_watch.elapsed().wall_s;
   return result;
 }
@@ -272,4 +291,4 @@ std::string needs_table(const NeedsResult& result, const NeedsOptions& options) 
   return out;
 }
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `fringetwin needs`: what each effect changes and costs on the user's own scene, and the smallest model
-// for a tolerance.
+// Finds out (`fringetwin needs`) what each effect changes and costs on the user's own scene, and the smallest
+// model for a tolerance.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -9,15 +9,15 @@
 #include <vector>
 
 #include "compare/result/provenance.hpp"
-#include "cosim/chain.hpp"
 #include "render/renderer.hpp"
 #include "tradeoff/effects.hpp"
 #include "tradeoff/image_change.hpp"
 #include "tradeoff/pixel_subset.hpp"
 #include "tradeoff/recommend.hpp"
+#include "twin/base/stopwatch.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 
 struct NeedsOptions {
   Tolerance tolerance{1e-2, 0.5, 1e-3};
@@ -31,7 +31,7 @@ struct NeedsOptions {
 /// One fitted object with and without an effect.
 struct FitChange {
   std::string object;
-  double change_mm = 0.0;  ///< fit_distance_mm
+  double change_mm = 0.0;  ///< cosim::fit_distance_mm()
   std::size_t n_with = 0, n_without = 0;
 };
 
@@ -65,15 +65,15 @@ struct NeedsResult {
   std::map<std::string, double> timing_s;
 };
 
-/// Meshes must be loaded and measured shapes built. Throws UserError(usage) without a projector or
-/// objects, Cancelled.
+/// Renders and measures the scene with and without each effect. Meshes must be loaded and measured shapes
+/// built. Throws UserError(usage) without a projector or objects, Cancelled.
 NeedsResult run_needs(const Twin& twin, render::Renderer& renderer, const NeedsOptions& options);
 
-/// The table as text, for stdout.
+/// Returns the table as text, for stdout; the whole as JSON; the page.
 std::string needs_table(const NeedsResult& result, const NeedsOptions& options);
 std::string needs_json(const Twin& twin, const NeedsResult& result, const NeedsOptions& options,
                        const compare::Provenance& provenance);
 std::string needs_html(const Twin& twin, const NeedsResult& result, const NeedsOptions& options,
                        const compare::Provenance& provenance);
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

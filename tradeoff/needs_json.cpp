@@ -4,7 +4,7 @@
 #include "tradeoff/needs.hpp"
 #include "tradeoff/tradeoff_json.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 namespace {
 
 using report::Json;
@@ -70,4 +70,4 @@ std::string needs_json(const Twin& twin, const NeedsResult& result, const NeedsO
   return json_text(out);
 }
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

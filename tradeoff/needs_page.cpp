@@ -12,7 +12,7 @@
 #include "tradeoff/needs.hpp"
 #include "tradeoff/tradeoff_json.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 namespace {
 
 using report::Align;
@@ -62,7 +62,7 @@ std::string summary(const NeedsResult& result, const NeedsOptions& options) {
                                     report::number(result.full_time.wall_s, 3));
 }
 
-/// One bar per effect that is on, the tolerance and the renderer's own error as lines.
+/// Draws one bar per effect that is on, the tolerance and the renderer's own error as lines.
 Plot bars(const NeedsResult& result, const std::string& y_label, const std::string& color,
           const std::function<double(const EffectRow&)>& value, double tolerance, double floor) {
   Plot plot;
@@ -184,4 +184,4 @@ std::string needs_html(const Twin& twin, const NeedsResult& result, const NeedsO
   return page.html();
 }
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

@@ -7,13 +7,15 @@
 #include <cmath>
 #include <optional>
 
-#include "cosim/chain.hpp"
+#include "cosim/fit_error.hpp"
+#include "cosim/load.hpp"
+#include "render/sensor/all_cameras.hpp"
 #include "tradeoff/tradeoff_json.hpp"
-#include "twin/base/errors.hpp"
 #include "twin/base/pareto_front.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/stopwatch.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 namespace {
 
 std::vector<ParetoPoint> list_points(const Twin& twin, bool has_double, bool quick) {
@@ -30,7 +32,8 @@ bool same_family(const ParetoPoint& a, const ParetoPoint& b) {
   return a.is_precise() == b.is_precise() && a.scheme.family == b.scheme.family;
 }
 
-// The measured member of the point's family with the most samples; time grows in proportion.
+/// Returns the measured member of the point's family with the most samples (time grows in proportion); null
+/// before there is one.
 const ParetoPoint* largest_measured(const std::vector<ParetoPoint>& points, const ParetoPoint& point) {
   const ParetoPoint* best = nullptr;
   for (const ParetoPoint& p : points)
@@ -40,21 +43,24 @@ const ParetoPoint* largest_measured(const std::vector<ParetoPoint>& points, cons
   return best;
 }
 
-// Of their times, as predicted.
+/// Returns the ratio of their times, as predicted from their samples.
 double cost_ratio(const ParetoPoint& a, const ParetoPoint& b) {
   if (a.scheme.is_adaptive()) return 1.0;
   return static_cast<double>(a.scheme.sampling.samples) / b.scheme.sampling.samples;
 }
 
+/// Returns the larger of both, the second where the first is unknown.
 double largest(double a, double b) { return std::isnan(a) ? b : std::max(a, b); }
 
-class Study {
+/// Measures the points of one scene, one after the other, against one reference.
+class SchemeSurvey {
  public:
-  Study(const Twin& twin, render::Renderer& renderer, const ParetoOptions& options, ParetoResult& result)
+  SchemeSurvey(const Twin& twin, render::Renderer& renderer, const ParetoOptions& options,
+               ParetoResult& result)
       : twin_(twin), renderer_(renderer), options_(options), result_(result) {
     if (can_crop(twin)) windows_ = window_twin(twin, result.subset);
-    truth_ = make_truth(twin, result.subset, options.truth);
-    result.reference_uncertainty_dn = truth_.edge_uncertainty_dn;
+    reference_ = reference_values(twin, result.subset, options.reference);
+    result.reference_uncertainty_dn = reference_.edge_uncertainty_dn;
   }
 
   void measure_point(ParetoPoint& point) {
@@ -68,7 +74,7 @@ class Study {
   }
   void retime(ParetoPoint& point) {
     if (std::isnan(point.frame_ms) || !is_cheap(point)) return;
-    const Elapsed t = render_all(renderer_, twin_, point.scheme.sampling, options_.seed).time;
+    const Elapsed t = timed_render(point.scheme.sampling).time;
     const double n = static_cast<double>(twin_.cameras.size());
     const double was_s = 1e-3 * point.frame_ms * n;
     point.frame_ms = std::min(point.frame_ms, 1e3 * t.wall_s / n);
@@ -92,7 +98,7 @@ class Study {
       if (own == fits_.end()) continue;
       const auto& exact = fits_.at(reference);
       for (std::size_t k = 0; k < exact.size(); ++k)
-        p.fit_shift_mm = largest(p.fit_shift_mm, fit_distance_mm(own->second[k], exact[k]));
+        p.fit_shift_mm = largest(p.fit_shift_mm, cosim::fit_distance_mm(own->second[k], exact[k]));
     }
   }
   void extrapolate(ParetoPoint& point) const {
@@ -109,12 +115,24 @@ class Study {
     return 1e-3 * point.frame_ms * static_cast<double>(twin_.cameras.size()) < options_.retime_below_s;
   }
 
+  /// All cameras, and the time it took to render them.
+  struct TimedRender {
+    std::vector<render::RenderedCamera> cameras;
+    Elapsed time;
+  };
+  TimedRender timed_render(const render::Sampling& sampling) const {
+    const Stopwatch watch;
+    TimedRender out;
+    out.cameras = render::render_all(renderer_, twin_, sampling, options_.seed);
+    out.time = watch.elapsed();
+    return out;
+  }
+
   void measure_frames(ParetoPoint& point) {
     const Twin& twin = twin_;
     // the first of a family builds the pipeline
-    if (!largest_measured(result_.points, point))
-      render_all(renderer_, twin, point.scheme.sampling, options_.seed);
-    const RenderedTwin rendered = render_all(renderer_, twin, point.scheme.sampling, options_.seed);
+    if (!largest_measured(result_.points, point)) timed_render(point.scheme.sampling);
+    const TimedRender rendered = timed_render(point.scheme.sampling);
     const auto other = std::find_if(
         rendered.cameras.begin(), rendered.cameras.end(),
         [&](const render::RenderedCamera& c) { return c.sampling.sampler != point.scheme.sampling.sampler; });
@@ -126,21 +144,21 @@ class Study {
     point.frame_ms = 1e3 * rendered.time.wall_s / n;
     point.frame_cpu_ms = 1e3 * rendered.time.cpu_s / n;
     for (const render::RenderedCamera& c : rendered.cameras) point.rays += c.rays;
-    point.error =
-        error_against(truth_, twin, result_.subset, subset_values(twin, result_.subset, rendered.cameras));
+    point.error = error_against(reference_, twin, result_.subset,
+                                subset_values(twin, result_.subset, rendered.cameras));
     if (result_.has_fits) measure_chain(twin, rendered, point);
   }
 
-  void measure_chain(const Twin& twin, const RenderedTwin& rendered, ParetoPoint& point) {
+  void measure_chain(const Twin& twin, const TimedRender& rendered, ParetoPoint& point) {
     const Stopwatch sensor_watch;
-    const auto captures = expose_all(rendered.cameras, twin, twin, options_.seed);
+    const auto captures = render::expose_all(rendered.cameras, twin, options_.seed);
     const double sensor_s = sensor_watch.elapsed().wall_s;
     const Stopwatch watch;
-    const auto fits = fits_in_order(twin, measure::measure(twin, captures));
+    const auto fits = cosim::fits_in_order(twin, measure::measure(twin, captures));
     point.measure_s = watch.elapsed().wall_s;
     point.chain_s = rendered.time.wall_s + sensor_s + point.measure_s;
     for (const measure::ObjectFit& fit : fits) {
-      point.fit_error_mm = largest(point.fit_error_mm, fit_error_mm(twin, fit));
+      point.fit_error_mm = largest(point.fit_error_mm, cosim::fit_error_mm(twin, fit));
       if (fit.usable) point.fit_rms_mm = largest(point.fit_rms_mm, fit.numbers.at("rms_mm"));
     }
     fits_[&point] = fits;
@@ -153,9 +171,9 @@ class Study {
           point.name(), expected_s));
       return;
     }
-    const RenderedTwin rendered = render_all(renderer_, *windows_, point.scheme.sampling, options_.seed);
+    const auto rendered = render::render_all(renderer_, *windows_, point.scheme.sampling, options_.seed);
     point.error =
-        error_against(truth_, twin_, result_.subset, window_values(twin_, result_.subset, rendered.cameras));
+        error_against(reference_, twin_, result_.subset, window_values(twin_, result_.subset, rendered));
   }
 
   const Twin& twin_;
@@ -164,7 +182,7 @@ class Study {
   ParetoResult& result_;
   std::optional<Twin> windows_;
   std::optional<render::Sampling> stands_in_;
-  Truth truth_;
+  ReferenceValues reference_;
   std::map<const ParetoPoint*, std::vector<measure::ObjectFit>> fits_;
 };
 
@@ -195,13 +213,10 @@ void mark_fronts(std::vector<ParetoPoint>& points) {
 }
 
 ParetoResult run_pareto(const Twin& twin, render::Renderer& renderer, const ParetoOptions& options) {
-  if (!twin.projector || twin.objects.empty())
-    throw UserError(ExitCode::usage, twin.file.string(),
-                    "the twin needs a [projector] and an [[object]], else nothing can be rendered",
-                    "add them");
+  cosim::check_renderable(twin);
   ParetoResult result;
   result.device = renderer.device();
-  result.has_fits = can_fit(twin);
+  result.has_fits = cosim::can_fit(twin);
   if (!result.device.has_double)
     result.warnings.push_back(result.device.name + " has no double precision: fp32 only");
   if (!result.has_fits)
@@ -211,35 +226,35 @@ ParetoResult run_pareto(const Twin& twin, render::Renderer& renderer, const Pare
   result.subset = choose_subset(twin, renderer, options.subset);
   say("pixels: " + result.subset.text());
   result.points = list_points(twin, result.device.has_double, options.quick);
-  Study study(twin, renderer, options, result);
+  SchemeSurvey survey(twin, renderer, options, result);
   result.timing_s["reference"] = reference_watch.elapsed().wall_s;
 
   const Stopwatch watch;
   {
     Progress progress("schemes", result.points.size());
     for (ParetoPoint& p : result.points) {
-      study.measure_point(p);
+      survey.measure_point(p);
       progress.advance();
     }
   }
-  if (study.stands_in()) {
+  if (survey.stands_in()) {
     result.warnings.push_back(
         "the adaptive trace does not apply to this scene (docs/PHYSICS.md): a fixed rule stands in");
     for (ParetoPoint& p : result.points) {
       const render::Sampling& s = p.scheme.sampling;
-      p.scheme.is_default = s.sampler == study.stands_in()->sampler &&
-                            s.samples == study.stands_in()->samples &&
-                            s.precise == study.stands_in()->precise;
+      p.scheme.is_default = s.sampler == survey.stands_in()->sampler &&
+                            s.samples == survey.stands_in()->samples &&
+                            s.precise == survey.stands_in()->precise;
     }
   }
   Progress progress("timing in turns", static_cast<std::size_t>(options.rounds) * result.points.size());
   for (int round = 0; round < options.rounds; ++round)
     for (ParetoPoint& p : result.points) {
-      study.retime(p);
+      survey.retime(p);
       progress.advance();
     }
-  study.compare_fits(result.points);
-  for (ParetoPoint& p : result.points) study.extrapolate(p);
+  survey.compare_fits(result.points);
+  for (ParetoPoint& p : result.points) survey.extrapolate(p);
   std::erase_if(result.points, [](const ParetoPoint& p) { return std::isnan(p.frame_ms); });
   mark_fronts(result.points);
   result.timing_s["schemes"] = watch.elapsed().wall_s;
@@ -273,4 +288,4 @@ std::string pareto_table(const ParetoResult& result) {
   return out;
 }
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

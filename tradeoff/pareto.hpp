@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `fringetwin pareto`: every scheme x sample count x precision on the user's own scene: error against the
-// double-precision reference, and time.
+// Measures (`fringetwin pareto`) every scheme x sample count x precision on the user's own scene: error
+// against the double-precision reference, and time.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -16,12 +16,12 @@
 #include "tradeoff/schemes.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 
 struct ParetoOptions {
   bool quick = false;
   SubsetOptions subset;
-  TruthOptions truth;
+  ReferenceOptions reference;
   int rounds = 3;               ///< timed renders, all schemes in turns; the smallest counts
   double retime_below_s = 3.0;  ///< slower points are timed once
   /// A point predicted to take longer (all cameras) is rendered in the subset's windows only: its error is
@@ -67,13 +67,15 @@ struct ParetoResult {
 /// and chain time against fit shift (the reference of the shifts takes no part).
 void mark_fronts(std::vector<ParetoPoint>& points);
 
-/// Meshes must be loaded and measured shapes built. Throws UserError(usage), Cancelled.
+/// Renders the scene by every scheme, and measures error and time. Meshes must be loaded and measured shapes
+/// built. Throws UserError(usage), Cancelled.
 ParetoResult run_pareto(const Twin& twin, render::Renderer& renderer, const ParetoOptions& options);
 
+/// Returns the table as text, for stdout; the whole as JSON; the page.
 std::string pareto_table(const ParetoResult& result);
 std::string pareto_json(const Twin& twin, const ParetoResult& result, const ParetoOptions& options,
                         const compare::Provenance& provenance);
 std::string pareto_html(const Twin& twin, const ParetoResult& result, const ParetoOptions& options,
                         const compare::Provenance& provenance);
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

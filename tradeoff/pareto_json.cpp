@@ -4,7 +4,7 @@
 #include "tradeoff/pareto.hpp"
 #include "tradeoff/tradeoff_json.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 namespace {
 
 using report::Json;
@@ -41,9 +41,9 @@ std::string pareto_json(const Twin& twin, const ParetoResult& result, const Pare
   Json out =
       json_head("fringetwin-pareto/1", twin, provenance, result.device, result.subset, result.timing_s);
   out["quick"] = options.quick;
-  out["reference"] = {{"gauss_interior", options.truth.gauss_interior},
-                      {"gauss_facet", options.truth.gauss_facet},
-                      {"gauss_edge", options.truth.gauss_edge},
+  out["reference"] = {{"gauss_interior", options.reference.gauss_interior},
+                      {"gauss_facet", options.reference.gauss_facet},
+                      {"gauss_edge", options.reference.gauss_edge},
                       {"edge_uncertainty_dn", json_number(result.reference_uncertainty_dn)}};
   out["n_cameras"] = twin.cameras.size();
   out["n_images"] = expand_sequence(twin.fringes).size();
@@ -53,4 +53,4 @@ std::string pareto_json(const Twin& twin, const ParetoResult& result, const Pare
   return json_text(out);
 }
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

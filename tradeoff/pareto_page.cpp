@@ -12,7 +12,7 @@
 #include "tradeoff/pareto.hpp"
 #include "tradeoff/tradeoff_json.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 namespace {
 
 using report::Align;
@@ -67,7 +67,7 @@ Series front_line(const ParetoResult& result, const Axes& axes) {
   return s;
 }
 
-/// A mark around the points for which `chosen` holds.
+/// Draws a mark around the points for which `chosen` holds.
 Series mark(const ParetoResult& result, const Axes& axes, const std::string& label, bool Scheme::*chosen,
             int symbol, double size) {
   Series s{.title = "",
@@ -232,7 +232,7 @@ std::string pareto_html(const Twin& twin, const ParetoResult& result, const Pare
       "Errors against the double-precision reference ({0} x {0} Gauss points in interior pixels, {1} x {1} "
       "at "
       "facet edges, {2} x {2} at silhouettes, known there to {3} DN) over {4}.",
-      options.truth.gauss_interior, options.truth.gauss_facet, options.truth.gauss_edge,
+      options.reference.gauss_interior, options.reference.gauss_facet, options.reference.gauss_edge,
       report::number(result.reference_uncertainty_dn, 2), result.subset.text());
   page.warnings = result.warnings;
   page.sections = {{"plots", "Error against time", figures(result)}, {"table", "Every point", table(result)}};
@@ -240,4 +240,4 @@ std::string pareto_html(const Twin& twin, const ParetoResult& result, const Pare
   return page.html();
 }
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

@@ -10,10 +10,10 @@
 
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 namespace {
 
-// What a pixel shows: -1 nothing, else twice the object plus one where it is lit.
+/// Returns what each pixel shows: -1 nothing, else twice the object plus one where it is lit.
 Image<int> pixel_keys(const render::RenderedCamera& rendered) {
   const auto& object = rendered.object;
   ImageF swing(object.width, object.height);
@@ -58,7 +58,8 @@ Image<PixelClass> classes_of(const Image<int>& keys) {
 enum class Stratum { inside, silhouette, light_border };
 using Strata = std::map<std::pair<int, Stratum>, std::vector<SubsetWindow>>;
 
-// Which strata a tile belongs to; one that is all inside of a lit object belongs to nothing else.
+/// Files a tile under the strata it belongs to; one that is all inside of a lit object belongs to nothing
+/// else.
 void file_tile(const Image<int>& keys, const Image<PixelClass>& classes, const SubsetWindow& tile,
                Strata& strata) {
   std::map<std::pair<int, Stratum>, int> found;
@@ -82,7 +83,7 @@ void file_tile(const Image<int>& keys, const Image<PixelClass>& classes, const S
 
 bool same(const SubsetWindow& a, const SubsetWindow& b) { return a.x0 == b.x0 && a.y0 == b.y0; }
 
-// One tile from each stratum in turn until there are enough or none is left.
+/// Draws one tile from each stratum in turn until there are enough or none is left.
 std::vector<SubsetWindow> draw_windows(Strata strata, const SubsetOptions& options) {
   std::mt19937_64 random(options.seed);
   for (auto& [stratum, tiles] : strata)
@@ -201,4 +202,4 @@ Twin window_twin(const Twin& twin, const PixelSubset& subset) {
   return out;
 }
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a study looks closely: windows of pixels that cover every object's inside, its silhouette and the
-// borders of its light, in every camera.
+// Chooses the pixels at which renderings are compared closely: windows that cover every object's inside, its
+// silhouette and the borders of its light, in every camera.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -10,15 +10,15 @@
 #include "twin/image/image.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 
 enum class PixelClass : unsigned char {
   background,  ///< nothing is hit here nor in the eight neighbours
   interior,    ///< the eight neighbours hit the same object and agree on being lit
   edge         ///< silhouette, cast shadow, terminator, border of the projector's image
 };
-/// From one rendered camera (one ray a pixel is enough). A pixel is lit when its images differ by more
-/// than 1e-3 of the largest such difference.
+/// Classifies the pixels of one rendered camera (one ray a pixel is enough). A pixel is lit when its images
+/// differ by more than 1e-3 of the largest such difference.
 Image<PixelClass> classify_pixels(const render::RenderedCamera& rendered);
 
 struct SubsetOptions {
@@ -42,8 +42,8 @@ struct CameraSubset {
   std::vector<SubsetPixel> pixels;  ///< background left out; window after window, in rows
   std::size_t n_interior_image = 0, n_edge_image = 0;
 };
-/// Tiles of the image, drawn in turn (without repetition, from the seed) from: the inside of each object,
-/// its silhouette, the borders of light on it. Needs no renderer.
+/// Chooses tiles of the image, drawn in turn (without repetition, from the seed) from: the inside of each
+/// object, its silhouette, the borders of light on it. Needs no renderer.
 CameraSubset choose_subset(const render::RenderedCamera& rendered, const SubsetOptions& options);
 
 struct PixelSubset {
@@ -56,9 +56,10 @@ struct PixelSubset {
 /// any object.
 PixelSubset choose_subset(const Twin& twin, render::Renderer& renderer, const SubsetOptions& options);
 
-/// One small camera per window, in the order of the windows (all cameras' windows one after the other).
-/// Pixel (0, 0) of each is pixel (x0, y0) of its camera. Perspective lenses only.
+/// Returns the twin with one small camera per window, in the order of the windows (all cameras' windows one
+/// after the other). Pixel (0, 0) of each is pixel (x0, y0) of its camera. Perspective lenses only.
 Twin window_twin(const Twin& twin, const PixelSubset& subset);
+/// True where window_twin() works: with perspective lenses.
 bool can_crop(const Twin& twin);
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

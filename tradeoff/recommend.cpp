@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 namespace {
 
 double add_known(double a, double b) { return std::isnan(a) ? b : std::isnan(b) ? a : a + b; }
@@ -47,4 +47,4 @@ std::vector<std::size_t> leave_off(const std::vector<Candidate>& candidates, con
   return out;
 }
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

@@ -12,7 +12,7 @@
 #include "tests/support/paper_rig.hpp"
 #include "tradeoff/effects.hpp"
 
-namespace fringetwin::study::recommend_test {
+namespace fringetwin::tradeoff::recommend_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -121,4 +121,4 @@ TEST(Effects, WithoutRoundingTheSensorKeepsItsRange) {
 }
 
 }  // namespace
-}  // namespace fringetwin::study::recommend_test
+}  // namespace fringetwin::tradeoff::recommend_test

@@ -9,7 +9,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 namespace {
 
 std::vector<double> to_dn(const std::vector<double>& irradiance, const Sensor& sensor) {
@@ -18,7 +18,7 @@ std::vector<double> to_dn(const std::vector<double>& irradiance, const Sensor& s
   return dn;
 }
 
-// An interior pixel (docs/CONVENTIONS.md): the pixel and its eight neighbours are whole.
+/// True for an interior pixel (docs/CONVENTIONS.md): the pixel and its eight neighbours are whole.
 bool is_interior(const render::Reference& reference, std::size_t camera, int x, int y) {
   for (int dy = -1; dy <= 1; ++dy)
     for (int dx = -1; dx <= 1; ++dx)
@@ -26,7 +26,7 @@ bool is_interior(const render::Reference& reference, std::size_t camera, int x, 
   return true;
 }
 
-int samples_for(const SubsetPixel& pixel, bool interior, bool with_lens, const TruthOptions& options) {
+int samples_for(const SubsetPixel& pixel, bool interior, bool with_lens, const ReferenceOptions& options) {
   if (interior) return options.gauss_interior;
   return pixel.edge && !with_lens ? options.gauss_edge : options.gauss_facet;
 }
@@ -60,10 +60,11 @@ EdgeCheck check_edges(const render::Reference& reference, std::size_t camera,
 
 }  // namespace
 
-Truth make_truth(const Twin& twin, const PixelSubset& subset, const TruthOptions& options) {
+ReferenceValues reference_values(const Twin& twin, const PixelSubset& subset,
+                                 const ReferenceOptions& options) {
   const render::Reference reference(twin);
   Progress progress("double-precision reference", subset.n_pixels());
-  Truth truth;
+  ReferenceValues out;
   EdgeCheck check;
   for (std::size_t camera = 0; camera < twin.cameras.size(); ++camera) {
     const auto& pixels = subset.cameras[camera].pixels;
@@ -87,19 +88,19 @@ Truth make_truth(const Twin& twin, const PixelSubset& subset, const TruthOptions
     const EdgeCheck own = check_edges(reference, camera, pixels, dn, 3 * edge_n / 4);
     check.sum += own.sum;
     check.n += own.n;
-    truth.dn.push_back(std::move(dn));
-    truth.interior.emplace_back(interior.begin(), interior.end());
+    out.dn.push_back(std::move(dn));
+    out.interior.emplace_back(interior.begin(), interior.end());
   }
-  truth.edge_uncertainty_dn = check.n > 0 ? std::sqrt(check.sum / static_cast<double>(check.n))
-                                          : std::numeric_limits<double>::quiet_NaN();
-  return truth;
+  out.edge_uncertainty_dn = check.n > 0 ? std::sqrt(check.sum / static_cast<double>(check.n))
+                                        : std::numeric_limits<double>::quiet_NaN();
+  return out;
 }
 
-ImageChange error_against(const Truth& truth, const Twin& twin, const PixelSubset& subset,
+ImageChange error_against(const ReferenceValues& reference, const Twin& twin, const PixelSubset& subset,
                           const std::vector<PixelValues>& rendered_dn) {
   ChangeSum sum(twin.fringes, twin.measure.min_modulation_dn);
   for (std::size_t i = 0; i < subset.cameras.size(); ++i)
-    sum.add(subset.cameras[i].pixels, rendered_dn[i], truth.dn[i], &truth.interior[i]);
+    sum.add(subset.cameras[i].pixels, rendered_dn[i], reference.dn[i], &reference.interior[i]);
   return sum.result();
 }
 
@@ -140,4 +141,4 @@ std::vector<PixelValues> window_values(const Twin& twin, const PixelSubset& subs
   return out;
 }
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

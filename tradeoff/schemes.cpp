@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 namespace {
 
 struct Family {
@@ -80,4 +80,4 @@ std::vector<Scheme> scheme_table(const Twin& twin, bool has_double, bool quick) 
   return out;
 }
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

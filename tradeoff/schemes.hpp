@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sampling schemes `pareto` compares, as one table.
+// Lists the sampling schemes that `pareto` compares, as one table.
 #pragma once
 #include <string>
 #include <vector>
@@ -7,7 +7,7 @@
 #include "render/renderer.hpp"
 #include "twin/twin.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 
 /// Schemes of one family differ in their number of samples only, and time grows with it; the adaptive ones
 /// in the error they aim at.
@@ -19,8 +19,8 @@ struct Scheme {
   bool is_adaptive() const { return sampling.sampler == Sampler::adaptive; }
   std::string size() const;  ///< "16" samples, "1e-04" of error aimed at
 };
-/// Single precision, then double where the device has it; by family, rising in cost; the default is flagged,
-/// and added where the table lacks it. `quick`: a few of them, for tests.
+/// Returns them in single precision, then double where the device has it; by family, rising in cost; the
+/// default is flagged, and added where the table lacks it. `quick`: a few of them, for tests.
 std::vector<Scheme> scheme_table(const Twin& twin, bool has_double, bool quick);
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

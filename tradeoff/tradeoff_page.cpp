@@ -10,7 +10,7 @@
 #include "report/text.hpp"
 #include "tradeoff/tradeoff_json.hpp"
 
-namespace fringetwin::study {
+namespace fringetwin::tradeoff {
 
 using report::Align;
 using report::Json;
@@ -97,4 +97,4 @@ std::string scientific(double value) {
   return std::isfinite(value) ? fmt::format("{:.1e}", value) : std::isnan(value) ? "–" : "∞";
 }
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin::tradeoff

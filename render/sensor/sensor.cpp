@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include "render/base/normal_deviates.hpp"
 #include "twin/base/errors.hpp"
@@ -124,12 +125,12 @@ CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::s
   return out;
 }
 
-CameraImages as_radiance(const RenderedCamera& rendered) {
+CameraImages as_radiance(RenderedCamera rendered) {
   CameraImages out;
-  out.camera = rendered.camera;
-  out.images = rendered.irradiance;
-  out.white = rendered.white;
-  out.black = rendered.black;
+  out.camera = std::move(rendered.camera);
+  out.images = std::move(rendered.irradiance);
+  out.white = std::move(rendered.white);
+  out.black = std::move(rendered.black);
   out.radiance = true;
   return out;
 }

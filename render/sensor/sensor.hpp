@@ -15,7 +15,7 @@ ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed
 /// All images of one camera.
 CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::size_t camera_index,
                     std::uint64_t seed);
-/// The irradiance itself as a capture set without quantisation.
-CameraImages as_radiance(const RenderedCamera& rendered);
+/// Returns the irradiance itself as a capture set without quantisation.
+CameraImages as_radiance(RenderedCamera rendered);
 
 }  // namespace fringetwin::render

@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "cosim/chain.hpp"
+#include "measure/fit/object_fits.hpp"
 #include "study/design/varied_axes.hpp"
 #include "twin/base/errors.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "compare/result/result_json.hpp"
 #include "measure/measurement.hpp"
-#include "render/sensor/sensor.hpp"
+#include "render/sensor/all_cameras.hpp"
 #include "study/plan/shared_meshes.hpp"
 #include "study/run/image_results.hpp"
 #include "twin/base/errors.hpp"
@@ -94,11 +94,7 @@ std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, 
   }
   if (!sees_an_object(rendered_))
     throw UserError(ExitCode::usage, task_.twin.string(), "no camera sees any object");
-  std::vector<CameraImages> images;
-  for (std::size_t i = 0; i < rendered_.size(); ++i) {
-    throw_if_cancelled();
-    images.push_back(render::expose(rendered_[i], twin_->cameras[i], i, planned.point.seed));
-  }
+  const std::vector<CameraImages> images = render::expose_all(rendered_, *twin_, planned.point.seed);
   const Twin& known = rig_ ? rig_->measuring(planned.point.settings) : *twin_;
   const measure::Measurement measurement = measure::measure(known, images);
   return pick_numbers(compare::measurement_json(known, measurement, {}, {}), task_.records,

@@ -26,6 +26,7 @@
 
 #include "compare/gray/gain_fit.hpp"
 #include "measure/measurement.hpp"
+#include "render/sensor/all_cameras.hpp"
 #include "render/sensor/sensor.hpp"
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/independent_rig.hpp"
@@ -51,18 +52,14 @@ struct Simulation {
 
   explicit Simulation(const Twin& twin) {
     render::Renderer renderer;
-    for (std::size_t c = 0; c < twin.cameras.size(); ++c)
-      rendered.push_back(renderer.render(twin, c, render::choose_sampling(twin)));
+    rendered = render::render_all(renderer, twin, 0);
     for (const render::RenderedCamera& camera : rendered)
       side.irradiance.push_back(render::as_radiance(camera));
     side.images = captured(twin, 0);
     side.measurement = measure::measure(twin, side.images);
   }
   std::vector<CameraImages> captured(const Twin& twin, std::uint64_t seed) const {
-    std::vector<CameraImages> images;
-    for (std::size_t c = 0; c < rendered.size(); ++c)
-      images.push_back(render::expose(rendered[c], twin.cameras[c], c, seed));
-    return images;
+    return render::expose_all(rendered, twin, seed);
   }
 };
 

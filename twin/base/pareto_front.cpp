@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace fringetwin::study {
+namespace fringetwin {
 
 std::vector<std::size_t> pareto_front(const std::vector<CostAndError>& points) {
   std::vector<std::size_t> order;
@@ -25,4 +25,4 @@ std::vector<std::size_t> pareto_front(const std::vector<CostAndError>& points) {
   return front;
 }
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace fringetwin::study {
+namespace fringetwin {
 
 struct CostAndError {
   double cost = 0.0, error = 0.0;  ///< NaN in either: takes no part
@@ -13,4 +13,4 @@ struct CostAndError {
 /// one of the two; by rising cost, so by falling error. Of equal points the first is kept.
 std::vector<std::size_t> pareto_front(const std::vector<CostAndError>& points);
 
-}  // namespace fringetwin::study
+}  // namespace fringetwin

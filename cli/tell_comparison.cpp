@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/tell_comparison.hpp"
+
+#include <fmt/format.h>
+
+#include "cosim/summary.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+
+namespace fringetwin::cli {
+
+int exit_code_for(const measure::Measurement& measurement, int otherwise) {
+  const std::string fault = cosim::convergence_fault(measurement);
+  if (fault.empty()) return otherwise;
+  warn(fault);
+  return static_cast<int>(ExitCode::no_convergence);
+}
+
+int tell_comparison(const std::filesystem::path& dir, const cosim::Run& run,
+                    const compare::Comparison& comparison) {
+  for (const std::string& warning : comparison.warnings) warn(warning);
+  for (const std::string& line : cosim::summary_lines(comparison)) say(line);
+  say(fmt::format("verdict {}; report: {}", cosim::verdict_text(comparison), (dir / "report.html").string()));
+  const int verdict = static_cast<int>(comparison.pass ? ExitCode::ok : ExitCode::limits_not_met);
+  for (const compare::Side* side : {&run.real, &run.simulated}) {
+    if (!side->measurement) continue;
+    const int code = exit_code_for(*side->measurement, verdict);
+    if (code != verdict) return code;
+  }
+  return verdict;
+}
+
+}  // namespace fringetwin::cli

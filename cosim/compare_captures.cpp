@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cosim/compare_captures.hpp"
+
+#include "cosim/load.hpp"
+#include "cosim/measured_shapes.hpp"
+#include "cosim/notes.hpp"
+#include "measure/measurement.hpp"
+#include "twin/captures/measured_steps.hpp"
+
+namespace fringetwin::cosim {
+namespace {
+
+std::vector<CameraImages> load_listed(Run& run, const std::filesystem::path& dir) {
+  Captures captures = load_captures(run.twin, dir);
+  run.capture_files.insert(run.capture_files.end(), captures.files.begin(), captures.files.end());
+  return std::move(captures.cameras);
+}
+
+/// Returns the irradiance (EXR) of the simulated set or of the one beside its PNGs; empty where there is
+/// none.
+std::vector<CameraImages> load_irradiance(Run& run, const std::filesystem::path& dir) {
+  if (run.simulated.images.empty()) return {};
+  if (run.simulated.images.front().radiance) return run.simulated.images;
+  const std::filesystem::path beside = dir / "radiance";
+  return std::filesystem::exists(beside / "capture.toml") ? load_listed(run, beside)
+                                                          : std::vector<CameraImages>();
+}
+
+}  // namespace
+
+Run measure_both(const CompareRequest& request) {
+  Run run;
+  run.timer.start("load");
+  run.twin = load_for_run(request.twin);
+  run.options.use_steps = left_over_steps(run.twin);
+  run.real.images = load_listed(run, request.real);
+  run.simulated.images = load_listed(run, request.simulated);
+  run.simulated.irradiance = load_irradiance(run, request.simulated);
+  if (has_measured_shape(run.twin)) {
+    run.timer.start("build_object");
+    run.options.note = measured_shape_note(run.twin, run.options.use_steps);
+    build_measured_shapes(run.twin, run.real.images);
+  }
+  run.timer.start("measure");
+  run.simulated.measurement = measure::measure(run.twin, run.simulated.images, run.options.use_steps);
+  run.real.measurement = measure::measure(run.twin, run.real.images, run.options.use_steps);
+  run.timer.stop();
+  return run;
+}
+
+}  // namespace fringetwin::cosim

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cosim/cosim.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compare/causes/refine.hpp"
+#include "compare/verdict/calibration_covariance.hpp"
+#include "cosim/load.hpp"
+#include "cosim/measured_shapes.hpp"
+#include "cosim/notes.hpp"
+#include "measure/measurement.hpp"
+#include "render/sensor/sensor.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/captures/measured_steps.hpp"
+
+namespace fringetwin::cosim {
+namespace {
+
+/// Returns every second phase step, of those that may be compared.
+std::vector<int> steps_of(const Twin& twin, const std::string& which, const std::vector<int>& allowed) {
+  std::vector<int> steps;
+  for (int n = which == "odd" ? 1 : 0; n < twin.fringes.steps; n += 2)
+    if (allowed.empty() || std::find(allowed.begin(), allowed.end(), n) != allowed.end()) steps.push_back(n);
+  if (steps.size() < 3)
+    throw UserError(ExitCode::usage, "--steps " + which,
+                    fmt::format("leaves {} phase steps to compare, and a phase needs 3", steps.size()),
+                    allowed.empty() ? "compare all of them"
+                                    : "a measured object is built from the others: give it steps = \"all\"");
+  return steps;
+}
+
+void check_refine(const Twin& twin, const std::vector<std::string>& asked) {
+  compare::check_refine(twin, asked);
+  if (needs_white_black(twin.fringes) && std::find(asked.begin(), asked.end(), "texture") != asked.end())
+    throw UserError(ExitCode::usage, "--refine texture",
+                    "white and black reference images have no factors of their own",
+                    "use threshold = \"mean\" or \"inverse\"");
+}
+
+/// Loads everything that is read and checks everything that can be checked before a device is opened.
+Run load_run(const CosimRequest& request) {
+  Run run;
+  run.timer.start("load");
+  run.twin = load_for_run(request.twin);
+  check_renderable(run.twin);
+  if (run.twin.calibration_uncertainty) compare::read_calibration_covariance(run.twin);  // before the work
+  run.options.use_steps = left_over_steps(run.twin);
+  if (!request.steps.empty())
+    run.options.use_steps = steps_of(run.twin, request.steps, run.options.use_steps);
+  if (run.twin.real.captures) {
+    Captures captures = load_captures(run.twin, *run.twin.real.captures);
+    run.real.images = std::move(captures.cameras);
+    run.capture_files = std::move(captures.files);
+  } else if (!request.refine.empty()) {
+    throw UserError(ExitCode::usage, request.twin.string(),
+                    "--refine needs real images, but [real] names no captures",
+                    "add [real] captures = \"FOLDER\"");
+  }
+  run.options.note = published_results_note(run.twin);
+  check_measured_shapes(run.twin);
+  if (has_measured_shape(run.twin)) {
+    run.timer.start("build_object");
+    run.options.note = measured_shape_note(run.twin, run.options.use_steps);
+    build_measured_shapes(run.twin, run.real.images);
+  }
+  check_refine(run.twin, request.refine);
+  return run;
+}
+
+void keep_times(Run& run, const measure::Measurement& measurement, const std::string& side) {
+  for (const auto& [stage, seconds] : measurement.timing_s) run.timer.seconds[stage + "_" + side] = seconds;
+}
+
+void measure_simulated(Run& run) {
+  run.timer.start("measure_simulated");
+  run.simulated.measurement = measure::measure(run.twin, run.simulated.images, run.options.use_steps);
+  run.timer.stop();
+  keep_times(run, *run.simulated.measurement, "simulated");
+}
+
+void measure_real(Run& run) {
+  if (run.real.images.empty()) return;
+  run.timer.start("measure_real");
+  run.real.measurement = measure::measure(run.twin, run.real.images, run.options.use_steps);
+  run.timer.stop();
+  keep_times(run, *run.real.measurement, "real");
+}
+
+/// Gives every pixel the factor that was refined; the sensor then sees the images anew.
+void apply_texture(Run& run) {
+  std::vector<int> images;
+  const std::vector<PatternSpec> patterns = expand_sequence(run.twin.fringes);
+  for (std::size_t k = 0; k < patterns.size(); ++k)
+    if (!patterns[k].is_gray() && !patterns[k].is_image()) images.push_back(static_cast<int>(k));
+  compare::apply_texture(*run.options.refinement, run.real.images, images, run.simulated.irradiance);
+  for (std::size_t c = 0; c < run.twin.cameras.size(); ++c)
+    for (std::size_t k = 0; k < patterns.size(); ++k)
+      run.simulated.images[c].images[k] =
+          render::expose(run.simulated.irradiance[c].images[k], run.twin.cameras[c].sensor,
+                         run.rendering.seed, static_cast<std::uint32_t>(c), static_cast<std::uint32_t>(k));
+}
+
+void simulate_side(Run& run, const RenderRequest& request) {
+  run.timer.start("render");
+  Simulated simulated = simulate(run.twin, request, *run.renderer);
+  run.timer.stop();
+  run.simulated.images = std::move(simulated.captures);
+  run.simulated.irradiance = std::move(simulated.irradiance);
+  run.rendering = std::move(simulated.rendering);
+  run.options.rendered = run.rendering.notes;
+  if (run.options.refinement && !run.options.refinement->texture.empty()) apply_texture(run);
+  measure_simulated(run);
+}
+
+/// Fits the twin to the real images, then renders and measures with the twin as fitted.
+void refine(Run& run, const CosimRequest& request) {
+  run.timer.start("refine");
+  compare::CompareOptions options = run.options;
+  options.use_steps = left_over_steps(run.twin);  // --steps chooses what is compared, not what is known
+  compare::Refined refined = compare::refine(run.twin, run.real, run.simulated, options, request.refine);
+  run.timer.stop();
+  run.refined_toml = compare::refined_toml(refined.report, run.twin, refined.twin);
+  run.twin = std::move(refined.twin);
+  run.options.refinement = std::move(refined.report);
+  simulate_side(run, request.render);
+  measure_real(run);
+}
+
+}  // namespace
+
+Run run_cosim(const CosimRequest& request) {
+  Run run = load_run(request);
+  run.renderer = std::make_unique<render::Renderer>(request.render.device);
+  run.options.renderer = run.renderer.get();
+  run.options.seed = request.render.seed;
+  run.options.render = render_options(run.twin, request.render);
+  simulate_side(run, request.render);
+  measure_real(run);
+  if (!request.refine.empty()) refine(run, request);
+  return run;
+}
+
+}  // namespace fringetwin::cosim

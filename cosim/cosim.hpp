@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Does the main job up to the comparison: from a twin.toml to its simulated and its real side, measured
+// alike.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "cosim/run.hpp"
+
+namespace fringetwin::cosim {
+
+struct CosimRequest {
+  std::filesystem::path twin;       ///< the twin.toml
+  std::vector<std::string> refine;  ///< what to fit to the real images first (compare/causes/refine.hpp)
+  std::string steps;                ///< "even" | "odd": compare these phase steps; empty = all that may be
+  RenderRequest render;
+};
+
+/// Loads the twin and its real captures, renders and exposes every camera, measures both sides and refines
+/// the twin where that is asked for; then compare_and_write() (cosim/write_results.hpp) does the rest.
+/// Whatever can be refused is refused before a device is opened. Throws UserError and Cancelled.
+Run run_cosim(const CosimRequest& request);
+
+}  // namespace fringetwin::cosim

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cosim/fit_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+
+#include "compare/geometry/fit_rows.hpp"
+#include "measure/fit/object_fits.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::cosim {
+namespace {
+
+using measure::ObjectFit;
+
+double size_or_zero(const std::map<std::string, double>& map, const std::string& key) {
+  const auto at = map.find(key);
+  return at == map.end() ? 0.0 : std::abs(at->second);
+}
+
+/// The difference in place and size, without that of the residuals.
+double geometry_distance_mm(const compare::FitRow& row) {
+  double d = std::max({size_or_zero(row.difference, "radius_mm"), size_or_zero(row.difference, "offset_mm"),
+                       size_or_zero(row.difference, "axis_distance_mm")});
+  if (const auto at = row.difference_vectors.find("center_mm"); at != row.difference_vectors.end())
+    d = std::max(d, at->second.norm());
+  return d;
+}
+
+}  // namespace
+
+bool can_fit(const Twin& twin) {
+  if (twin.measure.fits.empty() || twin.fringes.unwrap == Unwrap::none) return false;
+  return twin.triangulate() == Triangulate::stereo ? twin.cameras.size() >= 2 : twin.projector.has_value();
+}
+
+std::vector<ObjectFit> fits_in_order(const Twin& twin, const measure::Measurement& measurement) {
+  std::vector<ObjectFit> out;
+  for (const FitRequest& request : twin.measure.fits)
+    for (const ObjectFit& fit : measurement.fits)
+      if (fit.object == request.object) {
+        out.push_back(fit);
+        break;
+      }
+  return out;
+}
+
+double fit_distance_mm(const ObjectFit& a, const ObjectFit& b) {
+  if (!a.usable || !b.usable) return std::numeric_limits<double>::infinity();
+  const compare::FitRow row = compare::make_fit_row(a, b);
+  return std::max({geometry_distance_mm(row), size_or_zero(row.difference, "rms_mm"),
+                   size_or_zero(row.difference, "mean_mm"), size_or_zero(row.difference, "p95_mm")});
+}
+
+double fit_error_mm(const Twin& twin, const ObjectFit& fit) {
+  if (!fit.usable) return std::numeric_limits<double>::quiet_NaN();
+  const Object* object = twin.find_object(fit.object);
+  FT_CHECK(object != nullptr, "a fit names an object of the twin");
+  const auto nominal = measure::nominal_fit(*object);
+  if (!nominal) return fit.numbers.at("rms_mm");
+  return geometry_distance_mm(compare::make_fit_row(fit, *nominal));
+}
+
+}  // namespace fringetwin::cosim

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cosim/load.hpp"
+
+#include "measure/measurement.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::cosim {
+
+Twin load_for_run(const std::filesystem::path& file) {
+  Twin twin = load_twin(file);
+  measure::check_fringes(twin);
+  load_meshes(twin);
+  return twin;
+}
+
+void check_renderable(const Twin& twin) {
+  if (!twin.projector)
+    throw UserError(ExitCode::usage, twin.file.string(),
+                    "the twin has no [projector], so nothing can be rendered",
+                    "add the projector, or use `fringetwin measure` on real captures");
+  if (twin.objects.empty())
+    throw UserError(ExitCode::usage, twin.file.string(),
+                    "the twin has no [[object]], so nothing can be rendered",
+                    "add one, e.g. shape = \"sphere\"");
+}
+
+Captures load_captures(const Twin& twin, const std::filesystem::path& dir) {
+  const CaptureSet set = read_capture_set(dir, static_cast<int>(expand_sequence(twin.fringes).size()));
+  Captures out;
+  for (const Camera& camera : twin.cameras)
+    out.cameras.push_back(load_camera_images(set, camera, twin.fringes));
+  out.files.push_back(set.file);
+  for (const CaptureCamera& camera : set.cameras) {
+    out.files.insert(out.files.end(), camera.files.begin(), camera.files.end());
+    if (camera.white) out.files.push_back(*camera.white);
+    if (camera.black) out.files.push_back(*camera.black);
+  }
+  return out;
+}
+
+}  // namespace fringetwin::cosim

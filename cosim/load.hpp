@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads what a run works on: the twin, checked before any work, and the captures of its cameras.
+#pragma once
+#include <filesystem>
+#include <vector>
+
+#include "twin/captures/capture_set.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::cosim {
+
+/// Reads the twin and its meshes. It also refuses fringes that a measurement could not unwrap over the
+/// projector's image, before anything is rendered.
+Twin load_for_run(const std::filesystem::path& file);
+
+/// Throws UserError(usage) for a twin without a projector or objects, which nothing can be rendered of.
+void check_renderable(const Twin& twin);
+
+/// The images of a capture folder.
+struct Captures {
+  std::vector<CameraImages> cameras;         ///< order of twin.cameras
+  std::vector<std::filesystem::path> files;  ///< every file that the folder's capture.toml names, and itself
+};
+Captures load_captures(const Twin& twin, const std::filesystem::path& dir);
+
+}  // namespace fringetwin::cosim

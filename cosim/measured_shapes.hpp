@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Builds the objects with shape = "measured" from the real captures of the scene they stand in.
+#pragma once
+#include <filesystem>
+#include <vector>
+
+#include "twin/captures/capture_set.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::cosim {
+
+/// True when an object's shape is to be built from the real capture.
+bool has_measured_shape(const Twin& twin);
+
+/// Throws UserError(usage) when an object is to be built from real captures and the twin names none.
+void check_measured_shapes(const Twin& twin);
+
+/// Replaces every MeasuredShape by the surface measured from `real`. The steps a comparison may use then:
+/// left_over_steps() (twin/captures/measured_steps.hpp), to be asked before.
+void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real);
+
+/// Reads a twin with everything a renderer needs: its meshes, and measured shapes built from the captures
+/// that [real] names.
+Twin load_renderable_twin(const std::filesystem::path& file);
+
+}  // namespace fringetwin::cosim

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Holds what a run has loaded, rendered and measured: a twin and the two sides of a comparison.
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "compare/result/options.hpp"
+#include "compare/result/side.hpp"
+#include "cosim/simulate.hpp"
+#include "render/renderer.hpp"
+#include "twin/base/stopwatch.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::cosim {
+
+struct Run {
+  Twin twin;  ///< ready to be rendered; refined where that was asked for
+  compare::Side real, simulated;
+  compare::CompareOptions options;                   ///< for compare::compare() on these sides
+  std::vector<std::filesystem::path> capture_files;  ///< read besides those of the twin
+  Rendering rendering;                               ///< of the simulated side; without a device: none
+  std::unique_ptr<render::Renderer> renderer;        ///< that options.renderer points to
+  std::string refined_toml;  ///< the text of refined.toml; empty when nothing was refined
+  StageTimer timer;
+};
+
+}  // namespace fringetwin::cosim

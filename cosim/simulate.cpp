@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cosim/simulate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "cosim/load.hpp"
+#include "render/sensor/all_cameras.hpp"
+#include "render/sensor/sensor.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+
+namespace fringetwin::cosim {
+namespace {
+
+Sampler sampler_of(const std::string& name) {
+  for (const Sampler s : {Sampler::adaptive, Sampler::gauss, Sampler::multi_jittered, Sampler::sobol})
+    if (name == render::sampler_name(s)) return s;
+  throw UserError(ExitCode::usage, "sampler \"" + name + "\"", "is not known",
+                  "use adaptive, gauss, multi-jittered or sobol");
+}
+
+compare::RenderNote note_of(const render::RenderedCamera& rendered) {
+  compare::RenderNote note;
+  note.camera = rendered.camera;
+  note.sampler = render::sampler_name(rendered.sampling.sampler);
+  if (rendered.sampling.sampler != Sampler::adaptive) note.samples = rendered.sampling.samples;
+  note.double_precision = rendered.sampling.precise;
+  note.rays_per_pixel = static_cast<double>(rendered.rays) / static_cast<double>(rendered.object.size());
+  if (rendered.estimate) {
+    note.phase_error_rad = rendered.estimate->phase_rad;
+    note.gray_error = rendered.estimate->gray;
+  }
+  return note;
+}
+
+/// The estimate is an upper bound: up to twice the target it is no news.
+void warn_of_missed_targets(const compare::RenderNote& note, const render::Sampling& asked) {
+  if (note.phase_error_rad.value_or(0.0) > 2.0 * asked.phase_error_rad)
+    warn(fmt::format(
+        "camera \"{}\": the phase error is estimated at {:.1e} rad, above phase_error_rad = {:.1e}",
+        note.camera, *note.phase_error_rad, asked.phase_error_rad));
+  if (note.gray_error.value_or(0.0) > 2.0 * asked.gray_error)
+    warn(fmt::format(
+        "camera \"{}\": the gray error is estimated at {:.1e} of full scale, above gray_error = {:.1e}",
+        note.camera, *note.gray_error, asked.gray_error));
+}
+
+void check_view(const Twin& twin, const std::vector<render::RenderedCamera>& rendered) {
+  std::vector<bool> seen(twin.objects.size(), false);
+  for (const render::RenderedCamera& camera : rendered)
+    for (const int object : camera.object.data)
+      if (object >= 0) seen[static_cast<std::size_t>(object)] = true;
+  if (std::none_of(seen.begin(), seen.end(), [](bool s) { return s; }))
+    throw UserError(
+        ExitCode::usage, twin.file.string(), "no camera sees any object",
+        "check the objects' positions (mm, world = first camera unless rt_cam_world says otherwise)");
+  for (std::size_t k = 0; k < seen.size(); ++k)
+    if (!seen[k]) warn("object \"" + twin.objects[k].name + "\" is outside the view of every camera");
+}
+
+}  // namespace
+
+RenderOptions render_options(const Twin& twin, const RenderRequest& request) {
+  RenderOptions options = twin.render;
+  if (request.phase_error_rad || request.gray_error) {
+    options.phase_error_rad = request.phase_error_rad.value_or(options.phase_error_rad);
+    options.gray_error = request.gray_error.value_or(options.gray_error);
+    // A target that is asked for replaces a scheme fixed in the file.
+    options.samples.reset();
+    options.sampler.reset();
+  }
+  if (request.samples) options.samples = request.samples;
+  if (request.sampler) options.sampler = sampler_of(*request.sampler);
+  return options;
+}
+
+Simulated simulate(const Twin& twin, const RenderRequest& request, render::Renderer& renderer) {
+  check_renderable(twin);
+  const render::Sampling sampling = render::choose_sampling(twin, render_options(twin, request));
+  Simulated out;
+  out.rendering.device = renderer.device().name;
+  out.rendering.seed = request.seed;
+  Progress progress("render", twin.cameras.size());
+  std::vector<render::RenderedCamera> rendered =
+      render::render_all(renderer, twin, sampling, request.seed, &progress);
+  for (const render::RenderedCamera& camera : rendered) {
+    out.rendering.notes.push_back(note_of(camera));
+    warn_of_missed_targets(out.rendering.notes.back(), sampling);
+  }
+  check_view(twin, rendered);
+  out.captures = render::expose_all(rendered, twin, request.seed);
+  for (render::RenderedCamera& camera : rendered)
+    out.irradiance.push_back(render::as_radiance(std::move(camera)));
+  return out;
+}
+
+}  // namespace fringetwin::cosim

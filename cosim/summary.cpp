@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cosim/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "compare/causes/causes.hpp"
+
+namespace fringetwin::cosim {
+
+std::vector<std::string> summary_lines(const compare::Comparison& c) {
+  std::vector<std::string> out;
+  for (const auto& gain : c.gain)
+    out.push_back(
+        fmt::format("{}: gain {:.4f} DN, black {:.2f} DN, residual {} -> {:.2f} DN rms, R2 {:.3f}",
+                    gain.camera, gain.gain_dn, gain.black_level_dn,
+                    std::isfinite(gain.rms_before_dn) ? fmt::format("{:.2f}", gain.rms_before_dn) : "-",
+                    gain.rms_after_dn, gain.r2));
+  for (const auto& phase : c.phase)
+    out.push_back(fmt::format("{} {}: phase difference {:.5f} rad rms, {:.4f} % relative mean, n {}",
+                              phase.camera, phase.direction, phase.rms_rad, 100.0 * phase.mean_relative,
+                              phase.n));
+  for (const auto& budget : c.phase_budget)
+    out.push_back(fmt::format(
+        "{} {}: brightness {:.4f}, harmonics {:.4f}, noise {:.4f} rad rms: {:.0f} % of the difference's "
+        "variance",
+        budget.camera, budget.direction, std::sqrt(budget.brightness_rad2), std::sqrt(budget.harmonic_rad2),
+        std::sqrt(budget.noise_rad2), 100.0 * budget.explained()));
+  for (const auto& row : c.explained)
+    out.push_back(
+        fmt::format("{} {}: {}, chi2 {:.3g} (limit {:.3g}){}", row.quantity, row.region,
+                    row.explained ? "explained" : "NOT EXPLAINED by the budget", row.chi2, row.chi2_limit,
+                    std::isfinite(row.regional_chi2)
+                        ? fmt::format(", of regions {:.3g} ({:.3g})", row.regional_chi2, row.regional_limit)
+                        : ""));
+  if (const std::string cause = compare::sentence(c.causes); !cause.empty()) out.push_back(cause);
+  for (const auto& fit : c.fits)
+    if (fit.simulated && fit.simulated->usable && fit.simulated->numbers.contains("rms_all_mm"))
+      out.push_back(
+          fmt::format("{}: simulated rms {:.6f} mm on {} points, {:.6f} mm on all {:.0f} within the gate",
+                      fit.object, fit.simulated->numbers.at("rms_mm"), fit.simulated->n,
+                      fit.simulated->numbers.at("rms_all_mm"), fit.simulated->numbers.at("n_gated")));
+  for (const auto& fit : c.fits)
+    for (const auto& [key, value] : fit.difference)
+      out.push_back(fmt::format("{}: {} simulated - real = {:.6f}", fit.object, key, value));
+  for (const auto& limit : c.limits)
+    out.push_back(fmt::format("limit {} = {:g}: {:.6g} {}", limit.name, limit.limit, limit.value,
+                              limit.pass ? "pass" : "FAIL"));
+  return out;
+}
+
+std::string verdict_text(const compare::Comparison& comparison) {
+  return comparison.limits.empty() ? "pass (no limits set)" : comparison.pass ? "pass" : "fail";
+}
+
+std::string convergence_fault(const measure::Measurement& measurement) {
+  // Fewer points than this is "too few", which is a warning and no failure (docs/formats/results.md, "Fits").
+  constexpr std::size_t kEnoughPoints = 20;
+  for (const measure::ObjectFit& fit : measurement.fits)
+    if (!fit.usable && fit.n >= kEnoughPoints)
+      return fmt::format("the fit of \"{}\" did not converge: {}", fit.object, fit.warning);
+  return "";
+}
+
+}  // namespace fringetwin::cosim

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cosim/write_results.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "compare/comparison.hpp"
+#include "compare/page/report_page.hpp"
+#include "compare/result/result_json.hpp"
+#include "measure/measurement.hpp"
+#include "twin/base/out_folder.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/image/image_io.hpp"
+
+namespace fringetwin::cosim {
+namespace {
+
+std::map<std::string, std::string> capture_provenance(const Twin& twin, const Rendering& rendering) {
+  std::map<std::string, std::string> provenance = {
+      {"device", "fringetwin renderer on " + rendering.device},
+      {"twin", twin.name},
+      {"seed", std::to_string(rendering.seed)},
+  };
+  for (const compare::RenderNote& note : rendering.notes) provenance["rendered " + note.camera] = note.text();
+  for (const Camera& camera : twin.cameras)
+    if (camera.sensor.exposure_ms)
+      provenance["exposure_ms " + camera.name] = fmt::format("{}", *camera.sensor.exposure_ms);
+  return provenance;
+}
+
+std::vector<const CameraImages*> pointers_to(const std::vector<CameraImages>& cameras) {
+  std::vector<const CameraImages*> out;
+  for (const CameraImages& images : cameras) out.push_back(&images);
+  return out;
+}
+
+}  // namespace
+
+compare::Provenance make_provenance(const Origin& origin, const Twin& twin,
+                                    const std::vector<std::filesystem::path>& capture_files,
+                                    const Rendering& rendering) {
+  compare::Provenance provenance;
+  provenance.argv = origin.argv;
+  provenance.version = origin.version;
+  provenance.input_files = twin.input_files;
+  provenance.input_files.insert(provenance.input_files.end(), capture_files.begin(), capture_files.end());
+  provenance.device = rendering.device;
+  provenance.rendered = rendering.notes;
+  provenance.seed = rendering.seed;
+  return provenance;
+}
+
+void write_simulated(const std::filesystem::path& dir, const Twin& twin,
+                     const std::vector<CameraImages>& captures, const std::vector<CameraImages>* irradiance,
+                     const Rendering& rendering) {
+  const std::map<std::string, std::string> provenance = capture_provenance(twin, rendering);
+  begin_output(dir, {"capture.toml", "radiance/capture.toml"});
+  for (const CameraImages& images : captures) write_camera_images(dir, images);
+  if (irradiance) {
+    for (const CameraImages& images : *irradiance) write_camera_radiance(dir, images);
+    write_capture_toml(dir / "radiance", pointers_to(*irradiance), provenance, "exr", "..");
+  }
+  write_capture_toml(dir, pointers_to(captures), provenance, "png");
+}
+
+void write_simulated_side(const std::filesystem::path& dir, Run& run, bool radiance) {
+  run.timer.start("write");
+  begin_output(dir, {"result.json", "refined.toml", "report.html"});
+  write_simulated(dir / "simulated", run.twin, run.simulated.images,
+                  radiance ? &run.simulated.irradiance : nullptr, run.rendering);
+  if (run.options.refinement) write_text_file(dir / "refined.toml", run.refined_toml);
+  run.timer.stop();
+}
+
+compare::Comparison compare_and_write(const std::filesystem::path& dir, Run& run, const Origin& origin) {
+  run.timer.start("compare");
+  throw_if_cancelled();
+  compare::Comparison comparison = compare::compare(run.twin, run.real, run.simulated, run.options);
+  run.timer.start("write");
+  throw_if_cancelled();
+  begin_output(dir, {"result.json", "report.html"});
+  if (run.simulated.measurement)
+    measure::write_measurement(dir / "measured_simulated", *run.simulated.measurement);
+  if (run.real.measurement) measure::write_measurement(dir / "measured_real", *run.real.measurement);
+  run.timer.start("report");
+  throw_if_cancelled();
+  const compare::Provenance provenance = make_provenance(origin, run.twin, run.capture_files, run.rendering);
+  compare::write_report(dir, run.twin, run.real, run.simulated, comparison, run.options, provenance,
+                        run.timer.seconds);
+  run.timer.stop();
+  throw_if_cancelled();
+  write_text_file(dir / "result.json",
+                  compare::comparison_json(run.twin, comparison, provenance, run.timer.seconds));
+  return comparison;
+}
+
+}  // namespace fringetwin::cosim
