@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Displays by the names users write, and a list of those there are.
+// Opens displays by the names that users write, and lists those there are.
 #pragma once
 #include <functional>
 #include <map>
@@ -14,7 +14,7 @@ namespace fringetwin::capture {
 /// Opens the display of that name, of exactly that size.
 using DisplayFactory =
     std::function<std::unique_ptr<PatternDisplay>(const std::string& name, int width, int height)>;
-/// By the word before the first ':' or '@' of a name.
+/// What opens a kind of display, by the word before the first ':' or '@' of a name.
 using DisplayFactories = std::map<std::string, DisplayFactory>;
 
 /// "kms", "window", "v4l2".

@@ -38,7 +38,7 @@ void put_int16(std::string& bytes, double value) {
   bytes += static_cast<char>((v >> 8u) & 0xffu);
 }
 
-/// What the script reads: positions in steps of `step_mm` from a centre, a palette index each.
+/// The points as the script reads them: positions in steps of `step_mm` from a centre, a palette index each.
 struct Packed {
   std::string positions, levels;
   double step_mm = 1.0;

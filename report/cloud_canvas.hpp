@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A point cloud that the reader of a page turns: a <canvas>, the points in the page, no library.
+// Writes a point cloud that the reader of a page can turn: a <canvas>, the points in the page, no library.
 #pragma once
 #include <Eigen/Core>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A static picture of a point cloud: orthographic, nearest point wins, coloured by a value.
+// Draws a static picture of a point cloud: orthographic, nearest point wins, coloured by a value.
 #pragma once
 #include <Eigen/Core>
 #include <string>

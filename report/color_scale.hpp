@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Colour scales that the colour-blind can read.
+// Turns values into colours, by scales that the colour-blind can read.
 #pragma once
 #include <array>
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A value per pair of levels as coloured cells with the numbers in them, drawn by gnuplot.
+// Draws a value per pair of levels as coloured cells with the numbers in them, drawn by gnuplot.
 #pragma once
 #include <string>
 #include <vector>
@@ -22,7 +22,8 @@ struct HeatMap {
 /// Numbers stand in the cells where these are wide enough.
 Drawing drawing(const HeatMap& map);
 
-/// Of the finite values: around 0 for the diverging scale, else from the least to the greatest.
+/// Returns the limits of the finite values: around 0 for the diverging scale, else from the least to the
+/// greatest.
 MapLimits limits_of(const std::vector<std::vector<double>>& values, Scale scale);
 
 }  // namespace fringetwin::report

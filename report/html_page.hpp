@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One page = one self-contained HTML file: no network, opens from disk, prints well.
+// Turns sections, figures and warnings into one page: a self-contained HTML file that needs no network, opens
+// from disk and prints well.
 #pragma once
 #include <string>
 #include <vector>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every JSON file of ours has in common: keys in the order they were put, null for what is no number.
+// Makes JSON values as every file of ours has them: keys in the order they were put, null for what is no
+// number.
 #pragma once
 #include <cmath>
 #include <nlohmann/json.hpp>

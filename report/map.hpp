@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A float image as a coloured map with colour bar, unit and limits.
+// Draws a float image as a coloured map with colour bar, unit and limits.
 #pragma once
 #include <filesystem>
 #include <string>

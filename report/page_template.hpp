@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The HTML that every page and figure is filled into (html_page.hpp), as Mustache templates.
 #pragma once
 
 namespace fringetwin::report {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plots as inline SVG, drawn by gnuplot (fed through a pipe, no temporary files).
+// Draws plots as inline SVG, by gnuplot (fed through a pipe, no temporary files).
 #pragma once
 #include <optional>
 #include <string>
@@ -43,7 +43,7 @@ struct Plot {
   bool many_digits = false;  ///< tics print all digits that tell them apart: small changes of large values
 };
 
-/// What gnuplot is given, as text; empty where there are no data.
+/// The text that gnuplot is given; empty where there are no data.
 struct Drawing {
   std::string title;  ///< for messages
   std::string script;
@@ -62,7 +62,7 @@ Drawing drawing(const Plot& plot);
 std::string drawing_svg(const Drawing& drawing, const std::string& id);
 std::string plot_svg(const Plot& plot, const std::string& id);
 
-/// As above for several plots at once (gnuplot started once per plot, on all cores); a plot that
+/// Does the same for several plots at once (gnuplot started once per plot, on all cores); a plot that
 /// cannot be drawn becomes a sentence that says so, so that the rest of the report is still written. Throws
 /// Cancelled.
 std::vector<std::string> drawings_or_sentences(const std::vector<Drawing>& drawings,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG in memory. Maps are palette images: a third of the bytes of RGB, so that a page of many maps
-// stays small (cv::imencode writes no palettes).
+// Encodes images as PNG in memory. Maps are palette images: a third of the bytes of RGB, so that a page of
+// many maps stays small (cv::imencode writes no palettes).
 #pragma once
 #include <array>
 #include <string>

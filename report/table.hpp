@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// HTML tables whose columns carry a unit and an alignment.
+// Writes HTML tables whose columns carry a unit and an alignment.
 #pragma once
 #include <string>
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers and text as they appear on a page.
+// Prints numbers and text as they appear on a page.
 #pragma once
 #include <string>
 #include <string_view>

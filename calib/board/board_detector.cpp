@@ -44,8 +44,9 @@ int refinement_window(const std::vector<cv::Point2f>& points, int width_n) {
   return std::clamp(static_cast<int>(0.35 * least), 3, 15);
 }
 
-/// Where the gradients around a corner meet. The detectors' own places are up to 0.5 px off (measured on
-/// drawn boards: findChessboardCornersSB 0.3 px, interpolateCornersCharuco 0.7 px; after this below 0.1).
+/// Moves each point to where the gradients around the corner meet. The detectors' own places are up to 0.5 px
+/// off (measured on drawn boards: findChessboardCornersSB 0.3 px, interpolateCornersCharuco 0.7 px; after
+/// this below 0.1).
 void refine(const cv::Mat& image, std::vector<cv::Point2f>& points, int half) {
   cv::cornerSubPix(image, points, {half, half}, {-1, -1},
                    cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-4));

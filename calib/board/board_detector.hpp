@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The corners of a board in a picture (OpenCV's detectors).
+// Finds the corners of a board in a picture, with OpenCV's detectors.
 #pragma once
 #include <optional>
 #include <string>
@@ -21,9 +21,9 @@ BoardKind board_kind(const std::string& name);
 
 struct BoardPattern {
   BoardKind kind = BoardKind::chessboard;
-  /// As calibrated. asymmetric_circles: the regular lattice that holds the pattern, so twice as many columns
-  /// as circles in a row, spacing half of the distance between neighbours in a row; every other place is
-  /// empty.
+  /// The board as the solve sees it. asymmetric_circles: the regular lattice that holds the pattern, so twice
+  /// as many columns as circles in a row, spacing half of the distance between neighbours in a row; every
+  /// other place is empty.
   Board board;
   std::string dictionary = "DICT_4X4_50";  ///< charuco
   double marker_to_square = 0.75;          ///< charuco: side of a marker / side of a square

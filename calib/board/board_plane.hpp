@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a picture moves with a place on the board.
+// Returns how far the picture of a place on the board moves when the place does.
 #pragma once
 #include <Eigen/Core>
 #include <optional>

@@ -52,7 +52,7 @@ std::size_t common_prefix(const std::string& a, const std::string& b) {
   return static_cast<std::size_t>(std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first - a.begin());
 }
 
-/// What differs between the names of one device.
+/// Returns the part of each of a device's file names in which they differ.
 std::vector<std::string> varying_parts(const std::vector<std::string>& names) {
   std::size_t head = names.front().size(), tail = head, shortest = head;
   const std::string backwards(names.front().rbegin(), names.front().rend());

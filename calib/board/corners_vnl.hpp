@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Corner files as mrcal's tools read and write them (`# filename x y level` or `… weight`).
+// Reads and writes corner files as mrcal's tools do (`# filename x y level` or `… weight`).
 #pragma once
 #include <filesystem>
 #include <string>
@@ -21,7 +21,9 @@ struct ImageCorners {
 /// UserError(input) with file and line; a coordinate that is not finite is an error, unlike in mrcal.
 std::vector<ImageCorners> read_corners_vnl(const std::filesystem::path& file, bool has_weights = false);
 
-/// With weights, shortest round-trip decimals. Read by mrcal with --corners-cache-has-weights.
+/// Writes corners with their weights as the shortest decimals that read back the same. mrcal reads the file
+/// with
+/// --corners-cache-has-weights.
 void write_corners_vnl(const std::filesystem::path& file, const std::vector<ImageCorners>& images);
 
 /// Sorts images to devices by glob (on the whole name, or on the last part when the glob has no '/'), and to

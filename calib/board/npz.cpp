@@ -55,7 +55,7 @@ std::string npy_header(const std::string& descr, const std::vector<std::size_t>&
   return out + dict;
 }
 
-/// What a local header and its entry in the directory share; 1 January 1980.
+/// Appends the fields that a local header and its entry in the directory share; the date is 1 January 1980.
 void put_common(std::string& out, std::uint32_t crc, std::size_t compressed, std::size_t size,
                 std::size_t name) {
   put16(out, 20);  // version needed

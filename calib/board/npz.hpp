@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// numpy's .npz in memory and Python's base85: what mrcal keeps its optimization_inputs in.
+// Packs arrays as mrcal keeps its optimization_inputs: numpy's .npz in memory, as Python's base85 text.
 #pragma once
 #include <cstdint>
 #include <span>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a calibration starts from: the corners of one board, seen by every device in many views.
+// The input of a calibration: the corners of one board, seen by every device in many views.
 #pragma once
 #include <Eigen/Core>
 #include <array>

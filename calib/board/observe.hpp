@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures and fringe captures of the board -> corner files.
+// Turns pictures and fringe captures of the board into corner files.
 #pragma once
 #include <filesystem>
 #include <string>

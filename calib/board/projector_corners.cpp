@@ -41,7 +41,7 @@ struct Samples {
     values.push_back(value);
     precision.push_back(1.0 / sigma);
   }
-  /// Without a sigma for every pixel they count alike.
+  /// Gives every pixel the same weight unless each has a sigma.
   void settle() {
     if (!std::all_of(precision.begin(), precision.end(),
                      [](double p) { return std::isfinite(p) && p > 0.0; }))

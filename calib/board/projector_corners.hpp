@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The projector as a camera: which of its pixels light the corners of the board.
+// Makes the projector a camera: finds which of its pixels light the corners of the board, from decoded
+// fringes.
 #pragma once
 #include <cmath>
 #include <vector>
@@ -39,8 +40,8 @@ std::vector<ProjectorCorner> projector_corners(const measure::CameraDecode& deco
 /// Mean of several cameras' readings of the same corners, by their total sigmas.
 std::vector<ProjectorCorner> mean_of_cameras(const std::vector<std::vector<ProjectorCorner>>& readings);
 
-/// As corners for the solve: weight = s / total sigma, at most 1, where a tenth of the corners of all views
-/// are better than s.
+/// Returns the corners as the solve takes them: weight = s / total sigma, at most 1, where a tenth of the
+/// corners of all views are better than s.
 std::vector<std::vector<Corner>> weighted_corners(const std::vector<std::vector<ProjectorCorner>>& views);
 
 }  // namespace fringetwin::calib

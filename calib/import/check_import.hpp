@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Do imported poses fit what the devices saw? R, T of a file could map either way.
+// Checks whether imported poses fit points that the devices saw: R, T of a file could map either way.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace fringetwin::calib {
 
-/// The same points seen by every device: q_px[point][device], NaN where not seen.
+/// The pixels of the same points in every device: q_px[point][device], NaN where not seen.
 struct Correspondences {
   std::filesystem::path file;
   std::vector<std::vector<Eigen::Vector2d>> q_px;
@@ -21,7 +21,7 @@ struct Correspondences {
 Correspondences read_correspondences(const std::filesystem::path& file,
                                      const std::vector<ImportedDevice>& devices);
 
-/// How a device's R, T is meant.
+/// The ways in which the R, T of a device can be meant.
 enum class PoseConvention { as_given, inverted, rotation_transposed, translation_negated };
 const char* convention_name(PoseConvention convention);
 Pose with_convention(const Pose& given, PoseConvention convention);

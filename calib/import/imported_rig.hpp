@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Foreign calibrations -> devices: what every importer gives, and the readers of Kalibr and plain matrices.
+// Reads foreign calibrations (Kalibr, plain matrices) into the devices that every importer returns.
 #pragma once
 #include <Eigen/Core>
 #include <array>

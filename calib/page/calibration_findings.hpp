@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is said about a calibration, worked out once for the page and for calibration.json.
+// Works out once, for the page and for calibration.json, what is said about a solved calibration, and writes
+// both.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -22,7 +23,7 @@ struct DeviceFindings {
   RotTrans rt_sigma = RotTrans::Zero();      ///< of rt_device_ref; 0 for the reference
 };
 
-/// What two devices measure together.
+/// How well two devices measure together.
 struct PairFindings {
   int first = 0, second = 0;
   double baseline_mm = 0.0;

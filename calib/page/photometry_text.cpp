@@ -17,7 +17,8 @@ using report::Json;
 using report::json_number;
 using report::json_numbers;
 
-/// As many digits as the sigma leaves, two of it: "40.53 ± 0.08" and so that TOML reads a number.
+/// Prints as many digits as the sigma leaves, two of the sigma itself: "40.53 ± 0.08" and so that TOML reads
+/// a number.
 std::string digits(double value, double sigma) {
   if (!std::isfinite(sigma) || !(sigma > 0.0)) return fmt::format("{:.6g}", value);
   const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 9);

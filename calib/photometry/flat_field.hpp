@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vignetting from an image of an evenly lit surface.
+// Estimates a camera's vignetting from an image of an evenly lit surface.
 #pragma once
 #include <array>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Harmonics of the projected fringes as a camera sees them, per pitch.
+// Estimates, per pitch, the harmonics of the projected fringes as a camera sees them.
 #pragma once
 #include <cstddef>
 #include <vector>
@@ -16,10 +16,10 @@ struct PitchHarmonics {
   /// Median over the pixels of |2/N sum_n I_n exp(-2 pi i h n/N)|: noise is in it (it alone makes about
   /// 1.18 sigma sqrt(2/N)).
   std::vector<double> median_dn;
-  /// In phase with the pitch's own fundamental, as a fraction of the fundamental at the reference pitch,
-  /// weighted by its square: noise averages out. Negative where it is in antiphase.
+  /// The part in phase with the pitch's own fundamental, as a fraction of the fundamental at the reference
+  /// pitch, weighted by its square: noise averages out. Negative where it is in antiphase.
   std::vector<Estimate> amplitude;
-  /// The same 90 degrees out of phase: 0 unless the steps are unequal or something moved (order 1: 0).
+  /// The part 90 degrees out of phase: 0 unless the steps are unequal or something moved (order 1: 0).
   std::vector<Estimate> quadrature;
   /// Mean factor by which the camera's pixel area and known point spread lower the order.
   std::vector<double> camera_factor;

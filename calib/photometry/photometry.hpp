@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Photometric calibration of a rig from its captures: sensor, projector response, fringe MTF, vignetting.
+// Calibrates a rig photometrically from its captures: sensor, projector response, fringe MTF, vignetting.
 #pragma once
 #include <filesystem>
 #include <map>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Photon transfer: how the temporal variance of a gray value grows with its mean.
+// Estimates a sensor's noise by photon transfer: from how the temporal variance of a gray value grows with
+// its mean.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -83,14 +84,14 @@ struct TransferOptions {
 PhotonTransfer photon_transfer(const std::vector<NoiseSample>& samples, const TransferOptions& options,
                                const std::string& where);
 
-/// Where that cut is (so far out that coarse gray levels, steps of half a sigma, matter little), and the
+/// The cut, in sigmas (so far out that coarse gray levels, steps of half a sigma, matter little), and the
 /// share of a normal's variance that it leaves: 1 - 2 c phi(c) / (2 Phi(c) - 1).
 inline constexpr double kCutSigmas = 3.5, kKeptVariance = 0.99389;
 
 /// Variance of samples of one level, as a bin's, with the sigma of so many normal values; NaN of none.
 Estimate noise_variance(const std::vector<NoiseSample>& samples);
 
-/// Where the gray values end.
+/// The level at which the gray values end.
 struct Saturation {
   double level_dn = 0.0;  ///< the largest value seen, or of the range when that is not reached
   bool reached = false;   ///< values pile up there

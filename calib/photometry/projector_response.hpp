@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The projector's response and blur, told from the harmonics of its fringes.
+// Estimates the projector's response and blur from the harmonics of its fringes.
 #pragma once
 #include <optional>
 #include <string>
@@ -33,7 +33,7 @@ struct ProjectorPhotometry {
   /// The light at equally spaced levels of the projected range, 0 at its low and 1 at its high end, and its
   /// sigma; from the Chebyshev series of the harmonics. Empty with fewer than 3 orders.
   std::vector<double> curve_level, curve_light, curve_sigma;
-  /// What to write into [projector].
+  /// The response to be written into [projector].
   ProjectorResponse response;
   bool response_known = false;
 };

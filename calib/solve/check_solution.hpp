@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a solution must satisfy to be believed.
+// Checks what a solved calibration must satisfy to be believed, and throws what is wrong with it.
 #pragma once
 #include "calib/solve/calibration.hpp"
 

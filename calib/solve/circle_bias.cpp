@@ -46,7 +46,7 @@ std::vector<Lens> lenses_of(const MrcalProblem& p, const Observations& o) {
   return lenses;
 }
 
-/// What one frame's corrections are made from.
+/// The devices' lenses and poses of one frame, from which its corners' corrections are computed.
 class Frame {
  public:
   Frame(const MrcalProblem& p, const Observations& o, const std::vector<Lens>& lenses, int frame,
@@ -89,7 +89,7 @@ class Frame {
   const Lens& lens(int device) const { return lenses_[static_cast<std::size_t>(device)]; }
   const Pose& pose(int device) const { return T_device_board_[static_cast<std::size_t>(device)]; }
 
-  /// Where on the board a camera sees the centroid.
+  /// Returns the place on the board that a camera sees at the centroid of a circle's picture.
   std::optional<Eigen::Vector3d> on_board_at_centroid(int camera, const Eigen::Vector3d& center) const {
     const auto centroid = disc_centroid_px(lens(camera), pose(camera), center, radius_mm_);
     const auto ray = centroid ? lens(camera).unproject(*centroid) : std::nullopt;

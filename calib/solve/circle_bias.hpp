@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A detector finds the centroid of a circle's picture; the picture of the circle's centre lies elsewhere
-// (Heikkilä, "Geometric Camera Calibration Using Circular Control Points", PAMI 22, 2000).
+// Corrects detected circles: a detector finds the centroid of a circle's picture, but the picture of the
+// circle's centre lies elsewhere (Heikkilä, "Geometric Camera Calibration Using Circular Control Points",
+// PAMI 22, 2000).
 #pragma once
 #include <Eigen/Core>
 #include <optional>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same rig calibrated twice, from the even and from the odd frames: what differs is error that the boards
-// do show, whether the model of noise knows it or not.
+// Calibrates the same rig twice, from the even and from the odd frames, and returns how far the two differ:
+// errors that the boards do show, whether the model of noise knows them or not.
 #pragma once
 #include <string>
 #include <vector>
@@ -10,7 +10,8 @@
 
 namespace fringetwin::calib {
 
-/// Of one device, after the rigid motion between the two calibrations (6 numbers) is taken out.
+/// How far the projections of one device by two calibrations differ, after the rigid motion between the two
+/// calibrations (6 numbers) is taken out.
 struct ProjectionDifference {
   ImageF difference_px;  ///< over a grid of pixels covering the imager; NaN where not defined
   ImageF expected_px;    ///< worst-direction sigma of the difference, from the noise of the corners
@@ -27,12 +28,13 @@ struct CrossValidation {
   double shape_rms_mm = 0.0;
 };
 
-/// A pixel's point at the working distance differs by how much? `columns` x rows points.
+/// Returns by how much the two calibrations differ in where they project the points at the working distance
+/// that a grid of `columns` x rows pixels sees.
 ProjectionDifference projection_difference(const Calibration& a, const Calibration& b, int device,
                                            double distance_mm, int columns = 24);
 
-/// Not done (see not_done) when either half cannot be calibrated. The halves are solved like the whole, which
-/// decides what is an outlier.
+/// Compares the calibrations of the two halves; says why not (not_done) when either cannot be calibrated. The
+/// halves are solved like the whole, which decides what is an outlier.
 CrossValidation cross_validate(const Calibration& whole, const CalibrateOptions& options);
 
 }  // namespace fringetwin::calib

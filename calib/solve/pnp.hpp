@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pose of the board in one device from one view.
+// Returns the pose of the board in one device, from the corners of one view.
 #pragma once
 #include <optional>
 #include <string>

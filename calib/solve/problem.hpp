@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From observations (mm) to libmrcal's problem (m) and back.
+// Converts observed corners and a starting point (mm) into the problem that libmrcal solves (m), and its
+// poses back.
 #pragma once
 #include <string>
 #include <vector>
@@ -13,7 +14,7 @@ namespace fringetwin::calib {
 
 inline constexpr double kMetresPerMm = 1e-3;
 
-/// Where a solve starts.
+/// The lenses and poses that a solve starts from.
 struct Seed {
   std::string lensmodel;
   std::vector<std::vector<double>> intrinsics;  ///< per device
@@ -37,8 +38,8 @@ Pose T_ref_board(const MrcalProblem& problem, int frame);
 /// UserError(usage).
 MrcalModel calibratable_model(const std::string& lensmodel);
 
-/// The same lens in another model, as a seed: the core, as many distortion terms as both have in the same
-/// meaning, and tiny ones (a rational model has no gradient in its denominator at exactly 0).
+/// Returns the same lens in another model, as a seed: the core, as many distortion terms as both have in the
+/// same meaning, and tiny ones (a rational model has no gradient in its denominator at exactly 0).
 std::vector<double> convert_seed(const std::vector<double>& intrinsics, const std::string& from,
                                  const std::string& to);
 

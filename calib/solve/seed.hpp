@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Our own seed: each device alone, staged from a rough focal length; then the rig from the views that devices
-// share, with the check that they see the same corners in the same order.
+// Finds where the joint solve starts: each device is solved alone, in stages from a rough focal length; then
+// the rig follows from the views that devices share, with the check that they see the same corners in the
+// same order.
 #pragma once
 #include <map>
 #include <string>

@@ -110,7 +110,7 @@ MrcalProblem in_model(MrcalProblem p, const std::string& lensmodel) {
   return p;
 }
 
-/// As the last stage of calibrate_alone() says.
+/// Solves the last stage of calibrate_alone() (seed.hpp): the lens model asked for, from the rough solution.
 Attempt fine_solve(const MrcalProblem& rough, const std::string& lensmodel) {
   Attempt best = solved(in_model(rough, lensmodel));
   constexpr const char* kSimple = "LENSMODEL_OPENCV4";

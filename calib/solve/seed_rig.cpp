@@ -15,7 +15,8 @@ namespace fringetwin::calib {
 
 namespace {
 
-/// Displacements of the board below this fraction of its diagonal are what poses from one view scatter by.
+/// A board's pose from one view scatters by up to this fraction of the board's diagonal; a smaller
+/// displacement between two devices' poses is therefore no disagreement.
 constexpr double kPoseTolerance = 0.05;
 
 std::vector<Eigen::Vector3d> board_points(const Board& board, const Pose& T) {
@@ -182,7 +183,7 @@ class Explanation {
   int frame_;
 };
 
-/// In this frame: the device that every disagreement has in common, when there is exactly one.
+/// Returns the device that takes part in every disagreement of this frame, when there is exactly one.
 int blamed_device(const std::vector<Pair>& pairs, int frame, int n_devices) {
   std::vector<int> bad(static_cast<std::size_t>(n_devices), 0);
   int n_bad = 0;

@@ -41,7 +41,7 @@ class Links {
   }
   bool is_used(std::size_t corner) const { return c_.problem.corners[corner].z() > 0.0; }
 
-  /// How a view's picture of a place moves with the place on the board, px/mm.
+  /// Returns by how many px a view's picture of a place moves for each mm that the place moves on the board.
   std::optional<Eigen::Matrix2d> gradient(std::size_t view, std::size_t i) const {
     const View& v = c_.observations.views[view];
     const Pose T = T_device_ref(c_.problem, v.device) * T_ref_board(c_.problem, v.frame);

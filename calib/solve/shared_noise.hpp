@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A projector's corner is read where the cameras found the corner of the board, so it inherits their error.
+// Estimates from a calibration's residuals how much of the cameras' noise the projector's corners share: a
+// projector's corner is read where the cameras found the corner of the board, so it inherits their error.
 #pragma once
 #include <Eigen/SparseCore>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Least-squares triangulation with a calibrated rig, and rigid alignment of what comes out.
+// Triangulates points from their pixels in the devices of a calibrated rig (least squares), and measures how
+// far two point sets differ after a rigid alignment.
 #pragma once
 #include <optional>
 #include <vector>

@@ -52,7 +52,8 @@ Eigen::Vector3d apply_inverse(const RotTrans& rt, const Eigen::Vector3d& p, bool
   return rotation_from_vector(rt.head<3>()).transpose() * shifted;
 }
 
-/// As numpy.std over the corners used: the mean is taken out, both coordinates pooled.
+/// Returns the standard deviation of the residuals of the corners used as numpy.std does: the mean is taken
+/// out, both coordinates are pooled.
 double observed_sigma(const MrcalProblem& p, const Eigen::VectorXd& residuals) {
   double sum = 0.0, sum_sq = 0.0;
   Eigen::Index n = 0;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the noise of the corners leaves unknown: of a projection, of triangulated points, of a fitted sphere.
-// Method of mrcal 2.2 (docs: "Uncertainty quantification", mean-pcam): propagate the corners' noise through
-// the linearised solve. Frames are not known better than the boards, so a point is held fixed relative to the
-// boards, not to a camera: what only turns or shifts the whole rig does not count.
+// Returns what the noise of the corners leaves unknown of a solved calibration, as covariances: of a
+// projection, of triangulated points, of a fitted sphere. The method is that of mrcal 2.2 (docs: "Uncertainty
+// quantification", mean-pcam): propagate the corners' noise through the linearised solve. Frames are not
+// known better than the boards, so a point is held fixed relative to the boards, not to a camera: what only
+// turns or shifts the whole rig does not count.
 #pragma once
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -28,7 +29,7 @@ class Uncertainty {
 
   /// Covariance (px^2) of the projection of a point (mm, in the device's frame) due to the calibration.
   Eigen::Matrix2d projection(int device, const Eigen::Vector3d& p_device_mm) const;
-  /// As above for a point at infinity in this direction.
+  /// Returns the same for a point at infinity in this direction.
   Eigen::Matrix2d projection_at_infinity(int device, const Eigen::Vector3d& direction) const;
 
   /// Joint covariance (mm^2, 3n x 3n) of points (mm, reference frame) triangulated by least squares of the
@@ -47,7 +48,7 @@ class Uncertainty {
   /// Joint covariance of the rig: per device its solved lens parameters and, but for the first, its
   /// rt_device_ref (rad, mm).
   Eigen::MatrixXd rig() const;
-  /// How much of the cameras' corner noise the projector's corners share (shared_noise.hpp).
+  /// Returns how much of the cameras' corner noise the projector's corners share, 0 to 1 (shared_noise.hpp).
   double shared() const { return share_; }
 
  private:

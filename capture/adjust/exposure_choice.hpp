@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The longest exposure that the projector's brightest light does not saturate: modulation grows with it.
+// Chooses for each camera the longest exposure that the projector's brightest light does not saturate:
+// modulation grows with it.
 #pragma once
 #include <chrono>
 #include <optional>

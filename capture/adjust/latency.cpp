@@ -194,7 +194,7 @@ class Calibration {
     n_seen_ = whole ? n_seen_ + 1 : 0;  // patience again: the next run begins from a light that stands
   }
 
-  /// By so much a frame may be taken for complete too early.
+  /// Returns by how much too early a frame may be taken for complete.
   double unseen_ms(const CameraLatency& camera) const { return camera.threshold * ms(period_ns_); }
 
   CameraLatency summarise(std::size_t c) const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the call that shows a pattern to the frames that show nothing else: measured from the images
-// themselves.
+// Measures, from the images themselves, how long it takes from the call that shows a pattern to the frames
+// that show nothing else.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -39,8 +39,8 @@ struct CameraLatency {
 
 struct Latency {
   std::vector<CameraLatency> cameras;
-  /// For CapturePlan: the needed_ms of the slowest camera and a margin of 0.5 ms + threshold x frame period
-  /// (the share of old light that would go unseen in a frame).
+  /// What CapturePlan is given: the needed_ms of the slowest camera and a margin of 0.5 ms + threshold x
+  /// frame period (the share of old light that would go unseen in a frame).
   double latency_ms = 0.0, margin_ms = 0.0;
   int settle_frames = 0;  ///< besides; 1 where latency scatters or the display does not say when it shows
   int settle_without_latency = 0;          ///< that do without latency_ms

@@ -143,7 +143,7 @@ void LightLevels::choose_pixels(const std::string& camera, const std::vector<Ima
   set_mean_levels(dark.mean, bright.mean);
 }
 
-/// Of the pixels in use, or of all where there is none.
+/// Sets black_dn_ and white_dn_ to the means of the pixels in use, or of all where there is none.
 void LightLevels::set_mean_levels(const std::vector<double>& black, const std::vector<double>& white) {
   std::size_t n = 0;
   for (const Part& part : parts_)
@@ -168,7 +168,7 @@ double LightLevels::raw_level(const Part& part, const ImageU16& frame) {
   return sum;
 }
 
-/// By part, then by frame.
+/// Returns the levels by part, then by frame.
 std::vector<std::vector<double>> LightLevels::raw_levels(const std::vector<ImageU16>& frames) const {
   std::vector<std::vector<double>> out;
   for (const Part& part : parts_) {

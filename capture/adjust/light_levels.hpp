@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far a frame is on its way from the projector's black to its white, by parts of the image.
+// Tells how far each part of a frame is on its way from the projector's black to its white.
 #pragma once
 #include <string>
 #include <vector>
@@ -19,10 +19,10 @@ class LightLevels {
   LightLevels(const std::string& camera, const std::vector<ImageU16>& black,
               const std::vector<ImageU16>& white, int bit_depth);
 
-  /// Of each part in use, 0 = black, 1 = white.
+  /// Returns the share of each part in use: 0 = black, 1 = white.
   std::vector<double> shares(const ImageU16& frame) const;
-  /// By so much shares differ before it counts: 8 times their scatter over the frames given (scatter itself
-  /// known from some 14 values only, thousands of shares looked at), at least 0.02.
+  /// Returns the least difference of two shares that counts: 8 times their scatter over the frames given
+  /// (scatter itself known from some 14 values only, thousands of shares looked at), at least 0.02.
   double threshold() const { return threshold_; }
   double black_dn() const { return black_dn_; }  ///< mean of the pixels in use
   double white_dn() const { return white_dn_; }

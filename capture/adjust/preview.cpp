@@ -32,7 +32,7 @@ double mean_of(const ImageF& image) {
   return sum / static_cast<double>(image.size());
 }
 
-/// Of a pixel's value in one picture.
+/// Returns the variance of the noise of one picture's pixels, from two pictures of the same light.
 double noise_variance(const ImageF& a, const ImageF& b) {
   double sum = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a user turns the screws by: saturation, modulation and focus as numbers, for each camera.
+// Gives the numbers by which a user adjusts aperture, focus and exposure: saturation, modulation and focus of
+// each camera.
 #pragma once
 #include <string>
 #include <vector>
@@ -20,17 +21,17 @@ struct PreviewNumbers {
   /// with a Gaussian sigma, in px of the projector, keeps exp(-2 pi^2 sigma^2/pitch^2) of it: the finest
   /// pitch shows the focus of projector and camera together, also on parts without any texture.
   double modulation_dn = 0.0, contrast = 0.0;
-  /// Of the camera alone, on what texture and edges the part has: mean squared gradient (Sobel: Tenenbaum's
-  /// measure, 1970) of the mean of the steps, where no fringes are, noise taken off, over the squared mean,
-  /// per px^2. Dividing by brightness makes it comparable between exposures; gradients rather than
-  /// Laplacians, which noise fools more easily (Pertuz, Puig, Garcia, Pattern Recognition 46, 2013). Compare
-  /// values of one scene only.
+  /// Sharpness of the camera alone, on what texture and edges the part has: mean squared gradient (Sobel:
+  /// Tenenbaum's measure, 1970) of the mean of the steps, where no fringes are, noise taken off, over the
+  /// squared mean, per px^2. Dividing by brightness makes it comparable between exposures; gradients rather
+  /// than Laplacians, which noise fools more easily (Pertuz, Puig, Garcia, Pattern Recognition 46, 2013).
+  /// Compare values of one scene only.
   double focus = 0.0;
   std::string text() const;  ///< one line
 };
 
-/// N phase steps of one pitch, and the first of them once more, for the noise. Without phase steps: {white,
-/// black}.
+/// Returns the numbers from N phase steps of one pitch and the first of them once more (`again`, for the
+/// noise). Without phase steps, `steps` is {white, black}.
 PreviewNumbers preview_numbers(const std::string& camera, const std::vector<ImageF>& steps,
                                const ImageF& again, const Sensor& sensor, double min_modulation_dn);
 

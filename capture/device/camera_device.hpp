@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A camera as the recording sees it: numbered, time-stamped frames in DN, faults told apart.
+// The interface of a camera as the recording sees it: numbered, time-stamped frames in DN, faults told apart.
 #pragma once
 #include <chrono>
 #include <cmath>
@@ -22,7 +22,7 @@ TimeNs steady_now_ns();
 inline constexpr double kNsPerMs = 1e6;
 inline TimeNs to_ns(double ms) { return static_cast<TimeNs>(std::llround(ms * kNsPerMs)); }
 
-/// What makes a single frame useless. The stream goes on.
+/// The faults that make a single frame useless; the stream goes on.
 enum class FrameFault {
   none,
   error_flag,    ///< the driver marked its data as corrupt
@@ -42,8 +42,8 @@ struct Frame {
 /// The order of one camera's frames by the driver's own count and time stamps.
 class FrameOrder {
  public:
-  /// By how much the frame is ahead of the last: 1 = the next (or the first), more = frames were lost, 0 =
-  /// repeated, which leaves the order as it was.
+  /// Takes the frame in and returns how far it is ahead of the last: 1 = the next (or the first), more =
+  /// frames were lost, 0 = repeated, which leaves the order as it was.
   std::uint32_t advance(const Frame& frame);
   bool started() const { return sequence_.has_value(); }
   TimeNs last_ns() const { return timestamp_ns_; }  ///< the least there is before the first frame

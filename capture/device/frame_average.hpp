@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of one pattern -> the gray values of an image file.
+// Averages the frames of one pattern into the gray values of an image file.
 #pragma once
 #include <cstdint>
 #include <vector>

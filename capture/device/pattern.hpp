@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is projected: the images of the sequence and even fields, pixel for pixel.
+// Makes what is projected: the images of the sequence and even fields, pixel for pixel.
 #pragma once
 #include <string>
 #include <vector>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The projector as the recording sees it: a screen of fixed size that shows a pattern and says since when.
+// The interface of the projector as the recording sees it: a screen of fixed size that shows a pattern and
+// says since when.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -10,7 +11,7 @@
 
 namespace fringetwin::capture {
 
-/// When a pattern came on.
+/// The time at which a pattern came on.
 struct Shown {
   TimeNs at_ns = 0;            ///< of the page flip where `timed`, else when it was handed over
   std::uint64_t sequence = 0;  ///< the display's own count of refreshes or buffers; 0 where it has none
@@ -32,8 +33,8 @@ class PatternDisplay {
   /// Shows `levels` (fraction of full scale, of the display's size) pixel for pixel until the next call and
   /// returns once it is on (timed) or handed over. Throws DeviceFault(gone), DeviceFault(stream).
   virtual Shown show(const Pattern& pattern, const ImageF& levels) = 0;
-  /// For long waits between patterns. Throws DeviceFault(gone) when the display was unplugged, Cancelled when
-  /// the user closed the window.
+  /// Is called during long waits between patterns. Throws DeviceFault(gone) when the display was unplugged,
+  /// Cancelled when the user closed the window.
   virtual void check() {}
 };
 

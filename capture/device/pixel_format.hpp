@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pixel formats of video devices: bytes of a frame to digital numbers, and back for a display.
+// Converts the bytes of a video device's frame to digital numbers, and back for a display.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -31,7 +31,7 @@ PixelFormat required_pixel_format(const std::string& name, const std::string& op
 std::string pixel_format_names();               ///< "Y16, Y16-BE, ..."
 std::string fourcc_text(std::uint32_t fourcc);  ///< "Y16-BE", "RGB3": also unknown ones
 
-/// How a frame lies in memory.
+/// The layout of a frame in memory.
 struct FrameLayout {
   PixelFormat format = PixelFormat::grey;
   int width = 0, height = 0;
@@ -48,7 +48,7 @@ struct UnpackedFrame {
   FrameFault fault = FrameFault::none;
 };
 
-/// What can be said without looking at pixels.
+/// Returns the fault that the number of bytes shows, without looking at pixels.
 FrameFault check_length(std::span<const std::byte> bytes, const FrameLayout& layout);
 /// YUYV and MJPG give the luma. A JPEG with any warning of the decoder, and a word with bits beyond its
 /// format, are FrameFault::undecodable.

@@ -33,7 +33,7 @@ using DrmCrtc = std::unique_ptr<drmModeCrtc, FreedBy<drmModeFreeCrtc>>;
 /// /dev/dri/card0, ...
 std::vector<std::string> kms_cards();
 
-/// What an error number of the kernel means while patterns are shown.
+/// Returns the fault that an error number of the kernel means while patterns are shown.
 DeviceFault kms_fault(int error, const std::string& where, const std::string& doing);
 
 /// Exact, from the mode's clock and totals.
@@ -52,7 +52,7 @@ struct FlipDone {
   TimeNs at_ns = 0, received_ns = 0;
 };
 
-/// Not for several threads at a time.
+/// An open graphics card. One thread at a time may use it.
 class KmsCard {
  public:
   /// One object per card and program: displays on two connectors share it. Throws UserError(device).

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Patterns on a display that no desktop holds: page flips of the kernel (DRM/KMS), stamped by the driver.
+// Shows patterns on a display that no desktop holds: page flips of the kernel (DRM/KMS), stamped by the
+// driver.
 #pragma once
 #include <memory>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which connector and which mode of a graphics card a pattern display uses.
+// Chooses which connector and which mode of a graphics card a pattern display uses.
 #pragma once
 #include <optional>
 #include <string>

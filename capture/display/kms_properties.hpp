@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands between a frame buffer and the cable (gamma tables, colour matrices, limited range, scalers):
-// off while patterns are shown, restored afterwards.
+// Turns off what stands between a frame buffer and the cable (gamma tables, colour matrices, limited range,
+// scalers) while patterns are shown, and restores it afterwards.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -21,7 +21,7 @@ class KmsProperties {
 
   /// E.g. "Broadcast RGB = Full, GAMMA_LUT off"; what the driver has.
   const std::string& set() const { return set_; }
-  /// What the driver has and would not let go; empty if nothing.
+  /// Returns what the driver has and would not turn off; empty if nothing.
   const std::string& refused() const { return refused_; }
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One pattern on several displays of one size, for example one that is seen and one that is recorded.
+// Shows one pattern on several displays of one size, for example one that is seen and one that is recorded.
 #pragma once
 #include <memory>
 #include <vector>

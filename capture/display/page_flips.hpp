@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What page-flip events say about when a pattern came on, and when they say nothing.
+// Tells from page-flip events when a pattern came on, and when they do not say it.
 #pragma once
 #include <cstdint>
 #include <optional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Patterns in a full-screen window of the desktop: pixel for pixel, at a time nobody guarantees.
+// Shows patterns in a full-screen window of the desktop: pixel for pixel, at a time nobody guarantees.
 #pragma once
 #include <memory>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One sequence recorded at several exposures -> one with a wider range of light.
+// Merges one sequence recorded at several exposures into one with a wider range of light.
 #pragma once
 #include <functional>
 #include <string>

@@ -12,7 +12,7 @@ namespace fringetwin::capture {
 
 inline constexpr const char* kJournalName = "capture.journal";
 
-/// What became of one frame.
+/// The record of one frame and of what became of it.
 struct FrameRecord {
   std::string camera;
   std::uint32_t sequence = 0;
@@ -43,9 +43,10 @@ class Journal {
   /// damaged one, UserError(usage) when `identity` is another than it was begun with.
   static Journal resume(const std::filesystem::path& dir, const std::map<std::string, std::string>& identity);
 
-  /// What the recording in that folder was begun with; empty when there is none. Throws UserError(input).
+  /// Returns what the recording in that folder was begun with; empty when there is none. Throws
+  /// UserError(input).
   static std::map<std::string, std::string> identity(const std::filesystem::path& dir);
-  /// For a recording that is complete.
+  /// Returns the journal of a recording that is complete: no file, no records.
   static Journal none() { return Journal({}); }
 
   /// Records found by resume() and appended since, in order of time.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is to be recorded, and in which order: one step for each showing of a pattern.
+// Turns what a user wants recorded (CapturePlan) into the steps of a recording in their order: one for each
+// showing of a pattern.
 #pragma once
 #include <chrono>
 #include <map>
@@ -53,10 +54,11 @@ struct RecordedSet {
 /// Throws UserError(usage) for numbers out of range or at odds (brackets with repeats).
 void check_plan(const CapturePlan& plan);
 std::vector<Step> make_steps(const Fringes& fringes, const CapturePlan& plan);
-/// Without dark and flat frames, which are plain folders. With brackets the main set is merged at the end.
+/// Returns the capture sets of a recording, without dark and flat frames, which are plain folders. With
+/// brackets the main set is merged at the end.
 std::vector<RecordedSet> recorded_sets(const Fringes& fringes, const CapturePlan& plan);
 
-/// All that must not change between a recording and its --resume, by name; times and tries may.
+/// Returns by name all that must not change between a recording and its --resume; times and tries may.
 std::map<std::string, std::string> plan_identity(const Twin& twin, const CapturePlan& plan);
 
 }  // namespace fringetwin::capture

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which files below a recording's folder are its own.
+// Tells which files below a recording's folder are its own.
 #pragma once
 #include <filesystem>
 #include <functional>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The folder of a recording: images as they come, the journal beside them, capture.toml at the very end.
+// Writes the folder of a recording: images as they come, the journal beside them, capture.toml at the very
+// end.
 #pragma once
 #include <filesystem>
 #include <future>
@@ -27,8 +28,8 @@ struct RecordedImage {
 
 class Recording {
  public:
-  /// What the folder holds, before anything is opened or changed; images of a complete set are checked.
-  /// Throws UserError(usage) when it holds something that `existing` does not allow to go on with.
+  /// Returns what the folder holds, before anything is opened or changed; images of a complete set are
+  /// checked. Throws UserError(usage) when it holds something that `existing` does not allow to go on with.
   static Found look_into(const std::filesystem::path& dir, const Twin& twin, const CapturePlan& plan,
                          Existing existing);
 
@@ -47,7 +48,7 @@ class Recording {
   /// Writes the images and then the journal's line, in the background: the next pattern may be shown
   /// meanwhile. Throws what the one before threw (a full disk).
   void store(StepRecord record, std::vector<RecordedImage> images);
-  /// For benchmarks: store() waits.
+  /// Makes store() wait until the image is written, for benchmarks.
   void write_at_once() { at_once_ = true; }
   /// Waits for what store() began.
   void flush();

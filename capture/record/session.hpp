@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole acquisition: every pattern shown, settled, recorded by all cameras, checked, and kept.
+// Runs a whole acquisition: every pattern of the plan is shown, settled, recorded by all cameras, checked,
+// and kept.
 #pragma once
 #include <map>
 #include <string>
@@ -12,7 +13,7 @@
 
 namespace fringetwin::capture {
 
-/// What happened on the way, for the user and for provenance.
+/// Counts of what happened on the way, for the user and for provenance.
 struct SessionSummary {
   int steps = 0, recorded = 0;  ///< of the plan; in this run
   std::uint32_t lost_frames = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every user of a rig does with it: cameras running, patterns on.
+// Starts and stops the cameras of a rig and shows patterns, for all who use one.
 #pragma once
 #include "capture/device/pattern_display.hpp"
 #include "capture/record/grab_step.hpp"

@@ -72,7 +72,7 @@ class Verifier {
 
  private:
   void find(const std::string& sentence) { out_.findings.push_back(sentence); }
-  /// As the user named the folder.
+  /// Returns the file's path as the user named the folder.
   fs::path shown(const fs::path& file) const;
   void check_toml();
   int number_of_images() const;
@@ -147,8 +147,8 @@ void Verifier::check_toml() {
                    right_seal(text.str())));
 }
 
-/// How many images a `pattern` names: by the checksums, without these by what is on disk, up to the first
-/// gap. What lies beyond a gap is found as superfluous.
+/// Returns how many images a `pattern` names: by the checksums, without these by what is on disk, up to the
+/// first gap. What lies beyond a gap is found as superfluous.
 int Verifier::number_of_images() const {
   int n = 1;
   for (const CaptureCamera& camera : set_.cameras) {
@@ -238,7 +238,8 @@ void Verifier::report_images(std::size_t camera) {
                      kMend));
 }
 
-/// What most images of the camera have is taken for right; a sub-set must agree with the set.
+/// Reports images of another shape: that of most images of the camera is taken for right; a sub-set must
+/// agree with the set.
 void Verifier::check_shapes(std::size_t camera, std::map<std::string, Shape>* shapes) {
   std::map<Shape, int> votes;
   for (const Image& image : images_)
@@ -306,7 +307,8 @@ std::set<fs::path> Verifier::own_folders() const {
   return folders;
 }
 
-/// In its own folders: leftovers of a write, and with checksums any image that they do not list.
+/// Reports strange files in the set's own folders: leftovers of a write, and with checksums any image they do
+/// not list.
 void Verifier::find_strangers() {
   const bool recorded =
       !checksums_.empty() && std::any_of(set_.cameras.begin(), set_.cameras.end(),

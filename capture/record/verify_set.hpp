@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Is a capture set whole? Every image decodes to its end, has the checksum it was recorded with, and none is
-// missing or too many.
+// Checks whether a capture set is whole: every image decodes to its end and has the checksum it was recorded
+// with, and none is missing or too many.
 #pragma once
 #include <filesystem>
 #include <string>

@@ -50,7 +50,7 @@ Twin make_twin(int steps = kSteps, int bit_depth = 12, int width = kWidth) {
   return twin;
 }
 
-/// As a recording leaves it; two cameras, white and black, the list of frames.
+/// Writes a set as a recording leaves it: two cameras, white and black, the list of frames.
 void record(const fs::path& dir, const std::string& sets = "", unsigned seed = 1, bool checksums = true) {
   std::mt19937 generator(seed);
   std::vector<CameraImages> cameras(2);
@@ -278,7 +278,7 @@ TEST_F(VerifySetTest, AgainstATwin) {
   EXPECT_THAT(of(twin), ElementsAre(HasSubstr("has no camera \"upper\"")));
 }
 
-/// As `import captures` describes one: among files that are none of its business.
+/// A set as `import captures` describes one: among files that are none of its business.
 TEST_F(VerifySetTest, AForeignSet) {
   const fs::path raw = folder_ / "raw";
   CaptureSet set;

@@ -39,7 +39,7 @@ struct SimulatedRig::World {
   std::uint64_t n_shown = 0;
   std::vector<Light> lights;  ///< in order of time
 
-  /// What shone during [begin, end), each with its share.
+  /// Returns the lights that shone during [begin, end), each with its share.
   std::vector<Light> during(TimeNs begin_ns, TimeNs end_ns) const {
     std::vector<Light> found;
     for (std::size_t i = 0; i < lights.size(); ++i) {

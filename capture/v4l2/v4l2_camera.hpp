@@ -36,7 +36,7 @@ class V4l2Camera final : public CameraDevice {
   double set_exposure_ms(double exposure_ms) override;
 
   const V4l2Device& device() const { return device_; }
-  /// How often start() was refused before it went through, ever.
+  /// Returns how often start() was refused before it went through, since the camera was opened.
   int refused_starts() const { return refused_starts_; }
 
  private:

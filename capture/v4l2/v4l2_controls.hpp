@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Controls of a video device by name or number; a value counts as set when the driver gives it back.
+// Reads and sets the controls of a video device by name or number; a value counts as set when the driver
+// gives it back.
 #pragma once
 #include <optional>
 #include <set>
@@ -29,7 +30,8 @@ class V4l2Controls {
 
   const std::vector<V4l2Control>& all() const { return controls_; }
   const V4l2Control* find(std::uint32_t id) const;
-  /// By key or name, case not regarded. Throws UserError(device) that lists what there is.
+  /// Returns the control of this key or name, case not regarded. Throws UserError(device) that lists what
+  /// there is.
   const V4l2Control& named(const std::string& name) const;
 
   /// 0 or negative errno.
@@ -37,7 +39,7 @@ class V4l2Controls {
   std::int64_t get(const V4l2Control& control) const;
   /// Throws UserError(device) unless exactly `value` is read back.
   void set(const V4l2Control& control, std::int64_t value) const;
-  /// As the user wrote it: a number, a menu's item, on or off.
+  /// Sets a value as the user wrote it: a number, a menu's item, on or off.
   void set(const V4l2Control& control, const std::string& value) const;
   /// Throws UserError(device) when it no longer has that value.
   void verify(const V4l2Control& control, const std::string& value) const;

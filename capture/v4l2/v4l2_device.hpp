@@ -58,7 +58,7 @@ std::string text_of(const unsigned char (&array)[size]) {
 }
 
 bool is_gone(int negative_errno);
-/// Whether the driver stamps buffers with CLOCK_MONOTONIC.
+/// Tells whether the driver stamps buffers with CLOCK_MONOTONIC.
 bool is_monotonic(std::uint32_t buffer_flags);
 /// nullopt: not stamped so.
 std::optional<TimeNs> stamped_ns(const v4l2_buffer& buffer);

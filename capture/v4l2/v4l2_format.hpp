@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Agreeing with a video device on format, size and rate.
+// Agrees with a video device on format, size and rate, and says what was agreed.
 #pragma once
 #include "capture/device/pixel_format.hpp"
 #include "capture/v4l2/v4l2_device.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cameras this machine has and what they offer.
+// Lists the cameras this machine has and what they offer.
 #pragma once
 #include "capture/v4l2/v4l2_api.hpp"
 

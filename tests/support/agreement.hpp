@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renderer against double-precision reference over a block of pixels.
+// Compares the renderer with the double-precision reference over a block of pixels.
 #pragma once
 #include <functional>
 #include <optional>
@@ -16,7 +16,7 @@ render::Renderer* shared_renderer();
 /// True when a missing device is a failure: CI or FRINGETWIN_REQUIRE_DEVICE is set.
 bool device_required();
 
-/// In a test body: skips (or, where a device is required, fails) without a device.
+/// Skips the test in whose body it stands (or fails it, where a device is required) when there is no device.
 #define REQUIRE_RENDERER()                                                              \
   do {                                                                                  \
     if (!::fringetwin::testing::shared_renderer()) {                                    \

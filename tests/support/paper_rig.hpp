@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Twins in memory for the tests: the paper's rig (its Tables 1, 3, 4) and crops of it.
+// Makes twins in memory for the tests: the paper's rig (its Tables 1, 3, 4) and crops of it.
 #pragma once
 #include <string>
 #include <vector>
@@ -22,10 +22,10 @@ PlaneShape frontal_plane(double z_mm = 300.0);
 PlaneShape tilted_plane();
 CylinderShape upright_cylinder();  ///< R 12 mm, leaning, in front of both cameras
 
-/// The same camera seeing only the window x0...x0+width, y0...y0+height: pixel (0,0) of the crop is
+/// Returns the same camera seeing only the window x0...x0+width, y0...y0+height: pixel (0,0) of the crop is
 /// pixel (x0, y0) of the whole image. Perspective lens models only.
 Camera crop(const Camera& camera, int x0, int y0, int width, int height);
-/// Every camera of the twin cropped around the projection of a world point.
+/// Returns the twin with every camera cropped around the projection of a world point.
 Twin crop_around(Twin twin, const Eigen::Vector3d& point_world_mm, int width, int height);
 
 /// Reduces the twin to camera `index`.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A twin's images by another program: POV-Ray 3.7 (Debian package povray). Spheres and infinite planes, the
-// fringe as a function of space, a light at the projector's centre. Nothing of our renderer is in them.
+// Renders a twin's images by another program, POV-Ray 3.7 (Debian package povray). Spheres and infinite
+// planes, the fringe as a function of space, a light at the projector's centre. Nothing of our renderer is in
+// them.
 #pragma once
 #include <cstddef>
 #include <filesystem>

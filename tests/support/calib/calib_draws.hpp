@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many calibrations of the paper's rig (25 boards), each from its own draw of the corners' noise, and whether
-// what comes out scatters as a covariance says. For *_test.cpp only.
+// Makes many calibrations of the paper's rig (25 boards), each from its own draw of the corners' noise, and
+// checks whether what comes out scatters as a covariance says. For *_test.cpp only.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 
 namespace fringetwin::testing {
 
-/// How the projector's corners come about.
+/// The two ways in which the projector's corners come about.
 enum class ProjectorCorners { measured_by_itself, read_at_the_cameras_corners };
 
 class CalibrationDraws {
@@ -49,7 +49,8 @@ class CalibrationDraws {
     return c;
   }
 
-  /// Where the boards of this calibration carry a point: what turns and shifts the whole rig is no error.
+  /// Returns where the boards of this calibration carry a point: what turns and shifts the whole rig is no
+  /// error.
   Eigen::Vector3d carried_mm(const calib::Calibration& c, const Eigen::Vector3d& p_mm) const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (std::size_t f = 0; f < boards_.size(); ++f)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The paper's rig in front of a board, with noise. For *_test.cpp only.
+// Makes the corners that the paper's rig sees of boards, with noise. For *_test.cpp only.
 #pragma once
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -81,8 +81,8 @@ inline calib::Observations draw_observations(const TrueRig& rig, std::mt19937_64
   return o;
 }
 
-/// Weight of what a camera reads of the projector at a place of the board: 1 / (projector px per camera
-/// px)^2.
+/// Returns the weight of what a camera reads of the projector at a place of the board: 1 / (projector px per
+/// camera px)^2.
 inline double reading_weight(const TrueRig& rig, std::size_t camera, const Pose& T_ref_board,
                              const Eigen::Vector3d& p_board_mm) {
   const auto gradient = [&](std::size_t d) -> Eigen::Matrix2d {
@@ -100,7 +100,7 @@ inline double reading_weight(const TrueRig& rig, std::size_t camera, const Pose&
   return 1.0 / (gradient(2) * gradient(camera).inverse()).squaredNorm();
 }
 
-/// Points of the volume that all devices see.
+/// Returns points of the volume that all devices see.
 inline std::vector<Eigen::Vector3d> volume(const TrueRig& rig) {
   std::vector<Eigen::Vector3d> points;
   for (const double z : {250.0, 280.0, 310.0})
@@ -118,7 +118,7 @@ inline std::vector<Eigen::Vector3d> volume(const TrueRig& rig) {
   return points;
 }
 
-/// rms of the shape that devices 0 and `other` measure, when the pixels are the true rig's.
+/// Returns the rms error of the shape that devices 0 and `other` measure, when the pixels are the true rig's.
 inline double shape_error_mm(const TrueRig& rig, const calib::Calibration& c, std::size_t other) {
   const std::vector<Eigen::Vector3d> truth = volume(rig);
   std::vector<Eigen::Vector3d> measured;

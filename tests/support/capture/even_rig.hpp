@@ -85,7 +85,8 @@ class EvenCamera : public capture::CameraDevice {
   }
   capture::TimeNs now_ns() const override { return world_->now_ns; }
 
-  /// Of white per ms, at a pixel: from 1 to 1/4 of the brightest, evenly over the pixels' numbers.
+  /// Returns the DN that white adds per ms at a pixel: from 1 to 1/4 of the brightest, evenly over the
+  /// pixels' numbers.
   double gain(std::size_t pixel) const {
     const double place = static_cast<double>(pixel) / static_cast<double>(o_.width * o_.height - 1);
     return o_.dn_per_ms * (1.0 - 0.75 * place);

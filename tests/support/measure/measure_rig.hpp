@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Test support: the rig of datasets/paper-sphere (Tables 1, 3, 4 of its paper) and ideal decoded maps
+// Makes the rig of datasets/paper-sphere (Tables 1, 3, 4 of its paper) in any size, and ideal decoded maps
 // computed per pixel by ray casting in double, so that tests see the error of the correspondence alone.
 #pragma once
 #include <functional>
@@ -11,7 +11,8 @@
 
 namespace fringetwin::testing {
 
-/// Both cameras and the projector; world = left camera. `scale` shrinks the images (and focal lengths).
+/// Returns both cameras and the projector; world = left camera. `scale` shrinks the images (and focal
+/// lengths).
 Twin scaled_paper_rig(double scale = 1.0);
 
 /// Ray (world) -> distance along the unit direction of the first hit; nullopt = none.
@@ -29,7 +30,7 @@ struct MapOptions {
   double noise_px = 0.0;  ///< Gaussian noise of the coordinate, also its stated sigma
   unsigned seed = 1;
 };
-/// What a perfect decoder would report for one camera.
+/// Returns what a perfect decoder would report for one camera.
 measure::CameraDecode ideal_decode(const Twin& twin, std::size_t camera, const RaySurface& scene,
                                    const MapOptions& options = {});
 

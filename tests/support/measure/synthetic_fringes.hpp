@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Test help: images of a scene whose projector coordinate is known at every pixel, formed from
+// Makes images of a scene whose projector coordinate is known at every pixel, formed from
 // pattern_value() in double precision. Independent of the decoder.
 #pragma once
 #include <algorithm>

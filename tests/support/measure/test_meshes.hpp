@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Test support: small meshes with known geometry.
+// Makes small meshes with known geometry.
 #pragma once
 #include <cmath>
 #include <vector>

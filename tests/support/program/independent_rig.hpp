@@ -16,7 +16,7 @@ namespace fringetwin::testing {
 /// [camera][image of the sequence], E.
 using RigImages = std::vector<std::vector<ImageF>>;
 
-/// What the rig's projector does to the pattern.
+/// The two projectors of the rig, by what they do to the pattern.
 enum class RigLight {
   linear,  ///< gamma 1, sharp
   bent,    ///< gamma 1.2 and blur 1 px
@@ -39,9 +39,9 @@ struct CaptureOptions {
   double gain_tilt = 0.0;      ///< the gain grows by this share from the first column to the last
   bool second_bounce = false;  ///< with rig_indirect_images(); of RigLight::linear only
 };
-/// What the sensors record of rig_images(), order of the cameras.
+/// Returns what the sensors record of rig_images(), in the order of the cameras.
 std::vector<CameraImages> captured_images(const CaptureOptions& options = {});
-/// The same as 16-bit PNG files with capture.toml.
+/// Writes the same as 16-bit PNG files with capture.toml.
 void write_captures(const std::filesystem::path& folder, const CaptureOptions& options = {});
 
 /// What the twin believes; the default is the truth about RigLight::linear.

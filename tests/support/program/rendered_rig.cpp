@@ -31,7 +31,7 @@ Eigen::VectorXd true_parameters(const RenderedBoards& scene) {
   return out;
 }
 
-/// What `calibrate` found in the pictures.
+/// Returns the corners that `calibrate` found in the pictures.
 calib::Observations found_corners(const RenderedBoards& scene, const fs::path& vnl) {
   calib::Observations o;
   o.board = scene.board;
@@ -50,7 +50,7 @@ struct TrueDevice {
   Pose T_device_world;
 };
 
-/// Where a corner ought to be found: its picture; of a circle the centroid of its picture, and in the
+/// Returns where a corner ought to be found: its picture; of a circle the centroid of its picture, and in the
 /// projector what lights the place on the board that the cameras take for the centre (mean of both).
 Eigen::Vector2d ideal_corner(const RenderedBoards& scene, const std::vector<TrueDevice>& devices,
                              std::size_t d, const Pose& T_world_board, const Eigen::Vector3d& corner_mm) {

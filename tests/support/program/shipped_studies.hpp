@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The studies that come with the program, run with some of their text replaced, and their tables.
+// Runs the studies that come with the program, with some of their text replaced, and reads their tables.
 #pragma once
 #include <filesystem>
 #include <map>

@@ -18,9 +18,9 @@ class SlurmCluster {
   SlurmCluster(const SlurmCluster&) = delete;
   SlurmCluster& operator=(const SlurmCluster&) = delete;
 
-  /// For SLURM_CONF.
+  /// Returns the file that SLURM_CONF must name.
   std::filesystem::path configuration() const { return folder_ / "slurm.conf"; }
-  /// The same with a controller's port at which nobody listens.
+  /// Returns the same with a controller's port at which nobody listens.
   std::filesystem::path dead_configuration() const { return folder_ / "dead.conf"; }
   /// Output of one of Slurm's commands, in a shell.
   std::string command(const std::string& line) const;

@@ -9,7 +9,7 @@
 
 namespace fringetwin::testing {
 
-/// What a STUDY.toml beside the small twin begins with.
+/// The head of a STUDY.toml beside the small twin.
 inline const std::string kSmallStudy =
     "schema = \"fringetwin-study/1\"\nname = \"small\"\ntwin = \"twin.toml\"\n";
 
@@ -26,7 +26,7 @@ values = [40.0, 10.0]
 /// A folder with the small twin and this STUDY.toml.
 std::filesystem::path study_folder(const std::string& name, const std::string& study);
 
-/// Of `fringetwin`: study DIR/STUDY.toml --out DIR/OUT and more.
+/// Returns the arguments of `fringetwin study`: DIR/STUDY.toml --out DIR/OUT and more.
 std::vector<std::string> study_arguments(const std::filesystem::path& dir, const std::string& out,
                                          const std::vector<std::string>& more = {});
 RunResult run_study(const std::filesystem::path& dir, const std::string& out = "out",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Other programs and scratch folders in tests and benchmarks.
+// Runs other programs and makes scratch folders, for tests and benchmarks.
 #pragma once
 #include <unistd.h>
 

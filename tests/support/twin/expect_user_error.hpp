@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs a call that must throw UserError and fails the test unless it does, with the exit code and words
-// given. For
-// *_test.cpp only.
+// given. For *_test.cpp only.
 #pragma once
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A data set of datasets/ with its real images. For *_test.cpp only.
+// Loads a data set of datasets/ with its real images. For *_test.cpp only.
 #pragma once
 #include <cstdlib>
 #include <filesystem>
