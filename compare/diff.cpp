@@ -7,10 +7,11 @@
 #include <cmath>
 #include <fstream>
 #include <set>
+#include <string_view>
 #include <vector>
 
 #include "compare/result/fit_keys.hpp"
-#include "compare/result/rows.hpp"
+#include "compare/result/tables.hpp"
 #include "report/json.hpp"
 #include "twin/base/errors.hpp"
 
@@ -19,12 +20,20 @@ namespace {
 
 using report::Json;
 
-/// "left x pitch 13 step 0/4 rms_dn" -> value, in the order of the file.
+/// One number of a result, for example "gain left gain_dn", and that of its standard error.
+struct Quantity {
+  std::string name, sigma;
+  double value = 0.0;
+  bool is_sigma = false;
+  bool simulated_only = false;  ///< it stands without the real images
+};
+
+/// The numbers of one result, in the order of the file.
 struct Quantities {
-  std::vector<std::pair<std::string, double>> list;
-  const double* find(const std::string& name) const {
-    for (const auto& [key, value] : list)
-      if (key == name) return &value;
+  std::vector<Quantity> list;
+  const Quantity* find(const std::string& name) const {
+    for (const Quantity& q : list)
+      if (q.name == name) return &q;
     return nullptr;
   }
 };
@@ -49,45 +58,76 @@ Json load(const std::filesystem::path& path) {
   return json;
 }
 
-void add_values(const std::string& name, const Json& value, Quantities& out) {
-  if (value.is_number()) out.list.emplace_back(name, value.get<double>());
-  if (value.is_array() && value.size() == 3)
-    for (std::size_t i = 0; i < 3; ++i)
-      if (value[i].is_number()) out.list.emplace_back(fmt::format("{}[{}]", name, i), value[i].get<double>());
+/// Adds a number, or the numbers of a list with their index.
+void add_values(const Quantity& of, const Json& value, Quantities& out) {
+  Quantity q = of;
+  if (value.is_number()) {
+    q.value = value.get<double>();
+    out.list.push_back(q);
+  }
+  if (!value.is_array()) return;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    q.name = fmt::format("{}[{}]", of.name, i);
+    if (!of.sigma.empty()) q.sigma = fmt::format("{}[{}]", of.sigma, i);
+    add_values(q, value[i], out);
+  }
 }
 
-void add_rows(const Json& json, const char* table, const std::vector<std::string>& names, Quantities& out) {
-  if (!json.contains(table) || !json[table].is_array()) return;
-  for (const Json& row : json[table]) {
-    std::string prefix = table;
-    for (const std::string& name : names) prefix += fmt::format(" {}", row.value(name, "?"));
-    for (const auto& [key, value] : row.items()) add_values(prefix + " " + key, value, out);
+/// The texts of a row that say which one it is: " left x".
+std::string name_of(const std::vector<Field>& fields, const Json& row) {
+  std::string name;
+  for (const Field& field : fields)
+    if (field.role == Field::Role::name && row.contains(field.key)) {
+      const Json& value = row[field.key];
+      if (value.is_string()) name += " " + value.get<std::string>();
+      if (value.is_array())
+        for (const Json& part : value) name += " " + part.get<std::string>();
+    }
+  return name;
+}
+
+void add_row(const std::string& table, const std::vector<Field>& fields, const Json& row, Quantities& out) {
+  const std::string prefix = table + name_of(fields, row) + " ";
+  for (const Field& field : fields) {
+    if (!row.contains(field.key)) continue;
+    const Json& value = row[field.key];
+    if (field.kind == Kind::rows)
+      for (const Json& part : value) add_row(prefix + field.key, field.rows(), part, out);
+    else
+      add_values({.name = prefix + field.key,
+                  .sigma = field.sigma.empty() ? "" : prefix + field.sigma,
+                  .is_sigma = field.role == Field::Role::sigma,
+                  .simulated_only = field.simulated_only},
+                 value, out);
+  }
+}
+
+/// The numbers of a fit stand in maps, on four sides.
+void add_fit(const Json& row, Quantities& out) {
+  for (const char* side : {"measured", "simulated", "real", "difference"}) {
+    if (!row.contains(side) || !row[side].is_object()) continue;
+    const std::string prefix = fmt::format("fit {} {} ", row.value("object", "?"), side);
+    for (const auto& [key, value] : row[side].items())
+      add_values({.name = prefix + key,
+                  .sigma = prefix + sigma_key(key),
+                  .is_sigma = is_sigma_key(key),
+                  .simulated_only = std::string_view(side) == "simulated"},
+                 value, out);
   }
 }
 
 Quantities quantities(const Json& json) {
   Quantities out;
-  if (json.contains("fits"))
-    for (const Json& row : json["fits"])
-      for (const char* side : {"measured", "simulated", "real", "difference"})
-        if (row.contains(side) && row[side].is_object())
-          for (const auto& [key, value] : row[side].items())
-            add_values("fit " + row.value("object", "?") + " " + side + " " + key, value, out);
-  add_rows(json, "gain", {"camera"}, out);
-  add_rows(json, "gray", {"camera", "pattern"}, out);
-  add_rows(json, "phase", {"camera", "direction"}, out);
-  add_rows(json, "noise", {"camera", "direction"}, out);
-  add_rows(json, "shift", {"camera"}, out);
+  for (const Json& row : json.value("fits", Json::array())) add_fit(row, out);
+  for (const Table& table : tables()) {
+    if (!json.contains(table.key)) continue;
+    const Json& rows = json[table.key];
+    if (rows.is_array())
+      for (const Json& row : rows) add_row(table.key, table.fields(), row, out);
+    else if (rows.is_object())
+      add_row(table.key, table.fields(), rows, out);
+  }
   return out;
-}
-
-/// "fit ball real radius_mm" -> "fit ball real radius_sigma_mm"; keeps an index.
-std::string sigma_name(const std::string& name) {
-  const std::size_t bracket = name.rfind('[');
-  const std::string index = bracket == std::string::npos ? "" : name.substr(bracket);
-  const std::string plain = name.substr(0, name.size() - index.size());
-  const std::size_t at = plain.rfind(' ');
-  return plain.substr(0, at + 1) + sigma_key(plain.substr(at + 1)) + index;
 }
 
 /// Images that both runs read: their noise and calibration are the same, so the numbers made from them are
@@ -111,16 +151,12 @@ std::size_t shared_images(const Json& a, const Json& b) {
       std::count_if(in_a.begin(), in_a.end(), [&](const std::string& d) { return in_b.contains(d); }));
 }
 
-/// Only the simulated side of a fit stands without the real images.
-bool depends_on_images(const std::string& name) {
-  return !(name.starts_with("fit ") && name.find(" simulated ") != std::string::npos);
-}
-
-double z_score(const std::string& name, double difference, const Quantities& a, const Quantities& b) {
-  const double *sa = a.find(sigma_name(name)), *sb = b.find(sigma_name(name));
+/// NaN where one of the two has no standard error.
+double z_score(const Quantity& in_a, const Quantity& in_b, const Quantities& a, const Quantities& b) {
+  const Quantity *sa = a.find(in_a.sigma), *sb = b.find(in_b.sigma);
   if (!sa || !sb) return kUnknown;
-  const double sigma = std::hypot(*sa, *sb);
-  return sigma > 0.0 ? difference / sigma : kUnknown;
+  const double sigma = std::hypot(sa->value, sb->value);
+  return sigma > 0.0 ? (in_b.value - in_a.value) / sigma : kUnknown;
 }
 
 std::string line(const std::string& name, std::size_t width, double a, double b, double z) {
@@ -134,25 +170,25 @@ std::string diff_results(const std::filesystem::path& a, const std::filesystem::
   const Json json_a = load(a), json_b = load(b);
   const Quantities qa = quantities(json_a), qb = quantities(json_b);
   std::size_t width = 10;
-  for (const auto& [name, value] : qa.list) width = std::max(width, name.size());
+  for (const Quantity& q : qa.list) width = std::max(width, q.name.size());
   std::string out = fmt::format("A: {}\nB: {}\n\n{:<{}}  {:>14}  {:>14}  {:>14}  {:>8}\n", a.string(),
                                 b.string(), "quantity", width, "A", "B", "B - A", "z");
   const std::size_t common_images = shared_images(json_a, json_b);
   std::size_t shared = 0;
   std::string only;
-  for (const auto& [name, value] : qa.list) {
-    const double* other = qb.find(name);
+  for (const Quantity& q : qa.list) {
+    const Quantity* other = qb.find(q.name);
     if (!other) {
-      only += "only in A: " + name + "\n";
+      only += "only in A: " + q.name + "\n";
       continue;
     }
     ++shared;
-    if (is_sigma_key(name)) continue;
-    const bool independent = common_images == 0 || !depends_on_images(name);
-    out += line(name, width, value, *other, independent ? z_score(name, *other - value, qa, qb) : kUnknown);
+    if (q.is_sigma) continue;
+    const bool independent = common_images == 0 || q.simulated_only;
+    out += line(q.name, width, q.value, other->value, independent ? z_score(q, *other, qa, qb) : kUnknown);
   }
-  for (const auto& [name, value] : qb.list)
-    if (!qa.find(name)) only += "only in B: " + name + "\n";
+  for (const Quantity& q : qb.list)
+    if (!qa.find(q.name)) only += "only in B: " + q.name + "\n";
   if (shared == 0) out += "no number is in both results\n";
   if (common_images > 0)
     out += fmt::format(

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "compare/result/result_json.hpp"
+#include "compare/result/tables.hpp"
 #include "tests/support/compare/synthetic_sides.hpp"
 #include "twin/base/errors.hpp"
 
@@ -83,6 +84,78 @@ TEST(Diff, ListsWhatOnlyOneRunHas) {
   const auto b = write_run("c", t);
   EXPECT_THAT(diff_results(a, b), HasSubstr("only in B: gain right gain_dn"));
   EXPECT_THAT(diff_results(b, a), HasSubstr("only in A: gain right gain_dn"));
+}
+
+/// A value of this field that differs from run to run.
+report::Json example(const Field& field, double number);
+
+report::Json example_row(const std::vector<Field>& fields, double number) {
+  report::Json row = report::Json::object();
+  for (const Field& field : fields) row[field.key] = example(field, number);
+  return row;
+}
+
+report::Json example(const Field& field, double number) {
+  switch (field.kind) {
+    case Kind::text:
+      return "the_" + field.key;
+    case Kind::texts:
+      return {"the_" + field.key};
+    case Kind::flag:
+      return true;
+    case Kind::count:
+      return static_cast<int>(number);
+    case Kind::vector:
+      return {number, number, number};
+    case Kind::numbers:
+      return {number, number};
+    case Kind::matrix:
+      return {{number}};
+    case Kind::rows:
+      return {example_row(field.rows(), number)};
+    default:
+      return number;
+  }
+}
+
+/// A result with one row in every table.
+std::filesystem::path write_full_result(const std::string& name, double number) {
+  report::Json json = {{"schema", "fringetwin-result/1"}, {"verdict", "pass"}};
+  for (const Table& table : tables()) {
+    const report::Json row = example_row(table.fields(), number);
+    json[table.key] = table.is_list ? report::Json{row} : row;
+  }
+  const auto file = std::filesystem::temp_directory_path() / ("fringetwin_diff_" + name + ".json");
+  std::ofstream(file) << json;
+  return file;
+}
+
+/// Every number of a row, and of the rows in it, has a line.
+void expect_lines(const std::string& text, const std::string& prefix, const std::vector<Field>& all) {
+  std::string row = prefix;
+  for (const Field& field : all)
+    if (field.role == Field::Role::name) row += " the_" + field.key;
+  for (const Field& field : all) {
+    const std::string name = row + " " + field.key;
+    if (field.kind == Kind::rows)
+      expect_lines(text, name, field.rows());
+    else if (field.kind == Kind::number || field.kind == Kind::positive || field.kind == Kind::count)
+      EXPECT_EQ(text.find("\n" + name + " ") != std::string::npos, field.role != Field::Role::sigma) << name;
+    else if (field.kind == Kind::numbers)
+      EXPECT_THAT(text, HasSubstr("\n" + name + "[1] "));
+    else if (field.kind == Kind::matrix) {
+      EXPECT_THAT(text, HasSubstr("\n" + name + "[0][0] "));
+    }
+  }
+}
+
+TEST(Diff, CoversEveryTable) {
+  const std::string text = diff_results(write_full_result("full_a", 2.0), write_full_result("full_b", 5.0));
+  for (const Table& table : tables()) expect_lines(text, table.key, table.fields());
+  EXPECT_THAT(text, Not(HasSubstr("only in")));
+  EXPECT_EQ(fields(text, "refinement parameters the_name after").at(3), "0.56");  // 3 / hypot(2, 5)
+  EXPECT_EQ(fields(text, "indicators the_name the_objects real").at(3), "0.56");
+  EXPECT_EQ(fields(text, "gray the_camera the_pattern rms_dn").at(3), "-");  // no standard error
 }
 
 void expect_refused(const std::string& content, const std::string& words) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cosim/load.hpp"
 
+#include "compare/verdict/limits.hpp"
 #include "measure/measurement.hpp"
 #include "twin/base/errors.hpp"
 
@@ -8,6 +9,7 @@ namespace fringetwin::cosim {
 
 Twin load_for_run(const std::filesystem::path& file) {
   Twin twin = load_twin(file);
+  compare::check_limit_names(twin);
   measure::check_fringes(twin);
   load_meshes(twin);
   return twin;

@@ -9,8 +9,8 @@
 
 namespace fringetwin::cosim {
 
-/// Reads the twin and its meshes. It also refuses fringes that a measurement could not unwrap over the
-/// projector's image, before anything is rendered.
+/// Reads the twin and its meshes. It also refuses names in [limits] that no comparison has, and fringes that
+/// a measurement could not unwrap over the projector's image, before anything is rendered.
 Twin load_for_run(const std::filesystem::path& file);
 
 /// Throws UserError(usage) for a twin without a projector or objects, which nothing can be rendered of.

@@ -6,6 +6,7 @@
 
 #include "compare/causes/causes.hpp"
 #include "compare/causes/parameters.hpp"
+#include "compare/page/field_table.hpp"
 #include "compare/page/report_parts.hpp"
 #include "compare/verdict/explained.hpp"
 #include "report/map.hpp"
@@ -140,17 +141,13 @@ std::string causes_html(const Comparison& c) {
 std::string refinement_html(const Comparison& c) {
   if (!c.refinement) return "";
   const Refinement& r = *c.refinement;
-  Table table;
+  Table table = field_table(r.rows);
   table.caption = fmt::format(
       "Fitted to the real gray values of all phase steps before this comparison ({} steps{}): χ² per gray "
       "value {} → "
       "{} (n = {}). Standard errors contain noise only, scaled where χ² exceeds 1.",
       r.iterations, r.converged ? "" : ", NOT CONVERGED", number(r.chi2_before, 4), number(r.chi2_after, 4),
       report::count(r.n));
-  table.columns = {
-      {"parameter", "", Align::left}, {"unit", "", Align::left}, {"twin as written", ""}, {"refined", ""}};
-  for (const RefinedRow& row : r.rows)
-    table.add_row({row.name, row.unit, number(row.before, 7), report::with_sigma(row.after, row.sigma)});
   std::string html = table.html();
   for (const std::string& note : r.notes) html += "<p>" + report::escape_html(note) + ".</p>";
   return html + "<p>The values are in refined.toml beside this page.</p>";

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "compare/page/field_table.hpp"
 #include "compare/page/report_parts.hpp"
 #include "compare/result/fit_keys.hpp"
 #include "compare/verdict/limits.hpp"
@@ -46,8 +47,8 @@ std::string entry_text(const Entry& e, const std::string& unit) {
 
 /// "center_mm" -> "center", "mm".
 std::pair<std::string, std::string> split_unit(const std::string& key) {
-  if (key == "rms_mm") return {"rms, outliers left out", "mm"};
-  if (key == "rms_all_mm") return {"rms, all points within the gate", "mm"};
+  if (const Field* field = find_field(fit_fields(), key); field && field->column)
+    return {field->column->header, field->column->unit};
   for (const char* unit : {"mm", "rad", "px", "dn"})
     if (key.ends_with(std::string("_") + unit))
       return {key.substr(0, key.size() - std::string(unit).size() - 1), unit};
@@ -139,11 +140,13 @@ std::string verdict_html(const Comparison& c) {
                    {"value", "", Align::right},
                    {"limit", "", Align::right},
                    {"verdict", "", Align::right}};
-  for (const LimitRow& row : c.limits)
+  for (const LimitRow& row : c.limits) {
+    const Limit& limit = limits_by_name().at(row.name);
     table.add_row(
-        {row.name, limit_names().at(row.name), number(row.value, 4),
-         fmt::format("{} {:.6g}", row.name == "gain_r2" ? "≥" : "≤", row.limit), row.pass ? "pass" : "fail"},
+        {row.name, limit.meaning, number(row.value, 4),
+         fmt::format("{} {:.6g}", limit.is_least() ? "≥" : "≤", row.limit), row.pass ? "pass" : "fail"},
         row.pass ? "pass" : "fail");
+  }
   return table.html();
 }
 
@@ -197,19 +200,11 @@ std::string fits_html(const ReportInput& in) {
 
 std::string gain_table_html(const Comparison& c) {
   if (c.gain.empty()) return "";
-  Table table;
+  Table table = field_table(c.gain);
   table.caption =
       "DN = gain · E + black level, Huber fit over all usable gray values of the phase steps; before = the "
       "twin's "
       "own sensor values.";
-  table.columns = {{"camera", "", Align::left}, {"gain", "DN per unit E"}, {"black level", "DN"},
-                   {"rms before", "DN"},        {"rms after", "DN"},       {"R²", ""},
-                   {"beyond Huber", "%"},       {"σ inflation", ""},       {"n", ""}};
-  for (const GainRow& r : c.gain)
-    table.add_row({r.camera, report::with_sigma(r.gain_dn, r.gain_sigma_dn),
-                   report::with_sigma(r.black_level_dn, r.black_level_sigma_dn), number(r.rms_before_dn),
-                   number(r.rms_after_dn), fixed(r.r2, 6), fixed(100.0 * r.outlier_fraction, 2),
-                   number(r.sigma_inflation, 3), report::count(r.n)});
   return table.html() +
          "<p>σ inflation is the standard error of the gain with spatial correlation (blocks of 32 × 32 px, "
          "all images "
@@ -226,17 +221,8 @@ std::string gain_table_html(const Comparison& c) {
 
 std::string gray_table_html(const Comparison& c) {
   if (c.gray.empty()) return "";
-  Table table;
+  Table table = field_table(c.gray);
   table.caption = "(gain · E + black level) − real gray value, per image.";
-  table.columns = {{"camera", "", Align::left},
-                   {"image", "", Align::left},
-                   {"mean", "DN"},
-                   {"rms", "DN"},
-                   {"P99 of |d|", "DN"},
-                   {"n", ""}};
-  for (const GrayRow& r : c.gray)
-    table.add_row({r.camera, r.pattern, signed_fixed(r.mean_dn, 3), fixed(r.rms_dn, 3), fixed(r.p99_dn, 2),
-                   report::count(r.n)});
   return table.html();
 }
 
@@ -285,20 +271,8 @@ std::string budget_html(const Comparison& c) {
 
 std::string phase_table_html(const Comparison& c) {
   if (c.phase.empty()) return "";
-  Table table;
+  Table table = field_table(c.phase);
   table.caption = "Absolute phase at the finest pitch, simulated − real, where both are valid.";
-  table.columns = {{"camera", "", Align::left},
-                   {"direction", "", Align::left},
-                   {"mean", "rad"},
-                   {"rms", "rad"},
-                   {"P99 of |d|", "rad"},
-                   {"mean |ΔΦ| / mean |Φ|", "%"},
-                   {"n", ""},
-                   {"order disagrees", "pixels"}};
-  for (const PhaseRow& r : c.phase)
-    table.add_row({r.camera, r.direction, signed_fixed(r.mean_rad, 5), fixed(r.rms_rad, 5),
-                   fixed(r.p99_rad, 5), number(100.0 * r.mean_relative, 3), report::count(r.n),
-                   report::count(r.n_order_disagree)});
   return table.html();
 }
 

@@ -14,6 +14,13 @@ bool is_sigma_key(const std::string& key) { return key.find("sigma") != std::str
 
 bool is_count_key(const std::string& key) { return key == "n" || key.starts_with("n_"); }
 
+std::vector<std::string> keys_of_fit(const std::string& kind) {
+  if (kind == "sphere") return {"center_mm", "center_sigma_mm", "radius_mm", "radius_sigma_mm"};
+  if (kind == "plane") return {"point_mm", "normal"};
+  if (kind == "cylinder") return {"point_mm", "axis", "radius_mm", "radius_sigma_mm"};
+  return {};
+}
+
 std::string alignment_of(const std::string& kind) {
   return kind == "mesh" ? "each side registered to the CAD surface (ICP, then Gauss-Newton)"
                         : "none: both sides in the rig's frame";

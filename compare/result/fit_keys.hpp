@@ -3,6 +3,7 @@
 // how the two sides of a kind of fit were aligned.
 #pragma once
 #include <string>
+#include <vector>
 
 namespace fringetwin::compare {
 
@@ -14,6 +15,9 @@ bool is_sigma_key(const std::string& key);
 
 /// Returns true for keys that count things ("n_gated"): neither lengths nor angles, nothing to subtract.
 bool is_count_key(const std::string& key);
+
+/// Returns the keys that every fit of this kind has besides its residual and its count; none for a mesh.
+std::vector<std::string> keys_of_fit(const std::string& kind);
 
 /// Says what moves the two sides before their fits of this kind are compared.
 std::string alignment_of(const std::string& kind);

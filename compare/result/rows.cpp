@@ -3,6 +3,18 @@
 
 namespace fringetwin::compare {
 
+std::vector<BudgetShare> ExplainedRow::shares() const {
+  std::vector<BudgetShare> out;
+  for (const BudgetLine& line : lines) out.push_back({line.name, line.variance, line.variance / expected()});
+  return out;
+}
+
+std::vector<std::vector<double>> Refinement::covariance_rows() const {
+  std::vector<std::vector<double>> out;
+  for (const auto& row : covariance.rowwise()) out.emplace_back(row.begin(), row.end());
+  return out;
+}
+
 std::optional<bool> all_explained(const std::vector<ExplainedRow>& rows, const std::string& quantity) {
   std::optional<bool> all;
   for (const ExplainedRow& row : rows)

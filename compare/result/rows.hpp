@@ -29,6 +29,13 @@ struct FitRow {
   std::map<std::string, double> real_sigma_estimated, z_estimated;
   std::map<std::string, Eigen::Vector3d> real_sigma_estimated_vectors, z_estimated_vectors;
 };
+/// How many pixels of one camera and direction a measurement decoded, and what the repair of fringe orders
+/// did.
+struct DecodeRow {
+  std::string camera, direction;
+  std::uint64_t n_valid = 0, orders_checked = 0, orders_changed = 0, orders_left = 0;
+};
+
 /// One geometry indicator in mm: form, size, flatness or spacing (docs/METRICS.md, "Indicators").
 struct Indicator {
   /// sphere_form, sphere_form_95, sphere_size, plane_flatness, plane_flatness_95, sphere_spacing
@@ -160,6 +167,11 @@ struct BudgetLine {
   std::string name;
   double variance = 0.0;  ///< square of the row's unit
 };
+/// The same with its share of the whole budget.
+struct BudgetShare {
+  std::string name;
+  double variance = 0.0, share = 0.0;
+};
 /// Is a difference as large as the stated budget says it may be? (docs/METRICS.md, "Explained")
 struct ExplainedRow {
   std::string quantity;  ///< "gray", "phase", "geometry"
@@ -180,9 +192,16 @@ struct ExplainedRow {
     for (const BudgetLine& line : lines) sum += line.variance;
     return sum;
   }
+  /// The lines with their shares of expected().
+  std::vector<BudgetShare> shares() const;
 };
 /// Says whether every row of a quantity is explained; nothing where there is no such row.
 std::optional<bool> all_explained(const std::vector<ExplainedRow>& rows, const std::string& quantity);
+
+/// What all_explained() says of each quantity: "explained", "not explained", or nothing.
+struct BudgetVerdict {
+  std::string gray, phase, geometry;
+};
 
 /// One number of the twin that a cause would change.
 struct CauseParameter {
@@ -228,6 +247,7 @@ struct Refinement {
   int iterations = 0;
   bool converged = false;
   Eigen::MatrixXd covariance;  ///< of the parameters as fitted (a blur as its square), without switches
+  std::vector<std::vector<double>> covariance_rows() const;
   std::vector<std::string> notes;
   /// With "texture": gain and black level of each camera that the pixels' factors refer to; see
   /// apply_texture().

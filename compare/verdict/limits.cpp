@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/verdict/limits.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "compare/result/fit_keys.hpp"
+#include "compare/result/tables.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/nearest_word.hpp"
+#include "twin/file/toml_reader.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -29,91 +36,124 @@ class Worst {
   double value_ = kUnknown;
 };
 
-double worst_center(const Comparison& c) {
-  Worst worst;
-  for (const FitRow& row : c.fits) {
-    const auto at = row.difference_vectors.find("center_mm");
-    if (at != row.difference_vectors.end())
-      worst.add(at->second.cwiseAbs().maxCoeff());
-    else if (row.kind == "sphere")
-      worst.add(kUnknown);
-  }
-  return worst.value();
+/// How far a value is from what it should be; the worst one is what a limit is held against.
+double judged(const Limit& limit, double value) {
+  return limit.worst == Limit::Worst::farthest_from_one ? std::abs(value - 1.0) : value;
 }
 
-double worst_radius(const Comparison& c) {
-  Worst worst;
-  for (const FitRow& row : c.fits) {
-    const auto at = row.difference.find("radius_mm");
-    if (at != row.difference.end())
-      worst.add(std::abs(at->second));
-    else if (row.kind == "sphere" || row.kind == "cylinder")
-      worst.add(kUnknown);
-  }
-  return worst.value();
-}
-
-double worst_fit_rms(const Comparison& c, const std::string& key) {
-  Worst worst;
-  for (const FitRow& row : c.fits) {
-    const bool usable = row.simulated && row.simulated->usable && row.simulated->numbers.contains(key);
-    worst.add(usable ? row.simulated->numbers.at(key) : kUnknown);
-  }
-  return worst.value();
-}
-
-double value_of(const std::string& name, const Comparison& c) {
-  if (name == "center_mm") return worst_center(c);
-  if (name == "radius_mm") return worst_radius(c);
-  if (name == "rms_mm" || name == "rms_all_mm") return worst_fit_rms(c, name);
-  Worst worst(name == "gain_r2");
-  if (name == "phase_rms_rad")
-    for (const PhaseRow& row : c.phase) worst.add(row.rms_rad);
-  if (name == "phase_mean_relative")
-    for (const PhaseRow& row : c.phase) worst.add(row.mean_relative);
-  if (name == "order_disagree_fraction")
-    for (const PhaseRow& row : c.phase) worst.add(row.order_disagree_fraction());
-  if (name == "gray_rms_dn")
-    for (const GainRow& row : c.gain) worst.add(row.rms_after_dn);
-  if (name == "noise_ratio_error")
-    for (const NoiseRow& row : c.noise) {
-      worst.add(std::abs(row.gray_ratio - 1.0));
-      worst.add(std::abs(row.phase_ratio - 1.0));
+void add_rows(const Table& table, const std::string& name, const Comparison& c, Worst& worst) {
+  for (const Field& field : table.fields()) {
+    if (!field.limit || field.limit->name != name) continue;
+    const report::Json rows = table.of_comparison(c);
+    for (const report::Json& row : rows) {
+      const report::Json& value = row.at(field.key);
+      worst.add(value.is_number() ? judged(*field.limit, value.get<double>()) : kUnknown);
     }
-  if (name == "gain_r2")
-    for (const GainRow& row : c.gain) worst.add(row.r2);
+  }
+}
+
+bool is_number_of(const std::string& kind, const std::string& key) {
+  const std::vector<std::string> keys = keys_of_fit(kind);
+  return std::find(keys.begin(), keys.end(), key) != keys.end();
+}
+
+/// The size of a fit's difference; a fit whose kind has that number must have its difference.
+void add_difference(const FitRow& row, const std::string& key, Worst& worst) {
+  if (const auto at = row.difference_vectors.find(key); at != row.difference_vectors.end())
+    worst.add(at->second.cwiseAbs().maxCoeff());
+  else if (const auto number = row.difference.find(key); number != row.difference.end())
+    worst.add(std::abs(number->second));
+  else if (is_number_of(row.kind, key))
+    worst.add(kUnknown);
+}
+
+/// A number of the simulated fit itself.
+void add_simulated(const FitRow& row, const std::string& key, Worst& worst) {
+  const bool known = row.simulated && row.simulated->usable && row.simulated->numbers.contains(key);
+  worst.add(known ? row.simulated->numbers.at(key) : kUnknown);
+}
+
+void add_fits(const std::string& name, const Comparison& c, Worst& worst) {
+  for (const Field& field : fit_fields()) {
+    if (!field.limit || field.limit->name != name) continue;
+    const bool of_difference = field.limit->worst == Limit::Worst::largest_difference;
+    for (const FitRow& row : c.fits) (of_difference ? add_difference : add_simulated)(row, field.key, worst);
+  }
+}
+
+double value_of(const Limit& limit, const Comparison& c) {
+  Worst worst(limit.is_least());
+  add_fits(limit.name, c, worst);
+  for (const Table& table : tables())
+    if (table.of_comparison) add_rows(table, limit.name, c, worst);
   return worst.value();
+}
+
+void collect(const std::vector<Field>& fields, std::map<std::string, Limit>& out) {
+  for (const Field& field : fields)
+    if (field.limit) out.emplace(field.limit->name, *field.limit);
+}
+
+/// File and line of a limit; the file alone where the limit was put into the twin by other means.
+std::string place_of(const Twin& twin, const std::string& name) {
+  if (!std::filesystem::is_regular_file(twin.file)) return twin.file.string();
+  const auto table = TomlTable::parse_file(twin.file, ExitCode::usage).table("limits");
+  return table ? table->where(name) : twin.file.string();
+}
+
+std::vector<std::string> names() {
+  std::vector<std::string> all;
+  for (const auto& [name, limit] : limits_by_name()) all.push_back(name);
+  return all;
 }
 
 }  // namespace
 
+const std::map<std::string, Limit>& limits_by_name() {
+  static const std::map<std::string, Limit> all = [] {
+    std::map<std::string, Limit> out;
+    collect(fit_fields(), out);
+    for (const Table& table : tables()) collect(table.fields(), out);
+    return out;
+  }();
+  return all;
+}
+
 const std::map<std::string, std::string>& limit_names() {
-  static const std::map<std::string, std::string> names{
-      {"center_mm", "largest |component| of a sphere centre's difference, mm"},
-      {"radius_mm", "largest |difference| of a radius, mm"},
-      {"rms_mm", "largest residual rms of a simulated fit, outliers left out, mm"},
-      {"rms_all_mm", "largest residual rms of a simulated fit over all points within the gate, mm"},
-      {"order_disagree_fraction", "largest share of pixels whose fringe orders differ on the two sides"},
-      {"phase_rms_rad", "largest rms of the phase difference at the finest pitch, rad"},
-      {"phase_mean_relative", "largest mean |phase difference| / mean |phase|"},
-      {"gray_rms_dn", "largest gray residual after the gain fit, DN"},
-      {"noise_ratio_error", "largest |measured / predicted noise - 1| of gray values and phase"},
-      {"gain_r2", "smallest R² of the gain fit (at least)"}};
-  return names;
+  static const std::map<std::string, std::string> all = [] {
+    std::map<std::string, std::string> out;
+    for (const auto& [name, limit] : limits_by_name()) out.emplace(name, limit.meaning);
+    return out;
+  }();
+  return all;
+}
+
+void check_limit_names(const Twin& twin) {
+  for (const auto& [name, value] : twin.limits) {
+    const auto limit = limits_by_name().find(name);
+    if (limit == limits_by_name().end()) {
+      const std::string hint = did_you_mean(name, names());
+      throw UnknownKey(ExitCode::usage, place_of(twin, name),
+                       fmt::format("unknown key \"{}\" in [limits]", name),
+                       hint.empty() ? fmt::format("known keys: {}", fmt::join(names(), ", ")) : hint);
+    }
+    if (value > limit->second.highest)
+      throw UserError(
+          ExitCode::usage, place_of(twin, name),
+          fmt::format("limits.{} must be >= 0 and <= {}, is {}", name, limit->second.highest, value));
+  }
 }
 
 std::vector<LimitRow> check_limits(const std::map<std::string, double>& limits, const Comparison& comparison,
                                    const std::string& where) {
   std::vector<LimitRow> rows;
   for (const auto& [name, limit] : limits) {
-    if (!limit_names().contains(name)) {
-      std::string known;
-      for (const auto& [key, meaning] : limit_names()) known += (known.empty() ? "" : ", ") + key;
+    if (!limits_by_name().contains(name))
       throw UserError(ExitCode::usage, where, "[limits] has no quantity named \"" + name + "\"",
-                      "use one of " + known);
-    }
-    LimitRow row{name, value_of(name, comparison), limit, false};
-    row.pass = name == "gain_r2" ? row.value >= limit : row.value <= limit;  // false for NaN
+                      fmt::format("use one of {}", fmt::join(names(), ", ")));
+    const Limit& of = limits_by_name().at(name);
+    LimitRow row{name, value_of(of, comparison), limit, false};
+    row.pass = of.is_least() ? row.value >= limit : row.value <= limit;  // false for NaN
     rows.push_back(row);
   }
   return rows;

@@ -1,18 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// Acceptance limits of the twin against a comparison.
+// The acceptance limits of a twin: their names follow from the fields of the tables that carry a limit, and a
+// comparison is held against them row by row.
 #pragma once
 #include <map>
 #include <string>
 #include <vector>
 
+#include "compare/result/fields.hpp"
 #include "compare/result/result.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::compare {
 
-/// Names a twin may limit, with what they mean.
+/// Returns every limit that a field of a table or of a fit carries, by its name.
+const std::map<std::string, Limit>& limits_by_name();
+
+/// Returns the names a twin may limit, with what they mean.
 const std::map<std::string, std::string>& limit_names();
 
-/// One row per limit, in alphabetical order. A quantity the comparison does not have counts as not
+/// Refuses names in twin.limits that no table has, and limits that make no sense: throws UnknownKey or
+/// UserError(usage) with file, line, key and the nearest known name. To be called before any work is done.
+void check_limit_names(const Twin& twin);
+
+/// Returns one row per limit, in alphabetical order. A quantity the comparison does not have counts as not
 /// met (value NaN). Throws UserError(usage) for an unknown name.
 std::vector<LimitRow> check_limits(const std::map<std::string, double>& limits, const Comparison& comparison,
                                    const std::string& where);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/compare/synthetic_sides.hpp"
+#include "tests/support/twin/twin_file_fixture.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::compare::limits_test {
@@ -77,6 +78,45 @@ TEST(Limits, AnUnknownNameIsAUsageErrorThatListsTheNames) {
     EXPECT_THAT(error.what(),
                 ::testing::AllOf(::testing::HasSubstr("centre_mm"), ::testing::HasSubstr("center_mm")));
   }
+}
+
+using LimitNames = testing::TwinFile;
+using testing::kMinimal;
+
+std::string refusal(const Twin& twin) {
+  try {
+    check_limit_names(twin);
+  } catch (const UserError& error) {
+    EXPECT_EQ(error.code(), ExitCode::usage);
+    return error.what();
+  }
+  ADD_FAILURE() << "every limit was accepted";
+  return "";
+}
+
+TEST_F(LimitNames, EveryNameWithAValueIsAccepted) {
+  std::string text = kMinimal + "[limits]\n";
+  for (const auto& [name, meaning] : limit_names()) text += name + " = 0.5\n";
+  const Twin twin = load(text);
+  EXPECT_EQ(twin.limits.size(), 10u);
+  EXPECT_EQ(twin.limits.at("noise_ratio_error"), 0.5);
+  EXPECT_NO_THROW(check_limit_names(twin));
+}
+
+TEST_F(LimitNames, AnUnknownOneIsRefusedWithFileLineAndTheNearest) {
+  const Twin twin = load("\n" + kMinimal + "[limits]\ngain_r2 = 0.9\nphase_rms = 1\n");
+  const auto line = std::count(kMinimal.begin(), kMinimal.end(), '\n') + 4;
+  EXPECT_THAT(refusal(twin), ::testing::AllOf(::testing::HasSubstr((folder_ / "twin.toml").string() + ":" +
+                                                                   std::to_string(line) + ": "),
+                                              ::testing::HasSubstr("unknown key \"phase_rms\" in [limits]"),
+                                              ::testing::HasSubstr("did you mean \"phase_rms_rad\"?")));
+  EXPECT_THAT(refusal(load(kMinimal + "[limits]\nsurprise = 1\n")),
+              ::testing::HasSubstr("known keys: center_mm, gain_r2, "));
+}
+
+TEST_F(LimitNames, ACorrelationAboveOneIsRefused) {
+  EXPECT_THAT(refusal(load(kMinimal + "[limits]\ngain_r2 = 1.5\n")),
+              ::testing::HasSubstr("must be >= 0 and <= 1, is 1.5"));
 }
 
 TEST(Limits, DecideTheVerdict) {

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// A plain table of the page: one line per row of a table of the result, one column per field that has one.
+#pragma once
+#include <vector>
+
+#include "compare/result/fields.hpp"
+#include "report/table.hpp"
+
+namespace fringetwin::compare {
+
+/// Returns the table of these rows (addresses of rows that have these fields), without a caption.
+report::Table field_table(const std::vector<Field>& all, const std::vector<const void*>& rows);
+
+template <class Row>
+report::Table field_table(const std::vector<Row>& rows) {
+  std::vector<const void*> addresses;
+  for (const Row& row : rows) addresses.push_back(&row);
+  return field_table(fields<Row>(), addresses);
+}
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+// The description of the result is whole: every key has a meaning, its own standard error, a place in
+// docs/METRICS.md; and what is written has no key that is not described.
+#include "compare/result/fields.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <regex>
+#include <set>
+
+#include "compare/result/fit_json.hpp"
+#include "compare/result/fit_keys.hpp"
+#include "compare/result/tables.hpp"
+#include "compare/verdict/limits.hpp"
+#include "tests/support/compare/synthetic_sides.hpp"
+
+namespace fringetwin::compare::fields_test {
+namespace {
+
+using ::testing::IsEmpty;
+
+/// Calls `see(path, is_list, fields)` for every table and every table in a row of it.
+template <class See>
+void walk(const std::string& path, bool is_list, const std::vector<Field>& all, const See& see) {
+  see(path + (is_list ? "[]" : ""), all);
+  for (const Field& field : all)
+    if (field.kind == Kind::rows) walk(path + (is_list ? "[]." : ".") + field.key, true, field.rows(), see);
+}
+
+template <class See>
+void walk_all(const See& see) {
+  for (const Table& table : tables()) walk(table.key, table.is_list, table.fields(), see);
+}
+
+/// One line per fault of the description of a row.
+std::vector<std::string> faults(const std::string& path, const std::vector<Field>& all) {
+  std::vector<std::string> out;
+  std::set<std::string> seen;
+  for (const Field& field : all) {
+    const auto fault = [&](const std::string& what) { out.push_back(path + " " + field.key + ": " + what); };
+    if (!seen.insert(field.key).second) fault("is there twice");
+    if (field.meaning.size() < 5) fault("has no meaning");
+    if (is_sigma_key(field.key) != (field.role == Field::Role::sigma)) fault("is it a standard error?");
+    if (!field.sigma.empty()) {
+      const Field* sigma = find_field(all, field.sigma);
+      if (!sigma || sigma->role != Field::Role::sigma) fault("its standard error is no field");
+    }
+    for (const char* unit : {"_mm", "_px", "_rad", "_dn"})
+      if (field.key.ends_with(unit) && "_" + field.unit != unit && field.unit != "DN")
+        fault("its unit is another");
+    if (field.column && field.column->style == Column::Style::with_sigma && field.sigma.empty())
+      fault("is shown with a standard error that it lacks");
+    if (field.limit && (field.limit->name.empty() || field.limit->meaning.empty()))
+      fault("its limit says nothing");
+  }
+  return out;
+}
+
+TEST(Fields, EveryKeyOfEveryTableIsDescribed) {
+  walk_all([](const std::string& path, const std::vector<Field>& all) {
+    EXPECT_FALSE(all.empty()) << path;
+    EXPECT_THAT(faults(path, all), IsEmpty());
+  });
+  EXPECT_THAT(faults("fits[]", fit_fields()), IsEmpty());
+}
+
+TEST(Fields, AFaultInADescriptionIsFound) {
+  Fields<GrayRow> f;
+  f.add("mean_dn", "DN", "", &GrayRow::mean_dn).with_sigma("mean_sigma_dn");
+  f.add("mean_dn", "mm", "mean difference", &GrayRow::rms_dn);
+  f.add("spread_mm", "px", "scatter of the rows", &GrayRow::rms_dn);
+  EXPECT_EQ(faults("gray[]", f.take()).size(), 5u);
+}
+
+TEST(Fields, ALimitIsOneThingAndStandsOnAListOfRows) {
+  std::map<std::string, std::string> meanings;
+  const auto see = [&](const std::string& path, const std::vector<Field>& all) {
+    for (const Field& field : all)
+      if (field.limit) {
+        EXPECT_EQ(meanings.emplace(field.limit->name, field.limit->meaning).first->second,
+                  field.limit->meaning);
+        EXPECT_TRUE(path.ends_with("[]") && path.find('.') == std::string::npos) << path << " " << field.key;
+      }
+  };
+  walk_all(see);
+  see("fits[]", fit_fields());
+  EXPECT_EQ(meanings.size(), 10u);
+}
+
+/// The keys of a row in JSON that no field describes.
+std::vector<std::string> unknown_keys(const report::Json& row, const std::vector<Field>& all) {
+  std::vector<std::string> out;
+  for (const auto& [key, value] : row.items())
+    if (!find_field(all, key)) out.push_back(key);
+  return out;
+}
+
+TEST(Fields, EveryKeyThatAFitWritesIsDescribed) {
+  testing::SyntheticSides scene = testing::make_sides({});
+  const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
+  ASSERT_FALSE(c.fits.empty());
+  for (const FitRow& row : c.fits) {
+    const report::Json json = fit_row_json(row);
+    for (const char* side : {"simulated", "real", "difference"})
+      EXPECT_THAT(unknown_keys(json[side], fit_fields()), IsEmpty()) << side;
+  }
+  for (const char* kind : {"sphere", "plane", "cylinder"})
+    for (const std::string& key : keys_of_fit(kind)) EXPECT_TRUE(find_field(fit_fields(), key)) << key;
+  report::Json planted = fit_row_json(c.fits[0])["simulated"];
+  planted["surprise_mm"] = 1.0;
+  EXPECT_EQ(unknown_keys(planted, fit_fields()).size(), 1u);
+}
+
+TEST(Fields, ARowBecomesAnObjectInTheOrderOfItsFields) {
+  GrayRow row{"left", "x 0/4", 0.5, std::nan(""), 2.0, 7};
+  EXPECT_EQ(row_json(row).dump(),
+            R"({"camera":"left","pattern":"x 0/4","mean_dn":0.5,"rms_dn":null,"p99_dn":2.0,"n":7})");
+  ExplainedRow explained;
+  EXPECT_FALSE(row_json(explained).contains("worst"));
+  explained.worst = "radius_mm";
+  EXPECT_EQ(row_json(explained)["worst"], "radius_mm");
+  EXPECT_TRUE(row_json(BudgetVerdict{})["gray"].is_null());
+}
+
+std::string document(const std::string& name) {
+  const char* root = std::getenv("FRINGETWIN_SOURCE");
+  std::ifstream in(std::filesystem::path(root ? root : ".") / "docs" / name);
+  EXPECT_TRUE(in) << name;
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The line of the index of docs/METRICS.md for this table; empty without one.
+std::string index_line(const std::string& index, const std::string& table) {
+  const std::size_t at = index.find("\n| `" + table + "` |");
+  return at == std::string::npos ? "" : index.substr(at + 1, index.find('\n', at + 1) - at - 1);
+}
+
+/// The keys of a table that its line of the index does not name.
+std::vector<std::string> unexplained(const std::string& index, const std::string& table,
+                                     const std::vector<Field>& all) {
+  const std::string line = index_line(index, table);
+  std::vector<std::string> out;
+  for (const Field& field : all)
+    if (field.kind != Kind::rows && line.find("`" + field.key + "`") == std::string::npos)
+      out.push_back(table + " " + field.key);
+  return out;
+}
+
+TEST(Fields, TheIndexOfTheMetricsNamesEveryKeyAndEveryLimit) {
+  const std::string index = document("METRICS.md");
+  walk_all([&](const std::string& path, const std::vector<Field>& all) {
+    EXPECT_THAT(unexplained(index, path, all), IsEmpty());
+  });
+  for (const Field& field : fit_fields())
+    EXPECT_NE(index.find("`" + field.key + "`"), std::string::npos) << field.key;
+  for (const auto& [name, meaning] : limit_names()) EXPECT_NE(index_line(index, name), "") << name;
+  Fields<GrayRow> planted;
+  planted.add("surprise_dn", "DN", "a number that no document explains", &GrayRow::mean_dn);
+  EXPECT_EQ(unexplained(index, "gray[]", planted.take()).size(), 1u);
+}
+
+/// Every text in backticks of a document.
+std::set<std::string> words_in_backticks(const std::string& text) {
+  std::set<std::string> out;
+  const std::regex span("`([^`\n]+)`"), word("[A-Za-z0-9_]+");
+  for (auto at = std::sregex_iterator(text.begin(), text.end(), span); at != std::sregex_iterator(); ++at) {
+    const std::string inside = (*at)[1];
+    for (auto w = std::sregex_iterator(inside.begin(), inside.end(), word); w != std::sregex_iterator(); ++w)
+      out.insert(w->str());
+  }
+  return out;
+}
+
+TEST(Fields, APageOfTheMetricsExplainsEveryNumber) {
+  std::string pages;
+  for (const char* page : {"gray", "phase", "geometry", "verdict", "causes", "measure"})
+    pages += document(std::string("metrics/") + page + ".md");
+  const std::set<std::string> explained = words_in_backticks(pages);
+  const auto see = [&](const std::string& path, const std::vector<Field>& all) {
+    for (const Field& field : all)
+      EXPECT_TRUE(field.role == Field::Role::name || explained.contains(field.key))
+          << path << " " << field.key;
+  };
+  walk_all(see);
+  see("fits[]", fit_fields());
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::fields_test

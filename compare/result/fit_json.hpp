@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The fits of result.json, whose numbers stand in maps: one fit, and the row of one object with both sides.
+#pragma once
+#include <optional>
+
+#include "compare/result/rows.hpp"
+#include "report/json.hpp"
+
+namespace fringetwin::compare {
+
+/// Writes the numbers of one fit by their keys, null where the fit is not usable; null without a fit.
+report::Json fit_json(const std::optional<measure::ObjectFit>& fit);
+
+/// Writes both sides of one object, their difference and its z.
+report::Json fit_row_json(const FitRow& row);
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// The tables of a result in the order of result.json, each with the fields of its rows and with the rows that
+// a comparison or a measurement puts into it.
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "compare/result/fields.hpp"
+#include "compare/result/result.hpp"
+#include "measure/measurement.hpp"
+
+namespace fringetwin::compare {
+
+/// One table of result.json; `fits`, whose rows are maps, is not among them (fit_json.hpp).
+struct Table {
+  std::string key;
+  bool is_list = true;  ///< false: the table is a single row
+  const std::vector<Field>& (*fields)() = nullptr;
+  /// The rows of a comparison, or the single row; null where the comparison has no such table.
+  std::function<report::Json(const Comparison&)> of_comparison;
+  /// The same of a measurement; absent where a measurement has no such table.
+  std::function<report::Json(const measure::Measurement&)> of_measurement;
+};
+
+const std::vector<Table>& tables();
+
+}  // namespace fringetwin::compare
