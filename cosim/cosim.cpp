@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "compare/causes/refine.hpp"
 #include "compare/verdict/calibration_covariance.hpp"
@@ -80,12 +81,21 @@ void measure_simulated(Run& run) {
   keep_times(run, *run.simulated.measurement, "simulated");
 }
 
-void measure_real(Run& run) {
+/// Measures the real images. What was decoded with the twin as it was `before` serves again where that twin
+/// decodes alike: a pose, for one, changes points and fits only.
+void measure_real(Run& run, const Twin* before = nullptr) {
   if (run.real.images.empty()) return;
   run.timer.start("measure_real");
-  run.real.measurement = measure::measure(run.twin, run.real.images, run.options.use_steps);
+  std::optional<measure::Measurement>& real = run.real.measurement;
+  if (real && before && measure::decodes_alike(*before, run.twin, run.real.images)) {
+    const double decode_s = real->timing_s["decode"];
+    real = measure::measure_decoded(run.twin, std::move(real->cameras));
+    real->timing_s["decode"] = decode_s;
+  } else {
+    real = measure::measure(run.twin, run.real.images, run.options.use_steps);
+  }
   run.timer.stop();
-  keep_times(run, *run.real.measurement, "real");
+  keep_times(run, *real, "real");
 }
 
 /// Gives every pixel the factor that was refined; the sensor then sees the images anew.
@@ -122,10 +132,10 @@ void refine(Run& run, const CosimRequest& request) {
   compare::Refined refined = compare::refine(run.twin, run.real, run.simulated, options, request.refine);
   run.timer.stop();
   run.refined_toml = compare::refined_toml(refined.report, run.twin, refined.twin);
-  run.twin = std::move(refined.twin);
+  const Twin before = std::exchange(run.twin, std::move(refined.twin));
   run.options.refinement = std::move(refined.report);
   simulate_side(run, request.render);
-  measure_real(run);
+  measure_real(run, &before);
 }
 
 }  // namespace

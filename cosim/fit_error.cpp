@@ -32,10 +32,7 @@ double geometry_distance_mm(const compare::FitRow& row) {
 
 }  // namespace
 
-bool can_fit(const Twin& twin) {
-  if (twin.measure.fits.empty() || twin.fringes.unwrap == Unwrap::none) return false;
-  return twin.triangulate() == Triangulate::stereo ? twin.cameras.size() >= 2 : twin.projector.has_value();
-}
+bool can_fit(const Twin& twin) { return !twin.measure.fits.empty() && measure::can_triangulate(twin); }
 
 std::vector<ObjectFit> fits_in_order(const Twin& twin, const measure::Measurement& measurement) {
   std::vector<ObjectFit> out;

@@ -53,11 +53,6 @@ void warn_of_black_level(const Camera& camera, const CameraDecode& decode,
                     camera.sensor.black_level_dn));
 }
 
-bool can_triangulate(const Twin& twin) {
-  if (twin.fringes.unwrap == Unwrap::none) return false;
-  return twin.triangulate() == Triangulate::stereo ? twin.cameras.size() >= 2 : twin.projector.has_value();
-}
-
 void triangulate(const Twin& twin, double smoothing_px, Measurement& m) {
   const bool stereo = twin.triangulate() == Triangulate::stereo;
   std::vector<CameraDecode> cameras;
@@ -77,6 +72,11 @@ void triangulate(const Twin& twin, double smoothing_px, Measurement& m) {
 }
 
 }  // namespace
+
+bool can_triangulate(const Twin& twin) {
+  if (twin.fringes.unwrap == Unwrap::none) return false;
+  return twin.triangulate() == Triangulate::stereo ? twin.cameras.size() >= 2 : twin.projector.has_value();
+}
 
 DecodeOptions decode_options(const Twin& twin, const Camera& camera, const CameraImages& images,
                              const std::vector<int>& use_steps) {
@@ -106,15 +106,34 @@ Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
     throw UserError(ExitCode::input, twin.file.string(),
                     "the twin has " + std::to_string(twin.cameras.size()) + " cameras, the captures " +
                         std::to_string(images.size()));
-  Measurement m;
   Stopwatch watch;
+  std::vector<CameraDecode> cameras;
   for (std::size_t i = 0; i < images.size(); ++i) {
     throw_if_cancelled();
-    m.cameras.push_back(
+    cameras.push_back(
         decode(images[i], twin.fringes, decode_options(twin, twin.cameras[i], images[i], use_steps)));
-    warn_of_black_level(twin.cameras[i], m.cameras[i], m.warnings);
   }
-  m.timing_s["decode"] = watch.lap();
+  const double decode_s = watch.lap();
+  Measurement m = measure_decoded(twin, std::move(cameras), smoothing_px);
+  m.timing_s["decode"] = decode_s;
+  return m;
+}
+
+bool decodes_alike(const Twin& a, const Twin& b, const std::vector<CameraImages>& images) {
+  if (a.fringes != b.fringes || a.cameras.size() != b.cameras.size()) return false;
+  for (std::size_t i = 0; i < images.size(); ++i)
+    if (decode_options(a, a.cameras[i], images[i]) != decode_options(b, b.cameras[i], images[i]))
+      return false;
+  return true;
+}
+
+Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
+                            std::optional<double> smoothing_px) {
+  Stopwatch watch;
+  Measurement m;
+  m.cameras = std::move(cameras);
+  for (std::size_t i = 0; i < m.cameras.size(); ++i)
+    warn_of_black_level(twin.cameras[i], m.cameras[i], m.warnings);
   if (!can_triangulate(twin)) {
     m.warnings.push_back("decoded only: this rig and these fringes cannot be triangulated");
     return m;

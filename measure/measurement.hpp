@@ -28,6 +28,9 @@ struct Measurement {
 /// without a projector.
 void check_fringes(const Twin& twin);
 
+/// True when the rig and its fringes give points: two cameras, or one and a projector, and absolute phases.
+bool can_triangulate(const Twin& twin);
+
 /// Returns how measure() decodes the images of a camera: the twin's modulation limit, projector size and
 /// sensor noise.
 DecodeOptions decode_options(const Twin& twin, const Camera& camera, const CameraImages& images,
@@ -39,6 +42,12 @@ DecodeOptions decode_options(const Twin& twin, const Camera& camera, const Camer
 /// keeps the raw ones.
 Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
                     const std::vector<int>& use_steps = {}, std::optional<double> smoothing_px = {});
+
+/// True when measure() decodes these images alike with both twins.
+bool decodes_alike(const Twin& a, const Twin& b, const std::vector<CameraImages>& images);
+/// Does the rest of measure() on what it would have decoded with this twin.
+Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
+                            std::optional<double> smoothing_px = {});
 
 /// Writes points.ply and phase_<camera>.exr (channels: docs/formats/results.md). result.json is the caller's.
 void write_measurement(const std::filesystem::path& dir, const Measurement& measurement);

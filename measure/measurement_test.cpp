@@ -95,6 +95,29 @@ TEST(Measurement, KnownNoiseHoldsTheRoundingOnce) {
   EXPECT_NEAR(d.noise_dn, std::sqrt(0.09 + 1.0 / 12.0), 1e-6);
 }
 
+// A pose moves points and fits, and no decode: the finished one gives them bit for bit.
+TEST(Measurement, AFinishedDecodeServesAMovedRig) {
+  Sensor sensor;
+  sensor.read_noise_dn = 0.3;
+  const Bench bench = gray_bench(sensor);
+  Twin moved = bench.twin;
+  moved.cameras[1].T_cam_world.translation_mm.x() += 0.05;
+  ASSERT_TRUE(decodes_alike(bench.twin, moved, bench.images));
+  const Measurement anew = measure(moved, bench.images),
+                    again = measure_decoded(moved, measure(bench.twin, bench.images).cameras);
+  ASSERT_TRUE(anew.fits[0].usable && again.fits[0].usable);
+  EXPECT_EQ(again.fits[0].numbers, anew.fits[0].numbers);
+  EXPECT_EQ(again.fits[0].vectors, anew.fits[0].vectors);
+  EXPECT_EQ(again.warnings, anew.warnings);
+  EXPECT_NE(again.fits[0].vectors, measure(bench.twin, bench.images).fits[0].vectors) << "the rig moved";
+
+  Twin noisier = bench.twin, dimmer = bench.twin;
+  noisier.cameras[1].sensor.read_noise_dn = 0.4;
+  dimmer.fringes.amplitude = 0.4;
+  EXPECT_FALSE(decodes_alike(bench.twin, noisier, bench.images));
+  EXPECT_FALSE(decodes_alike(bench.twin, dimmer, bench.images));
+}
+
 TEST(Measurement, ABlackLevelAboveTheImagesIsSaidAndLeavesASigma) {
   Sensor sensor;
   sensor.black_level_dn = 200.0;  // the images reach 100

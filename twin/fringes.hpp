@@ -24,6 +24,7 @@ struct GrayCode {
   bool complementary = false;   ///< one more, half-period-shifted bit after the others
   double offset_periods = 0.0;  ///< where the code changes, relative to phase_origin_px
   Threshold threshold = Threshold::mean;
+  bool operator==(const GrayCode&) const = default;
 };
 
 struct DirectionFringes {
@@ -33,12 +34,14 @@ struct DirectionFringes {
   std::optional<GrayCode> gray;         ///< pitch of the code = the (single) pitch
   /// Returns the index of the smallest pitch.
   int finest() const;
+  bool operator==(const DirectionFringes&) const = default;
 };
 
 /// An arbitrary image the projector shows, pixel for pixel.
 struct PatternImage {
   std::filesystem::path file;            ///< empty for one made in memory
   std::shared_ptr<const ImageF> levels;  ///< of the projector's size, fraction of full scale
+  bool operator==(const PatternImage&) const = default;
 };
 
 struct Fringes {
@@ -48,6 +51,7 @@ struct Fringes {
   double mean = 0.5;  ///< fraction of the projector's full scale
   double amplitude = 0.5;
   std::vector<PatternImage> images;  ///< shown after all others; no phase comes from them
+  bool operator==(const Fringes&) const = default;
 };
 
 /// One image of the sequence.

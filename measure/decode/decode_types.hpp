@@ -38,6 +38,7 @@ struct DecodeOptions {
   /// Size of the projector image along x/y when known: coordinates outside [-0.5, size-0.5) are invalid.
   std::optional<double> projector_width_px, projector_height_px;
   bool repair_orders = true;  ///< false: n_left still counts the jumps
+  bool operator==(const DecodeOptions&) const = default;
 };
 
 /// What fringe-order repair changed, always reported.
