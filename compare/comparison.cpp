@@ -132,7 +132,7 @@ void compare_phase(const Twin& twin, const Measurement& real, const Measurement&
 }
 
 /// Null where none is asked for, or nothing real is there to hold it against.
-std::optional<CalibrationBudget> calibration_of(const Twin& twin, const Side& real,
+std::optional<CalibrationBudget> calibration_of(const Twin& twin, const Side& real, const Side& simulated,
                                                 const CompareOptions& options, Comparison& out) {
   if (!twin.calibration_uncertainty || (real.images.empty() && twin.real.results.empty()))
     return std::nullopt;
@@ -142,9 +142,11 @@ std::optional<CalibrationBudget> calibration_of(const Twin& twin, const Side& re
         "makes");
     return std::nullopt;
   }
+  const bool textured = options.refinement && !options.refinement->texture.empty();
   CalibrationBudget budget = calibration_budget(
-      twin, read_calibration_covariance(twin), *options.renderer,
-      render::choose_sampling(twin, options.render.value_or(twin.render)), options.seed, options.use_steps);
+      twin, options.calibration ? *options.calibration : read_calibration_covariance(twin), *options.renderer,
+      render::choose_sampling(twin, options.render.value_or(twin.render)), options.seed, options.use_steps,
+      textured ? std::vector<CameraImages>() : simulated.irradiance);
   out.warnings.insert(out.warnings.end(), budget.warnings.begin(), budget.warnings.end());
   return budget;
 }
@@ -160,7 +162,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
         out.warnings.push_back((side == &real ? "real: " : "simulated: ") + warning);
   out.fits = fit_rows(twin, real, simulated, out.warnings);
   out.indicators = indicators(twin, out.fits);
-  const std::optional<CalibrationBudget> budget = calibration_of(twin, real, options, out);
+  const std::optional<CalibrationBudget> budget = calibration_of(twin, real, simulated, options, out);
   const CalibrationBudget* calibration = budget ? &*budget : nullptr;
   std::vector<GridSamples> samples = compare_gray(twin, real, simulated, options, calibration, out);
   if (real.measurement && !real.images.empty())

@@ -46,7 +46,9 @@ Run load_run(const CosimRequest& request) {
   run.timer.start("load");
   run.twin = load_for_run(request.twin);
   check_renderable(run.twin);
-  if (run.twin.calibration_uncertainty) compare::read_calibration_covariance(run.twin);  // before the work
+  if (run.twin.calibration_uncertainty)  // may be refused, before the work
+    run.options.calibration = std::make_shared<const compare::CalibrationCovariance>(
+        compare::read_calibration_covariance(run.twin));
   run.options.use_steps = left_over_steps(run.twin);
   if (!request.steps.empty())
     run.options.use_steps = steps_of(run.twin, request.steps, run.options.use_steps);

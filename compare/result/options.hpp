@@ -3,6 +3,7 @@
 // images were rendered, and what came before it.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +18,8 @@ class Renderer;
 
 namespace fringetwin::compare {
 
+struct CalibrationCovariance;
+
 /// How one comparison is made.
 struct CompareOptions {
   /// Phase steps of the gray/phase comparison; empty = all (a measured object is built from the
@@ -30,7 +33,11 @@ struct CompareOptions {
   render::Renderer* renderer = nullptr;
   /// How the simulated images were rendered, for those of a changed rig; default: the twin's own options.
   std::optional<RenderOptions> render;
+  /// With which seed. With a renderer, an untextured irradiance of the simulated side is taken for what it
+  /// renders of the twin with these options and this seed.
   std::uint64_t seed = 0;
+  /// What twin.calibration_uncertainty names, where it has been read already.
+  std::shared_ptr<const CalibrationCovariance> calibration;
   /// Of the twin, where it was refined before; passed on to the result.
   std::optional<Refinement> refinement;
 };

@@ -11,6 +11,7 @@
 
 #include "compare/verdict/calibration_covariance.hpp"
 #include "render/renderer.hpp"
+#include "twin/captures/capture_set.hpp"
 #include "twin/image/image.hpp"
 
 namespace fringetwin::compare {
@@ -30,10 +31,12 @@ struct CalibrationBudget {
   int n_directions = 0;
 };
 
-/// One rendering and measurement of all cameras per direction, from exposures without noise and rounding.
-/// Throws Cancelled after Ctrl-C.
+/// Renders and measures all cameras of the rig changed along each direction, from exposures without noise and
+/// rounding. `nominal`: what the renderer makes of the twin itself with this sampling and seed, one per
+/// camera; empty: it is rendered here. Throws Cancelled after Ctrl-C.
 CalibrationBudget calibration_budget(const Twin& twin, const CalibrationCovariance& covariance,
                                      render::Renderer& renderer, const render::Sampling& sampling,
-                                     std::uint64_t seed, const std::vector<int>& use_steps);
+                                     std::uint64_t seed, const std::vector<int>& use_steps,
+                                     const std::vector<CameraImages>& nominal = {});
 
 }  // namespace fringetwin::compare
