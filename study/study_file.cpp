@@ -80,10 +80,8 @@ std::vector<fs::path> files_of(const Twin& twin) {
     std::error_code error;
     if (fs::is_regular_file(file, error)) files.push_back(file);
   };
-  for (const Object& object : twin.objects) {
-    if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) take(mesh->file);
-    if (const auto* plane = std::get_if<PlaneShape>(&object.shape)) take(plane->albedo_file);
-  }
+  for (const Object& object : twin.objects)
+    for (const fs::path& file : shape_files(object.shape)) take(file);
   return files;
 }
 

@@ -2,6 +2,7 @@
 // The side of a cylinder in the world frame.
 #pragma once
 #include <Eigen/Core>
+#include <filesystem>
 #include <optional>
 #include <vector>
 
@@ -26,5 +27,6 @@ inline std::optional<Eigen::Vector3d> place_mm(const CylinderShape& cylinder) { 
 inline bool shades_itself(const CylinderShape& cylinder) {
   return cylinder.length_mm.has_value();
 }  // one sees in
+inline std::vector<std::filesystem::path> shape_files(const CylinderShape&) { return {}; }
 
 }  // namespace fringetwin

@@ -2,6 +2,7 @@
 // A surface that is measured from the real capture before anything is rendered.
 #pragma once
 #include <Eigen/Core>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,5 +24,6 @@ inline std::vector<PlaceKey> place_keys(const MeasuredShape&) { return {}; }
 inline void make_units(MeasuredShape&) {}
 inline std::optional<Eigen::Vector3d> place_mm(const MeasuredShape&) { return std::nullopt; }
 inline bool shades_itself(const MeasuredShape&) { return true; }
+inline std::vector<std::filesystem::path> shape_files(const MeasuredShape&) { return {}; }
 
 }  // namespace fringetwin

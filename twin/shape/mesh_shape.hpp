@@ -32,5 +32,6 @@ inline std::optional<Eigen::Vector3d> place_mm(const MeshShape& shape) {
   return shape.T_world_object.translation_mm;
 }
 inline bool shades_itself(const MeshShape&) { return true; }
+inline std::vector<std::filesystem::path> shape_files(const MeshShape& shape) { return {shape.file}; }
 
 }  // namespace fringetwin

@@ -32,5 +32,6 @@ std::vector<PlaceKey> place_keys(const PlaneShape& plane);
 void make_units(PlaneShape& plane);
 inline std::optional<Eigen::Vector3d> place_mm(const PlaneShape& plane) { return plane.point_mm; }
 inline bool shades_itself(const PlaneShape&) { return false; }
+inline std::vector<std::filesystem::path> shape_files(const PlaneShape& plane) { return {plane.albedo_file}; }
 
 }  // namespace fringetwin

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The shape of an object: one of those in the other files of this folder.
 #pragma once
+#include <concepts>
+#include <filesystem>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -13,8 +15,9 @@
 
 namespace fringetwin {
 
-// Every shape S has, next to it, motions(S), place_keys(S), make_units(S&), place_mm(S), a point that tells
-// where it is, if anything does, and shades_itself(S), whether light can be kept from it by itself. What
+// Every shape S has, next to it: motions(S), place_keys(S) and make_units(S&) (motion.hpp); place_mm(S), a
+// point that tells where it is, if anything does; shades_itself(S), whether it can keep the light from
+// itself; and shape_files(S), the files it is read from (an empty name where it was made in memory). What
 // other rooms do with a shape they overload in the same way and call through std::visit without a generic
 // fallback, so that a shape somebody forgot does not compile.
 using Shape = std::variant<SphereShape, PlaneShape, CylinderShape, MeshShape, MeasuredShape>;
@@ -24,8 +27,16 @@ inline const char* shape_kind(const Shape& shape) {
   return std::visit([]<class S>(const S&) { return S::kKind; }, shape);
 }
 
-inline bool shades_itself(const Shape& shape) {
+// Of any shape; templates, so that a shape without its own function does not turn into a Shape and come back
+// here.
+template <std::same_as<Shape> S>
+bool shades_itself(const S& shape) {
   return std::visit([](const auto& s) { return shades_itself(s); }, shape);
+}
+
+template <std::same_as<Shape> S>
+std::vector<std::filesystem::path> shape_files(const S& shape) {
+  return std::visit([](const auto& s) { return shape_files(s); }, shape);
 }
 
 /// Calls `function` with a default-made shape of every type, in the order of the variant.

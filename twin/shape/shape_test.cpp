@@ -90,5 +90,15 @@ TEST(Shape, OnlyWhatOneCanSeeIntoShadesItself) {
   EXPECT_TRUE(shades_itself(Shape(MeshShape{})));
 }
 
+TEST(Shape, FilesAreThoseThatTheShapeIsReadFrom) {
+  EXPECT_TRUE(shape_files(Shape(SphereShape{})).empty());
+  MeshShape mesh;
+  mesh.file = "part.stl";
+  EXPECT_EQ(shape_files(Shape(mesh)), (std::vector<std::filesystem::path>{"part.stl"}));
+  PlaneShape plane;
+  plane.albedo_file = "map.png";
+  EXPECT_EQ(shape_files(Shape(plane)), (std::vector<std::filesystem::path>{"map.png"}));
+}
+
 }  // namespace
 }  // namespace fringetwin::shape_test

@@ -2,6 +2,7 @@
 // A sphere in the world frame.
 #pragma once
 #include <Eigen/Core>
+#include <filesystem>
 #include <optional>
 #include <vector>
 
@@ -21,5 +22,6 @@ std::vector<PlaceKey> place_keys(const SphereShape& sphere);
 inline void make_units(SphereShape&) {}
 inline std::optional<Eigen::Vector3d> place_mm(const SphereShape& sphere) { return sphere.center_mm; }
 inline bool shades_itself(const SphereShape&) { return false; }
+inline std::vector<std::filesystem::path> shape_files(const SphereShape&) { return {}; }
 
 }  // namespace fringetwin
