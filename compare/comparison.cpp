@@ -143,10 +143,11 @@ std::optional<CalibrationBudget> calibration_of(const Twin& twin, const Side& re
     return std::nullopt;
   }
   const bool textured = options.refinement && !options.refinement->texture.empty();
+  const std::vector<CameraImages> none, &nominal = textured ? none : simulated.irradiance;
   CalibrationBudget budget = calibration_budget(
       twin, options.calibration ? *options.calibration : read_calibration_covariance(twin), *options.renderer,
       render::choose_sampling(twin, options.render.value_or(twin.render)), options.seed, options.use_steps,
-      textured ? std::vector<CameraImages>() : simulated.irradiance);
+      nominal);
   out.warnings.insert(out.warnings.end(), budget.warnings.begin(), budget.warnings.end());
   return budget;
 }

@@ -12,12 +12,12 @@
 
 #include "capture/record/journal.hpp"
 #include "twin/base/errors.hpp"
-#include "twin/base/numbered_name.hpp"
 #include "twin/base/parallel.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/seal.hpp"
 #include "twin/base/sha256.hpp"
 #include "twin/captures/capture_set.hpp"
+#include "twin/captures/numbered_name.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::capture {

@@ -9,9 +9,9 @@
 #include <set>
 
 #include "twin/base/errors.hpp"
-#include "twin/base/numbered_name.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/seal.hpp"
+#include "twin/captures/numbered_name.hpp"
 #include "twin/file/toml_reader.hpp"
 #include "twin/image/image_io.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "twin/base/natural_order.hpp"
+#include "twin/captures/natural_order.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

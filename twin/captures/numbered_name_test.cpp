@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "twin/base/numbered_name.hpp"
+#include "twin/captures/numbered_name.hpp"
 
 #include <gtest/gtest.h>
 
