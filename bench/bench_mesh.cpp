@@ -110,7 +110,7 @@ int main(int argc, char** argv) {
     fmt::print("free-form part of 81,920 triangles\n");
     for (const bool search : {true, false}) {
       fmt::print("\n{}\n", search ? "every ray through the BVH" : "as it is");
-      testing::shared_renderer()->set_search_always(search);
+      testing::shared_renderer()->set_tuning({.search_always = search});
       gauss(twin, 2);
       stages(twin, 0, 2);
     }

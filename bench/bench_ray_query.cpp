@@ -22,7 +22,7 @@
 #include "bench/acceleration_structure.hpp"
 #include "ray_bvh_spv.h"
 #include "ray_query_spv.h"
-#include "render/scene/scene.hpp"
+#include "render/scene/mesh_geometry.hpp"
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"

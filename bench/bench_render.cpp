@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 
+#include "render/pattern/response_series.hpp"
 #include "tests/support/agreement.hpp"
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
@@ -211,12 +212,13 @@ void compare_pattern_methods(const Twin& base) {
       double cpu[2] = {1e30, 1e30};
       for (int round = 0; round < 4; ++round)
         for (const int way : {0, 1}) {
-          testing::shared_renderer()->set_pattern_method(way == 0 ? render::PatternMethod::harmonics
-                                                                  : render::PatternMethod::direct);
+          testing::shared_renderer()->set_tuning({.pattern_method = way == 0
+                                                                        ? render::PatternMethod::harmonics
+                                                                        : render::PatternMethod::direct});
           const double ms = measure(twin, sampling, 1).cpu_ms;
           if (round > 0) cpu[way] = std::min(cpu[way], ms);
         }
-      testing::shared_renderer()->set_pattern_method(render::PatternMethod::automatic);
+      testing::shared_renderer()->set_tuning({});
       fmt::print("blur {:.1f} px, {:>2} steps{:>10.1f}{:>10.1f}  ({}), taken: {}\n", blur, steps, cpu[0],
                  cpu[1], render::choose_series(twin, render::PatternMethod::harmonics)[0][0].a.size() - 1,
                  render::choose_series(twin)[0][0].a.empty() ? "direct" : "harmonics");

@@ -7,7 +7,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/version.hpp"
-#include "render/renderer.hpp"
+#include "render/base/device_info.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::cli {

@@ -193,7 +193,7 @@ TEST_P(RendererPrecisionTest, SameBitsHoweverTheWorkIsCut) {
   const Sampling sampling{Sampler::multi_jittered, 25, GetParam()};
   const Transport whole = renderer().trace(twin, 0, sampling, 1);
   Renderer cut;
-  cut.set_samples_per_dispatch(7);
+  cut.set_tuning({.samples_per_dispatch = 7});
   EXPECT_TRUE(same_bits(whole, cut.trace(twin, 0, sampling, 1)));
   EXPECT_EQ(whole.rays, cut.trace(twin, 0, sampling, 1).rays);
   {
@@ -220,13 +220,13 @@ TEST_F(RendererTest, LoopLimitIsNoticed) {
   twin.cameras[0].lens = Lens("LENSMODEL_PINHOLE", {1000, 1000, 15, 7}, {32, 16}, "camera");
   const Transport careful = renderer().trace(twin, 0, {Sampler::multi_jittered, 4096}, 1);
   Renderer greedy;
-  greedy.set_samples_per_dispatch(4096);
+  greedy.set_tuning({.samples_per_dispatch = 4096});
   const Transport repeated = greedy.trace(twin, 0, {Sampler::multi_jittered, 4096}, 1);
   EXPECT_TRUE(same_bits(careful, repeated));
   if (limit < 200000) {
-    EXPECT_GT(greedy.repeated_dispatches(), 0);
+    EXPECT_GT(repeated.repeated_dispatches, 0);
   } else {
-    EXPECT_EQ(greedy.repeated_dispatches(), 0);
+    EXPECT_EQ(repeated.repeated_dispatches, 0);
   }
 }
 
@@ -333,10 +333,10 @@ TEST_F(RendererTest, WalksAndSearchesAgree) {
     scene.objects.resize(n_objects);
     Transport by[2];
     for (const bool search : {false, true}) {
-      renderer().set_search_always(search);
+      renderer().set_tuning({.search_always = search});
       by[search] = renderer().trace(scene, 0, {Sampler::gauss, 4});
     }
-    renderer().set_search_always(false);
+    renderer().set_tuning({});
     EXPECT_LT(by[0].rays, by[1].rays + 1);
     EXPECT_EQ(by[0].object.data, by[1].object.data);
     std::size_t differ = 0;

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "render/renderer.hpp"
+#include "render/base/sampling.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::tradeoff {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "compare/result/provenance.hpp"
-#include "render/renderer.hpp"
+#include "render/base/device_info.hpp"
 #include "tradeoff/image_change.hpp"
 #include "tradeoff/pixel_subset.hpp"
 #include "twin/twin.hpp"

@@ -3,7 +3,8 @@
 #pragma once
 #include <vector>
 
-#include "render/renderer.hpp"
+#include "render/base/rendered_camera.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::render {
 

@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Irradiance images from a transport: E = ambient + a_0 mean + sum_k a_k (C_k cos k d - S_k sin k d).
+#include "render/pattern/form_images.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <vector>
 
 #include "render/pattern/camera_effects.hpp"
+#include "render/pattern/response_series.hpp"
 #include "render/pattern/transport_images.hpp"
 #include "render/pattern/waveform.hpp"
-#include "render/renderer.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
-
 namespace {
 
 // What is read for one image after the other stays in the cache: pixels at a time.
@@ -82,6 +80,7 @@ void follow(const Recipe& recipe, const Transport& transport, std::ptrdiff_t fir
 
 }  // namespace
 
+// E = ambient + a_0 mean + sum_k a_k (C_k cos k d - S_k sin k d), or ambient + the image evaluated directly.
 std::vector<ImageF> form_images(const Twin& twin, const Transport& transport) {
   const auto sequence = expand_sequence(twin.fringes);
   const auto n_pixels = static_cast<std::ptrdiff_t>(transport.mean.size());

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/pattern/waveform.hpp"
 #include "render/shaders/shared.h"
 
 namespace fringetwin::render {

@@ -3,17 +3,12 @@
 // per harmonic, one trace holds every step; or each step is evaluated directly. Whichever is cheaper.
 #pragma once
 #include <optional>
-#include <vector>
 
-#include "render/pattern/waveform.hpp"
+#include "render/base/cosine_series.hpp"
+#include "render/base/renderer_tuning.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::render {
-
-enum class PatternMethod { automatic, direct, harmonics };
-
-/// Series of response(mean + amplitude cos t), before blur, per [direction][pitch]. Empty `a`: evaluate
-/// each step directly. A linear response has {mean, amplitude}.
-using SeriesTable = std::vector<std::vector<CosineSeries>>;
 
 /// Most harmonics the shaders carry for one pitch.
 int most_carried_harmonics();

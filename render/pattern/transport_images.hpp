@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The images of a Transport that the passes fill.
 #pragma once
+#include <vector>
+
+#include "render/base/transport.hpp"
 #include "render/pattern/pattern_plan.hpp"
-#include "render/renderer.hpp"
 
 namespace fringetwin::render {
 

@@ -103,17 +103,6 @@ double blur_attenuation(int harmonic, double sigma_px, double pitch_px) {
   return std::exp(-2.0 * u * u);
 }
 
-double CosineSeries::operator()(double t_rad) const {
-  const double c = std::cos(t_rad);
-  double b1 = 0.0, b2 = 0.0;
-  for (std::size_t k = a.size(); k-- > 1;) {
-    const double b0 = a[k] + 2.0 * c * b1 - b2;
-    b2 = b1;
-    b1 = b0;
-  }
-  return a.empty() ? 0.0 : a[0] + c * b1 - b2;
-}
-
 CosineSeries cosine_series(const ProjectorResponse& response, double mean, double amplitude, int harmonics) {
   FT_CHECK(harmonics >= 0, "number of harmonics");
   CosineSeries series;

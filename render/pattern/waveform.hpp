@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "render/base/cosine_series.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::render {
@@ -18,12 +19,6 @@ double blur_attenuation(int harmonic, double sigma_px, double pitch_px);
 
 /// How far beyond the projector's image a pattern is tabulated: 2 px and the circle of confusion.
 double pattern_margin_px(const Projector& projector);
-
-/// a[0] + sum_k a[k] cos(k t).
-struct CosineSeries {
-  std::vector<double> a;
-  double operator()(double t_rad) const;  ///< Clenshaw's recurrence
-};
 
 /// The even Fourier series of response(mean + amplitude cos t) up to `harmonics`, each coefficient to
 /// about 1e-15: Gauss-Legendre panels split at the kinks of the response and graded towards the

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "render/scene/mesh_geometry.hpp"
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -7,7 +9,6 @@
 #include <numbers>
 
 #include "render/scene/bvh_cache.hpp"
-#include "render/scene/scene.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::render {

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// A twin's objects, seen from one camera: transformed in double into the CAMERA frame, then packed
-// for the shaders (shaders/shared.h).
+// The packed scene: a twin's objects in the frame of one camera, in the layouts that the shaders read
+// (shaders/shared.h), with bounds and switches that the host derives from them.
 #pragma once
 #include <Eigen/Core>
-#include <memory>
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "render/base/split_float.hpp"
-#include "render/scene/bvh.hpp"
-#include "twin/twin.hpp"
+#include "render/scene/mesh_geometry.hpp"
+#include "twin/lens/pose.hpp"
 
 namespace fringetwin::render {
 
@@ -16,26 +17,6 @@ struct BoundingSphere {
   Eigen::Vector3d center_mm;  ///< camera frame
   double radius_mm;
 };
-
-/// A mesh ready for tracing: BVH and triangles in leaf order, relative to `center_mm` (object frame).
-struct MeshGeometry {
-  std::shared_ptr<const Mesh> mesh;
-  Eigen::Vector3d center_mm;
-  Bvh bvh;
-  std::vector<gpu::vec4> triangles;         ///< 3 vertices each; w: the unit normal's x, y, z
-  std::vector<gpu::vec4> corners;           ///< 3 x (normal, albedo) each
-  std::vector<Eigen::Vector3f> vertices;    ///< relative to center_mm
-  std::vector<std::array<int, 3>> indices;  ///< of the triangles' vertices, in leaf order
-  std::vector<Eigen::Vector4f> covering;    ///< a few spheres (centre, radius) that cover it, for culling
-};
-
-/// Leaves out triangles without area. Throws UserError(input), naming `name`, when none is left or a
-/// coordinate is not finite.
-MeshGeometry build_mesh_geometry(std::shared_ptr<const Mesh> mesh, const std::string& name);
-
-/// Generalised winding number of the mesh's surface around a point (object frame): 1 inside a closed
-/// mesh, 0 outside, in between for an open one. Van Oosterom and Strackee's solid angles.
-double winding_number(const Mesh& mesh, const Eigen::Vector3d& point_mm);
 
 struct PackedScene {
   std::vector<std::array<Double4, 4>> primitives;
@@ -66,21 +47,5 @@ struct PackedScene {
 };
 
 constexpr double farthest_allowed_mm = 1e5;
-
-/// Finds (or builds) the geometry of a mesh.
-class MeshStore {
- public:
-  const MeshGeometry& get(const std::shared_ptr<const Mesh>& mesh, const std::string& name);
-
- private:
-  std::vector<std::unique_ptr<MeshGeometry>> meshes_;
-};
-
-/// Throws UserError(usage) when the camera is inside an object, a mesh is not loaded, or
-/// a measured shape was not replaced.
-PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store);
-
-/// Radius of the thin lens, 0 without depth of field.
-double lens_radius_mm(const Camera& camera);
 
 }  // namespace fringetwin::render

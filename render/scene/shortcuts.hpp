@@ -9,6 +9,7 @@
 
 #include "render/scene/scene.hpp"
 #include "render/scene/visibility.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::render {
 

@@ -2,6 +2,7 @@
 // How near and how far what a camera may see lies; unbounded shapes count where its view meets them.
 #pragma once
 #include "render/scene/scene.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::render {
 

@@ -4,7 +4,7 @@
 #pragma once
 #include <cstdint>
 
-#include "render/renderer.hpp"
+#include "render/base/rendered_camera.hpp"
 #include "twin/captures/capture_set.hpp"
 
 namespace fringetwin::render {

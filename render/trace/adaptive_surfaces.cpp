@@ -19,11 +19,11 @@ void AdaptiveTrace::run_rule(const std::vector<std::uint32_t>& list, int order, 
   SampleSetup samples;
   samples.table = gauss_samples(order * order, job_.twin.render.pixel_fill, {}, 0.0);
   samples.n = static_cast<std::uint32_t>(order * order);
-  impl_.upload_samples(samples);
-  impl_.upload_pass(job_, *pass_, samples, limits());
-  impl_.fill(BIND_PIXELS, list);
+  device_.upload_samples(samples);
+  device_.upload_pass(job_, *pass_, samples, limits());
+  device_.fill(BIND_PIXELS, list);
   reserve_output(std::min(most_slots(), list.size() + BLOCK_PIXELS));
-  run_list(impl_.bound_kernel(Kernel::trace, constants(samples, PIXELS_LISTED)), list, 1, samples.n, use);
+  run_list(device_.bound_kernel(Kernel::trace, constants(samples, PIXELS_LISTED)), list, 1, samples.n, use);
   job_.out->rays += std::uint64_t{samples.n} * list.size();
 }
 

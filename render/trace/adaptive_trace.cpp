@@ -6,13 +6,13 @@
 //   an edge                               scan lines that find it, more of them until they agree
 #include "render/trace/adaptive_trace.hpp"
 
+#include "render/trace/pixel_blocks.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 namespace {
 
 constexpr std::size_t slots_per_dispatch = 4U << 20;
-constexpr std::size_t output_bytes = 64U << 20;
 constexpr std::size_t exact_float = 1 << 24;  // identities travel as floats
 // Rounding, as shares of single_precision_error_rad: on the paper's rig 3.0e-5 and 3e-6 rad on average over
 // the scenes of adaptive_test.
@@ -20,11 +20,12 @@ constexpr double rounding_single = 0.6, rounding_double = 0.06;
 
 }  // namespace
 
-AdaptiveTrace::AdaptiveTrace(Renderer::Impl& impl, const TraceJob& job, const Sampling& sampling)
-    : impl_(impl), job_(job), stretches_(impl.line_stretches) {
+AdaptiveTrace::AdaptiveTrace(TraceDevice& device, const TraceJob& job, const Sampling& sampling)
+    : device_(device), job_(job), stretches_(job.tuning.line_stretches) {
   const Sensor& sensor = job.camera.sensor;
   irradiance_target_ = sampling.gray_error * sensor.max_dn() / sensor.gain_dn;
-  rounding_rad_ = (impl.precise ? rounding_double : rounding_single) * single_precision_error_rad(job.twin);
+  rounding_rad_ =
+      (device.precise() ? rounding_double : rounding_single) * single_precision_error_rad(job.twin);
   const double left = sampling.phase_error_rad * sampling.phase_error_rad - rounding_rad_ * rounding_rad_;
   phase_target_rad_ = left > 0.0 ? std::sqrt(left) : 0.25 * sampling.phase_error_rad;
 }
@@ -47,7 +48,7 @@ void AdaptiveTrace::foresee_kernels(const PassPlan& pass) {
   const SampleSetup samples;
   std::vector<KernelStore::Key> keys;
   const auto add = [&](Kernel kernel, std::uint32_t list) {
-    keys.push_back(impl_.kernel_key(kernel, constants(samples, list)));
+    keys.push_back(device_.kernel_key(kernel, constants(samples, list)));
   };
   add(Kernel::closed_form, 0);
   if (!job_.scene.meshes.empty()) add(Kernel::facets, PIXELS_OUTLINE);
@@ -56,11 +57,11 @@ void AdaptiveTrace::foresee_kernels(const PassPlan& pass) {
     for (const std::uint32_t list : {PIXELS_LISTED, PIXELS_PIECES}) add(Kernel::facets, list);
   add(Kernel::lines, PIXELS_LISTED);
   add(Kernel::trace, PIXELS_LISTED);
-  impl_.kernels.foresee(keys);
+  device_.kernels().foresee(keys);
 }
 
 std::size_t AdaptiveTrace::most_slots() const {
-  const std::size_t slots = output_bytes / ((pass_->channels() + 2) * sizeof(float));
+  const std::size_t slots = most_output_bytes / ((pass_->channels() + 2) * sizeof(float));
   return std::min(slots_per_dispatch, slots / BLOCK_PIXELS * BLOCK_PIXELS);  // whole work groups write
 }
 
@@ -95,17 +96,17 @@ bool AdaptiveTrace::changes_along_y(std::uint32_t code) const {
 }
 
 void AdaptiveTrace::reserve_output(std::size_t slots) {
-  impl_.reserve(BIND_OUTPUT, slots * (pass_->channels() + 2) * sizeof(float));
-  impl_.reserve(BIND_OBJECTS, slots * sizeof(std::int32_t));
+  device_.reserve(BIND_OUTPUT, slots * (pass_->channels() + 2) * sizeof(float));
+  device_.reserve(BIND_OBJECTS, slots * sizeof(std::int32_t));
 }
 
 ComputePipeline& AdaptiveTrace::list_kernel(Kernel kernel, std::uint32_t kind,
                                             const std::vector<std::uint32_t>& list, std::size_t per_entry) {
   const SampleSetup none;
-  impl_.upload_pass(job_, *pass_, none, limits());
-  impl_.fill(BIND_PIXELS, list);
+  device_.upload_pass(job_, *pass_, none, limits());
+  device_.fill(BIND_PIXELS, list);
   reserve_output(std::min(most_slots(), list.size() * per_entry + BLOCK_PIXELS));
-  return impl_.bound_kernel(kernel, constants(none, kind));
+  return device_.bound_kernel(kernel, constants(none, kind));
 }
 
 void AdaptiveTrace::gather(const Sums& sums, std::size_t first, std::size_t n,
@@ -121,25 +122,25 @@ void AdaptiveTrace::gather(const Sums& sums, std::size_t first, std::size_t n,
 
 void AdaptiveTrace::probe() {
   const auto n_pixels = job_.out->mean.size();
-  impl_.reserve(BIND_PROBE, n_pixels * sizeof(gpu::vec4)).clear();
+  device_.reserve(BIND_PROBE, n_pixels * sizeof(gpu::vec4)).clear();
   const PassPlan nothing;
   pass_ = &nothing;
   const SampleSetup none;
-  impl_.upload_samples(none);
-  impl_.upload_pass(job_, nothing, none, limits());
+  device_.upload_samples(none);
+  device_.upload_pass(job_, nothing, none, limits());
   reserve_output(1);
-  ComputePipeline& kernel = impl_.bound_kernel(Kernel::probe, constants(none, 0));
+  ComputePipeline& kernel = device_.bound_kernel(Kernel::probe, constants(none, 0));
   const std::size_t band = slots_per_dispatch / BLOCK_PIXELS;
   for (std::size_t first = 0; first < job_.blocks.size(); first += band) {
     gpu::Push push{};
     const std::size_t n = std::min(band, job_.blocks.size() - first);
     push.first_block = static_cast<gpu::uint>(first);
     push.sentinel = SENTINEL_LOOPS;
-    must_finish(impl_.dispatch(kernel, push, static_cast<std::uint32_t>(n), job_.out));
+    must_finish(device_.dispatch(kernel, push, static_cast<std::uint32_t>(n), job_.out));
   }
   job_.out->rays += job_.blocks.size() * BLOCK_PIXELS;
 
-  seen_ = reinterpret_cast<const gpu::vec4*>(impl_.buffers[BIND_PROBE]->read(n_pixels * sizeof(gpu::vec4)));
+  seen_ = device_.read<gpu::vec4>(BIND_PROBE, n_pixels);
   const auto& materials = job_.scene.materials;
 #pragma omp parallel for
   for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(n_pixels); ++i) {
@@ -154,7 +155,7 @@ void AdaptiveTrace::probe() {
 }
 
 void AdaptiveTrace::run_pass() {
-  closed_form_ = !impl_.precise;
+  closed_form_ = !device_.precise();
   phase_squares_ = gray_squares_ = mixed_squares_ = 0.0;
   n_lit_ = n_outlines_ = 0;
   regular_.clear();
@@ -177,11 +178,11 @@ void AdaptiveTrace::run_pass() {
 // Closed form over all blocks; sorts the others into the lists.
 void AdaptiveTrace::classify() {
   const SampleSetup none;
-  impl_.upload_pass(job_, *pass_, none, limits());
+  device_.upload_pass(job_, *pass_, none, limits());
   const std::size_t band = std::max<std::size_t>(1, most_slots() / BLOCK_PIXELS);
   const std::size_t most = std::min(band, job_.blocks.size());
   reserve_output(most * BLOCK_PIXELS);
-  ComputePipeline& kernel = impl_.bound_kernel(Kernel::closed_form, constants(none, 0));
+  ComputePipeline& kernel = device_.bound_kernel(Kernel::closed_form, constants(none, 0));
   const int width = job_.out->mean.width, height = job_.out->mean.height;
   for (std::size_t first = 0; first < job_.blocks.size(); first += band) {
     const std::size_t n = std::min(band, job_.blocks.size() - first);
@@ -189,17 +190,13 @@ void AdaptiveTrace::classify() {
     push.first_block = static_cast<gpu::uint>(first);
     push.n_blocks_band = static_cast<gpu::uint>(n);
     push.sentinel = SENTINEL_LOOPS;
-    must_finish(impl_.dispatch(kernel, push, static_cast<std::uint32_t>(n), job_.out));
+    must_finish(device_.dispatch(kernel, push, static_cast<std::uint32_t>(n), job_.out));
     const std::size_t stride = n * BLOCK_PIXELS, channels = pass_->channels();
-    const Sums sums{reinterpret_cast<const float*>(
-                        impl_.buffers[BIND_OUTPUT]->read((channels + 2) * stride * sizeof(float))),
-                    stride};
+    const Sums sums{device_.read<float>(BIND_OUTPUT, (channels + 2) * stride), stride};
     const auto* kinds = answers(stride);
-    impl_.scatter_sums(job_, targets_, first, n, sums.values);
+    scatter_sums(job_, targets_, first, n, sums.values);
     for (std::size_t b = 0; b < n; ++b) {
-      const std::uint32_t block = job_.blocks[first + b];
-      const int x0 = static_cast<int>(block & 0xffffU) * BLOCK_WIDTH,
-                y0 = static_cast<int>(block >> 16) * BLOCK_HEIGHT;
+      const auto [x0, y0] = corner_of(job_.blocks[first + b]);
       for (int y = 0; y < BLOCK_HEIGHT && y0 + y < height; ++y)
         for (int x = 0; x < BLOCK_WIDTH && x0 + x < width; ++x) {
           const std::size_t slot = b * BLOCK_PIXELS + static_cast<std::size_t>(y * BLOCK_WIDTH + x);
@@ -260,9 +257,9 @@ bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedSc
          lens.height() < list_limit_px && scene.n_surfaces < exact_float;
 }
 
-void trace_adaptively(Renderer::Impl& impl, const TraceJob& job, const std::vector<PassPlan>& passes,
+void trace_adaptively(TraceDevice& device, const TraceJob& job, const std::vector<PassPlan>& passes,
                       const Sampling& sampling) {
-  AdaptiveTrace(impl, job, sampling).run(passes);
+  AdaptiveTrace(device, job, sampling).run(passes);
 }
 
 }  // namespace fringetwin::render

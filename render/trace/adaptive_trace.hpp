@@ -13,6 +13,7 @@
 
 #include "render/trace/adaptive_error.hpp"
 #include "render/trace/sample_table.hpp"
+#include "render/trace/sum_targets.hpp"
 #include "render/trace/trace_device.hpp"
 
 namespace fringetwin::render {
@@ -38,9 +39,20 @@ struct Sums {
   }
 };
 
+/// True where the adaptive trace serves the scene: without depth of field, projector optics and pixels,
+/// albedo maps, bounces and images that are no cosines, and within the device's limits.
+bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedScene& scene,
+                          const std::vector<PassPlan>& passes, const VkPhysicalDeviceLimits& limits);
+/// Traces all passes to the targets of `sampling` and fills job.out, its estimate included. Needs
+/// can_trace_adaptively() and an uploaded scene. Throws LoopLimit where the driver cuts an invocation's
+/// loops.
+void trace_adaptively(TraceDevice& device, const TraceJob& job, const std::vector<PassPlan>& passes,
+                      const Sampling& sampling);
+struct LoopLimit {};
+
 class AdaptiveTrace {
  public:
-  AdaptiveTrace(Renderer::Impl& impl, const TraceJob& job, const Sampling& sampling);
+  AdaptiveTrace(TraceDevice& device, const TraceJob& job, const Sampling& sampling);
   /// Throws LoopLimit where the driver cuts an invocation short.
   void run(const std::vector<PassPlan>& passes);
 
@@ -58,7 +70,7 @@ class AdaptiveTrace {
             stretches_};
   }
 
-  int base_order() const { return impl_.precise ? 3 : 2; }
+  int base_order() const { return device_.precise() ? 3 : 2; }
 
   static void must_finish(bool finished) {
     if (!finished) throw LoopLimit();
@@ -113,9 +125,7 @@ class AdaptiveTrace {
   ComputePipeline& list_kernel(Kernel kernel, std::uint32_t kind, const std::vector<std::uint32_t>& list,
                                std::size_t per_entry = 1);
   /// What each of n invocations said of its pixel (PIXEL_, BORDER_, FACETS_).
-  const std::int32_t* answers(std::size_t n) {
-    return reinterpret_cast<const std::int32_t*>(impl_.buffers[BIND_OBJECTS]->read(n * sizeof(std::int32_t)));
-  }
+  const std::int32_t* answers(std::size_t n) { return device_.read<std::int32_t>(BIND_OBJECTS, n); }
   /// A list's part of the sums to values[entry][channel].
   void gather(const Sums& sums, std::size_t first, std::size_t n, std::vector<float>* values) const;
   std::size_t most_slots() const;
@@ -145,7 +155,7 @@ class AdaptiveTrace {
     ++n_lit_;
   }
 
-  Renderer::Impl& impl_;
+  TraceDevice& device_;
   const TraceJob& job_;
   const PassPlan* pass_ = nullptr;
   const gpu::vec4* seen_ = nullptr;  // the probe buffer as the host sees it
@@ -171,11 +181,9 @@ void AdaptiveTrace::run_list(ComputePipeline& kernel, const std::vector<std::uin
     push.end_sample = n_samples;
     push.sentinel = SENTINEL_LOOPS;
     push.n_pixels = static_cast<gpu::uint>(n);
-    must_finish(impl_.dispatch(kernel, push, static_cast<std::uint32_t>(groups), job_.out));
+    must_finish(device_.dispatch(kernel, push, static_cast<std::uint32_t>(groups), job_.out));
     const std::size_t stride = groups * BLOCK_PIXELS;
-    const auto* values = reinterpret_cast<const float*>(
-        impl_.buffers[BIND_OUTPUT]->read((pass_->channels() + 2) * stride * sizeof(float)));
-    use(first, n, Sums{values, stride});
+    use(first, n, Sums{device_.read<float>(BIND_OUTPUT, (pass_->channels() + 2) * stride), stride});
   }
 }
 

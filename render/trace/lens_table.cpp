@@ -202,6 +202,11 @@ void add_block_cones(const Lens& lens, LensTable* table) {
     }
 }
 
+bool same_lens(const Lens& a, const Lens& b) {
+  return a.model() == b.model() && a.intrinsics() == b.intrinsics() && a.width() == b.width() &&
+         a.height() == b.height();
+}
+
 }  // namespace
 
 LensTable make_lens_table(const Lens& lens) {
@@ -235,6 +240,13 @@ LensTable make_lens_table(const Lens& lens) {
                                     &table.spacing_px);
   pack(grid, &table.grid, &table.grid_n, &table.nodes);
   return table;
+}
+
+const LensTable& LensTableStore::get(const Lens& lens) {
+  for (const auto& [known, table] : tables_)
+    if (same_lens(known, lens)) return *table;
+  tables_.emplace_back(lens, std::make_unique<LensTable>(make_lens_table(lens)));
+  return *tables_.back().second;
 }
 
 ProjectorTable make_projector_table(const Lens& lens) {

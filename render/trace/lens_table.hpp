@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lenses inverted once on the CPU in double: a coarse grid the shaders interpolate.
+// Tabulates lenses once on the CPU in double precision, on a coarse grid that the shaders interpolate.
 #pragma once
 #include <Eigen/Core>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "render/base/split_float.hpp"
@@ -9,10 +11,8 @@
 
 namespace fringetwin::render {
 
-/// Both throw UserError(usage) for a lens so rough that a grid of 1 px leaves more than 0.01 px of error,
-/// and warn above 1e-4 px.
-///
-/// Camera side: residual (x/z, y/z) - (q - c)/f for perspective lenses, the unit direction for others.
+/// The camera's lens from pixel to ray: residual (x/z, y/z) - (q - c)/f for perspective lenses, the unit
+/// direction for others.
 struct LensTable {
   int kind = CAMERA_PINHOLE;
   Double4 camera{};  ///< 1/fx, 1/fy, cx, cy
@@ -26,10 +26,22 @@ struct LensTable {
   std::vector<Eigen::Vector4d> block_cones;
   int blocks_x = 0, blocks_y = 0;
 };
+/// Tabulates a camera's lens. Throws UserError(usage) for a lens so rough that a grid of 1 px leaves more
+/// than 0.01 px of error, and warns above 1e-4 px.
 LensTable make_lens_table(const Lens& lens);
 
-/// Projector side, for lenses without a closed form in the shader: pixel = f (x/z, y/z) + residual on
-/// a grid over (x/z, y/z). Throws UserError(usage) for a lens that sees half the sphere or more.
+/// Keeps the tables of cameras' lenses, so that each lens is inverted once.
+class LensTableStore {
+ public:
+  /// Finds the table of an equal lens or makes it; the reference stays valid as long as the store lives.
+  const LensTable& get(const Lens& lens);
+
+ private:
+  std::vector<std::pair<Lens, std::unique_ptr<LensTable>>> tables_;
+};
+
+/// The projector's lens from ray to pixel, for lenses without a closed form in the shader:
+/// pixel = f (x/z, y/z) + residual on a grid over (x/z, y/z).
 struct ProjectorTable {
   double fx = 1.0, fy = 1.0, cx = 0.0, cy = 0.0;
   gpu::vec4 grid;
@@ -37,6 +49,8 @@ struct ProjectorTable {
   std::vector<gpu::vec4> nodes;
   double max_error_px = 0.0;
 };
+/// Tabulates a projector's lens. Throws and warns as make_lens_table(), and throws UserError(usage) for a
+/// lens that sees half the sphere or more.
 ProjectorTable make_projector_table(const Lens& lens);
 
 }  // namespace fringetwin::render

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/renderer.hpp"
 #include "render/shaders/shared.h"
 
 namespace fringetwin::render {

@@ -12,6 +12,7 @@
 #include <numbers>
 #include <set>
 
+#include "render/base/sampling.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::render::sample_table_test {

@@ -1,105 +1,78 @@
 // SPDX-License-Identifier: Apache-2.0
-// The renderer's device side: buffers, pipelines and passes. Internal to render/ (includes volk).
+// The device side of a trace: it holds the buffers and the specialised kernels, takes what a trace reads to
+// the device, dispatches, and reads back. Internal to render/ (includes volk).
 #pragma once
 #include <array>
+#include <cstdint>
 #include <memory>
-#include <span>
-#include <utility>
+#include <string>
 #include <vector>
 
-#include "render/scene/shortcuts.hpp"
 #include "render/trace/trace_job.hpp"
 #include "render/vulkan/kernel_store.hpp"
 #include "render/vulkan/vulkan_device.hpp"
-#include "twin/base/progress.hpp"
 
 namespace fringetwin::render {
 
-template <class T>
-std::span<const std::byte> bytes_of(const T& value) {
-  return std::as_bytes(std::span<const T, 1>(&value, 1));
-}
+/// The most memory that the sums of one dispatch may take.
+constexpr std::size_t most_output_bytes = 64U << 20;
 
-/// What one call of trace() works on.
-struct TraceJob {
-  const Twin& twin;
-  const Camera& camera;
-  const PackedScene& scene;
-  const LensTable& lens;
-  const ProjectorSetup& projector;
-  const std::vector<std::uint32_t>& blocks;
-  const Shortcuts& shortcuts;
-  std::uint64_t seed;
-  Progress* progress;
-  Transport* out;
-};
+class TraceDevice {
+ public:
+  /// `wanted`: as VulkanDevice has it. Throws UserError(device) also for a device whose work groups are too
+  /// small.
+  explicit TraceDevice(const std::string& wanted);
+  ~TraceDevice();
+  TraceDevice(const TraceDevice&) = delete;
+  TraceDevice& operator=(const TraceDevice&) = delete;
 
-/// Where a pass's sums go: images in the order of the output channels (nullptr: not kept), each times
-/// a factor.
-struct SumTarget {
-  ImageF* image;
-  float factor;
-};
-std::vector<SumTarget> sum_targets(const Twin& twin, const PassPlan& pass, bool first_pass, Transport* out);
+  VulkanDevice& vulkan() { return vulkan_; }
+  const VulkanDevice& vulkan() const { return vulkan_; }
+  KernelStore& kernels() { return kernels_; }
+  /// Chooses whether the kernels from now on trace in double precision; the device must have it.
+  void set_precise(bool precise) { precise_ = precise; }
+  bool precise() const { return precise_; }
 
-struct Renderer::Impl {
-  explicit Impl(const std::string& wanted);
-  ~Impl();
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
-
-  const LensTable& lens_table(const Lens& lens);
-  /// Grows, never shrinks; a grown buffer loses its contents.
+  /// Returns the buffer of a binding with at least so many bytes. It grows, never shrinks; a grown buffer
+  /// loses its contents.
   Buffer& reserve(std::size_t binding, std::size_t bytes);
+  /// Copies `data` into the buffer of a binding.
   template <class T>
   void fill(std::size_t binding, const std::vector<T>& data) {
     reserve(binding, data.size() * sizeof(T)).upload(data);
   }
-  void upload_geometry(const PackedScene& scene, const Shortcuts& shortcuts, double reach_mm);
+  /// Returns the first n values of a binding's buffer; valid until the buffer's next use.
+  template <class T>
+  const T* read(std::size_t binding, std::size_t n) {
+    return reinterpret_cast<const T*>(buffers_[binding]->read(n * sizeof(T)));
+  }
+
+  /// Uploads what all passes of a trace read: geometry, materials, lenses, blocks.
   void upload_scene(const TraceJob& job);
   void upload_samples(const SampleSetup& samples);
-  /// Parameters and waveforms of one pass.
+  /// Uploads parameters and waveforms of one pass.
   void upload_pass(const TraceJob& job, const PassPlan& pass, const SampleSetup& samples,
                    const AdaptiveTargets& targets);
-  KernelStore::Key kernel_key(Kernel kernel, const SpecConstants& constants) const {
-    return {kernel, storage_geometry, precise, constants};
-  }
-  /// The specialised kernel with the present buffers bound.
-  ComputePipeline& bound_kernel(Kernel kernel, const SpecConstants& constants);
 
-  /// Runs once and returns false when an invocation was cut short by the driver's loop limit.
+  /// Returns the key of a kernel in the present precision and with the present kind of geometry buffers.
+  KernelStore::Key kernel_key(Kernel kernel, const SpecConstants& constants) const {
+    return {kernel, storage_geometry_, precise_, constants};
+  }
+  /// Returns the specialised kernel with the present buffers bound.
+  ComputePipeline& bound_kernel(Kernel kernel, const SpecConstants& constants);
+  /// Runs a kernel once and adds its shadow rays to out->rays. Returns false, and adds nothing, when an
+  /// invocation was cut short by the driver's loop limit.
   bool dispatch(ComputePipeline& kernel, const gpu::Push& push, std::uint32_t groups, Transport* out);
 
-  void trace_plain(const TraceJob& job, const std::vector<PassPlan>& passes, const SampleSetup& samples);
-  void run_band(ComputePipeline& kernel, gpu::Push push, std::uint32_t n_samples, std::uint32_t groups,
-                std::uint32_t* chunk, Transport* out);
-  /// A band's sums, block by block, into the images.
-  static void scatter_sums(const TraceJob& job, const std::vector<SumTarget>& targets, std::size_t first,
-                           std::size_t n, const float* sums);
-  /// The objects of a band of blocks into the object image.
-  void scatter_objects(const TraceJob& job, std::size_t first, std::size_t n);
+ private:
+  void upload_geometry(const PackedScene& scene, const Shortcuts& shortcuts, double reach_mm);
 
-  VulkanDevice device;
-  VkPipelineCache cache = VK_NULL_HANDLE;
-  KernelStore kernels;
-  std::array<std::unique_ptr<Buffer>, BIND_COUNT> buffers;
-  std::vector<std::pair<Lens, std::unique_ptr<LensTable>>> lens_tables;
-  MeshStore meshes;
-  VisibilityStore visibility;
-  bool search_always = false;
-  bool storage_geometry = false;
-  bool precise = false;
-  std::uint32_t forced_chunk = 0, line_stretches = 1;
-  int repeated = 0;
-  PatternMethod pattern_method = PatternMethod::automatic;
+  VulkanDevice vulkan_;
+  VkPipelineCache cache_ = VK_NULL_HANDLE;
+  KernelStore kernels_;
+  std::array<std::unique_ptr<Buffer>, BIND_COUNT> buffers_;
+  bool storage_geometry_ = false;  ///< geometry in storage buffers, because texel buffers are too small
+  bool precise_ = false;
 };
-
-/// The adaptive trace (adaptive_trace.cpp). Needs what can_trace_adaptively() says.
-void trace_adaptively(Renderer::Impl& impl, const TraceJob& job, const std::vector<PassPlan>& passes,
-                      const Sampling& sampling);
-bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedScene& scene,
-                          const std::vector<PassPlan>& passes, const VkPhysicalDeviceLimits& limits);
-/// Thrown by trace_adaptively() where the driver cuts an invocation's loops.
-struct LoopLimit {};
 
 }  // namespace fringetwin::render

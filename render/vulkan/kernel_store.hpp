@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "render/base/kernels.hpp"
-#include "render/trace/trace_job.hpp"
 #include "render/vulkan/vulkan_device.hpp"
 
 namespace fringetwin::render {

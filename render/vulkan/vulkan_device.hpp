@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "render/renderer.hpp"
+#include "render/base/device_info.hpp"
 
 namespace fringetwin::render {
 

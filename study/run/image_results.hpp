@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "measure/measurement.hpp"
-#include "render/renderer.hpp"
+#include "render/base/rendered_camera.hpp"
 #include "study/noise/noise_theory.hpp"
 #include "study/study_file.hpp"
 #include "twin/captures/capture_set.hpp"

@@ -7,6 +7,7 @@
 
 #include "compare/result/result_json.hpp"
 #include "measure/measurement.hpp"
+#include "render/pattern/form_images.hpp"
 #include "render/sensor/all_cameras.hpp"
 #include "study/plan/shared_meshes.hpp"
 #include "study/run/image_results.hpp"

@@ -7,7 +7,8 @@
 #include <set>
 #include <string_view>
 
-#include "render/renderer.hpp"
+#include "render/base/sampling.hpp"
+#include "render/pattern/form_images.hpp"
 #include "study/plan/uncertain_inputs.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"

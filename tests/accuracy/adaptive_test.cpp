@@ -228,10 +228,10 @@ TEST(Adaptive, ScanLinesInStretches) {
   const Twin twin = ball_before_wall();
   std::vector<double> rays_per_pixel;
   for (const std::uint32_t stretches : {1U, 4U}) {
-    shared_renderer()->set_line_stretches(stretches);
+    shared_renderer()->set_tuning({.line_stretches = stretches});
     rays_per_pixel.push_back(expect_bounded("scan lines in stretches", twin, 3));
   }
-  shared_renderer()->set_line_stretches(1);
+  shared_renderer()->set_tuning({});
   EXPECT_GT(rays_per_pixel[1], rays_per_pixel[0]) << "no line was cut";
 }
 

@@ -17,6 +17,8 @@
 #include <iostream>
 #include <numbers>
 
+#include "render/pattern/response_series.hpp"
+#include "render/pattern/waveform.hpp"
 #include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"
@@ -50,10 +52,10 @@ ProjectorResponse gamma(double exponent) { return {ProjectorResponse::Kind::gamm
 ProjectorResponse table() { return {ProjectorResponse::Kind::table, 1.0, {0.02, 0.1, 0.35, 0.8, 0.97}}; }
 
 render::RenderedCamera render_with(const Twin& twin, PatternMethod method) {
-  shared_renderer()->set_pattern_method(method);
+  shared_renderer()->set_tuning({.pattern_method = method});
   // by a fixed rule: what the adaptive trace leaves to an estimate may differ between two scenes
   auto out = shared_renderer()->render(twin, 0, render::without_adaptation(render::choose_sampling(twin)));
-  shared_renderer()->set_pattern_method(PatternMethod::automatic);
+  shared_renderer()->set_tuning({});
   return out;
 }
 

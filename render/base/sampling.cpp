@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// From what the user asks for to how the pixels are sampled.
+#include "render/base/sampling.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "render/renderer.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 

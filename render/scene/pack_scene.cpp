@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "render/scene/scene.hpp"
+#include "render/scene/pack_scene.hpp"
 
 #include <fmt/format.h>
 
@@ -216,7 +216,7 @@ double lens_radius_mm(const Camera& camera) {
 // The shaders take a primitive's kind from its place, so a new shape needs more than its add() above.
 static_assert(std::variant_size_v<Shape> == 5,
               "a new shape needs a count in PackedScene, its specialisation constant (shaders/shared.h, "
-              "trace/trace_job.cpp), its loops in the shaders, and its reach (visible_range.cpp)");
+              "trace/shader_params.cpp), its loops in the shaders, and its reach (visible_range.cpp)");
 
 PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store) {
   Packer packer(camera, store);

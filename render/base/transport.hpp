@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// The transport of light to one camera, independent of the patterns' steps: what one trace measures per
+// pixel, from which all images of the sequence are formed (pattern/form_images.hpp), and the estimate of its
+// error.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/base/cosine_series.hpp"
+#include "render/base/sampling.hpp"
+#include "twin/image/image.hpp"
+
+namespace fringetwin::render {
+
+/// The renderer's own estimate of its error, meant as an upper bound (tested on scenes of its own).
+struct ErrorEstimate {
+  double phase_rad = 0.0;     ///< rms at the finest pitch over lit pixels without an edge, rounding included
+  double gray = 0.0;          ///< rms over all pixels that see an object, fraction of full scale
+  double mixed_share = 0.0;   ///< share of those pixels that an edge crosses
+  double facets_share = 0.0;  ///< share of those pixels whose facets of a mesh are clipped exactly
+  double smooth_share = 0.0;  ///< share of those pixels that one surface fills and that needed more rays
+};
+
+/// The cost of one step of the adaptive trace, for benchmarks.
+struct StageCost {
+  std::string name;
+  std::size_t pixels = 0;
+  std::uint64_t rays = 0;
+  double cpu_ms = 0.0;  ///< of all threads of the process
+};
+
+/// Per-pixel transport of one camera (all images W x H, irradiance per unit pattern value).
+/// w is the irradiance that a ray brings where the pattern value is 1, theta the phase of the fringe that it
+/// meets. A pattern whose series has the coefficients a_k (response and blur included) and that is shifted by
+/// delta gives E = ambient_hit + a_0 mean + sum_k a_k (cosine_k cos(k delta) - sine_k sin(k delta)).
+struct Transport {
+  ImageF mean;     ///< mean of w over the pixel (pattern value 1 everywhere)
+  ImageF ambient;  ///< ambient irradiance x hit fraction
+  /// [direction][pitch]: mean of w cos(theta), w sin(theta), theta = 2 pi (x - origin)/pitch; the
+  /// fundamental with the blur attenuation already in it. Empty where the steps are evaluated directly.
+  std::vector<std::vector<ImageF>> cosine, sine;
+  /// [direction][pitch][k - 2]: the same of harmonic k >= 2, where the response is not linear.
+  struct Pair {
+    ImageF cosine, sine;
+  };
+  std::vector<std::vector<std::vector<Pair>>> harmonics;
+  /// [direction][pitch]: a_k of the form above before blur; empty where the steps are evaluated directly.
+  SeriesTable series;
+  /// Images evaluated directly in the trace (mean of w * value), by sequence index; empty elsewhere.
+  std::vector<ImageF> direct;
+  Image<std::int32_t> object;  ///< index of the object at the pixel centre's ray, -1 none
+  Sampling sampling;           ///< what was done: a fixed rule where adaptive does not apply
+  double trace_ms = 0.0;
+  std::uint64_t rays = 0;                 ///< primary + shadow
+  int repeated_dispatches = 0;            ///< because the driver cut an invocation's loops short
+  std::optional<ErrorEstimate> estimate;  ///< adaptive only
+  std::vector<StageCost> stages;          ///< adaptive only
+};
+
+}  // namespace fringetwin::render

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// From the transport of a camera to its irradiance images: all patterns of a sequence from one trace.
+#pragma once
+#include <cstddef>
+#include <vector>
+
+#include "render/base/rendered_camera.hpp"
+#include "render/base/transport.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::render {
+
+/// Returns the irradiance images of the twin's sequence, in sequence order, without the camera lens's
+/// effects.
+std::vector<ImageF> form_images(const Twin& twin, const Transport& transport);
+
+/// Returns the images of a traced camera as Renderer::render() makes them: patterns, then the lens's effects.
+/// `references` asks for white and black images also where the sequence needs none.
+RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Transport& transport,
+                           bool references = false);
+
+/// Returns true when the trace of a camera does not depend on the fringes' mean, amplitude and number of
+/// steps: all images are phase steps behind a linear response.
+bool holds_any_steps(const Twin& twin);
+/// Gives a transport the mean and amplitude of this twin. Needs holds_any_steps(), and > 0 steps, of both
+/// twins.
+void set_pattern(const Twin& twin, Transport* transport);
+
+}  // namespace fringetwin::render

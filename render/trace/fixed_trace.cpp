@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/trace/fixed_trace.hpp"
+
+#include <algorithm>
+#include <memory>
+
+#include "render/trace/pixel_blocks.hpp"
+#include "render/trace/sum_targets.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+constexpr std::uint32_t mesh_chunk = 64, analytic_chunk = 4096;  // samples per dispatch
+constexpr std::uint64_t samples_per_dispatch = 4U << 20;         // over all pixels: a fraction of a second
+constexpr std::uint64_t samples_worth_a_progress_bar = 400U << 20;
+
+// Traces all samples of one band of blocks, in chunks that stay below the device's loop limit.
+void run_band(TraceDevice& device, ComputePipeline& kernel, gpu::Push push, std::uint32_t n_samples,
+              std::uint32_t groups, std::uint32_t* chunk, Transport* out) {
+  const gpu::uint n_centre = push.n_centre;
+  const std::uint64_t rays_before = out->rays;
+  for (std::uint32_t first = 0; first < n_samples;) {
+    push.first_sample = first;
+    push.end_sample = std::min(n_samples, first + *chunk);
+    push.resume = first > 0;
+    push.n_centre = first == 0 ? n_centre : 0;
+    if (device.dispatch(kernel, push, groups, out)) {
+      first = push.end_sample;
+      continue;
+    }
+    // Some invocation was cut short: its sums are wrong. Again from the start, in smaller portions.
+    if (*chunk == 1)
+      throw UserError(ExitCode::device, device.vulkan().info().name,
+                      "a single ray exceeds the driver's limit of loop iterations",
+                      "use a newer driver (Mesa 25 has no such limit) or split the mesh");
+    *chunk = std::max(1U, std::min(*chunk, n_samples) / 2);
+    ++out->repeated_dispatches;
+    out->rays = rays_before;
+    first = 0;
+  }
+}
+
+// Writes the objects that the centre rays of a band of blocks saw into the object image.
+void scatter_objects(TraceDevice& device, const TraceJob& job, std::size_t first, std::size_t n) {
+  const auto* primitives = device.read<std::int32_t>(BIND_OBJECTS, n * BLOCK_PIXELS);
+  const int width = job.out->object.width, height = job.out->object.height;
+  for (std::size_t b = 0; b < n; ++b) {
+    const auto [x0, y0] = corner_of(job.blocks[first + b]);
+    for (int y = 0; y < BLOCK_HEIGHT && y0 + y < height; ++y)
+      for (int x = 0; x < BLOCK_WIDTH && x0 + x < width; ++x) {
+        const std::int32_t p = primitives[b * BLOCK_PIXELS + static_cast<std::size_t>(y * BLOCK_WIDTH + x)];
+        job.out->object(x0 + x, y0 + y) =
+            p < 0 ? -1 : job.scene.object_of_primitive[static_cast<std::size_t>(p)];
+      }
+  }
+}
+
+// The number of blocks that one dispatch takes: bounded by its time and by the memory of its sums.
+std::size_t blocks_per_band(const PassPlan& pass, std::uint32_t samples) {
+  const std::uint64_t by_time = samples_per_dispatch / (BLOCK_PIXELS * std::uint64_t{samples});
+  const std::uint64_t by_memory = most_output_bytes / (pass.channels() * BLOCK_PIXELS * sizeof(float));
+  return std::max<std::size_t>(16, std::min({by_time, by_memory, std::uint64_t{16384}}));
+}
+
+// Traces one pass band by band. `chunk`: samples per dispatch, fewer from now on where the driver cuts loops.
+void run_pass(TraceDevice& device, const TraceJob& job, const PassPlan& pass, bool first_pass,
+              const SampleSetup& samples, std::uint32_t* chunk, Progress* progress) {
+  device.upload_pass(job, pass, samples, {});
+  const std::size_t band = blocks_per_band(pass, std::min(*chunk, samples.n));
+  const std::size_t most = std::min(band, job.blocks.size());
+  device.reserve(BIND_OUTPUT, most * pass.channels() * BLOCK_PIXELS * sizeof(float));
+  device.reserve(BIND_OBJECTS, most * BLOCK_PIXELS * sizeof(std::int32_t));
+  ComputePipeline& kernel =
+      device.bound_kernel(Kernel::trace, make_constants(job.twin, job.camera, job.scene, job.lens,
+                                                        job.projector, samples, pass, job.shortcuts.kinds));
+  for (std::size_t first = 0; first < job.blocks.size(); first += band) {
+    const std::size_t n = std::min(band, job.blocks.size() - first);
+    gpu::Push push{};
+    push.first_block = static_cast<gpu::uint>(first);
+    push.n_blocks_band = static_cast<gpu::uint>(n);
+    push.n_centre = first_pass ? 1 : 0;
+    push.sentinel = SENTINEL_LOOPS;
+    run_band(device, kernel, push, samples.n, static_cast<std::uint32_t>(n), chunk, job.out);
+    const auto targets = sum_targets(job.twin, pass, first_pass, job.out);
+    scatter_sums(job, targets, first, n, device.read<float>(BIND_OUTPUT, targets.size() * n * BLOCK_PIXELS));
+    if (first_pass) scatter_objects(device, job, first, n);
+    if (progress) progress->advance(n);
+  }
+}
+
+}  // namespace
+
+void trace_by_fixed_rule(TraceDevice& device, const TraceJob& job, const std::vector<PassPlan>& passes) {
+  const SampleSetup samples = setup_samples(job.twin, job.camera, job.scene, job.out->sampling);
+  const std::uint64_t work = std::uint64_t{samples.n} * BLOCK_PIXELS * job.blocks.size() * passes.size();
+  std::unique_ptr<Progress> progress;
+  if (work > samples_worth_a_progress_bar)
+    progress = std::make_unique<Progress>("rendering " + job.camera.name, job.blocks.size() * passes.size());
+  device.upload_samples(samples);
+  std::uint32_t chunk = job.tuning.samples_per_dispatch ? job.tuning.samples_per_dispatch
+                        : job.scene.n_meshes > 0        ? mesh_chunk
+                                                        : analytic_chunk;
+  for (std::size_t i = 0; i < passes.size(); ++i)
+    run_pass(device, job, passes[i], i == 0, samples, &chunk, progress.get());
+  const int width = job.out->mean.width, height = job.out->mean.height;
+  for (const std::uint32_t block : job.blocks) {
+    const auto [x, y] = corner_of(block);
+    job.out->rays +=
+        std::uint64_t{samples.n} * passes.size() *
+        static_cast<std::uint64_t>(std::min(BLOCK_WIDTH, width - x) * std::min(BLOCK_HEIGHT, height - y));
+  }
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything on the host that a renderer keeps from one trace to the next, because it is dear to make and
+// depends only on the lens or the mesh.
+#pragma once
+#include "render/scene/mesh_geometry.hpp"
+#include "render/scene/shortcuts.hpp"
+#include "render/trace/lens_table.hpp"
+
+namespace fringetwin::render {
+
+struct SceneStores {
+  LensTableStore lenses;
+  MeshStore meshes;
+  VisibilityStore visibility;
+};
+
+}  // namespace fringetwin::render
