@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Results that cost more to make than to read, on disk by the content they were made from.
+// Keeps results that cost more to make than to read in files, named by the content they were made from.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -14,20 +14,20 @@ namespace fringetwin::render {
 
 using Bytes = std::span<const std::byte>;
 
-/// FRINGETWIN_CACHE; without it fringetwin/ in XDG_CACHE_HOME or ~/.cache. None if FRINGETWIN_CACHE is empty
-/// or there is no home.
+/// Returns the folder FRINGETWIN_CACHE; without it fringetwin/ in XDG_CACHE_HOME or ~/.cache; none if
+/// FRINGETWIN_CACHE is empty or there is no home.
 std::optional<std::filesystem::path> cache_folder();
 
-/// The oldest files make room.
+/// When the folder holds more than this, the oldest files are removed.
 constexpr std::uintmax_t largest_cache_bytes = std::uintmax_t{2} << 30;
 
-/// Name of what is made from `parts`; 40 hexadecimal digits.
+/// Returns the name under which a thing made from `parts` is kept: 40 hexadecimal digits.
 std::string content_key(std::initializer_list<Bytes> parts);
 
-/// The bytes kept under `name`, nothing where there are none or they are damaged.
+/// Returns the bytes kept under `name`, nothing where there are none or they are damaged.
 std::optional<std::vector<std::byte>> read_cached(const std::optional<std::filesystem::path>& folder,
                                                   const std::string& name);
-/// Keeps `parts`, one after the other. A folder that cannot be written costs nothing but time.
+/// Keeps `parts`, one after the other, under `name`. A folder that cannot be written costs nothing but time.
 void write_cached(const std::optional<std::filesystem::path>& folder, const std::string& name,
                   std::initializer_list<Bytes> parts);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Standard normal deviates by counter: pixel, image, camera and seed give the same one in every thread.
-// Box-Muller of the words of Philox4x32-10, 53-bit radius.
+// Draws standard normal deviates by counter: pixel, image, camera and seed give the same one in every thread.
+// Each is the Box-Muller transform of words of Philox4x32-10, with a radius of 53 bits.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace fringetwin::render {
 
-/// The deviates of one image.
+/// Names the deviates of one image.
 struct DeviateSource {
   PhiloxKey key;  ///< of the seed
   std::uint32_t image = 0, camera = 0;
@@ -18,12 +18,14 @@ struct DeviateSource {
 
 inline constexpr std::size_t kMostDeviates = 512;
 
-/// What one deviate is made of: Philox's first three words of a pixel.
+/// The words of which one deviate is made: Philox's first three of a pixel.
 struct DeviateWords {
   std::uint32_t high = 0, low = 0, turn = 0;
 };
-/// sqrt(-2 ln u) cos(2 pi turn / 2^32) with the library's log and cos; u: 53 bits of high and low, in (0, 1).
+/// Returns sqrt(-2 ln u) cos(2 pi turn / 2^32) with the library's log and cos; u: 53 bits of high and low, in
+/// (0, 1).
 double exact_box_muller(const DeviateWords& words);
+/// Returns the deviate of one pixel by exact_box_muller().
 double exact_deviate(const DeviateSource& source, std::uint64_t pixel);
 
 /// The near deviates lie closer to the exact ones than this: the next terms of their series of the logarithm,
@@ -35,9 +37,10 @@ inline constexpr double kDeviateError = 1e-8;
 struct DeviateBlock {
   alignas(64) std::array<std::uint32_t, kMostDeviates> high, low, turn;
 };
+/// Writes the deviates of a block of words, each within kDeviateError of exact_box_muller().
 void near_box_muller(const DeviateBlock& words, std::array<double, kMostDeviates>* deviates);
-/// Several times faster than one by one: the deviates of pixels `first_pixel` (a multiple of kMostDeviates),
-/// first_pixel + 1, ...
+/// Writes the deviates of the pixels `first_pixel` (a multiple of kMostDeviates), first_pixel + 1, ...,
+/// several times faster than exact_deviate() one by one.
 void near_deviates(const DeviateSource& source, std::uint64_t first_pixel,
                    std::array<double, kMostDeviates>* deviates);
 

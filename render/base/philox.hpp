@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Philox4x32-10, a counter-based random generator: J. Salmon et al., "Parallel random numbers: as easy
-// as 1, 2, 3", SC 2011. The same (key, counter) gives the same words on every machine and thread.
+// Draws random words from a counter by Philox4x32-10 (J. Salmon et al., "Parallel random numbers: as easy as
+// 1, 2, 3", SC 2011). The same (key, counter) gives the same words on every machine and thread.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -10,6 +10,7 @@ namespace fringetwin::render {
 using PhiloxCounter = std::array<std::uint32_t, 4>;
 using PhiloxKey = std::array<std::uint32_t, 2>;
 
+/// Returns four random words for a key and a counter.
 inline PhiloxCounter philox4x32(PhiloxCounter c, PhiloxKey k) {
   for (int round = 0; round < 10; ++round) {
     const std::uint64_t p0 = std::uint64_t{0xD2511F53u} * c[0];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the camera's lens does to the finished irradiance images: vignetting, then point spread.
+// Applies to finished irradiance images what the camera's lens does to them: vignetting, then point spread.
 #pragma once
 #include <vector>
 
@@ -8,20 +8,20 @@
 
 namespace fringetwin::render {
 
-/// Weights at 0, 1, 2 ... px of a symmetric kernel of unit sum and variance sigma^2: samples of the
-/// Gaussian from 0.75 px on (its contrast at 0.1 cycles/px is exact to 1.1e-4), below that Lindeberg's
+/// Returns the weights at 0, 1, 2 ... px of a symmetric kernel of unit sum and variance sigma^2: samples of
+/// the Gaussian from 0.75 px on (its contrast at 0.1 cycles/px is exact to 1.1e-4), below that Lindeberg's
 /// discrete Gaussian exp(-s) I_n(s), s = sigma^2 ("Scale-Space for Discrete Signals", PAMI 12(3), 1990),
 /// because samples of a narrow Gaussian have another variance.
 std::vector<double> psf_kernel(double sigma_px);
 
-/// Rows, then columns. Beyond the border nothing is known: the kernel's part inside the image is scaled
-/// to unit sum.
+/// Convolves an image with such a kernel, rows, then columns. Beyond the border nothing is known: the
+/// kernel's part inside the image is scaled to unit sum.
 ImageF convolve_separable(const ImageF& image, const std::vector<double>& kernel);
 
-/// Factor of the irradiance at a point of the image: cos^4 of the angle between its ray and the axis, or the
-/// polynomial.
+/// Returns the factor of the irradiance at a point of the image: cos^4 of the angle between its ray and the
+/// axis, or the polynomial.
 double vignetting_factor(const Camera& camera, double x_px, double y_px);
-/// At each pixel's centre.
+/// Returns the vignetting_factor() at each pixel's centre.
 ImageF vignetting_map(const Camera& camera);
 
 /// Applies what the camera asks for to all images, the white and black ones included; nothing otherwise.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which sums one trace collects: cosine/sine per pitch and harmonic, and images evaluated directly; split
-// into passes when they are more than one shader holds.
+// Plans which sums one trace collects: a cosine and a sine per pitch and harmonic, and the images that are
+// evaluated directly; split into passes when they are more than one shader holds.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -12,11 +12,13 @@
 
 namespace fringetwin::render {
 
+/// One cosine/sine pair of a pass.
 struct PitchSlot {
   std::size_t direction, pitch;
   int harmonic;    ///< 1, then 2, 3 ... of the same pitch in the slots that follow
   Double4 values;  ///< Params::pitch
 };
+/// One image that the trace evaluates directly, with the table from which it does.
 struct DirectSlot {
   enum class Kind { periodic, axis, pixel, gray, image };
   Kind kind;
@@ -24,6 +26,7 @@ struct DirectSlot {
   Double4 a{}, b{};   ///< Params::direct, direct_b
   std::vector<float> waveform;
 };
+/// The sums of one pass over all pixels.
 struct PassPlan {
   std::vector<PitchSlot> pitches;
   std::vector<float> gaps;         ///< gap_waveform(), empty without blurred gaps; first of the pass's tables
@@ -34,8 +37,10 @@ struct PassPlan {
   std::size_t channels() const { return 2 + 2 * pitches.size() + direct.size(); }
 };
 
-/// At least one pass. `center_px`: the projector's principal point, from which the shaders measure.
-/// `series`: choose_series() of the twin; an empty one means: each step directly.
+/// Returns the passes, at least one. `center_x_px`, `center_y_px`: the projector's principal point, from
+/// which the shaders measure. `series`: choose_series() of the twin; an empty one means that each step is
+/// evaluated directly. Throws UserError(usage) for combinations of projector effects that no trace can
+/// render, and for tables that are too large.
 std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, double center_x_px,
                                   double center_y_px);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A phase step through the projector's response is a short cosine series. Carried as cosine/sine pairs
-// per harmonic, one trace holds every step; or each step is evaluated directly. Whichever is cheaper.
+// Decides how the phase steps behind the projector's response are made. Such a step is a short cosine series:
+// carried as a cosine/sine pair per harmonic, one trace holds every step; or each step is evaluated directly
+// in the trace. The cheaper way is taken.
 #pragma once
 #include <optional>
 
@@ -10,25 +11,26 @@
 
 namespace fringetwin::render {
 
-/// Most harmonics the shaders carry for one pitch.
+/// Returns the largest number of harmonics that the shaders carry for one pitch.
 int most_carried_harmonics();
 
-/// Estimated cost of the trace in direct evaluations per sample, passes included (docs/PHYSICS.md).
+/// Estimates the cost of the trace in direct evaluations per sample, passes included (docs/PHYSICS.md).
 double series_cost(const Twin& twin, const SeriesTable& table);
 
-/// The shortest series whose dropped harmonics, after the constant blur, sum up to at most
+/// Returns the shortest series whose dropped harmonics, after the constant blur, sum up to at most
 /// `relative_bound` of the fundamental; empty when that takes more than `most` harmonics. With N steps a
 /// dropped amplitude b shifts the phase by at most b / |a_1| rad.
 CosineSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
                           double relative_bound, int most);
 
-/// That number of harmonics; 64 when the bound takes more.
+/// Returns the number of harmonics of that shortest series; 64 when the bound takes more.
 int count_harmonics(const Projector& projector, const Fringes& fringes, double pitch_px,
                     double relative_bound);
 
-/// Automatic takes the cheaper way for all pitches together; `harmonics` insists where the series is short
-/// enough. None with pixel structure: the pattern is no function of the phase then. The bound is a tenth of
-/// phase_error_rad, the twin's own unless given.
+/// Returns the series of all pitches, an empty one where the steps are evaluated directly. Automatic takes
+/// the cheaper way for all pitches together; `harmonics` insists where the series is short enough. With pixel
+/// structure there is none: the pattern is no function of the phase then. The dropped harmonics are bounded
+/// by a tenth of phase_error_rad, the twin's own unless given.
 SeriesTable choose_series(const Twin& twin, PatternMethod method = PatternMethod::automatic,
                           std::optional<double> phase_error_rad = {});
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the projector really throws: pattern value -> response -> blur (docs/CONVENTIONS.md), in double
-// precision.
+// Computes the light that the projector really throws for a pattern, in double precision: pattern value ->
+// response -> blur (docs/CONVENTIONS.md), as a function of the projector coordinate and as tables for the
+// shaders.
 #pragma once
 #include <cstddef>
 #include <vector>
@@ -10,17 +11,17 @@
 
 namespace fringetwin::render {
 
-/// True when the response maps every value onto itself: phase steps are then pure cosines.
+/// Returns true when the response maps every value onto itself: phase steps are then pure cosines.
 bool is_linear(const ProjectorResponse& response);
 
-/// Gaussian blur multiplies harmonic k of a period of `pitch_px` by exp(-2 (pi k sigma / pitch)^2),
-/// the Fourier transform of a unit Gaussian of sigma `sigma_px`.
+/// Returns the factor by which a Gaussian blur multiplies harmonic k of a period of `pitch_px`,
+/// exp(-2 (pi k sigma / pitch)^2): the Fourier transform of a unit Gaussian of sigma `sigma_px`.
 double blur_attenuation(int harmonic, double sigma_px, double pitch_px);
 
-/// How far beyond the projector's image a pattern is tabulated: 2 px and the circle of confusion.
+/// Returns how far beyond the projector's image a pattern is tabulated: 2 px and the circle of confusion.
 double pattern_margin_px(const Projector& projector);
 
-/// The even Fourier series of response(mean + amplitude cos t) up to `harmonics`, each coefficient to
+/// Returns the even Fourier series of response(mean + amplitude cos t) up to `harmonics`, each coefficient to
 /// about 1e-15: Gauss-Legendre panels split at the kinks of the response and graded towards the
 /// branch point of a power law at value 0.
 CosineSeries cosine_series(const ProjectorResponse& response, double mean, double amplitude, int harmonics);
@@ -32,7 +33,7 @@ CosineSeries cosine_series(const ProjectorResponse& response, double mean, doubl
 class EffectivePattern {
  public:
   EffectivePattern(const Twin& twin, const PatternSpec& pattern);
-  /// Fraction of full scale at `coordinate_px` along the pattern's axis. The pattern continues
+  /// Returns the fraction of full scale at `coordinate_px` along the pattern's axis. The pattern continues
   /// beyond the projector's image; whether light reaches a point there is the renderer's business.
   double operator()(double coordinate_px) const;
 
@@ -61,24 +62,24 @@ class EffectivePattern {
   double first_value_ = 0.0;   ///< left of all edges
 };
 
-/// EffectivePattern evaluated once: for a loop build an EffectivePattern.
+/// Evaluates an EffectivePattern once; for a loop build the EffectivePattern.
 double effective_pattern_value(const Twin& twin, const PatternSpec& pattern, double coordinate_px);
 
-/// One period of a phase step: sample i at theta = 2 pi (x - origin)/pitch = 2 pi i / samples, i.e. at
-/// x = origin + i pitch / samples; the step's own shift 2 pi n/N is in the values.
+/// Tabulates one period of a phase step: sample i at theta = 2 pi (x - origin)/pitch = 2 pi i / samples, i.e.
+/// at x = origin + i pitch / samples; the step's own shift 2 pi n/N is in the values.
 std::vector<float> periodic_waveform(const Twin& twin, const PatternSpec& pattern, int samples);
 
-/// Any pattern along its whole axis: sample i at *first_px + i / samples_per_px, covering the
+/// Tabulates any pattern along its whole axis: sample i at *first_px + i / samples_per_px, covering the
 /// projector's image [-0.5, size - 0.5] and pattern_margin_px() on either side.
 std::vector<float> axis_waveform(const Twin& twin, const PatternSpec& pattern, double samples_per_px,
                                  double* first_px);
 
-/// The frame buffer's pixels one by one from *first_px on, with the same margin (pixel structure without
-/// Gaussian blur).
+/// Tabulates the frame buffer's pixels one by one from *first_px on, with the same margin (pixel structure
+/// without Gaussian blur).
 std::vector<float> pixel_waveform(const Twin& twin, const PatternSpec& pattern, int* first_px);
 
-/// White image across one projector pixel from border to border, with the gaps between pixels and the
-/// Gaussian blur, mean 1; two samples more than one period. Empty without gaps or blur.
+/// Tabulates a white image across one projector pixel from border to border, with the gaps between pixels and
+/// the Gaussian blur, mean 1; two samples more than one period. The table is empty without gaps or blur.
 std::vector<float> gap_waveform(const Projector& projector);
 
 }  // namespace fringetwin::render

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two-wide bounding volume hierarchy by the binned surface area heuristic (Wald, "On fast
-// Construction of SAH-based Bounding Volume Hierarchies", 2007), laid out for shaders/mesh.glsl.
+// Builds a two-wide bounding volume hierarchy over a mesh's triangles by the binned surface area heuristic
+// (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007), laid out for
+// shaders/mesh.glsl.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -11,7 +12,8 @@
 
 namespace fringetwin::render {
 
-/// Both children's boxes; a child >= 0 is a node, a child < 0 a leaf: ~child = first * 8 + count - 1.
+/// A node with both children's boxes; a child >= 0 is a node, a child < 0 a leaf: ~child = first * 8 + count
+/// - 1.
 struct BvhNode {
   Eigen::Vector3f left_min;
   std::int32_t left;
@@ -31,8 +33,8 @@ struct Bvh {
   Eigen::Vector3f box_min = Eigen::Vector3f::Zero(), box_max = Eigen::Vector3f::Zero();
 };
 
-/// Never deeper than max_depth (a traversal stack of that size suffices); at most 4 triangles in a
-/// leaf. The result does not depend on the number of threads.
+/// Builds the hierarchy, never deeper than max_depth (a traversal stack of that size suffices), with at most
+/// 4 triangles in a leaf. The result does not depend on the number of threads.
 Bvh build_bvh(const std::vector<Eigen::Vector3f>& vertices_mm,
               const std::vector<std::array<int, 3>>& triangles, int max_depth);
 

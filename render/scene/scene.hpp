@@ -18,10 +18,12 @@ struct BoundingSphere {
   double radius_mm;
 };
 
+/// All primitives of a kind follow one another (spheres, planes, cylinders, meshes): the shaders know a
+/// primitive's kind by its index.
 struct PackedScene {
-  std::vector<std::array<Double4, 4>> primitives;
-  std::vector<gpu::vec4> materials;
-  std::vector<int> object_of_primitive;
+  std::vector<std::array<Double4, 4>> primitives;   ///< layouts: shaders/shapes.glsl, shaders/mesh.glsl
+  std::vector<gpu::vec4> materials;                 ///< per primitive, BIND_MATERIALS
+  std::vector<int> object_of_primitive;             ///< index in Twin::objects
   std::vector<std::size_t> triangles_of_primitive;  ///< 1 for analytic shapes
   std::size_t n_surfaces = 0;                       ///< all of them together
   int n_spheres = 0, n_planes = 0, n_cylinders = 0, n_meshes = 0;
@@ -32,8 +34,8 @@ struct PackedScene {
   bool one_convex = false;  ///< one convex object alone: it hides no light from itself and gives itself none
   bool shadow = true;       ///< false for that, or when the twin says so
   bool unbounded = false;   ///< something reaches to infinity: every block of pixels may see it
-  std::vector<BoundingSphere> finite;
-  std::size_t first_mesh_bound = 0;  ///< in `finite`
+  std::vector<BoundingSphere> finite;  ///< around all bounded shapes; several around a mesh
+  std::size_t first_mesh_bound = 0;    ///< in `finite`
   /// Farthest bounded geometry or visible point (a shadow ray's origin), for rounding allowances; at most
   /// farthest_allowed_mm, as planes reach the horizon.
   double far_mm = 0.0;
@@ -46,6 +48,7 @@ struct PackedScene {
   std::vector<MeshInstance> instances;
 };
 
+/// The largest PackedScene::far_mm.
 constexpr double farthest_allowed_mm = 1e5;
 
 }  // namespace fringetwin::render

@@ -16,7 +16,7 @@ constexpr std::size_t most_views = 4;  // of one mesh: two cameras and a project
 constexpr std::uint32_t largest_tile_shift = 4;
 constexpr int dilations = 2;  // tiles beside the mesh: pixels at its silhouette start there
 
-// Projections of the vertices; NaN where there is none.
+// Returns the projections of the vertices; NaN where there is none.
 std::vector<Vector2d> project_vertices(const PackedScene::MeshInstance& instance, const Lens& lens) {
   const Pose T_cam_object = instance.T_object_cam.inverse();
   const auto& vertices = instance.geometry->vertices;
@@ -31,6 +31,7 @@ std::vector<Vector2d> project_vertices(const PackedScene::MeshInstance& instance
   return q;
 }
 
+// The image in square tiles, each with a triangle to start from, -1 where there is none.
 class Tiles {
  public:
   Tiles(const Lens& lens, std::uint32_t shift)
@@ -39,7 +40,8 @@ class Tiles {
         ny_((lens.height() + side_ - 1) / side_),
         start_(static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_), -1) {}
 
-  // All tiles whose middle the triangle covers, and the one of its own middle if nothing else is there.
+  // Enters a triangle into all tiles whose middle it covers, and into that of its own middle if nothing else
+  // is there.
   void add(std::int32_t triangle, const std::array<Vector2d, 3>& q) {
     const Vector2d middle = (q[0] + q[1] + q[2]) / 3.0;
     if (!middle.allFinite()) return;
@@ -67,6 +69,7 @@ class Tiles {
     }
   }
 
+  // Gives tiles without a triangle one of a neighbour.
   void dilate() {
     const std::vector<std::int32_t> before = start_;
     const auto old = [&](int i, int j) {
@@ -93,21 +96,22 @@ class Tiles {
   std::vector<std::int32_t> start_;
 };
 
+// Per mesh instance: where its vertices lie in the image, and which of its triangles nothing hides.
 using Projected = std::vector<std::vector<Vector2d>>;
-using Clear = std::vector<const std::vector<std::uint8_t>*>;
+using Clear = std::vector<std::vector<std::uint8_t>>;
 
 std::array<Vector2d, 3> corners(const std::vector<Vector2d>& q, const std::array<int, 3>& t) {
   return {q[static_cast<std::size_t>(t[0])], q[static_cast<std::size_t>(t[1])],
           q[static_cast<std::size_t>(t[2])]};
 }
 
-// A tile is about as large as a triangle, so that a walk takes a step or two.
+// Chooses tiles about as large as a triangle, so that a walk takes a step or two.
 std::uint32_t choose_tile_shift(const PackedScene& scene, const Projected& projected, const Clear& seen) {
   double area = 0.0;
   std::size_t n = 0;
   for (std::size_t m = 0; m < scene.instances.size(); ++m)
-    for (std::size_t i = 0; i < seen[m]->size(); ++i) {
-      if (!(*seen[m])[i]) continue;
+    for (std::size_t i = 0; i < seen[m].size(); ++i) {
+      if (!seen[m][i]) continue;
       const auto q = corners(projected[m], scene.instances[m].geometry->indices[i]);
       const Vector2d a = q[1] - q[0], b = q[2] - q[0];
       const double twice = std::abs(a.x() * b.y() - a.y() * b.x());
@@ -121,7 +125,7 @@ std::uint32_t choose_tile_shift(const PackedScene& scene, const Projected& proje
   return shift;
 }
 
-// Positive where the winding is outward.
+// Returns the volume of a closed mesh, positive where the winding is outward.
 double volume(const MeshGeometry& g) {
   double sum = 0.0;
   for (const auto& t : g.indices) {
@@ -131,6 +135,51 @@ double volume(const MeshGeometry& g) {
     sum += v(0).dot(v(1).cross(v(2)));
   }
   return sum / 6.0;
+}
+
+// Links of all instances' triangles, with marks of those that nothing hides from the camera or the projector.
+void add_links(const PackedScene& scene, const Vector3d& light_cam, bool walk, VisibilityStore& store,
+               std::vector<std::array<std::int32_t, 4>>* links) {
+  for (const auto& instance : scene.instances) {
+    const MeshGeometry& g = *instance.geometry;
+    const Adjacency& adjacency = store.adjacency(g);
+    // Copied: another instance's eye may push a view out of the store.
+    const std::vector<std::uint8_t> from_camera = walk ? store.clear(g, instance.T_object_cam.translation_mm)
+                                                       : std::vector<std::uint8_t>(g.indices.size(), 0);
+    const std::vector<std::uint8_t> from_light = scene.shadow
+                                                     ? store.clear(g, instance.T_object_cam * light_cam)
+                                                     : std::vector<std::uint8_t>(g.indices.size(), 0);
+    for (std::size_t i = 0; i < g.indices.size(); ++i) {
+      const auto& n = adjacency.neighbours[i];
+      links->push_back({n[0], n[1], n[2],
+                        (from_camera[i] ? LINK_SEEN : 0) | (from_light[i] ? LINK_LIT : 0) |
+                            (adjacency.closed ? LINK_CLOSED : 0)});
+    }
+  }
+}
+
+// Triangles to start from, for each instance and tile of the image; out->links must be there.
+void add_starts(const PackedScene& scene, const Lens& lens, Shortcuts* out) {
+  Projected projected;
+  Clear seen;
+  std::size_t first = 0;
+  for (const auto& instance : scene.instances) {
+    projected.push_back(project_vertices(instance, lens));
+    auto& clear = seen.emplace_back(instance.geometry->indices.size());
+    for (std::size_t i = 0; i < clear.size(); ++i) clear[i] = (out->links[first + i][3] & LINK_SEEN) != 0;
+    first += clear.size();
+  }
+  out->tile_shift = choose_tile_shift(scene, projected, seen);
+  for (std::size_t m = 0; m < scene.instances.size(); ++m) {
+    Tiles tiles(lens, out->tile_shift);
+    const auto& indices = scene.instances[m].geometry->indices;
+    for (std::size_t i = 0; i < indices.size(); ++i)
+      if (seen[m][i]) tiles.add(static_cast<std::int32_t>(i), corners(projected[m], indices[i]));
+    for (int k = 0; k < dilations; ++k) tiles.dilate();
+    out->tiles_x = tiles.columns();
+    out->tiles = static_cast<std::uint32_t>(tiles.start().size());
+    out->starts.insert(out->starts.end(), tiles.start().begin(), tiles.start().end());
+  }
 }
 
 }  // namespace
@@ -172,47 +221,9 @@ Shortcuts make_shortcuts(const Twin& twin, const Camera& camera, const PackedSce
 
   const Vector3d light_cam =
       (twin.projector->T_proj_world * camera.T_cam_world.inverse()).inverse().translation_mm;
-  Clear seen;
   out.links.reserve(n_triangles);
-  for (const auto& instance : scene.instances) {
-    const MeshGeometry& g = *instance.geometry;
-    const Adjacency& adjacency = store.adjacency(g);
-    // Copied: another instance's eye may push a view out of the store.
-    const std::vector<std::uint8_t> from_camera = walk ? store.clear(g, instance.T_object_cam.translation_mm)
-                                                       : std::vector<std::uint8_t>(g.indices.size(), 0);
-    const std::vector<std::uint8_t> from_light = scene.shadow
-                                                     ? store.clear(g, instance.T_object_cam * light_cam)
-                                                     : std::vector<std::uint8_t>(g.indices.size(), 0);
-    for (std::size_t i = 0; i < g.indices.size(); ++i) {
-      const auto& n = adjacency.neighbours[i];
-      out.links.push_back({n[0], n[1], n[2],
-                           (from_camera[i] ? LINK_SEEN : 0) | (from_light[i] ? LINK_LIT : 0) |
-                               (adjacency.closed ? LINK_CLOSED : 0)});
-    }
-  }
-  if (!walk) return out;
-
-  Projected projected;
-  std::vector<std::vector<std::uint8_t>> flags;
-  std::size_t first = 0;
-  for (const auto& instance : scene.instances) {
-    projected.push_back(project_vertices(instance, camera.lens));
-    auto& f = flags.emplace_back(instance.geometry->indices.size());
-    for (std::size_t i = 0; i < f.size(); ++i) f[i] = (out.links[first + i][3] & LINK_SEEN) != 0;
-    first += f.size();
-  }
-  for (const auto& f : flags) seen.push_back(&f);
-  out.tile_shift = choose_tile_shift(scene, projected, seen);
-  for (std::size_t m = 0; m < scene.instances.size(); ++m) {
-    Tiles tiles(camera.lens, out.tile_shift);
-    const auto& indices = scene.instances[m].geometry->indices;
-    for (std::size_t i = 0; i < indices.size(); ++i)
-      if ((*seen[m])[i]) tiles.add(static_cast<std::int32_t>(i), corners(projected[m], indices[i]));
-    for (int k = 0; k < dilations; ++k) tiles.dilate();
-    out.tiles_x = tiles.columns();
-    out.tiles = static_cast<std::uint32_t>(tiles.start().size());
-    out.starts.insert(out.starts.end(), tiles.start().begin(), tiles.start().end());
-  }
+  add_links(scene, light_cam, walk, store, &out.links);
+  if (walk) add_starts(scene, camera.lens, &out);
   return out;
 }
 

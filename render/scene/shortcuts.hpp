@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the shaders need to find a camera ray's triangle from a neighbouring one and to leave out needless
-// shadow rays (shaders/mesh.glsl): links between triangles, what hides none of them, where to start.
+// Makes the tables by which the shaders find a camera ray's triangle from a neighbouring one and leave out
+// needless shadow rays (shaders/mesh.glsl): links between triangles, marks of those that nothing hides, and a
+// triangle to start from for each tile of pixels.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -13,10 +14,12 @@
 
 namespace fringetwin::render {
 
-/// Adjacency and visibility of meshes, kept for the eyes they were last asked for.
+/// Keeps the adjacency of meshes and their visibility from the eyes that were last asked for.
 class VisibilityStore {
  public:
+  /// Returns the adjacency of a mesh's triangles, made at the first call.
   const Adjacency& adjacency(const MeshGeometry& g);
+  /// Returns clear_from() the eye (geometry's frame) for the mesh's triangles.
   const std::vector<std::uint8_t>& clear(const MeshGeometry& g, const Eigen::Vector3d& eye_mm);
 
  private:
@@ -37,7 +40,8 @@ struct Shortcuts {
   std::uint32_t tile_shift = 0, tiles_x = 0, tiles = 0;
 };
 
-/// None where the scene has more than `most_triangles`: learning what hides them costs more than it saves.
+/// Makes the shortcuts for the rays of one camera and the projector; none where the scene has more than
+/// `most_triangles`, since learning what hides them then costs more than it saves.
 Shortcuts make_shortcuts(const Twin& twin, const Camera& camera, const PackedScene& scene,
                          std::size_t most_triangles, VisibilityStore& store);
 

@@ -131,15 +131,50 @@ class Grid {
   std::vector<std::int32_t> list_;
 };
 
-// On the far side of the plane, as the eye sees it. The allowance is a thousandth of the shadow offset.
+// Is the triangle on the far side of the plane, as the eye sees it? The allowance is a thousandth of the
+// shadow offset.
 bool beyond(const Plane& plane, const std::array<Vector3d, 3>& v, double allowance) {
   return std::all_of(v.begin(), v.end(),
                      [&](const Vector3d& p) { return plane.normal.dot(p) + plane.offset <= allowance; });
 }
 
+// Is it on the near side?
 bool before(const Plane& plane, const std::array<Vector3d, 3>& v, double allowance) {
   return std::all_of(v.begin(), v.end(),
                      [&](const Vector3d& p) { return plane.normal.dot(p) + plane.offset >= -allowance; });
+}
+
+// The vertices as the eye sees them that looks along the axis; none when one of them is not clearly in front
+// of it.
+std::vector<Seen> see_vertices(const Vector3d& eye, const std::vector<Eigen::Vector3f>& vertices,
+                               const Vector3d& axis, double distance) {
+  const Vector3d x = axis.unitOrthogonal(), y = axis.cross(x);
+  std::vector<Seen> seen(vertices.size());
+  bool in_front = true;
+  const auto n_vertices = static_cast<std::ptrdiff_t>(vertices.size());
+#pragma omp parallel for reduction(&& : in_front)
+  for (std::ptrdiff_t i = 0; i < n_vertices; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Vector3d d = vertices[k].cast<double>() - eye;
+    const double depth = d.dot(axis);
+    in_front = in_front && depth > 1e-3 * distance;
+    seen[k] = {d.dot(x) / depth, d.dot(y) / depth, depth};
+  }
+  if (!in_front) seen.clear();
+  return seen;
+}
+
+// The plane of a triangle whose corners are given relative to the eye.
+Plane plane_of(const std::array<Vector3d, 3>& v) {
+  Vector3d normal = (v[1] - v[0]).cross(v[2] - v[0]).normalized();
+  if (normal.dot(v[0]) > 0.0) normal = -normal;
+  return {normal, -normal.dot(v[0])};
+}
+
+// Do the triangles' images overlap nowhere, or only where `u` lies farther away than all of `t`?
+bool apart(const SeenTriangle& t, const SeenTriangle& u) {
+  return u.nearest >= t.farthest || u.x1 <= t.x0 || u.x0 >= t.x1 || u.y1 <= t.y0 || u.y0 >= t.y1 ||
+         side_parts(t, u) || side_parts(u, t);
 }
 
 }  // namespace
@@ -209,19 +244,8 @@ std::vector<std::uint8_t> clear_from(const Vector3d& eye, const std::vector<Eige
   middle /= static_cast<double>(vertices.size());
   const double distance = (middle - eye).norm();
   if (!(distance > 0.0)) return clear;
-  const Vector3d axis = (middle - eye) / distance, x = axis.unitOrthogonal(), y = axis.cross(x);
-  std::vector<Seen> seen(vertices.size());
-  bool in_front = true;
-  const auto n_vertices = static_cast<std::ptrdiff_t>(vertices.size());
-#pragma omp parallel for reduction(&& : in_front)
-  for (std::ptrdiff_t i = 0; i < n_vertices; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const Vector3d d = vertices[k].cast<double>() - eye;
-    const double depth = d.dot(axis);
-    in_front = in_front && depth > 1e-3 * distance;
-    seen[k] = {d.dot(x) / depth, d.dot(y) / depth, depth};
-  }
-  if (!in_front) return clear;
+  const std::vector<Seen> seen = see_vertices(eye, vertices, (middle - eye) / distance, distance);
+  if (seen.empty()) return clear;
 
   std::vector<SeenTriangle> image(triangles.size());
   std::vector<Plane> planes(triangles.size());
@@ -236,10 +260,7 @@ std::vector<std::uint8_t> clear_from(const Vector3d& eye, const std::vector<Eige
   for (std::ptrdiff_t j = 0; j < n; ++j) {
     const auto i = static_cast<std::size_t>(j);
     image[i] = seen_triangle(seen, triangles[i]);
-    const auto v = corners(i);
-    Vector3d normal = (v[1] - v[0]).cross(v[2] - v[0]).normalized();
-    if (normal.dot(v[0]) > 0.0) normal = -normal;
-    planes[i] = {normal, -normal.dot(v[0])};
+    planes[i] = plane_of(corners(i));
   }
   const Grid grid(image);
   if (!grid.usable()) return clear;
@@ -247,17 +268,13 @@ std::vector<std::uint8_t> clear_from(const Vector3d& eye, const std::vector<Eige
 #pragma omp parallel for schedule(dynamic, 256)
   for (std::ptrdiff_t j = 0; j < n; ++j) {
     const auto i = static_cast<std::size_t>(j);
-    const SeenTriangle& t = image[i];
     const auto own = corners(i);
     int compared = 0;
-    clear[i] = grid.all_near(t, [&](std::size_t k) {
+    clear[i] = grid.all_near(image[i], [&](std::size_t k) {
       if (k == i) return true;
       if (++compared > most_comparisons) return false;
-      const SeenTriangle& u = image[k];
-      if (u.nearest >= t.farthest || u.x1 <= t.x0 || u.x0 >= t.x1 || u.y1 <= t.y0 || u.y0 >= t.y1)
-        return true;
-      if (side_parts(t, u) || side_parts(u, t)) return true;
-      return beyond(planes[i], corners(k), allowance) || before(planes[k], own, allowance);
+      return apart(image[i], image[k]) || beyond(planes[i], corners(k), allowance) ||
+             before(planes[k], own, allowance);
     });
   }
   return clear;

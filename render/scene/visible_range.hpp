@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How near and how far what a camera may see lies; unbounded shapes count where its view meets them.
+// Finds how near to a camera and how far from it the surfaces in its view may lie; unbounded shapes count
+// where the view meets them.
 #pragma once
 #include "render/scene/scene.hpp"
 #include "twin/twin.hpp"
@@ -11,8 +12,9 @@ struct VisibleRange {
   double far_mm = 0.0;        ///< largest distance from the camera
 };
 
-/// Never narrower than the truth but for what a view of 33 x 33 rays misses of the curvature of a plane
-/// or cylinder between them. Of meshes and spheres: their bounding spheres, where these touch the view.
+/// Returns the range of depth, never narrower than the truth but for what a view of 33 x 33 rays misses of
+/// the curvature of a plane or cylinder between them. Meshes and spheres count with their bounding spheres,
+/// where these touch the view.
 VisibleRange visible_range(const Camera& camera, const PackedScene& scene);
 
 }  // namespace fringetwin::render

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Irradiance -> gray values (docs/CONVENTIONS.md, "Light"): DN = clamp(round(gain E + black + noise), 0,
-// 2^bits - 1).
+// Turns the irradiance E at the sensor into gray values (docs/CONVENTIONS.md, "Light"):
+// DN = clamp(round(gain E + black + noise), 0, 2^bits - 1).
 #pragma once
 #include <cstdint>
 
@@ -9,13 +9,14 @@
 
 namespace fringetwin::render {
 
-/// Independent of thread count: the noise of a pixel depends on (seed, camera, image, pixel) only.
+/// Exposes one image. The result does not depend on the number of threads: the noise of a pixel depends on
+/// (seed, camera, image, pixel) only.
 ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
               std::uint32_t image);
-/// All images of one camera.
+/// Exposes all images of one camera.
 CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::size_t camera_index,
                     std::uint64_t seed);
-/// Returns the irradiance itself as a capture set without quantisation.
+/// Returns the irradiance itself as a capture set, without quantisation.
 CameraImages as_radiance(RenderedCamera rendered);
 
 }  // namespace fringetwin::render

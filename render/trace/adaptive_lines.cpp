@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adaptive trace: pixels that an edge crosses, by scan lines.
+// The adaptive trace of pixels that an edge crosses: scan lines find the edge and integrate on either side.
 #include <array>
 
 #include "render/trace/adaptive_trace.hpp"
@@ -12,7 +12,7 @@ constexpr double share_of_round = 0.7;  // of the budget that is left
 
 }  // namespace
 
-// One pixel's scan lines to its sums, with their estimated errors.
+// Adds up one pixel's scan lines to its sums and returns their estimated errors.
 AdaptiveTrace::LineErrors AdaptiveTrace::add_lines(const Sums& sums, std::size_t slot, float* values) const {
   const auto at = [&](std::size_t c, std::size_t line) {
     double sum = 0.0;
@@ -53,7 +53,8 @@ AdaptiveTrace::LineErrors AdaptiveTrace::add_lines(const Sums& sums, std::size_t
   return {gray, phase, open > 0.0};
 }
 
-// All lines of a list; in more stretches from now on if the driver cuts them short.
+// Traces all lines of a list and returns the sums, entry by entry; in more stretches from now on if the
+// driver cuts them short.
 std::vector<float> AdaptiveTrace::trace_lines(const std::vector<std::uint32_t>& list,
                                               std::vector<LineErrors>* found) {
   const std::size_t n_channels = pass_->channels();
@@ -77,11 +78,49 @@ std::vector<float> AdaptiveTrace::trace_lines(const std::vector<std::uint32_t>& 
   }
 }
 
-// Scan lines in panels of four, twice as many panels for what is not good enough.
+// The error of an entry that counts against the budget, as one of the irradiance: inside a surface the phase
+// counts as well.
+double AdaptiveTrace::line_error(const LineErrors& found, bool inside) const {
+  if (!inside) return found.irradiance;
+  return std::max(found.irradiance, found.phase_rad / phase_target_rad_ * irradiance_target_);
+}
+
+// Keeps the entries whose error is at most `most`: writes their values, counts their errors and adds the
+// squares to `spent`. The others stay in the list, with their values and errors at the front.
+void AdaptiveTrace::keep_lines(double most, std::vector<std::uint32_t>* list, std::vector<float>* values,
+                               std::vector<LineErrors>* found, double* spent) {
+  const std::size_t n_channels = pass_->channels();
+  std::vector<std::uint32_t> next;
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    const std::uint32_t code = (*list)[i];
+    const LineErrors& errors = (*found)[i];
+    const bool inside = (code & inside_surface) && !errors.crossed;
+    const double error = line_error(errors, inside);
+    if (error > most) {
+      if (next.size() < i) {
+        std::copy_n(&(*values)[n_channels * i], n_channels, &(*values)[n_channels * next.size()]);
+        (*found)[next.size()] = errors;
+      }
+      next.push_back(code);
+      continue;
+    }
+    *spent += error * error;
+    if (inside) {
+      count_error(errors.phase_rad, errors.irradiance);
+      --n_mixed_;
+    } else {
+      mixed_squares_ += error * error;
+    }
+    write(code, 0, Sums{&(*values)[n_channels * i], 1});
+  }
+  *list = std::move(next);
+}
+
+// Traces the mixed pixels by scan lines in panels of four, with twice as many panels for those that are not
+// good enough.
 void AdaptiveTrace::run_lines() {
   static_assert(LINES_PER_PANEL == panel_weights.size());
   std::vector<std::uint32_t> list = mixed_;
-  const std::size_t n_channels = pass_->channels();
   const double whole =
       irradiance_target_ * irradiance_target_ * static_cast<double>(n_lit_ + n_outlines_ + mixed_.size());
   const double allowed = std::min(share_of_budget * whole, std::max(0.1 * whole, whole - gray_squares_));
@@ -98,38 +137,16 @@ void AdaptiveTrace::run_lines() {
         finest = true;  // what the round before found stands, with its errors
       }
     });
-    const auto inside = [&](std::size_t i) { return (list[i] & inside_surface) && !found[i].crossed; };
-    std::vector<double> errors(list.size());  // as of the irradiance
+    std::vector<double> errors(list.size());
     for (std::size_t i = 0; i < list.size(); ++i)
-      errors[i] = inside(i) ? std::max(found[i].irradiance,
-                                       found[i].phase_rad / phase_target_rad_ * irradiance_target_)
-                            : found[i].irradiance;
+      errors[i] = line_error(found[i], (list[i] & inside_surface) && !found[i].crossed);
     // The target is the rms over all pixels, and few lie on edges: the largest errors are worked on until
     // the others fit into the budget together. Some of it is left to the pixels of the next round, or they
     // would have to become exact.
     const double most = finest ? HUGE_VAL
                                : largest_error_to_keep(errors, share_of_round * (allowed - spent),
                                                        most_allowance * irradiance_target_);
-    std::vector<std::uint32_t> next;
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      if (errors[i] > most) {
-        if (next.size() < i) {
-          std::copy_n(&values[n_channels * i], n_channels, &values[n_channels * next.size()]);
-          found[next.size()] = found[i];
-        }
-        next.push_back(list[i]);
-        continue;
-      }
-      spent += errors[i] * errors[i];
-      if (inside(i)) {
-        count_error(found[i].phase_rad, found[i].irradiance);
-        --n_mixed_;
-      } else {
-        mixed_squares_ += errors[i] * errors[i];
-      }
-      write(list[i], 0, Sums{&values[n_channels * i], 1});
-    }
-    list = std::move(next);
+    keep_lines(most, &list, &values, &found, &spent);
   }
   panels_ = 1;
 }

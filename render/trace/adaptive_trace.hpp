@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One run of the adaptive trace (docs/PHYSICS.md). Internal to render/ (includes volk).
+// Traces a camera adaptively (docs/PHYSICS.md): a ray through every pixel's centre decides what the pixel
+// needs, and more rays are spent only where the estimated error is above the targets. Internal to render/
+// (includes volk).
 //   adaptive_trace.cpp      looks at every pixel's neighbourhood and sorts the pixels
 //   adaptive_surfaces.cpp   pixels without an edge, and edges of meshes that are clipped exactly
 //   adaptive_lines.cpp      the other edges
@@ -22,15 +24,15 @@ namespace fringetwin::render {
 // closed form's), and none of them may have more than this many times the rms target.
 constexpr double share_of_budget = 0.5, most_allowance = 16.0;
 
-/// A pixel in a list: x, y and whether its edges run along x rather than y.
+/// Returns the code of a pixel in a list: x, y and whether its edges run along x rather than y.
 inline std::uint32_t list_code(int x, int y, bool along_y) {
   return static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 15 | (along_y ? 1U << 31 : 0U);
 }
 constexpr int list_limit_px = 1 << 15;
-/// Mark of a pixel that no edge is known to cross: its phase counts, unless scan lines find one.
+/// The mark of a pixel that no edge is known to cross: its phase counts, unless scan lines find one.
 constexpr std::uint32_t inside_surface = 1U << 30;
 
-/// What a dispatch wrote: channel by channel, `stride` slots each.
+/// The sums that a dispatch wrote: channel by channel, `stride` slots each.
 struct Sums {
   const float* values = nullptr;
   std::size_t stride = 0;
@@ -39,8 +41,8 @@ struct Sums {
   }
 };
 
-/// True where the adaptive trace serves the scene: without depth of field, projector optics and pixels,
-/// albedo maps, bounces and images that are no cosines, and within the device's limits.
+/// Returns true where the adaptive trace serves the scene: without depth of field, projector optics and
+/// pixels, albedo maps, bounces and images that are no cosines, and within the device's limits.
 bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedScene& scene,
                           const std::vector<PassPlan>& passes, const VkPhysicalDeviceLimits& limits);
 /// Traces all passes to the targets of `sampling` and fills job.out, its estimate included. Needs
@@ -48,8 +50,10 @@ bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedSc
 /// loops.
 void trace_adaptively(TraceDevice& device, const TraceJob& job, const std::vector<PassPlan>& passes,
                       const Sampling& sampling);
+/// Thrown where the driver's limit of loop iterations cuts an invocation short.
 struct LoopLimit {};
 
+/// One run: its pixels in lists by what they need, and the errors so far.
 class AdaptiveTrace {
  public:
   AdaptiveTrace(TraceDevice& device, const TraceJob& job, const Sampling& sampling);
@@ -76,7 +80,7 @@ class AdaptiveTrace {
     if (!finished) throw LoopLimit();
   }
 
-  // What a step costs, for benchmarks.
+  // Runs a step and notes its cost, for benchmarks.
   template <class Work>
   void stage(const char* name, std::size_t pixels, Work work) {
     const std::clock_t start = std::clock();
@@ -110,6 +114,9 @@ class AdaptiveTrace {
     bool crossed = false;     ///< a border between surfaces was found
   };
   std::vector<float> trace_lines(const std::vector<std::uint32_t>& list, std::vector<LineErrors>* found);
+  double line_error(const LineErrors& found, bool inside) const;
+  void keep_lines(double most, std::vector<std::uint32_t>* list, std::vector<float>* values,
+                  std::vector<LineErrors>* found, double* spent);
   LineErrors add_lines(const Sums& sums, std::size_t slot, float* values) const;
   void note_estimate();
 
@@ -121,13 +128,14 @@ class AdaptiveTrace {
   template <class Use>
   void run_rule(const std::vector<std::uint32_t>& list, int order, Use use);
   void reserve_output(std::size_t slots);
-  /// A kernel that works on a list and takes no samples, everything it reads in place.
+  /// Returns a kernel that works on a list and takes no samples, everything it reads in place.
   ComputePipeline& list_kernel(Kernel kernel, std::uint32_t kind, const std::vector<std::uint32_t>& list,
                                std::size_t per_entry = 1);
-  /// What each of n invocations said of its pixel (PIXEL_, BORDER_, FACETS_).
+  /// Returns what each of n invocations said of its pixel (PIXEL_, BORDER_, FACETS_).
   const std::int32_t* answers(std::size_t n) { return device_.read<std::int32_t>(BIND_OBJECTS, n); }
-  /// A list's part of the sums to values[entry][channel].
+  /// Copies the sums of a list's entries first ... first + n - 1 to values[entry][channel].
   void gather(const Sums& sums, std::size_t first, std::size_t n, std::vector<float>* values) const;
+  /// Returns how many slots of sums one dispatch may write.
   std::size_t most_slots() const;
 
   void write(std::uint32_t code, std::size_t slot, const Sums& sums) {
@@ -138,13 +146,13 @@ class AdaptiveTrace {
   }
 
   bool changes_along_y(std::uint32_t code) const;
-  /// The rays of 5 x 5 pixels saw one surface: the pixel and its neighbours are whole.
+  /// Returns true when the rays of 5 x 5 pixels saw one surface: the pixel and its neighbours are whole.
   bool far_from_edges(std::uint32_t code) const;
   void to_scan_lines(std::uint32_t code, std::uint32_t mark) {
     mixed_.push_back((code & 0x3fffffffU) | mark | (changes_along_y(code) ? 1U << 31 : 0U));
   }
 
-  // Error of an irradiance image, given the errors of its mean and of its cosine and sine.
+  // Returns the error of an irradiance image, given those of its mean and of its cosine and sine.
   double irradiance_error(double mean, double fringe) const {
     return job_.twin.fringes.mean * std::abs(mean) + job_.twin.fringes.amplitude * fringe;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sample sets over the pixel's square and the lens disk, for the shaders.
+// Makes the sets of sample points over the pixel's square and the lens disk that the shaders read.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -11,27 +11,29 @@ namespace fringetwin::render {
 struct DiskPoint {
   double x, y, weight;  ///< unit disk; weights sum to 1
 };
-/// Gauss-Legendre in r^2 (the area element) times equal angles, exact for polynomials of degree
-/// min(2 radial - 1, (angles - 1) / 2) in r^2.
+/// Returns a quadrature rule over the unit disk: Gauss-Legendre in r^2 (the area element) times equal angles,
+/// exact for polynomials of degree min(2 radial - 1, (angles - 1) / 2) in r^2.
 std::vector<DiskPoint> disk_rule(int radial, int angles);
 
-/// Points needed on the lens so that a fringe whose phase swings by `swing_rad` from the centre of
-/// the lens to its rim is averaged to about 1e-6; beyond largest_disk_swing_rad as many as there.
+/// Returns the rule with the points needed on the lens so that a fringe whose phase swings by `swing_rad`
+/// from the centre of the lens to its rim is averaged to about 1e-6; beyond largest_disk_swing_rad as many as
+/// there.
 constexpr double largest_disk_swing_rad = 29.0;
 std::vector<DiskPoint> disk_rule_for_swing(double swing_rad);
 
-/// vec4 (dx, dy, weight, place) per sample in px; with a lens two per sample, the second (x, y, 0, 0) in mm;
-/// then n shares: as shared.h has it at BIND_SAMPLES.
+/// Returns the table of an n x n Gauss rule: vec4 (dx, dy, weight, place) per sample in px; with a lens two
+/// per sample, the second (x, y, 0, 0) in mm; then n shares: as shared.h has it at BIND_SAMPLES.
 std::vector<gpu::vec4> gauss_samples(int samples, double pixel_fill, const std::vector<DiskPoint>& lens,
                                      double lens_radius_mm);
 
-/// The first n points of the 4-dimensional Sobol sequence (Joe and Kuo's direction numbers), 32 bits.
+/// Returns the first n points of the 4-dimensional Sobol sequence (Joe and Kuo's direction numbers), 32 bits.
 std::vector<gpu::uvec4> sobol_points(std::uint32_t n);
 
-/// Columns x rows = n as square as possible; {c, r} with c * r > n where n has no good factors.
+/// A raster of columns x rows.
 struct Factors {
   std::uint32_t columns, rows;
 };
+/// Returns a raster of n cells, as square as possible; one of more than n cells where n has no good factors.
 Factors multi_jitter_factors(std::uint32_t n);
 
 }  // namespace fringetwin::render

@@ -22,7 +22,8 @@ using Eigen::Vector3d;
 // sum of the single-precision roundings of a hit point and its change of frame, 0.25 um at 250 mm.
 constexpr double shadow_offset = 1e-6;
 
-// Nearest depth whose defocus counts, of the focus distance: bounding spheres may reach behind the camera.
+// The nearest depth whose defocus counts, as a share of the focus distance: bounding spheres may reach behind
+// the camera.
 constexpr double nearest_depth = 0.1;
 
 Double4 row(const Pose& T, int i) {
@@ -37,8 +38,8 @@ std::uint32_t fold_seed(std::uint64_t seed) {
   return static_cast<std::uint32_t>((z ^ (z >> 31)) >> 32);
 }
 
-// Phase by which a fringe at the finest pitch swings between the centre and the rim of the lens, at the
-// worst depth in view.
+// Returns the phase by which a fringe at the finest pitch swings between the centre and the rim of the lens,
+// at the worst depth in view.
 double lens_swing_rad(const Twin& twin, const Camera& camera, const PackedScene& scene) {
   double finest = std::numeric_limits<double>::infinity();
   for (const DirectionFringes& d : twin.fringes.directions)
@@ -53,6 +54,35 @@ double lens_swing_rad(const Twin& twin, const Camera& camera, const PackedScene&
            std::abs(1.0 / z - 1.0 / focus);
   };
   return std::max(swing(std::max(scene.z_min_mm, nearest_depth * focus)), swing(scene.z_max_mm));
+}
+
+// Sets the projector's place, lens and intensity.
+void set_projector(const Projector& p, const Camera& camera, const ProjectorSetup& setup,
+                   ParamsBlock* block) {
+  using P = gpu::Params;
+  ParamsBlock& g = *block;
+  const Pose T_proj_cam = p.T_proj_world * camera.T_cam_world.inverse();
+  const Vector3d center = T_proj_cam.inverse().translation_mm;
+  g.set(&P::projector_r0, row(T_proj_cam, 0));
+  g.set(&P::projector_r1, row(T_proj_cam, 1));
+  g.set(&P::projector_r2, row(T_proj_cam, 2));
+  double max_radius_sq = std::numeric_limits<float>::max();
+  if (p.lens.is_perspective()) {
+    max_radius_sq = std::min(max_radius_sq, p.lens.max_invertible_radius_sq());
+    const auto& k = p.lens.opencv_distortion();
+    g.set(&P::projector_k0, {k[0], k[1], k[2], k[3]});
+    g.set(&P::projector_k1, {k[4], k[5], k[6], k[7]});
+    g.set(&P::projector_k2, {k[8], k[9], k[10], k[11]});
+  }
+  g.set(&P::projector_f, {setup.fx, setup.fy, max_radius_sq, 0.0});
+  g.set(&P::projector_edge, {-0.5 - setup.cx, p.lens.width() - 0.5 - setup.cx, -0.5 - setup.cy,
+                             p.lens.height() - 0.5 - setup.cy});
+  g.values.projector_grid = setup.table.grid;
+  g.values.projector_grid_n = setup.table.grid_n;
+  g.set(&P::projector_center, {center.x(), center.y(), center.z(), p.intensity});
+  if (p.optics)
+    g.set(&P::projector_optics, {0.5 * p.optics->focal_length_mm / p.optics->f_number,
+                                 1.0 / p.optics->focus_distance_mm, 0.0, 0.0});
 }
 
 }  // namespace
@@ -122,37 +152,16 @@ ParamsBlock make_params(const Twin& twin, const Camera& camera, const PackedScen
   FT_CHECK(scene.primitives.size() == scene.materials.size(), "one material per primitive");
   using P = gpu::Params;
   const Projector& p = *twin.projector;
-  const Pose T_proj_cam = p.T_proj_world * camera.T_cam_world.inverse();
-  const Vector3d center = T_proj_cam.inverse().translation_mm;
   ParamsBlock g;
   g.set(&P::camera, lens.camera);
   g.values.lens_grid = lens.grid;
   g.values.lens_grid_n = lens.grid_n;
-  g.set(&P::projector_r0, row(T_proj_cam, 0));
-  g.set(&P::projector_r1, row(T_proj_cam, 1));
-  g.set(&P::projector_r2, row(T_proj_cam, 2));
-  double max_radius_sq = std::numeric_limits<float>::max();
-  if (p.lens.is_perspective()) {
-    max_radius_sq = std::min(max_radius_sq, p.lens.max_invertible_radius_sq());
-    const auto& k = p.lens.opencv_distortion();
-    g.set(&P::projector_k0, {k[0], k[1], k[2], k[3]});
-    g.set(&P::projector_k1, {k[4], k[5], k[6], k[7]});
-    g.set(&P::projector_k2, {k[8], k[9], k[10], k[11]});
-  }
-  g.set(&P::projector_f, {projector.fx, projector.fy, max_radius_sq, 0.0});
-  g.set(&P::projector_edge, {-0.5 - projector.cx, p.lens.width() - 0.5 - projector.cx, -0.5 - projector.cy,
-                             p.lens.height() - 0.5 - projector.cy});
-  g.values.projector_grid = projector.table.grid;
-  g.values.projector_grid_n = projector.table.grid_n;
-  g.set(&P::projector_center, {center.x(), center.y(), center.z(), p.intensity});
+  set_projector(p, camera, projector, &g);
   g.set(&P::light, {p.reference_distance_mm * p.reference_distance_mm, shadow_offset, p.blur_px,
                     static_cast<double>(pass.table_size())});
   const double focus = camera.optics ? camera.optics->focus_distance_mm : 1.0;
   g.set(&P::sampling, {twin.render.pixel_fill, 1.0 / samples.n, lens_radius_mm(camera), 1.0 / focus});
   g.values.sampling_n = {samples.n, samples.factors.columns, samples.factors.rows, fold_seed(seed)};
-  if (p.optics)
-    g.set(&P::projector_optics, {0.5 * p.optics->focal_length_mm / p.optics->f_number,
-                                 1.0 / p.optics->focus_distance_mm, 0.0, 0.0});
   const double gap_samples = pass.gaps.empty() ? 0.0 : static_cast<double>(pass.gaps.size() - 2);
   g.set(&P::projector_gaps, {gap_samples, p.pixel_fill, projector.cx + 0.5 - std::floor(projector.cx + 0.5),
                              projector.cy + 0.5 - std::floor(projector.cy + 0.5)});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Specialised kernels, made once, ahead of their use where it is foreseen. Internal to render/ (includes
-// volk).
+// Keeps the specialised kernels: each is made once, in the background ahead of its use where that is
+// foreseen. Internal to render/ (includes volk).
 #pragma once
 #include <functional>
 #include <map>
@@ -15,7 +15,7 @@
 
 namespace fringetwin::render {
 
-/// Not for several threads; only the making runs beside the caller. Lavapipe's compiler works on one core,
+/// A store serves one thread; only the making runs beside it. Lavapipe's compiler works on one core,
 /// and a mesh under the default sampling needs a second of it.
 class KernelStore {
  public:
@@ -27,13 +27,15 @@ class KernelStore {
   KernelStore(const KernelStore&) = delete;
   KernelStore& operator=(const KernelStore&) = delete;
 
-  /// Waits while it is being made. What makes it throws, this throws.
+  /// Returns the kernel of a key; makes it, or waits while it is being made. Passes on what the making
+  /// throws.
   ComputePipeline& get(const Key& key);
   /// Makes kernels in the background, in this order, those that will be needed first first.
   void foresee(const std::vector<Key>& keys);
-  /// Makes no further ones; stop() waits for the one that is being made.
+  /// Stops the making ahead after the kernel in work; stop() waits for that one.
   void stop_soon() { worker_.request_stop(); }
   void stop();
+  /// Stops and forgets all kernels.
   void clear();
 
  private:

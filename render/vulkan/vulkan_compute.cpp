@@ -150,18 +150,21 @@ ComputePipeline::ComputePipeline(VulkanDevice& device, std::span<const std::uint
                     fmt::format("it binds {} storage buffers, this scene needs {}",
                                 device.limits().maxPerStageDescriptorStorageBuffers, n_storage),
                     "use another device");
-  std::vector<VkDescriptorSetLayoutBinding> bindings(types.size());
-  std::vector<VkDescriptorPoolSize> sizes;
-  for (std::uint32_t i = 0; i < types.size(); ++i) {
-    bindings[i] = {i, types[i], 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
-    sizes.push_back({types[i], 1});
-  }
+  create_layout(push_bytes);
+  create_pipeline(spirv, constants, cache);
+  create_set();
+}
+
+void ComputePipeline::create_layout(std::uint32_t push_bytes) {
+  std::vector<VkDescriptorSetLayoutBinding> bindings(types_.size());
+  for (std::uint32_t i = 0; i < types_.size(); ++i)
+    bindings[i] = {i, types_[i], 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
   VkDescriptorSetLayoutCreateInfo set_layout{};
   set_layout.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
   set_layout.bindingCount = static_cast<std::uint32_t>(bindings.size());
   set_layout.pBindings = bindings.data();
-  VkDevice d = device.handle();
-  vk_check(vkCreateDescriptorSetLayout(d, &set_layout, nullptr, &set_layout_), "vkCreateDescriptorSetLayout");
+  vk_check(vkCreateDescriptorSetLayout(device_.handle(), &set_layout, nullptr, &set_layout_),
+           "vkCreateDescriptorSetLayout");
 
   const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, push_bytes};
   VkPipelineLayoutCreateInfo layout{};
@@ -170,8 +173,12 @@ ComputePipeline::ComputePipeline(VulkanDevice& device, std::span<const std::uint
   layout.pSetLayouts = &set_layout_;
   layout.pushConstantRangeCount = 1;
   layout.pPushConstantRanges = &range;
-  vk_check(vkCreatePipelineLayout(d, &layout, nullptr, &layout_), "vkCreatePipelineLayout");
+  vk_check(vkCreatePipelineLayout(device_.handle(), &layout, nullptr, &layout_), "vkCreatePipelineLayout");
+}
 
+void ComputePipeline::create_pipeline(std::span<const std::uint32_t> spirv,
+                                      const std::vector<std::uint32_t>& constants, VkPipelineCache cache) {
+  VkDevice d = device_.handle();
   VkShaderModuleCreateInfo module_info{};
   module_info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
   module_info.codeSize = spirv.size_bytes();
@@ -194,19 +201,23 @@ ComputePipeline::ComputePipeline(VulkanDevice& device, std::span<const std::uint
   const VkResult result = vkCreateComputePipelines(d, cache, 1, &create, nullptr, &pipeline_);
   vkDestroyShaderModule(d, module, nullptr);
   vk_check(result, "vkCreateComputePipelines");
+}
 
+void ComputePipeline::create_set() {
+  std::vector<VkDescriptorPoolSize> sizes;
+  for (const VkDescriptorType type : types_) sizes.push_back({type, 1});
   VkDescriptorPoolCreateInfo pool{};
   pool.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
   pool.maxSets = 1;
   pool.poolSizeCount = static_cast<std::uint32_t>(sizes.size());
   pool.pPoolSizes = sizes.data();
-  vk_check(vkCreateDescriptorPool(d, &pool, nullptr, &pool_), "vkCreateDescriptorPool");
+  vk_check(vkCreateDescriptorPool(device_.handle(), &pool, nullptr, &pool_), "vkCreateDescriptorPool");
   VkDescriptorSetAllocateInfo allocate{};
   allocate.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
   allocate.descriptorPool = pool_;
   allocate.descriptorSetCount = 1;
   allocate.pSetLayouts = &set_layout_;
-  vk_check(vkAllocateDescriptorSets(d, &allocate, &set_), "vkAllocateDescriptorSets");
+  vk_check(vkAllocateDescriptorSets(device_.handle(), &allocate, &set_), "vkAllocateDescriptorSets");
 }
 
 ComputePipeline::~ComputePipeline() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vulkan instance and device, buffers and compute pipelines; every VkResult becomes a
-// UserError(device). Internal to render/ (includes volk).
+// Wraps what the renderer needs of Vulkan: instance and device, buffers and compute pipelines. Every VkResult
+// that is a failure becomes a UserError(device). Internal to render/ (includes volk).
 #pragma once
 #include <volk.h>
 
@@ -16,7 +16,7 @@
 
 namespace fringetwin::render {
 
-/// Throws UserError(device) naming the call and the result unless VK_SUCCESS.
+/// Throws UserError(device), naming the call and the result, unless the result is VK_SUCCESS.
 void vk_check(VkResult result, const char* call);
 
 /// A Vulkan 1.2 instance; validation layers when FRINGETWIN_VALIDATION=1.
@@ -26,10 +26,10 @@ class VulkanInstance {
   ~VulkanInstance();
   VulkanInstance(const VulkanInstance&) = delete;
   VulkanInstance& operator=(const VulkanInstance&) = delete;
-  /// Devices with Vulkan 1.2 and a compute queue.
+  /// Returns the devices with Vulkan 1.2 and a compute queue.
   std::vector<VkPhysicalDevice> devices() const;
   VkInstance handle() const { return instance_; }
-  /// Warnings and errors of the validation layers so far.
+  /// Returns the number of warnings and errors of the validation layers so far.
   int validation_messages() const { return *messages_; }
 
  private:
@@ -43,13 +43,15 @@ class VulkanInstance {
   std::unique_ptr<std::atomic<int>> messages_ = std::make_unique<std::atomic<int>>(0);
 };
 
+/// Returns what the program tells of a device.
 DeviceInfo describe_device(VkPhysicalDevice device);
 
 /// One logical device with one compute queue.
 class VulkanDevice {
  public:
-  /// `wanted` as in Renderer; "" = $FRINGETWIN_DEVICE, else a CPU device, else the first. `ray_query`: with
-  /// ray queries and acceleration structures where the device has them, see has_ray_query().
+  /// Opens the device with `wanted` in its name, whatever the case; "" = $FRINGETWIN_DEVICE, else a CPU
+  /// device, else the first. `ray_query`: with ray queries and acceleration structures where the device has
+  /// them, see has_ray_query().
   explicit VulkanDevice(const std::string& wanted, bool ray_query = false);
   ~VulkanDevice();
   VulkanDevice(const VulkanDevice&) = delete;
@@ -59,13 +61,14 @@ class VulkanDevice {
   const DeviceInfo& info() const { return info_; }
   const VkPhysicalDeviceLimits& limits() const { return limits_; }
   const VulkanInstance& instance() const { return instance_; }
-  /// Index of a memory type with all of `required`, preferring those with `preferred`.
+  /// Returns the index of a memory type with all of `required`, preferring those with `preferred`.
   std::uint32_t memory_type(std::uint32_t allowed, VkMemoryPropertyFlags required,
                             VkMemoryPropertyFlags preferred) const;
+  /// Returns true when the host can map the device's own memory; FRINGETWIN_STAGING=1 denies it.
   bool has_mappable_device_memory() const;
   bool has_double() const { return has_double_; }        ///< shaderFloat64
   bool has_ray_query() const { return has_ray_query_; }  ///< asked for, there and enabled
-  /// Records with `record(VkCommandBuffer)`, submits, waits.
+  /// Records commands with `record(VkCommandBuffer)`, submits, waits.
   template <class Record>
   void run(Record record) {
     begin();
@@ -114,7 +117,7 @@ class Buffer {
   void upload(const std::vector<T>& data) {
     upload(std::as_bytes(std::span(data)));
   }
-  /// The first `bytes` of the buffer; valid until the next call of a Buffer function.
+  /// Returns the first `bytes` of the buffer; valid until the next call of a Buffer function.
   const std::byte* read(std::size_t bytes);
 
  private:
@@ -146,14 +149,19 @@ class ComputePipeline {
   ~ComputePipeline();
   ComputePipeline(const ComputePipeline&) = delete;
   ComputePipeline& operator=(const ComputePipeline&) = delete;
-  /// One buffer per binding; nullptr leaves a binding to the caller, who writes it into set().
+  /// Binds one buffer per binding; nullptr leaves a binding to the caller, who writes it into set().
   void bind(const std::vector<const Buffer*>& buffers);
   VkDescriptorSet set() const { return set_; }
+  /// Runs so many work groups with these push constants and waits for them.
   void dispatch(std::uint32_t groups, std::span<const std::byte> push);
 
  private:
   ComputePipeline(VulkanDevice& device, const std::vector<VkDescriptorType>& types)
       : device_(device), types_(types) {}
+  void create_layout(std::uint32_t push_bytes);
+  void create_pipeline(std::span<const std::uint32_t> spirv, const std::vector<std::uint32_t>& constants,
+                       VkPipelineCache cache);
+  void create_set();
 
   VulkanDevice& device_;
   std::vector<VkDescriptorType> types_;
