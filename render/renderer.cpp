@@ -27,10 +27,11 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// With more than these, links between triangles are not worth while: rays search; facets are clipped, some
-// hundred in a pixel.
+// With more triangles than these the links between them are not worth their making: rays then search through
+// the BVH. The adaptive trace clips facets, up to some hundred in a pixel.
 constexpr std::size_t triangles_per_traced_pixel = 2, triangles_per_clipped_pixel = 512;
 
+// Throws where the twin cannot be traced or the sampling cannot be followed.
 void check_traceable(const Twin& twin, std::size_t camera_index, const Sampling& sampling) {
   FT_CHECK(camera_index < twin.cameras.size(), "camera index");
   if (!twin.projector)
@@ -71,7 +72,7 @@ std::uint32_t Renderer::count_loop_iterations(std::uint32_t requested) {
   return render::count_loop_iterations(device_->vulkan(), requested);
 }
 
-// Double precision where it is asked for and the device has it.
+// Chooses double precision where it is asked for and the device has it; warns where it lacks it.
 void Renderer::choose_precision(const Twin& twin, const Sampling& sampling) {
   const VulkanDevice& vulkan = device_->vulkan();
   device_->set_precise(sampling.precise && vulkan.has_double());

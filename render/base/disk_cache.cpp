@@ -27,11 +27,12 @@ std::uint64_t checksum(std::uint64_t before, Bytes part) {
   return crc32_z(before, reinterpret_cast<const Bytef*>(part.data()), part.size());
 }
 
+// Removes the oldest files until the folder is within largest_cache_bytes.
 void make_room(const fs::path& folder) {
   std::vector<std::pair<fs::file_time_type, fs::path>> files;
   std::uintmax_t total = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    // What a process left that was killed while writing.
+    // A process that was killed while writing has left this.
     if (entry.path().extension() == ".tmp" &&
         entry.last_write_time() + std::chrono::hours(24) < fs::file_time_type::clock::now())
       fs::remove(entry.path());
@@ -106,7 +107,7 @@ void write_cached(const std::optional<fs::path>& folder, const std::string& name
     if (out) temporary.commit();
     make_room(*folder);
   } catch (const std::exception&) {
-    // full, read-only or another process at work: the next run makes it again
+    // The disk is full or read-only, or another process is at work: the next run makes the result again.
   }
 }
 

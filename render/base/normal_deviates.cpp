@@ -28,12 +28,13 @@ FRINGETWIN_WIDEST void draw_words(const PhiloxKey& key, const PhiloxCounter& fir
   }
 }
 
-/// Exact, and in vector registers of any width.
+/// Converts exactly, in vector registers of any width.
 double as_double(std::uint32_t w) {
   return std::bit_cast<double>(0x4330000000000000u | std::uint64_t{w}) - 0x1p52;
 }
 
-/// Of a normal positive number. u = m 2^e with m in [sqrt(1/2), sqrt 2); log m = 2 artanh((m - 1)/(m + 1)).
+/// Approximates the logarithm of a normal positive number. u = m 2^e with m in [sqrt(1/2), sqrt 2); log m = 2
+/// artanh((m - 1)/(m + 1)).
 double near_log(double u) {
   constexpr std::uint64_t root_half = 0x3FE6A09E667F3BCD, one = 0x3FF0000000000000;
   const std::uint64_t bits = std::bit_cast<std::uint64_t>(u) + (one - root_half);
@@ -44,7 +45,7 @@ double near_log(double u) {
   return exponent * std::numbers::ln2 + 2.0 * s * series;
 }
 
-/// cos(2 pi w / 2^32) = sin(pi/2 - |angle|).
+/// Approximates cos(2 pi w / 2^32) = sin(pi/2 - |angle|).
 double near_cosine(std::uint32_t w) {
   const double turns = std::abs(static_cast<double>(static_cast<std::int32_t>(w))) * 0x1p-32;
   const double y = (0.25 - turns) * (2.0 * std::numbers::pi), y2 = y * y;

@@ -18,7 +18,7 @@ std::vector<std::uint32_t> optimise(std::span<const std::uint32_t> spirv,
   std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> values;
   for (std::uint32_t i = 0; i < constants.size(); ++i) values[i] = {constants[i]};
   spvtools::Optimizer optimizer(SPV_ENV_VULKAN_1_2);
-  // No pass that moves or fuses arithmetic: images must not depend on it.
+  // None of these passes moves or fuses arithmetic: images must not depend on the optimiser.
   optimizer.RegisterPass(spvtools::CreateSetSpecConstantDefaultValuePass(values))
       .RegisterPass(spvtools::CreateFreezeSpecConstantValuePass())
       .RegisterPass(spvtools::CreateFoldSpecConstantOpAndCompositePass())

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double narrow_px = 0.75;
 
-// Output pixel i of n, from pixels i - reach ... i + reach with stride `step`.
+// Returns output pixel i of a row or column of n, from pixels i - reach ... i + reach with stride `step`.
 float weighted(const float* row, int i, int n, std::ptrdiff_t step, const std::vector<double>& kernel) {
   const int reach = static_cast<int>(kernel.size()) - 1;
   double sum = 0.0, weights = 0.0;

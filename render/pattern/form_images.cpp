@@ -14,7 +14,7 @@
 namespace fringetwin::render {
 namespace {
 
-// What is read for one image after the other stays in the cache: pixels at a time.
+// All images are formed for so many pixels at a time: what they read in common then stays in the cache.
 constexpr std::ptrdiff_t pixels_at_a_time = 8192;
 
 struct Term {
@@ -22,7 +22,7 @@ struct Term {
   float c, s;
 };
 
-// One image as a sum over arrays of the transport.
+// Describes one image as a sum over arrays of the transport.
 struct Recipe {
   float* out = nullptr;
   const float* direct = nullptr;  ///< instead of all others
@@ -30,6 +30,7 @@ struct Recipe {
   std::vector<Term> terms;
 };
 
+// Returns the recipe of an image of the sequence; its `out` is still to be set.
 Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSpec& spec, std::size_t index) {
   Recipe recipe;
   if (index < transport.direct.size() && !transport.direct[index].empty()) {
@@ -52,7 +53,8 @@ Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSp
   return recipe;
 }
 
-// No light of any kind: the images stay 0 there. (What is 0 on average is 0 in every pattern.)
+// Returns true where no light of any kind arrives: the images stay 0 there. (Where the mean is 0, every
+// pattern is 0.)
 bool all_dark(const Transport& transport, std::ptrdiff_t first, std::ptrdiff_t end) {
   const auto dark = [&](const ImageF& image) {
     return std::all_of(image.data.begin() + first, image.data.begin() + end,
@@ -61,6 +63,7 @@ bool all_dark(const Transport& transport, std::ptrdiff_t first, std::ptrdiff_t e
   return dark(transport.mean) && dark(transport.ambient);
 }
 
+// Forms the pixels first ... end - 1 of one image.
 void follow(const Recipe& recipe, const Transport& transport, std::ptrdiff_t first, std::ptrdiff_t end) {
   const float *ambient = transport.ambient.data.data(), *mean = transport.mean.data.data();
   float* out = recipe.out;
@@ -80,7 +83,8 @@ void follow(const Recipe& recipe, const Transport& transport, std::ptrdiff_t fir
 
 }  // namespace
 
-// E = ambient + a_0 mean + sum_k a_k (C_k cos k d - S_k sin k d), or ambient + the image evaluated directly.
+// Forms E = ambient + a_0 mean + sum_k a_k (C_k cos k d - S_k sin k d), or ambient + the image evaluated
+// directly.
 std::vector<ImageF> form_images(const Twin& twin, const Transport& transport) {
   const auto sequence = expand_sequence(twin.fringes);
   const auto n_pixels = static_cast<std::ptrdiff_t>(transport.mean.size());

@@ -25,9 +25,10 @@ Double4 along(Axis axis, double scale, double offset) {
 
 double turn_fraction(double turns) { return turns - std::floor(turns); }
 
-// One period per [direction, pitch]: the steps are shifts of it.
+// Tables of one period per [direction, pitch]: the steps are shifts of it.
 using PeriodTables = std::map<std::pair<int, int>, std::vector<float>>;
 
+// Makes the slot of a phase step from the table of its pitch's period.
 DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px,
                          PeriodTables* tables) {
   const DirectionFringes& d = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
@@ -51,6 +52,7 @@ DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t 
   return slot;
 }
 
+// Makes the slot of a pattern that is tabulated along its whole axis.
 DirectSlot axis_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
   const double per_px =
       std::max(fewest_samples_per_px, std::ceil(samples_per_sigma / twin.projector->blur_px));
@@ -63,7 +65,7 @@ DirectSlot axis_slot(const Twin& twin, const PatternSpec& spec, std::size_t imag
   return slot;
 }
 
-// Without Gaussian blur the frame buffer's pixels are exact cells.
+// Makes the slot of a pixel raster without Gaussian blur: the frame buffer's pixels are exact cells.
 DirectSlot pixel_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
   int first_px = 0;
   DirectSlot slot{DirectSlot::Kind::pixel, image, {}, {}, pixel_waveform(twin, spec, &first_px)};
@@ -73,7 +75,7 @@ DirectSlot pixel_slot(const Twin& twin, const PatternSpec& spec, std::size_t ima
   return slot;
 }
 
-// A Gray image is two levels with edges in known places; the shader finds the code words.
+// Makes the slot of a Gray image, two levels with edges in known places; the shader finds the code words.
 DirectSlot gray_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
   const DirectionFringes& d = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
   FT_CHECK(d.gray.has_value(), "Gray pattern of a direction without Gray code");
@@ -92,7 +94,7 @@ DirectSlot gray_slot(const Twin& twin, const PatternSpec& spec, std::size_t imag
   return slot;
 }
 
-// The raster after the response; the shader averages its pixels.
+// Makes the slot of a pattern image: its raster after the response; the shader averages its pixels.
 DirectSlot image_slot(const Twin& twin, const PatternSpec& spec, std::size_t image) {
   const ImageF& levels = *twin.fringes.images.at(static_cast<std::size_t>(spec.image)).levels;
   FT_CHECK(levels.width == twin.projector->lens.width() && levels.height == twin.projector->lens.height(),
@@ -110,7 +112,7 @@ DirectSlot image_slot(const Twin& twin, const PatternSpec& spec, std::size_t ima
   return slot;
 }
 
-// Table offsets within the pass's one waveform buffer.
+// Sets the slots' table offsets within the pass's one waveform buffer; throws where that would be too large.
 void place_waveforms(const Twin& twin, PassPlan* pass) {
   std::size_t first = pass->gaps.size();
   for (DirectSlot& slot : pass->direct) {
@@ -139,6 +141,7 @@ namespace {
 
 using Chain = std::vector<PitchSlot>;  // a pitch and its harmonics: they stay in one pass
 
+// Returns the cosine/sine pairs of all pitches that are carried as a series.
 std::vector<Chain> harmonic_chains(const Twin& twin, const SeriesTable& series, double center_x_px,
                                    double center_y_px) {
   std::vector<Chain> chains;
@@ -162,7 +165,7 @@ std::vector<Chain> harmonic_chains(const Twin& twin, const SeriesTable& series, 
   return chains;
 }
 
-// What has no sound treatment here is refused, not left out.
+// Throws for combinations of effects that have no sound treatment here: they are refused, not left out.
 void refuse_combinations(const Twin& twin) {
   const Projector& p = *twin.projector;
   const bool gaps = p.pixel_structure && p.pixel_fill < 1.0, images = !twin.fringes.images.empty();
@@ -179,7 +182,7 @@ void refuse_combinations(const Twin& twin) {
            "use blur_px = 0 or pixel_fill = 1");
 }
 
-// The chains over n passes in even shares; false when some pass would hold too many.
+// Distributes the chains over the passes in even shares; returns false when some pass would hold too many.
 bool distribute(const std::vector<Chain>& chains, std::vector<PassPlan>* passes) {
   std::size_t total = 0, placed = 0;
   for (const Chain& c : chains) total += c.size();
@@ -241,7 +244,7 @@ std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, d
   std::stable_sort(direct.begin(), direct.end(),
                    [](const DirectSlot& a, const DirectSlot& b) { return a.kind < b.kind; });
 
-  // Even shares, so that the passes can use the same pipeline where the counts agree.
+  // The passes get even shares, so that the passes can use the same pipeline where the counts agree.
   std::size_t most_direct = MAX_DIRECT;
   if (!twin.fringes.images.empty())
     most_direct =

@@ -11,8 +11,9 @@ namespace fringetwin::render {
 namespace {
 
 constexpr int examined = 64;  // harmonics looked at
-// In units of one direct evaluation, on lavapipe with an analytic scene: a pair, a pitch's cosine and
-// sine, the trace of a pass. A mesh's trace costs more, so that fewer passes count even more there.
+// Costs of a pair, of a pitch's cosine and sine, and of the trace of a pass, in units of one direct
+// evaluation, on lavapipe with an analytic scene. A mesh's trace costs more, so that fewer passes count even
+// more there.
 constexpr double pair_cost = 0.4, fundamental_cost = 0.6, pass_cost = 8.0;
 constexpr double share_of_phase_error = 0.1;
 

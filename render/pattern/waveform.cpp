@@ -16,12 +16,12 @@ constexpr double reach_sigmas = 8.5;  // a Gaussian beyond holds 2e-17
 constexpr int most_harmonics = 512;   // smaller blurs are convolved directly
 constexpr int panel_nodes = 16;
 
-// A response is defined on [0, 1]; the cosine may leave it by a rounding error.
+// Evaluates a response, which is defined on [0, 1]; the cosine may leave that range by a rounding error.
 double respond(const ProjectorResponse& response, double value) {
   return is_linear(response) ? value : response(std::clamp(value, 0.0, 1.0));
 }
 
-// t in (0, pi) where response(mean + amplitude cos t) has a kink, ascending.
+// Returns the t in (0, pi) where response(mean + amplitude cos t) has a kink, ascending.
 std::vector<double> find_kinks(const ProjectorResponse& response, double mean, double amplitude) {
   std::vector<double> levels{0.0, 1.0};
   if (response.kind == ProjectorResponse::Kind::table) {
@@ -94,7 +94,7 @@ double pattern_margin_px(const Projector& projector) {
   if (!projector.optics) return 2.0;
   const Optics& o = *projector.optics;
   const auto& k = projector.lens.intrinsics();
-  // the circle of confusion from a fifth of the focus distance on
+  // This covers the circle of confusion from a fifth of the focus distance on.
   return 2.0 + std::ceil(2.0 * o.focal_length_mm / o.f_number / o.focus_distance_mm * std::max(k[0], k[1]));
 }
 
@@ -175,7 +175,7 @@ double EffectivePattern::operator()(double coordinate_px) const {
   return 0.0;
 }
 
-// Quadrature of the convolution integral itself, for blurs too small for a short series.
+// Computes the convolution integral itself by quadrature, for blurs too small for a short series.
 double EffectivePattern::convolve(double coordinate_px) const {
   const double rad_per_px = 2.0 * pi / pitch_px_;
   const double t0 = rad_per_px * (coordinate_px - origin_px_) + shift_rad_, s = rad_per_px * sigma_px_;
@@ -199,7 +199,7 @@ double EffectivePattern::convolve(double coordinate_px) const {
   return sum / (s * std::sqrt(2.0 * pi));
 }
 
-// Gray images are constant on half words; the edges are where two neighbours differ.
+// Finds the edges of a Gray image: it is constant on half words, and an edge is where two neighbours differ.
 void EffectivePattern::find_edges(double size_px) {
   const DirectionFringes& d = fringes_.directions[static_cast<std::size_t>(pattern_.direction)];
   const double offset = d.gray ? d.gray->offset_periods : 0.0;
@@ -243,8 +243,8 @@ double EffectivePattern::pixel_value(double center_px) const {
   return respond(response_, value);
 }
 
-// Mean over the pixels around, each weighted with the part of the blur spot on its lit square: what
-// arrives, over what arrives of a white image.
+// Returns the mean of the pixels around, each weighted with the part of the blur spot on its lit square: the
+// light that arrives over the light that arrives of a white image.
 double EffectivePattern::mix_pixels(double coordinate_px) const {
   const double nearest = std::floor(coordinate_px + 0.5);
   if (sigma_px_ == 0.0) return pixel_value(nearest);

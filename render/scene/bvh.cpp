@@ -87,7 +87,7 @@ class Builder {
     nodes_[slot] = {l.min.matrix(), left, l.max.matrix(), 0, r.min.matrix(), right, r.max.matrix(), 0};
   }
 
-  // Node `slot` over triangles [first, end), more than leaf_size of them; its subtree owns the slots
+  // Builds node `slot` over triangles [first, end), more than leaf_size of them; its subtree owns the slots
   // [slot, slot + (end - first) - 1).
   void build_node(std::uint32_t slot, std::uint32_t first, std::uint32_t end, int depth) {
     const std::uint32_t middle = partition(first, end, depth);
@@ -106,6 +106,7 @@ class Builder {
 #pragma omp taskwait
   }
 
+  // Sorts the triangles [first, end) into two groups and returns where the second begins.
   std::uint32_t partition(std::uint32_t first, std::uint32_t end, int depth) {
     const std::uint32_t n = end - first;
     Box centroids;
@@ -136,7 +137,7 @@ class Builder {
     return middle;
   }
 
-  // Infinite where no plane can tell the centroids apart: they coincide, or lie closer than float can
+  // Returns infinity where no plane can tell the centroids apart: they coincide, or lie closer than float can
   // divide by (denormal extents).
   static float bins_per_mm(float extent) { return static_cast<float>(n_bins) / extent; }
 
@@ -144,6 +145,7 @@ class Builder {
     return static_cast<int>(std::clamp((centroid - start) * scale, 0.0F, static_cast<float>(n_bins - 1)));
   }
 
+  // Returns the cheapest split between bins of centroids; its axis is -1 where there is none.
   Split best_split(std::uint32_t first, std::uint32_t end, const Box& centroids) const {
     Split best;
     for (int axis = 0; axis < 3; ++axis) {
@@ -179,7 +181,7 @@ class Builder {
     return best;
   }
 
-  // Depth-first order without the gaps.
+  // Copies the nodes into depth-first order without the gaps.
   void compact(Bvh& bvh) const {
     struct Item {
       std::int32_t slot;

@@ -13,6 +13,7 @@ struct Head {
   std::array<float, 6> box{};
 };
 
+// Returns the hierarchy in the bytes of a kept file, nothing where they do not fit the number of triangles.
 std::optional<Bvh> unpack(const std::vector<std::byte>& bytes, std::size_t n_triangles) {
   Head head;
   if (bytes.size() < sizeof head) return {};

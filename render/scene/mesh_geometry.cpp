@@ -21,7 +21,7 @@ void add_box(std::vector<Eigen::Vector4f>& spheres, const Eigen::Vector3f& lo, c
   spheres.emplace_back(c.x(), c.y(), c.z(), (0.5F * (hi - lo)).norm());
 }
 
-// Boxes of the top of the tree, widest level that stays within covering_spheres.
+// Returns spheres around the boxes of the tree's top, of the widest level that stays within covering_spheres.
 std::vector<Eigen::Vector4f> cover(const Bvh& bvh) {
   std::vector<std::int32_t> level{0};
   std::vector<Eigen::Vector4f> spheres;
@@ -45,8 +45,8 @@ std::vector<Eigen::Vector4f> cover(const Bvh& bvh) {
   return spheres;
 }
 
-// The middle of a coordinate's range if that makes the numbers smaller, on the raster of the range's largest
-// float: subtracting it is then exact. A rounded vertex would tilt a sliver.
+// Returns the middle of a coordinate's range if that makes the numbers smaller, on the raster of the range's
+// largest float: subtracting it is then exact. A rounded vertex would tilt a sliver.
 double exact_center(double lo, double hi) {
   const double middle = 0.5 * (lo + hi);
   if (std::abs(middle) <= hi - lo) return 0.0;
@@ -55,7 +55,8 @@ double exact_center(double lo, double hi) {
   return std::round(middle / raster) * raster;
 }
 
-// Twice the area vector, in double: exact for all but extreme ratios of the coordinates.
+// Returns twice the area vector of a triangle, in double precision: exact for all but extreme ratios of the
+// coordinates.
 Eigen::Vector3d area_vector(const Mesh& mesh, const std::array<int, 3>& triangle) {
   const auto v = [&](std::size_t k) -> Eigen::Vector3d {
     return mesh.vertices_mm[static_cast<std::size_t>(triangle[k])].cast<double>();
@@ -63,7 +64,7 @@ Eigen::Vector3d area_vector(const Mesh& mesh, const std::array<int, 3>& triangle
   return (v(1) - v(0)).cross(v(2) - v(0));
 }
 
-// What can be hit: a triangle without area has no inside.
+// Returns the triangles that can be hit: one without area has no inside.
 std::vector<std::array<int, 3>> with_area(const Mesh& mesh) {
   std::vector<std::array<int, 3>> out;
   out.reserve(mesh.triangles.size());

@@ -23,7 +23,8 @@ Double4 pack(const Vector3d& v, double w) { return {v.x(), v.y(), v.z(), w}; }
 
 constexpr std::size_t most_triangles = 1U << 24;
 
-// 1 inside a closed mesh, a little less with small holes; inside an open bowl one may look around.
+// The winding number is 1 inside a closed mesh, a little less with small holes; inside an open bowl one may
+// look around.
 constexpr double closed_winding = 0.9;
 
 [[noreturn]] void camera_inside(const Camera& camera, const Object& object) {
@@ -145,7 +146,8 @@ class Packer {
   PackedScene scene;
 
  private:
-  // 1 + the place of the plane's albedo map, 0 without one. It travels as a float.
+  // Adds the plane's albedo map and returns 1 + its place in scene.maps, 0 without one. The place travels as
+  // a float.
   double add_map(const PlaneShape& s, const Object& object) {
     if (!s.albedo_map) {
       if (!s.albedo_file.empty())
@@ -167,7 +169,7 @@ class Packer {
     return place;
   }
   bool is_ggx() const { return material_.specular_model == Material::Specular::ggx; }
-  // Phong's exponent, or minus the alpha of a GGX lobe.
+  // Returns Phong's exponent, or minus the alpha of a GGX lobe.
   double lobe_width() const {
     return is_ggx() ? -material_.roughness * material_.roughness : material_.shininess;
   }
@@ -190,7 +192,7 @@ class Packer {
   std::map<const ImageF*, double> maps_;
 };
 
-// First place of each primitive in the list of all surfaces (shaders/identity.glsl).
+// Gives each primitive its first place in the list of all surfaces (shaders/identity.glsl).
 void number_surfaces(PackedScene* scene) {
   for (std::size_t i = 0; i < scene->materials.size(); ++i) {
     scene->materials[i].w = static_cast<float>(scene->n_surfaces);
@@ -198,6 +200,7 @@ void number_surfaces(PackedScene* scene) {
   }
 }
 
+// Packs all objects of one kind of shape.
 template <class Kind>
 void add_kind(Packer& packer, const Twin& twin) {
   for (std::size_t i = 0; i < twin.objects.size(); ++i)

@@ -137,7 +137,8 @@ double volume(const MeshGeometry& g) {
   return sum / 6.0;
 }
 
-// Links of all instances' triangles, with marks of those that nothing hides from the camera or the projector.
+// Adds the links of all instances' triangles, with marks of those that nothing hides from the camera or the
+// projector.
 void add_links(const PackedScene& scene, const Vector3d& light_cam, bool walk, VisibilityStore& store,
                std::vector<std::array<std::int32_t, 4>>* links) {
   for (const auto& instance : scene.instances) {
@@ -158,7 +159,7 @@ void add_links(const PackedScene& scene, const Vector3d& light_cam, bool walk, V
   }
 }
 
-// Triangles to start from, for each instance and tile of the image; out->links must be there.
+// Adds the triangles to start from, for each instance and tile of the image; out->links must be there.
 void add_starts(const PackedScene& scene, const Lens& lens, Shortcuts* out) {
   Projected projected;
   Clear seen;

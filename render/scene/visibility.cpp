@@ -12,12 +12,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A vertex as the eye sees it: on a plane at distance 1, and its depth.
+// Describes a vertex as the eye sees it: on a plane at distance 1, and its depth.
 struct Seen {
   double x, y, depth;
 };
 
-// Twice the area of a, b, p: exactly 0 where p is a or b.
+// Returns twice the area of a, b, p: exactly 0 where p is a or b.
 double edge(const Seen& a, const Seen& b, const Seen& p) {
   return p.x == b.x && p.y == b.y ? 0.0 : (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
 }
@@ -88,10 +88,11 @@ class Grid {
       visit(triangles[i], [&](std::size_t cell) { list_[next[cell]++] = static_cast<std::int32_t>(i); });
   }
 
-  /// False where the triangles' boxes overlap so much (slivers across the image) that comparing them is
-  /// dearer than tracing rays.
+  /// Returns false where the triangles' boxes overlap so much (slivers across the image) that comparing them
+  /// is dearer than tracing rays.
   bool usable() const { return usable_; }
 
+  /// Calls use(cell) for all cells that a triangle's bounding box touches.
   template <class Use>
   void visit(const SeenTriangle& t, Use use) const {
     const int i0 = static_cast<int>((t.x0 - x0_) * per_cell_),
@@ -103,7 +104,7 @@ class Grid {
         use(static_cast<std::size_t>(j) * static_cast<std::size_t>(nx_) + static_cast<std::size_t>(i));
   }
 
-  /// False as soon as use(other triangle) is.
+  /// Calls use(other triangle) for all triangles in the same cells; stops at the first false and returns it.
   template <class Use>
   bool all_near(const SeenTriangle& t, Use use) const {
     bool all = true;
@@ -144,8 +145,8 @@ bool before(const Plane& plane, const std::array<Vector3d, 3>& v, double allowan
                      [&](const Vector3d& p) { return plane.normal.dot(p) + plane.offset >= -allowance; });
 }
 
-// The vertices as the eye sees them that looks along the axis; none when one of them is not clearly in front
-// of it.
+// Returns the vertices as the eye sees them that looks along the axis; none when one of them is not clearly
+// in front of it.
 std::vector<Seen> see_vertices(const Vector3d& eye, const std::vector<Eigen::Vector3f>& vertices,
                                const Vector3d& axis, double distance) {
   const Vector3d x = axis.unitOrthogonal(), y = axis.cross(x);
@@ -164,7 +165,7 @@ std::vector<Seen> see_vertices(const Vector3d& eye, const std::vector<Eigen::Vec
   return seen;
 }
 
-// The plane of a triangle whose corners are given relative to the eye.
+// Returns the plane of a triangle whose corners are given relative to the eye.
 Plane plane_of(const std::array<Vector3d, 3>& v) {
   Vector3d normal = (v[1] - v[0]).cross(v[2] - v[0]).normalized();
   if (normal.dot(v[0]) > 0.0) normal = -normal;
@@ -180,7 +181,8 @@ bool apart(const SeenTriangle& t, const SeenTriangle& u) {
 }  // namespace
 
 Adjacency make_adjacency(const std::vector<std::array<int, 3>>& triangles, std::size_t n_vertices) {
-  // Sides sorted by their smaller vertex: a counting sort, then the few of one vertex by the other.
+  // The sides are sorted by their smaller vertex: by a counting sort, then the few of one vertex by the
+  // other.
   std::vector<std::size_t> start(n_vertices + 1, 0);
   const auto ends = [&](std::size_t i, std::size_t k) {
     return std::pair(triangles[i][(k + 1) % 3], triangles[i][(k + 2) % 3]);

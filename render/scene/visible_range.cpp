@@ -61,7 +61,7 @@ class Range {
     add({center.z() - radius, center.z() + radius}, distance + radius);
   }
 
-  // Layouts: shaders/shapes.glsl.
+  // Adds a plane, whose layout shaders/shapes.glsl gives.
   void add_plane(const std::array<Double4, 4>& g) {
     const Vector3d n = head(g[0]), p = head(g[3]);
     Interval depth;
@@ -87,8 +87,8 @@ class Range {
     add(depth & Interval{p.z() - half, p.z() + half}, std::min(far, p.norm() + size));
   }
 
-  // The infinite surface's points on every ray that passes the axis at less than the radius plus what
-  // lies between two rays.
+  // Adds a cylinder: the infinite surface's points on every ray that passes the axis at less than the radius
+  // plus the space between two rays.
   void add_cylinder(const std::array<Double4, 4>& g) {
     const Vector3d foot = head(g[0]), axis = head(g[1]);
     const double radius = g[0][3];

@@ -17,15 +17,15 @@ namespace {
 // Image numbers of the two reference images, far from any sequence index.
 constexpr std::uint32_t white_image = 0xFFFFFFFEu, black_image = 0xFFFFFFFFu;
 
-/// Gray value stored for a signal. Truncation after adding a half: std::round() would be a call of the
-/// library for every pixel. NaN stays.
+/// Returns the gray value stored for a signal. It is rounded by truncation after adding a half: std::round()
+/// would be a call of the library for every pixel. NaN stays.
 float stored(double dn, double max_dn) {
   const double inside = dn > 0.0 ? std::min(dn, max_dn) : 0.0;
   const auto rounded = static_cast<float>(static_cast<std::int32_t>(inside + 0.5));
   return dn == dn ? rounded : std::numeric_limits<float>::quiet_NaN();
 }
 
-/// The formula of sensor.hpp.
+/// The formula of sensor.hpp with a sensor's numbers.
 struct Formula {
   double gain_dn, black_level_dn, shot_per_signal, read_variance, max_dn;
 
@@ -50,8 +50,8 @@ float exact_value(const Formula& formula, float irradiance, double deviate) {
   return stored(signal + formula.black_level_dn + formula.sigma_dn(signal) * deviate, formula.max_dn);
 }
 
-/// Gray values from near deviates, NaN where another one is possible with the exact deviate. Rounding is
-/// monotone: a value is sure where both ends of the deviate's error are stored alike.
+/// Computes gray values from near deviates, NaN where another one is possible with the exact deviate.
+/// Rounding is monotone: a value is sure where both ends of the deviate's error are stored alike.
 void near_values(const Formula& formula, std::span<const float> irradiance, const Block& deviates,
                  float* gray) {
   constexpr double arithmetic = 1e-14;  // of the formula's own rounding, a few units of 1.1e-16 of each term
@@ -65,6 +65,7 @@ void near_values(const Formula& formula, std::span<const float> irradiance, cons
   }
 }
 
+/// Exposes up to kMostDeviates pixels from pixel `first` on.
 void expose_block(const Formula& formula, const DeviateSource& source, std::uint64_t first,
                   std::span<const float> irradiance, float* gray) {
   Block deviates;
@@ -101,7 +102,7 @@ ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed
   for (std::int64_t first = 0; first < n; first += block) {
     const auto at = static_cast<std::size_t>(first);
     const std::span lit(irradiance.data.data() + at, static_cast<std::size_t>(std::min(block, n - first)));
-    // Most blocks of most images are dark: no light, no shot noise.
+    // Most blocks of most images are dark: without light there is no shot noise.
     if (formula.read_variance == 0.0 && dark(lit))
       std::fill_n(gray.data.data() + at, lit.size(), formula.noiseless(0.0F));
     else

@@ -42,7 +42,7 @@ AdaptiveTrace::LineErrors AdaptiveTrace::add_lines(const Sums& sums, std::size_t
         std::hypot(static_cast<double>(values[2 + 2 * p]), static_cast<double>(values[3 + 2 * p]));
     if (amplitude > 0.0) phase = std::max(phase, std::hypot(cosine, sine) / amplitude);
   }
-  // Where bisection left the borders open, line by line and independent.
+  // The error of borders that bisection left open: independent from line to line.
   double open = 0.0;
   for (std::size_t p = 0; p < panels_; ++p)
     for (std::size_t l = 0; l < LINES_PER_PANEL; ++l)
@@ -78,8 +78,8 @@ std::vector<float> AdaptiveTrace::trace_lines(const std::vector<std::uint32_t>& 
   }
 }
 
-// The error of an entry that counts against the budget, as one of the irradiance: inside a surface the phase
-// counts as well.
+// Returns the error of an entry that counts against the budget, as one of the irradiance: inside a surface
+// the phase counts as well.
 double AdaptiveTrace::line_error(const LineErrors& found, bool inside) const {
   if (!inside) return found.irradiance;
   return std::max(found.irradiance, found.phase_rad / phase_target_rad_ * irradiance_target_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adaptive trace: pixels inside one surface, on the creases of a mesh, on outlines of a mesh.
+// The adaptive trace of pixels inside one surface, on creases of a mesh and on outlines of a mesh.
 #include <cmath>
 #include <complex>
 
@@ -27,7 +27,7 @@ void AdaptiveTrace::run_rule(const std::vector<std::uint32_t>& list, int order, 
   job_.out->rays += std::uint64_t{samples.n} * list.size();
 }
 
-// One rule, whose error the classification has bounded.
+// Traces a list by one rule, whose error the classification has bounded.
 void AdaptiveTrace::run_gauss(const std::vector<std::uint32_t>& list, int order) {
   run_rule(list, order, [&](std::size_t first, std::size_t n, const Sums& sums) {
 #pragma omp parallel for
@@ -36,7 +36,7 @@ void AdaptiveTrace::run_gauss(const std::vector<std::uint32_t>& list, int order)
   });
 }
 
-// Two orders; what they do not agree on goes to the scan lines.
+// Traces a list by two orders of the rule; pixels on which they do not agree go to the scan lines.
 void AdaptiveTrace::run_checked(const std::vector<std::uint32_t>& list) {
   const std::size_t n_compared = 1 + 2 * pass_->pitches.size();  // mean and fringes, without the hit share
   std::vector<float> before(n_compared * list.size());
@@ -99,7 +99,7 @@ void AdaptiveTrace::sort_out_uncrossed() {
   job_.out->rays += 8 * list.size();
 }
 
-// The squares of one pixel together.
+// Adds up the squares of one pixel and returns their errors.
 AdaptiveTrace::FacetErrors AdaptiveTrace::add_squares(const Sums& sums, std::size_t slot,
                                                       std::size_t n_squares, bool by_piece,
                                                       float* values) const {
@@ -155,7 +155,8 @@ std::vector<std::uint32_t> AdaptiveTrace::run_facets(const std::vector<std::uint
   return rest;
 }
 
-// What the quick way does not serve piece by piece, in quarters of the pixel, in sixteenths; then scan lines.
+// Averages over all facets the quick way; pixels that it does not serve piece by piece, then in quarters and
+// in sixteenths of the pixel; the rest goes to the scan lines.
 void AdaptiveTrace::run_all_facets() {
   std::vector<std::uint32_t> rest;
   stage("facets", facets_.size(), [&] { rest = run_facets(facets_, PIXELS_LISTED, 0.25); });
@@ -165,7 +166,8 @@ void AdaptiveTrace::run_all_facets() {
   for (const std::uint32_t code : rest) to_scan_lines(code, inside_surface);
 }
 
-// Edges between facets of one mesh and nothing, or between facets that face the projector and others.
+// Clips pixels on outlines: edges between facets of one mesh and nothing, or between facets that face the
+// projector and others. Pixels that this does not serve become mixed ones.
 void AdaptiveTrace::run_outlines(const std::vector<std::uint32_t>& list) {
   ComputePipeline& kernel = list_kernel(Kernel::facets, PIXELS_OUTLINE, list);
   const std::size_t n_channels = pass_->channels();

@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t slots_per_dispatch = 4U << 20;
 constexpr std::size_t exact_float = 1 << 24;  // identities travel as floats
-// Rounding, as shares of single_precision_error_rad: on the paper's rig 3.0e-5 and 3e-6 rad on average over
-// the scenes of adaptive_test.
+// The errors of rounding, as shares of single_precision_error_rad: on the paper's rig 3.0e-5 and 3e-6 rad on
+// average over the scenes of adaptive_test.
 constexpr double rounding_single = 0.6, rounding_double = 0.06;
 
 }  // namespace
@@ -42,7 +42,7 @@ void AdaptiveTrace::run(const std::vector<PassPlan>& passes) {
   }
 }
 
-// Most scenes need all of them, in this order.
+// Has the kernels made in the background that most scenes need, in the order of their use.
 void AdaptiveTrace::foresee_kernels(const PassPlan& pass) {
   pass_ = &pass;
   const SampleSetup samples;
@@ -78,7 +78,8 @@ bool AdaptiveTrace::far_from_edges(std::uint32_t code) const {
   return true;
 }
 
-// Along which axis does what a pixel's centre rays saw change more? Scan lines should cross it.
+// Returns true where the things that the centre rays saw change more along y than along x: scan lines should
+// run across the edge.
 bool AdaptiveTrace::changes_along_y(std::uint32_t code) const {
   const int x = static_cast<int>(code & 0x7fffU), y = static_cast<int>((code >> 15) & 0x7fffU);
   const int width = job_.out->mean.width, height = job_.out->mean.height;
@@ -120,6 +121,7 @@ void AdaptiveTrace::gather(const Sums& sums, std::size_t first, std::size_t n,
   }
 }
 
+// Traces the centre ray of every pixel and notes the object that it saw.
 void AdaptiveTrace::probe() {
   const auto n_pixels = job_.out->mean.size();
   device_.reserve(BIND_PROBE, n_pixels * sizeof(gpu::vec4)).clear();
@@ -175,7 +177,7 @@ void AdaptiveTrace::run_pass() {
   run_lines();
 }
 
-// Closed form over all blocks; sorts the others into the lists.
+// Evaluates the closed form over all blocks and sorts the pixels that need more into the lists.
 void AdaptiveTrace::classify() {
   const SampleSetup none;
   device_.upload_pass(job_, *pass_, none, limits());
@@ -218,7 +220,8 @@ void AdaptiveTrace::classify() {
   }
 }
 
-// The largest of all passes: each holds other pitches.
+// Notes the estimate of this pass where it is larger than those of the passes before: each holds other
+// pitches.
 void AdaptiveTrace::note_estimate() {
   const auto n_lit = static_cast<double>(std::max<std::size_t>(1, n_lit_));
   const auto n_all = static_cast<double>(std::max<std::size_t>(1, n_lit_ + n_outlines_ + n_mixed_));

@@ -30,7 +30,7 @@ void run_band(TraceDevice& device, ComputePipeline& kernel, gpu::Push push, std:
       first = push.end_sample;
       continue;
     }
-    // Some invocation was cut short: its sums are wrong. Again from the start, in smaller portions.
+    // Some invocation was cut short, and its sums are wrong: begin again in smaller portions.
     if (*chunk == 1)
       throw UserError(ExitCode::device, device.vulkan().info().name,
                       "a single ray exceeds the driver's limit of loop iterations",
@@ -57,7 +57,7 @@ void scatter_objects(TraceDevice& device, const TraceJob& job, std::size_t first
   }
 }
 
-// The number of blocks that one dispatch takes: bounded by its time and by the memory of its sums.
+// Returns the number of blocks that one dispatch takes: bounded by its time and by the memory of its sums.
 std::size_t blocks_per_band(const PassPlan& pass, std::uint32_t samples) {
   const std::uint64_t by_time = samples_per_dispatch / (BLOCK_PIXELS * std::uint64_t{samples});
   const std::uint64_t by_memory = most_output_bytes / (pass.channels() * BLOCK_PIXELS * sizeof(float));

@@ -19,9 +19,10 @@ using Eigen::Vector3d;
 
 constexpr double tolerance_px = 1e-6, projector_tolerance_px = 1e-5;
 constexpr double coarsest_px = 32.0, finest_px = 1.0;
-// Above the first the user hears of it (3e-5 rad at a pitch of 13 px), above the second nothing is rendered.
+// Above the first error the user is warned (3e-5 rad at a pitch of 13 px), above the second nothing is
+// rendered.
 constexpr double noticed_error_px = 1e-4, refused_error_px = 1e-2;
-// Nodes beyond the lens's domain that get a value: as far as the stencil of a point inside can reach.
+// So many nodes beyond the lens's domain get a value: as far as the stencil of a point inside can reach.
 constexpr int nodes_beyond = 4;
 
 // A regular grid of 3-vectors over a rectangle, interpolated by 4-point Lagrange polynomials exactly
@@ -50,7 +51,7 @@ struct NodeGrid {
   }
 };
 
-// NodeGrid over [lo, hi] with about `wanted` spacing (at least 4 nodes each way).
+// Makes a grid over [lo, hi] with about `wanted` spacing (at least 4 nodes each way).
 template <class F>
 NodeGrid make_grid(const Vector2d& lo, const Vector2d& hi, double wanted, F f) {
   NodeGrid grid;
@@ -67,7 +68,7 @@ NodeGrid make_grid(const Vector2d& lo, const Vector2d& hi, double wanted, F f) {
   return grid;
 }
 
-// The next value of the cubic (fewer than four: of the parabola, the line, the constant) through the
+// Returns the next value of the cubic (fewer than four: of the parabola, the line, the constant) through the
 // values before it.
 Vector3d extrapolate(const std::vector<Vector3d>& before) {
   switch (before.size()) {
@@ -82,8 +83,9 @@ Vector3d extrapolate(const std::vector<Vector3d>& before) {
   }
 }
 
-// Nodes outside the lens's domain continue the polynomials of those inside, so that points inside, whose
-// stencils reach them, are interpolated as well as others. Farther ones stay NaN: no light there.
+// Gives values to nodes outside the lens's domain: they continue the polynomials of those inside, so that
+// points inside, whose stencils reach them, are interpolated as well as others. Farther ones stay NaN: no
+// light there.
 void continue_beyond_domain(NodeGrid* grid) {
   for (int ring = 0; ring < nodes_beyond; ++ring) {
     const std::vector<Vector3d> known = grid->values;
@@ -124,7 +126,7 @@ void continue_beyond_domain(NodeGrid* grid) {
   }
 }
 
-// Largest |interpolated - true| at the centres of cells, the worst places of a polynomial through
+// Returns the largest |interpolated - true| at the centres of cells, the worst places of a polynomial through
 // the nodes; places outside the lens's domain do not count. Stops above `enough`.
 template <class F>
 double grid_error(const NodeGrid& grid, F f, double scale, double enough) {
@@ -143,7 +145,8 @@ double grid_error(const NodeGrid& grid, F f, double scale, double enough) {
   return worst;
 }
 
-// The coarsest grid over [lo, hi] that meets the tolerance.
+// Returns the coarsest grid over [lo, hi] that meets the tolerance; warns or throws where the finest does
+// not.
 template <class F>
 NodeGrid refine_grid(const Lens& lens, const Vector2d& lo, const Vector2d& hi, double units_per_px, F value,
                      double error_scale, double tolerance, double* max_error_px, double* spacing_px) {
@@ -169,6 +172,7 @@ NodeGrid refine_grid(const Lens& lens, const Vector2d& lo, const Vector2d& hi, d
 
 Vector3d nan3() { return Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()); }
 
+// Converts a grid to what the shaders read.
 void pack(const NodeGrid& grid, gpu::vec4* header, gpu::uvec4* n, std::vector<gpu::vec4>* nodes) {
   *header = {static_cast<float>(grid.first.x()), static_cast<float>(grid.first.y()),
              static_cast<float>(1.0 / grid.spacing.x()), static_cast<float>(1.0 / grid.spacing.y())};
@@ -178,6 +182,7 @@ void pack(const NodeGrid& grid, gpu::vec4* header, gpu::uvec4* n, std::vector<gp
     nodes->push_back({static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()), 0.0F});
 }
 
+// Finds for each block of pixels a cone that holds the rays of all its pixels.
 void add_block_cones(const Lens& lens, LensTable* table) {
   table->blocks_x = (lens.width() + BLOCK_WIDTH - 1) / BLOCK_WIDTH;
   table->blocks_y = (lens.height() + BLOCK_HEIGHT - 1) / BLOCK_HEIGHT;
@@ -252,7 +257,7 @@ const LensTable& LensTableStore::get(const Lens& lens) {
 ProjectorTable make_projector_table(const Lens& lens) {
   ProjectorTable table;
   const double w = lens.width(), h = lens.height();
-  // The pinhole that fits at the image's centre; the rest is residual.
+  // The table is of the residual over the pinhole that fits at the image's centre.
   Vector2d lo = Vector2d::Constant(std::numeric_limits<double>::infinity()), hi = -lo;
   constexpr int border_points = 64;
   for (int i = 0; i <= border_points; ++i) {

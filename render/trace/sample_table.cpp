@@ -18,7 +18,7 @@ std::vector<DiskPoint> disk_rule(int radial, int angles) {
     const double r = std::sqrt(0.5 * (1.0 + rule.nodes[static_cast<std::size_t>(i)]));
     const double weight = 0.5 * rule.weights[static_cast<std::size_t>(i)] / angles;
     for (int k = 0; k < angles; ++k) {
-      // Rings turned against each other: fewer coinciding projections on the fringe direction.
+      // The rings are turned against each other, so that fewer projections on the fringe direction coincide.
       const double a = 2.0 * std::numbers::pi * (k + 0.5 * (i % 2)) / angles;
       points.push_back({r * std::cos(a), r * std::sin(a), weight});
     }

@@ -31,7 +31,7 @@ Double4 row(const Pose& T, int i) {
 }
 
 std::uint32_t fold_seed(std::uint64_t seed) {
-  // splitmix64
+  // The mixing function of splitmix64.
   std::uint64_t z = seed + 0x9e3779b97f4a7c15ULL;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
   z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;

@@ -117,7 +117,7 @@ Buffer& TraceDevice::reserve(std::size_t binding, std::size_t bytes) {
   return *slot;
 }
 
-// Nodes and triangles of all meshes, one after the other. Boxes grow by the rounding of the slab test
+// Uploads nodes and triangles of all meshes, one after the other. Boxes grow by the rounding of the slab test
 // for rays that come from `reach_mm` away.
 void TraceDevice::upload_geometry(const PackedScene& scene, const Shortcuts& shortcuts, double reach_mm) {
   const auto pad = static_cast<float>(1e-6 * reach_mm);

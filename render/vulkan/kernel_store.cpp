@@ -35,7 +35,7 @@ void KernelStore::foresee(const std::vector<Key>& keys) {
   try {
     worker_ = std::jthread(work);
   } catch (const std::system_error&) {
-    // No thread to be had: they are made when they are needed.
+    // Without a thread the kernels are made when they are needed.
   }
 }
 

@@ -13,7 +13,8 @@ namespace {
 constexpr VkMemoryPropertyFlags mappable =
     VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
 
-// Host writes before, device writes after: one barrier for everything, cheap at our few dispatches.
+// Orders host writes before and device writes after by one barrier for everything, cheap at our few
+// dispatches.
 void full_barrier(VkCommandBuffer commands) {
   VkMemoryBarrier barrier{};
   barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
