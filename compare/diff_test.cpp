@@ -62,9 +62,9 @@ TEST(Diff, SharedImagesGiveNoZForWhatIsMadeFromThem) {
   std::ofstream(image) << "an image";
   std::ofstream(toml) << "a twin";
   Provenance both;
-  both.input_files = {image, toml};
+  both.inputs_sha256 = sha256_of_files({image, toml});
   Provenance twin_only;
-  twin_only.input_files = {toml};
+  twin_only.inputs_sha256 = sha256_of_files({toml});
   const testing::SidesTruth t;
   const auto a = write_run("shared_a", t, both), b = write_run("shared_b", t, both);
   const auto c = write_run("shared_c", t, twin_only);

@@ -43,8 +43,9 @@ compare::Provenance make_provenance(const Origin& origin, const Twin& twin,
   compare::Provenance provenance;
   provenance.argv = origin.argv;
   provenance.version = origin.version;
-  provenance.input_files = twin.input_files;
-  provenance.input_files.insert(provenance.input_files.end(), capture_files.begin(), capture_files.end());
+  std::vector<std::filesystem::path> inputs = twin.input_files;
+  inputs.insert(inputs.end(), capture_files.begin(), capture_files.end());
+  provenance.inputs_sha256 = compare::sha256_of_files(inputs);
   provenance.device = rendering.device;
   provenance.rendered = rendering.notes;
   provenance.seed = rendering.seed;

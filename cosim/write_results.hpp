@@ -17,8 +17,8 @@ struct Origin {
   std::string version;
 };
 
-/// Returns what a result says about where it comes from. `capture_files`: what was read besides the twin's
-/// own files.
+/// Returns what a result says about where it comes from, with the digests of all inputs: it reads them once
+/// more. `capture_files`: what was read besides the twin's own files.
 compare::Provenance make_provenance(const Origin& origin, const Twin& twin,
                                     const std::vector<std::filesystem::path>& capture_files,
                                     const Rendering& rendering = {});

@@ -52,12 +52,10 @@ Json json_head(const std::string& schema, const Twin& twin, const compare::Prove
   Json out;
   out["schema"] = schema;
   out["twin"] = twin.name;
-  Json inputs = Json::object();
-  for (const auto& [file, digest] : compare::sha256_of_files(provenance.input_files)) inputs[file] = digest;
-  out["provenance"] = {{"argv", provenance.argv}, {"version", provenance.version},
-                       {"inputs_sha256", inputs}, {"device", device.name},
-                       {"driver", device.driver}, {"machine", machine_name()},
-                       {"seed", provenance.seed}};
+  out["provenance"] = {
+      {"argv", provenance.argv}, {"version", provenance.version}, {"inputs_sha256", provenance.inputs_sha256},
+      {"device", device.name},   {"driver", device.driver},       {"machine", machine_name()},
+      {"seed", provenance.seed}};
   out["timing_s"] = Json::object();
   for (const auto& [stage, seconds] : timing_s) out["timing_s"][stage] = json_number(seconds);
   std::size_t n_image = 0, n_edge_image = 0, n_windows = 0;
@@ -86,7 +84,7 @@ std::string provenance_html(const Twin& twin, const compare::Provenance& p,
   table.add_row({"seed", std::to_string(p.seed)});
   report::Table files;
   files.columns = {{"input file", "", Align::left}, {"SHA-256", "", Align::left}};
-  for (const auto& [file, digest] : compare::sha256_of_files(p.input_files)) files.add_row({file, digest});
+  for (const auto& [file, digest] : p.inputs_sha256) files.add_row({file, digest});
   return table.html() + fmt::format(
                             "<details><summary>{} input files with their SHA-256</summary>{}</details>"
                             "<p>Every formula: docs/METRICS.md of the fringetwin source.</p>",

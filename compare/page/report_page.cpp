@@ -63,7 +63,7 @@ std::string footer_html(const Twin& twin, const Provenance& p) {
   table.add_row({"seed", std::to_string(p.seed)});
   report::Table files;
   files.columns = {{"input file", "", Align::left}, {"SHA-256", "", Align::left}};
-  for (const auto& [file, digest] : sha256_of_files(p.input_files)) files.add_row({file, digest});
+  for (const auto& [file, digest] : p.inputs_sha256) files.add_row({file, digest});
   return table.html() +
          fmt::format(
              "<details><summary>{} input files with their SHA-256</summary>{}</details>"

@@ -26,9 +26,9 @@ struct RenderNote {
 struct Provenance {
   std::vector<std::string> argv;  ///< the command as typed
   std::string version;
-  std::vector<std::filesystem::path> input_files;  ///< every file read
-  std::string device;                              ///< of the renderer; empty = nothing was rendered
-  std::vector<RenderNote> rendered;                ///< one per camera rendered in this run
+  std::map<std::string, std::string> inputs_sha256;  ///< every file read (sha256_of_files())
+  std::string device;                                ///< of the renderer; empty = nothing was rendered
+  std::vector<RenderNote> rendered;                  ///< one per camera rendered in this run
   std::uint64_t seed = 0;
 };
 

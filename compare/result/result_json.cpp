@@ -27,11 +27,9 @@ Json head(const Twin& twin, const char* command_kind, const Provenance& provenan
   out["schema"] = "fringetwin-result/1";
   out["kind"] = command_kind;
   out["twin"] = twin.name;
-  Json inputs = Json::object();
-  for (const auto& [file, digest] : sha256_of_files(provenance.input_files)) inputs[file] = digest;
   out["provenance"] = {{"argv", provenance.argv},
                        {"version", provenance.version},
-                       {"inputs_sha256", inputs},
+                       {"inputs_sha256", provenance.inputs_sha256},
                        {"device", provenance.device.empty() ? Json(nullptr) : Json(provenance.device)},
                        {"seed", provenance.seed}};
   if (!provenance.rendered.empty())
