@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Says how far two renderings of the same pixels are apart, in phase and gray (docs/METRICS.md).
+// Says how far two renderings of the same pixels are apart, in phase and gray (docs/metrics/tradeoff.md).
 #pragma once
 #include <cstddef>
 #include <vector>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which error of the twin would explain what noise does not: every parameter group is fitted to the gray
-// values in one linear step (docs/METRICS.md, "Causes").
+// values in one linear step (docs/metrics/causes.md, "Causes").
 #pragma once
 #include "compare/causes/sensitivity.hpp"
 #include "compare/result/rows.hpp"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `cosim --refine`: parameters of the twin fitted to the real gray values (docs/METRICS.md, "Refinement").
+// `cosim --refine`: parameters of the twin fitted to the real gray values (docs/metrics/causes.md,
+// "Refinement").
 #pragma once
 #include <string>
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Standard errors that published numbers without any would have (docs/METRICS.md, "Fits").
+// Standard errors that published numbers without any would have (docs/metrics/geometry.md, "Fits").
 #pragma once
 #include "compare/result/rows.hpp"
 #include "measure/points/points.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The photoelectric gain: DN_real = gain * E_sim + black, robustly over all usable gray values of one
-// camera jointly (docs/METRICS.md, "Gain").
+// camera jointly (docs/metrics/gray.md, "Gain").
 #pragma once
 #include <string>
 #include <vector>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the gray residual after the gain fit is made of: noise, albedo and shading, projector
-// harmonics, geometry, rest (docs/METRICS.md, "Gray budget").
+// harmonics, geometry, rest (docs/metrics/gray.md, "Gray budget").
 #pragma once
 #include <optional>
 

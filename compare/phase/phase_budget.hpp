@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the phase difference is made of: projector harmonics, noise, and what varies slowly or fast besides
-// (docs/METRICS.md, "Phase budget").
+// (docs/metrics/phase.md, "Phase budget").
 #pragma once
 #include <optional>
 #include <vector>

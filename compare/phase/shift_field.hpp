@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // By how much the simulated image would have to move to lie on the real one, block by block: a diagnosis of
-// the calibration (docs/METRICS.md, "Shift field").
+// the calibration (docs/metrics/phase.md, "Shift field").
 #pragma once
 #include <optional>
 

@@ -36,7 +36,7 @@ struct DecodeRow {
   std::uint64_t n_valid = 0, orders_checked = 0, orders_changed = 0, orders_left = 0;
 };
 
-/// One geometry indicator in mm: form, size, flatness or spacing (docs/METRICS.md, "Indicators").
+/// One geometry indicator in mm: form, size, flatness or spacing (docs/metrics/geometry.md, "Indicators").
 struct Indicator {
   /// sphere_form, sphere_form_95, sphere_size, plane_flatness, plane_flatness_95, sphere_spacing
   std::string name;
@@ -172,7 +172,7 @@ struct BudgetShare {
   std::string name;
   double variance = 0.0, share = 0.0;
 };
-/// Is a difference as large as the stated budget says it may be? (docs/METRICS.md, "Explained")
+/// Is a difference as large as the stated budget says it may be? (docs/metrics/verdict.md, "Explained")
 struct ExplainedRow {
   std::string quantity;  ///< "gray", "phase", "geometry"
   std::string region;    ///< camera, camera and direction, or object

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the covariance of the calibration leaves uncertain in gray values, phase and fits: the rig is changed
-// along each of its principal directions, rendered, and measured with the nominal twin (docs/METRICS.md,
-// "Calibration in the budget").
+// along each of its principal directions, rendered, and measured with the nominal twin
+// (docs/metrics/verdict.md, "Calibration in the budget").
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>

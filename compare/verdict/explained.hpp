@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verdicts against the stated uncertainty budget: is a difference no larger than noise, quantisation,
-// rendering and fit allow? (docs/METRICS.md, "Explained")
+// rendering and fit allow? (docs/metrics/verdict.md, "Explained")
 #pragma once
 #include <optional>
 #include <vector>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Form, size, flatness and spacing of the fitted objects, in the manner of VDI/VDE 2634 part 2
-// (docs/METRICS.md, "Indicators").
+// (docs/metrics/geometry.md, "Indicators").
 #pragma once
 #include <vector>
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shipped studies of rounding and noise against the closed form (docs/METRICS.md, "Theory of the noise"),
-// which renders, decodes and fits nothing.
-// tolerance: rms 1 % for noise (measured: 0.6 %, docs/STUDIES.md), 7 % for rounding alone, which without
-// noise is not random (measured: 6 %); standard deviations over noise seeds: the 10 % asked of the studies
-// and 2.6 of their own standard errors.
+// The shipped studies of rounding and noise against the closed form (docs/metrics/study.md, "Theory of the
+// noise"), which renders, decodes and fits nothing. tolerance: rms 1 % for noise (measured: 0.6 %,
+// docs/STUDIES.md), 7 % for rounding alone, which without noise is not random (measured: 6 %); standard
+// deviations over noise seeds: the 10 % asked of the studies and 2.6 of their own standard errors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
