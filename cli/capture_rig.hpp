@@ -27,7 +27,7 @@ struct RigFlags {
   std::vector<std::string> controls;  ///< "[NAME:]KEY=VALUE"
   int shift = 0;
   unsigned buffers = 8;
-  cosim::RenderRequest render;  ///< twin:
+  cosim::RenderRequest render;  ///< with twin:
   double simulated_latency_ms = 20.0;
 };
 
@@ -41,7 +41,8 @@ struct OpenedRig {
   std::map<std::string, std::string> identity = {};
 };
 
-/// Throws UserError(usage) for options at odds with the twin, UserError(device) for what a device cannot do.
+/// Opens them. Throws UserError(usage) for options at odds with the twin, UserError(device) for what a device
+/// cannot do.
 OpenedRig open_rig(const Twin& twin, const RigFlags& flags);
 
 }  // namespace fringetwin::cli

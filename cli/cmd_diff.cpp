@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// diff: two results -> paired differences.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

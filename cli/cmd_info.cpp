@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// info: version, Vulkan devices, where real captures are looked for.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

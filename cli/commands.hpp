@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One function per subcommand; nothing outside cli/ parses arguments.
+// Declares one function per subcommand, which adds it to the program; nothing outside cli/ parses arguments.
 #pragma once
 #include <functional>
 #include <string>

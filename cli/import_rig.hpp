@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every `import` does with the devices it has read: check, write.
+// Checks and writes the devices that an `import` has read, and holds the options that every import has.
 #pragma once
 #include <string>
 #include <vector>
@@ -19,11 +19,11 @@ struct RigOptions {
   std::string poses = "device-from-ref";  ///< or "ref-from-device": R, T of the files are to be inverted
 };
 
-/// --out --check --check-max-px --poses
+/// Adds --out --check --check-max-px --poses
 void add_rig_options(CLI::App& sub, RigOptions& options);
 
-/// Before anything is read: throws UserError(usage) for neither --out nor --check, and for a folder that
-/// cannot be written.
+/// Checks them before anything is read: throws UserError(usage) for neither --out nor --check, and for a
+/// folder that cannot be written.
 void check_rig_options(const RigOptions& options);
 
 /// The devices of one import; the projector, if there is one, last.
@@ -45,9 +45,10 @@ DeviceRequest parse_device(const std::string& option, const std::string& text, c
 std::vector<DeviceRequest> parse_devices(const std::vector<std::string>& cameras,
                                          const std::string& projector, const std::string& example);
 
-/// Lenses that do not invert, two devices in one place or of one name, more than two cameras:
-/// UserError(usage). With --check prints how each pose fits and throws UserError(input) when it does not as
-/// given. With --out writes the .cameramodel files and, last, twin.toml. Returns the exit code.
+/// Checks and writes the rig. Throws UserError(usage) for lenses that do not invert, two devices in one place
+/// or of one name, more than two cameras. With --check prints how each pose fits and throws UserError(input)
+/// when it does not as given. With --out writes the .cameramodel files and, last, twin.toml. Returns the exit
+/// code.
 int finish_import(ImportedRig rig, const RigOptions& options);
 
 }  // namespace fringetwin::cli
