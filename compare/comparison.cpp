@@ -35,7 +35,8 @@ constexpr double kLowR2 = 0.9;                ///< below it the line explains to
 /// themselves: most of next to nothing is nothing.
 constexpr double kLargeAlbedoShare = 0.3, kLargeAlbedoSpread = 0.02;
 
-/// The sandwich sigma holds what varies within blocks; what varies over the image biases the line itself.
+/// Warns of a biased line: the sandwich sigma holds what varies within blocks; what varies over the image
+/// biases the line itself.
 void warn_of_bias(const GainRow& gain, const std::optional<GrayBudget>& budget,
                   std::vector<std::string>& warnings) {
   const double share = budget ? budget->albedo_dn2 / budget->total_dn2 : 0.0;
@@ -50,7 +51,8 @@ void warn_of_bias(const GainRow& gain, const std::optional<GrayBudget>& budget,
                   gain.camera, gain.r2, 100.0 * spread, 100.0 * share));
 }
 
-/// Also collects the samples for a search for causes, of the cameras that have a gain.
+/// Fills the gray tables. It also collects the samples for a search for causes, of the cameras that have a
+/// gain.
 std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const Side& simulated,
                                       const CompareOptions& options, const CalibrationBudget* calibration,
                                       Comparison& out) {
@@ -94,7 +96,7 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
   out.causes = find_causes(sensitivity, twin);
 }
 
-/// Of the pixels valid in both decodes.
+/// Returns the interior of the pixels valid in both decodes.
 ImageU8 interior_of(const measure::CameraDecode& real, const measure::CameraDecode& simulated) {
   ImageU8 valid(real.width(), real.height(), 1);
   clear_invalid(real, valid);
@@ -131,7 +133,8 @@ void compare_phase(const Twin& twin, const Measurement& real, const Measurement&
   }
 }
 
-/// Null where none is asked for, or nothing real is there to hold it against.
+/// Returns the budget of the calibration; null where none is asked for, or nothing real is there to hold it
+/// against.
 std::optional<CalibrationBudget> calibration_of(const Twin& twin, const Side& real, const Side& simulated,
                                                 const CompareOptions& options, Comparison& out) {
   if (!twin.calibration_uncertainty || (real.images.empty() && twin.real.results.empty()))

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The comparison of a real with a simulated side: gray values, gain, phase, fitted geometry, the budget that
-// should explain their differences, and the verdict on the limits of the twin.
+// Compares a real with a simulated side: gray values, gain, phase, fitted geometry, the budget that should
+// explain their differences, and the verdict on the limits of the twin.
 #pragma once
 #include "compare/result/options.hpp"
 #include "compare/result/result.hpp"

@@ -73,7 +73,7 @@ void add_values(const Quantity& of, const Json& value, Quantities& out) {
   }
 }
 
-/// The texts of a row that say which one it is: " left x".
+/// Returns the texts of a row that say which one it is: " left x".
 std::string name_of(const std::vector<Field>& fields, const Json& row) {
   std::string name;
   for (const Field& field : fields)
@@ -102,7 +102,7 @@ void add_row(const std::string& table, const std::vector<Field>& fields, const J
   }
 }
 
-/// The numbers of a fit stand in maps, on four sides.
+/// Adds the numbers of a fit, which stand in maps, on four sides.
 void add_fit(const Json& row, Quantities& out) {
   for (const char* side : {"measured", "simulated", "real", "difference"}) {
     if (!row.contains(side) || !row[side].is_object()) continue;
@@ -130,8 +130,8 @@ Quantities quantities(const Json& json) {
   return out;
 }
 
-/// Images that both runs read: their noise and calibration are the same, so the numbers made from them are
-/// not independent.
+/// Counts the images that both runs read: their noise and calibration are the same, so the numbers made from
+/// them are not independent.
 std::size_t shared_images(const Json& a, const Json& b) {
   const auto digests = [](const Json& json) {
     std::set<std::string> out;
@@ -151,7 +151,7 @@ std::size_t shared_images(const Json& a, const Json& b) {
       std::count_if(in_a.begin(), in_a.end(), [&](const std::string& d) { return in_b.contains(d); }));
 }
 
-/// NaN where one of the two has no standard error.
+/// Returns (B - A) / sigma; NaN where one of the two has no standard error.
 double z_score(const Quantity& in_a, const Quantity& in_b, const Quantities& a, const Quantities& b) {
   const Quantity *sa = a.find(in_a.sigma), *sb = b.find(in_b.sigma);
   if (!sa || !sb) return kUnknown;

@@ -83,10 +83,10 @@ class CauseSearch {
   }
 
  private:
-  /// Equations that the groups are solved in.
+  /// Returns the equations that the groups are solved in.
   const NormalEquations& system() const { return after_texture_ ? textured_ : equations_; }
 
-  /// These groups with gain and black level of every camera.
+  /// Solves for these groups with gain and black level of every camera.
   Step solve(const std::vector<std::size_t>& groups) const {
     std::vector<std::size_t> unknowns = sensors_;
     for (const std::size_t g : groups)
@@ -114,7 +114,7 @@ class CauseSearch {
     out.rows.push_back(std::move(row));
   }
 
-  /// Noise alone would be lowered by so much.
+  /// Returns by how much the fit would lower noise alone.
   double freedom(const Step& step) const {
     return static_cast<double>(step.n_determined) - static_cast<double>(sensors_.size());
   }
@@ -129,9 +129,9 @@ class CauseSearch {
     return out;
   }
 
-  /// Where errors are too large for one linear step: the best candidates are fitted to convergence, and the
-  /// best of them is returned if it then explains half or more. Nothing where one step is clear or explains
-  /// little.
+  /// Helps where errors are too large for one linear step: the best candidates are fitted to convergence, and
+  /// the best of them is returned if it then explains half or more. Nothing where one step is clear or
+  /// explains little.
   std::optional<std::size_t> iterate_rivals(double sensors_alone, std::vector<CauseRow>& rows) {
     std::vector<std::size_t> rivals;
     for (std::size_t g = 0; g < rows.size(); ++g)
@@ -170,7 +170,7 @@ class CauseSearch {
     return best;
   }
 
-  /// The group that takes away most, then the one that takes most of what is left ...
+  /// Takes the group that takes away most, then the one that takes most of what is left ...
   std::vector<std::size_t> choose_order(double before) const {
     std::vector<std::size_t> taken;
     while (taken.size() < std::min(kMostInOrder, groups_.size())) {

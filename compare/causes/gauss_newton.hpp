@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gauss-Newton through the renderer: parameters of a twin fitted to the real gray values.
+// Fits parameters of a twin to the real gray values by Gauss-Newton steps through the renderer.
 #pragma once
 #include "compare/causes/sensitivity.hpp"
 
@@ -11,14 +11,14 @@ class GaussNewton {
  public:
   GaussNewton(Sensitivity& sensitivity, const Twin& twin, std::vector<Parameter> parameters, bool hold_gain);
 
-  /// Begins at other values, if they fit better.
+  /// Begins at these values instead of the start values, if they fit better.
   void start_at(const Eigen::VectorXd& values);
   enum class Outcome {
     moved,
     settled,  ///< all values to 0.05 standard errors, or to 0.5 where no step is better
     stuck     ///< no step or part of it lowers chi2
   };
-  /// One step. `keep_scale`: the robust scale stays, so that chi2 can be compared with one before.
+  /// Takes one step. `keep_scale`: the robust scale stays, so that chi2 can be compared with one before.
   Outcome step(bool keep_scale = false, Sensitivity::Derivative derivative = Sensitivity::Derivative::quick);
 
   Twin twin() const { return with_values(twin_, parameters_, values_); }
@@ -26,17 +26,18 @@ class GaussNewton {
   const Eigen::VectorXd& values() const { return values_; }
   const NormalEquations& equations() const { return equations_; }  ///< at the values before the last step
   double chi2() const { return chi2_; }
-  /// Parameters, then what is solved of the sensors.
+  /// Returns the indices of the parameters, then of what is solved of the sensors.
   std::vector<std::size_t> unknowns() const;
-  /// Of equations without parameters: chi2 for these, and their gain and black level for what follows.
+  /// Returns the chi2 of a twin with the gain and black level that fit it best.
   double chi2_of(const Twin& twin) const;
+  /// Puts the best gain and black level at the values reached into the samples.
   void settle_sensors();
 
  private:
   double chi2_of(const NormalEquations& without_parameters) const;
   void settle_sensors(const NormalEquations& without_parameters);
   std::vector<std::size_t> sensors_of(const NormalEquations& e) const;
-  /// All parameters move by so many standard errors at most.
+  /// Returns true where all parameters move by so many standard errors at most.
   bool is_within(const Step& step, double sigmas) const;
   bool take(const Step& step);
 

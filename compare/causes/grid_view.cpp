@@ -9,7 +9,8 @@
 namespace fringetwin::compare {
 namespace {
 
-/// Pixel (i, j) of the result looks where pixel (first + k i, first + k j) of the camera does.
+/// Returns the camera of a grid: pixel (i, j) of the result looks where pixel (first + k i, first + k j) of
+/// the camera does.
 Camera thinned(const Camera& camera, const GridView& grid) {
   if (grid.stride == 1) return camera;
   Camera out = camera;

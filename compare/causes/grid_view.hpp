@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A camera seen on every k-th pixel: what a changed twin would show, at 1/k^2 of the cost.
+// Renders a camera on every k-th pixel only: what a changed twin would show, at 1/k^2 of the cost.
 #pragma once
 #include <cstddef>
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace fringetwin::compare {
 
-/// Pixels (first + k i, first + k j) of a camera.
+/// Stands for the pixels (first + k i, first + k j) of a camera.
 struct GridView {
   int stride = 1, first = 0;
   int width = 0, height = 0;  ///< of the grid
@@ -20,13 +20,14 @@ struct GridView {
   }
 };
 
-/// A grid that keeps at most `most` of `n_valid` pixels. Every pixel, of which some are kept, where the
-/// camera cannot be thinned: lens models that are not perspective, a point spread (it needs the neighbours).
+/// Returns a grid that keeps at most `most` of `n_valid` pixels. It holds every pixel, of which some are
+/// kept, where the camera cannot be thinned: lens models that are not perspective, a point spread (it needs
+/// the neighbours).
 GridView choose_grid(const Camera& camera, std::size_t n_valid, std::size_t most);
 
-/// Irradiance images (sequence order, grid size) of camera `index`: the rays of the whole image's own pixels
-/// by a fixed Gauss rule of `samples` points, so that two twins are sampled alike and their difference is one
-/// of the twins. At 1 rad per pixel 9 points are exact to 1e-6 of the contrast, 4 to 2e-4.
+/// Renders the irradiance images (sequence order, grid size) of camera `index`: the rays of the whole image's
+/// own pixels by a fixed Gauss rule of `samples` points, so that two twins are sampled alike and their
+/// difference is one of the twins. At 1 rad per pixel 9 points are exact to 1e-6 of the contrast, 4 to 2e-4.
 std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, std::size_t index,
                                 const GridView& grid, int samples);
 

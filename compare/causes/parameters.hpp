@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a twin can be wrong about, as numbers that can be turned: the parameters of `--refine` and of the
-// search for causes.
+// Describes what a twin can be wrong about as parameters, numbers with a start value that change a twin:
+// those of
+// `--refine` and of the search for causes.
 #pragma once
 #include <Eigen/Core>
 #include <functional>
@@ -24,25 +25,27 @@ struct Parameter {
   /// Changes a twin by value - start. Throws UserError(usage) where no lens can be built from it.
   std::function<void(Twin&, double)> change;
 
+  /// Returns the value, or its standard error, as a user reads it: of a variance the root.
   double shown(double value) const;
   double shown_sigma(double value, double sigma) const;
 };
 
+/// Parameters that are fitted together and named together.
 struct ParameterGroup {
   std::string name;     ///< what `--refine` calls it
   std::string meaning;  ///< of its parameters
   std::string cause;    ///< how a report names it when the twin is wrong about it
 };
-/// pose, rig, lens, response, harmonics, blur, vignetting, albedo, bounce. Gain and black level of each
-/// camera come besides.
+/// Returns the groups that can be asked for: pose, rig, lens, response, harmonics, blur, vignetting, albedo,
+/// bounce. Gain and black level of each camera come besides.
 const std::vector<ParameterGroup>& parameter_groups();
 const ParameterGroup& parameter_group(const std::string& name);
 
-/// All parameters of a group that this twin has; none where it lacks what they describe (a response given as
-/// a table, objects that cannot light each other ...).
+/// Returns all parameters of a group that this twin has; none where it lacks what they describe (a response
+/// given as a table, objects that cannot light each other ...).
 std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group);
 
-/// The twin with these values in place of the start values; parameters change it one after the other.
+/// Returns the twin with these values in place of the start values; parameters change it one after the other.
 Twin with_values(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values);
 Eigen::VectorXd start_values(const std::vector<Parameter>& parameters);
 

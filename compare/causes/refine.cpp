@@ -34,7 +34,7 @@ bool matches(const Parameter& p, const std::string& asked) {
   return p.group == asked || p.name == asked || p.name.starts_with(asked + ".");
 }
 
-/// Parameters asked for, in the order of the groups. Throws for a name that means nothing here.
+/// Returns the parameters asked for, in the order of the groups. Throws for a name that means nothing here.
 std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std::string>& asked) {
   std::vector<Parameter> chosen;
   std::vector<bool> met(asked.size(), false);
@@ -140,7 +140,7 @@ class Refiner {
     return samples;
   }
 
-  /// An effect that is on or off is tried both ways; what fits better stays.
+  /// Tries an effect that is on or off both ways and keeps what fits better.
   void settle_switches() {
     for (auto p = parameters_.begin(); p != parameters_.end();) {
       if (!p->is_switch) {
@@ -160,7 +160,8 @@ class Refiner {
     }
   }
 
-  /// Spheres where the fits of the two sides say: more than half a fringe away, gray levels lead astray.
+  /// Starts spheres where the fits of the two sides say: more than half a fringe away, gray levels lead
+  /// astray.
   Eigen::VectorXd values_of_fits() const {
     Eigen::VectorXd values = start_values(parameters_);
     if (!real_.measurement || !simulated_.measurement) return values;
@@ -217,7 +218,7 @@ class Refiner {
     return camera + ((at - parameters_.size()) % 2 == 0 ? ".gain_dn" : ".black_level_dn");
   }
 
-  /// Standard errors, covariance and what is hardly told apart, from the last equations.
+  /// Reports standard errors, covariance and what is hardly told apart, from the last equations.
   Refined finish(const GaussNewton& fit) {
     report_.chi2_after = fit.chi2();  // of the converged scale, for the standard errors
     report_.n = fit.equations().n;

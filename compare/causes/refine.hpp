@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `cosim --refine`: parameters of the twin fitted to the real gray values (docs/metrics/causes.md,
-// "Refinement").
+// Fits the parameters that `cosim --refine` names to the real gray values, and returns the changed twin with
+// a report of the fit (docs/metrics/causes.md, "Refinement").
 #pragma once
 #include <string>
 #include <vector>
@@ -10,26 +10,26 @@
 
 namespace fringetwin::compare {
 
+/// A twin after a refinement, and the report of the fit.
 struct Refined {
   Twin twin;
   Refinement report;
 };
 
-/// Words `--refine` takes, for messages: groups, "texture", "gain", "black".
+/// Returns the words that `--refine` takes, for messages: groups, "texture", "gain", "black".
 std::string refine_names();
 
-/// Throws UserError(usage) for an unknown name, for what this twin does not have and for gain with albedo:
-/// what needs no image to be refused.
+/// Checks what was asked for: throws UserError(usage) for an unknown name, for what this twin does not have
+/// and for gain with albedo: what needs no image to be refused.
 void check_refine(const Twin& twin, const std::vector<std::string>& asked);
 
-/// Gauss-Newton with step halving through the renderer, on the gray values of all phase steps of the interior
-/// pixels that both sides see (grid_samples). `asked`: groups, names of parameters ("projector.k1") or what
-/// stands before their dot ("projector"). Gain and black level of each camera are fitted besides and kept
-/// only where asked for; with "albedo" the gain is held at the twin's, because the two enter as a product.
-/// "texture" gives every pixel a factor of its own.
-/// `simulated`: the twin as it is, rendered and measured. Throws UserError(usage) as check_refine(), for
-/// parameters that change nothing and for those that the data cannot tell apart, naming them; Cancelled after
-/// Ctrl-C.
+/// Fits the twin by Gauss-Newton steps with halving through the renderer, on the gray values of all phase
+/// steps of the interior pixels that both sides see (grid_samples). `asked`: groups, names of parameters
+/// ("projector.k1") or what stands before their dot ("projector"). Gain and black level of each camera are
+/// fitted besides and kept only where asked for; with "albedo" the gain is held at the twin's, because the
+/// two enter as a product. "texture" gives every pixel a factor of its own. `simulated`: the twin as it is,
+/// rendered and measured. Throws UserError(usage) as check_refine(), for parameters that change nothing and
+/// for those that the data cannot tell apart, naming them; Cancelled after Ctrl-C.
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                const std::vector<std::string>& asked);
 
@@ -39,8 +39,8 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
 void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,
                    const std::vector<int>& images, std::vector<CameraImages>& irradiance);
 
-/// What to write into twin.toml: every key that differs, in the words of that file, under its table; the
-/// refined values with their standard errors as comments above.
+/// Returns what to write into twin.toml: every key that differs, in the words of that file, under its table;
+/// the refined values with their standard errors as comments above.
 std::string refined_toml(const Refinement& refinement, const Twin& before, const Twin& after);
 
 }  // namespace fringetwin::compare

@@ -18,7 +18,7 @@ std::string numbers(const Pose& pose) {
   return numbers(std::vector<double>(rt.data(), rt.data() + 6));
 }
 
-/// Lines of one table; nothing where none of its keys changed.
+/// Writes the lines of one table; nothing where none of its keys changed.
 class TableText {
  public:
   explicit TableText(std::string head) : head_(std::move(head)) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a change of the twin does to the gray values, and how much of the difference to the real ones it would
-// take away: least squares through the renderer.
+// Computes what a change of a twin does to the gray values, and how much of the difference to the real ones
+// that change would take away, by least squares through the renderer.
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
@@ -26,8 +26,8 @@ struct GridSamples {
   std::size_t n_pixels() const { return cell.size(); }
 };
 
-/// At most `most` interior pixels of the pair. Weights from `noise` and rendering_dn, the rms rendering
-/// error.
+/// Samples at most `most` interior pixels of the pair; the weights come from `noise` and rendering_dn, the
+/// rms rendering error.
 GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const GainFit& fit,
                          const GrayNoise& noise, const ImageU8& interior, double rendering_dn,
                          std::size_t most);
@@ -42,19 +42,21 @@ struct NormalEquations {
   std::size_t n_parameters = 0;  ///< the first ones; then (gain, black) per camera
   std::size_t gain_at(std::size_t camera) const { return n_parameters + 2 * camera; }
   std::size_t black_at(std::size_t camera) const { return gain_at(camera) + 1; }
-  /// Rows and columns of some unknowns, in their order.
+  /// Returns the rows and columns of some unknowns, in their order.
   Eigen::MatrixXd normal_of(const std::vector<std::size_t>& unknowns) const;
 };
 
-/// Step of some unknowns, the others held. Directions that the data do not tell (eigenvalue of the scaled
+/// The step of some unknowns, the others held. Directions that the data do not tell (eigenvalue of the scaled
 /// normal matrix below 1e-9) are left out.
 struct Step {
   Eigen::VectorXd change, sigma;  ///< full length, 0 where held
   double chi2 = 0.0;              ///< that the linear model leaves
   int n_determined = 0;
 };
+/// Solves the equations for these unknowns.
 Step solve_step(const NormalEquations& equations, const std::vector<std::size_t>& unknowns);
 
+/// Renders changed twins on the samples of all cameras and sets up the normal equations of their gray values.
 class Sensitivity {
  public:
   /// Per camera, laid out as GridSamples::real_dn.
@@ -63,18 +65,19 @@ class Sensitivity {
   Sensitivity(render::Renderer& renderer, std::vector<GridSamples> samples);
 
   const std::vector<GridSamples>& samples() const { return samples_; }
-  /// `index`: into samples().
+  /// Sets gain and black level of a camera; `index`: into samples().
   void set_sensor(std::size_t index, double gain_dn, double black_level_dn);
 
-  /// From now on every pixel has a brightness of its own in all equations (texture).
+  /// Gives every pixel a brightness of its own in all equations from now on (texture).
   void free_factors() { free_factors_ = true; }
-  /// Robust scale, so that two sums of squares can be compared.
   bool has_free_factors() const { return free_factors_; }
+  /// Returns the robust scale of each camera; to compare two sums of squares, set the scale of one for the
+  /// other.
   const std::vector<double>& scale() const { return threshold_; }
   void set_scale(const std::vector<double>& scale) { threshold_ = scale; }
   void choose_scale(const Twin& twin) { choose_scale(irradiance(twin, kResidualSamples)); }
 
-  /// Irradiance that a twin predicts, from so many points per pixel.
+  /// Returns the irradiance that a twin predicts, from so many points per pixel.
   Values irradiance(const Twin& twin, int samples) const;
 
   /// How derivatives are taken: quick ones are the difference to one more rendering, with steps that change
@@ -83,13 +86,15 @@ class Sensitivity {
   /// for a value at its bound.
   enum class Derivative { quick, exact };
 
-  /// Equations at `values`. A parameter that changes nothing has a column of zeros. Sets the robust scale.
-  /// `free_factors`: also the equations where every pixel has a brightness of its own (texture).
+  /// Returns the equations at `values`. A parameter that changes nothing has a column of zeros. Sets the
+  /// robust scale. `free_factors`: also the equations where every pixel has a brightness of its own
+  /// (texture).
   NormalEquations equations(const Twin& twin, const std::vector<Parameter>& parameters,
                             const Eigen::VectorXd& values, bool keep_scale = false,
                             Derivative derivative = Derivative::quick,
                             NormalEquations* free_factors = nullptr);
-  /// Of gain and black level alone, with the robust scale of the last equations(): the measure of a step.
+  /// Returns the equations of gain and black level alone, with the robust scale of the last equations(): they
+  /// measure a step.
   NormalEquations equations_without_parameters(const Twin& twin) const;
 
  private:
@@ -98,8 +103,8 @@ class Sensitivity {
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                 std::size_t at, const Values& base, Derivative derivative) const;
   double relative_change(const Values& from, const Values& to) const;
-  /// `base`: for the residuals; `rough`: sampled like the columns, so that what changes the images like the
-  /// gain does cannot be told from it.
+  /// Adds up all pixels. `base`: for the residuals; `rough`: sampled like the columns, so that what changes
+  /// the images like the gain does cannot be told from it.
   NormalEquations assemble(const Values& base, const Values& rough, const std::vector<Values>& columns,
                            bool free_factors) const;
   void add_pixel(const GridSamples& s, std::size_t camera, std::size_t pixel, const Values& base,

@@ -53,13 +53,14 @@ void compare_vectors(const ObjectFit& s, const ObjectFit& r, FitRow& row) {
   }
 }
 
-/// Angle of two axes, sign-free; exact for small angles.
+/// Returns the angle of two axes, sign-free; exact for small angles.
 double axis_angle_rad(const Vector3d& a, const Vector3d& b) {
   return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
 }
 
-/// Of the simulated centroid's distance from the real plane: both offsets, and the tilt of the real plane
-/// over the way between the centroids (its larger tilt sigma: the direction is not kept). NaN when unknown.
+/// Returns the standard error of the simulated centroid's distance from the real plane: both offsets, and the
+/// tilt of the real plane over the way between the centroids (its larger tilt sigma: the direction is not
+/// kept). NaN when unknown.
 double offset_sigma_mm(const ObjectFit& s, const ObjectFit& r, double between_mm) {
   const double *a = find(s.numbers, "offset_sigma_mm"), *b = find(r.numbers, "offset_sigma_mm");
   const double *t0 = find(r.numbers, "tilt_sigma_rad_0"), *t1 = find(r.numbers, "tilt_sigma_rad_1");
@@ -67,7 +68,7 @@ double offset_sigma_mm(const ObjectFit& s, const ObjectFit& r, double between_mm
   return std::sqrt(*a * *a + *b * *b + std::pow(between_mm * std::max(*t0, *t1), 2));
 }
 
-/// The point of a plane or an axis is a convention; what can be compared is a distance and an angle.
+/// Compares distance and angle: the point of a plane or an axis is a convention and cannot be compared.
 void compare_placement(const ObjectFit& s, const ObjectFit& r, FitRow& row) {
   const bool plane = row.kind == "plane";
   if (!plane && row.kind != "cylinder") return;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fits of both sides, or published numbers in place of the real ones, become one row per object with
-// their difference and its z (the paper's Table 5).
+// Pairs the fits of both sides, or published numbers in place of the real ones: one row per object with the
+// difference and its z (the paper's Table 5).
 #pragma once
 #include <string>
 #include <vector>
@@ -10,16 +10,16 @@
 
 namespace fringetwin::compare {
 
-/// A published result as a fit row: n = 0, the kind of the twin's object.
+/// Returns a published result as a fit: n = 0, the kind of the twin's object.
 measure::ObjectFit published_fit(const Twin& twin, const PublishedFit& published);
 
-/// simulated - real for every number both sides have; z = difference / sqrt(sigma_s^2 + sigma_r^2),
+/// Returns simulated - real for every number both sides have; z = difference / sqrt(sigma_s^2 + sigma_r^2),
 /// absent (vectors: NaN elements) where a sigma is unknown. Planes: also offset_mm (distance of the
 /// simulated point from the real plane) and angle_rad; cylinders: axis_distance_mm and angle_rad.
 FitRow make_fit_row(const std::optional<measure::ObjectFit>& simulated,
                     const std::optional<measure::ObjectFit>& real);
 
-/// One row per object, in the order of twin.measure.fits, then whatever else a side has.
+/// Returns one row per object, in the order of twin.measure.fits, then whatever else a side has.
 /// Published numbers (twin.real.results) stand in where the real side was not measured.
 std::vector<FitRow> fit_rows(const Twin& twin, const Side& real, const Side& simulated,
                              std::vector<std::string>& warnings);

@@ -15,8 +15,8 @@ using measure::ObjectFit;
 
 constexpr std::size_t kParameters = 4;
 
-/// Of center and radius, from s^2 (J^T J)^-1 with s^2 = n rms^2 / (n - 4); NaN when the points determine no
-/// sphere.
+/// Returns the standard errors of center and radius, from s^2 (J^T J)^-1 with s^2 = n rms^2 / (n - 4); NaN
+/// when the points determine no sphere.
 Vector4d sphere_sigma_mm(const measure::PointCloud& cloud, const std::vector<std::size_t>& index,
                          const Vector3d& center_mm, double rms_mm) {
   const Vector4d unknown = Vector4d::Constant(kUnknown);

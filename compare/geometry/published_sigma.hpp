@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Standard errors that published numbers without any would have (docs/metrics/geometry.md, "Fits").
+// Estimates the standard errors that published numbers without any would have, from their rms and the
+// simulated points (docs/metrics/geometry.md, "Fits").
 #pragma once
 #include "compare/result/rows.hpp"
 #include "measure/points/points.hpp"

@@ -23,7 +23,7 @@ struct Sample {
   double e, y;
 };
 
-/// Every k-th gray value that is not saturated, over all images: enough for the start values.
+/// Collects every k-th gray value that is not saturated, over all images: enough for the start values.
 std::vector<Sample> subsample(const GrayPair& pair) {
   const Usable u = clip_test(pair, 1.0, 0.0, 0.0);
   std::vector<std::size_t> pixels;
@@ -45,7 +45,7 @@ std::vector<Sample> subsample(const GrayPair& pair) {
   return samples;
 }
 
-/// Weighted least squares of y = a + b (e - center). False when E does not vary.
+/// Solves weighted least squares of y = a + b (e - center). Returns false when E does not vary.
 bool solve_line(const std::vector<Sample>& samples, const std::vector<double>& weight, GainModel& m) {
   double sw = 0, sx = 0, sxx = 0, sy = 0, sxy = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -68,7 +68,8 @@ struct Start {
   bool ok = false;
 };
 
-/// Rounding makes residuals below this scale meaningless (noise-free images agree to the last bit).
+/// Returns the least robust scale: rounding makes residuals below it meaningless (noise-free images agree to
+/// the last bit).
 double smallest_scale(const GrayPair& pair, const std::vector<Sample>& samples) {
   if (!pair.real->radiance) return std::sqrt(kRoundingVariance);
   double largest = 0.0;
@@ -76,7 +77,7 @@ double smallest_scale(const GrayPair& pair, const std::vector<Sample>& samples) 
   return std::max(1e-7 * largest, 1e-300);
 }
 
-/// IRLS on the subsample: line, robust scale and the clip test settle together.
+/// Iterates reweighted least squares on the subsample: line, robust scale and the clip test settle together.
 Start start_values(const GrayPair& pair) {
   Start start;
   const std::vector<Sample> all = subsample(pair);
@@ -121,7 +122,7 @@ Start start_values(const GrayPair& pair) {
   return start;
 }
 
-/// Covariance of (a, b): the larger of sandwich over blocks and sandwich of independent values.
+/// Covariances of (a, b); the larger one counts: sandwich over blocks and sandwich of independent values.
 struct Errors {
   Eigen::Matrix2d blocks = Eigen::Matrix2d::Zero(), independent = Eigen::Matrix2d::Zero();
 };

@@ -28,12 +28,13 @@ struct RowSpan {
   int n;
 };
 
-/// One row of one block, in doubles; what must not be used has weight 0 and value 0 (no NaN inside).
+/// Values of one row of one block, in doubles; what must not be used has weight 0 and value 0 (no NaN
+/// inside).
 struct Lane {
   double w[kBlock], y[kBlock], x[kBlock], before[kBlock];
 };
 
-/// False when no value of the row is used.
+/// Returns false when no value of the row is used.
 bool fill_lane(const RowSpan& row, const GrayPair& pair, const Usable& u, double e_center, Lane& lane) {
   const Sensor& sensor = pair.camera->sensor;
   const double gain = sensor.gain_dn, black = sensor.black_level_dn, max = sensor.max_dn();

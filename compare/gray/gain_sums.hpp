@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One pass over all gray values of a camera: the sums of the gain's M-estimator.
+// Adds up, in one pass over all gray values of a camera, the sums that the gain's M-estimator needs.
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
@@ -14,6 +14,7 @@ struct GainModel {
   double a = 0.0, b = 0.0, e_center = 0.0, threshold_dn = 1.0;
 };
 
+/// The sums of one pass.
 struct GainSums {
   std::uint64_t n = 0, n_beyond = 0;                            ///< values; |r| >= threshold
   Eigen::Vector2d score = Eigen::Vector2d::Zero();              ///< sum psi x, x = (1, E - e_center)
@@ -25,7 +26,7 @@ struct GainSums {
   double sum_y = 0.0, sum_y2 = 0.0, sum_r2 = 0.0, sum_before2 = 0.0;
 };
 
-/// Parallel over bands of blocks; the result does not depend on the number of threads.
+/// Sums in parallel over bands of blocks; the result does not depend on the number of threads.
 GainSums sum_gain(const GrayPair& pair, const Usable& usable, const GainModel& model);
 
 }  // namespace fringetwin::compare

@@ -86,7 +86,7 @@ class GrayBudgetFit {
   }
 
  private:
-  /// Empty when the pixel has fewer than four usable values.
+  /// Collects the values of a pixel; none when it has fewer than four usable values.
   Pixel collect_pixel(std::size_t i) const {
     Pixel pixel;
     const Usable& u = fit_.usable;
@@ -137,7 +137,7 @@ class GrayBudgetFit {
     return sum;
   }
 
-  /// Least-squares factor of gain E per pixel. Returns the noise sum that this freedom removed.
+  /// Removes the least-squares factor of gain E per pixel. Returns the noise sum that this freedom removed.
   double remove_albedo() {
     double freedom = 0.0;
     std::vector<double> scales;
@@ -187,7 +187,7 @@ class GrayBudgetFit {
     Normal normal = Normal::Zero();
     Basis right = Basis::Zero();
 
-    /// h of orders 0...`orders`, the higher ones zero.
+    /// Returns h of orders 0...`orders`, the higher ones zero.
     Basis solve(int orders) const {
       const int used = 1 + 2 * orders;
       Eigen::MatrixXd m = normal.topLeftCorner(used, used);
@@ -197,7 +197,7 @@ class GrayBudgetFit {
       h.head(used) = solve_symmetric(m, right.head(used));
       return h;
     }
-    /// By how much h lowers the sum of squares.
+    /// Returns by how much h lowers the sum of squares.
     double reduction(const Basis& h) const { return 2.0 * h.dot(right) - h.dot(normal * h); }
   };
 
@@ -235,7 +235,7 @@ class GrayBudgetFit {
       budget_.harmonic_amplitude.push_back(std::hypot(h[2 * k - 1], h[2 * k]));
   }
 
-  /// One shift of the projector coordinate per pixel and direction. Returns the noise sum it removed.
+  /// Removes one shift of the projector coordinate per pixel and direction. Returns the noise sum it removed.
   double remove_geometry() {
     double freedom = 0.0;
     for (Pixel& pixel : pixels_)
@@ -251,7 +251,7 @@ class GrayBudgetFit {
     return freedom;
   }
 
-  /// Least squares of the predicted noise on the gray level: offset and slope of photon transfer.
+  /// Fits the predicted noise on the gray level: offset and slope of photon transfer.
   void fit_noise_line() {
     double n = 0, x = 0, xx = 0, y = 0, xy = 0;
     for (const Pixel& p : pixels_)

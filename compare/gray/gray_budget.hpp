@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the gray residual after the gain fit is made of: noise, albedo and shading, projector
-// harmonics, geometry, rest (docs/metrics/gray.md, "Gray budget").
+// Splits the gray residual after the gain fit into noise, albedo and shading, projector harmonics, geometry,
+// and a rest (docs/metrics/gray.md, "Gray budget").
 #pragma once
 #include <optional>
 
@@ -10,9 +10,9 @@
 
 namespace fringetwin::compare {
 
-/// On at most 60,000 pixels, evenly spread. nullopt where there are no phase steps or neither side
-/// was decoded. The parts are variances removed one after the other, each corrected for the noise a
-/// per-pixel parameter removes with it, so that they add up to the total.
+/// Returns the budget of at most 60,000 pixels, evenly spread; nullopt where there are no phase steps or
+/// neither side was decoded. The parts are variances removed one after the other, each corrected for the
+/// noise a per-pixel parameter removes with it, so that they add up to the total.
 std::optional<GrayBudget> gray_budget(const GrayPair& pair, const GainFit& fit,
                                       const measure::CameraDecode* real,
                                       const measure::CameraDecode* simulated, const GrayNoise& noise);

@@ -41,7 +41,7 @@ double GrayNoise::variance(double gray_dn) const {
   return sensor_variance_dn2(sensor_, gray_dn) - (radiance_ ? kRoundingVariance : 0.0) + added_;
 }
 
-/// From the first direction that has enough pixels: it is one sensor.
+/// Takes the noise from the first direction that has enough pixels: it is one sensor.
 void GrayNoise::estimate(const GrayPair& pair, const CameraDecode& real, const std::vector<int>& steps,
                          int steps_total) {
   const measure::StepSolver solver(steps, steps_total);

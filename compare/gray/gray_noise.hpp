@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Noise of the real gray values as far as the comparison knows it.
+// Predicts the variance of a real gray value from its level, by the best estimate that a comparison has: the
+// images themselves, the sensor model of the twin, or rounding alone.
 #pragma once
 #include <optional>
 #include <string>
@@ -11,19 +12,19 @@
 
 namespace fringetwin::compare {
 
-/// Gray-value variance against the mean gray level: from the redundancy of the real images' own N steps
-/// wherever N > 3, whatever noise the decode was told; else the twin's sensor model; else rounding.
+/// Holds the gray-value variance over the mean gray level: from the redundancy of the real images' own N
+/// steps wherever N > 3, whatever noise the decode was told; else the twin's sensor model; else rounding.
 class GrayNoise {
  public:
   /// `real`: decode of the real images, may be null. `use_steps`: phase steps compared, empty = all.
   GrayNoise(const GrayPair& pair, const measure::CameraDecode* real, const std::vector<int>& use_steps);
 
-  /// DN^2, rounding of both sides included.
+  /// Returns the variance at this level in DN^2, rounding of both sides included.
   double variance(double gray_dn) const;
-  /// Of that, what rounding to whole gray values leaves.
+  /// Returns the part of it that rounding to whole gray values leaves.
   double rounding_dn2() const;
   const std::string& source() const { return source_; }
-  /// From the images themselves.
+  /// Returns true where the variance was taken from the images themselves.
   bool measured() const { return measured_.has_value(); }
 
  private:

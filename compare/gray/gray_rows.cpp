@@ -8,7 +8,7 @@
 namespace fringetwin::compare {
 namespace {
 
-/// NaN where the value must not be used.
+/// Returns the difference; NaN where the value must not be used.
 float usable_difference(const GrayPair& pair, const GainFit& fit, std::size_t image, std::size_t i) {
   const float unknown = std::numeric_limits<float>::quiet_NaN();
   const Usable& u = fit.usable;

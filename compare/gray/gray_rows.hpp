@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gray-level differences per image after the gain fit.
+// Computes the differences between predicted and real gray values of every image after the gain fit.
 #pragma once
 #include <vector>
 
@@ -8,16 +8,16 @@
 
 namespace fringetwin::compare {
 
-/// One row per compared image: (gain E + black) - DN over the values the gain fit may use.
+/// Returns one row per compared image: (gain E + black) - DN over the values the gain fit may use.
 std::vector<GrayRow> gray_rows(const Twin& twin, const GrayPair& pair, const GainFit& fit);
 
-/// (gain E + black) - DN of one image; NaN where a value is not usable.
+/// Returns (gain E + black) - DN of one image; NaN where a value is not usable.
 ImageF gray_difference(const GrayPair& pair, const GainFit& fit, int image);
 
-/// What the fitted sensor would have recorded: clamp(gain E + black, 0, max), unrounded.
+/// Returns what the fitted sensor would have recorded: clamp(gain E + black, 0, max), unrounded.
 ImageF predicted_gray(const GrayPair& pair, const GainFit& fit, int image);
 
-/// p-th percentile of |value| from a histogram of 4096 bins up to 10 rms (Markov: nothing below 99 %
+/// Returns the percentile of |value| from a histogram of 4096 bins up to 10 rms (Markov: nothing below 99 %
 /// lies beyond), linear within a bin.
 double percentile_of_magnitude(const std::vector<float>& values, double rms, double percent);
 

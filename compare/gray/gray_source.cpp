@@ -12,7 +12,7 @@
 namespace fringetwin::compare {
 namespace {
 
-/// Gray-code images may be longer exposed than the phase steps; only the same exposure compares.
+/// Says whether Gray-code images have the exposure of the phase steps; only the same exposure compares.
 bool same_exposure(const CameraImages& images) {
   return !images.gray_code_exposure || std::abs(*images.gray_code_exposure - 1.0) < 1e-9;
 }

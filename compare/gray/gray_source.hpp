@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which gray values of one camera are compared: images, pixels, and the irradiance they should show.
+// Decides which gray values of one camera are compared: images, pixels, and the simulated irradiance that
+// belongs to each of them.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -36,11 +37,12 @@ struct GrayPair {
 /// Clears the pixels that a decode of that size calls invalid.
 void clear_invalid(const measure::CameraDecode& decode, ImageU8& mask);
 
-/// Sums over blocks of pixels take every second row of images of a megapixel or more: half the time, and
-/// their blocks still hold pixels enough.
+/// Returns the step between the rows that sums over blocks of pixels take: every second row of images of a
+/// megapixel or more: half the time, and their blocks still hold pixels enough.
 inline int row_step(int width, int height) { return width * height >= 1'000'000 ? 2 : 1; }
 
-/// Empty when a side has no images. Warnings say what was left out and why.
+/// Pairs the cameras of the two sides; empty when a side has no images. Warnings say what was left out and
+/// why.
 std::vector<GrayPair> pair_gray(const Twin& twin, const Side& real, const Side& simulated,
                                 const CompareOptions& options, std::vector<std::string>& warnings);
 
@@ -52,9 +54,10 @@ struct Usable {
   double gain_dn = 1.0, black_level_dn = 0.0;  ///< prediction used for the clip test
   double low_dn = 0.0, high_dn = 0.0;
 };
+/// Returns the ranges that keep values away from a clip, for this gain and residual scale.
 Usable clip_test(const GrayPair& pair, double gain_dn, double black_level_dn, double sigma_dn);
 
-/// `v`: value of the irradiance source.
+/// Says whether a gray value enters sums; `v`: value of the irradiance source.
 inline bool is_usable(const Usable& u, double real_dn, double v, double predicted_dn) {
   return real_dn < u.saturation_dn && v > u.sim_low && v < u.sim_high && predicted_dn >= u.low_dn &&
          predicted_dn <= u.high_dn;

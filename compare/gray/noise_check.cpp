@@ -42,8 +42,8 @@ struct Spread {
   }
 };
 
-/// Standard error from the blocks of the image (errors of one place belong together), never below that of
-/// independent values.
+/// Computes the spread. Its standard error comes from the blocks of the image (errors of one place belong
+/// together) and is never below that of independent values.
 Spread spread_of(const std::vector<NoiseSample>& z) {
   Spread out;
   if (z.size() < kFewest) return out;
@@ -141,7 +141,7 @@ ImageF block_map(const std::vector<NoiseSample>& z, const Spread& spread, int wi
   return map;
 }
 
-/// Quantiles at whole tenths of a normal sigma, as far out as five values reach.
+/// Fills the quantiles at whole tenths of a normal sigma, as far out as five values reach.
 void put_quantiles(const std::vector<NoiseSample>& z, const Spread& spread, NoiseRow& row) {
   std::vector<float> values;
   for (const NoiseSample& s : z)
@@ -181,7 +181,8 @@ bool check_gray(const Camera& camera, const std::vector<std::vector<const ImageF
 
 // ---- phase: what differs from its neighbours along the stripe ------------------------------------------
 
-/// Median of |sigma_i e_i|, e normal: what upper_median() gives of values that scatter as predicted.
+/// Returns the median of |sigma_i e_i|, e normal: what upper_median() gives of values that scatter as
+/// predicted.
 double median_of_normals(const std::vector<float>& sigma) {
   double low = 0.0, high = static_cast<double>(*std::max_element(sigma.begin(), sigma.end()));
   const std::size_t stride = 1 + sigma.size() / 20'000;
@@ -195,7 +196,7 @@ double median_of_normals(const std::vector<float>& sigma) {
   return 0.5 * (low + high);
 }
 
-/// Variance of the finest phase that the sensor predicts.
+/// Returns the variance of the finest phase that the sensor predicts.
 ImageF predicted_variance(const Sensor& sensor, const measure::DirectionDecode& d,
                           const measure::StepSolver& solver) {
   const auto finest = static_cast<std::size_t>(d.finest);

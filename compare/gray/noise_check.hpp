@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Is the twin as noisy as the rig? The redundancy of the real phase steps against the twin's sensor model.
+// Tells whether the twin is as noisy as the rig: takes the redundancy of the real phase steps and holds it
+// against the noise that the twin's sensor model predicts.
 #pragma once
 #include <optional>
 #include <vector>
@@ -10,11 +11,12 @@
 
 namespace fringetwin::compare {
 
-/// Variance of a gray value of this level: the sensor's model and the rounding to whole values.
+/// Returns the variance of a gray value of this level: the sensor's model and the rounding to whole values.
 double sensor_variance_dn2(const Sensor& sensor, double dn);
 
-/// One camera: `real` are its images in sequence order, `decode` what `used_steps` (empty = all) of them
-/// gave. Nothing for a direction with fewer than four steps, of irradiance images, or with too few values.
+/// Returns one row per direction of a camera: `real` are its images in sequence order, `decode` what
+/// `used_steps` (empty = all) of them gave. Nothing for a direction with fewer than four steps, of irradiance
+/// images, or with too few values.
 std::vector<NoiseRow> noise_rows(const Camera& camera, const Fringes& fringes, const CameraImages& real,
                                  const measure::CameraDecode& decode, const std::vector<int>& used_steps);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plain table of the page: one line per row of a table of the result, one column per field that has one.
+// Makes a plain table of the page: one line per row of a table of the result, one column per field that has
+// one.
 #pragma once
 #include <vector>
 

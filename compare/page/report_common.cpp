@@ -24,8 +24,8 @@ std::size_t valid_in_row(const ImageU8& mask, int row) {
   return static_cast<std::size_t>(std::count(first, first + mask.width, static_cast<unsigned char>(1)));
 }
 
-/// First and last index without the outer 0.3 % of the counts on each side: stray pixels far from the
-/// part must not shrink it on the page.
+/// Returns the first and last index without the outer 0.3 % of the counts on each side: stray pixels far from
+/// the part must not shrink it on the page.
 std::optional<std::pair<int, int>> middle_of(const std::vector<std::size_t>& counts) {
   std::size_t total = 0;
   for (std::size_t c : counts) total += c;

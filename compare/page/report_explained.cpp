@@ -31,7 +31,7 @@ std::string rms_text(double variance, const std::string& unit) {
   return unit == "mm" ? number(1000.0 * rms, 3) + " µm" : number(rms, 3) + " " + unit;
 }
 
-/// Expected variance as bars, one line each, the observed one above them.
+/// Draws the expected variance as bars, one line each, the observed one above them.
 std::string bars_html(const ExplainedRow& row) {
   const double scale = 100.0 / std::max(row.expected(), row.observed);
   const auto bar = [&](const std::string& name, double variance, const char* css) {

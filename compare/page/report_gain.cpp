@@ -22,7 +22,7 @@ struct GrayOverE {
   double e, dn;
 };
 
-/// Usable gray values of all gain images, of up to about 200,000 pixels.
+/// Collects the usable gray values of all gain images, of up to about 200,000 pixels.
 std::vector<GrayOverE> gray_over_e(const GrayPair& pair, const GainFit& fit) {
   std::vector<GrayOverE> out;
   const std::size_t stride = 1 + pair.mask.size() / 200'000;
@@ -37,7 +37,7 @@ std::vector<GrayOverE> gray_over_e(const GrayPair& pair, const GainFit& fit) {
   return out;
 }
 
-/// Band and medians of one quantity over E.
+/// The band and the medians of one quantity over E.
 struct BinSeries {
   Series band, median;
   BinSeries(const std::string& what, const std::string& color) {

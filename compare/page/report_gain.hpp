@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gain as a picture: real gray values over simulated irradiance.
+// Draws the gain: real gray values over simulated irradiance, with the fitted line.
 #pragma once
 #include <vector>
 
@@ -8,8 +8,8 @@
 
 namespace fringetwin::compare {
 
-/// Median and 5 ... 95 % band of the real gray values in bins of E with the fitted line, and below it the
-/// same of simulated - real. Empty when there is nothing to draw.
+/// Draws median and 5 ... 95 % band of the real gray values in bins of E with the fitted line, and below it
+/// the same of simulated - real. Empty when there is nothing to draw.
 std::vector<report::Plot> gain_plots(const GrayPair& pair, const GainFit& fit);
 
 }  // namespace fringetwin::compare

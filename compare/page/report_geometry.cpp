@@ -48,7 +48,7 @@ std::vector<float> in_um(const ObjectFit& fit) {
   return um;
 }
 
-/// Deviation at each point's source pixel of the first camera.
+/// Returns the deviation at each point's source pixel of the first camera.
 ImageF deviation_image(const Deviations& d, int width, int height) {
   ImageF image(width, height, std::numeric_limits<float>::quiet_NaN());
   for (std::size_t i = 0; i < d.fit->index.size(); ++i) {

@@ -21,7 +21,8 @@ using report::Plot;
 using report::Scale;
 using report::Series;
 
-/// The image shown: finest pitch of the first direction, first compared step; else the first image.
+/// Returns the index of the image shown: finest pitch of the first direction, first compared step; else the
+/// first image.
 int shown_image(const Twin& twin, const std::vector<int>& candidates) {
   const std::vector<PatternSpec> patterns = expand_sequence(twin.fringes);
   const int finest = twin.fringes.directions.front().finest();
@@ -55,7 +56,7 @@ Plot row_plot(const std::string& y_label, int height_px, std::vector<Series> ser
   return plot;
 }
 
-/// The whole row, its difference, and the middle of it enlarged with what it was before the gain fit.
+/// Draws the whole row, its difference, and the middle of it enlarged with what it was before the gain fit.
 std::vector<Plot> profile_plots(const ImageF& real, const ImageF& before, const ImageF& predicted,
                                 const ImageF& difference, int row, std::pair<int, int> extent) {
   const int margin = 12;
@@ -83,7 +84,7 @@ std::vector<Plot> profile_plots(const ImageF& real, const ImageF& before, const 
   return {whole, residual, zoom};
 }
 
-/// What the twin's own sensor makes of it, before any fit; empty where the real side is irradiance.
+/// Returns what the twin's own sensor makes of it, before any fit; empty where the real side is irradiance.
 ImageF gray_before_fit(const GrayPair& pair, const GainFit& fit, int image) {
   if (pair.real->radiance) return {};
   if (pair.simulated && !pair.simulated->radiance)

@@ -16,7 +16,7 @@ namespace {
 using report::Align;
 using report::Page;
 
-/// "0.50 µm rms (all points 0.61 µm)"
+/// Returns "0.50 µm rms (all points 0.61 µm)".
 std::string residual_text(const measure::ObjectFit& fit) {
   std::string text = fmt::format("{} µm rms", report::fixed(1000.0 * fit.numbers.at("rms_mm"), 2));
   if (const auto all = fit.numbers.find("rms_all_mm"); all != fit.numbers.end())
@@ -24,7 +24,7 @@ std::string residual_text(const measure::ObjectFit& fit) {
   return text;
 }
 
-/// The numbers a reader looks for first.
+/// Tabulates the numbers a reader looks for first.
 std::string glance_html(const Comparison& c) {
   report::Table table;
   table.columns = {{"at a glance", "", Align::left}, {"value", ""}, {"n", ""}};

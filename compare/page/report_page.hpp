@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The comparison as one HTML page and the maps beside it.
+// Writes a comparison as one HTML page with its maps as image files beside it.
 #pragma once
 #include <filesystem>
 #include <map>

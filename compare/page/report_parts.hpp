@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of the comparison page; internal to compare/.
+// Declares the parts of the comparison page, each a piece of HTML; only files of compare/page include it.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -14,6 +14,7 @@
 
 namespace fringetwin::compare {
 
+/// Everything that a part of the page may show.
 struct ReportInput {
   const std::filesystem::path& dir;
   const Twin& twin;
@@ -44,7 +45,7 @@ std::string explained_html(const Comparison& c);
 std::string causes_html(const Comparison& c);
 std::string refinement_html(const Comparison& c);
 
-/// "5 076 of 5 317": points used, of those within the gate.
+/// Returns "5 076 of 5 317": points used, of those within the gate.
 std::string points_text(const std::optional<measure::ObjectFit>& fit);
 
 // report_gray.cpp, report_phase.cpp, report_geometry.cpp: figures; they also write the maps as files
@@ -60,16 +61,16 @@ struct Window {
   int x0 = 0, y0 = 0, width = 0, height = 0;
   std::string text() const;  ///< "pixels x 100…300, y 50…240"
 };
-/// Bounding box of the non-zero pixels (without the outer 0.3 % on each side) plus a margin; the whole
-/// image when there are none.
+/// Returns the bounding box of the non-zero pixels (without the outer 0.3 % on each side) plus a margin; the
+/// whole image when there are none.
 Window data_window(const ImageU8& mask);
 ImageF crop(const ImageF& image, const Window& window);
 
-/// Each value as k x k pixels: a map of blocks at its size in the image.
+/// Returns each value as k x k pixels: a map of blocks at its size in the image.
 ImageF enlarged_blocks(const ImageF& blocks, int k);
-/// 1 where the camera's decode (of whichever sides were decoded) is valid.
+/// Returns 1 where the camera's decode (of whichever sides were decoded) is valid.
 ImageU8 valid_mask(const ReportInput& in, std::size_t camera);
-/// The image row of the profiles: through the first object's centre where that is on the part, else
+/// Returns the image row of the profiles: through the first object's centre where that is on the part, else
 /// the row with the most valid pixels.
 int profile_row(const ReportInput& in, std::size_t camera, const ImageU8& mask);
 /// One row of an image as plot coordinates, NaN included.
@@ -77,12 +78,12 @@ struct RowData {
   std::vector<double> x_px, value;
 };
 RowData row_data(const ImageF& image, int row, int first, int last);
-/// First and last non-zero pixel of a row.
+/// Returns the first and last non-zero pixel of a row.
 std::pair<int, int> row_extent(const ImageU8& mask, int row);
 
-/// Index of the camera of that name, which the twin has.
+/// Returns the index of the camera of that name, which the twin has.
 std::size_t camera_index(const ReportInput& in, const std::string& name);
-/// "<h3>Camera “left”</h3>"
+/// Returns "<h3>Camera “left”</h3>".
 std::string camera_heading(const std::string& name);
 
 report::Figure figure(const ReportInput& in, std::string body, std::string caption, std::string formula);

@@ -20,7 +20,7 @@ using report::number;
 using report::signed_fixed;
 using report::Table;
 
-/// One scalar of one side with its standard error.
+/// A scalar of one side with its standard error.
 struct Entry {
   double value = kUnknown, sigma = kUnknown;
 };
@@ -45,7 +45,7 @@ std::string entry_text(const Entry& e, const std::string& unit) {
   return fixed(e.value, unit == "mm" ? 4 : 6);
 }
 
-/// "center_mm" -> "center", "mm".
+/// Splits a key into name and unit: "center_mm" -> "center", "mm".
 std::pair<std::string, std::string> split_unit(const std::string& key) {
   if (const Field* field = find_field(fit_fields(), key); field && field->column)
     return {field->column->header, field->column->unit};
@@ -60,7 +60,7 @@ std::string difference_text(double difference, const std::string& unit) {
   return signed_fixed(difference, unit == "mm" && std::abs(difference) >= 1e-3 ? 4 : 6);
 }
 
-/// Of a number (component < 0) or of a vector's component; NaN where there is none.
+/// Returns a number (component < 0) or the component of a vector; NaN where there is none.
 double value_of(const std::map<std::string, double>& numbers,
                 const std::map<std::string, Eigen::Vector3d>& vectors, const std::string& key,
                 int component) {
@@ -88,7 +88,7 @@ void add_fit_row(Table& table, const FitRow& row, const std::string& key, int co
   table.add_row(std::move(cells));
 }
 
-/// Keys of both sides, sigmas left out, sizes before the residual.
+/// Returns the keys of both sides, sigmas left out, sizes before the residual.
 std::vector<std::string> number_keys(const FitRow& row) {
   std::vector<std::string> keys;
   bool rms = false;

@@ -98,7 +98,8 @@ class PhaseBudgetFit {
   }
 
  private:
-  /// Least squares on the first `used` functions; by how much they lower the sum of squares.
+  /// Solves least squares on the first `used` functions and returns by how much they lower the sum of
+  /// squares.
   double solve(const RippleSums& sums, int used) {
     Eigen::MatrixXd normal = sums.normal.topLeftCorner(used, used);
     // a trace of damping: a part narrower than one ripple cannot tell it from a constant
@@ -155,7 +156,8 @@ class PhaseBudgetFit {
     return sums;
   }
 
-  /// Sum over blocks of n_b (mean of what the ripple leaves)^2, less what noise alone puts into a mean.
+  /// Returns the sum over blocks of n_b (mean of what the ripple leaves)^2, less what noise alone puts into a
+  /// mean.
   double low_frequency() const {
     const int across = (difference_.width + kBlock - 1) / kBlock,
               down = (difference_.height + kBlock - 1) / kBlock;

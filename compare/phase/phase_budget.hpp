@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the phase difference is made of: projector harmonics, noise, and what varies slowly or fast besides
-// (docs/metrics/phase.md, "Phase budget").
+// Splits the phase difference of the two sides into projector harmonics, noise, and what varies slowly or
+// fast besides (docs/metrics/phase.md, "Phase budget").
 #pragma once
 #include <optional>
 #include <vector>
@@ -11,11 +11,11 @@
 
 namespace fringetwin::compare {
 
-/// Order of the phase ripple that harmonics leave in these steps of N: their number when they are equally
-/// spaced over the period (harmonics that many steps apart +-1 alias onto the fundamental), else 1.
+/// Returns the order of the phase ripple that harmonics leave in these steps of N: their number when they are
+/// equally spaced over the period (harmonics that many steps apart +-1 alias onto the fundamental), else 1.
 int alias_order(const std::vector<int>& steps, int steps_total);
 
-/// Split of the difference of one camera and direction. `use_steps`: phase steps both sides were measured
+/// Splits the difference of one camera and direction. `use_steps`: phase steps both sides were measured
 /// with, empty = all. nullopt without phase steps or with fewer than 1000 common pixels.
 std::optional<PhaseBudget> phase_budget(const Twin& twin, const measure::DirectionDecode& real,
                                         const measure::DirectionDecode& simulated,

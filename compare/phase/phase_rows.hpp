@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Differences of the absolute phase, simulated - real, at the finest pitch.
+// Computes the differences of the absolute phase at the finest pitch, simulated - real, as rows of numbers
+// and as images.
 #pragma once
 #include <vector>
 
@@ -9,15 +10,15 @@
 
 namespace fringetwin::compare {
 
-/// One row per camera and direction that both sides decoded.
+/// Returns one row per camera and direction that both sides decoded.
 std::vector<PhaseRow> phase_rows(const Twin& twin, const measure::Measurement& real,
                                  const measure::Measurement& simulated);
 
-/// 2 pi (x_sim - x_real) / pitch of one camera and direction (indices into both measurements' common
+/// Returns 2 pi (x_sim - x_real) / pitch of one camera and direction (indices into both measurements' common
 /// directions); NaN where one side is invalid or the fringe orders disagree (|difference| > pi).
 ImageF phase_difference(const measure::DirectionDecode& real, const measure::DirectionDecode& simulated);
 
-/// 2 pi (x - origin) / pitch at the finest pitch.
+/// Returns 2 pi (x - origin) / pitch at the finest pitch.
 ImageF absolute_phase(const Twin& twin, const measure::DirectionDecode& decode);
 
 }  // namespace fringetwin::compare

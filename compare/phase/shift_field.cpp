@@ -86,7 +86,7 @@ class ShiftField {
     return true;
   }
 
-  /// What is left of residual and gradient once the part along the pixel's own brightness is gone.
+  /// Returns what is left of residual and gradient once the part along the pixel's own brightness is gone.
   PixelSums pixel(int x, int y) const {
     PixelSums out;
     const std::size_t i = pair_.mask.index(x, y), down = static_cast<std::size_t>(pair_.width());
@@ -116,7 +116,7 @@ class ShiftField {
     return out;
   }
 
-  /// The shift at which chi2 is least; along fringes of one direction nothing is known and 0 stands.
+  /// Returns the shift at which chi2 is least; along fringes of one direction nothing is known and 0 stands.
   static BlockShift solve(const std::vector<PixelSums>& pixels) {
     PixelSums all;
     for (const PixelSums& p : pixels) all.h += p.h, all.b += p.b, all.c += p.c, all.freedom += p.freedom;

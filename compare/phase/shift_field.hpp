@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// By how much the simulated image would have to move to lie on the real one, block by block: a diagnosis of
-// the calibration (docs/metrics/phase.md, "Shift field").
+// Computes by how much the simulated image would have to move to lie on the real one, block by block: a
+// diagnosis of the calibration (docs/metrics/phase.md, "Shift field").
 #pragma once
 #include <optional>
 
@@ -16,12 +16,13 @@ struct NoiseLine {
     return v > least_dn2 ? v : least_dn2;
   }
 };
-/// Of the gray budget where there is one, else of the twin's sensor; of irradiance the scatter of the gain
-/// fit.
+/// Returns the noise line of the gray budget where there is one, else of the twin's sensor; of irradiance the
+/// scatter of the gain fit.
 NoiseLine noise_line(const GrayPair& pair, const GainFit& fit, const std::optional<GrayBudget>& budget);
 
-/// Least squares of the gray residual of all phase steps on the image gradients. Each pixel's own brightness
-/// is taken out first, so albedo and shading neither make a shift nor show one: only the fringes do.
+/// Fits the shifts by least squares of the gray residual of all phase steps on the image gradients. Each
+/// pixel's own brightness is taken out first, so albedo and shading neither make a shift nor show one: only
+/// the fringes do.
 ShiftRow shift_field(const GrayPair& pair, const GainFit& fit, const NoiseLine& noise);
 
 }  // namespace fringetwin::compare

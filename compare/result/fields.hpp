@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one description of every number of a result: its key, unit, meaning, where it stands in its row, which
-// number is its standard error, how the page prints it, and whether a twin may limit it. From it follow
-// result.json, its schema, `diff`, the limits and the plain tables of the page.
+// Describes every number of a result once: its key, unit, meaning, where it stands in its row, which number
+// is its standard error, how the page prints it, and whether a twin may limit it. From it follow result.json,
+// its schema, `diff`, the limits and the plain tables of the page.
 #pragma once
 #include <functional>
 #include <limits>

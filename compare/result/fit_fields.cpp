@@ -6,7 +6,7 @@
 namespace fringetwin::compare {
 namespace {
 
-/// A number of a fit is found by its key: measure::ObjectFit and FitRow hold maps.
+/// Adds a field that is found by its key alone: measure::ObjectFit and FitRow hold maps.
 Field& add(std::vector<Field>& all, const std::string& key, const std::string& unit,
            const std::string& meaning, Kind kind) {
   Field f;

@@ -16,7 +16,7 @@ Json vector(const Eigen::Vector3d& v) {
   return Json::array({json_number(v[0]), json_number(v[1]), json_number(v[2])});
 }
 
-/// Every fit of a kind has the same keys; what is unknown is null.
+/// Returns the keys that every fit of a kind has, with null for each.
 Json fit_template(const std::string& kind) {
   Json fit = Json::object();
   for (const std::string& key : keys_of_fit(kind)) fit[key] = nullptr;

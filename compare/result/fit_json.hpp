@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fits of result.json, whose numbers stand in maps: one fit, and the row of one object with both sides.
+// Writes the fits of result.json, whose numbers stand in maps: one fit, and the row of one object with both
+// sides.
 #pragma once
 #include <optional>
 

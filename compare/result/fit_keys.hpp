@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the keys of a fit's numbers say by their spelling: which is a standard error, which is a count, and
-// how the two sides of a kind of fit were aligned.
+// Tells from the spelling of a fit's keys which is a standard error and which is a count, which keys a kind
+// of fit has, and how its two sides were aligned.
 #pragma once
 #include <string>
 #include <vector>

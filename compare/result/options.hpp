@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a comparison is told besides the twin and the two sides: the phase steps to use, how the simulated
-// images were rendered, and what came before it.
+// Holds what a comparison is told besides the twin and the two sides: the phase steps to use, how the
+// simulated images were rendered, and what came before it.
 #pragma once
 #include <cstdint>
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a result comes from: enough to make it again.
+// Says where a result comes from: command, version, input files, renderer and seed, enough to make it again.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -23,6 +23,7 @@ struct RenderNote {
   std::string text() const;  ///< "adaptive, 2.7 rays per pixel, error estimated ..."
 };
 
+/// What a result says of the run that made it.
 struct Provenance {
   std::vector<std::string> argv;  ///< the command as typed
   std::string version;
@@ -32,8 +33,8 @@ struct Provenance {
   std::uint64_t seed = 0;
 };
 
-/// Path as given -> SHA-256 (twin/base/sha256.hpp), each file once. Throws UserError(input) when one cannot
-/// be read.
+/// Returns path as given -> SHA-256 (twin/base/sha256.hpp), each file once. Throws UserError(input) when one
+/// cannot be read.
 std::map<std::string, std::string> sha256_of_files(const std::vector<std::filesystem::path>& files);
 
 }  // namespace fringetwin::compare

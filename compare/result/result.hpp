@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything that one comparison of a real with a simulated side found, table by table.
+// Holds everything that one comparison of a real with a simulated side found, table by table.
 #pragma once
 #include <optional>
 #include <string>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// result.json, schema "fringetwin-result/1" (docs/formats/results.md, docs/result.schema.json).
+// Writes a comparison or a measurement as the text of result.json, schema "fringetwin-result/1"
+// (docs/formats/results.md, docs/result.schema.json).
 #pragma once
 #include <map>
 #include <string>
@@ -11,11 +12,13 @@
 
 namespace fringetwin::compare {
 
-/// Plain numbers in the unit their key names, null where unknown or not finite.
+/// Returns the text of a comparison: plain numbers in the unit their key names, null where unknown or not
+/// finite.
 std::string comparison_json(const Twin& twin, const Comparison& comparison, const Provenance& provenance,
                             const std::map<std::string, double>& timing_s);
 
-/// As above with fits[].measured and, besides the contract, decode and triangulation counts.
+/// Returns the same of a measurement, with fits[].measured and, besides the contract, decode and
+/// triangulation counts.
 std::string measurement_json(const Twin& twin, const measure::Measurement& measurement,
                              const Provenance& provenance, const std::map<std::string, double>& timing_s);
 

@@ -148,7 +148,7 @@ Json row_schema(const std::vector<Field>& all) {
           {"properties", properties}};
 }
 
-/// Indented, but what fits stays on one line.
+/// Writes JSON indented, but what fits on one line stays there.
 std::string text_of(const Json& json, std::size_t indent) {
   const std::string line = json.dump();
   if (!json.is_structured() || indent + line.size() <= kLine) return line;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// docs/result.schema.json, made from the fields of every table.
+// Makes the JSON schema of result.json (docs/result.schema.json) from the fields of every table.
 #pragma once
 #include <string>
 

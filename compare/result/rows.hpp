@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rows of every table of a comparison as plain values, before they become JSON or a page. Every formula
-// is in docs/METRICS.md. A number that is unknown is NaN; differences are simulated - real.
+// Holds the rows of every table of a comparison as plain values, before they become JSON or a page. Every
+// formula is in docs/METRICS.md. A number that is unknown is NaN; differences are simulated - real.
 #pragma once
 #include <Eigen/Core>
 #include <cmath>

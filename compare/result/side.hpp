@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One of the two sides of a comparison, the real or the simulated one: its images, what was measured from
-// them, and the irradiance where that is known.
+// Holds one of the two sides of a comparison, the real or the simulated one: its images, what was measured
+// from them, and the irradiance where that is known.
 #pragma once
 #include <cstddef>
 #include <optional>

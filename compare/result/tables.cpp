@@ -9,13 +9,13 @@ namespace {
 using measure::Measurement;
 using report::Json;
 
-/// A table whose rows are a member of Comparison.
+/// Makes a table whose rows are a member of Comparison.
 template <class Row>
 Table rows_of(const char* key, std::vector<Row> Comparison::*rows) {
   return {key, true, &fields<Row>, [rows](const Comparison& c) { return rows_json(c.*rows); }, nullptr};
 }
 
-/// The same, which a measurement writes without rows.
+/// Makes the same, which a measurement writes without rows.
 template <class Row>
 Table rows_or_none(const char* key, std::vector<Row> Comparison::*rows) {
   Table table = rows_of(key, rows);

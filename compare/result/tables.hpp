@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of a result in the order of result.json, each with the fields of its rows and with the rows that
-// a comparison or a measurement puts into it.
+// Lists the tables of a result in the order of result.json, each with the fields of its rows and with the
+// rows that a comparison or a measurement puts into it.
 #pragma once
 #include <functional>
 #include <string>

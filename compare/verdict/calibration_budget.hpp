@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the covariance of the calibration leaves uncertain in gray values, phase and fits: the rig is changed
-// along each of its principal directions, rendered, and measured with the nominal twin
+// Computes what the covariance of the calibration leaves uncertain in gray values, phase and fits: the rig is
+// changed along each of its principal directions, rendered, and measured with the nominal twin
 // (docs/metrics/verdict.md, "Calibration in the budget").
 #pragma once
 #include <Eigen/Core>
@@ -16,6 +16,7 @@
 
 namespace fringetwin::compare {
 
+/// Variances that the calibration's covariance makes.
 struct CalibrationBudget {
   /// Per camera and pixel: variance of the irradiance, mean over the phase steps.
   std::vector<ImageF> irradiance;

@@ -27,7 +27,7 @@ constexpr std::array<const char*, 16> kLens = {"fx", "fy", "cx", "cy", "k1", "k2
                                                "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"};
 constexpr std::array<const char*, 6> kPose = {"r1", "r2", "r3", "t1", "t2", "t3"};
 
-/// What "left.fx" changes.
+/// The place in a twin that a parameter like "left.fx" changes.
 struct Target {
   std::size_t device = 0;  ///< camera; their number: the projector
   bool is_pose = false;
@@ -114,7 +114,7 @@ Eigen::MatrixXd read_matrix(const CalibrationCovariance& c, const Json& rows) {
   return m;
 }
 
-/// Divided by the parameters' own sigmas; zero where one has none.
+/// Returns one over each parameter's own sigma; zero where it has none.
 Eigen::VectorXd inverse_sigmas(const Eigen::MatrixXd& m) {
   return m.diagonal().unaryExpr([](double v) { return v > 0.0 ? 1.0 / std::sqrt(v) : 0.0; });
 }

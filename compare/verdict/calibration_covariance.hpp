@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The covariance of a calibration (calibration.json) and what a change of its parameters makes of a twin.
+// Reads the covariance of a calibration (calibration.json) and changes a twin by a change of its parameters.
 #pragma once
 #include <Eigen/Core>
 #include <filesystem>
@@ -10,6 +10,7 @@
 
 namespace fringetwin::compare {
 
+/// A covariance with the names of its parameters.
 struct CalibrationCovariance {
   std::filesystem::path file;
   std::vector<std::string> parameters;  ///< "left.fx" ... "right.r1" ... "right.t3"; px, rad, mm
@@ -20,13 +21,13 @@ struct CalibrationCovariance {
 /// what cannot be read, is no covariance, or is one of another rig.
 CalibrationCovariance read_calibration_covariance(const Twin& twin);
 
-/// The twin with these changes (order of `parameters`) added to its lenses and to rt_device_ref of its
-/// devices; the reference is the first camera.
+/// Returns the twin with these changes (order of `parameters`) added to its lenses and to rt_device_ref of
+/// its devices; the reference is the first camera.
 Twin with_rig_change(const Twin& twin, const CalibrationCovariance& covariance,
                      const Eigen::VectorXd& change);
 
-/// Columns c_i with sum c_i c_i^T = the covariance: its principal directions, one standard uncertainty long,
-/// after every parameter was divided by its own.
+/// Returns columns c_i with sum c_i c_i^T = the covariance: its principal directions, one standard
+/// uncertainty long, after every parameter was divided by its own.
 Eigen::MatrixXd one_sigma_changes(const CalibrationCovariance& covariance);
 
 }  // namespace fringetwin::compare

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kMostSigmas = 3.0;
 
-/// 0 where a key is unknown.
+/// Returns the value of a key; 0 where it is unknown.
 double value_of(const std::map<std::string, double>& values, const std::string& key) {
   const auto at = values.find(key);
   return at == values.end() ? 0.0 : at->second;
@@ -42,7 +42,7 @@ class GeometryExplanation {
     row_.chi2_limit = kMostSigmas * kMostSigmas;
   }
 
-  /// Without any n where the fit has no z.
+  /// Returns a row without any n where the fit has no z.
   ExplainedRow run() {
     if (!fit_.simulated || !fit_.real) return row_;
     add_numbers(fit_.z, fit_.real->numbers, false);
@@ -92,7 +92,7 @@ class GeometryExplanation {
     add_tilt(number);
   }
 
-  /// What z holds besides: the tilt of planes over the way between their centroids.
+  /// Adds the line of what z holds besides: the tilt of planes over the way between their centroids.
   void add_tilt(const Number& number) {
     if (number.difference == 0.0) return;
     const double all = std::pow(number.difference / number.z, 2);

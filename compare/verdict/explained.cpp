@@ -24,8 +24,9 @@ constexpr std::uint64_t kFewestJudged = 200;
 
 double limit_for(double n) { return 1.0 + kCoverage * std::sqrt(2.0 / n + kNoiseKnownTo * kNoiseKnownTo); }
 
-/// Shares: of the expected chi2 that the calibration makes. Its error is one draw for all of the image, not
-/// an average over many, so `kCoverage` standard uncertainties of it must pass.
+/// Sets the limits and the verdict of a row. The shares are those of the expected chi2 that the calibration
+/// makes: its error is one draw for all of the image, not an average over many, so `kCoverage` standard
+/// uncertainties of it must pass.
 void judge(ExplainedRow& row, double calibration_share, double regional_share) {
   constexpr double kMore = kCoverage * kCoverage - 1.0;
   row.chi2_limit =
@@ -62,7 +63,7 @@ struct Sums {
   std::uint64_t n = 0, n_regions = 0;
 };
 
-/// `block(x0, y0, x1, y1)` -> Sums, in parallel, added up in order.
+/// Calls `block(x0, y0, x1, y1)` -> Sums for every block, in parallel, added up in order.
 template <class Block>
 Sums sum_blocks(int width, int height, ImageF& regions, Block block) {
   const int across = (width + kRegion - 1) / kRegion, down = (height + kRegion - 1) / kRegion;
@@ -94,12 +95,12 @@ void add_region(const BlockSum& block, double shared, Sums& out) {
   ++out.n_regions;
 }
 
-/// Mean share per region; 0 without regions.
+/// Returns the mean share per region; 0 without regions.
 double regional_share(const Sums& s) {
   return s.n_regions > 0 ? s.regional_share / static_cast<double>(s.n_regions) : 0.0;
 }
 
-/// What single values and regions show; `s.n` > 0.
+/// Writes what single values and regions show into the row; `s.n` > 0.
 void take_sums(const Sums& s, ExplainedRow& row) {
   const auto n = static_cast<double>(s.n);
   row.n = s.n;

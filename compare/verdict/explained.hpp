@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Verdicts against the stated uncertainty budget: is a difference no larger than noise, quantisation,
-// rendering and fit allow? (docs/metrics/verdict.md, "Explained")
+// Judges whether a difference is no larger than the stated uncertainties allow: noise, quantisation,
+// rendering, fit and calibration (docs/metrics/verdict.md, "Explained").
 #pragma once
 #include <optional>
 #include <vector>
@@ -18,25 +18,27 @@ struct RenderingError {
   double gray_dn = 0.0, phase_rad = 0.0;
   bool estimated = false;
 };
-/// The renderer states the gray error of the twin's sensor; `gain_dn`: of the gain that was fitted.
+/// Returns what the notes say of one camera. The renderer states the gray error of the twin's sensor;
+/// `gain_dn`: of the gain that was fitted.
 RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes, double gain_dn);
 
-/// `calibration` below: of a camera or direction of CalibrationBudget; null: not in the budget.
+/// In the functions below `calibration` is that of a camera or direction of CalibrationBudget; null: not in
+/// the budget.
 
-/// Gray values of the interior pixels after the gain fit. `simulated`: its phases tell level, contrast and
-/// shift of the fringe apart; null: levels only.
+/// Judges the gray values of the interior pixels after the gain fit. `simulated`: its phases tell level,
+/// contrast and shift of the fringe apart; null: levels only.
 std::optional<ExplainedRow> explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
                                          const ImageU8& interior, const measure::CameraDecode* simulated,
                                          const RenderingError& rendering,
                                          const ImageF* calibration = nullptr);
 
-/// Phase difference of one direction over the interior pixels.
+/// Judges the phase difference of one direction over the interior pixels.
 std::optional<ExplainedRow> explain_phase(const std::string& camera, const measure::DirectionDecode& real,
                                           const measure::DirectionDecode& simulated, const ImageU8& interior,
                                           const RenderingError& rendering,
                                           const ImageF* calibration = nullptr);
 
-/// One row per fitted object that has a z.
+/// Returns one row per fitted object that has a z.
 std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits,
                                            const CalibrationBudget* calibration = nullptr);
 

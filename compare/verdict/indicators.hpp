@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Form, size, flatness and spacing of the fitted objects, in the manner of VDI/VDE 2634 part 2
+// Computes form, size, flatness and spacing of the fitted objects, in the manner of VDI/VDE 2634 part 2
 // (docs/metrics/geometry.md, "Indicators").
 #pragma once
 #include <vector>
@@ -9,15 +9,16 @@
 
 namespace fringetwin::compare {
 
+/// How far deviations from a fitted surface spread.
 struct Ranges {
   double all_mm = kUnknown;  ///< largest less smallest
   double p95_mm = kUnknown;  ///< shortest interval that holds 95 % of the values
 };
-/// Unknown without values.
+/// Returns the ranges of these deviations; unknown without values.
 Ranges deviation_ranges(const std::vector<float>& deviation_mm);
 
-/// Of the fits of both sides, in their order, spacings last. What neither side has is left out; nominal sizes
-/// and places are those of the twin's objects.
+/// Returns the indicators of the fits of both sides, in their order, spacings last. What neither side has is
+/// left out; nominal sizes and places are those of the twin's objects.
 std::vector<Indicator> indicators(const Twin& twin, const std::vector<FitRow>& fits);
 
 }  // namespace fringetwin::compare

@@ -36,7 +36,7 @@ class Worst {
   double value_ = kUnknown;
 };
 
-/// How far a value is from what it should be; the worst one is what a limit is held against.
+/// Returns how far a value is from what it should be; the worst one is what a limit is held against.
 double judged(const Limit& limit, double value) {
   return limit.worst == Limit::Worst::farthest_from_one ? std::abs(value - 1.0) : value;
 }
@@ -57,7 +57,7 @@ bool is_number_of(const std::string& kind, const std::string& key) {
   return std::find(keys.begin(), keys.end(), key) != keys.end();
 }
 
-/// The size of a fit's difference; a fit whose kind has that number must have its difference.
+/// Adds the size of a fit's difference; a fit whose kind has that number must have its difference.
 void add_difference(const FitRow& row, const std::string& key, Worst& worst) {
   if (const auto at = row.difference_vectors.find(key); at != row.difference_vectors.end())
     worst.add(at->second.cwiseAbs().maxCoeff());
@@ -67,7 +67,7 @@ void add_difference(const FitRow& row, const std::string& key, Worst& worst) {
     worst.add(kUnknown);
 }
 
-/// A number of the simulated fit itself.
+/// Adds a number of the simulated fit itself.
 void add_simulated(const FitRow& row, const std::string& key, Worst& worst) {
   const bool known = row.simulated && row.simulated->usable && row.simulated->numbers.contains(key);
   worst.add(known ? row.simulated->numbers.at(key) : kUnknown);
@@ -94,7 +94,7 @@ void collect(const std::vector<Field>& fields, std::map<std::string, Limit>& out
     if (field.limit) out.emplace(field.limit->name, *field.limit);
 }
 
-/// File and line of a limit; the file alone where the limit was put into the twin by other means.
+/// Returns file and line of a limit; the file alone where the limit was put into the twin by other means.
 std::string place_of(const Twin& twin, const std::string& name) {
   if (!std::filesystem::is_regular_file(twin.file)) return twin.file.string();
   const auto table = TomlTable::parse_file(twin.file, ExitCode::usage).table("limits");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The acceptance limits of a twin: their names follow from the fields of the tables that carry a limit, and a
-// comparison is held against them row by row.
+// Holds a comparison against the acceptance limits of a twin. The names of the limits follow from the fields
+// of the tables that carry one.
 #pragma once
 #include <map>
 #include <string>
