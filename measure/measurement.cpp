@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 
 #include "measure/decode/mixed_pixels.hpp"
@@ -12,24 +11,12 @@
 #include "measure/decode/unwrap.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/stopwatch.hpp"
 
 namespace fringetwin::measure {
 namespace {
 
 constexpr double kFewBelowBlack = 0.01;  ///< share of the decoded pixels that may lie below the black level
-
-class Stopwatch {
- public:
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double s = std::chrono::duration<double>(now - start_).count();
-    start_ = now;
-    return s;
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 /// Shot noise is taken from the gray value above black: says so where there is none.
 void warn_of_black_level(const Camera& camera, const CameraDecode& decode,
@@ -106,14 +93,14 @@ Measurement measure(const Twin& twin, const std::vector<CameraImages>& images,
     throw UserError(ExitCode::input, twin.file.string(),
                     "the twin has " + std::to_string(twin.cameras.size()) + " cameras, the captures " +
                         std::to_string(images.size()));
-  Stopwatch watch;
+  const Stopwatch watch;
   std::vector<CameraDecode> cameras;
   for (std::size_t i = 0; i < images.size(); ++i) {
     throw_if_cancelled();
     cameras.push_back(
         decode(images[i], twin.fringes, decode_options(twin, twin.cameras[i], images[i], use_steps)));
   }
-  const double decode_s = watch.lap();
+  const double decode_s = watch.elapsed().wall_s;
   Measurement m = measure_decoded(twin, std::move(cameras), smoothing_px);
   m.timing_s["decode"] = decode_s;
   return m;
@@ -129,7 +116,6 @@ bool decodes_alike(const Twin& a, const Twin& b, const std::vector<CameraImages>
 
 Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
                             std::optional<double> smoothing_px) {
-  Stopwatch watch;
   Measurement m;
   m.cameras = std::move(cameras);
   for (std::size_t i = 0; i < m.cameras.size(); ++i)
@@ -139,13 +125,15 @@ Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
     return m;
   }
   throw_if_cancelled();
+  const Stopwatch points_watch;
   triangulate(twin, smoothing_px.value_or(twin.measure.smoothing_px), m);
   m.timing_s["match"] = m.triangulation.match_s;
-  m.timing_s["triangulate"] = watch.lap() - m.triangulation.match_s;
+  m.timing_s["triangulate"] = points_watch.elapsed().wall_s - m.triangulation.match_s;
   throw_if_cancelled();
+  const Stopwatch fit_watch;
   m.fits = fit_objects(twin, m.cloud);
   throw_if_cancelled();
-  m.timing_s["fit"] = watch.lap();
+  m.timing_s["fit"] = fit_watch.elapsed().wall_s;
   for (const ObjectFit& fit : m.fits)
     if (!fit.warning.empty()) m.warnings.push_back(fit.object + ": " + fit.warning);
   return m;
