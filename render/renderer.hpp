@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Vulkan renderer: from a twin and one of its cameras to the transport of light, of which one trace
-// serves all patterns, and to the irradiance images that the camera receives.
+// Renders a twin with Vulkan: traces one camera for the transport of light, which serves all patterns, and
+// forms the irradiance images that the camera receives (docs/PHYSICS.md, "Trace once, shade all").
 #pragma once
 #include <cstdint>
 #include <memory>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A fringe behind the projector's response as a short cosine series in its phase, and the table of these
-// series for all pitches of a twin.
+// Represents a fringe behind the projector's response as a short cosine series in its phase, and a table
+// holds these series for all pitches of a twin.
 #pragma once
 #include <vector>
 

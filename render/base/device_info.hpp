@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the program knows of a Vulkan device, and the list of the devices of this machine.
+// Lists the Vulkan devices of this machine, with the facts about each that the program shows.
 #pragma once
 #include <string>
 #include <vector>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The renderer's kernels: their SPIR-V in all build variants, and the constants by which they are
-// specialised.
+// Provides the renderer's kernels: their SPIR-V in all build variants, and the type of the constants by which
+// they are specialised.
 #pragma once
 #include <array>
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The irradiance images that one camera receives, before its sensor turns them into gray values.
+// Holds the irradiance images that one camera receives, before its sensor makes gray values of them.
 #pragma once
 #include <cstdint>
 #include <optional>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Switches by which tests and benchmarks force the renderer onto ways that it takes by itself only on certain
-// drivers or scenes. The images stay the same within the accuracy that was asked for.
+// Holds the switches by which tests and benchmarks force the renderer onto ways that it takes by itself only
+// on certain drivers or scenes. The images stay the same within the accuracy that was asked for.
 #pragma once
 #include <cstdint>
 

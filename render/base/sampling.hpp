@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a pixel is sampled: what a twin's render options ask for becomes a rule and a number of samples that
+// Chooses how a pixel is sampled: from a twin's render options come the rule and the number of samples that
 // meet the targets of phase and gray error at the least cost.
 #pragma once
 #include "twin/twin.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The transport of light to one camera, independent of the patterns' steps: what one trace measures per
-// pixel, from which all images of the sequence are formed (pattern/form_images.hpp), and the estimate of its
-// error.
+// Holds the transport of light to one camera, which no step of the patterns changes: the sums per pixel
+// that one trace measures, from which all images of the sequence are formed (pattern/form_images.hpp), and
+// the estimate of their error.
 #pragma once
 #include <cstddef>
 #include <cstdint>

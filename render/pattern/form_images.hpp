@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the transport of a camera to its irradiance images: all patterns of a sequence from one trace.
+// Forms a camera's irradiance images, all patterns of a sequence, from the transport of a single trace.
 #pragma once
 #include <cstddef>
 #include <vector>

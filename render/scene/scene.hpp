@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The packed scene: a twin's objects in the frame of one camera, in the layouts that the shaders read
-// (shaders/shared.h), with bounds and switches that the host derives from them.
+// Holds a twin's objects as one camera's trace needs them: in the camera's frame, in the layouts that the
+// shaders read (shaders/shared.h), with bounds and switches that the host derives from them.
 #pragma once
 #include <Eigen/Core>
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The image in blocks of BLOCK_WIDTH x BLOCK_HEIGHT pixels, one work group of the shaders each: which of them
-// have to be traced, and where they lie.
+// Divides the image into blocks of BLOCK_WIDTH x BLOCK_HEIGHT pixels, one work group of the shaders each, and
+// finds those that have to be traced.
 #pragma once
 #include <cstdint>
 #include <vector>

@@ -15,10 +15,11 @@ struct DiskPoint {
 /// exact for polynomials of degree min(2 radial - 1, (angles - 1) / 2) in r^2.
 std::vector<DiskPoint> disk_rule(int radial, int angles);
 
+/// The largest swing that disk_rule_for_swing() serves.
+constexpr double largest_disk_swing_rad = 29.0;
 /// Returns the rule with the points needed on the lens so that a fringe whose phase swings by `swing_rad`
 /// from the centre of the lens to its rim is averaged to about 1e-6; beyond largest_disk_swing_rad as many as
 /// there.
-constexpr double largest_disk_swing_rad = 29.0;
 std::vector<DiskPoint> disk_rule_for_swing(double swing_rad);
 
 /// Returns the table of an n x n Gauss rule: vec4 (dx, dy, weight, place) per sample in px; with a lens two

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything on the host that a renderer keeps from one trace to the next, because it is dear to make and
-// depends only on the lens or the mesh.
+// Keeps everything on the host that serves a renderer from one trace to the next, because it is dear to make
+// and depends only on the lens or the mesh.
 #pragma once
 #include "render/scene/mesh_geometry.hpp"
 #include "render/scene/shortcuts.hpp"

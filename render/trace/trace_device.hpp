@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The device side of a trace: it holds the buffers and the specialised kernels, takes what a trace reads to
+// Runs the kernels of a trace: holds their buffers and the specialised kernels, takes what a trace reads to
 // the device, dispatches, and reads back. Internal to render/ (includes volk).
 #pragma once
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The work of one trace of a camera: what all its steps read, and the transport that they fill.
+// Describes the work of one trace of a camera: what all its steps read, and the transport that they fill.
 #pragma once
 #include <cstdint>
 #include <vector>
