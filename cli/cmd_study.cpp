@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // study: many virtual measurements over a design, resumed where they stopped.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 #include <sstream>
 
 #include "cli/commands.hpp"
-#include "cli/study_runs.hpp"
 #include "cli/version.hpp"
 #include "study/engine/local_engine.hpp"
-#include "study/engine/shard_task.hpp"
-#include "study/engine/slurm.hpp"
-#include "study/engine/slurm_engine.hpp"
 #include "study/engine/worker.hpp"
+#include "study/kind/run_study.hpp"
+#include "study/slurm/shard_task.hpp"
+#include "study/slurm/slurm.hpp"
+#include "study/slurm/slurm_engine.hpp"
+#include "study/study_file.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/paths.hpp"
@@ -58,12 +61,12 @@ std::unique_ptr<study::Engine> make_engine(const StudyCommand& o) {
 
 int run_study(const StudyCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
-  study::StudyFile file = study::load_study(o.study);
+  const study::StudyFile file = study::load_study(o.study);
   const auto engine = make_engine(o);
-  const StudyRun run{std::move(file), o.out, engine.get(), invocation.argv, o.figures};
-  if (run.file.volume_map) return run_volume_map(run);
-  if (run.file.optimise) return run_optimise(run);
-  return run.file.monte_carlo ? run_monte_carlo(run) : run_design(run);
+  const study::StudyRun run{o.out,           *engine,
+                            invocation.argv, version_string(),
+                            o.figures,       [](const std::string& text) { fmt::print("{}", text); }};
+  return static_cast<int>(study::run_study(*study::kind_of(file), file.head, run));
 }
 
 }  // namespace

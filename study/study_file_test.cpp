@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "study/design/design.hpp"
+#include "study/kind/check_study.hpp"
 #include "tests/support/twin/child_process.hpp"
 #include "tests/support/twin/twin_file_fixture.hpp"
 #include "twin/base/errors.hpp"
@@ -21,6 +21,8 @@ const std::string kDepth =
     "10, 12]\n";
 const std::string kPitch = "[[vary]]\nkey = \"fringes.phase_origin_px\"\nrange = [1, 100]\n";
 
+const DesignPlan& design_of(const StudyFile& study) { return std::get<DesignPlan>(study.plan); }
+
 class StudyFileTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -31,7 +33,7 @@ class StudyFileTest : public ::testing::Test {
   StudyFile load(const std::string& text) const { return load_study(folder_.write("study.toml", text)); }
   StudyIdentity check(const std::string& text) const {
     const StudyFile study = load(text);
-    return check_study(study, design_points(study));
+    return check_study(study.head, design_points(design_of(study)));
   }
   /// The sentence of the error, which names the file.
   std::string error(const std::string& text) const {
@@ -54,28 +56,29 @@ TEST_F(StudyFileTest, EveryKey) {
            kDepth + kPitch + "count = 3\nscale = \"log\"\n" +
            "[[record]]\nresult = \"fits.ball.measured.radius_mm\"\nname = \"radius_mm\"\n"
            "[[record]]\nresult = \"fits.0.measured.rms_mm\"\n");
-  EXPECT_EQ(study.name, "bit depth");
-  EXPECT_EQ(study.twin, folder_ / "rig/twin.toml");
-  EXPECT_EQ(study.file, folder_ / "study.toml");
-  EXPECT_EQ(study.design, Design::grid);
-  EXPECT_EQ(study.noise_seeds, 4);
-  EXPECT_EQ(study.first_noise_seed, 5u);
-  ASSERT_EQ(study.vary.size(), 2u);
-  EXPECT_THAT(study.vary[0].keys,
+  const DesignPlan& design = design_of(study);
+  EXPECT_EQ(study.head.name, "bit depth");
+  EXPECT_EQ(study.head.twin, folder_ / "rig/twin.toml");
+  EXPECT_EQ(study.head.file, folder_ / "study.toml");
+  EXPECT_EQ(design.design, Design::grid);
+  EXPECT_EQ(design.noise_seeds, 4);
+  EXPECT_EQ(design.first_noise_seed, 5u);
+  ASSERT_EQ(design.vary.size(), 2u);
+  EXPECT_THAT(design.vary[0].keys,
               ElementsAre("camera.left.sensor.bit_depth", "camera.right.sensor.bit_depth"));
-  EXPECT_THAT(study.vary[0].values, ElementsAre("8", "10", "12"));
-  EXPECT_EQ(study.vary[1].range->count, 3);
-  EXPECT_TRUE(study.vary[1].range->log);
-  ASSERT_EQ(study.records.size(), 2u);
-  EXPECT_EQ(study.records[0].result, "fits.ball.measured.radius_mm");
-  EXPECT_EQ(study.records[0].name, "radius_mm");
-  EXPECT_EQ(study.records[1].name, "fits.0.measured.rms_mm");
-  EXPECT_EQ(design_points(study).size(), 3u * 3u * 4u);
+  EXPECT_THAT(design.vary[0].values, ElementsAre("8", "10", "12"));
+  EXPECT_EQ(design.vary[1].range->count, 3);
+  EXPECT_TRUE(design.vary[1].range->log);
+  ASSERT_EQ(study.head.records.size(), 2u);
+  EXPECT_EQ(study.head.records[0].result, "fits.ball.measured.radius_mm");
+  EXPECT_EQ(study.head.records[0].name, "radius_mm");
+  EXPECT_EQ(study.head.records[1].name, "fits.0.measured.rms_mm");
+  EXPECT_EQ(design_points(design).size(), 3u * 3u * 4u);
   const StudyFile sobol = load(kHeadLines + "design = \"sobol\"\npoints = 64\nseed = 9\n" + kDepth + kPitch);
-  EXPECT_EQ(sobol.design, Design::sobol);
-  EXPECT_EQ(sobol.points, 64);
-  EXPECT_EQ(sobol.seed, 9u);
-  EXPECT_EQ(sobol.name, "study");
+  EXPECT_EQ(design_of(sobol).design, Design::sobol);
+  EXPECT_EQ(design_of(sobol).points, 64);
+  EXPECT_EQ(design_of(sobol).seed, 9u);
+  EXPECT_EQ(sobol.head.name, "study");
 }
 
 TEST_F(StudyFileTest, Faults) {
@@ -119,9 +122,9 @@ TEST_F(StudyFileTest, ExpectedValuesAreColumnsOfTheirOwn) {
   const StudyFile study = load(kHeadLines + kDepth +
                                "[[record]]\nresult = \"fits.ball.rms_mm\"\nname = \"rms\"\n"
                                "expected_mean = \"theory.ball.rms_mm\"\n");
-  ASSERT_EQ(study.records.size(), 2u);
-  EXPECT_EQ(study.records[1].result, "theory.ball.rms_mm");
-  EXPECT_EQ(study.records[1].name, "rms.expected_mean");
+  ASSERT_EQ(study.head.records.size(), 2u);
+  EXPECT_EQ(study.head.records[1].result, "theory.ball.rms_mm");
+  EXPECT_EQ(study.head.records[1].name, "rms.expected_mean");
 }
 
 TEST_F(StudyFileTest, PathsAndTwinsAreCheckedBeforeAnythingRuns) {

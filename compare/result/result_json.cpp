@@ -65,8 +65,8 @@ std::string comparison_json(const Twin& twin, const Comparison& c, const Provena
   return dump(out);
 }
 
-std::string measurement_json(const Twin& twin, const measure::Measurement& m, const Provenance& provenance,
-                             const std::map<std::string, double>& timing_s) {
+Json measurement_tree(const Twin& twin, const measure::Measurement& m, const Provenance& provenance,
+                      const std::map<std::string, double>& timing_s) {
   Json out = head(twin, "measurement", provenance, timing_s);
   out["fits"] = Json::array();
   for (const measure::ObjectFit& fit : m.fits)
@@ -74,7 +74,12 @@ std::string measurement_json(const Twin& twin, const measure::Measurement& m, co
   add_tables(m, &Table::of_measurement, out);
   out["verdict"] = "pass";
   out["warnings"] = m.warnings;
-  return dump(out);
+  return out;
+}
+
+std::string measurement_json(const Twin& twin, const measure::Measurement& m, const Provenance& provenance,
+                             const std::map<std::string, double>& timing_s) {
+  return dump(measurement_tree(twin, m, provenance, timing_s));
 }
 
 }  // namespace fringetwin::compare

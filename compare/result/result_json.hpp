@@ -3,6 +3,7 @@
 // (docs/formats/results.md, docs/result.schema.json).
 #pragma once
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "compare/result/provenance.hpp"
@@ -21,5 +22,9 @@ std::string comparison_json(const Twin& twin, const Comparison& comparison, cons
 /// triangulation counts.
 std::string measurement_json(const Twin& twin, const measure::Measurement& measurement,
                              const Provenance& provenance, const std::map<std::string, double>& timing_s);
+/// The same as values, for a caller that takes numbers out of it.
+nlohmann::ordered_json measurement_tree(const Twin& twin, const measure::Measurement& measurement,
+                                        const Provenance& provenance,
+                                        const std::map<std::string, double>& timing_s);
 
 }  // namespace fringetwin::compare

@@ -34,17 +34,6 @@ Picked pick_sigma(const GroupStatistics& g) { return {g.sigma, g.sigma_band}; }
 
 std::string mean_label(const TableNumber& n) { return with_unit(n.is_error ? "mean error" : "mean", n.unit); }
 
-/// 1, 2, 5, 10 ... where whole decades are too few; empty where they are enough.
-std::vector<std::pair<double, std::string>> log_tics(double low, double high) {
-  std::vector<std::pair<double, std::string>> out;
-  if (high > 1000.0 * low) return out;
-  for (double decade = std::pow(10.0, std::floor(std::log10(low))); decade <= high; decade *= 10.0)
-    for (const double step : {1.0, 2.0, 5.0})
-      if (const double v = step * decade; v >= 0.97 * low && v <= 1.03 * high)
-        out.emplace_back(v, fmt::format("{:.4g}", v));
-  return out;
-}
-
 /// Values and ends of bands of everything in a plot.
 std::vector<double> all_values(const Plot& plot) {
   std::vector<double> out;
@@ -152,7 +141,7 @@ std::size_t second_axis(const DesignTable& table, const TableNumber& number, std
 
 Plot level_plot(const DesignTable& table, const TableNumber& number, std::size_t axis, Pick pick) {
   const VariedAxis& a = table.axes[axis];
-  Plot plot = axis_plot(table, axis);
+  Plot plot = axis_plot(table.axes[axis]);
   const std::size_t other = table.scattered ? SIZE_MAX : second_axis(table, number, axis);
   if (other == SIZE_MAX) {
     add_curve(a, by_level(table, number, axis), pick, {"", report::color::kReal}, &plot);
@@ -175,7 +164,7 @@ Plot level_plot(const DesignTable& table, const TableNumber& number, std::size_t
 /// One point per setting, and the running mean.
 Plot scatter_plot(const DesignTable& table, const TableNumber& number, std::size_t axis, Pick pick) {
   const VariedAxis& a = table.axes[axis];
-  Plot plot = axis_plot(table, axis);
+  Plot plot = axis_plot(table.axes[axis]);
   std::vector<double> x, y;
   for (std::size_t s = 0; s < table.settings.size(); ++s) {
     x.push_back(a.values[table.settings[s].level[axis]]);
@@ -239,38 +228,6 @@ std::string band_words(const DesignTable& table, const TableNumber& number, bool
 }
 
 }  // namespace
-
-report::Plot axis_plot(const DesignTable& table, std::size_t axis) {
-  const VariedAxis& a = table.axes[axis];
-  Plot plot;
-  plot.x_label = with_unit(a.label, unit_of(a.label));
-  plot.log_x = a.log;
-  plot.width_px = 540;
-  plot.height_px = 330;
-  const auto n = static_cast<double>(a.values.size());
-  if (!a.numeric) {
-    const std::size_t step = (a.names.size() + 15) / 16;
-    for (std::size_t i = 0; i < a.names.size(); i += step)
-      plot.x_tics.emplace_back(static_cast<double>(i), shortened(a.names[i]));
-    plot.x_range = {-0.5, n - 0.5};
-    return plot;
-  }
-  if (a.values.size() < 2) return plot;
-  // The levels themselves as tics where they do not run into each other.
-  const auto at = [&](double v) { return a.log ? std::log(v) : v; };
-  const double whole = at(a.values.back()) - at(a.values.front());
-  bool apart = a.values.size() <= 9;
-  for (std::size_t i = 1; i < a.values.size(); ++i)
-    apart = apart && at(a.values[i]) - at(a.values[i - 1]) > 0.07 * whole;
-  if (apart)
-    for (std::size_t i = 0; i < a.values.size(); ++i) plot.x_tics.emplace_back(a.values[i], a.names[i]);
-  else if (a.log)
-    plot.x_tics = log_tics(a.values.front(), a.values.back());
-  const double margin = 0.03 * whole;
-  const auto back = [&](double v) { return a.log ? std::exp(v) : v; };
-  plot.x_range = {back(at(a.values.front()) - margin), back(at(a.values.back()) + margin)};
-  return plot;
-}
 
 std::string axis_figures(const DesignTable& table, const TableNumber& number, FigureSheet* sheet) {
   std::string out;

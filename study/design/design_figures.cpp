@@ -7,18 +7,9 @@
 
 #include "report/text.hpp"
 #include "study/page/report_parts.hpp"
+#include "study/plan/result_names.hpp"
 
 namespace fringetwin::study {
-
-std::string shortened(const std::string& name, std::size_t most) {
-  std::size_t end = 0, letters = 0;  // whole UTF-8 letters
-  while (end < name.size() && letters < most) {
-    ++end;
-    while (end < name.size() && (static_cast<unsigned char>(name[end]) & 0xC0U) == 0x80U) ++end;
-    ++letters;
-  }
-  return end < name.size() ? name.substr(0, end) + "…" : name;
-}
 
 std::string setting_text(const DesignTable& table, std::size_t setting) {
   std::string out;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of a design.
+#include "study/design/design_report.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,9 +29,9 @@ const char* design_name(Design design) {
   return "";
 }
 
-std::string note_of(const StudyRecord& study, const DesignTable& table) {
+std::string note_of(const DesignPlan& plan, const DesignTable& table) {
   std::string out;
-  const int seeds = study.file.noise_seeds;
+  const int seeds = plan.noise_seeds;
   if (seeds > 1) {
     const double dof = seeds - 1.0;
     const Interval s = sigma_interval(1.0, dof, kReportCoverage);
@@ -72,7 +73,7 @@ std::string left_out(const StudyRecord& study, const DesignTable& table, std::si
   if (drawn < table.numbers.size())
     out += fmt::format("<p>Of the numbers {} are drawn, {}; the others are in the table only.</p>",
                        shown_of(drawn, table.numbers.size()),
-                       study.file.records.empty()
+                       study.head.records.empty()
                            ? "those with a known truth first, then those that change most against their noise"
                            : "in the order of the [[record]]s");
   if (table.axes.size() > kMostAxes)
@@ -89,15 +90,15 @@ std::string left_out(const StudyRecord& study, const DesignTable& table, std::si
 
 }  // namespace
 
-StudyReport design_report(const StudyRecord& study) {
-  const DesignTable table = design_table(study.file, study.rows, kReportCoverage);
+StudyReport design_report(const StudyRecord& study, const DesignPlan& plan) {
+  const DesignTable table = design_table(study.head, plan, study.rows, kReportCoverage);
   FigureSheet sheet;
-  report::Page page = page_of(
-      study, fmt::format("{} of {} settings, {} noise seed{} each, on the twin {}",
-                         design_name(study.file.design), table.settings.size(), study.file.noise_seeds,
-                         study.file.noise_seeds == 1 ? "" : "s", study.file.twin.filename().string()));
+  report::Page page =
+      page_of(study, fmt::format("{} of {} settings, {} noise seed{} each, on the twin {}",
+                                 design_name(plan.design), table.settings.size(), plan.noise_seeds,
+                                 plan.noise_seeds == 1 ? "" : "s", study.head.twin.filename().string()));
   page.summary_html = varied_table(table) + page.summary_html;
-  page.note = note_of(study, table);
+  page.note = note_of(plan, table);
   const std::size_t drawn = numbers_drawn(table);
   page.sections.push_back({"numbers", "Numbers",
                            numbers_table(table, drawn) + effects_table(table, drawn) +

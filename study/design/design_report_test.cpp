@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a design made of rows by hand.
 // tolerance: none, numbers as they are printed.
+#include "study/design/design_report.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "study/design/design.hpp"
 #include "study/design/design_figures.hpp"
 #include "study/design/design_table.hpp"
-#include "study/page/study_report.hpp"
+#include "study/study_file.hpp"
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 
@@ -27,7 +28,10 @@ struct Made {
   StudyFile file;
   StudyIdentity identity;
   std::vector<StoredPoint> rows;
-  StudyRecord record() const { return {file, rows, identity, {"fringetwin", "study", "a b"}, "1.2.3"}; }
+  const DesignPlan& plan() const { return std::get<DesignPlan>(file.plan); }
+  StudyReport report() const { return design_report(record(), plan()); }
+  DesignTable table() const { return design_table(file.head, plan(), rows, 0.95); }
+  StudyRecord record() const { return {file.head, rows, identity, {"fringetwin", "study", "a b"}, "1.2.3"}; }
 };
 template <class Value>
 Made make(const std::string& study, Value value) {
@@ -35,7 +39,7 @@ Made make(const std::string& study, Value value) {
   write_file(dir / "twin.toml", small_twin());
   write_file(dir / "STUDY.toml", head + study);
   Made out{load_study(dir / "STUDY.toml"), {}, {}};
-  for (const StudyPoint& point : design_points(out.file)) {
+  for (const StudyPoint& point : design_points(out.plan())) {
     StoredPoint row;
     row.point = point;
     row.status = PointStatus::done;
@@ -64,7 +68,7 @@ TEST(DesignTable, AxesSettingsAndErrorsAgainstTheTwin) {
     return 19.0 + (p.settings.at("projector.intensity") == "400" ? 0.5 : 0.25) +
            0.1 * (static_cast<double>(p.seed) - 2.0);
   });
-  const DesignTable table = design_table(made.file, made.rows, 0.95);
+  const DesignTable table = made.table();
   ASSERT_EQ(table.axes.size(), 2u);
   EXPECT_TRUE(table.axes[0].numeric);
   EXPECT_TRUE(table.axes[0].log);  // more than a decade
@@ -86,7 +90,7 @@ TEST(DesignTable, TheTruthFollowsTheSettings) {
       "[[vary]]\nkey = \"projector.blur_px\"\nvalues = [0, 1]\n" +
           record,
       [](const StudyPoint& p) { return 1.5 + std::stod(p.settings.at("object.ball.radius_mm")); });
-  const TableNumber n = design_table(made.file, made.rows, 0.95).numbers[0];
+  const TableNumber n = made.table().numbers[0];
   EXPECT_THAT(n.truth, ElementsAre(10.0, 10.0, 15.0, 15.0, 20.0, 20.0));
   EXPECT_NEAR(n.all.mean, 1.5, 1e-12);
 }
@@ -94,7 +98,7 @@ TEST(DesignTable, TheTruthFollowsTheSettings) {
 TEST(DesignReport, MeansBandsAndNamesAsTheyAre) {
   const Made made = make(
       grid + record, [](const StudyPoint& p) { return 19.25 + 0.1 * (static_cast<double>(p.seed) - 2.0); });
-  const StudyReport report = design_report(made.record());
+  const StudyReport report = made.report();
   EXPECT_THAT(report.html, HasSubstr("Study “a &lt;b&gt;”"));
   EXPECT_THAT(report.html, HasSubstr("r&lt;i&gt;"));
   EXPECT_THAT(report.html, Not(HasSubstr("<i>")));
@@ -119,7 +123,7 @@ TEST(DesignReport, FailuresAreCountedAndLeftOut) {
     made.rows[i].outcome = {
         made.rows[i].point.id, true, i == 7 ? "another <reason>" : "the ball is gone", {}, 0.0, true};
   }
-  const StudyReport report = design_report(made.record());
+  const StudyReport report = made.report();
   EXPECT_THAT(report.html, HasSubstr("3 of 12 runs failed"));
   EXPECT_THAT(report.html,
               HasSubstr("<td class=\"r\">2</td><td class=\"r\">0</td><td class=\"l\">the ball is gone</td>"));
@@ -130,7 +134,7 @@ TEST(DesignReport, FailuresAreCountedAndLeftOut) {
 
 TEST(DesignReport, NothingMeasuredIsStillAPage) {
   Made made = make(grid + record, [](const StudyPoint&) { return std::nan(""); });
-  const StudyReport report = design_report(made.record());
+  const StudyReport report = made.report();
   EXPECT_THAT(report.html, HasSubstr("there are no data to draw"));
 }
 
@@ -140,7 +144,7 @@ TEST(DesignReport, ScatteredPointsGetARunningMean) {
       "[[vary]]\nkey = \"projector.blur_px\"\nrange = [0, 1]\n" +
           record,
       [](const StudyPoint& p) { return 19.0 + 0.01 * std::stod(p.settings.at("projector.intensity")); });
-  const StudyReport report = design_report(made.record());
+  const StudyReport report = made.report();
   EXPECT_THAT(report.html, HasSubstr("running mean"));
   EXPECT_THAT(report.html, HasSubstr("One run per setting"));
   EXPECT_EQ(report.figures.size(), 2u);  // no sigma, no pairs
@@ -152,12 +156,12 @@ TEST(DesignReport, MoreLevelsAreHarderToTellFromChance) {
   // Means 1 apart from seeds ± 0.1: Student's half widths (2 degrees of freedom, 0.1/√3) are 0.248 at 95 %,
   // so two levels are told apart; at 1 - 0.05/45 they are 1.73.
   const auto verdict = [](const std::string& levels) {
-    return design_report(make("noise_seeds = 3\n[[vary]]\nkey = \"projector.intensity\"\n" + levels + record,
-                              [](const StudyPoint& p) {
-                                return 19.0 + (p.settings.at("projector.intensity") == "10" ? 1.0 : 0.0) +
-                                       0.1 * (static_cast<double>(p.seed) - 2.0);
-                              })
-                             .record())
+    return make("noise_seeds = 3\n[[vary]]\nkey = \"projector.intensity\"\n" + levels + record,
+                [](const StudyPoint& p) {
+                  return 19.0 + (p.settings.at("projector.intensity") == "10" ? 1.0 : 0.0) +
+                         0.1 * (static_cast<double>(p.seed) - 2.0);
+                })
+        .report()
         .html;
   };
   EXPECT_THAT(verdict("values = [10, 20]\n"), HasSubstr("<td class=\"l\">yes</td>"));
@@ -171,7 +175,7 @@ TEST(DesignReport, AGridTooFineForAHeatMapIsSaid) {
       "[[vary]]\nkey = \"projector.blur_px\"\nrange = [0, 1]\ncount = 150\n" +
           record,
       [](const StudyPoint& p) { return 19.0 + 0.01 * std::stod(p.settings.at("projector.intensity")); });
-  const StudyReport report = design_report(made.record());
+  const StudyReport report = made.report();
   EXPECT_THAT(report.html, HasSubstr("Heat maps of more than 3600 cells are left out: 1 pair of parameters"));
   EXPECT_THAT(report.html, HasSubstr("Of 600 levels 300 are drawn."));
   EXPECT_THAT(report.html, Not(HasSubstr("Of 150 levels")));
@@ -184,7 +188,7 @@ TEST(DesignReport, TimeAgainstUncertainty) {
         return 19.0 + 0.01 * (1.0 + static_cast<double>(p.id / 3)) * (static_cast<double>(p.seed) - 2.0);
       });
   for (StoredPoint& row : made.rows) row.outcome.numbers["t"] = 2.0 - static_cast<double>(row.point.id / 6);
-  const StudyReport report = design_report(made.record());
+  const StudyReport report = made.report();
   EXPECT_THAT(report.html, HasSubstr("Time against uncertainty"));
   // Two times; at each the setting with the smaller sigma is on the front: 0.03 in 1 s, 0.01 in 2 s.
   EXPECT_THAT(report.html,
@@ -196,7 +200,7 @@ TEST(DesignReport, TimeAgainstUncertainty) {
   EXPECT_THAT(report.html, Not(HasSubstr("pitches_px [26, 28, 30]</td><td class=\"r\">2.000</td>")));
   // The setting of B with the two seeds that lie closest only (scatter 0.007): it takes no part.
   made.rows[2].status = PointStatus::failed;
-  EXPECT_THAT(design_report(made.record()).html,
+  EXPECT_THAT(made.report().html,
               HasSubstr("<td class=\"l\">B</td><td class=\"l\">gain_dn 20, pitches_px [26, 28, 30]</td><td "
                         "class=\"r\">2.000</td><td class=\"r\">0.0200</td>"));
 }

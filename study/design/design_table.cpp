@@ -9,7 +9,7 @@
 #include <set>
 
 #include "measure/fit/object_fits.hpp"
-#include "study/design/varied_axes.hpp"
+#include "study/plan/result_names.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
@@ -52,7 +52,7 @@ Settings of_objects(const Settings& settings) {
 }
 
 /// [setting][number]; NaN where there is no truth.
-std::vector<std::vector<double>> truths(const StudyFile& study, const std::vector<const Settings*>& settings,
+std::vector<std::vector<double>> truths(const StudyHead& head, const std::vector<const Settings*>& settings,
                                         const std::vector<std::string>& results) {
   std::vector<std::optional<Truth>> wanted;
   for (const std::string& result : results) wanted.push_back(truth_of(result));
@@ -66,7 +66,7 @@ std::vector<std::vector<double>> truths(const StudyFile& study, const std::vecto
       continue;
     }
     try {
-      const Twin twin = load_twin(study.twin, *settings[s]);
+      const Twin twin = load_twin(head.twin, *settings[s]);
       for (std::size_t k = 0; k < wanted.size(); ++k)
         if (wanted[k]) out[s][k] = put_in(twin, *wanted[k]);
       known.emplace(objects, s);
@@ -77,9 +77,9 @@ std::vector<std::vector<double>> truths(const StudyFile& study, const std::vecto
   return out;
 }
 
-std::vector<std::string> names_of(const StudyFile& study, const std::vector<StoredPoint>& rows) {
+std::vector<std::string> names_of(const StudyHead& head, const std::vector<StoredPoint>& rows) {
   std::vector<std::string> names;
-  for (const Record& r : study.records) names.push_back(r.name.empty() ? r.result : r.name);
+  for (const Record& r : head.records) names.push_back(r.name.empty() ? r.result : r.name);
   if (!names.empty()) return names;
   std::set<std::string> all;
   for (const StoredPoint& row : rows)
@@ -121,20 +121,24 @@ double change_of(const TableNumber& number) {
 
 }  // namespace
 
-DesignTable design_table(const StudyFile& study, const std::vector<StoredPoint>& rows, double coverage) {
+DesignTable design_table(const StudyHead& head, const DesignPlan& plan, const std::vector<StoredPoint>& rows,
+                         double coverage) {
   DesignTable out;
-  out.scattered = study.design == Design::latin_hypercube || study.design == Design::sobol;
-  const auto seeds = static_cast<std::size_t>(study.noise_seeds);
+  out.scattered = plan.is_sampled();
+  const auto seeds = static_cast<std::size_t>(plan.noise_seeds);
   out.seeds = seeds;
   std::vector<const Settings*> settings;
   for (std::size_t i = 0; i < rows.size(); i += seeds) settings.push_back(&rows[i].point.settings);
   out.settings.resize(settings.size());
-  add_axes(study, settings, &out);
+  if (plan.design == Design::list && plan.vary.size() > 1)
+    add_joint_axis(plan.vary, settings, &out);
+  else
+    add_axes(plan.vary, settings, &out);
 
-  const std::vector<std::string> names = names_of(study, rows);
+  const std::vector<std::string> names = names_of(head, rows);
   std::vector<std::string> results = names;
-  for (std::size_t k = 0; k < study.records.size(); ++k) results[k] = study.records[k].result;
-  const auto truth = truths(study, settings, results);
+  for (std::size_t k = 0; k < head.records.size(); ++k) results[k] = head.records[k].result;
+  const auto truth = truths(head, settings, results);
   for (std::size_t k = 0; k < names.size(); ++k) {
     TableNumber number;
     number.name = display_name(names[k]);
@@ -168,7 +172,7 @@ DesignTable design_table(const StudyFile& study, const std::vector<StoredPoint>&
       for (std::size_t s = 0; s < number.expected_mean.size(); ++s)
         number.expected_mean[s] -= number.truth[s];
   }
-  if (study.records.empty())
+  if (head.records.empty())
     std::stable_sort(out.numbers.begin(), out.numbers.end(), [](const TableNumber& a, const TableNumber& b) {
       if (a.is_error != b.is_error) return a.is_error;
       return (std::isnan(a.change) ? -1.0 : a.change) > (std::isnan(b.change) ? -1.0 : b.change);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who runs the points of a study: this machine's processes, or a cluster.
+// The interface of what runs the points of a study: processes of this machine, or a cluster.
 #pragma once
 #include <cstdint>
 #include <functional>

@@ -96,6 +96,19 @@ std::string outcome_line(const PointOutcome& o) {
                     {"traced", o.traced}});
 }
 
+PointOutcome outcome_of(const Json& line) {
+  PointOutcome out;
+  out.id = line.at("id");
+  out.failed = line.at("failed");
+  out.reason = line.at("reason");
+  for (const auto& item : line.at("numbers").items())
+    out.numbers[item.key()] =
+        item.value().is_null() ? std::numeric_limits<double>::quiet_NaN() : item.value().get<double>();
+  out.seconds = line.at("seconds");
+  out.traced = line.at("traced");
+  return out;
+}
+
 WorkerAnswer parse_answer(const std::string& line) {
   const Json json = Json::parse(line);
   WorkerAnswer a;
@@ -107,14 +120,7 @@ WorkerAnswer parse_answer(const std::string& line) {
     a.exit_code = json.at("code");
   } else {
     a.kind = WorkerAnswer::Kind::outcome;
-    a.outcome.id = json.at("id");
-    a.outcome.failed = json.at("failed");
-    a.outcome.reason = json.at("reason");
-    for (const auto& item : json.at("numbers").items())
-      a.outcome.numbers[item.key()] =
-          item.value().is_null() ? std::numeric_limits<double>::quiet_NaN() : item.value().get<double>();
-    a.outcome.seconds = json.at("seconds");
-    a.outcome.traced = json.at("traced");
+    a.outcome = outcome_of(json);
   }
   return a;
 }

@@ -2,6 +2,7 @@
 // A process that runs points for another one: lines of JSON in and out. A crash takes one point along, not
 // the study.
 #pragma once
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "study/run/point_runner.hpp"
@@ -22,16 +23,18 @@ struct WorkerTask {
   std::string device;  ///< a part of a Vulkan device's name
 };
 
-// Each one line, without its end. What parses them throws nlohmann's exceptions.
+// Each of these makes or reads one line, without its end. What reads them throws nlohmann's exceptions.
 std::string task_line(const PointTask& task, const std::string& device);
 WorkerTask parse_task(const std::string& line);
 std::string point_line(const PlannedPoint& planned);
 PlannedPoint parse_point(const std::string& line);
 std::string outcome_line(const PointOutcome& outcome);
 WorkerAnswer parse_answer(const std::string& line);
+/// Returns the outcome whose line this was before it was parsed.
+PointOutcome outcome_of(const nlohmann::ordered_json& line);
 
-/// The worker itself: the task, then points from stdin, answers to stdout, until stdin ends. Ends with the
-/// process that started it.
+/// Is the worker: reads the task, then points from stdin, and writes answers to stdout, until stdin ends.
+/// Ends with the process that started it.
 int run_worker();
 
 }  // namespace fringetwin::study

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The other end of a worker: starts the process, talks to it, notices its end.
+// Starts a worker process, sends it lines, takes its answers, and notices its end.
 #pragma once
 #include <sys/types.h>
 

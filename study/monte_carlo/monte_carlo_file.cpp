@@ -6,15 +6,15 @@
 
 namespace fringetwin::study {
 
-const std::vector<std::string>& monte_carlo_keys() {
-  static const std::vector<std::string> keys = {"coverage",     "digits",      "block_trials",
-                                                "least_blocks", "most_trials", "sensitivity_rows"};
+std::vector<std::string> monte_carlo_keys() {
+  std::vector<std::string> keys = with_uncertain_keys(
+      {"coverage", "digits", "block_trials", "least_blocks", "most_trials", "sensitivity_rows"});
+  keys.insert(keys.begin(), "record");
   return keys;
 }
 
-MonteCarloSettings read_monte_carlo(const TomlTable& root, const std::filesystem::path& twin_file) {
-  MonteCarloSettings out;
-  MonteCarloPlan& plan = out.plan;
+MonteCarloPlan read_monte_carlo(const TomlTable& root, const std::filesystem::path& twin_file) {
+  MonteCarloPlan plan;
   plan.seed = static_cast<std::uint64_t>(root.integer("seed", 0, kMostSeed).value_or(1));
   plan.rule.coverage = read_coverage(root);
   plan.rule.digits = root.integer("digits", 1, 4).value_or(1);
@@ -28,8 +28,8 @@ MonteCarloSettings read_monte_carlo(const TomlTable& root, const std::filesystem
     root.fail("sensitivity_rows", "must not exceed most_trials", "the rows are trials, too");
   const UncertainSettings uncertain = read_uncertain_settings(root, twin_file);
   plan.inputs = uncertain.inputs;
-  out.calibration = uncertain.calibration;
-  return out;
+  plan.calibration = uncertain.calibration;
+  return plan;
 }
 
 }  // namespace fringetwin::study

@@ -45,9 +45,9 @@ TEST_F(MonteCarloFile, SaysWhatIsUncertain) {
       kDepth +
       "[[uncertain]]\nkeys = [\"projector.intensity\", \"projector.ambient\"]\nname = \"light\"\nvalue = 3\n"
       "half_width = 2\ndistribution = \"uniform\"\n[[record]]\nresult = \"fits.ball.measured.radius_mm\"\n");
-  ASSERT_TRUE(study.monte_carlo);
-  const MonteCarloPlan& plan = study.monte_carlo->plan;
-  EXPECT_TRUE(study.monte_carlo->calibration);
+  ASSERT_TRUE(std::holds_alternative<MonteCarloPlan>(study.plan));
+  const MonteCarloPlan& plan = std::get<MonteCarloPlan>(study.plan);
+  EXPECT_TRUE(plan.calibration);
   EXPECT_EQ(plan.seed, 9u);
   EXPECT_EQ(plan.rule.digits, 2);
   EXPECT_EQ(plan.rule.coverage, 0.9);
@@ -63,14 +63,14 @@ TEST_F(MonteCarloFile, SaysWhatIsUncertain) {
   EXPECT_EQ(plan.inputs.keys[0].spread, 0.5);
   EXPECT_EQ(plan.inputs.keys[1].distribution, Distribution::uniform);
   EXPECT_THAT(plan.inputs.keys[1].values, ElementsAre(3.0, 3.0));
-  EXPECT_EQ(study.records.size(), 1u);
+  EXPECT_EQ(study.head.records.size(), 1u);
 }
 
 TEST_F(MonteCarloFile, SaysWhichSphereIsNotQuiteOne) {
   const StudyFile study = load(
       "[[uncertain]]\nform = \"ball\"\nrms_mm = 0.0035\n[[record]]\nresult = "
       "\"fits.ball.measured.rms_mm\"\n");
-  const UncertainInputs& inputs = study.monte_carlo->plan.inputs;
+  const UncertainInputs& inputs = std::get<MonteCarloPlan>(study.plan).inputs;
   ASSERT_EQ(inputs.forms.size(), 1u);
   EXPECT_EQ(inputs.forms[0].object, "ball");
   EXPECT_EQ(inputs.forms[0].name, "form of ball");
@@ -78,7 +78,10 @@ TEST_F(MonteCarloFile, SaysWhichSphereIsNotQuiteOne) {
   EXPECT_EQ(inputs.forms[0].spread.low, 2);
   EXPECT_EQ(inputs.forms[0].spread.high, 12);
   const std::string form = "[[uncertain]]\nform = \"ball\"\nrms_mm = 0.0035\n";
-  EXPECT_EQ(load(form + "degrees = [3, 6]\nname = \"f\"\n").monte_carlo->plan.inputs.forms[0].spread.high, 6);
+  EXPECT_EQ(std::get<MonteCarloPlan>(load(form + "degrees = [3, 6]\nname = \"f\"\n").plan)
+                .inputs.forms[0]
+                .spread.high,
+            6);
   expect_refused("[[uncertain]]\nform = \"bull\"\nrms_mm = 0.0035\n", "no sphere of the twin");
   expect_refused("[[uncertain]]\nform = \"ball\"\n", "rms_mm");
   expect_refused(form + "degrees = [1, 6]\n", "degrees");
@@ -90,9 +93,9 @@ TEST_F(MonteCarloFile, SaysWhichSphereIsNotQuiteOne) {
 
 TEST_F(MonteCarloFile, DefaultsAreThoseOfMeasurementsThatTakeTime) {
   const StudyFile study = load("");  // noise alone
-  const MonteCarloPlan& plan = study.monte_carlo->plan;
+  const MonteCarloPlan& plan = std::get<MonteCarloPlan>(study.plan);
   EXPECT_TRUE(plan.inputs.noise);
-  EXPECT_FALSE(study.monte_carlo->calibration);
+  EXPECT_FALSE(plan.calibration);
   EXPECT_EQ(plan.rule.digits, 1);
   EXPECT_EQ(plan.rule.trials_per_block(), 100u);
   EXPECT_EQ(plan.rule.least_blocks, 5u);

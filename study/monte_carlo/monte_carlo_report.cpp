@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of a Monte Carlo study.
+#include "study/monte_carlo/monte_carlo_report.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,8 +10,8 @@
 
 #include "report/table.hpp"
 #include "report/text.hpp"
-#include "study/design/design_figures.hpp"
 #include "study/page/report_parts.hpp"
+#include "study/plan/result_names.hpp"
 
 namespace fringetwin::study {
 namespace {
@@ -30,7 +31,7 @@ std::vector<Quantity> quantities(const StudyRecord& study, const MonteCarloResul
   std::vector<Quantity> out;
   for (const auto& [name, n] : result.numbers) {
     std::string path = name;
-    for (const Record& r : study.file.records)
+    for (const Record& r : study.head.records)
       if (r.name == name) path = r.result;
     out.push_back({name, unit_of(path), n, std::vector<double>(result.trials, kNan)});
   }
@@ -263,7 +264,7 @@ StudyReport monte_carlo_report(const StudyRecord& study, const MonteCarloPlan& p
   FigureSheet sheet;
   report::Page page =
       page_of(study, fmt::format("Monte Carlo: {} trials, {} failed, on the twin {}", result.trials,
-                                 result.failed, study.file.twin.filename().string()));
+                                 result.failed, study.head.twin.filename().string()));
   page.verdict = result.converged ? "converged" : "not converged";
   page.summary_html = quantities_table(all, plan) + inputs_table(plan.inputs) + page.summary_html;
   page.note = note_of(plan, result);

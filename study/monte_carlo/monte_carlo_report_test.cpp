@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a Monte Carlo study made of trials by hand.
 // tolerance: none, numbers as they are printed.
+#include "study/monte_carlo/monte_carlo_report.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "study/page/study_report.hpp"
-#include "study/plan/draws.hpp"
+#include "study/plan/random_draws.hpp"
+#include "study/study_file.hpp"
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 
@@ -42,7 +44,7 @@ result = "fits.ball.measured.radius_mm"
 name = "radius_mm"
 )");
   const StudyFile file = load_study(dir / "STUDY.toml");
-  const MonteCarloPlan plan = file.monte_carlo->plan;
+  const MonteCarloPlan plan = std::get<MonteCarloPlan>(file.plan);
   std::vector<StoredPoint> rows;
   const MonteCarloResult result = run_monte_carlo(plan, [&](const std::vector<StudyPoint>& points) {
     std::vector<PointOutcome> out;
@@ -55,7 +57,7 @@ name = "radius_mm"
     }
     return out;
   });
-  const StudyReport report = monte_carlo_report({file, rows, {}, {"fringetwin"}, "1"}, plan, result);
+  const StudyReport report = monte_carlo_report({file.head, rows, {}, {"fringetwin"}, "1"}, plan, result);
   EXPECT_THAT(report.html, HasSubstr("size &lt;s&gt;"));
   EXPECT_THAT(report.html, HasSubstr("fell &lt;over&gt;"));
   EXPECT_THAT(report.html, Not(HasSubstr("<s>")));

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// A study of kind "monte-carlo": trials until the numbers are known well enough, then what the spread comes
-// from. Who runs the points, and where they are kept, is the caller's.
+// Runs a study of kind "monte-carlo": trials until the numbers are known well enough, then the points that
+// say which input the spread comes from. Who runs the points, and where they are kept, is the caller's.
 #pragma once
-#include <functional>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "study/plan/study_point.hpp"
-#include "study/plan/uncertain_inputs.hpp"
 #include "study/statistics/monte_carlo.hpp"
 #include "study/statistics/sobol_indices.hpp"
+#include "study/uncertain/uncertain_inputs.hpp"
 
 namespace fringetwin::study {
 
 struct MonteCarloPlan {
-  UncertainInputs inputs;
+  UncertainInputs inputs;    ///< the directions of the calibration are counted when the study is planned
+  bool calibration = false;  ///< draw the rig from the covariance that the twin names
   AdaptiveRule rule;
   std::uint64_t seed = 1;
   std::size_t most_trials = 10'000;  ///< trials are ids 0 ... most_trials - 1
@@ -35,14 +35,12 @@ struct MonteCarloResult {
   std::map<std::string, MonteCarloNumber> numbers;
 };
 
-/// Outcomes of these points, in any order; one that is missing counts as failed.
-using RunPoints = std::function<std::vector<PointOutcome>(const std::vector<StudyPoint>&)>;
-
-/// Ids are those of the plan whatever was run before: a caller that keeps outcomes repeats none. The rows of
-/// the sensitivity take the first trials as their first sample.
+/// Runs the trials by `run`. Ids are those of the plan whatever was run before: a caller that keeps outcomes
+/// repeats none. The rows of the sensitivity take the first trials as their first sample.
 MonteCarloResult run_monte_carlo(const MonteCarloPlan& plan, const RunPoints& run);
 
-/// {"trials", "failed", "converged", "numbers": [{"name", "n", "mean", "sigma", "symmetric", "shortest",
+/// Returns result.json: {"trials", "failed", "converged", "numbers": [{"name", "n", "mean", "sigma",
+/// "symmetric", "shortest",
 /// ...}]}
 std::string monte_carlo_json(const MonteCarloPlan& plan, const MonteCarloResult& result);
 

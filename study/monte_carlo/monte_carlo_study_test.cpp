@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "study/plan/draws.hpp"
+#include "study/plan/random_draws.hpp"
 
 namespace fringetwin::study::monte_carlo_study_test {
 namespace {

@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "study/design/design.hpp"
+#include "study/plan/space_filling.hpp"
+#include "study/plan/variation_values.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/pareto_front.hpp"
 

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// A study of kind "optimise": settings of the rig, known to it, that make a number's uncertainty least under
-// constraints (docs/METRICS.md, "Optimise"). Who runs the points, and where they are kept, is the caller's.
+// Runs a study of kind "optimise": searches the settings of the rig, known to it, that make a number's
+// uncertainty least under constraints (docs/METRICS.md, "Optimise"). Who runs the points, and where they are
+// kept, is the caller's.
 #pragma once
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "study/monte_carlo/monte_carlo_study.hpp"
-#include "study/optimise/search.hpp"
+#include "study/optimise/budgeted_search.hpp"
+#include "study/plan/study_point.hpp"
 #include "study/plan/study_tables.hpp"
+#include "study/uncertain/uncertain_inputs.hpp"
 
 namespace fringetwin::study {
 
@@ -30,16 +31,18 @@ struct OptimisePlan {
   double value = 0.0;  ///< of rms_error: the true one
   std::vector<Constraint> constraints;
   std::size_t evaluations = 60, trials = 8;
-  UncertainInputs inputs;
+  UncertainInputs inputs;    ///< the directions of the calibration are counted when the study is planned
+  bool calibration = false;  ///< draw the rig from the covariance that the twin names
   std::filesystem::path twin;
   std::uint64_t seed = 1;
 };
 
-/// With its standard error.
+/// A statistic with its standard error.
 struct StatisticValue {
   double value = 0.0, sigma = 0.0;
 };
-/// Of normal deviates where it is sigma (sigma / sqrt(2 n - 2)). NaN of less than two values, or with a NaN.
+/// Returns the statistic of the trials. The standard error of sigma is that of normal deviates,
+/// sigma / sqrt(2 n - 2). NaN of less than two values, or with a NaN.
 StatisticValue statistic_of(const std::vector<double>& trials, Statistic statistic, double value = 0.0);
 
 struct Evaluation {
@@ -60,17 +63,18 @@ struct OptimiseResult {
   std::vector<std::size_t> front;
 };
 
-/// What of each measurement is needed, by its path.
+/// Returns which numbers of each measurement are needed, by their paths.
 std::vector<Record> optimise_records(const OptimisePlan& plan);
 
-/// The twin, and with each value of a list alone and each range's ends: for check_study.
+/// Returns points of the twin itself, and with each value of a list alone and each range's ends, for
+/// check_study.
 std::vector<StudyPoint> optimise_samples(const OptimisePlan& plan);
 
-/// Evaluation e has the points e * trials ..., with the same draws as any other's: what is kept is not
-/// repeated, and found again in the same order. An evaluation of which a trial fails has failed.
+/// Searches by `run`. Evaluation e has the points e * trials ..., with the same draws as any other's: what is
+/// kept is not repeated, and found again in the same order. An evaluation of which a trial fails has failed.
 OptimiseResult run_optimise(const OptimisePlan& plan, const RunPoints& run);
 
-/// result.json, "fringetwin-optimise/1".
+/// Returns result.json, "fringetwin-optimise/1".
 std::string optimise_json(const OptimisePlan& plan, const OptimiseResult& result);
 
 }  // namespace fringetwin::study

@@ -51,14 +51,12 @@ Constraint read_constraint(const TomlTable& table) {
 
 }  // namespace
 
-const std::vector<std::string>& optimise_keys() {
-  static const std::vector<std::string> keys = {"choose", "minimise", "constraint", "evaluations", "trials"};
-  return keys;
+std::vector<std::string> optimise_keys() {
+  return with_uncertain_keys({"choose", "minimise", "constraint", "evaluations", "trials"});
 }
 
-OptimiseSettings read_optimise(const TomlTable& root, const std::filesystem::path& twin_file) {
-  OptimiseSettings out;
-  OptimisePlan& plan = out.plan;
+OptimisePlan read_optimise(const TomlTable& root, const std::filesystem::path& twin_file) {
+  OptimisePlan plan;
   plan.twin = twin_file;
   std::set<std::string> taken;
   for (const TomlTable& table : root.tables("choose")) plan.choose.push_back(read_choice(table, &taken));
@@ -75,13 +73,13 @@ OptimiseSettings read_optimise(const TomlTable& root, const std::filesystem::pat
   plan.seed = static_cast<std::uint64_t>(root.integer("seed", 0, kMostSeed).value_or(1));
   const UncertainSettings uncertain = read_uncertain_settings(root, twin_file);
   plan.inputs = uncertain.inputs;
-  out.calibration = uncertain.calibration;
+  plan.calibration = uncertain.calibration;
   for (const UncertainKey& key : plan.inputs.keys)
     if (key.stated && std::any_of(key.keys.begin(), key.keys.end(),
                                   [&](const std::string& k) { return taken.contains(k); }))
       root.fail("uncertain", fmt::format("\"{}\" is chosen, too: its middle is what is chosen", key.name),
                 "leave out value");
-  return out;
+  return plan;
 }
 
 }  // namespace fringetwin::study

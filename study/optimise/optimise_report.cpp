@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of a search for the best settings.
+#include "study/optimise/optimise_report.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,10 +8,10 @@
 
 #include "report/table.hpp"
 #include "report/text.hpp"
-#include "study/design/design_figures.hpp"
-#include "study/design/varied_axes.hpp"
 #include "study/page/pareto_plot.hpp"
 #include "study/page/report_parts.hpp"
+#include "study/page/varied_axes.hpp"
+#include "study/plan/result_names.hpp"
 
 namespace fringetwin::study {
 namespace {
@@ -106,11 +107,11 @@ Plot progress_plot(const OptimisePlan& plan, const OptimiseResult& result) {
   return plot;
 }
 
-Plot parameter_plot(const OptimisePlan& plan, const OptimiseResult& result, const DesignTable& table,
+Plot parameter_plot(const OptimisePlan& plan, const OptimiseResult& result, const VariedSettings& varied,
                     std::size_t axis) {
   std::vector<double> x;
-  for (const Setting& s : table.settings) x.push_back(table.axes[axis].values[s.level[axis]]);
-  Plot plot = axis_plot(table, axis);
+  for (const Setting& s : varied.settings) x.push_back(varied.axes[axis].values[s.level[axis]]);
+  Plot plot = axis_plot(varied.axes[axis]);
   plot.title = shortened(objective_name(plan), 60);
   plot.y_label = with_unit("objective", unit_of(plan.result));
   plot.log_y = spans_a_decade(objectives(result));
@@ -127,13 +128,14 @@ std::string limits_text(const Constraint& c) {
 
 /// The evaluations in the order of `shown`.
 std::string evaluations_table(const OptimisePlan& plan, const OptimiseResult& result,
-                              const DesignTable& table, const std::vector<std::size_t>& shown, bool marked) {
+                              const VariedSettings& varied, const std::vector<std::size_t>& shown,
+                              bool marked) {
   report::Table out;
   out.columns = {
       {marked ? "" : "evaluation", "", Align::left}, {"objective", "± standard error"}, {"time", "s"}};
   for (const Constraint& c : plan.constraints)
     out.columns.push_back({shortened(display_name(c.result)), limits_text(c)});
-  for (const VariedAxis& axis : table.axes) out.columns.push_back({axis.brief, ""});
+  for (const VariedAxis& axis : varied.axes) out.columns.push_back({axis.brief, ""});
   out.columns.push_back({"phase", "", Align::left});
   for (std::size_t k = 0; k < shown.size(); ++k) {
     const Evaluation& e = result.evaluations[shown[k]];
@@ -142,8 +144,8 @@ std::string evaluations_table(const OptimisePlan& plan, const OptimiseResult& re
                                     number(e.time_s)};
     for (const StatisticValue& c : e.constraints) row.push_back(number(c.value) + " ± " + number(c.sigma, 2));
     row.resize(3 + plan.constraints.size());
-    for (std::size_t a = 0; a < table.axes.size(); ++a)
-      row.push_back(table.axes[a].names[table.settings[shown[k]].level[a]]);
+    for (std::size_t a = 0; a < varied.axes.size(); ++a)
+      row.push_back(varied.axes[a].names[varied.settings[shown[k]].level[a]]);
     row.push_back(e.phase);
     out.add_row(row, result.best == shown[k] ? "group" : "");
   }
@@ -202,16 +204,16 @@ std::string note_of(const OptimisePlan& plan, const OptimiseResult& result) {
 
 StudyReport optimise_report(const StudyRecord& study, const OptimisePlan& plan,
                             const OptimiseResult& result) {
-  DesignTable table;
-  table.settings.resize(result.evaluations.size());
+  VariedSettings varied;
+  varied.settings.resize(result.evaluations.size());
   std::vector<const Settings*> settings;
   for (const Evaluation& e : result.evaluations) settings.push_back(&e.values);
-  if (!settings.empty()) add_axes(plan.choose, settings, &table);
+  if (!settings.empty()) add_axes(plan.choose, settings, &varied);
 
   FigureSheet sheet;
   report::Page page = page_of(
       study, fmt::format("Least {}: {} evaluations of {} trials, on the twin {}", objective_name(plan),
-                         result.evaluations.size(), plan.trials, study.file.twin.filename().string()));
+                         result.evaluations.size(), plan.trials, study.head.twin.filename().string()));
   page.verdict = result.best ? "" : "not feasible";
   page.summary_html = choice_table(plan, result) + inputs_table(plan.inputs) + page.summary_html;
   page.note = note_of(plan, result);
@@ -226,7 +228,7 @@ StudyReport optimise_report(const StudyRecord& study, const OptimisePlan& plan,
     page.sections.push_back(
         {"best", "Best evaluations",
          (shown.empty() ? "" : "<p>Of the feasible ones " + shown + "; all are in result.json.</p>") +
-             evaluations_table(plan, result, table, best, false)});
+             evaluations_table(plan, result, varied, best, false)});
   if (!result.front.empty()) {
     std::vector<CostAndError> points;
     for (const Evaluation& e : result.evaluations)
@@ -239,13 +241,14 @@ StudyReport optimise_report(const StudyRecord& study, const OptimisePlan& plan,
          report::Figure{sheet.place("front", plot),
                         "Steps: between two points of the front the cheaper one is what can be had.", "", ""}
                  .html() +
-             evaluations_table(plan, result, table, result.front, true)});
+             evaluations_table(plan, result, varied, result.front, true)});
   }
   std::string parameters;
-  for (std::size_t a = 0; a < std::min(table.axes.size(), kMostAxes); a += 2) {
+  for (std::size_t a = 0; a < std::min(varied.axes.size(), kMostAxes); a += 2) {
     std::vector<std::string> row;
-    for (std::size_t k = a; k < std::min(a + 2, table.axes.size()); ++k)
-      row.push_back(sheet.place("objective-" + table.axes[k].brief, parameter_plot(plan, result, table, k)));
+    for (std::size_t k = a; k < std::min(a + 2, varied.axes.size()); ++k)
+      row.push_back(
+          sheet.place("objective-" + varied.axes[k].brief, parameter_plot(plan, result, varied, k)));
     parameters +=
         report::Figure{FigureSheet::row(row), "All evaluations: the other parameters differ, too.", "", ""}
             .html();

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a search made of evaluations by hand.
 // tolerance: none, numbers as they are printed.
+#include "study/optimise/optimise_report.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "study/page/study_report.hpp"
 #include "study/study_file.hpp"
 
 namespace fringetwin::study::optimise_report_test {
@@ -41,9 +42,9 @@ TEST(OptimiseReport, BestFrontAndWhatIsNotFeasible) {
                         evaluation(0.002, 2.0, true, "1.5")};
   result.best = 2;
   result.front = {0, 2};
-  StudyFile file;
-  file.name = "opt <o>";
-  const StudyReport report = optimise_report({file, {}, {}, {"fringetwin"}, "1"}, plan(), result);
+  StudyHead head;
+  head.name = "opt <o>";
+  const StudyReport report = optimise_report({head, {}, {}, {"fringetwin"}, "1"}, plan(), result);
   EXPECT_THAT(report.html, HasSubstr("opt &lt;o&gt;"));
   EXPECT_THAT(report.html, HasSubstr("2 of 3 evaluations meet all constraints, 0 failed"));
   EXPECT_THAT(report.html, HasSubstr("<td class=\"l\">projector.blur_px</td><td class=\"r\">1.5</td>"));
@@ -59,8 +60,8 @@ TEST(OptimiseReport, NothingFeasibleIsSaid) {
   OptimiseResult result;
   result.evaluations = {evaluation(0.001, std::nan(""), false, "1")};
   result.evaluations[0].failed = 1;
-  StudyFile file;
-  const StudyReport report = optimise_report({file, {}, {}, {"fringetwin"}, "1"}, plan(), result);
+  StudyHead head;
+  const StudyReport report = optimise_report({head, {}, {}, {"fringetwin"}, "1"}, plan(), result);
   EXPECT_THAT(report.html, HasSubstr("nothing that was tried meets all constraints"));
   EXPECT_THAT(report.html, HasSubstr("not feasible"));
   EXPECT_THAT(report.html, HasSubstr("0 of 1 evaluations meet all constraints, 1 failed"));

@@ -211,8 +211,8 @@ TEST_F(Optimise, TheFileSaysWhatIsChosenAndWhy) {
            "[minimise]\nresult = \"fits.ball.measured.radius_mm\"\nstatistic = \"rms-error\"\n"
            "value = 19\n" +
            full);
-  ASSERT_TRUE(study.optimise);
-  const OptimisePlan& plan = study.optimise->plan;
+  ASSERT_TRUE(std::holds_alternative<OptimisePlan>(study.plan));
+  const OptimisePlan& plan = std::get<OptimisePlan>(study.plan);
   EXPECT_EQ(plan.choose.size(), 2u);
   EXPECT_TRUE(plan.choose[0].range->log);
   EXPECT_THAT(plan.choose[1].values, ElementsAre("3", "4", "8"));
@@ -221,8 +221,8 @@ TEST_F(Optimise, TheFileSaysWhatIsChosenAndWhy) {
   EXPECT_EQ(plan.constraints[0].max, 0.01);
   EXPECT_EQ(plan.evaluations, 30u);
   EXPECT_EQ(plan.trials, 5u);
-  ASSERT_EQ(study.records.size(), 3u);
-  EXPECT_EQ(study.records[0].name, "acquisition.time_s");
+  ASSERT_EQ(study.head.records.size(), 3u);
+  EXPECT_EQ(study.head.records[0].name, "acquisition.time_s");
 
   const auto refused = [&](const std::string& text, const std::string& sentence) {
     SCOPED_TRACE(text);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The drawings of a page, made all at once and kept for files of their own.
+// Collects the drawings of a page while its text is written, makes them all at once and keeps them for files
+// of their own.
 #pragma once
 #include <string>
 #include <utility>
@@ -18,13 +19,13 @@ struct StudyReport {
 
 class FigureSheet {
  public:
-  /// What stands for the drawing until finish().
+  /// Returns what stands for the drawing in the text until finish().
   std::string place(const std::string& name, const report::Drawing& drawing);
   template <class Picture>
   std::string place(const std::string& name, const Picture& picture) {
     return place(name, report::drawing(picture));
   }
-  /// Figures side by side, as wide as the page allows.
+  /// Returns figures side by side, as wide as the page allows.
   static std::string row(const std::vector<std::string>& placed);
 
   std::size_t size() const { return drawings_.size(); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Acquisition time against uncertainty, as a drawing; internal to study/.
+// Draws acquisition time against uncertainty, with the Pareto front; internal to study/.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,10 +9,11 @@
 
 namespace fringetwin::study {
 
-/// "A", "B" ... of the points of a front, by rising time.
+/// Returns the letter "A", "B" ... of the i-th point of a front, by rising time.
 std::string front_mark(std::size_t i);
 
-/// Points as `title`, the front marked with its letters, steps between; without a label of y.
+/// Returns a plot of the points under `title`, with the front marked by its letters and steps between;
+/// without a label of y.
 report::Plot front_plot(const std::vector<CostAndError>& points, const std::vector<std::size_t>& front,
                         const std::string& title);
 

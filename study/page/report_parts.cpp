@@ -11,7 +11,7 @@
 
 #include "report/table.hpp"
 #include "report/text.hpp"
-#include "study/design/design_table.hpp"
+#include "study/plan/result_names.hpp"
 
 namespace fringetwin::study {
 namespace {
@@ -106,8 +106,8 @@ void add_failures(const StudyRecord& study, report::Page* page) {
 std::string footer_html(const StudyRecord& study) {
   report::Table table;
   table.columns = {{"provenance", "", Align::left}, {"", "", Align::left}};
-  table.add_row({"study", study.file.file.string()});
-  table.add_row({"twin", study.file.twin.string()});
+  table.add_row({"study", study.head.file.string()});
+  table.add_row({"twin", study.head.twin.string()});
   table.add_row({"command", report::shell_command(study.argv)});
   table.add_row({"page written by", study.version});
   table.add_row({"digest of the study", study.identity.digest()});
@@ -116,7 +116,7 @@ std::string footer_html(const StudyRecord& study) {
   for (const auto& [file, digest] : study.identity.inputs) files.add_row({file, digest});
   report::Table content;
   content.columns = {{"key", "", Align::left}, {"value", "", Align::left}};
-  for (const auto& [key, value] : study.file.content) content.add_row({key, value});
+  for (const auto& [key, value] : study.head.content) content.add_row({key, value});
   return table.html() +
          fmt::format("<details><summary>{} input files with their SHA-256</summary>{}</details>",
                      files.rows.size(), files.html()) +
@@ -151,7 +151,7 @@ std::string inputs_table(const UncertainInputs& inputs) {
 
 report::Page page_of(const StudyRecord& study, const std::string& subtitle) {
   report::Page page;
-  page.title = "Study “" + study.file.name + "”";
+  page.title = "Study “" + study.head.name + "”";
   page.subtitle = subtitle;
   page.summary_html = head_table(study);
   page.footer_html = footer_html(study);
@@ -160,6 +160,16 @@ report::Page page_of(const StudyRecord& study, const std::string& subtitle) {
 
 std::string with_unit(const std::string& name, const std::string& unit) {
   return unit.empty() || unit_of(name) == unit ? name : name + " [" + unit + "]";
+}
+
+std::string shortened(const std::string& name, std::size_t most) {
+  std::size_t end = 0, letters = 0;  // whole UTF-8 letters
+  while (end < name.size() && letters < most) {
+    ++end;
+    while (end < name.size() && (static_cast<unsigned char>(name[end]) & 0xC0U) == 0x80U) ++end;
+    ++letters;
+  }
+  return end < name.size() ? name.substr(0, end) + "…" : name;
 }
 
 std::string shown_of(std::size_t shown, std::size_t all) {

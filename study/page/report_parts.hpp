@@ -1,36 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the pages of all kinds of studies have in common; internal to study/.
+// Makes the parts that the pages of all kinds of studies have in common; internal to study/.
 #pragma once
 #include <string>
 #include <vector>
 
 #include "report/html_page.hpp"
 #include "study/page/study_report.hpp"
+#include "study/uncertain/uncertain_inputs.hpp"
 
 namespace fringetwin::study {
 
-/// Bands and intervals of designs.
+/// The share of the values that bands and intervals of designs hold.
 inline constexpr double kReportCoverage = 0.95;
 
-/// Twin, runs done and failed, traces saved, times, hosts and versions.
+/// Returns the table of runs done and failed, traces saved, times, hosts and versions.
 std::string head_table(const StudyRecord& study);
-/// A section of the reasons with the number of points, where anything failed.
+/// Adds a section of the reasons with the number of points, where anything failed.
 void add_failures(const StudyRecord& study, report::Page* page);
-/// Command, versions, files with their SHA-256.
+/// Returns command, versions, and files with their SHA-256.
 std::string footer_html(const StudyRecord& study);
-/// What was uncertain, with its distribution.
+/// Returns the table of what was uncertain, with its distribution.
 std::string inputs_table(const UncertainInputs& inputs);
-/// A page with title, subtitle, head and footer; the sections come between.
+/// Returns a page with title, subtitle, head and footer; the sections come between.
 report::Page page_of(const StudyRecord& study, const std::string& subtitle);
 
-/// "name [unit]", unless the name says it
+/// Returns "name [unit]", or the name alone where it says the unit.
 std::string with_unit(const std::string& name, const std::string& unit);
-/// Some of many, and which: "the first 8 of 20"; empty when all are shown.
+/// Returns a name of at most so many letters; a longer one ends in an ellipsis.
+std::string shortened(const std::string& name, std::size_t most = 24);
+/// Returns which of many are shown, "the first 8 of 20"; an empty string when all are.
 std::string shown_of(std::size_t shown, std::size_t all);
 
-/// Log axis for values that are positive and span more than a decade.
+/// Returns true for values that are positive and span more than a decade: they take a log axis.
 bool spans_a_decade(const std::vector<double>& values);
-/// All values agree to four digits: tics need more.
+/// Returns true where all values agree to three digits: tics need more.
 bool needs_many_digits(const std::vector<double>& values);
 
 }  // namespace fringetwin::study

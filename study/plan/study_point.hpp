@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The units of a study: what is run, and what came of it.
+// One point of a study, a virtual measurement with its settings and seed, and what came of running it.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <string>
@@ -34,11 +35,14 @@ struct PointOutcome {
   bool traced = true;             ///< false: the light came from another point's trace
   std::string host{}, version{};  ///< where it ran and by which program; empty: here, by this one
 
-  /// NaN also where it was not recorded.
+  /// Returns the recorded number; NaN also where it was not recorded.
   double number(const std::string& name) const {
     const auto at = numbers.find(name);
     return at == numbers.end() ? kNan : at->second;
   }
 };
+
+/// Runs points and returns their outcomes in any order; one that is missing counts as failed.
+using RunPoints = std::function<std::vector<PointOutcome>(const std::vector<StudyPoint>&)>;
 
 }  // namespace fringetwin::study

@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
-#include "study/plan/uncertain_file.hpp"
+#include <algorithm>
+
+#include "study/plan/study_point.hpp"
 
 namespace fringetwin::study {
 namespace {
@@ -21,6 +23,28 @@ Range read_range(const TomlTable& table, bool sampled) {
 }
 
 }  // namespace
+
+std::vector<std::string> read_study_keys(const TomlTable& table, std::set<std::string>* taken) {
+  if (table.has("key") == table.has("keys")) table.fail("", "needs either key or keys");
+  std::vector<std::string> keys;
+  if (table.has("key"))
+    keys = {table.required_string("key")};
+  else
+    keys = *table.strings("keys");
+  const char* name = table.has("key") ? "key" : "keys";
+  if (keys.empty()) table.fail(name, "must name one key or more");
+  for (const std::string& key : keys)
+    if (!taken->insert(key).second) table.fail(name, fmt::format("names \"{}\" a second time", key));
+  constexpr std::string_view exposure = ".exposure_ms";
+  for (const std::string& key : keys) {
+    if (!key.ends_with(exposure)) continue;
+    const std::string gain = key.substr(0, key.size() - exposure.size()) + ".gain_dn";
+    if (std::find(keys.begin(), keys.end(), gain) == keys.end())
+      table.fail(name, fmt::format("\"{}\" alone changes no gray value", key),
+                 fmt::format("give the gain that goes with it: keys = [\"{}\", \"{}\"] and rows", key, gain));
+  }
+  return keys;
+}
 
 Variation read_variation(const TomlTable& table, bool sampled, std::set<std::string>* taken) {
   table.allow({"key", "keys", "values", "rows", "range", "count", "scale"});

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of STUDY.toml that several kinds of studies have: values of keys, and what is recorded.
+// Reads the tables of STUDY.toml that several kinds of studies have: values of keys ([[vary]], [[choose]])
+// and what is recorded ([[record]]).
 #pragma once
 #include <optional>
 #include <set>
@@ -29,10 +30,13 @@ struct Record {
   std::string result, name;
 };
 
-/// A [[vary]] or [[choose]]. `sampled`: a range takes no count.
+/// Returns "key" or "keys" of a [[vary]], [[uncertain]] or [[choose]]; none may be among those taken.
+std::vector<std::string> read_study_keys(const TomlTable& table, std::set<std::string>* taken);
+
+/// Reads a [[vary]] or [[choose]]. `sampled`: a range takes no count.
 Variation read_variation(const TomlTable& table, bool sampled, std::set<std::string>* taken);
 
-/// All [[record]].
+/// Reads all [[record]] tables.
 std::vector<Record> read_records(const TomlTable& root);
 
 }  // namespace fringetwin::study

@@ -117,7 +117,7 @@ Json theory(const VirtualMeasurement& run, const std::vector<Record>& records) {
 
 }  // namespace
 
-std::string image_results(const VirtualMeasurement& run, const std::vector<Record>& records) {
+Json image_results(const VirtualMeasurement& run, const std::vector<Record>& records) {
   const auto asked = [&](const char* part) {
     return std::any_of(records.begin(), records.end(),
                        [&](const Record& r) { return r.result.starts_with(part); });
@@ -127,7 +127,7 @@ std::string image_results(const VirtualMeasurement& run, const std::vector<Recor
   if (asked("images")) out["images"] = images(run);
   if (asked("indicators")) out["indicators"] = indicators(run);
   if (asked("theory")) out["theory"] = theory(run, records);
-  return out.dump();
+  return out;
 }
 
 }  // namespace fringetwin::study

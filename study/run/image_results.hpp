@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Results that a [[record]] may name besides those of result.json: what the images cost, how well they are
-// exposed, how much of them is measured, and the indicators of the fitted spheres and planes.
+// Works out the results that a [[record]] may name besides those of result.json: what the images cost, how
+// well they are exposed, how much of them is measured, and the indicators of the fitted spheres and planes.
 #pragma once
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "measure/measurement.hpp"
 #include "render/base/rendered_camera.hpp"
 #include "study/noise/noise_theory.hpp"
-#include "study/study_file.hpp"
+#include "study/plan/study_tables.hpp"
 #include "twin/captures/capture_set.hpp"
 
 namespace fringetwin::study {
@@ -24,9 +25,9 @@ struct VirtualMeasurement {
   std::map<std::string, NoiseTheory>& theory;  ///< of the recording twin, by object; filled where asked for
 };
 
-/// JSON of those that any of the records asks for: "acquisition" {images, time_s}, "images" [{camera,
+/// Returns those that any of the records asks for: "acquisition" {images, time_s}, "images" [{camera,
 /// saturated, measured (first camera)}], "indicators" [{object, sphere_form, ...}], "theory" [{object, n,
 /// ...}]. docs/METRICS.md, "Results of studies".
-std::string image_results(const VirtualMeasurement& run, const std::vector<Record>& records);
+nlohmann::ordered_json image_results(const VirtualMeasurement& run, const std::vector<Record>& records);
 
 }  // namespace fringetwin::study

@@ -9,6 +9,7 @@
 #include "measure/measurement.hpp"
 #include "render/pattern/form_images.hpp"
 #include "render/sensor/all_cameras.hpp"
+#include "report/json.hpp"
 #include "study/plan/shared_meshes.hpp"
 #include "study/run/image_results.hpp"
 #include "twin/base/errors.hpp"
@@ -98,8 +99,9 @@ std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, 
   const std::vector<CameraImages> images = render::expose_all(rendered_, *twin_, planned.point.seed);
   const Twin& known = rig_ ? rig_->measuring(planned.point.settings) : *twin_;
   const measure::Measurement measurement = measure::measure(known, images);
-  return pick_numbers(compare::measurement_json(known, measurement, {}, {}), task_.records,
-                      image_results({*twin_, known, rendered_, images, measurement, theory_}, task_.records));
+  report::Json result = compare::measurement_tree(known, measurement, {}, {});
+  result.update(image_results({*twin_, known, rendered_, images, measurement, theory_}, task_.records));
+  return pick_numbers(result, task_.records);
 }
 
 }  // namespace fringetwin::study

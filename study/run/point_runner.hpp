@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One point of a study: twin with settings -> light -> gray values -> measurement -> numbers.
+// Runs points of a study: a twin with settings goes in, and the recorded numbers of its virtual measurement
+// come out (light, gray values, measurement).
 #pragma once
 #include <filesystem>
 #include <optional>
@@ -8,10 +9,10 @@
 
 #include "render/renderer.hpp"
 #include "study/noise/noise_theory.hpp"
-#include "study/plan/record.hpp"
+#include "study/plan/recorded_numbers.hpp"
 #include "study/plan/study_point.hpp"
-#include "study/plan/uncertain_inputs.hpp"
 #include "study/run/trace_share.hpp"
+#include "study/uncertain/uncertain_inputs.hpp"
 
 namespace fringetwin::study {
 
@@ -34,7 +35,7 @@ class PointRunner {
   /// first point lacks a recorded result.
   PointOutcome run(const PlannedPoint& planned);
 
-  /// The images before the sensor, of the last point that came so far.
+  /// Returns the images before the sensor, of the last point that came so far.
   const std::vector<render::RenderedCamera>& rendered() const { return rendered_; }
 
  private:

@@ -9,7 +9,7 @@
 
 #include "render/base/sampling.hpp"
 #include "render/pattern/form_images.hpp"
-#include "study/plan/uncertain_inputs.hpp"
+#include "study/uncertain/uncertain_inputs.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 

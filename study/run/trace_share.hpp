@@ -34,9 +34,9 @@ struct TraceDemand {
 
   bool operator==(const TraceDemand&) const = default;
   static TraceDemand of(const Twin& twin);
-  /// The strictest of both.
+  /// Makes this the stricter of both.
   void join(const TraceDemand& other);
-  /// Puts itself in the twin's place.
+  /// Gives the twin the sensors, mean and amplitude for which its light must be exact enough.
   void apply(Twin* twin) const;
 };
 
@@ -52,7 +52,7 @@ struct PlannedPoint {
 /// `points`: all of the study, the finished ones included.
 std::vector<PlannedPoint> plan_traces(const std::filesystem::path& twin, std::vector<StudyPoint> points);
 
-/// Groups among the points.
+/// Returns the number of different traces.
 std::size_t count_groups(const std::vector<PlannedPoint>& points);
 
 }  // namespace fringetwin::study

@@ -17,7 +17,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "study/plan/draws.hpp"
+#include "study/plan/random_draws.hpp"
 
 namespace fringetwin::study::monte_carlo_test {
 namespace {

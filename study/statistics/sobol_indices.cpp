@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "study/plan/draws.hpp"
+#include "study/plan/random_draws.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::study {

@@ -13,7 +13,7 @@
 #include <limits>
 #include <numbers>
 
-#include "study/plan/draws.hpp"
+#include "study/plan/random_draws.hpp"
 
 namespace fringetwin::study::sobol_indices_test {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-#include "study/design/design_table.hpp"
+#include "study/plan/result_names.hpp"
 #include "study/store/study_store.hpp"
 
 namespace fringetwin::study {

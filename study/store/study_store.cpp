@@ -6,8 +6,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "study/plan/time_and_host.hpp"
 #include "study/store/sqlite.hpp"
+#include "twin/base/time_and_host.hpp"
 
 namespace fringetwin::study {
 namespace fs = std::filesystem;

@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "study/plan/study_head.hpp"
 #include "study/plan/study_point.hpp"
-#include "study/study_file.hpp"
 
 namespace fringetwin::study {
 
 enum class PointStatus { pending, done, failed };
 
-/// A row.
+/// A row of the table: a point, and what became of it.
 struct StoredPoint {
   StudyPoint point;
   PointStatus status = PointStatus::pending;
@@ -36,16 +36,16 @@ class StudyStore {
   StudyStore(const StudyStore&) = delete;
   StudyStore& operator=(const StudyStore&) = delete;
 
-  /// Of the study, StudyIdentity::digest().
+  /// Returns the study's StudyIdentity::digest().
   std::string digest() const;
-  /// Those that are not there yet, as pending.
+  /// Adds those that are not there yet, as pending.
   void add(const std::vector<StudyPoint>& points);
-  /// What has not finished, by id; a failed point has.
+  /// Returns what has not finished, by id; a failed point has.
   std::vector<StudyPoint> pending() const;
-  /// One transaction: when it returns the outcomes are on the disk, when it throws none of them is. A point
-  /// that has finished keeps its first outcome. Only for points added before.
+  /// Stores outcomes in one transaction: when it returns the outcomes are on the disk, when it throws none of
+  /// them is. A point that has finished keeps its first outcome. Only for points added before.
   void record(const std::vector<PointOutcome>& outcomes);
-  /// The rows from one id to another, both included, by id.
+  /// Returns the rows from one id to another, both included, by id.
   std::vector<StoredPoint> rows(std::int64_t first_id = 0,
                                 std::int64_t last_id = std::numeric_limits<std::int64_t>::max()) const;
 
@@ -59,9 +59,9 @@ class StudyStore {
   std::unique_ptr<Impl> impl_;
 };
 
-/// One line per row: id, the settings by key, noise seed, status, reason, the results by name. Only what the
-/// study determines: two runs of one study give the same bytes wherever, in whatever order and after whatever
-/// interruption. A result that is not a number is an empty cell.
+/// Returns the table as CSV, one line per row: id, the settings by key, noise seed, status, reason, the
+/// results by name. Only what the study determines: two runs of one study give the same bytes wherever, in
+/// whatever order and after whatever interruption. A result that is not a number is an empty cell.
 std::string study_csv(const std::vector<StoredPoint>& rows);
 
 }  // namespace fringetwin::study

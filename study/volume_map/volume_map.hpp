@@ -12,13 +12,14 @@
 
 #include "study/plan/study_point.hpp"
 #include "study/plan/study_tables.hpp"
-#include "study/plan/uncertain_inputs.hpp"
 #include "study/statistics/monte_carlo.hpp"
+#include "study/uncertain/uncertain_inputs.hpp"
 
 namespace fringetwin::study {
 
 struct VolumeMapPlan {
-  UncertainInputs inputs;
+  UncertainInputs inputs;    ///< the directions of the calibration are counted when the study is planned
+  bool calibration = false;  ///< draw the rig from the covariance that the twin names
   std::filesystem::path twin;
   std::string object;                                                        ///< a sphere of the twin
   double radius_mm = 0.0;                                                    ///< its nominal one
@@ -28,17 +29,17 @@ struct VolumeMapPlan {
   std::uint64_t seed = 1;
   double coverage = 0.95;
 
-  /// x fastest.
+  /// Returns the places of the lattice, x fastest.
   std::vector<Eigen::Vector3d> positions() const;
 };
 
-/// Every position in every trial, whose draw of the rig is common to all positions; noise is each one's own.
-/// id = trial * positions + position.
+/// Returns the points of every position in every trial, whose draw of the rig is common to all positions;
+/// noise is each one's own. id = trial * positions + position.
 std::vector<StudyPoint> volume_map_points(const VolumeMapPlan& plan);
-/// What of each measurement the map is made from.
+/// Returns which numbers of each measurement the map is made from.
 std::vector<Record> volume_map_records(const std::string& object);
 
-/// One number over the trials.
+/// Statistics of one number over the trials.
 struct MapNumber {
   double mean = 0.0, sigma = 0.0;
   Interval interval;  ///< symmetric
@@ -53,11 +54,11 @@ struct MapPosition {
   /// of the residuals).
   std::map<std::string, MapNumber> numbers;
 };
-/// Of two positions: distance of the measured centres less nominal distance.
+/// What was measured of the distance between two positions.
 struct MapSpacing {
   std::size_t a = 0, b = 0;  ///< a < b
   double length_mm = 0.0;    ///< nominal
-  MapNumber error_mm;
+  MapNumber error_mm;        ///< distance of the measured centres less the nominal one
 };
 /// The positions where a number's mean, and its sigma, are largest by amount, of those that have it in every
 /// trial: the few trials of another one may be its bad ones, or its good ones.
@@ -77,10 +78,10 @@ struct VolumeMap {
   MapNumber largest_mm;
 };
 
-/// Outcomes of volume_map_points, in any order; one that is missing counts as failed.
+/// Returns the map of the outcomes of volume_map_points, in any order; one that is missing counts as failed.
 VolumeMap volume_map(const VolumeMapPlan& plan, const std::vector<PointOutcome>& outcomes);
 
-/// result.json, "fringetwin-volume-map/1".
+/// Returns result.json, "fringetwin-volume-map/1".
 std::string volume_map_json(const VolumeMapPlan& plan, const VolumeMap& map);
 
 }  // namespace fringetwin::study

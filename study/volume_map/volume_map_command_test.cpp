@@ -12,8 +12,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "study/plan/uncertain_inputs.hpp"
 #include "study/statistics/monte_carlo.hpp"
+#include "study/uncertain/uncertain_inputs.hpp"
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 

@@ -40,15 +40,12 @@ void need_fit(const TomlTable& root, const Twin& twin, const std::string& object
 
 }  // namespace
 
-const std::vector<std::string>& volume_map_keys() {
-  static const std::vector<std::string> keys = {"object", "center_mm", "size_mm",
-                                                "counts", "trials",    "coverage"};
-  return keys;
+std::vector<std::string> volume_map_keys() {
+  return with_uncertain_keys({"object", "center_mm", "size_mm", "counts", "trials", "coverage"});
 }
 
-VolumeMapSettings read_volume_map(const TomlTable& root, const std::filesystem::path& twin_file) {
-  VolumeMapSettings out;
-  VolumeMapPlan& plan = out.plan;
+VolumeMapPlan read_volume_map(const TomlTable& root, const std::filesystem::path& twin_file) {
+  VolumeMapPlan plan;
   plan.twin = twin_file;
   plan.object = root.required_string("object");
   const Twin twin = load_twin(twin_file);
@@ -67,8 +64,8 @@ VolumeMapSettings read_volume_map(const TomlTable& root, const std::filesystem::
   plan.coverage = read_coverage(root);
   const UncertainSettings uncertain = read_uncertain_settings(root, twin_file);
   plan.inputs = uncertain.inputs;
-  out.calibration = uncertain.calibration;
-  return out;
+  plan.calibration = uncertain.calibration;
+  return plan;
 }
 
 }  // namespace fringetwin::study

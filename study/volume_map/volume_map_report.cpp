@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of a volume map.
+#include "study/volume_map/volume_map_report.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -262,7 +263,7 @@ StudyReport volume_map_report(const StudyRecord& study, const VolumeMapPlan& pla
   report::Page page = page_of(
       study, fmt::format("A sphere of {:.6g} mm radius at {} × {} × {} positions, {} trials, on the twin {}",
                          plan.radius_mm, plan.counts[0], plan.counts[1], plan.counts[2], plan.trials,
-                         study.file.twin.filename().string()));
+                         study.head.twin.filename().string()));
   page.summary_html = worst_table(plan, map) + inputs_table(plan.inputs) + page.summary_html;
   page.note = note_of(plan);
   if (map.measured < map.positions.size())

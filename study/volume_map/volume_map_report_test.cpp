@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a volume map made of outcomes by hand.
 // tolerance: none, numbers as they are printed.
+#include "study/volume_map/volume_map_report.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "study/page/study_report.hpp"
 #include "study/study_file.hpp"
 
 namespace fringetwin::study::volume_map_report_test {
@@ -50,9 +51,9 @@ TEST(VolumeMapReport, SlicesSpacingAndTheWorst) {
   for (const char* name : {"x_mm", "y_mm", "z_mm", "size_mm", "form_mm"}) map.worst[name] = {11, 11};
   map.worst_spacing = MapWorst{0, 0};
   map.largest_mm = {0.013, 0.003, {0.01, 0.014}, 4};
-  StudyFile file;
-  file.name = "map <m>";
-  const StudyReport report = volume_map_report({file, {}, {}, {"fringetwin"}, "1"}, plan, map);
+  StudyHead head;
+  head.name = "map <m>";
+  const StudyReport report = volume_map_report({head, {}, {}, {"fringetwin"}, "1"}, plan, map);
   EXPECT_THAT(report.html, HasSubstr("map &lt;m&gt;"));
   EXPECT_THAT(report.html, HasSubstr("11 of 12 positions were measured in every trial"));
   EXPECT_THAT(report.html, HasSubstr("0.0120 (0.00600 … 0.0180)"));  // the worst, with its interval

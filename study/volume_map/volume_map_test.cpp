@@ -189,13 +189,13 @@ TEST_F(VolumeMapTest, TheFileSaysLatticeAndInputs) {
   const StudyFile study = load(head + lattice +
                                "trials = 7\nseed = 3\nnoise = false\ncoverage = 0.9\n[[uncertain]]\nform = "
                                "\"ball\"\nrms_mm = 0.003\n");
-  ASSERT_TRUE(study.volume_map);
-  const VolumeMapPlan& plan = study.volume_map->plan;
+  ASSERT_TRUE(std::holds_alternative<VolumeMapPlan>(study.plan));
+  const VolumeMapPlan& plan = std::get<VolumeMapPlan>(study.plan);
   EXPECT_EQ(plan.radius_mm, 19.0);
   EXPECT_THAT(plan.counts, ElementsAre(3, 2, 1));
   EXPECT_EQ(plan.trials, 7u);
   EXPECT_EQ(plan.inputs.forms.size(), 1u);
-  EXPECT_EQ(study.records.size(), 6u);
+  EXPECT_EQ(study.head.records.size(), 6u);
 
   const auto refused = [&](const std::string& text, const std::string& sentence) {
     SCOPED_TRACE(text);

@@ -9,8 +9,7 @@
 #include <cmath>
 #include <map>
 
-#include "study/design/design.hpp"
-#include "study/monte_carlo/monte_carlo_run.hpp"
+#include "study/kind/check_study.hpp"
 #include "study/study_file.hpp"
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/shipped_studies.hpp"
@@ -103,20 +102,12 @@ TEST(StudyTheory, ThePapersSphereUpToItsOutlines) {
   EXPECT_NEAR(mean(rows, "n") / mean(rows, "n.expected_mean"), 1.0, 0.01);
 }
 
-/// Its points, as far as they are known before it runs.
-std::vector<study::StudyPoint> points_of(const study::StudyFile& file) {
-  if (file.monte_carlo) return {{}, study::first_trial(file)};
-  if (file.volume_map) return study::volume_map_points(file.volume_map->plan);
-  if (file.optimise) return study::optimise_samples(file.optimise->plan);
-  return study::design_points(file);
-}
-
 TEST(StudyTheory, EveryShippedStudyCanBeRun) {
   int n = 0;
   for (const auto& entry : fs::directory_iterator(shipped_studies())) {
     if (read_file(entry.path()).find("fringetwin-study/1") == std::string::npos) continue;
     const study::StudyFile file = study::load_study(entry.path());
-    EXPECT_NO_THROW(study::check_study(file, points_of(file))) << file.file;
+    EXPECT_NO_THROW(study::check_study(file.head, study::kind_of(file)->plan())) << file.head.file;
     ++n;
   }
   EXPECT_GE(n, 14);

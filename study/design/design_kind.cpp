@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/design/design_kind.hpp"
+
+#include <fmt/format.h>
+
+#include "study/design/design_report.hpp"
+#include "twin/base/progress.hpp"
+
+namespace fringetwin::study {
+namespace {
+
+class DesignKind final : public Kind {
+ public:
+  DesignKind(const StudyHead& head, const DesignPlan& plan)
+      : head_(head), plan_(plan), points_(design_points(plan)) {}
+
+  std::vector<StudyPoint> plan() override { return points_; }
+  PointTask task() const override { return {head_.twin, head_.records}; }
+
+  void run(KeptPoints& kept) override {
+    const KeptPoints::Planned planned = kept.plan(points_);
+    say(fmt::format("study \"{}\": {}, {} different traces{}", head_.name, points_text(points_.size()),
+                    count_groups(planned.points),
+                    planned.done.empty() ? "" : fmt::format("; {} done before", planned.done.size())));
+    kept.run(planned);
+  }
+  std::optional<std::size_t> points_in_all() const override { return points_.size(); }
+
+  bool has_result() const override { return false; }
+  StudyReport report(const StudyRecord& study) const override { return design_report(study, plan_); }
+
+  std::string tell(const StudyRecord& study, const EngineSummary& summary) const override {
+    std::size_t done = 0, failed = 0;
+    for (const StoredPoint& row : study.rows) {
+      done += row.status == PointStatus::done ? 1 : 0;
+      failed += row.status == PointStatus::failed ? 1 : 0;
+    }
+    return fmt::format("study \"{}\": {} measured, {} failed, {} of them in this run\n", head_.name, done,
+                       failed, summary.finished);
+  }
+
+ private:
+  const StudyHead& head_;
+  DesignPlan plan_;
+  std::vector<StudyPoint> points_;
+};
+
+}  // namespace
+
+std::unique_ptr<Kind> make_kind(const StudyHead& head, const DesignPlan& plan) {
+  return std::make_unique<DesignKind>(head, plan);
+}
+
+}  // namespace fringetwin::study

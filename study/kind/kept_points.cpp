@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/kind/kept_points.hpp"
+
+namespace fringetwin::study {
+namespace {
+
+/// Returns the outcomes of these points that the store has.
+std::vector<PointOutcome> stored(const StudyStore& store, const std::vector<StudyPoint>& points) {
+  std::set<std::int64_t> ids;
+  for (const StudyPoint& point : points) ids.insert(point.id);
+  std::vector<PointOutcome> out;
+  if (ids.empty()) return out;
+  for (StoredPoint& row : store.rows(*ids.begin(), *ids.rbegin()))
+    if (row.status != PointStatus::pending && ids.contains(row.point.id))
+      out.push_back(std::move(row.outcome));
+  return out;
+}
+
+}  // namespace
+
+KeptPoints::Planned KeptPoints::plan(const std::vector<StudyPoint>& points) {
+  store_.add(points);
+  Planned out{plan_traces(task_.twin, points), {}};
+  for (const StudyPoint& point : points) out.done.insert(point.id);
+  for (const StudyPoint& point : store_.pending()) out.done.erase(point.id);
+  return out;
+}
+
+void KeptPoints::run(const Planned& planned) {
+  summary_.add(engine_.run(task_, planned.points, planned.done,
+                           [&](const PointOutcome& outcome) { store_.record({outcome}); }));
+}
+
+std::vector<PointOutcome> KeptPoints::run(const std::vector<StudyPoint>& points) {
+  store_.add(points);
+  std::vector<PointOutcome> outcomes = stored(store_, points);
+  if (outcomes.size() == points.size()) return outcomes;
+  std::set<std::int64_t> done;
+  for (const PointOutcome& outcome : outcomes) done.insert(outcome.id);
+  run(Planned{plan_traces(task_.twin, points), std::move(done)});
+  return stored(store_, points);
+}
+
+}  // namespace fringetwin::study

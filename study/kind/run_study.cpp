@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/kind/run_study.hpp"
+
+#include <fmt/format.h>
+
+#include <set>
+
+#include "study/kind/check_study.hpp"
+#include "twin/base/out_folder.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/image/image_io.hpp"
+
+namespace fringetwin::study {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kMostReasons = 5;
+
+/// Returns the names of the drawings in a folder, which may not exist.
+std::vector<std::string> drawings_in(const fs::path& dir) {
+  std::vector<std::string> out;
+  std::error_code error;  // no folder: nothing
+  for (const auto& entry : fs::directory_iterator(dir, error))
+    if (entry.path().extension() == ".svg" && !entry.is_directory())
+      out.push_back(entry.path().filename().string());
+  return out;
+}
+
+/// The last files of an earlier run go only once the folder is known to be of this study.
+void take_away_last_files(const Kind& kind, const fs::path& out) {
+  std::vector<std::string> files = {"report.html", "study.csv"};
+  if (kind.has_result()) files.emplace_back("result.json");
+  begin_output(out, files);
+}
+
+void run_until_stopped(Kind& kind, KeptPoints& points, const StudyStore& store) {
+  try {
+    kind.run(points);
+  } catch (const Cancelled&) {
+    const auto counts = store.counts();
+    const auto finished = static_cast<std::size_t>(counts.done + counts.failed);
+    const auto all = kind.points_in_all();
+    say(fmt::format("stopped {}; the same command goes on from there",
+                    all ? fmt::format("with {} of {} finished", finished, points_text(*all))
+                        : "after " + points_text(finished)));
+    throw;
+  }
+}
+
+std::string traces_text(const EngineSummary& summary) {
+  return fmt::format("light traced for {} of {}: {} traces saved\n", summary.traced,
+                     points_text(summary.finished), summary.finished - summary.traced);
+}
+
+/// Warns of the reasons of what failed, each once. Throws UserError(usage) when no point could be measured: a
+/// study without a result is no success.
+void warn_of_failures(const StudyRecord& study) {
+  std::set<std::string> reasons;
+  bool any_done = false;
+  for (const StoredPoint& row : study.rows) {
+    if (row.status == PointStatus::failed) reasons.insert(row.outcome.reason);
+    any_done = any_done || row.status == PointStatus::done;
+  }
+  if (!any_done && !reasons.empty())
+    throw UserError(ExitCode::usage, study.head.file.string(),
+                    "no point could be measured: " + *reasons.begin());
+  std::size_t told = 0;
+  for (const std::string& reason : reasons) {
+    if (++told > kMostReasons) break;
+    warn("points failed: " + reason);
+  }
+}
+
+void write_report(const StudyRun& run, const StudyReport& report) {
+  if (run.figures) {
+    const fs::path folder = run.out / "figures";
+    begin_output(folder, drawings_in(folder));
+    for (const auto& [name, svg] : report.figures) write_text_file(folder / (name + ".svg"), svg);
+    say(fmt::format("{} drawings: {}", report.figures.size(), folder.string()));
+  }
+  write_text_file(run.out / "report.html", report.html);
+  say("page: " + (run.out / "report.html").string());
+}
+
+}  // namespace
+
+ExitCode run_study(Kind& kind, const StudyHead& head, const StudyRun& run) {
+  const StudyIdentity identity = check_study(head, kind.plan());
+  begin_output(run.out, {});
+  StudyStore store(run.out / "study.db", identity, run.version);
+  take_away_last_files(kind, run.out);
+  KeptPoints points(kind.task(), run.engine, store);
+  run_until_stopped(kind, points, store);
+
+  const std::vector<StoredPoint> rows = store.rows();
+  const StudyRecord study{head, rows, identity, run.argv, run.version};
+  const fs::path table = run.out / "study.csv", result = run.out / "result.json";
+  write_text_file(table, study_csv(rows));
+  if (kind.has_result()) write_text_file(result, kind.write());
+  run.print(kind.tell(study, points.summary()) + traces_text(points.summary()));
+  warn_of_failures(study);
+  say(kind.has_result() ? "result: " + result.string() : "table: " + table.string());
+  write_report(run, kind.report(study));
+  return kind.verdict();
+}
+
+}  // namespace fringetwin::study

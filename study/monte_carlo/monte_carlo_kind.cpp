@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/monte_carlo/monte_carlo_kind.hpp"
+
+#include <fmt/format.h>
+
+#include "study/monte_carlo/monte_carlo_report.hpp"
+#include "study/uncertain/uncertain_file.hpp"
+#include "twin/base/progress.hpp"
+
+namespace fringetwin::study {
+namespace {
+
+/// "radius 19.0031, sigma 0.0054, 95 %: 18.9919 ... 19.0131; total effects: depth 0.82, noise 0.20"
+std::string number_line(const std::string& name, const MonteCarloNumber& n, const MonteCarloResult& result,
+                        double coverage) {
+  const SampleSummary& s = n.summary;
+  std::string out = fmt::format("{} {:.8g}, sigma {:.3g}, {:g} %: {:.8g} ... {:.8g}", name, s.mean, s.sigma,
+                                100.0 * coverage, s.symmetric.low, s.symmetric.high);
+  for (std::size_t f = 0; f < n.sensitivity.total.size(); ++f)
+    out += fmt::format("{} {} {:.2f}", f == 0 ? "; total effects:" : ",", result.factors[f],
+                       n.sensitivity.total[f].value);
+  return out + (n.convergence.reached ? "\n" : " (not converged)\n");
+}
+
+/// What comes next: a block of trials or, after the last one, the points of the Sobol indices.
+std::string trials_text(const std::vector<StudyPoint>& batch, const MonteCarloPlan& plan) {
+  const std::int64_t first = batch.front().id, last = batch.back().id;
+  if (static_cast<std::size_t>(first) >= plan.most_trials)
+    return points_text(batch.size()) + " for the shares of the inputs";
+  return fmt::format("trials {} ... {} of at most {}", first + 1, last + 1, plan.most_trials);
+}
+
+class MonteCarloKind final : public Kind {
+ public:
+  MonteCarloKind(const StudyHead& head, const MonteCarloPlan& plan) : head_(head), plan_(plan) {}
+
+  /// The twin itself, and the first trial without its calibration.
+  std::vector<StudyPoint> plan() override {
+    const UncertainInputs& inputs = plan_.inputs;
+    const StudyPoint first = point_of(inputs, 0, draw_inputs(inputs, plan_.seed, DrawStream::trials, 0));
+    plan_.inputs = complete_inputs({inputs, plan_.calibration}, head_.twin);
+    return {StudyPoint{}, first};
+  }
+  PointTask task() const override { return {head_.twin, head_.records, true, plan_.inputs.calibration > 0}; }
+
+  void run(KeptPoints& kept) override {
+    say(fmt::format("study \"{}\": blocks of {} trials, at most {}", head_.name,
+                    plan_.rule.trials_per_block(), plan_.most_trials));
+    result_ = run_monte_carlo(plan_, [&](const std::vector<StudyPoint>& batch) {
+      say(trials_text(batch, plan_));
+      return kept.run(batch);
+    });
+  }
+
+  std::string write() const override { return monte_carlo_json(plan_, result_); }
+  StudyReport report(const StudyRecord& study) const override {
+    return monte_carlo_report(study, plan_, result_);
+  }
+
+  std::string tell(const StudyRecord&, const EngineSummary& summary) const override {
+    std::string out = fmt::format("study \"{}\": {} trials, {} failed, {} in this run\n", head_.name,
+                                  result_.trials, result_.failed, points_text(summary.finished));
+    for (const auto& [name, number] : result_.numbers)
+      out += number_line(name, number, result_, plan_.rule.coverage);
+    return out;
+  }
+  ExitCode verdict() const override {
+    if (result_.converged) return ExitCode::ok;
+    warn(fmt::format("not converged after {} trials: give more most_trials or fewer digits", result_.trials));
+    return ExitCode::no_convergence;
+  }
+
+ private:
+  const StudyHead& head_;
+  MonteCarloPlan plan_;
+  MonteCarloResult result_;
+};
+
+}  // namespace
+
+std::unique_ptr<Kind> make_kind(const StudyHead& head, const MonteCarloPlan& plan) {
+  return std::make_unique<MonteCarloKind>(head, plan);
+}
+
+}  // namespace fringetwin::study

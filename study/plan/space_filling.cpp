@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/plan/space_filling.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "render/base/philox.hpp"
+#include "render/base/sobol.hpp"
+
+namespace fringetwin::study {
+namespace {
+
+/// What a random number is for; with the seed it makes the key, so that no two uses share numbers.
+enum class Use : std::uint32_t { jitter, order, scramble };
+
+render::PhiloxCounter random_words(std::uint64_t seed, Use use, std::uint32_t a, std::uint32_t b,
+                                   std::uint32_t c = 0) {
+  return render::philox4x32({a, b, c, static_cast<std::uint32_t>(use)},
+                            {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)});
+}
+
+/// 53 bits, in [0, 1).
+double unit(std::uint32_t high, std::uint32_t low) {
+  return static_cast<double>(std::uint64_t{high} << 21 | low >> 11) * 0x1p-53;
+}
+
+/// Owen's scrambling: every bit is turned or not as drawn for the bits before it.
+double scrambled(std::uint32_t x, std::uint64_t seed, std::uint32_t dimension, std::uint32_t index) {
+  std::uint32_t turned = 0;
+  for (std::uint32_t bit = 0; bit < 32; ++bit) {
+    const std::uint32_t before = bit == 0 ? 0U : x >> (32 - bit);
+    turned |= (random_words(seed, Use::scramble, dimension, bit, before)[0] & 1U) << (31 - bit);
+  }
+  // below the 32 bits of the sequence the place is free
+  const std::uint32_t fine = random_words(seed, Use::jitter, index, dimension)[0];
+  return unit(x ^ turned, fine);
+}
+
+}  // namespace
+
+UnitPoints latin_hypercube(int n, int dimensions, std::uint64_t seed) {
+  const auto count = static_cast<std::uint32_t>(n);
+  UnitPoints points(count, std::vector<double>(static_cast<std::size_t>(dimensions)));
+  std::vector<std::uint32_t> order(count);
+  for (std::uint32_t d = 0; d < static_cast<std::uint32_t>(dimensions); ++d) {
+    std::iota(order.begin(), order.end(), 0U);
+    for (std::uint32_t i = count; i > 1; --i) {  // Fisher and Yates
+      const auto words = random_words(seed, Use::order, i, d);
+      const auto k = static_cast<std::uint32_t>(unit(words[0], words[1]) * i);
+      std::swap(order[i - 1], order[k]);
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const auto words = random_words(seed, Use::jitter, i, d);
+      const double place = (order[i] + unit(words[0], words[1])) / count;
+      // rounding may lift the last of an interval over its end
+      points[i][d] = std::min(place, std::nextafter((order[i] + 1.0) / count, 0.0));
+    }
+  }
+  return points;
+}
+
+UnitPoints scrambled_sobol(int n, int dimensions, std::uint64_t seed) {
+  const auto count = static_cast<std::uint32_t>(n);
+  UnitPoints points(count, std::vector<double>(static_cast<std::size_t>(dimensions)));
+  for (std::uint32_t d = 0; d < static_cast<std::uint32_t>(dimensions); ++d) {
+    const auto directions = render::sobol_directions(static_cast<int>(d));
+    for (std::uint32_t i = 0; i < count; ++i)
+      points[i][d] = scrambled(render::sobol_coordinate(directions, i), seed, d, i);
+  }
+  return points;
+}
+
+std::size_t share_of(double u, std::size_t n) {
+  return std::min(static_cast<std::size_t>(u * static_cast<double>(n)), n - 1);
+}
+
+double middle_of_share(std::size_t i, std::size_t n) {
+  return (static_cast<double>(i) + 0.5) / static_cast<double>(n);
+}
+
+}  // namespace fringetwin::study

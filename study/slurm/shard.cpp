@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/slurm/shard.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "twin/base/errors.hpp"
+#include "twin/image/image_io.hpp"
+
+namespace fringetwin::study {
+namespace fs = std::filesystem;
+namespace {
+
+using Points = std::vector<PlannedPoint>;
+
+fs::path shard_file(const fs::path& folder, std::size_t index) {
+  return folder / fmt::format("shard-{}.jsonl", index);
+}
+
+/// In pieces of at most `most` points, equally large.
+void split(const Points& group, std::size_t most, std::vector<Points>* pieces) {
+  const std::size_t n = (group.size() + most - 1) / most;
+  for (std::size_t i = 0; i < n; ++i)
+    pieces->emplace_back(group.begin() + static_cast<std::ptrdiff_t>(group.size() * i / n),
+                         group.begin() + static_cast<std::ptrdiff_t>(group.size() * (i + 1) / n));
+}
+
+}  // namespace
+
+std::vector<Points> cut_shards(const Points& points, std::size_t count, const std::set<std::int64_t>& alone) {
+  std::map<std::size_t, Points> groups;
+  std::vector<Points> single;
+  std::size_t n = 0;
+  for (const PlannedPoint& p : points) {
+    if (alone.contains(p.point.id)) {
+      single.push_back({p});
+    } else {
+      groups[p.group].push_back(p);
+      ++n;
+    }
+  }
+  std::vector<Points> pieces, shards(std::min(std::max<std::size_t>(count, 1), n));
+  if (n > 0)
+    for (const auto& [group, members] : groups)
+      split(members, (n + shards.size() - 1) / shards.size(), &pieces);
+  // the largest first, each into the emptiest
+  std::stable_sort(pieces.begin(), pieces.end(),
+                   [](const Points& a, const Points& b) { return a.size() > b.size(); });
+  for (Points& piece : pieces) {
+    Points& shard = *std::min_element(shards.begin(), shards.end(),
+                                      [](const Points& a, const Points& b) { return a.size() < b.size(); });
+    shard.insert(shard.end(), piece.begin(), piece.end());
+  }
+  std::erase_if(shards, [](const Points& shard) { return shard.empty(); });
+  shards.insert(shards.end(), single.begin(), single.end());
+  return shards;
+}
+
+void write_shard(const fs::path& folder, std::size_t index, const Shard& shard) {
+  std::string text = task_line(shard.task.task, shard.task.device) + '\n';
+  for (const PlannedPoint& p : shard.points) text += point_line(p) + '\n';
+  write_text_file(shard_file(folder, index), text);
+}
+
+bool has_one_point(const fs::path& folder, std::size_t index) {
+  std::ifstream in(shard_file(folder, index), std::ios::binary);
+  std::string line;
+  return std::getline(in, line) && std::getline(in, line) && !std::getline(in, line);
+}
+
+Shard read_shard(const fs::path& folder, std::size_t index) {
+  const fs::path file = shard_file(folder, index);
+  std::ifstream in(file, std::ios::binary);
+  std::string line;
+  if (!std::getline(in, line))
+    throw UserError(ExitCode::input, file.string(), "cannot be read",
+                    "it must lie on a disk that the nodes share under the same path");
+  std::size_t n = 1;
+  try {
+    Shard shard{parse_task(line), {}};
+    for (++n; std::getline(in, line); ++n) shard.points.push_back(parse_point(line));
+    return shard;
+  } catch (const nlohmann::json::exception&) {
+    throw UserError(ExitCode::input, fmt::format("{}:{}", file.string(), n), "is damaged",
+                    "end the job with scancel and run the study again");
+  }
+}
+
+}  // namespace fringetwin::study

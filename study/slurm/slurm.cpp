@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/slurm/slurm.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <set>
+#include <sstream>
+
+#include "report/process.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/parse_number.hpp"
+#include "twin/base/progress.hpp"
+
+namespace fringetwin::study::slurm {
+namespace {
+
+constexpr const char* kWhere = "--engine slurm";
+
+using Said = std::optional<report::ProcessResult>;
+
+/// The last thing a command complained of, without its own name.
+std::string complaint(const std::string& err) {
+  std::istringstream lines(err);
+  std::string last;
+  for (std::string line; std::getline(lines, line);)
+    if (!line.empty()) last = line;
+  for (const char* prefix : {"error: ", "fatal: "})
+    if (const auto at = last.find(prefix); at != std::string::npos) return last.substr(at + 7);
+  return last.empty() ? "nothing" : last;
+}
+
+[[noreturn]] void absent(const std::string& command) {
+  throw UserError(ExitCode::usage, kWhere, fmt::format("there is no {} in PATH", command),
+                  "run it where Slurm's commands are (a login node), or use --engine local");
+}
+
+const report::ProcessResult& present(const Said& said, const std::string& command) {
+  // 127: posix_spawn where the missing program is only noticed in the child
+  if (!said || said->status == 127) absent(command);
+  return *said;
+}
+
+}  // namespace
+
+bool Task::alive() const {
+  static const std::set<std::string> ended{
+      "BOOT_FAIL", "CANCELLED", "COMPLETED",     "DEADLINE", "FAILED", "NODE_FAIL",
+      "PREEMPTED", "REVOKED",   "OUT_OF_MEMORY", "TIMEOUT",  "GONE"};  // ours: Slurm knows it no more
+  return !ended.contains(state);
+}
+
+bool Job::alive() const {
+  return std::any_of(tasks.begin(), tasks.end(), [](const auto& t) { return t.second.alive(); });
+}
+
+bool Job::completed() const { return count("COMPLETED") == tasks.size(); }
+
+std::size_t Job::count(const std::string& state) const {
+  return static_cast<std::size_t>(
+      std::count_if(tasks.begin(), tasks.end(), [&](const auto& t) { return t.second.state == state; }));
+}
+
+void check() {
+  for (const char* command : {"sbatch", "scancel"})
+    present(report::run_process({command, "--version"}, ""), command);
+  std::string why;
+  if (!find_job("fringetwin", &why))
+    throw UserError(ExitCode::usage, kWhere, fmt::format("Slurm does not answer, squeue says: {}", why),
+                    "run the command again when it does, or use --engine local");
+}
+
+std::string submit(const std::vector<std::string>& arguments, const std::filesystem::path& script) {
+  std::vector<std::string> command{"sbatch", "--parsable"};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  command.push_back(script.string());
+  const Said said = report::run_process(command, "");
+  const report::ProcessResult& result = present(said, "sbatch");
+  if (result.status != 0)
+    throw UserError(ExitCode::usage, kWhere, fmt::format("sbatch refuses: {}", complaint(result.err)),
+                    "see --slurm-args, --shards and --jobs");
+  return result.out.substr(0, result.out.find_first_of(";\n"));  // "12;cluster"
+}
+
+std::optional<Job> find_job(const std::string& name, std::string* why) {
+  const Said said = report::run_process(
+      {"squeue", "--me", "--name=" + name, "--noheader", "--array", "--states=all", "--format=%F|%K|%T|%r"},
+      "");
+  const report::ProcessResult& result = present(said, "squeue");
+  if (result.status != 0) {
+    *why = complaint(result.err);
+    return std::nullopt;
+  }
+  Job job;
+  std::istringstream lines(result.out);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream cells(line);
+    std::string id, index, state, reason;
+    std::getline(cells, id, '|');
+    std::getline(cells, index, '|');
+    std::getline(cells, state, '|');
+    std::getline(cells, reason);
+    const std::optional<std::size_t> task = parse_number<std::size_t>(index);
+    if (!task) continue;
+    job.id = id;
+    job.tasks[*task] = {state, reason};
+  }
+  return job;
+}
+
+void Watch::begin(const std::string& name, const std::string& id) {
+  job_ = {id, {}};
+  name_ = name;
+  waits_for_.clear();
+  empty_ = false;
+}
+
+void Watch::ask(const std::string& name) {
+  if (name != name_) begin(name, "");
+  std::string why;
+  std::optional<Job> now = find_job(name, &why);
+  throw_if_cancelled();  // squeue had its Ctrl-C as well
+  if (!silent_ && !now) warn(fmt::format("Slurm does not answer ({}): waiting for it", why));
+  silent_ = !now;
+  answered_ = now && (!now->tasks.empty() || empty_);
+  empty_ = now && now->tasks.empty();
+  if (!answered_) return;
+  for (const auto& [index, task] : job_.tasks)
+    now->tasks.try_emplace(index, task.alive() ? Task{"GONE", "its end was not seen"} : task);
+  if (now->id.empty()) now->id = job_.id;
+  job_ = std::move(*now);
+  const auto waiting = std::find_if(job_.tasks.begin(), job_.tasks.end(), [](const auto& t) {
+    return t.second.state == "PENDING" && t.second.reason != "None";
+  });
+  const std::string reason = waiting == job_.tasks.end() ? "" : waiting->second.reason;
+  if (!reason.empty() && reason != waits_for_ && job_.count("RUNNING") == 0)
+    say(fmt::format("Slurm job {} waits: {}", job_.id, reason));
+  waits_for_ = reason;
+}
+
+std::map<std::size_t, std::string> Watch::states() const {
+  std::map<std::size_t, std::string> all;
+  for (const auto& [index, task] : job_.tasks) all[index] = fmt::format("{} ({})", task.state, task.reason);
+  return all;
+}
+
+bool cancel(const std::string& name) {
+  const Said said = report::run_process({"scancel", "--me", "--name=" + name}, "");
+  return said && said->status == 0;
+}
+
+bool declares_memory(const std::vector<std::string>& arguments) {
+  for (const char* variable : {"SBATCH_MEM_PER_CPU", "SBATCH_MEM_PER_GPU", "SBATCH_MEM_PER_NODE"})
+    if (std::getenv(variable) != nullptr) return true;
+  return std::any_of(arguments.begin(), arguments.end(), [](const std::string& a) {
+    return a == "--mem" || a.starts_with("--mem=") || a.starts_with("--mem-p");
+  });
+}
+
+std::string own_option(const std::string& word) {
+  // --error: the reason of a task's end is read from its one log
+  static const std::vector<std::pair<std::string, std::string>> own{
+      {"--array", "-a"}, {"--job-name", "-J"}, {"--chdir", "-D"},    {"--output", "-o"},
+      {"--error", "-e"}, {"--open-mode", ""},  {"--no-requeue", ""}, {"--wrap", ""}};
+  const std::string name = word.substr(0, word.find('='));
+  for (const auto& [long_form, short_form] : own) {
+    // sbatch takes the beginning of a long option for the whole, and "-Jx" for "-J x"
+    if (name.size() > 3 && name.starts_with("--") && long_form.starts_with(name)) return long_form;
+    if (!short_form.empty() && word.starts_with(short_form)) return short_form;
+  }
+  return "";
+}
+
+}  // namespace fringetwin::study::slurm

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/uncertain/uncertain_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "study/plan/study_tables.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/file/toml_reader.hpp"
+
+namespace fringetwin::study {
+namespace {
+
+UncertainForm read_form(const TomlTable& table, const TomlTable& twin, std::set<std::string>* taken) {
+  table.allow({"form", "name", "rms_mm", "degrees"});
+  UncertainForm out;
+  out.object = table.required_string("form");
+  if (!is_sphere(twin, out.object))
+    table.fail("form", fmt::format("\"{}\" is no sphere of the twin", out.object));
+  if (!taken->insert("form of " + out.object).second)
+    table.fail("form", fmt::format("names \"{}\" a second time", out.object));
+  out.name = table.string("name").value_or("form of " + out.object);
+  out.spread.rms_mm = table.required_number("rms_mm", NumberRange::positive(1e-6));
+  if (table.has("degrees")) {
+    const Eigen::VectorXd degrees =
+        *table.vector("degrees", 2, NumberRange::between(FormSpread::least_degree, FormSpread::most_degree));
+    if (degrees != degrees.array().round().matrix() || degrees[0] > degrees[1])
+      table.fail("degrees", "must be two whole numbers, the second not below the first");
+    out.spread.low = static_cast<int>(degrees[0]);
+    out.spread.high = static_cast<int>(degrees[1]);
+  }
+  return out;
+}
+
+UncertainKey read_uncertain(const TomlTable& table, const TomlTable& twin, std::set<std::string>* taken) {
+  table.allow({"key", "keys", "form", "name", "value", "distribution", "sigma", "half_width"});
+  UncertainKey out;
+  out.keys = read_study_keys(table, taken);
+  out.name = table.string("name").value_or(out.keys[0]);
+  if (table.has("sigma") == table.has("half_width")) table.fail("", "needs either sigma or half_width");
+  const bool uniform = table.has("half_width");
+  const auto stated = table.choice("distribution", {"normal", "uniform"});
+  if (stated && (*stated == "uniform") != uniform)
+    table.fail("distribution",
+               fmt::format("is \"{}\", which takes {}", *stated, uniform ? "sigma" : "half_width"));
+  out.distribution = uniform ? Distribution::uniform : Distribution::normal;
+  const char* spread = uniform ? "half_width" : "sigma";
+  out.spread = table.required_number(spread, NumberRange::positive(1e-12));
+  out.stated = table.has("value");
+  for (const std::string& key : out.keys) {
+    const auto value = out.stated ? table.number("value") : twin.number_at(key);
+    if (!value)
+      table.fail(table.has("key") ? "key" : "keys",
+                 fmt::format("\"{}\" has no number in the twin's file", key),
+                 "give the middle of the distribution: value = ...");
+    out.values.push_back(*value);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> with_uncertain_keys(const std::vector<std::string>& keys) {
+  std::vector<std::string> all = {"calibration", "noise", "uncertain"};
+  all.insert(all.end(), keys.begin(), keys.end());
+  return all;
+}
+
+double read_coverage(const TomlTable& root) {
+  const double coverage = root.number("coverage").value_or(0.95);
+  if (!(coverage > 0.0 && coverage < 1.0)) root.fail("coverage", "must lie between 0 and 1");
+  return coverage;
+}
+
+bool is_sphere(const TomlTable& twin, const std::string& object) {
+  const std::vector<TomlTable> objects = twin.tables("object");
+  return std::any_of(objects.begin(), objects.end(), [&](const TomlTable& o) {
+    return o.string("name") == object && o.string("shape") == "sphere";
+  });
+}
+
+UncertainSettings read_uncertain_settings(const TomlTable& root, const std::filesystem::path& twin_file) {
+  UncertainSettings out;
+  out.inputs.noise = root.boolean("noise").value_or(true);
+  out.calibration = root.boolean("calibration").value_or(false);
+  const TomlTable twin = TomlTable::parse_file(twin_file, ExitCode::usage);
+  std::set<std::string> taken, names = {"calibration", "noise"};
+  for (const TomlTable& table : root.tables("uncertain")) {
+    const bool form = table.has("form");
+    if (form)
+      out.inputs.forms.push_back(read_form(table, twin, &taken));
+    else
+      out.inputs.keys.push_back(read_uncertain(table, twin, &taken));
+    const std::string& name = form ? out.inputs.forms.back().name : out.inputs.keys.back().name;
+    if (!names.insert(name).second)
+      table.fail(table.has("name") ? "name" : "",
+                 fmt::format("\"{}\" is the name of another input, too", name));
+  }
+  if (out.inputs.keys.empty() && out.inputs.forms.empty() && !out.calibration && !out.inputs.noise)
+    root.fail("uncertain", "is missing: nothing is uncertain",
+              "give an [[uncertain]], or calibration = true");
+  return out;
+}
+
+UncertainInputs complete_inputs(const UncertainSettings& settings, const std::filesystem::path& twin) {
+  UncertainInputs out = settings.inputs;
+  if (settings.calibration) out.calibration = VirtualRig(twin, true).calibration_directions();
+  return out;
+}
+
+}  // namespace fringetwin::study

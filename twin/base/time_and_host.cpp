@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "twin/base/time_and_host.hpp"
+
+#include <unistd.h>
+
+#include <array>
+#include <ctime>
+
+namespace fringetwin {
+
+std::string utc_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  ::gmtime_r(&now, &utc);
+  std::array<char, 32> text{};
+  const std::size_t n = std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return {text.data(), n};
+}
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
+}  // namespace fringetwin

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// Gives the present time and the name of this machine, as they are written beside results.
+#pragma once
+#include <string>
+
+namespace fringetwin {
+
+/// Returns the present second in UTC, "2026-01-31T12:00:00Z".
+std::string utc_now();
+/// Returns the network name of this machine; an empty string where it has none.
+std::string host_name();
+
+}  // namespace fringetwin
