@@ -6,13 +6,9 @@
 #include <algorithm>
 
 #include "study/design/design_file.hpp"
-#include "study/design/design_kind.hpp"
 #include "study/monte_carlo/monte_carlo_file.hpp"
-#include "study/monte_carlo/monte_carlo_kind.hpp"
 #include "study/optimise/optimise_file.hpp"
-#include "study/optimise/optimise_kind.hpp"
 #include "study/volume_map/volume_map_file.hpp"
-#include "study/volume_map/volume_map_kind.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/file/toml_reader.hpp"
 

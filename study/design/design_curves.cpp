@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves and scatter plots of a design.
+// Draws curves and scatter plots of a design.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ const std::vector<const char*> curve_colors = {report::color::kReal,
                                                "#B8860B",
                                                "#56B4E9"};
 
-/// Mean or sigma, with its band.
+/// A mean or sigma to be drawn, with its band.
 struct Picked {
   double value = 0.0;
   Interval band;
@@ -34,7 +34,7 @@ Picked pick_sigma(const GroupStatistics& g) { return {g.sigma, g.sigma_band}; }
 
 std::string mean_label(const TableNumber& n) { return with_unit(n.is_error ? "mean error" : "mean", n.unit); }
 
-/// Values and ends of bands of everything in a plot.
+/// Returns the values and ends of bands of all series of a plot.
 std::vector<double> all_values(const Plot& plot) {
   std::vector<double> out;
   for (const Series& s : plot.series)
@@ -43,7 +43,8 @@ std::vector<double> all_values(const Plot& plot) {
   return out;
 }
 
-/// Root of the mean of the squares of sigmas, mean of means; NaN where one is not known.
+/// Returns the mean of what is expected at a level, of sigmas the root mean square; NaN where one is not
+/// known.
 double expected_at(const DesignTable& table, const std::vector<double>& expected, bool squares,
                    std::size_t axis, std::size_t level, std::size_t other, std::size_t at) {
   double sum = 0.0;
@@ -57,7 +58,7 @@ double expected_at(const DesignTable& table, const std::vector<double>& expected
   return n == 0 ? kNan : squares ? std::sqrt(sum / n) : sum / n;
 }
 
-/// Of more levels than are drawn every so many-th.
+/// Returns the levels that are drawn: all, or of too many every so many-th.
 std::size_t level_step(const VariedAxis& axis) {
   return std::max(std::size_t{1}, (axis.values.size() + kMostLevels - 1) / kMostLevels);
 }
@@ -67,7 +68,7 @@ struct Curve {
   double shift = 0.0;  ///< of categories, beside the other curves
 };
 
-/// What is expected of a curve, dashed in its colour; of single runs plus and minus the expected sigma.
+/// Adds what is expected of a curve, dashed in its colour; of single runs plus and minus the expected sigma.
 void add_expected(const DesignTable& table, const TableNumber& number, std::size_t axis, bool sigma,
                   std::size_t other, std::size_t at, const Curve& curve, Plot* plot) {
   const auto line = [&](const std::vector<double>& expected, bool squares, double factor, const char* title) {
@@ -124,7 +125,7 @@ void add_curve(const VariedAxis& axis, const std::vector<GroupStatistics>& level
   if (levels.size() <= 30) plot->series.push_back(points);
 }
 
-/// The other axis whose values change the number most, among those with few.
+/// Returns the other axis, among those with few values, that changes the number most.
 std::size_t second_axis(const DesignTable& table, const TableNumber& number, std::size_t axis) {
   std::size_t best = SIZE_MAX;
   double most = -1.0;
@@ -161,7 +162,7 @@ Plot level_plot(const DesignTable& table, const TableNumber& number, std::size_t
   return plot;
 }
 
-/// One point per setting, and the running mean.
+/// Returns a plot with one point per setting and the running mean.
 Plot scatter_plot(const DesignTable& table, const TableNumber& number, std::size_t axis, Pick pick) {
   const VariedAxis& a = table.axes[axis];
   Plot plot = axis_plot(table.axes[axis]);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/design/design_kind.hpp"
-
+// The Kind "design": every point of a grid, list, Latin hypercube or Sobol design.
 #include <fmt/format.h>
 
+#include "study/design/design_file.hpp"
 #include "study/design/design_report.hpp"
 #include "twin/base/progress.hpp"
 

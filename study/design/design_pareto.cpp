@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Acquisition time against uncertainty of a design's settings.
+// Draws acquisition time against uncertainty of a design's settings.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -20,7 +20,8 @@ struct Shown {
   double GroupStatistics::*value;
 };
 
-/// Of settings with all their seeds: of few the scatter may be small by chance, and what failed may be bad.
+/// Returns time and `value` of every setting; NaN where a seed is missing: of few seeds the scatter may be
+/// small by chance, and what failed may be bad.
 std::vector<CostAndError> points_of(const DesignTable& table, const TableNumber& time,
                                     const TableNumber& number, double GroupStatistics::*value) {
   std::vector<CostAndError> out;

@@ -62,7 +62,7 @@ std::string note_of(const DesignPlan& plan, const DesignTable& table) {
          "numbers.";
 }
 
-/// Few enough that the page stays readable.
+/// Returns how many numbers are drawn: few enough that the page stays readable.
 std::size_t numbers_drawn(const DesignTable& table) {
   const std::size_t each = std::max(drawings_per_number(table), std::size_t{1});
   return std::min(table.numbers.size(), std::clamp(kMostDrawings / each, std::size_t{2}, kMostDrawn));

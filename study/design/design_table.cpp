@@ -15,7 +15,7 @@
 namespace fringetwin::study {
 namespace {
 
-/// Where a record is a place or size that the twin states: its truth in each setting.
+/// The place or size of an object, stated by the twin, that a record measures.
 struct Truth {
   std::string object, key;
   int index = -1;
@@ -43,7 +43,7 @@ double put_in(const Twin& twin, const Truth& truth) {
   return number == nominal->numbers.end() ? kNan : number->second;
 }
 
-/// What a nominal centre or radius depends on.
+/// Returns the settings that a nominal centre or radius depends on.
 Settings of_objects(const Settings& settings) {
   Settings out;
   for (const auto& [key, value] : settings)
@@ -51,7 +51,7 @@ Settings of_objects(const Settings& settings) {
   return out;
 }
 
-/// [setting][number]; NaN where there is no truth.
+/// Returns the truths, [setting][number]; NaN where there is none.
 std::vector<std::vector<double>> truths(const StudyHead& head, const std::vector<const Settings*>& settings,
                                         const std::vector<std::string>& results) {
   std::vector<std::optional<Truth>> wanted;
@@ -87,7 +87,7 @@ std::vector<std::string> names_of(const StudyHead& head, const std::vector<Store
   return {all.begin(), all.end()};
 }
 
-/// The number that a record of what is expected belongs to; its name without the ending.
+/// Returns the name of the number that a record of what is expected belongs to: its own without the ending.
 std::string expected_of(const std::string& name, const std::string& ending) {
   return name.ends_with(ending) ? name.substr(0, name.size() - ending.size()) : "";
 }

@@ -18,7 +18,7 @@ using report::Align, report::number;
 
 constexpr std::size_t kMostSettings = 200;
 
-/// Two numbers with the digits that tell them apart.
+/// Returns two numbers with the digits that tell them apart.
 std::string range_text(double low, double high) {
   if (!(low <= high)) return "–";
   if (low == high) return number(low, 4);

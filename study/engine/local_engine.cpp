@@ -23,7 +23,7 @@ namespace fringetwin::study {
 /// Workers that have a task, and nothing to do.
 class IdleWorkers {
  public:
-  /// One that has this task; none if there is none. Those of another task are let go.
+  /// Returns a worker that has this task, or nothing; workers of another task are let go.
   std::unique_ptr<WorkerProcess> take(const std::string& task) {
     if (task != task_) idle_.clear();
     task_ = task;
@@ -49,7 +49,8 @@ constexpr int poll_ms = 200;  // how soon Ctrl-C is noticed at the latest
 constexpr int most_false_starts = 3;
 constexpr std::size_t most_warnings = 50;
 
-// Which point next: of the trace the worker has, else of one that nobody has, else of the longest list.
+// Says which point is next: one of the trace that the worker has, else of a trace that nobody has, else of
+// the trace with the most points left.
 class Queue {
  public:
   Queue(const std::vector<PlannedPoint>& plan, const std::set<std::int64_t>& done) {
@@ -163,7 +164,7 @@ class LocalRun {
       if (line.empty()) continue;
       w.last_error = line;
       constexpr std::string_view prefix = "fringetwin: warning: ";
-      // Every point may say the same: once is enough.
+      // Every point may give the same warning: the user is told once.
       if (line.starts_with(prefix) && warnings_.size() < most_warnings && warnings_.insert(line).second)
         options_.warned ? options_.warned(line.substr(prefix.size())) : warn(line.substr(prefix.size()));
     }
@@ -199,11 +200,11 @@ class LocalRun {
     }
     w.since = std::chrono::steady_clock::now();
     if (options_.begun) options_.begun(w.point->point.id);
-    // A worker that is gone is noticed by the end of its answers.
+    // If the worker has died, sending fails unseen: listen() finds that its answers have ended.
     w.process->send(point_line(*w.point));
   }
 
-  // The process is gone, with its point if it had one.
+  // The process has ended: its point, if it had one, has failed, and another process takes its place.
   void bury(Worker& w) {
     const std::string end = w.process->end();
     hear_warnings(w);

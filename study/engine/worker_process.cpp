@@ -84,7 +84,7 @@ WorkerProcess::WorkerProcess(const std::vector<std::string>& command,
   posix_spawn_file_actions_adddup2(&actions, talk[1], STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&actions, talk[1], STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, errors[1], STDERR_FILENO);
-  // A group of its own: Ctrl-C in a terminal is for us, who then end it.
+  // The worker gets a process group of its own: Ctrl-C in a terminal reaches only us, and we then end it.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setpgroup(&attributes, 0);

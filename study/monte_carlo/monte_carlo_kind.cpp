@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/monte_carlo/monte_carlo_kind.hpp"
-
+// The Kind "monte-carlo": trials until the numbers are known well enough.
 #include <fmt/format.h>
 
+#include "study/monte_carlo/monte_carlo_file.hpp"
 #include "study/monte_carlo/monte_carlo_report.hpp"
 #include "study/uncertain/uncertain_file.hpp"
 #include "twin/base/progress.hpp"
@@ -10,7 +10,7 @@
 namespace fringetwin::study {
 namespace {
 
-/// "radius 19.0031, sigma 0.0054, 95 %: 18.9919 ... 19.0131; total effects: depth 0.82, noise 0.20"
+/// Returns "radius 19.0031, sigma 0.0054, 95 %: 18.9919 ... 19.0131; total effects: depth 0.82, noise 0.20"
 std::string number_line(const std::string& name, const MonteCarloNumber& n, const MonteCarloResult& result,
                         double coverage) {
   const SampleSummary& s = n.summary;
@@ -22,7 +22,7 @@ std::string number_line(const std::string& name, const MonteCarloNumber& n, cons
   return out + (n.convergence.reached ? "\n" : " (not converged)\n");
 }
 
-/// What comes next: a block of trials or, after the last one, the points of the Sobol indices.
+/// Says what comes next: a block of trials or, after the last one, the points of the Sobol indices.
 std::string trials_text(const std::vector<StudyPoint>& batch, const MonteCarloPlan& plan) {
   const std::int64_t first = batch.front().id, last = batch.back().id;
   if (static_cast<std::size_t>(first) >= plan.most_trials)
@@ -34,7 +34,7 @@ class MonteCarloKind final : public Kind {
  public:
   MonteCarloKind(const StudyHead& head, const MonteCarloPlan& plan) : head_(head), plan_(plan) {}
 
-  /// The twin itself, and the first trial without its calibration.
+  /// Returns the twin itself, and the first trial without its calibration.
   std::vector<StudyPoint> plan() override {
     const UncertainInputs& inputs = plan_.inputs;
     const StudyPoint first = point_of(inputs, 0, draw_inputs(inputs, plan_.seed, DrawStream::trials, 0));

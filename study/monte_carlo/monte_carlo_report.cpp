@@ -97,7 +97,7 @@ Plot histogram_plot(const Quantity& q, double coverage) {
   return plot;
 }
 
-/// The estimate with twice its standard deviation, and the tolerance around the last.
+/// Returns a plot of the estimate with twice its standard deviation, and the tolerance around the last.
 Plot estimate_plot(const Quantity& q, const std::vector<ConvergenceStep>& steps, const std::string& what,
                    double ConvergenceStep::*value, double Convergence::*error) {
   Plot plot;
@@ -131,7 +131,7 @@ Plot estimate_plot(const Quantity& q, const std::vector<ConvergenceStep>& steps,
   return plot;
 }
 
-/// Factors in the order of their total effects, the greatest last.
+/// Returns the factors in the order of their total effects, the greatest last.
 std::vector<std::size_t> by_total(const SobolIndices& s) {
   std::vector<std::size_t> order(s.total.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -140,7 +140,7 @@ std::vector<std::size_t> by_total(const SobolIndices& s) {
   return order;
 }
 
-/// Largest total effect at the top.
+/// Returns the plot of the effects of the factors, the largest total effect at the top.
 Plot tornado_plot(const Quantity& q, const std::vector<std::string>& factors, double coverage) {
   const SobolIndices& s = q.number.sensitivity;
   const std::vector<std::size_t> order = by_total(s);
@@ -183,7 +183,7 @@ Plot tornado_plot(const Quantity& q, const std::vector<std::string>& factors, do
   return plot;
 }
 
-/// Decimals that the tolerance justifies, and one more.
+/// Returns the decimals that the tolerance justifies, and one more.
 int decimals_for(const MonteCarloNumber& n) {
   const double step = n.convergence.tolerance > 0.0 ? n.convergence.tolerance : 0.1 * n.summary.sigma;
   return step > 0.0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(step))), 0, 15) : 6;

@@ -14,7 +14,7 @@ namespace {
 
 using report::Json, report::json_number;
 
-/// Outcomes by id.
+/// The numbers of the points that did not fail, found by id.
 class Outcomes {
  public:
   void add(const std::vector<PointOutcome>& outcomes) {
@@ -47,7 +47,7 @@ InputDraw trial_draw(const MonteCarloPlan& plan, std::size_t trial) {
   return draw_inputs(plan.inputs, plan.seed, DrawStream::trials, trial);
 }
 
-/// Of a row: the second sample is 0, the factors count from 1.
+/// Returns the id of a point of a row of the sensitivity: part 0 is the second sample, factors count from 1.
 std::int64_t row_id(const MonteCarloPlan& plan, std::size_t row, std::size_t part) {
   return static_cast<std::int64_t>(plan.most_trials + row * (1 + plan.inputs.factors().size()) + part);
 }

@@ -47,7 +47,7 @@ const Object& checked(const Twin& twin, const std::string& name) {
   return *object;
 }
 
-/// Of a pixel on the tangent plane.
+/// Sets the sides of a pixel as they lie on the tangent plane.
 void set_footprint(const Camera& camera, const Vector2d& q_px, SurfacePoint* s) {
   const Eigen::Matrix3d R_world_cam = camera.T_cam_world.rotation.transpose();
   for (int k = 0; k < 2; ++k) {

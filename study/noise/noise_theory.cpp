@@ -55,7 +55,7 @@ PointNoise with_second_camera(const SurfacePoint& left, const SurfacePoint& righ
           scale * scale * (left.variance_px2 + lattice_variance(step_px) * right.variance_px2)};
 }
 
-/// A point of the fit.
+/// A point that takes part in the fit.
 struct FitPoint {
   Vector3d n;
   PointNoise noise;

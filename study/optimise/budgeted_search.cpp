@@ -39,7 +39,7 @@ class Search {
  private:
   std::size_t left() const { return plan_.evaluations - out_.tried.size(); }
 
-  /// Those not tried yet, while the budget lasts.
+  /// Assesses those places that were not tried yet, while the budget lasts.
   void evaluate(std::vector<Place> places, const char* phase) {
     std::vector<Place> fresh;
     for (Place& place : places)
@@ -54,7 +54,8 @@ class Search {
     }
   }
 
-  /// Half of the budget; all of a list that is not longer than the budget.
+  /// Tries places over the whole box with half of the budget; all combinations of lists where the budget
+  /// lasts.
   void global() {
     double combinations = continuous_.empty() ? 1.0 : HUGE_VAL;
     for (const std::size_t n : plan_.values) combinations *= n == 0 ? 1.0 : static_cast<double>(n);
@@ -90,7 +91,7 @@ class Search {
     return out;
   }
 
-  /// From the best, with its listed values.
+  /// Searches the continuous dimensions from the best place, with its listed values.
   void local() {
     const auto from = best();
     if (!from) return;
@@ -112,7 +113,7 @@ class Search {
     step_ = std::max(0.25 * step_, 4.0 * least_step);  // of a next one
   }
 
-  /// One value up or down in each list.
+  /// Tries the neighbours of the best place: one value up or down in each list.
   void steps() {
     const auto from = best();
     if (!from || left() == 0) return;
@@ -160,7 +161,8 @@ class Search {
     return s;
   }
 
-  /// Feasible ones by their objective, then others by what they exceed; nothing where all have failed.
+  /// Returns the best place so far: the feasible one with the least objective, else the one that exceeds the
+  /// constraints least; nothing where all have failed.
   std::optional<std::size_t> best() const {
     const Scale scale = current_scale();
     std::optional<std::size_t> best;

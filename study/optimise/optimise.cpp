@@ -20,7 +20,7 @@ Settings chosen(const OptimisePlan& plan, const Place& place) {
   return out;
 }
 
-/// All trials of one evaluation.
+/// Adds all trials of one evaluation.
 void add_points(const OptimisePlan& plan, std::size_t evaluation, const Settings& values,
                 std::vector<StudyPoint>* points) {
   const UncertainInputs inputs = about(plan.inputs, plan.twin, values);
@@ -29,7 +29,7 @@ void add_points(const OptimisePlan& plan, std::size_t evaluation, const Settings
                                draw_inputs(inputs, plan.seed, DrawStream::trials, t), values));
 }
 
-/// What must be a number in every trial.
+/// Returns the results that must be numbers in every trial.
 std::vector<std::string> needed(const OptimisePlan& plan) {
   std::vector<std::string> out = {plan.result};
   for (const Constraint& c : plan.constraints) out.push_back(c.result);

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "render/base/sobol.hpp"
+#include "study/uncertain/uncertain_file.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::study {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/optimise/optimise_kind.hpp"
-
+// The Kind "optimise": the settings with which a number is least uncertain.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <cmath>
 
+#include "study/optimise/optimise_file.hpp"
 #include "study/optimise/optimise_report.hpp"
 #include "study/uncertain/uncertain_file.hpp"
 #include "twin/base/progress.hpp"
@@ -13,13 +13,13 @@
 namespace fringetwin::study {
 namespace {
 
-/// "7", "1 ... 30"
+/// Returns the numbers of the evaluations in a batch, "7" or "1 ... 30".
 std::string evaluations_text(const std::vector<StudyPoint>& batch, std::size_t trials) {
   const auto first = static_cast<std::size_t>(batch.front().id) / trials + 1, n = batch.size() / trials;
   return n == 1 ? fmt::format("{}", first) : fmt::format("{} ... {}", first, first + n - 1);
 }
 
-/// "best 0.0021 +- 0.0003, 0.36 s: projector.intensity = 40"
+/// Returns "best 0.0021 +- 0.0003, 0.36 s: projector.intensity = 40"
 std::string evaluation_line(const char* what, const Evaluation& e) {
   std::vector<std::string> values;
   for (const auto& [key, text] : e.values) values.push_back(key + " = " + text);

@@ -27,7 +27,7 @@ std::string objective_name(const OptimisePlan& plan) {
   return fmt::format("{} of {}", statistic, display_name(plan.result));
 }
 
-/// Evaluations of one kind as points.
+/// The evaluations as three series of points: feasible, not feasible, best.
 struct Marks {
   Series feasible{
       .title = "feasible", .style = Series::Style::points, .color = report::color::kReal, .width = 2.0};
@@ -45,7 +45,7 @@ struct Marks {
     for (const Series* s : {&others, &feasible, &best}) plot->series.push_back(*s);
   }
 };
-/// `x` per evaluation.
+/// Returns the points with the given `x` of each evaluation.
 Marks marks(const OptimiseResult& result, const std::vector<double>& x) {
   Marks out;
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -126,7 +126,7 @@ std::string limits_text(const Constraint& c) {
   return out;
 }
 
-/// The evaluations in the order of `shown`.
+/// Returns the table of the evaluations in the order of `shown`.
 std::string evaluations_table(const OptimisePlan& plan, const OptimiseResult& result,
                               const VariedSettings& varied, const std::vector<std::size_t>& shown,
                               bool marked) {
@@ -152,7 +152,7 @@ std::string evaluations_table(const OptimisePlan& plan, const OptimiseResult& re
   return out.html();
 }
 
-/// The feasible ones by their objective.
+/// Returns the feasible evaluations by rising objective.
 std::vector<std::size_t> best_first(const OptimiseResult& result) {
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < result.evaluations.size(); ++i)

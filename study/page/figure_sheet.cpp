@@ -13,7 +13,7 @@ namespace {
 // No text of the user's can hold it: < is escaped.
 const std::string mark_begin = "<!--figure ", mark_end = "-->";
 
-/// Letters, digits, - . and _; the rest as -.
+/// Returns a text as the name of a file: letters, digits, . and _ as they are, the rest as -.
 std::string file_name(const std::string& text) {
   std::string out;
   for (const char c : text) {

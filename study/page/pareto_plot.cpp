@@ -10,7 +10,7 @@ namespace {
 
 using report::Series;
 
-/// A little more than from the least to the greatest.
+/// Returns a little more than the range from the least to the greatest.
 std::optional<std::pair<double, double>> range_of(const std::vector<double>& values, bool log) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (const double v : values)

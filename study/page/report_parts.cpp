@@ -18,7 +18,7 @@ namespace {
 
 using report::Align, report::number;
 
-/// Of the runs that finished.
+/// Counts and times of the runs that finished.
 struct Totals {
   std::size_t done = 0, failed = 0, pending = 0, traced = 0;
   double traced_s = 0.0, other_s = 0.0;

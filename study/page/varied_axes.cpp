@@ -25,7 +25,7 @@ std::vector<std::string> split(const std::string& path) {
   return parts;
 }
 
-/// "camera.*.sensor.gain_dn" of the left's and the right's; keys that differ more side by side.
+/// Returns "camera.*.sensor.gain_dn" for the left's and the right's gain; of keys that differ more the first.
 std::string label_of(const std::vector<std::string>& keys) {
   std::vector<std::string> common = split(keys[0]);
   for (const std::string& key : keys) {
@@ -42,7 +42,7 @@ std::string label_of(const std::vector<std::string>& keys) {
 
 double number_of(const std::string& text) { return parse_number<double>(text).value_or(kNan); }
 
-/// With as few digits as tell the numbers apart, four at least.
+/// Returns the values as names, numbers with as few digits as tell them apart, four at least.
 std::vector<std::string> level_names(const std::vector<std::string>& texts) {
   std::vector<std::string> out;
   for (int digits = 4; digits <= 17; ++digits) {
@@ -80,12 +80,12 @@ VariedAxis axis_of(const std::string& label, const std::string& brief, std::vect
 
 std::string brief_of(const Variation& v) { return split(v.keys[0]).back(); }
 
-/// The first key's values stand for those of all keys, unless rows repeat them.
+/// Returns whether the first key's values stand for those of all keys: not where rows repeat them.
 bool first_stands_for_all(const Variation& v) {
   return std::set<std::string>(v.values.begin(), v.values.end()).size() == v.values.size();
 }
 
-/// The keys whose value is shown: with rows those of the first key's kind.
+/// Returns the keys whose value is shown as a label: with rows those of the first key's kind.
 std::string label_of(const Variation& v) {
   if (v.rows.empty()) return label_of(v.keys);
   std::vector<std::string> alike;
@@ -96,7 +96,7 @@ std::string label_of(const Variation& v) {
   return label_of(alike) + (others > 0 ? " and what goes with it" : "");
 }
 
-/// The text of one [[vary]] in each setting.
+/// Returns the text of one [[vary]] in each setting.
 std::vector<std::string> texts_of(const Variation& v, const std::vector<const Settings*>& settings) {
   std::vector<std::string> out;
   for (const Settings* s : settings) {
@@ -129,7 +129,7 @@ void add_axis(const VariedAxis& axis, const std::vector<std::string>& texts, Var
   varied->axes.push_back(axis);
 }
 
-/// 1, 2, 5, 10 ... where whole decades are too few; empty where they are enough.
+/// Returns tics at 1, 2, 5, 10 ... where whole decades are too few; none where they are enough.
 std::vector<std::pair<double, std::string>> log_tics(double low, double high) {
   std::vector<std::pair<double, std::string>> out;
   if (high > 1000.0 * low) return out;

@@ -17,7 +17,8 @@ double tail_start(double tail) {
          (2.515517 + t * (0.802853 + t * 0.010328)) / (1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308)));
 }
 
-/// x >= 0 with P(X > x) = tail. Halley's steps on the tail itself, which keeps its relative precision.
+/// Returns x >= 0 with P(X > x) = tail. Halley's steps on the tail itself, which keeps its relative
+/// precision.
 double upper_quantile(double tail) {
   double x = tail_start(tail);
   for (int step = 0; step < 2; ++step) {  // 4.5e-4 -> 1e-11 -> rounding

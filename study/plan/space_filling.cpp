@@ -20,12 +20,13 @@ render::PhiloxCounter random_words(std::uint64_t seed, Use use, std::uint32_t a,
                             {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)});
 }
 
-/// 53 bits, in [0, 1).
+/// Returns a number of 53 bits in [0, 1).
 double unit(std::uint32_t high, std::uint32_t low) {
   return static_cast<double>(std::uint64_t{high} << 21 | low >> 11) * 0x1p-53;
 }
 
-/// Owen's scrambling: every bit is turned or not as drawn for the bits before it.
+/// Returns the coordinate x after Owen's scrambling: every bit is turned or not as drawn for the bits before
+/// it.
 double scrambled(std::uint32_t x, std::uint64_t seed, std::uint32_t dimension, std::uint32_t index) {
   std::uint32_t turned = 0;
   for (std::uint32_t bit = 0; bit < 32; ++bit) {

@@ -10,7 +10,7 @@
 namespace fringetwin::study {
 namespace {
 
-/// At the share i / n of the way: both ends exact, whole steps whole.
+/// Returns the value at the share i / n of the range: both ends exact, whole steps whole.
 double along(const Range& range, double i, double n) {
   if (i == 0.0) return range.first;
   if (i == n) return range.last;

@@ -16,12 +16,12 @@ namespace {
 
 using report::Json, report::json_number;
 
-/// Per camera: of the sequence and, where it needs them, white and black.
+/// Returns how many images a camera records: those of the sequence and, where it needs them, white and black.
 std::size_t count_images(const CameraImages& images) {
   return images.images.size() + (images.white ? 1 : 0) + (images.black ? 1 : 0);
 }
 
-/// One after the other, all cameras at the same time.
+/// Returns number and time of the images: one is recorded after the other, by all cameras at the same time.
 Json acquisition(const VirtualMeasurement& run) {
   std::size_t n = 0;
   for (const CameraImages& images : run.images) n = std::max(n, count_images(images));
@@ -36,7 +36,7 @@ double share(std::size_t part, std::size_t whole) {
                     : static_cast<double>(part) / static_cast<double>(whole);
 }
 
-/// Of the pixels that see an object, those at full scale in any image.
+/// Returns the share, of the pixels that see an object, that are at full scale in any image.
 double saturated(const Image<std::int32_t>& object, const CameraImages& images) {
   const auto limit = static_cast<float>(images.saturation_dn());
   std::vector<unsigned char> full(object.size());
@@ -56,7 +56,7 @@ double saturated(const Image<std::int32_t>& object, const CameraImages& images) 
   return share(n, seen);
 }
 
-/// Points stand at pixels of the first camera.
+/// Returns the share, of the first camera's pixels that see an object, that have a measured point.
 double measured(const Image<std::int32_t>& object, const measure::PointCloud& cloud) {
   std::size_t n = 0;
   for (const Eigen::Vector2f& q : cloud.q_cam_px) {
@@ -78,7 +78,7 @@ Json images(const VirtualMeasurement& run) {
   return out;
 }
 
-/// Those of one object each; a fit that is not usable has none.
+/// Returns the indicators of each fitted object alone; those of a fit that is not usable are null.
 Json indicators(const VirtualMeasurement& run) {
   Json out = Json::array();
   for (const measure::ObjectFit& fit : run.measurement.fits) {
@@ -95,7 +95,7 @@ Json indicators(const VirtualMeasurement& run) {
   return out;
 }
 
-/// Of the fitted objects that a record names.
+/// Returns what theory expects of the fitted objects that a record names.
 Json theory(const VirtualMeasurement& run, const std::vector<Record>& records) {
   Json out = Json::array();
   for (const measure::ObjectFit& fit : run.measurement.fits) {

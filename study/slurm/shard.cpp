@@ -21,7 +21,7 @@ fs::path shard_file(const fs::path& folder, std::size_t index) {
   return folder / fmt::format("shard-{}.jsonl", index);
 }
 
-/// In pieces of at most `most` points, equally large.
+/// Adds the points of a group in pieces of at most `most`, equally large.
 void split(const Points& group, std::size_t most, std::vector<Points>* pieces) {
   const std::size_t n = (group.size() + most - 1) / most;
   for (std::size_t i = 0; i < n; ++i)

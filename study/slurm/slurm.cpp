@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <set>
 #include <sstream>
+#include <thread>
 
 #include "report/process.hpp"
 #include "twin/base/errors.hpp"
@@ -20,7 +22,7 @@ constexpr const char* kWhere = "--engine slurm";
 
 using Said = std::optional<report::ProcessResult>;
 
-/// The last thing a command complained of, without its own name.
+/// Returns the last thing a command complained of, without its own name.
 std::string complaint(const std::string& err) {
   std::istringstream lines(err);
   std::string last;
@@ -41,6 +43,27 @@ const report::ProcessResult& present(const Said& said, const std::string& comman
   if (!said || said->status == 127) absent(command);
   return *said;
 }
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kPatienceWithDisk = 10s, kPatienceWithSlurm = 30s;
+
+/// Waits in proportion to what has passed: short studies are attended to at once, long ones ask rarely.
+class Pace {
+ public:
+  Pace(Clock::duration shortest, Clock::duration longest) : shortest_(shortest), longest_(longest) {}
+  bool due() {
+    const auto now = Clock::now();
+    if (now < next_) return false;
+    next_ = now + std::clamp((now - start_) / 10, shortest_, longest_);
+    return true;
+  }
+
+ private:
+  Clock::duration shortest_, longest_;
+  Clock::time_point start_ = Clock::now(), next_ = start_;
+};
 
 }  // namespace
 
@@ -137,6 +160,29 @@ void Watch::ask(const std::string& name) {
   if (!reason.empty() && reason != waits_for_ && job_.count("RUNNING") == 0)
     say(fmt::format("Slurm job {} waits: {}", job_.id, reason));
   waits_for_ = reason;
+}
+
+void Watch::follow(const std::string& name, const std::function<bool()>& collect) {
+  const auto begin = Clock::now();
+  Pace files(200ms, 2s), queue(500ms, 10s);
+  bool left = true;
+  while (left) {
+    throw_if_cancelled();
+    if (files.due()) left = collect();
+    if (queue.due()) {
+      ask(name);
+      const bool shown = !job_.tasks.empty() || Clock::now() - begin > kPatienceWithSlurm;
+      if (answered_ && shown && !job_.alive()) break;
+    }
+    std::this_thread::sleep_for(50ms);
+  }
+  left = collect();  // what came between the last look at the files and the end of the tasks
+  const auto until = Clock::now() + kPatienceWithDisk;  // a share may show the last lines late
+  while (left && job_.completed() && Clock::now() < until) {
+    throw_if_cancelled();
+    std::this_thread::sleep_for(200ms);
+    left = collect();
+  }
 }
 
 std::map<std::size_t, std::string> Watch::states() const {

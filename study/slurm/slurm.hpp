@@ -3,6 +3,7 @@
 #pragma once
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -41,6 +42,9 @@ class Watch {
   /// Throws Cancelled. Tells the user when nothing runs, and why, and when Slurm does not answer. That it
   /// knows no task of the job counts the second time in a row: a controller that has just started may say so.
   void ask(const std::string& name);
+  /// Asks until no point is left, or Slurm has no task of the job any more. `collect`: takes over what the
+  /// tasks have finished, and returns whether points are left. Throws Cancelled, and what `collect` throws.
+  void follow(const std::string& name, const std::function<bool()>& collect);
   /// False: the job is as it was when Slurm answered last.
   bool answered() const { return answered_; }
   const Job& job() const { return job_; }

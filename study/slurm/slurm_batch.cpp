@@ -20,7 +20,8 @@ namespace {
 
 constexpr const char* kRoundSchema = "fringetwin-slurm-round/1";
 
-/// What `take` makes of a file, nullopt where it is not there. Throws UserError(input) for wrong types, too.
+/// Returns what `take` makes of a file; nullopt where it is not there. Throws UserError(input) for wrong
+/// types, too.
 template <class Take>
 auto from_json(const fs::path& file, const std::string& hint, const Take& take)
     -> std::optional<decltype(take(report::Json()))> {
@@ -34,7 +35,8 @@ auto from_json(const fs::path& file, const std::string& hint, const Take& take)
   throw UserError(ExitCode::input, file.string(), "is damaged", hint);
 }
 
-/// NODE_FAIL, PREEMPTED, CANCELLED ... and an end that was not seen say nothing about a point.
+/// Returns whether a point can have caused this end of a task: NODE_FAIL, PREEMPTED, CANCELLED ... and an end
+/// that was not seen say nothing about a point.
 bool a_point_can_cause(const std::string& state) {
   return state.starts_with("FAILED") || state.starts_with("OUT_OF_MEMORY") || state.starts_with("TIMEOUT");
 }

@@ -10,7 +10,6 @@
 
 #include "study/slurm/slurm.hpp"
 #include "study/slurm/slurm_batch.hpp"
-#include "study/slurm/slurm_watch.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/sha256.hpp"
@@ -26,7 +25,8 @@ constexpr int most_fruitless_rounds = 3;
 constexpr std::size_t most_warnings = 50;
 constexpr auto patience_with_cancelled = 10s;
 
-/// Of what is run, whatever of it is done: the same study comes back to its folder.
+/// Returns a name that depends on what is run, not on how much of it is done: the same study comes back to
+/// its folder.
 std::string batch_name(const PointTask& task, const std::vector<PlannedPoint>& plan) {
   FT_CHECK(!task.study.empty(), "an engine that keeps results must know the study");
   Sha256 digest;
@@ -63,7 +63,7 @@ class SlurmRun {
         const bool attached = take_up();
         if (!attached && !submit()) continue;  // another process was faster: to its round
         watching_ = true;
-        watch_round(&watch_, batch_.last()->job_name, [&] { return collect(); });
+        watch_.follow(batch_.last()->job_name, [&] { return collect(); });
         watching_ = false;
         if (!left_.empty()) end_round(before);
       } catch (const Cancelled&) {
@@ -79,7 +79,7 @@ class SlurmRun {
   }
 
  private:
-  /// True when an array of ours is still with Slurm.
+  /// Looks for an array of an earlier run; true when it is still with Slurm.
   bool take_up() {
     SlurmRound* round = batch_.last();
     if (round == nullptr) return false;
@@ -96,7 +96,7 @@ class SlurmRun {
     return true;
   }
 
-  /// False when another process has begun a round first.
+  /// Begins a round with what is left; false when another process has begun one first.
   bool submit() {
     std::vector<PlannedPoint> points;
     for (const auto& [id, p] : left_) points.push_back(*p);
@@ -170,8 +170,8 @@ class SlurmRun {
     progress_->tick();
   }
 
-  /// Nothing runs on for a command that has ended; what its tasks finish until then is kept. Only where this
-  /// process is told to go (the end of a session) the array stays: it is found again.
+  /// Cancels the array: nothing runs on for a command that has ended; what its tasks finish until then is
+  /// kept. Only where this process is told to go (the end of a session) the array stays: it is found again.
   void give_up(bool keep_the_rest) {
     SlurmRound* round = batch_.last();
     watching_ = false;

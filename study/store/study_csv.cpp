@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of a study as CSV (RFC 4180).
+// Writes the table of a study as CSV (RFC 4180).
 #include <fmt/format.h>
 
 #include <cmath>

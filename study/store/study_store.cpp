@@ -52,7 +52,7 @@ std::string meta(const Database& database, const char* key) {
   return statement.bind(1, std::string(key)).step() ? statement.text(0) : "";
 }
 
-/// True for a store, false for a file with nothing in it yet.
+/// Returns true for a store, false for a file with nothing in it yet.
 bool is_store(const Database& database) {
   // In this order: another process may make the tables and the id, in one transaction, between the two.
   const bool empty = database.integer("SELECT count(*) FROM sqlite_master") == 0;
@@ -79,7 +79,7 @@ void make_tables(const Database& database, const StudyIdentity& identity, const 
       fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}", kApplicationId, kUserVersion));
 }
 
-/// The first difference, for the sentence about another study.
+/// Returns the first difference, for the sentence about another study.
 void check_identity(const Database& database, const StudyIdentity& identity) {
   if (meta(database, "digest") == identity.digest()) return;
   constexpr const char* hint = "give another --out: its results stay as they are";

@@ -16,7 +16,8 @@ namespace fringetwin::study {
 namespace {
 
 constexpr const char* kDeviates = "uncertainty.calibration.deviates";
-// Before an object's name; before a key.
+// The names of settings that no key of a twin has: kForm stands before an object's name, kNominal before a
+// key.
 constexpr std::string_view kForm = "uncertainty.form.", kNominal = "nominal.";
 
 /// Dimensions of the random numbers. A key more, or a calibration, leaves the other inputs' draws as they
@@ -26,7 +27,7 @@ constexpr std::uint32_t kNoiseDimension = 0, kFirstKey = 1, kFirstDirection = 1u
 
 std::uint64_t seed_of_53_bits(std::uint64_t bits) { return bits >> 11; }
 
-/// The numbers of "[0.1, -2]", as point_of writes them.
+/// Returns the numbers of "[0.1, -2]", as point_of writes them.
 Eigen::VectorXd read_list(const std::string& text, Eigen::Index n) {
   Eigen::VectorXd out(n);
   const char *at = text.data() + 1, *end = text.data() + text.size();
@@ -48,7 +49,7 @@ Settings nominal_settings(const Settings& settings) {
 
 bool is_of_the_draw(const std::string& key) { return key == kDeviates || key.starts_with(kForm); }
 
-/// The object's sphere with a form as point_of writes it: [seed, rms_mm, low, high].
+/// Gives the object's sphere a form as point_of writes it: [seed, rms_mm, low, high].
 void deform(Twin* twin, const std::string& name, const std::string& text) {
   const auto object = std::find_if(twin->objects.begin(), twin->objects.end(),
                                    [&](const Object& o) { return o.name == name; });

@@ -22,7 +22,7 @@ struct Seen {
   std::string reason;
 };
 
-/// [trial][position]
+/// Returns what was seen, [trial][position].
 std::vector<std::vector<Seen>> table(const VolumeMapPlan& plan, std::size_t positions,
                                      const std::vector<PointOutcome>& outcomes) {
   std::vector<std::vector<Seen>> out(plan.trials, std::vector<Seen>(positions));
@@ -67,7 +67,7 @@ MapPosition position(const VolumeMapPlan& plan, const Vector3d& center_mm,
   return out;
 }
 
-/// Where amount(i) is largest; NaN never is.
+/// Returns the i where amount(i) is largest; NaN never is.
 template <class Amount>
 std::optional<std::size_t> largest(std::size_t n, Amount amount) {
   std::optional<std::size_t> best;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "study/uncertain/uncertain_file.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/file/toml_reader.hpp"
 #include "twin/twin.hpp"

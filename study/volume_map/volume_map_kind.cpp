@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/volume_map/volume_map_kind.hpp"
-
+// The Kind "volume-map": a sphere at a lattice of positions.
 #include <fmt/format.h>
 
 #include "study/uncertain/uncertain_file.hpp"
+#include "study/volume_map/volume_map_file.hpp"
 #include "study/volume_map/volume_map_report.hpp"
 #include "twin/base/progress.hpp"
 
@@ -14,7 +14,7 @@ std::string coordinates_text(const Eigen::Vector3d& p) {
   return fmt::format("({:g}, {:g}, {:g})", p.x(), p.y(), p.z());
 }
 
-/// Where the errors are worst: a line per number, and lines of the spacings.
+/// Says where the errors are worst: a line per number, and lines of the spacings.
 std::string worst_lines(const VolumeMap& map) {
   std::string out;
   for (const auto& [name, worst] : map.worst) {

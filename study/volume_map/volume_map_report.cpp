@@ -41,7 +41,7 @@ bool any_has(const VolumeMap& map, const std::string& name) {
   });
 }
 
-/// [z][y from the bottom][x]; y of the world points down, so the greatest is at the bottom.
+/// Values by [z][y from the bottom][x]; y of the world points down, so the greatest is at the bottom.
 using Lattice = std::vector<std::vector<std::vector<double>>>;
 Lattice lattice(const VolumeMapPlan& plan, const VolumeMap& map, const std::string& name,
                 double MapNumber::*value) {
@@ -55,7 +55,7 @@ Lattice lattice(const VolumeMapPlan& plan, const VolumeMap& map, const std::stri
   return out;
 }
 
-/// Limits that all slices share.
+/// Returns an empty map with the limits that all slices share.
 report::HeatMap slice_style(const VolumeMapPlan& plan, const VolumeMap& map, const Lattice& all,
                             report::Scale scale) {
   report::HeatMap out;

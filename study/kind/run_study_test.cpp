@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// The walk through a study, with a kind and an engine made for the test: what is written, said and kept does
+// not depend on what the kind is.
+#include "study/kind/run_study.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
+
+namespace fringetwin::testing::run_study_test {
+namespace {
+using namespace fringetwin::study;
+using ::testing::HasSubstr;
+
+/// Gives each point its id as a number; fails all, or stops as by Ctrl-C after so many.
+class QuickEngine final : public Engine {
+ public:
+  bool fails = false;
+  std::size_t most = 1000;
+  EngineSummary run(const PointTask&, const std::vector<PlannedPoint>& plan,
+                    const std::set<std::int64_t>& done,
+                    const std::function<void(const PointOutcome&)>& finished) override {
+    EngineSummary summary;
+    for (const PlannedPoint& p : plan) {
+      if (done.contains(p.point.id)) continue;
+      if (summary.finished == most) throw Cancelled();
+      PointOutcome outcome{p.point.id, fails, fails ? "it is dark" : "", {}, 0.5, true};
+      if (!fails) outcome.numbers["id"] = static_cast<double>(p.point.id);
+      finished(outcome);
+      summary.count(outcome);
+    }
+    return summary;
+  }
+};
+
+/// Adds up the ids of four points.
+class SumKind final : public Kind {
+ public:
+  explicit SumKind(const StudyHead& head) : head_(head) {
+    for (std::int64_t id = 0; id < 4; ++id) points_.push_back({id, {}, 1});
+  }
+  std::vector<StudyPoint> plan() override { return points_; }
+  PointTask task() const override { return {head_.twin, {}}; }
+  void run(KeptPoints& points) override {
+    for (const PointOutcome& o : points.run(points_)) sum_ += o.failed ? 0.0 : o.number("id");
+  }
+  std::string write() const override { return std::to_string(sum_); }
+  StudyReport report(const StudyRecord& study) const override {
+    return {std::to_string(study.rows.size()) + " rows", {{"drawing", "<svg/>"}}};
+  }
+  std::string tell(const StudyRecord&, const EngineSummary& summary) const override {
+    return points_text(summary.finished) + "\n";
+  }
+  ExitCode verdict() const override { return ExitCode::no_convergence; }
+
+ private:
+  const StudyHead& head_;
+  std::vector<StudyPoint> points_;
+  double sum_ = 0.0;
+};
+
+class RunStudyTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    write_file(folder_ / "twin.toml", small_twin());
+    head_.file = folder_ / "study.toml";
+    head_.twin = folder_ / "twin.toml";
+  }
+  /// Runs it with a Kind of its own, as a command does; what is said on stdout is in said_.
+  ExitCode run(bool figures = false) {
+    SumKind kind(head_);
+    said_.clear();
+    return run_study(kind, head_, {folder_ / "out", engine_, {}, "1", figures, [&](const std::string& text) {
+                                     said_ += text;
+                                   }});
+  }
+  std::filesystem::path folder_ = scratch_folder("run_study");
+  StudyHead head_;
+  QuickEngine engine_;
+  std::string said_;
+};
+
+TEST_F(RunStudyTest, WritesTableResultPageAndDrawings) {
+  EXPECT_EQ(run(true), ExitCode::no_convergence);
+  EXPECT_EQ(said_, "4 points\nlight traced for 4 of 4 points: 0 traces saved\n");
+  EXPECT_THAT(read_file(folder_ / "out/study.csv"), HasSubstr("\r\n3,1,done,,3\r\n"));
+  EXPECT_THAT(read_file(folder_ / "out/result.json"), HasSubstr("6.0"));
+  EXPECT_EQ(read_file(folder_ / "out/report.html"), "4 rows");
+  EXPECT_EQ(read_file(folder_ / "out/figures/drawing.svg"), "<svg/>");
+  EXPECT_EQ(run(), ExitCode::no_convergence);
+  EXPECT_EQ(said_, "0 points\nlight traced for 0 of 0 points: 0 traces saved\n") << "nothing is run twice";
+  EXPECT_THAT(read_file(folder_ / "out/result.json"), HasSubstr("6.0")) << "from what is kept";
+}
+
+TEST_F(RunStudyTest, GoesOnWhereItStopped) {
+  run();
+  std::filesystem::remove(folder_ / "out/study.db");
+  engine_.most = 3;
+  EXPECT_THROW(run(), Cancelled);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html")) << "of a study that is not complete";
+  engine_.most = 1;
+  run();
+  EXPECT_THAT(said_, HasSubstr("1 point\n"));
+}
+
+TEST_F(RunStudyTest, WithoutAMeasuredPointItIsNoSuccess) {
+  engine_.fails = true;
+  try {
+    run();
+    ADD_FAILURE() << "no point was measured";
+  } catch (const UserError& e) {
+    EXPECT_EQ(e.code(), ExitCode::usage);
+    EXPECT_THAT(e.what(), HasSubstr("study.toml: no point could be measured: it is dark"));
+  }
+}
+
+}  // namespace
+}  // namespace fringetwin::testing::run_study_test
