@@ -156,7 +156,7 @@ TEST(Fields, TheIndexOfTheMetricsNamesEveryKeyAndEveryLimit) {
   });
   for (const Field& field : fit_fields())
     EXPECT_NE(index.find("`" + field.key + "`"), std::string::npos) << field.key;
-  for (const auto& [name, meaning] : limit_names()) EXPECT_NE(index_line(index, name), "") << name;
+  for (const auto& [name, limit] : limits_by_name()) EXPECT_NE(index_line(index, name), "") << name;
   Fields<GrayRow> planted;
   planted.add("surprise_dn", "DN", "a number that no document explains", &GrayRow::mean_dn);
   EXPECT_EQ(unexplained(index, "gray[]", planted.take()).size(), 1u);

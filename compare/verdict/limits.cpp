@@ -119,15 +119,6 @@ const std::map<std::string, Limit>& limits_by_name() {
   return all;
 }
 
-const std::map<std::string, std::string>& limit_names() {
-  static const std::map<std::string, std::string> all = [] {
-    std::map<std::string, std::string> out;
-    for (const auto& [name, limit] : limits_by_name()) out.emplace(name, limit.meaning);
-    return out;
-  }();
-  return all;
-}
-
 void check_limit_names(const Twin& twin) {
   for (const auto& [name, value] : twin.limits) {
     const auto limit = limits_by_name().find(name);

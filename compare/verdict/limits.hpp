@@ -12,11 +12,8 @@
 
 namespace fringetwin::compare {
 
-/// Returns every limit that a field of a table or of a fit carries, by its name.
+/// Returns every limit that a field of a table or of a fit carries, by the name that a twin gives it.
 const std::map<std::string, Limit>& limits_by_name();
-
-/// Returns the names a twin may limit, with what they mean.
-const std::map<std::string, std::string>& limit_names();
 
 /// Refuses names in twin.limits that no table has, and limits that make no sense: throws UnknownKey or
 /// UserError(usage) with file, line, key and the nearest known name. To be called before any work is done.

@@ -96,7 +96,7 @@ std::string refusal(const Twin& twin) {
 
 TEST_F(LimitNames, EveryNameWithAValueIsAccepted) {
   std::string text = kMinimal + "[limits]\n";
-  for (const auto& [name, meaning] : limit_names()) text += name + " = 0.5\n";
+  for (const auto& [name, limit] : limits_by_name()) text += name + " = 0.5\n";
   const Twin twin = load(text);
   EXPECT_EQ(twin.limits.size(), 10u);
   EXPECT_EQ(twin.limits.at("noise_ratio_error"), 0.5);

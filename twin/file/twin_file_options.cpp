@@ -144,8 +144,8 @@ std::optional<std::filesystem::path> read_uncertainty(const TomlTable& root, con
   return file;
 }
 
-/// Any name: what a comparison has, compare/verdict/limits.hpp knows, and check_limit_names() refuses the
-/// rest.
+/// Reads limits of any name; check_limit_names() in compare/verdict/limits.hpp refuses what no comparison
+/// has.
 std::map<std::string, double> read_limits(const TomlTable& root) {
   std::map<std::string, double> limits;
   const auto table = root.table("limits");
