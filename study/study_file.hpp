@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads a STUDY.toml (docs/FORMATS.md): what every study says, and the plan of its kind. The kinds of studies
-// are listed here and nowhere else.
+// Reads a STUDY.toml (docs/formats/study.md): what every study says, and the plan of its kind. The kinds of
+// studies are listed here and nowhere else.
 #pragma once
 #include <filesystem>
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the plan of a STUDY.toml of kind = "design" (docs/FORMATS.md), and makes the Kind that runs it.
+// Reads the plan of a STUDY.toml of kind = "design" (docs/formats/study.md), and makes the Kind that runs it.
 #pragma once
 #include <memory>
 #include <string>

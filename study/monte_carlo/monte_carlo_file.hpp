@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the plan of a STUDY.toml of kind = "monte-carlo" (docs/FORMATS.md): what is uncertain, and when there
-// are enough trials; and makes the Kind that runs it.
+// Reads the plan of a STUDY.toml of kind = "monte-carlo" (docs/formats/study.md): what is uncertain, and when
+// there are enough trials; and makes the Kind that runs it.
 #pragma once
 #include <filesystem>
 #include <memory>

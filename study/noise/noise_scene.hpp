@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a camera sees of a sphere or plane in the light of the projector: point, fringes and their noise, in
-// closed form (docs/METRICS.md, "Theory of the noise"); internal to study/.
+// closed form (docs/metrics/study.md, "Theory of the noise"); internal to study/.
 #pragma once
 #include <Eigen/Core>
 #include <optional>

@@ -141,7 +141,7 @@ NoiseTheory noise_theory(const Twin& twin, const std::string& object, std::size_
   const double pixels_each = static_cast<double>(stride) * stride;
   NoiseTheory out;
   if (points.size() < 4) return out;
-  // the fit leaves out what is farther than that (docs/METRICS.md, "Fits")
+  // the fit leaves out what is farther than that (docs/metrics/geometry.md, "Fits")
   const double limit_mm = measure::kInlierSigmas * kMadToSigma * median_distance(points);
   FitSum<4> sphere;
   FitSum<1> plane;

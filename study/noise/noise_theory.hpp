@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the theory of phase shifting expects of a fit's noise: a closed form per pixel, summed over the pixels
-// that see the object; nothing is rendered, decoded or fitted (docs/METRICS.md, "Theory of the noise").
+// that see the object; nothing is rendered, decoded or fitted (docs/metrics/study.md, "Theory of the noise").
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Searches where in a box an expensive function is least under constraints, within a number of evaluations:
 // Sobol's points over the whole box, then COBYLA along what is continuous and steps along what is listed, in
-// turns, from the best so far (docs/METRICS.md, "Optimise").
+// turns, from the best so far (docs/metrics/study.md, "Optimise").
 #pragma once
 #include <cstdint>
 #include <functional>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs a study of kind "optimise": searches the settings of the rig, known to it, that make a number's
-// uncertainty least under constraints (docs/METRICS.md, "Optimise"). Who runs the points, and where they are
-// kept, is the caller's.
+// uncertainty least under constraints (docs/metrics/study.md, "Optimise"). Who runs the points, and where
+// they are kept, is the caller's.
 #pragma once
 #include <cstdint>
 #include <filesystem>

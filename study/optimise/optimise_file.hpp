@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the plan of a STUDY.toml of kind = "optimise" (docs/FORMATS.md), and makes the Kind that runs it.
+// Reads the plan of a STUDY.toml of kind = "optimise" (docs/formats/study.md), and makes the Kind that runs
+// it.
 #pragma once
 #include <memory>
 

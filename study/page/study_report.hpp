@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the page of every study is made from (docs/METRICS.md, "Report of a study"): the study, its rows, and
-// what wrote it.
+// What the page of every study is made from (docs/metrics/study.md, "Report of a study"): the study, its
+// rows, and what wrote it.
 #pragma once
 #include <string>
 #include <vector>

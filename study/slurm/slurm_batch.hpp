@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tasks of a study's job arrays share with the process that submits them (docs/FORMATS.md): a folder
-// per array, called a round. A later round has the points that the earlier ones left.
+// What the tasks of a study's job arrays share with the process that submits them (docs/formats/study.md): a
+// folder per array, called a round. A later round has the points that the earlier ones left.
 #pragma once
 #include <filesystem>
 #include <map>

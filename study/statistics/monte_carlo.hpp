@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Propagation of distributions (JCGM 101:2008, GUM Supplement 1): what a sample says of a quantity, coverage
-// intervals, and the adaptive rule that says when there are enough trials (docs/METRICS.md, "Monte Carlo").
+// intervals, and the adaptive rule that says when there are enough trials (docs/metrics/study.md, "Monte
+// Carlo").
 #pragma once
 #include <cstddef>
 #include <vector>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which input a spread comes from: first-order and total Sobol indices with bootstrap intervals
-// (docs/METRICS.md, "Sensitivity").
+// (docs/metrics/study.md, "Sensitivity").
 #pragma once
 #include <cstddef>
 #include <cstdint>

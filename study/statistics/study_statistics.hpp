@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What repeated runs say of a design: means and scatter with confidence bands (docs/METRICS.md, "Report of a
-// study").
+// What repeated runs say of a design: means and scatter with confidence bands (docs/metrics/study.md, "Report
+// of a study").
 #pragma once
 #include <cstddef>
 #include <cstdint>

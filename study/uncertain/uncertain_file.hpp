@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads what STUDY.toml says of the uncertain inputs, in all kinds of studies that have them
-// (docs/FORMATS.md).
+// (docs/formats/study.md).
 #pragma once
 #include <filesystem>
 #include <string>

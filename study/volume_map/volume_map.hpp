@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A study of kind "volume-map": a sphere at a lattice of positions, measured in rigs drawn from the uncertain
-// inputs. Errors of place, size and form at each, of the spacing between any two (docs/METRICS.md, "Volume
-// map"; in the manner of VDI/VDE 2634 part 2).
+// inputs. Errors of place, size and form at each, of the spacing between any two (docs/metrics/study.md,
+// "Volume map"; in the manner of VDI/VDE 2634 part 2).
 #pragma once
 #include <Eigen/Core>
 #include <array>
