@@ -90,48 +90,33 @@ struct Field {
   Field& items(std::size_t at_least, std::size_t at_most) { return fewest = at_least, most = at_most, *this; }
 };
 
-/// The fields of a row type in the order of result.json; gray_fields.cpp, phase_fields.cpp,
-/// verdict_fields.cpp and fit_fields.cpp define them.
+/// The fields of each row type, in the order of result.json. The pointer only chooses the row type.
+std::vector<Field> describe(const GainRow*);
+std::vector<Field> describe(const GrayRow*);
+std::vector<Field> describe(const GrayBudget*);
+std::vector<Field> describe(const NoiseRow*);
+std::vector<Field> describe(const ShiftRow*);
+std::vector<Field> describe(const PhaseRow*);
+std::vector<Field> describe(const PhaseBudget*);
+std::vector<Field> describe(const Indicator*);
+std::vector<Field> describe(const BudgetVerdict*);
+std::vector<Field> describe(const BudgetShare*);
+std::vector<Field> describe(const ExplainedRow*);
+std::vector<Field> describe(const CauseParameter*);
+std::vector<Field> describe(const CauseRow*);
+std::vector<Field> describe(const Causes*);
+std::vector<Field> describe(const RefinedRow*);
+std::vector<Field> describe(const Refinement*);
+std::vector<Field> describe(const LimitRow*);
+std::vector<Field> describe(const DecodeRow*);
+std::vector<Field> describe(const measure::TriangulationSummary*);
+
+/// The same, made once.
 template <class Row>
-const std::vector<Field>& fields();
-template <>
-const std::vector<Field>& fields<GainRow>();
-template <>
-const std::vector<Field>& fields<GrayRow>();
-template <>
-const std::vector<Field>& fields<GrayBudget>();
-template <>
-const std::vector<Field>& fields<NoiseRow>();
-template <>
-const std::vector<Field>& fields<ShiftRow>();
-template <>
-const std::vector<Field>& fields<PhaseRow>();
-template <>
-const std::vector<Field>& fields<PhaseBudget>();
-template <>
-const std::vector<Field>& fields<Indicator>();
-template <>
-const std::vector<Field>& fields<BudgetVerdict>();
-template <>
-const std::vector<Field>& fields<BudgetShare>();
-template <>
-const std::vector<Field>& fields<ExplainedRow>();
-template <>
-const std::vector<Field>& fields<CauseParameter>();
-template <>
-const std::vector<Field>& fields<CauseRow>();
-template <>
-const std::vector<Field>& fields<Causes>();
-template <>
-const std::vector<Field>& fields<RefinedRow>();
-template <>
-const std::vector<Field>& fields<Refinement>();
-template <>
-const std::vector<Field>& fields<LimitRow>();
-template <>
-const std::vector<Field>& fields<DecodeRow>();
-template <>
-const std::vector<Field>& fields<measure::TriangulationSummary>();
+const std::vector<Field>& fields() {
+  static const std::vector<Field> all = describe(static_cast<const Row*>(nullptr));
+  return all;
+}
 
 /// Every number and vector that a fit, or the difference of two fits, may have. They have no `json`: the rows
 /// hold them in maps, by key.

@@ -60,7 +60,9 @@ std::vector<Field> make_fit_fields() {
   return all;
 }
 
-std::vector<Field> decode_fields() {
+}  // namespace
+
+std::vector<Field> describe(const DecodeRow*) {
   using Row = DecodeRow;
   Fields<Row> f;
   f.add("camera", "", "camera of the twin", &Row::camera).named();
@@ -74,7 +76,7 @@ std::vector<Field> decode_fields() {
   return f.take();
 }
 
-std::vector<Field> triangulation_fields() {
+std::vector<Field> describe(const measure::TriangulationSummary*) {
   using Row = measure::TriangulationSummary;
   Fields<Row> f;
   f.add("n_candidates", "", "valid pixels of the first camera that were tried", &Row::n_candidates);
@@ -87,21 +89,8 @@ std::vector<Field> triangulation_fields() {
   return f.take();
 }
 
-}  // namespace
-
 const std::vector<Field>& fit_fields() {
   static const std::vector<Field> all = make_fit_fields();
-  return all;
-}
-
-template <>
-const std::vector<Field>& fields<DecodeRow>() {
-  static const std::vector<Field> all = decode_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<measure::TriangulationSummary>() {
-  static const std::vector<Field> all = triangulation_fields();
   return all;
 }
 

@@ -4,11 +4,12 @@
 #include "compare/result/rows.hpp"
 
 namespace fringetwin::compare {
+
 namespace {
-
 using Style = Column::Style;
+}
 
-std::vector<Field> gain_fields() {
+std::vector<Field> describe(const GainRow*) {
   Fields<GainRow> f;
   f.add("camera", "", "camera of the twin", &GainRow::camera).named().shown({"camera", ""});
   f.add("gain_dn", "DN", "gray values per unit of simulated irradiance", &GainRow::gain_dn)
@@ -44,7 +45,7 @@ std::vector<Field> gain_fields() {
   return f.take();
 }
 
-std::vector<Field> gray_fields() {
+std::vector<Field> describe(const GrayRow*) {
   Fields<GrayRow> f;
   f.add("camera", "", "camera of the twin", &GrayRow::camera).named().shown({"camera", ""});
   f.add("pattern", "", "image of the sequence", &GrayRow::pattern).named().shown({"image", ""});
@@ -58,7 +59,7 @@ std::vector<Field> gray_fields() {
   return f.take();
 }
 
-std::vector<Field> gray_budget_fields() {
+std::vector<Field> describe(const GrayBudget*) {
   using Row = GrayBudget;
   Fields<Row> f;
   f.add("camera", "", "camera of the twin", &Row::camera).named();
@@ -90,7 +91,7 @@ std::vector<Field> gray_budget_fields() {
   return f.take();
 }
 
-std::vector<Field> noise_fields() {
+std::vector<Field> describe(const NoiseRow*) {
   using Row = NoiseRow;
   const Limit as_predicted{"noise_ratio_error",
                            "largest |measured / predicted noise - 1| of gray values and phase",
@@ -119,6 +120,8 @@ std::vector<Field> noise_fields() {
   return f.take();
 }
 
+namespace {
+/// Adds the numbers of one component; `name`: "dx" or "dy".
 void add_shift_component(const std::string& name, ShiftComponent ShiftRow::*component, Fields<ShiftRow>& f) {
   const auto of = [component](double ShiftComponent::*number) {
     return [component, number](const ShiftRow& r) { return r.*component.*number; };
@@ -137,8 +140,9 @@ void add_shift_component(const std::string& name, ShiftComponent ShiftRow::*comp
      return (r.*component).n_blocks;
    }).not_required();
 }
+}  // namespace
 
-std::vector<Field> shift_fields() {
+std::vector<Field> describe(const ShiftRow*) {
   Fields<ShiftRow> f;
   f.add("camera", "", "camera of the twin", &ShiftRow::camera).named();
   f.add("block_px", "px", "side of the blocks", [](const ShiftRow&) { return kShiftBlock; });
@@ -149,34 +153,6 @@ std::vector<Field> shift_fields() {
   f.add_positive("chi2_after", "", "what of it the shift leaves", &ShiftRow::chi2_after);
   f.add("n", "", "degrees of freedom", &ShiftRow::n);
   return f.take();
-}
-
-}  // namespace
-
-template <>
-const std::vector<Field>& fields<GainRow>() {
-  static const std::vector<Field> all = gain_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<GrayRow>() {
-  static const std::vector<Field> all = gray_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<GrayBudget>() {
-  static const std::vector<Field> all = gray_budget_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<NoiseRow>() {
-  static const std::vector<Field> all = noise_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<ShiftRow>() {
-  static const std::vector<Field> all = shift_fields();
-  return all;
 }
 
 }  // namespace fringetwin::compare

@@ -4,11 +4,12 @@
 #include "compare/result/rows.hpp"
 
 namespace fringetwin::compare {
+
 namespace {
-
 using Style = Column::Style;
+}
 
-std::vector<Field> phase_fields() {
+std::vector<Field> describe(const PhaseRow*) {
   using Row = PhaseRow;
   Fields<Row> f;
   f.add("camera", "", "camera of the twin", &Row::camera).named().shown({"camera", ""});
@@ -40,7 +41,7 @@ std::vector<Field> phase_fields() {
   return f.take();
 }
 
-std::vector<Field> phase_budget_fields() {
+std::vector<Field> describe(const PhaseBudget*) {
   using Row = PhaseBudget;
   Fields<Row> f;
   f.add("camera", "", "camera of the twin", &Row::camera).named();
@@ -67,19 +68,6 @@ std::vector<Field> phase_budget_fields() {
       .not_required();
   f.add("n", "", "pixels used", &Row::n);
   return f.take();
-}
-
-}  // namespace
-
-template <>
-const std::vector<Field>& fields<PhaseRow>() {
-  static const std::vector<Field> all = phase_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<PhaseBudget>() {
-  static const std::vector<Field> all = phase_budget_fields();
-  return all;
 }
 
 }  // namespace fringetwin::compare

@@ -4,11 +4,12 @@
 #include "compare/result/rows.hpp"
 
 namespace fringetwin::compare {
+
 namespace {
-
 using Style = Column::Style;
+}
 
-std::vector<Field> indicator_fields() {
+std::vector<Field> describe(const Indicator*) {
   using Row = Indicator;
   Fields<Row> f;
   f.add("name", "", "which indicator it is", &Row::name)
@@ -34,7 +35,7 @@ std::vector<Field> indicator_fields() {
   return f.take();
 }
 
-std::vector<Field> budget_verdict_fields() {
+std::vector<Field> describe(const BudgetVerdict*) {
   Fields<BudgetVerdict> f;
   for (const auto& [key, verdict] :
        {std::pair{"gray", &BudgetVerdict::gray}, std::pair{"phase", &BudgetVerdict::phase},
@@ -45,7 +46,7 @@ std::vector<Field> budget_verdict_fields() {
   return f.take();
 }
 
-std::vector<Field> budget_share_fields() {
+std::vector<Field> describe(const BudgetShare*) {
   Fields<BudgetShare> f;
   f.add("name", "", "source of uncertainty", &BudgetShare::name).named();
   f.add_positive("variance", "", "square of its standard uncertainty, in the row's unit squared",
@@ -54,7 +55,7 @@ std::vector<Field> budget_share_fields() {
   return f.take();
 }
 
-std::vector<Field> explained_fields() {
+std::vector<Field> describe(const ExplainedRow*) {
   using Row = ExplainedRow;
   Fields<Row> f;
   f.add("quantity", "", "what is judged", &Row::quantity).named().one_of({"gray", "phase", "geometry"});
@@ -75,7 +76,7 @@ std::vector<Field> explained_fields() {
   return f.take();
 }
 
-std::vector<Field> cause_parameter_fields() {
+std::vector<Field> describe(const CauseParameter*) {
   using Row = CauseParameter;
   Fields<Row> f;
   f.add("name", "", "parameter of the twin", &Row::name).named();
@@ -86,7 +87,7 @@ std::vector<Field> cause_parameter_fields() {
   return f.take();
 }
 
-std::vector<Field> cause_fields() {
+std::vector<Field> describe(const CauseRow*) {
   using Row = CauseRow;
   Fields<Row> f;
   f.add("group", "", "group of parameters that were fitted", &Row::group).named();
@@ -98,7 +99,7 @@ std::vector<Field> cause_fields() {
   return f.take();
 }
 
-std::vector<Field> causes_fields() {
+std::vector<Field> describe(const Causes*) {
   Fields<Causes> f;
   f.add("named", "", "the group that explains half of the excess or more", &Causes::named).or_null();
   f.add_positive("chi2", "", "of a gray value, with the best gain and black level only", &Causes::chi2);
@@ -108,7 +109,7 @@ std::vector<Field> causes_fields() {
   return f.take();
 }
 
-std::vector<Field> refined_fields() {
+std::vector<Field> describe(const RefinedRow*) {
   using Row = RefinedRow;
   Fields<Row> f;
   f.add("name", "", "parameter of the twin", &Row::name).named().shown({"parameter", ""});
@@ -123,7 +124,7 @@ std::vector<Field> refined_fields() {
   return f.take();
 }
 
-std::vector<Field> refinement_fields() {
+std::vector<Field> describe(const Refinement*) {
   using Row = Refinement;
   Fields<Row> f;
   f.add("asked", "", "what --refine was given", &Row::asked);
@@ -138,7 +139,7 @@ std::vector<Field> refinement_fields() {
   return f.take();
 }
 
-std::vector<Field> limit_fields() {
+std::vector<Field> describe(const LimitRow*) {
   using Row = LimitRow;
   Fields<Row> f;
   f.add("name", "", "key of [limits] in the twin", &Row::name).named();
@@ -146,59 +147,6 @@ std::vector<Field> limit_fields() {
   f.add("limit", "", "what the twin allows", &Row::limit).known();
   f.add("pass", "", "whether the value is within the limit", &Row::pass);
   return f.take();
-}
-
-}  // namespace
-
-template <>
-const std::vector<Field>& fields<Indicator>() {
-  static const std::vector<Field> all = indicator_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<BudgetVerdict>() {
-  static const std::vector<Field> all = budget_verdict_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<BudgetShare>() {
-  static const std::vector<Field> all = budget_share_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<ExplainedRow>() {
-  static const std::vector<Field> all = explained_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<CauseParameter>() {
-  static const std::vector<Field> all = cause_parameter_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<CauseRow>() {
-  static const std::vector<Field> all = cause_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<Causes>() {
-  static const std::vector<Field> all = causes_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<RefinedRow>() {
-  static const std::vector<Field> all = refined_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<Refinement>() {
-  static const std::vector<Field> all = refinement_fields();
-  return all;
-}
-template <>
-const std::vector<Field>& fields<LimitRow>() {
-  static const std::vector<Field> all = limit_fields();
-  return all;
 }
 
 }  // namespace fringetwin::compare
