@@ -161,3 +161,58 @@ class ShiftField {
     for (std::size_t k = 0; k < pixels.size(); ++k)
       if (reduced[k] <= limit) kept.push_back(pixels[k]);
     if (kept.size() < kFewestPixelsOfBlock) return {};
+    out = solve(kept);
+    out.x = out.x && out.sigma.x() <= kLargestSigmaPx;
+    out.y = out.y && out.sigma.y() <= kLargestSigmaPx;
+    return out;
+  }
+
+  /// Returns the mean over blocks; its sigma from their scatter, never below their own.
+  static ShiftComponent component(const std::vector<BlockShift>& blocks, int c) {
+    ShiftComponent out;
+    double sum = 0.0, square = 0.0, variance = 0.0, n = 0.0;
+    for (const BlockShift& b : blocks) {
+      if (!(c == 0 ? b.x : b.y)) continue;
+      const double s = b.shift[c];
+      sum += s, square += s * s, variance += b.sigma[c] * b.sigma[c], n += 1.0;
+      out.largest_px = std::max(out.largest_px, std::abs(s));
+    }
+    out.n_blocks = static_cast<std::uint64_t>(n);
+    if (n == 0.0) {
+      out.mean_px = out.mean_sigma_px = out.rms_px = out.largest_px = kUnknown;
+      return out;
+    }
+    out.mean_px = sum / n;
+    out.rms_px = std::sqrt(square / n);
+    const double scatter =
+        n > 1.0 ? std::max(0.0, square - n * out.mean_px * out.mean_px) / (n * (n - 1.0)) : 0.0;
+    out.mean_sigma_px = std::sqrt(std::max(scatter, variance / (n * n)));
+    return out;
+  }
+
+  const GrayPair& pair_;
+  const GainFit& fit_;
+  NoiseLine noise_;
+  double per_e_;
+  std::vector<ImageF> difference_;  ///< simulated - real, per gain image
+};
+
+}  // namespace
+
+NoiseLine noise_line(const GrayPair& pair, const GainFit& fit, const std::optional<GrayBudget>& budget) {
+  if (pair.real->radiance) {
+    const double v = fit.row.robust_scale_dn * fit.row.robust_scale_dn;
+    return {v, 0.0, std::max(1e-12 * v, std::numeric_limits<double>::min())};
+  }
+  if (budget) return {budget->noise_offset_dn2, budget->noise_per_dn, kRoundingVariance};
+  const Sensor& sensor = pair.camera->sensor;
+  const double per_dn = sensor.electrons_per_dn ? 1.0 / *sensor.electrons_per_dn : 0.0;
+  const double read = std::pow(sensor.read_noise_dn.value_or(0.0), 2) + kRoundingVariance;
+  return {read - per_dn * sensor.black_level_dn, per_dn, read};
+}
+
+ShiftRow shift_field(const GrayPair& pair, const GainFit& fit, const NoiseLine& noise) {
+  return ShiftField(pair, fit, noise).run();
+}
+
+}  // namespace fringetwin::compare
