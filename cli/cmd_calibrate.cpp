@@ -11,6 +11,7 @@
 #include "calib/board/corners_vnl.hpp"
 #include "calib/board/observe.hpp"
 #include "calib/page/calibration_findings.hpp"
+#include "calib/solve/calibrate.hpp"
 #include "cli/camera_files.hpp"
 #include "cli/commands.hpp"
 #include "cli/version.hpp"

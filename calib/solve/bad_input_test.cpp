@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "calib/solve/calibrate.hpp"
 #include "tests/support/calib/calib_rig.hpp"
 #include "twin/base/errors.hpp"
 

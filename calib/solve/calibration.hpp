@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One joint solve for all devices, all board poses and the board's warp.
+// A solved calibration: every device's lens and pose, the boards, and how well they fit the corners; what
+// calibrate() was asked for; and the file a solved device is written to.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -68,10 +69,6 @@ struct Calibration {
   /// Mean distance of the boards along the device's axis, mm: where the rig works.
   double working_distance_mm(int device) const;
 };
-
-/// Checks the input, seeds, solves, checks the solution. Throws UserError: input for observations that cannot
-/// be right, no_convergence for a solution that cannot be.
-Calibration calibrate(const Observations& observations, const CalibrateOptions& options);
 
 /// Full precision, lengths in metres, with everything mrcal needs to solve it again ('optimization_inputs');
 /// `comments` without '#'.

@@ -17,7 +17,7 @@
 #include <sstream>
 
 #include "calib/board/corners_vnl.hpp"
-#include "calib/solve/calibration.hpp"
+#include "calib/solve/calibrate.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::calib::calibration_real_test {

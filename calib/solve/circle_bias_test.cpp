@@ -13,6 +13,7 @@
 
 #include <cmath>
 
+#include "calib/solve/calibrate.hpp"
 #include "tests/support/calib/calib_rig.hpp"
 
 namespace fringetwin::calib::circle_bias_test {

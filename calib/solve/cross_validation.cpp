@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/solve/calibrate.hpp"
 #include "calib/solve/triangulate.hpp"
 #include "calib/solve/uncertainty.hpp"
 #include "twin/base/errors.hpp"

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "calib/solve/calibrate.hpp"
 #include "calib/solve/uncertainty.hpp"
 #include "tests/support/calib/calib_rig.hpp"
 #include "tests/support/twin/child_process.hpp"

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "calib/solve/calibrate.hpp"
 #include "calib/solve/uncertainty.hpp"
 #include "tests/support/calib/calib_draws.hpp"
 #include "tests/support/calib/calib_rig.hpp"

@@ -11,6 +11,7 @@
 
 #include <cmath>
 
+#include "calib/solve/calibrate.hpp"
 #include "calib/solve/cross_validation.hpp"
 #include "calib/solve/triangulate.hpp"
 #include "calib/solve/uncertainty.hpp"

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "calib/solve/calibrate.hpp"
 #include "tests/support/calib/calib_rig.hpp"
 #include "twin/lens/linear.hpp"
 
