@@ -6,8 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "calib/page/calibration_findings.hpp"
-#include "calib/photometry/photometry.hpp"
+#include "calib/page/photometry_page.hpp"
 #include "cli/camera_files.hpp"
 #include "cli/commands.hpp"
 #include "cli/version.hpp"

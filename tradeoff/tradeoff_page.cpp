@@ -6,13 +6,12 @@
 #include <fstream>
 
 #include "report/json.hpp"
-#include "report/table.hpp"
+#include "report/provenance.hpp"
 #include "report/text.hpp"
 #include "tradeoff/tradeoff_json.hpp"
 
 namespace fringetwin::tradeoff {
 
-using report::Align;
 using report::Json;
 using report::json_number;
 
@@ -73,22 +72,15 @@ Json json_head(const std::string& schema, const Twin& twin, const compare::Prove
 
 std::string provenance_html(const Twin& twin, const compare::Provenance& p,
                             const render::DeviceInfo& device) {
-  report::Table table;
-  table.columns = {{"provenance", "", Align::left}, {"", "", Align::left}};
-  table.add_row({"twin", twin.file.string()});
-  table.add_row({"command", report::shell_command(p.argv)});
-  table.add_row({"version", p.version});
-  table.add_row(
-      {"device", fmt::format("{} ({}, Vulkan {})", device.name, device.driver, device.api_version)});
-  table.add_row({"machine", machine_name()});
-  table.add_row({"seed", std::to_string(p.seed)});
-  report::Table files;
-  files.columns = {{"input file", "", Align::left}, {"SHA-256", "", Align::left}};
-  for (const auto& [file, digest] : p.inputs_sha256) files.add_row({file, digest});
-  return table.html() + fmt::format(
-                            "<details><summary>{} input files with their SHA-256</summary>{}</details>"
-                            "<p>Every formula: docs/METRICS.md of the fringetwin source.</p>",
-                            files.rows.size(), files.html());
+  return report::provenance_html(
+             {{"twin", twin.file.string()},
+              {"command", report::shell_command(p.argv)},
+              {"version", p.version},
+              {"device", fmt::format("{} ({}, Vulkan {})", device.name, device.driver, device.api_version)},
+              {"machine", machine_name()},
+              {"seed", std::to_string(p.seed)}},
+             p.inputs_sha256) +
+         "<p>Every formula: docs/METRICS.md of the fringetwin source.</p>";
 }
 
 std::string scientific(double value) {

@@ -3,10 +3,10 @@
 // both.
 #pragma once
 #include <filesystem>
-#include <map>
 #include <string>
 #include <vector>
 
+#include "calib/page/origin.hpp"
 #include "calib/solve/calibration.hpp"
 #include "calib/solve/cross_validation.hpp"
 #include "twin/image/image.hpp"
@@ -44,13 +44,6 @@ struct Findings {
 };
 
 Findings analyse(const Calibration& calibration, const CalibrateOptions& options);
-
-/// Where a result comes from.
-struct Origin {
-  std::vector<std::string> argv;
-  std::string version;
-  std::map<std::string, std::string> inputs_sha256;
-};
 
 /// calibration.json, schema "fringetwin-calibration/1" (docs/CALIBRATION.md).
 std::string calibration_json(const Calibration& calibration, const CalibrateOptions& options,

@@ -366,15 +366,6 @@ std::string parameter_table(const Calibration& c, const Findings& findings) {
   return t.html();
 }
 
-std::string origin_html(const Origin& origin) {
-  report::Table t;
-  t.columns = {{"provenance", "", Align::left}, {"", "", Align::left}};
-  t.add_row({"command", report::shell_command(origin.argv)});
-  t.add_row({"version", origin.version});
-  for (const auto& [file, digest] : origin.inputs_sha256) t.add_row({file, digest});
-  return t.html() + "<p>Every formula: docs/CALIBRATION.md of the fringetwin source.</p>";
-}
-
 }  // namespace
 
 std::string calibration_html(const Calibration& c, const CalibrateOptions& options, const Findings& findings,

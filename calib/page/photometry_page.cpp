@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "calib/page/photometry_page.hpp"
+
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "calib/page/calibration_findings.hpp"
-#include "calib/photometry/photometry.hpp"
 #include "report/html_page.hpp"
 #include "report/plot.hpp"
 #include "report/table.hpp"
@@ -204,12 +204,7 @@ std::string photometry_html(const Photometry& photometry, const Origin& origin) 
     page.sections.push_back({"transfer", "Photon transfer", s});
   if (const std::string s = projector_section(photometry); !s.empty())
     page.sections.push_back({"projector", "Projector", s});
-  report::Table t;
-  t.columns = {{"provenance", "", Align::left}, {"", "", Align::left}};
-  t.add_row({"command", report::shell_command(origin.argv)});
-  t.add_row({"version", origin.version});
-  for (const auto& [file, digest] : origin.inputs_sha256) t.add_row({file, digest});
-  page.footer_html = t.html() + "<p>Every formula: docs/CALIBRATION.md of the fringetwin source.</p>";
+  page.footer_html = origin_html(origin);
   return page.html();
 }
 

@@ -5,8 +5,7 @@
 
 #include <cmath>
 
-#include "calib/page/calibration_findings.hpp"
-#include "calib/photometry/photometry.hpp"
+#include "calib/page/photometry_page.hpp"
 #include "report/json.hpp"
 
 namespace fringetwin::calib {

@@ -62,12 +62,4 @@ struct Photometry {
 /// be told beside other things is a warning.
 Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>& frames);
 
-/// Blocks for twin.toml, each number with its sigma in a comment; itself valid TOML.
-std::string photometry_toml(const Photometry& photometry);
-
-struct Origin;
-/// Schema "fringetwin-photometry/1" (docs/CALIBRATION.md).
-std::string photometry_json(const Photometry& photometry, const Origin& origin);
-std::string photometry_html(const Photometry& photometry, const Origin& origin);
-
 }  // namespace fringetwin::calib

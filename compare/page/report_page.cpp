@@ -5,6 +5,7 @@
 
 #include "compare/page/report_parts.hpp"
 #include "report/cloud_canvas.hpp"
+#include "report/provenance.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
@@ -53,23 +54,15 @@ std::string glance_html(const Comparison& c) {
 }
 
 std::string footer_html(const Twin& twin, const Provenance& p) {
-  report::Table table;
-  table.columns = {{"provenance", "", Align::left}, {"", "", Align::left}};
-  table.add_row({"twin", twin.file.string()});
-  table.add_row({"command", report::shell_command(p.argv)});
-  table.add_row({"version", p.version});
-  table.add_row({"device", p.device.empty() ? "nothing was rendered in this run" : p.device});
-  for (const RenderNote& n : p.rendered) table.add_row({"rendered “" + n.camera + "”", n.text()});
-  table.add_row({"seed", std::to_string(p.seed)});
-  report::Table files;
-  files.columns = {{"input file", "", Align::left}, {"SHA-256", "", Align::left}};
-  for (const auto& [file, digest] : p.inputs_sha256) files.add_row({file, digest});
-  return table.html() +
-         fmt::format(
-             "<details><summary>{} input files with their SHA-256</summary>{}</details>"
-             "<p>Every formula: docs/METRICS.md of the fringetwin source. All differences are simulated − "
-             "real.</p>",
-             files.rows.size(), files.html());
+  report::Facts facts{{"twin", twin.file.string()},
+                      {"command", report::shell_command(p.argv)},
+                      {"version", p.version},
+                      {"device", p.device.empty() ? "nothing was rendered in this run" : p.device}};
+  for (const RenderNote& n : p.rendered) facts.emplace_back("rendered “" + n.camera + "”", n.text());
+  facts.emplace_back("seed", std::to_string(p.seed));
+  return report::provenance_html(facts, p.inputs_sha256) +
+         "<p>Every formula: docs/METRICS.md of the fringetwin source. All differences are simulated − "
+         "real.</p>";
 }
 
 void add(Page& page, const char* id, const char* title, const std::string& body) {

@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "report/provenance.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"
 #include "study/plan/result_names.hpp"
@@ -104,22 +105,15 @@ void add_failures(const StudyRecord& study, report::Page* page) {
 }
 
 std::string footer_html(const StudyRecord& study) {
-  report::Table table;
-  table.columns = {{"provenance", "", Align::left}, {"", "", Align::left}};
-  table.add_row({"study", study.head.file.string()});
-  table.add_row({"twin", study.head.twin.string()});
-  table.add_row({"command", report::shell_command(study.argv)});
-  table.add_row({"page written by", study.version});
-  table.add_row({"digest of the study", study.identity.digest()});
-  report::Table files;
-  files.columns = {{"input file", "", Align::left}, {"SHA-256", "", Align::left}};
-  for (const auto& [file, digest] : study.identity.inputs) files.add_row({file, digest});
   report::Table content;
   content.columns = {{"key", "", Align::left}, {"value", "", Align::left}};
   for (const auto& [key, value] : study.head.content) content.add_row({key, value});
-  return table.html() +
-         fmt::format("<details><summary>{} input files with their SHA-256</summary>{}</details>",
-                     files.rows.size(), files.html()) +
+  return report::provenance_html({{"study", study.head.file.string()},
+                                  {"twin", study.head.twin.string()},
+                                  {"command", report::shell_command(study.argv)},
+                                  {"page written by", study.version},
+                                  {"digest of the study", study.identity.digest()}},
+                                 study.identity.inputs) +
          fmt::format("<details><summary>The study, key by key</summary>{}</details>", content.html()) +
          "<p>Every run: study.csv beside this page. Every formula: docs/METRICS.md of the fringetwin source, "
          "“Report of a study”.</p>";
