@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "capture/device/pattern_display.hpp"
-#include "capture/record/grab_step.hpp"
+#include "capture/device/rig.hpp"
 #include "cosim/simulate.hpp"
 #include "twin/twin.hpp"
 

@@ -133,7 +133,7 @@ std::vector<PreviewNumbers> Preview::look() {
     StepRecord record;
     record.shown = show_pattern(display_, twin_.fringes, patterns_[k]);
     for (const RigCamera& camera : rig_) camera.device->drain();
-    Grabbed grabbed = grab(rig_, step, plan_, &record);
+    StepImages grabbed = take_step_frames(rig_, step, plan_, &record);
     for (std::size_t c = 0; c < rig_.size(); ++c) {
       steps[c].push_back(std::move(grabbed.images[c][0]));
       if (k == 0) again[c] = std::move(grabbed.images[c][1]);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "capture/device/pattern_display.hpp"
-#include "capture/record/grab_step.hpp"
+#include "capture/record/step_frames.hpp"
 #include "capture/record/streams.hpp"
 #include "twin/twin.hpp"
 

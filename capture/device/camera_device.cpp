@@ -37,6 +37,12 @@ std::uint32_t FrameOrder::advance(const Frame& frame) {
   return static_cast<std::uint32_t>(ahead);
 }
 
+TimeNs exposure_begin_ns(const Frame& frame, const CameraInfo& info, std::optional<double> exposure_ms) {
+  if (info.timestamp_at_exposure_start) return frame.timestamp_ns;
+  // Where nobody knows the exposure it may last a whole period.
+  return frame.timestamp_ns - to_ns(exposure_ms.value_or(info.period_ms.value_or(0.0)));
+}
+
 double CameraDevice::set_exposure_ms(double exposure_ms) {
   throw UserError(ExitCode::device, info().device,
                   fmt::format("has no exposure control, so {} ms cannot be set", exposure_ms),

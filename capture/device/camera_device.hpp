@@ -80,6 +80,9 @@ struct CameraInfo {
   std::map<std::string, std::string> provenance;  ///< driver, card, bus, format, rate, each control's value
 };
 
+/// Returns when the frame's exposure began, as far as the camera's time stamps tell.
+TimeNs exposure_begin_ns(const Frame& frame, const CameraInfo& info, std::optional<double> exposure_ms);
+
 struct ExposureRange {
   double min_ms = 0.0, max_ms = 0.0, step_ms = 0.0;
 };

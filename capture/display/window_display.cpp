@@ -13,14 +13,6 @@
 namespace fringetwin::capture {
 namespace {
 
-WindowModuleFunction load_window_module() {
-  const ModuleFunction found = find_in_module("libfringetwin_window.so", window_module_name);
-  if (found.address) return reinterpret_cast<WindowModuleFunction>(found.address);
-  throw UserError(ExitCode::device, "window",
-                  fmt::format("the module that opens windows cannot be loaded ({})", found.fault),
-                  "put it beside the program, or use the display 'kms' on a text console");
-}
-
 UserError no_window(const std::string& name, const std::string& fault) {
   return {ExitCode::device, name, fmt::format("a window cannot be opened ({})", fault),
           "run in a desktop session (`fringetwin capture --list` shows its screens), or use 'kms' on a text "
@@ -30,7 +22,10 @@ UserError no_window(const std::string& name, const std::string& fault) {
 }  // namespace
 
 WindowModule& window_module() {
-  static const WindowModuleFunction function = load_window_module();
+  static const auto function = reinterpret_cast<WindowModuleFunction>(
+      find_in_module("libfringetwin_window.so", window_module_name,
+                     {ExitCode::device, "window", "opens windows",
+                      "put it beside the program, or use the display 'kms' on a text console"}));
   return *function();
 }
 

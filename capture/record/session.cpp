@@ -102,13 +102,13 @@ class Session {
     exposure_ms_ = step.exposure_ms;
   }
 
-  Grabbed show_and_grab(const Step& step, StepRecord* record) {
+  StepImages show_and_grab(const Step& step, StepRecord* record) {
     display_.check();
     for (const RigCamera& camera : rig_) camera.device->check_input();
     record->shown = show_pattern(display_, twin_.fringes, step.pattern);
     record->skew_ms = 0.0;
     for (const RigCamera& camera : rig_) camera.device->drain();
-    Grabbed grabbed = grab(rig_, step, plan_, record);
+    StepImages grabbed = take_step_frames(rig_, step, plan_, record);
     // A signal lost meanwhile leaves frames without an error flag.
     for (const RigCamera& camera : rig_) camera.device->check_input();
     check_skew(*record);
@@ -124,7 +124,7 @@ class Session {
                       record.skew_ms, *limit));
   }
 
-  void keep(const Step& step, Grabbed grabbed, const StepRecord& record) {
+  void keep(const Step& step, StepImages grabbed, const StepRecord& record) {
     std::vector<RecordedImage> images;
     for (std::size_t c = 0; c < rig_.size(); ++c)
       for (std::size_t p = 0; p < step.pictures.size(); ++p)

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "capture/device/pattern_display.hpp"
-#include "capture/record/grab_step.hpp"
 #include "capture/record/plan.hpp"
 #include "capture/record/recording.hpp"
+#include "capture/record/step_frames.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::capture {

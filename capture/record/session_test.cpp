@@ -2,6 +2,7 @@
 // The recording on cameras that see the projector's picture pixel for pixel, with every fault.
 #include "capture/record/session.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -3,15 +3,18 @@
 #pragma once
 #include <string>
 
+#include "twin/base/errors.hpp"
+
 namespace fringetwin {
 
-struct ModuleFunction {
-  void* address = nullptr;
-  std::string fault;  ///< why not, where there is no address
+/// What is said when a module is missing: "SUBJECT: the module that DOES cannot be loaded", and what helps.
+struct ModuleRefusal {
+  ExitCode code;
+  std::string subject, does, help;
 };
 
-/// Returns the function `name` of the module `file`, e.g. "libfringetwin_image_codecs.so". The module stays
-/// loaded.
-ModuleFunction find_in_module(const std::string& file, const std::string& name);
+/// Returns the address of the function `name` in the module `file`, e.g. "libfringetwin_image_codecs.so",
+/// which stays loaded. Throws UserError with the refusal where there is none.
+void* find_in_module(const std::string& file, const std::string& name, const ModuleRefusal& refusal);
 
 }  // namespace fringetwin

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "capture/device/pattern_display.hpp"
-#include "capture/record/grab_step.hpp"
+#include "capture/device/rig.hpp"
 
 namespace fringetwin::testing {
 

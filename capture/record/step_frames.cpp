@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/record/grab_step.hpp"
+#include "capture/record/step_frames.hpp"
 
 #include <fmt/format.h>
 
@@ -20,12 +20,6 @@ std::string use_of(const Picture& picture) {
 }
 
 }  // namespace
-
-TimeNs exposure_begin_ns(const Frame& frame, const CameraInfo& info, std::optional<double> exposure_ms) {
-  if (info.timestamp_at_exposure_start) return frame.timestamp_ns;
-  // Where nobody knows the exposure it may last a whole period.
-  return frame.timestamp_ns - to_ns(exposure_ms.value_or(info.period_ms.value_or(0.0)));
-}
 
 FrameJudge::FrameJudge(const RigCamera& camera, const Step& step, TimeNs from_ns, int settle_frames,
                        bool leads)
@@ -134,7 +128,7 @@ double worst_skew_ms(const std::vector<FrameJudge>& judges, std::size_t average)
 
 }  // namespace
 
-Grabbed grab(const Rig& rig, const Step& step, const CapturePlan& plan, StepRecord* record) {
+StepImages take_step_frames(const Rig& rig, const Step& step, const CapturePlan& plan, StepRecord* record) {
   const TimeNs from_ns = record->shown.at_ns + to_ns(plan.latency_ms);
   std::vector<FrameJudge> judges;
   for (std::size_t c = 0; c < rig.size(); ++c)
@@ -155,7 +149,7 @@ Grabbed grab(const Rig& rig, const Step& step, const CapturePlan& plan, StepReco
       judges[other].pair_with(judges[0].begins_ns().front(), record);
     paired = true;
   }
-  Grabbed grabbed;
+  StepImages grabbed;
   for (const FrameJudge& judge : judges) grabbed.images.push_back(judge.images());
   record->skew_ms = worst_skew_ms(judges, static_cast<std::size_t>(step.average));
   return grabbed;

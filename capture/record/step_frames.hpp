@@ -1,29 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// One showing of a pattern: the frames of all cameras, each judged, the good ones averaged.
+// Takes the frames of one step of a plan (one showing of a pattern) from all cameras, judges each frame, and
+// returns the averages of the good ones.
 #pragma once
 #include <limits>
-#include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "capture/device/frame_average.hpp"
+#include "capture/device/rig.hpp"
 #include "capture/record/journal.hpp"
 #include "capture/record/plan.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::capture {
-
-/// A device and the camera of the twin it stands for.
-struct RigCamera {
-  std::string name;
-  int stored_bits = 8;  ///< bit_depth of the twin's sensor
-  std::unique_ptr<CameraDevice> device;
-};
-using Rig = std::vector<RigCamera>;
-
-/// When a camera's exposure began, as far as its time stamps tell.
-TimeNs exposure_begin_ns(const Frame& frame, const CameraInfo& info, std::optional<double> exposure_ms);
 
 /// Judges one camera's frames in order and sums the good ones. Cameras that run freely are paired with the
 /// first camera: the others begin with the frame nearest in time to its first good one.
@@ -68,13 +57,13 @@ class FrameJudge {
 };
 
 /// What was seen of a step: images by camera, then by picture.
-struct Grabbed {
+struct StepImages {
   std::vector<std::vector<ImageF>> images;
 };
 
 /// Takes frames of all cameras in turn until each has what the step wants. `record` gains frames and counts.
 /// Throws DeviceFault; timeout, too, when a camera delivers no good frame among `plan.attempts` times as many
 /// as are wanted.
-Grabbed grab(const Rig& rig, const Step& step, const CapturePlan& plan, StepRecord* record);
+StepImages take_step_frames(const Rig& rig, const Step& step, const CapturePlan& plan, StepRecord* record);
 
 }  // namespace fringetwin::capture
