@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One joint solve for all devices, all board poses and the board's warp: observed corners go in, a checked calibration
-// comes out.
+// One joint solve for all devices, all board poses and the board's warp: observed corners go in, a checked
+// calibration comes out.
 #pragma once
 #include "calib/solve/calibration.hpp"
 

@@ -23,7 +23,7 @@ UserError no_window(const std::string& name, const std::string& fault) {
 
 WindowModule& window_module() {
   static const auto function = reinterpret_cast<WindowModuleFunction>(
-      find_in_module("libfringetwin_window.so", window_module_name,
+      find_in_module("libfringetwin_window.so", kWindowModuleName,
                      {ExitCode::device, "window", "opens windows",
                       "put it beside the program, or use the display 'kms' on a text console"}));
   return *function();

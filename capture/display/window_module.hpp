@@ -38,7 +38,7 @@ class WindowModule {
 
 /// The module's only function, by this name.
 using WindowModuleFunction = WindowModule* (*)();
-constexpr const char* window_module_name =
+constexpr const char* kWindowModuleName =
     "fringetwin_window_module_1";  ///< 1: the classes as they stand here
 
 /// Throws UserError(device) when the module is not found.
