@@ -37,12 +37,12 @@ AccelerationLevel::AccelerationLevel(VulkanDevice& device, VkAccelerationStructu
   vk_check(vkCreateAccelerationStructureKHR(device_.handle(), &create, nullptr, &handle_),
            "vkCreateAccelerationStructureKHR");
 
-  constexpr VkDeviceSize scratch_alignment = 256;  // the most that a device may ask for
-  Buffer scratch(device_, sizes.buildScratchSize + scratch_alignment,
+  constexpr VkDeviceSize kScratchAlignment = 256;  // the most that a device may ask for
+  Buffer scratch(device_, sizes.buildScratchSize + kScratchAlignment,
                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
   build.dstAccelerationStructure = handle_;
   build.scratchData.deviceAddress =
-      (scratch.address() + scratch_alignment - 1) / scratch_alignment * scratch_alignment;
+      (scratch.address() + kScratchAlignment - 1) / kScratchAlignment * kScratchAlignment;
   const VkAccelerationStructureBuildRangeInfoKHR range{n_primitives, 0, 0, 0};
   const VkAccelerationStructureBuildRangeInfoKHR* ranges = &range;
   device_.run([&](VkCommandBuffer commands) {
@@ -91,7 +91,7 @@ AccelerationStructure::AccelerationStructure(VulkanDevice& device, const Buffer&
   instance.mask = 0xFF;
   instance.flags = VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR;
   instance.accelerationStructureReference = bottom_->address();
-  instance_ = std::make_unique<Buffer>(device, sizeof(instance), acceleration_input);
+  instance_ = std::make_unique<Buffer>(device, sizeof(instance), kAccelerationInput);
   instance_->upload(std::as_bytes(std::span(&instance, 1)));
   VkAccelerationStructureGeometryKHR scene{};
   scene.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;

@@ -27,7 +27,7 @@ class AccelerationLevel {
 };
 
 /// What the vertex buffer needs: 3 float vertices of 16 bytes each per triangle.
-constexpr VkBufferUsageFlags acceleration_input =
+constexpr VkBufferUsageFlags kAccelerationInput =
     VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
     VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
 

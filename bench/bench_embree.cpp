@@ -112,8 +112,8 @@ void compare(const std::string& scene, const Twin& twin, std::vector<Rival> riva
                  },
                  [&] { return mean(transport.mean); }});
   for (Rival& r : rivals) r.run();  // pipelines, page faults
-  constexpr int rounds = 4;
-  for (int round = 0; round < rounds; ++round)
+  constexpr int kRounds = 4;
+  for (int round = 0; round < kRounds; ++round)
     for (Rival& r : rivals) {
       const double cpu = cpu_now_s();
       const auto wall = std::chrono::steady_clock::now();
@@ -123,7 +123,7 @@ void compare(const std::string& scene, const Twin& twin, std::vector<Rival> riva
       r.best_wall_s = std::min(r.best_wall_s, elapsed.count());
     }
   fmt::print("\n{}, {} x {} px, 2 x 2 samples, best of {} rounds in turns\n", scene, lens.width(),
-             lens.height(), rounds);
+             lens.height(), kRounds);
   fmt::print("{:<52}{:>12}{:>10}{:>10}{:>12}{:>14}\n", "", "Msamples/s", "CPU ms", "wall ms", "fringetwin",
              "mean weight");
   for (const Rival& r : rivals)

@@ -23,7 +23,7 @@ namespace {
 using namespace fringetwin;
 namespace fs = std::filesystem;
 
-constexpr int width = 320, height = 240;
+constexpr int kWidth = 320, kHeight = 240;
 
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -33,8 +33,8 @@ double now_s() {
 Twin make_twin() {
   Twin twin = testing::only_camera(testing::paper_rig(), 0);
   Camera& camera = twin.cameras[0];
-  camera.lens = Lens("LENSMODEL_PINHOLE", {2359.5, 2359.5, 0.5 * (width - 1), 0.5 * (height - 1)},
-                     {width, height}, "camera");
+  camera.lens = Lens("LENSMODEL_PINHOLE", {2359.5, 2359.5, 0.5 * (kWidth - 1), 0.5 * (kHeight - 1)},
+                     {kWidth, kHeight}, "camera");
   camera.sensor = {};
   camera.sensor.gain_dn = 255.0;
   Projector& p = *twin.projector;
@@ -92,8 +92,8 @@ int run() {
   const Twin twin = make_twin();
   const auto truth =
       reference_block(render::Reference(twin), 0, testing::whole_image(twin, 0, 4), {.gauss_n = 24});
-  fmt::print("\nsphere R 5 mm before a plane, {} x {} px, pinhole lenses, pitch 15 px, {} steps\n", width,
-             height, twin.fringes.steps);
+  fmt::print("\nsphere R 5 mm before a plane, {} x {} px, pinhole lenses, pitch 15 px, {} steps\n", kWidth,
+             kHeight, twin.fringes.steps);
   fmt::print("{:<44}{:>13}{:>15}{:>15}{:>13}\n", "", "ms an image", "interior rad", "interior DN", "all DN");
   print_row("fringetwin, default", twin, run_own(twin, render::choose_sampling(twin)), truth);
   print_row("fringetwin, multi-jittered 1024", twin, run_own(twin, {Sampler::multi_jittered, 1024}), truth);

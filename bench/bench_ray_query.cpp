@@ -34,8 +34,8 @@ using render::Buffer;
 using render::ComputePipeline;
 using render::VulkanDevice;
 
-constexpr int rounds = 3;
-constexpr double shadow_offset = 1e-6;  // of the largest coordinate, as the renderer's
+constexpr int kRounds = 3;
+constexpr double kShadowOffset = 1e-6;  // of the largest coordinate, as the renderer's
 
 struct Cost {
   double cpu_s = 0.0, wall_s = 0.0;
@@ -69,7 +69,7 @@ struct Seen {
   std::uint32_t state() const { return triangle_and_state & 3; }
 };
 static_assert(sizeof(Seen) == 8);
-constexpr std::uint32_t no_shadow_ray = 0, shadowed = 2;
+constexpr std::uint32_t kNoShadowRay = 0, kShadowed = 2;
 
 std::array<float, 12> rows(const Pose& T) {
   std::array<float, 12> out{};
@@ -131,9 +131,9 @@ class Bench {
 Bench::Bench(VulkanDevice& device, const Twin& rig) : device_(device), lens_(rig.cameras[0].lens) {
   FT_CHECK(lens_.width() % BLOCK_WIDTH == 0 && lens_.height() % BLOCK_HEIGHT == 0, "whole blocks only");
   build_structures();
-  constexpr VkBufferUsageFlags texels = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+  constexpr VkBufferUsageFlags kTexels = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
   const auto n = static_cast<std::size_t>(lens_.width() * lens_.height());
-  directions_ = std::make_unique<Buffer>(device_, 2 * n * sizeof(float), texels, VK_FORMAT_R32G32_SFLOAT);
+  directions_ = std::make_unique<Buffer>(device_, 2 * n * sizeof(float), kTexels, VK_FORMAT_R32G32_SFLOAT);
   output_ = std::make_unique<Buffer>(device_, n * sizeof(Seen), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
   make_ways();
 }
@@ -142,12 +142,12 @@ Bench::Bench(VulkanDevice& device, const Twin& rig) : device_(device), lens_(rig
 void Bench::build_structures() {
   const auto mesh = std::make_shared<Mesh>(testing::make_bumpy_icosphere(6, 35.0, testing::default_bumps()));
   const Cost own = cost_of([&] { mesh_ = render::build_mesh_geometry(mesh, "mesh"); });
-  constexpr VkBufferUsageFlags texels = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
-  nodes_ = std::make_unique<Buffer>(device_, std::as_bytes(std::span(mesh_.bvh.nodes)).size(), texels,
+  constexpr VkBufferUsageFlags kTexels = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+  nodes_ = std::make_unique<Buffer>(device_, std::as_bytes(std::span(mesh_.bvh.nodes)).size(), kTexels,
                                     VK_FORMAT_R32G32B32A32_SINT);
   nodes_->upload(mesh_.bvh.nodes);
   triangles_ = std::make_unique<Buffer>(device_, std::as_bytes(std::span(mesh_.triangles)).size(),
-                                        texels | bench::acceleration_input, VK_FORMAT_R32G32B32A32_SFLOAT);
+                                        kTexels | bench::kAccelerationInput, VK_FORMAT_R32G32B32A32_SFLOAT);
   triangles_->upload(mesh_.triangles);
   // Vertices are relative to the mesh's centre.
   T_cam_object_.translation_mm = T_cam_object_ * mesh_.center_mm;
@@ -156,24 +156,25 @@ void Bench::build_structures() {
     structure_ = std::make_unique<bench::AccelerationStructure>(device_, *triangles_, n, rows(T_cam_object_));
   };
   const Cost first = cost_of(build), again = cost_of(build);
-  constexpr double mib = 1024.0 * 1024.0;
+  constexpr double kMib = 1024.0 * 1024.0;
   fmt::print("\nstructures over {} triangles\n", n);
   fmt::print("{:<44}{:>10}{:>10}{:>10}\n", "", "CPU ms", "wall ms", "MiB");
   fmt::print("{:<44}{:>10.0f}{:>10.0f}{:>10.1f}\n", "own BVH, with normals and leaf order", 1e3 * own.cpu_s,
-             1e3 * own.wall_s, static_cast<double>(nodes_->bytes() + triangles_->bytes()) / mib);
+             1e3 * own.wall_s, static_cast<double>(nodes_->bytes() + triangles_->bytes()) / kMib);
   fmt::print("{:<44}{:>10.0f}{:>10.0f}{:>10.1f}\n", "acceleration structure, first", 1e3 * first.cpu_s,
-             1e3 * first.wall_s, static_cast<double>(structure_->bytes()) / mib);
+             1e3 * first.wall_s, static_cast<double>(structure_->bytes()) / kMib);
   fmt::print("{:<44}{:>10.0f}{:>10.0f}\n", "acceleration structure, again", 1e3 * again.cpu_s,
              1e3 * again.wall_s);
 }
 
 void Bench::make_ways() {
-  constexpr VkDescriptorType texels = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+  constexpr VkDescriptorType kTexels = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
   for (const bool query : {false, true}) {
     Way& way = ways_[query];
     way.name = query ? "ray query" : "own BVH";
-    const std::vector<VkDescriptorType> types{texels, texels, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-                                              query ? VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR : texels};
+    const std::vector<VkDescriptorType> types{
+        kTexels, kTexels, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+        query ? VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR : kTexels};
     const std::span<const std::uint32_t> code =
         query ? std::span<const std::uint32_t>(ray_query_spv) : std::span<const std::uint32_t>(ray_bvh_spv);
     for (std::uint32_t shadow = 0; shadow < 2; ++shadow) {
@@ -194,9 +195,9 @@ void Bench::compare(const std::string& title, double zoom, const Eigen::Vector3d
   const auto n = static_cast<std::size_t>(lens_.width() * lens_.height());
   const Push push{rows(T_cam_object_.inverse()),
                   {static_cast<float>(light_mm.x()), static_cast<float>(light_mm.y()),
-                   static_cast<float>(light_mm.z()), static_cast<float>(shadow_offset)},
+                   static_cast<float>(light_mm.z()), static_cast<float>(kShadowOffset)},
                   {across}};
-  for (int round = -1; round < rounds; ++round)  // -1: compilation, page faults
+  for (int round = -1; round < kRounds; ++round)  // -1: compilation, page faults
     for (std::size_t shadow = 0; shadow < 2; ++shadow)
       for (Way& way : ways_) {
         const Cost cost =
@@ -212,9 +213,9 @@ void Bench::compare(const std::string& title, double zoom, const Eigen::Vector3d
   const auto& seen = ways_[0].seen[1];
   const auto n_hits = std::count_if(seen.begin(), seen.end(), [](Seen s) { return s.triangle() >= 0; });
   const auto n_shadow =
-      std::count_if(seen.begin(), seen.end(), [](Seen s) { return s.state() != no_shadow_ray; });
+      std::count_if(seen.begin(), seen.end(), [](Seen s) { return s.state() != kNoShadowRay; });
   fmt::print("\n{}, {} x {} rays ({:.1f} % hit), best of {} rounds in turns\n", title, lens_.width(),
-             lens_.height(), 100.0 * static_cast<double>(n_hits) / static_cast<double>(n), rounds);
+             lens_.height(), 100.0 * static_cast<double>(n_hits) / static_cast<double>(n), kRounds);
   fmt::print("{:<44}{:>12}{:>10}{:>10}{:>10}{:>10}\n", "", "rays", "CPU s", "wall s", "Mrays/s", "own BVH");
   for (std::size_t shadow = 0; shadow < 2; ++shadow)
     for (const Way& way : ways_) {
@@ -249,7 +250,7 @@ void Bench::check(const std::string& what, std::size_t shadow) {
   for (std::size_t i = 0; i < own.size(); ++i) {
     const bool hit = own[i].triangle() >= 0, hit_query = query[i].triangle() >= 0;
     n_hits += hit;
-    n_dark += own[i].state() == shadowed;
+    n_dark += own[i].state() == kShadowed;
     one_only += hit != hit_query;
     if (!hit || !hit_query) continue;
     other_triangle += own[i].triangle() != query[i].triangle();
@@ -265,9 +266,9 @@ void Bench::check(const std::string& what, std::size_t shadow) {
       n_hits, std::sqrt(squares / hits), along_mm, across_mm);
   fmt::print("  {} hits on another triangle, {} for one of the two only; {} in shadow, {} differ\n",
              other_triangle, one_only, n_dark, other_state);
-  constexpr double same_mm = 2e-4, share = 1e-4;  // floats at 300 mm are 3e-5 mm apart
-  if (n_hits == 0 || across_mm > same_mm ||
-      static_cast<double>(one_only + other_triangle + other_state) > share * hits) {
+  constexpr double kSameMm = 2e-4, kShare = 1e-4;  // floats at 300 mm are 3e-5 mm apart
+  if (n_hits == 0 || across_mm > kSameMm ||
+      static_cast<double>(one_only + other_triangle + other_state) > kShare * hits) {
     fmt::print("the two ways see different things: this comparison is void\n");
     agreed_ = false;
   }

@@ -29,7 +29,7 @@ double ms_since(Clock::time_point start) {
 
 // With more triangles than these the links between them are not worth their making: rays then search through
 // the BVH. The adaptive trace clips facets, up to some hundred in a pixel.
-constexpr std::size_t triangles_per_traced_pixel = 2, triangles_per_clipped_pixel = 512;
+constexpr std::size_t kTrianglesPerTracedPixel = 2, kTrianglesPerClippedPixel = 512;
 
 // Throws where the twin cannot be traced or the sampling cannot be followed.
 void check_traceable(const Twin& twin, std::size_t camera_index, const Sampling& sampling) {
@@ -98,7 +98,7 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   Transport out = empty_transport(twin, passes, series, camera.lens.width(), camera.lens.height());
   bool adaptive = sampling.sampler == Sampler::adaptive &&
                   can_trace_adaptively(twin, camera, scene, passes, device_->vulkan().limits());
-  const std::size_t per_pixel = adaptive ? triangles_per_clipped_pixel : triangles_per_traced_pixel;
+  const std::size_t per_pixel = adaptive ? kTrianglesPerClippedPixel : kTrianglesPerTracedPixel;
   const Shortcuts shortcuts =
       tuning_.search_always ? Shortcuts{}
                             : make_shortcuts(twin, camera, scene, per_pixel * blocks.size() * BLOCK_PIXELS,

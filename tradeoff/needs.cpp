@@ -17,7 +17,7 @@
 namespace fringetwin::tradeoff {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 void scale_images(CameraImages& images, double factor) {
   const auto scale = [factor](ImageF& image) {
@@ -131,7 +131,7 @@ Twin with_sampling_of(const Twin& twin, const ModelRun& run) {
 }
 
 double largest_mm(const std::vector<FitChange>& fits) {
-  double largest = nan;
+  double largest = kNan;
   for (const FitChange& f : fits)
     largest = std::isnan(largest) ? f.change_mm : std::max(largest, f.change_mm);
   return largest;
@@ -190,7 +190,7 @@ void settle_recommendation(const Twin& twin, const ModelBench& bench, const Mode
         result.rows[rows[chosen.back()]].name));
   }
   result.reduced = {};
-  if (!result.has_fits) result.reduced.fit_mm = nan;
+  if (!result.has_fits) result.reduced.fit_mm = kNan;
 }
 
 }  // namespace

@@ -16,7 +16,7 @@
 namespace fringetwin::capture {
 namespace {
 
-constexpr std::array<PixelFormatTraits, 7> all_formats{{
+constexpr std::array<PixelFormatTraits, 7> kAllFormats{{
     {PixelFormat::y16, "Y16", V4L2_PIX_FMT_Y16, 16, 2},
     {PixelFormat::y16_be, "Y16-BE", V4L2_PIX_FMT_Y16_BE, 16, 2},
     {PixelFormat::y12, "Y12", V4L2_PIX_FMT_Y12, 12, 2},
@@ -95,22 +95,22 @@ UnpackedFrame unpack_jpeg(std::span<const std::byte> bytes, const FrameLayout& l
 
 }  // namespace
 
-std::span<const PixelFormatTraits> pixel_formats() { return all_formats; }
+std::span<const PixelFormatTraits> pixel_formats() { return kAllFormats; }
 
 const PixelFormatTraits& traits(PixelFormat format) {
-  return *std::find_if(all_formats.begin(), all_formats.end(),
+  return *std::find_if(kAllFormats.begin(), kAllFormats.end(),
                        [&](const PixelFormatTraits& t) { return t.format == format; });
 }
 
 std::optional<PixelFormat> pixel_format_of_fourcc(std::uint32_t fourcc) {
   if (fourcc == V4L2_PIX_FMT_JPEG) return PixelFormat::mjpg;  // the same bytes under another name
-  for (const PixelFormatTraits& t : all_formats)
+  for (const PixelFormatTraits& t : kAllFormats)
     if (t.fourcc == fourcc) return t.format;
   return std::nullopt;
 }
 
 std::optional<PixelFormat> pixel_format_of_name(const std::string& name) {
-  for (const PixelFormatTraits& t : all_formats)
+  for (const PixelFormatTraits& t : kAllFormats)
     if (upper(name) == t.name) return t.format;
   return std::nullopt;
 }
@@ -123,12 +123,12 @@ PixelFormat required_pixel_format(const std::string& name, const std::string& op
 
 std::string pixel_format_names() {
   std::string names;
-  for (const PixelFormatTraits& t : all_formats) names += (names.empty() ? "" : ", ") + std::string(t.name);
+  for (const PixelFormatTraits& t : kAllFormats) names += (names.empty() ? "" : ", ") + std::string(t.name);
   return names;
 }
 
 std::string fourcc_text(std::uint32_t fourcc) {
-  for (const PixelFormatTraits& t : all_formats)
+  for (const PixelFormatTraits& t : kAllFormats)
     if (t.fourcc == fourcc) return t.name;
   std::string text;
   for (int i = 0; i < 4; ++i) {

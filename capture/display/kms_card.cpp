@@ -128,10 +128,10 @@ std::vector<KmsHead> KmsCard::heads() const {
     for (int k = 0; k < connector->count_modes; ++k) {
       const drmModeModeInfo& mode = connector->modes[k];
       const double period_ns = mode_period_ns(mode);
-      constexpr std::uint32_t odd = DRM_MODE_FLAG_INTERLACE | DRM_MODE_FLAG_DBLSCAN;
+      constexpr std::uint32_t kOdd = DRM_MODE_FLAG_INTERLACE | DRM_MODE_FLAG_DBLSCAN;
       head.modes.push_back(mode);
       head.facts.modes.push_back({mode.hdisplay, mode.vdisplay, period_ns > 0.0 ? 1e9 / period_ns : 0.0,
-                                  (mode.type & DRM_MODE_TYPE_PREFERRED) != 0, (mode.flags & odd) == 0});
+                                  (mode.type & DRM_MODE_TYPE_PREFERRED) != 0, (mode.flags & kOdd) == 0});
     }
     heads.push_back(std::move(head));
   }

@@ -59,7 +59,7 @@ struct Choice {
 namespace {
 
 // Slower than any refresh; a flip that takes longer does not come.
-constexpr std::chrono::milliseconds flip_timeout{2000};
+constexpr std::chrono::milliseconds kFlipTimeout{2000};
 
 // The card named, or the first with a connected display.
 std::shared_ptr<KmsCard> find_card(const KmsName& name, const std::string& text) {
@@ -155,7 +155,7 @@ Shown KmsDisplay::Hardware::flip() {
     flip.before = before;
   }
   const FlipDone done =
-      chosen.card->wait(chosen.card->flip(chosen.crtc, buffers[1 - front]->id()), flip_timeout);
+      chosen.card->wait(chosen.card->flip(chosen.crtc, buffers[1 - front]->id()), kFlipTimeout);
   front = 1 - front;
   flip.sequence = done.sequence;
   flip.at_ns = done.at_ns;

@@ -14,7 +14,7 @@ namespace fringetwin::capture {
 namespace {
 
 // 60 and 59.94 Hz are two modes; what users type is rounded to 0.01 Hz at best.
-constexpr double rate_tolerance_hz = 0.03;
+constexpr double kRateToleranceHz = 0.03;
 
 double parse_rate(const std::string& rate, const std::string& name) {
   const double hz = parse_number<double>(rate).value_or(0.0);
@@ -84,7 +84,7 @@ std::size_t choose_mode(const std::vector<KmsMode>& modes, int width, int height
   for (std::size_t i = 0; i < modes.size(); ++i) {
     const KmsMode& mode = modes[i];
     if (mode.width != width || mode.height != height || !mode.progressive) continue;
-    if (refresh_hz && std::abs(mode.refresh_hz - *refresh_hz) > rate_tolerance_hz) continue;
+    if (refresh_hz && std::abs(mode.refresh_hz - *refresh_hz) > kRateToleranceHz) continue;
     if (!best || rank(mode) > rank(modes[*best])) best = i;
   }
   if (best) return *best;

@@ -30,10 +30,10 @@ WindowModule& window_module() {
 }
 
 int parse_window_name(const std::string& text) {
-  constexpr std::string_view kind = "window";
-  if (text == kind) return 0;
+  constexpr std::string_view kKind = "window";
+  if (text == kKind) return 0;
   const int screen = text.starts_with("window:")
-                         ? parse_number<int>(std::string_view(text).substr(kind.size() + 1)).value_or(-1)
+                         ? parse_number<int>(std::string_view(text).substr(kKind.size() + 1)).value_or(-1)
                          : -1;
   if (screen < 0) throw UserError(ExitCode::usage, text, "is no screen", "write window, or window:1");
   return screen;

@@ -20,7 +20,7 @@
 namespace fringetwin::capture {
 namespace {
 
-constexpr const char* desktop_ended_fault = "the desktop has ended";
+constexpr const char* kDesktopEndedFault = "the desktop has ended";
 
 // One window and its texture. Lives on SDL's thread but for closed().
 struct SdlWindow {
@@ -266,7 +266,7 @@ class SharedWindow : public Window {
       else if (shown = paint_image(window_.get(), gray); !shown)
         *fault = SDL_GetError();
     });
-    if (!done) *fault = desktop_ended_fault;
+    if (!done) *fault = kDesktopEndedFault;
     return done && shown;
   }
 
@@ -304,7 +304,7 @@ class SdlModule : public WindowModule {
  private:
   std::shared_ptr<SdlThread> thread(std::string* fault) {
     if (SdlThread::desktop_ended) {
-      *fault = desktop_ended_fault;
+      *fault = kDesktopEndedFault;
       return nullptr;
     }
     auto sdl = thread_.lock();

@@ -14,8 +14,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int start_tries = 4;
-constexpr auto after_error_event = 2ms;  // some drivers raise one and deliver all the same
+constexpr int kStartTries = 4;
+constexpr auto kAfterErrorEvent = 2ms;  // some drivers raise one and deliver all the same
 
 bool at_exposure_start(std::uint32_t flags) {
   return is_monotonic(flags) && (flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
@@ -43,9 +43,9 @@ V4l2Camera::V4l2Camera(V4l2CameraOptions options, std::shared_ptr<V4l2Api> api)
 // V4L2_CID_EXPOSURE has the driver's unit: with sensors lines, whose time follows from blanking and pixel
 // rate.
 std::optional<V4l2Camera::Exposure> V4l2Camera::find_exposure(const V4l2Controls& controls, int width) {
-  constexpr double unit_of_absolute_ms = 0.1;
+  constexpr double kUnitOfAbsoluteMs = 0.1;
   if (const V4l2Control* absolute = controls.find(V4L2_CID_EXPOSURE_ABSOLUTE))
-    return Exposure{absolute, unit_of_absolute_ms};
+    return Exposure{absolute, kUnitOfAbsoluteMs};
   const V4l2Control* lines = controls.find(V4L2_CID_EXPOSURE);
   const V4l2Control* blanking = controls.find(V4L2_CID_HBLANK);
   const V4l2Control* pixel_rate = controls.find(V4L2_CID_PIXEL_RATE);
@@ -126,9 +126,9 @@ void V4l2Camera::start() {
     if (result == 0) break;
     if (is_gone(result)) throw_device_fault(device_, result, "start");
     ++refused_starts_;
-    if (attempt == start_tries)
+    if (attempt == kStartTries)
       throw device_.refusal(
-          fmt::format("does not start to stream after {} tries: {}", start_tries, error_text(result)),
+          fmt::format("does not start to stream after {} tries: {}", kStartTries, error_text(result)),
           result == -EBUSY ? "another program has it" : "");
     std::this_thread::sleep_for(options_.start_pause);
   }
@@ -149,7 +149,7 @@ void V4l2Camera::await_frame(std::chrono::steady_clock::time_point deadline) con
   if (events < 0) throw_device_fault(device_, events, "poll");
   if ((events & POLLIN) != 0) return;
   if (events != 0 && std::chrono::steady_clock::now() < deadline) {
-    std::this_thread::sleep_for(after_error_event);
+    std::this_thread::sleep_for(kAfterErrorEvent);
     return;
   }
   if (const std::string trouble = input_trouble(device_, agreed_); !trouble.empty())

@@ -63,7 +63,7 @@ struct Automatic {
   std::uint32_t id;
   std::array<std::int64_t, 2> off;
 };
-constexpr Automatic automatics[] = {
+constexpr Automatic kAutomatics[] = {
     // manual, or at least a fixed exposure time
     {V4L2_CID_EXPOSURE_AUTO, {V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_SHUTTER_PRIORITY}},
     {V4L2_CID_EXPOSURE_AUTO_PRIORITY, {0, 0}},
@@ -219,7 +219,7 @@ std::int64_t V4l2Controls::parse(const V4l2Control& control, const std::string& 
 }
 
 void V4l2Controls::turn_off_automatics(const std::set<std::uint32_t>& kept) const {
-  for (const Automatic& automatic : automatics) {
+  for (const Automatic& automatic : kAutomatics) {
     const V4l2Control* control = find(automatic.id);
     if (control == nullptr || !control->writable() || kept.contains(automatic.id)) continue;
     const auto off = std::find_if(automatic.off.begin(), automatic.off.end(),

@@ -28,7 +28,7 @@ std::string version_text(std::uint32_t version) {
   return fmt::format("{}.{}.{}", version >> 16 & 0xff, version >> 8 & 0xff, version & 0xff);
 }
 
-constexpr std::uint32_t multiplanar_caps =
+constexpr std::uint32_t kMultiplanarCaps =
     V4L2_CAP_VIDEO_CAPTURE_MPLANE | V4L2_CAP_VIDEO_OUTPUT_MPLANE | V4L2_CAP_VIDEO_M2M_MPLANE;
 
 }  // namespace
@@ -64,7 +64,7 @@ V4l2Device::V4l2Device(std::shared_ptr<V4l2Api> api, std::string path, std::uint
   if (call(VIDIOC_QUERYCAP, capability_) != 0) refuse("is no video device");
   const std::uint32_t caps = device_caps();
   const char* kind = needed == V4L2_CAP_VIDEO_OUTPUT ? "output" : "capture";
-  if ((caps & needed) != needed && (caps & multiplanar_caps) != 0)
+  if ((caps & needed) != needed && (caps & kMultiplanarCaps) != 0)
     refuse(fmt::format("has multi-planar formats only ({}); single-planar {} is what is supported",
                        text_of(capability_.card), kind));
   if ((caps & needed) != needed) refuse(fmt::format("{} has no video {}", text_of(capability_.card), kind));

@@ -13,8 +13,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double periods_before_a_copy = 3.0;
-constexpr auto longest_wait = 2000ms;
+constexpr double kPeriodsBeforeACopy = 3.0;
+constexpr auto kLongestWait = 2000ms;
 
 }  // namespace
 
@@ -92,8 +92,8 @@ Shown V4l2Display::show(const Pattern& pattern, const ImageF& levels) {
   broken_ = true;        // until this picture is on
   const ImageU16 dn = quantise_levels(levels, agreed_.layout.bit_depth());
   const auto patience = std::chrono::milliseconds(
-      std::lround(std::ceil(periods_before_a_copy * agreed_.period_ms.value_or(40.0))));
-  const auto deadline = std::chrono::steady_clock::now() + longest_wait;
+      std::lround(std::ceil(kPeriodsBeforeACopy * agreed_.period_ms.value_or(40.0))));
+  const auto deadline = std::chrono::steady_clock::now() + kLongestWait;
   ++picture_;
   bool queued = queue_one(dn);
   while (!queued || any_older(picture_)) {

@@ -11,7 +11,7 @@ namespace fringetwin::capture {
 namespace {
 
 // A third of the step from 30 to 29.97 Hz.
-constexpr double same_rate = 3e-4;
+constexpr double kSameRate = 3e-4;
 
 std::string joined(const std::vector<std::string>& parts) {
   std::string text;
@@ -30,7 +30,7 @@ std::string timings_text(const v4l2_dv_timings& timings) {
                      timings.bt.interlaced ? "i" : "", rate_of(timings));
 }
 
-bool differs(double rate_hz, double wished_hz) { return std::abs(rate_hz / wished_hz - 1.0) > same_rate; }
+bool differs(double rate_hz, double wished_hz) { return std::abs(rate_hz / wished_hz - 1.0) > kSameRate; }
 
 bool as_wished(const v4l2_dv_timings& timings, const V4l2FormatWish& wish) {
   return (wish.width == 0 || static_cast<int>(timings.bt.width) == wish.width) &&
@@ -273,12 +273,12 @@ std::string input_trouble(const V4l2Device& device, const V4l2Agreed& agreed) {
   v4l2_input input{};
   if (gone(device.call(VIDIOC_G_INPUT, input.index)) != 0 || gone(device.call(VIDIOC_ENUMINPUT, input)) != 0)
     return "";
-  constexpr std::uint32_t unlocked = V4L2_IN_ST_NO_H_LOCK | V4L2_IN_ST_NO_V_LOCK | V4L2_IN_ST_NO_STD_LOCK |
-                                     V4L2_IN_ST_NO_SYNC | V4L2_IN_ST_NO_EQU | V4L2_IN_ST_NO_CARRIER;
+  constexpr std::uint32_t kUnlocked = V4L2_IN_ST_NO_H_LOCK | V4L2_IN_ST_NO_V_LOCK | V4L2_IN_ST_NO_STD_LOCK |
+                                      V4L2_IN_ST_NO_SYNC | V4L2_IN_ST_NO_EQU | V4L2_IN_ST_NO_CARRIER;
   const std::string name = "input " + text_of(input.name);
   if ((input.status & V4L2_IN_ST_NO_POWER) != 0) return name + " has no power";
   if ((input.status & V4L2_IN_ST_NO_SIGNAL) != 0) return name + " has no signal";
-  if ((input.status & unlocked) != 0) return name + " has no lock on its signal";
+  if ((input.status & kUnlocked) != 0) return name + " has no lock on its signal";
   if (!agreed.has_timings) return "";
   v4l2_dv_timings now{};
   const int result = gone(device.call(VIDIOC_QUERY_DV_TIMINGS, now));

@@ -27,7 +27,7 @@ std::uint64_t checksum(std::uint64_t before, Bytes part) {
   return crc32_z(before, reinterpret_cast<const Bytef*>(part.data()), part.size());
 }
 
-// Removes the oldest files until the folder is within largest_cache_bytes.
+// Removes the oldest files until the folder is within kLargestCacheBytes.
 void make_room(const fs::path& folder) {
   std::vector<std::pair<fs::file_time_type, fs::path>> files;
   std::uintmax_t total = 0;
@@ -42,7 +42,7 @@ void make_room(const fs::path& folder) {
   }
   std::sort(files.begin(), files.end());
   for (const auto& [time, file] : files) {
-    if (total <= largest_cache_bytes) break;
+    if (total <= kLargestCacheBytes) break;
     total -= fs::file_size(file);
     fs::remove(file);
   }
@@ -97,7 +97,7 @@ void write_cached(const std::optional<fs::path>& folder, const std::string& name
       header.size += part.size();
       header.checksum = checksum(header.checksum, part);
     }
-    if (header.size > largest_cache_bytes / 4) return;
+    if (header.size > kLargestCacheBytes / 4) return;
     TemporaryFile temporary(*folder / (name + ".cache"));
     std::ofstream out(temporary.path(), std::ios::binary);
     out.write(reinterpret_cast<const char*>(&header), sizeof header);

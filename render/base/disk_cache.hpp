@@ -19,7 +19,7 @@ using Bytes = std::span<const std::byte>;
 std::optional<std::filesystem::path> cache_folder();
 
 /// When the folder holds more than this, the oldest files are removed.
-constexpr std::uintmax_t largest_cache_bytes = std::uintmax_t{2} << 30;
+constexpr std::uintmax_t kLargestCacheBytes = std::uintmax_t{2} << 30;
 
 /// Returns the name under which a thing made from `parts` is kept: 40 hexadecimal digits.
 std::string content_key(std::initializer_list<Bytes> parts);

@@ -36,10 +36,10 @@ double as_double(std::uint32_t w) {
 /// Approximates the logarithm of a normal positive number. u = m 2^e with m in [sqrt(1/2), sqrt 2); log m = 2
 /// artanh((m - 1)/(m + 1)).
 double near_log(double u) {
-  constexpr std::uint64_t root_half = 0x3FE6A09E667F3BCD, one = 0x3FF0000000000000;
-  const std::uint64_t bits = std::bit_cast<std::uint64_t>(u) + (one - root_half);
+  constexpr std::uint64_t kRootHalf = 0x3FE6A09E667F3BCD, kOne = 0x3FF0000000000000;
+  const std::uint64_t bits = std::bit_cast<std::uint64_t>(u) + (kOne - kRootHalf);
   const double exponent = std::bit_cast<double>((bits >> 52) | 0x4330000000000000u) - (0x1p52 + 1023.0);
-  const double m = std::bit_cast<double>((bits & 0x000FFFFFFFFFFFFFu) + root_half);
+  const double m = std::bit_cast<double>((bits & 0x000FFFFFFFFFFFFFu) + kRootHalf);
   const double s = (m - 1.0) / (m + 1.0), s2 = s * s;
   const double series = 1.0 + s2 * (1.0 / 3 + s2 * (1.0 / 5 + s2 * (1.0 / 7 + s2 / 9)));
   return exponent * std::numbers::ln2 + 2.0 * s * series;

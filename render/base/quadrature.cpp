@@ -11,7 +11,7 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr int largest_rule = 256;
+constexpr int kLargestRule = 256;
 
 GaussRule make_rule(int n) {
   GaussRule rule;
@@ -42,9 +42,9 @@ GaussRule make_rule(int n) {
 }  // namespace
 
 const GaussRule& gauss_rule(int n) {
-  FT_CHECK(n >= 1 && n <= largest_rule, "Gauss-Legendre rules go from 1 to 256 nodes");
-  static std::array<GaussRule, largest_rule> rules;
-  static std::array<std::once_flag, largest_rule> made;
+  FT_CHECK(n >= 1 && n <= kLargestRule, "Gauss-Legendre rules go from 1 to 256 nodes");
+  static std::array<GaussRule, kLargestRule> rules;
+  static std::array<std::once_flag, kLargestRule> made;
   const auto i = static_cast<std::size_t>(n - 1);
   std::call_once(made[i], [&] { rules[i] = make_rule(n); });
   return rules[i];

@@ -13,12 +13,12 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr int largest_gauss = 16;
-constexpr int most_samples = 65536;
+constexpr int kLargestGauss = 16;
+constexpr int kMostSamples = 65536;
 
 bool is_gauss_rule(int samples) {
   const auto root = static_cast<int>(std::lround(std::sqrt(static_cast<double>(samples))));
-  return root * root == samples && root <= largest_gauss;
+  return root * root == samples && root <= kLargestGauss;
 }
 
 [[noreturn]] void fail(const std::string& what, const std::string& hint = "") {
@@ -45,13 +45,13 @@ double gauss_contrast_error(int n, double swing_rad) {
 }  // namespace
 
 double single_precision_error_rad(const Twin& twin) {
-  constexpr double measured_rad = 5e-5, measured_at = 1701.22 / 13.0;
+  constexpr double kMeasuredRad = 5e-5, kMeasuredAt = 1701.22 / 13.0;
   double finest = std::numeric_limits<double>::infinity();
   for (const DirectionFringes& d : twin.fringes.directions)
     for (const double pitch : d.pitches_px) finest = std::min(finest, pitch);
-  if (!twin.projector || !std::isfinite(finest)) return measured_rad;
+  if (!twin.projector || !std::isfinite(finest)) return kMeasuredRad;
   const std::vector<double>& k = twin.projector->lens.intrinsics();  // all models begin with fx, fy
-  return measured_rad * std::max(k.at(0), k.at(1)) / finest / measured_at;
+  return kMeasuredRad * std::max(k.at(0), k.at(1)) / finest / kMeasuredAt;
 }
 
 void check_sampling(const Sampling& sampling, double pixel_fill) {
@@ -62,10 +62,10 @@ void check_sampling(const Sampling& sampling, double pixel_fill) {
   if (!(sampling.gray_error > 0.0))
     fail(fmt::format("gray_error = {} must be positive", sampling.gray_error));
   if (sampling.sampler == Sampler::adaptive) return;
-  if (sampling.samples < 1 || sampling.samples > most_samples)
-    fail(fmt::format("samples = {} is outside 1 ... {}", sampling.samples, most_samples));
+  if (sampling.samples < 1 || sampling.samples > kMostSamples)
+    fail(fmt::format("samples = {} is outside 1 ... {}", sampling.samples, kMostSamples));
   if (sampling.sampler == Sampler::gauss && !is_gauss_rule(sampling.samples))
-    fail(fmt::format("sampler \"gauss\" takes n x n samples with n = 1 ... {}, not {}", largest_gauss,
+    fail(fmt::format("sampler \"gauss\" takes n x n samples with n = 1 ... {}, not {}", kLargestGauss,
                      sampling.samples),
          "choose a square, or sampler = \"multi-jittered\"");
 }

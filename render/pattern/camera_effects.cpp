@@ -9,7 +9,7 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr double narrow_px = 0.75;
+constexpr double kNarrowPx = 0.75;
 
 // Returns output pixel i of a row or column of n, from pixels i - reach ... i + reach with stride `step`.
 float weighted(const float* row, int i, int n, std::ptrdiff_t step, const std::vector<double>& kernel) {
@@ -32,7 +32,7 @@ std::vector<double> psf_kernel(double sigma_px) {
   double sum = 0.0;
   for (int n = 0; n <= reach; ++n) {
     const double s = sigma_px * sigma_px;
-    kernel.push_back(sigma_px >= narrow_px ? std::exp(-0.5 * n * n / s)
+    kernel.push_back(sigma_px >= kNarrowPx ? std::exp(-0.5 * n * n / s)
                                            : std::exp(-s) * std::cyl_bessel_i(static_cast<double>(n), s));
     sum += (n == 0 ? 1.0 : 2.0) * kernel.back();
   }

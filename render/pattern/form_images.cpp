@@ -15,7 +15,7 @@ namespace fringetwin::render {
 namespace {
 
 // All images are formed for so many pixels at a time: what they read in common then stays in the cache.
-constexpr std::ptrdiff_t pixels_at_a_time = 8192;
+constexpr std::ptrdiff_t kPixelsAtATime = 8192;
 
 struct Term {
   const float *cosine, *sine;
@@ -98,8 +98,8 @@ std::vector<ImageF> form_images(const Twin& twin, const Transport& transport) {
     recipes.back().out = images[i].data.data();
   }
 #pragma omp parallel for
-  for (std::ptrdiff_t first = 0; first < n_pixels; first += pixels_at_a_time) {
-    const std::ptrdiff_t end = std::min(n_pixels, first + pixels_at_a_time);
+  for (std::ptrdiff_t first = 0; first < n_pixels; first += kPixelsAtATime) {
+    const std::ptrdiff_t end = std::min(n_pixels, first + kPixelsAtATime);
     if (all_dark(transport, first, end)) continue;
     for (const Recipe& recipe : recipes) follow(recipe, transport, first, end);
   }

@@ -13,11 +13,11 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr int period_samples = 8192;        // linear interpolation: 7e-8 of a cosine
-constexpr double samples_per_sigma = 64.0;  // of a blurred edge: 7e-6
-constexpr double fewest_samples_per_px = 16.0;
-constexpr std::size_t most_texels = 1U << 24;  // of a pass's tables: their offsets travel as floats
-constexpr double widest_edge_words = 0.5;  // Gray edges of a larger sigma overlap: a table is cheaper then
+constexpr int kPeriodSamples = 8192;       // linear interpolation: 7e-8 of a cosine
+constexpr double kSamplesPerSigma = 64.0;  // of a blurred edge: 7e-6
+constexpr double kFewestSamplesPerPx = 16.0;
+constexpr std::size_t kMostTexels = 1U << 24;  // of a pass's tables: their offsets travel as floats
+constexpr double kWidestEdgeWords = 0.5;  // Gray edges of a larger sigma overlap: a table is cheaper then
 
 Double4 along(Axis axis, double scale, double offset) {
   return {scale, offset, axis == Axis::x ? 1.0 : 0.0, axis == Axis::x ? 0.0 : 1.0};
@@ -37,7 +37,7 @@ DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t 
   if (table.empty()) {
     PatternSpec first = spec;
     first.step = 0;
-    table = periodic_waveform(twin, first, period_samples);
+    table = periodic_waveform(twin, first, kPeriodSamples);
     table.push_back(table[0]);
     table.push_back(table[1]);
   }
@@ -45,7 +45,7 @@ DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t 
   slot.a = along(d.axis, 1.0 / d.pitches_px[p],
                  turn_fraction((center_px - d.phase_origin_px[p]) / d.pitches_px[p] +
                                static_cast<double>(spec.step) / twin.fringes.steps));
-  slot.b[1] = period_samples;
+  slot.b[1] = kPeriodSamples;
   // Nodes over a circle of confusion of one turn: half the phase of the highest harmonic.
   if (twin.projector->optics)
     slot.b[2] = std::numbers::pi * count_harmonics(*twin.projector, twin.fringes, d.pitches_px[p], 1e-6);
@@ -54,8 +54,7 @@ DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t 
 
 // Makes the slot of a pattern that is tabulated along its whole axis.
 DirectSlot axis_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
-  const double per_px =
-      std::max(fewest_samples_per_px, std::ceil(samples_per_sigma / twin.projector->blur_px));
+  const double per_px = std::max(kFewestSamplesPerPx, std::ceil(kSamplesPerSigma / twin.projector->blur_px));
   double first_px = 0.0;
   DirectSlot slot{DirectSlot::Kind::axis, image, {}, {}, axis_waveform(twin, spec, per_px, &first_px)};
   const Axis axis = twin.fringes.directions[static_cast<std::size_t>(spec.direction)].axis;
@@ -119,11 +118,11 @@ void place_waveforms(const Twin& twin, PassPlan* pass) {
     if (slot.kind != DirectSlot::Kind::gray) slot.b[0] = static_cast<double>(first);
     first += slot.waveform.size();
   }
-  if (first > most_texels && twin.projector->pixel_structure)
+  if (first > kMostTexels && twin.projector->pixel_structure)
     throw UserError(ExitCode::usage, "projector.blur_px",
                     "is so small that the blurred pixels of one pass need more than 64 MB",
                     "use 0, or a larger blur");
-  if (first > most_texels)
+  if (first > kMostTexels)
     throw UserError(
         ExitCode::usage, "fringes.gray",
         "the code words are too narrow for the projector's size: their images need more than 64 MB",
@@ -236,7 +235,7 @@ std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, d
     } else {
       DirectSlot slot = gray_slot(twin, spec, i, center);
       // Defocus of blurred edges is made from a table, too.
-      const bool overlap = twin.projector->blur_px * slot.a[0] > widest_edge_words ||
+      const bool overlap = twin.projector->blur_px * slot.a[0] > kWidestEdgeWords ||
                            (twin.projector->optics && twin.projector->blur_px > 0.0);
       direct.push_back(overlap ? axis_slot(twin, spec, i, center) : std::move(slot));
     }
@@ -248,7 +247,7 @@ std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, d
   std::size_t most_direct = MAX_DIRECT;
   if (!twin.fringes.images.empty())
     most_direct =
-        std::clamp<std::size_t>(most_texels / twin.fringes.images.front().levels->size(), 1, MAX_DIRECT);
+        std::clamp<std::size_t>(kMostTexels / twin.fringes.images.front().levels->size(), 1, MAX_DIRECT);
   std::vector<PassPlan> passes(std::max<std::size_t>(1, (direct.size() + most_direct - 1) / most_direct));
   while (!distribute(chains, &passes)) passes.emplace_back();
   for (std::size_t k = 0; k < passes.size(); ++k) {

@@ -10,12 +10,12 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr int examined = 64;  // harmonics looked at
+constexpr int kExamined = 64;  // harmonics looked at
 // Costs of a pair, of a pitch's cosine and sine, and of the trace of a pass, in units of one direct
 // evaluation, on lavapipe with an analytic scene. A mesh's trace costs more, so that fewer passes count even
 // more there.
-constexpr double pair_cost = 0.4, fundamental_cost = 0.6, pass_cost = 8.0;
-constexpr double share_of_phase_error = 0.1;
+constexpr double kPairCost = 0.4, kFundamentalCost = 0.6, kPassCost = 8.0;
+constexpr double kShareOfPhaseError = 0.1;
 
 }  // namespace
 
@@ -39,10 +39,10 @@ double series_cost(const Twin& twin, const SeriesTable& table) {
         pairs = 0;
       }
       pairs += harmonics;
-      cost += fundamental_cost + pair_cost * static_cast<double>(harmonics);
+      cost += kFundamentalCost + kPairCost * static_cast<double>(harmonics);
     }
   const std::size_t passes = std::max<std::size_t>({1, pair_passes, (images + MAX_DIRECT - 1) / MAX_DIRECT});
-  return cost + static_cast<double>(images) + pass_cost * static_cast<double>(passes);
+  return cost + static_cast<double>(images) + kPassCost * static_cast<double>(passes);
 }
 
 CosineSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
@@ -56,23 +56,23 @@ CosineSeries short_series(const Projector& projector, const Fringes& fringes, do
 int count_harmonics(const Projector& projector, const Fringes& fringes, double pitch_px,
                     double relative_bound) {
   if (is_linear(projector.response)) return 1;
-  const CosineSeries series = cosine_series(projector.response, fringes.mean, fringes.amplitude, examined);
+  const CosineSeries series = cosine_series(projector.response, fringes.mean, fringes.amplitude, kExamined);
   std::vector<double> size;
-  for (int k = 0; k <= examined; ++k)
+  for (int k = 0; k <= kExamined; ++k)
     size.push_back(std::abs(series.a[static_cast<std::size_t>(k)]) *
                    blur_attenuation(k, projector.blur_px, pitch_px));
   // Beyond: coefficients fall at least as 1/k^2 (the response is continuous), so all harmonics after 64
   // sum up to what 33 ... 64 do; twice that is safe.
   double dropped = 0.0;
-  for (int k = examined / 2 + 1; k <= examined; ++k) dropped += 2.0 * size[static_cast<std::size_t>(k)];
-  int harmonics = examined;
+  for (int k = kExamined / 2 + 1; k <= kExamined; ++k) dropped += 2.0 * size[static_cast<std::size_t>(k)];
+  int harmonics = kExamined;
   while (harmonics > 1 && dropped + size[static_cast<std::size_t>(harmonics)] <= relative_bound * size[1])
     dropped += size[static_cast<std::size_t>(harmonics--)];
   return harmonics;
 }
 
 SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<double> phase_error_rad) {
-  const double bound = share_of_phase_error * phase_error_rad.value_or(twin.render.phase_error_rad);
+  const double bound = kShareOfPhaseError * phase_error_rad.value_or(twin.render.phase_error_rad);
   SeriesTable direct, carried;
   const bool linear = is_linear(twin.projector->response);
   for (const DirectionFringes& d : twin.fringes.directions) {

@@ -12,9 +12,9 @@ namespace fringetwin::render {
 namespace {
 
 using std::numbers::pi;
-constexpr double reach_sigmas = 8.5;  // a Gaussian beyond holds 2e-17
-constexpr int most_harmonics = 512;   // smaller blurs are convolved directly
-constexpr int panel_nodes = 16;
+constexpr double kReachSigmas = 8.5;  // a Gaussian beyond holds 2e-17
+constexpr int kMostHarmonics = 512;   // smaller blurs are convolved directly
+constexpr int kPanelNodes = 16;
 
 // Evaluates a response, which is defined on [0, 1]; the cosine may leave that range by a rounding error.
 double respond(const ProjectorResponse& response, double value) {
@@ -43,13 +43,13 @@ std::vector<double> find_kinks(const ProjectorResponse& response, double mean, d
 // behave like |t - end|^power.
 std::vector<double> panel_ends(double a, double b, double widest, bool grade_a, bool grade_b) {
   std::vector<double> ends{a};
-  constexpr int levels = 40;
+  constexpr int kLevels = 40;
   const double width = b - a;
   if (grade_a)
-    for (int i = levels; i >= 2; --i) ends.push_back(a + std::ldexp(width, -i));
+    for (int i = kLevels; i >= 2; --i) ends.push_back(a + std::ldexp(width, -i));
   if (grade_b) {
     ends.push_back(a + 0.5 * width);
-    for (int i = 2; i <= levels; ++i) ends.push_back(b - std::ldexp(width, -i));
+    for (int i = 2; i <= kLevels; ++i) ends.push_back(b - std::ldexp(width, -i));
   }
   ends.push_back(b);
   std::vector<double> fine{a};
@@ -66,7 +66,7 @@ std::vector<double> panel_ends(double a, double b, double widest, bool grade_a, 
 template <class Visit>
 void integrate(double a, double b, const std::vector<double>& breaks, double widest, bool graded,
                Visit visit) {
-  const GaussRule& rule = gauss_rule(panel_nodes);
+  const GaussRule& rule = gauss_rule(kPanelNodes);
   std::vector<double> ends{a};
   for (double t : breaks)
     if (t > a && t < b) ends.push_back(t);
@@ -148,7 +148,7 @@ EffectivePattern::EffectivePattern(const Twin& twin, const PatternSpec& pattern)
   kinks_ = find_kinks(response_, fringes_.mean, fringes_.amplitude);
   // exp(-2 u^2) < 1e-17 at u = 4.43
   const double needed = is_linear(response_) ? 1.0 : std::ceil(4.43 * pitch_px_ / (pi * sigma_px_));
-  if (needed > most_harmonics) {
+  if (needed > kMostHarmonics) {
     method_ = Method::convolution;
     return;
   }
@@ -179,7 +179,7 @@ double EffectivePattern::operator()(double coordinate_px) const {
 double EffectivePattern::convolve(double coordinate_px) const {
   const double rad_per_px = 2.0 * pi / pitch_px_;
   const double t0 = rad_per_px * (coordinate_px - origin_px_) + shift_rad_, s = rad_per_px * sigma_px_;
-  const double lowest = t0 - reach_sigmas * s, highest = t0 + reach_sigmas * s;
+  const double lowest = t0 - kReachSigmas * s, highest = t0 + kReachSigmas * s;
   std::vector<double> breaks;
   for (int turn = static_cast<int>(std::floor(lowest / (2.0 * pi)));
        turn <= static_cast<int>(std::ceil(highest / (2.0 * pi))); ++turn) {
@@ -204,7 +204,7 @@ void EffectivePattern::find_edges(double size_px) {
   const DirectionFringes& d = fringes_.directions[static_cast<std::size_t>(pattern_.direction)];
   const double offset = d.gray ? d.gray->offset_periods : 0.0;
   const double cell = 0.5 * pitch_px_, start = origin_px_ + offset * pitch_px_;
-  const double reach = margin_px_ + 0.5 + (reach_sigmas + 1.0) * sigma_px_;
+  const double reach = margin_px_ + 0.5 + (kReachSigmas + 1.0) * sigma_px_;
   const auto first = static_cast<long>(std::floor((-reach - start) / cell)) - 1;
   const auto last = static_cast<long>(std::ceil((size_px + reach - start) / cell)) + 1;
   const auto value = [&](long i) {
@@ -223,7 +223,7 @@ void EffectivePattern::find_edges(double size_px) {
 
 double EffectivePattern::sum_edges(double coordinate_px) const {
   // Edges farther left than the blur reaches are settled: the value before the first other one has them.
-  const double settled_px = coordinate_px - reach_sigmas * sigma_px_;
+  const double settled_px = coordinate_px - kReachSigmas * sigma_px_;
   auto e = std::lower_bound(edges_.begin(), edges_.end(), settled_px,
                             [](const Edge& edge, double x) { return edge.position_px < x; });
   double value = e != edges_.end() ? e->before
@@ -231,7 +231,7 @@ double EffectivePattern::sum_edges(double coordinate_px) const {
                                    : edges_.back().before + edges_.back().step;
   for (; e != edges_.end(); ++e) {
     const double u = (coordinate_px - e->position_px) / sigma_px_;
-    if (u < -reach_sigmas) break;
+    if (u < -kReachSigmas) break;
     value += e->step * 0.5 * std::erfc(-u / std::numbers::sqrt2);
   }
   return value;
@@ -248,7 +248,7 @@ double EffectivePattern::pixel_value(double center_px) const {
 double EffectivePattern::mix_pixels(double coordinate_px) const {
   const double nearest = std::floor(coordinate_px + 0.5);
   if (sigma_px_ == 0.0) return pixel_value(nearest);
-  const double reach = std::ceil(reach_sigmas * sigma_px_) + 1.0;
+  const double reach = std::ceil(kReachSigmas * sigma_px_) + 1.0;
   const double scale = 1.0 / (sigma_px_ * std::numbers::sqrt2);
   double sum = 0.0, weights = 0.0;
   for (double i = nearest - reach; i <= nearest + reach; i += 1.0) {
@@ -306,10 +306,10 @@ std::vector<float> pixel_waveform(const Twin& twin, const PatternSpec& pattern, 
 std::vector<float> gap_waveform(const Projector& projector) {
   const double sigma = projector.blur_px, half = 0.5 * projector.pixel_fill;
   if (!projector.pixel_structure || projector.pixel_fill == 1.0 || sigma == 0.0) return {};
-  constexpr int samples = 4096;
+  constexpr int kSamples = 4096;
   std::vector<float> values;
-  for (int i = 0; i <= samples + 1; ++i) {
-    const double t = static_cast<double>(i % samples) / samples - 0.5;
+  for (int i = 0; i <= kSamples + 1; ++i) {
+    const double t = static_cast<double>(i % kSamples) / kSamples - 0.5;
     double lit = projector.pixel_fill;  // Fourier series of the raster; exp(-2 pi^2 1.5^2) = 5e-20
     for (int m = 1; m * sigma < 1.5; ++m)
       lit += 2.0 * std::sin(2.0 * pi * m * half) / (pi * m) * blur_attenuation(m, sigma, 1.0) *

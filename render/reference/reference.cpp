@@ -21,11 +21,11 @@ namespace fringetwin::render {
 namespace {
 
 using std::numbers::pi;
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A shadow ray starts this far from its surface point: double rounding at 1 m is 1e-13 mm.
-constexpr double shadow_start_mm = 1e-9;
+constexpr double kShadowStartMm = 1e-9;
 // Surfaces closer to each other than 1e-6 of the way to them count as one (shaders/scene.glsl).
-constexpr double in_front = 1.0 - 1e-6;
+constexpr double kInFront = 1.0 - 1e-6;
 
 // What a pixel raster lights at q: response, then the Gaussian blur of its square pixels.
 double shown_level(const Projector& projector, const ImageF& levels, const Eigen::Vector2d& q_px) {
@@ -54,7 +54,7 @@ double shown_level(const Projector& projector, const ImageF& levels, const Eigen
 }
 
 struct SceneHit {
-  double t_mm = infinity;
+  double t_mm = kInfinity;
   int object = -1;
   int triangle = -1;
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();   // geometric, the shape's own side
@@ -200,7 +200,7 @@ std::optional<SceneHit> Reference::Impl::hit_object(int object, const Ray& ray, 
 std::optional<SceneHit> Reference::Impl::nearest(const Ray& ray) const {
   std::optional<SceneHit> best;
   for (const int i : order) {
-    const auto hit = hit_object(i, ray, 0.0, best ? in_front * best->t_mm : infinity);
+    const auto hit = hit_object(i, ray, 0.0, best ? kInFront * best->t_mm : kInfinity);
     if (hit) best = hit;
   }
   return best;
@@ -213,7 +213,7 @@ bool Reference::Impl::in_shadow(const SceneHit& own, bool outside, const Ray& to
     const auto index = static_cast<std::size_t>(i);
     if (const ReferenceMesh* mesh = instances[index].mesh) {
       const int skipped = i == own.object ? own.triangle : -1;
-      if (mesh->occluded(instances[index].to_object(to_light), shadow_start_mm, distance, skipped))
+      if (mesh->occluded(instances[index].to_object(to_light), kShadowStartMm, distance, skipped))
         return true;
       continue;
     }
@@ -224,7 +224,7 @@ bool Reference::Impl::in_shadow(const SceneHit& own, bool outside, const Ray& to
                        [&](const auto& shape) { return meets_own_shadow_ray(shape, outside); }},
             twin.objects[index].shape);
     if (!can_meet) continue;
-    if (hit_object(i, to_light, shadow_start_mm, distance)) return true;
+    if (hit_object(i, to_light, kShadowStartMm, distance)) return true;
   }
   return false;
 }
@@ -276,7 +276,7 @@ void Reference::Impl::gather(const SceneHit& hit, int bounce_n, PixelSample& sam
       const Eigen::Vector3d d =
           std::sqrt(sine2) * (std::cos(angle) * T + std::sin(angle) * B) + std::sqrt(1.0 - sine2) * N;
       if (d.dot(sample.normal_world) <= 0.0) continue;
-      const Ray ray{sample.point_world_mm + shadow_start_mm * sample.normal_world, d};
+      const Ray ray{sample.point_world_mm + kShadowStartMm * sample.normal_world, d};
       const auto other = nearest(ray);
       if (!other) continue;
       PixelSample lit;

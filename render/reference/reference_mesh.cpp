@@ -13,9 +13,9 @@ namespace fringetwin::render {
 namespace {
 
 // A ray through a shared edge must not slip between two triangles by a rounding error.
-constexpr double edge_tolerance = 1e-12;
+constexpr double kEdgeTolerance = 1e-12;
 // Embree's float ray may lag behind the double one; relative and absolute (mm) room for its far end.
-constexpr double float_room = 1e-6;
+constexpr double kFloatRoom = 1e-6;
 
 struct Triangles {
   std::shared_ptr<const Mesh> mesh;
@@ -50,7 +50,7 @@ std::optional<MeshHit> intersect_triangle(const Triangles& triangles, int triang
   const double u = s.dot(p) / determinant;
   const Eigen::Vector3d q = s.cross(e1);
   const double v = ray.direction.dot(q) / determinant;
-  if (u < -edge_tolerance || v < -edge_tolerance || u + v > 1.0 + edge_tolerance) return std::nullopt;
+  if (u < -kEdgeTolerance || v < -kEdgeTolerance || u + v > 1.0 + kEdgeTolerance) return std::nullopt;
   const double t = e2.dot(q) / determinant;
   if (!(t > query.t_min && t < query.t_max)) return std::nullopt;
   return MeshHit{t, triangle, u, v};
@@ -66,7 +66,7 @@ bool replaces(const MeshHit& hit, const std::optional<MeshHit>& best) {
 
 float round_up(double value) { return std::nextafter(static_cast<float>(value), INFINITY); }
 float far_end(double t) {
-  return std::isfinite(t) ? round_up(t * (1.0 + float_room) + float_room) : INFINITY;
+  return std::isfinite(t) ? round_up(t * (1.0 + kFloatRoom) + kFloatRoom) : INFINITY;
 }
 
 void bounds_callback(const RTCBoundsFunctionArguments* args) {

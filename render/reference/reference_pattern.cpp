@@ -11,7 +11,7 @@ namespace fringetwin::render {
 namespace {
 
 using std::numbers::pi;
-constexpr int disk_nodes = 64, panels_with_kinks = 6, fourier_samples = 4096;
+constexpr int kDiskNodes = 64, kPanelsWithKinks = 6, kFourierSamples = 4096;
 
 double normal_cdf(double t) { return 0.5 * std::erfc(-t / std::numbers::sqrt2); }
 
@@ -19,7 +19,7 @@ double normal_cdf(double t) { return 0.5 * std::erfc(-t / std::numbers::sqrt2); 
 template <class F>
 double over_disk(double radius, F f, int panels = 1) {
   if (radius == 0.0) return f(0.0);
-  const GaussRule& rule = gauss_rule(disk_nodes);
+  const GaussRule& rule = gauss_rule(kDiskNodes);
   double sum = 0.0;
   for (int p = 0; p < panels; ++p)
     for (std::size_t i = 0; i < rule.nodes.size(); ++i) {
@@ -74,15 +74,15 @@ ReferencePattern::ReferencePattern(const Twin& twin, const PatternSpec& pattern)
   origin_px_ = d.phase_origin_px.at(p);
   if (spec_.is_gray() || projector_.pixel_structure || projector_.blur_px == 0.0) return;
   // The discrete cosine sum of one period; what blur leaves of harmonic k falls below 1e-17 soon.
-  for (int k = 0; k < fourier_samples / 4; ++k) {
+  for (int k = 0; k < kFourierSamples / 4; ++k) {
     const double u = pi * k * projector_.blur_px / pitch_px_;
     if (2.0 * u * u > 40.0) break;
     double sum = 0.0;
-    for (int i = 0; i < fourier_samples; ++i) {
-      const double t = 2.0 * pi * i / fourier_samples;
+    for (int i = 0; i < kFourierSamples; ++i) {
+      const double t = 2.0 * pi * i / kFourierSamples;
       sum += response(fringes_.mean + fringes_.amplitude * std::cos(t)) * std::cos(k * t);
     }
-    fourier_.push_back((k == 0 ? 1.0 : 2.0) * sum / fourier_samples * std::exp(-2.0 * u * u));
+    fourier_.push_back((k == 0 ? 1.0 : 2.0) * sum / kFourierSamples * std::exp(-2.0 * u * u));
   }
 }
 
@@ -124,7 +124,7 @@ double ReferencePattern::smooth(double x, double radius) const {
   if (projector_.blur_px == 0.0)
     return over_disk(
         radius, [&](double o) { return response(pattern_value(fringes_, spec_, x - o)); },
-        projector_.response.kind == ProjectorResponse::Kind::table ? panels_with_kinks : 1);
+        projector_.response.kind == ProjectorResponse::Kind::table ? kPanelsWithKinks : 1);
   const double t =
       2.0 * pi * ((x - origin_px_) / pitch_px_ + static_cast<double>(spec_.step) / fringes_.steps);
   double sum = 0.0;

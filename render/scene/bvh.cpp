@@ -11,10 +11,10 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr int n_bins = 16;
-constexpr std::uint32_t leaf_size = 4;
-constexpr float traversal_cost = 1.0F, triangle_cost = 1.0F;
-constexpr std::uint32_t parallel_size = 8192;
+constexpr int kNBins = 16;
+constexpr std::uint32_t kLeafSize = 4;
+constexpr float kTraversalCost = 1.0F, kTriangleCost = 1.0F;
+constexpr std::uint32_t kParallelSize = 8192;
 
 struct Box {
   Eigen::Array3f min = Eigen::Array3f::Constant(std::numeric_limits<float>::infinity());
@@ -61,7 +61,7 @@ class Builder {
     Bvh bvh;
     bvh.box_min = all.min.matrix();
     bvh.box_max = all.max.matrix();
-    if (n <= leaf_size) {
+    if (n <= kLeafSize) {
       // The traversal starts at a node: one leaf and an empty box.
       const Box nothing;
       set_node(0, all, leaf(0, n), nothing, leaf(0, 1));
@@ -87,19 +87,19 @@ class Builder {
     nodes_[slot] = {l.min.matrix(), left, l.max.matrix(), 0, r.min.matrix(), right, r.max.matrix(), 0};
   }
 
-  // Builds node `slot` over triangles [first, end), more than leaf_size of them; its subtree owns the slots
+  // Builds node `slot` over triangles [first, end), more than kLeafSize of them; its subtree owns the slots
   // [slot, slot + (end - first) - 1).
   void build_node(std::uint32_t slot, std::uint32_t first, std::uint32_t end, int depth) {
     const std::uint32_t middle = partition(first, end, depth);
     Box left, right;
     for (std::uint32_t i = first; i < middle; ++i) left.add(triangles_[i].box);
     for (std::uint32_t i = middle; i < end; ++i) right.add(triangles_[i].box);
-    const bool left_leaf = middle - first <= leaf_size, right_leaf = end - middle <= leaf_size;
+    const bool left_leaf = middle - first <= kLeafSize, right_leaf = end - middle <= kLeafSize;
     const std::uint32_t left_slot = slot + 1, right_slot = slot + (middle - first);
     set_node(slot, left, left_leaf ? leaf(first, middle - first) : static_cast<std::int32_t>(left_slot),
              right, right_leaf ? leaf(middle, end - middle) : static_cast<std::int32_t>(right_slot));
     if (!left_leaf) {
-#pragma omp task if (middle - first > parallel_size)
+#pragma omp task if (middle - first > kParallelSize)
       build_node(left_slot, first, middle, depth + 1);
     }
     if (!right_leaf) build_node(right_slot, middle, end, depth + 1);
@@ -113,7 +113,7 @@ class Builder {
     for (std::uint32_t i = first; i < end; ++i) centroids.add(triangles_[i].centroid);
     const Eigen::Array3f extent = centroids.max - centroids.min;
     // Balanced splits from here on still end within max_depth.
-    const int levels_needed = std::bit_width((n + leaf_size - 1) / leaf_size);
+    const int levels_needed = std::bit_width((n + kLeafSize - 1) / kLeafSize);
     const bool balanced = depth + levels_needed >= max_depth_;
     if (!balanced) {
       const Split split = best_split(first, end, centroids);
@@ -139,10 +139,10 @@ class Builder {
 
   // Returns infinity where no plane can tell the centroids apart: they coincide, or lie closer than float can
   // divide by (denormal extents).
-  static float bins_per_mm(float extent) { return static_cast<float>(n_bins) / extent; }
+  static float bins_per_mm(float extent) { return static_cast<float>(kNBins) / extent; }
 
   static int bin_of(float centroid, float start, float scale) {
-    return static_cast<int>(std::clamp((centroid - start) * scale, 0.0F, static_cast<float>(n_bins - 1)));
+    return static_cast<int>(std::clamp((centroid - start) * scale, 0.0F, static_cast<float>(kNBins - 1)));
   }
 
   // Returns the cheapest split between bins of centroids; its axis is -1 where there is none.
@@ -152,28 +152,28 @@ class Builder {
       const float extent = centroids.max[axis] - centroids.min[axis];
       const float scale = bins_per_mm(extent), start = centroids.min[axis];
       if (!std::isfinite(scale)) continue;
-      Box boxes[n_bins];
-      std::uint32_t counts[n_bins] = {};
+      Box boxes[kNBins];
+      std::uint32_t counts[kNBins] = {};
       for (std::uint32_t i = first; i < end; ++i) {
         const int bin = bin_of(triangles_[i].centroid[axis], start, scale);
         boxes[bin].add(triangles_[i].box);
         ++counts[bin];
       }
-      float right_area[n_bins] = {};
+      float right_area[kNBins] = {};
       Box right;
-      for (int i = n_bins - 1; i > 0; --i) {
+      for (int i = kNBins - 1; i > 0; --i) {
         right.add(boxes[i]);
         right_area[i] = right.half_area();
       }
       Box left;
       std::uint32_t n_left = 0;
       const std::uint32_t n = end - first;
-      for (int i = 0; i + 1 < n_bins; ++i) {
+      for (int i = 0; i + 1 < kNBins; ++i) {
         left.add(boxes[i]);
         n_left += counts[i];
         if (n_left == 0 || n_left == n) continue;
         const float cost =
-            traversal_cost + triangle_cost * (left.half_area() * static_cast<float>(n_left) +
+            kTraversalCost + kTriangleCost * (left.half_area() * static_cast<float>(n_left) +
                                               right_area[i + 1] * static_cast<float>(n - n_left));
         if (cost < best.cost) best = {axis, i, cost};
       }

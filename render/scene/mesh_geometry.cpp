@@ -14,18 +14,18 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr std::size_t covering_spheres = 64;
+constexpr std::size_t kCoveringSpheres = 64;
 
 void add_box(std::vector<Eigen::Vector4f>& spheres, const Eigen::Vector3f& lo, const Eigen::Vector3f& hi) {
   const Eigen::Vector3f c = 0.5F * (lo + hi);
   spheres.emplace_back(c.x(), c.y(), c.z(), (0.5F * (hi - lo)).norm());
 }
 
-// Returns spheres around the boxes of the tree's top, of the widest level that stays within covering_spheres.
+// Returns spheres around the boxes of the tree's top, of the widest level that stays within kCoveringSpheres.
 std::vector<Eigen::Vector4f> cover(const Bvh& bvh) {
   std::vector<std::int32_t> level{0};
   std::vector<Eigen::Vector4f> spheres;
-  while (!level.empty() && spheres.size() + 4 * level.size() <= covering_spheres) {
+  while (!level.empty() && spheres.size() + 4 * level.size() <= kCoveringSpheres) {
     std::vector<std::int32_t> next;
     for (const std::int32_t i : level)
       for (const bool left : {true, false}) {

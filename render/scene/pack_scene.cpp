@@ -21,11 +21,11 @@ using Eigen::Vector3d;
 
 Double4 pack(const Vector3d& v, double w) { return {v.x(), v.y(), v.z(), w}; }
 
-constexpr std::size_t most_triangles = 1U << 24;
+constexpr std::size_t kMostTriangles = 1U << 24;
 
 // The winding number is 1 inside a closed mesh, a little less with small holes; inside an open bowl one may
 // look around.
-constexpr double closed_winding = 0.9;
+constexpr double kClosedWinding = 0.9;
 
 [[noreturn]] void camera_inside(const Camera& camera, const Object& object) {
   throw UserError(ExitCode::usage, fmt::format("camera \"{}\"", camera.name),
@@ -53,9 +53,9 @@ class Packer {
     const Vector3d n = T_cam_world_.rotation * s.normal.normalized(), p = T_cam_world_ * s.point_mm;
     const Vector3d along = T_cam_world_.rotation * s.u_axis;
     const Vector3d u = (along - along.dot(n) * n).normalized(), v = n.cross(u);
-    constexpr double infinite = std::numeric_limits<float>::max();
-    const double half_u = s.size_mm ? 0.5 * s.size_mm->x() : infinite;
-    const double half_v = s.size_mm ? 0.5 * s.size_mm->y() : infinite;
+    constexpr double kInfinite = std::numeric_limits<float>::max();
+    const double half_u = s.size_mm ? 0.5 * s.size_mm->x() : kInfinite;
+    const double half_v = s.size_mm ? 0.5 * s.size_mm->y() : kInfinite;
     push({pack(n, n.dot(p)), pack(u, half_u), pack(v, half_v), pack(p, add_map(s, object))});
     if (s.size_mm) {
       scene.bounded = true;
@@ -70,8 +70,8 @@ class Packer {
     const Vector3d axis = (T_cam_world_.rotation * s.axis).normalized(), p = T_cam_world_ * s.point_mm;
     const double center = p.dot(axis);
     const Vector3d foot = p - center * axis;
-    constexpr double infinite = std::numeric_limits<float>::max();
-    const double half = s.length_mm ? 0.5 * *s.length_mm : infinite;
+    constexpr double kInfinite = std::numeric_limits<float>::max();
+    const double half = s.length_mm ? 0.5 * *s.length_mm : kInfinite;
     if (foot.norm() <= s.radius_mm + lens_mm_ && std::abs(center) <= half + lens_mm_)
       camera_inside(camera_, object);
     const double c2 = (foot.norm() - s.radius_mm) * (foot.norm() + s.radius_mm);
@@ -100,7 +100,7 @@ class Packer {
     const Vector3d lo = g.bvh.box_min.cast<double>().array() - lens_mm_;
     const Vector3d hi = g.bvh.box_max.cast<double>().array() + lens_mm_;
     if ((eye.array() >= lo.array()).all() && (eye.array() <= hi.array()).all() &&
-        std::abs(winding_number(*s.mesh, T_object_cam.translation_mm)) > closed_winding)
+        std::abs(winding_number(*s.mesh, T_object_cam.translation_mm)) > kClosedWinding)
       camera_inside(camera_, object);
 
     std::size_t first_node = 0, first_triangle = 0, which = 0;
@@ -121,11 +121,11 @@ class Packer {
          g.bvh.order.size());
     n_links_ += g.bvh.order.size();
     // Numbers of triangles travel as floats; there are fewer nodes.
-    if (n_links_ >= most_triangles)
+    if (n_links_ >= kMostTriangles)
       throw UserError(ExitCode::input,
                       s.file.empty() ? fmt::format("object \"{}\"", object.name) : s.file.string(),
                       fmt::format("the meshes have {} triangles together, at most {} can be traced", n_links_,
-                                  most_triangles - 1),
+                                  kMostTriangles - 1),
                       "reduce the mesh");
     scene.instances.push_back({&g, {T_object_cam.rotation, eye}});
     for (const Eigen::Vector4f& c : g.covering)
@@ -237,7 +237,7 @@ PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store)
   for (const BoundingSphere& b : scene.finite)
     scene.far_mm = std::max(scene.far_mm, b.center_mm.norm() + b.radius_mm);
   const VisibleRange range = visible_range(camera, scene);
-  scene.far_mm = std::max(scene.far_mm, std::min(range.far_mm, farthest_allowed_mm));
+  scene.far_mm = std::max(scene.far_mm, std::min(range.far_mm, kFarthestAllowedMm));
   scene.z_min_mm = range.z_min_mm;
   scene.z_max_mm = range.z_max_mm;
   return scene;

@@ -37,7 +37,7 @@ struct PackedScene {
   std::vector<BoundingSphere> finite;  ///< around all bounded shapes; several around a mesh
   std::size_t first_mesh_bound = 0;    ///< in `finite`
   /// Farthest bounded geometry or visible point (a shadow ray's origin), for rounding allowances; at most
-  /// farthest_allowed_mm, as planes reach the horizon.
+  /// kFarthestAllowedMm, as planes reach the horizon.
   double far_mm = 0.0;
   double z_min_mm = 0.0, z_max_mm = 0.0;    ///< depth range of what may be in view (visible_range.hpp)
   std::vector<const MeshGeometry*> meshes;  ///< distinct, in buffer order
@@ -49,6 +49,6 @@ struct PackedScene {
 };
 
 /// The largest PackedScene::far_mm.
-constexpr double farthest_allowed_mm = 1e5;
+constexpr double kFarthestAllowedMm = 1e5;
 
 }  // namespace fringetwin::render

@@ -12,9 +12,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t most_views = 4;  // of one mesh: two cameras and a projector
-constexpr std::uint32_t largest_tile_shift = 4;
-constexpr int dilations = 2;  // tiles beside the mesh: pixels at its silhouette start there
+constexpr std::size_t kMostViews = 4;  // of one mesh: two cameras and a projector
+constexpr std::uint32_t kLargestTileShift = 4;
+constexpr int kDilations = 2;  // tiles beside the mesh: pixels at its silhouette start there
 
 // Returns the projections of the vertices; NaN where there is none.
 std::vector<Vector2d> project_vertices(const PackedScene::MeshInstance& instance, const Lens& lens) {
@@ -121,7 +121,7 @@ std::uint32_t choose_tile_shift(const PackedScene& scene, const Projected& proje
     }
   std::uint32_t shift = 0;
   const double side = n > 0 ? std::sqrt(area / static_cast<double>(n)) : 1.0;
-  while (shift < largest_tile_shift && (1 << (shift + 1)) <= 1.3 * side) ++shift;
+  while (shift < kLargestTileShift && (1 << (shift + 1)) <= 1.3 * side) ++shift;
   return shift;
 }
 
@@ -176,7 +176,7 @@ void add_starts(const PackedScene& scene, const Lens& lens, Shortcuts* out) {
     const auto& indices = scene.instances[m].geometry->indices;
     for (std::size_t i = 0; i < indices.size(); ++i)
       if (seen[m][i]) tiles.add(static_cast<std::int32_t>(i), corners(projected[m], indices[i]));
-    for (int k = 0; k < dilations; ++k) tiles.dilate();
+    for (int k = 0; k < kDilations; ++k) tiles.dilate();
     out->tiles_x = tiles.columns();
     out->tiles = static_cast<std::uint32_t>(tiles.start().size());
     out->starts.insert(out->starts.end(), tiles.start().begin(), tiles.start().end());
@@ -204,7 +204,7 @@ const std::vector<std::uint8_t>& VisibilityStore::clear(const MeshGeometry& g, c
   Entry& e = entry(g);
   for (const auto& [eye, view] : e.views)
     if (eye == eye_mm) return *view;
-  if (e.views.size() >= most_views) e.views.erase(e.views.begin());
+  if (e.views.size() >= kMostViews) e.views.erase(e.views.begin());
   e.views.emplace_back(
       eye_mm, std::make_unique<std::vector<std::uint8_t>>(clear_from(eye_mm, g.vertices, g.indices)));
   return *e.views.back().second;

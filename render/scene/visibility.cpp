@@ -49,7 +49,7 @@ bool side_parts(const SeenTriangle& a, const SeenTriangle& b) {
 }
 
 // A triangle that spans more of the others is left to the rays.
-constexpr int most_comparisons = 512;
+constexpr int kMostComparisons = 512;
 
 struct Plane {
   Vector3d normal;  // turned so that the eye has a positive value
@@ -71,14 +71,14 @@ class Grid {
     // About one front and one back triangle a cell.
     const double n = std::max(1.0, 0.5 * static_cast<double>(triangles.size()));
     const double width = std::max(x1 - x0_, 1e-12), height = std::max(y1 - y0_, 1e-12);
-    const double side = std::max({std::sqrt(width * height / n), width / most_cells, height / most_cells});
+    const double side = std::max({std::sqrt(width * height / n), width / kMostCells, height / kMostCells});
     per_cell_ = 1.0 / side;
     nx_ = static_cast<int>(width * per_cell_) + 1;
     ny_ = static_cast<int>(height * per_cell_) + 1;
     start_.assign(static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_) + 1, 0);
     std::size_t entries = 0;
     for (const SeenTriangle& t : triangles) entries += cells(t);
-    if (entries > most_entries_per_triangle * (triangles.size() + 1000)) return;
+    if (entries > kMostEntriesPerTriangle * (triangles.size() + 1000)) return;
     usable_ = true;
     for (const SeenTriangle& t : triangles) visit(t, [&](std::size_t cell) { ++start_[cell + 1]; });
     std::partial_sum(start_.begin(), start_.end(), start_.begin());
@@ -116,8 +116,8 @@ class Grid {
   }
 
  private:
-  static constexpr double most_cells = 4096.0;
-  static constexpr std::size_t most_entries_per_triangle = 32;
+  static constexpr double kMostCells = 4096.0;
+  static constexpr std::size_t kMostEntriesPerTriangle = 32;
   std::size_t cells(const SeenTriangle& t) const {
     const auto n = [this](double from, double to, double start) {
       return static_cast<std::size_t>((to - start) * per_cell_) -
@@ -274,7 +274,7 @@ std::vector<std::uint8_t> clear_from(const Vector3d& eye, const std::vector<Eige
     int compared = 0;
     clear[i] = grid.all_near(image[i], [&](std::size_t k) {
       if (k == i) return true;
-      if (++compared > most_comparisons) return false;
+      if (++compared > kMostComparisons) return false;
       return apart(image[i], image[k]) || beyond(planes[i], corners(k), allowance) ||
              before(planes[k], own, allowance);
     });

@@ -10,12 +10,12 @@ namespace fringetwin::render {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double unbounded_mm = 0.5 * std::numeric_limits<float>::max();  // half sizes beyond: no end
-constexpr int rays_along = 33;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnboundedMm = 0.5 * std::numeric_limits<float>::max();  // half sizes beyond: no end
+constexpr int kRaysAlong = 33;
 
 struct Interval {
-  double low = infinity, high = -infinity;
+  double low = kInfinity, high = -kInfinity;
   void add(double v) { low = std::min(low, v), high = std::max(high, v); }
   bool empty() const { return !(low <= high); }
   Interval operator&(const Interval& o) const { return {std::max(low, o.low), std::min(high, o.high)}; }
@@ -34,17 +34,17 @@ View view_of(const Lens& lens) {
   View view;
   const auto at = [&](double i, double j) {
     return lens.unproject(
-        {-0.5 + lens.width() * i / (rays_along - 1), -0.5 + lens.height() * j / (rays_along - 1)});
+        {-0.5 + lens.width() * i / (kRaysAlong - 1), -0.5 + lens.height() * j / (kRaysAlong - 1)});
   };
-  view.middle = at(0.5 * (rays_along - 1), 0.5 * (rays_along - 1)).value_or(Vector3d::UnitZ());
-  for (int j = 0; j < rays_along; ++j)
-    for (int i = 0; i < rays_along; ++i) {
+  view.middle = at(0.5 * (kRaysAlong - 1), 0.5 * (kRaysAlong - 1)).value_or(Vector3d::UnitZ());
+  for (int j = 0; j < kRaysAlong; ++j)
+    for (int i = 0; i < kRaysAlong; ++i) {
       const auto d = at(i, j);
       if (!d) continue;
       view.directions.push_back(*d);
       view.angle = std::max(view.angle, angle_between(view.middle, *d));
     }
-  view.spacing = 4.0 * view.angle / (rays_along - 1);
+  view.spacing = 4.0 * view.angle / (kRaysAlong - 1);
   return view;
 }
 
@@ -77,8 +77,8 @@ class Range {
       far = std::max(far, t);
     }
     if (depth.empty()) return;
-    if (g[1][3] > unbounded_mm) {
-      if (beyond) depth.high = far = infinity;  // the horizon is in view
+    if (g[1][3] > kUnboundedMm) {
+      if (beyond) depth.high = far = kInfinity;  // the horizon is in view
       add(depth, far);
       return;
     }
@@ -108,7 +108,7 @@ class Range {
       far = std::max(far, t + half);
     }
     if (depth.empty()) return;
-    if (g[1][3] > unbounded_mm) {
+    if (g[1][3] > kUnboundedMm) {
       add(depth, far);
       return;
     }

@@ -15,7 +15,7 @@ namespace fringetwin::render {
 namespace {
 
 // Image numbers of the two reference images, far from any sequence index.
-constexpr std::uint32_t white_image = 0xFFFFFFFEu, black_image = 0xFFFFFFFFu;
+constexpr std::uint32_t kWhiteImage = 0xFFFFFFFEu, kBlackImage = 0xFFFFFFFFu;
 
 /// Returns the gray value stored for a signal. It is rounded by truncation after adding a half: std::round()
 /// would be a call of the library for every pixel. NaN stays.
@@ -54,12 +54,12 @@ float exact_value(const Formula& formula, float irradiance, double deviate) {
 /// Rounding is monotone: a value is sure where both ends of the deviate's error are stored alike.
 void near_values(const Formula& formula, std::span<const float> irradiance, const Block& deviates,
                  float* gray) {
-  constexpr double arithmetic = 1e-14;  // of the formula's own rounding, a few units of 1.1e-16 of each term
+  constexpr double kArithmetic = 1e-14;  // of the formula's own rounding, a few units of 1.1e-16 of each term
   for (std::size_t i = 0; i < irradiance.size(); ++i) {
     const double signal = formula.signal_dn(irradiance[i]), sigma = formula.sigma_dn(signal);
     const double dn = signal + formula.black_level_dn + sigma * deviates[i];
     const double error =
-        kDeviateError * sigma + arithmetic * (std::abs(signal) + std::abs(formula.black_level_dn));
+        kDeviateError * sigma + kArithmetic * (std::abs(signal) + std::abs(formula.black_level_dn));
     const float low = stored(dn - error, formula.max_dn), high = stored(dn + error, formula.max_dn);
     gray[i] = low == high ? low : std::numeric_limits<float>::quiet_NaN();
   }
@@ -97,11 +97,11 @@ ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed
   }
   const DeviateSource source{
       {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}, image, camera};
-  constexpr auto block = static_cast<std::int64_t>(kMostDeviates);
+  constexpr auto kBlock = static_cast<std::int64_t>(kMostDeviates);
 #pragma omp parallel for schedule(static)
-  for (std::int64_t first = 0; first < n; first += block) {
+  for (std::int64_t first = 0; first < n; first += kBlock) {
     const auto at = static_cast<std::size_t>(first);
-    const std::span lit(irradiance.data.data() + at, static_cast<std::size_t>(std::min(block, n - first)));
+    const std::span lit(irradiance.data.data() + at, static_cast<std::size_t>(std::min(kBlock, n - first)));
     // Most blocks of most images are dark: without light there is no shot noise.
     if (formula.read_variance == 0.0 && dark(lit))
       std::fill_n(gray.data.data() + at, lit.size(), formula.noiseless(0.0F));
@@ -121,8 +121,8 @@ CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::s
   for (std::size_t i = 0; i < rendered.irradiance.size(); ++i)
     out.images.push_back(
         expose(rendered.irradiance[i], camera.sensor, seed, number, static_cast<std::uint32_t>(i)));
-  if (rendered.white) out.white = expose(*rendered.white, camera.sensor, seed, number, white_image);
-  if (rendered.black) out.black = expose(*rendered.black, camera.sensor, seed, number, black_image);
+  if (rendered.white) out.white = expose(*rendered.white, camera.sensor, seed, number, kWhiteImage);
+  if (rendered.black) out.black = expose(*rendered.black, camera.sensor, seed, number, kBlackImage);
   return out;
 }
 

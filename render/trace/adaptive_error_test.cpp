@@ -23,7 +23,7 @@ Panel panel(const std::function<double(double)>& f) {
   Panel p;
   for (std::size_t i = 0; i < 4; ++i) {
     g[i] = f(nodes[i]);
-    p.value += panel_weights[i] * g[i];
+    p.value += kPanelWeights[i] * g[i];
   }
   p.estimate = panel_error(g);
   return p;

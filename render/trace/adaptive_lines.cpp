@@ -7,8 +7,8 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr std::uint32_t most_panels = 16, most_stretches = 64;
-constexpr double share_of_round = 0.7;  // of the budget that is left
+constexpr std::uint32_t kMostPanels = 16, kMostStretches = 64;
+constexpr double kShareOfRound = 0.7;  // of the budget that is left
 
 }  // namespace
 
@@ -25,7 +25,7 @@ AdaptiveTrace::LineErrors AdaptiveTrace::add_lines(const Sums& sums, std::size_t
       std::array<double, LINES_PER_PANEL> g{};
       for (std::size_t l = 0; l < LINES_PER_PANEL; ++l) {
         g[l] = at(c, LINES_PER_PANEL * p + l);
-        v += panel_weights[l] * g[l];
+        v += kPanelWeights[l] * g[l];
       }
       e += panel_error(g);
     }
@@ -46,7 +46,7 @@ AdaptiveTrace::LineErrors AdaptiveTrace::add_lines(const Sums& sums, std::size_t
   double open = 0.0;
   for (std::size_t p = 0; p < panels_; ++p)
     for (std::size_t l = 0; l < LINES_PER_PANEL; ++l)
-      open = std::hypot(open, panel_weights[l] * at(pass_->channels(), LINES_PER_PANEL * p + l));
+      open = std::hypot(open, kPanelWeights[l] * at(pass_->channels(), LINES_PER_PANEL * p + l));
   open *= std::max(1.0, job_.twin.fringes.mean + job_.twin.fringes.amplitude) / panels_;
   const double gray = std::hypot(irradiance_error(mean, fringe) + job_.twin.projector->ambient * hit, open);
   if (!std::isfinite(gray + phase)) return {HUGE_VAL, HUGE_VAL, open > 0.0};
@@ -73,7 +73,7 @@ std::vector<float> AdaptiveTrace::trace_lines(const std::vector<std::uint32_t>& 
       return values;
     } catch (const LoopLimit&) {
       job_.out->rays = rays_before;
-      if (stretches_ >= most_stretches) throw;
+      if (stretches_ >= kMostStretches) throw;
     }
   }
 }
@@ -94,7 +94,7 @@ void AdaptiveTrace::keep_lines(double most, std::vector<std::uint32_t>* list, st
   for (std::size_t i = 0; i < list->size(); ++i) {
     const std::uint32_t code = (*list)[i];
     const LineErrors& errors = (*found)[i];
-    const bool inside = (code & inside_surface) && !errors.crossed;
+    const bool inside = (code & kInsideSurface) && !errors.crossed;
     const double error = line_error(errors, inside);
     if (error > most) {
       if (next.size() < i) {
@@ -119,16 +119,16 @@ void AdaptiveTrace::keep_lines(double most, std::vector<std::uint32_t>* list, st
 // Traces the mixed pixels by scan lines in panels of four, with twice as many panels for those that are not
 // good enough.
 void AdaptiveTrace::run_lines() {
-  static_assert(LINES_PER_PANEL == panel_weights.size());
+  static_assert(LINES_PER_PANEL == kPanelWeights.size());
   std::vector<std::uint32_t> list = mixed_;
   const double whole =
       irradiance_target_ * irradiance_target_ * static_cast<double>(n_lit_ + n_outlines_ + mixed_.size());
-  const double allowed = std::min(share_of_budget * whole, std::max(0.1 * whole, whole - gray_squares_));
+  const double allowed = std::min(kShareOfBudget * whole, std::max(0.1 * whole, whole - gray_squares_));
   double spent = mixed_squares_;
   std::vector<float> values;
   std::vector<LineErrors> found;
   for (panels_ = 1; !list.empty(); panels_ *= 2) {
-    bool finest = panels_ >= most_panels;
+    bool finest = panels_ >= kMostPanels;
     stage("lines", list.size(), [&] {
       try {
         values = trace_lines(list, &found);
@@ -139,13 +139,13 @@ void AdaptiveTrace::run_lines() {
     });
     std::vector<double> errors(list.size());
     for (std::size_t i = 0; i < list.size(); ++i)
-      errors[i] = line_error(found[i], (list[i] & inside_surface) && !found[i].crossed);
+      errors[i] = line_error(found[i], (list[i] & kInsideSurface) && !found[i].crossed);
     // The target is the rms over all pixels, and few lie on edges: the largest errors are worked on until
     // the others fit into the budget together. Some of it is left to the pixels of the next round, or they
     // would have to become exact.
     const double most = finest ? HUGE_VAL
-                               : largest_error_to_keep(errors, share_of_round * (allowed - spent),
-                                                       most_allowance * irradiance_target_);
+                               : largest_error_to_keep(errors, kShareOfRound * (allowed - spent),
+                                                       kMostAllowance * irradiance_target_);
     keep_lines(most, &list, &values, &found, &spent);
   }
   panels_ = 1;

@@ -8,8 +8,8 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr double share_of_outlines = 0.15;
-constexpr std::uint32_t most_parts = 4;  // of a pixel's side, for pieces of facets
+constexpr double kShareOfOutlines = 0.15;
+constexpr std::uint32_t kMostParts = 4;  // of a pixel's side, for pieces of facets
 
 }  // namespace
 
@@ -59,20 +59,20 @@ void AdaptiveTrace::run_checked(const std::vector<std::uint32_t>& list) {
         const std::complex<double> a(old(1 + 2 * p), old(2 + 2 * p)),
             b(sums.at(2 + 2 * p, i), sums.at(3 + 2 * p, i));
         if (std::norm(b) > 0.0)
-          phase[e] = std::max(phase[e], order_safety * std::abs(std::arg(a * std::conj(b))));
+          phase[e] = std::max(phase[e], kOrderSafety * std::abs(std::arg(a * std::conj(b))));
         fringe = std::max(fringe, std::abs(a - b));
       }
-      gray[e] = order_safety * irradiance_error(old(0) - sums.at(0, i), fringe);
+      gray[e] = kOrderSafety * irradiance_error(old(0) - sums.at(0, i), fringe);
       worse[e] = std::max(phase[e] / phase_target_rad_, gray[e] / irradiance_target_);
       if (!std::isfinite(phase[e] + gray[e])) worse[e] = HUGE_VAL;
     }
     gather(sums, first, n, &values);
   });
   const auto n_known = static_cast<double>(n_lit_ + list.size());
-  const double most = largest_error_to_keep(worse, 0.5 * share_of_budget * n_known, most_allowance);
+  const double most = largest_error_to_keep(worse, 0.5 * kShareOfBudget * n_known, kMostAllowance);
   for (std::size_t e = 0; e < list.size(); ++e) {
     if (!(worse[e] <= most)) {
-      to_scan_lines(list[e], far_from_edges(list[e]) ? inside_surface : 0);
+      to_scan_lines(list[e], far_from_edges(list[e]) ? kInsideSurface : 0);
       continue;
     }
     count_error(phase[e], gray[e]);
@@ -89,7 +89,7 @@ void AdaptiveTrace::sort_out_uncrossed() {
     const auto* answer = answers(n);
     for (std::size_t i = 0; i < n; ++i)
       if (answer[i] == BORDER_DENSE)
-        mixed_.push_back(list[first + i] | inside_surface);
+        mixed_.push_back(list[first + i] | kInsideSurface);
       else
         (answer[i] == BORDER_CROSSED  ? mixed_
          : answer[i] == BORDER_FACETS ? facets_
@@ -140,14 +140,14 @@ std::vector<std::uint32_t> AdaptiveTrace::run_facets(const std::vector<std::uint
     }
   });
   const auto n_known = static_cast<double>(n_lit_ + list.size() + smooth_.size());
-  const double most = largest_error_to_keep(worse, share * share_of_budget * n_known, most_allowance);
+  const double most = largest_error_to_keep(worse, share * kShareOfBudget * n_known, kMostAllowance);
   std::vector<std::uint32_t> rest;
   for (std::size_t e = 0; e < list.size(); ++e) {
     if (worse[e] <= most) {
       count_error(found[e].phase_rad, found[e].irradiance);
       write(list[e], 0, Sums{&values[n_channels * e], 1});
     } else if (found[e].answer == FACETS_UNKNOWN) {
-      to_scan_lines(list[e], inside_surface);  // two orders of a rule would agree too soon at a crease
+      to_scan_lines(list[e], kInsideSurface);  // two orders of a rule would agree too soon at a crease
     } else {
       rest.push_back(list[e]);
     }
@@ -160,10 +160,10 @@ std::vector<std::uint32_t> AdaptiveTrace::run_facets(const std::vector<std::uint
 void AdaptiveTrace::run_all_facets() {
   std::vector<std::uint32_t> rest;
   stage("facets", facets_.size(), [&] { rest = run_facets(facets_, PIXELS_LISTED, 0.25); });
-  for (; panels_ <= most_parts && !rest.empty(); panels_ *= 2)
+  for (; panels_ <= kMostParts && !rest.empty(); panels_ *= 2)
     stage("pieces", rest.size(), [&] { rest = run_facets(rest, PIXELS_PIECES, 0.125 / panels_); });
   panels_ = 1;
-  for (const std::uint32_t code : rest) to_scan_lines(code, inside_surface);
+  for (const std::uint32_t code : rest) to_scan_lines(code, kInsideSurface);
 }
 
 // Clips pixels on outlines: edges between facets of one mesh and nothing, or between facets that face the
@@ -184,8 +184,8 @@ void AdaptiveTrace::run_outlines(const std::vector<std::uint32_t>& list) {
   });
   const auto n_known = static_cast<double>(n_lit_ + list.size() + facets_.size() + smooth_.size());
   const double most =
-      largest_error_to_keep(errors, share_of_outlines * irradiance_target_ * irradiance_target_ * n_known,
-                            most_allowance * irradiance_target_);
+      largest_error_to_keep(errors, kShareOfOutlines * irradiance_target_ * irradiance_target_ * n_known,
+                            kMostAllowance * irradiance_target_);
   for (std::size_t e = 0; e < list.size(); ++e) {
     if (!(errors[e] <= most)) {
       mixed_.push_back(list[e]);

@@ -12,11 +12,11 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr std::size_t slots_per_dispatch = 4U << 20;
-constexpr std::size_t exact_float = 1 << 24;  // identities travel as floats
+constexpr std::size_t kSlotsPerDispatch = 4U << 20;
+constexpr std::size_t kExactFloat = 1 << 24;  // identities travel as floats
 // The errors of rounding, as shares of single_precision_error_rad: on the paper's rig 3.0e-5 and 3e-6 rad on
 // average over the scenes of adaptive_test.
-constexpr double rounding_single = 0.6, rounding_double = 0.06;
+constexpr double kRoundingSingle = 0.6, kRoundingDouble = 0.06;
 
 }  // namespace
 
@@ -25,7 +25,7 @@ AdaptiveTrace::AdaptiveTrace(TraceDevice& device, const TraceJob& job, const Sam
   const Sensor& sensor = job.camera.sensor;
   irradiance_target_ = sampling.gray_error * sensor.max_dn() / sensor.gain_dn;
   rounding_rad_ =
-      (device.precise() ? rounding_double : rounding_single) * single_precision_error_rad(job.twin);
+      (device.precise() ? kRoundingDouble : kRoundingSingle) * single_precision_error_rad(job.twin);
   const double left = sampling.phase_error_rad * sampling.phase_error_rad - rounding_rad_ * rounding_rad_;
   phase_target_rad_ = left > 0.0 ? std::sqrt(left) : 0.25 * sampling.phase_error_rad;
 }
@@ -61,8 +61,8 @@ void AdaptiveTrace::foresee_kernels(const PassPlan& pass) {
 }
 
 std::size_t AdaptiveTrace::most_slots() const {
-  const std::size_t slots = most_output_bytes / ((pass_->channels() + 2) * sizeof(float));
-  return std::min(slots_per_dispatch, slots / BLOCK_PIXELS * BLOCK_PIXELS);  // whole work groups write
+  const std::size_t slots = kMostOutputBytes / ((pass_->channels() + 2) * sizeof(float));
+  return std::min(kSlotsPerDispatch, slots / BLOCK_PIXELS * BLOCK_PIXELS);  // whole work groups write
 }
 
 bool AdaptiveTrace::far_from_edges(std::uint32_t code) const {
@@ -132,7 +132,7 @@ void AdaptiveTrace::probe() {
   device_.upload_pass(job_, nothing, none, limits());
   reserve_output(1);
   ComputePipeline& kernel = device_.bound_kernel(Kernel::probe, constants(none, 0));
-  const std::size_t band = slots_per_dispatch / BLOCK_PIXELS;
+  const std::size_t band = kSlotsPerDispatch / BLOCK_PIXELS;
   for (std::size_t first = 0; first < job_.blocks.size(); first += band) {
     gpu::Push push{};
     const std::size_t n = std::min(band, job_.blocks.size() - first);
@@ -256,8 +256,8 @@ bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedSc
   const Projector& projector = *twin.projector;
   if (projector.optics || projector.pixel_structure || !scene.maps.empty() || twin.render.bounces > 0)
     return false;
-  return !camera.optics && twin.render.pixel_fill > 0.0 && lens.width() < list_limit_px &&
-         lens.height() < list_limit_px && scene.n_surfaces < exact_float;
+  return !camera.optics && twin.render.pixel_fill > 0.0 && lens.width() < kListLimitPx &&
+         lens.height() < kListLimitPx && scene.n_surfaces < kExactFloat;
 }
 
 void trace_adaptively(TraceDevice& device, const TraceJob& job, const std::vector<PassPlan>& passes,

@@ -22,15 +22,15 @@ namespace fringetwin::render {
 
 // Half of what the target allows is left to the pixels with an estimate of their own (the others: the
 // closed form's), and none of them may have more than this many times the rms target.
-constexpr double share_of_budget = 0.5, most_allowance = 16.0;
+constexpr double kShareOfBudget = 0.5, kMostAllowance = 16.0;
 
 /// Returns the code of a pixel in a list: x, y and whether its edges run along x rather than y.
 inline std::uint32_t list_code(int x, int y, bool along_y) {
   return static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 15 | (along_y ? 1U << 31 : 0U);
 }
-constexpr int list_limit_px = 1 << 15;
+constexpr int kListLimitPx = 1 << 15;
 /// The mark of a pixel that no edge is known to cross: its phase counts, unless scan lines find one.
-constexpr std::uint32_t inside_surface = 1U << 30;
+constexpr std::uint32_t kInsideSurface = 1U << 30;
 
 /// The sums that a dispatch wrote: channel by channel, `stride` slots each.
 struct Sums {
@@ -69,7 +69,7 @@ class AdaptiveTrace {
   }
 
   AdaptiveTargets limits() const {
-    const double share = std::sqrt(1.0 - share_of_budget);  // the closed form's
+    const double share = std::sqrt(1.0 - kShareOfBudget);  // the closed form's
     return {share * phase_target_rad_, share * irradiance_target_, closed_form_ ? 0 : base_order(), panels_,
             stretches_};
   }

@@ -12,9 +12,9 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr std::uint32_t mesh_chunk = 64, analytic_chunk = 4096;  // samples per dispatch
-constexpr std::uint64_t samples_per_dispatch = 4U << 20;         // over all pixels: a fraction of a second
-constexpr std::uint64_t samples_worth_a_progress_bar = 400U << 20;
+constexpr std::uint32_t kMeshChunk = 64, kAnalyticChunk = 4096;  // samples per dispatch
+constexpr std::uint64_t kSamplesPerDispatch = 4U << 20;          // over all pixels: a fraction of a second
+constexpr std::uint64_t kSamplesWorthAProgressBar = 400U << 20;
 
 // Traces all samples of one band of blocks, in chunks that stay below the device's loop limit.
 void run_band(TraceDevice& device, ComputePipeline& kernel, gpu::Push push, std::uint32_t n_samples,
@@ -59,8 +59,8 @@ void scatter_objects(TraceDevice& device, const TraceJob& job, std::size_t first
 
 // Returns the number of blocks that one dispatch takes: bounded by its time and by the memory of its sums.
 std::size_t blocks_per_band(const PassPlan& pass, std::uint32_t samples) {
-  const std::uint64_t by_time = samples_per_dispatch / (BLOCK_PIXELS * std::uint64_t{samples});
-  const std::uint64_t by_memory = most_output_bytes / (pass.channels() * BLOCK_PIXELS * sizeof(float));
+  const std::uint64_t by_time = kSamplesPerDispatch / (BLOCK_PIXELS * std::uint64_t{samples});
+  const std::uint64_t by_memory = kMostOutputBytes / (pass.channels() * BLOCK_PIXELS * sizeof(float));
   return std::max<std::size_t>(16, std::min({by_time, by_memory, std::uint64_t{16384}}));
 }
 
@@ -96,12 +96,12 @@ void trace_by_fixed_rule(TraceDevice& device, const TraceJob& job, const std::ve
   const SampleSetup samples = setup_samples(job.twin, job.camera, job.scene, job.out->sampling);
   const std::uint64_t work = std::uint64_t{samples.n} * BLOCK_PIXELS * job.blocks.size() * passes.size();
   std::unique_ptr<Progress> progress;
-  if (work > samples_worth_a_progress_bar)
+  if (work > kSamplesWorthAProgressBar)
     progress = std::make_unique<Progress>("rendering " + job.camera.name, job.blocks.size() * passes.size());
   device.upload_samples(samples);
   std::uint32_t chunk = job.tuning.samples_per_dispatch ? job.tuning.samples_per_dispatch
-                        : job.scene.n_meshes > 0        ? mesh_chunk
-                                                        : analytic_chunk;
+                        : job.scene.n_meshes > 0        ? kMeshChunk
+                                                        : kAnalyticChunk;
   for (std::size_t i = 0; i < passes.size(); ++i)
     run_pass(device, job, passes[i], i == 0, samples, &chunk, progress.get());
   const int width = job.out->mean.width, height = job.out->mean.height;

@@ -17,13 +17,13 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double tolerance_px = 1e-6, projector_tolerance_px = 1e-5;
-constexpr double coarsest_px = 32.0, finest_px = 1.0;
+constexpr double kTolerancePx = 1e-6, kProjectorTolerancePx = 1e-5;
+constexpr double kCoarsestPx = 32.0, kFinestPx = 1.0;
 // Above the first error the user is warned (3e-5 rad at a pitch of 13 px), above the second nothing is
 // rendered.
-constexpr double noticed_error_px = 1e-4, refused_error_px = 1e-2;
+constexpr double kNoticedErrorPx = 1e-4, kRefusedErrorPx = 1e-2;
 // So many nodes beyond the lens's domain get a value: as far as the stencil of a point inside can reach.
-constexpr int nodes_beyond = 4;
+constexpr int kNodesBeyond = 4;
 
 // A regular grid of 3-vectors over a rectangle, interpolated by 4-point Lagrange polynomials exactly
 // as in shaders/camera.glsl.
@@ -87,7 +87,7 @@ Vector3d extrapolate(const std::vector<Vector3d>& before) {
 // points inside, whose stencils reach them, are interpolated as well as others. Farther ones stay NaN: no
 // light there.
 void continue_beyond_domain(NodeGrid* grid) {
-  for (int ring = 0; ring < nodes_beyond; ++ring) {
+  for (int ring = 0; ring < kNodesBeyond; ++ring) {
     const std::vector<Vector3d> known = grid->values;
     const auto value = [&](int i, int j) -> const Vector3d* {
       if (i < 0 || j < 0 || i >= grid->nx || j >= grid->ny) return nullptr;
@@ -150,21 +150,21 @@ double grid_error(const NodeGrid& grid, F f, double scale, double enough) {
 template <class F>
 NodeGrid refine_grid(const Lens& lens, const Vector2d& lo, const Vector2d& hi, double units_per_px, F value,
                      double error_scale, double tolerance, double* max_error_px, double* spacing_px) {
-  for (double spacing = coarsest_px;; spacing *= 0.5) {
+  for (double spacing = kCoarsestPx;; spacing *= 0.5) {
     NodeGrid grid = make_grid(lo, hi, spacing * units_per_px, value);
     continue_beyond_domain(&grid);
-    const bool last = spacing <= finest_px;
+    const bool last = spacing <= kFinestPx;
     const double enough = last ? std::numeric_limits<double>::infinity() : tolerance;
     *max_error_px = grid_error(grid, value, error_scale, enough);
     *spacing_px = spacing;
     if (*max_error_px > tolerance && !last) continue;
     const std::string where = "lens " + lens.model();
-    if (!(*max_error_px <= refused_error_px))
+    if (!(*max_error_px <= kRefusedErrorPx))
       throw UserError(ExitCode::usage, where,
                       fmt::format("it is too rough to render: a grid of {} px leaves {:.2g} px of error",
-                                  finest_px, *max_error_px),
+                                  kFinestPx, *max_error_px),
                       "recalibrate with fewer knots or distortion terms");
-    if (*max_error_px > noticed_error_px)
+    if (*max_error_px > kNoticedErrorPx)
       warn(fmt::format("{}: rays are interpolated to {:.1e} px only", where, *max_error_px));
     return grid;
   }
@@ -241,7 +241,7 @@ LensTable make_lens_table(const Lens& lens) {
     return {d->x() / d->z() - (q.x() - cx) / fx, d->y() / d->z() - (q.y() - cy) / fy, 0.0};
   };
   const Vector2d lo(-0.5, -0.5), hi(lens.width() - 0.5, lens.height() - 0.5);
-  const NodeGrid grid = refine_grid(lens, lo, hi, 1.0, value, px_per_unit, tolerance_px, &table.max_error_px,
+  const NodeGrid grid = refine_grid(lens, lo, hi, 1.0, value, px_per_unit, kTolerancePx, &table.max_error_px,
                                     &table.spacing_px);
   pack(grid, &table.grid, &table.grid_n, &table.nodes);
   return table;
@@ -259,9 +259,9 @@ ProjectorTable make_projector_table(const Lens& lens) {
   const double w = lens.width(), h = lens.height();
   // The table is of the residual over the pinhole that fits at the image's centre.
   Vector2d lo = Vector2d::Constant(std::numeric_limits<double>::infinity()), hi = -lo;
-  constexpr int border_points = 64;
-  for (int i = 0; i <= border_points; ++i) {
-    const double s = static_cast<double>(i) / border_points;
+  constexpr int kBorderPoints = 64;
+  for (int i = 0; i <= kBorderPoints; ++i) {
+    const double s = static_cast<double>(i) / kBorderPoints;
     for (const Vector2d& q : {Vector2d(s * w - 0.5, -0.5), Vector2d(s * w - 0.5, h - 0.5),
                               Vector2d(-0.5, s * h - 0.5), Vector2d(w - 0.5, s * h - 0.5)}) {
       const auto d = lens.unproject(q);
@@ -294,7 +294,7 @@ ProjectorTable make_projector_table(const Lens& lens) {
   const double px = 1.0 / std::max(table.fx, table.fy);
   double spacing_px = 0.0;
   const NodeGrid grid =
-      refine_grid(lens, lo, hi, px, value, 1.0, projector_tolerance_px, &table.max_error_px, &spacing_px);
+      refine_grid(lens, lo, hi, px, value, 1.0, kProjectorTolerancePx, &table.max_error_px, &spacing_px);
   pack(grid, &table.grid, &table.grid_n, &table.nodes);
   return table;
 }

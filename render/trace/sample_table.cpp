@@ -29,7 +29,7 @@ std::vector<DiskPoint> disk_rule(int radial, int angles) {
 std::vector<DiskPoint> disk_rule_for_swing(double swing_rad) {
   // exp(i s r cos a): angular aliasing is J_m(s) for m angles, and the radial part a Bessel function
   // of r^2 that a few nodes integrate; both fall off faster than exponentially beyond s.
-  const double swing = std::min(swing_rad, largest_disk_swing_rad);
+  const double swing = std::min(swing_rad, kLargestDiskSwingRad);
   const int angles = 6 + 2 * static_cast<int>(std::ceil(swing));
   const int radial = 3 + static_cast<int>(std::ceil(0.5 * swing));
   return disk_rule(radial, angles);

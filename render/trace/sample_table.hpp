@@ -16,9 +16,9 @@ struct DiskPoint {
 std::vector<DiskPoint> disk_rule(int radial, int angles);
 
 /// The largest swing that disk_rule_for_swing() serves.
-constexpr double largest_disk_swing_rad = 29.0;
+constexpr double kLargestDiskSwingRad = 29.0;
 /// Returns the rule with the points needed on the lens so that a fringe whose phase swings by `swing_rad`
-/// from the centre of the lens to its rim is averaged to about 1e-6; beyond largest_disk_swing_rad as many as
+/// from the centre of the lens to its rim is averaged to about 1e-6; beyond kLargestDiskSwingRad as many as
 /// there.
 std::vector<DiskPoint> disk_rule_for_swing(double swing_rad);
 

@@ -20,11 +20,11 @@ using Eigen::Vector3d;
 
 // Shadow rays start this far above the surface, relative to the distance from the camera: twice the
 // sum of the single-precision roundings of a hit point and its change of frame, 0.25 um at 250 mm.
-constexpr double shadow_offset = 1e-6;
+constexpr double kShadowOffset = 1e-6;
 
 // The nearest depth whose defocus counts, as a share of the focus distance: bounding spheres may reach behind
 // the camera.
-constexpr double nearest_depth = 0.1;
+constexpr double kNearestDepth = 0.1;
 
 Double4 row(const Pose& T, int i) {
   return {T.rotation(i, 0), T.rotation(i, 1), T.rotation(i, 2), T.translation_mm[i]};
@@ -53,7 +53,7 @@ double lens_swing_rad(const Twin& twin, const Camera& camera, const PackedScene&
     return 2.0 * 2.0 * std::numbers::pi / finest * f_px * lens_radius_mm(camera) *
            std::abs(1.0 / z - 1.0 / focus);
   };
-  return std::max(swing(std::max(scene.z_min_mm, nearest_depth * focus)), swing(scene.z_max_mm));
+  return std::max(swing(std::max(scene.z_min_mm, kNearestDepth * focus)), swing(scene.z_max_mm));
 }
 
 // Sets the projector's place, lens and intensity.
@@ -121,11 +121,11 @@ SampleSetup setup_samples(const Twin& twin, const Camera& camera, const PackedSc
       if (camera.optics) {
         const double swing = lens_swing_rad(twin, camera, scene);
         disk = disk_rule_for_swing(swing);
-        if (swing > largest_disk_swing_rad)
+        if (swing > kLargestDiskSwingRad)
           warn(fmt::format(
               "camera \"{}\": out of focus by up to {:.0f} rad of the finest fringes from the middle of "
               "its lens to the rim; the lens is sampled for {:.0f} rad",
-              camera.name, swing, largest_disk_swing_rad));
+              camera.name, swing, kLargestDiskSwingRad));
       }
       s.table = gauss_samples(sampling.samples, fill, disk, lens_radius_mm(camera));
       s.n *= static_cast<std::uint32_t>(std::max<std::size_t>(disk.size(), 1));
@@ -157,7 +157,7 @@ ParamsBlock make_params(const Twin& twin, const Camera& camera, const PackedScen
   g.values.lens_grid = lens.grid;
   g.values.lens_grid_n = lens.grid_n;
   set_projector(p, camera, projector, &g);
-  g.set(&P::light, {p.reference_distance_mm * p.reference_distance_mm, shadow_offset, p.blur_px,
+  g.set(&P::light, {p.reference_distance_mm * p.reference_distance_mm, kShadowOffset, p.blur_px,
                     static_cast<double>(pass.table_size())});
   const double focus = camera.optics ? camera.optics->focus_distance_mm : 1.0;
   g.set(&P::sampling, {twin.render.pixel_fill, 1.0 / samples.n, lens_radius_mm(camera), 1.0 / focus});

@@ -21,35 +21,35 @@ std::span<const std::byte> bytes_of(const T& value) {
   return std::as_bytes(std::span<const T, 1>(&value, 1));
 }
 
-constexpr VkDescriptorType uniform = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
-constexpr VkDescriptorType texels = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
-constexpr VkDescriptorType storage = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+constexpr VkDescriptorType kUniform = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+constexpr VkDescriptorType kTexels = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+constexpr VkDescriptorType kStorage = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
 
 struct BindingInfo {
   VkDescriptorType type;
   VkFormat format;
 };
-constexpr std::array<BindingInfo, BIND_COUNT> bindings{{
-    {uniform, VK_FORMAT_UNDEFINED},           // params
-    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // primitives
-    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // materials
-    {texels, VK_FORMAT_R32G32B32A32_SINT},    // nodes
-    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // triangles
-    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // corners
-    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // lens grid
-    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // projector grid
-    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // samples
-    {texels, VK_FORMAT_R32G32B32A32_UINT},    // sobol
-    {texels, VK_FORMAT_R32_SFLOAT},           // waveforms
-    {texels, VK_FORMAT_R32_UINT},             // blocks
-    {storage, VK_FORMAT_UNDEFINED},           // output
-    {storage, VK_FORMAT_UNDEFINED},           // objects
-    {storage, VK_FORMAT_UNDEFINED},           // status
-    {texels, VK_FORMAT_R32_UINT},             // pixels
-    {texels, VK_FORMAT_R32G32B32A32_SFLOAT},  // probe, read
-    {storage, VK_FORMAT_UNDEFINED},           // probe, written: the same memory
-    {texels, VK_FORMAT_R32G32B32A32_SINT},    // links
-    {texels, VK_FORMAT_R32_SINT},             // starts
+constexpr std::array<BindingInfo, BIND_COUNT> kBindings{{
+    {kUniform, VK_FORMAT_UNDEFINED},           // params
+    {kTexels, VK_FORMAT_R32G32B32A32_SFLOAT},  // primitives
+    {kTexels, VK_FORMAT_R32G32B32A32_SFLOAT},  // materials
+    {kTexels, VK_FORMAT_R32G32B32A32_SINT},    // nodes
+    {kTexels, VK_FORMAT_R32G32B32A32_SFLOAT},  // triangles
+    {kTexels, VK_FORMAT_R32G32B32A32_SFLOAT},  // corners
+    {kTexels, VK_FORMAT_R32G32B32A32_SFLOAT},  // lens grid
+    {kTexels, VK_FORMAT_R32G32B32A32_SFLOAT},  // projector grid
+    {kTexels, VK_FORMAT_R32G32B32A32_SFLOAT},  // samples
+    {kTexels, VK_FORMAT_R32G32B32A32_UINT},    // sobol
+    {kTexels, VK_FORMAT_R32_SFLOAT},           // waveforms
+    {kTexels, VK_FORMAT_R32_UINT},             // blocks
+    {kStorage, VK_FORMAT_UNDEFINED},           // output
+    {kStorage, VK_FORMAT_UNDEFINED},           // objects
+    {kStorage, VK_FORMAT_UNDEFINED},           // status
+    {kTexels, VK_FORMAT_R32_UINT},             // pixels
+    {kTexels, VK_FORMAT_R32G32B32A32_SFLOAT},  // probe, read
+    {kStorage, VK_FORMAT_UNDEFINED},           // probe, written: the same memory
+    {kTexels, VK_FORMAT_R32G32B32A32_SINT},    // links
+    {kTexels, VK_FORMAT_R32_SINT},             // starts
 }};
 
 std::size_t texel_bytes(VkFormat format) {
@@ -66,16 +66,16 @@ std::unique_ptr<ComputePipeline> make_kernel(VulkanDevice& device, VkPipelineCac
                                              const KernelStore::Key& key) {
   const auto& [kernel, storage_geometry, precise, constants] = key;
   std::vector<VkDescriptorType> types;
-  for (std::size_t i = 0; i < bindings.size(); ++i)
-    types.push_back(is_geometry(i) && storage_geometry ? storage : bindings[i].type);
+  for (std::size_t i = 0; i < kBindings.size(); ++i)
+    types.push_back(is_geometry(i) && storage_geometry ? kStorage : kBindings[i].type);
   const std::span<const std::uint32_t> code = kernel_code(kernel, storage_geometry, precise);
   const std::vector<std::uint32_t> own = specialised(code, constants, cache_folder());
-  constexpr auto push_bytes = static_cast<std::uint32_t>(sizeof(gpu::Push));
+  constexpr auto kPushBytes = static_cast<std::uint32_t>(sizeof(gpu::Push));
   if (!own.empty())
-    return std::make_unique<ComputePipeline>(device, own, types, std::vector<std::uint32_t>{}, push_bytes,
+    return std::make_unique<ComputePipeline>(device, own, types, std::vector<std::uint32_t>{}, kPushBytes,
                                              cache);
   return std::make_unique<ComputePipeline>(
-      device, code, types, std::vector<std::uint32_t>(constants.begin(), constants.end()), push_bytes, cache);
+      device, code, types, std::vector<std::uint32_t>(constants.begin(), constants.end()), kPushBytes, cache);
 }
 
 }  // namespace
@@ -100,13 +100,13 @@ TraceDevice::~TraceDevice() {
 Buffer& TraceDevice::reserve(std::size_t binding, std::size_t bytes) {
   auto& slot = buffers_[binding];
   if (slot && slot->bytes() >= bytes) return *slot;
-  const bool as_storage = bindings[binding].type == storage || (is_geometry(binding) && storage_geometry_);
-  const bool as_uniform = bindings[binding].type == uniform;
+  const bool as_storage = kBindings[binding].type == kStorage || (is_geometry(binding) && storage_geometry_);
+  const bool as_uniform = kBindings[binding].type == kUniform;
   VkBufferUsageFlags usage = as_storage   ? VK_BUFFER_USAGE_STORAGE_BUFFER_BIT
                              : as_uniform ? VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT
                                           : VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
   if (binding == BIND_PROBE) usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-  const VkFormat format = as_storage || as_uniform ? VK_FORMAT_UNDEFINED : bindings[binding].format;
+  const VkFormat format = as_storage || as_uniform ? VK_FORMAT_UNDEFINED : kBindings[binding].format;
   if (format != VK_FORMAT_UNDEFINED && bytes / texel_bytes(format) > vulkan_.limits().maxTexelBufferElements)
     throw UserError(ExitCode::device, vulkan_.info().name,
                     fmt::format("a table of {} elements exceeds its texel buffers ({})",

@@ -15,7 +15,7 @@
 namespace fringetwin::render {
 
 /// The most memory that the sums of one dispatch may take.
-constexpr std::size_t most_output_bytes = 64U << 20;
+constexpr std::size_t kMostOutputBytes = 64U << 20;
 
 class TraceDevice {
  public:

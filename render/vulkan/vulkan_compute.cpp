@@ -10,7 +10,7 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr VkMemoryPropertyFlags mappable =
+constexpr VkMemoryPropertyFlags kMappable =
     VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
 
 // Orders host writes before and device writes after by one barrier for everything, cheap at our few
@@ -20,26 +20,27 @@ void full_barrier(VkCommandBuffer commands) {
   barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
   barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT | VK_ACCESS_HOST_WRITE_BIT;
   barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT | VK_ACCESS_HOST_READ_BIT;
-  constexpr VkPipelineStageFlags stages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT;
-  vkCmdPipelineBarrier(commands, stages, stages, 0, 1, &barrier, 0, nullptr, 0, nullptr);
+  constexpr VkPipelineStageFlags kStages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT;
+  vkCmdPipelineBarrier(commands, kStages, kStages, 0, 1, &barrier, 0, nullptr, 0, nullptr);
 }
 
 }  // namespace
 
 Buffer::Buffer(VulkanDevice& device, std::size_t bytes, VkBufferUsageFlags usage, VkFormat texel_format)
     : Buffer(device, std::max<std::size_t>(bytes, 16)) {
-  constexpr double mb = 1024.0 * 1024.0;
+  constexpr double kMb = 1024.0 * 1024.0;
   if ((usage & VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) && bytes_ > device.limits().maxStorageBufferRange)
-    throw UserError(ExitCode::device, device.info().name,
-                    fmt::format("a table of {:.0f} MB exceeds its storage buffers ({:.0f} MB)",
-                                static_cast<double>(bytes_) / mb, device.limits().maxStorageBufferRange / mb),
-                    "use another device or a coarser mesh");
+    throw UserError(
+        ExitCode::device, device.info().name,
+        fmt::format("a table of {:.0f} MB exceeds its storage buffers ({:.0f} MB)",
+                    static_cast<double>(bytes_) / kMb, device.limits().maxStorageBufferRange / kMb),
+        "use another device or a coarser mesh");
   const bool direct = device.has_mappable_device_memory();
   VkBufferUsageFlags transfer = 0;
   if (!direct) transfer = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
   VkMemoryPropertyFlags required = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, preferred = 0;
   if (direct) {
-    required |= mappable;
+    required |= kMappable;
     preferred = VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
   }
   allocate(usage | transfer, required, preferred, main_);
@@ -78,7 +79,7 @@ void Buffer::allocate(VkBufferUsageFlags usage, VkMemoryPropertyFlags required,
   memory.memoryTypeIndex = device_.memory_type(needs.memoryTypeBits, required, preferred);
   vk_check(vkAllocateMemory(device_.handle(), &memory, nullptr, &a.memory), "vkAllocateMemory");
   vk_check(vkBindBufferMemory(device_.handle(), a.buffer, a.memory, 0), "vkBindBufferMemory");
-  if ((required & mappable) == mappable) {
+  if ((required & kMappable) == kMappable) {
     void* p = nullptr;
     vk_check(vkMapMemory(device_.handle(), a.memory, 0, VK_WHOLE_SIZE, 0, &p), "vkMapMemory");
     a.mapped = static_cast<std::byte*>(p);
@@ -106,7 +107,7 @@ void Buffer::upload(std::span<const std::byte> data) {
     return;
   }
   if (!staging_.buffer)
-    allocate(VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, mappable,
+    allocate(VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, kMappable,
              VK_MEMORY_PROPERTY_HOST_CACHED_BIT, staging_);
   std::memcpy(staging_.mapped, data.data(), data.size());
   device_.run([&](VkCommandBuffer commands) {
@@ -129,7 +130,7 @@ const std::byte* Buffer::read(std::size_t bytes) {
   FT_CHECK(bytes <= bytes_, "read beyond the buffer");
   if (main_.mapped) return main_.mapped;
   if (!staging_.buffer)
-    allocate(VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, mappable,
+    allocate(VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, kMappable,
              VK_MEMORY_PROPERTY_HOST_CACHED_BIT, staging_);
   device_.run([&](VkCommandBuffer commands) {
     full_barrier(commands);

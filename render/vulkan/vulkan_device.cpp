@@ -16,7 +16,7 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr std::uint32_t wanted_api = VK_API_VERSION_1_2;
+constexpr std::uint32_t kWantedApi = VK_API_VERSION_1_2;
 
 std::string environment(const char* name) {
   const char* value = std::getenv(name);
@@ -72,9 +72,9 @@ bool has_compute_queue(VkPhysicalDevice device, std::uint32_t* family) {
   return false;
 }
 
-constexpr std::array ray_query_extensions{VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                          VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-                                          VK_KHR_RAY_QUERY_EXTENSION_NAME};
+constexpr std::array kRayQueryExtensions{VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                         VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                         VK_KHR_RAY_QUERY_EXTENSION_NAME};
 
 // The features that a ray query takes, as a chain for asking and for enabling.
 struct RayQueryFeatures {
@@ -104,7 +104,7 @@ bool offers_ray_query(VkPhysicalDevice device) {
   std::vector<VkExtensionProperties> offered(n);
   vk_check(vkEnumerateDeviceExtensionProperties(device, nullptr, &n, offered.data()),
            "vkEnumerateDeviceExtensionProperties");
-  for (const char* name : ray_query_extensions)
+  for (const char* name : kRayQueryExtensions)
     if (std::none_of(offered.begin(), offered.end(),
                      [name](const auto& e) { return std::strcmp(e.extensionName, name) == 0; }))
       return false;
@@ -133,7 +133,7 @@ VulkanInstance::VulkanInstance() : VulkanInstance(Empty{}) {
   VkApplicationInfo app{};
   app.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
   app.pApplicationName = "fringetwin";
-  app.apiVersion = wanted_api;
+  app.apiVersion = kWantedApi;
   VkInstanceCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
   create.pApplicationInfo = &app;
@@ -182,7 +182,7 @@ std::vector<VkPhysicalDevice> VulkanInstance::devices() const {
     VkPhysicalDeviceProperties p;
     vkGetPhysicalDeviceProperties(d, &p);
     std::uint32_t family = 0;
-    return p.apiVersion < wanted_api || !has_compute_queue(d, &family);
+    return p.apiVersion < kWantedApi || !has_compute_queue(d, &family);
   });
   return all;
 }
@@ -282,8 +282,8 @@ void VulkanDevice::create_device(std::uint32_t family, bool ray_query) {
   create.pQueueCreateInfos = &queue;
   if (has_ray_query_) {
     create.pNext = &ray_query_features.query;
-    create.enabledExtensionCount = static_cast<std::uint32_t>(ray_query_extensions.size());
-    create.ppEnabledExtensionNames = ray_query_extensions.data();
+    create.enabledExtensionCount = static_cast<std::uint32_t>(kRayQueryExtensions.size());
+    create.ppEnabledExtensionNames = kRayQueryExtensions.data();
   }
   vk_check(vkCreateDevice(physical_, &create, nullptr, &device_), "vkCreateDevice");
 }
@@ -305,11 +305,11 @@ std::uint32_t VulkanDevice::memory_type(std::uint32_t allowed, VkMemoryPropertyF
 
 bool VulkanDevice::has_mappable_device_memory() const {
   if (environment("FRINGETWIN_STAGING") == "1") return false;
-  constexpr VkMemoryPropertyFlags flags =
+  constexpr VkMemoryPropertyFlags kFlags =
       VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT | VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT |
       VK_MEMORY_PROPERTY_HOST_COHERENT_BIT | VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
   for (std::uint32_t i = 0; i < memory_.memoryTypeCount; ++i)
-    if ((memory_.memoryTypes[i].propertyFlags & flags) == flags) return true;
+    if ((memory_.memoryTypes[i].propertyFlags & kFlags) == kFlags) return true;
   return false;
 }
 

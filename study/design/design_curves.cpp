@@ -16,7 +16,7 @@ using report::Plot, report::Series;
 
 constexpr std::size_t kMostMarks = 300;  // of a scatter plot: each takes 100 bytes of the page
 
-const std::vector<const char*> curve_colors = {report::color::kReal,
+const std::vector<const char*> kCurveColors = {report::color::kReal,
                                                report::color::kSimulated,
                                                report::color::kThird,
                                                report::color::kFourth,
@@ -154,7 +154,7 @@ Plot level_plot(const DesignTable& table, const TableNumber& number, std::size_t
   plot.title = ", by " + b.brief;
   const std::size_t n = b.values.size();
   for (std::size_t k = 0; k < n; ++k) {
-    const Curve curve{shortened(b.names[k]), curve_colors[k],
+    const Curve curve{shortened(b.names[k]), kCurveColors[k],
                       a.numeric ? 0.0 : 0.12 * (static_cast<double>(k) - 0.5 * static_cast<double>(n - 1))};
     add_curve(a, by_level(table, number, axis, other, k), pick, curve, &plot);
     add_expected(table, number, axis, pick == pick_sigma, other, k, curve, &plot);

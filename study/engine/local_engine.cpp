@@ -45,9 +45,9 @@ class IdleWorkers {
 
 namespace {
 
-constexpr int poll_ms = 200;  // how soon Ctrl-C is noticed at the latest
-constexpr int most_false_starts = 3;
-constexpr std::size_t most_warnings = 50;
+constexpr int kPollMs = 200;  // how soon Ctrl-C is noticed at the latest
+constexpr int kMostFalseStarts = 3;
+constexpr std::size_t kMostWarnings = 50;
 
 // Says which point is next: one of the trace that the worker has, else of a trace that nobody has, else of
 // the trace with the most points left.
@@ -143,7 +143,7 @@ class LocalRun {
     for (const Worker& w : workers_)
       if (w.process)
         for (const int fd : {w.process->answers_fd(), w.process->errors_fd()}) fds.push_back({fd, POLLIN, 0});
-    poll(fds.data(), fds.size(), poll_ms);
+    poll(fds.data(), fds.size(), kPollMs);
     throw_if_cancelled();
     for (Worker& w : workers_)
       if (w.process) listen(w);
@@ -163,10 +163,10 @@ class LocalRun {
     for (const std::string& line : w.process->errors()) {
       if (line.empty()) continue;
       w.last_error = line;
-      constexpr std::string_view prefix = "fringetwin: warning: ";
+      constexpr std::string_view kPrefix = "fringetwin: warning: ";
       // Every point may give the same warning: the user is told once.
-      if (line.starts_with(prefix) && warnings_.size() < most_warnings && warnings_.insert(line).second)
-        options_.warned ? options_.warned(line.substr(prefix.size())) : warn(line.substr(prefix.size()));
+      if (line.starts_with(kPrefix) && warnings_.size() < kMostWarnings && warnings_.insert(line).second)
+        options_.warned ? options_.warned(line.substr(kPrefix.size())) : warn(line.substr(kPrefix.size()));
     }
   }
 
@@ -209,7 +209,7 @@ class LocalRun {
     const std::string end = w.process->end();
     hear_warnings(w);
     const std::string said = w.last_error.empty() ? "" : "; it said: " + w.last_error;
-    if (!w.ready && ++false_starts_ >= most_false_starts)
+    if (!w.ready && ++false_starts_ >= kMostFalseStarts)
       throw UserError(ExitCode::internal, "study", "no worker starts: it " + end + said);
     if (w.point) {
       PointOutcome lost;

@@ -73,9 +73,9 @@ Plot histogram_plot(const Quantity& q, double coverage) {
                 .style = Series::Style::line,
                 .color = report::color::kDifference,
                 .width = 1.4};
-  constexpr int steps = 200;
-  for (int i = 0; i <= steps; ++i) {
-    const double x = 1.1 * (low + (high - low) * i / steps);
+  constexpr int kSteps = 200;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double x = 1.1 * (low + (high - low) * i / kSteps);
     normal.x.push_back(x);
     normal.y.push_back(100.0 * h.bin_width * std::exp(-0.5 * x * x / (s.sigma * s.sigma)) /
                        (s.sigma * std::sqrt(2.0 * std::numbers::pi)));

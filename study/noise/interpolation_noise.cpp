@@ -57,9 +57,9 @@ double interpolation_covariance(double distance_px) {
 
 double lattice_variance(const Eigen::Matrix2d& step_px) {
   const double pixels = std::abs(step_px.determinant());
-  constexpr double many = 16.0, most = 1e4;  // points of a pixel; more are not counted one by one
+  constexpr double kMany = 16.0, kMost = 1e4;  // points of a pixel; more are not counted one by one
   const bool dense = step_px.colwise().norm().maxCoeff() <= 1.0;
-  if (!(pixels * (dense ? many : most) > 1.0)) return 1.0 / pixels;
+  if (!(pixels * (dense ? kMany : kMost) > 1.0)) return 1.0 / pixels;
   const Eigen::Matrix2d inverse = step_px.inverse();
   const int columns = static_cast<int>(kSupport * inverse.row(0).lpNorm<1>()),
             rows = static_cast<int>(kSupport * inverse.row(1).lpNorm<1>());

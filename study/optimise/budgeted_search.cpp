@@ -13,8 +13,8 @@
 namespace fringetwin::study {
 namespace {
 
-constexpr double least_step = 1e-3;    // of the box
-constexpr std::size_t most_draws = 8;  // of Sobol's points for each that is wanted, where values repeat
+constexpr double kLeastStep = 1e-3;    // of the box
+constexpr std::size_t kMostDraws = 8;  // of Sobol's points for each that is wanted, where values repeat
 
 class Search {
  public:
@@ -64,7 +64,7 @@ class Search {
     const std::size_t wanted = (plan_.evaluations + 1) / 2;
     std::vector<Place> places;
     std::set<Place> seen;
-    for (Place place : scrambled_sobol(static_cast<int>(most_draws * wanted),
+    for (Place place : scrambled_sobol(static_cast<int>(kMostDraws * wanted),
                                        static_cast<int>(plan_.values.size()), plan_.seed)) {
       if (places.size() == wanted) break;
       for (std::size_t d = 0; d < place.size(); ++d)
@@ -109,8 +109,8 @@ class Search {
           }
           return scale.of(out_.tried[known_.at(place)].assessment);
         },
-        std::move(start), plan_.constraints, step_, least_step);
-    step_ = std::max(0.25 * step_, 4.0 * least_step);  // of a next one
+        std::move(start), plan_.constraints, step_, kLeastStep);
+    step_ = std::max(0.25 * step_, 4.0 * kLeastStep);  // of a next one
   }
 
   /// Tries the neighbours of the best place: one value up or down in each list.

@@ -11,7 +11,7 @@ namespace fringetwin::study {
 namespace {
 
 // No text of the user's can hold it: < is escaped.
-const std::string mark_begin = "<!--figure ", mark_end = "-->";
+const std::string kMarkBegin = "<!--figure ", kMarkEnd = "-->";
 
 /// Returns a text as the name of a file: letters, digits, . and _ as they are, the rest as -.
 std::string file_name(const std::string& text) {
@@ -32,7 +32,7 @@ std::string file_name(const std::string& text) {
 std::string FigureSheet::place(const std::string& name, const report::Drawing& drawing) {
   names_.push_back(name);
   drawings_.push_back(drawing);
-  return fmt::format("{}{}{}", mark_begin, drawings_.size() - 1, mark_end);
+  return fmt::format("{}{}{}", kMarkBegin, drawings_.size() - 1, kMarkEnd);
 }
 
 std::string FigureSheet::row(const std::vector<std::string>& placed) {
@@ -53,11 +53,11 @@ StudyReport FigureSheet::finish(const std::string& html) const {
     out.figures.emplace_back(name, report::standalone_svg(svgs[i]));
   }
   std::size_t at = 0;
-  for (std::size_t mark; (mark = html.find(mark_begin, at)) != std::string::npos;) {
+  for (std::size_t mark; (mark = html.find(kMarkBegin, at)) != std::string::npos;) {
     out.html.append(html, at, mark - at);
-    const std::size_t digits = mark + mark_begin.size(), end = html.find(mark_end, digits);
+    const std::size_t digits = mark + kMarkBegin.size(), end = html.find(kMarkEnd, digits);
     out.html += svgs.at(parse_number<std::size_t>(html.substr(digits, end - digits)).value());
-    at = end + mark_end.size();
+    at = end + kMarkEnd.size();
   }
   out.html.append(html, at);
   return out;

@@ -46,12 +46,12 @@ Totals totals(const std::vector<StoredPoint>& rows) {
 }
 
 std::string some(const std::set<std::string>& all) {
-  constexpr std::size_t most = 4;
+  constexpr std::size_t kMost = 4;
   std::vector<std::string> out;
   for (const std::string& name : all)
-    if (out.size() < most) out.push_back(name.empty() ? "?" : name);
+    if (out.size() < kMost) out.push_back(name.empty() ? "?" : name);
   return fmt::format("{}{}", fmt::join(out, ", "),
-                     all.size() > most ? fmt::format(" and {} more", all.size() - most) : "");
+                     all.size() > kMost ? fmt::format(" and {} more", all.size() - kMost) : "");
 }
 
 }  // namespace
@@ -92,10 +92,10 @@ void add_failures(const StudyRecord& study, report::Page* page) {
   std::vector<std::pair<std::string, Reason>> order(reasons.begin(), reasons.end());
   std::stable_sort(order.begin(), order.end(),
                    [](const auto& a, const auto& b) { return a.second.n > b.second.n; });
-  constexpr std::size_t most = 20;
+  constexpr std::size_t kMost = 20;
   report::Table table;
   table.columns = {{"runs", ""}, {"first id", ""}, {"reason", "", Align::left}};
-  for (std::size_t i = 0; i < std::min(most, order.size()); ++i)
+  for (std::size_t i = 0; i < std::min(kMost, order.size()); ++i)
     table.add_row({std::to_string(order[i].second.n), std::to_string(order[i].second.first), order[i].first});
   const std::string shown = shown_of(table.rows.size(), order.size());
   const std::string body = fmt::format(

@@ -17,10 +17,10 @@ namespace {
 
 using report::Json;
 
-const std::vector<std::string> name_keys{"object", "camera", "name"};
+const std::vector<std::string> kNameKeys{"object", "camera", "name"};
 
 std::string name_of(const Json& entry) {
-  for (const std::string& key : name_keys)
+  for (const std::string& key : kNameKeys)
     if (entry.is_object() && entry.contains(key) && entry[key].is_string())
       return entry[key].get<std::string>();
   return "";

@@ -35,10 +35,10 @@ std::vector<std::string> read_study_keys(const TomlTable& table, std::set<std::s
   if (keys.empty()) table.fail(name, "must name one key or more");
   for (const std::string& key : keys)
     if (!taken->insert(key).second) table.fail(name, fmt::format("names \"{}\" a second time", key));
-  constexpr std::string_view exposure = ".exposure_ms";
+  constexpr std::string_view kExposure = ".exposure_ms";
   for (const std::string& key : keys) {
-    if (!key.ends_with(exposure)) continue;
-    const std::string gain = key.substr(0, key.size() - exposure.size()) + ".gain_dn";
+    if (!key.ends_with(kExposure)) continue;
+    const std::string gain = key.substr(0, key.size() - kExposure.size()) + ".gain_dn";
     if (std::find(keys.begin(), keys.end(), gain) == keys.end())
       table.fail(name, fmt::format("\"{}\" alone changes no gray value", key),
                  fmt::format("give the gain that goes with it: keys = [\"{}\", \"{}\"] and rows", key, gain));

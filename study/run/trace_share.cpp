@@ -23,9 +23,9 @@ bool is_one_of(std::string_view key, std::initializer_list<std::string_view> key
 // What follows "camera.NAME." or "camera[0].", else nothing. A name with a point in it gives a remainder that
 // is no key of a camera, or one of a table of another camera's: neither is taken for harmless below.
 std::string_view key_of_camera(std::string_view path) {
-  constexpr std::string_view camera = "camera";
-  if (!path.starts_with(camera)) return {};
-  path.remove_prefix(camera.size());
+  constexpr std::string_view kCamera = "camera";
+  if (!path.starts_with(kCamera)) return {};
+  path.remove_prefix(kCamera.size());
   const auto begin = path.find('.', path.starts_with('.') ? 1 : 0);
   return begin == std::string_view::npos ? std::string_view() : path.substr(begin + 1);
 }

@@ -20,10 +20,10 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr int most_deaths = 3;  // of a task with the same point in progress
-constexpr int most_fruitless_rounds = 3;
-constexpr std::size_t most_warnings = 50;
-constexpr auto patience_with_cancelled = 10s;
+constexpr int kMostDeaths = 3;  // of a task with the same point in progress
+constexpr int kMostFruitlessRounds = 3;
+constexpr std::size_t kMostWarnings = 50;
+constexpr auto kPatienceWithCancelled = 10s;
 
 /// Returns a name that depends on what is run, not on how much of it is done: the same study comes back to
 /// its folder.
@@ -130,7 +130,7 @@ class SlurmRun {
       throw Cancelled();
     }
     for (const auto& [id, death] : batch_.deaths())
-      if (death.times >= most_deaths && death.alone && left_.contains(id)) {
+      if (death.times >= kMostDeaths && death.alone && left_.contains(id)) {
         PointOutcome lost;
         lost.id = id;
         lost.failed = true;
@@ -139,7 +139,7 @@ class SlurmRun {
       }
     fruitless_ = left_.size() < left_before ? 0 : fruitless_ + (was_ended ? 0 : 1);
     const std::string fate = round.fate();
-    if (fruitless_ >= most_fruitless_rounds)
+    if (fruitless_ >= kMostFruitlessRounds)
       throw UserError(ExitCode::device, fmt::format("Slurm job {}", watch_.job().id),
                       fmt::format("{} times no task has finished a point: {}", fruitless_, fate),
                       "the program, the twin and the output folder must lie on a disk that the nodes share "
@@ -156,7 +156,7 @@ class SlurmRun {
     for (const PointOutcome& outcome : news.outcomes)
       if (left_.contains(outcome.id)) finish(outcome);
     for (const std::string& text : news.warnings)
-      if (warnings_.size() < most_warnings && warnings_.insert(text).second) warn(text);
+      if (warnings_.size() < kMostWarnings && warnings_.insert(text).second) warn(text);
     if (news.unfit && watching_)
       throw UserError(static_cast<ExitCode>(news.unfit->exit_code), "node " + news.unfit->host,
                       news.unfit->sentence);
@@ -188,7 +188,7 @@ class SlurmRun {
                        id.empty() ? "--name=" + job : id));
     try {
       round->end(true, watch_.states());
-      for (const auto until = Clock::now() + patience_with_cancelled; Clock::now() < until;) {
+      for (const auto until = Clock::now() + kPatienceWithCancelled; Clock::now() < until;) {
         std::string why;
         const auto now = slurm::find_job(round->job_name, &why);
         if (!now || !now->alive()) break;

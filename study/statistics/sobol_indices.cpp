@@ -65,7 +65,6 @@ std::vector<SobolIndex> with_intervals(const std::vector<double>& values,
 
 SobolIndices sobol_indices(const SobolSample& sample, double coverage, std::uint64_t seed,
                            std::size_t resamples) {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   FT_CHECK(sample.b.size() == sample.a.size(), "as many rows of b as of a");
   for (const std::vector<double>& ab : sample.a_with_b)
     FT_CHECK(ab.size() == sample.a.size(), "as many rows of every factor as of a");
@@ -74,8 +73,8 @@ SobolIndices sobol_indices(const SobolSample& sample, double coverage, std::uint
   const std::size_t factors = sample.a_with_b.size();
   SobolIndices out;
   out.rows = rows.size();
-  out.variance = nan;
-  out.first.assign(factors, {nan, {nan, nan}});
+  out.variance = kNan;
+  out.first.assign(factors, {kNan, {kNan, kNan}});
   out.total = out.first;
   if (rows.size() < 2) return out;
   const Estimate whole = estimate(sample, rows);

@@ -99,12 +99,12 @@ RunningMean running_mean(const std::vector<double>& x, const std::vector<double>
   for (std::size_t i = 0; i < x.size(); ++i)
     if (std::isfinite(x[i]) && std::isfinite(y[i])) order.push_back(i);
   RunningMean out;
-  constexpr std::size_t least = 12, most_bins = 20;
-  if (order.size() < least) return out;
+  constexpr std::size_t kLeast = 12, kMostBins = 20;
+  if (order.size() < kLeast) return out;
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return x[a] < x[b]; });
   const std::size_t n = order.size();
   const std::size_t bins =
-      std::min(most_bins, std::max(std::size_t{2}, static_cast<std::size_t>(std::sqrt(n))));
+      std::min(kMostBins, std::max(std::size_t{2}, static_cast<std::size_t>(std::sqrt(n))));
   for (std::size_t b = 0; b < bins; ++b) {
     std::vector<double> xs, ys;
     for (std::size_t k = b * n / bins; k < (b + 1) * n / bins; ++k) {

@@ -31,14 +31,14 @@ Database::~Database() { sqlite3_close(handle_); }
 
 void Database::use_write_ahead_log() {
   // Two processes that both change the mode of a new file are told "locked" without any patience.
-  constexpr int pause_ms = 10;
-  for (int waited_ms = 0;; waited_ms += pause_ms) {
+  constexpr int kPauseMs = 10;
+  for (int waited_ms = 0;; waited_ms += kPauseMs) {
     const int code = sqlite3_exec(handle_, "PRAGMA journal_mode = WAL", nullptr, nullptr, nullptr);
     if ((code & 0xff) != SQLITE_BUSY || waited_ms >= kPatienceMs) {
       check(code);
       break;
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(pause_ms));
+    std::this_thread::sleep_for(std::chrono::milliseconds(kPauseMs));
   }
   run("PRAGMA synchronous = FULL");
 }

@@ -82,14 +82,14 @@ void make_tables(const Database& database, const StudyIdentity& identity, const 
 /// Returns the first difference, for the sentence about another study.
 void check_identity(const Database& database, const StudyIdentity& identity) {
   if (meta(database, "digest") == identity.digest()) return;
-  constexpr const char* hint = "give another --out: its results stay as they are";
-  if (meta(database, "study") != identity.study) database.refuse("holds another study", hint);
+  constexpr const char* kHint = "give another --out: its results stay as they are";
+  if (meta(database, "study") != identity.study) database.refuse("holds another study", kHint);
   const Json inputs = Json::parse(meta(database, "inputs"), nullptr, false);
   for (const auto& [name, sha256] : identity.inputs)
     if (inputs.is_object() && inputs.contains(name) && inputs[name] != sha256)
       database.refuse(fmt::format("holds results of another {}", name),
                       "the file has changed since; give another --out");
-  database.refuse("holds results of other input files", hint);
+  database.refuse("holds results of other input files", kHint);
 }
 
 }  // namespace

@@ -18,16 +18,16 @@ using Eigen::Vector3d;
 
 /// rms of facet_error is this times radius / frequency^2: sqrt(1/60)/4 L^2/r over an equilateral triangle of
 /// side L, of which 20 frequency^2 cover the sphere, and some more because they differ in size (tested).
-constexpr double facet_factor = 0.055;
+constexpr double kFacetFactor = 0.055;
 /// Facets below 1/20 of the form or 0.1 um, whichever is larger; at most 196,020 triangles. Two edges a
 /// radian for each degree leave 1/50 of the highest degree.
-constexpr double share_of_form = 0.05, least_facet_error_mm = 1e-4;
-constexpr int most_frequency = 99;
+constexpr double kShareOfForm = 0.05, kLeastFacetErrorMm = 1e-4;
+constexpr int kMostFrequency = 99;
 
 int frequency(double radius_mm, const FormSpread& spread) {
-  const double error_mm = std::max(share_of_form * spread.rms_mm, least_facet_error_mm);
-  return std::clamp(static_cast<int>(std::ceil(std::sqrt(facet_factor * radius_mm / error_mm))),
-                    2 * spread.high, most_frequency);
+  const double error_mm = std::max(kShareOfForm * spread.rms_mm, kLeastFacetErrorMm);
+  return std::clamp(static_cast<int>(std::ceil(std::sqrt(kFacetFactor * radius_mm / error_mm))),
+                    2 * spread.high, kMostFrequency);
 }
 
 std::size_t index(int l, int m) { return static_cast<std::size_t>(l * l + l + m); }
@@ -43,10 +43,10 @@ const std::array<Vector3d, 12>& icosahedron() {
   }();
   return corners;
 }
-constexpr int faces[20][3] = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
-                              {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
-                              {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
-                              {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
+constexpr int kFaces[20][3] = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                               {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                               {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                               {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
 
 /// Directions and triangles of the icosahedron whose edges are cut into `f` parts.
 struct Geodesic {
@@ -58,7 +58,7 @@ struct Geodesic {
     const auto at = [&](int i, int j) {  // i from the first corner, j to the side
       return row[static_cast<std::size_t>(i * (i + 1) / 2 + j)];
     };
-    for (const auto& face : faces) {
+    for (const auto& face : kFaces) {
       for (int i = 0; i <= f; ++i)
         for (int j = 0; j <= i; ++j)
           row[static_cast<std::size_t>(i * (i + 1) / 2 + j)] =
@@ -145,7 +145,7 @@ double SphereForm::at(const Vector3d& n) const {
 
 double facet_error_mm(double radius_mm, const FormSpread& spread) {
   const int f = frequency(radius_mm, spread);
-  return facet_factor * radius_mm / (f * f);
+  return kFacetFactor * radius_mm / (f * f);
 }
 
 std::shared_ptr<const Mesh> form_mesh(double radius_mm, const FormSpread& spread, const SphereForm& form) {

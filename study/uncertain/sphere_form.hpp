@@ -13,7 +13,7 @@ namespace fringetwin::study {
 
 /// Degrees and size of a deviation. Degree 0 is the radius, 1 the place: neither is form.
 struct FormSpread {
-  static constexpr int least_degree = 2, most_degree = 40;
+  static constexpr int kLeastDegree = 2, kMostDegree = 40;
   double rms_mm = 0.0;  ///< over the sphere, in expectation
   int low = 2, high = 12;
 };

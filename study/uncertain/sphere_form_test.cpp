@@ -68,7 +68,7 @@ TEST(SphereForm, HarmonicsAreOrthonormal) {
 }
 
 TEST(SphereForm, HarmonicsAreThoseOfTheStandardLibrary) {
-  constexpr int degree = FormSpread::most_degree;
+  constexpr int degree = FormSpread::kMostDegree;
   for (const double theta : {1e-3, 0.4, 1.5, 2.9, pi - 1e-3})
     for (const double phi : {0.0, 0.7, 4.0}) {
       const Vector3d n(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));

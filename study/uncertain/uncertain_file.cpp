@@ -25,7 +25,7 @@ UncertainForm read_form(const TomlTable& table, const TomlTable& twin, std::set<
   out.spread.rms_mm = table.required_number("rms_mm", NumberRange::positive(1e-6));
   if (table.has("degrees")) {
     const Eigen::VectorXd degrees =
-        *table.vector("degrees", 2, NumberRange::between(FormSpread::least_degree, FormSpread::most_degree));
+        *table.vector("degrees", 2, NumberRange::between(FormSpread::kLeastDegree, FormSpread::kMostDegree));
     if (degrees != degrees.array().round().matrix() || degrees[0] > degrees[1])
       table.fail("degrees", "must be two whole numbers, the second not below the first");
     out.spread.low = static_cast<int>(degrees[0]);

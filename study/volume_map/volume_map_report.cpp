@@ -18,7 +18,7 @@ using report::Align, report::number, report::Plot, report::Series;
 
 constexpr std::size_t kMostSlices = 7, kMostWhiskers = 60, kMostListed = 300, kMostSpacings = 400;
 
-const std::vector<std::pair<const char*, const char*>> map_numbers = {
+const std::vector<std::pair<const char*, const char*>> kMapNumbers = {
     {"x_mm", "error of the centre along x"},     {"y_mm", "error of the centre along y"},
     {"z_mm", "error of the centre along z"},     {"size_mm", "error of the diameter"},
     {"form_mm", "form, range of the residuals"}, {"form_95_mm", "form, range of 95 % of the residuals"}};
@@ -192,7 +192,7 @@ std::string worst_table(const VolumeMapPlan& plan, const VolumeMap& map) {
                  {"at", "mm", Align::left},
                  {"largest sigma", ""},
                  {"at", "mm", Align::left}};
-  for (const auto& [name, words] : map_numbers) {
+  for (const auto& [name, words] : kMapNumbers) {
     const auto worst = map.worst.find(name);
     if (worst == map.worst.end()) continue;
     const MapPosition &mean = map.positions[worst->second.mean], &sigma = map.positions[worst->second.sigma];
@@ -220,11 +220,11 @@ std::string worst_table(const VolumeMapPlan& plan, const VolumeMap& map) {
 std::string positions_table(const VolumeMap& map) {
   report::Table out;
   out.columns = {{"position", "mm", Align::left}, {"trials", ""}, {"failed", ""}};
-  for (const auto& [name, words] : map_numbers) out.columns.push_back({name, "mean ± sigma"});
+  for (const auto& [name, words] : kMapNumbers) out.columns.push_back({name, "mean ± sigma"});
   for (std::size_t i = 0; i < std::min(map.positions.size(), kMostListed); ++i) {
     const MapPosition& p = map.positions[i];
     std::vector<std::string> row = {place_text(p.center_mm), std::to_string(p.n), std::to_string(p.failed)};
-    for (const auto& [name, words] : map_numbers) {
+    for (const auto& [name, words] : kMapNumbers) {
       const MapNumber* n = number_at(p, name);
       row.push_back(n ? number(n->mean, 3) + " ± " + number(n->sigma, 2) : "–");
     }
@@ -274,7 +274,7 @@ StudyReport volume_map_report(const StudyRecord& study, const VolumeMapPlan& pla
   add_failures(study, &page);
   if (const std::string spacing = spacing_figures(map, plan.coverage, &sheet); !spacing.empty())
     page.sections.push_back({"spacing", "Spacing", spacing});
-  for (const auto& [name, words] : map_numbers)
+  for (const auto& [name, words] : kMapNumbers)
     if (any_has(map, name))
       page.sections.push_back({std::string("map-") + name, name, slices(plan, map, name, words, &sheet)});
   return sheet.finish(page.html());
