@@ -36,7 +36,12 @@ RenderNote example_note() {
 Provenance example_provenance() {
   const auto file = std::filesystem::temp_directory_path() / "fringetwin_result_json_input";
   std::ofstream(file) << "abc";
-  return {{"fringetwin", "cosim", "twin \"ä\".toml"}, "0.1.0", {file}, "llvmpipe", {example_note()}, 7};
+  return {{"fringetwin", "cosim", "twin \"ä\".toml"},
+          "0.1.0",
+          sha256_of_files({file}),
+          "llvmpipe",
+          {example_note()},
+          7};
 }
 
 Json parse(const std::string& text) {
