@@ -14,9 +14,7 @@ report::Table field_table(const std::vector<Field>& all, const std::vector<const
 
 template <class Row>
 report::Table field_table(const std::vector<Row>& rows) {
-  std::vector<const void*> addresses;
-  for (const Row& row : rows) addresses.push_back(&row);
-  return field_table(fields<Row>(), addresses);
+  return field_table(fields<Row>(), row_addresses(rows));
 }
 
 }  // namespace fringetwin::compare

@@ -19,7 +19,6 @@ namespace {
 using report::Align;
 using report::fixed;
 using report::number;
-using report::Table;
 
 std::string chi2_text(double chi2, double limit) {
   return std::isfinite(chi2) ? fmt::format("{} (≤ {})", number(chi2, 3), number(limit, 3)) : "–";
@@ -67,7 +66,7 @@ std::string map_of_regions(const ExplainedRow& row) {
 
 std::string explained_summary_html(const Comparison& c) {
   if (c.explained.empty()) return "";
-  Table table;
+  report::Table table;
   table.caption =
       "Is the difference as large as the stated budget allows? χ² over single values, and over means of "
       "regions, "
@@ -102,7 +101,7 @@ std::string explained_html(const Comparison& c) {
 
 std::string causes_html(const Comparison& c) {
   if (c.causes.rows.empty()) return "";
-  Table table;
+  report::Table table;
   table.caption = fmt::format(
       "χ² per gray value is {} after gain and black level; what exceeds 1 is split here. Each cause is "
       "fitted to the "
@@ -141,7 +140,7 @@ std::string causes_html(const Comparison& c) {
 std::string refinement_html(const Comparison& c) {
   if (!c.refinement) return "";
   const Refinement& r = *c.refinement;
-  Table table = field_table(r.rows);
+  report::Table table = field_table(r.rows);
   table.caption = fmt::format(
       "Fitted to the real gray values of all phase steps before this comparison ({} steps{}): χ² per gray "
       "value {} → "

@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include "compare/page/field_table.hpp"
 #include "compare/page/report_parts.hpp"
+#include "compare/result/tables.hpp"
 #include "report/cloud_canvas.hpp"
 #include "report/provenance.hpp"
 #include "report/table.hpp"
@@ -65,8 +67,19 @@ std::string footer_html(const Twin& twin, const Provenance& p) {
          "real.</p>";
 }
 
-void add(Page& page, const char* id, const char* title, const std::string& body) {
+void add(Page& page, const std::string& id, const std::string& title, const std::string& body) {
   if (!body.empty()) page.sections.push_back({id, title, body});
+}
+
+/// Adds a section for every table of the result that says it is one.
+void add_plain_tables(Page& page, const Comparison& c) {
+  for (const Table& of : tables()) {
+    if (of.heading.empty()) continue;
+    const std::vector<const void*> rows = of.rows_of_comparison(c);
+    report::Table table = field_table(of.fields(), rows);
+    table.caption = of.caption;
+    add(page, of.key, of.heading, rows.empty() ? "" : table.html());
+  }
 }
 
 std::string subtitle(const Twin& twin, const ReportInput& in) {
@@ -106,7 +119,7 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   add(page, "phase", "Phase", phase_table + phase_budget_html(comparison) + phase_figures_html(in));
   add(page, "deviation", "Deviation from the fitted surface", geometry_figures_html(in));
   add(page, "explained", "Uncertainty budget", explained_html(comparison));
-  add(page, "gray", "Gray differences per image", gray_table_html(comparison));
+  add_plain_tables(page, comparison);
   add(page, "timing", "Timing", timing_html(timing_s));
   page.footer_html = footer_html(twin, provenance);
   page.script = report::cloud_script();

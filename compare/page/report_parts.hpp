@@ -30,7 +30,6 @@ struct ReportInput {
 std::string verdict_html(const Comparison& c);
 std::string fits_html(const ReportInput& in);
 std::string gain_table_html(const Comparison& c);
-std::string gray_table_html(const Comparison& c);
 std::string budget_html(const Comparison& c);
 std::string phase_table_html(const Comparison& c);
 std::string phase_budget_html(const Comparison& c);

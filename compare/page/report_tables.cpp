@@ -18,7 +18,6 @@ using report::Align;
 using report::fixed;
 using report::number;
 using report::signed_fixed;
-using report::Table;
 
 /// A scalar of one side with its standard error.
 struct Entry {
@@ -72,7 +71,8 @@ double value_of(const std::map<std::string, double>& numbers,
   return at == vectors.end() ? kUnknown : at->second[component];
 }
 
-void add_fit_row(Table& table, const FitRow& row, const std::string& key, int component, bool estimates) {
+void add_fit_row(report::Table& table, const FitRow& row, const std::string& key, int component,
+                 bool estimates) {
   auto [name, unit] = split_unit(key);
   if (component >= 0) name += fmt::format(" {}", "xyz"[component]);
   const Entry s = entry(row.simulated, key, component), r = entry(row.real, key, component);
@@ -134,7 +134,7 @@ std::string verdict_html(const Comparison& c) {
     return "<p>No acceptance limits are set in the twin (<code>[limits]</code>): nothing was judged here. "
            "The key "
            "<code>verdict</code> of result.json says \"pass\" because no limit is broken.</p>";
-  Table table;
+  report::Table table;
   table.columns = {{"quantity", "", Align::left},
                    {"meaning", "", Align::left},
                    {"value", "", Align::right},
@@ -152,7 +152,7 @@ std::string verdict_html(const Comparison& c) {
 
 std::string fits_html(const ReportInput& in) {
   if (in.comparison.fits.empty()) return "";
-  Table table;
+  report::Table table;
   table.caption =
       "Values with one standard error where it is known; z = difference / combined standard error. Fits "
       "leave out "
@@ -200,7 +200,7 @@ std::string fits_html(const ReportInput& in) {
 
 std::string gain_table_html(const Comparison& c) {
   if (c.gain.empty()) return "";
-  Table table = field_table(c.gain);
+  report::Table table = field_table(c.gain);
   table.caption =
       "DN = gain · E + black level, Huber fit over all usable gray values of the phase steps; before = the "
       "twin's "
@@ -219,17 +219,10 @@ std::string gain_table_html(const Comparison& c) {
          "values.</p>";
 }
 
-std::string gray_table_html(const Comparison& c) {
-  if (c.gray.empty()) return "";
-  Table table = field_table(c.gray);
-  table.caption = "(gain · E + black level) − real gray value, per image.";
-  return table.html();
-}
-
 std::string budget_html(const Comparison& c) {
   std::string html;
   for (const GrayBudget& b : c.gray_budget) {
-    Table table;
+    report::Table table;
     table.caption =
         fmt::format("Camera {}: variance of real − fitted gray values, split (n = {} values of {} pixels)",
                     b.camera, report::count(b.n), report::count(b.n_pixels));
@@ -271,7 +264,7 @@ std::string budget_html(const Comparison& c) {
 
 std::string phase_table_html(const Comparison& c) {
   if (c.phase.empty()) return "";
-  Table table = field_table(c.phase);
+  report::Table table = field_table(c.phase);
   table.caption = "Absolute phase at the finest pitch, simulated − real, where both are valid.";
   return table.html();
 }
@@ -279,7 +272,7 @@ std::string phase_table_html(const Comparison& c) {
 std::string phase_budget_html(const Comparison& c) {
   std::string html;
   for (const PhaseBudget& b : c.phase_budget) {
-    Table table;
+    report::Table table;
     table.caption =
         fmt::format("Camera {}, direction {}: mean square of the phase difference, split (n = {})", b.camera,
                     b.direction, report::count(b.n));
@@ -318,7 +311,7 @@ std::string phase_budget_html(const Comparison& c) {
 
 std::string timing_html(const std::map<std::string, double>& timing_s) {
   if (timing_s.empty()) return "";
-  Table table;
+  report::Table table;
   table.columns = {{"stage", "", Align::left}, {"time", "s"}};
   for (const auto& [stage, seconds] : timing_s) table.add_row({stage, fixed(seconds, 3)});
   return table.html();

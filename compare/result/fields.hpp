@@ -140,6 +140,13 @@ report::Json rows_json(const std::vector<Row>& rows) {
   return out;
 }
 
+template <class Row>
+std::vector<const void*> row_addresses(const std::vector<Row>& rows) {
+  std::vector<const void*> out;
+  for (const Row& row : rows) out.push_back(&row);
+  return out;
+}
+
 template <class T>
 inline constexpr bool kIsList = false;
 template <class T>

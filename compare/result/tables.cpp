@@ -12,7 +12,9 @@ using report::Json;
 /// Makes a table whose rows are a member of Comparison.
 template <class Row>
 Table rows_of(const char* key, std::vector<Row> Comparison::*rows) {
-  return {key, true, &fields<Row>, [rows](const Comparison& c) { return rows_json(c.*rows); }, nullptr};
+  Table table{key, true, &fields<Row>, [rows](const Comparison& c) { return rows_json(c.*rows); }, nullptr};
+  table.rows_of_comparison = [rows](const Comparison& c) { return row_addresses(c.*rows); };
+  return table;
 }
 
 /// Makes the same, which a measurement writes without rows.
@@ -20,6 +22,12 @@ template <class Row>
 Table rows_or_none(const char* key, std::vector<Row> Comparison::*rows) {
   Table table = rows_of(key, rows);
   table.of_measurement = [](const Measurement&) { return Json::array(); };
+  return table;
+}
+
+/// Makes the table a section of the page.
+Table shown(Table table, const char* heading, const char* caption) {
+  table.heading = heading, table.caption = caption;
   return table;
 }
 
@@ -52,7 +60,8 @@ std::vector<Table> make_tables() {
       {"triangulation", false, &fields<Summary>, nullptr,
        [](const Measurement& m) { return row_json(m.triangulation); }},
       rows_or_none("gain", &Comparison::gain),
-      rows_or_none("gray", &Comparison::gray),
+      shown(rows_or_none("gray", &Comparison::gray), "Gray differences per image",
+            "(gain · E + black level) − real gray value, per image."),
       rows_of("gray_budget", &Comparison::gray_budget),
       rows_or_none("phase", &Comparison::phase),
       rows_of("phase_budget", &Comparison::phase_budget),

@@ -21,6 +21,12 @@ struct Table {
   std::function<report::Json(const Comparison&)> of_comparison;
   /// The same of a measurement; absent where a measurement has no such table.
   std::function<report::Json(const measure::Measurement&)> of_measurement;
+
+  /// Where the page shows the table as a plain one in a section of its own: its heading and caption. An empty
+  /// heading: the page shows it elsewhere, or not at all.
+  std::string heading = "", caption = "";
+  /// The addresses of the rows of a comparison, which that section takes; absent for a single row.
+  std::function<std::vector<const void*>(const Comparison&)> rows_of_comparison = nullptr;
 };
 
 const std::vector<Table>& tables();
