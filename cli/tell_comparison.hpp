@@ -3,7 +3,7 @@
 #pragma once
 #include <filesystem>
 
-#include "compare/result/result.hpp"
+#include "compare/result/rows.hpp"
 #include "cosim/run.hpp"
 
 namespace fringetwin::cli {

@@ -3,7 +3,7 @@
 // explain their differences, and the verdict on the limits of the twin.
 #pragma once
 #include "compare/result/options.hpp"
-#include "compare/result/result.hpp"
+#include "compare/result/rows.hpp"
 #include "compare/result/side.hpp"
 #include "twin/twin.hpp"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "compare/result/result.hpp"
+#include "compare/result/rows.hpp"
 #include "measure/measurement.hpp"
 
 namespace fringetwin::cosim {

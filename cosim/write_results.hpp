@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "compare/result/provenance.hpp"
-#include "compare/result/result.hpp"
+#include "compare/result/rows.hpp"
 #include "cosim/run.hpp"
 
 namespace fringetwin::cosim {

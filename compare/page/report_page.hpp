@@ -7,7 +7,7 @@
 
 #include "compare/result/options.hpp"
 #include "compare/result/provenance.hpp"
-#include "compare/result/result.hpp"
+#include "compare/result/rows.hpp"
 #include "compare/result/side.hpp"
 
 namespace fringetwin::compare {

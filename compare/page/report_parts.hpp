@@ -8,7 +8,7 @@
 
 #include "compare/gray/gain_fit.hpp"
 #include "compare/result/options.hpp"
-#include "compare/result/result.hpp"
+#include "compare/result/rows.hpp"
 #include "compare/result/side.hpp"
 #include "report/html_page.hpp"
 

@@ -90,28 +90,10 @@ struct Field {
   Field& items(std::size_t at_least, std::size_t at_most) { return fewest = at_least, most = at_most, *this; }
 };
 
-/// The fields of each row type, in the order of result.json. The pointer only chooses the row type.
-std::vector<Field> describe(const GainRow*);
-std::vector<Field> describe(const GrayRow*);
-std::vector<Field> describe(const GrayBudget*);
-std::vector<Field> describe(const NoiseRow*);
-std::vector<Field> describe(const ShiftRow*);
-std::vector<Field> describe(const PhaseRow*);
-std::vector<Field> describe(const PhaseBudget*);
-std::vector<Field> describe(const Indicator*);
-std::vector<Field> describe(const BudgetVerdict*);
-std::vector<Field> describe(const BudgetShare*);
-std::vector<Field> describe(const ExplainedRow*);
-std::vector<Field> describe(const CauseParameter*);
-std::vector<Field> describe(const CauseRow*);
-std::vector<Field> describe(const Causes*);
-std::vector<Field> describe(const RefinedRow*);
-std::vector<Field> describe(const Refinement*);
-std::vector<Field> describe(const LimitRow*);
-std::vector<Field> describe(const DecodeRow*);
+/// The fields of a row that comes from measure/; those of all other rows are declared in rows.hpp.
 std::vector<Field> describe(const measure::TriangulationSummary*);
 
-/// The same, made once.
+/// The fields of a row type, made once.
 template <class Row>
 const std::vector<Field>& fields() {
   static const std::vector<Field> all = describe(static_cast<const Row*>(nullptr));

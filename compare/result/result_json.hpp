@@ -7,7 +7,7 @@
 #include <string>
 
 #include "compare/result/provenance.hpp"
-#include "compare/result/result.hpp"
+#include "compare/result/rows.hpp"
 #include "measure/measurement.hpp"
 #include "twin/twin.hpp"
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Holds the rows of every table of a comparison as plain values, before they become JSON or a page. Every
-// formula is in docs/METRICS.md. A number that is unknown is NaN; differences are simulated - real.
+// Holds what one comparison of a real with a simulated side found, table by table and row by row, as plain
+// values before they become JSON or a page. Every formula is in docs/METRICS.md. A number that is unknown is
+// NaN; differences are simulated - real.
 #pragma once
 #include <Eigen/Core>
 #include <cmath>
@@ -256,5 +257,46 @@ struct Refinement {
   };
   std::vector<std::optional<Line>> texture;  ///< order of twin.cameras; empty without
 };
+
+/// The tables in the order of result.json, the verdict on the limits, and the warnings.
+struct Comparison {
+  std::vector<FitRow> fits;
+  std::vector<Indicator> indicators;
+  std::vector<GainRow> gain;
+  std::vector<GrayRow> gray;
+  std::vector<GrayBudget> gray_budget;
+  std::vector<PhaseRow> phase;
+  std::vector<PhaseBudget> phase_budget;
+  std::vector<NoiseRow> noise;
+  std::vector<ShiftRow> shift;
+  std::vector<ExplainedRow> explained;
+  Causes causes;
+  std::optional<Refinement> refinement;
+  std::vector<LimitRow> limits;
+  bool pass = true;
+  std::vector<std::string> warnings;
+};
+
+struct Field;
+/// The fields of each row type (fields.hpp), in the order of result.json. The pointer only chooses the row
+/// type.
+std::vector<Field> describe(const GainRow*);
+std::vector<Field> describe(const GrayRow*);
+std::vector<Field> describe(const GrayBudget*);
+std::vector<Field> describe(const NoiseRow*);
+std::vector<Field> describe(const ShiftRow*);
+std::vector<Field> describe(const PhaseRow*);
+std::vector<Field> describe(const PhaseBudget*);
+std::vector<Field> describe(const Indicator*);
+std::vector<Field> describe(const BudgetVerdict*);
+std::vector<Field> describe(const BudgetShare*);
+std::vector<Field> describe(const ExplainedRow*);
+std::vector<Field> describe(const CauseParameter*);
+std::vector<Field> describe(const CauseRow*);
+std::vector<Field> describe(const Causes*);
+std::vector<Field> describe(const RefinedRow*);
+std::vector<Field> describe(const Refinement*);
+std::vector<Field> describe(const LimitRow*);
+std::vector<Field> describe(const DecodeRow*);
 
 }  // namespace fringetwin::compare

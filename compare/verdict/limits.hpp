@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "compare/result/fields.hpp"
-#include "compare/result/result.hpp"
+#include "compare/result/rows.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::compare {
