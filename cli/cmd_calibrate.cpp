@@ -219,7 +219,7 @@ int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
   if (has_circles && !(o.circle_diameter_m > 0.0))
     warn("the centres of the circles are not corrected for perspective; give --circle-diameter");
   const calib::Calibration c = calib::calibrate(observations, o.calibrate);
-  const calib::Findings findings = calib::analyse(c, o.calibrate);
+  const calib::Findings findings = calib::calibration_findings(c, o.calibrate);
   const calib::Origin origin{invocation.argv, version_string(),
                              compare::sha256_of_files({fs::path(o.corners)})};
   const std::vector<std::string> summary = calib::summary_lines(c);

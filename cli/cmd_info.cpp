@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// info: version, Vulkan devices, where real captures are looked for.
+// Adds the command `info`, which prints the program's version, the Vulkan devices, and where real captures
+// are looked for, as text or JSON.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

@@ -60,7 +60,7 @@ int run_measure(const MeasureCommand& o, const Invocation& invocation) {
                     fit.numbers.at("n_gated")));
   }
   say(fmt::format("measured in {:.2f} s; written to {}", timer.seconds["measure"], o.out));
-  return exit_code_for(measurement, 0);
+  return convergence_exit_code(measurement, 0);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 namespace fringetwin::cli {
 
-int exit_code_for(const measure::Measurement& measurement, int otherwise) {
+int convergence_exit_code(const measure::Measurement& measurement, int otherwise) {
   const std::string fault = cosim::convergence_fault(measurement);
   if (fault.empty()) return otherwise;
   warn(fault);
@@ -24,7 +24,7 @@ int tell_comparison(const std::filesystem::path& dir, const cosim::Run& run,
   const int verdict = static_cast<int>(comparison.pass ? ExitCode::ok : ExitCode::limits_not_met);
   for (const compare::Side* side : {&run.real, &run.simulated}) {
     if (!side->measurement) continue;
-    const int code = exit_code_for(*side->measurement, verdict);
+    const int code = convergence_exit_code(*side->measurement, verdict);
     if (code != verdict) return code;
   }
   return verdict;

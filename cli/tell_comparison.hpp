@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tells what a run has found, on stderr, and chooses the exit code from it.
+// Tells the user on stderr what a comparison has found, and chooses the program's exit code from it.
 #pragma once
 #include <filesystem>
 
@@ -8,11 +8,13 @@
 
 namespace fringetwin::cli {
 
-/// Says the summary of a comparison that was written to `dir`, and its verdict; returns the exit code.
+/// Prints warnings, summary, verdict and the place of the report in `dir`. Returns the exit code: 0 when all
+/// limits are met, 1 when not, 5 when a fit of the run did not converge.
 int tell_comparison(const std::filesystem::path& dir, const cosim::Run& run,
                     const compare::Comparison& comparison);
 
-/// Returns 5, with a warning, when a fit with enough points did not converge, else `otherwise`.
-int exit_code_for(const measure::Measurement& measurement, int otherwise);
+/// Returns 5 and prints a warning when a fit with enough points did not converge; returns `otherwise` when
+/// all did.
+int convergence_exit_code(const measure::Measurement& measurement, int otherwise);
 
 }  // namespace fringetwin::cli

@@ -6,11 +6,11 @@
 
 namespace fringetwin::compare {
 
-/// Returns B - A of every number that both result.json have, of every table, matched by the names of the rows
-/// (object, camera, pattern, direction ...), as a text table; z where both sigmas are known and the runs do
-/// not share images (z takes the two errors as independent); what only one run has is listed below. `a`, `b`:
-/// a result.json or the folder that holds it. Throws UserError(input) for a missing file, broken JSON or
-/// another schema.
+/// Returns a text table of the differences B - A of all numbers that both result.json have; rows are matched
+/// by their names (object, camera, pattern, direction ...), and what only one run has is listed below. Where
+/// both standard errors are known, z = (B - A) / sqrt(sigma_A^2 + sigma_B^2) is printed too, unless the runs
+/// share images: their errors are then not independent. `a` and `b` name a result.json or the folder that
+/// holds it. Throws UserError(input) for a missing file, broken JSON or another schema.
 std::string diff_results(const std::filesystem::path& a, const std::filesystem::path& b);
 
 }  // namespace fringetwin::compare

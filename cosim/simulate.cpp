@@ -21,6 +21,7 @@ Sampler sampler_of(const std::string& name) {
                   "use adaptive, gauss, multi-jittered or sobol");
 }
 
+/// Returns what the result records of a camera's rendering: sampler, samples, precision, estimated errors.
 compare::RenderNote note_of(const render::RenderedCamera& rendered) {
   compare::RenderNote note;
   note.camera = rendered.camera;
@@ -35,7 +36,8 @@ compare::RenderNote note_of(const render::RenderedCamera& rendered) {
   return note;
 }
 
-/// The estimate is an upper bound: up to twice the target it is no news.
+/// Warns where the estimated error is above twice its target: the estimate is an upper bound, so that a
+/// smaller excess does not mean that the target was missed.
 void warn_of_missed_targets(const compare::RenderNote& note, const render::Sampling& asked) {
   if (note.phase_error_rad.value_or(0.0) > 2.0 * asked.phase_error_rad)
     warn(fmt::format(
@@ -47,6 +49,7 @@ void warn_of_missed_targets(const compare::RenderNote& note, const render::Sampl
         note.camera, *note.gray_error, asked.gray_error));
 }
 
+/// Throws UserError(usage) when no camera sees any object; warns for each object that no camera sees.
 void check_view(const Twin& twin, const std::vector<render::RenderedCamera>& rendered) {
   std::vector<bool> seen(twin.objects.size(), false);
   for (const render::RenderedCamera& camera : rendered)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renders and exposes what a twin's cameras would record: the simulated side of every comparison.
+// Simulates a capture: a twin goes in, the images that its cameras would record come out, before the sensor
+// (irradiance) and after it (gray values). They are the simulated side of every comparison.
 #pragma once
 #include <cstdint>
 #include <optional>

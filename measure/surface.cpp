@@ -25,9 +25,10 @@ constexpr int kPlanePoints = 5;
 
 struct Offset {
   int dx, dy;
-  double length;
+  double length;  ///< px
 };
 
+/// Returns the offsets of the pixels within this radius.
 std::vector<Offset> disc(double radius_px) {
   std::vector<Offset> offsets;
   const int r = static_cast<int>(std::floor(radius_px));
@@ -84,6 +85,7 @@ double fit_at_centre(const std::vector<Offset>& at, const std::vector<double>& v
   return solution[0];
 }
 
+/// Sorts the points into the camera's pixels as depths.
 DepthMap make_depth_map(const Camera& camera, const PointCloud& cloud) {
   const int width = camera.lens.width(), height = camera.lens.height();
   DepthMap map{ImageD(width, height, std::nan("")), ImageF(width, height, 0.0f)};
@@ -100,6 +102,9 @@ DepthMap make_depth_map(const Camera& camera, const PointCloud& cloud) {
   return map;
 }
 
+/// Returns the smoothed depth at a pixel, from a fit to the inverse depths of its surroundings on the same
+/// surface. A pixel without a depth gets one when enough of its surroundings have one, else NaN. `at` and
+/// `inverse_depth` are working memory.
 double smoothed_depth(const DepthMap& map, const std::vector<Offset>& offsets, int x, int y,
                       std::vector<Offset>& at, std::vector<double>& inverse_depth) {
   double centre = map.z_mm(x, y), sigma = static_cast<double>(map.sigma_mm(x, y));
@@ -135,7 +140,7 @@ double smoothed_depth(const DepthMap& map, const std::vector<Offset>& offsets, i
     fitted = fit_at_centre<6>(at, inverse_depth, RobustLoss::tukey, rounding);
   if (!std::isfinite(fitted) && at.size() >= kPlanePoints)
     fitted = fit_at_centre<3>(at, inverse_depth, RobustLoss::none, rounding);
-  // too lonely to be smoothed: as measured
+  // With too few neighbours to smooth, the depth stays as measured.
   if (!std::isfinite(fitted) || !(fitted > 0.0)) return missing ? std::nan("") : centre;
   return 1.0 / fitted;
 }

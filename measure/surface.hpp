@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builds the mesh of a twin's shape = "measured" from the points measured on the real part.
+// Builds the mesh of an object with shape = "measured": the points that were measured on the real part go in,
+// a smoothed triangle mesh that can be rendered comes out.
 #pragma once
 #include <cstddef>
 #include <memory>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws plots as inline SVG, by gnuplot (fed through a pipe, no temporary files).
+// Draws plots as inline SVG: series of numbers go in, gnuplot draws them (fed through a pipe, no temporary
+// files), <svg> elements come out. It also makes histograms as series.
 #pragma once
 #include <optional>
 #include <string>
@@ -43,22 +44,23 @@ struct Plot {
   bool many_digits = false;  ///< tics print all digits that tell them apart: small changes of large values
 };
 
-/// The text that gnuplot is given; empty where there are no data.
+/// Holds the script that makes gnuplot draw one plot.
 struct Drawing {
-  std::string title;  ///< for messages
-  std::string script;
+  std::string title;   ///< for messages
+  std::string script;  ///< empty where there are no data
 };
 
-/// gnuplot string in double quotes, of text that may hold anything.
+/// Returns any text as a gnuplot string in double quotes, escaped.
 std::string gnuplot_text(const std::string& text);
-/// Terminal, fonts, borders and grid that all drawings have.
+/// Returns the gnuplot commands that all drawings begin with: terminal, fonts, borders and grid.
 std::string gnuplot_head(int width_px, int height_px);
-/// The commands and data gnuplot is given.
+/// Returns the commands and data that make gnuplot draw the plot.
 std::string gnuplot_script(const Plot& plot);
+/// Returns the plot as a drawing, whose script is empty when no series has data.
 Drawing drawing(const Plot& plot);
 
-/// Inline <svg>. All ids are made unique per page by `id`. Throws UserError(usage) when gnuplot is
-/// missing (says which package brings it) or refuses the plot.
+/// Returns an inline <svg>, all ids of which begin with `id` so that they are unique in a page. Throws
+/// UserError(usage) when gnuplot is missing (says which package brings it) or refuses the plot.
 std::string drawing_svg(const Drawing& drawing, const std::string& id);
 std::string plot_svg(const Plot& plot, const std::string& id);
 
@@ -69,7 +71,7 @@ std::vector<std::string> drawings_or_sentences(const std::vector<Drawing>& drawi
                                                const std::string& id_prefix);
 std::vector<std::string> plots_or_sentences(const std::vector<Plot>& plots, const std::string& id_prefix);
 
-/// An inline <svg> as a file of its own, on white.
+/// Returns an inline <svg> as the text of an SVG file of its own, on white.
 std::string standalone_svg(const std::string& inline_svg);
 
 struct Histogram {
@@ -77,9 +79,10 @@ struct Histogram {
   std::vector<std::size_t> counts;  ///< values outside [low, high] are not counted
   std::size_t n_below = 0, n_above = 0;
 };
-/// Throws on bins < 1 or low >= high (programming fault). Non-finite values are ignored.
+/// Counts the values in `bins` equal bins over [low, high]; non-finite values are ignored. Throws on bins < 1
+/// or low >= high (programming fault).
 Histogram histogram(const std::vector<float>& values, int bins, double low, double high);
-/// The histogram as a series of bars, in percent of all finite values.
+/// Returns the histogram as a series of bars, in percent of all finite values.
 Series histogram_series(const Histogram& h, const std::string& title, const std::string& color);
 
 }  // namespace fringetwin::report

@@ -13,8 +13,8 @@ namespace {
 
 using std::numbers::pi;
 
-/// Returns amplitude * exp(i phase) of the full set of steps: value n is mean + amplitude cos(phase + 2 pi
-/// n/N).
+/// Returns amplitude * exp(i phase) from a full set of N phase steps, whose values from `first` on are
+/// mean + amplitude cos(phase + 2 pi n/N).
 std::complex<double> fringe(const std::vector<double>& values, std::size_t first, int steps) {
   std::complex<double> sum = 0.0;
   for (int n = 0; n < steps; ++n)
@@ -33,13 +33,13 @@ PixelValues take_pixels(const std::vector<ImageF>& images, const std::vector<Sub
   return out;
 }
 
-void ChangeSum::Mean::add(double value, double w) {
+void ChangeSum::MeanSquare::add(double value, double w) {
   sum += w * value * value;
   weight += w;
   ++n;
 }
 
-double ChangeSum::Mean::root() const {
+double ChangeSum::MeanSquare::rms() const {
   return n == 0 ? std::numeric_limits<double>::quiet_NaN() : std::sqrt(sum / weight);
 }
 
@@ -81,10 +81,10 @@ void ChangeSum::add(const std::vector<SubsetPixel>& pixels, const PixelValues& a
 }
 
 ImageChange ChangeSum::result() const {
-  return {phase_.root(),     phase_interior_.root(),
-          gray_.root(),      gray_interior_.root(),
-          gray_edge_.root(), n_phase_,
-          n_gray_,           n_interior_};
+  return {phase_.rms(),     phase_interior_.rms(),
+          gray_.rms(),      gray_interior_.rms(),
+          gray_edge_.rms(), n_phase_,
+          n_gray_,          n_interior_};
 }
 
 }  // namespace fringetwin::tradeoff

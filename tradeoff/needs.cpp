@@ -67,7 +67,7 @@ class ModelBench {
     for (const render::RenderedCamera& c : rendered)
       if (c.sampling.sampler != Sampler::adaptive) out.sampling = c.sampling;
     // the sensor's units are the base's for every model, so that gray values can be subtracted
-    out.light_dn = subset_values(base_, subset_, rendered);
+    out.light_dn = dn_from_images(base_, subset_, rendered);
     for (std::size_t i = 0; i < captures.size(); ++i)
       out.sensor_dn.push_back(take_pixels(captures[i].images, subset_.cameras[i].pixels));
     if (cosim::can_fit(base_)) out.fits = cosim::fits_in_order(base_, measure::measure(base_, captures));

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Makes the page of `fringetwin needs`: tables and bar charts of what each effect of the scene (shadow, blur,
+// noise ...) changes in phase, gray value and fit, what it costs, and which effects can be left off.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -145,7 +145,7 @@ class SchemeSurvey {
     point.frame_cpu_ms = 1e3 * rendered.time.cpu_s / n;
     for (const render::RenderedCamera& c : rendered.cameras) point.rays += c.rays;
     point.error = error_against(reference_, twin, result_.subset,
-                                subset_values(twin, result_.subset, rendered.cameras));
+                                dn_from_images(twin, result_.subset, rendered.cameras));
     if (result_.has_fits) measure_chain(twin, rendered, point);
   }
 
@@ -173,7 +173,7 @@ class SchemeSurvey {
     }
     const auto rendered = render::render_all(renderer_, *windows_, point.scheme.sampling, options_.seed);
     point.error =
-        error_against(reference_, twin_, result_.subset, window_values(twin_, result_.subset, rendered));
+        error_against(reference_, twin_, result_.subset, dn_from_windows(twin_, result_.subset, rendered));
   }
 
   const Twin& twin_;

@@ -31,11 +31,13 @@ int samples_for(const SubsetPixel& pixel, bool interior, bool with_lens, const R
   return pixel.edge && !with_lens ? options.gauss_edge : options.gauss_facet;
 }
 
+/// Sums squared differences over n edge pixels.
 struct EdgeCheck {
   double sum = 0.0;
   std::size_t n = 0;
 };
 
+/// Samples every eighth edge pixel again with gauss_n points per side, and sums how much the values change.
 EdgeCheck check_edges(const render::Reference& reference, std::size_t camera,
                       const std::vector<SubsetPixel>& pixels, const PixelValues& dn, int gauss_n) {
   const Sensor& sensor = reference.twin().cameras[camera].sensor;
@@ -104,8 +106,8 @@ ImageChange error_against(const ReferenceValues& reference, const Twin& twin, co
   return sum.result();
 }
 
-std::vector<PixelValues> subset_values(const Twin& twin, const PixelSubset& subset,
-                                       const std::vector<render::RenderedCamera>& whole) {
+std::vector<PixelValues> dn_from_images(const Twin& twin, const PixelSubset& subset,
+                                        const std::vector<render::RenderedCamera>& whole) {
   std::vector<PixelValues> out;
   for (std::size_t i = 0; i < subset.cameras.size(); ++i) {
     const Sensor& sensor = twin.cameras[i].sensor;
@@ -115,8 +117,8 @@ std::vector<PixelValues> subset_values(const Twin& twin, const PixelSubset& subs
   return out;
 }
 
-std::vector<PixelValues> window_values(const Twin& twin, const PixelSubset& subset,
-                                       const std::vector<render::RenderedCamera>& windows) {
+std::vector<PixelValues> dn_from_windows(const Twin& twin, const PixelSubset& subset,
+                                         const std::vector<render::RenderedCamera>& windows) {
   std::vector<PixelValues> out;
   std::size_t next = 0;
   for (std::size_t i = 0; i < subset.cameras.size(); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes the double-precision reference at the pixels of a subset, and says how far rendered images are off
-// it.
+// Measures the error of rendered images at the pixels of a subset: the double-precision reference renderer
+// gives their true values, the rendered images their values, and the rms difference comes out.
 #pragma once
 #include <vector>
 
@@ -9,34 +9,36 @@
 
 namespace fringetwin::tradeoff {
 
+/// States how finely the reference samples a pixel: Gauss-Legendre points along each side.
 struct ReferenceOptions {
-  int gauss_interior = 16;  ///< samples per side of a pixel, interior as docs/CONVENTIONS.md defines it
-  int gauss_facet = 32;     ///< not interior, but no silhouette or border of light: facet edges
+  int gauss_interior = 16;  ///< interior pixels, as docs/CONVENTIONS.md defines them
+  int gauss_facet = 32;     ///< neither interior nor edge: edges between facets of a mesh
   int gauss_edge = 64;      ///< silhouettes and borders of light
 };
 
-/// What the subset's pixels truly show: gray values before the sensor (gain E + black, no rounding).
+/// Holds what the subset's pixels truly show: gray values before the sensor (gain E + black, no rounding).
 struct ReferenceValues {
   std::vector<PixelValues> dn;              ///< [camera]
   std::vector<std::vector<bool>> interior;  ///< [camera][pixel], docs/CONVENTIONS.md
-  /// How well they are known themselves: rms difference on every eighth edge pixel to 3/4 of the samples
-  /// per side, DN; NaN without edge pixels.
+  /// Uncertainty of these values themselves at edges, DN: rms change on every eighth edge pixel when it is
+  /// sampled by 3/4 of the points per side. NaN without edge pixels.
   double edge_uncertainty_dn = 0.0;
 };
-/// Samples the scene by the double-precision reference. Throws Cancelled. With depth of field the edges get
-/// fewer samples (gauss_facet), 48 lens points each.
+/// Returns the values that the double-precision reference renderer computes. Throws Cancelled. With depth of
+/// field the edges get fewer samples (gauss_facet), 48 lens points each.
 ReferenceValues reference_values(const Twin& twin, const PixelSubset& subset,
                                  const ReferenceOptions& options = {});
 
-/// Returns the error of rendered images over the subset; interior as the reference has it.
+/// Returns the error of rendered images, given as values at the subset's pixels; the reference says which
+/// pixels are interior.
 ImageChange error_against(const ReferenceValues& reference, const Twin& twin, const PixelSubset& subset,
                           const std::vector<PixelValues>& rendered_dn);
 
-/// Return the values before the sensor at the subset's pixels, from whole images or from the windows of
-/// window_twin().
-std::vector<PixelValues> subset_values(const Twin& twin, const PixelSubset& subset,
-                                       const std::vector<render::RenderedCamera>& whole);
-std::vector<PixelValues> window_values(const Twin& twin, const PixelSubset& subset,
-                                       const std::vector<render::RenderedCamera>& windows);
+/// Returns the rendered values before the sensor, DN, at the subset's pixels: [camera]. Takes whole images.
+std::vector<PixelValues> dn_from_images(const Twin& twin, const PixelSubset& subset,
+                                        const std::vector<render::RenderedCamera>& whole);
+/// Returns the same from renderings of the windows of window_twin().
+std::vector<PixelValues> dn_from_windows(const Twin& twin, const PixelSubset& subset,
+                                         const std::vector<render::RenderedCamera>& windows);
 
 }  // namespace fringetwin::tradeoff

@@ -14,6 +14,8 @@ namespace {
 constexpr int kGridColumns = 32;
 constexpr std::size_t kMostShapePoints = 60;
 
+/// Returns the worst-direction sigma, px, of where a device sees the point that pixel q shows at this
+/// distance or at infinity; NaN where the lens has no ray.
 double sigma_at(const Uncertainty& u, const Lens& lens, int device, const Eigen::Vector2d& q,
                 double distance_mm, bool at_infinity) {
   const auto v = lens.unproject(q);
@@ -51,7 +53,8 @@ DeviceFindings about_device(const Calibration& c, const Uncertainty& u, int devi
   return out;
 }
 
-/// Corners and middle of the boards, of every k-th board so that they are not too many.
+/// Returns the four outermost corners and the middle corner of the boards in the reference frame, mm; of
+/// every k-th board only, so that there are few enough points for their joint covariance.
 std::vector<Eigen::Vector3d> points_of_boards(const Calibration& c) {
   const Board& board = c.observations.board;
   const auto width = static_cast<std::size_t>(board.width_n);
@@ -83,7 +86,7 @@ PairFindings about_pair(const Calibration& c, const Uncertainty& u, int first, i
 
 }  // namespace
 
-Findings analyse(const Calibration& c, const CalibrateOptions& options) {
+Findings calibration_findings(const Calibration& c, const CalibrateOptions& options) {
   Findings out;
   const Uncertainty u(c);
   out.observed_sigma_px = u.observed_sigma_px();

@@ -19,6 +19,7 @@ using report::Figure;
 using report::Plot;
 using report::Series;
 
+/// Returns the value with its standard error, "1.23 ± 0.04", or a dash where it is unknown.
 std::string pm(const Estimate& e) {
   if (!std::isfinite(e.value)) return "–";
   return e.sigma > 0.0 ? report::with_sigma(e.value, e.sigma) : report::number(e.value, 4);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `photometry` writes: the numbers of an analysis as blocks for twin.toml, as photometry.json and as a
-// page.
+// Turns the results of a photometric analysis into what `fringetwin photometry` writes: blocks for twin.toml,
+// photometry.json, and a page.
 #pragma once
 #include <string>
 
@@ -14,6 +14,8 @@ std::string photometry_toml(const Photometry& photometry);
 
 /// Returns photometry.json, schema "fringetwin-photometry/1" (docs/CALIBRATION.md).
 std::string photometry_json(const Photometry& photometry, const Origin& origin);
+/// Returns the page as HTML: tables of sensor and projector, photon transfer curves, projector response,
+/// contrast over pitch, harmonics.
 std::string photometry_html(const Photometry& photometry, const Origin& origin);
 
 }  // namespace fringetwin::calib

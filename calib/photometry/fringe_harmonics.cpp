@@ -18,7 +18,8 @@ using Complex = std::complex<double>;
 constexpr int kMaxOrder = 32;
 constexpr std::size_t kMaxMedianSamples = 300000;
 
-/// Twiddle factors and one pixel's orders 0...N/2.
+/// Computes the discrete Fourier transform over the N phase steps of one pixel, orders 0...N/2 (at most
+/// kMaxOrder), from twiddle factors made once.
 class Spectrum {
  public:
   explicit Spectrum(int n) : n_(n), orders_(std::min(n / 2, kMaxOrder)) {
@@ -28,6 +29,7 @@ class Spectrum {
   }
   int orders() const { return orders_; }
   bool is_nyquist(int h) const { return 2 * h == n_; }
+  /// Returns 2/N sum_n I_n exp(-2 pi i h n/N) of the order h of a pixel.
   Complex at(const std::vector<const ImageF*>& steps, std::size_t pixel, int h) const {
     Complex sum = 0.0;
     for (int k = 0; k < n_; ++k)
@@ -41,7 +43,7 @@ class Spectrum {
   std::vector<Complex> twiddle_;
 };
 
-/// Sums of one image block for one pitch and order.
+/// Holds sums over the pixels of one image block, for one pitch and order.
 struct HarmonicCell {
   double in_phase = 0.0, quadrature = 0.0, weight = 0.0, camera = 0.0;
 };
@@ -51,6 +53,7 @@ struct HarmonicSums {
   std::array<double, kBlocks> n{};
 };
 
+/// Returns whether pixel i is below saturation in all images.
 bool unsaturated(const std::vector<std::vector<const ImageF*>>& steps, std::size_t i, double saturation_dn) {
   for (const auto& pitch : steps)
     for (const ImageF* image : pitch)
@@ -60,7 +63,7 @@ bool unsaturated(const std::vector<std::vector<const ImageF*>>& steps, std::size
 
 double sinc(double x) { return std::abs(x) < 1e-6 ? 1.0 : std::sin(x) / x; }
 
-/// Ratio of two sums over blocks, with its jackknife sigma.
+/// Returns the ratio of a member's sum over all blocks to that of the weights, with its jackknife sigma.
 Estimate ratio(const std::array<HarmonicCell, kBlocks>& cells, double HarmonicCell::*above) {
   double sum = 0.0, weight = 0.0;
   for (const HarmonicCell& c : cells) sum += c.*above, weight += c.weight;
@@ -127,8 +130,8 @@ class Analysis {
       }
   }
 
-  /// Phase step from pixel a to b at the finest pitch; each pitch tells the whole periods of the next finer
-  /// one.
+  /// Returns the phase difference from pixel a to b at the finest pitch, rad. Each pitch tells how many whole
+  /// periods the next finer one has between the two (hierarchical unwrapping).
   double phase_step(std::size_t a, std::size_t b) const {
     double step = 0.0, pitch = 0.0;
     for (const std::size_t p : coarse_to_fine_) {
@@ -140,7 +143,8 @@ class Analysis {
     return step;
   }
 
-  /// Phase per camera pixel along x and y at the finest pitch; 0 at the border of the usable part.
+  /// Returns the phase gradient along x and y at the finest pitch, rad per camera pixel; 0 at the border of
+  /// the usable pixels.
   std::array<double, 2> gradient(int x, int y) const {
     if (x < 1 || y < 1 || x + 1 >= first_->width || y + 1 >= first_->height) return {};
     const std::size_t left = first_->index(x - 1, y), right = first_->index(x + 1, y),
@@ -151,7 +155,8 @@ class Analysis {
             0.5 * (phase_step(up, at) + phase_step(at, down))};
   }
 
-  /// g: phase per camera pixel at the finest pitch.
+  /// Returns the factor by which the camera's pixel area and lens blur lower order h of pitch p where the
+  /// finest pitch has the phase gradient g.
   double camera_factor(const std::array<double, 2>& g, std::size_t p, int h) const {
     const double k = h * fringes_.pitches_px[finest_] / fringes_.pitches_px[p];
     const double half = 0.5 * options_.pixel_fill * k;
@@ -160,6 +165,8 @@ class Analysis {
     return psf == 0.0 ? area : area * std::exp(-0.5 * psf * psf * (g[0] * g[0] + g[1] * g[1]));
   }
 
+  /// Adds one pixel's harmonics to the sums. Each is turned back by h times the phase of its pitch's
+  /// fundamental, so that the pixels' harmonics add up while their noise averages out.
   void add_pixel(int x, int y, HarmonicSums& sums) const {
     const std::size_t i = first_->index(x, y);
     const auto block = static_cast<std::size_t>(block_of(x, y, first_->width, first_->height));
@@ -176,7 +183,8 @@ class Analysis {
         turn *= std::conj(unit);
         const Complex value = h == 1 ? f : spectrum_.at(steps_[p], i, h);
         HarmonicCell& cell = sums.cells[p * orders + k][block];
-        // The order N/2 has no phase of its own: half of value is a cos(h phase).
+        // N steps cannot tell the phase of order h = N/2: `value` is real, 2 a cos(h phase) for a harmonic a
+        // that is in phase with the fundamental. Weighting by cos(h phase) gives a by least squares.
         const bool nyquist = spectrum_.is_nyquist(h);
         const double weight =
             nyquist ? reference * reference * turn.real() * turn.real() : reference * reference;
@@ -189,7 +197,8 @@ class Analysis {
     }
   }
 
-  /// Rows of blocks in parallel: each block belongs to one thread, so the sums do not depend on their number.
+  /// Adds all usable pixels. Rows of blocks run in parallel: each block belongs to one thread, so the sums do
+  /// not depend on their number.
   void collect() {
     sums_.cells.resize(steps_.size() * static_cast<std::size_t>(spectrum_.orders()));
     const int h = first_->height;
@@ -201,6 +210,7 @@ class Analysis {
           if (usable_(x, y)) add_pixel(x, y, sums_);
   }
 
+  /// Returns the amount of order h at pitch p, DN, of every n-th usable pixel.
   std::vector<float> values(std::size_t p, int h, std::size_t every) const {
     std::vector<float> v;
     std::size_t count = 0;
@@ -210,6 +220,7 @@ class Analysis {
     return v;
   }
 
+  /// Returns the harmonics at pitch p from the sums.
   PitchHarmonics pitch(std::size_t p, std::size_t every) const {
     PitchHarmonics out;
     out.pitch_px = fringes_.pitches_px[p];

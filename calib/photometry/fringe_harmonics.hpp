@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Estimates, per pitch, the harmonics of the projected fringes as a camera sees them.
+// Estimates the harmonics of projected fringes as a camera sees them: the N phase-step images of every pitch
+// of one direction go in, the strength of each harmonic relative to the coarsest pitch's fundamental comes
+// out, and with it the factor by which the camera's pixels blur it.
 #pragma once
 #include <cstddef>
 #include <vector>
@@ -10,7 +12,7 @@
 
 namespace fringetwin::calib {
 
-/// One pitch. Index h-1 holds order h; orders 1...N/2.
+/// Holds the harmonics at one pitch: index h-1 holds order h, for the orders 1...N/2.
 struct PitchHarmonics {
   double pitch_px = 0.0;
   /// Median over the pixels of |2/N sum_n I_n exp(-2 pi i h n/N)|: noise is in it (it alone makes about
@@ -36,12 +38,13 @@ struct FringeHarmonics {
 
 struct HarmonicsOptions {
   double min_modulation_dn = 5.0, saturation_dn = 255.0;
-  double pixel_fill = 1.0;  ///< side of the camera's pixel
-  double psf_px = 0.0;      ///< of the camera's lens, where the twin has one
+  double pixel_fill = 1.0;  ///< side of the camera pixel's light-sensitive square, in pixels
+  double psf_px = 0.0;      ///< sigma of the camera lens's Gaussian blur; 0 when the twin has none
 };
 
-/// steps[pitch][n], all N >= 3 steps of one direction. Sigmas: jackknife over image blocks. Orders above
-/// N/2 are not seen (order N - h adds to order h). n = 0 when no pixel can be used.
+/// Estimates the harmonics from steps[pitch][n], all N >= 3 phase steps of one direction. Standard errors
+/// come from a jackknife over image blocks. Orders above N/2 cannot be told apart: order N - h adds to order
+/// h. The result has n = 0 when no pixel can be used.
 FringeHarmonics fringe_harmonics(const std::vector<std::vector<const ImageF*>>& steps,
                                  const DirectionFringes& fringes, const HarmonicsOptions& options);
 

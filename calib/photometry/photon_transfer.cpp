@@ -32,7 +32,8 @@ struct Bin {
   BinCell sum;
 };
 
-/// Root mean square of what lies within the cut, iterated from a start that outliers cannot move.
+/// Returns the standard deviation of the samples that are no rougher than the limit: the rms of those within
+/// kCutSigmas, corrected for the cut, iterated from a start (MAD) that outliers cannot move.
 double cut_sigma(const std::vector<const NoiseSample*>& samples, double rough_limit) {
   std::vector<float> size;
   for (const NoiseSample* s : samples)
@@ -54,6 +55,7 @@ double cut_sigma(const std::vector<const NoiseSample*>& samples, double rough_li
   return sigma;
 }
 
+/// Sums the samples of a bin that are neither outliers nor rough, block by block and in all.
 void fill_cells(Bin& bin) {
   const double all = cut_sigma(bin.samples, std::numeric_limits<double>::infinity());
   const double rough = kRoughSigmas * all;
@@ -73,6 +75,8 @@ void fill_cells(Bin& bin) {
   }
 }
 
+/// Sorts the samples into bins of equal width between the 0.1 % and 99.9 % quantiles of the levels; drops
+/// bins with too few samples.
 std::vector<Bin> make_bins(const std::vector<NoiseSample>& samples) {
   std::vector<float> levels;
   const std::size_t step = std::max<std::size_t>(1, samples.size() / 100000);
@@ -94,11 +98,13 @@ std::vector<Bin> make_bins(const std::vector<NoiseSample>& samples) {
   return bins;
 }
 
-/// Points of the line, from the sums of all blocks or all but one.
+/// Holds mean level, variance and number of samples of every bin: the points through which the line is
+/// fitted.
 struct Points {
   Eigen::VectorXd level, variance, n;
 };
 
+/// Returns the points from the sums of all blocks, or of all but one when without_block >= 0.
 Points points_of(const std::vector<Bin>& bins, int without_block) {
   const auto m = static_cast<Eigen::Index>(bins.size());
   Points p{Eigen::VectorXd(m), Eigen::VectorXd(m), Eigen::VectorXd(m)};
@@ -120,7 +126,8 @@ struct Fit {
   Eigen::MatrixXd covariance;    // of the bins' own scatter
 };
 
-/// Weighted polynomial; the weight of a bin is n / (2 variance^2) of the line that is being fitted.
+/// Fits a polynomial in (level - centre) with `terms` coefficients to the variances. The weight of a bin, n /
+/// (2 variance^2), takes the variance from the fit itself and is iterated with it.
 Fit fit_polynomial(const Points& p, double centre, int terms, double samples_per_independent) {
   Eigen::MatrixXd A(p.level.size(), terms);
   for (int k = 0; k < terms; ++k) A.col(k) = (p.level.array() - centre).pow(k);
@@ -138,7 +145,8 @@ Fit fit_polynomial(const Points& p, double centre, int terms, double samples_per
   return fit;
 }
 
-/// Delete-a-block jackknife (Efron 1982); empty blocks do not count.
+/// Returns the covariance of the coefficients by the delete-a-block jackknife (Efron 1982); empty blocks do
+/// not count.
 Eigen::MatrixXd jackknife(const std::vector<Bin>& bins, const Fit& all, double centre, int terms,
                           double samples_per_independent) {
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(terms, terms);
@@ -156,10 +164,13 @@ Eigen::MatrixXd jackknife(const std::vector<Bin>& bins, const Fit& all, double c
   return sum * (groups - 1.0) / groups;
 }
 
+/// Returns the larger of the standard errors, by two covariances of the parameters, of a quantity with this
+/// gradient.
 double sigma_of(const Eigen::VectorXd& gradient, const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return std::sqrt(std::max(gradient.dot(a * gradient), gradient.dot(b * gradient)));
 }
 
+/// Writes the bins, and how far they lie from the fitted line, into the result.
 void put_bins(const std::vector<Bin>& bins, const Points& p, const Fit& line, double centre,
               const TransferOptions& options, PhotonTransfer& out) {
   double relative_sq = 0.0, chi2 = 0.0;
@@ -241,7 +252,7 @@ PhotonTransfer photon_transfer(const std::vector<NoiseSample>& samples, const Tr
   out.read_variance_dn2.value -= options.rounding_dn2;
   const double variance = out.read_variance_dn2.value, spread = out.read_variance_dn2.sigma;
   out.read_noise_dn.value = std::sqrt(std::max(0.0, variance));
-  // The root's own sigma where it is known, else how large it may be.
+  // First-order propagation through the root where the variance is well above 0, else an upper limit.
   out.read_noise_dn.sigma = variance > spread
                                 ? 0.5 * spread / out.read_noise_dn.value
                                 : std::sqrt(std::max(0.0, variance) + spread) - out.read_noise_dn.value;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Estimates a sensor's noise by photon transfer: from how the temporal variance of a gray value grows with
-// its mean.
+// Estimates a sensor's gain and read noise by photon transfer: samples of noise at known gray levels go in, a
+// line is fitted to their variance over the level, and its slope and height come out as gain and read noise.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -20,45 +20,47 @@ struct Estimate {
   double sigma = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// A value of mean 0 whose variance is that of one gray value of this level, rounding included.
+/// Holds a value of mean 0 whose variance is that of one gray value of this level, rounding included.
 struct NoiseSample {
   float level_dn = 0.0f;
   float noise_dn = 0.0f;
-  float roughness_dn = 0.0f;   ///< what the scene itself does there, in units of noise_dn; 0 = unknown
-  std::uint16_t block = 0;     ///< of 8 x 8 over the image: errors of one place belong together
+  float roughness_dn = 0.0f;  ///< how much the scene's texture varies there, on noise_dn's scale; 0 = unknown
+  std::uint16_t block = 0;    ///< number of the block, of 8 x 8 over the image: nearby errors are correlated
   std::uint16_t x = 0, y = 0;  ///< the pixel
 };
 inline constexpr int kBlocksPerSide = 8;
 inline constexpr int kBlocks = kBlocksPerSide * kBlocksPerSide;
-/// Number of the block that holds pixel (x, y).
+/// Returns the number of the block that holds pixel (x, y).
 std::uint16_t block_of(int x, int y, int width, int height);
 
-/// Noise from repeated images of one still scene: contrasts over the repeats, after a gain and an offset
-/// per image (lamp flicker) has been fitted away. Pixels at 0 or at `saturation_dn` in any repeat are left
-/// out. Appends at most about `max_samples`. Throws UserError(input) when sizes differ. Returns the rms of
-/// the fitted gains about 1.
+/// Appends samples from repeated images of one still scene: contrasts over the repeats, after a gain and an
+/// offset per image (lamp flicker) have been fitted away. Pixels at 0 or at `saturation_dn` in any repeat are
+/// left out. It appends at most about `max_samples`. Throws UserError(input) when sizes differ. Returns the
+/// rms of the fitted gains about 1.
 double add_repeat_noise(const std::vector<const ImageF*>& repeats, double saturation_dn,
                         std::size_t max_samples, std::vector<NoiseSample>& samples);
 
-/// Noise from the redundancy of one N-step set, N > 3: what the fit of mean, cosine and sine leaves, as
-/// second difference along the stripes, where the projector's harmonics are smooth. The variance of that is
-/// the mean variance over the steps, hence, for a variance that is linear in the level, the variance at the
-/// mean level. roughness_dn is the largest second difference of the fitted mean, cosine and sine, which for
-/// white noise is independent of noise_dn.
+/// Appends samples from the redundancy of one set of N phase steps, N > 3: the residuals of the fit of mean,
+/// cosine and sine, as second differences along the stripes, where the projector's harmonics are smooth. The
+/// variance of that is the mean variance over the steps, hence, for a variance that is linear in the level,
+/// the variance at the mean level. roughness_dn is the largest second difference of the fitted mean, cosine
+/// and sine, which for white noise is independent of noise_dn.
 void add_step_noise(const std::vector<const ImageF*>& steps, const measure::StepSolver& solver, Axis axis,
                     double saturation_dn, std::size_t max_samples, std::vector<NoiseSample>& samples);
 
+/// Holds one point of the photon transfer curve; line_dn2 is the variance of the fitted line there.
 struct TransferBin {
   double level_dn = 0.0, variance_dn2 = 0.0, sigma_dn2 = 0.0, line_dn2 = 0.0;
   std::size_t n = 0;
 };
 
-/// variance = offset + dn_per_electron * level, with 1/12 DN^2 of rounding in it.
+/// Holds the fitted line, variance = offset + dn_per_electron * level (the offset holds 1/12 DN^2 of
+/// rounding), and what follows from it.
 struct PhotonTransfer {
   Estimate dn_per_electron, electrons_per_dn;
   Estimate offset_dn2;         ///< at level 0
   Estimate read_variance_dn2;  ///< at the black level, without rounding; may be negative
-  Estimate read_noise_dn;      ///< its root; 0 with sigma as upper limit where that is negative
+  Estimate read_noise_dn;      ///< root of that variance; 0, with sigma as upper limit, where it is negative
   Estimate read_noise_electrons;
   /// Change of the slope over the range of levels, relative to the slope: 0 for a linear sensor.
   Estimate slope_change;
@@ -73,32 +75,34 @@ struct PhotonTransfer {
 struct TransferOptions {
   double black_level_dn = 0.0;
   double rounding_dn2 = kRoundingVariance;
-  /// How many samples carry the information of one (second differences overlap).
+  /// How many samples carry as much information as one independent sample: second differences overlap.
   double samples_per_independent = 1.0;
 };
 
-/// Bins of equal width; per bin the variance of what lies within 3.5 of its own sigmas, corrected for the
-/// cut; samples rougher than 4 sigmas are left out. Weighted line through the bins. Sigmas: the larger of the
-/// bins' own and a jackknife over image blocks. Throws UserError(input) when there are too few samples or
-/// levels for a line (`where` names the camera).
+/// Sorts the samples into bins of equal width in level, takes the variance of each bin and fits a weighted
+/// line through them. In each bin, samples beyond 3.5 of its sigmas are cut off, for which the variance is
+/// corrected, and samples whose roughness is above 4 sigmas are left out. Standard errors are the larger of
+/// the fit's own and those of a jackknife over image blocks. Throws UserError(input) when there are too few
+/// samples or levels for a line (`where` names the camera).
 PhotonTransfer photon_transfer(const std::vector<NoiseSample>& samples, const TransferOptions& options,
                                const std::string& where);
 
 /// The cut, in sigmas (so far out that coarse gray levels, steps of half a sigma, matter little), and the
-/// share of a normal's variance that it leaves: 1 - 2 c phi(c) / (2 Phi(c) - 1).
+/// share of the variance of a normal distribution that it leaves: 1 - 2 c phi(c) / (2 Phi(c) - 1).
 inline constexpr double kCutSigmas = 3.5, kKeptVariance = 0.99389;
 
-/// Variance of samples of one level, as a bin's, with the sigma of so many normal values; NaN of none.
+/// Returns the variance of samples of one level, cut as in a bin, with the standard error that as many
+/// independent normal values would have; NaN without samples.
 Estimate noise_variance(const std::vector<NoiseSample>& samples);
 
-/// The level at which the gray values end.
+/// Holds the gray level at which the sensor saturates.
 struct Saturation {
   double level_dn = 0.0;  ///< the largest value seen, or of the range when that is not reached
   bool reached = false;   ///< values pile up there
   double fraction = 0.0;  ///< of all values at that level
 };
-/// Values pile up at the largest one when it holds 5 times as many as the mean of the 8 levels below and at
-/// least 20.
+/// Finds the saturation level from the histogram of images: values pile up at the largest one when it holds 5
+/// times as many as the mean of the 8 levels below and at least 20.
 Saturation find_saturation(const std::vector<const ImageF*>& images, int bit_depth);
 
 }  // namespace fringetwin::calib

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// One joint solve for all devices, all board poses and the board's warp: observed corners go in, a checked
-// calibration comes out.
+// Calibrates a rig: the corners that its devices saw of a board go in, and a checked calibration comes out.
+// One bundle adjustment (by mrcal) solves for all devices, all board poses and the board's warp together.
 #pragma once
 #include "calib/solve/calibration.hpp"
 
 namespace fringetwin::calib {
 
-/// Checks the input, seeds, solves, checks the solution. Throws UserError: input for observations that cannot
-/// be right, no_convergence for a solution that cannot be.
+/// Checks the input, finds starting values, solves, and checks the solution. Throws UserError: input for
+/// observations that cannot be right, no_convergence for a solution that cannot be.
 Calibration calibrate(const Observations& observations, const CalibrateOptions& options);
 
 }  // namespace fringetwin::calib

@@ -13,12 +13,13 @@ namespace fringetwin::calib {
 
 namespace {
 
+/// Holds a node of the quadrature over the unit disc.
 struct Node {
   double x, y, weight;
 };
 
-/// Gauss-Legendre in the squared radius times equal angles: exact for polynomials of degree 5 over the unit
-/// disc.
+/// Returns the nodes of Gauss-Legendre in the squared radius times equally spaced angles: exact for
+/// polynomials of degree 5 over the unit disc.
 const std::array<Node, 24>& disc_nodes() {
   static const auto nodes = [] {
     std::array<Node, 24> out{};
@@ -46,7 +47,7 @@ std::vector<Lens> lenses_of(const MrcalProblem& p, const Observations& o) {
   return lenses;
 }
 
-/// The devices' lenses and poses of one frame, from which its corners' corrections are computed.
+/// Computes the corrections of one frame's corners from the lenses of the devices and their poses in it.
 class Frame {
  public:
   Frame(const MrcalProblem& p, const Observations& o, const std::vector<Lens>& lenses, int frame,
@@ -56,7 +57,10 @@ class Frame {
       T_device_board_.push_back(T_device_ref(p, static_cast<int>(d)) * T_ref_board(p, frame));
   }
 
-  /// observed - centre, px
+  /// Returns by how much the observed position of a circle lies off the projection of its centre, px. A
+  /// camera observes the centroid of the circle's image. A projector observes nothing: its position was read
+  /// where the cameras saw the centroid, so the mean of the cameras' errors on the board is projected into
+  /// it. nullopt where a lens does not project the circle, or no camera saw it.
   std::optional<Eigen::Vector2d> bias(int device, std::size_t corner) const {
     const Eigen::Vector3d center = o_.board.point_mm(corner, warp_mm_);
     const auto middle = lens(device).project(pose(device) * center);
@@ -76,7 +80,7 @@ class Frame {
       const auto q = read ? lens(device).project(pose(device) * *read) : std::nullopt;
       const auto of_camera = board_gradient(lens(static_cast<int>(c)), pose(static_cast<int>(c)), center);
       if (!q || !of_projector || !of_camera) continue;
-      // Readings are averaged by what they inherit (mean_of_cameras()).
+      // The weights of mean_of_cameras(): a camera's noise reaches the projector by this Jacobian.
       const double w = 1.0 / (*of_projector * of_camera->inverse()).squaredNorm();
       sum += w * (*q - *middle);
       weight += w;
@@ -89,7 +93,7 @@ class Frame {
   const Lens& lens(int device) const { return lenses_[static_cast<std::size_t>(device)]; }
   const Pose& pose(int device) const { return T_device_board_[static_cast<std::size_t>(device)]; }
 
-  /// Returns the place on the board that a camera sees at the centroid of a circle's picture.
+  /// Returns the point of the board that a camera sees at the centroid of a circle's image.
   std::optional<Eigen::Vector3d> on_board_at_centroid(int camera, const Eigen::Vector3d& center) const {
     const auto centroid = disc_centroid_px(lens(camera), pose(camera), center, radius_mm_);
     const auto ray = centroid ? lens(camera).unproject(*centroid) : std::nullopt;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibrates the same rig twice, from the even and from the odd frames, and returns how far the two differ:
-// errors that the boards do show, whether the model of noise knows them or not.
+// Calibrates the same rig twice, from the even and from the odd frames, and returns by how many pixels the
+// projections of the two differ, beside the difference that the noise of the corners predicts. A larger one
+// reveals errors that the noise model leaves out: a lens model that does not fit, a board that bends.
+// mrcal calls this cross-validation.
 #pragma once
 #include <string>
 #include <vector>
@@ -10,8 +12,8 @@
 
 namespace fringetwin::calib {
 
-/// How far the projections of one device by two calibrations differ, after the rigid motion between the two
-/// calibrations (6 numbers) is taken out.
+/// Holds how far the projections of one device by two calibrations differ, after the rigid motion between the
+/// two calibrations (6 numbers) is taken out.
 struct ProjectionDifference {
   ImageF difference_px;  ///< over a grid of pixels covering the imager; NaN where not defined
   ImageF expected_px;    ///< worst-direction sigma of the difference, from the noise of the corners
@@ -19,12 +21,13 @@ struct ProjectionDifference {
   double relative = 0.0;  ///< rms of difference / expected
 };
 
+/// Holds the result for all devices.
 struct CrossValidation {
   int n_even = 0, n_odd = 0;
-  std::string not_done;  ///< why there is none; empty when there is
+  std::string not_done;  ///< the reason why the halves could not be compared; empty when they were
   std::vector<ProjectionDifference> devices;
-  /// Points of the working volume, projected by one rig and triangulated by the other, after rigid alignment;
-  /// NaN with one device.
+  /// rms distance between points of the working volume and what they become when one calibration projects
+  /// them and the other triangulates them, after rigid alignment; NaN with one device.
   double shape_rms_mm = 0.0;
 };
 
@@ -33,8 +36,8 @@ struct CrossValidation {
 ProjectionDifference projection_difference(const Calibration& a, const Calibration& b, int device,
                                            double distance_mm, int columns = 24);
 
-/// Compares the calibrations of the two halves; says why not (not_done) when either cannot be calibrated. The
-/// halves are solved like the whole, which decides what is an outlier.
+/// Compares the calibrations of the even and the odd frames; sets not_done when either half cannot be
+/// calibrated. Both halves leave out the outliers of the whole and reject no others.
 CrossValidation cross_validate(const Calibration& whole, const CalibrateOptions& options);
 
 }  // namespace fringetwin::calib

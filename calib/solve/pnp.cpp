@@ -19,6 +19,8 @@ Pose to_pose(const cv::Mat& r, const cv::Mat& t) {
   return pose_from_rt(rt);
 }
 
+/// Returns the rms distance between the board's points, projected to x/z and y/z, and `seen`; infinite when a
+/// point lies behind the device.
 double rms_of(const Pose& T, const std::vector<cv::Point3d>& board, const std::vector<cv::Point2d>& seen) {
   double sum = 0.0;
   for (std::size_t i = 0; i < board.size(); ++i) {

@@ -23,7 +23,8 @@ std::string lower(std::string text) {
   return text;
 }
 
-// As v4l2-ctl writes names: letters and digits, the rest one underscore.
+/// Returns a control's name as v4l2-ctl writes it: lower-case letters and digits, with one underscore for
+/// every run of other characters.
 std::string key_of(const std::string& name) {
   std::string key;
   for (const char c : lower(name))
@@ -35,6 +36,7 @@ std::string key_of(const std::string& name) {
   return key;
 }
 
+/// Returns whether a control's value is one integer, not a string or a compound type.
 bool is_number(std::uint32_t type) {
   return type == V4L2_CTRL_TYPE_INTEGER || type == V4L2_CTRL_TYPE_INTEGER64 ||
          type == V4L2_CTRL_TYPE_BITMASK || type == V4L2_CTRL_TYPE_BOOLEAN || type == V4L2_CTRL_TYPE_MENU ||
@@ -58,7 +60,8 @@ std::map<std::int64_t, std::string> menu_items(const V4l2Device& device, const V
   return items;
 }
 
-// Values that leave the picture alone, the first that the device has.
+/// Names a function by which a camera changes its images on its own, and the values that turn it off: the
+/// first one that the device offers is set.
 struct Automatic {
   std::uint32_t id;
   std::array<std::int64_t, 2> off;
@@ -226,11 +229,11 @@ void V4l2Controls::turn_off_automatics(const std::set<std::uint32_t>& kept) cons
                                   [&](std::int64_t value) { return has_value(*control, value); });
     if (off != automatic.off.end())
       set(*control, *off);
-    else if (automatic.id == V4L2_CID_EXPOSURE_AUTO)  // its least is fully automatic
+    else if (automatic.id == V4L2_CID_EXPOSURE_AUTO)  // its smallest value is fully automatic exposure
       throw device_.refusal(
           fmt::format("control '{}' cannot be turned off", control->key),
           fmt::format("it has {}; name it with --control to record all the same", control->range()));
-    else  // its least is the nearest to "off" that there is
+    else  // the smallest value is the nearest to "off" that the device offers
       set(*control, control->min);
   }
 }

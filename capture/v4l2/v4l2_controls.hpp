@@ -34,21 +34,24 @@ class V4l2Controls {
   /// there is.
   const V4l2Control& named(const std::string& name) const;
 
-  /// 0 or negative errno.
+  /// Reads the present value into `value`; returns 0, or the error as a negative errno.
   int read(const V4l2Control& control, std::int64_t& value) const;
   std::int64_t get(const V4l2Control& control) const;
-  /// Throws UserError(device) unless exactly `value` is read back.
+  /// Sets the control; throws UserError(device) unless exactly `value` is read back.
   void set(const V4l2Control& control, std::int64_t value) const;
   /// Sets a value as the user wrote it: a number, a menu's item, on or off.
   void set(const V4l2Control& control, const std::string& value) const;
-  /// Throws UserError(device) when it no longer has that value.
+  /// Throws UserError(device) when the control no longer has this value: drivers change controls that depend
+  /// on each other.
   void verify(const V4l2Control& control, const std::string& value) const;
   void push(const V4l2Control& button) const;
 
-  /// Whatever changes the picture by itself is turned off, but for the controls in `kept`.
+  /// Turns off everything by which the camera changes its images on its own (automatic exposure, gain, white
+  /// balance ...), but for the controls whose ids are in `kept`.
   void turn_off_automatics(const std::set<std::uint32_t>& kept) const;
 
-  /// "control.exposure_time_absolute" -> "250" of all that can be read.
+  /// Returns the values of all readable controls for the record of a capture, as
+  /// "control.exposure_time_absolute" -> "250".
   std::map<std::string, std::string> provenance() const;
 
  private:

@@ -32,7 +32,7 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
   const auto n_valid = static_cast<std::size_t>(
       std::count_if(interior.data.begin(), interior.data.end(), [](unsigned char m) { return m != 0; }));
   out.grid = choose_grid(*pair.camera, n_valid, most);
-  const Usable& u = fit.usable;
+  const UsableRange& u = fit.usable;
   for (int gy = 0; gy < out.grid.height; gy += out.grid.keep)
     for (int gx = 0; gx < out.grid.width; gx += out.grid.keep) {
       const std::size_t i = out.grid.pixel_of(gx, gy, pair.width());

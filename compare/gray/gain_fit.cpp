@@ -25,7 +25,7 @@ struct Sample {
 
 /// Collects every k-th gray value that is not saturated, over all images: enough for the start values.
 std::vector<Sample> subsample(const GrayPair& pair) {
-  const Usable u = clip_test(pair, 1.0, 0.0, 0.0);
+  const UsableRange u = usable_range(pair, 1.0, 0.0, 0.0);
   std::vector<std::size_t> pixels;
   for (std::size_t i = 0; i < pair.mask.size(); ++i)
     if (pair.mask.data[i] != 0) pixels.push_back(i);
@@ -64,7 +64,7 @@ double prediction(const GainModel& m, double e) { return m.a + m.b * (e - m.e_ce
 struct Start {
   GainModel model;
   double scale_dn = 0.0;
-  Usable usable;
+  UsableRange usable;
   bool ok = false;
 };
 
@@ -92,7 +92,7 @@ Start start_values(const GrayPair& pair) {
   for (int iteration = 0; iteration < 40; ++iteration) {
     // the clip test only once the line is roughly right
     const double margin_sigma = start.scale_dn;
-    start.usable = clip_test(pair, m.b, m.a - m.b * m.e_center, margin_sigma);
+    start.usable = usable_range(pair, m.b, m.a - m.b * m.e_center, margin_sigma);
     const auto usable = [&](const Sample& s) {
       const double p = prediction(m, s.e);
       return iteration < 3 || (p >= start.usable.low_dn && p <= start.usable.high_dn);
@@ -117,7 +117,7 @@ Start start_values(const GrayPair& pair) {
       break;
   }
   m.threshold_dn = kHuber * start.scale_dn;
-  start.usable = clip_test(pair, m.b, m.a - m.b * m.e_center, start.scale_dn);
+  start.usable = usable_range(pair, m.b, m.a - m.b * m.e_center, start.scale_dn);
   start.ok = true;
   return start;
 }

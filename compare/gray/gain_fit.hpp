@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "compare/gray/gray_source.hpp"
+#include "compare/gray/gray_pair.hpp"
 
 namespace fringetwin::compare {
 
 /// The gain of one camera.
 struct GainFit {
   GainRow row;
-  Usable usable;  ///< which gray values entered
+  UsableRange usable;  ///< which gray values entered
 };
 
 /// Minimises an M-estimator (Huber, k = 1.345) by iteratively reweighted least squares on a fixed subsample,

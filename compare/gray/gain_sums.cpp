@@ -35,7 +35,7 @@ struct Lane {
 };
 
 /// Returns false when no value of the row is used.
-bool fill_lane(const RowSpan& row, const GrayPair& pair, const Usable& u, double e_center, Lane& lane) {
+bool fill_lane(const RowSpan& row, const GrayPair& pair, const UsableRange& u, double e_center, Lane& lane) {
   const Sensor& sensor = pair.camera->sensor;
   const double gain = sensor.gain_dn, black = sensor.black_level_dn, max = sensor.max_dn();
   double used = 0.0;
@@ -123,7 +123,7 @@ GainSums reduce(const std::vector<BlockSums>& blocks) {
 
 }  // namespace
 
-GainSums sum_gain(const GrayPair& pair, const Usable& usable, const GainModel& model) {
+GainSums sum_gain(const GrayPair& pair, const UsableRange& usable, const GainModel& model) {
   const int width = pair.width(), height = pair.height();
   const int across = (width + kBlock - 1) / kBlock, down = (height + kBlock - 1) / kBlock;
   std::vector<BlockSums> blocks(static_cast<std::size_t>(across) * static_cast<std::size_t>(down));

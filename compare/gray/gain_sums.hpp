@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "compare/gray/gray_source.hpp"
+#include "compare/gray/gray_pair.hpp"
 
 namespace fringetwin::compare {
 
@@ -27,6 +27,6 @@ struct GainSums {
 };
 
 /// Sums in parallel over bands of blocks; the result does not depend on the number of threads.
-GainSums sum_gain(const GrayPair& pair, const Usable& usable, const GainModel& model);
+GainSums sum_gain(const GrayPair& pair, const UsableRange& usable, const GainModel& model);
 
 }  // namespace fringetwin::compare

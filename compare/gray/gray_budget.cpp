@@ -89,7 +89,7 @@ class GrayBudgetFit {
   /// Collects the values of a pixel; none when it has fewer than four usable values.
   Pixel collect_pixel(std::size_t i) const {
     Pixel pixel;
-    const Usable& u = fit_.usable;
+    const UsableRange& u = fit_.usable;
     for (int image : pair_.gain_images) {
       const auto k = static_cast<std::size_t>(image);
       const PatternSpec& pattern = pair_.patterns[k];

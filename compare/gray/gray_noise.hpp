@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "compare/gray/gray_source.hpp"
+#include "compare/gray/gray_pair.hpp"
 #include "measure/decode/decode.hpp"
 #include "measure/decode/phase_noise.hpp"
 

@@ -11,7 +11,7 @@ namespace {
 /// Returns the difference; NaN where the value must not be used.
 float usable_difference(const GrayPair& pair, const GainFit& fit, std::size_t image, std::size_t i) {
   const float unknown = std::numeric_limits<float>::quiet_NaN();
-  const Usable& u = fit.usable;
+  const UsableRange& u = fit.usable;
   const double y = static_cast<double>(pair.real->images[image].data[i]);
   const double v = static_cast<double>(pair.irradiance->images[image].data[i]);
   const double e = pair.e_scale * v + pair.e_offset;

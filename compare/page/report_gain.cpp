@@ -26,7 +26,7 @@ struct GrayOverE {
 std::vector<GrayOverE> gray_over_e(const GrayPair& pair, const GainFit& fit) {
   std::vector<GrayOverE> out;
   const std::size_t stride = 1 + pair.mask.size() / 200'000;
-  const Usable& u = fit.usable;
+  const UsableRange& u = fit.usable;
   for (int image : pair.gain_images)
     for (std::size_t i = 0; i < pair.mask.size(); i += stride) {
       const double e = pair.irradiance_at(image, i), predicted = u.gain_dn * e + u.black_level_dn;

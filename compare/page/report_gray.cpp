@@ -201,7 +201,7 @@ std::string gray_figures_html(const ReportInput& in) {
     GainFit fit;
     fit.row = in.comparison.gain[c];
     if (!fit.row.usable) continue;
-    fit.usable = clip_test(pairs[c], fit.row.gain_dn, fit.row.black_level_dn, 0.0);
+    fit.usable = usable_range(pairs[c], fit.row.gain_dn, fit.row.black_level_dn, 0.0);
     fit.usable.low_dn = fit.row.low_dn;
     fit.usable.high_dn = fit.row.high_dn;
     html += camera_with_real(in, pairs[c], fit, c);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Noise of the rig against the noise of the twin: table, by gray level, quantiles, map.
+// Makes the page's section on noise: rows of measured and predicted noise go in; a table, plots over gray
+// level and quantile, and a map of the ratio come out as HTML.
 #include <fmt/format.h>
 
 #include <algorithm>

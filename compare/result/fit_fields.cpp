@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fields of fits, decodes and triangulation: what `measure` finds on one side.
+// Describes the numbers of fits (of one side, and simulated - real), of decodes and of triangulation as
+// fields: key, unit, meaning and limit of each.
 #include "compare/result/fields.hpp"
 #include "compare/result/rows.hpp"
 
 namespace fringetwin::compare {
 namespace {
 
-/// Adds a field that is found by its key alone: measure::ObjectFit and FitRow hold maps.
+/// Adds a field that is found by its key alone, because measure::ObjectFit and FitRow hold their numbers in
+/// maps instead of members.
 Field& add(std::vector<Field>& all, const std::string& key, const std::string& unit,
            const std::string& meaning, Kind kind) {
   Field f;

@@ -193,10 +193,10 @@ struct ExplainedRow {
     for (const BudgetLine& line : lines) sum += line.variance;
     return sum;
   }
-  /// The lines with their shares of expected().
+  /// Returns the lines of the error budget, each with its share of the variance expected().
   std::vector<BudgetShare> shares() const;
 };
-/// Says whether every row of a quantity is explained; nothing where there is no such row.
+/// Returns whether the error budget explains every row of this quantity; nullopt when there is no such row.
 std::optional<bool> all_explained(const std::vector<ExplainedRow>& rows, const std::string& quantity);
 
 /// What all_explained() says of each quantity: "explained", "not explained", or nothing.
@@ -248,6 +248,7 @@ struct Refinement {
   int iterations = 0;
   bool converged = false;
   Eigen::MatrixXd covariance;  ///< of the parameters as fitted (a blur as its square), without switches
+  /// Returns the covariance as a list of rows, for JSON.
   std::vector<std::vector<double>> covariance_rows() const;
   std::vector<std::string> notes;
   /// With "texture": gain and black level of each camera that the pixels' factors refer to; see

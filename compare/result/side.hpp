@@ -11,15 +11,16 @@
 
 namespace fringetwin::compare {
 
-/// What a comparison knows of one side.
+/// Holds what a comparison knows of one side.
 struct Side {
-  std::vector<CameraImages> images;  ///< order of twin.cameras; empty = published numbers only
+  std::vector<CameraImages> images;  ///< order of twin.cameras; empty when only published numbers are known
   std::optional<measure::Measurement> measurement;
-  /// Irradiance of the simulated side where known (renderer or EXR), sequence order; may be empty.
+  /// Irradiance images of the simulated side, before the sensor, in the order of the sequence; empty where
+  /// neither the renderer nor EXR files gave them.
   std::vector<CameraImages> irradiance;
 };
 
-/// A side's decode of one camera; null where it was not measured.
+/// Returns a side's decode of one camera; null where the side was not measured.
 inline const measure::CameraDecode* decode_of(const Side& side, std::size_t camera) {
   return side.measurement ? &side.measurement->cameras.at(camera) : nullptr;
 }

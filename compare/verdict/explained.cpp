@@ -173,7 +173,7 @@ class GrayExplanation {
 
   void pixel(std::size_t i, double shared, Sums& out, BlockSum& level, BlockSum& contrast,
              BlockSum& shift) const {
-    const Usable& u = fit_.usable;
+    const UsableRange& u = fit_.usable;
     double mean_dn = 0.0;
     for (const int image : pair_.gain_images)
       mean_dn += static_cast<double>(pair_.real->images[static_cast<std::size_t>(image)].data[i]);

@@ -16,7 +16,7 @@
 namespace fringetwin::compare {
 namespace {
 
-/// The worst of several values; NaN when there is none or one is unknown.
+/// Finds the worst of several values; it is NaN when there is none or one is unknown.
 class Worst {
  public:
   explicit Worst(bool smallest_is_worst = false) : smallest_(smallest_is_worst) {}
@@ -36,11 +36,13 @@ class Worst {
   double value_ = kUnknown;
 };
 
-/// Returns how far a value is from what it should be; the worst one is what a limit is held against.
+/// Returns the number that is compared with the limit: the value itself, or its distance from 1 for ratios
+/// that should be 1.
 double judged(const Limit& limit, double value) {
   return limit.worst == Limit::Worst::farthest_from_one ? std::abs(value - 1.0) : value;
 }
 
+/// Adds the values of the table's fields that carry this limit, from all rows of the comparison.
 void add_rows(const Table& table, const std::string& name, const Comparison& c, Worst& worst) {
   for (const Field& field : table.fields()) {
     if (!field.limit || field.limit->name != name) continue;
@@ -52,12 +54,14 @@ void add_rows(const Table& table, const std::string& name, const Comparison& c, 
   }
 }
 
+/// Returns whether fits of this kind of object have a number with this key.
 bool is_number_of(const std::string& kind, const std::string& key) {
   const std::vector<std::string> keys = keys_of_fit(kind);
   return std::find(keys.begin(), keys.end(), key) != keys.end();
 }
 
-/// Adds the size of a fit's difference; a fit whose kind has that number must have its difference.
+/// Adds the amount of a fit's difference between the two sides; an unknown value when the kind of object has
+/// that number but the fit lacks the difference.
 void add_difference(const FitRow& row, const std::string& key, Worst& worst) {
   if (const auto at = row.difference_vectors.find(key); at != row.difference_vectors.end())
     worst.add(at->second.cwiseAbs().maxCoeff());
@@ -67,7 +71,7 @@ void add_difference(const FitRow& row, const std::string& key, Worst& worst) {
     worst.add(kUnknown);
 }
 
-/// Adds a number of the simulated fit itself.
+/// Adds a number of the simulated side's fit; an unknown value when that fit has none.
 void add_simulated(const FitRow& row, const std::string& key, Worst& worst) {
   const bool known = row.simulated && row.simulated->usable && row.simulated->numbers.contains(key);
   worst.add(known ? row.simulated->numbers.at(key) : kUnknown);
@@ -81,6 +85,7 @@ void add_fits(const std::string& name, const Comparison& c, Worst& worst) {
   }
 }
 
+/// Returns the worst value, over fits and tables, of the quantity that this limit bounds.
 double value_of(const Limit& limit, const Comparison& c) {
   Worst worst(limit.is_least());
   add_fits(limit.name, c, worst);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Holds a comparison against the acceptance limits of a twin. The names of the limits follow from the fields
-// of the tables that carry one.
+// Checks a comparison against the acceptance limits in a twin's [limits]: the limits and the comparison's
+// numbers go in, one row per limit with "met" or "not met" comes out. Which limits there are follows from the
+// fields of result.json that carry one.
 #pragma once
 #include <map>
 #include <string>

@@ -16,7 +16,7 @@ namespace {
 /// Largest float below pi, so that results stay inside (-pi, pi].
 constexpr float kPiFloat = 3.14159250f;
 
-/// atan2 without branches, so that the compiler vectorises it; error below 4e-7 rad.
+/// Returns atan2(y, x), computed without branches, so that the compiler vectorises it; error below 4e-7 rad.
 /// Polynomial: S. Moshier, Cephes atanf.c, |z| <= tan(pi/8). atan2(0, 0) = 0; atan2(-0, -1) = pi.
 inline float atan2_select(float y, float x) {
   const float ax = std::fabs(x), ay = std::fabs(y);
@@ -41,6 +41,7 @@ inline float atan2_select(float y, float x) {
 
 constexpr int kBlock = 256;  ///< pixels solved together: their sums stay in the first-level cache
 
+/// Solves n <= kBlock neighbouring pixels from `begin` on.
 void solve_block(const StepSolver& solver, const float* const* steps, int begin, int n, const PhaseRow& out) {
   float mean[kBlock] = {}, c[kBlock] = {}, s[kBlock] = {}, maximum[kBlock];
   std::fill(maximum, maximum + n, -std::numeric_limits<float>::infinity());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves N-step phase shifting by linear least squares: weights of each step, the kernel of an image row, and
-// whole images.
+// Solves N-step phase shifting by linear least squares: the images of the phase steps go in; wrapped phase,
+// amplitude, mean and residual of every pixel come out.
 #pragma once
 #include <Eigen/Core>
 #include <vector>
@@ -9,9 +9,10 @@
 
 namespace fringetwin::measure {
 
-/// I_n = mean + c cos(2 pi n/N) - s sin(2 pi n/N), c = amplitude cos(phase), s = amplitude sin(phase).
-/// Least squares makes mean, c and s linear in the images; the weights come from the 3x3 normal
-/// equations of the steps used (for the full set they are 1/N, 2/N cos, -2/N sin).
+/// Holds the least-squares weights of the phase steps in the model I_n = mean + c cos(2 pi n/N) - s sin(2 pi
+/// n/N), c = amplitude cos(phase), s = amplitude sin(phase). The solution makes mean, c and s linear in the
+/// images; the weights come from the 3x3 normal equations of the steps used (for the full set they are 1/N,
+/// 2/N cos, -2/N sin).
 class StepSolver {
  public:
   /// steps_n: at least 3 different numbers in 0...steps_total-1. Throws UserError(usage) otherwise.
@@ -31,6 +32,7 @@ class StepSolver {
     return cov_cc_ * sin_phase * sin_phase - 2.0 * cov_cs_ * sin_phase * cos_phase +
            cov_ss_ * cos_phase * cos_phase;
   }
+  /// Returns whether phase_variance() is the same for every phase, as with a full set of steps.
   bool isotropic() const { return isotropic_; }
 
  private:
@@ -40,10 +42,10 @@ class StepSolver {
   bool isotropic_ = false;
 };
 
-/// Images of so few rows are not worth a team of threads.
+/// The largest number of rows for which an image is solved in one thread: fewer are not worth a team.
 inline constexpr int kSerialRows = 32;
 
-/// Outputs of one row; any pointer but phase_rad may be null.
+/// Points at the outputs of one row; any pointer but phase_rad may be null.
 struct PhaseRow {
   float* phase_rad = nullptr;  ///< (-pi, pi]
   float* amplitude = nullptr;
@@ -55,11 +57,13 @@ struct PhaseRow {
 /// Solves n neighbouring pixels; steps[i] points at the first of them in step image i.
 void solve_row(const StepSolver& solver, const float* const* steps, int n, const PhaseRow& out);
 
-/// What least_squares_phase() makes of an N-step set, its phase at n = 0: I_n = mean + amplitude cos(phase +
-/// 2 pi n / N).
+/// Holds the images that least_squares_phase() computes from a set of phase steps: I_n = mean + amplitude
+/// cos(phase + 2 pi n / N).
 struct StepPhase {
   ImageF phase_rad, amplitude_dn, mean_dn, residual_dn;  ///< residual rms of the fit, NaN when 3 steps
 };
+/// Solves all pixels. images[i] is phase step number steps_n[i] of steps_total = N. Throws UserError(usage)
+/// unless steps_n holds at least 3 different steps.
 StepPhase least_squares_phase(const std::vector<const ImageF*>& images, const std::vector<int>& steps_n,
                               int steps_total);
 

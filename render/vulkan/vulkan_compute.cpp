@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Implements the Buffer and ComputePipeline of vulkan_device.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,8 +14,8 @@ namespace {
 constexpr VkMemoryPropertyFlags kMappable =
     VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
 
-// Orders host writes before and device writes after by one barrier for everything, cheap at our few
-// dispatches.
+/// Records a barrier that makes all writes before it, by the host or the device, visible to all that follows.
+/// One barrier for everything is cheap, since there are few dispatches.
 void full_barrier(VkCommandBuffer commands) {
   VkMemoryBarrier barrier{};
   barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;

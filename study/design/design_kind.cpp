@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Kind "design": every point of a grid, list, Latin hypercube or Sobol design.
+// Runs a study of kind "design": every point of a grid, list, Latin hypercube or Sobol design is simulated
+// and measured.
 #include <fmt/format.h>
 
 #include "study/design/design_file.hpp"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs points by an engine and keeps their outcomes in the study's store, so that none is run twice.
+// Runs the points of a study that have not been run yet: points go in, an engine simulates and measures those
+// whose outcomes the study's store lacks, and the outcomes are stored as they come.
 #pragma once
 #include <set>
 #include <vector>
@@ -16,18 +17,18 @@ class KeptPoints {
     task_.study = store.digest();
   }
 
-  /// Points with their traces, and which of them the store has finished.
+  /// Holds points with the traces of rays that they share, and the ids of those that are finished.
   struct Planned {
     std::vector<PlannedPoint> points;
     std::set<std::int64_t> done;
   };
   /// Adds the points to the store and plans their traces.
   Planned plan(const std::vector<StudyPoint>& points);
-  /// Runs what the store has not finished. Throws as the engine does.
+  /// Runs the points that are not in `done`. Throws as the engine does.
   void run(const Planned& planned);
 
-  /// Plans and runs these points, and returns all their outcomes: the same after any interruption. Throws as
-  /// the engine does.
+  /// Plans the points, runs those that the store has not finished, and returns the outcomes of all of them,
+  /// which are the same after any interruption. Throws as the engine does.
   std::vector<PointOutcome> run(const std::vector<StudyPoint>& points);
 
   /// Returns the counts of all that was run here.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Kind "monte-carlo": trials until the numbers are known well enough.
+// Runs a study of kind "monte-carlo": trials with inputs drawn from their distributions, until the numbers'
+// uncertainties are known well enough.
 #include <fmt/format.h>
 
 #include "study/monte_carlo/monte_carlo_file.hpp"

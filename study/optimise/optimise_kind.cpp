@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Kind "optimise": the settings with which a number is least uncertain.
+// Runs a study of kind "optimise": searches for the settings of the rig with which a number is least
+// uncertain.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random numbers by their address: seed, stream, trial and dimension go in, and the same number comes out on
-// every machine, in any order and after any interruption.
+// Draws random numbers without a state: seed, stream, trial and dimension go in, and the same number comes
+// out on every machine, in any order of the calls and after any interruption.
 #pragma once
 #include <cstdint>
 
 namespace fringetwin::study {
 
-/// Independent families of numbers of one seed.
+/// Names independent sequences of random numbers of one seed.
 enum class DrawStream : std::uint32_t {
   trials = 0,
   sensitivity_a = 1,

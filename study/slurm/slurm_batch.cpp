@@ -20,8 +20,8 @@ namespace {
 
 constexpr const char* kRoundSchema = "fringetwin-slurm-round/1";
 
-/// Returns what `take` makes of a file; nullopt where it is not there. Throws UserError(input) for wrong
-/// types, too.
+/// Returns what `take` makes of the JSON in a file; nullopt when there is no such file. Throws
+/// UserError(input) for broken JSON and for values of the wrong type.
 template <class Take>
 auto from_json(const fs::path& file, const std::string& hint, const Take& take)
     -> std::optional<decltype(take(report::Json()))> {
@@ -35,8 +35,8 @@ auto from_json(const fs::path& file, const std::string& hint, const Take& take)
   throw UserError(ExitCode::input, file.string(), "is damaged", hint);
 }
 
-/// Returns whether a point can have caused this end of a task: NODE_FAIL, PREEMPTED, CANCELLED ... and an end
-/// that was not seen say nothing about a point.
+/// Returns whether a point can have caused a task to end in this state of Slurm. NODE_FAIL, PREEMPTED,
+/// CANCELLED and unknown states say nothing about a point.
 bool a_point_can_cause(const std::string& state) {
   return state.starts_with("FAILED") || state.starts_with("OUT_OF_MEMORY") || state.starts_with("TIMEOUT");
 }
@@ -106,9 +106,9 @@ std::string SlurmRound::fate() const {
   return (text.empty() ? "Slurm does not say why" : text) + words;
 }
 
-SlurmBatch::SlurmBatch(fs::path folder) : folder_(std::move(folder)) { take_up(); }
+SlurmBatch::SlurmBatch(fs::path folder) : folder_(std::move(folder)) { take_up_new_rounds(); }
 
-void SlurmBatch::take_up() {
+void SlurmBatch::take_up_new_rounds() {
   for (;;) {
     const fs::path next = folder_ / fmt::format("round-{}", rounds_.size());
     if (!fs::is_directory(next)) return;
@@ -135,7 +135,7 @@ bool SlurmBatch::begin_round(const WorkerTask& task, const std::vector<std::vect
   fs::rename(unfinished, folder_ / fmt::format("round-{}", rounds_.size()), error);
   if (error) fs::remove_all(unfinished);
   const std::size_t before = rounds_.size();
-  take_up();
+  take_up_new_rounds();
   if (error && rounds_.size() == before)
     throw UserError(ExitCode::input, folder_.string(),
                     fmt::format("cannot be written ({})", error.message()));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tasks of a study's job arrays share with the process that submits them (docs/formats/study.md): a
-// folder per array, called a round. A later round has the points that the earlier ones left.
+// Keeps a study's Slurm job arrays on disk, where their tasks and the process that submits them exchange
+// points and outcomes (docs/formats/study.md). Each array has a folder, called a round; a later round has the
+// points that the earlier ones left unfinished.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -14,48 +15,58 @@
 
 namespace fringetwin::study {
 
+/// Holds what is known of one round: its job array and how that ended.
 struct SlurmRound {
   std::filesystem::path folder;
-  std::string job_name;  ///< that nobody else has
-  std::string version;   ///< of the program that its tasks must be
-  /// Nothing of it counts on Slurm any more: a task that starts late stops at once.
+  std::string job_name;  ///< unique: it holds random digits
+  std::string version;   ///< the version that the program must have in the tasks
+  /// True once nobody waits for the job array any more; a task that starts later stops at once.
   bool ended = false;
-  bool cancelled = false;                       ///< and its points are not to blame for it
-  std::map<std::size_t, std::string> states{};  ///< of its tasks at their end, "TIMEOUT (TimeLimit)"
+  bool cancelled = false;  ///< a user cancelled it, so that no point is to blame
+  /// Slurm's state of each task at its end: "TIMEOUT (TimeLimit)".
+  std::map<std::size_t, std::string> states{};
 
-  /// Throws UserError(input) where it cannot be read.
+  /// Reads round.json and, where there is one, ended.json of a round's folder. Throws UserError(input) where
+  /// they cannot be read.
   static SlurmRound read(const std::filesystem::path& folder);
+  /// Marks the round as ended, in memory and by ended.json; does nothing when it has ended before.
   void end(bool was_cancelled, std::map<std::size_t, std::string> last_states);
-  /// The last line in the log of a task.
+  /// Returns the last line that is not empty in the log of a task.
   std::string last_words(std::size_t task) const;
-  /// "2 tasks TIMEOUT (TimeLimit); the log of task 3 ends: ..."
+  /// Returns how the tasks that did not complete ended, for a message: "2 tasks TIMEOUT (TimeLimit); the log
+  /// of task 3 ends: ...".
   std::string fate() const;
 };
 
+/// Holds all rounds of one study.
 class SlurmBatch {
  public:
-  /// Takes up the rounds that are there; makes nothing.
+  /// Reads the rounds that are in the folder; writes nothing.
   explicit SlurmBatch(std::filesystem::path folder);
 
-  /// nullptr: none yet.
+  /// Returns the latest round; nullptr when there is none yet.
   SlurmRound* last() { return rounds_.empty() ? nullptr : &rounds_.back()->round; }
-  /// All files of a round but its script; it is there as a whole or not at all. Another process may have been
-  /// first: then last() is that one's, and false is returned.
+  /// Writes the folder of a new round with one shard of points for each task; the script of the job array is
+  /// not in it yet. The folder gets its name only when it is complete. Returns false when another process has
+  /// begun a round first: last() is then that one.
   bool begin_round(const WorkerTask& task, const std::vector<std::vector<PlannedPoint>>& shards,
                    const std::string& version);
-  /// As if it had not been begun.
+  /// Removes the latest round with its folder: for a job array that Slurm did not accept.
   void drop_round();
 
-  /// News of all rounds; `unfit` of the last one only.
+  /// Returns what the tasks of all rounds have written since the last call; `unfit`, the reason why a task
+  /// could run no point at all, is that of the latest round only.
   AttemptNews read();
 
+  /// Counts how often a task ended badly while it ran one point.
   struct Death {
     int times = 0;
-    bool alone = false;  ///< the last time: no other point of the task can be to blame
-    std::string last{};  ///< "its task ended TIMEOUT (TimeLimit); its log ends: ..."
+    bool alone = false;  ///< the last time, the task had no other point that could be to blame
+    std::string last{};  ///< how the last one ended: "its task ended TIMEOUT (TimeLimit); its log ends: ..."
   };
   using Deaths = std::map<std::int64_t, Death>;
-  /// Points in progress when their task ended for good in a way that a point can cause, however often.
+  /// Returns, by their ids, the points that were running when their task failed for good in a way that a
+  /// point can cause: a crash, too little memory or a time limit, but no lost node.
   Deaths deaths() const;
 
  private:
@@ -63,12 +74,13 @@ class SlurmBatch {
     SlurmRound round;
     AttemptReader attempts;
   };
-  void take_up();
+  /// Reads the rounds that have appeared in the folder since.
+  void take_up_new_rounds();
   std::filesystem::path folder_;
   std::vector<std::unique_ptr<Entry>> rounds_;
 };
 
-/// At most `most` of the points that died, most often dead first.
+/// Returns the ids of at most `most` of these points: those with the most deaths.
 std::set<std::int64_t> most_often_dead(const SlurmBatch::Deaths& deaths,
                                        const std::vector<PlannedPoint>& points, std::size_t most);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// SQLite with our errors: what goes wrong with a database becomes a sentence. Internal to study/.
+// Wraps the SQLite library: statements go in as SQL text, rows come out, and every failure is thrown as a
+// UserError whose sentence names the database file. Internal to study/.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -10,7 +11,7 @@ struct sqlite3_stmt;
 
 namespace fringetwin::study {
 
-/// An open file. All members throw UserError(usage) naming it.
+/// Holds one open database file. All members throw UserError(usage) that names the file.
 class Database {
  public:
   /// Opens or makes the file, for writing; nothing is written yet.
@@ -19,14 +20,17 @@ class Database {
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
-  /// Keeps what is committed in a write-ahead log: readers never wait, a commit is on the disk.
+  /// Makes SQLite commit into a write-ahead log, so that readers never wait for a writer and a transaction is
+  /// on the disk once it is committed.
   void use_write_ahead_log();
+  /// Runs statements that return no rows.
   void run(const std::string& sql) const;
-  /// The first column of the first row; 0 without one.
+  /// Returns the first column of the query's first row; 0 when there is no row.
   std::int64_t integer(const char* sql) const;
 
+  /// Throws a UserError(usage) that names the file, says `what` is wrong with it, and gives the hint.
   [[noreturn]] void refuse(const std::string& what, const std::string& hint) const;
-  /// Throws for SQLite's answer unless it is SQLITE_OK.
+  /// Throws the message of SQLite unless its result code is SQLITE_OK.
   void check(int code) const;
   sqlite3* handle() const { return handle_; }
 
@@ -36,7 +40,8 @@ class Database {
   sqlite3* handle_ = nullptr;
 };
 
-/// A prepared statement; places and columns as SQLite counts them, from 1 and from 0.
+/// Holds one prepared statement. As in SQLite, the places of bound values count from 1, the columns of a row
+/// from 0.
 class Statement {
  public:
   Statement(const Database& database, const char* sql);
@@ -47,8 +52,10 @@ class Statement {
   Statement& bind(int place, std::int64_t value);
   Statement& bind(int place, double value);
   Statement& bind(int place, const std::string& value);
-  bool step();  ///< false at the end of the rows
-  void run();   ///< to its end, then ready for the next values
+  /// Goes to the next row; returns false when there is none left.
+  bool step();
+  /// Executes the statement to its end and resets it, so that the next values can be bound.
+  void run();
   std::int64_t integer(int column) const;
   double real(int column) const;
   std::string text(int column) const;  ///< "" for NULL
@@ -58,7 +65,7 @@ class Statement {
   sqlite3_stmt* statement_ = nullptr;
 };
 
-/// Of a writer; rolled back unless committed.
+/// Opens a write transaction; the destructor rolls it back unless commit() was called.
 class Transaction {
  public:
   explicit Transaction(const Database& database);

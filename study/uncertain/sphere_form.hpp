@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The deviation of a real sphere from its form: random spherical harmonics, and the sphere with them as a
-// mesh that can be traced.
+// Draws how a real sphere deviates from an ideal one: the rms and the range of degrees go in, a random sum of
+// spherical harmonics comes out, and from it the mesh that the renderer traces.
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
@@ -11,22 +11,24 @@
 
 namespace fringetwin::study {
 
-/// Degrees and size of a deviation. Degree 0 is the radius, 1 the place: neither is form.
+/// States the rms and the degrees of the harmonics of a form deviation. Degree 0 changes the radius and
+/// degree 1 moves the sphere: neither is a deviation of form.
 struct FormSpread {
   static constexpr int kLeastDegree = 2, kMostDegree = 40;
-  double rms_mm = 0.0;  ///< over the sphere, in expectation
-  int low = 2, high = 12;
+  double rms_mm = 0.0;     ///< expected rms of the deviation over the sphere
+  int low = 2, high = 12;  ///< lowest and highest degree
 };
 
 /// h(n) = sum of c_lm Y_lm(n), l <= degree, with real orthonormal spherical harmonics: the deviation outward
 /// in mm.
 class SphereForm {
  public:
-  /// `coefficients`: (degree + 1)^2, c_lm at l^2 + l + m; m < 0: sines.
+  /// Takes the (degree + 1)^2 coefficients, c_lm at index l^2 + l + m; those with m < 0 belong to the sines.
   SphereForm(int degree, std::vector<double> coefficients);
 
-  /// Returns a form with normal coefficients; each degree has the same part of rms^2 in expectation. The same
-  /// seed gives the same c_lm but for their size, whichever degrees are asked for.
+  /// Returns a form whose coefficients are drawn from normal distributions, such that each degree is expected
+  /// to hold the same part of rms^2. A seed gives the same c_lm, up to their common scale, whichever degrees
+  /// are asked for.
   static SphereForm draw(const FormSpread& spread, std::uint64_t seed);
 
   /// Returns h(n) for a unit vector n.
@@ -38,12 +40,14 @@ class SphereForm {
   std::vector<double> a_, b_;  ///< of the recurrence over l, at l^2 + l + m, m >= 0
 };
 
-/// Returns how far, rms, the facets of a form_mesh lie from the surface they stand for (about 0 on average):
-/// what the form asks for, within what can be traced quickly.
+/// Returns the rms distance, mm, between the flat facets of form_mesh() and the smooth surface that they
+/// approximate. The number of facets is chosen so that this is small against the form's rms, up to the number
+/// that can be traced quickly.
 double facet_error_mm(double radius_mm, const FormSpread& spread);
 
-/// Returns the sphere with this deviation about the origin, for smooth shading. Its vertices stand as far
-/// outside as its facets lie inside on average.
+/// Returns the sphere with this deviation, centred at the origin, as a mesh with vertex normals for smooth
+/// shading. The vertices lie outside the surface by as much as flat facets lie inside it on average, so that
+/// the mesh has no bias in its radius.
 std::shared_ptr<const Mesh> form_mesh(double radius_mm, const FormSpread& spread, const SphereForm& form);
 
 }  // namespace fringetwin::study

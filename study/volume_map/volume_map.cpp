@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// What one trial says of one position.
+/// Holds what one trial measured of the sphere at one position.
 struct Seen {
   Vector3d center_mm = Vector3d::Constant(kNan);
   double radius_mm = kNan, form_mm = kNan, form_95_mm = kNan;
@@ -22,9 +22,9 @@ struct Seen {
   std::string reason;
 };
 
-/// Returns what was seen, [trial][position].
-std::vector<std::vector<Seen>> table(const VolumeMapPlan& plan, std::size_t positions,
-                                     const std::vector<PointOutcome>& outcomes) {
+/// Sorts the outcomes by trial and position: out[trial][position].
+std::vector<std::vector<Seen>> by_trial(const VolumeMapPlan& plan, std::size_t positions,
+                                        const std::vector<PointOutcome>& outcomes) {
   std::vector<std::vector<Seen>> out(plan.trials, std::vector<Seen>(positions));
   for (const PointOutcome& o : outcomes) {
     const auto id = static_cast<std::size_t>(o.id);
@@ -46,6 +46,7 @@ MapNumber number_of(const std::vector<double>& values, double coverage) {
   return {s.mean, s.sigma, s.symmetric, s.n};
 }
 
+/// Returns the statistics, over all trials, of the errors at one position.
 MapPosition position(const VolumeMapPlan& plan, const Vector3d& center_mm,
                      const std::vector<const Seen*>& trials) {
   MapPosition out;
@@ -67,7 +68,7 @@ MapPosition position(const VolumeMapPlan& plan, const Vector3d& center_mm,
   return out;
 }
 
-/// Returns the i where amount(i) is largest; NaN never is.
+/// Returns the index i < n at which amount(i) is largest, NaN left out; nullopt when all are NaN.
 template <class Amount>
 std::optional<std::size_t> largest(std::size_t n, Amount amount) {
   std::optional<std::size_t> best;
@@ -76,6 +77,8 @@ std::optional<std::size_t> largest(std::size_t n, Amount amount) {
   return best;
 }
 
+/// Returns the indices i < n at which the mean, and the sigma, of number(i) are largest by amount; numbers
+/// that some trial lacks do not count.
 template <class Number>
 std::optional<MapWorst> worst(std::size_t n, std::size_t trials, Number number) {
   const auto of_all = [&](std::size_t i, double MapNumber::*value) {
@@ -130,7 +133,7 @@ std::vector<Record> volume_map_records(const std::string& object) {
 
 VolumeMap volume_map(const VolumeMapPlan& plan, const std::vector<PointOutcome>& outcomes) {
   const std::vector<Vector3d> places = plan.positions();
-  const auto seen = table(plan, places.size(), outcomes);
+  const auto seen = by_trial(plan, places.size(), outcomes);
   VolumeMap out;
   for (std::size_t p = 0; p < places.size(); ++p) {
     std::vector<const Seen*> trials;

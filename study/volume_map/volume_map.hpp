@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A study of kind "volume-map": a sphere at a lattice of positions, measured in rigs drawn from the uncertain
-// inputs. Errors of place, size and form at each, of the spacing between any two (docs/metrics/study.md,
-// "Volume map"; in the manner of VDI/VDE 2634 part 2).
+// Plans and evaluates a study of kind "volume-map": a sphere stands at each position of a lattice and is
+// measured in rigs that are drawn from the uncertain inputs. The plan goes in, the points to be simulated
+// come out; their outcomes go in, the errors of position, size and form at each position and of the spacing
+// between any two come out (docs/metrics/study.md, "Volume map"; in the manner of VDI/VDE 2634 part 2).
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -42,7 +43,7 @@ std::vector<Record> volume_map_records(const std::string& object);
 /// Statistics of one number over the trials.
 struct MapNumber {
   double mean = 0.0, sigma = 0.0;
-  Interval interval;  ///< symmetric
+  Interval interval;  ///< the probabilistically symmetric coverage interval
   std::size_t n = 0;  ///< trials that have it
 };
 
@@ -60,8 +61,8 @@ struct MapSpacing {
   double length_mm = 0.0;    ///< nominal
   MapNumber error_mm;        ///< distance of the measured centres less the nominal one
 };
-/// The positions where a number's mean, and its sigma, are largest by amount, of those that have it in every
-/// trial: the few trials of another one may be its bad ones, or its good ones.
+/// Holds the indices at which a number's mean, and its sigma, are largest by amount. Only positions that have
+/// the number in every trial count: statistics of a few trials could be those of the good or of the bad ones.
 struct MapWorst {
   std::size_t mean = 0, sigma = 0;
 };
@@ -73,8 +74,8 @@ struct VolumeMap {
   /// By name; without an entry where no position has it in every trial.
   std::map<std::string, MapWorst> worst;
   std::optional<MapWorst> worst_spacing;  ///< indices of spacings
-  /// The largest amount of a spacing error of a trial, over the trials that have all pairs: of fewer pairs it
-  /// would be too small.
+  /// Statistics of each trial's largest spacing error by amount. Only trials that measured all pairs count:
+  /// the largest of fewer pairs would be too small.
   MapNumber largest_mm;
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Kind "volume-map": a sphere at a lattice of positions.
+// Runs a study of kind "volume-map": a sphere is measured at a lattice of positions in every trial, and the
+// outcomes become result.json, the page and the lines on the terminal.
 #include <fmt/format.h>
 
 #include "study/uncertain/uncertain_file.hpp"
@@ -14,7 +15,8 @@ std::string coordinates_text(const Eigen::Vector3d& p) {
   return fmt::format("({:g}, {:g}, {:g})", p.x(), p.y(), p.z());
 }
 
-/// Says where the errors are worst: a line per number, and lines of the spacings.
+/// Returns lines of text that say where the errors are worst: one for each number, and those of the spacings
+/// between positions.
 std::string worst_lines(const VolumeMap& map) {
   std::string out;
   for (const auto& [name, worst] : map.worst) {

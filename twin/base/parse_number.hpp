@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A text that is a number and nothing else becomes that number, and back, in every locale alike.
+// Reads a text that is one number and nothing else, and writes a number as a text, in every locale alike.
 #pragma once
 #include <optional>
 #include <string>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the subset of Python literal syntax that .cameramodel files use.
+// Reads the Python dict literal that an mrcal .cameramodel file is: its text goes in, its keys with their
+// values as text come out.
 #pragma once
 #include <cstddef>
 #include <filesystem>
@@ -9,7 +10,7 @@
 
 namespace fringetwin {
 
-/// One "'key': value" pair; the value as written, with the line it starts on.
+/// Holds one "'key': value" pair: the value as it is written, and the line on which it starts.
 struct PythonDictEntry {
   std::string key;
   std::string_view value;  ///< into the parsed text

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/gray/gray_source.hpp"
+#include "compare/gray/gray_pair.hpp"
 
 #include <fmt/format.h>
 
@@ -12,11 +12,13 @@
 namespace fringetwin::compare {
 namespace {
 
-/// Says whether Gray-code images have the exposure of the phase steps; only the same exposure compares.
+/// Returns whether the Gray-code images have the exposure of the phase steps: one gain cannot fit two
+/// exposures.
 bool same_exposure(const CameraImages& images) {
   return !images.gray_code_exposure || std::abs(*images.gray_code_exposure - 1.0) < 1e-9;
 }
 
+/// Fills the pair's lists of images: those that are compared, and those on which the gain is fitted.
 void choose_images(GrayPair& pair, const Twin& twin, const CompareOptions& options,
                    std::vector<std::string>& warnings) {
   const bool gray_compares = same_exposure(*pair.real) && same_exposure(*pair.irradiance);
@@ -47,6 +49,7 @@ void choose_images(GrayPair& pair, const Twin& twin, const CompareOptions& optio
                     pair.camera->name));
 }
 
+/// Returns a mask that is 1 where no decode of either side calls the pixel invalid.
 ImageU8 valid_in_both(const Camera& camera, std::size_t index, const Side& real, const Side& simulated) {
   ImageU8 mask(camera.lens.width(), camera.lens.height(), 1);
   for (const Side* side : {&real, &simulated}) {
@@ -56,6 +59,7 @@ ImageU8 valid_in_both(const Camera& camera, std::size_t index, const Side& real,
   return mask;
 }
 
+/// Throws UserError(input) unless there is one image of the camera's size for each image of the sequence.
 void check_images(const CameraImages& images, const GrayPair& pair, const char* side) {
   const std::string where = std::string(side) + " images of camera \"" + pair.camera->name + "\"";
   if (images.images.size() != pair.patterns.size())
@@ -109,9 +113,9 @@ std::vector<GrayPair> pair_gray(const Twin& twin, const Side& real, const Side& 
   return pairs;
 }
 
-Usable clip_test(const GrayPair& pair, double gain_dn, double black_level_dn, double sigma_dn) {
+UsableRange usable_range(const GrayPair& pair, double gain_dn, double black_level_dn, double sigma_dn) {
   const double infinity = std::numeric_limits<double>::infinity();
-  Usable u;
+  UsableRange u;
   u.saturation_dn = pair.real->saturation_dn();
   u.sim_low = pair.from_dn ? 0.0 : -infinity;
   u.sim_high = pair.from_dn ? pair.irradiance->saturation_dn() : infinity;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides which gray values of one camera are compared: images, pixels, and the simulated irradiance that
-// belongs to each of them.
+// Pairs the real and the simulated images of each camera for the comparison of gray values: both sides go in;
+// the images and pixels that are compared, and the simulated irradiance E at each of them, come out.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -12,13 +12,13 @@
 
 namespace fringetwin::compare {
 
-/// One camera of both sides. Points into Twin and Side, which must outlive it.
+/// Holds what both sides have of one camera. Points into Twin and Side, which must outlive it.
 struct GrayPair {
   const Camera* camera = nullptr;
   const CameraImages* real = nullptr;
   const CameraImages* simulated = nullptr;   ///< DN as rendered with the twin's sensor; may be null
   const CameraImages* irradiance = nullptr;  ///< never null: irradiance, or the simulated DN themselves
-  /// E = e_scale * irradiance value + e_offset.
+  /// Irradiance E = e_scale * (value of `irradiance`) + e_offset.
   double e_scale = 1.0, e_offset = 0.0;
   bool from_dn = false;               ///< E comes from quantised (and perhaps noisy) gray values
   std::vector<PatternSpec> patterns;  ///< the whole sequence
@@ -28,37 +28,39 @@ struct GrayPair {
 
   int width() const { return mask.width; }
   int height() const { return mask.height; }
+  /// Returns the value of `irradiance` in this image of the sequence at pixel i.
   double source_at(int image, std::size_t i) const {
     return static_cast<double>(irradiance->images[static_cast<std::size_t>(image)].data[i]);
   }
+  /// Returns the irradiance E there.
   double irradiance_at(int image, std::size_t i) const { return e_scale * source_at(image, i) + e_offset; }
 };
 
-/// Clears the pixels that a decode of that size calls invalid.
+/// Sets the mask to 0 at the pixels that a decode of its size calls invalid.
 void clear_invalid(const measure::CameraDecode& decode, ImageU8& mask);
 
-/// Returns the step between the rows that sums over blocks of pixels take: every second row of images of a
-/// megapixel or more: half the time, and their blocks still hold pixels enough.
+/// Returns the step between the rows that enter sums over blocks of pixels: 2 for images of a megapixel or
+/// more, whose blocks hold enough pixels with every second row, else 1.
 inline int row_step(int width, int height) { return width * height >= 1'000'000 ? 2 : 1; }
 
-/// Pairs the cameras of the two sides; empty when a side has no images. Warnings say what was left out and
-/// why.
+/// Returns one pair per camera; none when a side has no images. Adds a warning for images that are left out.
 std::vector<GrayPair> pair_gray(const Twin& twin, const Side& real, const Side& simulated,
                                 const CompareOptions& options, std::vector<std::string>& warnings);
 
-/// Which gray values enter sums: a valid pixel, a real value below saturation, a simulated value that
-/// is not clipped, and a prediction within [low_dn, high_dn].
-struct Usable {
+/// Holds the ranges of gray values that enter sums: a real value below saturation, a simulated value that is
+/// not clipped, and a prediction, gain_dn E + black_level_dn, within [low_dn, high_dn].
+struct UsableRange {
   double saturation_dn = 0.0;                  ///< of the real camera
-  double sim_low = 0.0, sim_high = 0.0;        ///< irradiance-source values strictly between
-  double gain_dn = 1.0, black_level_dn = 0.0;  ///< prediction used for the clip test
+  double sim_low = 0.0, sim_high = 0.0;        ///< values of `irradiance`, bounds excluded
+  double gain_dn = 1.0, black_level_dn = 0.0;  ///< the prediction's line
   double low_dn = 0.0, high_dn = 0.0;
 };
-/// Returns the ranges that keep values away from a clip, for this gain and residual scale.
-Usable clip_test(const GrayPair& pair, double gain_dn, double black_level_dn, double sigma_dn);
+/// Returns the ranges that leave out clipped values. The prediction keeps away from black and saturation by 3
+/// sigma_dn, the scale of the residuals, and at least by 2 DN; values of float images have no bounds.
+UsableRange usable_range(const GrayPair& pair, double gain_dn, double black_level_dn, double sigma_dn);
 
-/// Says whether a gray value enters sums; `v`: value of the irradiance source.
-inline bool is_usable(const Usable& u, double real_dn, double v, double predicted_dn) {
+/// Returns whether a gray value enters sums; `v` is the pair's source_at() the pixel.
+inline bool is_usable(const UsableRange& u, double real_dn, double v, double predicted_dn) {
   return real_dn < u.saturation_dn && v > u.sim_low && v < u.sim_high && predicted_dn >= u.low_dn &&
          predicted_dn <= u.high_dn;
 }
