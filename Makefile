@@ -90,4 +90,4 @@ bench: build
 	@scripts/bench_chain.sh   # per stage: render, decode, match, triangulate, fit; the whole against its bound
 
 clean:
-	rm -rf build build-asan build-debug build-dev out
+	rm -rf build build-asan build-debug build-dev build-separate out

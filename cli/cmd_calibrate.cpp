@@ -16,6 +16,7 @@
 #include "cli/commands.hpp"
 #include "cli/version.hpp"
 #include "compare/result/provenance.hpp"
+#include "compare/verdict/limits.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
@@ -189,6 +190,7 @@ int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
   std::vector<calib::ImageCorners> images;
   if (!o.twin.empty()) {
     const Twin twin = load_twin(o.twin);
+    compare::check_limit_names(twin);
     const std::vector<fs::path> folders(o.globs.begin(), o.globs.end());
     images = calib::detect_in_captures(twin, folders, o.pattern);
     take_devices(twin, o);

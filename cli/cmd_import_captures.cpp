@@ -12,6 +12,7 @@
 #include "cli/camera_files.hpp"
 #include "cli/commands.hpp"
 #include "cli/version.hpp"
+#include "compare/verdict/limits.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/parse_number.hpp"
@@ -174,6 +175,7 @@ void check_free(const ImportCaptures& o) {
 int run_import_captures(const ImportCaptures& o) {
   check_free(o);
   const Twin twin = load_twin(o.twin);
+  compare::check_limit_names(twin);
   const CaptureSet set = describe(twin, o);
   check_foreign_set(set, twin);
   begin_output(o.out, {});

@@ -11,6 +11,7 @@
 #include "cli/commands.hpp"
 #include "cli/version.hpp"
 #include "compare/result/provenance.hpp"
+#include "compare/verdict/limits.hpp"
 #include "cosim/load.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
@@ -150,6 +151,7 @@ void print_summary(const calib::Photometry& p) {
 int run_photometry(const PhotometryCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
   const Twin twin = load_twin(o.twin);
+  compare::check_limit_names(twin);
   std::vector<fs::path> inputs = twin.input_files;
   const std::vector<calib::CameraFrames> frames = load_frames(twin, o, inputs);
   const calib::Photometry photometry = calib::analyse_photometry(twin, frames);

@@ -19,7 +19,8 @@ struct CosimRequest {
 
 /// Loads the twin and its real captures, renders and exposes every camera, measures both sides and refines
 /// the twin where that is asked for; then compare_and_write() (cosim/write_results.hpp) does the rest.
-/// Whatever can be refused is refused before a device is opened. Throws UserError and Cancelled.
+/// What the twin, its captures, --steps and --refine can be refused for is refused before a device is opened.
+/// Throws UserError and Cancelled.
 Run run_cosim(const CosimRequest& request);
 
 }  // namespace fringetwin::cosim

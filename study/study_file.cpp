@@ -30,15 +30,15 @@ constexpr FileOfKind kKinds[] = {
      [](const TomlTable& root, StudyFile* study) { study->plan = read_monte_carlo(root, study->head.twin); }},
     {"volume-map", volume_map_keys,
      [](const TomlTable& root, StudyFile* study) {
-       VolumeMapPlan kPlan = read_volume_map(root, study->head.twin);
-       study->head.records = volume_map_records(kPlan.object);
-       study->plan = std::move(kPlan);
+       VolumeMapPlan plan = read_volume_map(root, study->head.twin);
+       study->head.records = volume_map_records(plan.object);
+       study->plan = std::move(plan);
      }},
     {"optimise", optimise_keys,
      [](const TomlTable& root, StudyFile* study) {
-       OptimisePlan kPlan = read_optimise(root, study->head.twin);
-       study->head.records = optimise_records(kPlan);
-       study->plan = std::move(kPlan);
+       OptimisePlan plan = read_optimise(root, study->head.twin);
+       study->head.records = optimise_records(plan);
+       study->plan = std::move(plan);
      }},
 };
 
@@ -77,7 +77,7 @@ StudyFile load_study(const fs::path& file) {
 }
 
 std::unique_ptr<Kind> kind_of(const StudyFile& file) {
-  return std::visit([&](const auto& kPlan) { return make_kind(file.head, kPlan); }, file.plan);
+  return std::visit([&](const auto& plan) { return make_kind(file.head, plan); }, file.plan);
 }
 
 }  // namespace fringetwin::study

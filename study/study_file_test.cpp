@@ -134,6 +134,9 @@ TEST_F(StudyFileTest, PathsAndTwinsAreCheckedBeforeAnythingRuns) {
   EXPECT_THAT(error(vary("camera.left.sensor.bit_dept", "[8]")),
               ::testing::AllOf(HasSubstr("camera.left.sensor.bit_dept = 8"),
                                HasSubstr("did you mean \"bit_depth\"?")));
+  EXPECT_THAT(
+      error(vary("limits.phase_rms", "[0.1]")),
+      ::testing::AllOf(HasSubstr("limits.phase_rms = 0.1"), HasSubstr("did you mean \"phase_rms_rad\"?")));
   EXPECT_THAT(error(vary("camera.lft.psf_px", "[8]")), HasSubstr("did you mean \"left\"?"));
   EXPECT_THAT(error(vary("camera.left.sensor.bit_depth", "[7, 99]")), HasSubstr("must be 8 ... 16, is 7"))
       << "no point can be read";

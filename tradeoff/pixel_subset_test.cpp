@@ -12,7 +12,7 @@
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::tradeoff::subset_test {
+namespace fringetwin::tradeoff::pixel_subset_test {
 namespace {
 
 /// 200 x 120 px: object 0 fills x < 150 but for a square of object 1; object 0 is dark where y >= 90.
@@ -110,4 +110,4 @@ TEST(Subset, AWindowSeesWhatItsCameraSeesThere) {
 }
 
 }  // namespace
-}  // namespace fringetwin::tradeoff::subset_test
+}  // namespace fringetwin::tradeoff::pixel_subset_test

@@ -254,7 +254,11 @@ bool restore_exposures(const std::map<std::string, std::string>& identity, const
   for (const RigCamera& camera : rig) {
     const auto it = identity.find(exposure_key(camera));
     if (it == identity.end()) continue;
-    camera.device->set_exposure_ms(parse_number<double>(it->second).value());
+    const std::optional<double> exposure_ms = parse_number<double>(it->second);
+    if (!exposure_ms)
+      throw UserError(ExitCode::input, it->first, "\"" + it->second + "\" is no exposure in ms",
+                      "record the set anew, or give the journal the number it had");
+    camera.device->set_exposure_ms(*exposure_ms);
     any = true;
   }
   return any;

@@ -9,7 +9,7 @@
 #include <limits>
 #include <random>
 
-namespace fringetwin::compare::interior_test {
+namespace fringetwin::compare::interior_mask_test {
 namespace {
 
 using measure::CameraDecode;
@@ -106,4 +106,4 @@ TEST(Interior, ASigmaThatIsUnknownCountsAsNone) {
 }
 
 }  // namespace
-}  // namespace fringetwin::compare::interior_test
+}  // namespace fringetwin::compare::interior_mask_test

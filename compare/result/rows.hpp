@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Holds what one comparison of a real with a simulated side found, table by table and row by row, as plain
-// values before they become JSON or a page. Every formula is in docs/METRICS.md. A number that is unknown is
-// NaN; differences are simulated - real.
+// values before they become JSON or a page. docs/METRICS.md leads to every formula. A number that is unknown
+// is NaN; differences are simulated - real.
 #pragma once
 #include <Eigen/Core>
 #include <cmath>
@@ -70,7 +70,7 @@ struct GainRow {
   /// Range of predicted gray values used (values near a clip are left out).
   double low_dn = 0, high_dn = 0;
 };
-/// Where the residual variance after the gain fit comes from (docs/METRICS.md). All in DN²; the parts
+/// Where the residual variance after the gain fit comes from (docs/metrics/gray.md). All in DN²; the parts
 /// add up to total.
 struct GrayBudget {
   std::string camera;
@@ -105,8 +105,8 @@ struct PhaseRow {
                : kUnknown;
   }
 };
-/// Where the mean square of the phase difference comes from (docs/METRICS.md). All in rad^2; the parts add up
-/// to total.
+/// Where the mean square of the phase difference comes from (docs/metrics/phase.md). All in rad^2; the parts
+/// add up to total.
 struct PhaseBudget {
   std::string camera, direction;
   int alias_order = 1;  ///< order of the ripple that projector harmonics leave in the steps used

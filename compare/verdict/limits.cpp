@@ -99,10 +99,12 @@ void collect(const std::vector<Field>& fields, std::map<std::string, Limit>& out
     if (field.limit) out.emplace(field.limit->name, *field.limit);
 }
 
-/// Returns file and line of a limit; the file alone where the limit was put into the twin by other means.
-std::string place_of(const Twin& twin, const std::string& name) {
+/// Returns file and line of a limit, or the setting it was loaded with; the file alone where it was put into
+/// the twin by other means.
+std::string place_of(const Twin& twin, const std::map<std::string, std::string>& settings,
+                     const std::string& name) {
   if (!std::filesystem::is_regular_file(twin.file)) return twin.file.string();
-  const auto table = TomlTable::parse_file(twin.file, ExitCode::usage).table("limits");
+  const auto table = TomlTable::parse_file(twin.file, ExitCode::usage, settings).table("limits");
   return table ? table->where(name) : twin.file.string();
 }
 
@@ -124,18 +126,18 @@ const std::map<std::string, Limit>& limits_by_name() {
   return all;
 }
 
-void check_limit_names(const Twin& twin) {
+void check_limit_names(const Twin& twin, const std::map<std::string, std::string>& settings) {
   for (const auto& [name, value] : twin.limits) {
     const auto limit = limits_by_name().find(name);
     if (limit == limits_by_name().end()) {
       const std::string hint = did_you_mean(name, names());
-      throw UnknownKey(ExitCode::usage, place_of(twin, name),
+      throw UnknownKey(ExitCode::usage, place_of(twin, settings, name),
                        fmt::format("unknown key \"{}\" in [limits]", name),
                        hint.empty() ? fmt::format("known keys: {}", fmt::join(names(), ", ")) : hint);
     }
     if (value > limit->second.highest)
       throw UserError(
-          ExitCode::usage, place_of(twin, name),
+          ExitCode::usage, place_of(twin, settings, name),
           fmt::format("limits.{} must be >= 0 and <= {}, is {}", name, limit->second.highest, value));
   }
 }

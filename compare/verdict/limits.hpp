@@ -17,8 +17,9 @@ namespace fringetwin::compare {
 const std::map<std::string, Limit>& limits_by_name();
 
 /// Refuses names in twin.limits that no table has, and limits that make no sense: throws UnknownKey or
-/// UserError(usage) with file, line, key and the nearest known name. To be called before any work is done.
-void check_limit_names(const Twin& twin);
+/// UserError(usage) with file, line, key and the nearest known name. To be called after every
+/// load_twin(), before any work is done; `settings`: those the twin was loaded with.
+void check_limit_names(const Twin& twin, const std::map<std::string, std::string>& settings = {});
 
 /// Returns one row per limit, in alphabetical order. A quantity the comparison does not have counts as not
 /// met (value NaN). Throws UserError(usage) for an unknown name.

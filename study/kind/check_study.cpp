@@ -7,6 +7,7 @@
 #include <set>
 
 #include "compare/result/provenance.hpp"
+#include "compare/verdict/limits.hpp"
 #include "study/uncertain/uncertain_inputs.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/twin.hpp"
@@ -51,7 +52,10 @@ StudyIdentity check_study(const StudyHead& study, const std::vector<StudyPoint>&
     const Settings strings = settings_with_strings(point.settings);
     if (readable && (strings.empty() || seen.contains(strings))) continue;
     try {
-      const std::vector<fs::path> read = files_of(load_twin(study.twin, keys_of_twin(point.settings)));
+      const Settings keys = keys_of_twin(point.settings);
+      const Twin twin = load_twin(study.twin, keys);
+      compare::check_limit_names(twin, keys);
+      const std::vector<fs::path> read = files_of(twin);
       files.insert(read.begin(), read.end());
       seen.insert(strings);
       readable = true;

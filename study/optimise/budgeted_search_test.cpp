@@ -10,7 +10,7 @@
 #include <set>
 #include <stdexcept>
 
-namespace fringetwin::study::search_test {
+namespace fringetwin::study::budgeted_search_test {
 namespace {
 
 using Function = std::function<Assessment(const Place&)>;
@@ -127,4 +127,4 @@ TEST(Search, ExceptionsPass) {
 }
 
 }  // namespace
-}  // namespace fringetwin::study::search_test
+}  // namespace fringetwin::study::budgeted_search_test

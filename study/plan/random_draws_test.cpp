@@ -14,7 +14,7 @@
 #include <set>
 #include <vector>
 
-namespace fringetwin::study::draws_test {
+namespace fringetwin::study::random_draws_test {
 namespace {
 
 TEST(Draws, NormalQuantilesOfTheTables) {
@@ -67,4 +67,4 @@ TEST(Draws, EveryPartOfTheAddressCounts) {
 }
 
 }  // namespace
-}  // namespace fringetwin::study::draws_test
+}  // namespace fringetwin::study::random_draws_test

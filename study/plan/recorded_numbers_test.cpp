@@ -11,7 +11,7 @@
 #include "report/json.hpp"
 #include "twin/base/errors.hpp"
 
-namespace fringetwin::testing::record_test {
+namespace fringetwin::testing::recorded_numbers_test {
 namespace {
 
 using study::pick_numbers;
@@ -68,4 +68,4 @@ TEST(Record, AWrongPathSaysWhatThereIs) {
 }
 
 }  // namespace
-}  // namespace fringetwin::testing::record_test
+}  // namespace fringetwin::testing::recorded_numbers_test

@@ -6,6 +6,7 @@
 #include <new>
 
 #include "compare/result/result_json.hpp"
+#include "compare/verdict/limits.hpp"
 #include "measure/measurement.hpp"
 #include "render/pattern/form_images.hpp"
 #include "render/sensor/all_cameras.hpp"
@@ -58,6 +59,7 @@ void PointRunner::load(const StudyPoint& point) {
   if (twin_ && settings_ == point.settings) return;
   if (task_.virtual_rig && !rig_) rig_.emplace(task_.twin, task_.calibration);
   Twin twin = rig_ ? rig_->drawn(point.settings) : load_twin(task_.twin, point.settings);
+  compare::check_limit_names(twin, rig_ ? keys_of_twin(point.settings) : point.settings);
   measure::check_fringes(twin);
   load_meshes(&twin, twin_ ? &*twin_ : nullptr);
   twin_ = std::move(twin);

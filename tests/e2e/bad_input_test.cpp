@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/program/cli_runner.hpp"
@@ -69,6 +70,24 @@ TEST_F(DamagedCapture, OddSizedImage) {
 TEST_F(DamagedCapture, TooManyImages) {
   fs::copy_file(image("0000.png"), image("0012.png"));
   expect_refused(measure(), 3, {"has 13 images on disk, the sequence has 12"});
+}
+
+// The names of limits are the comparison's; every command that reads a twin refuses one that is not there.
+TEST_F(DamagedCapture, AMisspeltLimitIsRefusedByEveryCommand) {
+  const fs::path twin = dir_ / "limits.toml";
+  fs::copy_file(dir_ / "twin.toml", twin);
+  std::ofstream(twin, std::ios::app) << "\n[limits]\nphase_rms = 1\n";
+  const std::string captures = (dir_ / "out").string(), out = (dir_ / "refused").string();
+  const std::vector<std::vector<std::string>> commands = {
+      {"measure", twin.string(), "--captures", captures, "--out", out},
+      {"render", twin.string(), "--out", out},
+      {"cosim", twin.string(), "--out", out},
+      {"photometry", twin.string(), "--captures", captures, "--out", out}};
+  for (const std::vector<std::string>& command : commands) {
+    SCOPED_TRACE(command.front());
+    expect_refused(run_fringetwin(command), 2, {"limits.toml:", "did you mean \"phase_rms_rad\"?"});
+    EXPECT_FALSE(fs::exists(out));
+  }
 }
 
 TEST_F(DamagedCapture, NoCaptureToml) {
