@@ -68,10 +68,10 @@ double offset_sigma_mm(const ObjectFit& s, const ObjectFit& r, double between_mm
   return std::sqrt(*a * *a + *b * *b + std::pow(between_mm * std::max(*t0, *t1), 2));
 }
 
-/// Compares distance and angle: the point of a plane or an axis is a convention and cannot be compared.
+/// Compares distance and angle where the fits have a normal or an axis: the point of a plane or an axis is a
+/// convention and cannot be compared.
 void compare_placement(const ObjectFit& s, const ObjectFit& r, FitRow& row) {
-  const bool plane = row.kind == "plane";
-  if (!plane && row.kind != "cylinder") return;
+  const bool plane = s.vectors.contains("normal");
   const char* axis_key = plane ? "normal" : "axis";
   const Vector3d *axis_s = find(s.vectors, axis_key), *axis_r = find(r.vectors, axis_key);
   const Vector3d *point_s = find(s.vectors, "point_mm"), *point_r = find(r.vectors, "point_mm");

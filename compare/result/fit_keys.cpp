@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/result/fit_keys.hpp"
 
+#include "measure/fit/shape_fits.hpp"
+
 namespace fringetwin::compare {
 
 std::string sigma_key(const std::string& key) {
@@ -15,10 +17,11 @@ bool is_sigma_key(const std::string& key) { return key.find("sigma") != std::str
 bool is_count_key(const std::string& key) { return key == "n" || key.starts_with("n_"); }
 
 std::vector<std::string> keys_of_fit(const std::string& kind) {
-  if (kind == "sphere") return {"center_mm", "center_sigma_mm", "radius_mm", "radius_sigma_mm"};
-  if (kind == "plane") return {"point_mm", "normal"};
-  if (kind == "cylinder") return {"point_mm", "axis", "radius_mm", "radius_sigma_mm"};
-  return {};
+  std::vector<std::string> keys;
+  for_every_shape([&](const auto& shape) {
+    if (kind == shape.kKind) keys = measure::fit_keys(shape);
+  });
+  return keys;
 }
 
 std::string alignment_of(const std::string& kind) {

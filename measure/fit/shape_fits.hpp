@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the fits of objects need of every shape: a fit to points, a distance, and the names of its numbers.
-// Each function has one overload per shape, in that shape's own file, and is called through std::visit
-// without a generic fallback.
+// Each function has one overload per shape, in that shape's own file unless it is a list, and is called
+// through std::visit without a generic fallback.
 #pragma once
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "measure/fit/fit_types.hpp"
@@ -48,6 +49,17 @@ bool name_numbers(const PlaneShape& s, ObjectFit& row);
 bool name_numbers(const CylinderShape& s, ObjectFit& row);
 bool name_numbers(const MeshShape& s, ObjectFit& row);
 bool name_numbers(const MeasuredShape& s, ObjectFit& row);
+
+/// Returns the keys that result.json has for every fit of the shape, also for one that is not usable.
+inline std::vector<std::string> fit_keys(const SphereShape&) {
+  return {"center_mm", "center_sigma_mm", "radius_mm", "radius_sigma_mm"};
+}
+inline std::vector<std::string> fit_keys(const PlaneShape&) { return {"point_mm", "normal"}; }
+inline std::vector<std::string> fit_keys(const CylinderShape&) {
+  return {"point_mm", "axis", "radius_mm", "radius_sigma_mm"};
+}
+inline std::vector<std::string> fit_keys(const MeshShape&) { return {}; }
+inline std::vector<std::string> fit_keys(const MeasuredShape&) { return {}; }
 
 /// Returns the surface that a row of this shape's fit describes, unbounded; nullopt where name_numbers() has
 /// none.

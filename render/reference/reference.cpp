@@ -145,7 +145,8 @@ Reference::Impl::Impl(const Twin& t) : twin(t) {
     instances.push_back(instance);
     order.push_back(static_cast<int>(order.size()));
   }
-  static_assert(std::is_same_v<std::variant_alternative_t<3, Shape>, MeshShape>);
+  // The order of the shaders: meshes behind the analytic shapes; what is measured has become a mesh.
+  static_assert(std::is_same_v<std::variant_alternative_t<std::variant_size_v<Shape> - 2, Shape>, MeshShape>);
   std::stable_sort(order.begin(), order.end(), [this](int a, int b) {
     const auto kind = [this](int i) { return twin.objects[static_cast<std::size_t>(i)].shape.index(); };
     return kind(a) < kind(b);
