@@ -25,37 +25,11 @@
 #define TWO_PI 6.28318530717959
 #define INFINITY_T 3.0e38
 
-layout(constant_id = SPEC_N_SPHERES) const int N_SPHERES = 0;
-layout(constant_id = SPEC_N_PLANES) const int N_PLANES = 0;
-layout(constant_id = SPEC_N_CYLINDERS) const int N_CYLINDERS = 0;
-layout(constant_id = SPEC_N_MESHES) const int N_MESHES = 0;
-#ifndef WITHOUT_SHADOW
-layout(constant_id = SPEC_SHADOW) const int SHADOW = 0;
-#else
-const int SHADOW = 0;
+#define DECLARE_CONSTANT(number, name, otherwise) layout(constant_id = number) const int name = otherwise;
+SPECIALISATION_CONSTANTS(DECLARE_CONSTANT)
+#ifdef WITHOUT_SHADOW  // of a kernel that shades what is known to be lit, whatever the host says
+#define SHADOW 0
 #endif
-layout(constant_id = SPEC_SPECULAR) const int SPECULAR = 0;
-layout(constant_id = SPEC_LENS_DISK) const int LENS_DISK = 0;
-layout(constant_id = SPEC_FALLOFF) const int FALLOFF = 0;
-layout(constant_id = SPEC_BOUNDED) const int BOUNDED = 0;
-layout(constant_id = SPEC_CAMERA) const int CAMERA = 0;
-layout(constant_id = SPEC_PROJECTOR) const int PROJECTOR = 0;
-layout(constant_id = SPEC_SAMPLER) const int SAMPLER = 0;
-layout(constant_id = SPEC_CORNERS) const int CORNERS = 0;
-layout(constant_id = SPEC_N_PITCHES) const int N_PITCHES = 0;
-layout(constant_id = SPEC_N_PERIODIC) const int N_PERIODIC = 0;
-layout(constant_id = SPEC_N_AXIS) const int N_AXIS = 0;
-layout(constant_id = SPEC_N_GRAY) const int N_GRAY = 0;
-layout(constant_id = SPEC_N_IMAGES) const int N_IMAGES = 0;
-layout(constant_id = SPEC_GRAY_BLUR) const int GRAY_BLUR = 0;
-layout(constant_id = SPEC_PIXEL_LIST) const int PIXEL_LIST = 0;
-layout(constant_id = SPEC_FUNDAMENTALS) const int FUNDAMENTALS = -1;
-layout(constant_id = SPEC_DEFOCUS) const int DEFOCUS = 0;
-layout(constant_id = SPEC_PIXEL_GAPS) const int PIXEL_GAPS = 0;
-layout(constant_id = SPEC_N_PIXEL) const int N_PIXEL = 0;
-layout(constant_id = SPEC_ALBEDO_MAPS) const int ALBEDO_MAPS = 0;
-layout(constant_id = SPEC_BOUNCES) const int BOUNCES = 0;
-layout(constant_id = SPEC_LINKS) const int LINKS = 0;
 // A function: glslang joins constants by && and ?: into modules that are not valid.
 bool linked(int bit) { return (LINKS & bit) != 0; }
 

@@ -54,35 +54,35 @@ struct uvec4 {
 #define BIND_STARTS 19     // per mesh instance and tile of pixels: a triangle near by, -1 none
 #define BIND_COUNT 20
 
-// ---- specialization constants
-#define SPEC_N_SPHERES 0
-#define SPEC_N_PLANES 1
-#define SPEC_N_CYLINDERS 2
-#define SPEC_N_MESHES 3
-#define SPEC_SHADOW 4
-#define SPEC_SPECULAR 5
-#define SPEC_LENS_DISK 6  // depth of field
-#define SPEC_FALLOFF 7
-#define SPEC_BOUNDED 8  // any plane or cylinder with an end
-#define SPEC_CAMERA 9
-#define SPEC_PROJECTOR 10
-#define SPEC_SAMPLER 11
-#define SPEC_CORNERS 12  // any mesh with vertex normals or albedo
-#define SPEC_N_PITCHES 13
-#define SPEC_N_PERIODIC 14
-#define SPEC_N_AXIS 15
-#define SPEC_N_GRAY 16
-#define SPEC_GRAY_BLUR 17  // Gaussian edges of Gray images
-#define SPEC_N_IMAGES 18
-#define SPEC_PIXEL_LIST 19  // pixels from the list instead of whole blocks
-#define SPEC_FUNDAMENTALS 20  // bit i: pair i starts a pitch; the others are the next harmonic of the pair before
-#define SPEC_DEFOCUS 21       // of the projector
-#define SPEC_PIXEL_GAPS 22
-#define SPEC_N_PIXEL 23
-#define SPEC_ALBEDO_MAPS 24
-#define SPEC_BOUNCES 25  // directions per sample, 0: none
-#define SPEC_LINKS 26    // LINKS_ bits
-#define SPEC_COUNT 27
+// ---- specialisation constants: X(number, name, default). NAME in the shaders (bindings.glsl), SPEC_NAME in C++.
+#define SPECIALISATION_CONSTANTS(X) \
+  X(0, N_SPHERES, 0) \
+  X(1, N_PLANES, 0) \
+  X(2, N_CYLINDERS, 0) \
+  X(3, N_MESHES, 0) \
+  X(4, SHADOW, 0) \
+  X(5, SPECULAR, 0) \
+  X(6, LENS_DISK, 0) /* depth of field */ \
+  X(7, FALLOFF, 0) \
+  X(8, BOUNDED, 0) /* any plane or cylinder with an end */ \
+  X(9, CAMERA, 0) \
+  X(10, PROJECTOR, 0) \
+  X(11, SAMPLER, 0) \
+  X(12, CORNERS, 0) /* any mesh with vertex normals or albedo */ \
+  X(13, N_PITCHES, 0) \
+  X(14, N_PERIODIC, 0) \
+  X(15, N_AXIS, 0) \
+  X(16, N_GRAY, 0) \
+  X(17, GRAY_BLUR, 0) /* Gaussian edges of Gray images */ \
+  X(18, N_IMAGES, 0) \
+  X(19, PIXEL_LIST, 0) /* pixels from the list instead of whole blocks */ \
+  X(20, FUNDAMENTALS, -1) /* bit i: pair i starts a pitch; the others are the next harmonic of the pair before */ \
+  X(21, DEFOCUS, 0) /* of the projector */ \
+  X(22, PIXEL_GAPS, 0) \
+  X(23, N_PIXEL, 0) \
+  X(24, ALBEDO_MAPS, 0) \
+  X(25, BOUNCES, 0) /* directions per sample, 0: none */ \
+  X(26, LINKS, 0) /* LINKS_ bits */
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
 #define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
@@ -187,5 +187,11 @@ static_assert(sizeof(Push) == 32);
 static_assert(2 * sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);
 }  // namespace fringetwin::render::gpu
+
+namespace fringetwin::render {
+#define SPEC_NUMBER(number, name, otherwise) SPEC_##name = number,
+enum SpecConstant : unsigned { SPECIALISATION_CONSTANTS(SPEC_NUMBER) SPEC_COUNT };
+#undef SPEC_NUMBER
+}  // namespace fringetwin::render
 #endif
 #endif
