@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <type_traits>
 #include <variant>
 
 #include "render/scene/visible_range.hpp"
@@ -33,8 +32,10 @@ constexpr double kClosedWinding = 0.9;
                   "check rt_cam_world, the object's place and their units");
 }
 
-// Packs the objects of one kind after the other, in the order of the Shape variant: the shaders know a
-// primitive's kind by its index (shaders/scene.glsl). A shape without an add() does not compile.
+// Packs the objects of one shape after the other, in the order of the Shape variant: the shaders know a
+// primitive's kind by its index (shaders/shared.h). A shape without an add() does not compile. One that is of
+// no kind that is there needs a line in ANALYTIC_KINDS; where it reaches to infinity, visible_range.cpp has
+// to know its depths.
 class Packer {
  public:
   Packer(const Camera& camera, MeshStore& store)
@@ -44,9 +45,8 @@ class Packer {
     const Vector3d c = T_cam_world_ * s.center_mm;
     if (c.norm() <= s.radius_mm + lens_mm_) camera_inside(camera_, object);
     const double c2 = (c.norm() - s.radius_mm) * (c.norm() + s.radius_mm);
-    push({pack(c, s.radius_mm), {c2}, {}, {}});
+    push(KIND_SPHERES, {pack(c, s.radius_mm), {c2}, {}, {}});
     scene.finite.push_back({c, s.radius_mm});
-    ++scene.n_spheres;
   }
 
   void add(const PlaneShape& s, const Object& object) {
@@ -56,14 +56,8 @@ class Packer {
     constexpr double kInfinite = std::numeric_limits<float>::max();
     const double half_u = s.size_mm ? 0.5 * s.size_mm->x() : kInfinite;
     const double half_v = s.size_mm ? 0.5 * s.size_mm->y() : kInfinite;
-    push({pack(n, n.dot(p)), pack(u, half_u), pack(v, half_v), pack(p, add_map(s, object))});
-    if (s.size_mm) {
-      scene.bounded = true;
-      scene.finite.push_back({p, 0.5 * s.size_mm->norm()});
-    } else {
-      scene.unbounded = true;
-    }
-    ++scene.n_planes;
+    push(KIND_PLANES, {pack(n, n.dot(p)), pack(u, half_u), pack(v, half_v), pack(p, add_map(s, object))});
+    end(s.size_mm.has_value(), {p, s.size_mm ? 0.5 * s.size_mm->norm() : 0.0, false});
   }
 
   void add(const CylinderShape& s, const Object& object) {
@@ -75,14 +69,8 @@ class Packer {
     if (foot.norm() <= s.radius_mm + lens_mm_ && std::abs(center) <= half + lens_mm_)
       camera_inside(camera_, object);
     const double c2 = (foot.norm() - s.radius_mm) * (foot.norm() + s.radius_mm);
-    push({pack(foot, s.radius_mm), pack(axis, half), {center, c2}, {}});
-    if (s.length_mm) {
-      scene.bounded = true;
-      scene.finite.push_back({p, std::hypot(half, s.radius_mm)});
-    } else {
-      scene.unbounded = true;
-    }
-    ++scene.n_cylinders;
+    push(KIND_CYLINDERS, {pack(foot, s.radius_mm), pack(axis, half), {center, c2}, {}});
+    end(s.length_mm.has_value(), {p, std::hypot(half, s.radius_mm), false});
   }
 
   void add(const MeshShape& s, const Object& object) {
@@ -113,7 +101,8 @@ class Packer {
     const int flags = (s.smooth ? MESH_SMOOTH : 0) | (albedo ? MESH_ALBEDO : 0);
     scene.corners = scene.corners || flags != 0;
     const Eigen::Matrix3d& R = T_object_cam.rotation;
-    push({pack(R.row(0), eye.x()),
+    push(KIND_MESHES,
+         {pack(R.row(0), eye.x()),
           pack(R.row(1), eye.y()),
           pack(R.row(2), eye.z()),
           {static_cast<double>(first_node), static_cast<double>(first_triangle),
@@ -130,7 +119,6 @@ class Packer {
     scene.instances.push_back({&g, {T_object_cam.rotation, eye}});
     for (const Eigen::Vector4f& c : g.covering)
       scene.finite.push_back({T_cam_object * (c.head<3>().cast<double>() + g.center_mm), c[3]});
-    ++scene.n_meshes;
   }
 
   void add(const MeasuredShape&, const Object& object) {
@@ -173,7 +161,15 @@ class Packer {
   double lobe_width() const {
     return is_ggx() ? -material_.roughness * material_.roughness : material_.shininess;
   }
-  void push(const std::array<Double4, 4>& primitive, std::size_t n_triangles = 1) {
+  // Notes that a plane or cylinder ends within a sphere, or that it reaches to infinity.
+  void end(bool ends, const BoundingSphere& within) {
+    (ends ? scene.bounded : scene.unbounded) = true;
+    if (ends) scene.finite.push_back(within);
+  }
+  void push(PrimitiveKind kind, const std::array<Double4, 4>& primitive, std::size_t n_triangles = 1) {
+    FT_CHECK(std::all_of(scene.count.begin() + kind + 1, scene.count.end(), [](int n) { return n == 0; }),
+             "the kinds of primitives have the order of the Shape variant");
+    ++scene.count[kind];
     scene.primitives.push_back(primitive);
     scene.materials.push_back({static_cast<float>(material_.diffuse), static_cast<float>(material_.specular),
                                static_cast<float>(lobe_width()), 0.0F});
@@ -200,11 +196,11 @@ void number_surfaces(PackedScene* scene) {
   }
 }
 
-// Packs all objects of one kind of shape.
-template <class Kind>
-void add_kind(Packer& packer, const Twin& twin) {
+// Packs all objects of the shape S.
+template <class S>
+void add_all(Packer& packer, const Twin& twin) {
   for (std::size_t i = 0; i < twin.objects.size(); ++i)
-    if (const Kind* shape = std::get_if<Kind>(&twin.objects[i].shape)) {
+    if (const S* shape = std::get_if<S>(&twin.objects[i].shape)) {
       packer.set_object(static_cast<int>(i), twin.objects[i].material);
       packer.add(*shape, twin.objects[i]);
     }
@@ -216,17 +212,9 @@ double lens_radius_mm(const Camera& camera) {
   return camera.optics ? 0.5 * camera.optics->focal_length_mm / camera.optics->f_number : 0.0;
 }
 
-// The shaders take a primitive's kind from its place, so a new shape needs more than its add() above.
-static_assert(std::variant_size_v<Shape> == 5,
-              "a new shape needs a count in PackedScene, its specialisation constant (shaders/shared.h, "
-              "trace/shader_params.cpp), its loops in the shaders, and its reach (visible_range.cpp)");
-
 PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store) {
   Packer packer(camera, store);
-  for_every_shape([&]<class S>(const S&) {
-    if constexpr (std::is_same_v<S, MeshShape>) packer.scene.first_mesh_bound = packer.scene.finite.size();
-    add_kind<S>(packer, twin);
-  });
+  for_every_shape([&]<class S>(const S&) { add_all<S>(packer, twin); });
 
   PackedScene scene = std::move(packer.scene);
   number_surfaces(&scene);

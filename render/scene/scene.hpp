@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <numeric>
+#include <span>
 #include <vector>
 
 #include "render/base/split_float.hpp"
@@ -16,26 +18,26 @@ namespace fringetwin::render {
 struct BoundingSphere {
   Eigen::Vector3d center_mm;  ///< camera frame
   double radius_mm;
+  bool tells_depth = true;  ///< false: visible_range.cpp knows more of the shape's depths than this
 };
 
-/// All primitives of a kind follow one another (spheres, planes, cylinders, meshes): the shaders know a
-/// primitive's kind by its index.
+/// All primitives of a kind follow one another (PrimitiveKind): the shaders know a primitive's kind by its
+/// index.
 struct PackedScene {
   std::vector<std::array<Double4, 4>> primitives;   ///< layouts: shaders/shapes.glsl, shaders/mesh.glsl
   std::vector<gpu::vec4> materials;                 ///< per primitive, BIND_MATERIALS
   std::vector<int> object_of_primitive;             ///< index in Twin::objects
   std::vector<std::size_t> triangles_of_primitive;  ///< 1 for analytic shapes
   std::size_t n_surfaces = 0;                       ///< all of them together
-  int n_spheres = 0, n_planes = 0, n_cylinders = 0, n_meshes = 0;
-  int specular = 0;         ///< SPECULAR_PHONG | SPECULAR_GGX: the lobes that occur
-  bool bounded = false;     ///< a plane or cylinder with an end
-  bool corners = false;     ///< a mesh with vertex normals or albedo
+  std::array<int, KIND_COUNT> count{};              ///< primitives of each kind
+  int specular = 0;                                 ///< SPECULAR_PHONG | SPECULAR_GGX: the lobes that occur
+  bool bounded = false;                             ///< a plane or cylinder with an end
+  bool corners = false;                             ///< a mesh with vertex normals or albedo
   std::vector<float> maps;  ///< albedo maps, each behind its width and height; empty without any
   bool one_convex = false;  ///< one convex object alone: it hides no light from itself and gives itself none
   bool shadow = true;       ///< false for that, or when the twin says so
   bool unbounded = false;   ///< something reaches to infinity: every block of pixels may see it
   std::vector<BoundingSphere> finite;  ///< around all bounded shapes; several around a mesh
-  std::size_t first_mesh_bound = 0;    ///< in `finite`
   /// Farthest bounded geometry or visible point (a shadow ray's origin), for rounding allowances; at most
   /// kFarthestAllowedMm, as planes reach the horizon.
   double far_mm = 0.0;
@@ -46,6 +48,12 @@ struct PackedScene {
     Pose T_object_cam;  ///< object frame relative to the geometry's centre
   };
   std::vector<MeshInstance> instances;
+
+  /// Returns the primitives of one kind.
+  std::span<const std::array<Double4, 4>> of_kind(PrimitiveKind kind) const {
+    const auto first = std::accumulate(count.begin(), count.begin() + kind, 0);
+    return {primitives.begin() + first, static_cast<std::size_t>(count[kind])};
+  }
 };
 
 /// The largest PackedScene::far_mm.

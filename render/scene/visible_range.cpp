@@ -138,15 +138,10 @@ class Range {
 VisibleRange visible_range(const Camera& camera, const PackedScene& scene) {
   const View view = view_of(camera.lens);
   Range range(view);
-  std::size_t i = 0;
-  const auto for_each = [&](int n, auto visit) {
-    for (int k = 0; k < n; ++k, ++i) visit(scene.primitives[i]);
-  };
-  for_each(scene.n_spheres, [&](const auto& g) { range.add_sphere(head(g[0]), g[0][3]); });
-  for_each(scene.n_planes, [&](const auto& g) { range.add_plane(g); });
-  for_each(scene.n_cylinders, [&](const auto& g) { range.add_cylinder(g); });
-  for (std::size_t k = scene.first_mesh_bound; k < scene.finite.size(); ++k)
-    range.add_sphere(scene.finite[k].center_mm, scene.finite[k].radius_mm);
+  for (const auto& g : scene.of_kind(KIND_PLANES)) range.add_plane(g);
+  for (const auto& g : scene.of_kind(KIND_CYLINDERS)) range.add_cylinder(g);
+  for (const BoundingSphere& b : scene.finite)
+    if (b.tells_depth) range.add_sphere(b.center_mm, b.radius_mm);
   return range.result();
 }
 

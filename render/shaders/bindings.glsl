@@ -25,7 +25,9 @@
 #define TWO_PI 6.28318530717959
 #define INFINITY_T 3.0e38
 
-#define DECLARE_CONSTANT(number, name, otherwise) layout(constant_id = number) const int name = otherwise;
+#define DECLARE_CONSTANT(number, name, otherwise, value) layout(constant_id = number) const int name = otherwise;
+#define DECLARE_COUNT(number, KIND, kind, first) DECLARE_CONSTANT(number, N_##KIND, 0, 0)
+ANALYTIC_KINDS(DECLARE_COUNT)
 SPECIALISATION_CONSTANTS(DECLARE_CONSTANT)
 #ifdef WITHOUT_SHADOW  // of a kernel that shades what is known to be lit, whatever the host says
 #define SHADOW 0
@@ -33,10 +35,10 @@ SPECIALISATION_CONSTANTS(DECLARE_CONSTANT)
 // A function: glslang joins constants by && and ?: into modules that are not valid.
 bool linked(int bit) { return (LINKS & bit) != 0; }
 
-// Primitives in this order: spheres, planes, cylinders, mesh instances.
-const int FIRST_PLANE = N_SPHERES;
-const int FIRST_CYLINDER = N_SPHERES + N_PLANES;
-const int FIRST_MESH = N_SPHERES + N_PLANES + N_CYLINDERS;
+#define DECLARE_FIRST(number, KIND, kind, first) const int FIRST_##KIND = first;
+#define PLUS_COUNT(number, KIND, kind, first) + N_##KIND
+ANALYTIC_KINDS(DECLARE_FIRST)
+const int FIRST_MESH = ANALYTIC_KINDS(PLUS_COUNT);
 const int N_TABLES = N_PERIODIC + N_AXIS;
 const int FIRST_IMAGE = N_TABLES + N_PIXEL + N_GRAY;
 const int N_DIRECT = FIRST_IMAGE + N_IMAGES;
@@ -59,7 +61,9 @@ struct Primitive {
   int index;
 };
 #define KEPT 3  // primitives of each kind read once per pixel; the others in the loops
-Primitive spheres[KEPT], planes[KEPT], cylinders[KEPT], instance;
+#define DECLARE_KEPT(number, KIND, kind, first) Primitive kept_##kind[KEPT];
+ANALYTIC_KINDS(DECLARE_KEPT)
+Primitive instance;
 
 Primitive fetch_primitive(int i) {
   int k = PRIMITIVE_TEXELS * i;
@@ -70,21 +74,21 @@ Primitive fetch_primitive(int i) {
 void load_constants() {
   params = params_block.values;
   params_rest = params_block.rest;
-#define LOAD_KEPT(k)                                                            \
-  if (k < N_SPHERES) spheres[k] = fetch_primitive(k);                           \
-  if (k < N_PLANES) planes[k] = fetch_primitive(FIRST_PLANE + k);               \
-  if (k < N_CYLINDERS) cylinders[k] = fetch_primitive(FIRST_CYLINDER + k);
-  LOAD_KEPT(0) LOAD_KEPT(1) LOAD_KEPT(2)
+#define LOAD_KEPT(number, KIND, kind, first)                            \
+  if (N_##KIND > 0) kept_##kind[0] = fetch_primitive(FIRST_##KIND);     \
+  if (N_##KIND > 1) kept_##kind[1] = fetch_primitive(FIRST_##KIND + 1); \
+  if (N_##KIND > 2) kept_##kind[2] = fetch_primitive(FIRST_##KIND + 2);
+  ANALYTIC_KINDS(LOAD_KEPT)
   if (N_MESHES > 0) instance = fetch_primitive(FIRST_MESH);
 }
 
-// CALL(primitive) for all of a kind, the kept ones with constant indices.
-#define FOR_EACH(kept, first, n, CALL) \
-  if (n > 0) CALL(kept[0]);            \
-  if (n > 1) CALL(kept[1]);            \
-  if (n > 2) CALL(kept[2]);            \
-  if (n > 3)                           \
-    for (int index = first + 3; index < first + n; ++index) CALL(fetch_primitive(index));
+// CALL(kind, primitive) for all of a kind, the kept ones with constant indices.
+#define FOR_EACH(KIND, kind, CALL)              \
+  if (N_##KIND > 0) CALL(kind, kept_##kind[0]); \
+  if (N_##KIND > 1) CALL(kind, kept_##kind[1]); \
+  if (N_##KIND > 2) CALL(kind, kept_##kind[2]); \
+  if (N_##KIND > 3)                             \
+    for (int i = FIRST_##KIND + 3; i < FIRST_##KIND + N_##KIND; ++i) CALL(kind, fetch_primitive(i));
 
 // On lavapipe 22.3 a uniform texel buffer is 7 times faster than a storage buffer; devices whose
 // texel buffers are too small for the mesh get the storage variant.

@@ -1,24 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nearest hit over all objects, and whether the projector sees a point.
 
-// False while a ray starts elsewhere than at the camera's centre or lens.
-bool ray_from_camera = true;
-bool starts_at_camera() { return BOUNCES == 0 || ray_from_camera; }
-
-struct Hit {
-  float t;
-  vec3 p;            // camera frame, mm
-  vec3 n;            // shading normal, faces the viewer
-  vec3 n_geometric;  // of the surface itself, faces the viewer
-  vec3 material;     // diffuse, specular, shininess or -alpha
-  int primitive;     // -1: nothing
-  int triangle;      // meshes
-};
-
-// Surfaces closer to each other than 1e-6 of the way to them count as one: the first of spheres, planes,
-// cylinders, meshes, and among them the first listed, is seen. Otherwise rounding would mix them in specks.
-#define IN_FRONT 0.999999
-
 // Everything about the hit of a given triangle, in front of the ray or not. `within`: the ray is known to
 // meet the triangle itself, not only its plane.
 void complete_mesh_hit(const Primitive g, vec3 o, vec3 d, int triangle, bool found, bool within, inout Hit hit) {
@@ -86,38 +68,6 @@ void hit_mesh(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
   complete_mesh_hit(g, o, d, triangle, triangle >= 0, true, hit);
 }
 
-void hit_sphere(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
-  Roots r = sphere_roots(g, o, d, starts_at_camera());
-  if (r.near > 0.0 && r.near < hit.t * IN_FRONT) {
-    hit.t = r.near;
-    hit.n = (r.middle - r.half_chord * d) / g.a.w;
-    hit.material = g.material;
-    hit.primitive = g.index;
-  }
-}
-
-void hit_plane(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
-  float t = plane_root(g, o, d);
-  if (t > 0.0 && t < hit.t * IN_FRONT) {
-    hit.t = t;
-    hit.n = g.a.xyz;
-    hit.material = g.material;
-    hit.primitive = g.index;
-  }
-}
-
-void hit_cylinder(const Primitive g, vec3 o, vec3 d, inout Hit hit) {
-  Roots r = cylinder_roots(g, o, d, starts_at_camera());
-  float t = r.near > 0.0 ? r.near : r.far;
-  if (t > 0.0 && t < hit.t * IN_FRONT) {
-    hit.t = t;
-    vec3 d_perp = d - dot(d, g.b.xyz) * g.b.xyz;
-    hit.n = (r.middle + (r.near > 0.0 ? -r.half_chord : r.half_chord) * d_perp) / g.a.w;
-    hit.material = g.material;
-    hit.primitive = g.index;
-  }
-}
-
 float map_texel(int first, ivec2 size, ivec2 at) {
   at = clamp(at, ivec2(0), size - 1);
   return texelFetch(waveforms, first + 2 + at.y * size.x + at.x).x;
@@ -125,7 +75,7 @@ float map_texel(int first, ivec2 size, ivec2 at) {
 
 // Albedo map of a plane: pixels are squares, bilinear between their centres, the border continued.
 float map_albedo(const Hit hit) {
-  bool on_plane = hit.primitive >= FIRST_PLANE && hit.primitive < FIRST_CYLINDER;
+  bool on_plane = hit.primitive >= FIRST_PLANES && hit.primitive < FIRST_PLANES + N_PLANES;
   int k = PRIMITIVE_TEXELS * (on_plane ? hit.primitive : 0);
   vec4 u = texelFetch(primitive_data, k + 1), v = texelFetch(primitive_data, k + 2);
   vec4 point = texelFetch(primitive_data, k + 3);
@@ -164,12 +114,9 @@ void place_hit(vec3 o, vec3 d, inout Hit hit) {
 
 Hit closest_hit(vec3 o, vec3 d) {
   Hit hit = no_hit();
-#define HIT_SPHERE(g) hit_sphere(g, o, d, hit)
-#define HIT_PLANE(g) hit_plane(g, o, d, hit)
-#define HIT_CYLINDER(g) hit_cylinder(g, o, d, hit)
-  FOR_EACH(spheres, 0, N_SPHERES, HIT_SPHERE)
-  FOR_EACH(planes, FIRST_PLANE, N_PLANES, HIT_PLANE)
-  FOR_EACH(cylinders, FIRST_CYLINDER, N_CYLINDERS, HIT_CYLINDER)
+#define HIT(kind, g) hit_##kind(g, o, d, hit)
+#define HIT_KIND(number, KIND, kind, first) FOR_EACH(KIND, kind, HIT)
+  ANALYTIC_KINDS(HIT_KIND)
   hit.n_geometric = hit.n;
   if (N_MESHES > 0) hit_mesh(instance, o, d, hit);
   if (N_MESHES > 1)
@@ -177,23 +124,6 @@ Hit closest_hit(vec3 o, vec3 d) {
   place_hit(o, d, hit);
   if (ALBEDO_MAPS != 0) hit.material.x *= map_albedo(hit);
   return hit;
-}
-
-bool sphere_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light) {
-  Roots t = sphere_roots(g, o, to_light, false);
-  return g.index != hit.primitive && ((t.near > 0.0 && t.near < 1.0) || (t.far > 0.0 && t.far < 1.0));
-}
-
-bool plane_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light) {
-  float t = plane_root(g, o, to_light);
-  return g.index != hit.primitive && t > 0.0 && t < 1.0;
-}
-
-bool cylinder_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light) {
-  Roots t = cylinder_roots(g, o, to_light, false);
-  bool between = (t.near > 0.0 && t.near < 1.0) || (t.far > 0.0 && t.far < 1.0);
-  bool outside = dot(hit.n, hit.p - g.a.xyz) > 0.0;
-  return between && !(g.index == hit.primitive && outside);
 }
 
 bool mesh_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light, bool enabled) {
@@ -211,12 +141,9 @@ bool mesh_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light, bool e
 bool occluded(const Hit hit, vec3 to_light, bool enabled) {
   vec3 o = hit.p + hit.n_geometric * (params.light.y * max(max(abs(hit.p.x), abs(hit.p.y)), abs(hit.p.z)));
   bool blocked = false;
-#define BLOCK_SPHERE(g) blocked = sphere_blocks(g, hit, o, to_light) || blocked
-#define BLOCK_PLANE(g) blocked = plane_blocks(g, hit, o, to_light) || blocked
-#define BLOCK_CYLINDER(g) blocked = cylinder_blocks(g, hit, o, to_light) || blocked
-  FOR_EACH(spheres, 0, N_SPHERES, BLOCK_SPHERE)
-  FOR_EACH(planes, FIRST_PLANE, N_PLANES, BLOCK_PLANE)
-  FOR_EACH(cylinders, FIRST_CYLINDER, N_CYLINDERS, BLOCK_CYLINDER)
+#define BLOCK(kind, g) blocked = kind##_blocks(g, hit, o, to_light) || blocked
+#define BLOCK_KIND(number, KIND, kind, first) FOR_EACH(KIND, kind, BLOCK)
+  ANALYTIC_KINDS(BLOCK_KIND)
   if (N_MESHES > 0) blocked = mesh_blocks(instance, hit, o, to_light, enabled && !blocked) || blocked;
   if (N_MESHES > 1)
     for (int i = FIRST_MESH + 1; i < FIRST_MESH + N_MESHES; ++i)

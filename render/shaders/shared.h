@@ -54,35 +54,40 @@ struct uvec4 {
 #define BIND_STARTS 19     // per mesh instance and tile of pixels: a triangle near by, -1 none
 #define BIND_COUNT 20
 
-// ---- specialisation constants: X(number, name, default). NAME in the shaders (bindings.glsl), SPEC_NAME in C++.
+// ---- kinds of analytic primitives: X(number of the constant N_KIND, KIND, kind, index of the first). All primitives
+// of a kind follow one another, the mesh instances come last. shapes.glsl has hit_kind(), kind_blocks() and kind_t().
+#define ANALYTIC_KINDS(X) \
+  X(0, SPHERES, sphere, 0) \
+  X(1, PLANES, plane, FIRST_SPHERES + N_SPHERES) \
+  X(2, CYLINDERS, cylinder, FIRST_PLANES + N_PLANES)
+
+// ---- the other specialisation constants: X(number, name, default, value). NAME in the shaders (bindings.glsl),
+// SPEC_NAME in C++, where make_constants() (trace/shader_params.cpp) takes the value.
 #define SPECIALISATION_CONSTANTS(X) \
-  X(0, N_SPHERES, 0) \
-  X(1, N_PLANES, 0) \
-  X(2, N_CYLINDERS, 0) \
-  X(3, N_MESHES, 0) \
-  X(4, SHADOW, 0) \
-  X(5, SPECULAR, 0) \
-  X(6, LENS_DISK, 0) /* depth of field */ \
-  X(7, FALLOFF, 0) \
-  X(8, BOUNDED, 0) /* any plane or cylinder with an end */ \
-  X(9, CAMERA, 0) \
-  X(10, PROJECTOR, 0) \
-  X(11, SAMPLER, 0) \
-  X(12, CORNERS, 0) /* any mesh with vertex normals or albedo */ \
-  X(13, N_PITCHES, 0) \
-  X(14, N_PERIODIC, 0) \
-  X(15, N_AXIS, 0) \
-  X(16, N_GRAY, 0) \
-  X(17, GRAY_BLUR, 0) /* Gaussian edges of Gray images */ \
-  X(18, N_IMAGES, 0) \
-  X(19, PIXEL_LIST, 0) /* pixels from the list instead of whole blocks */ \
-  X(20, FUNDAMENTALS, -1) /* bit i: pair i starts a pitch; the others are the next harmonic of the pair before */ \
-  X(21, DEFOCUS, 0) /* of the projector */ \
-  X(22, PIXEL_GAPS, 0) \
-  X(23, N_PIXEL, 0) \
-  X(24, ALBEDO_MAPS, 0) \
-  X(25, BOUNCES, 0) /* directions per sample, 0: none */ \
-  X(26, LINKS, 0) /* LINKS_ bits */
+  X(3, N_MESHES, 0, scene.count[KIND_MESHES]) \
+  X(4, SHADOW, 0, scene.shadow) \
+  X(5, SPECULAR, 0, scene.specular) \
+  X(6, LENS_DISK, 0, camera.optics.has_value()) /* depth of field */ \
+  X(7, FALLOFF, 0, projector.inverse_square) \
+  X(8, BOUNDED, 0, scene.bounded) /* any plane or cylinder with an end */ \
+  X(9, CAMERA, 0, lens.kind) \
+  X(10, PROJECTOR, 0, setup.kind) \
+  X(11, SAMPLER, 0, samples.kind) \
+  X(12, CORNERS, 0, scene.corners) /* any mesh with vertex normals or albedo */ \
+  X(13, N_PITCHES, 0, pass.pitches.size()) \
+  X(14, N_PERIODIC, 0, pass.count(DirectSlot::Kind::periodic)) \
+  X(15, N_AXIS, 0, pass.count(DirectSlot::Kind::axis)) \
+  X(16, N_GRAY, 0, pass.count(DirectSlot::Kind::gray)) \
+  X(17, GRAY_BLUR, 0, projector.blur_px > 0.0) /* Gaussian edges of Gray images */ \
+  X(18, N_IMAGES, 0, pass.count(DirectSlot::Kind::image)) \
+  X(19, PIXEL_LIST, 0, 0) /* pixels from the list instead of whole blocks: set per dispatch */ \
+  X(20, FUNDAMENTALS, -1, pass.fundamentals()) /* bit i: pair i starts a pitch; the others are the next harmonic of the pair before */ \
+  X(21, DEFOCUS, 0, projector.optics.has_value()) /* of the projector */ \
+  X(22, PIXEL_GAPS, 0, pixel_gaps(projector, pass)) \
+  X(23, N_PIXEL, 0, pass.count(DirectSlot::Kind::pixel)) \
+  X(24, ALBEDO_MAPS, 0, !scene.maps.empty()) \
+  X(25, BOUNCES, 0, scene.one_convex ? 0 : directions(twin.render)) /* directions per sample, 0: none */ \
+  X(26, LINKS, 0, links) /* LINKS_ bits */
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
 #define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
@@ -189,9 +194,19 @@ static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);
 }  // namespace fringetwin::render::gpu
 
 namespace fringetwin::render {
-#define SPEC_NUMBER(number, name, otherwise) SPEC_##name = number,
-enum SpecConstant : unsigned { SPECIALISATION_CONSTANTS(SPEC_NUMBER) SPEC_COUNT };
+#define SPEC_OF_KIND(number, KIND, kind, first) SPEC_N_##KIND = number,
+#define SPEC_NUMBER(number, name, otherwise, value) SPEC_##name = number,
+#define ONE_MORE(...) +1
+enum SpecConstant : unsigned {
+  ANALYTIC_KINDS(SPEC_OF_KIND) SPECIALISATION_CONSTANTS(SPEC_NUMBER)
+  SPEC_COUNT = ANALYTIC_KINDS(ONE_MORE) SPECIALISATION_CONSTANTS(ONE_MORE)
+};
+#define KIND_NAME(number, KIND, kind, first) KIND_##KIND,
+enum PrimitiveKind : unsigned { ANALYTIC_KINDS(KIND_NAME) KIND_MESHES, KIND_COUNT };
+#undef SPEC_OF_KIND
 #undef SPEC_NUMBER
+#undef ONE_MORE
+#undef KIND_NAME
 }  // namespace fringetwin::render
 #endif
 #endif

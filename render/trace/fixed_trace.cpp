@@ -99,9 +99,9 @@ void trace_by_fixed_rule(TraceDevice& device, const TraceJob& job, const std::ve
   if (work > kSamplesWorthAProgressBar)
     progress = std::make_unique<Progress>("rendering " + job.camera.name, job.blocks.size() * passes.size());
   device.upload_samples(samples);
-  std::uint32_t chunk = job.tuning.samples_per_dispatch ? job.tuning.samples_per_dispatch
-                        : job.scene.n_meshes > 0        ? kMeshChunk
-                                                        : kAnalyticChunk;
+  std::uint32_t chunk = job.tuning.samples_per_dispatch    ? job.tuning.samples_per_dispatch
+                        : job.scene.count[KIND_MESHES] > 0 ? kMeshChunk
+                                                           : kAnalyticChunk;
   for (std::size_t i = 0; i < passes.size(); ++i)
     run_pass(device, job, passes[i], i == 0, samples, &chunk, progress.get());
   const int width = job.out->mean.width, height = job.out->mean.height;

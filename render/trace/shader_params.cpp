@@ -85,6 +85,13 @@ void set_projector(const Projector& p, const Camera& camera, const ProjectorSetu
                                  1.0 / p.optics->focus_distance_mm, 0.0, 0.0});
 }
 
+int pixel_gaps(const Projector& p, const PassPlan& pass) {
+  if (!p.pixel_structure || p.pixel_fill >= 1.0) return 0;
+  return pass.gaps.empty() ? PIXEL_GAPS_SHARP : PIXEL_GAPS_BLURRED;
+}
+
+int directions(const RenderOptions& options) { return options.bounces > 0 ? options.bounce_samples : 0; }
+
 }  // namespace
 
 ProjectorSetup setup_projector(const Projector& projector) {
@@ -186,37 +193,17 @@ void set_adaptive(const Twin& twin, const Camera& camera, const AdaptiveTargets&
 }
 
 SpecConstants make_constants(const Twin& twin, const Camera& camera, const PackedScene& scene,
-                             const LensTable& lens, const ProjectorSetup& projector,
-                             const SampleSetup& samples, const PassPlan& pass, int links) {
+                             const LensTable& lens, const ProjectorSetup& setup, const SampleSetup& samples,
+                             const PassPlan& pass, int links) {
+  const Projector& projector = *twin.projector;
   SpecConstants c{};
-  const auto set = [&c](std::size_t id, int value) { c[id] = static_cast<std::uint32_t>(value); };
-  set(SPEC_N_SPHERES, scene.n_spheres);
-  set(SPEC_N_PLANES, scene.n_planes);
-  set(SPEC_N_CYLINDERS, scene.n_cylinders);
-  set(SPEC_N_MESHES, scene.n_meshes);
-  set(SPEC_SHADOW, scene.shadow);
-  set(SPEC_SPECULAR, scene.specular);
-  set(SPEC_LENS_DISK, camera.optics.has_value());
-  set(SPEC_FALLOFF, twin.projector->inverse_square);
-  set(SPEC_BOUNDED, scene.bounded);
-  set(SPEC_CAMERA, lens.kind);
-  set(SPEC_PROJECTOR, projector.kind);
-  set(SPEC_SAMPLER, samples.kind);
-  set(SPEC_CORNERS, scene.corners);
-  set(SPEC_N_PITCHES, static_cast<int>(pass.pitches.size()));
-  set(SPEC_N_PERIODIC, pass.count(DirectSlot::Kind::periodic));
-  set(SPEC_N_AXIS, pass.count(DirectSlot::Kind::axis));
-  set(SPEC_N_GRAY, pass.count(DirectSlot::Kind::gray));
-  set(SPEC_N_IMAGES, pass.count(DirectSlot::Kind::image));
-  set(SPEC_GRAY_BLUR, twin.projector->blur_px > 0.0);
-  c[SPEC_FUNDAMENTALS] = pass.fundamentals();
-  set(SPEC_DEFOCUS, twin.projector->optics.has_value());
-  if (twin.projector->pixel_structure && twin.projector->pixel_fill < 1.0)
-    set(SPEC_PIXEL_GAPS, pass.gaps.empty() ? PIXEL_GAPS_SHARP : PIXEL_GAPS_BLURRED);
-  set(SPEC_N_PIXEL, pass.count(DirectSlot::Kind::pixel));
-  set(SPEC_LINKS, links);
-  set(SPEC_ALBEDO_MAPS, !scene.maps.empty());
-  set(SPEC_BOUNCES, twin.render.bounces > 0 && !scene.one_convex ? twin.render.bounce_samples : 0);
+#define SET_COUNT(number, KIND, kind, first) \
+  c[SPEC_N_##KIND] = static_cast<std::uint32_t>(scene.count[KIND_##KIND]);
+#define SET_VALUE(number, name, otherwise, value) c[SPEC_##name] = static_cast<std::uint32_t>(value);
+  ANALYTIC_KINDS(SET_COUNT)
+  SPECIALISATION_CONSTANTS(SET_VALUE)
+#undef SET_COUNT
+#undef SET_VALUE
   return c;
 }
 
