@@ -73,9 +73,7 @@ Effect specular() {
 }
 
 bool has_map(const Object& o) {
-  if (const auto* plane = std::get_if<PlaneShape>(&o.shape)) return plane->albedo_map != nullptr;
-  const auto* mesh = std::get_if<MeshShape>(&o.shape);
-  return mesh && mesh->mesh && !mesh->mesh->vertex_albedo.empty();
+  return std::visit([](const auto& shape) { return has_albedo(shape); }, o.shape);
 }
 
 Effect albedo() {
@@ -84,18 +82,8 @@ Effect albedo() {
           "one reflectivity per object",
           [](const Twin& t) { return std::any_of(t.objects.begin(), t.objects.end(), has_map); },
           [](Twin& t) {
-            for (Object& o : t.objects) {
-              if (!has_map(o)) continue;
-              if (auto* plane = std::get_if<PlaneShape>(&o.shape)) {
-                plane->albedo_map = nullptr;
-                plane->albedo_file.clear();
-              } else {
-                auto& mesh = std::get<MeshShape>(o.shape);
-                auto plain = std::make_shared<Mesh>(*mesh.mesh);
-                plain->vertex_albedo.clear();
-                mesh.mesh = plain;
-              }
-            }
+            for (Object& o : t.objects)
+              if (has_map(o)) std::visit([](auto& shape) { remove_albedo(shape); }, o.shape);
           },
           "albedo_file of a plane; a measured shape has its own"};
 }

@@ -17,6 +17,47 @@
 namespace fringetwin {
 namespace fs = std::filesystem;
 
+namespace {
+
+// Reads the files of the shapes that have some, each once. A shape with files and without a load() does not
+// compile.
+class Loader {
+ public:
+  std::vector<fs::path> mesh_files, map_files;  ///< what was read
+
+  void load(MeshShape& shape) {
+    if (shape.mesh) return;
+    auto& mesh = meshes_[{shape.file, shape.unit}];
+    if (!mesh) {
+      mesh = load_mesh(shape.file, shape.unit);
+      mesh_files.push_back(shape.file);
+    }
+    shape.mesh = mesh;
+  }
+
+  void load(PlaneShape& plane) {
+    if (plane.albedo_file.empty() || plane.albedo_map) return;
+    auto& map = maps_[plane.albedo_file];
+    if (!map) {
+      LoadedGray gray = read_gray(plane.albedo_file);
+      const float white = std::ldexp(1.0F, gray.file_bits) - 1.0F;
+      for (float& value : gray.image.data) value /= white;
+      map = std::make_shared<const ImageF>(std::move(gray.image));
+      map_files.push_back(plane.albedo_file);
+    }
+    plane.albedo_map = map;
+  }
+
+  template <WithoutFiles S>
+  void load(S&) {}
+
+ private:
+  std::map<std::pair<fs::path, std::string>, std::shared_ptr<const Mesh>> meshes_;
+  std::map<fs::path, std::shared_ptr<const ImageF>> maps_;
+};
+
+}  // namespace
+
 double ProjectorResponse::operator()(double value) const {
   switch (kind) {
     case Kind::linear:
@@ -44,31 +85,10 @@ Triangulate Twin::triangulate() const {
 }
 
 void load_meshes(Twin& twin) {
-  std::map<std::pair<fs::path, std::string>, std::shared_ptr<const Mesh>> loaded;
-  for (Object& object : twin.objects) {
-    auto* shape = std::get_if<MeshShape>(&object.shape);
-    if (shape == nullptr || shape->mesh) continue;
-    auto& mesh = loaded[{shape->file, shape->unit}];
-    if (!mesh) {
-      mesh = load_mesh(shape->file, shape->unit);
-      twin.input_files.push_back(shape->file);
-    }
-    shape->mesh = mesh;
-  }
-  std::map<fs::path, std::shared_ptr<const ImageF>> maps;
-  for (Object& object : twin.objects) {
-    auto* plane = std::get_if<PlaneShape>(&object.shape);
-    if (plane == nullptr || plane->albedo_file.empty() || plane->albedo_map) continue;
-    auto& map = maps[plane->albedo_file];
-    if (!map) {
-      LoadedGray gray = read_gray(plane->albedo_file);
-      const float white = std::ldexp(1.0F, gray.file_bits) - 1.0F;
-      for (float& value : gray.image.data) value /= white;
-      map = std::make_shared<const ImageF>(std::move(gray.image));
-      twin.input_files.push_back(plane->albedo_file);
-    }
-    plane->albedo_map = map;
-  }
+  Loader loader;
+  for (Object& object : twin.objects) std::visit([&](auto& shape) { loader.load(shape); }, object.shape);
+  for (const auto& files : {loader.mesh_files, loader.map_files})
+    twin.input_files.insert(twin.input_files.end(), files.begin(), files.end());
 }
 
 fs::path captures_root() {

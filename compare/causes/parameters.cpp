@@ -197,7 +197,8 @@ class ParameterList {
   /// Two convex bodies, or one mesh, can light each other; one sphere, plane or cylinder cannot.
   void add_bounce() {
     const bool alone =
-        twin_.objects.size() == 1 && !std::holds_alternative<MeshShape>(twin_.objects[0].shape);
+        twin_.objects.size() == 1 &&
+        !std::visit([]<class S>(const S&) { return S::kLightsItself; }, twin_.objects[0].shape);
     if (!twin_.projector || alone || twin_.objects.empty()) return;
     Parameter& p = add("bounces", "", twin_.render.bounces, 1.0,
                        [](Twin& t, double d) { t.render.bounces += static_cast<int>(std::lround(d)); });

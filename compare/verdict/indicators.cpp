@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "compare/geometry/fit_rows.hpp"
+#include "measure/fit/shape_fits.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -29,6 +30,15 @@ Vector3d vector(const ObjectFit& fit, const std::string& key) {
 const SphereShape* nominal_sphere(const Twin& twin, const std::string& object) {
   const Object* found = twin.find_object(object);
   return found ? std::get_if<SphereShape>(&found->shape) : nullptr;
+}
+
+/// Returns the name of the form indicator of a kind of shape, "" where it has none.
+std::string form_of(const std::string& kind) {
+  std::string form;
+  for_every_shape([&](const auto& shape) {
+    if (kind == shape.kKind) form = measure::form_indicator(shape);
+  });
+  return form;
 }
 
 Ranges ranges(const Fit& fit) { return fit && fit->usable ? deviation_ranges(fit->deviation_mm) : Ranges{}; }
@@ -75,16 +85,23 @@ Ranges deviation_ranges(const std::vector<float>& deviation_mm) {
   return out;
 }
 
+std::vector<std::string> indicator_names(const std::string& kind) {
+  const std::string form = form_of(kind);
+  if (form.empty()) return {};
+  std::vector<std::string> names{form, form + "_95"};
+  if (kind == SphereShape::kKind) names.emplace_back("sphere_size");
+  return names;
+}
+
 std::vector<Indicator> indicators(const Twin& twin, const std::vector<FitRow>& fits) {
   std::vector<Indicator> rows;
   for (const FitRow& fit : fits) {
-    const bool sphere = fit.kind == "sphere";
-    if (!sphere && fit.kind != "plane") continue;
+    const std::string form = form_of(fit.kind);
+    if (form.empty()) continue;
     const Ranges s = ranges(fit.simulated), r = ranges(fit.real);
-    const std::string form = sphere ? "sphere_form" : "plane_flatness";
     add(rows, {form, {fit.object}, {s.all_mm, kUnknown}, {r.all_mm, kUnknown}});
     add(rows, {form + "_95", {fit.object}, {s.p95_mm, kUnknown}, {r.p95_mm, kUnknown}});
-    if (const SphereShape* nominal = sphere ? nominal_sphere(twin, fit.object) : nullptr)
+    if (const SphereShape* nominal = nominal_sphere(twin, fit.object))
       add(rows, {"sphere_size", {fit.object}, size(fit.simulated, *nominal), size(fit.real, *nominal)});
   }
   for (std::size_t i = 0; i < fits.size(); ++i)

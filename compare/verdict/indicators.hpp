@@ -2,6 +2,7 @@
 // Computes form, size, flatness and spacing of the fitted objects, in the manner of VDI/VDE 2634 part 2
 // (docs/metrics/geometry.md, "Indicators").
 #pragma once
+#include <string>
 #include <vector>
 
 #include "compare/result/rows.hpp"
@@ -16,6 +17,9 @@ struct Ranges {
 };
 /// Returns the ranges of these deviations; unknown without values.
 Ranges deviation_ranges(const std::vector<float>& deviation_mm);
+
+/// Returns the names of the indicators that one fit of this kind of shape has ("sphere", "plane", ...).
+std::vector<std::string> indicator_names(const std::string& kind);
 
 /// Returns the indicators of the fits of both sides, in their order, spacings last. What neither side has is
 /// left out; nominal sizes and places are those of the twin's objects.

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "measure/fit/block_covariance.hpp"
+#include "measure/fit/robust.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/lens/linear.hpp"
@@ -106,6 +107,30 @@ std::optional<FitCovariance> covariance_at(const DistanceModel& model,
             s_sq * unit[i] * unit[j] * eigen.vectors(i, k) * eigen.vectors(j, k) / eigen.values(k);
   out.covariance = block_covariance(blocks, out.covariance);
   return out;
+}
+
+std::optional<Eigen::MatrixXd> fit_robustly(const DistanceModel& model, const CentredPoints& points,
+                                            const FitOptions& options, const std::string& shape,
+                                            const SolveWeighted& solve, const double* x, FitSummary& fit) {
+  RobustModel robust;
+  robust.n = points.p_mm.size();
+  robust.min_points = static_cast<std::size_t>(model.parameters());
+  robust.smallest_scale = points.smallest_scale_mm();
+  robust.distance = [&](std::size_t i) { return model.distance(x, points.p_mm[i], nullptr); };
+  robust.solve = solve;
+  const RobustResult result = robust_fit(robust, options);
+  fit.n = result.ok ? result.index.size() : robust.n;  // enough points and no fit is no lack of points
+  fit.message = result.message;
+  if (!result.ok) return std::nullopt;
+  const auto found = covariance_at(model, points.p_mm, result.index, options.block, x);
+  if (!found) {
+    fit.message = "the points do not determine " + shape + " (they lie on a plane, a circle or a line)";
+    return std::nullopt;
+  }
+  fit.rms_mm = found->rms_mm;
+  fit.usable = true;
+  if (fit.n == robust.min_points) fit.message = "as many points as parameters: no uncertainty";
+  return found->covariance;
 }
 
 }  // namespace fringetwin::measure

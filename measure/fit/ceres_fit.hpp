@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Minimises the squared distances of points to a shape and gives the covariance at the minimum.
+// Minimises the squared distances of points to a shape, robustly if asked, and gives the covariance at the
+// minimum.
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
+#include <string>
 #include <vector>
+
+#include "measure/fit/fit_types.hpp"
+#include "measure/fit/point_set.hpp"
 
 namespace fringetwin::measure {
 
@@ -34,5 +40,16 @@ std::optional<FitCovariance> covariance_at(const DistanceModel& model,
                                            const std::vector<Eigen::Vector3d>& p_mm,
                                            const std::vector<std::size_t>& index,
                                            const std::vector<int>& block, const double* x);
+
+/// Moves the parameters from where they are to the minimum over some points with their weights; false when
+/// degenerate or not converged.
+using SolveWeighted =
+    std::function<bool(const std::vector<std::size_t>& index, const std::vector<double>& weight)>;
+
+/// Fits the model to the points by `solve`, which acts on x. Returns the covariance of x and sets fit.usable,
+/// n and rms_mm; nullopt, with fit.message, where the points do not determine the shape ("a sphere").
+std::optional<Eigen::MatrixXd> fit_robustly(const DistanceModel& model, const CentredPoints& points,
+                                            const FitOptions& options, const std::string& shape,
+                                            const SolveWeighted& solve, const double* x, FitSummary& fit);
 
 }  // namespace fringetwin::measure

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Geometry>
 #include <cmath>
-#include <limits>
 
 #include "measure/fit/ceres_fit.hpp"
 #include "measure/fit/fits.hpp"
-#include "measure/fit/point_set.hpp"
-#include "measure/fit/robust.hpp"
 #include "measure/fit/shape_fits.hpp"
 #include "twin/base/constants.hpp"
 
@@ -69,8 +66,7 @@ CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const Cylinde
   constexpr int kRebases = 10;
   CylinderFit fit;
   fit.n_gated = p_mm.size();
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  fit.radius_sigma_mm = fit.axis_sigma_rad[0] = fit.axis_sigma_rad[1] = nan;
+  fit.radius_sigma_mm = fit.axis_sigma_rad[0] = fit.axis_sigma_rad[1] = kNaN;
   const CentredPoints points(p_mm);
   if (!check_points(points, CylinderDistance::kParameters, "a cylinder", fit)) return fit;
   if (!(start.axis.norm() > 0.0) || !(start.radius_mm > 0.0)) {
@@ -81,12 +77,7 @@ CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const Cylinde
   double x[5] = {0, 0, 0, 0, start.radius_mm};
   model.rebase(x);
 
-  RobustModel robust;
-  robust.n = p_mm.size();
-  robust.min_points = CylinderDistance::kParameters;
-  robust.smallest_scale = points.smallest_scale_mm();
-  robust.distance = [&](std::size_t i) { return model.distance(x, points.p_mm[i], nullptr); };
-  robust.solve = [&](const std::vector<std::size_t>& index, const std::vector<double>& weight) {
+  const auto solve = [&](const std::vector<std::size_t>& index, const std::vector<double>& weight) {
     for (int k = 0; k < kRebases; ++k) {
       if (!minimise(model, points.p_mm, index, weight, o.max_iterations, x) || !(x[4] > 0.0)) return false;
       const double leaned_rad = std::hypot(x[2], x[3]);
@@ -95,38 +86,32 @@ CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const Cylinde
     }
     return true;
   };
-  const RobustResult result = robust_fit(robust, o);
-  fit.n = result.ok ? result.index.size() : p_mm.size();  // enough points and no fit is no lack of points
-  fit.message = result.message;
-  if (!result.ok) return fit;
-  const auto found = covariance_at(model, points.p_mm, result.index, o.block, x);
-  if (!found) {
-    fit.message = "the points do not determine a cylinder (they lie on a plane, a circle or a line)";
-    return fit;
-  }
-  const Eigen::MatrixXd& covariance = found->covariance;
-  fit.rms_mm = found->rms_mm;
+  const auto covariance = fit_robustly(model, points, o, "a cylinder", solve, x, fit);
+  if (!covariance) return fit;
   fit.axis = model.axis.dot(start.axis) < 0.0 ? Eigen::Vector3d(-model.axis) : model.axis;
   fit.point_mm = points.centroid_mm + model.point;
   fit.radius_mm = x[4];
-  fit.radius_sigma_mm = std::sqrt(covariance(4, 4));
-  for (int j = 0; j < 2; ++j) fit.axis_sigma_rad[j] = std::sqrt(covariance(2 + j, 2 + j));
-  fit.usable = true;
-  if (fit.n == CylinderDistance::kParameters) fit.message = "as many points as parameters: no uncertainty";
+  fit.radius_sigma_mm = std::sqrt((*covariance)(4, 4));
+  for (int j = 0; j < 2; ++j) fit.axis_sigma_rad[j] = std::sqrt((*covariance)(2 + j, 2 + j));
   return fit;
 }
 
 void fit_shape(const CylinderShape& shape, const Gated& points, ObjectFit& row) {
   const CylinderFit fit = fit_cylinder(points.p_mm, shape, robust_options(points));
   take_summary(fit, row);
-  const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNaN);
-  row.vectors["point_mm"] = fit.usable ? fit.point_mm : none;
-  row.vectors["axis"] = fit.usable ? fit.axis : none;
-  row.numbers["radius_mm"] = fit.usable ? fit.radius_mm : kNaN;
-  row.numbers["radius_sigma_mm"] = fit.usable ? fit.radius_sigma_mm : kNaN;
-  row.numbers["axis_sigma_rad_0"] = fit.usable ? fit.axis_sigma_rad[0] : kNaN;
-  row.numbers["axis_sigma_rad_1"] = fit.usable ? fit.axis_sigma_rad[1] : kNaN;
+  put(row, "point_mm", fit.point_mm);
+  put(row, "axis", fit.axis);
+  put(row, "radius_mm", fit.radius_mm);
+  put(row, "radius_sigma_mm", fit.radius_sigma_mm);
+  put(row, "axis_sigma_rad_0", fit.axis_sigma_rad[0]);
+  put(row, "axis_sigma_rad_1", fit.axis_sigma_rad[1]);
 }
+
+std::vector<std::string> fit_keys(const CylinderShape&) {
+  return {"point_mm", "axis", "radius_mm", "radius_sigma_mm"};
+}
+
+std::string form_indicator(const CylinderShape&) { return ""; }
 
 double distance_mm(const CylinderShape& s, const Eigen::Vector3d& p) {
   const Eigen::Vector3d d = p - s.point_mm;

@@ -14,6 +14,10 @@ double distance_mm(const MeasuredShape&, const Eigen::Vector3d&) { return kNaN; 
 
 bool name_numbers(const MeasuredShape&, ObjectFit&) { return false; }
 
+std::vector<std::string> fit_keys(const MeasuredShape&) { return {}; }
+
+std::string form_indicator(const MeasuredShape&) { return ""; }
+
 std::optional<Shape> fitted_shape(const MeasuredShape&, const ObjectFit&) { return std::nullopt; }
 
 }  // namespace fringetwin::measure

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Geometry>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include "measure/fit/block_covariance.hpp"
@@ -51,8 +50,7 @@ PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& p_mm, const FitOptions& o
   constexpr std::size_t kParameters = 3;
   PlaneFit fit;
   fit.n_gated = p_mm.size();
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  fit.offset_sigma_mm = fit.tilt_sigma_rad[0] = fit.tilt_sigma_rad[1] = nan;
+  fit.offset_sigma_mm = fit.tilt_sigma_rad[0] = fit.tilt_sigma_rad[1] = kNaN;
   const CentredPoints points(p_mm);
   if (!check_points(points, kParameters, "a plane", fit)) return fit;
 
@@ -116,13 +114,16 @@ Eigen::Vector3d towards(const Eigen::Vector3d& normal, const Eigen::Vector3d& fr
 void fit_shape(const PlaneShape&, const Gated& points, ObjectFit& row) {
   const PlaneFit fit = fit_plane(points.p_mm, robust_options(points));
   take_summary(fit, row);
-  const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNaN);
-  row.vectors["point_mm"] = fit.usable ? fit.point_mm : none;
-  row.vectors["normal"] = fit.usable ? towards(fit.normal, fit.point_mm, points.viewer_mm) : none;
-  row.numbers["offset_sigma_mm"] = fit.usable ? fit.offset_sigma_mm : kNaN;
-  row.numbers["tilt_sigma_rad_0"] = fit.usable ? fit.tilt_sigma_rad[0] : kNaN;
-  row.numbers["tilt_sigma_rad_1"] = fit.usable ? fit.tilt_sigma_rad[1] : kNaN;
+  put(row, "point_mm", fit.point_mm);
+  put(row, "normal", towards(fit.normal, fit.point_mm, points.viewer_mm));
+  put(row, "offset_sigma_mm", fit.offset_sigma_mm);
+  put(row, "tilt_sigma_rad_0", fit.tilt_sigma_rad[0]);
+  put(row, "tilt_sigma_rad_1", fit.tilt_sigma_rad[1]);
 }
+
+std::vector<std::string> fit_keys(const PlaneShape&) { return {"point_mm", "normal"}; }
+
+std::string form_indicator(const PlaneShape&) { return "plane_flatness"; }
 
 double distance_mm(const PlaneShape& s, const Eigen::Vector3d& p) {
   const Eigen::Vector3d d = p - s.point_mm;

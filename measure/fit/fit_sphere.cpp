@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/LU>
 #include <cmath>
-#include <limits>
 
 #include "measure/fit/ceres_fit.hpp"
 #include "measure/fit/fits.hpp"
-#include "measure/fit/point_set.hpp"
-#include "measure/fit/robust.hpp"
 #include "measure/fit/shape_fits.hpp"
 #include "twin/base/constants.hpp"
 
@@ -55,7 +52,7 @@ SphereFit fit_sphere(const std::vector<Eigen::Vector3d>& p_mm, const SphereShape
                      const FitOptions& o) {
   SphereFit fit;
   fit.n_gated = p_mm.size();
-  fit.covariance.setConstant(std::numeric_limits<double>::quiet_NaN());
+  fit.covariance.setConstant(kNaN);
   const CentredPoints points(p_mm);
   if (!check_points(points, SphereDistance::kParameters, "a sphere", fit)) return fit;
 
@@ -66,29 +63,16 @@ SphereFit fit_sphere(const std::vector<Eigen::Vector3d>& p_mm, const SphereShape
     return fit;
   }
   const SphereDistance model;
-  RobustModel robust;
-  robust.n = p_mm.size();
-  robust.min_points = SphereDistance::kParameters;
-  robust.smallest_scale = points.smallest_scale_mm();
-  robust.distance = [&](std::size_t i) { return model.distance(x, points.p_mm[i], nullptr); };
-  robust.solve = [&](const std::vector<std::size_t>& index, const std::vector<double>& weight) {
-    return minimise(model, points.p_mm, index, weight, o.max_iterations, x) && x[3] > 0.0;
-  };
-  const RobustResult result = robust_fit(robust, o);
-  fit.n = result.ok ? result.index.size() : p_mm.size();  // enough points and no fit is no lack of points
-  fit.message = result.message;
-  if (!result.ok) return fit;
-  const auto found = covariance_at(model, points.p_mm, result.index, o.block, x);
-  if (!found) {
-    fit.message = "the points do not determine a sphere (they lie on a plane, a circle or a line)";
-    return fit;
-  }
-  fit.covariance = found->covariance;
-  fit.rms_mm = found->rms_mm;
+  const auto covariance = fit_robustly(
+      model, points, o, "a sphere",
+      [&](const std::vector<std::size_t>& index, const std::vector<double>& weight) {
+        return minimise(model, points.p_mm, index, weight, o.max_iterations, x) && x[3] > 0.0;
+      },
+      x, fit);
+  if (!covariance) return fit;
+  fit.covariance = *covariance;
   fit.center_mm = points.centroid_mm + Eigen::Vector3d(x[0], x[1], x[2]);
   fit.radius_mm = x[3];
-  fit.usable = true;
-  if (fit.n == SphereDistance::kParameters) fit.message = "as many points as parameters: no uncertainty";
   return fit;
 }
 
@@ -96,12 +80,17 @@ void fit_shape(const SphereShape& shape, const Gated& points, ObjectFit& row) {
   const SphereFit fit = fit_sphere(points.p_mm, shape, robust_options(points));
   take_summary(fit, row);
   const Eigen::Vector4d sigma = fit.covariance.diagonal().cwiseSqrt();
-  const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNaN);
-  row.vectors["center_mm"] = fit.usable ? fit.center_mm : none;
-  row.vectors["center_sigma_mm"] = fit.usable ? Eigen::Vector3d(sigma.head<3>()) : none;
-  row.numbers["radius_mm"] = fit.usable ? fit.radius_mm : kNaN;
-  row.numbers["radius_sigma_mm"] = fit.usable ? sigma[3] : kNaN;
+  put(row, "center_mm", fit.center_mm);
+  put(row, "center_sigma_mm", Eigen::Vector3d(sigma.head<3>()));
+  put(row, "radius_mm", fit.radius_mm);
+  put(row, "radius_sigma_mm", sigma[3]);
 }
+
+std::vector<std::string> fit_keys(const SphereShape&) {
+  return {"center_mm", "center_sigma_mm", "radius_mm", "radius_sigma_mm"};
+}
+
+std::string form_indicator(const SphereShape&) { return "sphere_form"; }
 
 double distance_mm(const SphereShape& s, const Eigen::Vector3d& p) {
   return (p - s.center_mm).norm() - s.radius_mm;

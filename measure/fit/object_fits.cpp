@@ -90,6 +90,14 @@ void take_summary(const FitSummary& fit, ObjectFit& row) {
   row.numbers["rms_mm"] = fit.usable ? fit.rms_mm : kNaN;
 }
 
+void put(ObjectFit& row, const std::string& key, double value) {
+  row.numbers[key] = row.usable ? value : kNaN;
+}
+
+void put(ObjectFit& row, const std::string& key, const Eigen::Vector3d& value) {
+  row.vectors[key] = row.usable ? value : Eigen::Vector3d::Constant(kNaN);
+}
+
 FitOptions robust_options(const Gated& points) {
   FitOptions options;
   options.loss = RobustLoss::tukey;

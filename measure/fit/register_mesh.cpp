@@ -211,6 +211,10 @@ double distance_mm(const MeshShape& s, const Eigen::Vector3d& p) {
 
 bool name_numbers(const MeshShape&, ObjectFit&) { return false; }
 
+std::vector<std::string> fit_keys(const MeshShape&) { return {}; }
+
+std::string form_indicator(const MeshShape&) { return ""; }
+
 std::optional<Shape> fitted_shape(const MeshShape&, const ObjectFit&) { return std::nullopt; }
 
 }  // namespace fringetwin::measure

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the fits of objects need of every shape: a fit to points, a distance, and the names of its numbers.
-// Each function has one overload per shape, in that shape's own file unless it is a list, and is called
-// through std::visit without a generic fallback.
+// Each function has one overload per shape, in that shape's own file, and is called through std::visit
+// without a generic fallback.
 #pragma once
 #include <Eigen/Core>
 #include <optional>
@@ -26,47 +26,33 @@ void take_summary(const FitSummary& fit, ObjectFit& row);
 /// Returns the options of a robust fit to these points.
 FitOptions robust_options(const Gated& points);
 
-/// Fits the shape to the points, starting from the nominal one, and writes numbers, vectors and their sigmas
-/// into the row under the keys of result.json; NaN where the fit is not usable.
-void fit_shape(const SphereShape& nominal, const Gated& points, ObjectFit& row);
-void fit_shape(const PlaneShape& nominal, const Gated& points, ObjectFit& row);
-void fit_shape(const CylinderShape& nominal, const Gated& points, ObjectFit& row);
-void fit_shape(const MeshShape& nominal, const Gated& points, ObjectFit& row);
-void fit_shape(const MeasuredShape& nominal, const Gated& points, ObjectFit& row);
+/// Writes a number or a vector of a fit into its row, whose summary is there already: NaN where the fit is
+/// not usable.
+void put(ObjectFit& row, const std::string& key, double value);
+void put(ObjectFit& row, const std::string& key, const Eigen::Vector3d& value);
 
-/// Returns the signed distance of a world point to the surface, positive outside; NaN for a shape without
-/// one.
-double distance_mm(const SphereShape& s, const Eigen::Vector3d& p_world_mm);
-double distance_mm(const PlaneShape& s, const Eigen::Vector3d& p_world_mm);
-double distance_mm(const CylinderShape& s, const Eigen::Vector3d& p_world_mm);
-double distance_mm(const MeshShape& s, const Eigen::Vector3d& p_world_mm);
-double distance_mm(const MeasuredShape& s, const Eigen::Vector3d& p_world_mm);
-
-/// Writes the shape's own numbers and vectors into the row under the keys that a fit of it has. Returns
-/// false, and writes nothing, for a shape whose fit is a registration and not a set of numbers.
-bool name_numbers(const SphereShape& s, ObjectFit& row);
-bool name_numbers(const PlaneShape& s, ObjectFit& row);
-bool name_numbers(const CylinderShape& s, ObjectFit& row);
-bool name_numbers(const MeshShape& s, ObjectFit& row);
-bool name_numbers(const MeasuredShape& s, ObjectFit& row);
-
-/// Returns the keys that result.json has for every fit of the shape, also for one that is not usable.
-inline std::vector<std::string> fit_keys(const SphereShape&) {
-  return {"center_mm", "center_sigma_mm", "radius_mm", "radius_sigma_mm"};
-}
-inline std::vector<std::string> fit_keys(const PlaneShape&) { return {"point_mm", "normal"}; }
-inline std::vector<std::string> fit_keys(const CylinderShape&) {
-  return {"point_mm", "axis", "radius_mm", "radius_sigma_mm"};
-}
-inline std::vector<std::string> fit_keys(const MeshShape&) { return {}; }
-inline std::vector<std::string> fit_keys(const MeasuredShape&) { return {}; }
-
-/// Returns the surface that a row of this shape's fit describes, unbounded; nullopt where name_numbers() has
-/// none.
-std::optional<Shape> fitted_shape(const SphereShape& nominal, const ObjectFit& row);
-std::optional<Shape> fitted_shape(const PlaneShape& nominal, const ObjectFit& row);
-std::optional<Shape> fitted_shape(const CylinderShape& nominal, const ObjectFit& row);
-std::optional<Shape> fitted_shape(const MeshShape& nominal, const ObjectFit& row);
-std::optional<Shape> fitted_shape(const MeasuredShape& nominal, const ObjectFit& row);
+/// Declares, for the shape S in a file of its own,
+/// - fit_shape(): fits the shape to the points, starting from the nominal one, and writes numbers, vectors
+/// and
+///   their sigmas into the row under the keys of result.json; NaN where the fit is not usable;
+/// - distance_mm(): returns the signed distance of a world point to the surface, positive outside; NaN for a
+///   shape without one;
+/// - name_numbers(): writes the shape's own numbers and vectors into the row under the keys that a fit of it
+///   has. Returns false, and writes nothing, for a shape whose fit is a registration and not a set of
+///   numbers;
+/// - fit_keys(): returns the keys that result.json has for every fit of it, also for one that is not usable;
+/// - fitted_shape(): returns the surface that a row of its fit describes, unbounded; nullopt where
+///   name_numbers() has none;
+/// - form_indicator(): returns the name of the indicator that its deviations from the fit make
+///   (docs/metrics/geometry.md, "Indicators"), "" for a shape that has none.
+#define FT_DECLARE(S)                                                        \
+  void fit_shape(const S& nominal, const Gated& points, ObjectFit& row);     \
+  double distance_mm(const S& shape, const Eigen::Vector3d& p_world_mm);     \
+  bool name_numbers(const S& shape, ObjectFit& row);                         \
+  std::vector<std::string> fit_keys(const S& shape);                         \
+  std::optional<Shape> fitted_shape(const S& nominal, const ObjectFit& row); \
+  std::string form_indicator(const S& shape);
+FT_SHAPES(FT_DECLARE)
+#undef FT_DECLARE
 
 }  // namespace fringetwin::measure

@@ -24,7 +24,7 @@ using std::numbers::pi;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A shadow ray starts this far from its surface point: double rounding at 1 m is 1e-13 mm.
 constexpr double kShadowStartMm = 1e-9;
-// Surfaces closer to each other than 1e-6 of the way to them count as one (shaders/scene.glsl).
+// Surfaces closer to each other than 1e-6 of the way to them count as one (shaders/shapes.glsl).
 constexpr double kInFront = 1.0 - 1e-6;
 
 // What a pixel raster lights at q: response, then the Gaussian blur of its square pixels.

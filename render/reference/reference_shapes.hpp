@@ -19,15 +19,16 @@ struct ShapeHit {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, the shape's own (outward) side
 };
 
-/// Returns the nearest hit with t_min < t < t_max.
-std::optional<ShapeHit> intersect(const SphereShape& sphere, const Ray& ray, double t_min, double t_max);
-std::optional<ShapeHit> intersect(const PlaneShape& plane, const Ray& ray, double t_min, double t_max);
-std::optional<ShapeHit> intersect(const CylinderShape& cylinder, const Ray& ray, double t_min, double t_max);
-
-/// Returns whether a ray that leaves a point of the shape towards the light can meet the same shape again:
-/// `lit_outside` says that it leaves on the shape's outer side. A cylinder seen from within can.
-bool meets_own_shadow_ray(const SphereShape& sphere, bool lit_outside);
-bool meets_own_shadow_ray(const PlaneShape& plane, bool lit_outside);
-bool meets_own_shadow_ray(const CylinderShape& cylinder, bool lit_outside);
+/// Declares, for the shape S in a file of its own,
+/// - intersect(): returns the nearest hit with t_min < t < t_max;
+/// - meets_own_shadow_ray(): returns whether a ray that leaves a point of the shape towards the light can
+/// meet
+///   the same shape again; `lit_outside` says that it leaves on the shape's outer side. A cylinder seen from
+///   within can.
+#define FT_DECLARE(S)                                                                            \
+  std::optional<ShapeHit> intersect(const S& shape, const Ray& ray, double t_min, double t_max); \
+  bool meets_own_shadow_ray(const S& shape, bool lit_outside);
+FT_ANALYTIC_SHAPES(FT_DECLARE)
+#undef FT_DECLARE
 
 }  // namespace fringetwin::render

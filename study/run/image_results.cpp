@@ -83,10 +83,7 @@ Json indicators(const VirtualMeasurement& run) {
   Json out = Json::array();
   for (const measure::ObjectFit& fit : run.measurement.fits) {
     Json row = {{"object", fit.object}};
-    if (fit.kind == "sphere")
-      for (const char* name : {"sphere_form", "sphere_form_95", "sphere_size"}) row[name] = nullptr;
-    if (fit.kind == "plane")
-      for (const char* name : {"plane_flatness", "plane_flatness_95"}) row[name] = nullptr;
+    for (const std::string& name : compare::indicator_names(fit.kind)) row[name] = nullptr;
     for (const compare::Indicator& i :
          compare::indicators(run.measuring, {compare::make_fit_row(fit, std::nullopt)}))
       row[i.name] = json_number(i.simulated.mm);

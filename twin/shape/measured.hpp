@@ -2,7 +2,6 @@
 // A surface that is measured from the real capture before anything is rendered.
 #pragma once
 #include <Eigen/Core>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@ namespace fringetwin {
 /// Built from the real capture's own depth map (measure/surface.hpp turns it into a MeshShape).
 struct MeasuredShape {
   static constexpr const char* kKind = "measured";
+  static constexpr bool kHasFiles = false, kLightsItself = false;
   std::string steps = "even";  ///< "even" | "odd" | "all": phase steps the surface is built from
   double smoothing_px = 3.0;   ///< radius of the local fit that removes pixel noise
 };
@@ -24,6 +24,5 @@ inline std::vector<PlaceKey> place_keys(const MeasuredShape&) { return {}; }
 inline void make_units(MeasuredShape&) {}
 inline std::optional<Eigen::Vector3d> place_mm(const MeasuredShape&) { return std::nullopt; }
 inline bool shades_itself(const MeasuredShape&) { return true; }
-inline std::vector<std::filesystem::path> shape_files(const MeasuredShape&) { return {}; }
 
 }  // namespace fringetwin
