@@ -44,10 +44,8 @@ void warn_of_bias(const GainRow& gain, const std::optional<GrayBudget>& budget,
   if (!(gain.r2 < kLowR2) && !(share > kLargeAlbedoShare && spread > kLargeAlbedoSpread)) return;
   warnings.push_back(
       fmt::format("{}: R2 of the gain fit is {:.3f}, and albedo or shading scatters by {:.1f} % from pixel "
-                  "to pixel and makes "
-                  "{:.0f} % of the residual variance: gain and black level are biased by more than their "
-                  "printed sigma; do not "
-                  "use them as sensor values",
+                  "to pixel and makes {:.0f} % of the residual variance: gain and black level are biased by "
+                  "more than their printed sigma; do not use them as sensor values",
                   gain.camera, gain.r2, 100.0 * spread, 100.0 * share));
 }
 
@@ -111,8 +109,7 @@ void compare_phase(const Twin& twin, const Measurement& real, const Measurement&
     if (row.order_disagree_fraction() > kManyOrders)
       out.warnings.push_back(fmt::format(
           "{} {}: on {:.1f} % of the pixels valid on both sides the fringe orders disagree ({} pixels, "
-          "|difference| > "
-          "pi); they are in no phase number, so the phase rows describe the rest only",
+          "|difference| > pi); they are in no phase number, so the phase rows describe the rest only",
           row.camera, row.direction, 100.0 * row.order_disagree_fraction(), row.n_order_disagree));
   for (std::size_t c = 0; c < real.cameras.size(); ++c) {
     const ImageU8 interior = interior_of(real.cameras[c], simulated.cameras[c]);

@@ -29,20 +29,16 @@ std::string measured_shape_note(const Twin& twin, const std::vector<int>& compar
     if (compared_steps.empty())
       return fmt::format(
           "The object \"{}\" was built from all phase steps of this same capture, so it agrees with its "
-          "phase by "
-          "construction: only the gray levels are evidence here.",
+          "phase by construction: only the gray levels are evidence here.",
           object.name);
     return fmt::format(
         "The object \"{}\" was built from the {} phase steps of this same capture (smoothed over {:g} px) "
-        "and is compared "
-        "with the other steps ({}). This can show photometric errors (gain, response, noise, reflectivity), "
-        "phase noise, "
-        "harmonics and errors of the rendering chain. It cannot show errors of the calibration or of the "
-        "shape that "
-        "are common to all steps: those moved the object along with the images. A harmonic of the projected "
-        "fringe one order beside the number of steps used leaves a ripple of opposite sign in even and odd "
-        "steps, "
-        "so it shows here with twice its size (table \"phase difference, split\").",
+        "and is compared with the other steps ({}). This can show photometric errors (gain, response, noise, "
+        "reflectivity), phase noise, harmonics and errors of the rendering chain. It cannot show errors of "
+        "the calibration or of the shape that are common to all steps: those moved the object along with the "
+        "images. A harmonic of the projected fringe one order beside the number of steps used leaves a "
+        "ripple of opposite sign in even and odd steps, so it shows here with twice its size (table \"phase "
+        "difference, split\").",
         object.name, measured->steps, measured->smoothing_px, fmt::join(compared_steps, ", "));
   }
   return "";
@@ -58,8 +54,8 @@ std::string published_results_note(const Twin& twin) {
     if (object && is_published_result(*object, fit))
       note += fmt::format(
           " The virtual object \"{}\" IS the published result, so its place and size agree by construction: "
-          "the differences are the error of rendering and measuring, not the agreement of twin and rig. "
-          "Its rms against the published rms is evidence: the twin lacks what the difference is made of.",
+          "the differences are the error of rendering and measuring, not the agreement of twin and rig. Its "
+          "rms against the published rms is evidence: the twin lacks what the difference is made of.",
           object->name);
   }
   return note;

@@ -93,10 +93,9 @@ std::string cloud_canvas_html(const std::vector<Eigen::Vector3d>& p_world_mm, co
   const Packed packed = pack(p_world_mm, value, drawn, canvas.style.limits);
   return fmt::format(
       "<div class=\"cloud\" id=\"{}\" data-step=\"{:.9g}\" data-view=\"{}\" data-palette=\"{}\" "
-      "data-levels=\"{}\" data-points=\"{}\"><div class=\"still\">{}</div>"
-      "<canvas width=\"720\" height=\"540\" tabindex=\"0\" role=\"img\" aria-label=\"{}\"></canvas>"
-      "<p class=\"hint\">Drag to turn, wheel to zoom, double click to start again; {} of {} points.</p>"
-      "</div>{}",
+      "data-levels=\"{}\" data-points=\"{}\"><div class=\"still\">{}</div><canvas width=\"720\" "
+      "height=\"540\" tabindex=\"0\" role=\"img\" aria-label=\"{}\"></canvas><p class=\"hint\">Drag to turn, "
+      "wheel to zoom, double click to start again; {} of {} points.</p></div>{}",
       safe_id(id), packed.step_mm, view_numbers(canvas.view), base64(palette_bytes(canvas.style)),
       base64(packed.levels), base64(packed.positions), picture, escape_html(canvas.label),
       count(drawn.size()), count(p_world_mm.size()), color_bar_html(canvas.style));

@@ -180,10 +180,9 @@ std::string slider_html(const ImageF& left, const std::string& left_label, const
   const ImageF a = shrink_by_area_mean(left, style.max_width_px);
   const ImageF b = shrink_by_area_mean(right, style.max_width_px);
   return fmt::format(
-      "<div class=\"slider\" id=\"{0}\" style=\"--cut:50%\"><div class=\"stack\">{1}{2}"
-      "<span class=\"tag tag-left\">{3}</span><span class=\"tag tag-right\">{4}</span>"
-      "<span class=\"cut\"></span></div>"
-      "<input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"{3} or {4}\" "
+      "<div class=\"slider\" id=\"{0}\" style=\"--cut:50%\"><div class=\"stack\">{1}{2}<span class=\"tag "
+      "tag-left\">{3}</span><span class=\"tag tag-right\">{4}</span><span class=\"cut\"></span></div><input "
+      "type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"{3} or {4}\" "
       "oninput=\"this.parentNode.style.setProperty('--cut',this.value+'%')\">{5}</div>\n",
       safe_id(id), image_html(map_png(a, style), left_label, a.width, a.height, "under"),
       image_html(map_png(b, style), right_label, b.width, b.height, "over"), escape_html(left_label),

@@ -233,8 +233,8 @@ std::string sentence(const Causes& causes) {
         "none of the causes tested explains half of what the budget does not (most: {}, {:.0f} %)",
         causes.rows[0].cause, 100.0 * causes.rows[0].alone);
   return fmt::format(
-      "most likely cause: {}; it explains {:.1f} % of the gray difference beyond the budget. "
-      "Fit it with --refine {}",
+      "most likely cause: {}; it explains {:.1f} % of the gray difference beyond the budget. Fit it with "
+      "--refine {}",
       causes.rows[0].cause, 100.0 * std::min(causes.rows[0].alone, 1.0), causes.named);
 }
 

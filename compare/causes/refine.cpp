@@ -245,8 +245,7 @@ class Refiner {
       report_.texture[s.camera] = Refinement::Line{s.gain_dn, s.black_level_dn};
     report_.notes.push_back(
         "every pixel's brightness is taken from the capture: the gain is held at the twin's, and neither it "
-        "nor what "
-        "is common to all images of a pixel is evidence");
+        "nor what is common to all images of a pixel is evidence");
   }
 
   void note_correlations(const GaussNewton& fit) {

@@ -208,8 +208,7 @@ GainFit fit_gain(const GrayPair& pair, std::vector<std::string>& warnings) {
   if (pair.from_dn && pair.camera->sensor.has_noise())
     warnings.push_back(
         fmt::format("{}: the simulated irradiance is taken from noisy gray values, which biases the gain "
-                    "low; render with "
-                    "--radiance",
+                    "low; render with --radiance",
                     pair.camera->name));
   return fit;
 }

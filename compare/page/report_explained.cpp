@@ -36,8 +36,7 @@ std::string bars_html(const ExplainedRow& row) {
   const auto bar = [&](const std::string& name, double variance, const char* css) {
     return fmt::format(
         "<tr><td class=\"l\">{}</td><td class=\"r\">{}</td><td class=\"r\">{} %</td><td "
-        "class=\"share\"><span "
-        "class=\"{}\" style=\"width:{:.2f}%\"></span></td></tr>",
+        "class=\"share\"><span class=\"{}\" style=\"width:{:.2f}%\"></span></td></tr>",
         report::escape_html(name), rms_text(variance, row.unit), fixed(100.0 * variance / row.expected(), 1),
         css, std::max(0.0, scale * variance));
   };
@@ -69,8 +68,7 @@ std::string explained_summary_html(const Comparison& c) {
   report::Table table;
   table.caption =
       "Is the difference as large as the stated budget allows? χ² over single values, and over means of "
-      "regions, "
-      "where noise averages out; 1 is expected.";
+      "regions, where noise averages out; 1 is expected.";
   table.columns = {{"quantity", "", Align::left}, {"where", "", Align::left}, {"observed", "rms"},
                    {"expected", "rms"},           {"χ² of values", ""},       {"χ² of regions", ""},
                    {"verdict", "", Align::right}};
@@ -94,8 +92,7 @@ std::string explained_html(const Comparison& c) {
   if (!maps.empty())
     html += "<figure><div class=\"maps\">" + maps +
             "</div><figcaption>Where the difference exceeds the budget. Regions with fewer than 64 interior "
-            "pixels "
-            "are left out.</figcaption></figure>";
+            "pixels are left out.</figcaption></figure>";
   return html;
 }
 
@@ -104,8 +101,7 @@ std::string causes_html(const Comparison& c) {
   report::Table table;
   table.caption = fmt::format(
       "χ² per gray value is {} after gain and black level; what exceeds 1 is split here. Each cause is "
-      "fitted to the "
-      "gray values of all cameras (n = {}); “after those above” counts only what is left.",
+      "fitted to the gray values of all cameras (n = {}); “after those above” counts only what is left.",
       number(c.causes.chi2, 4), report::count(c.causes.n));
   table.columns = {{"the twin may be wrong about", "", Align::left},
                    {"explains alone", "% of the excess"},
@@ -143,8 +139,7 @@ std::string refinement_html(const Comparison& c) {
   report::Table table = field_table(r.rows);
   table.caption = fmt::format(
       "Fitted to the real gray values of all phase steps before this comparison ({} steps{}): χ² per gray "
-      "value {} → "
-      "{} (n = {}). Standard errors contain noise only, scaled where χ² exceeds 1.",
+      "value {} → {} (n = {}). Standard errors contain noise only, scaled where χ² exceeds 1.",
       r.iterations, r.converged ? "" : ", NOT CONVERGED", number(r.chi2_before, 4), number(r.chi2_after, 4),
       report::count(r.n));
   std::string html = table.html();

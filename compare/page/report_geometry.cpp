@@ -133,10 +133,9 @@ std::string geometry_figures_html(const ReportInput& in) {
         {deviation_histogram(sides, common_limits(sides, 99.8))}, "dev-" + row.object)[0];
     html += "<h3>" + report::escape_html(row.object) + "</h3>\n";
     html += figure(in, maps,
-                   fmt::format(
-                       "{}: signed distance of the measured points from the fitted {}, positive outside; {}. "
-                       "Colours span the 99th percentile of |deviation|.",
-                       row.object, row.kind, n),
+                   fmt::format("{}: signed distance of the measured points from the fitted {}, positive "
+                               "outside; {}. Colours span the 99th percentile of |deviation|.",
+                               row.object, row.kind, n),
                    "")
                 .html();
     html += figure(in, plot, fmt::format("{}: signed histogram of the deviation ({}).", row.object, n), "")

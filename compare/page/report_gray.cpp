@@ -135,30 +135,26 @@ std::string camera_with_real(const ReportInput& in, const GrayPair& pair, const 
                      report::slider_html(real_part, "real", predicted_part, "simulated",
                                          gray_style(brightest(real_part), label), "slider-" + name) +
                      report::map_html(crop(difference, window), signed_style) + "</div>",
-                 fmt::format(
-                     "{}, {}, {}: real and simulated image (after the gain fit) with slider, and the signed "
-                     "difference; gray where a value is saturated, near a clip or not decoded. Full "
-                     "resolution: gray_difference_{}.png.",
-                     name, label, window.text(), name),
+                 fmt::format("{}, {}, {}: real and simulated image (after the gain fit) with slider, and the "
+                             "signed difference; gray where a value is saturated, near a clip or not "
+                             "decoded. Full resolution: gray_difference_{}.png.",
+                             name, label, window.text(), name),
                  "d = gain · E_sim + black_level − DN_real")
               .html();
   html +=
       figure(in, svg[0] + svg[1] + svg[2],
-             fmt::format(
-                 "{}, {}: gray values along image row {} (compare the paper's Fig. 17), their difference, "
-                 "and the middle of the row enlarged, there also before the gain fit.",
-                 name, label, row),
+             fmt::format("{}, {}: gray values along image row {} (compare the paper's Fig. 17), their "
+                         "difference, and the middle of the row enlarged, there also before the gain fit.",
+                         name, label, row),
              "")
           .html();
   if (svg.size() > 3)
-    html +=
-        figure(in, svg[3] + svg[4],
-               fmt::format(
-                   "{}: real gray values against simulated irradiance over all compared phase steps, in 80 "
-                   "bins, the fitted line, and what it leaves.",
-                   name),
-               "DN = gain · E + black_level")
-            .html();
+    html += figure(in, svg[3] + svg[4],
+                   fmt::format("{}: real gray values against simulated irradiance over all compared phase "
+                               "steps, in 80 bins, the fitted line, and what it leaves.",
+                               name),
+                   "DN = gain · E + black_level")
+                .html();
   return html;
 }
 

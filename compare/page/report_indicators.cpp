@@ -38,10 +38,8 @@ std::string indicators_html(const Comparison& c) {
   report::Table table;
   table.caption =
       "Indicators like those of VDI/VDE 2634 part 2, of the points used in the fits. No test by that "
-      "standard: "
-      "one position of the objects, and the nominal values are the twin's, not those of a calibrated "
-      "artefact. "
-      "A range over all points grows with their number.";
+      "standard: one position of the objects, and the nominal values are the twin's, not those of a "
+      "calibrated artefact. A range over all points grows with their number.";
   table.columns = {{"indicator", "", Align::left},
                    {"object", "", Align::left},
                    {"simulated", "mm"},

@@ -48,21 +48,16 @@ std::string explanation_html(const std::vector<NoiseRow>& rows) {
   const NoiseRow& row = rows.front();
   std::string html = fmt::format(
       "<p>Gray: what the fit of mean, cosine and sine to the {} steps leaves ({} degree{} of freedom per "
-      "pixel{}), "
-      "differentiated twice along the stripes, where harmonics are smooth. Phase: second differences of the "
-      "real "
-      "phase along the stripes at the finest pitch. A ratio of 1 says that the twin is as noisy as the rig; "
-      "a phase "
-      "ratio above the gray one is texture or shape, not sensor.</p>",
+      "pixel{}), differentiated twice along the stripes, where harmonics are smooth. Phase: second "
+      "differences of the real phase along the stripes at the finest pitch. A ratio of 1 says that the twin "
+      "is as noisy as the rig; a phase ratio above the gray one is texture or shape, not sensor.</p>",
       row.steps, row.steps - 3, row.steps == 4 ? "" : "s",
       row.steps == 4 ? ", the alternating sum with its sign" : "");
   if (!std::all_of(rows.begin(), rows.end(), [](const NoiseRow& r) { return r.sensor_known; }))
     html +=
         "<p>The twin's sensor has no noise (no <code>electrons_per_dn</code>, no "
-        "<code>read_noise_dn</code>): the "
-        "prediction is the rounding to whole gray values alone. <code>fringetwin photometry</code> measures "
-        "both from "
-        "these images.</p>";
+        "<code>read_noise_dn</code>): the prediction is the rounding to whole gray values alone. "
+        "<code>fringetwin photometry</code> measures both from these images.</p>";
   return html;
 }
 

@@ -104,10 +104,9 @@ std::string both_sides(const ReportInput& in, std::size_t c, const DirectionDeco
                 "Φ = 2π (x_projector − phase_origin) / pitch;  ΔΦ = Φ_sim − Φ_real")
              .html() +
          figure(in, svg[0] + svg[1],
-                fmt::format(
-                    "{}, direction {}: absolute phase along image row {} (compare the paper's Fig. 18) and "
-                    "the difference.",
-                    name, axis, row),
+                fmt::format("{}, direction {}: absolute phase along image row {} (compare the paper's Fig. "
+                            "18) and the difference.",
+                            name, axis, row),
                 "")
              .html() +
          figure(in, svg[2],

@@ -39,14 +39,10 @@ std::string shift_table_html(const std::vector<ShiftRow>& rows) {
   }
   return table.html() +
          "<p>Only fringes tell a shift; along the fringes of one direction nothing is known (“–”), and it is "
-         "taken as 0 "
-         "there. One common shift points at the pose of camera or projector, one that grows over the image "
-         "at the focal "
-         "length or the distance, a pattern at distortion or shape. Here and on the map a fringe that the "
-         "projector "
-         "throws elsewhere looks the same as a camera that looks elsewhere. χ² after far above 1: the shift "
-         "is not "
-         "what differs.</p>";
+         "taken as 0 there. One common shift points at the pose of camera or projector, one that grows over "
+         "the image at the focal length or the distance, a pattern at distortion or shape. Here and on the "
+         "map a fringe that the projector throws elsewhere looks the same as a camera that looks elsewhere. "
+         "χ² after far above 1: the shift is not what differs.</p>";
 }
 
 }  // namespace
@@ -74,10 +70,9 @@ std::string shift_html(const ReportInput& in) {
     }
     if (!maps.empty())
       html += figure(in, "<div class=\"maps\">" + maps + "</div>",
-                     fmt::format(
-                         "{}: shift that takes the simulated image onto the real one, per block; gray where "
-                         "unknown ({}).",
-                         row.camera, window.text()),
+                     fmt::format("{}: shift that takes the simulated image onto the real one, per block; "
+                                 "gray where unknown ({}).",
+                                 row.camera, window.text()),
                      "minimise Σ (d − dx ∂p/∂x − dy ∂p/∂y)² / variance,  d = p − DN_real,  p = gain · E + "
                      "black_level")
                   .html();

@@ -132,8 +132,7 @@ std::string points_text(const std::optional<ObjectFit>& fit) {
 std::string verdict_html(const Comparison& c) {
   if (c.limits.empty())
     return "<p>No acceptance limits are set in the twin (<code>[limits]</code>): nothing was judged here. "
-           "The key "
-           "<code>verdict</code> of result.json says \"pass\" because no limit is broken.</p>";
+           "The key <code>verdict</code> of result.json says \"pass\" because no limit is broken.</p>";
   report::Table table;
   table.columns = {{"quantity", "", Align::left},
                    {"meaning", "", Align::left},
@@ -155,8 +154,7 @@ std::string fits_html(const ReportInput& in) {
   report::Table table;
   table.caption =
       "Values with one standard error where it is known; z = difference / combined standard error. Fits "
-      "leave out "
-      "points beyond four robust residual scales.";
+      "leave out points beyond four robust residual scales.";
   table.columns = {{"quantity", "", Align::left},          {"unit", "", Align::left},
                    {"simulated", "", Align::right},        {"real", "", Align::right},
                    {"simulated − real", "", Align::right}, {"z", "", Align::right}};
@@ -191,10 +189,8 @@ std::string fits_html(const ReportInput& in) {
   if (estimates)
     html +=
         "<p>The published numbers come without standard errors, so z is unknown. The last column estimates "
-        "them "
-        "from the published rms, as if the real points were the simulated ones and their errors independent: "
-        "true "
-        "errors are correlated, so the true z is nearer to zero.</p>";
+        "them from the published rms, as if the real points were the simulated ones and their errors "
+        "independent: true errors are correlated, so the true z is nearer to zero.</p>";
   return html;
 }
 
@@ -203,20 +199,14 @@ std::string gain_table_html(const Comparison& c) {
   report::Table table = field_table(c.gain);
   table.caption =
       "DN = gain · E + black level, Huber fit over all usable gray values of the phase steps; before = the "
-      "twin's "
-      "own sensor values.";
+      "twin's own sensor values.";
   return table.html() +
          "<p>σ inflation is the standard error of the gain with spatial correlation (blocks of 32 × 32 px, "
-         "all images "
-         "of a block together) over the one for independent gray values. Far above 1 means that the "
-         "residuals are "
-         "correlated: shape, albedo or shading rather than noise. The printed σ cover only what varies "
-         "within a "
-         "block (32 px): albedo, shading or ambient light that varies more slowly biases gain and black "
-         "level, and "
-         "no σ shows it. Gain, projector "
-         "intensity and diffuse albedo enter only as a product: intensity and albedo are held at the twin's "
-         "values.</p>";
+         "all images of a block together) over the one for independent gray values. Far above 1 means that "
+         "the residuals are correlated: shape, albedo or shading rather than noise. The printed σ cover only "
+         "what varies within a block (32 px): albedo, shading or ambient light that varies more slowly "
+         "biases gain and black level, and no σ shows it. Gain, projector intensity and diffuse albedo enter "
+         "only as a product: intensity and albedo are held at the twin's values.</p>";
 }
 
 std::string budget_html(const Comparison& c) {
@@ -291,8 +281,7 @@ std::string phase_budget_html(const Comparison& c) {
         b.brightness_rad2);
     add("harmonics",
         fmt::format("ripple of order {0} and {1} of the phase, which projector harmonics {2} and {3} leave "
-                    "in the steps "
-                    "used (amplitude of order {0}: {4} rad)",
+                    "in the steps used (amplitude of order {0}: {4} rad)",
                     b.alias_order, 2 * b.alias_order, b.alias_order - 1, b.alias_order + 1,
                     number(b.harmonic_amplitude_rad, 3)),
         b.harmonic_rad2);

@@ -166,9 +166,9 @@ CalibrationCovariance read_calibration_covariance(const Twin& twin) {
   }
   if (json.contains("devices") && json["devices"].is_array() && !json["devices"].empty() &&
       json["devices"][0].is_object() && json["devices"][0].value("name", "") != twin.cameras[0].name)
-    refuse(out, fmt::format("devices[0].name, the reference of the poses, must be the twin's first camera "
-                            "\"{}\"",
-                            twin.cameras[0].name));
+    refuse(out,
+           fmt::format("devices[0].name, the reference of the poses, must be the twin's first camera \"{}\"",
+                       twin.cameras[0].name));
   if (!covariance.contains("matrix")) refuse(out, "covariance.matrix is missing");
   out.matrix = read_matrix(out, covariance["matrix"]);
   check_covariance(out);
