@@ -154,9 +154,9 @@ std::size_t shared_images(const Json& a, const Json& b) {
 /// Returns (B - A) / sigma; NaN where one of the two has no standard error.
 double z_score(const Quantity& in_a, const Quantity& in_b, const Quantities& a, const Quantities& b) {
   const Quantity *sa = a.find(in_a.sigma), *sb = b.find(in_b.sigma);
-  if (!sa || !sb) return kUnknown;
+  if (!sa || !sb) return kNaN;
   const double sigma = std::hypot(sa->value, sb->value);
-  return sigma > 0.0 ? (in_b.value - in_a.value) / sigma : kUnknown;
+  return sigma > 0.0 ? (in_b.value - in_a.value) / sigma : kNaN;
 }
 
 std::string line(const std::string& name, std::size_t width, double a, double b, double z) {
@@ -185,7 +185,7 @@ std::string diff_results(const std::filesystem::path& a, const std::filesystem::
     ++shared;
     if (q.is_sigma) continue;
     const bool independent = common_images == 0 || q.simulated_only;
-    out += line(q.name, width, q.value, other->value, independent ? z_score(q, *other, qa, qb) : kUnknown);
+    out += line(q.name, width, q.value, other->value, independent ? z_score(q, *other, qa, qb) : kNaN);
   }
   for (const Quantity& q : qb.list)
     if (!qa.find(q.name)) only += "only in B: " + q.name + "\n";

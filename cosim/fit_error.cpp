@@ -53,7 +53,7 @@ double fit_distance_mm(const ObjectFit& a, const ObjectFit& b) {
 }
 
 double fit_error_mm(const Twin& twin, const ObjectFit& fit) {
-  if (!fit.usable) return std::numeric_limits<double>::quiet_NaN();
+  if (!fit.usable) return kNaN;
   const Object* object = twin.find_object(fit.object);
   FT_CHECK(object != nullptr, "a fit names an object of the twin");
   const auto nominal = measure::nominal_fit(*object);

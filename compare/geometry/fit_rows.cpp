@@ -17,9 +17,9 @@ using Eigen::Vector3d;
 using measure::ObjectFit;
 
 double z_score(double difference, const double* sigma_a, const double* sigma_b) {
-  if (!sigma_a || !sigma_b) return kUnknown;
+  if (!sigma_a || !sigma_b) return kNaN;
   const double sigma = std::hypot(*sigma_a, *sigma_b);
-  return sigma > 0.0 && std::isfinite(sigma) ? difference / sigma : kUnknown;
+  return sigma > 0.0 && std::isfinite(sigma) ? difference / sigma : kNaN;
 }
 
 template <class T>
@@ -64,7 +64,7 @@ double axis_angle_rad(const Vector3d& a, const Vector3d& b) {
 double offset_sigma_mm(const ObjectFit& s, const ObjectFit& r, double between_mm) {
   const double *a = find(s.numbers, "offset_sigma_mm"), *b = find(r.numbers, "offset_sigma_mm");
   const double *t0 = find(r.numbers, "tilt_sigma_rad_0"), *t1 = find(r.numbers, "tilt_sigma_rad_1");
-  if (!a || !b || !t0 || !t1) return kUnknown;
+  if (!a || !b || !t0 || !t1) return kNaN;
   return std::sqrt(*a * *a + *b * *b + std::pow(between_mm * std::max(*t0, *t1), 2));
 }
 

@@ -19,7 +19,7 @@ constexpr std::size_t kParameters = 4;
 /// when the points determine no sphere.
 Vector4d sphere_sigma_mm(const measure::PointCloud& cloud, const std::vector<std::size_t>& index,
                          const Vector3d& center_mm, double rms_mm) {
-  const Vector4d unknown = Vector4d::Constant(kUnknown);
+  const Vector4d unknown = Vector4d::Constant(kNaN);
   if (index.size() <= kParameters) return unknown;
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
   for (const std::size_t i : index) {
@@ -36,7 +36,7 @@ Vector4d sphere_sigma_mm(const measure::PointCloud& cloud, const std::vector<std
 
 double known(const std::map<std::string, double>& numbers, const std::string& key) {
   const auto at = numbers.find(key);
-  return at == numbers.end() ? kUnknown : at->second;
+  return at == numbers.end() ? kNaN : at->second;
 }
 
 void estimate_radius(const ObjectFit& s, double real_sigma_mm, FitRow& row) {

@@ -154,7 +154,7 @@ void fill_row(GainRow& row, const GainModel& m, const GainSums& sums, const Erro
   row.rms_before_dn = std::sqrt(sums.sum_before2 / n);
   row.rms_after_dn = std::sqrt(sums.sum_r2 / n);
   const double total = sums.sum_y2 - sums.sum_y * sums.sum_y / n;
-  row.r2 = total > 0.0 ? 1.0 - sums.sum_r2 / total : kUnknown;
+  row.r2 = total > 0.0 ? 1.0 - sums.sum_r2 / total : kNaN;
   row.n = sums.n;
   row.black_state = "fitted";
   row.robust_scale_dn = scale_dn;
@@ -172,7 +172,7 @@ GainFit failed(const GrayPair& pair, std::vector<std::string>& warnings, std::ui
   for (double* number :
        {&fit.row.gain_dn, &fit.row.gain_sigma_dn, &fit.row.black_level_dn, &fit.row.black_level_sigma_dn,
         &fit.row.rms_before_dn, &fit.row.rms_after_dn, &fit.row.r2, &fit.row.sigma_inflation})
-    *number = kUnknown;
+    *number = kNaN;
   return fit;
 }
 
@@ -204,7 +204,7 @@ GainFit fit_gain(const GrayPair& pair, std::vector<std::string>& warnings) {
   fit.row.low_dn = start.usable.low_dn;
   fit.row.high_dn = start.usable.high_dn;
   fill_row(fit.row, m, sums, errors, start.scale_dn);
-  if (pair.real->radiance) fit.row.rms_before_dn = kUnknown;  // gray values of the twin against irradiance
+  if (pair.real->radiance) fit.row.rms_before_dn = kNaN;  // gray values of the twin against irradiance
   if (pair.from_dn && pair.camera->sensor.has_noise())
     warnings.push_back(
         fmt::format("{}: the simulated irradiance is taken from noisy gray values, which biases the gain "

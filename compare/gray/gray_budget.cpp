@@ -161,7 +161,7 @@ class GrayBudgetFit {
   }
 
   static double robust_spread(std::vector<double> v) {
-    if (v.empty()) return kUnknown;
+    if (v.empty()) return kNaN;
     const double center = upper_median(v);
     for (double& x : v) x -= center;
     return mad_sigma(v);

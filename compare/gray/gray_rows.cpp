@@ -36,8 +36,8 @@ GrayRow one_row(const GrayPair& pair, const GainFit& fit, int image) {
   GrayRow row;
   row.n = d.size();
   const double n = static_cast<double>(d.size());
-  row.mean_dn = d.empty() ? kUnknown : sum / n;
-  row.rms_dn = d.empty() ? kUnknown : std::sqrt(sum2 / n);
+  row.mean_dn = d.empty() ? kNaN : sum / n;
+  row.rms_dn = d.empty() ? kNaN : std::sqrt(sum2 / n);
   row.p99_dn = percentile_of_magnitude(d, row.rms_dn, 99.0);
   return row;
 }
@@ -45,7 +45,7 @@ GrayRow one_row(const GrayPair& pair, const GainFit& fit, int image) {
 }  // namespace
 
 double percentile_of_magnitude(const std::vector<float>& values, double rms, double percent) {
-  if (values.empty()) return kUnknown;
+  if (values.empty()) return kNaN;
   if (!(rms > 0.0)) return 0.0;
   constexpr std::size_t kBins = 4096;
   const double width = 10.0 * rms / kBins;

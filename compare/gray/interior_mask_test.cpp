@@ -74,7 +74,7 @@ TEST(Interior, ASmallStepIsNone) {
 
 TEST(Interior, WhatIsNotUnwrappedIsNoStep) {
   CameraDecode d = decode();
-  coordinate(d)(20, 15) = std::numeric_limits<double>::quiet_NaN();
+  coordinate(d)(20, 15) = kNaN;
   EXPECT_EQ(interior_mask(everything(), &d, nullptr)(21, 15), 1);
   d.directions[0].coordinate_px = ImageD();  // code only, or one pitch
   EXPECT_EQ(interior_mask(everything(), &d, nullptr)(20, 15), 1);

@@ -34,7 +34,7 @@ std::vector<int> all_steps(int n) {
 
 /// A robust standard deviation of values that should have 1.
 struct Spread {
-  double value = kUnknown, sigma = kUnknown, cut = 0.0;
+  double value = kNaN, sigma = kNaN, cut = 0.0;
   std::uint64_t n = 0;
   bool keeps(const NoiseSample& s) const {
     return std::abs(static_cast<double>(s.noise_dn)) <= cut &&
@@ -243,8 +243,8 @@ void check_phase(const Camera& camera, const measure::DirectionDecode& d, const 
   row.phase_ratio_sigma = spread.sigma;
   row.n_phase = spread.n;
   const bool known = std::isfinite(spread.value);
-  row.phase_measured_rad = known ? kMadToSigma * upper_median(measured) : kUnknown;
-  row.phase_predicted_rad = known ? kMadToSigma * median_of_normals(predicted) : kUnknown;
+  row.phase_measured_rad = known ? kMadToSigma * upper_median(measured) : kNaN;
+  row.phase_predicted_rad = known ? kMadToSigma * median_of_normals(predicted) : kNaN;
 }
 
 }  // namespace

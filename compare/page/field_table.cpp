@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "report/text.hpp"
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -12,7 +13,7 @@ using Style = Column::Style;
 
 double number_of(const Field* field, const void* row) {
   const report::Json value = field ? field->json(row) : report::Json(nullptr);
-  return value.is_number() ? value.get<double>() : kUnknown;
+  return value.is_number() ? value.get<double>() : kNaN;
 }
 
 std::string plain_text(const Field& field, const void* row) {

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "compare/result/rows.hpp"
 #include "report/text.hpp"
 
 namespace fringetwin::compare::field_table_test {
@@ -36,7 +37,7 @@ TEST(FieldTable, AColumnMayStandFurtherRightAndAValueMayCarryItsError) {
   row.camera = "left";
   row.gain_dn = 17.3021;
   row.gain_sigma_dn = 0.0042;
-  row.black_level_dn = kUnknown;
+  row.black_level_dn = kNaN;
   const report::Table table = field_table(std::vector<GainRow>{row});
   EXPECT_THAT(headers(table), ElementsAre("camera", "gain", "black level", "rms before", "rms after", "R²",
                                           "beyond Huber", "σ inflation", "n"));

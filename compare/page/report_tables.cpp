@@ -21,7 +21,7 @@ using report::signed_fixed;
 
 /// A scalar of one side with its standard error.
 struct Entry {
-  double value = kUnknown, sigma = kUnknown;
+  double value = kNaN, sigma = kNaN;
 };
 
 Entry entry(const std::optional<ObjectFit>& fit, const std::string& key, int component) {
@@ -65,10 +65,10 @@ double value_of(const std::map<std::string, double>& numbers,
                 int component) {
   if (component < 0) {
     const auto at = numbers.find(key);
-    return at == numbers.end() ? kUnknown : at->second;
+    return at == numbers.end() ? kNaN : at->second;
   }
   const auto at = vectors.find(key);
-  return at == vectors.end() ? kUnknown : at->second[component];
+  return at == vectors.end() ? kNaN : at->second[component];
 }
 
 void add_fit_row(report::Table& table, const FitRow& row, const std::string& key, int component,
@@ -172,7 +172,7 @@ std::string fits_html(const ReportInput& in) {
         const auto [name, unit] = split_unit(key);
         const auto z = row.z.find(key);
         table.add_row({name, unit, "", "", difference_text(at->second, unit),
-                       signed_fixed(z == row.z.end() ? kUnknown : z->second, 1)});
+                       signed_fixed(z == row.z.end() ? kNaN : z->second, 1)});
       }
     table.add_row({"points used, of those within the gate", "", points_text(row.simulated),
                    points_text(row.real), "", ""});

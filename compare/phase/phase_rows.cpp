@@ -70,10 +70,10 @@ PhaseRow one_row(const DirectionDecode& real, const DirectionDecode& simulated, 
   out.n_order_disagree = total.disagree;
   const double n = static_cast<double>(out.n);
   const bool any = out.n > 0;
-  out.mean_rad = any ? total.difference / n : kUnknown;
-  out.rms_rad = any ? std::sqrt(total.difference2 / n) : kUnknown;
+  out.mean_rad = any ? total.difference / n : kNaN;
+  out.rms_rad = any ? std::sqrt(total.difference2 / n) : kNaN;
   out.p99_rad = percentile_of_magnitude(total.values, out.rms_rad, 99.0);
-  out.mean_relative = any && total.absolute > 0.0 ? total.magnitude / total.absolute : kUnknown;
+  out.mean_relative = any && total.absolute > 0.0 ? total.magnitude / total.absolute : kNaN;
   return out;
 }
 

@@ -65,8 +65,8 @@ class ShiftField {
     }
     row.dx = component(blocks, 0);
     row.dy = component(blocks, 1);
-    row.chi2_before = freedom > 0.0 ? before / freedom : kUnknown;
-    row.chi2_after = freedom > 0.0 ? after / freedom : kUnknown;
+    row.chi2_before = freedom > 0.0 ? before / freedom : kNaN;
+    row.chi2_after = freedom > 0.0 ? after / freedom : kNaN;
     row.n = static_cast<std::uint64_t>(freedom);
     return row;
   }
@@ -179,7 +179,7 @@ class ShiftField {
     }
     out.n_blocks = static_cast<std::uint64_t>(n);
     if (n == 0.0) {
-      out.mean_px = out.mean_sigma_px = out.rms_px = out.largest_px = kUnknown;
+      out.mean_px = out.mean_sigma_px = out.rms_px = out.largest_px = kNaN;
       return out;
     }
     out.mean_px = sum / n;

@@ -5,6 +5,14 @@
 
 namespace fringetwin::compare {
 
+std::string unit_of_key(const std::string& key) {
+  for (const auto& [end, unit] :
+       {std::pair{"_mm", "mm"}, std::pair{"_px", "px"}, std::pair{"_rad", "rad"}, std::pair{"_rad2", "rad²"},
+        std::pair{"_dn", "DN"}, std::pair{"_dn2", "DN²"}})
+    if (key.ends_with(end)) return unit;
+  return "";
+}
+
 const Field* find_field(const std::vector<Field>& all, const std::string& key) {
   const auto at = std::find_if(all.begin(), all.end(), [&](const Field& f) { return f.key == key; });
   return at == all.end() ? nullptr : &*at;

@@ -4,15 +4,13 @@
 // its schema, `diff`, the limits and the plain tables of the page.
 #pragma once
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "compare/result/rows.hpp"
-#include "measure/points/points.hpp"
+#include "compare/result/field_options.hpp"
 #include "report/json.hpp"
 
 namespace fringetwin::compare {
@@ -29,28 +27,6 @@ enum class Kind {
   numbers,  ///< a list of numbers
   matrix,   ///< a list of rows of numbers
   rows      ///< a list of rows that have fields of their own
-};
-
-/// A limit that a twin may set in [limits] on the worst value over all rows.
-struct Limit {
-  enum class Worst { largest, smallest, farthest_from_one, largest_difference };
-  std::string name;
-  std::string meaning;  ///< says which value is held against the limit, with its unit
-  Worst worst = Worst::largest;
-  double highest = std::numeric_limits<double>::infinity();  ///< largest limit that makes sense
-  /// True where a larger value is a better one: the limit is the least that passes.
-  bool is_least() const { return worst == Worst::smallest; }
-};
-
-/// How a plain table of the page prints a field.
-struct Column {
-  enum class Style { plain, fixed, signed_fixed, significant, with_sigma };
-  std::string header = "";
-  std::string unit = "";  ///< as printed below the header
-  Style style = Style::plain;
-  int digits = 0;       ///< decimals of fixed and signed_fixed, significant ones of significant
-  double factor = 1.0;  ///< 100 for per cent
-  int place = 0;        ///< columns with a larger place stand further right than their field
 };
 
 /// One key of a row. `json` takes the row's address.
@@ -76,9 +52,8 @@ struct Field {
   bool simulated_only = false;       ///< the number holds nothing of the real images
   std::size_t fewest = 0, most = 0;  ///< items of a list; most = 0: any number
 
-  Field& named() { return role = Role::name, *this; }
+  Field& in(std::string its_unit) { return unit = std::move(its_unit), *this; }
   Field& error() { return role = Role::sigma, *this; }
-  Field& with_sigma(std::string sigma_key) { return sigma = std::move(sigma_key), *this; }
   Field& one_of(std::vector<std::string> texts) { return choices = std::move(texts), *this; }
   Field& limited(Limit on) { return limit = std::move(on), *this; }
   Field& shown(Column as) { return column = std::move(as), *this; }
@@ -90,13 +65,21 @@ struct Field {
   Field& items(std::size_t at_least, std::size_t at_most) { return fewest = at_least, most = at_most, *this; }
 };
 
-/// The fields of a row that comes from measure/; those of all other rows are declared in rows.hpp.
-std::vector<Field> describe(const measure::TriangulationSummary*);
+/// Returns the unit that the end of a key names: "gain_dn" -> "DN", "total_rad2" -> "rad²"; empty without
+/// one.
+std::string unit_of_key(const std::string& key);
 
-/// The fields of a row type, made once.
+template <class Row>
+class Fields;
+
+/// The fields of a row type, made once by its describe().
 template <class Row>
 const std::vector<Field>& fields() {
-  static const std::vector<Field> all = describe(static_cast<const Row*>(nullptr));
+  static const std::vector<Field> all = [] {
+    Fields<Row> f;
+    Row::describe(f);
+    return f.take();
+  }();
   return all;
 }
 
@@ -134,15 +117,18 @@ inline constexpr bool kIsList = false;
 template <class T>
 inline constexpr bool kIsList<std::vector<T>> = true;
 
-/// Collects the fields of a row type. `get` is a member, a member function or a callable of the row; its type
-/// decides the kind of the field.
+/// Collects the fields of a row type, which its describe() puts in the order of result.json. `get` is a
+/// member, a member function or a callable of the row; its type decides the kind of the field, the end of the
+/// key its unit.
 template <class Row>
 class Fields {
  public:
   template <class Get>
-  Field& add(const std::string& key, const std::string& unit, const std::string& meaning, Get get) {
+  Field& add(const std::string& key, const std::string& meaning, Get get) {
     using Value = std::decay_t<std::invoke_result_t<Get, const Row&>>;
-    Field& f = start(key, unit, meaning, get);
+    Field& f = fields_.emplace_back();
+    f.key = key, f.unit = unit_of_key(key), f.meaning = meaning;
+    f.json = [get](const void* row) { return to_json(std::invoke(get, *static_cast<const Row*>(row))); };
     if constexpr (std::is_same_v<Value, bool>)
       f.kind = Kind::flag;
     else if constexpr (std::is_integral_v<Value>)
@@ -162,25 +148,30 @@ class Fields {
       static_assert(std::is_same_v<Value, double>, "a field is a number, a text, a flag or a list");
     return f;
   }
-  /// A number that is never below 0.
+  /// Adds what says which row it is.
   template <class Get>
-  Field& add_positive(const std::string& key, const std::string& unit, const std::string& meaning, Get get) {
-    Field& f = add(key, unit, meaning, get);
+  Field& name(const std::string& key, const std::string& meaning, Get get) {
+    Field& f = add(key, meaning, get);
+    f.role = Field::Role::name;
+    return f;
+  }
+  /// Adds a number that is never below 0.
+  template <class Get>
+  Field& positive(const std::string& key, const std::string& meaning, Get get) {
+    Field& f = add(key, meaning, get);
     f.kind = Kind::positive;
     return f;
   }
+  /// Adds the standard error of the number that was added last.
+  template <class Get>
+  Field& sigma(const std::string& key, const std::string& meaning, Get get) {
+    fields_.back().sigma = key;
+    return positive(key, meaning, get).error();
+  }
 
-  std::vector<Field>& all() { return fields_; }
   std::vector<Field> take() { return std::move(fields_); }
 
  private:
-  template <class Get>
-  Field& start(const std::string& key, const std::string& unit, const std::string& meaning, Get get) {
-    Field f;
-    f.key = key, f.unit = unit, f.meaning = meaning;
-    f.json = [get](const void* row) { return to_json(std::invoke(get, *static_cast<const Row*>(row))); };
-    return fields_.emplace_back(std::move(f));
-  }
   template <class Value>
   static report::Json to_json(const Value& value) {
     if constexpr (std::is_same_v<Value, double>)

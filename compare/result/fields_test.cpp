@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The description of the result is whole: every key has a meaning, its own standard error, a place in
-// docs/METRICS.md; and what is written has no key that is not described.
+// The description of the result is whole: every key has a meaning, its own standard error, an explanation in
+// docs/metrics; and what is written has no key that is not described.
 #include "compare/result/fields.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <regex>
 #include <set>
@@ -69,9 +70,9 @@ TEST(Fields, EveryKeyOfEveryTableIsDescribed) {
 
 TEST(Fields, AFaultInADescriptionIsFound) {
   Fields<GrayRow> f;
-  f.add("mean_dn", "DN", "", &GrayRow::mean_dn).with_sigma("mean_sigma_dn");
-  f.add("mean_dn", "mm", "mean difference", &GrayRow::rms_dn);
-  f.add("spread_mm", "px", "scatter of the rows", &GrayRow::rms_dn);
+  f.add("mean_dn", "", &GrayRow::mean_dn).sigma = "mean_sigma_dn";
+  f.add("mean_dn", "mean difference", &GrayRow::rms_dn).in("mm");
+  f.add("spread_mm", "scatter of the rows", &GrayRow::rms_dn).in("px");
   EXPECT_EQ(faults("gray[]", f.take()).size(), 5u);
 }
 
@@ -125,67 +126,62 @@ TEST(Fields, ARowBecomesAnObjectInTheOrderOfItsFields) {
   EXPECT_TRUE(row_json(BudgetVerdict{})["gray"].is_null());
 }
 
-std::string document(const std::string& name) {
-  const char* root = std::getenv("FRINGETWIN_SOURCE");
-  std::ifstream in(std::filesystem::path(root ? root : ".") / "docs" / name);
-  EXPECT_TRUE(in) << name;
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-/// The line of the index of docs/METRICS.md for this table; empty without one.
-std::string index_line(const std::string& index, const std::string& table) {
-  const std::size_t at = index.find("\n| `" + table + "` |");
-  return at == std::string::npos ? "" : index.substr(at + 1, index.find('\n', at + 1) - at - 1);
-}
-
-/// The keys of a table that its line of the index does not name.
-std::vector<std::string> unexplained(const std::string& index, const std::string& table,
-                                     const std::vector<Field>& all) {
-  const std::string line = index_line(index, table);
+/// Every text in backticks.
+std::vector<std::string> in_backticks(const std::string& text) {
+  static const std::regex span("`([^`\n]+)`");
   std::vector<std::string> out;
-  for (const Field& field : all)
-    if (field.kind != Kind::rows && line.find("`" + field.key + "`") == std::string::npos)
-      out.push_back(table + " " + field.key);
+  for (auto at = std::sregex_iterator(text.begin(), text.end(), span); at != std::sregex_iterator(); ++at)
+    out.push_back((*at)[1]);
   return out;
 }
 
-TEST(Fields, TheIndexOfTheMetricsNamesEveryKeyAndEveryLimit) {
-  const std::string index = document("METRICS.md");
-  walk_all([&](const std::string& path, const std::vector<Field>& all) {
-    EXPECT_THAT(unexplained(index, path, all), IsEmpty());
-  });
-  for (const Field& field : fit_fields())
-    EXPECT_NE(index.find("`" + field.key + "`"), std::string::npos) << field.key;
-  for (const auto& [name, limit] : limits_by_name()) EXPECT_NE(index_line(index, name), "") << name;
-  Fields<GrayRow> planted;
-  planted.add("surprise_dn", "DN", "a number that no document explains", &GrayRow::mean_dn);
-  EXPECT_EQ(unexplained(index, "gray[]", planted.take()).size(), 1u);
-}
-
-/// Every text in backticks of a document.
-std::set<std::string> words_in_backticks(const std::string& text) {
-  std::set<std::string> out;
-  const std::regex span("`([^`\n]+)`"), word("[A-Za-z0-9_]+");
-  for (auto at = std::sregex_iterator(text.begin(), text.end(), span); at != std::sregex_iterator(); ++at) {
-    const std::string inside = (*at)[1];
-    for (auto w = std::sregex_iterator(inside.begin(), inside.end(), word); w != std::sregex_iterator(); ++w)
-      out.insert(w->str());
+/// The sections of the pages in docs/metrics, by what stands in backticks in their headings: "gain[]".
+std::map<std::string, std::string> metrics_sections() {
+  const char* root = std::getenv("FRINGETWIN_SOURCE");
+  std::map<std::string, std::string> out;
+  for (const auto& page :
+       std::filesystem::directory_iterator(std::filesystem::path(root ? root : ".") / "docs/metrics")) {
+    std::ifstream in(page.path());
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    for (std::size_t at = text.find("\n## "); at != std::string::npos;) {
+      const std::size_t next = text.find("\n## ", at + 1);
+      const std::string section = text.substr(at + 1, next - at - 1);
+      for (const std::string& name : in_backticks(section.substr(0, section.find('\n'))))
+        EXPECT_TRUE(out.emplace(name, section).second) << name << " has two sections";
+      at = next;
+    }
   }
   return out;
 }
 
-TEST(Fields, APageOfTheMetricsExplainsEveryNumber) {
-  std::string pages;
-  for (const char* page : {"gray", "phase", "geometry", "verdict", "causes", "measure"})
-    pages += document(std::string("metrics/") + page + ".md");
-  const std::set<std::string> explained = words_in_backticks(pages);
+/// The keys of a row, and the limits on them, that this section does not explain.
+std::vector<std::string> unexplained(const std::string& section, const std::vector<Field>& all) {
+  static const std::regex word("[A-Za-z0-9_]+");
+  std::set<std::string> explained;
+  for (const std::string& inside : in_backticks(section))
+    for (auto w = std::sregex_iterator(inside.begin(), inside.end(), word); w != std::sregex_iterator(); ++w)
+      explained.insert(w->str());
+  std::vector<std::string> out;
+  for (const Field& field : all) {
+    if (!explained.contains(field.key)) out.push_back(field.key);
+    if (field.limit && !explained.contains(field.limit->name)) out.push_back(field.limit->name);
+  }
+  return out;
+}
+
+TEST(Fields, TheSectionOfATableExplainsEveryKeyAndEveryLimit) {
+  std::map<std::string, std::string> sections = metrics_sections();
   const auto see = [&](const std::string& path, const std::vector<Field>& all) {
-    for (const Field& field : all)
-      EXPECT_TRUE(field.role == Field::Role::name || explained.contains(field.key))
-          << path << " " << field.key;
+    const std::string table = path.substr(0, path.find('.'));
+    EXPECT_TRUE(sections.contains(table)) << "no heading in docs/metrics names " << table;
+    EXPECT_THAT(unexplained(sections[table], all), IsEmpty()) << path;
   };
   walk_all(see);
   see("fits[]", fit_fields());
+  Fields<GrayRow> planted;
+  planted.add("surprise_dn", "a number that no document explains", &GrayRow::mean_dn)
+      .limited({"surprise", "a limit that no document explains"});
+  EXPECT_EQ(unexplained(sections["gray[]"], planted.take()).size(), 2u);
 }
 
 }  // namespace

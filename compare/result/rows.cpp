@@ -22,4 +22,12 @@ std::optional<bool> all_explained(const std::vector<ExplainedRow>& rows, const s
   return all;
 }
 
+BudgetVerdict VerdictTables::budget_verdict() const {
+  const auto of = [this](const char* quantity) -> std::string {
+    const std::optional<bool> all = all_explained(explained, quantity);
+    return !all ? "" : *all ? "explained" : "not explained";
+  };
+  return {of("gray"), of("phase"), of("geometry")};
+}
+
 }  // namespace fringetwin::compare

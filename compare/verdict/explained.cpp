@@ -107,7 +107,7 @@ void take_sums(const Sums& s, ExplainedRow& row) {
   row.n_regions = s.n_regions;
   row.observed = s.r2 / n;
   row.chi2 = s.chi2 / n;
-  row.regional_chi2 = s.n_regions > 0 ? s.regional / static_cast<double>(s.n_regions) : kUnknown;
+  row.regional_chi2 = s.n_regions > 0 ? s.regional / static_cast<double>(s.n_regions) : kNaN;
 }
 
 class GrayExplanation {

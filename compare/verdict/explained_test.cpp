@@ -230,7 +230,7 @@ FitRow fit_row(double z_radius, double z_center_y) {
   row.simulated = real;
   row.z = {{"radius_mm", z_radius}};
   row.difference = {{"radius_mm", 0.005 * z_radius}};
-  row.z_vectors = {{"center_mm", {0.1, z_center_y, kUnknown}}};
+  row.z_vectors = {{"center_mm", {0.1, z_center_y, kNaN}}};
   row.difference_vectors = {{"center_mm", {0.0001, 0.005 * z_center_y, 0.7}}};
   return row;
 }

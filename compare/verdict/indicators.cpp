@@ -19,12 +19,12 @@ constexpr double kShare = 0.95;
 
 double number(const ObjectFit& fit, const std::string& key) {
   const auto at = fit.numbers.find(key);
-  return at == fit.numbers.end() ? kUnknown : at->second;
+  return at == fit.numbers.end() ? kNaN : at->second;
 }
 
 Vector3d vector(const ObjectFit& fit, const std::string& key) {
   const auto at = fit.vectors.find(key);
-  return at == fit.vectors.end() ? Vector3d::Constant(kUnknown) : at->second;
+  return at == fit.vectors.end() ? Vector3d::Constant(kNaN) : at->second;
 }
 
 const SphereShape* nominal_sphere(const Twin& twin, const std::string& object) {
@@ -99,8 +99,8 @@ std::vector<Indicator> indicators(const Twin& twin, const std::vector<FitRow>& f
     const std::string form = form_of(fit.kind);
     if (form.empty()) continue;
     const Ranges s = ranges(fit.simulated), r = ranges(fit.real);
-    add(rows, {form, {fit.object}, {s.all_mm, kUnknown}, {r.all_mm, kUnknown}});
-    add(rows, {form + "_95", {fit.object}, {s.p95_mm, kUnknown}, {r.p95_mm, kUnknown}});
+    add(rows, {form, {fit.object}, {s.all_mm, kNaN}, {r.all_mm, kNaN}});
+    add(rows, {form + "_95", {fit.object}, {s.p95_mm, kNaN}, {r.p95_mm, kNaN}});
     if (const SphereShape* nominal = nominal_sphere(twin, fit.object))
       add(rows, {"sphere_size", {fit.object}, size(fit.simulated, *nominal), size(fit.real, *nominal)});
   }

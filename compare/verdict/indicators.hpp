@@ -12,8 +12,8 @@ namespace fringetwin::compare {
 
 /// How far deviations from a fitted surface spread.
 struct Ranges {
-  double all_mm = kUnknown;  ///< largest less smallest
-  double p95_mm = kUnknown;  ///< shortest interval that holds 95 % of the values
+  double all_mm = kNaN;  ///< largest less smallest
+  double p95_mm = kNaN;  ///< shortest interval that holds 95 % of the values
 };
 /// Returns the ranges of these deviations; unknown without values.
 Ranges deviation_ranges(const std::vector<float>& deviation_mm);

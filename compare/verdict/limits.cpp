@@ -24,7 +24,7 @@ class Worst {
     if (!any_)
       value_ = value;
     else if (std::isnan(value) || std::isnan(value_))
-      value_ = kUnknown;
+      value_ = kNaN;
     else
       value_ = smallest_ ? std::min(value_, value) : std::max(value_, value);
     any_ = true;
@@ -33,7 +33,7 @@ class Worst {
 
  private:
   bool smallest_ = false, any_ = false;
-  double value_ = kUnknown;
+  double value_ = kNaN;
 };
 
 /// Returns the number that is compared with the limit: the value itself, or its distance from 1 for ratios
@@ -49,7 +49,7 @@ void add_rows(const Table& table, const std::string& name, const Comparison& c, 
     const report::Json rows = table.of_comparison(c);
     for (const report::Json& row : rows) {
       const report::Json& value = row.at(field.key);
-      worst.add(value.is_number() ? judged(*field.limit, value.get<double>()) : kUnknown);
+      worst.add(value.is_number() ? judged(*field.limit, value.get<double>()) : kNaN);
     }
   }
 }
@@ -68,13 +68,13 @@ void add_difference(const FitRow& row, const std::string& key, Worst& worst) {
   else if (const auto number = row.difference.find(key); number != row.difference.end())
     worst.add(std::abs(number->second));
   else if (is_number_of(row.kind, key))
-    worst.add(kUnknown);
+    worst.add(kNaN);
 }
 
 /// Adds a number of the simulated side's fit; an unknown value when that fit has none.
 void add_simulated(const FitRow& row, const std::string& key, Worst& worst) {
   const bool known = row.simulated && row.simulated->usable && row.simulated->numbers.contains(key);
-  worst.add(known ? row.simulated->numbers.at(key) : kUnknown);
+  worst.add(known ? row.simulated->numbers.at(key) : kNaN);
 }
 
 void add_fits(const std::string& name, const Comparison& c, Worst& worst) {

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+// Holds the tables of a result that judge, refinement, the budget and its verdicts, causes and limits: their
+// rows, and what each number of a row is. The formulas: docs/metrics/verdict.md and docs/metrics/causes.md.
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compare/result/field_options.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/image/image.hpp"
+
+namespace fringetwin::compare {
+
+/// One number that `--refine` changed; as shown (px for a blur, not px^2).
+struct RefinedRow {
+  std::string name, unit;
+  double before = 0.0, after = 0.0, sigma = 0.0;
+
+  static void describe(auto& f) {
+    f.name("name", "parameter of the twin", &RefinedRow::name).shown({"parameter"});
+    f.add("unit", "its unit", &RefinedRow::unit).shown({"unit"});
+    f.add("before", "value in the twin as written", &RefinedRow::before)
+        .without_images()
+        .shown({"twin as written", "", Column::significant, 7});
+    f.add("after", "fitted value", &RefinedRow::after).shown({"refined", "", Column::with_sigma});
+    f.sigma("after_sigma", "its standard error", &RefinedRow::sigma);
+  }
+};
+
+/// How a twin was fitted to the capture (refine.hpp).
+struct Refinement {
+  std::vector<std::string> asked;
+  std::vector<RefinedRow> rows;
+  double chi2_before = kNaN, chi2_after = kNaN;  ///< per gray value
+  std::uint64_t n = 0;
+  int iterations = 0;
+  bool converged = false;
+  Eigen::MatrixXd covariance;  ///< of the parameters as fitted (a blur as its square), without switches
+  /// Returns the covariance as a list of rows, for JSON.
+  std::vector<std::vector<double>> covariance_rows() const;
+  std::vector<std::string> notes;
+  /// With "texture": gain and black level of each camera that the pixels' factors refer to; see
+  /// apply_texture().
+  struct Line {
+    double gain_dn = 0.0, black_level_dn = 0.0;
+  };
+  std::vector<std::optional<Line>> texture;  ///< order of twin.cameras; empty without
+
+  static void describe(auto& f) {
+    using Row = Refinement;
+    f.add("asked", "what --refine was given", &Row::asked);
+    f.add("parameters", "fitted parameters", &Row::rows);
+    f.add("covariance", "of the parameters as fitted", &Row::covariance_rows);
+    f.positive("chi2_before", "of a gray value, before the fit", &Row::chi2_before);
+    f.positive("chi2_after", "of a gray value, after the fit", &Row::chi2_after);
+    f.add("iterations", "steps of the fit", &Row::iterations);
+    f.add("converged", "whether the fit came to rest", &Row::converged);
+    f.add("n", "gray values used", &Row::n);
+    f.add("notes", "what a reader must know of the fit", &Row::notes);
+  }
+};
+
+/// Whether the budget explains all rows of each quantity: "explained", "not explained", or nothing.
+struct BudgetVerdict {
+  std::string gray, phase, geometry;
+
+  static void describe(auto& f) {
+    const auto add = [&f](const char* key, std::string BudgetVerdict::*verdict) {
+      f.add(key, "whether the budget explains all differences of this quantity", verdict)
+          .one_of({"explained", "not explained"})
+          .or_null();
+    };
+    add("gray", &BudgetVerdict::gray);
+    add("phase", &BudgetVerdict::phase);
+    add("geometry", &BudgetVerdict::geometry);
+  }
+};
+
+/// One entry of an uncertainty budget.
+struct BudgetLine {
+  std::string name;
+  double variance = 0.0;  ///< square of the row's unit
+};
+/// The same with its share of the whole budget.
+struct BudgetShare {
+  std::string name;
+  double variance = 0.0, share = 0.0;
+
+  static void describe(auto& f) {
+    f.name("name", "source of uncertainty", &BudgetShare::name);
+    f.positive("variance", "square of its standard uncertainty, in the row's unit squared",
+               &BudgetShare::variance);
+    f.positive("share", "of the expected mean square", &BudgetShare::share);
+  }
+};
+
+/// Is a difference as large as the stated budget says it may be? (docs/metrics/verdict.md, "Explained")
+struct ExplainedRow {
+  std::string quantity, region, unit;
+  std::vector<BudgetLine> lines;
+  double observed = kNaN;  ///< geometry: of the quantity with the largest |z|
+  /// Weighted mean square over single values, and over means of blocks of pixels, of what the budget allows.
+  double chi2 = kNaN, chi2_limit = kNaN;
+  double regional_chi2 = kNaN, regional_limit = kNaN;
+  std::uint64_t n = 0, n_regions = 0;
+  ImageF regions;  ///< chi2 per region of 16 x 16 px; NaN where too few pixels; empty for geometry
+  std::string worst;
+  bool explained = false;
+  double expected() const {
+    double sum = 0.0;
+    for (const BudgetLine& line : lines) sum += line.variance;
+    return sum;
+  }
+  /// Returns the lines of the error budget, each with its share of the variance expected().
+  std::vector<BudgetShare> shares() const;
+
+  static void describe(auto& f) {
+    using Row = ExplainedRow;
+    f.name("quantity", "what is judged", &Row::quantity).one_of({"gray", "phase", "geometry"});
+    f.name("region", "camera, camera and direction, or object", &Row::region);
+    f.add("unit", "unit of the difference", &Row::unit);
+    f.positive("observed", "mean square of the difference, in the row's unit squared", &Row::observed);
+    f.positive("expected", "sum of the budget", &Row::expected);
+    f.add("budget", "sources of uncertainty that make the expected mean square", &Row::shares);
+    f.positive("chi2", "mean over single values of the square over what the budget allows", &Row::chi2);
+    f.positive("chi2_limit", "largest chi2 that counts as explained", &Row::chi2_limit);
+    f.positive("regional_chi2", "the same over means of regions", &Row::regional_chi2);
+    f.positive("regional_limit", "largest regional chi2 that counts as explained", &Row::regional_limit);
+    f.add("n", "values judged", &Row::n);
+    f.add("n_regions", "regions judged", &Row::n_regions);
+    f.add("explained", "whether both are within their limits", &Row::explained);
+    f.add("worst", "geometry: the number of the fit with the largest |z|", &Row::worst).or_absent();
+  }
+};
+/// Returns whether the error budget explains every row of this quantity; nullopt when there is no such row.
+std::optional<bool> all_explained(const std::vector<ExplainedRow>& rows, const std::string& quantity);
+
+/// One number of the twin that a cause would change.
+struct CauseParameter {
+  std::string name, unit;
+  double twin = 0.0, estimate = 0.0, sigma = 0.0;
+
+  static void describe(auto& f) {
+    using Row = CauseParameter;
+    f.name("name", "parameter of the twin", &Row::name);
+    f.add("unit", "its unit", &Row::unit);
+    f.add("twin", "value in the twin", &Row::twin).without_images();
+    f.add("estimate", "value that would fit the real images", &Row::estimate);
+    f.sigma("estimate_sigma", "its standard error", &Row::sigma);
+  }
+};
+
+/// One way the twin may be wrong, fitted in one linear step.
+struct CauseRow {
+  std::string group, cause;
+  double alone = 0.0;
+  int order = 0;
+  double in_order = kNaN;
+  std::vector<CauseParameter> parameters;
+
+  static void describe(auto& f) {
+    using Row = CauseRow;
+    f.name("group", "group of parameters that were fitted", &Row::group);
+    f.add("cause", "what the twin may be wrong about", &Row::cause);
+    f.add("alone", "share of the excess that it takes away by itself", &Row::alone);
+    f.add("order", "1 for the first one taken, 0 for one that was not taken", &Row::order);
+    f.add("in_order", "share of the excess that it takes away after those before it", &Row::in_order);
+    f.add("parameters", "what the group would have to be", &Row::parameters);
+  }
+};
+
+/// What may be wrong with the twin where noise does not explain the difference.
+struct Causes {
+  std::vector<CauseRow> rows;  ///< taken ones in order, then by their share
+  std::string named;           ///< group of the first where it explains half or more; else empty
+  double chi2 = kNaN;
+  bool textured = false;  ///< one factor per pixel was taken first
+  double rest = kNaN;
+  std::uint64_t n = 0;
+
+  static void describe(auto& f) {
+    f.add("named", "the group that explains half of the excess or more", &Causes::named).or_null();
+    f.positive("chi2", "of a gray value, with the best gain and black level only", &Causes::chi2);
+    f.add("rest", "share of the excess that all taken ones leave", &Causes::rest);
+    f.add("n", "gray values used", &Causes::n);
+    f.add("tested", "every group that was fitted", &Causes::rows);
+  }
+};
+
+/// One acceptance limit of the twin and whether the comparison meets it.
+struct LimitRow {
+  std::string name;
+  double value = 0, limit = 0;  ///< value NaN: nothing to check it on, counts as not met
+  bool pass = false;
+
+  static void describe(auto& f) {
+    f.name("name", "key of [limits] in the twin", &LimitRow::name);
+    f.add("value", "worst value over all rows", &LimitRow::value);
+    f.add("limit", "what the twin allows", &LimitRow::limit).known();
+    f.add("pass", "whether the value is within the limit", &LimitRow::pass);
+  }
+};
+
+struct VerdictTables {
+  std::optional<Refinement> refinement;
+  std::vector<ExplainedRow> explained;
+  Causes causes;
+  std::vector<LimitRow> limits;
+  /// Returns what all_explained() says of each quantity.
+  BudgetVerdict budget_verdict() const;
+
+  static void describe(auto& t) {
+    t.row("refinement", &VerdictTables::refinement);
+    t.row("budget_verdict", &VerdictTables::budget_verdict);
+    t.rows("explained", &VerdictTables::explained);
+    t.row("causes", &VerdictTables::causes);
+    t.rows("limits", &VerdictTables::limits).in_measurements();
+  }
+};
+
+}  // namespace fringetwin::compare
