@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "twin/base/number_range.hpp"
 #include "twin/fringes.hpp"
 #include "twin/image/image.hpp"
 #include "twin/lens/lens.hpp"
@@ -18,6 +19,10 @@
 #include "twin/shape/shape.hpp"
 
 namespace fringetwin {
+
+// Below settings that are a table of twin.toml, list_keys() names all keys of the table to keys(...): what is
+// a plain number or switch with the member it sets and its range, and needs no more than that; the others
+// alone. twin/file/ reads them (plain_keys.hpp).
 
 struct Sensor {
   int bit_depth = 8;  ///< 8...16
@@ -29,6 +34,15 @@ struct Sensor {
   double max_dn() const { return static_cast<double>((1 << bit_depth) - 1); }
   bool has_noise() const { return electrons_per_dn.has_value() || read_noise_dn.value_or(0.0) > 0.0; }
 };
+template <class Keys>
+void list_keys(Keys& keys, const Sensor*) {
+  keys("bit_depth", &Sensor::bit_depth, 8, 16);
+  keys("exposure_ms", &Sensor::exposure_ms, NumberRange::positive());
+  keys("gain_dn", &Sensor::gain_dn, NumberRange::positive());
+  keys("black_level_dn");
+  keys("electrons_per_dn", &Sensor::electrons_per_dn, NumberRange::positive());
+  keys("read_noise_dn", &Sensor::read_noise_dn, NumberRange::not_negative());
+}
 
 /// Thin lens; the aperture diameter is focal_length_mm / f_number, the focus plane lies at camera
 /// z = focus_distance_mm.
@@ -58,6 +72,12 @@ struct Camera {
   Vignetting vignetting = {};
   Eigen::Vector3d center_world_mm() const { return T_cam_world.inverse().translation_mm; }
 };
+template <class Keys>
+void list_keys(Keys& keys, const Camera*) {
+  keys("name"), keys("sensor"), keys("optics");
+  keys("psf_px", &Camera::psf_px, NumberRange::between(0.0, 20.0));
+  keys("vignetting"), keys("vignetting_tilt");
+}
 
 struct ProjectorResponse {
   enum class Kind { linear, gamma, table };
@@ -84,6 +104,19 @@ struct Projector {
   std::optional<int> quantise_bits = std::nullopt;  ///< of the frame buffer, with pixel_structure
   Eigen::Vector3d center_world_mm() const { return T_proj_world.inverse().translation_mm; }
 };
+template <class Keys>
+void list_keys(Keys& keys, const Projector*) {
+  keys("intensity", &Projector::intensity, NumberRange::positive());
+  keys("falloff"), keys("reference_distance_mm");
+  keys("blur_px", &Projector::blur_px, NumberRange{.min = 0.0, .largest = 1e4});
+  keys("response");
+  keys("ambient", &Projector::ambient, NumberRange::not_negative());
+  keys("optics");
+  keys("pixel_structure", &Projector::pixel_structure);
+  keys("pixel_fill", &Projector::pixel_fill,
+       NumberRange{.min = 0.0, .max = 1.0, .min_excluded = true, .smallest = 0.01});
+  keys("quantise_bits", &Projector::quantise_bits, 1, 16);
+}
 
 struct Material {
   double diffuse = 0.8;
@@ -93,6 +126,13 @@ struct Material {
   Specular specular_model = Specular::phong;
   double roughness = 0.5;  ///< ggx: alpha = roughness^2; `specular` is the reflectance at normal incidence
 };
+template <class Keys>
+void list_keys(Keys& keys, const Material*) {
+  keys("diffuse", &Material::diffuse, NumberRange::between(0.0, 1.0));
+  keys("specular", &Material::specular, NumberRange::not_negative());
+  keys("shininess", &Material::shininess, NumberRange::positive());
+  keys("specular_model"), keys("roughness");
+}
 
 struct Object {
   std::string name;
@@ -112,6 +152,17 @@ struct RenderOptions {
   int bounces = 0;          ///< 1: light that comes from the projector over another surface
   int bounce_samples = 64;  ///< directions per sample of the pixel
 };
+template <class Keys>
+void list_keys(Keys& keys, const RenderOptions*) {
+  keys("pixel_fill", &RenderOptions::pixel_fill, NumberRange{.min = 0.0, .max = 2.0, .min_excluded = true});
+  keys("phase_error_rad", &RenderOptions::phase_error_rad, NumberRange::positive(1e-8, 1.0));
+  keys("gray_error", &RenderOptions::gray_error, NumberRange::positive());
+  keys("samples", &RenderOptions::samples, 1, 65536);
+  keys("sampler");
+  keys("shadow", &RenderOptions::shadow);
+  keys("bounces", &RenderOptions::bounces, 0, 1);
+  keys("bounce_samples", &RenderOptions::bounce_samples, 1, 4096);
+}
 
 enum class Triangulate { stereo, projector };
 

@@ -33,12 +33,22 @@ std::optional<double> as_double(const toml::node& node) {
   return std::nullopt;
 }
 
+// Returns what completes "must be ...".
+std::string text_of(const NumberRange& r) {
+  const bool has_min = r.min > -std::numeric_limits<double>::max();
+  const bool has_max = r.max < std::numeric_limits<double>::max();
+  const std::string low = fmt::format("{} {}", r.min_excluded ? ">" : ">=", r.min);
+  const std::string high = fmt::format("{} {}", r.max_excluded ? "<" : "<=", r.max);
+  if (has_min && has_max) return low + " and " + high;
+  return has_min ? low : has_max ? high : "a number";
+}
+
 /// Empty, or what is wrong with a number ("must be > 0, is -1").
 std::string number_fault(const toml::node& node, const NumberRange& range, double* value) {
   const std::optional<double> number = as_double(node);
   if (!number) return fmt::format("must be a number, is {}", type_name(node));
   if (!std::isfinite(*number)) return fmt::format("must be a finite number, is {}", *number);
-  if (!range.contains(*number)) return fmt::format("must be {}, is {}", range.text(), *number);
+  if (!range.contains(*number)) return fmt::format("must be {}, is {}", text_of(range), *number);
   if (*number > range.largest) return fmt::format("must be at most {}, is {}", range.largest, *number);
   if (*number < -range.largest) return fmt::format("must be at least {}, is {}", -range.largest, *number);
   if (*number > 0.0 && *number < range.smallest)
@@ -75,15 +85,6 @@ std::string place(const toml::node& node, const fs::path& file) {
 }
 
 }  // namespace
-
-std::string NumberRange::text() const {
-  const bool has_min = min > -std::numeric_limits<double>::max();
-  const bool has_max = max < std::numeric_limits<double>::max();
-  const std::string low = fmt::format("{} {}", min_excluded ? ">" : ">=", min);
-  const std::string high = fmt::format("{} {}", max_excluded ? "<" : "<=", max);
-  if (has_min && has_max) return low + " and " + high;
-  return has_min ? low : has_max ? high : "a number";
-}
 
 fs::path resolve_path(const std::string& text, const fs::path& folder, const std::string& where,
                       ExitCode code) {

@@ -6,6 +6,7 @@
 
 #include "twin/file/cameramodel.hpp"
 #include "twin/file/opencv_import.hpp"
+#include "twin/file/plain_keys.hpp"
 #include "twin/file/twin_file.hpp"
 
 namespace fringetwin {
@@ -108,15 +109,11 @@ Device read_device(const TomlTable& table, const TwinFileContext& context, bool 
 }
 
 Sensor read_sensor(const TomlTable& table) {
-  table.allow({"bit_depth", "exposure_ms", "gain_dn", "black_level_dn", "electrons_per_dn", "read_noise_dn"});
+  table.allow(names_of_keys<Sensor>());
   Sensor sensor;
-  sensor.bit_depth = table.integer("bit_depth", 8, 16).value_or(sensor.bit_depth);
-  sensor.exposure_ms = table.number("exposure_ms", NumberRange::positive());
-  sensor.gain_dn = table.number_or("gain_dn", sensor.gain_dn, NumberRange::positive());
+  read_plain_keys(table, sensor);
   sensor.black_level_dn =
       table.number_or("black_level_dn", sensor.black_level_dn, NumberRange::between(0.0, sensor.max_dn()));
-  sensor.electrons_per_dn = table.number("electrons_per_dn", NumberRange::positive());
-  sensor.read_noise_dn = table.number("read_noise_dn", NumberRange::not_negative());
   return sensor;
 }
 
@@ -170,13 +167,13 @@ Vignetting read_vignetting(const TomlTable& camera) {
 }
 
 Camera read_camera(const TomlTable& table, const TwinFileContext& context, bool first) {
-  table.allow(with_device_keys({"name", "sensor", "optics", "psf_px", "vignetting", "vignetting_tilt"}));
+  table.allow(with_device_keys(names_of_keys<Camera>()));
   const std::string name = table.required_name();
   const Device device = read_device(table, context, first);
   Camera camera{name, device.lens, device.T_device_world, {}, {}};
   if (const auto sensor = table.table("sensor")) camera.sensor = read_sensor(*sensor);
   if (const auto optics = table.table("optics")) camera.optics = read_optics(*optics);
-  camera.psf_px = table.number_or("psf_px", camera.psf_px, NumberRange::between(0.0, 20.0));
+  read_plain_keys(table, camera);
   camera.vignetting = read_vignetting(table);
   return camera;
 }
@@ -205,16 +202,12 @@ ProjectorResponse read_response(const TomlTable& projector) {
   return response;
 }
 
-/// Reads the keys of the raster of the projector's image.
-void read_pixels(const TomlTable& table, Projector* projector) {
-  projector->pixel_structure = table.boolean("pixel_structure").value_or(false);
-  projector->pixel_fill = table.number_or("pixel_fill", projector->pixel_fill,
-                                          {.min = 0.0, .max = 1.0, .min_excluded = true, .smallest = 0.01});
-  projector->quantise_bits = table.integer("quantise_bits", 1, 16);
+/// Refuses keys of the raster of the projector's image that cannot go with the others.
+void check_pixels(const TomlTable& table, const Projector& projector) {
   for (const char* key : {"pixel_fill", "quantise_bits"})
-    if (!projector->pixel_structure && table.has(key))
+    if (!projector.pixel_structure && table.has(key))
       table.fail(key, "has no effect without pixel_structure = true");
-  if (projector->optics && projector->pixel_fill < 1.0)
+  if (projector.optics && projector.pixel_fill < 1.0)
     table.fail("pixel_fill", "below 1 cannot be combined with [projector.optics]",
                "describe the blur of the gaps by blur_px");
 }
@@ -239,22 +232,19 @@ std::vector<Camera> read_cameras(const TomlTable& root, const TwinFileContext& c
 std::optional<Projector> read_projector(const TomlTable& root, const TwinFileContext& context) {
   const auto table = root.table("projector");
   if (!table) return std::nullopt;
-  table->allow(with_device_keys({"intensity", "falloff", "reference_distance_mm", "blur_px", "response",
-                                 "ambient", "optics", "pixel_structure", "pixel_fill", "quantise_bits"}));
+  table->allow(with_device_keys(names_of_keys<Projector>()));
   const Device device = read_device(*table, context, false);
   Projector projector{
       .lens = device.lens, .T_proj_world = device.T_device_world, .response = read_response(*table)};
-  projector.intensity = table->number_or("intensity", projector.intensity, NumberRange::positive());
+  read_plain_keys(*table, projector);
   projector.inverse_square = table->choice("falloff", {"none", "inverse-square"}) == "inverse-square";
   if (projector.inverse_square)
     projector.reference_distance_mm =
         table->required_number("reference_distance_mm", NumberRange::positive());
   else if (table->has("reference_distance_mm"))
     table->fail("reference_distance_mm", "has no effect without falloff = \"inverse-square\"");
-  projector.blur_px = table->number_or("blur_px", projector.blur_px, NumberRange{.min = 0.0, .largest = 1e4});
-  projector.ambient = table->number_or("ambient", projector.ambient, NumberRange::not_negative());
   if (const auto optics = table->table("optics")) projector.optics = read_optics(*optics);
-  read_pixels(*table, &projector);
+  check_pixels(*table, projector);
   return projector;
 }
 

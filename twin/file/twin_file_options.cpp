@@ -6,6 +6,7 @@
 #include <set>
 
 #include "twin/base/nearest_word.hpp"
+#include "twin/file/plain_keys.hpp"
 #include "twin/file/twin_file.hpp"
 
 namespace fringetwin {
@@ -52,16 +53,8 @@ RenderOptions read_render(const TomlTable& root) {
   RenderOptions render;
   const auto table = root.table("render");
   if (!table) return render;
-  table->allow({"pixel_fill", "phase_error_rad", "gray_error", "samples", "sampler", "shadow", "bounces",
-                "bounce_samples"});
-  render.pixel_fill =
-      table->number_or("pixel_fill", render.pixel_fill, {.min = 0.0, .max = 2.0, .min_excluded = true});
-  render.phase_error_rad =
-      table->number_or("phase_error_rad", render.phase_error_rad, NumberRange::positive(1e-8, 1.0));
-  render.gray_error = table->number_or("gray_error", render.gray_error, NumberRange::positive());
-  render.samples = table->integer("samples", 1, 65536);
-  render.bounces = table->integer("bounces", 0, 1).value_or(render.bounces);
-  render.bounce_samples = table->integer("bounce_samples", 1, 4096).value_or(render.bounce_samples);
+  table->allow(names_of_keys<RenderOptions>());
+  read_plain_keys(*table, render);
   if (table->has("bounce_samples") && render.bounces == 0)
     table->fail("bounce_samples", "has no effect without bounces = 1");
   if (const auto sampler = table->choice("sampler", {"adaptive", "gauss", "multi-jittered", "sobol"}))
@@ -71,7 +64,6 @@ RenderOptions read_render(const TomlTable& root) {
                                                     : Sampler::sobol;
   if (render.sampler == Sampler::adaptive && render.samples)
     table->fail("samples", "has no meaning with sampler = \"adaptive\"", "leave one of them out");
-  render.shadow = table->boolean("shadow").value_or(render.shadow);
   return render;
 }
 

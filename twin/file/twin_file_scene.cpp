@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "twin/file/plain_keys.hpp"
 #include "twin/file/twin_file.hpp"
 
 namespace fringetwin {
@@ -113,11 +114,9 @@ Shape read_shape(const TomlTable& table, const TwinFileContext& context) {
 }
 
 Material read_material(const TomlTable& table) {
-  table.allow({"diffuse", "specular", "shininess", "specular_model", "roughness"});
+  table.allow(names_of_keys<Material>());
   Material material;
-  material.diffuse = table.number_or("diffuse", material.diffuse, NumberRange::between(0.0, 1.0));
-  material.specular = table.number_or("specular", material.specular, NumberRange::not_negative());
-  material.shininess = table.number_or("shininess", material.shininess, NumberRange::positive());
+  read_plain_keys(table, material);
   const bool ggx = table.choice("specular_model", {"phong", "ggx"}) == "ggx";
   const char* other = ggx ? "shininess" : "roughness";
   if (table.has(other))
