@@ -151,9 +151,15 @@ Effect of_projector(const std::string& name, const std::string& without,
           switch_on};
 }
 
+/// Says of an effect that the closed form of the noise counts with it.
+Effect in_noise_theory(Effect effect) {
+  effect.in_noise_theory = true;
+  return effect;
+}
+
 std::vector<Effect> make_effects() {
   return {
-      pixel_area(),
+      in_noise_theory(pixel_area()),
       shadow(),
       depth_of_field(),
       of_cameras(
@@ -166,16 +172,16 @@ std::vector<Effect> make_effects() {
       specular(),
       albedo(),
       interreflection(),
-      of_projector(
+      in_noise_theory(of_projector(
           "ambient light", "a dark room", [](const Projector& p) { return p.ambient > 0.0; },
-          [](Projector& p) { p.ambient = 0.0; }, "[projector] ambient"),
-      of_projector(
+          [](Projector& p) { p.ambient = 0.0; }, "[projector] ambient")),
+      in_noise_theory(of_projector(
           "projector falloff", "the same light at every distance",
           [](const Projector& p) { return p.inverse_square; }, [](Projector& p) { p.inverse_square = false; },
-          "[projector] falloff = \"inverse-square\", reference_distance_mm"),
-      of_projector(
+          "[projector] falloff = \"inverse-square\", reference_distance_mm")),
+      in_noise_theory(of_projector(
           "projector blur", "a sharp projector", [](const Projector& p) { return p.blur_px > 0.0; },
-          [](Projector& p) { p.blur_px = 0.0; }, "[projector] blur_px"),
+          [](Projector& p) { p.blur_px = 0.0; }, "[projector] blur_px")),
       of_projector(
           "projector response", "a linear projector",
           [](const Projector& p) { return p.response.kind != ProjectorResponse::Kind::linear; },
@@ -193,8 +199,8 @@ std::vector<Effect> make_effects() {
           "pattern rounding", "patterns of any gray value",
           [](const Projector& p) { return p.quantise_bits.has_value(); },
           [](Projector& p) { p.quantise_bits.reset(); }, "[projector] quantise_bits = 8"),
-      noise(),
-      quantisation(),
+      in_noise_theory(noise()),
+      in_noise_theory(quantisation()),
   };
 }
 

@@ -21,7 +21,8 @@ struct Effect {
   std::string without;  ///< what a model without it does instead
   std::function<bool(const Twin&)> is_on;
   std::function<void(Twin&)> switch_off;
-  std::string switch_on;  ///< what to write into twin.toml
+  std::string switch_on;         ///< what to write into twin.toml
+  bool in_noise_theory = false;  ///< the closed form of the noise (study/noise/) counts with it
 };
 
 /// Returns the table. `is_on` after `switch_off` is false for every row.

@@ -39,7 +39,10 @@ constexpr double kClosedWinding = 0.9;
 class Packer {
  public:
   Packer(const Camera& camera, MeshStore& store)
-      : camera_(camera), store_(store), T_cam_world_(camera.T_cam_world), lens_mm_(lens_radius_mm(camera)) {}
+      : camera_(camera),
+        store_(store),
+        T_cam_world_(camera.T_cam_world),
+        lens_mm_(lens_radius_mm(camera.optics)) {}
 
   void add(const SphereShape& s, const Object& object) {
     const Vector3d c = T_cam_world_ * s.center_mm;
@@ -208,8 +211,8 @@ void add_all(Packer& packer, const Twin& twin) {
 
 }  // namespace
 
-double lens_radius_mm(const Camera& camera) {
-  return camera.optics ? 0.5 * camera.optics->focal_length_mm / camera.optics->f_number : 0.0;
+double lens_radius_mm(const std::optional<Optics>& optics) {
+  return optics ? 0.5 * optics->focal_length_mm / optics->f_number : 0.0;
 }
 
 PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store) {

@@ -12,7 +12,7 @@ namespace fringetwin::render {
 /// object, a mesh is not loaded, or a measured shape was not replaced.
 PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store);
 
-/// Returns the radius of the camera's thin lens, 0 without depth of field.
-double lens_radius_mm(const Camera& camera);
+/// Returns the radius of a thin lens, 0 without depth of field.
+double lens_radius_mm(const std::optional<Optics>& optics);
 
 }  // namespace fringetwin::render

@@ -139,6 +139,16 @@ struct uvec4 {
 #define MESH_SMOOTH 1
 #define MESH_ALBEDO 2
 
+// ---- numbers of the effects: X(member of Params, its four values), set by make_params() (trace/shader_params.cpp).
+#define NUMBERS_OF_EFFECTS(X) \
+  /* falloff numerator, shadow offset relative to |p|, blur of Gray edges px, first texel of the albedo maps */ \
+  X(light, projector.reference_distance_mm * projector.reference_distance_mm, kShadowOffset, projector.blur_px, pass.table_size()) \
+  /* lens radius mm, 1/focus distance */ \
+  X(projector_optics, lens_radius_mm(projector.optics), per_focus_mm(projector.optics), 0.0, 0.0) \
+  /* samples of the table, lit side of a pixel, phase of the pixel raster at the principal point x, y */ \
+  X(projector_gaps, gap_samples(pass), projector.pixel_fill, raster_phase(setup.cx), raster_phase(setup.cy))
+#define DECLARE_NUMBERS(member, x, y, z, w) vec4 member;
+
 // All geometry is in the CAMERA frame (camera centre = origin), mm.
 struct Params {
   vec4 camera;        // 1/fx, 1/fy, cx, cy
@@ -155,15 +165,12 @@ struct Params {
   vec4 projector_grid;  // first x, first y, 1/spacing x, 1/spacing y (tangent units)
   uvec4 projector_grid_n;
   vec4 projector_center;      // w: intensity
-  vec4 light;                 // falloff numerator d0^2, shadow offset relative to |p|, blur of Gray edges px,
-                              // first texel of the albedo maps
   vec4 sampling;              // pixel_fill, 1/N, lens radius mm, 1/focus distance
   uvec4 sampling_n;           // N, columns, rows, seed
   vec4 adaptive;              // largest phase error rad, largest irradiance error per pattern, ambient > 0, 0
   uvec4 image;                // width, height, panels of a mixed pixel or parts per side of one of facets, stretches of a line
   uvec4 starts;               // log2 of a tile's side in px, tiles in x, tiles, 0
-  vec4 projector_optics;      // lens radius mm, 1/focus distance, 0, 0
-  vec4 projector_gaps;        // samples of the table, lit side of a pixel, phase of the pixel raster at the principal point x, y
+  NUMBERS_OF_EFFECTS(DECLARE_NUMBERS)
   vec4 pitch[MAX_PITCHES];    // harmonic/pitch, turns at the principal point, axis x, axis y
   vec4 direct[MAX_DIRECT];    // scale, offset (table: in samples; pixel: in px; gray: in words), axis x, axis y
   // table: first, count, nodes per unit of defocus; pixel: first, count; gray: bit shift, word mask, value at 0, at 1;

@@ -12,7 +12,7 @@ namespace fringetwin::render {
 std::vector<std::uint32_t> active_blocks(const Camera& camera, const PackedScene& scene,
                                          const LensTable& lens) {
   // A lens point sees an object at depth z displaced by up to lens radius * (1 + z/focus).
-  const double lens_mm = lens_radius_mm(camera);
+  const double lens_mm = lens_radius_mm(camera.optics);
   struct Cone {
     Eigen::Vector3d axis;
     double angle;

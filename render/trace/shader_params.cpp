@@ -50,7 +50,7 @@ double lens_swing_rad(const Twin& twin, const Camera& camera, const PackedScene&
   // Monotonic in 1/z: the ends of the range are the worst. 2: a tilted surface moves the hit further than
   // a frontal one.
   const auto swing = [&](double z) {
-    return 2.0 * 2.0 * std::numbers::pi / finest * f_px * lens_radius_mm(camera) *
+    return 2.0 * 2.0 * std::numbers::pi / finest * f_px * lens_radius_mm(camera.optics) *
            std::abs(1.0 / z - 1.0 / focus);
   };
   return std::max(swing(std::max(scene.z_min_mm, kNearestDepth * focus)), swing(scene.z_max_mm));
@@ -80,14 +80,27 @@ void set_projector(const Projector& p, const Camera& camera, const ProjectorSetu
   g.values.projector_grid = setup.table.grid;
   g.values.projector_grid_n = setup.table.grid_n;
   g.set(&P::projector_center, {center.x(), center.y(), center.z(), p.intensity});
-  if (p.optics)
-    g.set(&P::projector_optics, {0.5 * p.optics->focal_length_mm / p.optics->f_number,
-                                 1.0 / p.optics->focus_distance_mm, 0.0, 0.0});
 }
 
 int pixel_gaps(const Projector& p, const PassPlan& pass) {
   if (!p.pixel_structure || p.pixel_fill >= 1.0) return 0;
   return pass.gaps.empty() ? PIXEL_GAPS_SHARP : PIXEL_GAPS_BLURRED;
+}
+
+double gap_samples(const PassPlan& pass) {
+  return pass.gaps.empty() ? 0.0 : static_cast<double>(pass.gaps.size() - 2);
+}
+
+// Returns where in its pixel the raster of the projector's image has the principal point.
+double raster_phase(double c_px) { return c_px + 0.5 - std::floor(c_px + 0.5); }
+
+double per_focus_mm(const std::optional<Optics>& optics) {
+  return optics ? 1.0 / optics->focus_distance_mm : 0.0;
+}
+
+template <class... Number>
+Double4 as_doubles(Number... number) {
+  return {static_cast<double>(number)...};
 }
 
 int directions(const RenderOptions& options) { return options.bounces > 0 ? options.bounce_samples : 0; }
@@ -134,7 +147,7 @@ SampleSetup setup_samples(const Twin& twin, const Camera& camera, const PackedSc
               "its lens to the rim; the lens is sampled for {:.0f} rad",
               camera.name, swing, kLargestDiskSwingRad));
       }
-      s.table = gauss_samples(sampling.samples, fill, disk, lens_radius_mm(camera));
+      s.table = gauss_samples(sampling.samples, fill, disk, lens_radius_mm(camera.optics));
       s.n *= static_cast<std::uint32_t>(std::max<std::size_t>(disk.size(), 1));
       break;
     }
@@ -154,24 +167,22 @@ SampleSetup setup_samples(const Twin& twin, const Camera& camera, const PackedSc
 }
 
 ParamsBlock make_params(const Twin& twin, const Camera& camera, const PackedScene& scene,
-                        const LensTable& lens, const ProjectorSetup& projector, const SampleSetup& samples,
+                        const LensTable& lens, const ProjectorSetup& setup, const SampleSetup& samples,
                         const PassPlan& pass, std::uint64_t seed) {
   FT_CHECK(scene.primitives.size() == scene.materials.size(), "one material per primitive");
   using P = gpu::Params;
-  const Projector& p = *twin.projector;
+  const Projector& projector = *twin.projector;
   ParamsBlock g;
   g.set(&P::camera, lens.camera);
   g.values.lens_grid = lens.grid;
   g.values.lens_grid_n = lens.grid_n;
-  set_projector(p, camera, projector, &g);
-  g.set(&P::light, {p.reference_distance_mm * p.reference_distance_mm, kShadowOffset, p.blur_px,
-                    static_cast<double>(pass.table_size())});
+  set_projector(projector, camera, setup, &g);
   const double focus = camera.optics ? camera.optics->focus_distance_mm : 1.0;
-  g.set(&P::sampling, {twin.render.pixel_fill, 1.0 / samples.n, lens_radius_mm(camera), 1.0 / focus});
+  g.set(&P::sampling, {twin.render.pixel_fill, 1.0 / samples.n, lens_radius_mm(camera.optics), 1.0 / focus});
   g.values.sampling_n = {samples.n, samples.factors.columns, samples.factors.rows, fold_seed(seed)};
-  const double gap_samples = pass.gaps.empty() ? 0.0 : static_cast<double>(pass.gaps.size() - 2);
-  g.set(&P::projector_gaps, {gap_samples, p.pixel_fill, projector.cx + 0.5 - std::floor(projector.cx + 0.5),
-                             projector.cy + 0.5 - std::floor(projector.cy + 0.5)});
+#define SET_NUMBERS(member, ...) g.set(&P::member, as_doubles(__VA_ARGS__));
+  NUMBERS_OF_EFFECTS(SET_NUMBERS)
+#undef SET_NUMBERS
   for (std::size_t i = 0; i < pass.pitches.size(); ++i) {
     g.values.pitch[i] = rounded(pass.pitches[i].values);
     g.rest.pitch[i] = rest_of(pass.pitches[i].values);

@@ -178,7 +178,8 @@ bool TraceDevice::dispatch(ComputePipeline& kernel, const gpu::Push& push, std::
 
 void TraceDevice::upload_scene(const TraceJob& job) {
   const Pose T_proj_cam = job.twin.projector->T_proj_world * job.camera.T_cam_world.inverse();
-  const double reach_mm = job.scene.far_mm + T_proj_cam.translation_mm.norm() + lens_radius_mm(job.camera);
+  const double reach_mm =
+      job.scene.far_mm + T_proj_cam.translation_mm.norm() + lens_radius_mm(job.camera.optics);
   upload_geometry(job.scene, job.shortcuts, reach_mm);
   std::vector<gpu::vec4> primitives;
   for (const auto& p : job.scene.primitives) {
