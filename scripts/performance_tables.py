@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Pages of docs/benchmarks from pareto.json and needs.json: performance_tables.py OUT FOLDER TWIN...
 
-Reads OUT/measured_at, a line that says at which commit and when, and OUT/TWIN/{pareto,needs}/*.json; writes
+Reads OUT/TWIN/measured_at, a line that says at which commit and when, and OUT/TWIN/{pareto,needs}/*.json; writes
 FOLDER/TWIN.md."""
 import json
 import math
@@ -82,7 +82,9 @@ def needs_table(run):
     return "\n".join(rows)
 
 
-def page(out, twin, measured_at):
+def page(out, twin):
+    with open(f"{out}/{twin}/measured_at", encoding="utf-8") as f:
+        measured_at = f.read().strip()
     tables = {}
     for kind, table in (("pareto", pareto_table), ("needs", needs_table)):
         with open(f"{out}/{twin}/{kind}/{kind}.json", encoding="utf-8") as f:
@@ -104,10 +106,8 @@ Measured at {measured_at}.
 
 def main():
     out, folder, twins = sys.argv[1], sys.argv[2], sys.argv[3:]
-    with open(f"{out}/measured_at", encoding="utf-8") as f:
-        measured_at = f.read().strip()
     for twin in twins:
-        text = page(out, twin, measured_at)
+        text = page(out, twin)
         with open(f"{folder}/{twin}.md", "w", encoding="utf-8") as f:
             f.write(text)
 
