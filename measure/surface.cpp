@@ -4,10 +4,8 @@
 #include "measure/surface.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "measure/fit/robust.hpp"

@@ -72,15 +72,14 @@ int DirectionFringes::finest() const {
 
 std::string PatternSpec::label(const Fringes& fringes) const {
   if (is_image()) {
-    const std::string name = fringes.images.at(static_cast<std::size_t>(image)).file.filename().string();
+    const std::string name = fringes.images.at(image).file.filename().string();
     return name.empty() ? fmt::format("image {}", image) : "image " + name;
   }
-  const DirectionFringes& d = fringes.directions.at(static_cast<std::size_t>(direction));
+  const DirectionFringes& d = fringes.directions.at(direction);
   const char* axis = axis_name(d.axis);
   switch (kind) {
     case Kind::phase_step:
-      return fmt::format("{} pitch {} step {}/{}", axis, d.pitches_px.at(static_cast<std::size_t>(pitch)),
-                         step + 1, fringes.steps);
+      return fmt::format("{} pitch {} step {}/{}", axis, d.pitches_px.at(pitch), step + 1, fringes.steps);
     case Kind::gray_bit:
       return fmt::format("{} gray bit {}", axis, bit);
     case Kind::gray_bit_inverse:
@@ -98,7 +97,7 @@ std::string PatternSpec::label(const Fringes& fringes) const {
 std::vector<PatternSpec> expand_sequence(const Fringes& fringes) {
   std::vector<PatternSpec> sequence;
   for (int d = 0; d < static_cast<int>(fringes.directions.size()); ++d) {
-    const DirectionFringes& direction = fringes.directions[static_cast<std::size_t>(d)];
+    const DirectionFringes& direction = fringes.directions[d];
     for (int pitch = 0; pitch < static_cast<int>(direction.pitches_px.size()); ++pitch) {
       for (int step = 0; step < fringes.steps; ++step) {
         PatternSpec spec;
@@ -135,7 +134,7 @@ double image_level(const ImageF& levels, double x_px, double y_px) {
 
 double pattern_value(const Fringes& fringes, const PatternSpec& pattern, double coordinate_px) {
   FT_CHECK(!pattern.is_image(), "an image is no function of one coordinate");
-  const DirectionFringes& direction = fringes.directions.at(static_cast<std::size_t>(pattern.direction));
+  const DirectionFringes& direction = fringes.directions.at(pattern.direction);
   if (pattern.is_gray()) return gray_value(direction, pattern, coordinate_px);
   const auto pitch = static_cast<std::size_t>(pattern.pitch);
   const double periods =

@@ -37,7 +37,7 @@ class DirectionDecoder {
                    const std::vector<int>& steps, const DecodeOptions& options, ImageU8& flags)
       : images_(images),
         fringes_(fringes),
-        direction_(fringes.directions[static_cast<std::size_t>(direction)]),
+        direction_(fringes.directions[direction]),
         options_(options),
         input_(collect_direction(images, fringes, direction, steps)),
         steps_(steps),
@@ -202,18 +202,15 @@ void DirectionDecoder::point_gray_row(int y, RowScratch& scratch) const {
   for (const ImageF* image : input_.inverse) g.inverse.push_back(pointer(image));
   g.complementary = pointer(input_.complementary);
   g.complementary_inverse = pointer(input_.complementary_inverse);
-  scratch.threshold.resize(static_cast<std::size_t>(width_));
+  scratch.threshold.resize(width_);
   if (direction_.gray->threshold == GrayCode::Threshold::mean) {
     const double exposure = images_.gray_code_exposure.value_or(1.0);
     const float scale = std::isfinite(exposure) ? static_cast<float>(exposure) : 1.0f;
-    for (int x = 0; x < width_; ++x)
-      scratch.threshold[static_cast<std::size_t>(x)] =
-          scale * out_.mean_dn.data[at + static_cast<std::size_t>(x)];
+    for (int x = 0; x < width_; ++x) scratch.threshold[x] = scale * out_.mean_dn.data[at + x];
   } else if (direction_.gray->threshold == GrayCode::Threshold::white_black) {
     for (int x = 0; x < width_; ++x) {
-      const std::size_t i = at + static_cast<std::size_t>(x);
-      scratch.threshold[static_cast<std::size_t>(x)] =
-          0.5f * (images_.white->data[i] + images_.black->data[i]);
+      const std::size_t i = at + x;
+      scratch.threshold[x] = 0.5f * (images_.white->data[i] + images_.black->data[i]);
     }
   }
 }
@@ -229,7 +226,7 @@ void DirectionDecoder::solve_phases() {
   const auto limit = static_cast<float>(images_.saturation_dn());
 #pragma omp parallel if (height_ > kSerialRows)
   {
-    std::vector<float> maximum(static_cast<std::size_t>(width_));
+    std::vector<float> maximum(width_);
     std::vector<const float*> rows(steps_.size());
 #pragma omp for schedule(static)
     for (int y = 0; y < height_; ++y) {
@@ -250,7 +247,7 @@ void DirectionDecoder::solve_phases() {
       }
     }
   }
-  min_amplitude_ = min_amplitude(out_.amplitude_dn[static_cast<std::size_t>(out_.finest)]);
+  min_amplitude_ = min_amplitude(out_.amplitude_dn[out_.finest]);
 }
 
 /// Sets the variance of a gray value against its mean: known, from the residuals, or quantisation.
@@ -291,8 +288,7 @@ void DirectionDecoder::learn_code_margins() {
     for (int x = 0; x < width_; x += 4) {
       if (!(static_cast<double>(amplitude[x]) >= min_amplitude_) || !std::isfinite(phase[x])) continue;
       for (int b = 0; b < gray_.bits; ++b) {
-        const auto at =
-            static_cast<std::size_t>(b) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+        const auto at = static_cast<std::size_t>(b) * width_ + x;
         const float margin = scratch.gray.margin[at] / amplitude[x];
         if (margin > 0.0f) bright.push_back(margin);
         if (margin < 0.0f) dark.push_back(-margin);
@@ -426,7 +422,7 @@ void DirectionDecoder::unwrap_phases() {
 void DirectionDecoder::mend_orders() {
   if (!out_.unwrapped) return;
   OrderRepairOptions o;
-  o.period_px = direction_.pitches_px[static_cast<std::size_t>(out_.finest)];
+  o.period_px = direction_.pitches_px[out_.finest];
   if (gray_.cyclic) o.cycle_px = gray_.span_px;
   if (!options_.repair_orders) o.max_passes = 0;
   if (fringes_.unwrap == Unwrap::heterodyne)
@@ -462,7 +458,7 @@ CameraDecode decode(const CameraImages& images, const Fringes& fringes, const De
   check_decode_input(images, fringes);
   std::vector<int> steps = options.use_steps;
   if (steps.empty()) {
-    steps.resize(static_cast<std::size_t>(fringes.steps));
+    steps.resize(fringes.steps);
     std::iota(steps.begin(), steps.end(), 0);
   }
   CameraDecode out;

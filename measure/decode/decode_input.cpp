@@ -36,12 +36,12 @@ void check_decode_input(const CameraImages& images, const Fringes& fringes) {
 
 DirectionImages collect_direction(const CameraImages& images, const Fringes& fringes, int direction,
                                   const std::vector<int>& used_steps) {
-  const DirectionFringes& d = fringes.directions[static_cast<std::size_t>(direction)];
+  const DirectionFringes& d = fringes.directions[direction];
   DirectionImages out;
   if (fringes.steps > 0)
     out.steps.assign(d.pitches_px.size(), std::vector<const ImageF*>(used_steps.size(), nullptr));
   if (d.gray) {
-    out.bits.assign(static_cast<std::size_t>(d.gray->bits), nullptr);
+    out.bits.assign(d.gray->bits, nullptr);
     if (d.gray->threshold == GrayCode::Threshold::inverse) out.inverse = out.bits;
   }
   const std::vector<PatternSpec> sequence = expand_sequence(fringes);
@@ -53,9 +53,7 @@ DirectionImages collect_direction(const CameraImages& images, const Fringes& fri
     switch (s.kind) {
       case PatternSpec::Kind::phase_step: {
         const auto used = std::find(used_steps.begin(), used_steps.end(), s.step);
-        if (used != used_steps.end())
-          out.steps[static_cast<std::size_t>(s.pitch)][static_cast<std::size_t>(used - used_steps.begin())] =
-              image;
+        if (used != used_steps.end()) out.steps[s.pitch][used - used_steps.begin()] = image;
         break;
       }
       case PatternSpec::Kind::gray_bit:

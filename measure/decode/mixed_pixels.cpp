@@ -13,7 +13,7 @@ constexpr int kDirections[8][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1
 /// Returns whether the pixel is displaced by more than its noise.
 bool is_mixed(const DirectionDecode& d, int x, int y) {
   const ImageD& c = d.coordinate_px;
-  const ImageF& amplitude = d.amplitude_dn[static_cast<std::size_t>(d.finest)];
+  const ImageF& amplitude = d.amplitude_dn[d.finest];
   const auto inside = [&](int i, int j) { return i >= 0 && j >= 0 && i < c.width && j < c.height; };
   const auto sigma = static_cast<double>(d.coordinate_sigma_px(x, y));
   for (const auto& [dx, dy] : kDirections) {

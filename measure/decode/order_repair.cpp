@@ -16,13 +16,13 @@ namespace {
 /// Returns the pixels with a 4-neighbour more than half a period away, by row.
 std::vector<std::vector<int>> find_candidates(const ImageD& x_px, double half_period) {
   const int w = x_px.width, h = x_px.height;
-  std::vector<std::vector<int>> candidates(static_cast<std::size_t>(h));
+  std::vector<std::vector<int>> candidates(h);
 #pragma omp parallel for schedule(static) if (h > kSerialRows)
   for (int y = 0; y < h; ++y) {
     const double* row = &x_px(0, y);
     const double* above = y > 0 ? row - w : row;
     const double* below = y + 1 < h ? row + w : row;
-    auto& found = candidates[static_cast<std::size_t>(y)];
+    auto& found = candidates[y];
     for (int x = 0; x < w; ++x) {
       const double v = row[x];
       const double left = row[x > 0 ? x - 1 : x], right = row[x + 1 < w ? x + 1 : x];
@@ -81,9 +81,9 @@ std::vector<Change> one_pass(const ImageD& x_px, const OrderRepairOptions& o) {
   std::vector<std::vector<Change>> per_row(candidates.size());
 #pragma omp parallel for schedule(dynamic, 16) if (x_px.height > kSerialRows)
   for (int y = 0; y < x_px.height; ++y)
-    for (const int x : candidates[static_cast<std::size_t>(y)])
+    for (const int x : candidates[y])
       if (const auto value = repaired_value(x_px, x, y, o))
-        per_row[static_cast<std::size_t>(y)].push_back({x_px.index(x, y), x_px(x, y), *value});
+        per_row[y].push_back({x_px.index(x, y), x_px(x, y), *value});
   std::vector<Change> all;
   for (auto& row : per_row) all.insert(all.end(), row.begin(), row.end());
   return all;

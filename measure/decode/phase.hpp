@@ -2,7 +2,6 @@
 // Solves N-step phase shifting by linear least squares: the images of the phase steps go in; wrapped phase,
 // amplitude, mean and residual of every pixel come out.
 #pragma once
-#include <Eigen/Core>
 #include <vector>
 
 #include "twin/image/image.hpp"
@@ -23,8 +22,8 @@ class StepSolver {
   const std::vector<float>& cos_weights() const { return cos_; }
   const std::vector<float>& sin_weights() const { return sin_; }
   /// Value of step i (index into steps_n) = mean + c*basis_cos + s*basis_sin.
-  double basis_cos(int i) const { return basis_cos_[static_cast<std::size_t>(i)]; }
-  double basis_sin(int i) const { return basis_sin_[static_cast<std::size_t>(i)]; }
+  double basis_cos(int i) const { return basis_cos_[i]; }
+  double basis_sin(int i) const { return basis_sin_[i]; }
 
   /// Variance of the phase for unit gray-value variance and unit amplitude: g^T (A^T A)^-1 g with
   /// g = (-sin phase, cos phase). 2/N for the full set.

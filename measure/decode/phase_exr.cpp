@@ -28,7 +28,7 @@ ImageF masked(const ImageF& image, const Image<T>& validity) {
 
 ImageF masked_by_validity(const ImageF& image, const DirectionDecode& d) {
   if (d.wrapped_rad.empty()) return masked(image, d.coordinate_px);
-  return masked(image, d.wrapped_rad[static_cast<std::size_t>(d.finest)]);
+  return masked(image, d.wrapped_rad[d.finest]);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Models the noise of a gray value as a function of its mean, known or estimated from the N-step residuals.
 #pragma once
-#include <string>
 #include <vector>
 
 #include "measure/decode/phase.hpp"

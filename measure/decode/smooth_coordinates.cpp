@@ -2,7 +2,6 @@
 #include "measure/decode/smooth_coordinates.hpp"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 #include <vector>
 

@@ -44,7 +44,7 @@ int word_by_margins(const GrayPlan& plan, unsigned k, double v, const float* mar
   constexpr double kZone = 0.125;  // periods; no camera blurs an edge further, and noise stays outside
   if (v >= kZone && v < 1.0 - kZone) return word;
   const auto certainty = [&](int bit) {
-    const float m = margin[static_cast<std::size_t>(bit) * stride];
+    const float m = margin[bit * stride];
     return std::fabs(m) / (amplitude * (m > 0.0f ? plan.bright_margin : plan.dark_margin));
   };
   const float lower = certainty(flipping_bit(k, plan.bits)),
@@ -95,21 +95,18 @@ void read_gray_row(const GrayPlan& plan, const GrayRow& row, const float* thresh
                    GrayScratch& scratch) {
   const int planes = plan.bits + (plan.complementary ? 1 : 0);
   const auto stride = static_cast<std::size_t>(n);
-  scratch.margin.resize(static_cast<std::size_t>(planes) * stride);
+  scratch.margin.resize(planes * stride);
   scratch.word.assign(stride, 0u);
   const bool pairs = !row.inverse.empty();
   for (int b = 0; b < planes; ++b) {
     const bool last = b == plan.bits;  // the complementary bit
-    const float* bright = last ? row.complementary : row.bits[static_cast<std::size_t>(b)];
-    const float* dark = !pairs ? threshold
-                        : last ? row.complementary_inverse
-                               : row.inverse[static_cast<std::size_t>(b)];
+    const float* bright = last ? row.complementary : row.bits[b];
+    const float* dark = !pairs ? threshold : last ? row.complementary_inverse : row.inverse[b];
     const float scale = pairs ? 0.5f : 1.0f;
-    float* margin = scratch.margin.data() + static_cast<std::size_t>(b) * stride;
+    float* margin = scratch.margin.data() + b * stride;
     for (int x = 0; x < n; ++x) {
       margin[x] = scale * (bright[x] - dark[x]);
-      scratch.word[static_cast<std::size_t>(x)] =
-          (scratch.word[static_cast<std::size_t>(x)] << 1) | (margin[x] > 0.0f ? 1u : 0u);
+      scratch.word[x] = (scratch.word[x] << 1) | (margin[x] > 0.0f ? 1u : 0u);
     }
   }
   for (unsigned& w : scratch.word) w = binary_from_gray(w);
@@ -128,7 +125,7 @@ void unwrap_gray_row(const GrayPlan& plan, const PitchRow& pitch, const float* a
     }
     const double u = t - plan.offset_periods;
     const double v = u - std::floor(u);
-    const unsigned read = scratch.word[static_cast<std::size_t>(x)];
+    const unsigned read = scratch.word[x];
     const int k = plan.complementary
                       ? word_from_half_periods(read, v)
                       : word_by_margins(plan, read, v, scratch.margin.data() + x, amplitude[x], stride);

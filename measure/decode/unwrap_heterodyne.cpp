@@ -87,13 +87,11 @@ HeterodynePlan plan_heterodyne(const DirectionFringes& direction, CoordinateRang
         ExitCode::usage, where,
         fmt::format("unwrap = \"heterodyne\" needs three pitches, there are {}", direction.pitches_px.size()),
         "give three pitches_px such as [13, 14, 15]");
-  std::sort(p.index, p.index + 3, [&](int a, int b) {
-    return direction.pitches_px[static_cast<std::size_t>(a)] <
-           direction.pitches_px[static_cast<std::size_t>(b)];
-  });
+  std::sort(p.index, p.index + 3,
+            [&](int a, int b) { return direction.pitches_px[a] < direction.pitches_px[b]; });
   for (int i = 0; i < 3; ++i) {
-    p.pitch_px[i] = direction.pitches_px[static_cast<std::size_t>(p.index[i])];
-    p.origin_px[i] = direction.phase_origin_px[static_cast<std::size_t>(p.index[i])];
+    p.pitch_px[i] = direction.pitches_px[p.index[i]];
+    p.origin_px[i] = direction.phase_origin_px[p.index[i]];
   }
   if (!(p.pitch_px[0] > 0.0) || p.pitch_px[0] == p.pitch_px[1] || p.pitch_px[1] == p.pitch_px[2])
     throw UserError(ExitCode::usage, where,

@@ -18,13 +18,11 @@ HierarchicalPlan plan_hierarchical(const DirectionFringes& direction, Coordinate
     throw UserError(ExitCode::usage, where, "unwrap = \"hierarchical\" needs at least one pitch");
   p.index.resize(direction.pitches_px.size());
   std::iota(p.index.begin(), p.index.end(), 0);
-  std::sort(p.index.begin(), p.index.end(), [&](int a, int b) {
-    return direction.pitches_px[static_cast<std::size_t>(a)] >
-           direction.pitches_px[static_cast<std::size_t>(b)];
-  });
+  std::sort(p.index.begin(), p.index.end(),
+            [&](int a, int b) { return direction.pitches_px[a] > direction.pitches_px[b]; });
   for (const int i : p.index) {
-    p.pitch_px.push_back(direction.pitches_px[static_cast<std::size_t>(i)]);
-    p.origin_px.push_back(direction.phase_origin_px[static_cast<std::size_t>(i)]);
+    p.pitch_px.push_back(direction.pitches_px[i]);
+    p.origin_px.push_back(direction.phase_origin_px[i]);
   }
   if (!(p.pitch_px.back() > 0.0)) throw UserError(ExitCode::usage, where, "pitches_px must be positive");
   const double coarsest = p.pitch_px.front();

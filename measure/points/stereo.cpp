@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 
 #include "measure/points/depth_solver.hpp"
 #include "measure/points/epipolar_table.hpp"
@@ -76,7 +75,7 @@ bool lit_by_its_column(const Setup& setup, const Eigen::Vector3d& d, double dept
   for (int k = 0; k < setup.count; ++k) {
     const DirectionDecode& direction = *setup.left[k];
     const int axis = direction.axis == Axis::x ? 0 : 1;
-    const double half_period = 0.5 * direction.pitches_px[static_cast<std::size_t>(direction.finest)];
+    const double half_period = 0.5 * direction.pitches_px[direction.finest];
     if (!(std::abs((*q)[axis] - coordinate_px[k]) <= half_period)) return false;
   }
   return true;
@@ -121,7 +120,7 @@ void match_pixel(const Setup& setup, int x, int y, Work& work) {
     work.match(x, y) = found[0];
   } else if (found.size() > 1) {
     state = State::ambiguous;
-    work.alternatives[static_cast<std::size_t>(y)].push_back({work.match.index(x, y), std::move(found)});
+    work.alternatives[y].push_back({work.match.index(x, y), std::move(found)});
   } else if (failed) {
     state = State::rejected;
   }
@@ -182,11 +181,11 @@ void reject_isolated(Work& work, double step) {
 }
 
 PointCloud collect(const Setup& setup, const Work& work, TriangulationSummary* summary) {
-  std::vector<PointRow> rows(static_cast<std::size_t>(work.match.height));
+  std::vector<PointRow> rows(work.match.height);
 #pragma omp parallel for schedule(dynamic, 8)
   for (int y = 0; y < work.match.height; ++y) {
-    PointRow& row = rows[static_cast<std::size_t>(y)];
-    row.summary.n_ambiguous = work.alternatives[static_cast<std::size_t>(y)].size();
+    PointRow& row = rows[y];
+    row.summary.n_ambiguous = work.alternatives[y].size();
     for (int x = 0; x < work.match.width; ++x) {
       const State state = work.state(x, y);
       row.summary.n_candidates += state != State::none;
@@ -240,7 +239,7 @@ PointCloud triangulate_stereo(const Twin& twin, const CameraDecode& left, const 
     if (!l || !r) continue;
     maps.emplace_back(r->coordinate_px, r->coordinate_sigma_px);
     setup.left[setup.count] = l;
-    setup.maps[setup.count] = &maps[static_cast<std::size_t>(setup.count)];
+    setup.maps[setup.count] = &maps[setup.count];
     ++setup.count;
   }
   if (setup.count == 0)
@@ -259,7 +258,7 @@ PointCloud triangulate_stereo(const Twin& twin, const CameraDecode& left, const 
   work.ray = Image<Eigen::Vector3d>(left.width(), left.height(), Eigen::Vector3d::Zero());
   work.match = Image<Match>(left.width(), left.height());
   work.state = Image<State>(left.width(), left.height(), State::none);
-  work.alternatives.resize(static_cast<std::size_t>(left.height()));
+  work.alternatives.resize(left.height());
 #pragma omp parallel for schedule(dynamic, 8)
   for (int y = 0; y < left.height(); ++y)
     for (int x = 0; x < left.width(); ++x) match_pixel(setup, x, y, work);

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -99,10 +98,10 @@ PointCloud triangulate_projector(const Twin& twin, std::size_t camera, const Cam
   if (setup.count == 0)
     throw UserError(ExitCode::usage, twin.file.string(), "no fringe direction was decoded",
                     "check [fringes]");
-  std::vector<PointRow> rows(static_cast<std::size_t>(decode.height()));
+  std::vector<PointRow> rows(decode.height());
   const auto begin = std::chrono::steady_clock::now();
 #pragma omp parallel for schedule(dynamic, 8)
-  for (int y = 0; y < decode.height(); ++y) triangulate_row(setup, y, rows[static_cast<std::size_t>(y)]);
+  for (int y = 0; y < decode.height(); ++y) triangulate_row(setup, y, rows[y]);
   const std::chrono::duration<double> match_time = std::chrono::steady_clock::now() - begin;
   PointCloud cloud = join_rows(rows, cam.T_cam_world.inverse(), summary);
   if (summary) summary->match_s = match_time.count();

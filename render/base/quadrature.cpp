@@ -15,8 +15,8 @@ constexpr int kLargestRule = 256;
 
 GaussRule make_rule(int n) {
   GaussRule rule;
-  rule.nodes.resize(static_cast<std::size_t>(n));
-  rule.weights.resize(static_cast<std::size_t>(n));
+  rule.nodes.resize(n);
+  rule.weights.resize(n);
   for (int i = 0; i < n; ++i) {
     double x = -std::cos(std::numbers::pi * (i + 0.75) / (n + 0.5));
     double derivative = 1.0;
@@ -33,8 +33,8 @@ GaussRule make_rule(int n) {
       if (std::abs(step) < 1e-16) break;
     }
     if (2 * i + 1 == n) x = 0.0;
-    rule.nodes[static_cast<std::size_t>(i)] = x;
-    rule.weights[static_cast<std::size_t>(i)] = 2.0 / ((1.0 - x * x) * derivative * derivative);
+    rule.nodes[i] = x;
+    rule.weights[i] = 2.0 / ((1.0 - x * x) * derivative * derivative);
   }
   return rule;
 }

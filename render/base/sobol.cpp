@@ -60,7 +60,7 @@ std::array<std::uint32_t, 32> sobol_directions(int dimension) {
     for (std::uint32_t i = 0; i < 32; ++i) v[i] = 1U << (31 - i);
     return v;
   }
-  const Dimension& p = kJoeKuo[static_cast<std::size_t>(dimension - 1)];
+  const Dimension& p = kJoeKuo[dimension - 1];
   for (std::uint32_t i = 0; i < 32; ++i) {
     if (i < p.degree) {
       v[i] = p.m[i] << (31 - i);

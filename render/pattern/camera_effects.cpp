@@ -16,7 +16,7 @@ float weighted(const float* row, int i, int n, std::ptrdiff_t step, const std::v
   const int reach = static_cast<int>(kernel.size()) - 1;
   double sum = 0.0, weights = 0.0;
   for (int k = std::max(0, i - reach); k <= std::min(n - 1, i + reach); ++k) {
-    const double w = kernel[static_cast<std::size_t>(std::abs(k - i))];
+    const double w = kernel[std::abs(k - i)];
     sum += w * static_cast<double>(row[k * step]);
     weights += w;
   }

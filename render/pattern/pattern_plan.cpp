@@ -31,7 +31,7 @@ using PeriodTables = std::map<std::pair<int, int>, std::vector<float>>;
 // Makes the slot of a phase step from the table of its pitch's period.
 DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px,
                          PeriodTables* tables) {
-  const DirectionFringes& d = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
+  const DirectionFringes& d = twin.fringes.directions[spec.direction];
   const auto p = static_cast<std::size_t>(spec.pitch);
   std::vector<float>& table = (*tables)[{spec.direction, spec.pitch}];
   if (table.empty()) {
@@ -57,7 +57,7 @@ DirectSlot axis_slot(const Twin& twin, const PatternSpec& spec, std::size_t imag
   const double per_px = std::max(kFewestSamplesPerPx, std::ceil(kSamplesPerSigma / twin.projector->blur_px));
   double first_px = 0.0;
   DirectSlot slot{DirectSlot::Kind::axis, image, {}, {}, axis_waveform(twin, spec, per_px, &first_px)};
-  const Axis axis = twin.fringes.directions[static_cast<std::size_t>(spec.direction)].axis;
+  const Axis axis = twin.fringes.directions[spec.direction].axis;
   slot.a = along(axis, per_px, (center_px - first_px) * per_px);
   slot.b[1] = static_cast<double>(slot.waveform.size() - 2);
   slot.b[2] = 2.5 / (twin.projector->blur_px * per_px);  // a Gaussian's spectrum ends at 5 / sigma
@@ -68,7 +68,7 @@ DirectSlot axis_slot(const Twin& twin, const PatternSpec& spec, std::size_t imag
 DirectSlot pixel_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
   int first_px = 0;
   DirectSlot slot{DirectSlot::Kind::pixel, image, {}, {}, pixel_waveform(twin, spec, &first_px)};
-  const Axis axis = twin.fringes.directions[static_cast<std::size_t>(spec.direction)].axis;
+  const Axis axis = twin.fringes.directions[spec.direction].axis;
   slot.a = along(axis, 1.0, center_px - first_px + 0.5);
   slot.b[1] = static_cast<double>(slot.waveform.size() - 1);
   return slot;
@@ -76,7 +76,7 @@ DirectSlot pixel_slot(const Twin& twin, const PatternSpec& spec, std::size_t ima
 
 // Makes the slot of a Gray image, two levels with edges in known places; the shader finds the code words.
 DirectSlot gray_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
-  const DirectionFringes& d = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
+  const DirectionFringes& d = twin.fringes.directions[spec.direction];
   FT_CHECK(d.gray.has_value(), "Gray pattern of a direction without Gray code");
   using Kind = PatternSpec::Kind;
   const bool half = spec.kind == Kind::complementary || spec.kind == Kind::complementary_inverse;
@@ -95,7 +95,7 @@ DirectSlot gray_slot(const Twin& twin, const PatternSpec& spec, std::size_t imag
 
 // Makes the slot of a pattern image: its raster after the response; the shader averages its pixels.
 DirectSlot image_slot(const Twin& twin, const PatternSpec& spec, std::size_t image) {
-  const ImageF& levels = *twin.fringes.images.at(static_cast<std::size_t>(spec.image)).levels;
+  const ImageF& levels = *twin.fringes.images.at(spec.image).levels;
   FT_CHECK(levels.width == twin.projector->lens.width() && levels.height == twin.projector->lens.height(),
            "pattern images have the projector's size");
   DirectSlot slot{DirectSlot::Kind::image, image, {}, {}, levels.data};

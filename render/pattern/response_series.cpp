@@ -25,9 +25,7 @@ double series_cost(const Twin& twin, const SeriesTable& table) {
   double cost = 0.0;
   std::size_t pair_passes = 0, pairs = MAX_PITCHES, images = 0;
   for (const PatternSpec& p : expand_sequence(twin.fringes)) {
-    const bool carried =
-        p.kind == PatternSpec::Kind::phase_step &&
-        !table[static_cast<std::size_t>(p.direction)][static_cast<std::size_t>(p.pitch)].a.empty();
+    const bool carried = p.kind == PatternSpec::Kind::phase_step && !table[p.direction][p.pitch].a.empty();
     images += carried ? 0 : 1;
   }
   for (const auto& direction : table)
@@ -59,15 +57,13 @@ int count_harmonics(const Projector& projector, const Fringes& fringes, double p
   const CosineSeries series = cosine_series(projector.response, fringes.mean, fringes.amplitude, kExamined);
   std::vector<double> size;
   for (int k = 0; k <= kExamined; ++k)
-    size.push_back(std::abs(series.a[static_cast<std::size_t>(k)]) *
-                   blur_attenuation(k, projector.blur_px, pitch_px));
+    size.push_back(std::abs(series.a[k]) * blur_attenuation(k, projector.blur_px, pitch_px));
   // Beyond: coefficients fall at least as 1/k^2 (the response is continuous), so all harmonics after 64
   // sum up to what 33 ... 64 do; twice that is safe.
   double dropped = 0.0;
-  for (int k = kExamined / 2 + 1; k <= kExamined; ++k) dropped += 2.0 * size[static_cast<std::size_t>(k)];
+  for (int k = kExamined / 2 + 1; k <= kExamined; ++k) dropped += 2.0 * size[k];
   int harmonics = kExamined;
-  while (harmonics > 1 && dropped + size[static_cast<std::size_t>(harmonics)] <= relative_bound * size[1])
-    dropped += size[static_cast<std::size_t>(harmonics--)];
+  while (harmonics > 1 && dropped + size[harmonics] <= relative_bound * size[1]) dropped += size[harmonics--];
   return harmonics;
 }
 

@@ -45,7 +45,7 @@ Transport empty_transport(const Twin& twin, const std::vector<PassPlan>& passes,
 }
 
 void make_blank(const std::vector<ImageF*>& images, int width, int height) {
-  const std::size_t n = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  const std::size_t n = static_cast<std::size_t>(width) * height;
   for (ImageF* image : images) {
     image->width = width;
     image->height = height;

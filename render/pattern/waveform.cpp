@@ -128,7 +128,7 @@ EffectivePattern::EffectivePattern(const Twin& twin, const PatternSpec& pattern)
   response_ = twin.projector->response;
   sigma_px_ = twin.projector->blur_px;
   margin_px_ = pattern_margin_px(*twin.projector);
-  const DirectionFringes& d = fringes_.directions.at(static_cast<std::size_t>(pattern.direction));
+  const DirectionFringes& d = fringes_.directions.at(pattern.direction);
   const std::size_t p = pattern.is_gray() ? 0 : static_cast<std::size_t>(pattern.pitch);
   pitch_px_ = d.pitches_px.at(p);
   origin_px_ = d.phase_origin_px.at(p);
@@ -201,7 +201,7 @@ double EffectivePattern::convolve(double coordinate_px) const {
 
 // Finds the edges of a Gray image: it is constant on half words, and an edge is where two neighbours differ.
 void EffectivePattern::find_edges(double size_px) {
-  const DirectionFringes& d = fringes_.directions[static_cast<std::size_t>(pattern_.direction)];
+  const DirectionFringes& d = fringes_.directions[pattern_.direction];
   const double offset = d.gray ? d.gray->offset_periods : 0.0;
   const double cell = 0.5 * pitch_px_, start = origin_px_ + offset * pitch_px_;
   const double reach = margin_px_ + 0.5 + (kReachSigmas + 1.0) * sigma_px_;
@@ -268,12 +268,11 @@ double effective_pattern_value(const Twin& twin, const PatternSpec& pattern, dou
 std::vector<float> periodic_waveform(const Twin& twin, const PatternSpec& pattern, int samples) {
   FT_CHECK(!pattern.is_gray() && samples > 0, "one period exists of phase steps only");
   const EffectivePattern effective(twin, pattern);
-  const DirectionFringes& d = twin.fringes.directions.at(static_cast<std::size_t>(pattern.direction));
+  const DirectionFringes& d = twin.fringes.directions.at(pattern.direction);
   const auto p = static_cast<std::size_t>(pattern.pitch);
-  std::vector<float> values(static_cast<std::size_t>(samples));
+  std::vector<float> values(samples);
   for (int i = 0; i < samples; ++i)
-    values[static_cast<std::size_t>(i)] =
-        static_cast<float>(effective(d.phase_origin_px.at(p) + d.pitches_px.at(p) * i / samples));
+    values[i] = static_cast<float>(effective(d.phase_origin_px.at(p) + d.pitches_px.at(p) * i / samples));
   return values;
 }
 
@@ -281,7 +280,7 @@ std::vector<float> axis_waveform(const Twin& twin, const PatternSpec& pattern, d
                                  double* first_px) {
   FT_CHECK(samples_per_px > 0.0 && first_px != nullptr, "arguments of axis_waveform");
   const EffectivePattern effective(twin, pattern);
-  const Axis axis = twin.fringes.directions.at(static_cast<std::size_t>(pattern.direction)).axis;
+  const Axis axis = twin.fringes.directions.at(pattern.direction).axis;
   const int size = axis == Axis::x ? twin.projector->lens.width() : twin.projector->lens.height();
   const double margin_px = pattern_margin_px(*twin.projector);
   *first_px = -0.5 - margin_px;
@@ -294,7 +293,7 @@ std::vector<float> axis_waveform(const Twin& twin, const PatternSpec& pattern, d
 
 std::vector<float> pixel_waveform(const Twin& twin, const PatternSpec& pattern, int* first_px) {
   const EffectivePattern effective(twin, pattern);
-  const Axis axis = twin.fringes.directions.at(static_cast<std::size_t>(pattern.direction)).axis;
+  const Axis axis = twin.fringes.directions.at(pattern.direction).axis;
   const int size = axis == Axis::x ? twin.projector->lens.width() : twin.projector->lens.height();
   const int margin = static_cast<int>(std::ceil(pattern_margin_px(*twin.projector)));
   *first_px = -margin;

@@ -3,7 +3,6 @@
 // response -> blur (docs/CONVENTIONS.md), as a function of the projector coordinate and as tables for the
 // shaders.
 #pragma once
-#include <cstddef>
 #include <vector>
 
 #include "render/base/cosine_series.hpp"

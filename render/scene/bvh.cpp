@@ -194,11 +194,11 @@ class Builder {
       const Item item = stack.back();
       stack.pop_back();
       const auto index = static_cast<std::int32_t>(bvh.nodes.size());
-      const BvhNode& node = nodes_[static_cast<std::size_t>(item.slot)];
+      const BvhNode& node = nodes_[item.slot];
       bvh.nodes.push_back(node);
       bvh.depth = std::max(bvh.depth, item.depth);
       if (item.parent >= 0) {
-        BvhNode& parent = bvh.nodes[static_cast<std::size_t>(item.parent)];
+        BvhNode& parent = bvh.nodes[item.parent];
         (item.is_left ? parent.left : parent.right) = index;
       }
       if (node.right >= 0) stack.push_back({node.right, index, false, item.depth + 1});
@@ -221,9 +221,8 @@ Bvh build_bvh(const std::vector<Eigen::Vector3f>& vertices_mm,
   std::vector<Triangle> work(triangles.size());
 #pragma omp parallel for
   for (int i = 0; i < n; ++i) {
-    Triangle& t = work[static_cast<std::size_t>(i)];
-    for (const int v : triangles[static_cast<std::size_t>(i)])
-      t.box.add(vertices_mm[static_cast<std::size_t>(v)].array());
+    Triangle& t = work[i];
+    for (const int v : triangles[i]) t.box.add(vertices_mm[v].array());
     t.centroid = 0.5F * (t.box.min + t.box.max);
     t.index = static_cast<std::uint32_t>(i);
   }

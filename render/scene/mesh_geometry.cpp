@@ -29,7 +29,7 @@ std::vector<Eigen::Vector4f> cover(const Bvh& bvh) {
     std::vector<std::int32_t> next;
     for (const std::int32_t i : level)
       for (const bool left : {true, false}) {
-        const BvhNode& n = bvh.nodes[static_cast<std::size_t>(i)];
+        const BvhNode& n = bvh.nodes[i];
         const std::int32_t child = left ? n.left : n.right;
         if (child >= 0)
           next.push_back(child);
@@ -39,7 +39,7 @@ std::vector<Eigen::Vector4f> cover(const Bvh& bvh) {
     level = std::move(next);
   }
   for (const std::int32_t i : level) {
-    const BvhNode& n = bvh.nodes[static_cast<std::size_t>(i)];
+    const BvhNode& n = bvh.nodes[i];
     add_box(spheres, n.left_min.cwiseMin(n.right_min), n.left_max.cwiseMax(n.right_max));
   }
   return spheres;
@@ -59,7 +59,7 @@ double exact_center(double lo, double hi) {
 // coordinates.
 Eigen::Vector3d area_vector(const Mesh& mesh, const std::array<int, 3>& triangle) {
   const auto v = [&](std::size_t k) -> Eigen::Vector3d {
-    return mesh.vertices_mm[static_cast<std::size_t>(triangle[k])].cast<double>();
+    return mesh.vertices_mm[triangle[k]].cast<double>();
   };
   return (v(1) - v(0)).cross(v(2) - v(0));
 }
@@ -109,9 +109,9 @@ MeshGeometry build_mesh_geometry(std::shared_ptr<const Mesh> mesh, const std::st
   g.indices.resize(g.bvh.order.size());
 #pragma omp parallel for
   for (int i = 0; i < n; ++i) {
-    const auto& triangle = triangles[g.bvh.order[static_cast<std::size_t>(i)]];
+    const auto& triangle = triangles[g.bvh.order[i]];
     const Eigen::Vector3f normal = area_vector(*mesh, triangle).normalized().cast<float>();
-    g.indices[static_cast<std::size_t>(i)] = triangle;
+    g.indices[i] = triangle;
     for (std::size_t k = 0; k < 3; ++k) {
       const auto v = static_cast<std::size_t>(triangle[k]);
       const std::size_t slot = 3 * static_cast<std::size_t>(i) + k;
@@ -129,8 +129,7 @@ double winding_number(const Mesh& mesh, const Eigen::Vector3d& point_mm) {
   double solid_angle = 0.0;
   for (const auto& t : mesh.triangles) {
     Eigen::Vector3d v[3];
-    for (std::size_t k = 0; k < 3; ++k)
-      v[k] = mesh.vertices_mm[static_cast<std::size_t>(t[k])].cast<double>() - point_mm;
+    for (std::size_t k = 0; k < 3; ++k) v[k] = mesh.vertices_mm[t[k]].cast<double>() - point_mm;
     const double a = v[0].norm(), b = v[1].norm(), c = v[2].norm();
     const double numerator = v[0].dot(v[1].cross(v[2]));
     const double denominator = a * b * c + v[0].dot(v[1]) * c + v[1].dot(v[2]) * a + v[2].dot(v[0]) * b;

@@ -38,7 +38,7 @@ class Tiles {
       : side_(1 << shift),
         nx_((lens.width() + side_ - 1) / side_),
         ny_((lens.height() + side_ - 1) / side_),
-        start_(static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_), -1) {}
+        start_(static_cast<std::size_t>(nx_) * ny_, -1) {}
 
   // Enters a triangle into all tiles whose middle it covers, and into that of its own middle if nothing else
   // is there.
@@ -87,9 +87,7 @@ class Tiles {
   static double area(const Vector2d& a, const Vector2d& b, const Vector2d& p) {
     return (b.x() - a.x()) * (p.y() - a.y()) - (b.y() - a.y()) * (p.x() - a.x());
   }
-  std::size_t place(int i, int j) const {
-    return static_cast<std::size_t>(j) * static_cast<std::size_t>(nx_) + static_cast<std::size_t>(i);
-  }
+  std::size_t place(int i, int j) const { return static_cast<std::size_t>(j) * nx_ + i; }
   std::int32_t& at(int i, int j) { return start_[place(i, j)]; }
 
   int side_, nx_, ny_;
@@ -101,8 +99,7 @@ using Projected = std::vector<std::vector<Vector2d>>;
 using Clear = std::vector<std::vector<std::uint8_t>>;
 
 std::array<Vector2d, 3> corners(const std::vector<Vector2d>& q, const std::array<int, 3>& t) {
-  return {q[static_cast<std::size_t>(t[0])], q[static_cast<std::size_t>(t[1])],
-          q[static_cast<std::size_t>(t[2])]};
+  return {q[t[0]], q[t[1]], q[t[2]]};
 }
 
 // Chooses tiles about as large as a triangle, so that a walk takes a step or two.
@@ -129,9 +126,7 @@ std::uint32_t choose_tile_shift(const PackedScene& scene, const Projected& proje
 double volume(const MeshGeometry& g) {
   double sum = 0.0;
   for (const auto& t : g.indices) {
-    const auto v = [&](std::size_t k) -> Vector3d {
-      return g.vertices[static_cast<std::size_t>(t[k])].cast<double>();
-    };
+    const auto v = [&](std::size_t k) -> Vector3d { return g.vertices[t[k]].cast<double>(); };
     sum += v(0).dot(v(1).cross(v(2)));
   }
   return sum / 6.0;

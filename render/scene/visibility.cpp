@@ -29,7 +29,7 @@ struct SeenTriangle {
 
 SeenTriangle seen_triangle(const std::vector<Seen>& seen, const std::array<int, 3>& t) {
   SeenTriangle s;
-  for (std::size_t k = 0; k < 3; ++k) s.v[k] = seen[static_cast<std::size_t>(t[k])];
+  for (std::size_t k = 0; k < 3; ++k) s.v[k] = seen[t[k]];
   const auto [x0, x1] = std::minmax({s.v[0].x, s.v[1].x, s.v[2].x});
   const auto [y0, y1] = std::minmax({s.v[0].y, s.v[1].y, s.v[2].y});
   const auto [d0, d1] = std::minmax({s.v[0].depth, s.v[1].depth, s.v[2].depth});
@@ -75,7 +75,7 @@ class Grid {
     per_cell_ = 1.0 / side;
     nx_ = static_cast<int>(width * per_cell_) + 1;
     ny_ = static_cast<int>(height * per_cell_) + 1;
-    start_.assign(static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_) + 1, 0);
+    start_.assign(static_cast<std::size_t>(nx_) * ny_ + 1, 0);
     std::size_t entries = 0;
     for (const SeenTriangle& t : triangles) entries += cells(t);
     if (entries > kMostEntriesPerTriangle * (triangles.size() + 1000)) return;
@@ -100,8 +100,7 @@ class Grid {
     const int j0 = static_cast<int>((t.y0 - y0_) * per_cell_),
               j1 = static_cast<int>((t.y1 - y0_) * per_cell_);
     for (int j = j0; j <= j1; ++j)
-      for (int i = i0; i <= i1; ++i)
-        use(static_cast<std::size_t>(j) * static_cast<std::size_t>(nx_) + static_cast<std::size_t>(i));
+      for (int i = i0; i <= i1; ++i) use(static_cast<std::size_t>(j) * nx_ + i);
   }
 
   /// Calls use(other triangle) for all triangles in the same cells; stops at the first false and returns it.
@@ -204,8 +203,8 @@ Adjacency make_adjacency(const std::vector<std::array<int, 3>>& triangles, std::
     for (std::size_t i = 0; i < triangles.size(); ++i)
       for (std::size_t k = 0; k < 3; ++k) {
         const auto [a, b] = ends(i, k);
-        entries[next[static_cast<std::size_t>(std::min(a, b))]++] = {
-            std::max(a, b), static_cast<std::int32_t>(i), static_cast<std::int8_t>(k), a < b};
+        entries[next[std::min(a, b)]++] = {std::max(a, b), static_cast<std::int32_t>(i),
+                                           static_cast<std::int8_t>(k), a < b};
       }
   }
   Adjacency out;
@@ -213,7 +212,7 @@ Adjacency make_adjacency(const std::vector<std::array<int, 3>>& triangles, std::
   bool closed = true;
 #pragma omp parallel for schedule(dynamic, 1024) reduction(&& : closed)
   for (std::ptrdiff_t v = 0; v < static_cast<std::ptrdiff_t>(n_vertices); ++v) {
-    const auto first = entries.begin() + static_cast<std::ptrdiff_t>(start[static_cast<std::size_t>(v)]),
+    const auto first = entries.begin() + static_cast<std::ptrdiff_t>(start[v]),
                last = entries.begin() + static_cast<std::ptrdiff_t>(start[static_cast<std::size_t>(v) + 1]);
     std::sort(first, last, [](const Entry& a, const Entry& b) {
       return std::pair(a.other, a.triangle) < std::pair(b.other, b.triangle);
@@ -223,10 +222,8 @@ Adjacency make_adjacency(const std::vector<std::array<int, 3>>& triangles, std::
       while (j != last && j->other == i->other) ++j;
       if (j - i == 2) {
         const auto second = i + 1;
-        out.neighbours[static_cast<std::size_t>(i->triangle)][static_cast<std::size_t>(i->corner)] =
-            second->triangle;
-        out.neighbours[static_cast<std::size_t>(second->triangle)][static_cast<std::size_t>(second->corner)] =
-            i->triangle;
+        out.neighbours[i->triangle][i->corner] = second->triangle;
+        out.neighbours[second->triangle][second->corner] = i->triangle;
         closed = closed && i->forward != second->forward;
       } else {
         closed = false;
@@ -253,8 +250,7 @@ std::vector<std::uint8_t> clear_from(const Vector3d& eye, const std::vector<Eige
   std::vector<Plane> planes(triangles.size());
   const auto corners = [&](std::size_t i) {
     std::array<Vector3d, 3> v;
-    for (std::size_t k = 0; k < 3; ++k)
-      v[k] = vertices[static_cast<std::size_t>(triangles[i][k])].cast<double>() - eye;
+    for (std::size_t k = 0; k < 3; ++k) v[k] = vertices[triangles[i][k]].cast<double>() - eye;
     return v;
   };
   const auto n = static_cast<std::ptrdiff_t>(triangles.size());

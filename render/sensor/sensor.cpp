@@ -89,10 +89,7 @@ ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed
   const Formula formula(sensor);
   if (!sensor.has_noise()) {
 #pragma omp parallel for schedule(static)
-    for (std::int64_t i = 0; i < n; ++i) {
-      const auto pixel = static_cast<std::size_t>(i);
-      gray.data[pixel] = formula.noiseless(irradiance.data[pixel]);
-    }
+    for (std::int64_t i = 0; i < n; ++i) gray.data[i] = formula.noiseless(irradiance.data[i]);
     return gray;
   }
   const DeviateSource source{

@@ -32,7 +32,7 @@ void AdaptiveTrace::run_gauss(const std::vector<std::uint32_t>& list, int order)
   run_rule(list, order, [&](std::size_t first, std::size_t n, const Sums& sums) {
 #pragma omp parallel for
     for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(n); ++i)
-      write(list[first + static_cast<std::size_t>(i)], static_cast<std::size_t>(i), sums);
+      write(list[first + i], static_cast<std::size_t>(i), sums);
   });
 }
 

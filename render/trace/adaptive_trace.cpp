@@ -68,10 +68,7 @@ std::size_t AdaptiveTrace::most_slots() const {
 bool AdaptiveTrace::far_from_edges(std::uint32_t code) const {
   const int x = static_cast<int>(code & 0x7fffU), y = static_cast<int>((code >> 15) & 0x7fffU);
   const int width = job_.out->mean.width, height = job_.out->mean.height;
-  const auto place = [&](int i, int j) {
-    return seen_[static_cast<std::size_t>(j) * static_cast<std::size_t>(width) + static_cast<std::size_t>(i)]
-        .w;
-  };
+  const auto place = [&](int i, int j) { return seen_[static_cast<std::size_t>(j) * width + i].w; };
   for (int j = std::max(0, y - 2); j <= std::min(height - 1, y + 2); ++j)
     for (int i = std::max(0, x - 2); i <= std::min(width - 1, x + 2); ++i)
       if (place(i, j) != place(x, y)) return false;
@@ -114,11 +111,9 @@ void AdaptiveTrace::gather(const Sums& sums, std::size_t first, std::size_t n,
                            std::vector<float>* values) const {
   const std::size_t n_channels = pass_->channels();
 #pragma omp parallel for
-  for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(n); ++i) {
-    const auto k = static_cast<std::size_t>(i);
+  for (std::size_t i = 0; i < n; ++i)
     for (std::size_t c = 0; c < n_channels; ++c)
-      (*values)[n_channels * (first + k) + c] = sums.values[c * sums.stride + k];
-  }
+      (*values)[n_channels * (first + i) + c] = sums.values[c * sums.stride + i];
 }
 
 // Traces the centre ray of every pixel and notes the object that it saw.
@@ -248,8 +243,7 @@ bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedSc
                                             [](const PitchSlot& p) { return p.harmonic > 1; }))
       return false;
   const Lens& lens = camera.lens;
-  const std::size_t n_pixels =
-      static_cast<std::size_t>(lens.width()) * static_cast<std::size_t>(lens.height());
+  const std::size_t n_pixels = static_cast<std::size_t>(lens.width()) * lens.height();
   if (n_pixels * sizeof(gpu::vec4) > limits.maxStorageBufferRange || n_pixels > limits.maxTexelBufferElements)
     return false;
   // The closed form and the scan lines know neither defocus, raster or texture nor light from elsewhere.

@@ -51,8 +51,7 @@ void scatter_objects(TraceDevice& device, const TraceJob& job, std::size_t first
     for (int y = 0; y < BLOCK_HEIGHT && y0 + y < height; ++y)
       for (int x = 0; x < BLOCK_WIDTH && x0 + x < width; ++x) {
         const std::int32_t p = primitives[b * BLOCK_PIXELS + static_cast<std::size_t>(y * BLOCK_WIDTH + x)];
-        job.out->object(x0 + x, y0 + y) =
-            p < 0 ? -1 : job.scene.object_of_primitive[static_cast<std::size_t>(p)];
+        job.out->object(x0 + x, y0 + y) = p < 0 ? -1 : job.scene.object_of_primitive[p];
       }
   }
 }

@@ -45,8 +45,7 @@ struct NodeGrid {
     const Eigen::Vector4d wx = weights(g.x() - i), wy = weights(g.y() - j);
     Vector3d sum = Vector3d::Zero();
     for (int b = 0; b < 4; ++b)
-      for (int a = 0; a < 4; ++a)
-        sum += wy[b] * wx[a] * values[static_cast<std::size_t>((j - 1 + b) * nx + i - 1 + a)];
+      for (int a = 0; a < 4; ++a) sum += wy[b] * wx[a] * values[(j - 1 + b) * nx + i - 1 + a];
     return sum;
   }
 };
@@ -60,11 +59,10 @@ NodeGrid make_grid(const Vector2d& lo, const Vector2d& hi, double wanted, F f) {
   grid.ny = std::max(4, static_cast<int>(std::ceil(size.y() / wanted)) + 1);
   grid.first = lo;
   grid.spacing = size.cwiseQuotient(Vector2d(grid.nx - 1, grid.ny - 1));
-  grid.values.resize(static_cast<std::size_t>(grid.nx) * static_cast<std::size_t>(grid.ny));
+  grid.values.resize(static_cast<std::size_t>(grid.nx) * grid.ny);
 #pragma omp parallel for schedule(dynamic)
   for (int j = 0; j < grid.ny; ++j)
-    for (int i = 0; i < grid.nx; ++i)
-      grid.values[static_cast<std::size_t>(j * grid.nx + i)] = f(grid.node(i, j));
+    for (int i = 0; i < grid.nx; ++i) grid.values[j * grid.nx + i] = f(grid.node(i, j));
   return grid;
 }
 
@@ -91,7 +89,7 @@ void continue_beyond_domain(NodeGrid* grid) {
     const std::vector<Vector3d> known = grid->values;
     const auto value = [&](int i, int j) -> const Vector3d* {
       if (i < 0 || j < 0 || i >= grid->nx || j >= grid->ny) return nullptr;
-      const Vector3d& v = known[static_cast<std::size_t>(j * grid->nx + i)];
+      const Vector3d& v = known[j * grid->nx + i];
       return v.allFinite() ? &v : nullptr;
     };
     bool changed = false;
@@ -119,7 +117,7 @@ void continue_beyond_domain(NodeGrid* grid) {
           ++n;
         }
         if (n == 0) continue;
-        grid->values[static_cast<std::size_t>(j * grid->nx + i)] = sum / n;
+        grid->values[j * grid->nx + i] = sum / n;
         changed = true;
       }
     if (!changed) return;
@@ -186,8 +184,7 @@ void pack(const NodeGrid& grid, gpu::vec4* header, gpu::uvec4* n, std::vector<gp
 void add_block_cones(const Lens& lens, LensTable* table) {
   table->blocks_x = (lens.width() + BLOCK_WIDTH - 1) / BLOCK_WIDTH;
   table->blocks_y = (lens.height() + BLOCK_HEIGHT - 1) / BLOCK_HEIGHT;
-  table->block_cones.resize(static_cast<std::size_t>(table->blocks_x) *
-                            static_cast<std::size_t>(table->blocks_y));
+  table->block_cones.resize(static_cast<std::size_t>(table->blocks_x) * table->blocks_y);
 #pragma omp parallel for schedule(dynamic)
   for (int by = 0; by < table->blocks_y; ++by)
     for (int bx = 0; bx < table->blocks_x; ++bx) {
@@ -202,8 +199,7 @@ void add_block_cones(const Lens& lens, LensTable* table) {
         angle = d ? std::max(angle, std::atan2(c.cross(*d).norm(), c.dot(*d))) : 4.0;
       }
       // 10 % for the curvature of the block's outline under distortion.
-      table->block_cones[static_cast<std::size_t>(by * table->blocks_x + bx)] = {c.x(), c.y(), c.z(),
-                                                                                 1.1 * angle};
+      table->block_cones[by * table->blocks_x + bx] = {c.x(), c.y(), c.z(), 1.1 * angle};
     }
 }
 

@@ -27,7 +27,7 @@ std::vector<std::uint32_t> active_blocks(const Camera& camera, const PackedScene
         {b.center_mm.normalized(), radius >= distance ? std::numbers::pi : std::asin(radius / distance)});
   }
   const int n = lens.blocks_x * lens.blocks_y;
-  std::vector<unsigned char> active(static_cast<std::size_t>(n), scene.unbounded);
+  std::vector<unsigned char> active(n, scene.unbounded);
 #pragma omp parallel for
   for (int i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -40,7 +40,7 @@ std::vector<std::uint32_t> active_blocks(const Camera& camera, const PackedScene
   std::vector<std::uint32_t> blocks;
   for (int y = 0; y < lens.blocks_y; ++y)
     for (int x = 0; x < lens.blocks_x; ++x)
-      if (active[static_cast<std::size_t>(y * lens.blocks_x + x)])
+      if (active[y * lens.blocks_x + x])
         blocks.push_back(static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 16);
   return blocks;
 }

@@ -15,8 +15,8 @@ std::vector<DiskPoint> disk_rule(int radial, int angles) {
   const GaussRule& rule = gauss_rule(radial);
   std::vector<DiskPoint> points;
   for (int i = 0; i < radial; ++i) {
-    const double r = std::sqrt(0.5 * (1.0 + rule.nodes[static_cast<std::size_t>(i)]));
-    const double weight = 0.5 * rule.weights[static_cast<std::size_t>(i)] / angles;
+    const double r = std::sqrt(0.5 * (1.0 + rule.nodes[i]));
+    const double weight = 0.5 * rule.weights[i] / angles;
     for (int k = 0; k < angles; ++k) {
       // The rings are turned against each other, so that fewer projections on the fringe direction coincide.
       const double a = 2.0 * std::numbers::pi * (k + 0.5 * (i % 2)) / angles;

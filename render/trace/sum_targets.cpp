@@ -30,7 +30,7 @@ void scatter_sums(const TraceJob& job, const std::vector<SumTarget>& targets, st
   const int width = job.out->mean.width, height = job.out->mean.height;
 #pragma omp parallel for
   for (std::ptrdiff_t b = 0; b < static_cast<std::ptrdiff_t>(n); ++b) {
-    const auto [x0, y0] = corner_of(job.blocks[first + static_cast<std::size_t>(b)]);
+    const auto [x0, y0] = corner_of(job.blocks[first + b]);
     const int columns = std::min(BLOCK_WIDTH, width - x0);
     for (int y = 0; y < BLOCK_HEIGHT && y0 + y < height; ++y) {
       const std::size_t slot =

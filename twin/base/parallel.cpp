@@ -9,14 +9,14 @@
 namespace fringetwin {
 
 void for_each_parallel(int n, const std::function<void(int)>& job) {
-  std::vector<std::exception_ptr> faults(static_cast<std::size_t>(n));
+  std::vector<std::exception_ptr> faults(n);
 #pragma omp parallel for schedule(dynamic)
   for (int i = 0; i < n; ++i) {
     try {
       throw_if_cancelled();
       job(i);
     } catch (...) {  // no exception may leave an OpenMP loop
-      faults[static_cast<std::size_t>(i)] = std::current_exception();
+      faults[i] = std::current_exception();
     }
   }
   for (const std::exception_ptr& fault : faults)

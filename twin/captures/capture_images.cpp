@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 
 #include "twin/base/errors.hpp"
@@ -99,9 +98,7 @@ void remove_later_images(const fs::path& dir, const std::string& camera, int fir
 void write_all(const fs::path& dir, const CameraImages& images, const char* extension,
                const std::function<void(const fs::path&, const ImageF&)>& write) {
   const int n = static_cast<int>(images.images.size());
-  for_each_parallel(n, [&](int i) {
-    write(image_file(dir, images.camera, i, extension), images.images[static_cast<std::size_t>(i)]);
-  });
+  for_each_parallel(n, [&](int i) { write(image_file(dir, images.camera, i, extension), images.images[i]); });
   if (images.white) write(dir / images.camera / fmt::format("white.{}", extension), *images.white);
   if (images.black) write(dir / images.camera / fmt::format("black.{}", extension), *images.black);
   remove_later_images(dir, images.camera, n, extension);
@@ -130,8 +127,7 @@ CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, con
   loaded.gray_code_exposure = source->gray_code_exposure;
   loaded.images.resize(source->files.size());
   for_each_parallel(static_cast<int>(source->files.size()), [&](int i) {
-    const auto k = static_cast<std::size_t>(i);
-    loaded.images[k] = load_image(source->files[k], camera, loaded.radiance);
+    loaded.images[i] = load_image(source->files[i], camera, loaded.radiance);
   });
   if (source->white) loaded.white = load_image(*source->white, camera, loaded.radiance);
   if (source->black) loaded.black = load_image(*source->black, camera, loaded.radiance);

@@ -91,9 +91,7 @@ void write_foreign_set(const CaptureSet& set) {
     entries.push_back(std::move(entry));
   }
   std::vector<std::string> digests(images.size());
-  for_each_parallel(static_cast<int>(images.size()), [&](int i) {
-    digests[static_cast<std::size_t>(i)] = sha256_of_file(images[static_cast<std::size_t>(i)]);
-  });
+  for_each_parallel(static_cast<int>(images.size()), [&](int i) { digests[i] = sha256_of_file(images[i]); });
   std::map<std::string, std::string> provenance = set.provenance;
   for (std::size_t i = 0; i < images.size(); ++i)
     provenance["sha256." + images[i].lexically_relative(dir).generic_string()] = digests[i];

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
-#include <limits>
 #include <string_view>
 
 #include "twin/base/errors.hpp"

@@ -2,7 +2,6 @@
 #include "twin/file/python_dict.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <optional>
 

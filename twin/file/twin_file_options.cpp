@@ -2,7 +2,6 @@
 // [render], [measure], [real], [uncertainty] and [limits] of twin.toml.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <set>
 
 #include "twin/base/nearest_word.hpp"

@@ -2,7 +2,6 @@
 // [[object]] of twin.toml.
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <map>
 #include <set>

@@ -14,12 +14,9 @@ struct Image {
   std::vector<T> data;
 
   Image() = default;
-  Image(int w, int h, T fill = T{})
-      : width(w), height(h), data(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), fill) {}
+  Image(int w, int h, T fill = T{}) : width(w), height(h), data(static_cast<std::size_t>(w) * h, fill) {}
 
-  std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-  }
+  std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * width + x; }
   T& operator()(int x, int y) { return data[index(x, y)]; }
   const T& operator()(int x, int y) const { return data[index(x, y)]; }
   std::size_t size() const { return data.size(); }

@@ -8,7 +8,6 @@
 #include <atomic>
 #include <cctype>
 #include <cerrno>
-#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -45,7 +44,7 @@ std::vector<std::uint8_t> read_bytes(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   if (!stream)
     throw UserError(ExitCode::input, file.string(), fmt::format("cannot be read ({})", std::strerror(errno)));
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(stream.tellg()));
+  std::vector<std::uint8_t> bytes(stream.tellg());
   stream.seekg(0);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!stream) throw UserError(ExitCode::input, file.string(), "cannot be read to its end");

@@ -262,8 +262,8 @@ MrcalLinearisation mrcal_linearise(const MrcalProblem& problem) {
       _mrcal_num_j_nonzero(p.n_views, 0, p.width_n, p.height_n, p.n_cameras, p.n_extrinsics, p.n_frames, 0, 0,
                            p.views.data(), nullptr, p.selections, &p.lensmodel);
   std::vector<int> column(static_cast<std::size_t>(n_measurements) + 1);
-  std::vector<int> row(static_cast<std::size_t>(n_nonzero));
-  std::vector<double> value(static_cast<std::size_t>(n_nonzero));
+  std::vector<int> row(n_nonzero);
+  std::vector<double> value(n_nonzero);
   cholmod_sparse Jt = {};
   Jt.nrow = static_cast<std::size_t>(n_states);
   Jt.ncol = static_cast<std::size_t>(n_measurements);

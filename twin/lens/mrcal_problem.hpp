@@ -31,9 +31,7 @@ struct MrcalProblem {
   bool optimize_core = true, optimize_distortion = true, optimize_geometry = true, optimize_warp = true;
   bool regularize = true;
 
-  std::size_t corners_per_view() const {
-    return static_cast<std::size_t>(width_n) * static_cast<std::size_t>(height_n);
-  }
+  std::size_t corners_per_view() const { return static_cast<std::size_t>(width_n) * height_n; }
 };
 
 /// Solves in place, without libmrcal's own outlier rejection (it has no floor and one threshold for all

@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -108,9 +107,7 @@ std::vector<int> join_vertices(const fs::path& file, const RawMesh& raw, double 
 
 /// A height below 1e-10 of the longest side: far below what float coordinates (6e-8) can tell from 0.
 bool is_degenerate(const Mesh& mesh, const std::array<int, 3>& t) {
-  const auto vertex = [&](int k) -> Eigen::Vector3d {
-    return mesh.vertices_mm[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])].cast<double>();
-  };
+  const auto vertex = [&](int k) -> Eigen::Vector3d { return mesh.vertices_mm[t[k]].cast<double>(); };
   const Eigen::Vector3d ab = vertex(1) - vertex(0), ac = vertex(2) - vertex(0), bc = vertex(2) - vertex(1);
   const double longest_sq = std::max({ab.squaredNorm(), ac.squaredNorm(), bc.squaredNorm()});
   return ab.cross(ac).norm() <= 1e-10 * longest_sq;
@@ -132,7 +129,7 @@ std::shared_ptr<const Mesh> load_mesh(const fs::path& file, const std::string& u
   const std::vector<int> index_of = join_vertices(file, raw, unit == "m" ? 1000.0 : 1.0, mesh.get());
   std::size_t degenerate = 0;
   for (std::array<int, 3> triangle : raw.triangles) {
-    for (int& corner : triangle) corner = index_of[static_cast<std::size_t>(corner)];
+    for (int& corner : triangle) corner = index_of[corner];
     if (is_degenerate(*mesh, triangle))
       ++degenerate;
     else
@@ -176,11 +173,11 @@ std::vector<Eigen::Vector3f> compute_vertex_normals(const Mesh& mesh) {
   std::vector<Eigen::Vector3d> sums(mesh.vertices_mm.size(), Eigen::Vector3d::Zero());
   for (const std::array<int, 3>& triangle : mesh.triangles) {
     const auto vertex = [&](std::size_t k) -> Eigen::Vector3d {
-      return mesh.vertices_mm[static_cast<std::size_t>(triangle[k])].cast<double>();
+      return mesh.vertices_mm[triangle[k]].cast<double>();
     };
     // the cross product's length is twice the area: the weight
     const Eigen::Vector3d normal = (vertex(1) - vertex(0)).cross(vertex(2) - vertex(0));
-    for (const int corner : triangle) sums[static_cast<std::size_t>(corner)] += normal;
+    for (const int corner : triangle) sums[corner] += normal;
   }
   std::vector<Eigen::Vector3f> normals(sums.size());
   for (std::size_t i = 0; i < sums.size(); ++i) {

@@ -226,9 +226,7 @@ void read_vertices(const Element& element, Body& body, RawMesh* mesh, const Refu
       }
       for (std::size_t n = body.next_list_size(*property.list_count); n > 0; --n) body.next(property.type);
     }
-    mesh->vertices.emplace_back(values[static_cast<std::size_t>(axis_of[0])],
-                                values[static_cast<std::size_t>(axis_of[1])],
-                                values[static_cast<std::size_t>(axis_of[2])]);
+    mesh->vertices.emplace_back(values[axis_of[0]], values[axis_of[1]], values[axis_of[2]]);
     if (!has_albedo) continue;
     for (std::size_t k = 0; k < values.size(); ++k)
       if (element.properties[k].name == "albedo") mesh->albedo.push_back(static_cast<float>(values[k]));
