@@ -144,7 +144,7 @@ std::vector<calib::ImageCorners> corners_of(const CalibrateCommand& o) {
   std::vector<fs::path> pictures;
   for (const std::string& pattern : o.globs)
     for (const fs::path& file : files_of(pattern)) pictures.push_back(file);
-  const auto images = calib::detect_in_pictures(pictures, o.pattern);
+  auto images = calib::detect_in_pictures(pictures, o.pattern);
   calib::write_corners_vnl(o.corners, images);
   say("corners: " + o.corners);
   return images;

@@ -141,6 +141,7 @@ DeviceRequest parse_device(const std::string& option, const std::string& text, c
 std::vector<DeviceRequest> parse_devices(const std::vector<std::string>& cameras,
                                          const std::string& projector, const std::string& example) {
   std::vector<DeviceRequest> requests;
+  requests.reserve(cameras.size() + 1);
   for (const auto& text : cameras) requests.push_back(parse_device("--camera", text, example));
   if (requests.size() > 2)
     throw UserError(ExitCode::usage, "--camera", fmt::format("is given {} times", requests.size()),

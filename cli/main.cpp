@@ -44,6 +44,7 @@ int run(const fringetwin::cli::Invocation& invocation) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(bugprone-exception-escape): registering the options throws at a fault of ours only
 int main(int argc, char** argv) {
   // Images are made and dropped by the dozen: their memory is kept, or the kernel would clear each page anew.
   mallopt(M_MMAP_THRESHOLD, 1 << 25);
