@@ -68,7 +68,7 @@ std::optional<Measured> run_povray(const Twin& twin, const testing::PovraySampli
 }
 
 void print_row(const std::string& name, const Twin& twin, const Measured& m,
-               const std::vector<render::ReferenceBlockPixel>& truth) {
+               const std::vector<testing::ReferenceBlockPixel>& truth) {
   const auto inside = testing::compare(twin, 0, m.irradiance, truth, testing::Pixels::interior);
   const auto all = testing::compare(twin, 0, m.irradiance, truth, testing::Pixels::all);
   fmt::print("{:<44}{:>13.1f}{:>15.1e}{:>15.4f}{:>13.4f}\n", name, 1e3 * m.image_s,
@@ -91,7 +91,7 @@ int run() {
   const testing::ScratchFolder dir;
   const Twin twin = make_twin();
   const auto truth =
-      reference_block(render::Reference(twin), 0, testing::whole_image(twin, 0, 4), {.gauss_n = 24});
+      testing::reference_block(render::Reference(twin), 0, testing::whole_image(twin, 0, 4), {.gauss_n = 24});
   fmt::print("\nsphere R 5 mm before a plane, {} x {} px, pinhole lenses, pitch 15 px, {} steps\n", kWidth,
              kHeight, twin.fringes.steps);
   fmt::print("{:<44}{:>13}{:>15}{:>15}{:>13}\n", "", "ms an image", "interior rad", "interior DN", "all DN");

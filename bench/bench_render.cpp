@@ -54,8 +54,8 @@ void compare_sampling(const std::string& name, const Twin& twin, int stride) {
              twin.cameras[0].lens.height(), expand_sequence(twin.fringes).size());
   fmt::print("{:<22}{:>9}{:>9}{:>10}{:>14}{:>14}{:>14}\n", "scheme", "wall ms", "CPU ms", "Mrays/s",
              "interior rad", "interior DN", "all pixels DN");
-  const auto truth =
-      reference_block(render::Reference(twin), 0, testing::whole_image(twin, 0, stride), {.gauss_n = 24});
+  const auto truth = testing::reference_block(render::Reference(twin), 0,
+                                              testing::whole_image(twin, 0, stride), {.gauss_n = 24});
   const Sampling chosen = render::choose_sampling(twin);
   Sampling precise = chosen;
   precise.precise = true;

@@ -32,8 +32,8 @@
 
 #include "measure/fit/fits.hpp"
 #include "measure/measurement.hpp"
-#include "measure/points/point_grid.hpp"
 #include "measure/surface.hpp"
+#include "tests/support/measure/find_planes.hpp"
 #include "twin/captures/capture_set.hpp"
 
 namespace fringetwin::measure::points_real_test {
@@ -183,7 +183,7 @@ TEST_F(Slsdk, TwoLargestPlanes) {
   const PointCloud& cloud = data_->m.cloud;
   const Image<int> grid = point_grid(cloud, 2048, 1536);
   std::vector<std::vector<std::size_t>> inliers;
-  const auto planes = find_planes(cloud.p_world_mm, 2, 3.0, &inliers);
+  const auto planes = testing::find_planes(cloud.p_world_mm, 2, 3.0, &inliers);
   ASSERT_EQ(planes.size(), 2u);
   std::vector<PlaneFit> patches;
   for (std::size_t k = 0; k < 2; ++k) {

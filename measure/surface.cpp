@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "measure/fit/robust.hpp"
-#include "measure/points/point_grid.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"
 

@@ -3,29 +3,31 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
-
 #include "render/pattern/form_images.hpp"
 #include "render/pattern/response_series.hpp"
 #include "render/pattern/transport_images.hpp"
 #include "render/scene/pack_scene.hpp"
+#include "render/scene/shortcuts.hpp"
 #include "render/trace/adaptive_trace.hpp"
 #include "render/trace/fixed_trace.hpp"
+#include "render/trace/lens_table.hpp"
 #include "render/trace/pixel_blocks.hpp"
-#include "render/trace/scene_stores.hpp"
 #include "render/trace/trace_device.hpp"
-#include "render/vulkan/loop_limit.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/stopwatch.hpp"
 
 namespace fringetwin::render {
+
+// Everything on the host that serves a renderer from one trace to the next, because it is dear to make and
+// depends only on the lens or the mesh.
+struct SceneStores {
+  LensTableStore lenses;
+  MeshStore meshes;
+  VisibilityStore visibility;
+};
+
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 // With more triangles than these the links between them are not worth their making: rays then search through
 // the BVH. The adaptive trace clips facets, up to some hundred in a pixel.
@@ -68,10 +70,6 @@ Renderer::~Renderer() = default;
 const DeviceInfo& Renderer::device() const { return device_->vulkan().info(); }
 int Renderer::validation_messages() const { return device_->vulkan().instance().validation_messages(); }
 
-std::uint32_t Renderer::count_loop_iterations(std::uint32_t requested) {
-  return render::count_loop_iterations(device_->vulkan(), requested);
-}
-
 // Chooses double precision where it is asked for and the device has it; warns where it lacks it.
 void Renderer::choose_precision(const Twin& twin, const Sampling& sampling) {
   const VulkanDevice& vulkan = device_->vulkan();
@@ -84,7 +82,7 @@ void Renderer::choose_precision(const Twin& twin, const Sampling& sampling) {
 
 Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                           std::uint64_t seed) {
-  const auto start = Clock::now();
+  const Stopwatch watch;
   check_traceable(twin, camera_index, sampling);
   choose_precision(twin, sampling);
   const Camera& camera = twin.cameras[camera_index];
@@ -112,16 +110,16 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   }
   device_->kernels().stop_soon();
   out.sampling.precise = device_->precise();
-  out.trace_ms = ms_since(start);
+  out.trace_ms = 1e3 * watch.elapsed().wall_s;
   return out;
 }
 
 RenderedCamera Renderer::render(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                                 std::uint64_t seed, bool references) {
-  const auto start = Clock::now();
+  const Stopwatch watch;
   const Transport transport = trace(twin, camera_index, sampling, seed);
   RenderedCamera out = form_camera(twin, camera_index, transport, references);
-  out.total_ms = ms_since(start);
+  out.total_ms = 1e3 * watch.elapsed().wall_s;
   return out;
 }
 

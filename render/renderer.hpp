@@ -43,8 +43,6 @@ class Renderer {
   /// Returns the number of warnings and errors of the Vulkan validation layers so far
   /// (FRINGETWIN_VALIDATION=1).
   int validation_messages() const;
-  /// Returns how many iterations of a loop of `requested` iterations one shader invocation really executes.
-  std::uint32_t count_loop_iterations(std::uint32_t requested);
 
  private:
   void choose_precision(const Twin& twin, const Sampling& sampling);

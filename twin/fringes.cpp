@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "twin/base/errors.hpp"
@@ -68,6 +69,13 @@ double gray_value(const DirectionFringes& direction, const PatternSpec& pattern,
 int DirectionFringes::finest() const {
   FT_CHECK(!pitches_px.empty(), "a direction needs a pitch");
   return static_cast<int>(std::min_element(pitches_px.begin(), pitches_px.end()) - pitches_px.begin());
+}
+
+double Fringes::finest_pitch_px() const {
+  double finest = std::numeric_limits<double>::infinity();
+  for (const DirectionFringes& d : directions)
+    for (const double pitch : d.pitches_px) finest = std::min(finest, pitch);
+  return finest;
 }
 
 std::string PatternSpec::label(const Fringes& fringes) const {

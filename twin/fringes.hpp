@@ -51,6 +51,8 @@ struct Fringes {
   double mean = 0.5;  ///< fraction of the projector's full scale
   double amplitude = 0.5;
   std::vector<PatternImage> images;  ///< shown after all others; no phase comes from them
+  /// Returns the smallest pitch of all directions, infinity without any.
+  double finest_pitch_px() const;
   bool operator==(const Fringes&) const = default;
 };
 

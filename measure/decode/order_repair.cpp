@@ -89,6 +89,26 @@ std::vector<Change> one_pass(const ImageD& x_px, const OrderRepairOptions& o) {
   return all;
 }
 
+/// Returns the number of 4-neighbour pairs that differ by one period or more, up to `near` of a whole one:
+/// order errors rather than depth steps, which differ by anything.
+std::uint64_t count_order_jumps(const ImageD& coordinate_px, double period_px, double near) {
+  const int w = coordinate_px.width, h = coordinate_px.height;
+  const auto is_jump = [&](double a, double b) {
+    const double periods = (a - b) / period_px, whole = round_even(periods);
+    return std::fabs(whole) >= 1.0 && std::fabs(periods - whole) < near;
+  };
+  std::uint64_t count = 0;
+#pragma omp parallel for schedule(static) reduction(+ : count) if (h > kSerialRows)
+  for (int y = 0; y < h; ++y) {
+    const double* row = &coordinate_px(0, y);
+    for (int x = 0; x + 1 < w; ++x) count += is_jump(row[x], row[x + 1]) ? 1u : 0u;
+    if (y + 1 == h) continue;
+    const double* below = row + w;
+    for (int x = 0; x < w; ++x) count += is_jump(row[x], below[x]) ? 1u : 0u;
+  }
+  return count;
+}
+
 }  // namespace
 
 OrderRepair repair_orders(ImageD& coordinate_px, const OrderRepairOptions& options) {
@@ -108,24 +128,6 @@ OrderRepair repair_orders(ImageD& coordinate_px, const OrderRepairOptions& optio
       static_cast<std::uint64_t>(std::unique(changed.begin(), changed.end()) - changed.begin());
   report.n_left = count_order_jumps(coordinate_px, options.period_px, options.near);
   return report;
-}
-
-std::uint64_t count_order_jumps(const ImageD& coordinate_px, double period_px, double near) {
-  const int w = coordinate_px.width, h = coordinate_px.height;
-  const auto is_jump = [&](double a, double b) {
-    const double periods = (a - b) / period_px, whole = round_even(periods);
-    return std::fabs(whole) >= 1.0 && std::fabs(periods - whole) < near;
-  };
-  std::uint64_t count = 0;
-#pragma omp parallel for schedule(static) reduction(+ : count) if (h > kSerialRows)
-  for (int y = 0; y < h; ++y) {
-    const double* row = &coordinate_px(0, y);
-    for (int x = 0; x + 1 < w; ++x) count += is_jump(row[x], row[x + 1]) ? 1u : 0u;
-    if (y + 1 == h) continue;
-    const double* below = row + w;
-    for (int x = 0; x < w; ++x) count += is_jump(row[x], below[x]) ? 1u : 0u;
-  }
-  return count;
 }
 
 }  // namespace fringetwin::measure

@@ -27,8 +27,4 @@ struct OrderRepairOptions {
 /// whole period - stays as it is. Independent of the number of threads.
 OrderRepair repair_orders(ImageD& coordinate_px, const OrderRepairOptions& options);
 
-/// Returns the number of 4-neighbour pairs that differ by one period or more, up to `near` of a whole one:
-/// order errors rather than depth steps, which differ by anything.
-std::uint64_t count_order_jumps(const ImageD& coordinate_px, double period_px, double near);
-
 }  // namespace fringetwin::measure

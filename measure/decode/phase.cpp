@@ -46,8 +46,7 @@ void solve_block(const StepSolver& solver, const float* const* steps, int begin,
   float mean[kBlock] = {}, c[kBlock] = {}, s[kBlock] = {}, maximum[kBlock];
   std::fill(maximum, maximum + n, -std::numeric_limits<float>::infinity());
   for (int i = 0; i < solver.count(); ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const float wm = solver.mean_weights()[k], wc = solver.cos_weights()[k], ws = solver.sin_weights()[k];
+    const float wm = solver.mean_weights()[i], wc = solver.cos_weights()[i], ws = solver.sin_weights()[i];
     const float* value = steps[i] + begin;
     for (int x = 0; x < n; ++x) {
       const float v = value[x];
@@ -117,29 +116,6 @@ StepSolver::StepSolver(const std::vector<int>& steps_n, int steps_total) {
 void solve_row(const StepSolver& solver, const float* const* steps, int n, const PhaseRow& out) {
   for (int begin = 0; begin < n; begin += kBlock)
     solve_block(solver, steps, begin, std::min(kBlock, n - begin), out);
-}
-
-StepPhase least_squares_phase(const std::vector<const ImageF*>& images, const std::vector<int>& steps_n,
-                              int steps_total) {
-  FT_CHECK(images.size() == steps_n.size(), "one image per step");
-  const StepSolver solver(steps_n, steps_total);
-  const int w = images.front()->width, h = images.front()->height;
-  for (const ImageF* image : images) FT_CHECK(image->same_size(*images.front()), "images of one size");
-
-  StepPhase result{ImageF(w, h), ImageF(w, h), ImageF(w, h), ImageF(w, h)};
-#pragma omp parallel for schedule(static) if (h > kSerialRows)
-  for (int y = 0; y < h; ++y) {
-    std::vector<const float*> rows(images.size());
-    const std::size_t at = result.phase_rad.index(0, y);
-    for (std::size_t i = 0; i < images.size(); ++i) rows[i] = images[i]->data.data() + at;
-    PhaseRow out;
-    out.phase_rad = result.phase_rad.data.data() + at;
-    out.amplitude = result.amplitude_dn.data.data() + at;
-    out.mean = result.mean_dn.data.data() + at;
-    out.residual = result.residual_dn.data.data() + at;
-    solve_row(solver, rows.data(), w, out);
-  }
-  return result;
 }
 
 }  // namespace fringetwin::measure

@@ -4,8 +4,6 @@
 #pragma once
 #include <vector>
 
-#include "twin/image/image.hpp"
-
 namespace fringetwin::measure {
 
 /// Holds the least-squares weights of the phase steps in the model I_n = mean + c cos(2 pi n/N) - s sin(2 pi
@@ -55,15 +53,5 @@ struct PhaseRow {
 
 /// Solves n neighbouring pixels; steps[i] points at the first of them in step image i.
 void solve_row(const StepSolver& solver, const float* const* steps, int n, const PhaseRow& out);
-
-/// Holds the images that least_squares_phase() computes from a set of phase steps: I_n = mean + amplitude
-/// cos(phase + 2 pi n / N).
-struct StepPhase {
-  ImageF phase_rad, amplitude_dn, mean_dn, residual_dn;  ///< residual rms of the fit, NaN when 3 steps
-};
-/// Solves all pixels. images[i] is phase step number steps_n[i] of steps_total = N. Throws UserError(usage)
-/// unless steps_n holds at least 3 different steps.
-StepPhase least_squares_phase(const std::vector<const ImageF*>& images, const std::vector<int>& steps_n,
-                              int steps_total);
 
 }  // namespace fringetwin::measure

@@ -35,12 +35,11 @@ double second_difference_variance(const NoiseInput& in, const StepSolver& solver
   double d[64];
   double mean = 0.0, c = 0.0, s = 0.0;
   for (int i = 0; i < n; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const auto& v = in.steps[k]->data;
+    const auto& v = in.steps[i]->data;
     d[i] = static_cast<double>(v[before]) - 2.0 * static_cast<double>(v[at]) + static_cast<double>(v[after]);
-    mean += static_cast<double>(solver.mean_weights()[k]) * d[i];
-    c += static_cast<double>(solver.cos_weights()[k]) * d[i];
-    s += static_cast<double>(solver.sin_weights()[k]) * d[i];
+    mean += static_cast<double>(solver.mean_weights()[i]) * d[i];
+    c += static_cast<double>(solver.cos_weights()[i]) * d[i];
+    s += static_cast<double>(solver.sin_weights()[i]) * d[i];
   }
   double sum = 0.0;
   for (int i = 0; i < n; ++i) {

@@ -16,11 +16,34 @@
 
 #include "tests/support/twin/random_values.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::measure::phase_test {
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
+
+struct StepPhase {
+  ImageF phase_rad, amplitude_dn, mean_dn, residual_dn;  ///< residual rms of the fit, NaN when 3 steps
+};
+
+/// Solves all pixels row by row. images[i] is phase step number steps_n[i] of steps_total.
+StepPhase least_squares_phase(const std::vector<const ImageF*>& images, const std::vector<int>& steps_n,
+                              int steps_total) {
+  const StepSolver solver(steps_n, steps_total);
+  const int w = images.front()->width, h = images.front()->height;
+  StepPhase result{ImageF(w, h), ImageF(w, h), ImageF(w, h), ImageF(w, h)};
+  for (int y = 0; y < h; ++y) {
+    std::vector<const float*> rows;
+    for (const ImageF* image : images) rows.push_back(&(*image)(0, y));
+    solve_row(solver, rows.data(), w,
+              {.phase_rad = &result.phase_rad(0, y),
+               .amplitude = &result.amplitude_dn(0, y),
+               .mean = &result.mean_dn(0, y),
+               .residual = &result.residual_dn(0, y)});
+  }
+  return result;
+}
 
 struct Stack {
   std::vector<ImageF> images;

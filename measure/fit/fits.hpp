@@ -42,8 +42,4 @@ CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const Cylinde
 MeshFit register_mesh(const std::vector<Eigen::Vector3d>& p_mm, const MeshShape& cad, double gate_mm,
                       int gauss_newton_steps = 30);
 
-/// RANSAC (PCL) for the largest planes, each refined by fit_plane on its inliers.
-std::vector<PlaneFit> find_planes(const std::vector<Eigen::Vector3d>& p_mm, int count, double threshold_mm,
-                                  std::vector<std::vector<std::size_t>>* inliers = nullptr);
-
 }  // namespace fringetwin::measure

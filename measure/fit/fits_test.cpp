@@ -18,6 +18,7 @@
 #include <random>
 
 #include "measure/fit/robust.hpp"
+#include "tests/support/measure/find_planes.hpp"
 #include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure::fits_test {
@@ -25,6 +26,7 @@ namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
 using Random = std::mt19937_64;
+using testing::find_planes;
 
 double normal(Random& random) { return std::normal_distribution<double>()(random); }
 double uniform(Random& random, double a, double b) {

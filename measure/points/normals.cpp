@@ -5,7 +5,6 @@
 #include <limits>
 #include <vector>
 
-#include "measure/points/point_grid.hpp"
 #include "measure/points/points.hpp"
 #include "twin/base/statistics.hpp"
 

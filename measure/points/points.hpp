@@ -2,6 +2,7 @@
 // Triangulates: decoded cameras become points in the world frame, mm.
 #pragma once
 #include <Eigen/Core>
+#include <cmath>
 #include <filesystem>
 #include <vector>
 
@@ -18,6 +19,18 @@ struct PointCloud {
   std::vector<float> sigma_mm;                ///< standard deviation along the viewing ray (phase noise)
   std::size_t size() const { return p_world_mm.size(); }
 };
+
+/// Returns the index of the point of each pixel, -1 where there is none. Points outside the image are left
+/// out.
+inline Image<int> point_grid(const PointCloud& cloud, int width_px, int height_px) {
+  Image<int> grid(width_px, height_px, -1);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const long x = std::lround(cloud.q_cam_px[i].x()), y = std::lround(cloud.q_cam_px[i].y());
+    if (x < 0 || y < 0 || x >= width_px || y >= height_px) continue;
+    grid(static_cast<int>(x), static_cast<int>(y)) = static_cast<int>(i);
+  }
+  return grid;
+}
 
 struct TriangulationSummary {
   std::size_t n_candidates = 0;  ///< valid pixels of the first camera that were tried

@@ -3,7 +3,6 @@
 // s is where the coordinate map of camera 1, read at the distorted projection of the point, equals
 // the coordinate decoded at the pixel: the epipolar curve is followed without being drawn.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "measure/points/depth_solver.hpp"
@@ -12,6 +11,7 @@
 #include "measure/points/points.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"
+#include "twin/base/stopwatch.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -250,7 +250,7 @@ PointCloud triangulate_stereo(const Twin& twin, const CameraDecode& left, const 
     std::swap(setup.left[0], setup.left[1]);
     std::swap(setup.maps[0], setup.maps[1]);
   }
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const EpipolarTable table(setup.cam1.lens, setup.T_cam1_cam0, *setup.maps[0]);
   setup.table = &table;
 
@@ -262,12 +262,12 @@ PointCloud triangulate_stereo(const Twin& twin, const CameraDecode& left, const 
 #pragma omp parallel for schedule(dynamic, 8)
   for (int y = 0; y < left.height(); ++y)
     for (int x = 0; x < left.width(); ++x) match_pixel(setup, x, y, work);
-  const std::chrono::duration<double> match_time = std::chrono::steady_clock::now() - begin;
+  const double match_s = watch.elapsed().wall_s;
   const double step = ray_step(setup.cam0.lens);
   decide_ambiguous(work, step);
   reject_isolated(work, step);
   PointCloud cloud = collect(setup, work, summary);
-  if (summary) summary->match_s = match_time.count();
+  if (summary) summary->match_s = match_s;
   return cloud;
 }
 

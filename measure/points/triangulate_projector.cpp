@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <chrono>
 #include <cmath>
 
 #include "measure/points/depth_solver.hpp"
 #include "measure/points/point_rows.hpp"
 #include "measure/points/points.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/stopwatch.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -99,12 +99,12 @@ PointCloud triangulate_projector(const Twin& twin, std::size_t camera, const Cam
     throw UserError(ExitCode::usage, twin.file.string(), "no fringe direction was decoded",
                     "check [fringes]");
   std::vector<PointRow> rows(decode.height());
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
 #pragma omp parallel for schedule(dynamic, 8)
   for (int y = 0; y < decode.height(); ++y) triangulate_row(setup, y, rows[y]);
-  const std::chrono::duration<double> match_time = std::chrono::steady_clock::now() - begin;
+  const double match_s = watch.elapsed().wall_s;
   PointCloud cloud = join_rows(rows, cam.T_cam_world.inverse(), summary);
-  if (summary) summary->match_s = match_time.count();
+  if (summary) summary->match_s = match_s;
   return cloud;
 }
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
@@ -46,9 +45,7 @@ double gauss_contrast_error(int n, double swing_rad) {
 
 double single_precision_error_rad(const Twin& twin) {
   constexpr double kMeasuredRad = 5e-5, kMeasuredAt = 1701.22 / 13.0;
-  double finest = std::numeric_limits<double>::infinity();
-  for (const DirectionFringes& d : twin.fringes.directions)
-    for (const double pitch : d.pitches_px) finest = std::min(finest, pitch);
+  const double finest = twin.fringes.finest_pitch_px();
   if (!twin.projector || !std::isfinite(finest)) return kMeasuredRad;
   const std::vector<double>& k = twin.projector->lens.intrinsics();  // all models begin with fx, fy
   return kMeasuredRad * std::max(k.at(0), k.at(1)) / finest / kMeasuredAt;
@@ -93,28 +90,18 @@ Sampling choose_sampling(const Twin& twin, const RenderOptions& options) {
 }
 
 const char* sampler_name(Sampler sampler) {
-  switch (sampler) {
-    case Sampler::gauss:
-      return "gauss";
-    case Sampler::multi_jittered:
-      return "multi-jittered";
-    case Sampler::sobol:
-      return "sobol";
-    case Sampler::adaptive:
-      break;
-  }
-  return "adaptive";
+  return sampler == Sampler::gauss            ? "gauss"
+         : sampler == Sampler::multi_jittered ? "multi-jittered"
+         : sampler == Sampler::sobol          ? "sobol"
+                                              : "adaptive";
 }
 
 Sampling without_adaptation(const Sampling& sampling, const Twin& twin, const Camera& camera) {
   Sampling fixed = without_adaptation(sampling);
   if (sampling.sampler != Sampler::adaptive || !twin.projector) return fixed;
-  double finest = std::numeric_limits<double>::infinity();
-  for (const DirectionFringes& d : twin.fringes.directions)
-    for (const double pitch : d.pitches_px) finest = std::min(finest, pitch);
   // Taken for a surface that faces both and is as far from the camera as from the projector.
-  const double swing_rad =
-      kTwoPi / finest * twin.projector->lens.intrinsics().at(0) / camera.lens.intrinsics().at(0);
+  const double swing_rad = kTwoPi / twin.fringes.finest_pitch_px() * twin.projector->lens.intrinsics().at(0) /
+                           camera.lens.intrinsics().at(0);
   int n = static_cast<int>(std::lround(std::sqrt(static_cast<double>(fixed.samples))));
   while (n < 6 && gauss_contrast_error(n, swing_rad) > sampling.gray_error) ++n;
   fixed.samples = n * n;

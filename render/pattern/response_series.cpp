@@ -17,10 +17,7 @@ constexpr int kExamined = 64;  // harmonics looked at
 constexpr double kPairCost = 0.4, kFundamentalCost = 0.6, kPassCost = 8.0;
 constexpr double kShareOfPhaseError = 0.1;
 
-}  // namespace
-
-int most_carried_harmonics() { return MAX_PITCHES; }
-
+/// Estimates the cost of the trace in direct evaluations per sample, passes included (docs/PHYSICS.md).
 double series_cost(const Twin& twin, const SeriesTable& table) {
   double cost = 0.0;
   std::size_t pair_passes = 0, pairs = MAX_PITCHES, images = 0;
@@ -42,6 +39,8 @@ double series_cost(const Twin& twin, const SeriesTable& table) {
   const std::size_t passes = std::max<std::size_t>({1, pair_passes, (images + MAX_DIRECT - 1) / MAX_DIRECT});
   return cost + static_cast<double>(images) + kPassCost * static_cast<double>(passes);
 }
+
+}  // namespace
 
 CosineSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
                           double relative_bound, int most) {
@@ -76,8 +75,7 @@ SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<
     carried.emplace_back(d.pitches_px.size());
     if (twin.projector->pixel_structure || twin.fringes.steps == 0) continue;
     for (std::size_t p = 0; p < d.pitches_px.size(); ++p)
-      carried.back()[p] =
-          short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, most_carried_harmonics());
+      carried.back()[p] = short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, MAX_PITCHES);
   }
   // The direct way of a defocused pattern is a quadrature for each step and sample.
   const bool carry = linear || method == PatternMethod::harmonics ||

@@ -11,12 +11,6 @@
 
 namespace fringetwin::render {
 
-/// Returns the largest number of harmonics that the shaders carry for one pitch.
-int most_carried_harmonics();
-
-/// Estimates the cost of the trace in direct evaluations per sample, passes included (docs/PHYSICS.md).
-double series_cost(const Twin& twin, const SeriesTable& table);
-
 /// Returns the shortest series whose dropped harmonics, after the constant blur, sum up to at most
 /// `relative_bound` of the fundamental; empty when that takes more than `most` harmonics. With N steps a
 /// dropped amplitude b shifts the phase by at most b / |a_1| rad.

@@ -261,10 +261,6 @@ double EffectivePattern::mix_pixels(double coordinate_px) const {
   return weights > 1e-280 ? sum / weights : pixel_value(nearest);
 }
 
-double effective_pattern_value(const Twin& twin, const PatternSpec& pattern, double coordinate_px) {
-  return EffectivePattern(twin, pattern)(coordinate_px);
-}
-
 std::vector<float> periodic_waveform(const Twin& twin, const PatternSpec& pattern, int samples) {
   FT_CHECK(!pattern.is_gray() && samples > 0, "one period exists of phase steps only");
   const EffectivePattern effective(twin, pattern);

@@ -61,9 +61,6 @@ class EffectivePattern {
   double first_value_ = 0.0;   ///< left of all edges
 };
 
-/// Evaluates an EffectivePattern once; for a loop build the EffectivePattern.
-double effective_pattern_value(const Twin& twin, const PatternSpec& pattern, double coordinate_px);
-
 /// Tabulates one period of a phase step: sample i at theta = 2 pi (x - origin)/pitch = 2 pi i / samples, i.e.
 /// at x = origin + i pitch / samples; the step's own shift 2 pi n/N is in the values.
 std::vector<float> periodic_waveform(const Twin& twin, const PatternSpec& pattern, int samples);

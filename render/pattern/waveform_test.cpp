@@ -16,6 +16,10 @@
 namespace fringetwin::render::waveform_test {
 namespace {
 
+double effective_pattern_value(const Twin& twin, const PatternSpec& pattern, double coordinate_px) {
+  return EffectivePattern(twin, pattern)(coordinate_px);
+}
+
 constexpr double pi = std::numbers::pi;
 
 Lens pinhole(int width, int height) {

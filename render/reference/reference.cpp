@@ -408,26 +408,4 @@ ReferencePixel Reference::pixel(std::size_t camera, int x, int y,
   return out;
 }
 
-std::vector<ReferenceBlockPixel> reference_block(const Reference& reference, std::size_t camera,
-                                                 const PixelBlock& block,
-                                                 const ReferenceQuadrature& quadrature, bool only_interior) {
-  const Lens& lens = reference.twin().cameras.at(camera).lens;
-  std::vector<ReferenceBlockPixel> out;
-  for (int y = block.y0; y < block.y0 + block.height; y += block.stride)
-    for (int x = block.x0; x < block.x0 + block.width; x += block.stride)
-      if (x >= 0 && y >= 0 && x < lens.width() && y < lens.height()) out.push_back({x, y, false, {}});
-  const auto n = static_cast<std::ptrdiff_t>(out.size());
-#pragma omp parallel for schedule(dynamic, 16)
-  for (std::ptrdiff_t i = 0; i < n; ++i) {
-    ReferenceBlockPixel& p = out[static_cast<std::size_t>(i)];
-    p.interior = reference.is_whole(camera, p.x, p.y);
-    for (int dy = -1; dy <= 1 && p.interior; ++dy)
-      for (int dx = -1; dx <= 1 && p.interior; ++dx)
-        if (dx != 0 || dy != 0) p.interior = reference.is_whole(camera, p.x + dx, p.y + dy);
-    if (p.interior || !only_interior) p.pixel = reference.pixel(camera, p.x, p.y, quadrature);
-  }
-  if (only_interior) std::erase_if(out, [](const ReferenceBlockPixel& p) { return !p.interior; });
-  return out;
-}
-
 }  // namespace fringetwin::render

@@ -70,21 +70,4 @@ class Reference {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Pixels x0, x0 + stride ... < x0 + width, and the same in y.
-struct PixelBlock {
-  int x0 = 0, y0 = 0, width = 1, height = 1, stride = 1;
-};
-struct ReferenceBlockPixel {
-  int x = 0, y = 0;
-  /// An interior pixel (docs/CONVENTIONS.md): `pixel.interior` of the pixel and of its eight neighbours.
-  bool interior = false;
-  ReferencePixel pixel;
-};
-/// All pixels of the block inside the image (or only the interior ones), in rows, in parallel; the
-/// result does not depend on the number of threads.
-std::vector<ReferenceBlockPixel> reference_block(const Reference& reference, std::size_t camera,
-                                                 const PixelBlock& block,
-                                                 const ReferenceQuadrature& quadrature = {},
-                                                 bool only_interior = false);
-
 }  // namespace fringetwin::render

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/fringes.hpp"
 
@@ -334,10 +335,10 @@ TEST(ReferencePixelTest, AmbientIsAddedWhereAnObjectIsHit) {
 TEST(ReferenceBlock, InteriorIsErodedByOnePixel) {
   const Twin twin = with_object(pinhole_rig(), "ball", SphereShape{{0, 0, 250}, 5.0});
   const Reference reference(twin);
-  const auto pixels = reference_block(reference, 0, {175, 125, 50, 50, 1}, {.gauss_n = 1});
+  const auto pixels = testing::reference_block(reference, 0, {175, 125, 50, 50, 1}, {.gauss_n = 1});
   ASSERT_EQ(pixels.size(), 2500u);
   int whole = 0, interior = 0;
-  for (const ReferenceBlockPixel& p : pixels) {
+  for (const testing::ReferenceBlockPixel& p : pixels) {
     whole += p.pixel.interior;
     interior += p.interior;
     bool expected = true;
@@ -352,7 +353,7 @@ TEST(ReferenceBlock, InteriorIsErodedByOnePixel) {
 
 TEST(ReferenceBlock, BlocksAreClippedAndStrided) {
   const Reference reference(plane_rig());
-  const auto pixels = reference_block(reference, 0, {390, 290, 30, 30, 5}, {.gauss_n = 1});
+  const auto pixels = testing::reference_block(reference, 0, {390, 290, 30, 30, 5}, {.gauss_n = 1});
   ASSERT_EQ(pixels.size(), 4u);
   EXPECT_EQ(pixels[3].x, 395);
   EXPECT_EQ(pixels[3].y, 295);

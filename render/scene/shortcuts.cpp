@@ -22,8 +22,7 @@ std::vector<Vector2d> project_vertices(const PackedScene::MeshInstance& instance
   const auto& vertices = instance.geometry->vertices;
   std::vector<Vector2d> q(vertices.size());
 #pragma omp parallel for
-  for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(vertices.size()); ++i) {
-    const auto k = static_cast<std::size_t>(i);
+  for (std::size_t k = 0; k < vertices.size(); ++k) {
     const Vector3d p = T_cam_object * vertices[k].cast<double>();
     const auto projected = lens.project(p);
     q[k] = projected.value_or(Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));

@@ -151,10 +151,8 @@ std::vector<Seen> see_vertices(const Vector3d& eye, const std::vector<Eigen::Vec
   const Vector3d x = axis.unitOrthogonal(), y = axis.cross(x);
   std::vector<Seen> seen(vertices.size());
   bool in_front = true;
-  const auto n_vertices = static_cast<std::ptrdiff_t>(vertices.size());
 #pragma omp parallel for reduction(&& : in_front)
-  for (std::ptrdiff_t i = 0; i < n_vertices; ++i) {
-    const auto k = static_cast<std::size_t>(i);
+  for (std::size_t k = 0; k < vertices.size(); ++k) {
     const Vector3d d = vertices[k].cast<double>() - eye;
     const double depth = d.dot(axis);
     in_front = in_front && depth > 1e-3 * distance;
@@ -211,7 +209,7 @@ Adjacency make_adjacency(const std::vector<std::array<int, 3>>& triangles, std::
   out.neighbours.assign(triangles.size(), {-1, -1, -1});
   bool closed = true;
 #pragma omp parallel for schedule(dynamic, 1024) reduction(&& : closed)
-  for (std::ptrdiff_t v = 0; v < static_cast<std::ptrdiff_t>(n_vertices); ++v) {
+  for (std::size_t v = 0; v < n_vertices; ++v) {
     const auto first = entries.begin() + static_cast<std::ptrdiff_t>(start[v]),
                last = entries.begin() + static_cast<std::ptrdiff_t>(start[static_cast<std::size_t>(v) + 1]);
     std::sort(first, last, [](const Entry& a, const Entry& b) {
@@ -253,10 +251,8 @@ std::vector<std::uint8_t> clear_from(const Vector3d& eye, const std::vector<Eige
     for (std::size_t k = 0; k < 3; ++k) v[k] = vertices[triangles[i][k]].cast<double>() - eye;
     return v;
   };
-  const auto n = static_cast<std::ptrdiff_t>(triangles.size());
 #pragma omp parallel for
-  for (std::ptrdiff_t j = 0; j < n; ++j) {
-    const auto i = static_cast<std::size_t>(j);
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
     image[i] = seen_triangle(seen, triangles[i]);
     planes[i] = plane_of(corners(i));
   }
@@ -264,8 +260,7 @@ std::vector<std::uint8_t> clear_from(const Vector3d& eye, const std::vector<Eige
   if (!grid.usable()) return clear;
   const double allowance = 1e-9 * distance;
 #pragma omp parallel for schedule(dynamic, 256)
-  for (std::ptrdiff_t j = 0; j < n; ++j) {
-    const auto i = static_cast<std::size_t>(j);
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
     const auto own = corners(i);
     int compared = 0;
     clear[i] = grid.all_near(image[i], [&](std::size_t k) {

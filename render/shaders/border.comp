@@ -4,13 +4,7 @@
 // against the one through its centre: a straight edge that crosses a square parts its corners.
 // objects: BORDER_ (shared.h).
 #extension GL_GOOGLE_include_directive : require
-#include "bindings.glsl"
-#include "camera.glsl"
-#include "shapes.glsl"
-#include "mesh.glsl"
-#include "scene.glsl"
-#include "refine.glsl"
-#include "projector.glsl"
+#include "ray.glsl"
 #include "patterns.glsl"
 #include "shade.glsl"
 #include "work_items.glsl"

@@ -14,13 +14,7 @@
 // objects: FACETS_ (shared.h); what does not hold is done by scan lines.
 #extension GL_GOOGLE_include_directive : require
 #define WITHOUT_SHADOW
-#include "bindings.glsl"
-#include "camera.glsl"
-#include "shapes.glsl"
-#include "mesh.glsl"
-#include "scene.glsl"
-#include "refine.glsl"
-#include "projector.glsl"
+#include "ray.glsl"
 #include "patterns.glsl"
 #include "shade.glsl"
 #include "work_items.glsl"

@@ -8,13 +8,7 @@
 // Towards an edge the nodes crowd quadratically: at the silhouette of a curved surface the phase changes
 // with the square root of the distance, which becomes a polynomial.
 #extension GL_GOOGLE_include_directive : require
-#include "bindings.glsl"
-#include "camera.glsl"
-#include "shapes.glsl"
-#include "mesh.glsl"
-#include "scene.glsl"
-#include "refine.glsl"
-#include "projector.glsl"
+#include "ray.glsl"
 #include "patterns.glsl"
 #include "shade.glsl"
 #include "work_items.glsl"

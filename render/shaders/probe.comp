@@ -3,13 +3,7 @@
 // One ray through every pixel's centre: where it falls in the projector's image, its weight, and which
 // surface it saw. The adaptive trace decides from these what each pixel needs.
 #extension GL_GOOGLE_include_directive : require
-#include "bindings.glsl"
-#include "camera.glsl"
-#include "shapes.glsl"
-#include "mesh.glsl"
-#include "scene.glsl"
-#include "refine.glsl"
-#include "projector.glsl"
+#include "ray.glsl"
 #include "shade.glsl"
 #include "work_items.glsl"
 #include "identity.glsl"

@@ -5,14 +5,8 @@
 // On lavapipe `if` masks lanes but skips no work, only loops end early: hence specialization
 // constants for every switch.
 #extension GL_GOOGLE_include_directive : require
-#include "bindings.glsl"
-#include "camera.glsl"
+#include "ray.glsl"
 #include "sampling.glsl"
-#include "shapes.glsl"
-#include "mesh.glsl"
-#include "scene.glsl"
-#include "refine.glsl"
-#include "projector.glsl"
 #include "patterns.glsl"
 #include "shade.glsl"
 #include "footprint.glsl"

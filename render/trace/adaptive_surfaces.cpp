@@ -31,8 +31,7 @@ void AdaptiveTrace::run_rule(const std::vector<std::uint32_t>& list, int order, 
 void AdaptiveTrace::run_gauss(const std::vector<std::uint32_t>& list, int order) {
   run_rule(list, order, [&](std::size_t first, std::size_t n, const Sums& sums) {
 #pragma omp parallel for
-    for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(n); ++i)
-      write(list[first + i], static_cast<std::size_t>(i), sums);
+    for (std::size_t i = 0; i < n; ++i) write(list[first + i], i, sums);
   });
 }
 
@@ -51,8 +50,8 @@ void AdaptiveTrace::run_checked(const std::vector<std::uint32_t>& list) {
   std::vector<double> phase(list.size()), gray(list.size()), worse(list.size());
   run_rule(list, base_order() + 1, [&](std::size_t first, std::size_t n, const Sums& sums) {
 #pragma omp parallel for
-    for (std::ptrdiff_t k = 0; k < static_cast<std::ptrdiff_t>(n); ++k) {
-      const auto i = static_cast<std::size_t>(k), e = first + i;
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t e = first + i;
       const auto old = [&](std::size_t c) { return static_cast<double>(before[c * list.size() + e]); };
       double fringe = 0.0;
       for (std::size_t p = 0; p < pass_->pitches.size(); ++p) {

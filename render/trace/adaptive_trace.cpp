@@ -140,14 +140,12 @@ void AdaptiveTrace::probe() {
   seen_ = device_.read<gpu::vec4>(BIND_PROBE, n_pixels);
   const auto& materials = job_.scene.materials;
 #pragma omp parallel for
-  for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(n_pixels); ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    if (seen_[k].w == 0.0F) continue;
-    const float place = std::abs(seen_[k].w) - 1.0F;
+  for (std::size_t i = 0; i < n_pixels; ++i) {
+    if (seen_[i].w == 0.0F) continue;
+    const float place = std::abs(seen_[i].w) - 1.0F;
     const auto after = std::upper_bound(materials.begin(), materials.end(), place,
                                         [](float p, const gpu::vec4& m) { return p < m.w; });
-    job_.out->object.data[k] =
-        job_.scene.object_of_primitive[static_cast<std::size_t>(after - materials.begin()) - 1];
+    job_.out->object.data[i] = job_.scene.object_of_primitive[after - materials.begin() - 1];
   }
 }
 

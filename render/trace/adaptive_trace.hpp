@@ -10,13 +10,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <ctime>
 #include <vector>
 
 #include "render/trace/adaptive_error.hpp"
 #include "render/trace/sample_table.hpp"
 #include "render/trace/sum_targets.hpp"
 #include "render/trace/trace_device.hpp"
+#include "twin/base/stopwatch.hpp"
 
 namespace fringetwin::render {
 
@@ -62,8 +62,7 @@ class AdaptiveTrace {
 
  private:
   SpecConstants constants(const SampleSetup& samples, std::uint32_t list) const {
-    SpecConstants c = make_constants(job_.twin, job_.camera, job_.scene, job_.lens, job_.projector, samples,
-                                     *pass_, job_.shortcuts.kinds);
+    SpecConstants c = make_constants(job_, samples, *pass_);
     c[SPEC_PIXEL_LIST] = list;
     return c;
   }
@@ -83,11 +82,10 @@ class AdaptiveTrace {
   // Runs a step and notes its cost, for benchmarks.
   template <class Work>
   void stage(const char* name, std::size_t pixels, Work work) {
-    const std::clock_t start = std::clock();
+    const Stopwatch watch;
     const std::uint64_t rays = job_.out->rays;
     work();
-    job_.out->stages.push_back({name, pixels, job_.out->rays - rays,
-                                1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC});
+    job_.out->stages.push_back({name, pixels, job_.out->rays - rays, 1e3 * watch.elapsed().cpu_s});
   }
 
   void foresee_kernels(const PassPlan& pass);

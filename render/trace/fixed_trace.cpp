@@ -71,9 +71,7 @@ void run_pass(TraceDevice& device, const TraceJob& job, const PassPlan& pass, bo
   const std::size_t most = std::min(band, job.blocks.size());
   device.reserve(BIND_OUTPUT, most * pass.channels() * BLOCK_PIXELS * sizeof(float));
   device.reserve(BIND_OBJECTS, most * BLOCK_PIXELS * sizeof(std::int32_t));
-  ComputePipeline& kernel =
-      device.bound_kernel(Kernel::trace, make_constants(job.twin, job.camera, job.scene, job.lens,
-                                                        job.projector, samples, pass, job.shortcuts.kinds));
+  ComputePipeline& kernel = device.bound_kernel(Kernel::trace, make_constants(job, samples, pass));
   for (std::size_t first = 0; first < job.blocks.size(); first += band) {
     const std::size_t n = std::min(band, job.blocks.size() - first);
     gpu::Push push{};

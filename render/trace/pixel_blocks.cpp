@@ -29,8 +29,7 @@ std::vector<std::uint32_t> active_blocks(const Camera& camera, const PackedScene
   const int n = lens.blocks_x * lens.blocks_y;
   std::vector<unsigned char> active(n, scene.unbounded);
 #pragma omp parallel for
-  for (int i = 0; i < n; ++i) {
-    const auto k = static_cast<std::size_t>(i);
+  for (int k = 0; k < n; ++k) {
     const Eigen::Vector3d d = lens.block_cones[k].head<3>();
     for (std::size_t j = 0; j < cones.size() && !active[k]; ++j) {
       const double angle = std::atan2(d.cross(cones[j].axis).norm(), d.dot(cones[j].axis));

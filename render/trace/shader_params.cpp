@@ -41,9 +41,7 @@ std::uint32_t fold_seed(std::uint64_t seed) {
 // Returns the phase by which a fringe at the finest pitch swings between the centre and the rim of the lens,
 // at the worst depth in view.
 double lens_swing_rad(const Twin& twin, const Camera& camera, const PackedScene& scene) {
-  double finest = std::numeric_limits<double>::infinity();
-  for (const DirectionFringes& d : twin.fringes.directions)
-    for (const double pitch : d.pitches_px) finest = std::min(finest, pitch);
+  const double finest = twin.fringes.finest_pitch_px();
   const double focus = camera.optics->focus_distance_mm;
   const double f_px = setup_projector(*twin.projector).fx;
   if (!(scene.z_min_mm <= scene.z_max_mm)) return 0.0;
@@ -166,9 +164,8 @@ SampleSetup setup_samples(const Twin& twin, const Camera& camera, const PackedSc
   return s;
 }
 
-ParamsBlock make_params(const Twin& twin, const Camera& camera, const PackedScene& scene,
-                        const LensTable& lens, const ProjectorSetup& setup, const SampleSetup& samples,
-                        const PassPlan& pass, std::uint64_t seed) {
+ParamsBlock make_params(const TraceJob& job, const SampleSetup& samples, const PassPlan& pass) {
+  const auto& [twin, camera, scene, lens, setup, blocks, shortcuts, tuning, seed, out] = job;
   FT_CHECK(scene.primitives.size() == scene.materials.size(), "one material per primitive");
   using P = gpu::Params;
   const Projector& projector = *twin.projector;
@@ -195,17 +192,16 @@ ParamsBlock make_params(const Twin& twin, const Camera& camera, const PackedScen
   return g;
 }
 
-void set_adaptive(const Twin& twin, const Camera& camera, const AdaptiveTargets& targets,
-                  ParamsBlock* block) {
-  block->set(&gpu::Params::adaptive, {targets.phase_rad, targets.irradiance, twin.projector->ambient,
+void set_adaptive(const TraceJob& job, const AdaptiveTargets& targets, ParamsBlock* block) {
+  block->set(&gpu::Params::adaptive, {targets.phase_rad, targets.irradiance, job.twin.projector->ambient,
                                       static_cast<double>(targets.gauss_order)});
-  block->values.image = {static_cast<gpu::uint>(camera.lens.width()),
-                         static_cast<gpu::uint>(camera.lens.height()), targets.panels, targets.stretches};
+  block->values.image = {static_cast<gpu::uint>(job.camera.lens.width()),
+                         static_cast<gpu::uint>(job.camera.lens.height()), targets.panels, targets.stretches};
 }
 
-SpecConstants make_constants(const Twin& twin, const Camera& camera, const PackedScene& scene,
-                             const LensTable& lens, const ProjectorSetup& setup, const SampleSetup& samples,
-                             const PassPlan& pass, int links) {
+SpecConstants make_constants(const TraceJob& job, const SampleSetup& samples, const PassPlan& pass) {
+  const auto& [twin, camera, scene, lens, setup, blocks, shortcuts, tuning, seed, out] = job;
+  const int links = shortcuts.kinds;
   const Projector& projector = *twin.projector;
   SpecConstants c{};
 #define SET_COUNT(number, KIND, kind, first) \

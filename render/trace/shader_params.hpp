@@ -7,11 +7,9 @@
 
 #include "render/base/kernels.hpp"
 #include "render/base/sampling.hpp"
-#include "render/base/split_float.hpp"
 #include "render/pattern/pattern_plan.hpp"
-#include "render/scene/scene.hpp"
-#include "render/trace/lens_table.hpp"
 #include "render/trace/sample_table.hpp"
+#include "render/trace/trace_job.hpp"
 
 namespace fringetwin::render {
 
@@ -46,17 +44,12 @@ struct AdaptiveTargets {
   std::uint32_t stretches = 1;  ///< of a scan line, each with an invocation of its own
 };
 /// Writes these limits and the image's size into the parameters.
-void set_adaptive(const Twin& twin, const Camera& camera, const AdaptiveTargets& targets, ParamsBlock* block);
+void set_adaptive(const TraceJob& job, const AdaptiveTargets& targets, ParamsBlock* block);
 
 /// Returns the uniform block of one pass, the limits of the adaptive kernels left out.
-ParamsBlock make_params(const Twin& twin, const Camera& camera, const PackedScene& scene,
-                        const LensTable& lens, const ProjectorSetup& projector, const SampleSetup& samples,
-                        const PassPlan& pass, std::uint64_t seed);
+ParamsBlock make_params(const TraceJob& job, const SampleSetup& samples, const PassPlan& pass);
 
-/// Returns the constants by which a kernel is specialised to scene, lenses, samples and pass; `links`: the
-/// Shortcuts' kinds.
-SpecConstants make_constants(const Twin& twin, const Camera& camera, const PackedScene& scene,
-                             const LensTable& lens, const ProjectorSetup& projector,
-                             const SampleSetup& samples, const PassPlan& pass, int links);
+/// Returns the constants by which a kernel is specialised to the job's scene and lenses, samples and pass.
+SpecConstants make_constants(const TraceJob& job, const SampleSetup& samples, const PassPlan& pass);
 
 }  // namespace fringetwin::render

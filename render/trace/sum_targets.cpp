@@ -29,12 +29,11 @@ void scatter_sums(const TraceJob& job, const std::vector<SumTarget>& targets, st
   const std::size_t stride = n * BLOCK_PIXELS;
   const int width = job.out->mean.width, height = job.out->mean.height;
 #pragma omp parallel for
-  for (std::ptrdiff_t b = 0; b < static_cast<std::ptrdiff_t>(n); ++b) {
+  for (std::size_t b = 0; b < n; ++b) {
     const auto [x0, y0] = corner_of(job.blocks[first + b]);
     const int columns = std::min(BLOCK_WIDTH, width - x0);
     for (int y = 0; y < BLOCK_HEIGHT && y0 + y < height; ++y) {
-      const std::size_t slot =
-          static_cast<std::size_t>(b) * BLOCK_PIXELS + static_cast<std::size_t>(y * BLOCK_WIDTH);
+      const std::size_t slot = b * BLOCK_PIXELS + y * BLOCK_WIDTH;
       for (std::size_t c = 0; c < targets.size(); ++c) {
         if (!targets[c].image) continue;
         const float* from = sums + c * stride + slot;

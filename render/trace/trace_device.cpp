@@ -87,8 +87,7 @@ TraceDevice::TraceDevice(const std::string& wanted)
     throw UserError(ExitCode::device, vulkan_.info().name,
                     fmt::format("its work groups hold {} invocations, the renderer needs {}",
                                 vulkan_.limits().maxComputeWorkGroupInvocations, BLOCK_PIXELS));
-  VkPipelineCacheCreateInfo create{};
-  create.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
+  auto create = vk_struct<VkPipelineCacheCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO);
   vk_check(vkCreatePipelineCache(vulkan_.handle(), &create, nullptr, &cache_), "vkCreatePipelineCache");
 }
 
@@ -206,9 +205,8 @@ void TraceDevice::upload_pass(const TraceJob& job, const PassPlan& pass, const S
     waveforms.insert(waveforms.end(), d.waveform.begin(), d.waveform.end());
   waveforms.insert(waveforms.end(), job.scene.maps.begin(), job.scene.maps.end());
   fill(BIND_WAVEFORMS, waveforms);
-  ParamsBlock block =
-      make_params(job.twin, job.camera, job.scene, job.lens, job.projector, samples, pass, job.seed);
-  set_adaptive(job.twin, job.camera, targets, &block);
+  ParamsBlock block = make_params(job, samples, pass);
+  set_adaptive(job, targets, &block);
   block.values.starts = {job.shortcuts.tile_shift, job.shortcuts.tiles_x, job.shortcuts.tiles, 0};
   reserve(BIND_PARAMS, sizeof(ParamsBlock)).upload(bytes_of(block));
 }

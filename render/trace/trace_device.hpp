@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "render/trace/shader_params.hpp"
 #include "render/trace/trace_job.hpp"
 #include "render/vulkan/kernel_store.hpp"
 #include "render/vulkan/vulkan_device.hpp"

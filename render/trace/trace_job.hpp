@@ -9,10 +9,11 @@
 #include "render/scene/scene.hpp"
 #include "render/scene/shortcuts.hpp"
 #include "render/trace/lens_table.hpp"
-#include "render/trace/shader_params.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::render {
+
+struct ProjectorSetup;
 
 struct TraceJob {
   const Twin& twin;

@@ -17,8 +17,7 @@ constexpr VkMemoryPropertyFlags kMappable =
 /// Records a barrier that makes all writes before it, by the host or the device, visible to all that follows.
 /// One barrier for everything is cheap, since there are few dispatches.
 void full_barrier(VkCommandBuffer commands) {
-  VkMemoryBarrier barrier{};
-  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+  auto barrier = vk_struct<VkMemoryBarrier>(VK_STRUCTURE_TYPE_MEMORY_BARRIER);
   barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT | VK_ACCESS_HOST_WRITE_BIT;
   barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT | VK_ACCESS_HOST_READ_BIT;
   constexpr VkPipelineStageFlags kStages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT;
@@ -47,8 +46,7 @@ Buffer::Buffer(VulkanDevice& device, std::size_t bytes, VkBufferUsageFlags usage
   allocate(usage | transfer, required, preferred, main_);
   buffer_ = main_.buffer;
   if (texel_format == VK_FORMAT_UNDEFINED) return;
-  VkBufferViewCreateInfo view{};
-  view.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
+  auto view = vk_struct<VkBufferViewCreateInfo>(VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO);
   view.buffer = buffer_;
   view.format = texel_format;
   view.range = VK_WHOLE_SIZE;
@@ -63,18 +61,15 @@ Buffer::~Buffer() {
 
 void Buffer::allocate(VkBufferUsageFlags usage, VkMemoryPropertyFlags required,
                       VkMemoryPropertyFlags preferred, Allocation& a) {
-  VkBufferCreateInfo create{};
-  create.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+  auto create = vk_struct<VkBufferCreateInfo>(VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO);
   create.size = bytes_;
   create.usage = usage;
   vk_check(vkCreateBuffer(device_.handle(), &create, nullptr, &a.buffer), "vkCreateBuffer");
   VkMemoryRequirements needs;
   vkGetBufferMemoryRequirements(device_.handle(), a.buffer, &needs);
-  VkMemoryAllocateFlagsInfo flags{};
-  flags.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO;
+  auto flags = vk_struct<VkMemoryAllocateFlagsInfo>(VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO);
   flags.flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT;
-  VkMemoryAllocateInfo memory{};
-  memory.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+  auto memory = vk_struct<VkMemoryAllocateInfo>(VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO);
   if (usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) memory.pNext = &flags;
   memory.allocationSize = needs.size;
   memory.memoryTypeIndex = device_.memory_type(needs.memoryTypeBits, required, preferred);
@@ -94,8 +89,7 @@ void Buffer::release(Allocation& a) {
 }
 
 VkDeviceAddress Buffer::address() const {
-  VkBufferDeviceAddressInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO;
+  auto info = vk_struct<VkBufferDeviceAddressInfo>(VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO);
   info.buffer = buffer_;
   return vkGetBufferDeviceAddress(device_.handle(), &info);
 }
@@ -162,16 +156,14 @@ void ComputePipeline::create_layout(std::uint32_t push_bytes) {
   std::vector<VkDescriptorSetLayoutBinding> bindings(types_.size());
   for (std::uint32_t i = 0; i < types_.size(); ++i)
     bindings[i] = {i, types_[i], 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
-  VkDescriptorSetLayoutCreateInfo set_layout{};
-  set_layout.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+  auto set_layout = vk_struct<VkDescriptorSetLayoutCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO);
   set_layout.bindingCount = static_cast<std::uint32_t>(bindings.size());
   set_layout.pBindings = bindings.data();
   vk_check(vkCreateDescriptorSetLayout(device_.handle(), &set_layout, nullptr, &set_layout_),
            "vkCreateDescriptorSetLayout");
 
   const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, push_bytes};
-  VkPipelineLayoutCreateInfo layout{};
-  layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+  auto layout = vk_struct<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
   layout.setLayoutCount = 1;
   layout.pSetLayouts = &set_layout_;
   layout.pushConstantRangeCount = 1;
@@ -182,8 +174,7 @@ void ComputePipeline::create_layout(std::uint32_t push_bytes) {
 void ComputePipeline::create_pipeline(std::span<const std::uint32_t> spirv,
                                       const std::vector<std::uint32_t>& constants, VkPipelineCache cache) {
   VkDevice d = device_.handle();
-  VkShaderModuleCreateInfo module_info{};
-  module_info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+  auto module_info = vk_struct<VkShaderModuleCreateInfo>(VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
   module_info.codeSize = spirv.size_bytes();
   module_info.pCode = spirv.data();
   VkShaderModule module = VK_NULL_HANDLE;
@@ -193,8 +184,7 @@ void ComputePipeline::create_pipeline(std::span<const std::uint32_t> spirv,
     entries.push_back({i, i * static_cast<std::uint32_t>(sizeof(std::uint32_t)), sizeof(std::uint32_t)});
   const VkSpecializationInfo specialization{static_cast<std::uint32_t>(entries.size()), entries.data(),
                                             constants.size() * sizeof(std::uint32_t), constants.data()};
-  VkComputePipelineCreateInfo create{};
-  create.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
+  auto create = vk_struct<VkComputePipelineCreateInfo>(VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO);
   create.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
   create.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
   create.stage.module = module;
@@ -209,14 +199,12 @@ void ComputePipeline::create_pipeline(std::span<const std::uint32_t> spirv,
 void ComputePipeline::create_set() {
   std::vector<VkDescriptorPoolSize> sizes;
   for (const VkDescriptorType type : types_) sizes.push_back({type, 1});
-  VkDescriptorPoolCreateInfo pool{};
-  pool.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
+  auto pool = vk_struct<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
   pool.maxSets = 1;
   pool.poolSizeCount = static_cast<std::uint32_t>(sizes.size());
   pool.pPoolSizes = sizes.data();
   vk_check(vkCreateDescriptorPool(device_.handle(), &pool, nullptr, &pool_), "vkCreateDescriptorPool");
-  VkDescriptorSetAllocateInfo allocate{};
-  allocate.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
+  auto allocate = vk_struct<VkDescriptorSetAllocateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO);
   allocate.descriptorPool = pool_;
   allocate.descriptorSetCount = 1;
   allocate.pSetLayouts = &set_layout_;

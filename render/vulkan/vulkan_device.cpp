@@ -9,6 +9,7 @@
 #include <cctype>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
@@ -29,24 +30,17 @@ std::string lower(std::string s) {
 }
 
 const char* result_name(VkResult r) {
-  switch (r) {
-    case VK_ERROR_OUT_OF_HOST_MEMORY:
-      return "out of host memory";
-    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
-      return "out of device memory";
-    case VK_ERROR_DEVICE_LOST:
-      return "device lost";
-    case VK_ERROR_INITIALIZATION_FAILED:
-      return "initialisation failed";
-    case VK_ERROR_INCOMPATIBLE_DRIVER:
-      return "no driver";
-    case VK_ERROR_LAYER_NOT_PRESENT:
-      return "layer not present";
-    case VK_ERROR_EXTENSION_NOT_PRESENT:
-      return "extension not present";
-    default:
-      return "failed";
-  }
+  constexpr std::pair<VkResult, const char*> kNames[] = {
+      {VK_ERROR_OUT_OF_HOST_MEMORY, "out of host memory"},
+      {VK_ERROR_OUT_OF_DEVICE_MEMORY, "out of device memory"},
+      {VK_ERROR_DEVICE_LOST, "device lost"},
+      {VK_ERROR_INITIALIZATION_FAILED, "initialisation failed"},
+      {VK_ERROR_INCOMPATIBLE_DRIVER, "no driver"},
+      {VK_ERROR_LAYER_NOT_PRESENT, "layer not present"},
+      {VK_ERROR_EXTENSION_NOT_PRESENT, "extension not present"}};
+  for (const auto& [result, name] : kNames)
+    if (result == r) return name;
+  return "failed";
 }
 
 VKAPI_ATTR VkBool32 VKAPI_CALL on_validation(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
@@ -109,8 +103,7 @@ bool offers_ray_query(VkPhysicalDevice device) {
                      [name](const auto& e) { return std::strcmp(e.extensionName, name) == 0; }))
       return false;
   RayQueryFeatures features(VK_FALSE);
-  VkPhysicalDeviceFeatures2 all{};
-  all.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+  auto all = vk_struct<VkPhysicalDeviceFeatures2>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2);
   all.pNext = &features.query;
   vkGetPhysicalDeviceFeatures2(device, &all);
   return features.all();
@@ -130,17 +123,14 @@ VulkanInstance::VulkanInstance() : VulkanInstance(Empty{}) {
   if (volkInitialize() != VK_SUCCESS)
     throw UserError(ExitCode::device, "Vulkan", "the Vulkan loader (libvulkan.so.1) is not installed", hint);
   const bool validate = environment("FRINGETWIN_VALIDATION") == "1";
-  VkApplicationInfo app{};
-  app.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
+  auto app = vk_struct<VkApplicationInfo>(VK_STRUCTURE_TYPE_APPLICATION_INFO);
   app.pApplicationName = "fringetwin";
   app.apiVersion = kWantedApi;
-  VkInstanceCreateInfo create{};
-  create.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
+  auto create = vk_struct<VkInstanceCreateInfo>(VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO);
   create.pApplicationInfo = &app;
   const char* layer = "VK_LAYER_KHRONOS_validation";
   const char* extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-  VkDebugUtilsMessengerCreateInfoEXT debug{};
-  debug.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT;
+  auto debug = vk_struct<VkDebugUtilsMessengerCreateInfoEXT>(VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT);
   debug.messageSeverity =
       VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
   debug.messageType =
@@ -188,10 +178,8 @@ std::vector<VkPhysicalDevice> VulkanInstance::devices() const {
 }
 
 DeviceInfo describe_device(VkPhysicalDevice device) {
-  VkPhysicalDeviceDriverProperties driver{};
-  driver.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES;
-  VkPhysicalDeviceProperties2 p{};
-  p.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
+  auto driver = vk_struct<VkPhysicalDeviceDriverProperties>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES);
+  auto p = vk_struct<VkPhysicalDeviceProperties2>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2);
   p.pNext = &driver;
   vkGetPhysicalDeviceProperties2(device, &p);
   DeviceInfo info;
@@ -246,26 +234,22 @@ VulkanDevice::VulkanDevice(const std::string& wanted, bool ray_query) : VulkanDe
   create_device(family, ray_query);
   vkGetDeviceQueue(device_, family, 0, &queue_);
 
-  VkCommandPoolCreateInfo pool{};
-  pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
+  auto pool = vk_struct<VkCommandPoolCreateInfo>(VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO);
   pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
   pool.queueFamilyIndex = family;
   vk_check(vkCreateCommandPool(device_, &pool, nullptr, &pool_), "vkCreateCommandPool");
-  VkCommandBufferAllocateInfo allocate{};
-  allocate.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
+  auto allocate = vk_struct<VkCommandBufferAllocateInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO);
   allocate.commandPool = pool_;
   allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
   allocate.commandBufferCount = 1;
   vk_check(vkAllocateCommandBuffers(device_, &allocate, &commands_), "vkAllocateCommandBuffers");
-  VkFenceCreateInfo fence{};
-  fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
+  auto fence = vk_struct<VkFenceCreateInfo>(VK_STRUCTURE_TYPE_FENCE_CREATE_INFO);
   vk_check(vkCreateFence(device_, &fence, nullptr, &fence_), "vkCreateFence");
 }
 
 void VulkanDevice::create_device(std::uint32_t family, bool ray_query) {
   const float priority = 1.0F;
-  VkDeviceQueueCreateInfo queue{};
-  queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+  auto queue = vk_struct<VkDeviceQueueCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO);
   queue.queueFamilyIndex = family;
   queue.queueCount = 1;
   queue.pQueuePriorities = &priority;
@@ -275,8 +259,7 @@ void VulkanDevice::create_device(std::uint32_t family, bool ray_query) {
   has_double_ = available.shaderFloat64 == VK_TRUE;
   has_ray_query_ = ray_query && offers_ray_query(physical_);
   const RayQueryFeatures ray_query_features(VK_TRUE);
-  VkDeviceCreateInfo create{};
-  create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+  auto create = vk_struct<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO);
   create.pEnabledFeatures = &wanted_features;
   create.queueCreateInfoCount = 1;
   create.pQueueCreateInfos = &queue;
@@ -314,16 +297,14 @@ bool VulkanDevice::has_mappable_device_memory() const {
 }
 
 void VulkanDevice::begin() {
-  VkCommandBufferBeginInfo begin{};
-  begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+  auto begin = vk_struct<VkCommandBufferBeginInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO);
   begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
   vk_check(vkBeginCommandBuffer(commands_, &begin), "vkBeginCommandBuffer");
 }
 
 void VulkanDevice::submit_and_wait() {
   vk_check(vkEndCommandBuffer(commands_), "vkEndCommandBuffer");
-  VkSubmitInfo submit{};
-  submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
+  auto submit = vk_struct<VkSubmitInfo>(VK_STRUCTURE_TYPE_SUBMIT_INFO);
   submit.commandBufferCount = 1;
   submit.pCommandBuffers = &commands_;
   // OpenMP's idle threads spin for a while and take the cores from a software driver's threads (a third of

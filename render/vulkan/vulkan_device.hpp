@@ -19,6 +19,14 @@ namespace fringetwin::render {
 /// Throws UserError(device), naming the call and the result, unless the result is VK_SUCCESS.
 void vk_check(VkResult result, const char* call);
 
+/// Returns a Vulkan structure with its type filled in and all else zero.
+template <class T>
+T vk_struct(VkStructureType type) {
+  T made{};
+  made.sType = type;
+  return made;
+}
+
 /// A Vulkan 1.2 instance; validation layers when FRINGETWIN_VALIDATION=1.
 class VulkanInstance {
  public:

@@ -69,7 +69,7 @@ bool all_lit_around(const Twin& twin, const render::Reference& reference, int x,
 
 // Gauss nodes: 12 x 12 on one facet; 48 x 48 on several, where creases bend what is averaged; 160 x 160 at
 // edges. Pixels of several facets, with no edge in them or beside them, count as interior, too.
-std::vector<render::ReferenceBlockPixel> careful_truth(const Twin& twin, const render::PixelBlock& block) {
+std::vector<ReferenceBlockPixel> careful_truth(const Twin& twin, const PixelBlock& block) {
   const render::Reference reference(twin);
   auto truth = reference_block(reference, 0, block, {.gauss_n = 12});
 #pragma omp parallel for schedule(dynamic)
@@ -89,7 +89,7 @@ render::Sampling adaptive(const Twin& twin) {
   return render::choose_sampling(twin, options);
 }
 
-void expect_kept_promise(const Twin& twin, const render::PixelBlock& block, double most_rays) {
+void expect_kept_promise(const Twin& twin, const PixelBlock& block, double most_rays) {
   const render::Sampling sampling = adaptive(twin);
   const auto rendered = shared_renderer()->render(twin, 0, sampling);
   ASSERT_TRUE(rendered.estimate);

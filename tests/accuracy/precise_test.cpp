@@ -26,7 +26,7 @@ void expect_precise(Twin twin, const Eigen::Vector3d& center_mm, int side, int s
   // the fixed rule: `quadrature` may miss slivers of another facet, which the adaptive trace does not
   const render::Sampling sampling = render::without_adaptation(render::choose_sampling(twin));
   for (std::size_t camera = 0; camera < twin.cameras.size(); ++camera) {
-    const render::PixelBlock block =
+    const PixelBlock block =
         side > 0 ? block_around(twin, camera, center_mm, side, stride) : whole_image(twin, camera, stride);
     const Agreement a = agreement(twin, camera, sampling, block, Pixels::interior, quadrature);
     std::cout << twin.objects[0].name << ", " << twin.cameras[camera].name << ": " << a.text() << "\n";

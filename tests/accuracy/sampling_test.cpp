@@ -26,7 +26,7 @@ Twin window() {
 }
 
 /// The reference of window(), once.
-const std::vector<render::ReferenceBlockPixel>& truth() {
+const std::vector<ReferenceBlockPixel>& truth() {
   static const auto block = [] {
     const Twin twin = window();
     return reference_block(render::Reference(twin), 0, whole_image(twin, 0, 3));
@@ -72,7 +72,7 @@ TEST(Sampling, SilhouettesImproveWithSamples) {
   REQUIRE_RENDERER();
   const Twin twin = window();
   const render::Reference reference(twin);
-  std::vector<render::ReferenceBlockPixel> edge;
+  std::vector<ReferenceBlockPixel> edge;
   for (auto& p : reference_block(reference, 0, whole_image(twin, 0, 2), {.gauss_n = 4})) {
     if (p.interior || p.pixel.mean == 0.0) continue;
     p.pixel = reference.pixel(0, p.x, p.y, {.gauss_n = 64});

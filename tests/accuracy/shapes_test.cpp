@@ -19,8 +19,6 @@
 namespace fringetwin::testing::shapes_test {
 namespace {
 
-using render::PixelBlock;
-
 void expect_agreement(const Twin& twin, const Eigen::Vector3d& center_mm, int side, int stride,
                       double phase_limit_rad, int at_least) {
   const render::Sampling sampling = render::choose_sampling(twin);

@@ -48,7 +48,7 @@ TEST(HardLenses, CameraAtItsLimit) {
     // a wide projector: the corner is 46 degrees off the axis
     twin.projector->lens = Lens("LENSMODEL_PINHOLE", {450, 450, 639.5, 499.5}, {1280, 1000}, "projector");
     twin = with_object(twin, "plane", frontal_plane(300.0));
-    const render::PixelBlock corner{281, 201, 40, 40, 1};
+    const PixelBlock corner{281, 201, 40, 40, 1};
     render::Renderer renderer;  // a new one: warnings come once per lens
     ::testing::internal::CaptureStderr();
     renderer.trace(twin, 0, {Sampler::gauss, 1});

@@ -25,7 +25,7 @@ struct Limits {
 
 /// Default sampling on the interior of a block, every camera; prints both errors.
 void expect_sphere(const std::string& what, const Twin& twin,
-                   const std::function<render::PixelBlock(std::size_t)>& block, const Limits& limits = {}) {
+                   const std::function<PixelBlock(std::size_t)>& block, const Limits& limits = {}) {
   const SphereShape sphere = std::get<SphereShape>(twin.objects[0].shape);
   const render::Sampling sampling = render::choose_sampling(twin);
   const render::Reference reference(twin);

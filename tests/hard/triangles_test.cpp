@@ -69,8 +69,7 @@ double schoolbook_tilt_rad(const Mesh& mesh) {
 }
 
 /// The mesh lies in z = 0 of its frame, turned: truth is the analytic plane.
-void expect_plane(const std::string& what, const Mesh& mesh, const Twin& rig,
-                  const render::PixelBlock& block) {
+void expect_plane(const std::string& what, const Mesh& mesh, const Twin& rig, const PixelBlock& block) {
   const Pose T = {rotation_from_vector({0.25, -0.2, 0.4}), {0.0, 0.0, 290.0}};
   PlaneShape plane;
   plane.point_mm = T.translation_mm;

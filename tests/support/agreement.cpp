@@ -25,7 +25,7 @@ std::vector<std::size_t> first_steps(const Fringes& fringes) {
   return out;
 }
 
-bool counts(const render::ReferenceBlockPixel& p, Pixels pixels) {
+bool counts(const ReferenceBlockPixel& p, Pixels pixels) {
   switch (pixels) {
     case Pixels::interior:
       return p.interior;
@@ -38,6 +38,29 @@ bool counts(const render::ReferenceBlockPixel& p, Pixels pixels) {
 }
 
 }  // namespace
+
+std::vector<ReferenceBlockPixel> reference_block(const render::Reference& reference, std::size_t camera,
+                                                 const PixelBlock& block,
+                                                 const render::ReferenceQuadrature& quadrature,
+                                                 bool only_interior) {
+  const Lens& lens = reference.twin().cameras.at(camera).lens;
+  std::vector<ReferenceBlockPixel> out;
+  for (int y = block.y0; y < block.y0 + block.height; y += block.stride)
+    for (int x = block.x0; x < block.x0 + block.width; x += block.stride)
+      if (x >= 0 && y >= 0 && x < lens.width() && y < lens.height()) out.push_back({x, y, false, {}});
+  const auto n = static_cast<std::ptrdiff_t>(out.size());
+#pragma omp parallel for schedule(dynamic, 16)
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    ReferenceBlockPixel& p = out[static_cast<std::size_t>(i)];
+    p.interior = reference.is_whole(camera, p.x, p.y);
+    for (int dy = -1; dy <= 1 && p.interior; ++dy)
+      for (int dx = -1; dx <= 1 && p.interior; ++dx)
+        if (dx != 0 || dy != 0) p.interior = reference.is_whole(camera, p.x + dx, p.y + dy);
+    if (p.interior || !only_interior) p.pixel = reference.pixel(camera, p.x, p.y, quadrature);
+  }
+  if (only_interior) std::erase_if(out, [](const ReferenceBlockPixel& p) { return !p.interior; });
+  return out;
+}
 
 render::Renderer* shared_renderer() {
   static const std::unique_ptr<render::Renderer> renderer = [] {
@@ -78,7 +101,7 @@ std::string Agreement::text() const {
 }
 
 Agreement compare(const Twin& twin, std::size_t camera, const std::vector<ImageF>& irradiance,
-                  const std::vector<render::ReferenceBlockPixel>& truth, Pixels pixels) {
+                  const std::vector<ReferenceBlockPixel>& truth, Pixels pixels) {
   const auto steps = first_steps(twin.fringes);
   const Sensor& sensor = twin.cameras.at(camera).sensor;
   const double full_scale = sensor.max_dn() / sensor.gain_dn;
@@ -113,23 +136,22 @@ Agreement compare(const Twin& twin, std::size_t camera, const std::vector<ImageF
 }
 
 Agreement agreement(const Twin& twin, std::size_t camera, const render::Sampling& sampling,
-                    const render::PixelBlock& block, Pixels pixels,
-                    const render::ReferenceQuadrature& quadrature) {
+                    const PixelBlock& block, Pixels pixels, const render::ReferenceQuadrature& quadrature) {
   const auto rendered = shared_renderer()->render(twin, camera, sampling);
   const render::Reference reference(twin);
   return compare(twin, camera, rendered.irradiance, reference_block(reference, camera, block, quadrature),
                  pixels);
 }
 
-render::PixelBlock block_around(const Twin& twin, std::size_t camera, const Eigen::Vector3d& point_world_mm,
-                                int side, int stride) {
+PixelBlock block_around(const Twin& twin, std::size_t camera, const Eigen::Vector3d& point_world_mm, int side,
+                        int stride) {
   const Camera& c = twin.cameras.at(camera);
   const auto q = c.lens.project(c.T_cam_world * point_world_mm);
   FT_CHECK(q.has_value(), "block around a point outside the camera's view");
   return {static_cast<int>(q->x()) - side / 2, static_cast<int>(q->y()) - side / 2, side, side, stride};
 }
 
-render::PixelBlock whole_image(const Twin& twin, std::size_t camera, int stride) {
+PixelBlock whole_image(const Twin& twin, std::size_t camera, int stride) {
   const Lens& lens = twin.cameras.at(camera).lens;
   return {0, 0, lens.width(), lens.height(), stride};
 }

@@ -11,6 +11,23 @@
 
 namespace fringetwin::testing {
 
+/// Pixels x0, x0 + stride ... < x0 + width, and the same in y.
+struct PixelBlock {
+  int x0 = 0, y0 = 0, width = 1, height = 1, stride = 1;
+};
+struct ReferenceBlockPixel {
+  int x = 0, y = 0;
+  /// An interior pixel (docs/CONVENTIONS.md): `pixel.interior` of the pixel and of its eight neighbours.
+  bool interior = false;
+  render::ReferencePixel pixel;
+};
+/// All pixels of the block inside the image (or only the interior ones), in rows, in parallel; the
+/// result does not depend on the number of threads.
+std::vector<ReferenceBlockPixel> reference_block(const render::Reference& reference, std::size_t camera,
+                                                 const PixelBlock& block,
+                                                 const render::ReferenceQuadrature& quadrature = {},
+                                                 bool only_interior = false);
+
 /// The default device's renderer, one per test program; nullptr when there is no Vulkan device.
 render::Renderer* shared_renderer();
 /// True when a missing device is a failure: CI or FRINGETWIN_REQUIRE_DEVICE is set.
@@ -46,17 +63,17 @@ enum class Pixels { interior, hit, all };
 
 /// Compares images (irradiance, sequence order) with a reference block. `only` selects pixels.
 Agreement compare(const Twin& twin, std::size_t camera, const std::vector<ImageF>& irradiance,
-                  const std::vector<render::ReferenceBlockPixel>& truth, Pixels pixels = Pixels::interior);
+                  const std::vector<ReferenceBlockPixel>& truth, Pixels pixels = Pixels::interior);
 
 /// Renders camera `camera` and compares it with the reference over the block.
 Agreement agreement(const Twin& twin, std::size_t camera, const render::Sampling& sampling,
-                    const render::PixelBlock& block, Pixels pixels = Pixels::interior,
+                    const PixelBlock& block, Pixels pixels = Pixels::interior,
                     const render::ReferenceQuadrature& quadrature = {});
 
 /// Square block of about `side` x `side` pixels around the projection of a world point.
-render::PixelBlock block_around(const Twin& twin, std::size_t camera, const Eigen::Vector3d& point_world_mm,
-                                int side, int stride);
+PixelBlock block_around(const Twin& twin, std::size_t camera, const Eigen::Vector3d& point_world_mm, int side,
+                        int stride);
 /// The whole image.
-render::PixelBlock whole_image(const Twin& twin, std::size_t camera, int stride = 1);
+PixelBlock whole_image(const Twin& twin, std::size_t camera, int stride = 1);
 
 }  // namespace fringetwin::testing

@@ -177,8 +177,7 @@ bool projected_edges(const Vector3f& o, const Vector3f& d, const Vector3f& a, co
 
 // ---------------------------------------------------------------- measuring
 
-PointError point_error(const render::Reference& reference, std::size_t camera,
-                       const render::PixelBlock& block,
+PointError point_error(const render::Reference& reference, std::size_t camera, const PixelBlock& block,
                        const std::function<std::optional<double>(const Vector3d&)>& hit) {
   const Twin& twin = reference.twin();
   const Camera& c = twin.cameras.at(camera);

@@ -67,7 +67,7 @@ struct PointError {
   double rms_rad = 0.0, max_rad = 0.0;
 };
 PointError point_error(
-    const render::Reference& reference, std::size_t camera, const render::PixelBlock& block,
+    const render::Reference& reference, std::size_t camera, const PixelBlock& block,
     const std::function<std::optional<double>(const Eigen::Vector3d& direction_world)>& hit);
 
 /// One line for docs/HARD_CASES.md.

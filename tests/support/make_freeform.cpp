@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "tests/support/freeform.hpp"
+#include "tests/support/twin/save_mesh_ply.hpp"
 
 int main(int argc, char** argv) {
   if (argc < 2 || argc > 4) {
@@ -20,7 +21,7 @@ int main(int argc, char** argv) {
   try {
     const auto mesh = fringetwin::testing::make_bumpy_icosphere(subdivisions, radius_mm,
                                                                 fringetwin::testing::default_bumps());
-    fringetwin::save_mesh_ply(argv[1], mesh);
+    fringetwin::testing::save_mesh_ply(argv[1], mesh);
     std::cerr << argv[1] << ": " << mesh.triangles.size() << " triangles\n";
   } catch (const std::exception& error) {
     std::cerr << "make_freeform: " << error.what() << "\n";

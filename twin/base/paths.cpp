@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 
 namespace fringetwin {
 namespace fs = std::filesystem;
@@ -26,6 +27,12 @@ fs::path tidy_path(const fs::path& path) {
   std::error_code error;  // e.g. a loop of links: opening the file will name it
   const fs::path walked = fs::weakly_canonical(whole, error);
   return error ? whole : walked;
+}
+
+std::string lower_extension(const fs::path& file) {
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
 }
 
 std::string name_fault(const std::string& name) {

@@ -11,6 +11,9 @@ namespace fringetwin {
 /// points to.
 std::filesystem::path tidy_path(const std::filesystem::path& path);
 
+/// Returns the file's extension with its dot, in lower case: ".png".
+std::string lower_extension(const std::filesystem::path& file);
+
 /// Returns an empty text, or why `name` (of a camera or an object) cannot become part of a file name:
 /// letters, digits, _ - . and space, at most 100 of them, not starting with a dot, no space at either end.
 std::string name_fault(const std::string& name);

@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <type_traits>
+
+#include "twin/base/constants.hpp"
 
 namespace fringetwin {
 namespace {
-
-constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
 /// Moves NaN to the end and returns what stands before it. Without NaN nothing moves.
 template <class T>
@@ -25,7 +24,7 @@ std::span<T> known(std::span<T> values) {
 /// Returns the value at `rank` of values without NaN, and leaves those above it behind it.
 template <class T>
 double at_rank(std::span<T> values, std::size_t rank) {
-  if (rank >= values.size()) return kNoValue;
+  if (rank >= values.size()) return kNaN;
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank);
   std::nth_element(values.begin(), at, values.end());
   return static_cast<double>(*at);
@@ -43,7 +42,7 @@ double rank_of(double p, std::size_t n) { return p * static_cast<double>(n - 1);
 template <class T>
 double floor_quantile(std::span<T> values, double p) {
   const std::span<T> some = known(values);
-  return some.empty() ? kNoValue : at_rank(some, static_cast<std::size_t>(rank_of(p, some.size())));
+  return some.empty() ? kNaN : at_rank(some, static_cast<std::size_t>(rank_of(p, some.size())));
 }
 
 }  // namespace
@@ -67,7 +66,7 @@ double upper_median(std::span<double> values) { return middle(values); }
 
 double quantile(std::span<float> values, double p) {
   const std::span<float> some = known(values);
-  if (some.empty()) return kNoValue;
+  if (some.empty()) return kNaN;
   const double rank = rank_of(p, some.size());
   const auto whole = static_cast<std::size_t>(rank);
   const double below = at_rank(some, whole), fraction = rank - static_cast<double>(whole);

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <numeric>
+
 
 #include "twin/base/errors.hpp"
 
@@ -36,8 +38,8 @@ std::vector<int> built_from_steps(const Twin& twin, const Object& object, const 
 std::vector<int> left_over_steps(const Twin& twin) {
   const Object* last = nullptr;
   bool every_one_says_all = true;
-  std::vector<int> left;
-  for (int n = 0; n < twin.fringes.steps; ++n) left.push_back(n);
+  std::vector<int> left(twin.fringes.steps);
+  std::iota(left.begin(), left.end(), 0);
   for (const Object& object : twin.objects) {
     const auto* shape = std::get_if<MeasuredShape>(&object.shape);
     if (shape == nullptr) continue;

@@ -165,22 +165,10 @@ std::vector<std::string> TomlTable::keys() const {
   return names;
 }
 
-bool TomlTable::is_string(const std::string& key) const {
-  const toml::node* node = impl_->table->get(key);
-  return node != nullptr && node->is_string();
-}
-bool TomlTable::is_number(const std::string& key) const {
-  const toml::node* node = impl_->table->get(key);
-  return node != nullptr && node->is_number();
-}
-bool TomlTable::is_array(const std::string& key) const {
-  const toml::node* node = impl_->table->get(key);
-  return node != nullptr && node->is_array();
-}
-bool TomlTable::is_table(const std::string& key) const {
-  const toml::node* node = impl_->table->get(key);
-  return node != nullptr && node->is_table();
-}
+bool TomlTable::is_string(const std::string& key) const { return (*impl_->table)[key].is_string(); }
+bool TomlTable::is_number(const std::string& key) const { return (*impl_->table)[key].is_number(); }
+bool TomlTable::is_array(const std::string& key) const { return (*impl_->table)[key].is_array(); }
+bool TomlTable::is_table(const std::string& key) const { return (*impl_->table)[key].is_table(); }
 
 std::optional<double> TomlTable::number(const std::string& key, const NumberRange& range) const {
   const toml::node* node = impl_->table->get(key);
@@ -242,7 +230,7 @@ std::string TomlTable::required_string(const std::string& key) const {
 }
 
 std::string TomlTable::required_name() const {
-  const std::string name = required_string("name");
+  std::string name = required_string("name");
   const std::string fault = name_fault(name);
   if (!fault.empty()) fail("name", fault, kNameHint);
   return name;
@@ -250,7 +238,7 @@ std::string TomlTable::required_name() const {
 
 std::optional<std::string> TomlTable::choice(const std::string& key,
                                              const std::vector<std::string>& choices) const {
-  const std::optional<std::string> value = string(key);
+  std::optional<std::string> value = string(key);
   if (value && std::find(choices.begin(), choices.end(), *value) == choices.end())
     fail(key, fmt::format("must be one of \"{}\", is \"{}\"", fmt::join(choices, "\", \""), *value),
          did_you_mean(*value, choices));

@@ -4,9 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
-#include <cctype>
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
@@ -14,6 +12,7 @@
 #include <fstream>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/paths.hpp"
 #include "twin/image/image_codecs.hpp"
 #include "twin/image/png_codec.hpp"
 
@@ -126,12 +125,7 @@ void TemporaryFile::commit() {
 
 bool is_temporary_name(const std::string& name) { return name.starts_with('.') && name.ends_with(".tmp"); }
 
-bool is_exr_name(const fs::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".exr";
-}
+bool is_exr_name(const fs::path& file) { return lower_extension(file) == ".exr"; }
 
 void write_text_file(const fs::path& file, const std::string& text) {
   write_bytes(file, text.data(), text.size());

@@ -299,10 +299,6 @@ double Lens::max_invertible_radius_sq() const {
   return impl_->max_radius_sq;
 }
 
-std::optional<Eigen::Vector2d> Lens::project(const Eigen::Vector3d& p_cam) const {
-  return impl_->project(p_cam, nullptr);
-}
-
 std::optional<Eigen::Vector2d> Lens::project(const Eigen::Vector3d& p_cam,
                                              Eigen::Matrix<double, 2, 3>* dq_dp) const {
   return impl_->project(p_cam, dq_dp);

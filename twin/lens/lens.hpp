@@ -37,11 +37,10 @@ class Lens {
   double max_invertible_radius_sq() const;
 
   /// Returns the pixel of a point p_cam in any unit; nullopt behind the camera or outside the domain of
-  /// invertibility. The result may lie outside the imager.
-  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_cam) const;
-  /// As project(); also d q / d p_cam (2x3, px per unit of p_cam).
+  /// invertibility. The result may lie outside the imager. Writes d q / d p_cam (px per unit of p_cam) unless
+  /// dq_dp is null.
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_cam,
-                                         Eigen::Matrix<double, 2, 3>* dq_dp) const;
+                                         Eigen::Matrix<double, 2, 3>* dq_dp = nullptr) const;
   /// Returns the UNIT direction of a pixel in the camera frame, the inverse of project() to < 1e-9 px
   /// (Newton); nullopt where the pixel has no pre-image.
   std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& q_px) const;

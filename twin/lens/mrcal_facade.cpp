@@ -54,12 +54,17 @@ std::optional<Eigen::Vector2d> MrcalModel::spline_half_size() const {
 
 namespace {
 
+mrcal_point3_t to_mrcal(const Eigen::Vector3d& v) {
+  mrcal_point3_t p = {};
+  p.x = v.x();
+  p.y = v.y();
+  p.z = v.z();
+  return p;
+}
+
 bool project_alone(const mrcal_lensmodel_t& model, const double* intrinsics, const Eigen::Vector3d& p_cam,
                    Eigen::Vector2d* q_px) {
-  mrcal_point3_t p = {};
-  p.x = p_cam.x();
-  p.y = p_cam.y();
-  p.z = p_cam.z();
+  const mrcal_point3_t p = to_mrcal(p_cam);
   mrcal_point2_t q = {};
   if (!mrcal_project(&q, nullptr, nullptr, &p, 1, &model, intrinsics)) return false;
   *q_px = {q.x, q.y};
@@ -85,40 +90,26 @@ bool numeric_gradient(const mrcal_lensmodel_t& model, const double* intrinsics, 
 }  // namespace
 
 bool MrcalModel::project(const std::vector<double>& intrinsics, const Eigen::Vector3d& p_cam,
-                         Eigen::Vector2d* q_px, Eigen::Matrix<double, 2, 3>* dq_dp) const {
+                         Eigen::Vector2d* q_px, Eigen::Matrix<double, 2, 3>* dq_dp,
+                         Eigen::Matrix2Xd* dq_dintrinsics) const {
+  FT_CHECK(has_gradients() || !dq_dintrinsics, "this lens model has no gradients");
   if (!has_gradients())
     return project_alone(impl_->lensmodel, intrinsics.data(), p_cam, q_px) &&
            (!dq_dp || numeric_gradient(impl_->lensmodel, intrinsics.data(), p_cam, dq_dp));
-  mrcal_point3_t p = {}, gradient[2] = {};
-  p.x = p_cam.x();
-  p.y = p_cam.y();
-  p.z = p_cam.z();
+  const mrcal_point3_t p = to_mrcal(p_cam);
+  mrcal_point3_t gradient[2] = {};
   mrcal_point2_t q = {};
-  if (!mrcal_project(&q, dq_dp ? gradient : nullptr, nullptr, &p, 1, &impl_->lensmodel, intrinsics.data()))
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> by_row(2,
+                                                                   dq_dintrinsics ? intrinsics_count() : 0);
+  if (!mrcal_project(&q, dq_dp ? gradient : nullptr, dq_dintrinsics ? by_row.data() : nullptr, &p, 1,
+                     &impl_->lensmodel, intrinsics.data()))
     return false;
   *q_px = {q.x, q.y};
-  if (dq_dp) {
+  if (dq_dp)
     *dq_dp << gradient[0].x, gradient[0].y, gradient[0].z, gradient[1].x, gradient[1].y, gradient[1].z;
-    if (!dq_dp->allFinite()) return false;
-  }
-  return q_px->allFinite();
-}
-
-bool MrcalModel::project(const std::vector<double>& intrinsics, const Eigen::Vector3d& p_cam,
-                         Eigen::Vector2d* q_px, Eigen::Matrix<double, 2, 3>* dq_dp,
-                         Eigen::Matrix2Xd* dq_dintrinsics) const {
-  FT_CHECK(has_gradients(), "this lens model has no gradients");
-  mrcal_point3_t p = {}, gradient[2] = {};
-  p.x = p_cam.x();
-  p.y = p_cam.y();
-  p.z = p_cam.z();
-  mrcal_point2_t q = {};
-  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> by_row(2, intrinsics_count());
-  if (!mrcal_project(&q, gradient, by_row.data(), &p, 1, &impl_->lensmodel, intrinsics.data())) return false;
-  *q_px = {q.x, q.y};
-  *dq_dp << gradient[0].x, gradient[0].y, gradient[0].z, gradient[1].x, gradient[1].y, gradient[1].z;
-  *dq_dintrinsics = by_row;
-  return q_px->allFinite() && dq_dp->allFinite() && dq_dintrinsics->allFinite();
+  if (dq_dintrinsics) *dq_dintrinsics = by_row;
+  return q_px->allFinite() && (!dq_dp || dq_dp->allFinite()) &&
+         (!dq_dintrinsics || dq_dintrinsics->allFinite());
 }
 
 bool MrcalModel::unproject(const std::vector<double>& intrinsics, const Eigen::Vector2d& q_px,
@@ -219,11 +210,8 @@ Packed::Packed(const MrcalProblem& p)
   }
   corners.reserve(p.corners.size());
   for (const Eigen::Vector3d& c : p.corners) {  // weight 0 is written as libmrcal writes "outlier"
-    mrcal_point3_t corner = {};
-    corner.x = c.x();
-    corner.y = c.y();
-    corner.z = c.z() > 0.0 ? c.z() : -1.0;
-    corners.push_back(corner);
+    corners.push_back(to_mrcal(c));
+    if (!(c.z() > 0.0)) corners.back().z = -1.0;
   }
 }
 

@@ -26,13 +26,11 @@ class MrcalModel {
   /// Returns the half sizes of the knot grid |u|, u = 2 tan(theta/2) (cos, sin); splined models only.
   std::optional<Eigen::Vector2d> spline_half_size() const;
 
-  /// Projects a point, without a gradient when dq_dp is null. Returns false when the result is not finite.
-  /// Where libmrcal has no gradients (CAHVORE) they are central differences, good to about 1e-9.
+  /// Projects a point, without the gradients that are null. Returns false when the result is not finite.
+  /// Where libmrcal has no gradients (CAHVORE) dq_dp is made of central differences, good to about 1e-9, and
+  /// dq_dintrinsics (2 x intrinsics_count()) must be null.
   bool project(const std::vector<double>& intrinsics, const Eigen::Vector3d& p_cam, Eigen::Vector2d* q_px,
-               Eigen::Matrix<double, 2, 3>* dq_dp) const;
-  /// As project(), with d q / d intrinsics (2 x intrinsics_count()). Models with gradients only.
-  bool project(const std::vector<double>& intrinsics, const Eigen::Vector3d& p_cam, Eigen::Vector2d* q_px,
-               Eigen::Matrix<double, 2, 3>* dq_dp, Eigen::Matrix2Xd* dq_dintrinsics) const;
+               Eigen::Matrix<double, 2, 3>* dq_dp, Eigen::Matrix2Xd* dq_dintrinsics = nullptr) const;
   /// Finds the direction of a pixel, of any length, to about 1e-8 px (libmrcal accepts up to 1e-2 px); for a
   /// model without gradients only a first guess. Returns false on failure.
   bool unproject(const std::vector<double>& intrinsics, const Eigen::Vector2d& q_px,

@@ -7,13 +7,12 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
-#include <cstring>
 #include <fstream>
 #include <unordered_map>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/paths.hpp"
 #include "twin/base/progress.hpp"
-#include "twin/image/image_io.hpp"
 #include "twin/mesh/mesh_file.hpp"
 
 namespace fringetwin {
@@ -42,9 +41,7 @@ RawMesh read_raw(const fs::path& file) {
   std::string bytes = read_whole(file);
   drop_byte_order_mark(&bytes);
   if (bytes.rfind("ply\n", 0) == 0 || bytes.rfind("ply\r", 0) == 0) return read_ply(file, bytes);
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_extension(file);
   if (extension == ".stl") return read_with_assimp(file, bytes, "stl");
   if (extension == ".obj") return read_with_assimp(file, bytes, "obj");
   throw UserError(ExitCode::input, file.string(), "is no mesh of a known format",
@@ -113,13 +110,6 @@ bool is_degenerate(const Mesh& mesh, const std::array<int, 3>& t) {
   return ab.cross(ac).norm() <= 1e-10 * longest_sq;
 }
 
-void append_bytes(std::string& out, const void* data, std::size_t size) {
-  out.append(static_cast<const char*>(data), size);
-}
-void append_vector(std::string& out, const Eigen::Vector3f& v) {
-  append_bytes(out, v.data(), 3 * sizeof(float));
-}
-
 }  // namespace
 
 std::shared_ptr<const Mesh> load_mesh(const fs::path& file, const std::string& unit) {
@@ -144,29 +134,6 @@ std::shared_ptr<const Mesh> load_mesh(const fs::path& file, const std::string& u
   if (raw.other_faces > 0)
     warn(fmt::format("{}: {} points or lines left out", file.string(), raw.other_faces));
   return mesh;
-}
-
-void save_mesh_ply(const fs::path& file, const Mesh& mesh) {
-  static_assert(std::endian::native == std::endian::little);
-  const bool normals = mesh.vertex_normals.size() == mesh.vertices_mm.size() && !mesh.vertices_mm.empty();
-  const bool albedo = mesh.vertex_albedo.size() == mesh.vertices_mm.size() && !mesh.vertices_mm.empty();
-  std::string out = fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment fringetwin, unit mm\nelement vertex {}\n"
-      "property float x\nproperty float y\nproperty float z\n{}{}"
-      "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-      mesh.vertices_mm.size(), normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "",
-      albedo ? "property float albedo\n" : "", mesh.triangles.size());
-  out.reserve(out.size() + mesh.vertices_mm.size() * 28 + mesh.triangles.size() * 13);
-  for (std::size_t i = 0; i < mesh.vertices_mm.size(); ++i) {
-    append_vector(out, mesh.vertices_mm[i]);
-    if (normals) append_vector(out, mesh.vertex_normals[i]);
-    if (albedo) append_bytes(out, &mesh.vertex_albedo[i], sizeof(float));
-  }
-  for (const std::array<int, 3>& triangle : mesh.triangles) {
-    out.push_back(3);
-    append_bytes(out, triangle.data(), 3 * sizeof(std::int32_t));
-  }
-  write_text_file(file, out);
 }
 
 std::vector<Eigen::Vector3f> compute_vertex_normals(const Mesh& mesh) {

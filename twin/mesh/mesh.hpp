@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A triangle mesh in memory, read from PLY, STL or OBJ and written as PLY.
+// A triangle mesh in memory, read from PLY, STL or OBJ.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -22,9 +22,6 @@ struct Mesh {
 /// Throws UserError(input) naming the file for: missing, truncated or unknown format, no triangle,
 /// a NaN or infinite coordinate (names the vertex).
 std::shared_ptr<const Mesh> load_mesh(const std::filesystem::path& file, const std::string& unit);
-
-/// Writes a binary little-endian PLY, mm, to a temporary name that is then renamed.
-void save_mesh_ply(const std::filesystem::path& file, const Mesh& mesh);
 
 /// Returns area-weighted unit vertex normals.
 std::vector<Eigen::Vector3f> compute_vertex_normals(const Mesh& mesh);

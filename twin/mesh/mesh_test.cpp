@@ -20,6 +20,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "tests/support/twin/save_mesh_ply.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/mesh/mesh_file.hpp"
 
@@ -284,7 +285,7 @@ TEST_F(MeshFile, SavedMeshesComeBack) {
   mesh.vertex_albedo = {0.25f, 0.5f, 0.75f, 1.0f};
   mesh.vertex_normals = compute_vertex_normals(mesh);
   const fs::path file = folder_ / "sub" / "s.ply";
-  save_mesh_ply(file, mesh);
+  testing::save_mesh_ply(file, mesh);
   const auto back = load_mesh(file, "mm");
   EXPECT_EQ(back->vertices_mm, mesh.vertices_mm);
   EXPECT_EQ(back->triangles, mesh.triangles);

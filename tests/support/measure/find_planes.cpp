@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tests/support/measure/find_planes.hpp"
+
 #include <pcl/console/print.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -9,9 +11,7 @@
 #include <numeric>
 #include <random>
 
-#include "measure/fit/fits.hpp"
-
-namespace fringetwin::measure {
+namespace fringetwin::testing {
 namespace {
 
 constexpr std::size_t kRansacPoints = 20000;
@@ -66,9 +66,10 @@ std::vector<std::size_t> near_plane(const std::vector<Eigen::Vector3d>& p_mm,
 
 }  // namespace
 
-std::vector<PlaneFit> find_planes(const std::vector<Eigen::Vector3d>& p_mm, int count, double threshold_mm,
-                                  std::vector<std::vector<std::size_t>>* inliers) {
-  std::vector<PlaneFit> planes;
+std::vector<measure::PlaneFit> find_planes(const std::vector<Eigen::Vector3d>& p_mm, int count,
+                                           double threshold_mm,
+                                           std::vector<std::vector<std::size_t>>* inliers) {
+  std::vector<measure::PlaneFit> planes;
   if (inliers) inliers->clear();
   std::vector<std::size_t> candidates(p_mm.size());
   std::iota(candidates.begin(), candidates.end(), std::size_t{0});
@@ -76,13 +77,13 @@ std::vector<PlaneFit> find_planes(const std::vector<Eigen::Vector3d>& p_mm, int 
   while (static_cast<int>(planes.size()) < count && candidates.size() >= 3) {
     PlaneModel model;
     if (!ransac_plane(p_mm, candidates, threshold_mm, random, model)) break;
-    PlaneFit fit;
+    measure::PlaneFit fit;
     std::vector<std::size_t> near = near_plane(p_mm, candidates, model, threshold_mm);
     for (int k = 0; k < kRefinements; ++k) {
       std::vector<Eigen::Vector3d> points;
       points.reserve(near.size());
       for (const std::size_t i : near) points.push_back(p_mm[i]);
-      fit = fit_plane(points, {});
+      fit = measure::fit_plane(points, {});
       if (!fit.usable) break;
       std::vector<std::size_t> again = near_plane(p_mm, candidates, {fit.point_mm, fit.normal}, threshold_mm);
       const bool stable = again == near;
@@ -100,4 +101,4 @@ std::vector<PlaneFit> find_planes(const std::vector<Eigen::Vector3d>& p_mm, int 
   return planes;
 }
 
-}  // namespace fringetwin::measure
+}  // namespace fringetwin::testing
