@@ -16,10 +16,6 @@ struct DecodedImage {
       values;  ///< rows without gaps, native byte order; empty unless gray with 8 or 16 bits
 };
 
-/// Decodes the bytes of a file. Returns false where they are no image or end too soon. Throws
-/// std::runtime_error when the module is not found.
-bool decode_image(const std::vector<std::uint8_t>& bytes, DecodedImage* image);
-
 /// The module's only function, by this name.
 using DecodeImageFunction = bool (*)(const std::uint8_t* bytes, std::size_t size, DecodedImage* image);
 constexpr const char* kDecodeImageName = "fringetwin_decode_image_1";  ///< 1: DecodedImage as it stands here

@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/module_loader.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/image/image_codecs.hpp"
 #include "twin/image/png_codec.hpp"
@@ -43,7 +44,7 @@ std::vector<std::uint8_t> read_bytes(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   if (!stream)
     throw UserError(ExitCode::input, file.string(), fmt::format("cannot be read ({})", std::strerror(errno)));
-  std::vector<std::uint8_t> bytes(stream.tellg());
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(stream.tellg()));
   stream.seekg(0);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!stream) throw UserError(ExitCode::input, file.string(), "cannot be read to its end");
@@ -65,6 +66,16 @@ LoadedGray read_png(const fs::path& file, const std::vector<std::uint8_t>& bytes
     return to_float(pixels.width, pixels.height, 16,
                     reinterpret_cast<const std::uint16_t*>(pixels.values.data()));
   return to_float(pixels.width, pixels.height, 8, pixels.values.data());
+}
+
+/// Decodes the bytes of a file. Returns false where they are no image or end too soon. Throws
+/// std::runtime_error when the module is not found.
+bool decode_image(const std::vector<std::uint8_t>& bytes, DecodedImage* image) {
+  static const auto decode = reinterpret_cast<DecodeImageFunction>(
+      find_in_module("libfringetwin_image_codecs.so", kDecodeImageName,
+                     {ExitCode::input, "BMP, TIFF and PGM images", "reads them",
+                      "put it beside the program, or convert the images to PNG"}));
+  return decode(bytes.data(), bytes.size(), image);
 }
 
 LoadedGray read_other_format(const fs::path& file, const std::vector<std::uint8_t>& bytes) {

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <cstring>
 #include <locale>
-#include <optional>
+#include <map>
 #include <sstream>
 
 #include "twin/base/errors.hpp"
@@ -17,25 +17,16 @@
 namespace fringetwin {
 namespace {
 
-enum class Scalar { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
-
-std::optional<Scalar> parse_scalar(const std::string& name) {
-  static const std::pair<const char*, Scalar> names[] = {
-      {"char", Scalar::int8},      {"int8", Scalar::int8},       {"uchar", Scalar::uint8},
-      {"uint8", Scalar::uint8},    {"short", Scalar::int16},     {"int16", Scalar::int16},
-      {"ushort", Scalar::uint16},  {"uint16", Scalar::uint16},   {"int", Scalar::int32},
-      {"int32", Scalar::int32},    {"uint", Scalar::uint32},     {"uint32", Scalar::uint32},
-      {"float", Scalar::float32},  {"float32", Scalar::float32}, {"double", Scalar::float64},
-      {"float64", Scalar::float64}};
-  for (const auto& [text, scalar] : names)
-    if (name == text) return scalar;
-  return std::nullopt;
-}
+class Body;
+/// Reads a number of one PLY type from a binary body.
+using ReadNumber = double (Body::*)();
+/// Returns the reader of a type, "uchar" or "float32"; nullptr for a name that is no type.
+ReadNumber reader_of(const std::string& type);
 
 struct Property {
   std::string name;
-  Scalar type = Scalar::float32;
-  std::optional<Scalar> list_count;  ///< type of the count where the property is a list
+  ReadNumber type = nullptr;
+  ReadNumber list_count = nullptr;  ///< of the count where the property is a list
 };
 struct Element {
   std::string name;
@@ -76,14 +67,13 @@ void parse_property(std::istringstream& words, const std::string& line, Element*
   words >> type;
   if (type == "list") {
     words >> count >> type;
-    property.list_count = parse_scalar(count);
+    property.list_count = reader_of(count);
   }
-  const auto scalar = parse_scalar(type);
-  if (!scalar || !(words >> property.name) || (!count.empty() && !property.list_count)) {
+  property.type = reader_of(type);
+  if (!property.type || !(words >> property.name) || (!count.empty() && !property.list_count)) {
     element->fault = line;
     return;
   }
-  property.type = *scalar;
   element->properties.push_back(property);
 }
 
@@ -136,30 +126,20 @@ class Body {
   std::string place() const { return fmt::format("{} {} of {}", element_->name, index_, element_->count); }
   std::size_t bytes_left() const { return bytes_.size() - position_; }
 
-  double next(Scalar type) {
-    if (encoding_ == Encoding::ascii) return next_word();
-    switch (type) {
-      case Scalar::int8:
-        return next_binary<std::int8_t>();
-      case Scalar::uint8:
-        return next_binary<std::uint8_t>();
-      case Scalar::int16:
-        return next_binary<std::int16_t>();
-      case Scalar::uint16:
-        return next_binary<std::uint16_t>();
-      case Scalar::int32:
-        return next_binary<std::int32_t>();
-      case Scalar::uint32:
-        return next_binary<std::uint32_t>();
-      case Scalar::float32:
-        return static_cast<double>(next_binary<float>());
-      case Scalar::float64:
-        return next_binary<double>();
-    }
-    return 0.0;
+  double next(ReadNumber type) { return encoding_ == Encoding::ascii ? next_word() : (this->*type)(); }
+
+  template <class T>
+  double next_binary() {
+    if (bytes_left() < sizeof(T)) truncated();
+    std::array<char, sizeof(T)> raw;
+    std::memcpy(raw.data(), bytes_.data() + position_, sizeof(T));
+    position_ += sizeof(T);
+    const bool file_is_little = encoding_ == Encoding::little_endian;
+    if (file_is_little != (std::endian::native == std::endian::little)) std::reverse(raw.begin(), raw.end());
+    return static_cast<double>(std::bit_cast<T>(raw));
   }
 
-  std::size_t next_list_size(Scalar type) {
+  std::size_t next_list_size(ReadNumber type) {
     const double size = next(type);
     if (!(size >= 0.0) || size != std::floor(size))
       refuse_(fmt::format("has a bad list length {} in {}", size, place()));
@@ -187,17 +167,6 @@ class Body {
     return value;
   }
 
-  template <class T>
-  T next_binary() {
-    if (bytes_left() < sizeof(T)) truncated();
-    std::array<char, sizeof(T)> raw;
-    std::memcpy(raw.data(), bytes_.data() + position_, sizeof(T));
-    position_ += sizeof(T);
-    const bool file_is_little = encoding_ == Encoding::little_endian;
-    if (file_is_little != (std::endian::native == std::endian::little)) std::reverse(raw.begin(), raw.end());
-    return std::bit_cast<T>(raw);
-  }
-
   const std::string& bytes_;
   std::size_t position_;
   Encoding encoding_;
@@ -205,6 +174,20 @@ class Body {
   const Element* element_ = nullptr;
   std::size_t index_ = 0;
 };
+
+ReadNumber reader_of(const std::string& type) {
+  static const std::map<std::string, ReadNumber> readers = {
+      {"char", &Body::next_binary<std::int8_t>},     {"int8", &Body::next_binary<std::int8_t>},
+      {"uchar", &Body::next_binary<std::uint8_t>},   {"uint8", &Body::next_binary<std::uint8_t>},
+      {"short", &Body::next_binary<std::int16_t>},   {"int16", &Body::next_binary<std::int16_t>},
+      {"ushort", &Body::next_binary<std::uint16_t>}, {"uint16", &Body::next_binary<std::uint16_t>},
+      {"int", &Body::next_binary<std::int32_t>},     {"int32", &Body::next_binary<std::int32_t>},
+      {"uint", &Body::next_binary<std::uint32_t>},   {"uint32", &Body::next_binary<std::uint32_t>},
+      {"float", &Body::next_binary<float>},          {"float32", &Body::next_binary<float>},
+      {"double", &Body::next_binary<double>},        {"float64", &Body::next_binary<double>}};
+  const auto found = readers.find(type);
+  return found == readers.end() ? nullptr : found->second;
+}
 
 void read_vertices(const Element& element, Body& body, RawMesh* mesh, const Refusal& refuse) {
   int axis_of[3] = {-1, -1, -1};
@@ -224,7 +207,7 @@ void read_vertices(const Element& element, Body& body, RawMesh* mesh, const Refu
         values[k] = body.next(property.type);
         continue;
       }
-      for (std::size_t n = body.next_list_size(*property.list_count); n > 0; --n) body.next(property.type);
+      for (std::size_t n = body.next_list_size(property.list_count); n > 0; --n) body.next(property.type);
     }
     mesh->vertices.emplace_back(values[axis_of[0]], values[axis_of[1]], values[axis_of[2]]);
     if (!has_albedo) continue;
@@ -235,7 +218,7 @@ void read_vertices(const Element& element, Body& body, RawMesh* mesh, const Refu
 
 void read_polygon(const Property& property, std::size_t n_vertices, Body& body, RawMesh* mesh,
                   const Refusal& refuse) {
-  std::vector<int> corners(body.next_list_size(*property.list_count));
+  std::vector<int> corners(body.next_list_size(property.list_count));
   for (int& corner : corners) {
     const double index = body.next(property.type);
     if (!(index >= 0.0 && index < static_cast<double>(n_vertices)) || index != std::floor(index))
@@ -257,7 +240,7 @@ void read_other_element(const Element& element, std::size_t n_vertices, Body& bo
       if (polygon)
         read_polygon(property, n_vertices, body, mesh, refuse);
       else
-        for (std::size_t n = property.list_count ? body.next_list_size(*property.list_count) : 1; n > 0; --n)
+        for (std::size_t n = property.list_count ? body.next_list_size(property.list_count) : 1; n > 0; --n)
           body.next(property.type);
     }
   }
