@@ -32,7 +32,52 @@ namespace {
 using namespace fringetwin;
 using render::Buffer;
 using render::ComputePipeline;
+using render::vk_check;
+using render::vk_struct;
 using render::VulkanDevice;
+
+constexpr std::array kRayQueryExtensions{VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                         VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                         VK_KHR_RAY_QUERY_EXTENSION_NAME};
+
+// The features that a ray query takes, as a chain for asking and for enabling.
+struct RayQueryFeatures {
+  VkPhysicalDeviceRayQueryFeaturesKHR query{};
+  VkPhysicalDeviceAccelerationStructureFeaturesKHR structure{};
+  VkPhysicalDeviceBufferDeviceAddressFeatures address{};
+
+  explicit RayQueryFeatures(VkBool32 wanted) {
+    query.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR;
+    structure.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR;
+    address.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES;
+    query.pNext = &structure;
+    structure.pNext = &address;
+    query.rayQuery = structure.accelerationStructure = address.bufferDeviceAddress = wanted;
+  }
+  RayQueryFeatures(const RayQueryFeatures&) = delete;
+  RayQueryFeatures& operator=(const RayQueryFeatures&) = delete;
+  bool all() const {
+    return query.rayQuery && structure.accelerationStructure && address.bufferDeviceAddress;
+  }
+};
+
+bool offers_ray_query(VkPhysicalDevice device) {
+  std::uint32_t n = 0;
+  vk_check(vkEnumerateDeviceExtensionProperties(device, nullptr, &n, nullptr),
+           "vkEnumerateDeviceExtensionProperties");
+  std::vector<VkExtensionProperties> offered(n);
+  vk_check(vkEnumerateDeviceExtensionProperties(device, nullptr, &n, offered.data()),
+           "vkEnumerateDeviceExtensionProperties");
+  for (const char* name : kRayQueryExtensions)
+    if (std::none_of(offered.begin(), offered.end(),
+                     [name](const auto& e) { return std::strcmp(e.extensionName, name) == 0; }))
+      return false;
+  RayQueryFeatures features(VK_FALSE);
+  auto all = vk_struct<VkPhysicalDeviceFeatures2>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2);
+  all.pNext = &features.query;
+  vkGetPhysicalDeviceFeatures2(device, &all);
+  return features.all();
+}
 
 constexpr int kRounds = 3;
 constexpr double kShadowOffset = 1e-6;  // of the largest coordinate, as the renderer's
@@ -279,8 +324,10 @@ void Bench::check(const std::string& what, std::size_t shadow) {
 int main() {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
   try {
-    VulkanDevice device("", true);
-    if (!device.has_ray_query()) {
+    const RayQueryFeatures features(VK_TRUE);
+    VulkanDevice device(
+        "", {{kRayQueryExtensions.begin(), kRayQueryExtensions.end()}, &features.query, offers_ray_query});
+    if (!device.has_extensions()) {
       fmt::print("bench_ray_query: {} ({}) has no ray query, nothing to compare\n", device.info().name,
                  device.info().driver);
       return 0;

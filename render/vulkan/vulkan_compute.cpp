@@ -156,7 +156,8 @@ void ComputePipeline::create_layout(std::uint32_t push_bytes) {
   std::vector<VkDescriptorSetLayoutBinding> bindings(types_.size());
   for (std::uint32_t i = 0; i < types_.size(); ++i)
     bindings[i] = {i, types_[i], 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
-  auto set_layout = vk_struct<VkDescriptorSetLayoutCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO);
+  auto set_layout =
+      vk_struct<VkDescriptorSetLayoutCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO);
   set_layout.bindingCount = static_cast<std::uint32_t>(bindings.size());
   set_layout.pBindings = bindings.data();
   vk_check(vkCreateDescriptorSetLayout(device_.handle(), &set_layout, nullptr, &set_layout_),

@@ -5,7 +5,6 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cstdlib>
 #include <cstring>
@@ -66,49 +65,6 @@ bool has_compute_queue(VkPhysicalDevice device, std::uint32_t* family) {
   return false;
 }
 
-constexpr std::array kRayQueryExtensions{VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                         VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-                                         VK_KHR_RAY_QUERY_EXTENSION_NAME};
-
-// The features that a ray query takes, as a chain for asking and for enabling.
-struct RayQueryFeatures {
-  VkPhysicalDeviceRayQueryFeaturesKHR query{};
-  VkPhysicalDeviceAccelerationStructureFeaturesKHR structure{};
-  VkPhysicalDeviceBufferDeviceAddressFeatures address{};
-
-  explicit RayQueryFeatures(VkBool32 wanted) {
-    query.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR;
-    structure.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR;
-    address.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES;
-    query.pNext = &structure;
-    structure.pNext = &address;
-    query.rayQuery = structure.accelerationStructure = address.bufferDeviceAddress = wanted;
-  }
-  RayQueryFeatures(const RayQueryFeatures&) = delete;
-  RayQueryFeatures& operator=(const RayQueryFeatures&) = delete;
-  bool all() const {
-    return query.rayQuery && structure.accelerationStructure && address.bufferDeviceAddress;
-  }
-};
-
-bool offers_ray_query(VkPhysicalDevice device) {
-  std::uint32_t n = 0;
-  vk_check(vkEnumerateDeviceExtensionProperties(device, nullptr, &n, nullptr),
-           "vkEnumerateDeviceExtensionProperties");
-  std::vector<VkExtensionProperties> offered(n);
-  vk_check(vkEnumerateDeviceExtensionProperties(device, nullptr, &n, offered.data()),
-           "vkEnumerateDeviceExtensionProperties");
-  for (const char* name : kRayQueryExtensions)
-    if (std::none_of(offered.begin(), offered.end(),
-                     [name](const auto& e) { return std::strcmp(e.extensionName, name) == 0; }))
-      return false;
-  RayQueryFeatures features(VK_FALSE);
-  auto all = vk_struct<VkPhysicalDeviceFeatures2>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2);
-  all.pNext = &features.query;
-  vkGetPhysicalDeviceFeatures2(device, &all);
-  return features.all();
-}
-
 }  // namespace
 
 void vk_check(VkResult result, const char* call) {
@@ -130,7 +86,8 @@ VulkanInstance::VulkanInstance() : VulkanInstance(Empty{}) {
   create.pApplicationInfo = &app;
   const char* layer = "VK_LAYER_KHRONOS_validation";
   const char* extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-  auto debug = vk_struct<VkDebugUtilsMessengerCreateInfoEXT>(VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT);
+  auto debug =
+      vk_struct<VkDebugUtilsMessengerCreateInfoEXT>(VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT);
   debug.messageSeverity =
       VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
   debug.messageType =
@@ -178,7 +135,8 @@ std::vector<VkPhysicalDevice> VulkanInstance::devices() const {
 }
 
 DeviceInfo describe_device(VkPhysicalDevice device) {
-  auto driver = vk_struct<VkPhysicalDeviceDriverProperties>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES);
+  auto driver =
+      vk_struct<VkPhysicalDeviceDriverProperties>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES);
   auto p = vk_struct<VkPhysicalDeviceProperties2>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2);
   p.pNext = &driver;
   vkGetPhysicalDeviceProperties2(device, &p);
@@ -206,7 +164,8 @@ std::vector<DeviceInfo> list_devices() {
   }
 }
 
-VulkanDevice::VulkanDevice(const std::string& wanted, bool ray_query) : VulkanDevice(Empty{}) {
+VulkanDevice::VulkanDevice(const std::string& wanted, const DeviceExtensions& extensions)
+    : VulkanDevice(Empty{}) {
   const auto devices = instance_.devices();
   if (devices.empty())
     throw UserError(ExitCode::device, "Vulkan", "there is no device with Vulkan 1.2 and a compute queue",
@@ -231,7 +190,7 @@ VulkanDevice::VulkanDevice(const std::string& wanted, bool ray_query) : VulkanDe
 
   std::uint32_t family = 0;
   has_compute_queue(physical_, &family);
-  create_device(family, ray_query);
+  create_device(family, extensions);
   vkGetDeviceQueue(device_, family, 0, &queue_);
 
   auto pool = vk_struct<VkCommandPoolCreateInfo>(VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO);
@@ -247,7 +206,7 @@ VulkanDevice::VulkanDevice(const std::string& wanted, bool ray_query) : VulkanDe
   vk_check(vkCreateFence(device_, &fence, nullptr, &fence_), "vkCreateFence");
 }
 
-void VulkanDevice::create_device(std::uint32_t family, bool ray_query) {
+void VulkanDevice::create_device(std::uint32_t family, const DeviceExtensions& extensions) {
   const float priority = 1.0F;
   auto queue = vk_struct<VkDeviceQueueCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO);
   queue.queueFamilyIndex = family;
@@ -257,16 +216,15 @@ void VulkanDevice::create_device(std::uint32_t family, bool ray_query) {
   vkGetPhysicalDeviceFeatures(physical_, &available);
   wanted_features.shaderFloat64 = available.shaderFloat64;
   has_double_ = available.shaderFloat64 == VK_TRUE;
-  has_ray_query_ = ray_query && offers_ray_query(physical_);
-  const RayQueryFeatures ray_query_features(VK_TRUE);
+  has_extensions_ = extensions.offered && extensions.offered(physical_);
   auto create = vk_struct<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO);
   create.pEnabledFeatures = &wanted_features;
   create.queueCreateInfoCount = 1;
   create.pQueueCreateInfos = &queue;
-  if (has_ray_query_) {
-    create.pNext = &ray_query_features.query;
-    create.enabledExtensionCount = static_cast<std::uint32_t>(kRayQueryExtensions.size());
-    create.ppEnabledExtensionNames = kRayQueryExtensions.data();
+  if (has_extensions_) {
+    create.pNext = extensions.features;
+    create.enabledExtensionCount = static_cast<std::uint32_t>(extensions.names.size());
+    create.ppEnabledExtensionNames = extensions.names.data();
   }
   vk_check(vkCreateDevice(physical_, &create, nullptr, &device_), "vkCreateDevice");
 }

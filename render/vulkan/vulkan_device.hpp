@@ -54,13 +54,20 @@ class VulkanInstance {
 /// Returns what the program tells of a device.
 DeviceInfo describe_device(VkPhysicalDevice device);
 
+/// What a device is opened with beyond the renderer's needs.
+struct DeviceExtensions {
+  std::vector<const char*> names;
+  const void* features = nullptr;  ///< goes to VkDeviceCreateInfo::pNext
+  /// Returns whether a device has all of it; null: nothing is asked for.
+  bool (*offered)(VkPhysicalDevice) = nullptr;
+};
+
 /// One logical device with one compute queue.
 class VulkanDevice {
  public:
   /// Opens the device with `wanted` in its name, whatever the case; "" = $FRINGETWIN_DEVICE, else a CPU
-  /// device, else the first. `ray_query`: with ray queries and acceleration structures where the device has
-  /// them, see has_ray_query().
-  explicit VulkanDevice(const std::string& wanted, bool ray_query = false);
+  /// device, else the first. With `extensions` where the device offers them, see has_extensions().
+  explicit VulkanDevice(const std::string& wanted, const DeviceExtensions& extensions = {});
   ~VulkanDevice();
   VulkanDevice(const VulkanDevice&) = delete;
   VulkanDevice& operator=(const VulkanDevice&) = delete;
@@ -74,8 +81,8 @@ class VulkanDevice {
                             VkMemoryPropertyFlags preferred) const;
   /// Returns true when the host can map the device's own memory; FRINGETWIN_STAGING=1 denies it.
   bool has_mappable_device_memory() const;
-  bool has_double() const { return has_double_; }        ///< shaderFloat64
-  bool has_ray_query() const { return has_ray_query_; }  ///< asked for, there and enabled
+  bool has_double() const { return has_double_; }          ///< shaderFloat64
+  bool has_extensions() const { return has_extensions_; }  ///< asked for, there and enabled
   /// Records commands with `record(VkCommandBuffer)`, submits, waits.
   template <class Record>
   void run(Record record) {
@@ -87,7 +94,7 @@ class VulkanDevice {
  private:
   struct Empty {};
   explicit VulkanDevice(Empty) {}
-  void create_device(std::uint32_t family, bool ray_query);
+  void create_device(std::uint32_t family, const DeviceExtensions& extensions);
   void begin();
   void submit_and_wait();
 
@@ -101,7 +108,7 @@ class VulkanDevice {
   VkPhysicalDeviceLimits limits_{};
   VkPhysicalDeviceMemoryProperties memory_{};
   DeviceInfo info_;
-  bool has_double_ = false, has_ray_query_ = false;
+  bool has_double_ = false, has_extensions_ = false;
 };
 
 /// Device memory the host can fill and read: mapped where the device allows it, else through a
