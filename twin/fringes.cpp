@@ -48,20 +48,11 @@ double gray_value(const DirectionFringes& direction, const PatternSpec& pattern,
   const GrayCode& gray = *direction.gray;
   const double periods = (coordinate_px - direction.phase_origin_px.front()) / direction.pitches_px.front();
   const double words = periods - gray.offset_periods;
-  int bright = 0;
-  switch (pattern.kind) {
-    case PatternSpec::Kind::gray_bit:
-    case PatternSpec::Kind::gray_bit_inverse:
-      bright = gray_code_bit(wrapped_word(words, gray.bits), gray.bits, pattern.bit);
-      break;
-    default: {  // the last bit of the code of half periods
-      const int bits = gray.bits + 1;
-      bright = gray_code_bit(wrapped_word(2.0 * words, bits), bits, bits - 1);
-    }
-  }
-  const bool inverse = pattern.kind == PatternSpec::Kind::gray_bit_inverse ||
-                       pattern.kind == PatternSpec::Kind::complementary_inverse;
-  return inverse ? 1.0 - bright : bright;
+  const int bits = gray.bits + 1;  // of the code of half periods, whose last bit the complementary one is
+  const int bright = pattern.is_complementary()
+                         ? gray_code_bit(wrapped_word(2.0 * words, bits), bits, bits - 1)
+                         : gray_code_bit(wrapped_word(words, gray.bits), gray.bits, pattern.bit);
+  return pattern.is_inverse() ? 1.0 - bright : bright;
 }
 
 }  // namespace
@@ -107,23 +98,14 @@ std::vector<PatternSpec> expand_sequence(const Fringes& fringes) {
   for (int d = 0; d < static_cast<int>(fringes.directions.size()); ++d) {
     const DirectionFringes& direction = fringes.directions[d];
     for (int pitch = 0; pitch < static_cast<int>(direction.pitches_px.size()); ++pitch) {
-      for (int step = 0; step < fringes.steps; ++step) {
-        PatternSpec spec;
-        spec.direction = d;
-        spec.pitch = pitch;
-        spec.step = step;
-        sequence.push_back(spec);
-      }
+      for (int step = 0; step < fringes.steps; ++step)
+        sequence.push_back({.direction = d, .pitch = pitch, .step = step});
     }
     if (direction.gray) append_gray(sequence, *direction.gray, d);
   }
-  for (int i = 0; i < static_cast<int>(fringes.images.size()); ++i) {
-    PatternSpec spec;
-    spec.kind = PatternSpec::Kind::image;
-    spec.direction = spec.pitch = spec.step = -1;
-    spec.image = i;
-    sequence.push_back(spec);
-  }
+  for (int i = 0; i < static_cast<int>(fringes.images.size()); ++i)
+    sequence.push_back(
+        {.kind = PatternSpec::Kind::image, .direction = -1, .pitch = -1, .step = -1, .image = i});
   return sequence;
 }
 

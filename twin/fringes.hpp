@@ -67,6 +67,8 @@ struct PatternSpec {
   int image = -1;     ///< index into Fringes::images (image)
   bool is_image() const { return kind == Kind::image; }
   bool is_gray() const { return kind != Kind::phase_step && kind != Kind::image; }
+  bool is_complementary() const { return kind == Kind::complementary || kind == Kind::complementary_inverse; }
+  bool is_inverse() const { return kind == Kind::gray_bit_inverse || kind == Kind::complementary_inverse; }
   /// Returns what messages and tables call it, e.g. "x pitch 13 step 2/4", "x gray bit 3".
   std::string label(const Fringes& fringes) const;
 };

@@ -233,11 +233,11 @@ void DirectionDecoder::solve_phases() {
       const std::size_t at = row(y);
       for (std::size_t p = 0; p < pitches; ++p) {
         for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = input_.steps[p][i]->data.data() + at;
-        PhaseRow out;
-        out.phase_rad = out_.wrapped_rad[p].data.data() + at;
-        out.amplitude = out_.amplitude_dn[p].data.data() + at;
-        out.mean = static_cast<int>(p) == out_.finest ? out_.mean_dn.data.data() + at : nullptr;
-        out.maximum = maximum.data();
+        const PhaseRow out{
+            .phase_rad = out_.wrapped_rad[p].data.data() + at,
+            .amplitude = out_.amplitude_dn[p].data.data() + at,
+            .mean = static_cast<int>(p) == out_.finest ? out_.mean_dn.data.data() + at : nullptr,
+            .maximum = maximum.data()};
         solve_row(*solver_, rows.data(), width_, out);
         for (std::size_t x = 0; x < maximum.size(); ++x)
           if (maximum[x] >= limit) {

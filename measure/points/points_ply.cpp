@@ -34,14 +34,10 @@ void write_points_ply(const std::filesystem::path& file, const PointCloud& cloud
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3f n =
         cloud.normal_world.empty() ? Eigen::Vector3f::Constant(nan) : cloud.normal_world[i];
-    const float rest[6] = {n.x(),
-                           n.y(),
-                           n.z(),
-                           cloud.q_cam_px[i].x(),
-                           cloud.q_cam_px[i].y(),
-                           cloud.sigma_mm.empty() ? nan : cloud.sigma_mm[i]};
+    Eigen::Matrix<float, 6, 1> rest;
+    rest << n, cloud.q_cam_px[i], cloud.sigma_mm.empty() ? nan : cloud.sigma_mm[i];
     std::memcpy(&bytes[i * kRecord], cloud.p_world_mm[i].data(), 3 * sizeof(double));
-    std::memcpy(&bytes[i * kRecord + 3 * sizeof(double)], rest, sizeof rest);
+    std::memcpy(&bytes[i * kRecord + 3 * sizeof(double)], rest.data(), 6 * sizeof(float));
   }
   TemporaryFile temporary(file);
   std::ofstream out(temporary.path(), std::ios::binary);

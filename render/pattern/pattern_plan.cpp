@@ -78,9 +78,7 @@ DirectSlot pixel_slot(const Twin& twin, const PatternSpec& spec, std::size_t ima
 DirectSlot gray_slot(const Twin& twin, const PatternSpec& spec, std::size_t image, double center_px) {
   const DirectionFringes& d = twin.fringes.directions[spec.direction];
   FT_CHECK(d.gray.has_value(), "Gray pattern of a direction without Gray code");
-  using Kind = PatternSpec::Kind;
-  const bool half = spec.kind == Kind::complementary || spec.kind == Kind::complementary_inverse;
-  const bool inverse = spec.kind == Kind::gray_bit_inverse || spec.kind == Kind::complementary_inverse;
+  const bool half = spec.is_complementary(), inverse = spec.is_inverse();
   const double words_per_px = (half ? 2.0 : 1.0) / d.pitches_px.front();
   const double offset =
       (center_px - d.phase_origin_px.front()) * words_per_px - d.gray->offset_periods * (half ? 2.0 : 1.0);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
@@ -51,10 +52,14 @@ std::vector<std::uint8_t> read_bytes(const fs::path& file) {
   return bytes;
 }
 
-template <class T>
-LoadedGray to_float(int width, int height, int file_bits, const T* values) {
+/// Returns gray values of 8 or 16 bits, given as their bytes in native order.
+LoadedGray to_float(int width, int height, int file_bits, const std::vector<std::uint8_t>& bytes) {
   LoadedGray gray{ImageF(width, height), file_bits};
-  for (std::size_t i = 0; i < gray.image.size(); ++i) gray.image.data[i] = static_cast<float>(values[i]);
+  if (file_bits == 16)
+    std::copy_n(reinterpret_cast<const std::uint16_t*>(bytes.data()), gray.image.size(),
+                gray.image.data.begin());
+  else
+    std::copy_n(bytes.begin(), gray.image.size(), gray.image.data.begin());
   return gray;
 }
 
@@ -62,10 +67,7 @@ LoadedGray read_png(const fs::path& file, const std::vector<std::uint8_t>& bytes
   GrayPixels pixels;
   const std::string fault = decode_gray_png(bytes, &pixels);
   if (!fault.empty()) throw UserError(ExitCode::input, file.string(), fault);
-  if (pixels.file_bits == 16)
-    return to_float(pixels.width, pixels.height, 16,
-                    reinterpret_cast<const std::uint16_t*>(pixels.values.data()));
-  return to_float(pixels.width, pixels.height, 8, pixels.values.data());
+  return to_float(pixels.width, pixels.height, pixels.file_bits, pixels.values);
 }
 
 /// Decodes the bytes of a file. Returns false where they are no image or end too soon. Throws
@@ -88,10 +90,7 @@ LoadedGray read_other_format(const fs::path& file, const std::vector<std::uint8_
                     fmt::format("is a colour image ({} channels), a gray image is needed", image.channels));
   if (image.bits == 0)
     throw UserError(ExitCode::input, file.string(), "does not hold 8 or 16 bit unsigned gray values");
-  if (image.bits == 16)
-    return to_float(image.width, image.height, 16,
-                    reinterpret_cast<const std::uint16_t*>(image.values.data()));
-  return to_float(image.width, image.height, 8, image.values.data());
+  return to_float(image.width, image.height, image.bits, image.values);
 }
 
 template <class T>
