@@ -126,9 +126,8 @@ CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, con
   loaded.radiance = is_exr_name(source->files.front());
   loaded.gray_code_exposure = source->gray_code_exposure;
   loaded.images.resize(source->files.size());
-  for_each_parallel(static_cast<int>(source->files.size()), [&](int i) {
-    loaded.images[i] = load_image(source->files[i], camera, loaded.radiance);
-  });
+  for_each_parallel(static_cast<int>(source->files.size()),
+                    [&](int i) { loaded.images[i] = load_image(source->files[i], camera, loaded.radiance); });
   if (source->white) loaded.white = load_image(*source->white, camera, loaded.radiance);
   if (source->black) loaded.black = load_image(*source->black, camera, loaded.radiance);
   return loaded;

@@ -5,7 +5,6 @@
 
 #include <numeric>
 
-
 #include "twin/base/errors.hpp"
 
 namespace fringetwin {
