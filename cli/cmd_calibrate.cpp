@@ -189,8 +189,7 @@ int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
   const fs::path dir = o.out;
   std::vector<calib::ImageCorners> images;
   if (!o.twin.empty()) {
-    const Twin twin = load_twin(o.twin);
-    compare::check_limit_names(twin);
+    const Twin twin = compare::load_checked_twin(o.twin);
     const std::vector<fs::path> folders(o.globs.begin(), o.globs.end());
     images = calib::detect_in_captures(twin, folders, o.pattern);
     take_devices(twin, o);

@@ -174,8 +174,7 @@ void check_free(const ImportCaptures& o) {
 
 int run_import_captures(const ImportCaptures& o) {
   check_free(o);
-  const Twin twin = load_twin(o.twin);
-  compare::check_limit_names(twin);
+  const Twin twin = compare::load_checked_twin(o.twin);
   const CaptureSet set = describe(twin, o);
   check_foreign_set(set, twin);
   begin_output(o.out, {});

@@ -150,8 +150,7 @@ void print_summary(const calib::Photometry& p) {
 
 int run_photometry(const PhotometryCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
-  const Twin twin = load_twin(o.twin);
-  compare::check_limit_names(twin);
+  const Twin twin = compare::load_checked_twin(o.twin);
   std::vector<fs::path> inputs = twin.input_files;
   const std::vector<calib::CameraFrames> frames = load_frames(twin, o, inputs);
   const calib::Photometry photometry = calib::analyse_photometry(twin, frames);

@@ -175,7 +175,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
     compare_phase(twin, *real.measurement, *simulated.measurement, options, calibration, out);
   for (ExplainedRow& row : explain_geometry(out.fits, calibration)) out.explained.push_back(std::move(row));
   look_for_causes(twin, options, std::move(samples), out);
-  out.limits = check_limits(twin.limits, out, twin.file.string());
+  out.limits = check_limits(twin.limits, out);
   for (const LimitRow& row : out.limits)
     if (row.value != row.value)
       out.warnings.push_back("limit " + row.name + " cannot be checked: this comparison has no such number");

@@ -8,8 +8,7 @@
 namespace fringetwin::cosim {
 
 Twin load_for_run(const std::filesystem::path& file) {
-  Twin twin = load_twin(file);
-  compare::check_limit_names(twin);
+  Twin twin = compare::load_checked_twin(file);
   measure::check_fringes(twin);
   load_meshes(twin);
   return twin;

@@ -142,13 +142,17 @@ void check_limit_names(const Twin& twin, const std::map<std::string, std::string
   }
 }
 
-std::vector<LimitRow> check_limits(const std::map<std::string, double>& limits, const Comparison& comparison,
-                                   const std::string& where) {
+Twin load_checked_twin(const std::filesystem::path& file,
+                       const std::map<std::string, std::string>& settings) {
+  Twin twin = load_twin(file, settings);
+  check_limit_names(twin, settings);
+  return twin;
+}
+
+std::vector<LimitRow> check_limits(const std::map<std::string, double>& limits,
+                                   const Comparison& comparison) {
   std::vector<LimitRow> rows;
   for (const auto& [name, limit] : limits) {
-    if (!limits_by_name().contains(name))
-      throw UserError(ExitCode::usage, where, "[limits] has no quantity named \"" + name + "\"",
-                      fmt::format("use one of {}", fmt::join(names(), ", ")));
     const Limit& of = limits_by_name().at(name);
     LimitRow row{name, value_of(of, comparison), limit, false};
     row.pass = of.is_least() ? row.value >= limit : row.value <= limit;  // false for NaN

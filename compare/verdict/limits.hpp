@@ -3,6 +3,7 @@
 // numbers go in, one row per limit with "met" or "not met" comes out. Which limits there are follows from the
 // fields of result.json that carry one.
 #pragma once
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -17,13 +18,16 @@ namespace fringetwin::compare {
 const std::map<std::string, Limit>& limits_by_name();
 
 /// Refuses names in twin.limits that no table has, and limits that make no sense: throws UnknownKey or
-/// UserError(usage) with file, line, key and the nearest known name. To be called after every
-/// load_twin(), before any work is done; `settings`: those the twin was loaded with.
+/// UserError(usage) with file, line, key and the nearest known name; `settings`: those the twin was loaded
+/// with.
 void check_limit_names(const Twin& twin, const std::map<std::string, std::string>& settings = {});
 
-/// Returns one row per limit, in alphabetical order. A quantity the comparison does not have counts as not
-/// met (value NaN). Throws UserError(usage) for an unknown name.
-std::vector<LimitRow> check_limits(const std::map<std::string, double>& limits, const Comparison& comparison,
-                                   const std::string& where);
+/// Reads a twin as load_twin() does, and checks its limits: what every command starts with, before any work.
+Twin load_checked_twin(const std::filesystem::path& file,
+                       const std::map<std::string, std::string>& settings = {});
+
+/// Returns one row per limit of a checked twin, in alphabetical order. A quantity the comparison does not
+/// have counts as not met (value NaN).
+std::vector<LimitRow> check_limits(const std::map<std::string, double>& limits, const Comparison& comparison);
 
 }  // namespace fringetwin::compare

@@ -53,9 +53,7 @@ StudyIdentity check_study(const StudyHead& study, const std::vector<StudyPoint>&
     if (readable && (strings.empty() || seen.contains(strings))) continue;
     try {
       const Settings keys = keys_of_twin(point.settings);
-      const Twin twin = load_twin(study.twin, keys);
-      compare::check_limit_names(twin, keys);
-      const std::vector<fs::path> read = files_of(twin);
+      const std::vector<fs::path> read = files_of(compare::load_checked_twin(study.twin, keys));
       files.insert(read.begin(), read.end());
       seen.insert(strings);
       readable = true;

@@ -58,8 +58,7 @@ PointOutcome PointRunner::run(const PlannedPoint& planned) {
 void PointRunner::load(const StudyPoint& point) {
   if (twin_ && settings_ == point.settings) return;
   if (task_.virtual_rig && !rig_) rig_.emplace(task_.twin, task_.calibration);
-  Twin twin = rig_ ? rig_->drawn(point.settings) : load_twin(task_.twin, point.settings);
-  compare::check_limit_names(twin, rig_ ? keys_of_twin(point.settings) : point.settings);
+  Twin twin = rig_ ? rig_->drawn(point.settings) : compare::load_checked_twin(task_.twin, point.settings);
   measure::check_fringes(twin);
   load_meshes(&twin, twin_ ? &*twin_ : nullptr);
   twin_ = std::move(twin);

@@ -8,6 +8,7 @@
 #include <charconv>
 #include <string_view>
 
+#include "compare/verdict/limits.hpp"
 #include "study/plan/shared_meshes.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/file/toml_reader.hpp"
@@ -182,7 +183,7 @@ const Twin& VirtualRig::measuring(const Settings& settings) {
 }
 
 Twin VirtualRig::drawn(const Settings& settings) const {
-  Twin twin = load_twin(file_, keys_of_twin(settings));
+  Twin twin = compare::load_checked_twin(file_, keys_of_twin(settings));
   for (const auto& [key, text] : settings) {
     if (key == kDeviates) {
       FT_CHECK(covariance_, "a rig with a calibration");

@@ -135,7 +135,7 @@ std::optional<std::filesystem::path> read_uncertainty(const TomlTable& root, con
   return file;
 }
 
-/// Reads limits of any name; check_limit_names() in compare/verdict/limits.hpp refuses what no comparison
+/// Reads limits of any name; load_checked_twin() in compare/verdict/limits.hpp refuses what no comparison
 /// has.
 std::map<std::string, double> read_limits(const TomlTable& root) {
   std::map<std::string, double> limits;
