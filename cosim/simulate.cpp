@@ -54,7 +54,7 @@ void check_view(const Twin& twin, const std::vector<render::RenderedCamera>& ren
   std::vector<bool> seen(twin.objects.size(), false);
   for (const render::RenderedCamera& camera : rendered)
     for (const int object : camera.object.data)
-      if (object >= 0) seen[static_cast<std::size_t>(object)] = true;
+      if (object >= 0) seen[object] = true;
   if (std::none_of(seen.begin(), seen.end(), [](bool s) { return s; }))
     throw UserError(
         ExitCode::usage, twin.file.string(), "no camera sees any object",

@@ -19,7 +19,7 @@ Lut opencv_lut(int colormap) {
   Lut lut;
   for (int i = 0; i < 256; ++i) {
     const cv::Vec3b bgr = colors.at<cv::Vec3b>(0, i);
-    lut[static_cast<std::size_t>(i)] = {bgr[2], bgr[1], bgr[0]};
+    lut[i] = {bgr[2], bgr[1], bgr[0]};
   }
   return lut;
 }
@@ -76,8 +76,7 @@ std::array<Rgb, 256> map_palette(Scale scale, Rgb nan_color) {
   palette[1] = {255, 255, 255};
   palette[2] = {0, 0, 0};
   for (int i = 0; i < kLevels; ++i)
-    palette[static_cast<std::size_t>(kFirstLevel + i)] =
-        scale_color(scale, static_cast<double>(i) / (kLevels - 1));
+    palette[kFirstLevel + i] = scale_color(scale, static_cast<double>(i) / (kLevels - 1));
   return palette;
 }
 

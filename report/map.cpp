@@ -124,10 +124,10 @@ ImageU8 map_indices(const ImageF& image, const MapLimits& limits) {
   const double scale = (kLevels - 1) / (limits.high - limits.low);
 #pragma omp parallel for schedule(static)
   for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(image.size()); ++i) {
-    const double v = static_cast<double>(image.data[static_cast<std::size_t>(i)]);
+    const double v = image.data[i];
     if (std::isnan(v)) continue;  // index 0
     const double level = std::clamp((v - limits.low) * scale, 0.0, static_cast<double>(kLevels - 1));
-    out.data[static_cast<std::size_t>(i)] = static_cast<unsigned char>(kFirstLevel + std::lround(level));
+    out.data[i] = static_cast<unsigned char>(kFirstLevel + std::lround(level));
   }
   return out;
 }

@@ -28,9 +28,9 @@ ImageF shrink_by_area_mean(const ImageF& image, int max_width_px);
 
 struct MapStyle {
   Scale scale = Scale::viridis;
-  MapLimits limits;
-  std::string unit;        ///< "rad", "DN", "mm"
-  std::string title;       ///< short, also the alternative text
+  MapLimits limits = {};
+  std::string unit = {};   ///< "rad", "DN", "mm"
+  std::string title = {};  ///< short, also the alternative text
   int max_width_px = 640;  ///< on the page
   Rgb nan_color = kNanColor;
   bool show_bar = true;

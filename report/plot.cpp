@@ -282,10 +282,7 @@ Histogram histogram(const std::vector<float>& values, int bins, double low, doub
 }
 
 Series histogram_series(const Histogram& h, const std::string& title, const std::string& color) {
-  Series s;
-  s.title = title;
-  s.style = Series::Style::bars;
-  s.color = color;
+  Series s{.title = title, .style = Series::Style::bars, .color = color};
   std::size_t total = h.n_below + h.n_above;
   for (std::size_t c : h.counts) total += c;
   for (std::size_t i = 0; i < h.counts.size(); ++i) {

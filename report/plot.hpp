@@ -22,7 +22,7 @@ struct Series {
   /// Whiskers: points with bars from y_low to y_high; the *_across lie along x: bars from 0 to x at the place
   /// y, and bars from x_low to x_high.
   enum class Style { line, dashed, points, bars, band, whiskers, bars_across, whiskers_across };
-  std::string title;                               ///< legend; empty = none
+  std::string title = {};                          ///< legend; empty = none
   std::vector<double> x = {}, y = {}, y_low = {};  ///< NaN breaks a line; y_low only for band
   Style style = Style::line;
   std::string color = color::kReal;
@@ -33,13 +33,13 @@ struct Series {
 };
 
 struct Plot {
-  std::string title, x_label, y_label;
-  std::vector<Series> series;
+  std::string title = {}, x_label = {}, y_label = {};
+  std::vector<Series> series = {};
   bool log_x = false, log_y = false;
   bool zero_line = false;  ///< at y = 0; with y_tics at x = 0
   int width_px = 980, height_px = 300;
-  std::optional<std::pair<double, double>> x_range, y_range;
-  std::vector<std::pair<double, std::string>> x_tics;  ///< named positions instead of numbers
+  std::optional<std::pair<double, double>> x_range = {}, y_range = {};
+  std::vector<std::pair<double, std::string>> x_tics = {};  ///< named positions instead of numbers
   std::vector<std::pair<double, std::string>> y_tics = {};
   bool many_digits = false;  ///< tics print all digits that tell them apart: small changes of large values
 };

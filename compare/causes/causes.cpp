@@ -157,9 +157,8 @@ class CauseSearch {
       const double inflation = std::sqrt(std::max(1.0, fit.chi2()));
       for (std::size_t k = 0; k < fit.parameters().size(); ++k) {
         const Parameter& p = fit.parameters()[k];
-        const auto at = static_cast<Eigen::Index>(k);
-        rows[g].parameters[k].estimate = p.shown(fit.values()[at]);
-        rows[g].parameters[k].sigma = p.shown_sigma(fit.values()[at], inflation * last.sigma[at]);
+        rows[g].parameters[k].estimate = p.shown(fit.values()[k]);
+        rows[g].parameters[k].sigma = p.shown_sigma(fit.values()[k], inflation * last.sigma[k]);
       }
     }
     const auto best = *std::max_element(rivals.begin(), rivals.end(),
@@ -200,11 +199,10 @@ class CauseSearch {
     const double inflation = std::sqrt(std::max(1.0, step.chi2 / static_cast<double>(equations_.n)));
     for (const std::size_t k : groups_[g].at) {
       const Parameter& p = parameters_[k];
-      const auto at = static_cast<Eigen::Index>(k);
-      const double value = std::clamp(start_[at] + step.change[at], p.is_switch ? -1e300 : p.smallest,
+      const double value = std::clamp(start_[k] + step.change[k], p.is_switch ? -1e300 : p.smallest,
                                       p.is_switch ? 1e300 : p.largest);
-      row.parameters.push_back({p.name, p.unit, p.shown(start_[at]), p.shown(value),
-                                p.shown_sigma(value, inflation * step.sigma[at])});
+      row.parameters.push_back({p.name, p.unit, p.shown(start_[k]), p.shown(value),
+                                p.shown_sigma(value, inflation * step.sigma[k])});
     }
     return row;
   }

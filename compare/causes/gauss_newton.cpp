@@ -64,8 +64,8 @@ void GaussNewton::settle_sensors(const NormalEquations& e) {
   const Step step = solve_step(e, sensors_of(e));
   for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c) {
     const GridSamples& s = sensitivity_.samples()[c];
-    sensitivity_.set_sensor(c, s.gain_dn + step.change[static_cast<Eigen::Index>(e.gain_at(c))],
-                            s.black_level_dn + step.change[static_cast<Eigen::Index>(e.black_at(c))]);
+    sensitivity_.set_sensor(c, s.gain_dn + step.change[e.gain_at(c)],
+                            s.black_level_dn + step.change[e.black_at(c)]);
   }
 }
 
@@ -81,10 +81,8 @@ GaussNewton::Outcome GaussNewton::step(bool keep_scale, Sensitivity::Derivative 
 
 bool GaussNewton::is_within(const Step& step, double sigmas) const {
   const double inflation = std::sqrt(std::max(1.0, chi2_));
-  for (std::size_t k = 0; k < parameters_.size(); ++k) {
-    const auto at = static_cast<Eigen::Index>(k);
-    if (std::abs(step.change[at]) > sigmas * inflation * step.sigma[at]) return false;
-  }
+  for (std::size_t k = 0; k < parameters_.size(); ++k)
+    if (std::abs(step.change[k]) > sigmas * inflation * step.sigma[k]) return false;
   return true;
 }
 
@@ -92,11 +90,9 @@ bool GaussNewton::take(const Step& step) {
   double factor = 1.0;
   for (int halving = 0; halving <= kMostHalvings; ++halving, factor *= 0.5) {
     Eigen::VectorXd next = values_;
-    for (std::size_t k = 0; k < parameters_.size(); ++k) {
-      const auto at = static_cast<Eigen::Index>(k);
-      next[at] =
-          std::clamp(values_[at] + factor * step.change[at], parameters_[k].smallest, parameters_[k].largest);
-    }
+    for (std::size_t k = 0; k < parameters_.size(); ++k)
+      next[k] =
+          std::clamp(values_[k] + factor * step.change[k], parameters_[k].smallest, parameters_[k].largest);
     try {
       const NormalEquations e =
           sensitivity_.equations_without_parameters(with_values(twin_, parameters_, next));

@@ -173,11 +173,11 @@ class ParameterList {
       const Vignetting& v = twin_.cameras[c].vignetting;
       if (v.kind == Vignetting::Kind::cos4) continue;
       for (int i = 0; i < 2; ++i)
-        add(fmt::format("{}.vignetting_tilt.{}", twin_.cameras[c].name, "xy"[i]), "",
-            v.tilt[static_cast<std::size_t>(i)], 0.01, [c, i](Twin& t, double d) {
+        add(fmt::format("{}.vignetting_tilt.{}", twin_.cameras[c].name, "xy"[i]), "", v.tilt[i], 0.01,
+            [c, i](Twin& t, double d) {
               Vignetting& changed = t.cameras[c].vignetting;
               changed.kind = Vignetting::Kind::polynomial;
-              changed.tilt[static_cast<std::size_t>(i)] += d;
+              changed.tilt[i] += d;
             });
       add(fmt::format("{}.vignetting.a1", twin_.cameras[c].name), "", v.a[0], 0.01, [c](Twin& t, double d) {
         t.cameras[c].vignetting.kind = Vignetting::Kind::polynomial;
@@ -255,16 +255,14 @@ std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group)
 Twin with_values(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values) {
   Twin out = twin;
   for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (const double d = values[static_cast<Eigen::Index>(i)] - parameters[i].start; d != 0.0)
-      parameters[i].change(out, d);
+    if (const double d = values[i] - parameters[i].start; d != 0.0) parameters[i].change(out, d);
   for (Object& object : out.objects) std::visit([](auto& shape) { make_units(shape); }, object.shape);
   return out;
 }
 
 Eigen::VectorXd start_values(const std::vector<Parameter>& parameters) {
   Eigen::VectorXd values(static_cast<Eigen::Index>(parameters.size()));
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    values[static_cast<Eigen::Index>(i)] = parameters[i].start;
+  for (std::size_t i = 0; i < parameters.size(); ++i) values[i] = parameters[i].start;
   return values;
 }
 

@@ -178,7 +178,7 @@ class Refiner {
                  *s = find(simulated_.measurement->fits, name.substr(0, dot));
       if (!r || !s) continue;
       const int i = name.back() - 'x';
-      values[static_cast<Eigen::Index>(k)] += r->vectors.at("center_mm")[i] - s->vectors.at("center_mm")[i];
+      values[k] += r->vectors.at("center_mm")[i] - s->vectors.at("center_mm")[i];
     }
     return values;
   }
@@ -186,7 +186,7 @@ class Refiner {
   void refuse_what_cannot_be_told(const GaussNewton& fit) const {
     const NormalEquations& equations = fit.equations();
     for (std::size_t k = 0; k < parameters_.size(); ++k)
-      if (const auto at = static_cast<Eigen::Index>(k); !(equations.normal(at, at) > 0.0))
+      if (!(equations.normal(k, k) > 0.0))
         throw UserError(ExitCode::usage, "--refine " + parameters_[k].name, "changes nothing in these images",
                         "leave it out");
     const std::vector<std::size_t> all = fit.unknowns();
@@ -201,7 +201,7 @@ class Refiner {
       bool involved = false;
       for (Eigen::Index k = 0; k < m && eigen.eigenvalues()[k] <= kCannotBeTold; ++k)
         involved = involved || std::abs(eigen.eigenvectors()(i, k)) > kInvolved;
-      if (involved) names += (names.empty() ? "" : ", ") + unknown_name(all[static_cast<std::size_t>(i)]);
+      if (involved) names += (names.empty() ? "" : ", ") + unknown_name(all[i]);
     }
     throw UserError(
         ExitCode::usage, "--refine",
@@ -226,9 +226,8 @@ class Refiner {
     const double inflation = std::sqrt(std::max(1.0, report_.chi2_after));
     for (std::size_t k = 0; k < parameters_.size(); ++k) {
       const Parameter& p = parameters_[k];
-      const auto at = static_cast<Eigen::Index>(k);
-      report_.rows.push_back({p.name, p.unit, p.shown(p.start), p.shown(fit.values()[at]),
-                              p.shown_sigma(fit.values()[at], inflation * last.sigma[at])});
+      report_.rows.push_back({p.name, p.unit, p.shown(p.start), p.shown(fit.values()[k]),
+                              p.shown_sigma(fit.values()[k], inflation * last.sigma[k])});
     }
     note_correlations(fit);
     Refined out{fit.twin(), {}};
@@ -264,8 +263,7 @@ class Refiner {
         const double r = covariance(i, j) / std::sqrt(covariance(i, i) * covariance(j, j));
         if (std::abs(r) > kHighCorrelation && j < n_parameters)
           report_.notes.push_back(fmt::format("{} and {} are told apart poorly (correlation {:+.3f})",
-                                              unknown_name(all[static_cast<std::size_t>(j)]),
-                                              unknown_name(all[static_cast<std::size_t>(i)]), r));
+                                              unknown_name(all[j]), unknown_name(all[i]), r));
       }
   }
 
@@ -273,7 +271,7 @@ class Refiner {
                    Twin& twin) {
     const GridSamples& s = sensitivity_.samples()[index];
     Sensor& sensor = twin.cameras[s.camera].sensor;
-    const auto sigma = [&](std::size_t at) { return inflation * step.sigma[static_cast<Eigen::Index>(at)]; };
+    const auto sigma = [&](std::size_t at) { return inflation * step.sigma[at]; };
     const std::string& camera = twin.cameras[s.camera].name;
     if (keeps_gain_) {
       report_.rows.push_back(

@@ -40,12 +40,11 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
       out.cell.push_back(static_cast<std::size_t>(gy) * static_cast<std::size_t>(out.grid.width) +
                          static_cast<std::size_t>(gx));
       double mean_dn = 0.0;
-      for (const int image : out.images)
-        mean_dn += static_cast<double>(pair.real->images[static_cast<std::size_t>(image)].data[i]);
+      for (const int image : out.images) mean_dn += static_cast<double>(pair.real->images[image].data[i]);
       mean_dn /= static_cast<double>(out.images.size());
       const double sigma_dn = std::sqrt(noise.variance(mean_dn) + rendering_dn * rendering_dn);
       for (const int image : out.images) {
-        const auto y = static_cast<double>(pair.real->images[static_cast<std::size_t>(image)].data[i]);
+        const double y = pair.real->images[image].data[i];
         const double predicted = u.gain_dn * pair.irradiance_at(image, i) + u.black_level_dn;
         const bool usable = is_usable(u, y, pair.source_at(image, i), predicted);
         out.real_dn.push_back(static_cast<float>(y));
@@ -59,9 +58,7 @@ Eigen::MatrixXd NormalEquations::normal_of(const std::vector<std::size_t>& unkno
   const auto m = static_cast<Eigen::Index>(unknowns.size());
   Eigen::MatrixXd part(m, m);
   for (Eigen::Index i = 0; i < m; ++i)
-    for (Eigen::Index j = 0; j < m; ++j)
-      part(i, j) = normal(static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(i)]),
-                          static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(j)]));
+    for (Eigen::Index j = 0; j < m; ++j) part(i, j) = normal(unknowns[i], unknowns[j]);
   return part;
 }
 
@@ -72,7 +69,7 @@ Step solve_step(const NormalEquations& e, const std::vector<std::size_t>& unknow
   const Eigen::MatrixXd normal = e.normal_of(unknowns);
   Eigen::VectorXd right(m), scale(m);
   for (Eigen::Index i = 0; i < m; ++i) {
-    right[i] = e.right[static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(i)])];
+    right[i] = e.right[unknowns[i]];
     scale[i] = normal(i, i) > 0.0 ? 1.0 / std::sqrt(normal(i, i)) : 0.0;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * normal *
@@ -87,9 +84,8 @@ Step solve_step(const NormalEquations& e, const std::vector<std::size_t>& unknow
                                      eigen.eigenvectors().transpose() * scale.asDiagonal();
   const Eigen::VectorXd change = covariance * right;
   for (Eigen::Index i = 0; i < m; ++i) {
-    const auto at = static_cast<Eigen::Index>(unknowns[static_cast<std::size_t>(i)]);
-    step.change[at] = change[i];
-    step.sigma[at] = std::sqrt(std::max(0.0, covariance(i, i)));
+    step.change[unknowns[i]] = change[i];
+    step.sigma[unknowns[i]] = std::sqrt(std::max(0.0, covariance(i, i)));
   }
   step.chi2 = e.chi2 - change.dot(right);
   return step;
@@ -111,7 +107,7 @@ Sensitivity::Values Sensitivity::irradiance(const Twin& twin, int samples) const
     std::vector<float> values(s.real_dn.size());
     for (std::size_t p = 0; p < s.n_pixels(); ++p)
       for (std::size_t k = 0; k < s.images.size(); ++k)
-        values[p * s.images.size() + k] = images[static_cast<std::size_t>(s.images[k])].data[s.cell[p]];
+        values[p * s.images.size() + k] = images[s.images[k]].data[s.cell[p]];
     out.push_back(std::move(values));
   }
   return out;
@@ -146,7 +142,6 @@ Sensitivity::Values zeros(const Sensitivity::Values& like) {
 Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Parameter>& parameters,
                                         const Eigen::VectorXd& values, std::size_t at, const Values& base,
                                         Derivative derivative) const {
-  const auto index = static_cast<Eigen::Index>(at);
   const Parameter& parameter = parameters[at];
   const double wanted = derivative == Derivative::exact ? kExactChange : kWantedChange;
   // as far as a step may grow: a thousand times what suits a rig of usual size
@@ -154,17 +149,17 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
   const auto inside = [&](double value) { return value >= parameter.smallest && value <= parameter.largest; };
   const auto images_at = [&](double value) {
     Eigen::VectorXd changed = values;
-    changed[index] = value;
+    changed[at] = value;
     return irradiance(with_values(twin, parameters, changed), kDerivativeSamples);
   };
   const Values nothing = zeros(base);
   Values out, other;
-  double step = parameter.is_switch ? (values[index] > 0.5 ? -1.0 : 1.0) : parameter.step;
+  double step = parameter.is_switch ? (values[at] > 0.5 ? -1.0 : 1.0) : parameter.step;
   try {
     for (int attempt = 0;; ++attempt) {
-      if (!inside(values[index] + step)) step = -step;
-      if (!inside(values[index] + step)) return nothing;
-      out = images_at(values[index] + step);
+      if (!inside(values[at] + step)) step = -step;
+      if (!inside(values[at] + step)) return nothing;
+      out = images_at(values[at] + step);
       if (parameter.is_switch) break;
       const double change = relative_change(base, out);
       if (change > wanted / 5.0 && change < wanted * 5.0) break;
@@ -176,9 +171,9 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
       step = std::copysign(std::min(std::abs(grown), longest), step);
     }
     if (derivative == Derivative::exact && !parameter.is_switch) {
-      if (!inside(values[index] - step))  // one side only: a short step
+      if (!inside(values[at] - step))  // one side only: a short step
         return column(twin, parameters, values, at, base, Derivative::quick);
-      other = images_at(values[index] - step);
+      other = images_at(values[at] - step);
       step *= 2.0;
     }
   } catch (const UserError&) {
@@ -213,8 +208,7 @@ void Sensitivity::add_pixel(const GridSamples& s, std::size_t camera, std::size_
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(k, size);
   Eigen::VectorXd r = Eigen::VectorXd::Zero(k);
   std::uint64_t used = 0;
-  const auto gain = static_cast<Eigen::Index>(part.gain_at(camera)),
-             black = static_cast<Eigen::Index>(part.black_at(camera));
+  const std::size_t gain = part.gain_at(camera), black = part.black_at(camera);
   for (Eigen::Index j = 0; j < k; ++j) {
     const std::size_t i = pixel * s.images.size() + static_cast<std::size_t>(j);
     if (s.weight[i] == 0.0F) continue;
@@ -223,8 +217,7 @@ void Sensitivity::add_pixel(const GridSamples& s, std::size_t camera, std::size_
     const double root = std::sqrt(std::min(1.0, threshold_[camera] / std::max(std::abs(value), 1e-12)));
     r[j] = root * value;
     for (std::size_t c = 0; c < columns.size(); ++c)
-      rows(j, static_cast<Eigen::Index>(c)) =
-          root * w * s.gain_dn * static_cast<double>(columns[c][camera][i]);
+      rows(j, c) = root * w * s.gain_dn * static_cast<double>(columns[c][camera][i]);
     rows(j, gain) = root * w * static_cast<double>(rough[camera][i]);
     rows(j, black) = root * w;
     ++used;

@@ -142,7 +142,7 @@ GainSums sum_gain(const GrayPair& pair, const UsableRange& usable, const GainMod
                             has_dn ? &pair.simulated->images[k].data[at] : nullptr, &pair.mask.data[at],
                             std::min(kBlock, width - x)};
           if (fill_lane(row, pair, usable, model.e_center, lane))
-            add_lane(lane, row.n, model, blocks[static_cast<std::size_t>(band * across + block)]);
+            add_lane(lane, row.n, model, blocks[band * across + block]);
         }
     }
   return reduce(blocks);

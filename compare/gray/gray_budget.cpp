@@ -95,19 +95,18 @@ class GrayBudgetFit {
       const PatternSpec& pattern = pair_.patterns[k];
       const ImageF *theta = wrapped(*phases_.harmonics, pattern), *slope = wrapped(*phases_.slope, pattern);
       if (!theta || !slope || std::isnan(theta->data[i]) || std::isnan(slope->data[i])) continue;
-      const double y = static_cast<double>(pair_.real->images[k].data[i]);
-      const double v = static_cast<double>(pair_.irradiance->images[k].data[i]);
+      const double y = pair_.real->images[k].data[i];
+      const double v = pair_.irradiance->images[k].data[i];
       const double e = pair_.e_scale * v + pair_.e_offset;
       const double clip = u.gain_dn * e + u.black_level_dn;
       if (!is_usable(u, y, v, clip)) continue;
-      const DirectionDecode& d = phases_.slope->directions[static_cast<std::size_t>(pattern.direction)];
+      const DirectionDecode& d = phases_.slope->directions[pattern.direction];
       const double step_rad = kTwoPi * pattern.step / steps_;
       const double predicted = fit_.row.gain_dn * e;
-      pixel.values.push_back({y - predicted - fit_.row.black_level_dn, predicted,
-                              static_cast<double>(theta->data[i]) + step_rad,
-                              std::sin(static_cast<double>(slope->data[i]) + step_rad) /
-                                  d.pitches_px[static_cast<std::size_t>(pattern.pitch)],
-                              pattern.direction});
+      pixel.values.push_back(
+          {y - predicted - fit_.row.black_level_dn, predicted, static_cast<double>(theta->data[i]) + step_rad,
+           std::sin(static_cast<double>(slope->data[i]) + step_rad) / d.pitches_px[pattern.pitch],
+           pattern.direction});
       pixel.gray_dn += y;
     }
     if (pixel.values.size() < 4) pixel.values.clear();
@@ -274,9 +273,8 @@ class GrayBudgetFit {
 
 std::optional<GrayBudget> gray_budget(const GrayPair& pair, const GainFit& fit, const CameraDecode* real,
                                       const CameraDecode* simulated, const GrayNoise& noise) {
-  const bool has_steps = std::any_of(pair.gain_images.begin(), pair.gain_images.end(), [&](int i) {
-    return !pair.patterns[static_cast<std::size_t>(i)].is_gray();
-  });
+  const bool has_steps = std::any_of(pair.gain_images.begin(), pair.gain_images.end(),
+                                     [&](int i) { return !pair.patterns[i].is_gray(); });
   if (!has_steps || (!real && !simulated)) return std::nullopt;
   GrayBudget budget =
       GrayBudgetFit(pair, fit, {real ? real : simulated, simulated ? simulated : real}, noise).run();

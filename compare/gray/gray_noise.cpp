@@ -56,7 +56,7 @@ void GrayNoise::estimate(const GrayPair& pair, const CameraDecode& real, const s
         const auto at = std::find(steps.begin(), steps.end(), spec.step);
         if (!spec.is_gray() && spec.direction == static_cast<int>(k) && spec.pitch == static_cast<int>(p) &&
             at != steps.end())
-          pitches[p].steps[static_cast<std::size_t>(at - steps.begin())] = &pair.real->images[i];
+          pitches[p].steps[at - steps.begin()] = &pair.real->images[i];
       }
     }
     measure::NoiseModel model = measure::NoiseModel::linear(0.0, 0.0, 1.0);

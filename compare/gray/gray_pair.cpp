@@ -24,7 +24,7 @@ void choose_images(GrayPair& pair, const Twin& twin, const CompareOptions& optio
   const bool gray_compares = same_exposure(*pair.real) && same_exposure(*pair.irradiance);
   bool left_out = false;
   for (int i = 0; i < static_cast<int>(pair.patterns.size()); ++i) {
-    const PatternSpec& pattern = pair.patterns[static_cast<std::size_t>(i)];
+    const PatternSpec& pattern = pair.patterns[i];
     if (pattern.is_image()) {
       pair.images.push_back(i);
       continue;

@@ -30,7 +30,7 @@ struct GrayPair {
   int height() const { return mask.height; }
   /// Returns the value of `irradiance` in this image of the sequence at pixel i.
   double source_at(int image, std::size_t i) const {
-    return static_cast<double>(irradiance->images[static_cast<std::size_t>(image)].data[i]);
+    return static_cast<double>(irradiance->images[image].data[i]);
   }
   /// Returns the irradiance E there.
   double irradiance_at(int image, std::size_t i) const { return e_scale * source_at(image, i) + e_offset; }

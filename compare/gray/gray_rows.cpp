@@ -12,8 +12,8 @@ namespace {
 float usable_difference(const GrayPair& pair, const GainFit& fit, std::size_t image, std::size_t i) {
   const float unknown = std::numeric_limits<float>::quiet_NaN();
   const UsableRange& u = fit.usable;
-  const double y = static_cast<double>(pair.real->images[image].data[i]);
-  const double v = static_cast<double>(pair.irradiance->images[image].data[i]);
+  const double y = pair.real->images[image].data[i];
+  const double v = pair.irradiance->images[image].data[i];
   const double e = pair.e_scale * v + pair.e_offset;
   const double clip = u.gain_dn * e + u.black_level_dn;
   const bool use = pair.mask.data[i] != 0 && is_usable(u, y, v, clip);
@@ -71,7 +71,7 @@ std::vector<GrayRow> gray_rows(const Twin& twin, const GrayPair& pair, const Gai
   for (std::size_t k = 0; k < pair.images.size(); ++k) {
     rows[k] = one_row(pair, fit, pair.images[k]);
     rows[k].camera = pair.camera->name;
-    rows[k].pattern = pair.patterns[static_cast<std::size_t>(pair.images[k])].label(twin.fringes);
+    rows[k].pattern = pair.patterns[pair.images[k]].label(twin.fringes);
   }
   return rows;
 }

@@ -212,7 +212,7 @@ ImageF predicted_variance(const Sensor& sensor, const measure::DirectionDecode& 
 
 void check_phase(const Camera& camera, const measure::DirectionDecode& d, const ImageU8& flags,
                  const measure::StepSolver& solver, NoiseRow& row) {
-  const ImageF& phase = d.wrapped_rad[static_cast<std::size_t>(d.finest)];
+  const ImageF& phase = d.wrapped_rad[d.finest];
   const ImageF variance = predicted_variance(camera.sensor, d, solver);
   const int dx = d.axis == Axis::x ? 0 : 1, dy = 1 - dx;  // the stripes of column patterns run along camera y
   std::vector<NoiseSample> z;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "compare/page/report_parts.hpp"
+#include "report/html_page.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
 
@@ -55,8 +56,8 @@ Window data_window(const ImageU8& mask) {
   for (int y = 0; y < mask.height; ++y)
     for (int x = 0; x < mask.width; ++x)
       if (mask(x, y) != 0) {
-        ++per_column[static_cast<std::size_t>(x)];
-        ++per_row[static_cast<std::size_t>(y)];
+        ++per_column[x];
+        ++per_row[y];
       }
   const auto columns = middle_of(per_column), rows = middle_of(per_row);
   if (!columns || !rows) return {0, 0, mask.width, mask.height};
@@ -110,23 +111,47 @@ int profile_row(const ReportInput& in, std::size_t camera, const ImageU8& mask) 
   return best;
 }
 
-RowData row_data(const ImageF& image, int row, int first, int last) {
-  RowData out;
-  for (int x = std::max(0, first); x <= std::min(last, image.width - 1); ++x) {
-    out.x_px.push_back(x);
-    out.value.push_back(static_cast<double>(image(x, row)));
-  }
-  return out;
-}
-
-std::pair<int, int> row_extent(const ImageU8& mask, int row) {
+Columns columns_of_row(const ImageU8& mask, int row) {
+  constexpr int kMargin = 12;
   int first = -1, last = -1;
   for (int x = 0; x < mask.width; ++x)
     if (mask(x, row) != 0) {
       if (first < 0) first = x;
       last = x;
     }
-  return first < 0 ? std::pair{0, mask.width - 1} : std::pair{first, last};
+  if (first < 0) first = 0, last = mask.width - 1;
+  return {first - kMargin, last + kMargin};
+}
+
+report::Series row_series(const ImageF& image, int row, const Columns& columns, const std::string& title,
+                          const std::string& color, double width) {
+  report::Series s{.title = title, .color = color, .width = width};
+  for (int x = std::max(0, columns.first); x <= std::min(columns.second, image.width - 1); ++x) {
+    s.x.push_back(x);
+    s.y.push_back(static_cast<double>(image(x, row)));
+  }
+  return s;
+}
+
+report::Plot row_plot(const std::string& y_label, int height_px, const Columns& columns,
+                      std::vector<report::Series> series) {
+  return {.x_label = "image column [px]",
+          .y_label = y_label,
+          .series = std::move(series),
+          .height_px = height_px,
+          .x_range = columns};
+}
+
+report::MapStyle difference_style(const ImageF& difference, const std::string& unit) {
+  return {.scale = report::Scale::diverging,
+          .limits = report::symmetric_limits(difference),
+          .unit = unit,
+          .title = "simulated − real",
+          .max_width_px = 720};
+}
+
+std::string titled_map(const std::string& title, const std::string& body) {
+  return "<div class=\"map\"><h4>" + title + "</h4>" + body + "</div>";
 }
 
 std::size_t camera_index(const ReportInput& in, const std::string& name) {
@@ -141,8 +166,9 @@ std::string camera_heading(const std::string& name) {
   return "<h3>Camera “" + report::escape_html(name) + "”</h3>\n";
 }
 
-report::Figure figure(const ReportInput& in, std::string body, std::string caption, std::string formula) {
-  return {std::move(body), std::move(caption), std::move(formula), in.command};
+std::string figure_html(const ReportInput& in, const std::string& body, const std::string& caption,
+                        const std::string& formula) {
+  return report::Figure{body, caption, formula, in.command}.html();
 }
 
 }  // namespace fringetwin::compare

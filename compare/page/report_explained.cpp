@@ -53,12 +53,12 @@ std::string bars_html(const ExplainedRow& row) {
 
 std::string map_of_regions(const ExplainedRow& row) {
   if (row.regions.empty()) return "";
-  report::MapStyle style;
-  style.limits = {0.0, std::max(2.0, report::percentile(row.regions.data, 98.0))};
-  style.unit = "χ² per region";
-  style.title = "chi2 of regions";
-  return fmt::format("<div class=\"map\"><h4>{} {}: χ² of regions of 16 × 16 px</h4>{}</div>", row.quantity,
-                     report::escape_html(row.region), report::map_html(row.regions, style));
+  report::MapStyle style{.limits = {0.0, std::max(2.0, report::percentile(row.regions.data, 98.0))},
+                         .unit = "χ² per region",
+                         .title = "chi2 of regions"};
+  return titled_map(
+      fmt::format("{} {}: χ² of regions of 16 × 16 px", row.quantity, report::escape_html(row.region)),
+      report::map_html(row.regions, style));
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ std::vector<GrayOverE> gray_over_e(const GrayPair& pair, const GainFit& fit) {
   for (int image : pair.gain_images)
     for (std::size_t i = 0; i < pair.mask.size(); i += stride) {
       const double e = pair.irradiance_at(image, i), predicted = u.gain_dn * e + u.black_level_dn;
-      const double dn = static_cast<double>(pair.real->images[static_cast<std::size_t>(image)].data[i]);
+      const double dn = pair.real->images[image].data[i];
       if (pair.mask.data[i] != 0 && dn < u.saturation_dn && predicted >= u.low_dn && predicted <= u.high_dn)
         out.push_back({e, dn});
     }
@@ -70,10 +70,9 @@ std::vector<Plot> gain_plots(const GrayPair& pair, const GainFit& fit) {
     difference[bin].push_back(static_cast<float>(fit.row.gain_dn * v.e + fit.row.black_level_dn - v.dn));
   }
   BinSeries gray("real", report::color::kReal), residual("simulated − real", report::color::kDifference);
-  Series line;
-  line.title = fmt::format("fit: {} · E + {}", report::number(fit.row.gain_dn, 5),
-                           report::number(fit.row.black_level_dn, 4));
-  line.color = report::color::kSimulated;
+  Series line{.title = fmt::format("fit: {} · E + {}", report::number(fit.row.gain_dn, 5),
+                                   report::number(fit.row.black_level_dn, 4)),
+              .color = report::color::kSimulated};
   for (std::size_t b = 0; b < kGainBins; ++b) {
     if (real[b].size() < kFewestInBin) continue;
     const double e = first + (static_cast<double>(b) + 0.5) * width;

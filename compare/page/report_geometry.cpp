@@ -81,17 +81,17 @@ std::string side_maps(const ReportInput& in, const Deviations& d, const MapStyle
   const Lens& lens = in.twin.cameras.front().lens;
   const ImageF image = deviation_image(d, lens.width(), lens.height());
   report::write_map_png(in.dir / fmt::format("deviation_{}_{}.png", d.fit->object, d.side), image, style);
-  return fmt::format("<div class=\"maps\"><div class=\"map\"><h4>{}: camera view</h4>{}</div>", d.side,
-                     report::map_html(crop(image, data_window(finite_mask(image))), style)) +
-         fmt::format("<div class=\"map\"><h4>{}: points</h4>{}</div></div>", d.side, cloud_html(d, style));
+  return "<div class=\"maps\">" +
+         titled_map(std::string(d.side) + ": camera view",
+                    report::map_html(crop(image, data_window(finite_mask(image))), style)) +
+         titled_map(std::string(d.side) + ": points", cloud_html(d, style)) + "</div>";
 }
 
 Plot deviation_histogram(const std::vector<Deviations>& sides, const report::MapLimits& limits) {
-  Plot plot;
-  plot.x_label = "deviation from the fitted surface [µm]";
-  plot.y_label = "share of points [%]";
-  plot.height_px = 260;
-  plot.x_range = {{limits.low, limits.high}};
+  Plot plot{.x_label = "deviation from the fitted surface [µm]",
+            .y_label = "share of points [%]",
+            .height_px = 260,
+            .x_range = {{limits.low, limits.high}}};
   for (const Deviations& d : sides)
     plot.series.push_back(report::histogram_series(
         report::histogram(in_um(*d.fit), 121, limits.low, limits.high), d.side, d.color));
@@ -119,11 +119,8 @@ std::string geometry_figures_html(const ReportInput& in) {
           deviations(in.real.measurement, row.object, "real", report::color::kReal)})
       if (d) sides.push_back(d);
     if (sides.empty()) continue;
-    MapStyle style;
-    style.scale = Scale::diverging;
-    style.limits = common_limits(sides, 99.0);
-    style.unit = "µm";
-    style.title = "deviation";
+    MapStyle style{
+        .scale = Scale::diverging, .limits = common_limits(sides, 99.0), .unit = "µm", .title = "deviation"};
     std::string maps, n;
     for (const Deviations& d : sides) {
       maps += side_maps(in, d, style);
@@ -132,14 +129,11 @@ std::string geometry_figures_html(const ReportInput& in) {
     const std::string plot = report::plots_or_sentences(
         {deviation_histogram(sides, common_limits(sides, 99.8))}, "dev-" + row.object)[0];
     html += "<h3>" + report::escape_html(row.object) + "</h3>\n";
-    html += figure(in, maps,
-                   fmt::format("{}: signed distance of the measured points from the fitted {}, positive "
-                               "outside; {}. Colours span the 99th percentile of |deviation|.",
-                               row.object, row.kind, n),
-                   "")
-                .html();
-    html += figure(in, plot, fmt::format("{}: signed histogram of the deviation ({}).", row.object, n), "")
-                .html();
+    html += figure_html(in, maps,
+                        fmt::format("{}: signed distance of the measured points from the fitted {}, positive "
+                                    "outside; {}. Colours span the 99th percentile of |deviation|.",
+                                    row.object, row.kind, n));
+    html += figure_html(in, plot, fmt::format("{}: signed histogram of the deviation ({}).", row.object, n));
   }
   return html;
 }

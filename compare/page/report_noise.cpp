@@ -74,14 +74,12 @@ Plot level_plot(const NoiseRow& row) {
   double top = 0.0;
   for (const Series* s : {&measured, &predicted})
     for (const double v : s->y) top = std::max(top, v);
-  Plot plot;
-  plot.x_label = "mean gray value [DN]";
-  plot.y_label = "gray noise [DN]";
-  plot.height_px = 300;
-  plot.width_px = 620;
-  plot.y_range = {{0.0, std::max(1.15 * top, 1e-3)}};
-  plot.series = {measured, predicted};
-  return plot;
+  return {.x_label = "mean gray value [DN]",
+          .y_label = "gray noise [DN]",
+          .series = {measured, predicted},
+          .width_px = 620,
+          .height_px = 300,
+          .y_range = {{0.0, std::max(1.15 * top, 1e-3)}}};
 }
 
 Plot quantile_plot(const NoiseRow& row) {
@@ -100,36 +98,32 @@ Plot quantile_plot(const NoiseRow& row) {
     normal.x.push_back(q), normal.y.push_back(q);
     scaled.x.push_back(q), scaled.y.push_back(row.gray_ratio * q);
   }
-  Plot plot;
-  plot.x_label = "normal quantile";
-  plot.y_label = "residual / predicted sigma";
-  plot.height_px = 300;
-  plot.width_px = 620;
-  plot.series = {points, normal, scaled};
-  return plot;
+  return {.x_label = "normal quantile",
+          .y_label = "residual / predicted sigma",
+          .series = {points, normal, scaled},
+          .width_px = 620,
+          .height_px = 300};
 }
 
 std::string noise_figures_html(const ReportInput& in, const NoiseRow& row) {
   const std::string id = row.camera + "-" + row.direction;
   const std::vector<std::string> svg =
       report::plots_or_sentences({level_plot(row), quantile_plot(row)}, "noise-" + id);
-  report::MapStyle style;
-  style.scale = report::Scale::viridis;
-  style.limits = report::robust_limits(row.ratio_map);
-  style.title = "measured / predicted gray noise";
-  style.max_width_px = 480;
+  report::MapStyle style{.scale = report::Scale::viridis,
+                         .limits = report::robust_limits(row.ratio_map),
+                         .title = "measured / predicted gray noise",
+                         .max_width_px = 480};
   const Window window = data_window(valid_mask(in, camera_index(in, row.camera)));
   const ImageF map = crop(enlarged_blocks(row.ratio_map, kNoiseBlock), window);
-  return figure(in,
-                "<div class=\"maps\"><div class=\"map\">" + svg[0] + "</div><div class=\"map\">" + svg[1] +
-                    "</div></div>" + report::map_html(map, style),
-                fmt::format(
-                    "{}, direction {}: gray noise over gray level; quantiles of the residuals over their "
-                    "predicted sigma against the normal distribution; ratio in blocks of {} × {} px.",
-                    row.camera, row.direction, kNoiseBlock, kNoiseBlock),
-                "sigma² = (DN − black) / electrons_per_dn + read_noise² + 1/12;  sigma_phase = sqrt(2/N) "
-                "sigma / amplitude")
-      .html();
+  return figure_html(
+      in,
+      "<div class=\"maps\"><div class=\"map\">" + svg[0] + "</div><div class=\"map\">" + svg[1] +
+          "</div></div>" + report::map_html(map, style),
+      fmt::format("{}, direction {}: gray noise over gray level; quantiles of the residuals over their "
+                  "predicted sigma against the normal distribution; ratio in blocks of {} × {} px.",
+                  row.camera, row.direction, kNoiseBlock, kNoiseBlock),
+      "sigma² = (DN − black) / electrons_per_dn + read_noise² + 1/12;  sigma_phase = sqrt(2/N) "
+      "sigma / amplitude");
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "compare/page/report_parts.hpp"
 #include "compare/result/tables.hpp"
 #include "report/cloud_canvas.hpp"
+#include "report/html_page.hpp"
 #include "report/provenance.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"

@@ -10,7 +10,8 @@
 #include "compare/result/options.hpp"
 #include "compare/result/rows.hpp"
 #include "compare/result/side.hpp"
-#include "report/html_page.hpp"
+#include "report/map.hpp"
+#include "report/plot.hpp"
 
 namespace fringetwin::compare {
 
@@ -72,19 +73,29 @@ ImageU8 valid_mask(const ReportInput& in, std::size_t camera);
 /// Returns the image row of the profiles: through the first object's centre where that is on the part, else
 /// the row with the most valid pixels.
 int profile_row(const ReportInput& in, std::size_t camera, const ImageU8& mask);
-/// One row of an image as plot coordinates, NaN included.
-struct RowData {
-  std::vector<double> x_px, value;
-};
-RowData row_data(const ImageF& image, int row, int first, int last);
-/// Returns the first and last non-zero pixel of a row.
-std::pair<int, int> row_extent(const ImageU8& mask, int row);
+/// First and last column of the image that a plot shows.
+using Columns = std::pair<int, int>;
+/// Returns the columns of a row from its first to its last non-zero pixel, with a margin.
+Columns columns_of_row(const ImageU8& mask, int row);
+/// Returns a row of an image as a line over the columns, NaN included.
+report::Series row_series(const ImageF& image, int row, const Columns& columns, const std::string& title,
+                          const std::string& color, double width = 1.4);
+/// Returns a plot over the columns of an image.
+report::Plot row_plot(const std::string& y_label, int height_px, const Columns& columns,
+                      std::vector<report::Series> series);
+
+/// Returns the style of a map of simulated - real.
+report::MapStyle difference_style(const ImageF& difference, const std::string& unit);
+/// Returns a map, a plot or a cloud with its title above it.
+std::string titled_map(const std::string& title, const std::string& body);
 
 /// Returns the index of the camera of that name, which the twin has.
 std::size_t camera_index(const ReportInput& in, const std::string& name);
 /// Returns "<h3>Camera “left”</h3>".
 std::string camera_heading(const std::string& name);
 
-report::Figure figure(const ReportInput& in, std::string body, std::string caption, std::string formula);
+/// Returns the figure as HTML; it tells the command that made it.
+std::string figure_html(const ReportInput& in, const std::string& body, const std::string& caption,
+                        const std::string& formula = "");
 
 }  // namespace fringetwin::compare

@@ -18,49 +18,23 @@ using measure::DirectionDecode;
 using report::MapStyle;
 using report::Plot;
 using report::Scale;
-using report::Series;
 
 MapStyle phase_style(const ImageF& phase, const std::string& title) {
-  MapStyle style;
-  style.scale = Scale::viridis;
-  style.limits = report::robust_limits(phase, 0.5, 99.5);
-  style.unit = "rad";
-  style.title = title;
-  style.max_width_px = 520;
-  return style;
-}
-
-Plot row_plot(const std::string& y_label, int height_px, const std::pair<int, int>& extent) {
-  Plot plot;
-  plot.x_label = "image column [px]";
-  plot.y_label = y_label;
-  plot.height_px = height_px;
-  plot.x_range = {{extent.first - 12, extent.second + 12}};
-  return plot;
-}
-
-Series row_series(const ImageF& image, int row, const std::pair<int, int>& extent, const std::string& title,
-                  const std::string& color, Series::Style style = Series::Style::line) {
-  const RowData data = row_data(image, row, extent.first - 12, extent.second + 12);
-  Series s;
-  s.title = title;
-  s.x = data.x_px;
-  s.y = data.value;
-  s.color = color;
-  s.style = style;
-  return s;
+  return {.scale = Scale::viridis,
+          .limits = report::robust_limits(phase, 0.5, 99.5),
+          .unit = "rad",
+          .title = title,
+          .max_width_px = 520};
 }
 
 Plot difference_histogram(const ImageF& difference) {
   const report::MapLimits limits = report::symmetric_limits(difference, 99.8);
-  Plot plot;
-  plot.x_label = "phase difference, simulated − real [rad]";
-  plot.y_label = "share of pixels [%]";
-  plot.height_px = 240;
-  plot.series = {report::histogram_series(report::histogram(difference.data, 121, limits.low, limits.high),
-                                          "", report::color::kReal)};
-  plot.x_range = {{limits.low, limits.high}};
-  return plot;
+  return {.x_label = "phase difference, simulated − real [rad]",
+          .y_label = "share of pixels [%]",
+          .series = {report::histogram_series(
+              report::histogram(difference.data, 121, limits.low, limits.high), "", report::color::kReal)},
+          .height_px = 240,
+          .x_range = {{limits.low, limits.high}}};
 }
 
 std::string both_sides(const ReportInput& in, std::size_t c, const DirectionDecode& real,
@@ -68,50 +42,42 @@ std::string both_sides(const ReportInput& in, std::size_t c, const DirectionDeco
   const std::string name = in.twin.cameras[c].name, axis = axis_name(real.axis);
   const ImageF difference = phase_difference(real, simulated);
   const ImageF phase_real = absolute_phase(in.twin, real), phase_sim = absolute_phase(in.twin, simulated);
-  MapStyle signed_style;
-  signed_style.scale = Scale::diverging;
-  signed_style.limits = report::symmetric_limits(difference);
-  signed_style.unit = "rad";
-  signed_style.title = "simulated − real";
-  signed_style.max_width_px = 720;
+  const MapStyle signed_style = difference_style(difference, "rad");
   const std::string file = fmt::format("phase_difference_{}_{}.png", name, axis);
   report::write_map_png(in.dir / file, difference, signed_style);
 
   const ImageU8 mask = valid_mask(in, c);
   const Window window = data_window(mask);
   const int row = profile_row(in, c, mask);
-  const auto extent = row_extent(mask, row);
-  Plot profile = row_plot("absolute phase [rad]", 270, extent);
-  profile.series = {
-      row_series(phase_real, row, extent, "real", report::color::kReal),
-      row_series(phase_sim, row, extent, "simulated", report::color::kSimulated, Series::Style::dashed)};
-  Plot residual = row_plot("simulated − real [rad]", 210, extent);
-  residual.series = {row_series(difference, row, extent, "", report::color::kDifference)};
+  const Columns columns = columns_of_row(mask, row);
+  Plot profile = row_plot("absolute phase [rad]", 270, columns,
+                          {row_series(phase_real, row, columns, "real", report::color::kReal),
+                           row_series(phase_sim, row, columns, "simulated", report::color::kSimulated)});
+  profile.series.back().style = report::Series::Style::dashed;
+  Plot residual = row_plot("simulated − real [rad]", 210, columns,
+                           {row_series(difference, row, columns, "", report::color::kDifference)});
   residual.zero_line = true;
   const std::vector<std::string> svg = report::plots_or_sentences(
       {profile, residual, difference_histogram(difference)}, "phase-" + name + "-" + axis);
   const ImageF part = crop(phase_real, window);
   const MapStyle style = phase_style(part, "absolute phase");
-  return figure(in,
-                "<div class=\"maps\"><div class=\"map\"><h4>real</h4>" + report::map_html(part, style) +
-                    "</div><div class=\"map\"><h4>simulated</h4>" +
-                    report::map_html(crop(phase_sim, window), style) +
-                    "</div><div class=\"map\"><h4>difference</h4>" +
-                    report::map_html(crop(difference, window), signed_style) + "</div></div>",
-                fmt::format("{}, direction {}, {}: absolute phase at the finest pitch on both sides and the "
-                            "difference. Full resolution: {}.",
-                            name, axis, window.text(), file),
-                "Φ = 2π (x_projector − phase_origin) / pitch;  ΔΦ = Φ_sim − Φ_real")
-             .html() +
-         figure(in, svg[0] + svg[1],
-                fmt::format("{}, direction {}: absolute phase along image row {} (compare the paper's Fig. "
-                            "18) and the difference.",
-                            name, axis, row),
-                "")
-             .html() +
-         figure(in, svg[2],
-                fmt::format("{}, direction {}: signed histogram of the phase difference.", name, axis), "")
-             .html();
+  return figure_html(
+             in,
+             "<div class=\"maps\">" + titled_map("real", report::map_html(part, style)) +
+                 titled_map("simulated", report::map_html(crop(phase_sim, window), style)) +
+                 titled_map("difference", report::map_html(crop(difference, window), signed_style)) +
+                 "</div>",
+             fmt::format("{}, direction {}, {}: absolute phase at the finest pitch on both sides and the "
+                         "difference. Full resolution: {}.",
+                         name, axis, window.text(), file),
+             "Φ = 2π (x_projector − phase_origin) / pitch;  ΔΦ = Φ_sim − Φ_real") +
+         figure_html(
+             in, svg[0] + svg[1],
+             fmt::format("{}, direction {}: absolute phase along image row {} (compare the paper's Fig. "
+                         "18) and the difference.",
+                         name, axis, row)) +
+         figure_html(in, svg[2],
+                     fmt::format("{}, direction {}: signed histogram of the phase difference.", name, axis));
 }
 
 std::string one_side(const ReportInput& in, std::size_t c, const DirectionDecode& decode, const char* side) {
@@ -120,20 +86,19 @@ std::string one_side(const ReportInput& in, std::size_t c, const DirectionDecode
   const ImageU8 mask = valid_mask(in, c);
   const Window window = data_window(mask);
   const int row = profile_row(in, c, mask);
-  const auto extent = row_extent(mask, row);
-  Plot profile = row_plot("absolute phase [rad]", 270, extent);
-  profile.series = {row_series(phase, row, extent, side, report::color::kSimulated)};
+  const Columns columns = columns_of_row(mask, row);
+  Plot profile = row_plot("absolute phase [rad]", 270, columns,
+                          {row_series(phase, row, columns, side, report::color::kSimulated)});
   profile.width_px = 680;
   const ImageF part = crop(phase, window);
-  return figure(in,
-                "<div class=\"maps\">" + report::map_html(part, phase_style(part, "absolute phase")) +
-                    "<div class=\"wide\">" +
-                    report::plots_or_sentences({profile}, "phase-" + name + "-" + axis)[0] + "</div></div>",
-                fmt::format(
-                    "{}, direction {}, {}: {} absolute phase at the finest pitch, and along image row {}.",
-                    name, axis, window.text(), side, row),
-                "Φ = 2π (x_projector − phase_origin) / pitch")
-      .html();
+  return figure_html(
+      in,
+      "<div class=\"maps\">" + report::map_html(part, phase_style(part, "absolute phase")) +
+          "<div class=\"wide\">" + report::plots_or_sentences({profile}, "phase-" + name + "-" + axis)[0] +
+          "</div></div>",
+      fmt::format("{}, direction {}, {}: {} absolute phase at the finest pitch, and along image row {}.",
+                  name, axis, window.text(), side, row),
+      "Φ = 2π (x_projector − phase_origin) / pitch");
 }
 
 }  // namespace

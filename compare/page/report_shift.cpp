@@ -60,22 +60,21 @@ std::string shift_html(const ReportInput& in) {
     for (const auto& [name, blocks, n] :
          {std::tuple{"dx", &row.dx_px, row.dx.n_blocks}, std::tuple{"dy", &row.dy_px, row.dy.n_blocks}}) {
       if (n == 0) continue;
-      report::MapStyle style;
-      style.scale = report::Scale::diverging;
-      style.limits = report::symmetric_limits(*blocks);
-      style.unit = "px";
-      style.title = std::string(name) + ", simulated to real";
-      style.max_width_px = 480;
+      report::MapStyle style{.scale = report::Scale::diverging,
+                             .limits = report::symmetric_limits(*blocks),
+                             .unit = "px",
+                             .title = std::string(name) + ", simulated to real",
+                             .max_width_px = 480};
       maps += report::map_html(crop(enlarged_blocks(*blocks, kShiftBlock), window), style);
     }
     if (!maps.empty())
-      html += figure(in, "<div class=\"maps\">" + maps + "</div>",
-                     fmt::format("{}: shift that takes the simulated image onto the real one, per block; "
-                                 "gray where unknown ({}).",
-                                 row.camera, window.text()),
-                     "minimise Σ (d − dx ∂p/∂x − dy ∂p/∂y)² / variance,  d = p − DN_real,  p = gain · E + "
-                     "black_level")
-                  .html();
+      html +=
+          figure_html(in, "<div class=\"maps\">" + maps + "</div>",
+                      fmt::format("{}: shift that takes the simulated image onto the real one, per block; "
+                                  "gray where unknown ({}).",
+                                  row.camera, window.text()),
+                      "minimise Σ (d − dx ∂p/∂x − dy ∂p/∂y)² / variance,  d = p − DN_real,  p = gain · E + "
+                      "black_level");
   }
   return html;
 }

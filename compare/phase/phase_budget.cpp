@@ -72,7 +72,7 @@ class PhaseBudgetFit {
         simulated_(simulated),
         ripple_(std::move(ripple)),
         difference_(phase_difference(real, simulated)) {
-    per_px_ = kTwoPi / real.pitches_px[static_cast<std::size_t>(real.finest)];
+    per_px_ = kTwoPi / real.pitches_px[real.finest];
   }
 
   std::optional<PhaseBudget> run() {
@@ -110,8 +110,8 @@ class PhaseBudgetFit {
   }
 
   double noise_variance(std::size_t i) const {
-    const auto r = static_cast<double>(real_.coordinate_sigma_px.data[i]);
-    const auto s = static_cast<double>(simulated_.coordinate_sigma_px.data[i]);
+    const double r = real_.coordinate_sigma_px.data[i];
+    const double s = simulated_.coordinate_sigma_px.data[i];
     const double v = (std::isfinite(r) ? r * r : 0.0) + (std::isfinite(s) ? s * s : 0.0);
     return per_px_ * per_px_ * v;
   }
@@ -122,7 +122,7 @@ class PhaseBudgetFit {
     std::vector<RippleSums> rows(static_cast<std::size_t>(height));
 #pragma omp parallel for schedule(static)
     for (int y = 0; y < height; ++y) {
-      RippleSums& s = rows[static_cast<std::size_t>(y)];
+      RippleSums& s = rows[y];
       s.normal = Eigen::MatrixXd::Zero(m, m);
       s.right = Eigen::VectorXd::Zero(m);
       // pixels are added in batches: one update of the matrix for many
@@ -179,7 +179,7 @@ class PhaseBudgetFit {
           ++n;
         }
       const auto count = static_cast<double>(n);
-      if (n >= kFewestInBlock) sums[static_cast<std::size_t>(b)] = (sum * sum - noise) / count;
+      if (n >= kFewestInBlock) sums[b] = (sum * sum - noise) / count;
     }
     double total = 0.0;
     for (const double s : sums) total += s;
@@ -201,8 +201,7 @@ int alias_order(const std::vector<int>& steps, int steps_total) {
   std::vector<int> sorted = steps;
   std::sort(sorted.begin(), sorted.end());
   for (int i = 1; i < m; ++i)
-    if (sorted[static_cast<std::size_t>(i)] - sorted[static_cast<std::size_t>(i - 1)] != steps_total / m)
-      return 1;
+    if (sorted[i] - sorted[i - 1] != steps_total / m) return 1;
   return m;
 }
 

@@ -13,13 +13,11 @@ namespace {
 
 using measure::DirectionDecode;
 
-double finest_pitch_px(const DirectionDecode& d) {
-  return d.pitches_px.at(static_cast<std::size_t>(d.finest));
-}
+double finest_pitch_px(const DirectionDecode& d) { return d.pitches_px.at(d.finest); }
 
 double phase_origin_px(const Twin& twin, const DirectionDecode& decode) {
   for (const DirectionFringes& d : twin.fringes.directions)
-    if (d.axis == decode.axis) return d.phase_origin_px.at(static_cast<std::size_t>(d.finest()));
+    if (d.axis == decode.axis) return d.phase_origin_px.at(d.finest());
   return 0.0;
 }
 
@@ -55,7 +53,7 @@ PhaseRow one_row(const DirectionDecode& real, const DirectionDecode& simulated, 
   const int height = real.coordinate_px.height;
   std::vector<DifferenceSums> rows(static_cast<std::size_t>(height));
 #pragma omp parallel for schedule(static)
-  for (int y = 0; y < height; ++y) rows[static_cast<std::size_t>(y)] = sum_row(real, simulated, origin_px, y);
+  for (int y = 0; y < height; ++y) rows[y] = sum_row(real, simulated, origin_px, y);
   DifferenceSums total;
   for (const DifferenceSums& row : rows) {
     total.difference += row.difference;

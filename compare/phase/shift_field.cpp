@@ -93,10 +93,10 @@ class ShiftField {
     Eigen::Vector2d brightness_h = Eigen::Vector2d::Zero();
     double uu = 0.0, ud = 0.0;
     for (std::size_t k = 0; k < difference_.size(); ++k) {
-      const double d = static_cast<double>(difference_[k].data[i]);
+      const double d = difference_[k].data[i];
       if (!std::isfinite(d)) continue;
       const int image = pair_.gain_images[k];
-      const ImageF& e = pair_.irradiance->images[static_cast<std::size_t>(image)];
+      const ImageF& e = pair_.irradiance->images[image];
       const double u = fit_.row.gain_dn * pair_.irradiance_at(image, i);
       const double w = 1.0 / noise_.variance_dn2(u + fit_.row.black_level_dn);
       const Eigen::Vector2d g(slope(e, i, 1), slope(e, i, down));

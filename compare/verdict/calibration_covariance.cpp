@@ -182,11 +182,11 @@ Twin with_rig_change(const Twin& twin, const CalibrationCovariance& covariance,
   const Pose T_ref_world = twin.cameras[0].T_cam_world;
   std::vector<RotTrans> pose_change(twin.cameras.size() + 1, RotTrans::Zero());
   for (std::size_t k = 0; k < covariance.parameters.size(); ++k) {
-    const double d = change[static_cast<Eigen::Index>(k)];
+    const double d = change[k];
     const std::string& name = covariance.parameters[k];
     const Target target = find_target(twin, covariance.file.string(), name);
     if (target.is_pose) {
-      pose_change[target.device][static_cast<Eigen::Index>(target.index)] += d;
+      pose_change[target.device][target.index] += d;
       continue;
     }
     Lens& lens = target.device < out.cameras.size() ? out.cameras[target.device].lens : out.projector->lens;

@@ -71,8 +71,7 @@ Sums sum_blocks(int width, int height, ImageF& regions, Block block) {
 #pragma omp parallel for schedule(dynamic)
   for (int b = 0; b < across * down; ++b) {
     const int x0 = b % across * kRegion, y0 = b / across * kRegion;
-    parts[static_cast<std::size_t>(b)] =
-        block(x0, y0, std::min(x0 + kRegion, width), std::min(y0 + kRegion, height));
+    parts[b] = block(x0, y0, std::min(x0 + kRegion, width), std::min(y0 + kRegion, height));
   }
   Sums total;
   regions = ImageF(across, down, std::numeric_limits<float>::quiet_NaN());
@@ -122,17 +121,16 @@ class GrayExplanation {
         calibration_(calibration) {
     for (const PatternSpec& p : pair.patterns) steps_ = std::max(steps_, p.step + 1);
     for (const int image : pair.gain_images) {
-      const PatternSpec& p = pair.patterns[static_cast<std::size_t>(image)];
+      const PatternSpec& p = pair.patterns[image];
       const ImageF* phase = nullptr;
       if (simulated && p.kind == PatternSpec::Kind::phase_step) {
-        const DirectionDecode& d = simulated->directions.at(static_cast<std::size_t>(p.direction));
-        if (static_cast<std::size_t>(p.pitch) < d.wrapped_rad.size())
-          phase = &d.wrapped_rad[static_cast<std::size_t>(p.pitch)];
+        const DirectionDecode& d = simulated->directions.at(p.direction);
+        if (static_cast<std::size_t>(p.pitch) < d.wrapped_rad.size()) phase = &d.wrapped_rad[p.pitch];
       }
       phases_.push_back(phase);
     }
     for (const int image : pair.gain_images) {
-      const double step_rad = kTwoPi * pair.patterns[static_cast<std::size_t>(image)].step / steps_;
+      const double step_rad = kTwoPi * pair.patterns[image].step / steps_;
       turns_.push_back({std::cos(step_rad), std::sin(step_rad)});
     }
   }
@@ -176,7 +174,7 @@ class GrayExplanation {
     const UsableRange& u = fit_.usable;
     double mean_dn = 0.0;
     for (const int image : pair_.gain_images)
-      mean_dn += static_cast<double>(pair_.real->images[static_cast<std::size_t>(image)].data[i]);
+      mean_dn += static_cast<double>(pair_.real->images[image].data[i]);
     const double noise = noise_.variance(mean_dn / static_cast<double>(pair_.gain_images.size()));
     const double calibration =
         calibration_ ? std::pow(fit_.row.gain_dn, 2) * static_cast<double>(calibration_->data[i]) : 0.0;
@@ -185,7 +183,7 @@ class GrayExplanation {
     Turn at{0.0, 0.0};
     for (std::size_t k = 0; k < pair_.gain_images.size(); ++k) {
       const int image = pair_.gain_images[k];
-      const auto y = static_cast<double>(pair_.real->images[static_cast<std::size_t>(image)].data[i]);
+      const double y = pair_.real->images[image].data[i];
       const double predicted = fit_.row.gain_dn * pair_.irradiance_at(image, i) + fit_.row.black_level_dn;
       if (!is_usable(u, y, pair_.source_at(image, i), predicted)) continue;
       const double r = y - predicted;
@@ -244,7 +242,7 @@ std::optional<ExplainedRow> explain_phase(const std::string& camera, const Direc
                                           const DirectionDecode& simulated, const ImageU8& interior,
                                           const RenderingError& rendering, const ImageF* calibration) {
   const ImageF difference = phase_difference(real, simulated);
-  const double per_px = kTwoPi / real.pitches_px[static_cast<std::size_t>(real.finest)];
+  const double per_px = kTwoPi / real.pitches_px[real.finest];
   const double shared = rendering.phase_rad * rendering.phase_rad;
   double real_noise = 0.0, simulated_noise = 0.0;
   const auto variance = [&](const DirectionDecode& d, std::size_t i) {

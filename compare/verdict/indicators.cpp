@@ -80,8 +80,7 @@ Ranges deviation_ranges(const std::vector<float>& deviation_mm) {
   std::partial_sort_copy(d.begin(), d.end(), ends.begin(), ends.end(), std::greater<>());
   std::reverse(ends.begin(), ends.end());
   Ranges out{ends.back() - low, ends.back() - low};
-  for (std::ptrdiff_t i = 0; i < starts; ++i)
-    out.p95_mm = std::min(out.p95_mm, ends[static_cast<std::size_t>(i)] - d[static_cast<std::size_t>(i)]);
+  for (std::ptrdiff_t i = 0; i < starts; ++i) out.p95_mm = std::min(out.p95_mm, ends[i] - d[i]);
   return out;
 }
 
