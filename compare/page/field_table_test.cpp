@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "compare/result/rows.hpp"
 #include "report/text.hpp"
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::compare::field_table_test {
 namespace {
@@ -19,30 +19,42 @@ std::vector<std::string> headers(const report::Table& table) {
   return out;
 }
 
+/// A row with every style of column, and a number without one.
+struct Reading {
+  std::string camera;
+  double mean_rad = 0.0, rms_rad = 0.0, share = 0.0, gain_dn = 0.0, gain_sigma_dn = 0.0, hidden = 0.0;
+  std::uint64_t n = 0;
+
+  static void describe(auto& f) {
+    f.name("camera", "camera of the twin", &Reading::camera).shown({"camera"});
+    f.add("n", "values used", &Reading::n).shown({.header = "n", .place = 1});
+    f.add("mean_rad", "mean of the values", &Reading::mean_rad)
+        .shown({"mean", "rad", Column::signed_fixed, 5});
+    f.positive("rms_rad", "rms of the values", &Reading::rms_rad).shown({"rms", "rad", Column::fixed, 5});
+    f.add("hidden", "not on the page", &Reading::hidden);
+    f.positive("share", "share of them", &Reading::share)
+        .shown({"share", "%", Column::significant, 3, 100.0});
+    f.add("gain_dn", "gain of the camera", &Reading::gain_dn).shown({"gain", "DN", Column::with_sigma});
+    f.sigma("gain_sigma_dn", "standard error of the gain", &Reading::gain_sigma_dn);
+  }
+};
+
 TEST(FieldTable, ShowsTheFieldsThatHaveAColumn) {
-  PhaseRow row{"left", "x", -0.0123456, 0.25, 0.5, 0.00123, 1234, 7};
-  const report::Table table = field_table(std::vector<PhaseRow>{row});
-  EXPECT_THAT(headers(table), ElementsAre("camera", "direction", "mean", "rms", "P99 of |d|",
-                                          "mean |ΔΦ| / mean |Φ|", "n", "order disagrees"));
+  const Reading row{"left", -0.0123456, 0.25, 0.00123, 17.3021, 0.0042, 5.0, 1234};
+  const report::Table table = field_table(std::vector<Reading>{row});
+  EXPECT_THAT(headers(table), ElementsAre("camera", "mean", "rms", "share", "gain", "n"));
   EXPECT_EQ(table.columns[0].align, report::Align::left);
-  EXPECT_EQ(table.columns[2].align, report::Align::right);
-  EXPECT_EQ(table.columns[5].unit, "%");
+  EXPECT_EQ(table.columns[1].align, report::Align::right);
+  EXPECT_EQ(table.columns[3].unit, "%");
   ASSERT_EQ(table.rows.size(), 1u);
   EXPECT_THAT(table.rows[0].cells,
-              ElementsAre("left", "x", "−0.01235", "0.25000", "0.50000", "0.123", report::count(1234), "7"));
+              ElementsAre("left", "−0.01235", "0.25000", "0.123", "17.3021 ± 0.0042", report::count(1234)));
 }
 
-TEST(FieldTable, AColumnMayStandFurtherRightAndAValueMayCarryItsError) {
-  GainRow row;
-  row.camera = "left";
-  row.gain_dn = 17.3021;
-  row.gain_sigma_dn = 0.0042;
-  row.black_level_dn = kNaN;
-  const report::Table table = field_table(std::vector<GainRow>{row});
-  EXPECT_THAT(headers(table), ElementsAre("camera", "gain", "black level", "rms before", "rms after", "R²",
-                                          "beyond Huber", "σ inflation", "n"));
-  EXPECT_EQ(table.rows[0].cells[1], "17.3021 ± 0.0042");
-  EXPECT_EQ(table.rows[0].cells[2], "–");
+TEST(FieldTable, AnUnknownNumberIsADash) {
+  Reading row;
+  row.gain_dn = kNaN;
+  EXPECT_EQ(field_table(std::vector<Reading>{row}).rows[0].cells[4], "–");
 }
 
 }  // namespace
