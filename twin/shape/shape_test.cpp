@@ -3,6 +3,7 @@
 //   1e-12 mm    rounding of unit vectors and turns at coordinates of 300 mm
 #include "twin/shape/shape.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -13,6 +14,8 @@
 namespace fringetwin::shape_test {
 namespace {
 
+using ::testing::DoubleNear, ::testing::IsSupersetOf, ::testing::Pointwise;
+
 TEST(Shape, EveryShapeHasAKindOfItsOwn) {
   std::set<std::string> kinds;
   int n = 0;
@@ -22,7 +25,31 @@ TEST(Shape, EveryShapeHasAKindOfItsOwn) {
     EXPECT_STREQ(shape_kind(Shape(s)), s.kKind);
   });
   EXPECT_EQ(n, static_cast<int>(std::variant_size_v<Shape>));
-  EXPECT_EQ(kinds, (std::set<std::string>{"sphere", "plane", "cylinder", "mesh", "measured"}));
+  EXPECT_EQ(kinds.size(), std::variant_size_v<Shape>);
+  EXPECT_THAT(kinds, IsSupersetOf({"sphere", "plane", "cylinder", "mesh", "measured"}));
+}
+
+// Whatever moves a shape changes a key that places it, and back again it is where it was.
+TEST(Shape, EveryMotionChangesAPlaceKeyAndBack) {
+  for_every_shape([]<class S>(const S& at_rest) {
+    const auto values = [](const S& s) {
+      std::vector<double> out;
+      for (const PlaceKey& k : place_keys(s)) out.insert(out.end(), k.values.begin(), k.values.end());
+      return out;
+    };
+    for (const Motion<S>& motion : motions(at_rest)) {
+      S moved = at_rest;
+      motion.move_by(moved, 0.25);
+      make_units(moved);
+      EXPECT_NE(values(moved), values(at_rest)) << S::kKind << " " << motion.name;
+      S back = at_rest;
+      motion.move_by(back, 0.25);
+      motion.move_by(back, -0.25);
+      make_units(back);
+      EXPECT_THAT(values(back), Pointwise(DoubleNear(1e-12), values(at_rest)))
+          << S::kKind << " " << motion.name;
+    }
+  });
 }
 
 TEST(Shape, MotionsShiftASphereAlongTheAxes) {
