@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "measure/fit/object_fits.hpp"
 
-#include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <type_traits>
 
 #include "measure/fit/block_covariance.hpp"
 #include "measure/fit/closest_point.hpp"

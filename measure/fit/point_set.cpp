@@ -2,7 +2,6 @@
 #include "measure/fit/point_set.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace fringetwin::measure {
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/Geometry>
 #include <cmath>
 
 #include "render/reference/reference_shapes.hpp"

@@ -3,7 +3,6 @@
 // sums and quadratures in double, for the reference renderer.
 #pragma once
 #include <Eigen/Core>
-#include <utility>
 #include <vector>
 
 #include "twin/twin.hpp"
