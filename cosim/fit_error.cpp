@@ -8,6 +8,7 @@
 #include <string>
 
 #include "compare/geometry/fit_rows.hpp"
+#include "compare/result/fit_keys.hpp"
 #include "measure/fit/object_fits.hpp"
 #include "twin/base/errors.hpp"
 
@@ -17,17 +18,16 @@ namespace {
 using measure::ObjectFit;
 
 double size_or_zero(const std::map<std::string, double>& map, const std::string& key) {
-  const auto at = map.find(key);
-  return at == map.end() ? 0.0 : std::abs(at->second);
+  return std::abs(compare::value_or(map, key, 0.0));
 }
 
 /// The difference in place and size, without that of the residuals.
 double geometry_distance_mm(const compare::FitRow& row) {
-  double d = std::max({size_or_zero(row.difference, "radius_mm"), size_or_zero(row.difference, "offset_mm"),
-                       size_or_zero(row.difference, "axis_distance_mm")});
-  if (const auto at = row.difference_vectors.find("center_mm"); at != row.difference_vectors.end())
-    d = std::max(d, at->second.norm());
-  return d;
+  const double d =
+      std::max({size_or_zero(row.difference, "radius_mm"), size_or_zero(row.difference, "offset_mm"),
+                size_or_zero(row.difference, "axis_distance_mm")});
+  const Eigen::Vector3d* center_mm = compare::find_value(row.difference_vectors, "center_mm");
+  return center_mm ? std::max(d, center_mm->norm()) : d;
 }
 
 }  // namespace

@@ -39,12 +39,9 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
       if (interior.data[i] == 0) continue;
       out.cell.push_back(static_cast<std::size_t>(gy) * static_cast<std::size_t>(out.grid.width) +
                          static_cast<std::size_t>(gx));
-      double mean_dn = 0.0;
-      for (const int image : out.images) mean_dn += static_cast<double>(pair.real->images[image].data[i]);
-      mean_dn /= static_cast<double>(out.images.size());
-      const double sigma_dn = std::sqrt(noise.variance(mean_dn) + rendering_dn * rendering_dn);
+      const double sigma_dn = std::sqrt(noise.variance(pair.mean_real_dn(i)) + rendering_dn * rendering_dn);
       for (const int image : out.images) {
-        const double y = pair.real->images[image].data[i];
+        const double y = pair.real_at(image, i);
         const double predicted = u.gain_dn * pair.irradiance_at(image, i) + u.black_level_dn;
         const bool usable = is_usable(u, y, pair.source_at(image, i), predicted);
         out.real_dn.push_back(static_cast<float>(y));

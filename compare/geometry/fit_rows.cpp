@@ -22,30 +22,25 @@ double z_score(double difference, const double* sigma_a, const double* sigma_b) 
   return sigma > 0.0 && std::isfinite(sigma) ? difference / sigma : kNaN;
 }
 
-template <class T>
-const T* find(const std::map<std::string, T>& map, const std::string& key) {
-  const auto at = map.find(key);
-  return at == map.end() ? nullptr : &at->second;
-}
-
 void compare_numbers(const ObjectFit& s, const ObjectFit& r, FitRow& row) {
   for (const auto& [key, value] : s.numbers) {
-    const double* other = find(r.numbers, key);
+    const double* other = find_value(r.numbers, key);
     if (!other || is_sigma_key(key) || is_count_key(key)) continue;
     row.difference[key] = value - *other;
     const double z =
-        z_score(value - *other, find(s.numbers, sigma_key(key)), find(r.numbers, sigma_key(key)));
+        z_score(value - *other, find_value(s.numbers, sigma_key(key)), find_value(r.numbers, sigma_key(key)));
     if (std::isfinite(z)) row.z[key] = z;
   }
 }
 
 void compare_vectors(const ObjectFit& s, const ObjectFit& r, FitRow& row) {
   for (const auto& [key, value] : s.vectors) {
-    const Vector3d* other = find(r.vectors, key);
+    const Vector3d* other = find_value(r.vectors, key);
     if (!other || is_sigma_key(key)) continue;
     const Vector3d difference = value - *other;
     row.difference_vectors[key] = difference;
-    const Vector3d *sigma_s = find(s.vectors, sigma_key(key)), *sigma_r = find(r.vectors, sigma_key(key));
+    const Vector3d *sigma_s = find_value(s.vectors, sigma_key(key)),
+                   *sigma_r = find_value(r.vectors, sigma_key(key));
     if (!sigma_s || !sigma_r) continue;
     Vector3d z;
     for (int i = 0; i < 3; ++i) z[i] = z_score(difference[i], &(*sigma_s)[i], &(*sigma_r)[i]);
@@ -62,8 +57,9 @@ double axis_angle_rad(const Vector3d& a, const Vector3d& b) {
 /// tilt of the real plane over the way between the centroids (its larger tilt sigma: the direction is not
 /// kept). NaN when unknown.
 double offset_sigma_mm(const ObjectFit& s, const ObjectFit& r, double between_mm) {
-  const double *a = find(s.numbers, "offset_sigma_mm"), *b = find(r.numbers, "offset_sigma_mm");
-  const double *t0 = find(r.numbers, "tilt_sigma_rad_0"), *t1 = find(r.numbers, "tilt_sigma_rad_1");
+  const double *a = find_value(s.numbers, "offset_sigma_mm"), *b = find_value(r.numbers, "offset_sigma_mm");
+  const double *t0 = find_value(r.numbers, "tilt_sigma_rad_0"),
+               *t1 = find_value(r.numbers, "tilt_sigma_rad_1");
   if (!a || !b || !t0 || !t1) return kNaN;
   return std::sqrt(*a * *a + *b * *b + std::pow(between_mm * std::max(*t0, *t1), 2));
 }
@@ -73,8 +69,8 @@ double offset_sigma_mm(const ObjectFit& s, const ObjectFit& r, double between_mm
 void compare_placement(const ObjectFit& s, const ObjectFit& r, FitRow& row) {
   const bool plane = s.vectors.contains("normal");
   const char* axis_key = plane ? "normal" : "axis";
-  const Vector3d *axis_s = find(s.vectors, axis_key), *axis_r = find(r.vectors, axis_key);
-  const Vector3d *point_s = find(s.vectors, "point_mm"), *point_r = find(r.vectors, "point_mm");
+  const Vector3d *axis_s = find_value(s.vectors, axis_key), *axis_r = find_value(r.vectors, axis_key);
+  const Vector3d *point_s = find_value(s.vectors, "point_mm"), *point_r = find_value(r.vectors, "point_mm");
   if (!axis_s || !axis_r || !point_s || !point_r) return;
   row.difference["angle_rad"] = axis_angle_rad(*axis_s, *axis_r);
   const Vector3d between = *point_s - *point_r;

@@ -34,13 +34,8 @@ Vector4d sphere_sigma_mm(const measure::PointCloud& cloud, const std::vector<std
   return rms_mm * std::sqrt(n / (n - static_cast<double>(kParameters))) * variance.cwiseSqrt();
 }
 
-double known(const std::map<std::string, double>& numbers, const std::string& key) {
-  const auto at = numbers.find(key);
-  return at == numbers.end() ? kNaN : at->second;
-}
-
 void estimate_radius(const ObjectFit& s, double real_sigma_mm, FitRow& row) {
-  const double sigma_mm = std::hypot(known(s.numbers, "radius_sigma_mm"), real_sigma_mm);
+  const double sigma_mm = std::hypot(value_or(s.numbers, "radius_sigma_mm", kNaN), real_sigma_mm);
   const auto difference = row.difference.find("radius_mm");
   if (row.z.contains("radius_mm") || difference == row.difference.end() || !(sigma_mm > 0.0)) return;
   row.real_sigma_estimated["radius_sigma_mm"] = real_sigma_mm;
@@ -64,7 +59,7 @@ void estimate_center(const ObjectFit& s, const Vector3d& real_sigma_mm, FitRow& 
 
 void estimate_published_z(const measure::PointCloud& simulated, FitRow& row) {
   if (row.kind != "sphere" || !row.simulated || !row.real || !row.simulated->usable) return;
-  const double rms_mm = known(row.real->numbers, "rms_mm");
+  const double rms_mm = value_or(row.real->numbers, "rms_mm", kNaN);
   const auto center = row.simulated->vectors.find("center_mm");
   if (!(rms_mm > 0.0) || center == row.simulated->vectors.end()) return;
   const Vector4d sigma_mm = sphere_sigma_mm(simulated, row.simulated->index, center->second, rms_mm);

@@ -36,8 +36,7 @@ std::vector<Sample> subsample(const GrayPair& pair) {
   for (std::size_t at = 0; at < total; at += stride) {
     const std::size_t pixel = pixels[at % pixels.size()];
     const int image = pair.gain_images[at / pixels.size()];
-    const double y = pair.real->images[image].data[pixel];
-    const double v = static_cast<double>(pair.irradiance->images[image].data[pixel]);
+    const double y = pair.real_at(image, pixel), v = pair.source_at(image, pixel);
     if (y < u.saturation_dn && v > u.sim_low && v < u.sim_high && std::isfinite(v))
       samples.push_back({pair.e_scale * v + pair.e_offset, y});
   }

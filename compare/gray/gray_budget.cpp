@@ -91,13 +91,11 @@ class GrayBudgetFit {
     Pixel pixel;
     const UsableRange& u = fit_.usable;
     for (int image : pair_.gain_images) {
-      const auto k = static_cast<std::size_t>(image);
-      const PatternSpec& pattern = pair_.patterns[k];
+      const PatternSpec& pattern = pair_.patterns[image];
       const ImageF *theta = wrapped(*phases_.harmonics, pattern), *slope = wrapped(*phases_.slope, pattern);
       if (!theta || !slope || std::isnan(theta->data[i]) || std::isnan(slope->data[i])) continue;
-      const double y = pair_.real->images[k].data[i];
-      const double v = pair_.irradiance->images[k].data[i];
-      const double e = pair_.e_scale * v + pair_.e_offset;
+      const double y = pair_.real_at(image, i), v = pair_.source_at(image, i),
+                   e = pair_.irradiance_at(image, i);
       const double clip = u.gain_dn * e + u.black_level_dn;
       if (!is_usable(u, y, v, clip)) continue;
       const DirectionDecode& d = phases_.slope->directions[pattern.direction];

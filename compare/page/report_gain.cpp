@@ -30,7 +30,7 @@ std::vector<GrayOverE> gray_over_e(const GrayPair& pair, const GainFit& fit) {
   for (int image : pair.gain_images)
     for (std::size_t i = 0; i < pair.mask.size(); i += stride) {
       const double e = pair.irradiance_at(image, i), predicted = u.gain_dn * e + u.black_level_dn;
-      const double dn = pair.real->images[image].data[i];
+      const double dn = pair.real_at(image, i);
       if (pair.mask.data[i] != 0 && dn < u.saturation_dn && predicted >= u.low_dn && predicted <= u.high_dn)
         out.push_back({e, dn});
     }

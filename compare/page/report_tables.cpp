@@ -24,18 +24,19 @@ struct Entry {
   double value = kNaN, sigma = kNaN;
 };
 
+/// Returns a number (component < 0) or the component of a vector; NaN where there is none.
+double value_of(const std::map<std::string, double>& numbers,
+                const std::map<std::string, Eigen::Vector3d>& vectors, const std::string& key,
+                int component) {
+  if (component < 0) return value_or(numbers, key, kNaN);
+  const Eigen::Vector3d* vector = find_value(vectors, key);
+  return vector ? (*vector)[component] : kNaN;
+}
+
 Entry entry(const std::optional<ObjectFit>& fit, const std::string& key, int component) {
-  Entry e;
-  if (!fit || !fit->usable) return e;
-  if (component < 0) {
-    if (const auto at = fit->numbers.find(key); at != fit->numbers.end()) e.value = at->second;
-    if (const auto at = fit->numbers.find(sigma_key(key)); at != fit->numbers.end()) e.sigma = at->second;
-    return e;
-  }
-  if (const auto at = fit->vectors.find(key); at != fit->vectors.end()) e.value = at->second[component];
-  if (const auto at = fit->vectors.find(sigma_key(key)); at != fit->vectors.end())
-    e.sigma = at->second[component];
-  return e;
+  if (!fit || !fit->usable) return {};
+  return {value_of(fit->numbers, fit->vectors, key, component),
+          value_of(fit->numbers, fit->vectors, sigma_key(key), component)};
 }
 
 std::string entry_text(const Entry& e, const std::string& unit) {
@@ -57,18 +58,6 @@ std::pair<std::string, std::string> split_unit(const std::string& key) {
 /// Tenths of a micrometre are enough for a difference, unless it is smaller than one itself.
 std::string difference_text(double difference, const std::string& unit) {
   return signed_fixed(difference, unit == "mm" && std::abs(difference) >= 1e-3 ? 4 : 6);
-}
-
-/// Returns a number (component < 0) or the component of a vector; NaN where there is none.
-double value_of(const std::map<std::string, double>& numbers,
-                const std::map<std::string, Eigen::Vector3d>& vectors, const std::string& key,
-                int component) {
-  if (component < 0) {
-    const auto at = numbers.find(key);
-    return at == numbers.end() ? kNaN : at->second;
-  }
-  const auto at = vectors.find(key);
-  return at == vectors.end() ? kNaN : at->second[component];
 }
 
 void add_fit_row(report::Table& table, const FitRow& row, const std::string& key, int component,
@@ -115,7 +104,27 @@ std::vector<std::string> vector_keys(const FitRow& row) {
   return keys;
 }
 
-std::string percent(double part, double total) { return total > 0.0 ? fixed(100.0 * part / total, 1) : "–"; }
+/// One part of a mean square.
+struct Part {
+  std::string name, what;
+  double square = 0.0;
+};
+
+/// Tabulates the parts with their roots and their shares of the last one, the total. `columns`: what the
+/// square and its root are; `text`: prints a square; `digits`: of a root.
+template <class Text>
+report::Table part_table(const std::string& caption, const report::Column& square, const report::Column& root,
+                         const std::vector<Part>& parts, Text text, int digits) {
+  report::Table table;
+  table.caption = caption;
+  table.columns = {{"part", "", Align::left}, {"what it is", "", Align::left}, square, root, {"share", "%"}};
+  const double total = parts.back().square;
+  for (const Part& p : parts)
+    table.add_row({p.name, p.what, text(p.square), p.square >= 0.0 ? fixed(std::sqrt(p.square), digits) : "–",
+                   total > 0.0 ? fixed(100.0 * p.square / total, 1) : "–"},
+                  p.name == "total" ? "total" : "");
+  return table;
+}
 
 }  // namespace
 
@@ -168,11 +177,10 @@ std::string fits_html(const ReportInput& in) {
       for (int i = 0; i < 3; ++i) add_fit_row(table, row, key, i, estimates);
     for (const std::string& key : number_keys(row)) add_fit_row(table, row, key, -1, estimates);
     for (const char* key : {"offset_mm", "angle_rad", "axis_distance_mm"})
-      if (const auto at = row.difference.find(key); at != row.difference.end()) {
+      if (const double* difference = find_value(row.difference, key)) {
         const auto [name, unit] = split_unit(key);
-        const auto z = row.z.find(key);
-        table.add_row({name, unit, "", "", difference_text(at->second, unit),
-                       signed_fixed(z == row.z.end() ? kNaN : z->second, 1)});
+        table.add_row({name, unit, "", "", difference_text(*difference, unit),
+                       signed_fixed(value_or(row.z, key, kNaN), 1)});
       }
     table.add_row({"points used, of those within the gate", "", points_text(row.simulated),
                    points_text(row.real), "", ""});
@@ -212,29 +220,21 @@ std::string gain_table_html(const Comparison& c) {
 std::string budget_html(const Comparison& c) {
   std::string html;
   for (const GrayBudget& b : c.gray_budget) {
-    report::Table table;
-    table.caption =
+    const report::Table table = part_table(
         fmt::format("Camera {}: variance of real − fitted gray values, split (n = {} values of {} pixels)",
-                    b.camera, report::count(b.n), report::count(b.n_pixels));
-    table.columns = {{"part", "", Align::left},
-                     {"what it is", "", Align::left},
-                     {"variance", "DN²"},
-                     {"rms", "DN"},
-                     {"share", "%"}};
-    const auto add = [&](const char* name, const std::string& what, double v, const char* css = "") {
-      table.add_row(
-          {name, what, fixed(v, 4), v >= 0.0 ? fixed(std::sqrt(v), 3) : "–", percent(v, b.total_dn2)}, css);
-    };
-    add("noise", "predicted: " + b.noise_source, b.noise_dn2);
-    add("albedo, shading",
-        fmt::format("removed by one factor per pixel on gain · E (robust spread {} %)",
-                    number(100.0 * b.albedo_sigma, 3)),
-        b.albedo_dn2);
-    add("fringe contrast", "removed by a common offset and fundamental of the phase", b.contrast_dn2);
-    add("projector harmonics", "removed by common orders 2…6 of the phase", b.higher_orders_dn2);
-    add("geometry", "removed by one shift of the projector coordinate per pixel", b.geometry_dn2);
-    add("rest", "not explained by the above", b.rest_dn2);
-    add("total", "", b.total_dn2, "total");
+                    b.camera, report::count(b.n), report::count(b.n_pixels)),
+        {"variance", "DN²"}, {"rms", "DN"},
+        {{"noise", "predicted: " + b.noise_source, b.noise_dn2},
+         {"albedo, shading",
+          fmt::format("removed by one factor per pixel on gain · E (robust spread {} %)",
+                      number(100.0 * b.albedo_sigma, 3)),
+          b.albedo_dn2},
+         {"fringe contrast", "removed by a common offset and fundamental of the phase", b.contrast_dn2},
+         {"projector harmonics", "removed by common orders 2…6 of the phase", b.higher_orders_dn2},
+         {"geometry", "removed by one shift of the projector coordinate per pixel", b.geometry_dn2},
+         {"rest", "not explained by the above", b.rest_dn2},
+         {"total", "", b.total_dn2}},
+        [](double v) { return fixed(v, 4); }, 3);
     html += table.html();
     std::string orders;
     for (std::size_t k = 0; k < b.harmonic_amplitude.size(); ++k)
@@ -262,34 +262,26 @@ std::string phase_table_html(const Comparison& c) {
 std::string phase_budget_html(const Comparison& c) {
   std::string html;
   for (const PhaseBudget& b : c.phase_budget) {
-    report::Table table;
-    table.caption =
+    const report::Table table = part_table(
         fmt::format("Camera {}, direction {}: mean square of the phase difference, split (n = {})", b.camera,
-                    b.direction, report::count(b.n));
-    table.columns = {{"part", "", Align::left},
-                     {"what it is", "", Align::left},
-                     {"mean square", "rad²"},
-                     {"rms", "rad"},
-                     {"share", "%"}};
-    const auto add = [&](const char* name, const std::string& what, double v, const char* css = "") {
-      table.add_row(
-          {name, what, number(v, 3), v >= 0.0 ? fixed(std::sqrt(v), 4) : "–", percent(v, b.total_rad2)}, css);
-    };
-    add("offset", "square of the mean difference", b.offset_rad2);
-    add("brightness",
-        "ripple of order 1 and 2 of the phase, which brightness changes between the step images leave",
-        b.brightness_rad2);
-    add("harmonics",
-        fmt::format("ripple of order {0} and {1} of the phase, which projector harmonics {2} and {3} leave "
-                    "in the steps used (amplitude of order {0}: {4} rad)",
-                    b.alias_order, 2 * b.alias_order, b.alias_order - 1, b.alias_order + 1,
-                    number(b.harmonic_amplitude_rad, 3)),
-        b.harmonic_rad2);
-    add("noise", "predicted from the phase sigma of both sides", b.noise_rad2);
-    add("low frequency", "means over 16 × 16 px, less their noise: shape, calibration, interreflection",
-        b.low_frequency_rad2);
-    add("high frequency", "the rest: texture, edges, noise beyond the prediction", b.high_frequency_rad2);
-    add("total", "", b.total_rad2, "total");
+                    b.direction, report::count(b.n)),
+        {"mean square", "rad²"}, {"rms", "rad"},
+        {{"offset", "square of the mean difference", b.offset_rad2},
+         {"brightness",
+          "ripple of order 1 and 2 of the phase, which brightness changes between the step images leave",
+          b.brightness_rad2},
+         {"harmonics",
+          fmt::format("ripple of order {0} and {1} of the phase, which projector harmonics {2} and {3} leave "
+                      "in the steps used (amplitude of order {0}: {4} rad)",
+                      b.alias_order, 2 * b.alias_order, b.alias_order - 1, b.alias_order + 1,
+                      number(b.harmonic_amplitude_rad, 3)),
+          b.harmonic_rad2},
+         {"noise", "predicted from the phase sigma of both sides", b.noise_rad2},
+         {"low frequency", "means over 16 × 16 px, less their noise: shape, calibration, interreflection",
+          b.low_frequency_rad2},
+         {"high frequency", "the rest: texture, edges, noise beyond the prediction", b.high_frequency_rad2},
+         {"total", "", b.total_rad2}},
+        [](double v) { return number(v, 3); }, 4);
     html +=
         table.html() +
         fmt::format("<p>Brightness, harmonics and noise explain {} % of the variance about the mean.</p>\n",

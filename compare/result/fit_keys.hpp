@@ -2,10 +2,23 @@
 // Tells from the spelling of a fit's keys which is a standard error and which is a count, which keys a kind
 // of fit has, and how its two sides were aligned.
 #pragma once
+#include <map>
 #include <string>
 #include <vector>
 
 namespace fringetwin::compare {
+
+/// Returns the number or vector of a key; null where there is none.
+template <class Value>
+const Value* find_value(const std::map<std::string, Value>& values, const std::string& key) {
+  const auto at = values.find(key);
+  return at == values.end() ? nullptr : &at->second;
+}
+/// Returns the number of a key, or `unknown`.
+inline double value_or(const std::map<std::string, double>& values, const std::string& key, double unknown) {
+  const double* value = find_value(values, key);
+  return value ? *value : unknown;
+}
 
 /// Returns the key of a number's standard error: "radius_mm" -> "radius_sigma_mm", "normal" ->
 /// "normal_sigma".

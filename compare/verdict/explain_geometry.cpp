@@ -12,14 +12,11 @@ namespace {
 
 constexpr double kMostSigmas = 3.0;
 
-/// Returns the value of a key; 0 where it is unknown.
-double value_of(const std::map<std::string, double>& values, const std::string& key) {
-  const auto at = values.find(key);
-  return at == values.end() ? 0.0 : at->second;
-}
-double value_of(const std::map<std::string, Eigen::Vector3d>& values, const std::string& key, int i) {
-  const auto at = values.find(key);
-  return at == values.end() ? 0.0 : at->second[i];
+/// Returns the component of a vector; 0 where it is unknown.
+double component_or_zero(const std::map<std::string, Eigen::Vector3d>& values, const std::string& key,
+                         int i) {
+  const Eigen::Vector3d* value = find_value(values, key);
+  return value ? (*value)[i] : 0.0;
 }
 
 const char* unit_of(const std::string& key) {
@@ -57,8 +54,9 @@ class GeometryExplanation {
   void add_numbers(const std::map<std::string, double>& z, const std::map<std::string, double>& real,
                    bool estimated) {
     for (const auto& [key, value] : z)
-      look_at({key, value, fit_.difference.at(key), value_of(fit_.simulated->numbers, sigma_key(key)),
-               value_of(real, sigma_key(key)), moved_ ? value_of(moved_->numbers, key) : 0.0, unit_of(key)},
+      look_at({key, value, fit_.difference.at(key), value_or(fit_.simulated->numbers, sigma_key(key), 0.0),
+               value_or(real, sigma_key(key), 0.0), moved_ ? value_or(moved_->numbers, key, 0.0) : 0.0,
+               unit_of(key)},
               estimated);
   }
 
@@ -67,8 +65,9 @@ class GeometryExplanation {
     for (const auto& [key, value] : z)
       for (int i = 0; i < 3; ++i)
         look_at({fmt::format("{}.{}", key, "xyz"[i]), value[i], fit_.difference_vectors.at(key)[i],
-                 value_of(fit_.simulated->vectors, sigma_key(key), i), value_of(real, sigma_key(key), i),
-                 moved_ ? value_of(moved_->vectors, key, i) : 0.0, unit_of(key)},
+                 component_or_zero(fit_.simulated->vectors, sigma_key(key), i),
+                 component_or_zero(real, sigma_key(key), i),
+                 moved_ ? component_or_zero(moved_->vectors, key, i) : 0.0, unit_of(key)},
                 estimated);
   }
 
@@ -112,10 +111,7 @@ std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits,
                                            const CalibrationBudget* calibration) {
   std::vector<ExplainedRow> rows;
   for (const FitRow& fit : fits) {
-    const CalibrationBudget::Fit* moved = nullptr;
-    if (calibration)
-      if (const auto at = calibration->fits.find(fit.object); at != calibration->fits.end())
-        moved = &at->second;
+    const CalibrationBudget::Fit* moved = calibration ? find_value(calibration->fits, fit.object) : nullptr;
     ExplainedRow row = GeometryExplanation(fit, moved).run();
     if (row.n > 0) rows.push_back(std::move(row));
   }

@@ -172,10 +172,7 @@ class GrayExplanation {
   void pixel(std::size_t i, double shared, Sums& out, BlockSum& level, BlockSum& contrast,
              BlockSum& shift) const {
     const UsableRange& u = fit_.usable;
-    double mean_dn = 0.0;
-    for (const int image : pair_.gain_images)
-      mean_dn += static_cast<double>(pair_.real->images[image].data[i]);
-    const double noise = noise_.variance(mean_dn / static_cast<double>(pair_.gain_images.size()));
+    const double noise = noise_.variance(pair_.mean_real_dn(i));
     const double calibration =
         calibration_ ? std::pow(fit_.row.gain_dn, 2) * static_cast<double>(calibration_->data[i]) : 0.0;
     bool any = false;
@@ -183,7 +180,7 @@ class GrayExplanation {
     Turn at{0.0, 0.0};
     for (std::size_t k = 0; k < pair_.gain_images.size(); ++k) {
       const int image = pair_.gain_images[k];
-      const double y = pair_.real->images[image].data[i];
+      const double y = pair_.real_at(image, i);
       const double predicted = fit_.row.gain_dn * pair_.irradiance_at(image, i) + fit_.row.black_level_dn;
       if (!is_usable(u, y, pair_.source_at(image, i), predicted)) continue;
       const double r = y - predicted;

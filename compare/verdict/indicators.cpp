@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "compare/geometry/fit_rows.hpp"
+#include "compare/result/fit_keys.hpp"
 #include "measure/fit/shape_fits.hpp"
 
 namespace fringetwin::compare {
@@ -17,14 +18,9 @@ using Fit = std::optional<ObjectFit>;
 
 constexpr double kShare = 0.95;
 
-double number(const ObjectFit& fit, const std::string& key) {
-  const auto at = fit.numbers.find(key);
-  return at == fit.numbers.end() ? kNaN : at->second;
-}
-
 Vector3d vector(const ObjectFit& fit, const std::string& key) {
-  const auto at = fit.vectors.find(key);
-  return at == fit.vectors.end() ? Vector3d::Constant(kNaN) : at->second;
+  const Vector3d* value = find_value(fit.vectors, key);
+  return value ? *value : Vector3d::Constant(kNaN);
 }
 
 const SphereShape* nominal_sphere(const Twin& twin, const std::string& object) {
@@ -45,7 +41,8 @@ Ranges ranges(const Fit& fit) { return fit && fit->usable ? deviation_ranges(fit
 
 Indicator::Value size(const Fit& fit, const SphereShape& nominal) {
   if (!fit || !fit->usable) return {};
-  return {2.0 * (number(*fit, "radius_mm") - nominal.radius_mm), 2.0 * number(*fit, "radius_sigma_mm")};
+  return {2.0 * (value_or(fit->numbers, "radius_mm", kNaN) - nominal.radius_mm),
+          2.0 * value_or(fit->numbers, "radius_sigma_mm", kNaN)};
 }
 
 /// The sigma is that along the line of the centres; correlation between a centre's components is not kept by
