@@ -18,7 +18,7 @@ def places_of_rooms(text):
 def places_of_page(text):
     """The first cell of each row of the table under "Rooms"; each says something in its last cell."""
     section = text.split("\n## Rooms\n", 1)[-1].split("\n## ", 1)[0]
-    return set(re.findall(r"^\| `([\w/]+/)` \|.*\w.*\|$", section, re.MULTILINE))
+    return set(re.findall(r"^\| `([\w/*]+/)` \|.*\w.*\|$", section, re.MULTILINE))
 
 
 def faults(rooms, page):
@@ -28,10 +28,12 @@ def faults(rooms, page):
 
 
 def self_test():
-    rooms = "# a -> comment\ntwin ->\ntwin/base ->\ntwin/. -> base\n"
-    page = "\n## Rooms\n| `twin/base/` | the ground |\n| `twin/` | the whole |\n\n## Next\n| `x/y/` | z |\n"
+    rooms = "# a -> comment\ntwin ->\ntwin/base ->\ntwin/. -> base\ntwin/* -> .\n"
+    page = ("\n## Rooms\n| `twin/base/` | the ground |\n| `twin/` | the whole |\n| `twin/*/` | the rest |\n"
+            "\n## Next\n| `x/y/` | z |\n")
     wrong = [f"a sound page: {fault}" for fault in faults(rooms, page)]
-    for text in (page.replace("base", "mesh"), page.replace("the ground", ""), page.replace("\n\n## Next", "")):
+    for text in (page.replace("base", "mesh"), page.replace("the ground", ""), page.replace("*", "rest"),
+                 page.replace("\n\n## Next", "")):
         if not faults(rooms, text):
             wrong.append(f"not seen: {text}")
     return wrong

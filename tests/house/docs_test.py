@@ -11,7 +11,7 @@ import re
 import sys
 import tempfile
 
-PAGES = ("docs", "README.md", "CONTRIBUTING.md", "datasets/README.md")
+PAGES = ("docs", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "datasets/README.md")
 FOLDERS = ("bench", "calib", "capture", "cli", "cmake", "compare", "cosim", "datasets", "docs", "measure", "render",
            "report", "scripts", "study", "tests", "tradeoff", "twin")
 TESTS = ("accuracy", "e2e", "hard")  # groups of tests in tests/
