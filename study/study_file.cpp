@@ -5,10 +5,10 @@
 
 #include <algorithm>
 
-#include "study/design/design_file.hpp"
-#include "study/monte_carlo/monte_carlo_file.hpp"
-#include "study/optimise/optimise_file.hpp"
-#include "study/volume_map/volume_map_file.hpp"
+#include "study/design/design_plan.hpp"
+#include "study/monte_carlo/monte_carlo_study.hpp"
+#include "study/optimise/optimise.hpp"
+#include "study/volume_map/volume_map.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/file/toml_reader.hpp"
 

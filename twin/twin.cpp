@@ -51,6 +51,9 @@ class Loader {
   template <WithoutFiles S>
   void load(S&) {}
 
+  /// Takes over a mesh that is read already.
+  void know(const MeshShape& shape) { meshes_[{shape.file, shape.unit}] = shape.mesh; }
+
  private:
   std::map<std::pair<fs::path, std::string>, std::shared_ptr<const Mesh>> meshes_;
   std::map<fs::path, std::shared_ptr<const ImageF>> maps_;
@@ -84,8 +87,11 @@ Triangulate Twin::triangulate() const {
   return measure.triangulate.value_or(cameras.size() >= 2 ? Triangulate::stereo : Triangulate::projector);
 }
 
-void load_meshes(Twin& twin) {
+void load_meshes(Twin& twin, const Twin* known) {
   Loader loader;
+  if (known)
+    for (const Object& object : known->objects)
+      if (const auto* shape = std::get_if<MeshShape>(&object.shape)) loader.know(*shape);
   for (Object& object : twin.objects) std::visit([&](auto& shape) { loader.load(shape); }, object.shape);
   for (const auto& files : {loader.mesh_files, loader.map_files})
     twin.input_files.insert(twin.input_files.end(), files.begin(), files.end());

@@ -217,8 +217,8 @@ Twin load_twin(const std::filesystem::path& file);
 Twin load_twin(const std::filesystem::path& file, const std::map<std::string, std::string>& settings);
 
 /// Loads the files of all MeshShapes and albedo maps that are not there yet; one file is read once and
-/// shared.
-void load_meshes(Twin& twin);
+/// shared. The meshes that `known` has read already are taken from there.
+void load_meshes(Twin& twin, const Twin* known = nullptr);
 
 /// Returns the root of the real captures: $FRINGETWIN_CAPTURES or the default.
 std::filesystem::path captures_root();

@@ -7,7 +7,7 @@
 
 #include "report/text.hpp"
 #include "study/page/report_parts.hpp"
-#include "study/plan/result_names.hpp"
+#include "study/plan/recorded_numbers.hpp"
 
 namespace fringetwin::study {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/design/design_file.hpp"
+#include "study/design/design_plan.hpp"
 
 #include <fmt/format.h>
 

@@ -3,8 +3,7 @@
 // and measured.
 #include <fmt/format.h>
 
-#include "study/design/design_file.hpp"
-#include "study/design/design_report.hpp"
+#include "study/design/design_plan.hpp"
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::study {

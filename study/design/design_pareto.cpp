@@ -2,8 +2,6 @@
 // Draws acquisition time against uncertainty of a design's settings.
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "report/table.hpp"
 #include "report/text.hpp"
 #include "study/design/design_figures.hpp"

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plan of a study of kind "design": what it varies and how, and the points that follow from it.
+// A study of kind "design": reads what it varies and how (docs/formats/study.md), gives the points that follow
+// from it, the Kind that runs them, and the page of their results.
 #pragma once
 #include <cstdint>
+#include <memory>
+#include <string>
 #include <vector>
 
-#include "study/plan/study_point.hpp"
+#include "study/kind/kind.hpp"
 #include "study/plan/study_tables.hpp"
 
 namespace fringetwin::study {
@@ -25,5 +28,17 @@ struct DesignPlan {
 
 /// Returns all points in their order: the first [[vary]] slowest, noise seeds fastest.
 std::vector<StudyPoint> design_points(const DesignPlan& plan);
+
+/// Returns the keys that a study of this kind has besides those of every study.
+std::vector<std::string> design_keys();
+
+/// Reads the plan of a STUDY.toml. Throws UserError(usage) with file, line and key.
+DesignPlan read_design(const TomlTable& root);
+
+/// Returns what runs the study; the head must outlive it.
+std::unique_ptr<Kind> make_kind(const StudyHead& head, const DesignPlan& plan);
+
+/// Returns the page and its drawings. Throws Cancelled.
+StudyReport design_report(const StudyRecord& study, const DesignPlan& plan);
 
 }  // namespace fringetwin::study

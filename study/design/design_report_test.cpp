@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a design made of rows by hand.
 // tolerance: none, numbers as they are printed.
-#include "study/design/design_report.hpp"
+#include "study/design/design_plan.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "measure/fit/object_fits.hpp"
-#include "study/plan/result_names.hpp"
+#include "study/plan/recorded_numbers.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::study {

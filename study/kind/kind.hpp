@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "study/kind/kept_points.hpp"
-#include "study/page/study_report.hpp"
+#include "study/page/report_parts.hpp"
 #include "study/plan/study_head.hpp"
 #include "twin/base/errors.hpp"
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/monte_carlo/monte_carlo_file.hpp"
+#include "study/monte_carlo/monte_carlo_study.hpp"
 
 #include "study/uncertain/uncertain_file.hpp"
-#include "twin/base/errors.hpp"
 #include "twin/file/toml_reader.hpp"
 
 namespace fringetwin::study {

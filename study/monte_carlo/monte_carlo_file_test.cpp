@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // tolerance: none.
-#include "study/monte_carlo/monte_carlo_file.hpp"
+#include "study/monte_carlo/monte_carlo_study.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

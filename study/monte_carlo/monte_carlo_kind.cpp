@@ -3,8 +3,7 @@
 // uncertainties are known well enough.
 #include <fmt/format.h>
 
-#include "study/monte_carlo/monte_carlo_file.hpp"
-#include "study/monte_carlo/monte_carlo_report.hpp"
+#include "study/monte_carlo/monte_carlo_study.hpp"
 #include "study/uncertain/uncertain_file.hpp"
 #include "twin/base/progress.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/monte_carlo/monte_carlo_report.hpp"
+#include "study/monte_carlo/monte_carlo_study.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "report/table.hpp"
 #include "report/text.hpp"
 #include "study/page/report_parts.hpp"
-#include "study/plan/result_names.hpp"
+#include "study/plan/recorded_numbers.hpp"
 
 namespace fringetwin::study {
 namespace {

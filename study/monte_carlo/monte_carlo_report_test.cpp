@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a Monte Carlo study made of trials by hand.
 // tolerance: none, numbers as they are printed.
-#include "study/monte_carlo/monte_carlo_report.hpp"
+#include "study/monte_carlo/monte_carlo_study.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

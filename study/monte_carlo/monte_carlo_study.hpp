@@ -2,11 +2,13 @@
 // Runs a study of kind "monte-carlo": trials until the numbers are known well enough, then the points that
 // say which input the spread comes from. Who runs the points, and where they are kept, is the caller's.
 #pragma once
+#include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "study/plan/study_point.hpp"
+#include "study/kind/kind.hpp"
 #include "study/statistics/monte_carlo.hpp"
 #include "study/statistics/sobol_indices.hpp"
 #include "study/uncertain/uncertain_inputs.hpp"
@@ -43,5 +45,19 @@ MonteCarloResult run_monte_carlo(const MonteCarloPlan& plan, const RunPoints& ru
 /// "symmetric", "shortest",
 /// ...}]}
 std::string monte_carlo_json(const MonteCarloPlan& plan, const MonteCarloResult& result);
+
+/// Returns the keys that a study of this kind has besides those of every study.
+std::vector<std::string> monte_carlo_keys();
+
+/// Reads the plan of a STUDY.toml. Middles of distributions are the twin's own values where [[uncertain]] has
+/// no `value`. Throws UserError(usage) with file, line and key.
+MonteCarloPlan read_monte_carlo(const TomlTable& root, const std::filesystem::path& twin);
+
+/// Returns what runs the study; the head must outlive it.
+std::unique_ptr<Kind> make_kind(const StudyHead& head, const MonteCarloPlan& plan);
+
+/// Returns the page and its drawings. Throws Cancelled.
+StudyReport monte_carlo_report(const StudyRecord& study, const MonteCarloPlan& plan,
+                               const MonteCarloResult& result);
 
 }  // namespace fringetwin::study

@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <string>
-#include <vector>
 
 #include "study/plan/study_point.hpp"
 #include "twin/twin.hpp"

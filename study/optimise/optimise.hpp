@@ -5,13 +5,13 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
-#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "study/kind/kind.hpp"
 #include "study/optimise/budgeted_search.hpp"
-#include "study/plan/study_point.hpp"
 #include "study/plan/study_tables.hpp"
 #include "study/uncertain/uncertain_inputs.hpp"
 
@@ -76,5 +76,17 @@ OptimiseResult run_optimise(const OptimisePlan& plan, const RunPoints& run);
 
 /// Returns result.json, "fringetwin-optimise/1".
 std::string optimise_json(const OptimisePlan& plan, const OptimiseResult& result);
+
+/// Returns the keys that a study of this kind has besides those of every study.
+std::vector<std::string> optimise_keys();
+
+/// Reads the plan of a STUDY.toml. Throws UserError(usage) with file, line and key.
+OptimisePlan read_optimise(const TomlTable& root, const std::filesystem::path& twin);
+
+/// Returns what runs the study; the head must outlive it.
+std::unique_ptr<Kind> make_kind(const StudyHead& head, const OptimisePlan& plan);
+
+/// Returns the page and its drawings. Throws Cancelled.
+StudyReport optimise_report(const StudyRecord& study, const OptimisePlan& plan, const OptimiseResult& result);
 
 }  // namespace fringetwin::study

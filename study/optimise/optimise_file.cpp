@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/optimise/optimise_file.hpp"
+#include "study/optimise/optimise.hpp"
 
 #include <fmt/format.h>
 

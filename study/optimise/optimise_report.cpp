@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/optimise/optimise_report.hpp"
+#include "study/optimise/optimise.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "study/page/pareto_plot.hpp"
 #include "study/page/report_parts.hpp"
 #include "study/page/varied_axes.hpp"
-#include "study/plan/result_names.hpp"
+#include "study/plan/recorded_numbers.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a search made of evaluations by hand.
 // tolerance: none, numbers as they are printed.
-#include "study/optimise/optimise_report.hpp"
+#include "study/optimise/optimise.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -12,7 +12,7 @@
 #include "report/provenance.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"
-#include "study/plan/result_names.hpp"
+#include "study/plan/recorded_numbers.hpp"
 
 namespace fringetwin::study {
 namespace {

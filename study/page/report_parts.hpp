@@ -5,10 +5,21 @@
 #include <vector>
 
 #include "report/html_page.hpp"
-#include "study/page/study_report.hpp"
+#include "study/page/figure_sheet.hpp"
+#include "study/plan/study_head.hpp"
+#include "study/store/study_store.hpp"
 #include "study/uncertain/uncertain_inputs.hpp"
 
 namespace fringetwin::study {
+
+/// Holds what the page of every study is made from (docs/metrics/study.md, "Report of a study").
+struct StudyRecord {
+  const StudyHead& head;
+  const std::vector<StoredPoint>& rows;
+  const StudyIdentity& identity;
+  std::vector<std::string> argv;  ///< the command as typed
+  std::string version;            ///< of the program that writes the page
+};
 
 /// The share of the values that bands and intervals of designs hold.
 inline constexpr double kReportCoverage = 0.95;

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "study/page/report_parts.hpp"
-#include "study/plan/result_names.hpp"
+#include "study/plan/recorded_numbers.hpp"
 #include "twin/base/parse_number.hpp"
 
 namespace fringetwin::study {

@@ -11,7 +11,6 @@
 #include "render/pattern/form_images.hpp"
 #include "render/sensor/all_cameras.hpp"
 #include "report/json.hpp"
-#include "study/plan/shared_meshes.hpp"
 #include "study/run/image_results.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
@@ -60,7 +59,7 @@ void PointRunner::load(const StudyPoint& point) {
   if (task_.virtual_rig && !rig_) rig_.emplace(task_.twin, task_.calibration);
   Twin twin = rig_ ? rig_->drawn(point.settings) : compare::load_checked_twin(task_.twin, point.settings);
   measure::check_fringes(twin);
-  load_meshes(&twin, twin_ ? &*twin_ : nullptr);
+  load_meshes(twin, twin_ ? &*twin_ : nullptr);
   twin_ = std::move(twin);
   settings_ = point.settings;
   theory_.clear();

@@ -2,7 +2,6 @@
 #include "study/run/trace_share.hpp"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <set>
 #include <string_view>

@@ -2,7 +2,6 @@
 // Which points of a study share one trace: the light of a scene does not depend on sensor, noise, number of
 // phase steps or pattern.
 #pragma once
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>

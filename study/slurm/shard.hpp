@@ -4,7 +4,6 @@
 #pragma once
 #include <filesystem>
 #include <set>
-#include <string>
 #include <vector>
 
 #include "study/engine/worker.hpp"

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "study/plan/random_draws.hpp"
 #include "twin/base/errors.hpp"

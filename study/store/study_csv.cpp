@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-#include "study/plan/result_names.hpp"
+#include "study/plan/recorded_numbers.hpp"
 #include "study/store/study_store.hpp"
 
 namespace fringetwin::study {

@@ -9,7 +9,6 @@
 #include <string_view>
 
 #include "compare/verdict/limits.hpp"
-#include "study/plan/shared_meshes.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/file/toml_reader.hpp"
 
@@ -175,7 +174,7 @@ const Twin& VirtualRig::measuring(const Settings& settings) {
   Settings keys = nominal_settings(settings);
   if (!measuring_ || keys != measuring_settings_) {
     Twin twin = keys.empty() ? nominal_ : load_twin(file_, keys);
-    load_meshes(&twin, measuring_ ? &*measuring_ : nullptr);
+    load_meshes(twin, measuring_ ? &*measuring_ : nullptr);
     measuring_ = std::move(twin);
     measuring_settings_ = std::move(keys);
   }

@@ -7,11 +7,12 @@
 #include <Eigen/Core>
 #include <array>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "study/plan/study_point.hpp"
+#include "study/kind/kind.hpp"
 #include "study/plan/study_tables.hpp"
 #include "study/statistics/monte_carlo.hpp"
 #include "study/uncertain/uncertain_inputs.hpp"
@@ -84,5 +85,17 @@ VolumeMap volume_map(const VolumeMapPlan& plan, const std::vector<PointOutcome>&
 
 /// Returns result.json, "fringetwin-volume-map/1".
 std::string volume_map_json(const VolumeMapPlan& plan, const VolumeMap& map);
+
+/// Returns the keys that a study of this kind has besides those of every study.
+std::vector<std::string> volume_map_keys();
+
+/// Reads the plan of a STUDY.toml. Throws UserError(usage) with file, line and key.
+VolumeMapPlan read_volume_map(const TomlTable& root, const std::filesystem::path& twin);
+
+/// Returns what runs the study; the head must outlive it.
+std::unique_ptr<Kind> make_kind(const StudyHead& head, const VolumeMapPlan& plan);
+
+/// Returns the page and its drawings. Throws Cancelled.
+StudyReport volume_map_report(const StudyRecord& study, const VolumeMapPlan& plan, const VolumeMap& map);
 
 }  // namespace fringetwin::study

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/volume_map/volume_map_report.hpp"
+#include "study/volume_map/volume_map.hpp"
 
 #include <fmt/format.h>
 

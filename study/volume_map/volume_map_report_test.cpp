@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a volume map made of outcomes by hand.
 // tolerance: none, numbers as they are printed.
-#include "study/volume_map/volume_map_report.hpp"
+#include "study/volume_map/volume_map.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
