@@ -4,9 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
-#include <sstream>
 
 #include "calib/board/corners_vnl.hpp"
 #include "calib/board/observe.hpp"
@@ -14,7 +13,7 @@
 #include "calib/solve/calibrate.hpp"
 #include "cli/camera_files.hpp"
 #include "cli/commands.hpp"
-#include "cli/version.hpp"
+#include "cli/flags.hpp"
 #include "compare/result/provenance.hpp"
 #include "compare/verdict/limits.hpp"
 #include "report/text.hpp"
@@ -47,13 +46,6 @@ struct CalibrateCommand {
   calib::CalibrateOptions calibrate;
 };
 
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> out;
-  std::stringstream list(text);
-  for (std::string item; std::getline(list, item, ',');) out.push_back(item);
-  return out;
-}
-
 double number(const std::string& option, const std::string& text) {
   const std::optional<double> value = parse_number<double>(text);
   if (!value) throw UserError(ExitCode::usage, option, "\"" + text + "\" is not a number", "");
@@ -62,7 +54,7 @@ double number(const std::string& option, const std::string& text) {
 
 /// One item for all devices, or one per device.
 std::vector<std::string> per_device(const std::string& option, const std::string& text, std::size_t n) {
-  std::vector<std::string> items = split(text);
+  std::vector<std::string> items = split_list(text);
   if (items.size() == 1) items.resize(n, items[0]);
   if (items.size() != n)
     throw UserError(ExitCode::usage, option,
@@ -72,13 +64,11 @@ std::vector<std::string> per_device(const std::string& option, const std::string
 }
 
 std::array<int, 2> size_of(const std::string& text) {
-  std::array<int, 2> size{};
-  char by = 0;
-  std::stringstream in(text);
-  if (!(in >> size[0] >> by >> size[1]) || by != 'x' || in.peek() != EOF)
+  const std::optional<std::array<int, 2>> size = parse_size(text);
+  if (!size)
     throw UserError(ExitCode::usage, "--imagersize", "\"" + text + "\" is not a size",
                     "write e.g. 1440x1080,1280x720");
-  return size;
+  return *size;
 }
 
 /// mrcal writes "--imagersize W H": the second number then stands first among the globs.
@@ -93,7 +83,7 @@ void join_imagersize(CalibrateCommand& o) {
 
 std::vector<calib::Device> devices_of(const CalibrateCommand& o) {
   const std::size_t n = o.globs.size();
-  std::vector<std::string> names = split(o.names);
+  std::vector<std::string> names = split_list(o.names);
   for (std::size_t d = names.size(); d < n && o.names.empty(); ++d)
     names.push_back(fmt::format("camera-{}", d));
   if (names.size() != n)
@@ -115,19 +105,11 @@ std::vector<calib::Device> devices_of(const CalibrateCommand& o) {
 
 /// A twin.toml of these devices, to go on from; only with the cameras a twin can have.
 std::string twin_toml(const calib::Calibration& c, const CalibrateCommand& o) {
-  std::string toml = "schema = \"fringetwin-twin/1\"\nname = \"calibrated rig\"\ncameramodel_unit = \"m\"\n";
-  std::size_t n_cameras = 0;
-  for (const auto& device : c.devices) {
-    const bool is_projector = device.name == o.projector;
-    n_cameras += !is_projector;
-    toml += is_projector
-                ? fmt::format("\n[projector]\nmodel = \"{}.cameramodel\"\nintensity = 40.0\n", device.name)
-                : fmt::format("\n[[camera]]\nname = \"{0}\"\nmodel = \"{0}.cameramodel\"\n", device.name);
-  }
-  if (n_cameras < 1 || n_cameras > 2) return "";
-  return toml +
-         "\n# Describe the projected sequence (docs/FORMATS.md), then the part and what to fit.\n"
-         "[fringes]\ndirections = [\"x\"]\npitches_px = [13, 14, 15]\nsteps = 4\nunwrap = \"heterodyne\"\n";
+  std::vector<std::pair<std::string, bool>> devices;
+  for (const auto& device : c.devices) devices.emplace_back(device.name, device.name == o.projector);
+  const auto n_cameras =
+      std::count_if(devices.begin(), devices.end(), [](const auto& d) { return !d.second; });
+  return n_cameras < 1 || n_cameras > 2 ? "" : starting_twin_toml("calibrated rig", devices);
 }
 
 std::vector<fs::path> files_of(const std::string& pattern) {
@@ -211,7 +193,7 @@ int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
   o.calibrate.estimate_sigmas = o.sigma == kAuto;
   o.calibrate.circle_diameter_mm = 1000.0 * o.circle_diameter_m;
   o.calibrate.outlier_sigmas.clear();
-  for (const auto& item : split(o.outlier_sigma))
+  for (const auto& item : split_list(o.outlier_sigma))
     o.calibrate.outlier_sigmas.push_back(number("--outlier-sigma", item));
   calib::assign_views(images, o.globs, observations);
 
@@ -307,8 +289,7 @@ void add_calibrate(CLI::App& app, Invocation& invocation) {
   sub->add_option("--max-rms", o->calibrate.max_rms_px,
                   "Largest rms of a device (px, 2-norm) that is accepted")
       ->capture_default_str();
-  sub->callback(
-      [o, &invocation] { invocation.run = [o, &invocation] { return run_calibrate(*o, invocation); }; });
+  run_when_chosen(*sub, invocation, o, run_calibrate);
 }
 
 }  // namespace fringetwin::cli

@@ -2,7 +2,6 @@
 // capture: project the sequence, record it with every camera, leave a capture set.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 
 #include "capture/adjust/exposure_choice.hpp"
@@ -15,7 +14,6 @@
 #include "capture/v4l2/v4l2_list.hpp"
 #include "cli/capture_rig.hpp"
 #include "cli/commands.hpp"
-#include "cli/version.hpp"
 #include "cosim/load.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
@@ -224,8 +222,7 @@ void add_capture(CLI::App& app, Invocation& invocation) {
   sub->add_flag("--overwrite", o->overwrite, "Replace a recording that is there already");
   add_rig_flags(*sub, o->rig);
   add_plan_options(*sub, *o);
-  sub->callback(
-      [o, &invocation] { invocation.run = [o, &invocation] { return run_capture(*o, invocation); }; });
+  run_when_chosen(*sub, invocation, o, run_capture);
 }
 
 }  // namespace fringetwin::cli

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // compare: measure two capture sets and compare them.
-#include <CLI/CLI.hpp>
 
 #include "cli/commands.hpp"
 #include "cli/tell_comparison.hpp"
-#include "cli/version.hpp"
 #include "cosim/compare_captures.hpp"
 #include "cosim/write_results.hpp"
 #include "twin/base/out_folder.hpp"
@@ -33,9 +31,7 @@ void add_compare(CLI::App& app, Invocation& invocation) {
   sub->add_option("--real", options->real, "Capture set of the rig")->required();
   sub->add_option("--sim", options->sim, "Capture set of the twin")->required();
   sub->add_option("--out", options->out, "Folder for result.json, report.html and the maps")->required();
-  sub->callback([options, &invocation] {
-    invocation.run = [options, &invocation] { return run_compare(*options, invocation); };
-  });
+  run_when_chosen(*sub, invocation, options, run_compare);
 }
 
 }  // namespace fringetwin::cli

@@ -2,12 +2,9 @@
 // cosim: render, measure both, compare, report.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
-
 #include "cli/commands.hpp"
 #include "cli/flags.hpp"
 #include "cli/tell_comparison.hpp"
-#include "cli/version.hpp"
 #include "compare/causes/refine.hpp"
 #include "cosim/cosim.hpp"
 #include "cosim/write_results.hpp"
@@ -57,9 +54,7 @@ void add_cosim(CLI::App& app, Invocation& invocation) {
       ->check(CLI::IsMember({"even", "odd"}));
   add_render_flags(*sub, options->request.render);
   sub->add_flag("--radiance", options->radiance, "Also write float32 EXR images (E before the sensor)");
-  sub->callback([options, &invocation] {
-    invocation.run = [options, &invocation] { return run_cosim(*options, invocation); };
-  });
+  run_when_chosen(*sub, invocation, options, run_cosim);
 }
 
 }  // namespace fringetwin::cli

@@ -2,8 +2,6 @@
 // diff: two results -> paired differences.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
-
 #include "cli/commands.hpp"
 #include "compare/diff.hpp"
 
@@ -14,11 +12,9 @@ void add_diff(CLI::App& app, Invocation& invocation) {
   CLI::App* sub = app.add_subcommand("diff", "Two results: paired differences (B - A) on stdout");
   sub->add_option("run_a", runs->first, "Folder of a run, or its result.json")->required();
   sub->add_option("run_b", runs->second, "Folder of a run, or its result.json")->required();
-  sub->callback([runs, &invocation] {
-    invocation.run = [runs] {
-      fmt::print("{}", compare::diff_results(runs->first, runs->second));
-      return 0;
-    };
+  run_when_chosen(*sub, invocation, runs, [](const std::pair<std::string, std::string>& folders) {
+    fmt::print("{}", compare::diff_results(folders.first, folders.second));
+    return 0;
   });
 }
 

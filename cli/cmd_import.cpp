@@ -4,12 +4,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
-#include <sstream>
 
 #include "calib/import/imported_rig.hpp"
 #include "cli/commands.hpp"
+#include "cli/flags.hpp"
 #include "cli/import_rig.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/file/cameramodel.hpp"
@@ -103,9 +102,7 @@ int run_matrices(const ImportCommand& o) {
 
 /// Moves the projector to the end and gives the cameras the names asked for.
 void arrange(ImportedRig& rig, const ImportCommand& o) {
-  std::vector<std::string> names;
-  std::stringstream list(o.names);
-  for (std::string name; std::getline(list, name, ',');) names.push_back(name);
+  const std::vector<std::string> names = split_list(o.names);
   const std::size_t n_cameras = rig.devices.size() - (rig.has_projector ? 1 : 0);
   if (!names.empty() && names.size() != n_cameras)
     throw UserError(ExitCode::usage, "--names",
@@ -154,7 +151,7 @@ CLI::App* add(CLI::App& import, Invocation& invocation, const char* name, const 
               const std::shared_ptr<ImportCommand>& options, int (*run)(const ImportCommand&)) {
   CLI::App* sub = import.add_subcommand(name, what);
   add_rig_options(*sub, options->rig);
-  sub->callback([options, run, &invocation] { invocation.run = [options, run] { return run(*options); }; });
+  run_when_chosen(*sub, invocation, options, run);
   return sub;
 }
 

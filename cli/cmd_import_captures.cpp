@@ -3,7 +3,6 @@
 // where they lie.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -11,7 +10,6 @@
 #include "capture/record/journal.hpp"
 #include "cli/camera_files.hpp"
 #include "cli/commands.hpp"
-#include "cli/version.hpp"
 #include "compare/verdict/limits.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
@@ -210,7 +208,7 @@ void add_import_captures(CLI::App& import, Invocation& invocation) {
                   "Exposure of the Gray-code images relative to the phase steps, or \"different\"");
   sub->add_option("--out", o->out, "Folder for capture.toml")->required();
   sub->add_flag("--overwrite", o->overwrite, "Replace a capture.toml that is there");
-  sub->callback([o, &invocation] { invocation.run = [o] { return run_import_captures(*o); }; });
+  run_when_chosen(*sub, invocation, o, run_import_captures);
 }
 
 }  // namespace fringetwin::cli

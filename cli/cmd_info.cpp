@@ -3,12 +3,10 @@
 // are looked for, as text or JSON.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
-#include "cli/version.hpp"
 #include "render/base/device_info.hpp"
 #include "twin/twin.hpp"
 
@@ -48,7 +46,7 @@ void add_info(CLI::App& app, Invocation& invocation) {
   auto as_json = std::make_shared<bool>(false);
   CLI::App* sub = app.add_subcommand("info", "Version, Vulkan devices, where real captures are looked for");
   sub->add_flag("--json", *as_json, "As JSON");
-  sub->callback([as_json, &invocation] { invocation.run = [as_json] { return run_info(*as_json); }; });
+  run_when_chosen(*sub, invocation, as_json, run_info);
 }
 
 }  // namespace fringetwin::cli

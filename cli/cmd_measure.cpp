@@ -2,11 +2,8 @@
 // measure: one capture set -> phase, points, fits.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
-
 #include "cli/commands.hpp"
 #include "cli/tell_comparison.hpp"
-#include "cli/version.hpp"
 #include "compare/result/result_json.hpp"
 #include "cosim/load.hpp"
 #include "cosim/write_results.hpp"
@@ -73,9 +70,7 @@ void add_measure(CLI::App& app, Invocation& invocation) {
   sub->add_option("--captures", options->captures, "Folder with a capture.toml")->required();
   sub->add_option("--out", options->out, "Folder for points.ply, phase_<camera>.exr, result.json")
       ->required();
-  sub->callback([options, &invocation] {
-    invocation.run = [options, &invocation] { return run_measure(*options, invocation); };
-  });
+  run_when_chosen(*sub, invocation, options, run_measure);
 }
 
 }  // namespace fringetwin::cli

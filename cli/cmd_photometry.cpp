@@ -2,21 +2,18 @@
 // photometry: gray values of real captures -> sensor, projector response, fringe contrast, vignetting.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
 
 #include "calib/page/photometry_page.hpp"
 #include "cli/camera_files.hpp"
 #include "cli/commands.hpp"
-#include "cli/version.hpp"
 #include "compare/result/provenance.hpp"
 #include "compare/verdict/limits.hpp"
 #include "cosim/load.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/parse_number.hpp"
-#include "twin/base/paths.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
 
@@ -96,17 +93,16 @@ std::vector<calib::CameraFrames> load_frames(const Twin& twin, const PhotometryC
       frames[c].captures.push_back(std::move(set.cameras[c]));
     inputs.insert(inputs.end(), set.files.begin(), set.files.end());
   }
-  const auto append = [](std::vector<ImageF>& to, std::vector<ImageF> from) {
-    for (ImageF& image : from) to.push_back(std::move(image));
+  const auto append = [&](const std::string& option, const std::vector<std::string>& texts,
+                          std::vector<ImageF> calib::CameraFrames::*to) {
+    for (const std::string& text : texts) {
+      const Images request = parse_images(twin, option, text, false);
+      for (ImageF& image : load_images(twin, request, inputs))
+        (frames[request.camera].*to).push_back(std::move(image));
+    }
   };
-  for (const std::string& text : o.dark) {
-    const Images request = parse_images(twin, "--dark", text, false);
-    append(frames[request.camera].dark, load_images(twin, request, inputs));
-  }
-  for (const std::string& text : o.flat) {
-    const Images request = parse_images(twin, "--flat", text, false);
-    append(frames[request.camera].flat, load_images(twin, request, inputs));
-  }
+  append("--dark", o.dark, &calib::CameraFrames::dark);
+  append("--flat", o.flat, &calib::CameraFrames::flat);
   for (const std::string& text : o.series) {
     const Images request = parse_images(twin, "--series", text, true);
     frames[request.camera].series.push_back(
@@ -182,8 +178,7 @@ void add_photometry(CLI::App& app, Invocation& invocation) {
   sub->add_option("--flat", o->flat, "[CAMERA=]GLOB: images of an evenly lit surface");
   sub->add_option("--out", o->out, "Folder for photometry.toml, photometry.json, photometry.html")
       ->required();
-  sub->callback(
-      [o, &invocation] { invocation.run = [o, &invocation] { return run_photometry(*o, invocation); }; });
+  run_when_chosen(*sub, invocation, o, run_photometry);
 }
 
 }  // namespace fringetwin::cli

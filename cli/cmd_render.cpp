@@ -2,8 +2,6 @@
 // render: the capture set that the cameras of a twin would record.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
-
 #include "cli/commands.hpp"
 #include "cli/flags.hpp"
 #include "cosim/load.hpp"
@@ -57,7 +55,7 @@ void add_render(CLI::App& app, Invocation& invocation) {
   sub->add_option("--out", options->out, "Folder for the capture set (made if missing)");
   add_render_flags(*sub, options->request);
   sub->add_flag("--radiance", options->radiance, "Also write float32 EXR images (E before the sensor)");
-  sub->callback([options, &invocation] { invocation.run = [options] { return run_render(*options); }; });
+  run_when_chosen(*sub, invocation, options, run_render);
 }
 
 }  // namespace fringetwin::cli

@@ -2,13 +2,11 @@
 // study: many virtual measurements over a design, resumed where they stopped.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 #include <sstream>
 
 #include "cli/commands.hpp"
-#include "cli/version.hpp"
 #include "study/engine/local_engine.hpp"
 #include "study/engine/worker.hpp"
 #include "study/kind/run_study.hpp"
@@ -93,8 +91,7 @@ void add_study(CLI::App& app, Invocation& invocation) {
   sub->add_option("--slurm-dir", o->slurm_dir,
                   "slurm: folder on a disk that the nodes share; default: slurm in --out");
   sub->add_flag("--figures", o->figures, "Write the report's drawings as SVG files, too (DIR/figures)");
-  sub->callback(
-      [o, &invocation] { invocation.run = [o, &invocation] { return run_study(*o, invocation); }; });
+  run_when_chosen(*sub, invocation, o, run_study);
 
   CLI::App* worker = app.add_subcommand("study-worker", "Runs points for `study`");
   worker->group("");  // not for people

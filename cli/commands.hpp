@@ -1,21 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 // Declares one function per subcommand, which adds it to the program; nothing outside cli/ parses arguments.
 #pragma once
+#include <CLI/CLI.hpp>
 #include <functional>
+#include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
-namespace CLI {
-class App;
-}
-
 namespace fringetwin::cli {
+
+/// Returns this program's version, e.g. "0.1.0 (Release, g++ 12.2.0)".
+inline std::string version_string() {
+  return FRINGETWIN_VERSION " (" FRINGETWIN_BUILD_TYPE ", g++ " __VERSION__ ")";
+}
 
 /// What main() runs after parsing, and the facts every result records.
 struct Invocation {
   std::vector<std::string> argv;
   std::function<int()> run;  ///< set by the chosen subcommand; returns the exit code
 };
+
+/// Makes `work`, with the options as they were parsed, what main() runs when the subcommand is chosen. `work`
+/// takes the options, and the invocation behind them where it needs it.
+template <class Options, class Work>
+void run_when_chosen(CLI::App& sub, Invocation& invocation, const std::shared_ptr<Options>& options,
+                     Work work) {
+  sub.callback([options, work, &invocation] {
+    invocation.run = [options, work, &invocation] {
+      if constexpr (std::is_invocable_v<Work, Options&, const Invocation&>)
+        return work(*options, invocation);
+      else
+        return work(*options);
+    };
+  });
+}
 
 void add_cosim(CLI::App& app, Invocation& invocation);
 void add_render(CLI::App& app, Invocation& invocation);

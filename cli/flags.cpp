@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <sstream>
 
 #include "render/renderer.hpp"
 #include "twin/base/errors.hpp"
@@ -39,6 +40,34 @@ void add_render_flags(CLI::App& sub, cosim::RenderRequest& request) {
       ->check(in_range(0.0, 18446744073709551615.0))
       ->capture_default_str();
   sub.add_option("--device", request.device, "A part of a Vulkan device's name, or \"list\"");
+}
+
+std::vector<std::string> split_list(const std::string& text) {
+  std::vector<std::string> out;
+  std::stringstream list(text);
+  for (std::string item; std::getline(list, item, ',');) out.push_back(item);
+  return out;
+}
+
+std::optional<std::array<int, 2>> parse_size(const std::string& text) {
+  std::array<int, 2> size{};
+  char by = 0;
+  std::stringstream in(text);
+  if (!(in >> size[0] >> by >> size[1]) || by != 'x' || in.peek() != EOF) return std::nullopt;
+  return size;
+}
+
+std::string starting_twin_toml(const std::string& name,
+                               const std::vector<std::pair<std::string, bool>>& devices) {
+  std::string toml =
+      fmt::format("schema = \"fringetwin-twin/1\"\nname = \"{}\"\ncameramodel_unit = \"m\"\n", name);
+  for (const auto& [device, is_projector] : devices)
+    toml += is_projector
+                ? fmt::format("\n[projector]\nmodel = \"{}.cameramodel\"\nintensity = 40.0\n", device)
+                : fmt::format("\n[[camera]]\nname = \"{0}\"\nmodel = \"{0}.cameramodel\"\n", device);
+  return toml +
+         "\n# Describe the projected sequence (docs/FORMATS.md), then the part and what to fit.\n"
+         "[fringes]\ndirections = [\"x\"]\npitches_px = [13, 14, 15]\nsteps = 4\nunwrap = \"heterodyne\"\n";
 }
 
 int print_devices() {

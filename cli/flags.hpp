@@ -1,6 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adds the options that several subcommands share, and answers --device list.
+// What several subcommands share: options, the reading of lists and sizes, the twin.toml of a rig that was
+// calibrated or imported, and the answer to --device list.
 #pragma once
+#include <array>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "cosim/simulate.hpp"
 
 namespace CLI {
@@ -11,6 +18,16 @@ namespace fringetwin::cli {
 
 /// Adds --samples --sampler --phase-error --gray-error --seed --device
 void add_render_flags(CLI::App& sub, cosim::RenderRequest& request);
+
+/// Returns the items of a list with commas between them.
+std::vector<std::string> split_list(const std::string& text);
+/// Reads "WIDTHxHEIGHT", px.
+std::optional<std::array<int, 2>> parse_size(const std::string& text);
+
+/// Returns a twin.toml to go on from, of devices by their names, each with whether it is the projector; their
+/// models are NAME.cameramodel beside it.
+std::string starting_twin_toml(const std::string& name,
+                               const std::vector<std::pair<std::string, bool>>& devices);
 
 /// Prints the Vulkan devices, one a line, on stdout; returns the exit code (4 when there is none).
 int print_devices();

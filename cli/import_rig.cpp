@@ -5,9 +5,9 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <sstream>
 
 #include "calib/import/check_import.hpp"
+#include "cli/flags.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/paths.hpp"
@@ -129,12 +129,10 @@ DeviceRequest parse_device(const std::string& option, const std::string& text, c
   request.name = text.substr(0, equals);
   if (const std::string fault = name_fault(request.name); !fault.empty())
     throw UserError(ExitCode::usage, request.option, "the name " + fault, kNameHint);
-  std::stringstream list(text.substr(equals + 1, at - equals - 1));
-  for (std::string part; std::getline(list, part, ',');) request.parts.push_back(part);
-  char by = 0;
-  std::stringstream size(text.substr(at + 1));
-  if (!(size >> request.imagersize[0] >> by >> request.imagersize[1]) || by != 'x' || size.peek() != EOF)
-    throw fail("the image size cannot be read");
+  request.parts = split_list(text.substr(equals + 1, at - equals - 1));
+  const std::optional<std::array<int, 2>> size = parse_size(text.substr(at + 1));
+  if (!size) throw fail("the image size cannot be read");
+  request.imagersize = *size;
   return request;
 }
 
@@ -173,19 +171,12 @@ int finish_import(ImportedRig rig, const RigOptions& o) {
   if (!o.check.empty()) check_observations(rig, o);
   if (o.out.empty()) return static_cast<int>(ExitCode::ok);
   begin_output(o.out, {"twin.toml"});
-  std::string toml = "schema = \"fringetwin-twin/1\"\nname = \"imported rig\"\ncameramodel_unit = \"m\"\n";
-  for (std::size_t i = 0; i < rig.devices.size(); ++i) {
-    const std::string& name = rig.devices[i].name;
-    const std::string file = name + ".cameramodel";
-    write_model(std::filesystem::path(o.out) / file, rig.devices[i], rig.source);
-    toml += rig.has_projector && i + 1 == rig.devices.size()
-                ? fmt::format("\n[projector]\nmodel = \"{}\"\nintensity = 40.0\n", file)
-                : fmt::format("\n[[camera]]\nname = \"{}\"\nmodel = \"{}\"\n", name, file);
+  std::vector<std::pair<std::string, bool>> devices;
+  for (const calib::ImportedDevice& device : rig.devices) {
+    write_model(std::filesystem::path(o.out) / (device.name + ".cameramodel"), device, rig.source);
+    devices.emplace_back(device.name, rig.has_projector && &device == &rig.devices.back());
   }
-  toml +=
-      "\n# Describe the projected sequence (docs/FORMATS.md), then the part and what to fit.\n"
-      "[fringes]\ndirections = [\"x\"]\npitches_px = [13, 14, 15]\nsteps = 4\nunwrap = \"heterodyne\"\n";
-  write_text_file(std::filesystem::path(o.out) / "twin.toml", toml);
+  write_text_file(std::filesystem::path(o.out) / "twin.toml", starting_twin_toml("imported rig", devices));
   say(fmt::format("wrote {} model file(s) and twin.toml to {}", rig.devices.size(), o.out));
   return static_cast<int>(ExitCode::ok);
 }

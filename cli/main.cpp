@@ -2,14 +2,12 @@
 // fringetwin: data on stdout, narration on stderr, exit codes of docs/CONVENTIONS.md.
 #include <malloc.h>
 
-#include <CLI/CLI.hpp>
 #include <clocale>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 
 #include "cli/commands.hpp"
-#include "cli/version.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 

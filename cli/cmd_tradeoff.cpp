@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// needs: what each effect changes and costs, and the smallest model for a tolerance.
+// pareto: error against time for every sampling scheme.
+#include <fmt/format.h>
+
+#include "cli/commands.hpp"
+#include "cosim/measured_shapes.hpp"
+#include "cosim/write_results.hpp"
+#include "tradeoff/needs.hpp"
+#include "tradeoff/pareto.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/image/image_io.hpp"
+
+namespace fringetwin::cli {
+
+namespace {
+
+template <class Options>
+struct TradeoffCommand {
+  std::string twin, out, device;
+  Options options;
+};
+
+/// Measures, and writes `name`.html and `name`.json, whose texts `html` and `json` return. Returns the
+/// result.
+template <class Options, class Measure, class Text>
+auto measure_and_write(const TradeoffCommand<Options>& o, const Invocation& invocation,
+                       const std::string& name, Measure measure, Text html, Text json) {
+  const Twin twin = cosim::load_renderable_twin(o.twin);
+  render::Renderer renderer(o.device);
+  const auto result = measure(twin, renderer, o.options);
+  const auto provenance = cosim::make_provenance({invocation.argv, version_string()}, twin, {},
+                                                 {renderer.device().name, o.options.seed});
+  const std::filesystem::path dir = o.out;
+  begin_output(dir, {name + ".json"});
+  write_text_file(dir / (name + ".html"), html(twin, result, o.options, provenance));
+  write_text_file(dir / (name + ".json"), json(twin, result, o.options, provenance));
+  for (const auto& warning : result.warnings) warn(warning);
+  return result;
+}
+
+int tell(const std::string& table, const std::string& out, const std::string& page) {
+  fmt::print("{}", table);
+  say("page: " + (std::filesystem::path(out) / page).string());
+  return static_cast<int>(ExitCode::ok);
+}
+
+int run_needs(TradeoffCommand<tradeoff::NeedsOptions> o, const Invocation& invocation) {
+  check_out_folder(o.out);
+  o.options.subset.seed = o.options.seed;
+  const auto result = measure_and_write(o, invocation, "needs", tradeoff::run_needs, tradeoff::needs_html,
+                                        tradeoff::needs_json);
+  return tell(tradeoff::needs_table(result, o.options), o.out, "needs.html");
+}
+
+int run_pareto(TradeoffCommand<tradeoff::ParetoOptions> o, const Invocation& invocation) {
+  check_out_folder(o.out);
+  o.options.subset.seed = o.options.seed;
+  if (o.options.quick) {
+    o.options.subset.windows_per_camera = std::min(o.options.subset.windows_per_camera, 4);
+    o.options.reference = {8, 16, 24};
+    o.options.rounds = 1;
+  }
+  const auto result = measure_and_write(o, invocation, "pareto", tradeoff::run_pareto, tradeoff::pareto_html,
+                                        tradeoff::pareto_json);
+  return tell(tradeoff::pareto_table(result), o.out, "pareto.html");
+}
+
+/// Adds the options that both have behind their own.
+template <class Options>
+void add_sampling_options(CLI::App& sub, TradeoffCommand<Options>& o, const std::string& rounds) {
+  sub.add_option("--windows", o.options.subset.windows_per_camera, "Windows of pixels looked at per camera")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  sub.add_option("--rounds", o.options.rounds, rounds)->check(CLI::Range(1, 100))->capture_default_str();
+  sub.add_option("--seed", o.options.seed, "Seed of the pixel choice, of noise and random samplers")
+      ->capture_default_str();
+  sub.add_option("--device", o.device, "A part of a Vulkan device's name");
+}
+
+}  // namespace
+
+void add_needs(CLI::App& app, Invocation& invocation) {
+  auto o = std::make_shared<TradeoffCommand<tradeoff::NeedsOptions>>();
+  CLI::App* sub = app.add_subcommand(
+      "needs", "What each effect changes and costs on this scene; the smallest model for a tolerance");
+  sub->add_option("twin", o->twin, "The twin.toml")->required();
+  sub->add_option("--out", o->out, "Folder for needs.json and needs.html")->required();
+  tradeoff::Tolerance& tolerance = o->options.tolerance;
+  for (const auto& [name, value, text] :
+       {std::tuple{"--phase-tolerance", &tolerance.phase_rad, "Largest change of the phase, rad rms"},
+        std::tuple{"--gray-tolerance", &tolerance.gray_dn, "Largest change of the gray value, DN rms"},
+        std::tuple{"--fit-tolerance", &tolerance.fit_mm, "Largest change of a fitted quantity, mm"}})
+    sub->add_option(name, *value, text)->check(CLI::NonNegativeNumber)->capture_default_str();
+  add_sampling_options(*sub, *o, "Timed renders of each side");
+  run_when_chosen(*sub, invocation, o, run_needs);
+}
+
+void add_pareto(CLI::App& app, Invocation& invocation) {
+  auto o = std::make_shared<TradeoffCommand<tradeoff::ParetoOptions>>();
+  CLI::App* sub = app.add_subcommand(
+      "pareto", "Error against time for every sampling scheme, sample count and precision on this scene");
+  sub->add_option("twin", o->twin, "The twin.toml")->required();
+  sub->add_option("--out", o->out, "Folder for pareto.json and pareto.html")->required();
+  sub->add_flag("--quick", o->options.quick, "Few schemes, few pixels, one timing");
+  sub->add_option(
+         "--longest", o->options.longest_point_s,
+         "A point that takes longer (s, all cameras) is rendered in windows only, its time extrapolated")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  add_sampling_options(*sub, *o, "Timed renders of each point that is fast enough");
+  run_when_chosen(*sub, invocation, o, run_pareto);
+}
+
+}  // namespace fringetwin::cli
