@@ -6,10 +6,6 @@
 namespace fringetwin::tradeoff {
 namespace {
 
-bool any_camera(const Twin& twin, const std::function<bool(const Camera&)>& has) {
-  return std::any_of(twin.cameras.begin(), twin.cameras.end(), has);
-}
-
 /// Gives the sensor the same range in 16 bits: rounding shrinks to 2^-(16 - bits) of a gray level; noise
 /// keeps its size.
 void widen_sensor(Sensor& sensor) {
@@ -47,45 +43,12 @@ Effect shadow() {
           "[render] shadow = true; needs a second object or a shape that can shade itself"};
 }
 
-Effect depth_of_field() {
-  return {"depth of field",
-          EffectStage::light,
-          "pinhole cameras",
-          [](const Twin& t) { return any_camera(t, [](const Camera& c) { return c.optics.has_value(); }); },
-          [](Twin& t) {
-            for (Camera& c : t.cameras) c.optics.reset();
-          },
-          "[camera.optics] f_number, focal_length_mm, focus_distance_mm"};
-}
-
-Effect specular() {
-  return {"specular lobe",
-          EffectStage::light,
-          "diffuse surfaces",
-          [](const Twin& t) {
-            return std::any_of(t.objects.begin(), t.objects.end(),
-                               [](const Object& o) { return o.material.specular > 0.0; });
-          },
-          [](Twin& t) {
-            for (Object& o : t.objects) o.material.specular = 0.0;
-          },
-          "[object.material] specular, shininess; or specular_model = \"ggx\", roughness"};
-}
-
 bool has_map(const Object& o) {
   return std::visit([](const auto& shape) { return has_albedo(shape); }, o.shape);
 }
 
-Effect albedo() {
-  return {"albedo map",
-          EffectStage::light,
-          "one reflectivity per object",
-          [](const Twin& t) { return std::any_of(t.objects.begin(), t.objects.end(), has_map); },
-          [](Twin& t) {
-            for (Object& o : t.objects)
-              if (has_map(o)) std::visit([](auto& shape) { remove_albedo(shape); }, o.shape);
-          },
-          "albedo_file of a plane; a measured shape has its own"};
+void drop_map(Object& o) {
+  if (has_map(o)) std::visit([](auto& shape) { remove_albedo(shape); }, o.shape);
 }
 
 Effect interreflection() {
@@ -97,44 +60,18 @@ Effect interreflection() {
           "[render] bounces = 1"};
 }
 
-/// Makes an effect of every camera.
-Effect of_cameras(const std::string& name, const std::string& without,
-                  const std::function<bool(const Camera&)>& is_on,
-                  const std::function<void(Camera&)>& switch_off, const std::string& switch_on) {
+/// Makes an effect of every camera, or of every object: it is on where one has it.
+template <class Part, class IsOn, class SwitchOff>
+Effect of_each(std::vector<Part> Twin::*parts, EffectStage stage, const std::string& name,
+               const std::string& without, IsOn is_on, SwitchOff switch_off, const std::string& switch_on) {
   return {name,
-          EffectStage::light,
+          stage,
           without,
-          [is_on](const Twin& t) { return any_camera(t, is_on); },
-          [switch_off](Twin& t) {
-            for (Camera& c : t.cameras) switch_off(c);
+          [=](const Twin& t) { return std::any_of((t.*parts).begin(), (t.*parts).end(), is_on); },
+          [=](Twin& t) {
+            for (Part& part : t.*parts) switch_off(part);
           },
           switch_on};
-}
-
-Effect noise() {
-  return {"sensor noise",
-          EffectStage::sensor,
-          "a sensor without shot and read noise",
-          [](const Twin& t) { return any_camera(t, [](const Camera& c) { return c.sensor.has_noise(); }); },
-          [](Twin& t) {
-            for (Camera& c : t.cameras) {
-              c.sensor.electrons_per_dn.reset();
-              c.sensor.read_noise_dn.reset();
-            }
-          },
-          "[camera.sensor] electrons_per_dn, read_noise_dn"};
-}
-
-Effect quantisation() {
-  return {
-      "sensor rounding",
-      EffectStage::sensor,
-      "16 bits over the same range",
-      [](const Twin& t) { return any_camera(t, [](const Camera& c) { return c.sensor.bit_depth < 16; }); },
-      [](Twin& t) {
-        for (Camera& c : t.cameras) widen_sensor(c.sensor);
-      },
-      "[camera.sensor] bit_depth below 16"};
 }
 
 /// Makes an effect of the projector, which a twin may lack.
@@ -161,16 +98,25 @@ std::vector<Effect> make_effects() {
   return {
       in_noise_theory(pixel_area()),
       shadow(),
-      depth_of_field(),
-      of_cameras(
-          "point spread", "lenses without blur", [](const Camera& c) { return c.psf_px > 0.0; },
-          [](Camera& c) { c.psf_px = 0.0; }, "[camera.NAME] psf_px"),
-      of_cameras(
-          "vignetting", "lenses as bright in the corners",
+      of_each(
+          &Twin::cameras, EffectStage::light, "depth of field", "pinhole cameras",
+          [](const Camera& c) { return c.optics.has_value(); }, [](Camera& c) { c.optics.reset(); },
+          "[camera.optics] f_number, focal_length_mm, focus_distance_mm"),
+      of_each(
+          &Twin::cameras, EffectStage::light, "point spread", "lenses without blur",
+          [](const Camera& c) { return c.psf_px > 0.0; }, [](Camera& c) { c.psf_px = 0.0; },
+          "[camera.NAME] psf_px"),
+      of_each(
+          &Twin::cameras, EffectStage::light, "vignetting", "lenses as bright in the corners",
           [](const Camera& c) { return c.vignetting.kind != Vignetting::Kind::none; },
           [](Camera& c) { c.vignetting = {}; }, "[camera.NAME] vignetting"),
-      specular(),
-      albedo(),
+      of_each(
+          &Twin::objects, EffectStage::light, "specular lobe", "diffuse surfaces",
+          [](const Object& o) { return o.material.specular > 0.0; },
+          [](Object& o) { o.material.specular = 0.0; },
+          "[object.material] specular, shininess; or specular_model = \"ggx\", roughness"),
+      of_each(&Twin::objects, EffectStage::light, "albedo map", "one reflectivity per object", has_map,
+              drop_map, "albedo_file of a plane; a measured shape has its own"),
       interreflection(),
       in_noise_theory(of_projector(
           "ambient light", "a dark room", [](const Projector& p) { return p.ambient > 0.0; },
@@ -199,8 +145,18 @@ std::vector<Effect> make_effects() {
           "pattern rounding", "patterns of any gray value",
           [](const Projector& p) { return p.quantise_bits.has_value(); },
           [](Projector& p) { p.quantise_bits.reset(); }, "[projector] quantise_bits = 8"),
-      in_noise_theory(noise()),
-      in_noise_theory(quantisation()),
+      in_noise_theory(of_each(
+          &Twin::cameras, EffectStage::sensor, "sensor noise", "a sensor without shot and read noise",
+          [](const Camera& c) { return c.sensor.has_noise(); },
+          [](Camera& c) {
+            c.sensor.electrons_per_dn.reset();
+            c.sensor.read_noise_dn.reset();
+          },
+          "[camera.sensor] electrons_per_dn, read_noise_dn")),
+      in_noise_theory(of_each(
+          &Twin::cameras, EffectStage::sensor, "sensor rounding", "16 bits over the same range",
+          [](const Camera& c) { return c.sensor.bit_depth < 16; }, [](Camera& c) { widen_sensor(c.sensor); },
+          "[camera.sensor] bit_depth below 16")),
   };
 }
 

@@ -3,7 +3,6 @@
 // model for a tolerance.
 #pragma once
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>

@@ -10,7 +10,6 @@
 #include "cosim/fit_error.hpp"
 #include "cosim/load.hpp"
 #include "render/sensor/all_cameras.hpp"
-#include "tradeoff/tradeoff_json.hpp"
 #include "twin/base/pareto_front.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/stopwatch.hpp"

@@ -2,7 +2,6 @@
 // Chooses the smallest model for a tolerance, from what each effect changes alone.
 #pragma once
 #include <cstddef>
-#include <string>
 #include <vector>
 
 namespace fringetwin::tradeoff {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "measure/decode/decode.hpp"
 #include "twin/base/errors.hpp"

@@ -3,7 +3,6 @@
 // parameters and of triangulated shape, and the cross-validation. Declares the functions that write these
 // findings as calibration.json (calibration_json.cpp) and as a page (calibration_page.cpp).
 #pragma once
-#include <filesystem>
 #include <string>
 #include <vector>
 

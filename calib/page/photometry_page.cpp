@@ -90,16 +90,15 @@ std::string transfer_section(const Photometry& p) {
     }
     variance.series = {line, points};
     residual.series = {band, off};
-    Figure figure;
-    figure.body_html =
+    const std::string body =
         plot_html(variance, fmt::format("ptc{}", i)) + plot_html(residual, fmt::format("ptr{}", i));
-    figure.caption = fmt::format(
+    const std::string caption = fmt::format(
         "Temporal variance of a gray value against its mean, from {}, {} samples. A straight line: shot "
         "noise on a linear "
         "sensor; its slope is the gain, its height at the black level read noise and rounding (1/12 DN²).",
         c.noise_from, report::count(c.transfer->n));
-    figure.formula = "variance = (level - black) DN_per_electron + read_noise² + 1/12";
-    out += figure.html();
+    out +=
+        Figure{body, caption, "variance = (level - black) DN_per_electron + read_noise² + 1/12", ""}.html();
   }
   return out;
 }
@@ -117,15 +116,12 @@ std::string response_figure(const ProjectorPhotometry& d, const std::string& whe
   for (const double v : d.curve_level)
     plot.series[1].y.push_back((std::pow(std::max(0.0, v), d.gamma.value) - low) / (high - low));
   plot.series[1].color = report::color::kSimulated;
-  Figure figure;
-  figure.body_html = plot_html(plot, id);
-  figure.caption =
-      "The projector's light against the value it is given, 0 and 1 at the ends of the projected range: what "
-      "it gives for "
-      "black cannot be told from other light.";
-  figure.formula =
-      "light(v) = sum_h r_h T_h((v - mean)/amplitude), r_h: harmonics before blur and camera pixel";
-  return figure.html();
+  return Figure{plot_html(plot, id),
+                "The projector's light against the value it is given, 0 and 1 at the ends of the projected "
+                "range: what it gives for black cannot be told from other light.",
+                "light(v) = sum_h r_h T_h((v - mean)/amplitude), r_h: harmonics before blur and camera pixel",
+                ""}
+      .html();
 }
 
 std::string mtf_figure(const ProjectorPhotometry& d, const std::string& where, const std::string& id) {
@@ -145,14 +141,11 @@ std::string mtf_figure(const ProjectorPhotometry& d, const std::string& where, c
     blur.x.push_back(m.period_px), blur.y.push_back(m.gaussian * m.camera_factor);
   }
   plot.series = {seen, blur};
-  Figure figure;
-  figure.body_html = plot_html(plot, id);
-  figure.caption =
-      "Contrast of each order at each pitch relative to the same order at the coarsest pitch; the diamonds "
-      "are the fitted "
-      "Gaussian blur times what the camera's pixel area takes.";
-  figure.formula = "gaussian = exp(-2 pi² blur_px² h² (1/pitch² - 1/coarsest²))";
-  return figure.html();
+  return Figure{plot_html(plot, id),
+                "Contrast of each order at each pitch relative to the same order at the coarsest pitch; the "
+                "diamonds are the fitted Gaussian blur times what the camera's pixel area takes.",
+                "gaussian = exp(-2 pi² blur_px² h² (1/pitch² - 1/coarsest²))", ""}
+      .html();
 }
 
 std::string harmonics_table(const ProjectorPhotometry& d, const std::string& where) {

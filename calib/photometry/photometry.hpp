@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Calibrates a rig photometrically from its captures: sensor, projector response, fringe MTF, vignetting.
 #pragma once
-#include <filesystem>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>

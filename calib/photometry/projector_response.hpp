@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Estimates the projector's response and blur from the harmonics of its fringes.
 #pragma once
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "calib/photometry/fringe_harmonics.hpp"

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/solve/check_solution.hpp"
 #include "calib/solve/circle_bias.hpp"
 #include "calib/solve/seed.hpp"
 #include "calib/solve/uncertainty.hpp"

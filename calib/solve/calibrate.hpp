@@ -10,4 +10,8 @@ namespace fringetwin::calib {
 /// observations that cannot be right, no_convergence for a solution that cannot be.
 Calibration calibrate(const Observations& observations, const CalibrateOptions& options);
 
+/// Throws UserError(no_convergence) for a solution that is not one: not finite, a board behind a device, an
+/// absurd lens; UserError(input) for a device or a view that fits badly. Fills calibration.warnings.
+void check_solution(Calibration& calibration, const CalibrateOptions& options);
+
 }  // namespace fringetwin::calib

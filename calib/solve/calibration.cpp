@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/solve/calibration.hpp"
 
-#include <cmath>
-
 namespace fringetwin::calib {
 
 Lens Calibration::lens(int device) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/solve/check_solution.hpp"
+#include "calib/solve/calibrate.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/solve/pnp.hpp"
+#include "calib/solve/seed.hpp"
 
 #include <cmath>
 #include <opencv2/calib3d.hpp>

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/solve/triangulate.hpp"
 
-#include <Eigen/Geometry>
 #include <cmath>
 
-#include "twin/base/errors.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "capture/device/pattern_display.hpp"
-#include "capture/device/rig.hpp"
+#include "capture/device/camera_device.hpp"
 
 namespace fringetwin::capture {
 

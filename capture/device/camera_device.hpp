@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The interface of a camera as the recording sees it: numbered, time-stamped frames in DN, faults told apart.
+// The interface of a camera as the recording sees it: numbered, time-stamped frames in DN, faults told apart;
+// and the rig of them, each under the name that the twin gives it.
 #pragma once
 #include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "twin/base/errors.hpp"
 #include "twin/image/image.hpp"
@@ -115,5 +118,13 @@ class CameraDevice {
   /// Now, on the clock of the time stamps.
   virtual TimeNs now_ns() const;
 };
+
+/// A device and the camera of the twin it stands for.
+struct RigCamera {
+  std::string name;
+  int stored_bits = 8;  ///< bit_depth of the twin's sensor
+  std::unique_ptr<CameraDevice> device;
+};
+using Rig = std::vector<RigCamera>;
 
 }  // namespace fringetwin::capture

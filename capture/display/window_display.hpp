@@ -3,7 +3,6 @@
 #pragma once
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "capture/device/pattern_display.hpp"
 #include "capture/display/window_module.hpp"

@@ -2,7 +2,6 @@
 // Merges one sequence recorded at several exposures into one with a wider range of light.
 #pragma once
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "twin/image/image.hpp"

@@ -9,7 +9,6 @@
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "twin/base/errors.hpp"
 #include "twin/image/image_io.hpp"

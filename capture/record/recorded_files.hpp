@@ -2,7 +2,6 @@
 // Tells which files below a recording's folder are its own.
 #pragma once
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "capture/device/frame_average.hpp"
-#include "capture/device/rig.hpp"
+#include "capture/device/camera_device.hpp"
 #include "capture/record/journal.hpp"
 #include "capture/record/plan.hpp"
 #include "twin/twin.hpp"

@@ -2,7 +2,7 @@
 // Starts and stops the cameras of a rig and shows patterns, for all who use one.
 #pragma once
 #include "capture/device/pattern_display.hpp"
-#include "capture/device/rig.hpp"
+#include "capture/device/camera_device.hpp"
 
 namespace fringetwin::capture {
 

@@ -8,7 +8,6 @@
 #include <map>
 #include <set>
 #include <sstream>
-#include <tuple>
 
 #include "capture/record/journal.hpp"
 #include "twin/base/errors.hpp"

@@ -5,7 +5,6 @@
 #pragma once
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 #include "capture/device/camera_device.hpp"
 #include "capture/device/pattern_display.hpp"

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cerrno>
 
 #include "twin/base/parse_number.hpp"
 

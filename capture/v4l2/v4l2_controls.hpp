@@ -2,7 +2,6 @@
 // Reads and sets the controls of a video device by name or number; a value counts as set when the driver
 // gives it back.
 #pragma once
-#include <optional>
 #include <set>
 
 #include "capture/v4l2/v4l2_device.hpp"

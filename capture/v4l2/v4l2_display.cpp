@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture/v4l2/v4l2_display.hpp"
 
-#include <fmt/format.h>
 #include <poll.h>
 
 #include <algorithm>

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "capture/device/pattern_display.hpp"
-#include "capture/device/rig.hpp"
+#include "capture/device/camera_device.hpp"
 
 namespace fringetwin::testing {
 

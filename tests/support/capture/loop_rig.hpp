@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "capture/device/pattern_display.hpp"
-#include "capture/device/rig.hpp"
+#include "capture/device/camera_device.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::testing {
