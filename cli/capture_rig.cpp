@@ -18,7 +18,6 @@
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::cli {
-
 namespace {
 
 namespace fs = std::filesystem;

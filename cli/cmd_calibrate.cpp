@@ -26,7 +26,6 @@
 #include "twin/twin.hpp"
 
 namespace fringetwin::cli {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -270,10 +269,9 @@ void add_calibrate(CLI::App& app, Invocation& invocation) {
                   "Names of the devices: left,right,projector (default: camera-0,camera-1,...)");
   sub->add_option("--projector", o->projector, "Name of the device that becomes [projector] in twin.toml")
       ->capture_default_str();
-  sub->add_option(
-      "--sigma", o->sigma,
-      "Noise of a corner, relative; one for all, one per device, or \"auto\": as the residuals of "
-      "each scatter (default: 1, with --twin auto)");
+  sub->add_option("--sigma", o->sigma,
+                  "Noise of a corner, relative; one for all, one per device, or \"auto\": as the residuals "
+                  "of each scatter (default: 1, with --twin auto)");
   auto* keep = sub->add_flag("--keep-regularization", o->keep_regularization,
                              "Regularisation in the last solve too, as mrcal does (default: only where the "
                              "corners leave a parameter open)");

@@ -20,7 +20,6 @@
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::cli {
-
 namespace {
 
 namespace fs = std::filesystem;

@@ -8,7 +8,6 @@
 #include "twin/base/out_folder.hpp"
 
 namespace fringetwin::cli {
-
 namespace {
 
 struct CompareCommand {

@@ -13,7 +13,6 @@
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::cli {
-
 namespace {
 
 struct CosimCommand {

@@ -15,7 +15,6 @@
 #include "twin/file/opencv_import.hpp"
 
 namespace fringetwin::cli {
-
 namespace {
 
 namespace fs = std::filesystem;

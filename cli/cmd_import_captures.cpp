@@ -21,7 +21,6 @@
 #include "twin/captures/numbered_name.hpp"
 
 namespace fringetwin::cli {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -193,15 +192,13 @@ void add_import_captures(CLI::App& import, Invocation& invocation) {
   CLI::App* sub = import.add_subcommand(
       "captures", "Images that another program recorded: described where they lie, not copied");
   sub->add_option("twin", o->twin, "The twin.toml: its cameras and its sequence")->required();
-  sub->add_option(
-         "--map", o->maps,
-         "CAMERA=GLOB, in natural order (img2 before img10), or CAMERA=NAME%02dNAME[@FIRST], numbered "
-         "from FIRST (0); once per camera, quoted")
+  sub->add_option("--map", o->maps,
+                  "CAMERA=GLOB, in natural order (img2 before img10), or CAMERA=NAME%02dNAME[@FIRST], "
+                  "numbered from FIRST (0); once per camera, quoted")
       ->required();
-  sub->add_option(
-      "--order", o->orders,
-      "[CAMERA=]LIST: which image is each of the sequence, e.g. 0-11,14,12: places in the glob from "
-      "0, or numbers in the names");
+  sub->add_option("--order", o->orders,
+                  "[CAMERA=]LIST: which image is each of the sequence, e.g. 0-11,14,12: places in the glob "
+                  "from 0, or numbers in the names");
   sub->add_option("--white", o->white, "CAMERA=FILE: the image with the projector's white field");
   sub->add_option("--black", o->black, "CAMERA=FILE: the image with the projector's black field");
   sub->add_option("--gray-code-exposure", o->gray_code_exposure,

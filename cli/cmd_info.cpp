@@ -11,7 +11,6 @@
 #include "twin/twin.hpp"
 
 namespace fringetwin::cli {
-
 namespace {
 
 int run_info(bool as_json) {

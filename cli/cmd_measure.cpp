@@ -13,7 +13,6 @@
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::cli {
-
 namespace {
 
 struct MeasureCommand {

@@ -18,7 +18,6 @@
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::cli {
-
 namespace {
 
 namespace fs = std::filesystem;

@@ -12,7 +12,6 @@
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::cli {
-
 namespace {
 
 struct RenderCommand {

@@ -71,10 +71,9 @@ int run_study(const StudyCommand& o, const Invocation& invocation) {
 
 void add_study(CLI::App& app, Invocation& invocation) {
   auto o = std::make_shared<StudyCommand>();
-  CLI::App* sub = app.add_subcommand(
-      "study",
-      "Many virtual measurements: varies keys of a twin over a design and records results; run again, "
-      "it goes on where it stopped");
+  CLI::App* sub = app.add_subcommand("study",
+                                     "Many virtual measurements: varies keys of a twin over a design and "
+                                     "records results; run again, it goes on where it stopped");
   sub->add_option("study", o->study, "The STUDY.toml")->required();
   sub->add_option("--out", o->out, "Folder for study.db, study.csv and report.html")->required();
   sub->add_option("--engine", o->engine,

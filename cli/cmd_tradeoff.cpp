@@ -14,7 +14,6 @@
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::cli {
-
 namespace {
 
 template <class Options>

@@ -10,7 +10,6 @@
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::cli {
-
 namespace {
 
 /// CLI11's own Range prints its bounds with six decimals: 1e-8 as 0.000000.

@@ -17,7 +17,6 @@
 #include "twin/lens/lens.hpp"
 
 namespace fringetwin::cli {
-
 namespace {
 
 constexpr double kMetresPerMm = 1e-3;  // mrcal's convention: .cameramodel files in metres
@@ -97,10 +96,9 @@ void write_model(const std::filesystem::path& file, const calib::ImportedDevice&
 
 void add_rig_options(CLI::App& sub, RigOptions& options) {
   sub.add_option("--out", options.out, "Folder for the .cameramodel files and twin.toml");
-  sub.add_option(
-      "--check", options.check,
-      "Observations of the same points (.vnl corner file, or a table of two columns per device): says "
-      "which way R, T fit, and refuses when it is not as given");
+  sub.add_option("--check", options.check,
+                 "Observations of the same points (.vnl corner file, or a table of two columns per device): "
+                 "says which way R, T fit, and refuses when it is not as given");
   sub.add_option("--check-max-px", options.check_max_px,
                  "Largest rms distance from the epipolar lines that fits")
       ->capture_default_str();
@@ -153,8 +151,7 @@ std::vector<DeviceRequest> parse_devices(const std::vector<std::string>& cameras
       if (requests[k].name == requests[i].name)
         throw UserError(
             ExitCode::usage, requests[i].option,
-            fmt::format("{0}.cameramodel would be written twice: an earlier --camera is named \"{0}\", "
-                        "too",
+            fmt::format("{0}.cameramodel would be written twice: an earlier --camera is named \"{0}\", too",
                         requests[i].name),
             "give each camera a name of its own, other than \"projector\"");
   return requests;

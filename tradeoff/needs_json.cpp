@@ -7,8 +7,7 @@
 namespace fringetwin::tradeoff {
 namespace {
 
-using report::Json;
-using report::json_number;
+using report::Json, report::json_number;
 
 Json judged_json(const Change& c) {
   return {{"phase_rms_rad", json_number(c.phase_rad)},

@@ -17,9 +17,7 @@
 namespace fringetwin::tradeoff {
 namespace {
 
-using report::Align;
-using report::Plot;
-using report::Series;
+using report::Align, report::Plot, report::Series;
 
 std::string effects_table(const NeedsResult& result) {
   report::Table table;
@@ -153,17 +151,15 @@ std::string charts(const NeedsResult& result, const NeedsOptions& options) {
          "sensor, effects of the sensor after it.",
          "rms(DN_with - DN_without)");
   if (result.has_fits)
-    figure(
-        svgs[k++],
-        "Fitted quantities, through decoding, triangulation and fit of the whole images: the largest change "
-        "of place, size and residual rms over all fitted objects.",
-        "");
-  figure(
-      svgs[k++],
-      fmt::format("Cost: {} of the whole images with the effect over that without it, both measured in turns "
-                  "in one run.",
-                  result.device.is_cpu ? "CPU time" : "wall time"),
-      "");
+    figure(svgs[k++],
+           "Fitted quantities, through decoding, triangulation and fit of the whole images: the largest "
+           "change of place, size and residual rms over all fitted objects.",
+           "");
+  figure(svgs[k++],
+         fmt::format("Cost: {} of the whole images with the effect over that without it, both measured in "
+                     "turns in one run.",
+                     result.device.is_cpu ? "CPU time" : "wall time"),
+         "");
   return out;
 }
 

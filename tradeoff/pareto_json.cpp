@@ -7,8 +7,7 @@
 namespace fringetwin::tradeoff {
 namespace {
 
-using report::Json;
-using report::json_number;
+using report::Json, report::json_number;
 
 Json point_json(const ParetoPoint& p) {
   return {

@@ -15,9 +15,7 @@
 namespace fringetwin::tradeoff {
 namespace {
 
-using report::Align;
-using report::Plot;
-using report::Series;
+using report::Align, report::Plot, report::Series;
 
 using Value = std::function<double(const ParetoPoint&)>;
 
@@ -198,17 +196,13 @@ std::string figures(const ParetoResult& result) {
   const auto svgs = report::plots_or_sentences(plots, "pareto");
   const std::vector<std::string> captions{
       "Phase error at the finest pitch over interior pixels against the time of one camera's frame with all "
-      "its "
-      "images. Numbers: samples per pixel (adaptive: the error aimed at); filled: single, open: double "
+      "its images. Numbers: samples per pixel (adaptive: the error aimed at); filled: single, open: double "
       "precision.",
       "Gray error over all pixels of the objects, silhouettes and borders of light included with their share "
-      "in "
-      "the image.",
+      "in the image.",
       "The whole chain: how far the fitted quantities are from those of the most exact rendering in this "
-      "run, as "
-      "the sensor records the images (so not below what its rounding leaves). The table has the error "
-      "against "
-      "what was put in, too, which contains what the measuring method itself does."};
+      "run, as the sensor records the images (so not below what its rounding leaves). The table has the "
+      "error against what was put in, too, which contains what the measuring method itself does."};
   const std::vector<std::string> formulas{
       "rms(arg(F_rendered · conj(F_reference)))", "rms(gain · (E_rendered - E_reference))",
       "max over objects of |place, size, rms: fitted - fitted to the most exact rendering|"};
@@ -230,8 +224,7 @@ std::string pareto_html(const Twin& twin, const ParetoResult& result, const Pare
   page.summary_html = summary(result);
   page.note = fmt::format(
       "Errors against the double-precision reference ({0} x {0} Gauss points in interior pixels, {1} x {1} "
-      "at "
-      "facet edges, {2} x {2} at silhouettes, known there to {3} DN) over {4}.",
+      "at facet edges, {2} x {2} at silhouettes, known there to {3} DN) over {4}.",
       options.reference.gauss_interior, options.reference.gauss_facet, options.reference.gauss_edge,
       report::number(result.reference_uncertainty_dn, 2), result.subset.text());
   page.warnings = result.warnings;

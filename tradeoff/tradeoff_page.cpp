@@ -12,8 +12,7 @@
 
 namespace fringetwin::tradeoff {
 
-using report::Json;
-using report::json_number;
+using report::Json, report::json_number;
 
 Json json_change(const ImageChange& c) {
   return {{"phase_rms_rad", json_number(c.phase_rms_rad)},

@@ -12,7 +12,6 @@
 #include "twin/base/statistics.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 constexpr int kLeastCharucoCorners = 6;

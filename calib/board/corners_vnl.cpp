@@ -16,7 +16,6 @@
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 std::string at(const std::filesystem::path& file, int line) {

@@ -9,7 +9,6 @@
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 /// A board of one view has 8 usable equations at best (a homography) and 6 unknowns of its own: two left for

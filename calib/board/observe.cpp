@@ -11,7 +11,6 @@
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 bool any_seen(const std::vector<ProjectorCorner>& corners) {

@@ -10,7 +10,6 @@
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 using Row = Eigen::Matrix<double, 6, 1>;  // 1 x y xx xy yy, in window units

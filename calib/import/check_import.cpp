@@ -16,7 +16,6 @@
 #include "twin/lens/lens.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 constexpr std::size_t kMinPoints = 8;

@@ -12,7 +12,6 @@
 #include "twin/base/parse_number.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 constexpr double kMmPerMetre = 1000.0;

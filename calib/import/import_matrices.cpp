@@ -13,7 +13,6 @@
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 constexpr double kRotationTolerance = 1e-5;  // files print six digits or more

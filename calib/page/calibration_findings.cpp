@@ -8,7 +8,6 @@
 #include "calib/solve/uncertainty.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 constexpr int kGridColumns = 32;

@@ -3,12 +3,9 @@
 #include "report/json.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
-using report::Json;
-using report::json_number;
-using report::json_numbers;
+using report::Json, report::json_number, report::json_numbers;
 
 void put_fit(Json& out, const FitQuality& fit) {
   out["rms_px"] = json_number(fit.rms_px);

@@ -13,12 +13,9 @@
 #include "report/text.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
-using report::Align;
-using report::Figure;
-using report::MapStyle;
+using report::Align, report::Figure, report::MapStyle;
 
 constexpr int kMapWidthPx = 480;
 
@@ -117,10 +114,9 @@ std::string residual_maps(const Calibration& c) {
                              map_of(cells[0], name + ": mean in x", signed_style) +
                              map_of(cells[1], name + ": mean in y", signed_style) + "</div>";
     out += Figure{body,
-                  fmt::format(
-                      "Residuals of {} over its imager. A pattern in the means is a lens that the model does "
-                      "not describe; gray: no corner was seen there.",
-                      name),
+                  fmt::format("Residuals of {} over its imager. A pattern in the means is a lens that the "
+                              "model does not describe; gray: no corner was seen there.",
+                              name),
                   "predicted - observed, mean (x, y) and rms (2-norm) per cell", ""}
                .html();
   }
@@ -230,8 +226,7 @@ std::string board_view(const Calibration& c) {
   return Figure{
       maps + "</div>",
       "Every board where the solution puts it, in the frame of the first device; colour: rms of its corners "
-      "in "
-      "all devices. Boards all at one tilt or one distance leave focal length and centre uncertain.",
+      "in all devices. Boards all at one tilt or one distance leave focal length and centre uncertain.",
       "", ""}
       .html();
 }
@@ -312,8 +307,7 @@ std::string pair_table(const Calibration& c, const Findings& findings) {
                report::fixed(p.baseline_mm, 3), report::number(1000.0 * p.shape_sigma_mm, 2)});
   return t.html() +
          "<p>Shape: the calibration's part of the error of points where the boards were, after the best "
-         "rigid motion; a "
-         "common turn or shift of everything measured is no error of shape.</p>";
+         "rigid motion; a common turn or shift of everything measured is no error of shape.</p>";
 }
 
 std::string view_table(const Calibration& c) {
@@ -382,10 +376,9 @@ std::string calibration_html(const Calibration& c, const CalibrateOptions& optio
       pair_table(c, findings);
   page.note = fmt::format(
       "One joint solve of all devices, all board poses and the board's warp; regularisation {}, outlier "
-      "rejection {}. Rms "
-      "and worst residual are 2-norms per corner (per coordinate, weighted, as mrcal counts: {} px). "
-      "Uncertainties follow "
-      "from the corners' scatter of {} px and know nothing of a wrong lens model or a wrong board spacing.",
+      "rejection {}. Rms and worst residual are 2-norms per corner (per coordinate, weighted, as mrcal "
+      "counts: {} px). Uncertainties follow from the corners' scatter of {} px and know nothing of a wrong "
+      "lens model or a wrong board spacing.",
       c.problem.regularize ? "on" : "off", options.reject_outliers ? "on" : "off",
       report::number(c.fit.rms_component_px, 4), report::number(findings.observed_sigma_px, 3));
   if (findings.shared_noise > 0.0)

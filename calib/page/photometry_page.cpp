@@ -11,13 +11,9 @@
 #include "report/text.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
-using report::Align;
-using report::Figure;
-using report::Plot;
-using report::Series;
+using report::Align, report::Figure, report::Plot, report::Series;
 
 /// Returns the value with its standard error, "1.23 ± 0.04", or a dash where it is unknown.
 std::string pm(const Estimate& e) {
@@ -94,8 +90,8 @@ std::string transfer_section(const Photometry& p) {
         plot_html(variance, fmt::format("ptc{}", i)) + plot_html(residual, fmt::format("ptr{}", i));
     const std::string caption = fmt::format(
         "Temporal variance of a gray value against its mean, from {}, {} samples. A straight line: shot "
-        "noise on a linear "
-        "sensor; its slope is the gain, its height at the black level read noise and rounding (1/12 DN²).",
+        "noise on a linear sensor; its slope is the gain, its height at the black level read noise and "
+        "rounding (1/12 DN²).",
         c.noise_from, report::count(c.transfer->n));
     out +=
         Figure{body, caption, "variance = (level - black) DN_per_electron + read_noise² + 1/12", ""}.html();
@@ -187,10 +183,8 @@ std::string photometry_html(const Photometry& photometry, const Origin& origin) 
   page.summary_html = sensor_table(photometry) + projector_table(photometry);
   page.note =
       "± is one standard error: the larger of the scatter of the values and a jackknife over 64 parts of the "
-      "image. Ambient "
-      "light and the projector's black look alike to a camera; the gain that turns irradiance into gray "
-      "values "
-      "depends on the scene and is fitted by cosim.";
+      "image. Ambient light and the projector's black look alike to a camera; the gain that turns irradiance "
+      "into gray values depends on the scene and is fitted by cosim.";
   page.warnings = photometry.warnings;
   page.sections = {
       {"toml", "For twin.toml", "<pre>" + report::escape_html(photometry_toml(photometry)) + "</pre>"}};

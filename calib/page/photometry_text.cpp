@@ -9,12 +9,9 @@
 #include "report/json.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
-using report::Json;
-using report::json_number;
-using report::json_numbers;
+using report::Json, report::json_number, report::json_numbers;
 
 /// Prints as many digits as the sigma leaves, two of the sigma itself: "40.53 ± 0.08" and so that TOML reads
 /// a number.

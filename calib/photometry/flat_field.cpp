@@ -14,7 +14,6 @@
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 constexpr int kColumns = 32;

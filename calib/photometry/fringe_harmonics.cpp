@@ -11,7 +11,6 @@
 #include "twin/base/statistics.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 using Complex = std::complex<double>;

@@ -9,7 +9,6 @@
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 constexpr int kMaxSteps = 64;

@@ -12,7 +12,6 @@
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 constexpr std::size_t kMaxSamples = 4'000'000;
@@ -43,10 +42,10 @@ void add_dark(const std::vector<ImageF>& dark, double saturation_dn, CameraPhoto
     means.push_back(mean_of(image));
   }
   if (static_cast<double>(zeros) > 0.01 * static_cast<double>(n)) {
-    warnings.push_back(fmt::format(
-        "camera {}: {:.0f} % of the dark values are 0, so their noise is cut off and neither black level nor "
-        "read noise is taken from them; raise the camera's offset",
-        out.camera, 100.0 * static_cast<double>(zeros) / static_cast<double>(n)));
+    warnings.push_back(
+        fmt::format("camera {}: {:.0f} % of the dark values are 0, so their noise is cut off and neither "
+                    "black level nor read noise is taken from them; raise the camera's offset",
+                    out.camera, 100.0 * static_cast<double>(zeros) / static_cast<double>(n)));
     return;
   }
   double mean = 0.0, spread = 0.0;
@@ -117,10 +116,9 @@ void measure_transfer(const Twin& twin, const CameraFrames& frames, double satur
     out.noise_from = "phase steps";
     options.samples_per_independent = kStepOverlap;
   } else {
-    warnings.push_back(
-        fmt::format("camera {}: no photon transfer: it needs repeated captures or series, or 4 phase "
-                    "steps and more",
-                    out.camera));
+    warnings.push_back(fmt::format(
+        "camera {}: no photon transfer: it needs repeated captures or series, or 4 phase steps and more",
+        out.camera));
     return;
   }
   try {
@@ -176,8 +174,8 @@ void warn_of_fringes(const ProjectorPhotometry& p, const std::string& where,
       const Estimate q = pitch.quadrature[k];
       if (std::abs(q.value) < kQuadratureNews || std::abs(q.value) < 5.0 * q.sigma) continue;
       warnings.push_back(
-          fmt::format("{}, pitch {:.6g}: harmonic {} is out of phase by {:.1f} % of the fundamental; are "
-                      "the phase steps equal, and was everything at rest?",
+          fmt::format("{}, pitch {:.6g}: harmonic {} is out of phase by {:.1f} % of the fundamental; are the "
+                      "phase steps equal, and was everything at rest?",
                       where, pitch.pitch_px, k + 1, 100.0 * q.value));
     }
   if (p.blur_misfit > kBlurMisfitNews)

@@ -13,7 +13,6 @@
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 constexpr int kBins = 48;
@@ -232,12 +231,11 @@ PhotonTransfer photon_transfer(const std::vector<NoiseSample>& samples, const Tr
   out.dn_per_electron = {line.coefficients[1], sigma_of(Eigen::Vector2d(0.0, 1.0), own, blocks)};
   const double K = out.dn_per_electron.value;
   if (!(K > 0.0) || K < 2.0 * out.dn_per_electron.sigma)
-    throw UserError(
-        ExitCode::input, where,
-        fmt::format("the noise does not grow with the light ({:.4g} ± {:.2g} DN per electron over "
-                    "{:.0f}...{:.0f} DN)",
-                    K, out.dn_per_electron.sigma, out.low_dn, out.high_dn),
-        "are the images averaged, filtered or simulated without shot noise?");
+    throw UserError(ExitCode::input, where,
+                    fmt::format("the noise does not grow with the light ({:.4g} ± {:.2g} DN per electron "
+                                "over {:.0f}...{:.0f} DN)",
+                                K, out.dn_per_electron.sigma, out.low_dn, out.high_dn),
+                    "are the images averaged, filtered or simulated without shot noise?");
   const double highest = at_level(out.high_dn).value;
   if (highest < 1.5 * options.rounding_dn2)
     throw UserError(

@@ -8,7 +8,6 @@
 #include "twin/base/constants.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 // Fringes are never known better than this: exposure differs from image to image, pixels are no squares.

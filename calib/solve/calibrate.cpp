@@ -13,7 +13,6 @@
 #include "twin/base/statistics.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 /// A running sum of what FitQuality says.

@@ -10,7 +10,6 @@
 #include "calib/board/board_plane.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 /// Holds a node of the quadrature over the unit disc.

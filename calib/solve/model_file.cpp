@@ -7,7 +7,6 @@
 #include "twin/file/cameramodel.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 std::vector<double> flat(const std::vector<RotTrans>& poses) {

@@ -7,7 +7,6 @@
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 constexpr const char* kRough = "LENSMODEL_STEREOGRAPHIC";

@@ -11,7 +11,6 @@
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 /// A board's pose from one view scatters by up to this fraction of the board's diagonal; a smaller

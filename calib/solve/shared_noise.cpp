@@ -10,7 +10,6 @@
 #include "calib/board/board_plane.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 /// A smaller share than this is what chance makes of some thousand independent residuals.

@@ -10,7 +10,6 @@
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
-
 namespace {
 
 Eigen::Matrix3d cross(const Eigen::Vector3d& v) {

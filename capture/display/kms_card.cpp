@@ -64,8 +64,7 @@ DeviceFault kms_fault(int error, const std::string& where, const std::string& do
     case EACCES:
     case EPERM:
       return {DeviceFault::Kind::stream,
-              sentence("another program has taken the display; switch back to this "
-                       "text console and resume")};
+              sentence("another program has taken the display; switch back to this text console and resume")};
     case EBUSY:
       return {DeviceFault::Kind::stream, sentence("the display still waits for the pattern before")};
     case ETIMEDOUT:

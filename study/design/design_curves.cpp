@@ -207,8 +207,7 @@ std::string band_words(const DesignTable& table, const TableNumber& number, bool
   if (scatter_points)
     return std::string(
                "One point per setting (mean over its seeds), running mean over equally many settings with "
-               "the 95 % "
-               "interval of that mean by Student's t over them: the other parameters vary, too.") +
+               "the 95 % interval of that mean by Student's t over them: the other parameters vary, too.") +
            (table.settings.size() > kMostMarks
                 ? fmt::format(" At most {} of the {} settings are drawn as points, the mean is over all.",
                               kMostMarks, table.settings.size())
@@ -217,11 +216,9 @@ std::string band_words(const DesignTable& table, const TableNumber& number, bool
   const bool averaged = table.axes.size() > drawn;
   std::string out = averaged ? "Averaged over the parameters that are not named. " : "";
   if (g.band_of_settings)
-    return out +
-           (averaged
-                ? "Band: 95 % of the mean by Student's t over the settings averaged (one noise seed: the "
-                  "spread is that of the other parameters)."
-                : "One run each: no band.");
+    return out + (averaged ? "Band: 95 % of the mean by Student's t over the settings averaged (one noise "
+                             "seed: the spread is that of the other parameters)."
+                           : "One run each: no band.");
   return out + fmt::format(
                    "Bands, 95 %: of the mean by Student's t over {} noise seeds; of sigma, the scatter over "
                    "the seeds, by chi-square with {} degrees of freedom.",

@@ -15,9 +15,7 @@
 namespace fringetwin::study {
 namespace {
 
-using report::Json;
-using report::json_line;
-using report::json_number;
+using report::Json, report::json_line, report::json_number;
 
 // The answers go to what was stdout; anything a library prints must not come between them.
 class Answers {

@@ -24,8 +24,7 @@ std::string script(const SlurmRound& round, const SlurmOptions& options) {
   return fmt::format(
       "#!/bin/sh\n"
       "#SBATCH --nodes=1 --ntasks=1 --cpus-per-task={} --time={}\n"
-      "{}"
-      "exec {} \"$SLURM_ARRAY_TASK_ID\"\n",
+      "{}exec {} \"$SLURM_ARRAY_TASK_ID\"\n",
       options.jobs, kMinutesPerTask,
       has_memory ? "" : fmt::format("#SBATCH --mem-per-cpu={}M\n", kMegabytesPerCore),
       report::shell_command({options.program.string(), "study-shard", round.folder.string()}));
