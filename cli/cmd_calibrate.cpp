@@ -11,7 +11,6 @@
 #include "calib/board/observe.hpp"
 #include "calib/page/calibration_findings.hpp"
 #include "calib/solve/calibrate.hpp"
-#include "cli/camera_files.hpp"
 #include "cli/commands.hpp"
 #include "cli/flags.hpp"
 #include "compare/result/provenance.hpp"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // capture: project the sequence, record it with every camera, leave a capture set.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 
@@ -135,10 +136,10 @@ int run_record(CaptureCommand& o, const Invocation& invocation) {
   identity.insert(rig.identity.begin(), rig.identity.end());
   // Only now: devices that do not fit leave an older recording as it is.
   capture::Recording recording(o.out, twin, o.plan, identity, o.existing());
-  std::string command;
-  for (const std::string& word : invocation.argv) command += (command.empty() ? "" : " ") + word;
   const std::map<std::string, std::string> provenance = {
-      {"program", "fringetwin " + version_string()}, {"command", command}, {"twin", twin.name}};
+      {"program", "fringetwin " + version_string()},
+      {"command", fmt::format("{}", fmt::join(invocation.argv, " "))},
+      {"twin", twin.name}};
   print_summary(o, record_session(twin, rig.cameras, *rig.display, o.plan, recording, provenance));
   return static_cast<int>(ExitCode::ok);
 }

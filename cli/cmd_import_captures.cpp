@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "capture/record/journal.hpp"
-#include "cli/camera_files.hpp"
+#include "cli/flags.hpp"
 #include "cli/commands.hpp"
 #include "compare/verdict/limits.hpp"
 #include "twin/base/errors.hpp"

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "calib/page/photometry_page.hpp"
-#include "cli/camera_files.hpp"
+#include "cli/flags.hpp"
 #include "cli/commands.hpp"
 #include "compare/result/provenance.hpp"
 #include "compare/verdict/limits.hpp"

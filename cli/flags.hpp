@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What several subcommands share: options, the reading of lists and sizes, the twin.toml of a rig that was
-// calibrated or imported, and the answer to --device list.
+// What several subcommands share: options, the reading of what stands behind them (lists, sizes, a camera and
+// its images), the twin.toml of a rig that was calibrated or imported, and the answer to --device list.
 #pragma once
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "cosim/simulate.hpp"
+#include "twin/twin.hpp"
 
 namespace CLI {
 class App;
@@ -31,5 +33,15 @@ std::string starting_twin_toml(const std::string& name,
 
 /// Prints the Vulkan devices, one a line, on stdout; returns the exit code (4 when there is none).
 int print_devices();
+
+/// Returns the files that match, sorted, as a shell would expand the glob; empty when there is none.
+std::vector<std::filesystem::path> glob_files(const std::string& pattern);
+
+struct CameraArgument {
+  std::size_t camera = 0;  ///< of the twin
+  std::string value;
+};
+/// Reads "CAMERA=VALUE"; the camera may be left out where there is only one. Throws UserError(usage).
+CameraArgument parse_camera_argument(const Twin& twin, const std::string& option, const std::string& text);
 
 }  // namespace fringetwin::cli

@@ -286,8 +286,8 @@ Series histogram_series(const Histogram& h, const std::string& title, const std:
   std::size_t total = h.n_below + h.n_above;
   for (std::size_t c : h.counts) total += c;
   for (std::size_t i = 0; i < h.counts.size(); ++i) {
-    s.x.push_back(h.low + (static_cast<double>(i) + 0.5) * h.bin_width);
-    s.y.push_back(total == 0 ? 0.0 : 100.0 * static_cast<double>(h.counts[i]) / static_cast<double>(total));
+    s.add(h.low + (static_cast<double>(i) + 0.5) * h.bin_width,
+          total == 0 ? 0.0 : 100.0 * static_cast<double>(h.counts[i]) / static_cast<double>(total));
   }
   return s;
 }

@@ -30,6 +30,12 @@ struct Series {
   int point_type = 7;  ///< gnuplot's symbols: 4/5 square, 6/7 circle, 8/9 triangle, 12/13 diamond
   std::vector<std::string> labels = {};  ///< beside the points; empty, or one per value (points only)
   std::vector<double> y_high = {}, x_low = {}, x_high = {};  ///< of whiskers
+
+  /// Adds a point.
+  void add(double at, double value) {
+    x.push_back(at);
+    y.push_back(value);
+  }
 };
 
 struct Plot {

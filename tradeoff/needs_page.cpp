@@ -76,8 +76,7 @@ Plot bars(const NeedsResult& result, const std::string& y_label, const std::stri
     plot.x_tics.emplace_back(++x, r.name);
     const double v = value(r);
     if (!std::isfinite(v) || v <= 0.0) continue;  // no change at all has no place on a log scale
-    series.x.push_back(x);
-    series.y.push_back(v);
+    series.add(x, v);
     low = std::min(low, std::max(v, 1e-6 * tolerance));  // what is that small needs no exact bar
     high = std::max(high, v);
   }
@@ -106,8 +105,7 @@ Plot cost_bars(const NeedsResult& result) {
   for (const EffectRow& r : result.rows) {
     if (!r.on) continue;
     plot.x_tics.emplace_back(++x, r.name);
-    series.x.push_back(x);
-    series.y.push_back(r.cost);
+    series.add(x, r.cost);
     high = std::max(high, r.cost);
   }
   plot.series = {series,

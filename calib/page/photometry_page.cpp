@@ -77,11 +77,10 @@ std::string transfer_section(const Photometry& p) {
     line.color = report::color::kSimulated;
     band.color = report::color::kThird;
     for (const TransferBin& b : c.transfer->bins) {
-      points.x.push_back(b.level_dn), points.y.push_back(b.variance_dn2);
-      line.x.push_back(b.level_dn), line.y.push_back(b.line_dn2);
-      off.x.push_back(b.level_dn), off.y.push_back(100.0 * (b.variance_dn2 / b.line_dn2 - 1.0));
-      band.x.push_back(b.level_dn);
-      band.y.push_back(100.0 * b.sigma_dn2 / b.line_dn2),
+      points.add(b.level_dn, b.variance_dn2);
+      line.add(b.level_dn, b.line_dn2);
+      off.add(b.level_dn, 100.0 * (b.variance_dn2 / b.line_dn2 - 1.0));
+      band.add(b.level_dn, 100.0 * b.sigma_dn2 / b.line_dn2),
           band.y_low.push_back(-100.0 * b.sigma_dn2 / b.line_dn2);
     }
     variance.series = {line, points};
@@ -132,9 +131,9 @@ std::string mtf_figure(const ProjectorPhotometry& d, const std::string& where, c
   blur.color = report::color::kSimulated;
   blur.point_type = 13;
   for (const MtfPoint& m : d.mtf) {
-    seen.x.push_back(m.period_px), seen.y.push_back(m.contrast.value);
+    seen.add(m.period_px, m.contrast.value);
     seen.labels.push_back(m.order == 1 ? "" : fmt::format("order {}", m.order));
-    blur.x.push_back(m.period_px), blur.y.push_back(m.gaussian * m.camera_factor);
+    blur.add(m.period_px, m.gaussian * m.camera_factor);
   }
   plot.series = {seen, blur};
   return Figure{plot_html(plot, id),

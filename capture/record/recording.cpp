@@ -7,9 +7,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 
 #include "capture/record/exposure_merge.hpp"
-#include "capture/record/recorded_files.hpp"
 #include "capture/record/verify_set.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
@@ -47,6 +47,66 @@ std::string frames_csv(const std::vector<StepRecord>& records) {
       text += fmt::format("{},{},{},{},{},{},{},0x{:x},{}\n", r.step, r.pattern, f.shown.at_ns,
                           f.shown.sequence, f.camera, f.sequence, f.timestamp_ns, f.flags, f.use);
   return text;
+}
+
+std::vector<fs::path> entries(const fs::path& folder) {
+  std::vector<fs::path> found;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) found.push_back(entry.path());
+  return found;
+}
+
+/// Returns whether a recording gives this name to a folder beside the cameras': repeat_01, exposure_2_ms,
+/// dark, flat.
+bool is_set_folder(const std::string& name) {
+  return name.starts_with("repeat_") || (name.starts_with("exposure_") && name.ends_with("_ms")) ||
+         name == "dark" || name == "flat";
+}
+
+void add_set_folders(const fs::path& folder, std::vector<fs::path>* folders) {
+  folders->push_back(folder);
+  std::error_code error;
+  for (const fs::path& entry : entries(folder))
+    if (is_set_folder(entry.filename().string()) && fs::is_directory(entry, error))
+      add_set_folders(entry, folders);
+}
+
+/// Returns the folder itself and those of them that are there, dark and flat frames of an exposure included.
+std::vector<fs::path> set_folders(const fs::path& dir) {
+  std::vector<fs::path> folders;
+  add_set_folders(dir, &folders);
+  return folders;
+}
+
+/// Returns whether a recording writes images of this name, "0000.png", "white.png", "black.png", and nothing
+/// of the user's.
+bool is_recorded_image(const std::string& name) {
+  if (name == "white.png" || name == "black.png") return true;
+  return name.size() >= 8 && name.ends_with(".png") &&
+         std::all_of(name.begin(), name.end() - 4, [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+/// Returns the files of that kind in the cameras' folders, relative to `dir`.
+std::vector<std::string> recorded_images(const fs::path& dir, const Twin& twin) {
+  std::vector<std::string> found;
+  for (const fs::path& folder : set_folders(dir))
+    for (const Camera& camera : twin.cameras)
+      for (const fs::path& file : entries(folder / camera.name))
+        if (is_recorded_image(file.filename().string()))
+          found.push_back(file.lexically_relative(dir).generic_string());
+  return found;
+}
+
+/// Removes what a program that was killed left under temporary names.
+void remove_temporary_files(const fs::path& dir, const Twin& twin) {
+  std::error_code ignored;
+  for (const fs::path& folder : set_folders(dir)) {
+    std::vector<fs::path> folders = {folder};
+    for (const Camera& camera : twin.cameras) folders.push_back(folder / camera.name);
+    for (const fs::path& inside : folders)
+      for (const fs::path& file : entries(inside))
+        if (is_temporary_name(file.filename().string())) fs::remove(file, ignored);
+  }
 }
 
 }  // namespace

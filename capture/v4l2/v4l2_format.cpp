@@ -2,6 +2,7 @@
 #include "capture/v4l2/v4l2_format.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -12,12 +13,6 @@ namespace {
 
 // A third of the step from 30 to 29.97 Hz.
 constexpr double kSameRate = 3e-4;
-
-std::string joined(const std::vector<std::string>& parts) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
-  return text;
-}
 
 double rate_of(const v4l2_dv_timings& timings) {
   const v4l2_bt_timings& bt = timings.bt;
@@ -94,7 +89,7 @@ PixelFormat chosen_format(const V4l2Device& device, v4l2_buf_type type, const V4
   }
   throw device.refusal((wish.format ? fmt::format("does not offer {}", traits(*wish.format).name)
                                     : "offers none of " + pixel_format_names()),
-                       "it offers " + joined(names));
+                       fmt::format("it offers {}", fmt::join(names, ", ")));
 }
 
 // MJPG goes by two names.
@@ -132,7 +127,7 @@ void refuse_other_format(const V4l2Device& device, const v4l2_pix_format& got, s
     const std::vector<std::string> sizes = offered_sizes(device, fourcc);
     throw device.refusal(fmt::format("gives {}x{} when asked for {}x{} in {}", got.width, got.height, width,
                                      height, fourcc_text(fourcc)),
-                         sizes.empty() ? "" : "it offers " + joined(sizes));
+                         sizes.empty() ? "" : fmt::format("it offers {}", fmt::join(sizes, ", ")));
   }
   if (got.field != V4L2_FIELD_NONE)
     throw device.refusal("gives interlaced fields", "whole frames (progressive) are needed");

@@ -78,7 +78,7 @@ std::vector<Plot> gain_plots(const GrayPair& pair, const GainFit& fit) {
     const double e = first + (static_cast<double>(b) + 0.5) * width;
     gray.add(e, real[b]);
     residual.add(e, difference[b]);
-    line.x.push_back(e), line.y.push_back(fit.row.gain_dn * e + fit.row.black_level_dn);
+    line.add(e, fit.row.gain_dn * e + fit.row.black_level_dn);
   }
   if (line.x.size() < 2) return {};
   Plot upper, lower;

@@ -68,8 +68,8 @@ Plot level_plot(const NoiseRow& row) {
   predicted.title = row.sensor_known ? "predicted by the sensor model" : "rounding alone";
   predicted.color = report::color::kSimulated;
   for (const NoiseLevel& l : row.levels) {
-    measured.x.push_back(l.level_dn), measured.y.push_back(l.measured_dn);
-    predicted.x.push_back(l.level_dn), predicted.y.push_back(l.predicted_dn);
+    measured.add(l.level_dn, l.measured_dn);
+    predicted.add(l.level_dn, l.predicted_dn);
   }
   double top = 0.0;
   for (const Series* s : {&measured, &predicted})
@@ -95,8 +95,8 @@ Plot quantile_plot(const NoiseRow& row) {
   scaled.style = Series::Style::dashed;
   scaled.color = report::color::kDifference;
   for (const double q : row.normal_quantile) {
-    normal.x.push_back(q), normal.y.push_back(q);
-    scaled.x.push_back(q), scaled.y.push_back(row.gray_ratio * q);
+    normal.add(q, q);
+    scaled.add(q, row.gray_ratio * q);
   }
   return {.x_label = "normal quantile",
           .y_label = "residual / predicted sigma",

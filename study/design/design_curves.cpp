@@ -80,8 +80,8 @@ void add_expected(const DesignTable& table, const TableNumber& number, std::size
              .width = numeric ? 1.2 : 4.0,
              .point_type = 12};
     for (std::size_t i = 0; i < table.axes[axis].values.size(); i += level_step(table.axes[axis])) {
-      s.x.push_back(table.axes[axis].values[i] + curve.shift);
-      s.y.push_back(factor * expected_at(table, expected, squares, axis, i, other, at));
+      s.add(table.axes[axis].values[i] + curve.shift,
+            factor * expected_at(table, expected, squares, axis, i, other, at));
     }
     plot->series.push_back(s);
   };
@@ -99,10 +99,8 @@ void add_curve(const VariedAxis& axis, const std::vector<GroupStatistics>& level
   for (std::size_t i = 0; i < levels.size(); i += level_step(axis)) {
     const Picked p = pick(levels[i]);
     if (std::isnan(p.value)) continue;
-    line.x.push_back(axis.values[i] + curve.shift);
-    line.y.push_back(p.value);
-    high.x.push_back(line.x.back());
-    high.y.push_back(std::isnan(p.band.high) ? p.value : p.band.high);
+    line.add(axis.values[i] + curve.shift, p.value);
+    high.add(line.x.back(), std::isnan(p.band.high) ? p.value : p.band.high);
     high.y_low.push_back(std::isnan(p.band.low) ? p.value : p.band.low);
   }
   if (!axis.numeric) {
@@ -183,7 +181,7 @@ Plot scatter_plot(const DesignTable& table, const TableNumber& number, std::size
                 .color = "#7fb2d0",
                 .width = x.size() > 200 ? 0.9 : 1.5};
   const std::size_t step = (x.size() + kMostMarks - 1) / kMostMarks;
-  for (std::size_t i = 0; i < x.size(); i += step) points.x.push_back(x[i]), points.y.push_back(y[i]);
+  for (std::size_t i = 0; i < x.size(); i += step) points.add(x[i], y[i]);
   plot.series = {points};
   if (mean.x.empty()) return plot;
   plot.series.push_back({.title = "",

@@ -2,7 +2,7 @@
 #include "study/design/design_plan.hpp"
 
 #include "study/plan/space_filling.hpp"
-#include "study/plan/variation_values.hpp"
+#include "study/plan/study_tables.hpp"
 
 namespace fringetwin::study {
 namespace {

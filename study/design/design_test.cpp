@@ -6,7 +6,7 @@
 #include <map>
 
 #include "study/design/design_plan.hpp"
-#include "study/plan/variation_values.hpp"
+#include "study/plan/study_tables.hpp"
 
 namespace fringetwin::testing::design_test {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/monte_carlo/monte_carlo_study.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 
 #include "report/table.hpp"
 #include "report/text.hpp"
+#include "study/monte_carlo/monte_carlo_study.hpp"
 #include "study/page/report_parts.hpp"
 #include "study/plan/recorded_numbers.hpp"
 
@@ -76,9 +75,8 @@ Plot histogram_plot(const Quantity& q, double coverage) {
   constexpr int kSteps = 200;
   for (int i = 0; i <= kSteps; ++i) {
     const double x = 1.1 * (low + (high - low) * i / kSteps);
-    normal.x.push_back(x);
-    normal.y.push_back(100.0 * h.bin_width * std::exp(-0.5 * x * x / (s.sigma * s.sigma)) /
-                       (s.sigma * std::sqrt(2.0 * std::numbers::pi)));
+    normal.add(x, 100.0 * h.bin_width * std::exp(-0.5 * x * x / (s.sigma * s.sigma)) /
+                      (s.sigma * std::sqrt(2.0 * std::numbers::pi)));
   }
   double top = *std::max_element(bars.y.begin(), bars.y.end());
   top = 1.08 * std::max(top, *std::max_element(normal.y.begin(), normal.y.end()));
@@ -115,10 +113,8 @@ Plot estimate_plot(const Quantity& q, const std::vector<ConvergenceStep>& steps,
   for (const ConvergenceStep& s : steps) {
     const auto x = static_cast<double>(s.trials);
     const double y = s.*value - origin, half = s.convergence.*error;
-    line.x.push_back(x);
-    line.y.push_back(y);
-    band.x.push_back(x);
-    band.y.push_back(y + half);
+    line.add(x, y);
+    band.add(x, y + half);
     band.y_low.push_back(y - half);
   }
   plot.series = {band, line};
@@ -159,8 +155,7 @@ Plot tornado_plot(const Quantity& q, const std::vector<std::string>& factors, do
     whiskers.color = report::color::kDifference;
     for (std::size_t i = 0; i < order.size(); ++i) {
       const SobolIndex& v = values[order[i]];
-      bars.x.push_back(v.value);
-      bars.y.push_back(static_cast<double>(i) + shift);
+      bars.add(v.value, static_cast<double>(i) + shift);
       whiskers.x_low.push_back(v.interval.low);
       whiskers.x_high.push_back(v.interval.high);
     }

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "study/plan/space_filling.hpp"
-#include "study/plan/variation_values.hpp"
+#include "study/plan/study_tables.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/pareto_front.hpp"
 

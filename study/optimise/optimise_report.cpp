@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/optimise/optimise.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 
 #include "report/table.hpp"
 #include "report/text.hpp"
+#include "study/optimise/optimise.hpp"
 #include "study/page/pareto_plot.hpp"
 #include "study/page/report_parts.hpp"
 #include "study/page/varied_axes.hpp"
@@ -51,11 +50,9 @@ Marks marks(const OptimiseResult& result, const std::vector<double>& x) {
   for (std::size_t i = 0; i < x.size(); ++i) {
     const Evaluation& e = result.evaluations[i];
     Series& s = e.feasible ? out.feasible : out.others;
-    s.x.push_back(x[i]);
-    s.y.push_back(e.objective.value);
+    s.add(x[i], e.objective.value);
     if (result.best != i) continue;
-    out.best.x.push_back(x[i]);
-    out.best.y.push_back(e.objective.value);
+    out.best.add(x[i], e.objective.value);
   }
   return out;
 }
@@ -82,11 +79,10 @@ Plot progress_plot(const OptimisePlan& plan, const OptimiseResult& result) {
   for (std::size_t i = 0; i < result.evaluations.size(); ++i) {
     const Evaluation& e = result.evaluations[i];
     at.push_back(static_cast<double>(i + 1));
-    if (!std::isnan(least)) so_far.x.push_back(at.back()), so_far.y.push_back(least);
+    if (!std::isnan(least)) so_far.add(at.back(), least);
     if (!e.feasible || !(std::isnan(least) || e.objective.value < least)) continue;
     least = e.objective.value;
-    so_far.x.push_back(at.back());
-    so_far.y.push_back(least);
+    so_far.add(at.back(), least);
   }
   Marks all = marks(result, at);
   // feasible ones with their standard error

@@ -33,7 +33,7 @@ report::Plot front_plot(const std::vector<CostAndError>& points, const std::vect
   plot.height_px = 400;
   plot.x_label = "acquisition time [s]";
   Series all{.title = title, .style = Series::Style::points, .color = "#7fb2d0", .width = 2.0};
-  for (const CostAndError& p : points) all.x.push_back(p.cost), all.y.push_back(p.error);
+  for (const CostAndError& p : points) all.add(p.cost, p.error);
   plot.log_x = spans_a_decade(all.x);
   plot.log_y = spans_a_decade(all.y);
   plot.x_range = range_of(all.x, plot.log_x);
@@ -42,11 +42,9 @@ report::Plot front_plot(const std::vector<CostAndError>& points, const std::vect
       .title = "", .style = Series::Style::points, .color = report::color::kSimulated, .width = 3.2};
   for (std::size_t i = 0; i < front.size(); ++i) {
     const CostAndError& p = points[front[i]];
-    if (i > 0) steps.x.push_back(p.cost), steps.y.push_back(points[front[i - 1]].error);
-    steps.x.push_back(p.cost);
-    steps.y.push_back(p.error);
-    marked.x.push_back(p.cost);
-    marked.y.push_back(p.error);
+    if (i > 0) steps.add(p.cost, points[front[i - 1]].error);
+    steps.add(p.cost, p.error);
+    marked.add(p.cost, p.error);
     marked.labels.push_back(front_mark(i));
   }
   plot.series = {all, steps, marked};

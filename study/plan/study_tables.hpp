@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the tables of STUDY.toml that several kinds of studies have: values of keys ([[vary]], [[choose]])
-// and what is recorded ([[record]]).
+// Reads the tables of STUDY.toml that several kinds of studies have: what is recorded ([[record]]), and the
+// values that keys take ([[vary]], [[choose]]), which it returns as TOML text.
 #pragma once
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "study/plan/study_point.hpp"
 #include "twin/file/toml_reader.hpp"
 
 namespace fringetwin::study {
@@ -38,5 +39,17 @@ Variation read_variation(const TomlTable& table, bool sampled, std::set<std::str
 
 /// Reads all [[record]] tables.
 std::vector<Record> read_records(const TomlTable& root);
+
+/// Returns all values in their order; of a range without `count` none.
+std::vector<std::string> listed_values(const Variation& variation);
+/// Returns the value at a place u in [0, 1]: along the range, or of the list the one in whose equal share u
+/// lies.
+std::string value_at(const Variation& variation, double u);
+
+/// Gives all keys of the variation what they take with the i-th of its listed values.
+void assign_listed(const Variation& variation, const std::vector<std::string>& values, std::size_t i,
+                   Settings* settings);
+/// Gives all keys of the variation what they take at the place u in [0, 1].
+void assign_at(const Variation& variation, double u, Settings* settings);
 
 }  // namespace fringetwin::study

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/volume_map/volume_map.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include "report/text.hpp"
 #include "study/page/report_parts.hpp"
 #include "study/statistics/study_statistics.hpp"
+#include "study/volume_map/volume_map.hpp"
 
 namespace fringetwin::study {
 namespace {
@@ -117,7 +116,7 @@ Series dots(const std::vector<double>& x, const std::vector<double>& y) {
            .color = report::color::kReal,
            .width = x.size() > 100 ? 1.0 : 1.8};
   const std::size_t step = (x.size() + kMostSpacings - 1) / kMostSpacings;
-  for (std::size_t i = 0; i < x.size(); i += step) s.x.push_back(x[i]), s.y.push_back(y[i]);
+  for (std::size_t i = 0; i < x.size(); i += step) s.add(x[i], y[i]);
   return s;
 }
 
