@@ -8,8 +8,8 @@
 #include <filesystem>
 
 #include "capture/record/journal.hpp"
-#include "cli/flags.hpp"
 #include "cli/commands.hpp"
+#include "cli/flags.hpp"
 #include "compare/verdict/limits.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"

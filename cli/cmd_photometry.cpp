@@ -6,8 +6,8 @@
 #include <filesystem>
 
 #include "calib/page/photometry_page.hpp"
-#include "cli/flags.hpp"
 #include "cli/commands.hpp"
+#include "cli/flags.hpp"
 #include "compare/result/provenance.hpp"
 #include "compare/verdict/limits.hpp"
 #include "cosim/load.hpp"

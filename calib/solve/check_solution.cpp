@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/solve/calibrate.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "calib/solve/calibrate.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"
 

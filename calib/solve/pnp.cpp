@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/solve/seed.hpp"
-
 #include <cmath>
 #include <opencv2/calib3d.hpp>
+
+#include "calib/solve/seed.hpp"
 
 namespace fringetwin::calib {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds where the joint solve starts: each device is solved alone, in stages from a rough focal length and the
-// poses of the boards in its views; then the rig follows from the views that devices share, with the check that they see the same corners in the
-// same order.
+// Finds where the joint solve starts: each device is solved alone, in stages from a rough focal length and
+// the poses of the boards in its views; then the rig follows from the views that devices share, with the
+// check that they see the same corners in the same order.
 #pragma once
 #include <map>
 #include <optional>

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "capture/device/frame_average.hpp"
 #include "capture/device/camera_device.hpp"
+#include "capture/device/frame_average.hpp"
 #include "capture/record/journal.hpp"
 #include "capture/record/plan.hpp"
 #include "twin/twin.hpp"

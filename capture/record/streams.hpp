@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Starts and stops the cameras of a rig and shows patterns, for all who use one.
 #pragma once
-#include "capture/device/pattern_display.hpp"
 #include "capture/device/camera_device.hpp"
+#include "capture/device/pattern_display.hpp"
 
 namespace fringetwin::capture {
 

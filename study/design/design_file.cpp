@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/design/design_plan.hpp"
-
 #include <fmt/format.h>
 
 #include <set>
 
 #include "render/base/sobol.hpp"
+#include "study/design/design_plan.hpp"
 #include "twin/file/toml_reader.hpp"
 
 namespace fringetwin::study {

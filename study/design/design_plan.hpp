@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A study of kind "design": reads what it varies and how (docs/formats/study.md), gives the points that follow
-// from it, the Kind that runs them, and the page of their results.
+// A study of kind "design": reads what it varies and how (docs/formats/study.md), gives the points that
+// follow from it, the Kind that runs them, and the page of their results.
 #pragma once
 #include <cstdint>
 #include <memory>

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/design/design_plan.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "study/design/design_figures.hpp"
+#include "study/design/design_plan.hpp"
 #include "study/design/design_tables.hpp"
 #include "study/page/report_parts.hpp"
 

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a design made of rows by hand.
 // tolerance: none, numbers as they are printed.
-#include "study/design/design_plan.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "study/design/design_figures.hpp"
+#include "study/design/design_plan.hpp"
 #include "study/design/design_table.hpp"
 #include "study/study_file.hpp"
 #include "tests/support/program/cli_runner.hpp"

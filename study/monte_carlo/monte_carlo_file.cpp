@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/monte_carlo/monte_carlo_study.hpp"
-
 #include "study/uncertain/uncertain_file.hpp"
 #include "twin/file/toml_reader.hpp"
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // tolerance: none.
-#include "study/monte_carlo/monte_carlo_study.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "study/monte_carlo/monte_carlo_study.hpp"
 #include "study/study_file.hpp"
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"

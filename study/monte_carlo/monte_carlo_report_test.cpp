@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a Monte Carlo study made of trials by hand.
 // tolerance: none, numbers as they are printed.
-#include "study/monte_carlo/monte_carlo_study.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "study/monte_carlo/monte_carlo_study.hpp"
 #include "study/plan/random_draws.hpp"
 #include "study/study_file.hpp"
 #include "tests/support/program/cli_runner.hpp"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/optimise/optimise.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "render/base/sobol.hpp"
+#include "study/optimise/optimise.hpp"
 #include "study/uncertain/uncertain_file.hpp"
 #include "twin/base/errors.hpp"
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a search made of evaluations by hand.
 // tolerance: none, numbers as they are printed.
-#include "study/optimise/optimise.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "study/optimise/optimise.hpp"
 #include "study/study_file.hpp"
 
 namespace fringetwin::study::optimise_report_test {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/volume_map/volume_map.hpp"
-
 #include <fmt/format.h>
 
 #include "study/uncertain/uncertain_file.hpp"
+#include "study/volume_map/volume_map.hpp"
 #include "twin/file/toml_reader.hpp"
 #include "twin/twin.hpp"
 

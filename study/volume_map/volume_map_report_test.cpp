@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a volume map made of outcomes by hand.
 // tolerance: none, numbers as they are printed.
-#include "study/volume_map/volume_map.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "study/study_file.hpp"
+#include "study/volume_map/volume_map.hpp"
 
 namespace fringetwin::study::volume_map_report_test {
 namespace {

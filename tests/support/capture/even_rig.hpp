@@ -9,8 +9,8 @@
 #include <set>
 #include <vector>
 
-#include "capture/device/pattern_display.hpp"
 #include "capture/device/camera_device.hpp"
+#include "capture/device/pattern_display.hpp"
 
 namespace fringetwin::testing {
 

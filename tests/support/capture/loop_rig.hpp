@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "capture/device/pattern_display.hpp"
 #include "capture/device/camera_device.hpp"
+#include "capture/device/pattern_display.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::testing {
