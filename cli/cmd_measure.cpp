@@ -7,7 +7,7 @@
 #include "compare/result/result_json.hpp"
 #include "cosim/load.hpp"
 #include "cosim/write_results.hpp"
-#include "measure/measurement.hpp"
+#include "measure/description_warnings.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
@@ -28,7 +28,9 @@ int run_measure(const MeasureCommand& o, const Invocation& invocation) {
   const Twin twin = cosim::load_for_run(o.twin);
   const cosim::Captures captures = cosim::load_captures(twin, o.captures);
   timer.start("measure");
-  const measure::Measurement measurement = measure::measure(twin, captures.cameras);
+  measure::Measurement measurement = measure::measure(twin, captures.cameras);
+  for (std::string& doubt : measure::description_warnings(twin, captures.cameras, measurement, nullptr))
+    measurement.warnings.push_back(std::move(doubt));
   timer.start("write");
   begin_output(o.out, {"result.json"});
   measure::write_measurement(o.out, measurement);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cosim/compare_captures.hpp"
 
+#include "cosim/doubt_description.hpp"
 #include "cosim/load.hpp"
 #include "cosim/measured_shapes.hpp"
 #include "cosim/notes.hpp"
@@ -45,6 +46,7 @@ Run measure_both(const CompareRequest& request) {
   run.simulated.measurement = measure::measure(run.twin, run.simulated.images, run.options.use_steps);
   run.real.measurement = measure::measure(run.twin, run.real.images, run.options.use_steps);
   run.timer.stop();
+  doubt_description(run);
   return run;
 }
 

@@ -8,6 +8,7 @@
 
 #include "compare/causes/refine.hpp"
 #include "compare/verdict/calibration_covariance.hpp"
+#include "cosim/doubt_description.hpp"
 #include "cosim/load.hpp"
 #include "cosim/measured_shapes.hpp"
 #include "cosim/notes.hpp"
@@ -151,6 +152,7 @@ Run run_cosim(const CosimRequest& request) {
   simulate_side(run, request.render);
   measure_real(run);
   if (!request.refine.empty()) refine(run, request);
+  doubt_description(run);
   return run;
 }
 

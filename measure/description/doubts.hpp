@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Says where the images of a camera contradict the description of what was projected, and which other reading
+// of them would fit (docs/metrics/measure.md, "Doubts about the description").
+#pragma once
+#include <string>
+#include <vector>
+
+#include "measure/decode/decode_types.hpp"
+#include "measure/description/reading_score.hpp"
+
+namespace fringetwin::measure {
+
+/// Returns a sentence per contradiction, each beginning with the camera; none where the images are as
+/// described. `decoded`: what decode() made of them with `options`. `expected`: of a rendered twin, as large
+/// as the images; may be empty, then fewer contradictions can be seen.
+std::vector<std::string> description_doubts(const CameraImages& images, const Fringes& fringes,
+                                            const DecodeOptions& options, const CameraDecode& decoded,
+                                            const ExpectedCoordinates& expected);
+
+}  // namespace fringetwin::measure

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "measure/description/tiles.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace fringetwin::measure {
+namespace {
+
+constexpr int kSide = 48;       ///< px: some fringes and some periods of the code in each tile
+constexpr int kMostAcross = 3;  ///< tiles: 3 x 3 hold 20,000 pixels
+constexpr int kGap = 3;         ///< px: as far as the repair of orders looks
+constexpr int kStride = 2;      ///< px: of the pixels that are counted to choose the tiles
+
+/// Returns whether the fringes reach pixel i.
+bool reached(const CameraImages& images, std::size_t i, double min_modulation_dn) {
+  float low = images.images.front().data[i], high = low;
+  for (const ImageF& image : images.images) {
+    low = std::min(low, image.data[i]);
+    high = std::max(high, image.data[i]);
+  }
+  return static_cast<double>(high - low) >= 2.0 * min_modulation_dn &&
+         static_cast<double>(high) < images.saturation_dn();
+}
+
+}  // namespace
+
+Tiles::Tiles(const CameraImages& images, double min_modulation_dn) {
+  const ImageF& first = images.images.front();
+  struct Counted {
+    Corner corner;
+    int n = 0;
+  };
+  std::vector<Counted> all;
+  for (int y = 0; y + kSide <= first.height; y += kSide)
+    for (int x = 0; x + kSide <= first.width; x += kSide) all.push_back({{x, y}, 0});
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t t = 0; t < all.size(); ++t)
+    for (int y = 0; y < kSide; y += kStride)
+      for (int x = 0; x < kSide; x += kStride)
+        all[t].n +=
+            reached(images, first.index(all[t].corner.x + x, all[t].corner.y + y), min_modulation_dn) ? 1 : 0;
+  const auto best =
+      std::max_element(all.begin(), all.end(), [](const Counted& a, const Counted& b) { return a.n < b.n; });
+  if (best == all.end() || best->n == 0) return;
+  const int enough = best->n / 2;
+  std::erase_if(all, [enough](const Counted& c) { return c.n < enough || c.n == 0; });
+  // spread over what is left
+  constexpr std::size_t kMost = kMostAcross * kMostAcross;
+  const std::size_t count = std::min(all.size(), kMost);
+  for (std::size_t k = 0; k < count; ++k) corners_.push_back(all[k * all.size() / count].corner);
+}
+
+template <class T>
+Image<T> Tiles::cut(const Image<T>& image, T gap) const {
+  const int across = std::min(kMostAcross, static_cast<int>(corners_.size()));
+  const int down = (static_cast<int>(corners_.size()) + across - 1) / across;
+  constexpr int kPitch = kSide + kGap;
+  Image<T> out(across * kPitch, down * kPitch, gap);
+  for (std::size_t k = 0; k < corners_.size(); ++k) {
+    const int x0 = static_cast<int>(k) % across * kPitch, y0 = static_cast<int>(k) / across * kPitch;
+    for (int y = 0; y < kSide; ++y)
+      std::copy_n(&image(corners_[k].x, corners_[k].y + y), kSide, &out(x0, y0 + y));
+  }
+  return out;
+}
+template Image<float> Tiles::cut(const Image<float>&, float) const;
+template Image<double> Tiles::cut(const Image<double>&, double) const;
+
+CameraImages Tiles::cut(const CameraImages& images) const {
+  CameraImages out;
+  out.camera = images.camera;
+  out.bit_depth = images.bit_depth;
+  out.radiance = images.radiance;
+  out.gray_code_exposure = images.gray_code_exposure;
+  for (const ImageF& image : images.images) out.images.push_back(cut(image, 0.0f));
+  if (images.white) out.white = cut(*images.white, 0.0f);
+  if (images.black) out.black = cut(*images.black, 0.0f);
+  return out;
+}
+
+ImageU8 reached_pixels(const CameraImages& images, double min_modulation_dn) {
+  ImageU8 out(images.images.front().width, images.images.front().height);
+  for (std::size_t i = 0; i < out.size(); ++i) out.data[i] = reached(images, i, min_modulation_dn) ? 1 : 0;
+  return out;
+}
+
+}  // namespace fringetwin::measure

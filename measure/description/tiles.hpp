@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cuts a few tiles out of a camera's images, side by side in small images that decode in milliseconds.
+#pragma once
+#include <vector>
+
+#include "twin/captures/capture_set.hpp"
+
+namespace fringetwin::measure {
+
+/// Which tiles of a camera's images are looked at: those with the most pixels that the fringes reach.
+class Tiles {
+ public:
+  /// `min_modulation_dn`: half of the range of a pixel's gray values from which it counts as reached; a
+  /// saturated pixel does not count.
+  Tiles(const CameraImages& images, double min_modulation_dn);
+
+  bool empty() const { return corners_.empty(); }
+  /// Returns the tiles of all images, white and black ones included. Between the tiles stands `gap`.
+  CameraImages cut(const CameraImages& images) const;
+  /// Returns the tiles of one image; `gap` between them.
+  template <class T>
+  Image<T> cut(const Image<T>& image, T gap) const;
+
+ private:
+  struct Corner {
+    int x = 0, y = 0;
+  };
+  std::vector<Corner> corners_;
+};
+
+/// Returns 1 for every pixel of `images` that the fringes reach: its gray values range over twice
+/// `min_modulation_dn` or more and none is saturated; else 0.
+ImageU8 reached_pixels(const CameraImages& images, double min_modulation_dn);
+
+}  // namespace fringetwin::measure
