@@ -20,19 +20,10 @@ double surface_distance_mm(const Shape& shape, const Eigen::Vector3d& p_world_mm
 
 std::vector<std::size_t> gate(const Object& object, double gate_mm, const PointCloud& cloud) {
   std::vector<unsigned char> inside(cloud.size(), 0);
-  std::shared_ptr<const MeshDistance> surface;
-  Pose T_object_world;
-  if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
-    surface = mesh_distance_for(mesh->mesh);
-    T_object_world = mesh->T_world_object.inverse();
-  }
+  const SurfaceGate surface(object, gate_mm);
   const auto n = static_cast<std::ptrdiff_t>(cloud.size());
 #pragma omp parallel for schedule(dynamic, 512)
-  for (std::ptrdiff_t i = 0; i < n; ++i) {
-    const Eigen::Vector3d& p = cloud.p_world_mm[i];
-    inside[i] = surface ? surface->query(T_object_world * p, gate_mm).triangle >= 0
-                        : std::abs(surface_distance_mm(object.shape, p)) <= gate_mm;
-  }
+  for (std::ptrdiff_t i = 0; i < n; ++i) inside[i] = std::isfinite(surface.distance_mm(cloud.p_world_mm[i]));
   std::vector<std::size_t> index;
   for (std::size_t i = 0; i < cloud.size(); ++i)
     if (inside[i]) index.push_back(i);
@@ -78,6 +69,24 @@ Gated take_points(const PointCloud& cloud, const std::vector<std::size_t>& index
 }
 
 }  // namespace
+
+SurfaceGate::SurfaceGate(const Object& object, double gate_mm) : object_(object), gate_mm_(gate_mm) {
+  if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
+    mesh_ = mesh_distance_for(mesh->mesh);
+    T_object_world_ = mesh->T_world_object.inverse();
+  }
+}
+
+double SurfaceGate::distance_mm(const Eigen::Vector3d& p_world_mm) const {
+  constexpr double kBeyond = std::numeric_limits<double>::infinity();
+  if (mesh_) {
+    const Eigen::Vector3d p_mm = T_object_world_ * p_world_mm;
+    const ClosestPoint nearest = mesh_->query(p_mm, gate_mm_);
+    return nearest.triangle >= 0 ? (nearest.point_mm - p_mm).norm() : kBeyond;
+  }
+  const double distance = std::abs(surface_distance_mm(object_.shape, p_world_mm));
+  return distance <= gate_mm_ ? distance : kBeyond;
+}
 
 void take_summary(const FitSummary& fit, ObjectFit& row) {
   row.usable = fit.usable;
