@@ -18,6 +18,7 @@
 #include "compare/phase/phase_rows.hpp"
 #include "compare/phase/shift_field.hpp"
 #include "compare/verdict/calibration_budget.hpp"
+#include "compare/verdict/coverage.hpp"
 #include "compare/verdict/explained.hpp"
 #include "compare/verdict/indicators.hpp"
 #include "compare/verdict/limits.hpp"
@@ -85,8 +86,10 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
 
 void look_for_causes(const Twin& twin, const CompareOptions& options, std::vector<GridSamples> samples,
                      Comparison& out) {
-  const bool all = std::all_of(out.explained.begin(), out.explained.end(),
-                               [](const ExplainedRow& row) { return row.explained; });
+  // no parameter of the twin brings an object that it lacks
+  const bool all = std::all_of(out.explained.begin(), out.explained.end(), [](const ExplainedRow& row) {
+    return row.explained || row.quantity == "coverage";
+  });
   if (all || samples.empty() || !twin.projector) return;
   Sensitivity sensitivity(*options.renderer, std::move(samples));
   // the factors of the pixels are in the simulated side, not in the twin
@@ -173,6 +176,9 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
         out.noise.push_back(std::move(row));
   if (real.measurement && simulated.measurement)
     compare_phase(twin, *real.measurement, *simulated.measurement, options, calibration, out);
+  out.coverage = coverage_rows(twin, real, simulated);
+  for (ExplainedRow& row : explain_coverage(out.coverage)) out.explained.push_back(std::move(row));
+  for (std::string& warning : coverage_warnings(out.coverage)) out.warnings.push_back(std::move(warning));
   for (ExplainedRow& row : explain_geometry(out.fits, calibration)) out.explained.push_back(std::move(row));
   look_for_causes(twin, options, std::move(samples), out);
   out.limits = check_limits(twin.limits, out);

@@ -27,13 +27,25 @@ std::vector<std::string> summary_lines(const compare::Comparison& c) {
         "variance",
         budget.camera, budget.direction, std::sqrt(budget.brightness_rad2), std::sqrt(budget.harmonic_rad2),
         std::sqrt(budget.noise_rad2), 100.0 * budget.explained()));
-  for (const auto& row : c.explained)
+  for (const auto& row : c.coverage)
+    if (row.object.empty())
+      out.push_back(fmt::format(
+          "coverage {}: {:.1f} % of the pixels seen are measured on both sides, {:.2f} % of the measured on "
+          "one side only",
+          row.camera, 100.0 * row.covered_fraction(), 100.0 * row.one_sided_fraction()));
+  for (const auto& row : c.explained) {
+    if (row.quantity == "coverage") {  // it has no chi2
+      out.push_back(
+          fmt::format("coverage {}: {}", row.region, row.explained ? "explained" : "NOT EXPLAINED"));
+      continue;
+    }
     out.push_back(
         fmt::format("{} {}: {}, chi2 {:.3g} (limit {:.3g}){}", row.quantity, row.region,
                     row.explained ? "explained" : "NOT EXPLAINED by the budget", row.chi2, row.chi2_limit,
                     std::isfinite(row.regional_chi2)
                         ? fmt::format(", of regions {:.3g} ({:.3g})", row.regional_chi2, row.regional_limit)
                         : ""));
+  }
   if (const std::string cause = compare::sentence(c.causes); !cause.empty()) out.push_back(cause);
   for (const auto& fit : c.fits)
     if (fit.simulated && fit.simulated->usable && fit.simulated->numbers.contains("rms_all_mm"))

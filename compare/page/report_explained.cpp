@@ -87,7 +87,8 @@ std::string explained_summary_html(const Comparison& c) {
 std::string explained_html(const Comparison& c) {
   if (c.explained.empty()) return "";
   std::string html, maps;
-  for (const ExplainedRow& row : c.explained) html += bars_html(row);
+  for (const ExplainedRow& row : c.explained)
+    if (!row.lines.empty()) html += bars_html(row);  // coverage has no budget
   for (const ExplainedRow& row : c.explained) maps += map_of_regions(row);
   if (!maps.empty())
     html += "<figure><div class=\"maps\">" + maps +

@@ -110,6 +110,7 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   page.warnings = comparison.warnings;
   add(page, "refined", "Refined values", refinement_html(comparison));
   add(page, "causes", "What the budget does not explain", causes_html(comparison));
+  add(page, "coverage", "Coverage", coverage_html(in));
   add(page, "fits", "Fitted geometry", fits_html(in) + indicators_html(comparison));
   add(page, "gain", "Gain", gain_table_html(comparison));
   add(page, "images", "Fringe images", gray_figures_html(in));

@@ -66,7 +66,7 @@ TEST(ReportPage, HasEverySectionAndTheMaps) {
   options.note = "What this comparison <can> show.";
   const std::string html = write("full", scene, options);
   for (const char* id : {"fits", "gain", "images", "budget", "noise", "shift", "phase", "deviation", "gray",
-                         "timing", "provenance"})
+                         "coverage", "timing", "provenance"})
     EXPECT_THAT(html, HasSubstr(std::string("id=\"") + id + "\"")) << id;
   EXPECT_LT(html.find("phase_rms_rad"), html.find("id=\"fits\""));  // the verdict comes first
   EXPECT_THAT(html, HasSubstr("class=\"verdict fail\""));
@@ -77,8 +77,9 @@ TEST(ReportPage, HasEverySectionAndTheMaps) {
   expect_self_contained(html);
   expect_unique_ids(html);
   for (const char* file :
-       {"gray_difference_left.png", "gray_difference_right.png", "phase_difference_left_x.png",
-        "phase_difference_right_x.png", "deviation_ball_simulated.png", "deviation_ball_real.png"})
+       {"coverage_left.png", "coverage_right.png", "gray_difference_left.png", "gray_difference_right.png",
+        "phase_difference_left_x.png", "phase_difference_right_x.png", "deviation_ball_simulated.png",
+        "deviation_ball_real.png"})
     EXPECT_TRUE(std::filesystem::exists(folder("full") / file)) << file;
 }
 

@@ -39,6 +39,9 @@ std::string timing_html(const std::map<std::string, double>& timing_s);
 // report_indicators.cpp
 std::string indicators_html(const Comparison& c);
 
+// report_coverage.cpp: also writes the maps as files
+std::string coverage_html(const ReportInput& in);
+
 // report_explained.cpp
 std::string explained_summary_html(const Comparison& c);
 std::string explained_html(const Comparison& c);

@@ -27,7 +27,7 @@ BudgetVerdict VerdictTables::budget_verdict() const {
     const std::optional<bool> all = all_explained(explained, quantity);
     return !all ? "" : *all ? "explained" : "not explained";
   };
-  return {of("gray"), of("phase"), of("geometry")};
+  return {of("gray"), of("phase"), of("geometry"), of("coverage")};
 }
 
 }  // namespace fringetwin::compare

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "compare/result/block_tables.hpp"
+#include "compare/result/coverage_tables.hpp"
 #include "compare/result/geometry_tables.hpp"
 #include "compare/result/gray_tables.hpp"
 #include "compare/result/phase_tables.hpp"
@@ -15,7 +16,7 @@
 namespace fringetwin::compare {
 
 /// All tables, the verdict on the limits, and the warnings.
-struct Comparison : GeometryTables, GrayTables, PhaseTables, BlockTables, VerdictTables {
+struct Comparison : GeometryTables, GrayTables, PhaseTables, BlockTables, CoverageTables, VerdictTables {
   bool pass = true;
   std::vector<std::string> warnings;
 };

@@ -113,6 +113,7 @@ std::vector<Table> make_tables() {
   GrayTables::describe(all);
   PhaseTables::describe(all);
   BlockTables::describe(all);
+  CoverageTables::describe(all);
   VerdictTables::describe(all);
   return all.take();
 }

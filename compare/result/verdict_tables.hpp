@@ -65,7 +65,7 @@ struct Refinement {
 
 /// Whether the budget explains all rows of each quantity: "explained", "not explained", or nothing.
 struct BudgetVerdict {
-  std::string gray, phase, geometry;
+  std::string gray, phase, geometry, coverage;
 
   static void describe(auto& f) {
     const auto add = [&f](const char* key, std::string BudgetVerdict::*verdict) {
@@ -76,6 +76,7 @@ struct BudgetVerdict {
     add("gray", &BudgetVerdict::gray);
     add("phase", &BudgetVerdict::phase);
     add("geometry", &BudgetVerdict::geometry);
+    add("coverage", &BudgetVerdict::coverage);
   }
 };
 
@@ -119,7 +120,7 @@ struct ExplainedRow {
 
   static void describe(auto& f) {
     using Row = ExplainedRow;
-    f.name("quantity", "what is judged", &Row::quantity).one_of({"gray", "phase", "geometry"});
+    f.name("quantity", "what is judged", &Row::quantity).one_of({"gray", "phase", "geometry", "coverage"});
     f.name("region", "camera, camera and direction, or object", &Row::region);
     f.add("unit", "unit of the difference", &Row::unit);
     f.positive("observed", "mean square of the difference, in the row's unit squared", &Row::observed);
