@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Light, projector, sensor and colours of surfaces that are not as the twin says: what biases the gain."""
+import numpy as np
+
+from cases import add_case, planted
+
+WALL, BALL_N3 = dict(scene="wall"), dict(steps=3)
+RESPONSE = "response harmonics"
+
+
+@planted("light", "a full well clips at 3600 of 4095", expect="any", says=r"\b3600\b")
+def full_well(rig, twin, random):
+    rig.sensors[0]["gain_dn"] *= 1.25
+    rig.full_well_dn = 3600
+
+
+@planted("light", "room light with a gradient over the image, up to 5 % of the full light", WALL,
+         verdict={"gray": "not explained"}, causes="ambient room_light offset")
+def room_gradient(rig, twin, random):
+    rig.room_light = lambda columns: 0.05 * 10.2 * columns / 360
+
+
+def flickering(rig, twin, random):
+    rig.image_factor = 1 + 0.02 * random.uniform(-1, 1, len(rig.patterns()))
+
+
+add_case("flicker", "light", "the light flickers by 2 %", flickering, causes="light flicker")
+add_case("flicker_n3", "light", "N = 3, the light flickers by 2 %", flickering, BALL_N3, causes="light flicker")
+
+
+@planted("light", "the camera's gamma is 0.95", verdict={"gray": "not explained"}, causes="sensor_response camera_response")
+def camera_gamma(rig, twin, random):
+    rig.camera_response = lambda x: np.maximum(x, 0)**0.95
+
+
+@planted("light", "the projector's blur of 2.2 px is not in the twin", verdict={"gray": "not explained"}, says="blur",
+         causes="blur", fast=True)
+def blur_missing(rig, twin, random):
+    rig.blur_px = 2.2
+
+
+@planted("light", "8 bits, the projector's blur of 1.8 px is not in the twin", WALL | dict(bits=8),
+         verdict={"gray": "not explained"}, says="blur", causes="blur")
+def blur_missing_8bit(rig, twin, random):
+    rig.blur_px = 1.8
+
+
+@planted("light", "POV-Ray's images; the projector's blur of 1.5 px is not in the twin",
+         dict(scene="ball+wall", pinhole=True), povray=True, verdict={"gray": "not explained"}, says="blur", causes="blur")
+def pov_blur(rig, twin, random):
+    rig.blur_px = 1.5
+
+
+@planted("light", "square fringes (third harmonic of 33 %)", verdict={"gray": "not explained"},
+         says="harmonic|sinus|response", causes=RESPONSE)
+def third_harmonic(rig, twin, random):
+    rig.projector_response = lambda level: np.where(level > 0.5, 0.95, 0.05)
+
+
+def projector_gamma(rig, twin, random):
+    rig.projector_response = lambda level: level**1.15
+
+
+add_case("gamma_n3", "light", "N = 3, the projector's gamma is 1.15", projector_gamma, BALL_N3,
+         verdict={"gray": "not explained", "phase": "not explained"}, says=RESPONSE.replace(" ", "|"), causes=RESPONSE)
+add_case("gamma_n4", "light", "N = 4, the projector's gamma is 1.15", projector_gamma,
+         verdict={"gray": "not explained"}, says=RESPONSE.replace(" ", "|"), causes=RESPONSE)
+
+
+def checkered(rig, twin, random):
+    rig.reflectivity = lambda which, P: np.where(
+        (np.floor(P[..., 0] / 8) + np.floor(P[..., 1] / 8)) % 2 > 0, 1.0, 0.35)
+
+
+TEXTURED = dict(gain=False, verdict={"gray": "not .*"}, says="texture|reflectivity", causes="texture albedo")
+add_case("checker", "surface", "squares of 8 mm, 1 and 0.35 of the albedo", checkered, WALL, **TEXTURED)
+add_case("checker_n3", "surface", "N = 3, squares of 8 mm, 1 and 0.35 of the albedo", checkered, WALL | BALL_N3,
+         **TEXTURED)
+
+
+@planted("surface", "a dark board (4 %) with bright circles", WALL, **TEXTURED)
+def dark_board(rig, twin, random):
+    def circles(which, P):
+        x, y = np.mod(P[..., 0], 16) - 8, np.mod(P[..., 1], 16) - 8
+        return np.where(x * x + y * y < 16, 1.0, 0.04)
+    rig.reflectivity = circles
+
+
+@planted("surface", "the albedo falls by 6 % across the sphere, as the shading does", verdict={"gray": "not explained"},
+         causes="texture albedo")
+def albedo_with_shading(rig, twin, random):
+    rig.reflectivity = lambda which, P: 1 + 0.03 * (P[..., 0] - 3) / 27
+
+
+def unchanged_but_textured(rig, twin, random):
+    """The texture is in POV-Ray's scene."""
+
+
+add_case("pov_texture", "surface", "POV-Ray's images; smooth texture of 15 %", unchanged_but_textured,
+         dict(scene="ball+wall", pinhole=True), povray=True, texture="*(0.85+0.15*sin(0.9*x)*sin(0.9*y))", **TEXTURED)

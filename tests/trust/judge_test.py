@@ -1,0 +1,66 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Plants every fault that judge.py knows in a row, and checks that it is found, and that a sound row has none."""
+import sys
+
+import judge
+from cases import Case, all_cases, nothing
+
+ALL_OK = {"gray": "explained", "phase": "explained", "geometry": "explained"}
+
+
+def gain(**changed):
+    return dict(camera="left", state="sensor value", n=1000, r2=0.999, doubted=False, printed_dn=300.0, gain_error=0.0,
+                black_error_dn=0.0, z=[0.0, 0.0], z_with_bias=[0.0, 0.0]) | changed
+
+
+def words(expected, **changed):
+    """The words that the judge finds, for a case that expects so, in a row that is sound but for what is changed."""
+    case = Case("rig", expected.pop("group", "light"), "", nothing, **expected)
+    row = dict(exit=0, verdict=dict(ALL_OK), cause=None, warnings=[], said=[], gain=[gain()]) | changed
+    return [fault.split(":")[0] for fault in judge.faults(case, row)]
+
+
+RIGHT = dict(group="right", expect="explained")
+GRAY = ALL_OK | {"gray": "not explained"}
+EXPECTED = [
+    ([], words(dict(RIGHT))),
+    ([], words({}, verdict=GRAY)),
+    ([], words(dict(says="swap"), exit=3, verdict=None, said=["error: images 1 and 2 swapped"])),
+    ([], words(dict(causes="blur"), verdict=GRAY, cause="blur", gain=[gain(gain_error=0.2, z=[90, 0], doubted=True)])),
+    ([], words(dict(RIGHT), gain=[gain(gain_error=0.0009, z=[5, 0])])),
+    ([], words(dict(expect="any", says="3600"), said=["values stop at 3600 DN"])),
+    (["FALSE-EXPLAINED"], words({})),
+    (["RIGHT-REJECTED"], words(dict(RIGHT), verdict=GRAY)),
+    (["RIGHT-REJECTED"], words(dict(RIGHT), verdict=ALL_OK | {"geometry": None})),
+    (["FALSE-ALARM"], words(dict(RIGHT), warnings=["left: this is odd"])),
+    (["NOT-SEEN"], words(dict(verdict={"coverage": "not explained"}), verdict=GRAY)),
+    (["NOT-NAMED"], words(dict(says="swap"), verdict=GRAY, said=["the wallpaper is odd"])),
+    (["NO-VERDICT"], words({}, verdict=GRAY | {"phase": None})),
+    (["WRONG-CAUSE"], words(dict(causes="blur"), verdict=GRAY, cause="pose")),
+    (["GAIN-UNWARNED"], words({}, verdict=GRAY, gain=[gain(gain_error=0.002, z=[3.5, 0])])),
+    (["GAIN-UNWARNED"], words({}, verdict=GRAY, gain=[gain(black_error_dn=-0.5, z=[0, -4])])),
+    (["BIAS-TOO-SMALL"], words({}, verdict=GRAY, gain=[gain(state="biased", doubted=True, gain_error=0.2, z=[90, 0],
+                                                            z_with_bias=[4, 0])])),
+    (["GAIN-SENSELESS"], words(dict(gain=False), verdict=GRAY, gain=[gain(printed_dn=-3.0)])),
+    (["GAIN-SENSELESS"], words(dict(gain=False), verdict=GRAY, gain=[gain(r2=-0.1)])),
+    (["NOT-CONVERGED", "REFINED-OFF"], words(dict(RIGHT), refined=dict(converged=False, z=[0.1, -3.2]))),
+    (["MEASURE-SILENT", "MEASURE-PASSES"], words(dict(measure=True, says="swap"), verdict=GRAY, said=["swap"],
+                                                 measure_said=[], measure_verdict="pass")),
+    (["FAILED"], words(dict(RIGHT), exit=70)),
+    (["FAILED"], words(dict(says="swap"), exit=3, verdict=None, said=["error: no such file"])),
+]
+
+
+def main():
+    wrong = [f"expected {expected}, found {found}" for expected, found in EXPECTED if expected != found]
+    if len(all_cases()) < 60:
+        wrong.append(f"only {len(all_cases())} rigs: a module of cases is not loaded")
+    complained = judge.complaints("a: warning: odd\nrender 100 %\nx: verdict pass; report: /somewhere/swap/report.html\n")
+    if complained != ["a: warning: odd", "x: verdict pass"]:
+        wrong.append(f"complaints: {complained}")
+    print("\n".join(wrong) or "every planted fault is found")
+    sys.exit(1 if wrong else 0)
+
+
+main()

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A rig of known truth and the gray values that its cameras record, in numpy's double precision.
+
+Nothing here is code of the program. A pixel is an integral over its area by Gauss-Legendre nodes: midpoints would leave
+theta^2 / (24 n^2) of the fringe's amplitude, theta the fringe's phase over a pixel, which is 0.1 % for 0.8 rad and
+n = 5 and would be taken for the program's error. The same class serves as the rig and, copied, as what its user believes
+(the twin); a case plants a difference in one of them."""
+import numpy as np
+
+import solids
+from projection import Device, aimed_at, vector
+
+PROJECTOR_SIZE = (800, 600)
+CAMERA_NAMES = ("left", "right")
+
+
+def things_of(scene):
+    ball = solids.sphere("ball", (3, -2, 292), 27.0)
+    wall = solids.plane("wall", (0, 0, 335), (0.06, -0.04, -1))
+    small = solids.sphere("small", (33, 20, 303), 11.0)
+    stone = solids.gem("gem", (0.25, -0.35, 0.1, 1, 2, 300))
+    return {"ball": [ball], "wall": [wall], "ball+wall": [ball, wall], "balls": [ball, small], "gem": [stone]}[scene]
+
+
+class Rig:
+    def __init__(self, scene="ball", cameras=1, steps=4, bits=12, direction="x", projector_above=False,
+                 unwrap="heterodyne", nodes=3, pinhole=False):
+        self.place_devices(cameras, projector_above, pinhole)
+        self.things = things_of(scene)
+        self.direction, self.steps, self.unwrap, self.origin_px = direction, steps, unwrap, 0.0
+        self.pitches_px = [16] if unwrap == "gray" else [13, 14, 15]
+        self.code = dict(bits=6, order="msb-first", complementary=True, offset_periods=0.0)
+        self.mean, self.amplitude, self.intensity, self.blur_px = 0.5, 0.45, 40.0, 0.0
+        self.bits, self.full = bits, 2**bits - 1
+        # A white surface of albedo 0.8 that faces the projector fills three quarters of the scale.
+        self.sensors = [dict(gain_dn=0.75 * self.full / (0.8 / np.pi * self.intensity) * (1 - 0.03 * c),
+                             black_dn=round(0.02 * self.full) + 3.0 * c, electrons_per_dn=9000 / self.full,
+                             read_noise_dn=self.full * 4e-4 + 0.5) for c in range(cameras)]
+        self.nodes = nodes
+        self.gate_mm = 3.0
+        # What a case may plant besides, as functions; None: nothing.
+        self.reflectivity = None  # (object, points) -> factor on the albedo
+        self.room_light = None  # (pixel columns) -> irradiance beside the projector's
+        self.image_factor = None  # a factor on the light of each image
+        self.projector_response = None  # drive level -> light
+        self.camera_response = None  # 0..1 -> 0..1, before noise
+        self.full_well_dn = None  # gray value at which a pixel is full
+        self.image_order = None  # recorded image k shows pattern image_order[k]
+        self.inverted_image = None  # the image that is shown as its negative
+
+    def place_devices(self, cameras, projector_above, pinhole):
+        width, height = 360, 270
+        focal = 2.45 * width
+        k1 = 0.0 if pinhole else 1.0
+        middle = ((width - 1) / 2, (height - 1) / 2) if pinhole else (width / 2 - 0.3, height / 2 + 0.7)
+        self.cameras = [Device(width, height, focal, middle, -0.08 * k1, np.eye(3), (0, 0, 0))]
+        target = vector(0, 0, 300)
+        if cameras == 2:
+            R, t = aimed_at(vector(120, -4, 8), target)
+            self.cameras.append(Device(width, height, focal * 1.01, (width / 2 + 2, height / 2 - 1), -0.06, R, t))
+        eye, up = (vector(4, -110, 6), (0.03, 1, 0)) if projector_above else (vector(-110, 9, 6), (0, 1, 0))
+        self.projector = Device(*PROJECTOR_SIZE, 1520.0, (402, 297), 0.03 * k1, *aimed_at(eye, target, up))
+
+    def thing(self, name):
+        return next(t for t in self.things if t["name"] == name)
+
+    def patterns(self):
+        """(kind, pitch or bit, step) of every image of the sequence, in order."""
+        out = [("step", p, n) for p in range(len(self.pitches_px)) for n in range(self.steps)]
+        if self.unwrap == "gray":
+            bits = range(self.code["bits"])
+            out += [("bit", b, 0) for b in (bits if self.code["order"] == "lsb-first" else reversed(bits))]
+            out += [("complementary", 0, 0)] if self.code["complementary"] else []
+        return out
+
+    def contrast(self, pitch):
+        """The amplitude that a Gaussian blur of the projector leaves."""
+        return self.amplitude * np.exp(-2 * np.pi**2 * self.blur_px**2 / pitch**2)
+
+    def light(self, pattern, u):
+        """What the projector throws at projector coordinate u, 0 ... 1."""
+        kind, k, n = pattern
+        if kind == "step":
+            pitch = self.pitches_px[k]
+            phase = 2 * np.pi * ((u - self.origin_px) / pitch + n / self.steps)
+            level = self.mean + self.contrast(pitch) * np.cos(phase)
+            return self.projector_response(level) if self.projector_response else level
+        period = (u - self.origin_px) / self.pitches_px[0] - self.code["offset_periods"]
+        number = np.floor(2 * period if kind == "complementary" else period).astype(int)
+        return ((number ^ (number >> 1)) >> k & 1).astype(float)
+
+    def irradiance(self, c):
+        """Irradiance images of camera c, one for each pattern."""
+        camera, eye, patterns = self.cameras[c], self.projector.eye, self.patterns()
+        nodes, weights = np.polynomial.legendre.leggauss(self.nodes)
+        X, Y = np.meshgrid(np.arange(float(camera.width)), np.arange(float(camera.height)))
+        albedo = vector(*[t["albedo"] for t in self.things], 0)
+        out = np.zeros((len(patterns), camera.height, camera.width))
+        for a, wa in zip(nodes, weights):
+            for b, wb in zip(nodes, weights):
+                d = camera.directions(X + a / 2, Y + b / 2)
+                which, P, N = solids.first_hit(self.things, camera.eye, d)
+                to_eye = eye - P
+                cosine = np.maximum((N * to_eye).sum(-1) / np.linalg.norm(to_eye, axis=-1), 0)
+                cosine *= ~solids.in_shadow(self.things, P + N * 1e-3, eye)
+                u, v = self.projector.pixels(P)
+                lit = ((which >= 0) & (u > -0.5) & (u < self.projector.width - 0.5) & (v > -0.5)
+                       & (v < self.projector.height - 0.5))
+                factor = np.where(lit, albedo[which] / np.pi * self.intensity * cosine, 0)
+                if self.reflectivity:
+                    factor = factor * self.reflectivity(which, P)
+                room = np.where(which >= 0, self.room_light(X), 0) if self.room_light else 0
+                for k, pattern in enumerate(patterns):
+                    level = self.light(pattern, u if self.direction == "x" else v)
+                    out[k] += wa * wb / 4 * (factor * level + room)
+        return out
+
+    def expose(self, c, E, random):
+        """Gray values of camera c under irradiance E: shot and read noise, rounding, clipping."""
+        sensor = self.sensors[c]
+        if self.image_factor is not None:
+            E = E * self.image_factor[:, None, None]
+        signal = sensor["gain_dn"] * np.maximum(E, 0)
+        if self.camera_response:
+            scale = self.full - sensor["black_dn"]
+            signal = scale * self.camera_response(signal / scale)
+        signal = signal + np.sqrt(signal / sensor["electrons_per_dn"]) * random.standard_normal(signal.shape)
+        values = signal + sensor["black_dn"] + sensor["read_noise_dn"] * random.standard_normal(signal.shape)
+        if self.full_well_dn:
+            values = np.minimum(values, self.full_well_dn)
+        values = np.clip(np.rint(values), 0, self.full).astype(int)
+        if self.inverted_image is not None:
+            others = np.delete(values, self.inverted_image, 0)
+            values[self.inverted_image] = np.clip(others.max(0) + others.min(0) - values[self.inverted_image], 0, self.full)
+        return values[self.image_order] if self.image_order is not None else values
