@@ -50,8 +50,8 @@ void warn_of_bias(const GainRow& gain, const std::optional<GrayBudget>& budget,
                   gain.camera, gain.r2, 100.0 * spread, 100.0 * share));
 }
 
-/// Fills the gray tables. It also collects the samples for a search for causes, of the cameras that have a
-/// gain.
+/// Fills the gray tables. It also collects the samples for a search for causes. A camera whose gain cannot be
+/// fitted is judged along its provisional line: that is when budget and causes are needed.
 std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const Side& simulated,
                                       const CompareOptions& options, const CalibrationBudget* calibration,
                                       Comparison& out) {
@@ -59,24 +59,26 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
   const std::vector<GrayPair> pairs = pair_gray(twin, real, simulated, options, out.warnings);
   for (std::size_t c = 0; c < pairs.size(); ++c) {
     const GrayPair& pair = pairs[c];
-    const GainFit fit = fit_gain(pair, out.warnings);
-    out.gain.push_back(fit.row);
-    if (!fit.row.usable) continue;
-    for (GrayRow& row : gray_rows(twin, pair, fit)) out.gray.push_back(std::move(row));
     const measure::CameraDecode *real_decode = decode_of(real, c),
                                 *simulated_decode = decode_of(simulated, c);
     const GrayNoise noise(pair, real_decode, options.use_steps);
+    const GainFit fit = fit_gain(pair, out.warnings, &noise);
+    out.gain.push_back(published_row(fit));
+    if (!fit.has_line()) continue;
+    for (GrayRow& row : gray_rows(twin, pair, fit)) out.gray.push_back(std::move(row));
     const auto budget = gray_budget(pair, fit, real_decode, simulated_decode, noise);
     if (budget) out.gray_budget.push_back(*budget);
     if (twin.fringes.steps > 0)
       out.shift.push_back(shift_field(pairs[c], fit, noise_line(pairs[c], fit, budget)));
-    warn_of_bias(fit.row, budget, out.warnings);
+    if (fit.row.usable) warn_of_bias(fit.row, budget, out.warnings);
     if (pair.real->radiance) continue;  // no gray values, no noise model: nothing to judge against
     const ImageU8 interior = interior_mask(pair.mask, real_decode, simulated_decode);
     const RenderingError rendering = rendering_error(*pair.camera, options.rendered, fit.row.gain_dn);
     if (auto row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
-                                calibration ? &calibration->irradiance[c] : nullptr))
+                                calibration ? &calibration->irradiance[c] : nullptr)) {
+      row->explained = row->explained && fit.row.usable;  // along a provisional line nothing is explained
       out.explained.push_back(std::move(*row));
+    }
     if (!options.renderer) continue;
     GridSamples grid = grid_samples(pair, c, fit, noise, interior, rendering.gray_dn, kCausePixels);
     if (grid.n_pixels() > 0) samples.push_back(std::move(grid));

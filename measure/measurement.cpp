@@ -40,6 +40,14 @@ void warn_of_black_level(const Camera& camera, const CameraDecode& decode,
                     camera.sensor.black_level_dn));
 }
 
+void warn_of_clip(const Camera& camera, const CameraDecode& decode, std::vector<std::string>& warnings) {
+  if (decode.clip)
+    warnings.push_back(fmt::format(
+        "camera \"{}\": the values stop at {:g} DN, below the sensor's {:g} ({} values of the phase "
+        "steps stand there): they are taken as saturated",
+        camera.name, decode.clip->dn, camera.sensor.max_dn(), decode.clip->n));
+}
+
 void triangulate(const Twin& twin, double smoothing_px, Measurement& m) {
   const bool stereo = twin.triangulate() == Triangulate::stereo;
   std::vector<CameraDecode> cameras;
@@ -118,8 +126,10 @@ Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
                             std::optional<double> smoothing_px) {
   Measurement m;
   m.cameras = std::move(cameras);
-  for (std::size_t i = 0; i < m.cameras.size(); ++i)
+  for (std::size_t i = 0; i < m.cameras.size(); ++i) {
     warn_of_black_level(twin.cameras[i], m.cameras[i], m.warnings);
+    warn_of_clip(twin.cameras[i], m.cameras[i], m.warnings);
+  }
   if (!can_triangulate(twin)) {
     m.warnings.push_back("decoded only: this rig and these fringes cannot be triangulated");
     return m;

@@ -93,7 +93,9 @@ class Refiner {
     sensitivity_.choose_scale(twin_);
     const std::vector<double> scale = sensitivity_.scale();
     GaussNewton start(sensitivity_, as_written, {}, hold_gain_);
-    start.settle_sensors();
+    // fringes of the wrong phase make a line fitted to them flat or falling: the line from the amplitudes
+    // stays
+    if (!provisional_) start.settle_sensors();
     report_.chi2_before = start.chi2_of(as_written);
     settle_switches();
     GaussNewton fit(sensitivity_, twin_, parameters_, hold_gain_);
@@ -119,24 +121,36 @@ class Refiner {
   }
 
  private:
-  std::vector<GridSamples> collect(const CompareOptions& options) const {
+  std::vector<GridSamples> collect(const CompareOptions& options) {
     std::vector<std::string> warnings;
+    std::string reasons;
     std::vector<GridSamples> samples;
     const std::vector<GrayPair> pairs = pair_gray(twin_, real_, simulated_, options, warnings);
     for (std::size_t c = 0; c < pairs.size(); ++c) {
-      const GainFit fit = fit_gain(pairs[c], warnings);
-      if (!fit.row.usable || pairs[c].real->radiance) continue;
       const measure::CameraDecode *real_decode = decode_of(real_, c), *sim_decode = decode_of(simulated_, c);
       const GrayNoise noise(pairs[c], real_decode, options.use_steps);
+      const GainFit fit = fit_gain(pairs[c], warnings, &noise);
+      if (!fit.has_line() || pairs[c].real->radiance) {
+        const std::string why = fit.has_line() ? "the real images are irradiance" : fit.why;
+        reasons += fmt::format("{}{}: {}", reasons.empty() ? "" : "; ", pairs[c].camera->name, why);
+        continue;
+      }
       GridSamples grid =
           grid_samples(pairs[c], c, fit, noise, interior_mask(pairs[c].mask, real_decode, sim_decode),
                        rendering_error(*pairs[c].camera, options.rendered, fit.row.gain_dn).gray_dn, kPixels);
-      if (grid.n_pixels() > 0) samples.push_back(std::move(grid));
+      if (grid.n_pixels() == 0) {
+        reasons += fmt::format("{}{}: no pixel lies inside a surface that both sides share",
+                               reasons.empty() ? "" : "; ", pairs[c].camera->name);
+        continue;
+      }
+      provisional_ = provisional_ || !fit.row.usable;
+      samples.push_back(std::move(grid));
     }
     if (samples.empty())
-      throw UserError(ExitCode::input, "--refine",
-                      "no camera has enough gray values inside surfaces that both sides share",
-                      "compare without --refine first and look at the report");
+      throw UserError(
+          ExitCode::input, "--refine",
+          "no camera has gray values to refine by" + (reasons.empty() ? "" : " (" + reasons + ")"),
+          "compare without --refine first and look at the report");
     return samples;
   }
 
@@ -288,6 +302,7 @@ class Refiner {
 
   Twin twin_;
   const Side &real_, &simulated_;
+  bool provisional_ = false;  ///< a camera's line comes from its amplitudes; collect() sets it
   Sensitivity sensitivity_;
   std::vector<Parameter> parameters_;
   bool keeps_gain_ = false, keeps_black_ = false, hold_gain_ = false, textured_ = false;

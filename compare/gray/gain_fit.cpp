@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "compare/gray/gain_sums.hpp"
 #include "twin/base/constants.hpp"
@@ -18,6 +19,11 @@ namespace {
 constexpr double kHuber = 1.345;  // 95 % efficiency for Gaussian residuals
 constexpr std::size_t kSubsample = 200'000;
 constexpr std::uint64_t kFewestValues = 50;  // below this no gain is reported
+constexpr double kMarginSigmas = 3.0;        // kept from a clip
+constexpr double kWidestScale = 0.01;        // of the range: residuals beyond it are no noise
+constexpr double kLeastR2 = 0.5;             // below it the line explains too little to be a gain
+constexpr double kMostMoved = 0.2;           // from the ratio of the amplitudes, beyond two of its spreads
+constexpr double kAsNoisy = 2.0;             // times the noise: residuals that explain a low R2
 
 struct Sample {
   double e, y;
@@ -25,7 +31,7 @@ struct Sample {
 
 /// Collects every k-th gray value that is not saturated, over all images: enough for the start values.
 std::vector<Sample> subsample(const GrayPair& pair) {
-  const UsableRange u = usable_range(pair, 1.0, 0.0, 0.0);
+  const UsableRange u = usable_range(pair, 1.0, 0.0, {});
   std::vector<std::size_t> pixels;
   for (std::size_t i = 0; i < pair.mask.size(); ++i)
     if (pair.mask.data[i] != 0) pixels.push_back(i);
@@ -63,8 +69,23 @@ struct Start {
   GainModel model;
   double scale_dn = 0.0;
   UsableRange usable;
+  std::optional<GainStart> amplitudes;
+  std::vector<Sample> samples;
   bool ok = false;
 };
+
+/// Returns how far predictions keep away from the clips, by the noise there; by the scale of the residuals
+/// where nothing is known of it, but misfit of a whole scene is no noise.
+ClipMargins clip_margins(const GrayPair& pair, const GrayNoise* noise, double scale_dn) {
+  const double saturation_dn = pair.real->saturation_dn();
+  if (!noise || !noise->known() || pair.real->radiance) {
+    const double margin_dn = kMarginSigmas * std::min(scale_dn, kWidestScale * saturation_dn);
+    return {margin_dn, margin_dn};
+  }
+  const double dark_dn = kMarginSigmas * std::sqrt(noise->variance(0.0));
+  return {kMarginSigmas * std::sqrt(noise->variance(dark_dn)),
+          kMarginSigmas * std::sqrt(noise->variance(saturation_dn))};
+}
 
 /// Returns the least robust scale: rounding makes residuals below it meaningless (noise-free images agree to
 /// the last bit).
@@ -76,21 +97,30 @@ double smallest_scale(const GrayPair& pair, const std::vector<Sample>& samples) 
 }
 
 /// Iterates reweighted least squares on the subsample: line, robust scale and the clip test settle together.
-Start start_values(const GrayPair& pair) {
+Start start_values(const GrayPair& pair, const GrayNoise* noise) {
   Start start;
-  const std::vector<Sample> all = subsample(pair);
+  start.usable = usable_range(pair, 1.0, 0.0, {});  // without a line nothing is predicted near a clip
+  start.usable.low_dn = -std::numeric_limits<double>::infinity();
+  start.usable.high_dn = std::numeric_limits<double>::infinity();
+  start.samples = subsample(pair);
+  const std::vector<Sample>& all = start.samples;
   if (all.size() < kFewestValues) return start;
   double sum_e = 0.0;
   for (const Sample& s : all) sum_e += s.e;
   GainModel& m = start.model;
   m.e_center = sum_e / static_cast<double>(all.size());
   const double floor_dn = smallest_scale(pair, all);
-  if (!solve_line(all, std::vector<double>(all.size(), 1.0), m)) return start;
+  start.amplitudes = start_of_amplitudes(pair, noise);
+  if (start.amplitudes) {
+    m.b = start.amplitudes->gain_dn;
+    m.a = start.amplitudes->black_level_dn + m.b * m.e_center;
+  } else if (!solve_line(all, std::vector<double>(all.size(), 1.0), m)) {
+    return start;
+  }
   std::vector<double> weight(all.size()), size;
   for (int iteration = 0; iteration < 40; ++iteration) {
     // the clip test only once the line is roughly right
-    const double margin_sigma = start.scale_dn;
-    start.usable = usable_range(pair, m.b, m.a - m.b * m.e_center, margin_sigma);
+    start.usable = usable_range(pair, m.b, m.a - m.b * m.e_center, clip_margins(pair, noise, start.scale_dn));
     const auto usable = [&](const Sample& s) {
       const double p = prediction(m, s.e);
       return iteration < 3 || (p >= start.usable.low_dn && p <= start.usable.high_dn);
@@ -115,7 +145,7 @@ Start start_values(const GrayPair& pair) {
       break;
   }
   m.threshold_dn = kHuber * start.scale_dn;
-  start.usable = usable_range(pair, m.b, m.a - m.b * m.e_center, start.scale_dn);
+  start.usable = usable_range(pair, m.b, m.a - m.b * m.e_center, clip_margins(pair, noise, start.scale_dn));
   start.ok = true;
   return start;
 }
@@ -160,25 +190,113 @@ void fill_row(GainRow& row, const GainModel& m, const GainSums& sums, const Erro
   row.sigma_inflation = std::sqrt(errors.blocks(1, 1) / errors.independent(1, 1));
 }
 
-GainFit failed(const GrayPair& pair, std::vector<std::string>& warnings, std::uint64_t n) {
-  warnings.push_back(fmt::format(
-      "{}: no gain can be fitted, only {} gray values are valid, unsaturated and away from the clips",
-      pair.camera->name, n));
+/// Says what became of the gray values at the pixels valid on both sides.
+std::string say_counts(const GrayPair& pair, const UsableRange& u) {
+  std::uint64_t total = 0, saturated = 0, clipped = 0, near_clip = 0;
+  for (std::size_t i = 0; i < pair.mask.size(); ++i) {
+    if (pair.mask.data[i] == 0) continue;
+    for (const int image : pair.gain_images) {
+      const double v = pair.source_at(image, i);
+      const double predicted = u.gain_dn * pair.irradiance_at(image, i) + u.black_level_dn;
+      ++total;
+      if (!(pair.real_at(image, i) < u.saturation_dn))
+        ++saturated;
+      else if (!(v > u.sim_low && v < u.sim_high))
+        ++clipped;
+      else if (!(predicted >= u.low_dn && predicted <= u.high_dn))
+        ++near_clip;
+    }
+  }
+  if (total == 0) return "no pixel is valid on both sides";
+  const std::uint64_t left = total - saturated - clipped - near_clip;
+  std::string out =
+      fmt::format("of {} gray values at pixels valid on both sides {} are saturated", total, saturated);
+  if (clipped > 0) out += fmt::format(", {} more are clipped in the simulated images", clipped);
+  if (near_clip > 0)
+    out += fmt::format(", {} more are predicted below {:.4g} or above {:.4g} DN, too near to a clip",
+                       near_clip, u.low_dn, u.high_dn);
+  out += fmt::format("; {} are left", left);
+  return left < kFewestValues ? out : out + ", and the irradiance does not vary there";
+}
+
+/// Says by what the pixels' own amplitudes differ from the twin's.
+std::string say_scatter(const GainStart& start) {
+  return fmt::format(
+      "from pixel to pixel the ratio of real to simulated amplitude varies by {:.0f} %, and {:.1f} "
+      "% of the pixels lie far beyond: reflectivity or contrast that the twin lacks",
+      100.0 * start.spread, 100.0 * start.outlier_share);
+}
+
+/// Returns a fit without a gain, along the line of the amplitudes if there is one.
+GainFit without_gain(const GrayPair& pair, const Start& start, const GrayNoise* noise, std::string why,
+                     std::vector<std::string>& warnings) {
   GainFit fit;
+  fit.start = start.amplitudes;
   fit.row.camera = pair.camera->name;
-  fit.row.n = n;
   for (double* number :
        {&fit.row.gain_dn, &fit.row.gain_sigma_dn, &fit.row.black_level_dn, &fit.row.black_level_sigma_dn,
         &fit.row.rms_before_dn, &fit.row.rms_after_dn, &fit.row.r2, &fit.row.sigma_inflation})
     *number = kNaN;
+  if (start.amplitudes && start.amplitudes->gain_dn > 0.0) {
+    const GainStart& line = *start.amplitudes;
+    const auto residual = [&](const Sample& s) { return s.y - line.gain_dn * s.e - line.black_level_dn; };
+    std::vector<double> size;
+    for (const Sample& s : start.samples) size.push_back(residual(s));
+    const double scale_dn = std::max(mad_sigma(size), smallest_scale(pair, start.samples));
+    fit.usable = usable_range(pair, line.gain_dn, line.black_level_dn, clip_margins(pair, noise, scale_dn));
+    const GainModel model{line.black_level_dn, line.gain_dn, 0.0, kHuber * scale_dn};
+    fit.row.n = sum_gain(pair, fit.usable, model).n;
+    if (fit.row.n >= kFewestValues) {
+      fit.row.gain_dn = line.gain_dn;
+      fit.row.black_level_dn = line.black_level_dn;
+      fit.row.low_dn = fit.usable.low_dn;
+      fit.row.high_dn = fit.usable.high_dn;
+      fit.row.robust_scale_dn = scale_dn;
+      fit.row.sigma_inflation = 1.0;
+      why += fmt::format(
+          "; gray values are judged along a provisional line, {:.5g} DN per unit of irradiance "
+          "and black level {:.4g} DN, from the amplitudes of {} pixels: no gain of the sensor",
+          line.gain_dn, line.black_level_dn, line.n_pixels);
+    }
+  }
+  fit.why = std::move(why);
+  warnings.push_back(fmt::format("{}: no gain can be fitted: {}", pair.camera->name, fit.why));
   return fit;
 }
 
-}  // namespace
+/// Returns why the fitted line is no gain; empty where it is one.
+std::string objection(const Start& start, const GainRow& row, const GainSums& sums, const GrayNoise* noise) {
+  const auto& amplitudes = start.amplitudes;
+  const double moved = amplitudes ? std::abs(row.gain_dn / amplitudes->gain_dn - 1.0) : 0.0;
+  const bool far = amplitudes && moved > kMostMoved + 2.0 * amplitudes->spread;
+  // fringes of another phase pull the line away from the amplitudes, reflectivity does not
+  std::string hint;
+  if (far)
+    hint =
+        fmt::format("; the fringes' own amplitudes say {:.5g} DN: they do not lie where the twin puts them",
+                    amplitudes->gain_dn);
+  else if (amplitudes && amplitudes->scatters())
+    hint = "; " + say_scatter(*amplitudes);
+  if (!(row.gain_dn > 0.0))
+    return fmt::format("the line that fits {} gray values best falls with the irradiance{}", row.n, hint);
+  if (row.r2 < 0.0)
+    return fmt::format("the line that fits {} gray values best explains less than their mean (R2 {:.2f}){}",
+                       row.n, row.r2, hint);
+  const double level_dn = sums.sum_y / static_cast<double>(sums.n);
+  if (noise && noise->measured() &&
+      row.rms_after_dn * row.rms_after_dn < kAsNoisy * noise->variance(level_dn))
+    return "";  // little light: noise explains what the line does not
+  if (row.r2 < kLeastR2)
+    return fmt::format("a line explains too little of {} gray values (R2 {:.2f}){}", row.n, row.r2, hint);
+  if (far)
+    return fmt::format("the line that fits {} gray values best has the slope {:.5g} DN{}", row.n, row.gain_dn,
+                       hint);
+  return "";
+}
 
-GainFit fit_gain(const GrayPair& pair, std::vector<std::string>& warnings) {
-  Start start = start_values(pair);
-  if (!start.ok) return failed(pair, warnings, 0);
+GainFit fit_line(const GrayPair& pair, std::vector<std::string>& warnings, const GrayNoise* noise) {
+  Start start = start_values(pair, noise);
+  if (!start.ok) return without_gain(pair, start, noise, say_counts(pair, start.usable), warnings);
   GainModel m = start.model;
   const double rounding = (pair.real->radiance ? 0.0 : kRoundingVariance) +
                           (pair.from_dn ? kRoundingVariance * m.b * m.b * pair.e_scale * pair.e_scale : 0.0);
@@ -186,7 +304,7 @@ GainFit fit_gain(const GrayPair& pair, std::vector<std::string>& warnings) {
   Errors errors;
   for (int step = 0; step < 20; ++step) {
     if (sums.n < kFewestValues || !(sums.information.determinant() > 0.0))
-      return failed(pair, warnings, sums.n);
+      return without_gain(pair, start, noise, say_counts(pair, start.usable), warnings);
     errors = standard_errors(sums, rounding);
     const Eigen::Vector2d move = sums.information.ldlt().solve(sums.score);
     const double sigma_a = std::sqrt(std::max(errors.independent(0, 0), errors.blocks(0, 0)));
@@ -197,17 +315,53 @@ GainFit fit_gain(const GrayPair& pair, std::vector<std::string>& warnings) {
     sums = sum_gain(pair, start.usable, m);
   }
   GainFit fit;
+  fit.start = start.amplitudes;
   fit.usable = start.usable;
   fit.row.camera = pair.camera->name;
   fit.row.low_dn = start.usable.low_dn;
   fit.row.high_dn = start.usable.high_dn;
   fill_row(fit.row, m, sums, errors, start.scale_dn);
+  std::string why = objection(start, fit.row, sums, noise);
+  if (!why.empty()) return without_gain(pair, start, noise, std::move(why), warnings);
   if (pair.real->radiance) fit.row.rms_before_dn = kNaN;  // gray values of the twin against irradiance
+  if (fit.start && fit.start->scatters())
+    warnings.push_back(fmt::format("{}: {}: the gain is a mean over it and no value of the sensor",
+                                   pair.camera->name, say_scatter(*fit.start)));
   if (pair.from_dn && pair.camera->sensor.has_noise())
     warnings.push_back(
         fmt::format("{}: the simulated irradiance is taken from noisy gray values, which biases the gain "
                     "low; render with --radiance",
                     pair.camera->name));
+  return fit;
+}
+
+}  // namespace
+
+GainFit fit_gain(const GrayPair& pair, std::vector<std::string>& warnings, const GrayNoise* noise) {
+  GainFit fit = fit_line(pair, warnings, noise);
+  if (pair.real->clip) fit.row.clip_dn = pair.real->clip->dn;
+  return fit;
+}
+
+GainRow published_row(const GainFit& fit) {
+  GainRow row = fit.row;
+  if (row.usable) return row;
+  row.provisional_gain_dn = row.gain_dn;
+  row.provisional_black_level_dn = row.black_level_dn;
+  row.gain_dn = row.black_level_dn = row.sigma_inflation = kNaN;
+  return row;
+}
+
+GainFit fit_of(const GrayPair& pair, const GainRow& published) {
+  GainFit fit;
+  fit.row = published;
+  if (!published.usable) {
+    fit.row.gain_dn = published.provisional_gain_dn;
+    fit.row.black_level_dn = published.provisional_black_level_dn;
+  }
+  fit.usable = usable_range(pair, fit.row.gain_dn, fit.row.black_level_dn, {});
+  fit.usable.low_dn = published.low_dn;
+  fit.usable.high_dn = published.high_dn;
   return fit;
 }
 

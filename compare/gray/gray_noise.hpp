@@ -24,6 +24,8 @@ class GrayNoise {
   /// Returns the part of it that rounding to whole gray values leaves.
   double rounding_dn2() const;
   const std::string& source() const { return source_; }
+  /// Returns true where the images or the twin's sensor model say more than rounding.
+  bool known() const { return measured() || sensor_.has_noise(); }
   /// Returns true where the variance was taken from the images themselves.
   bool measured() const { return measured_.has_value(); }
 

@@ -12,6 +12,9 @@
 namespace fringetwin::compare {
 namespace {
 
+constexpr double kLeastMarginDn = 2.0;  // from a clip
+constexpr double kMostMargin = 0.25;    // of the range: noise that asks for more is no sensor's
+
 /// Returns whether the Gray-code images have the exposure of the phase steps: one gain cannot fit two
 /// exposures.
 bool same_exposure(const CameraImages& images) {
@@ -113,7 +116,8 @@ std::vector<GrayPair> pair_gray(const Twin& twin, const Side& real, const Side& 
   return pairs;
 }
 
-UsableRange usable_range(const GrayPair& pair, double gain_dn, double black_level_dn, double sigma_dn) {
+UsableRange usable_range(const GrayPair& pair, double gain_dn, double black_level_dn,
+                         const ClipMargins& margins) {
   const double infinity = std::numeric_limits<double>::infinity();
   UsableRange u;
   u.saturation_dn = pair.real->saturation_dn();
@@ -121,9 +125,11 @@ UsableRange usable_range(const GrayPair& pair, double gain_dn, double black_leve
   u.sim_high = pair.from_dn ? pair.irradiance->saturation_dn() : infinity;
   u.gain_dn = gain_dn;
   u.black_level_dn = black_level_dn;
-  const double margin_dn = std::max(2.0, 3.0 * sigma_dn);
-  u.low_dn = pair.real->radiance ? -infinity : margin_dn;
-  u.high_dn = pair.real->radiance ? infinity : u.saturation_dn - margin_dn;
+  const auto margin_dn = [&](double asked_dn) {
+    return std::clamp(asked_dn, kLeastMarginDn, std::max(kLeastMarginDn, kMostMargin * u.saturation_dn));
+  };
+  u.low_dn = pair.real->radiance ? -infinity : margin_dn(margins.low_dn);
+  u.high_dn = pair.real->radiance ? infinity : u.saturation_dn - margin_dn(margins.high_dn);
   return u;
 }
 

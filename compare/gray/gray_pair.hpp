@@ -63,9 +63,15 @@ struct UsableRange {
   double gain_dn = 1.0, black_level_dn = 0.0;  ///< the prediction's line
   double low_dn = 0.0, high_dn = 0.0;
 };
-/// Returns the ranges that leave out clipped values. The prediction keeps away from black and saturation by 3
-/// sigma_dn, the scale of the residuals, and at least by 2 DN; values of float images have no bounds.
-UsableRange usable_range(const GrayPair& pair, double gain_dn, double black_level_dn, double sigma_dn);
+/// Holds how far a prediction keeps away from black and from saturation, where noise is cut off on one side.
+struct ClipMargins {
+  double low_dn = 0.0, high_dn = 0.0;
+};
+/// Returns the ranges that leave out clipped values. The prediction keeps away from black and saturation by
+/// these margins, at least by 2 DN and at most by a quarter of the range; values of float images have no
+/// bounds.
+UsableRange usable_range(const GrayPair& pair, double gain_dn, double black_level_dn,
+                         const ClipMargins& margins);
 
 /// Returns whether a gray value enters sums; `v` is the pair's source_at() the pixel.
 inline bool is_usable(const UsableRange& u, double real_dn, double v, double predicted_dn) {

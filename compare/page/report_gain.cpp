@@ -70,9 +70,10 @@ std::vector<Plot> gain_plots(const GrayPair& pair, const GainFit& fit) {
     difference[bin].push_back(static_cast<float>(fit.row.gain_dn * v.e + fit.row.black_level_dn - v.dn));
   }
   BinSeries gray("real", report::color::kReal), residual("simulated − real", report::color::kDifference);
-  Series line{.title = fmt::format("fit: {} · E + {}", report::number(fit.row.gain_dn, 5),
-                                   report::number(fit.row.black_level_dn, 4)),
-              .color = report::color::kSimulated};
+  Series line{
+      .title = fmt::format("{}: {} · E + {}", fit.row.usable ? "fit" : "provisional line",
+                           report::number(fit.row.gain_dn, 5), report::number(fit.row.black_level_dn, 4)),
+      .color = report::color::kSimulated};
   for (std::size_t b = 0; b < kGainBins; ++b) {
     if (real[b].size() < kFewestInBin) continue;
     const double e = first + (static_cast<double>(b) + 0.5) * width;

@@ -152,12 +152,8 @@ std::string gray_figures_html(const ReportInput& in) {
   const std::vector<GrayPair> pairs = pair_gray(in.twin, in.real, in.simulated, in.options, ignored);
   std::string html;
   for (std::size_t c = 0; c < pairs.size() && c < in.comparison.gain.size(); ++c) {
-    GainFit fit;
-    fit.row = in.comparison.gain[c];
-    if (!fit.row.usable) continue;
-    fit.usable = usable_range(pairs[c], fit.row.gain_dn, fit.row.black_level_dn, 0.0);
-    fit.usable.low_dn = fit.row.low_dn;
-    fit.usable.high_dn = fit.row.high_dn;
+    const GainFit fit = fit_of(pairs[c], in.comparison.gain[c]);
+    if (!fit.has_line()) continue;
     html += camera_with_real(in, pairs[c], fit, c);
   }
   if (!html.empty() || in.has_real_images()) return html;

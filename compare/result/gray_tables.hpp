@@ -3,6 +3,7 @@
 // what each number of a row is. The formulas: docs/metrics/gray.md.
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,7 @@ namespace fringetwin::compare {
 /// The line between simulated irradiance and the real gray values of one camera.
 struct GainRow {
   std::string camera;
-  bool usable = false;  ///< false: too few usable samples, the numbers are NaN
+  bool usable = false;  ///< false: no gain could be fitted, the numbers are NaN
   double gain_dn = 0, gain_sigma_dn = 0, black_level_dn = 0, black_level_sigma_dn = 0;
   double rms_before_dn = 0, rms_after_dn = 0, r2 = 0;
   std::uint64_t n = 0;      ///< gray values (pixel x image)
@@ -24,6 +25,11 @@ struct GainRow {
   double robust_scale_dn = 0, outlier_fraction = 0;  ///< 1.4826 MAD; share beyond the Huber threshold
   /// Range of predicted gray values used (values near a clip are left out).
   double low_dn = 0, high_dn = 0;
+  /// Where the real values stop below full scale; NaN where they do not.
+  double clip_dn = std::numeric_limits<double>::quiet_NaN();
+  /// The line that gray values are judged along where no gain is fitted; NaN where one is.
+  double provisional_gain_dn = std::numeric_limits<double>::quiet_NaN();
+  double provisional_black_level_dn = std::numeric_limits<double>::quiet_NaN();
 
   static void describe(auto& f) {
     f.name("camera", "camera of the twin", &GainRow::camera).shown({"camera"});
@@ -44,6 +50,14 @@ struct GainRow {
         .limited({"gain_r2", "smallest R² of the gain fit (at least)", Limit::Worst::smallest, 1.0})
         .shown({"R²", "", Column::fixed, 6});
     f.add("n", "gray values used", &GainRow::n).shown({.header = "n", .place = 2});
+    f.add("clip_dn", "gray value below full scale at which the real values stop", &GainRow::clip_dn)
+        .not_required();
+    f.add("provisional_gain_dn",
+          "where no gain is fitted: slope of the line that gray values are judged along",
+          &GainRow::provisional_gain_dn)
+        .not_required();
+    f.add("provisional_black_level_dn", "black level of that line", &GainRow::provisional_black_level_dn)
+        .not_required();
     f.positive("sigma_inflation", "standard error of the gain over that of independent gray values",
                &GainRow::sigma_inflation)
         .error()

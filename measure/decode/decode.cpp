@@ -463,6 +463,7 @@ CameraDecode decode(const CameraImages& images, const Fringes& fringes, const De
   }
   CameraDecode out;
   out.camera = images.camera;
+  out.clip = images.clip;
   out.flags = ImageU8(images.images.front().width, images.images.front().height, kValid);
   for (std::size_t d = 0; d < fringes.directions.size(); ++d)
     out.directions.push_back(

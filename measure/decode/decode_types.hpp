@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "twin/captures/capture_set.hpp"
 #include "twin/fringes.hpp"
 #include "twin/image/image.hpp"
 
@@ -71,7 +72,8 @@ struct DirectionDecode {
 struct CameraDecode {
   std::string camera;
   std::vector<DirectionDecode> directions;
-  ImageU8 flags;  ///< PixelFlag, all directions or-ed
+  ImageU8 flags;             ///< PixelFlag, all directions or-ed
+  std::optional<Clip> clip;  ///< of the images, where they stop below full scale
   int width() const { return flags.width; }
   int height() const { return flags.height; }
   const DirectionDecode* direction(Axis axis) const;

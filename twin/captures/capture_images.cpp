@@ -8,6 +8,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/parallel.hpp"
 #include "twin/captures/capture_set.hpp"
+#include "twin/captures/clip.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin {
@@ -130,6 +131,7 @@ CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, con
                     [&](int i) { loaded.images[i] = load_image(source->files[i], camera, loaded.radiance); });
   if (source->white) loaded.white = load_image(*source->white, camera, loaded.radiance);
   if (source->black) loaded.black = load_image(*source->black, camera, loaded.radiance);
+  loaded.clip = find_clip(loaded, fringes, camera.sensor);
   return loaded;
 }
 

@@ -2,6 +2,7 @@
 // A capture set: capture.toml and its images (docs/formats/captures.md). Real and simulated captures are the
 // same.
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -33,6 +34,12 @@ struct CaptureSet {
   const CaptureCamera* find(const std::string& camera) const;
 };
 
+/// A gray value below full scale at which a sensor stops (clip.hpp).
+struct Clip {
+  double dn = 0.0;      ///< values at or above are saturated
+  std::uint64_t n = 0;  ///< how many of the phase steps' values are
+};
+
 /// One camera's images in memory, sequence order, in DN (or irradiance for EXR sets).
 struct CameraImages {
   std::string camera;
@@ -41,9 +48,11 @@ struct CameraImages {
   int bit_depth = 8;
   bool radiance = false;  ///< EXR: value = E, no saturation, no quantisation
   std::optional<double> gray_code_exposure;
-  /// Values at or above are saturated (2^bit_depth - 1; +inf for radiance).
+  std::optional<Clip> clip;  ///< where the values stop below full scale; set when the images are loaded
+  /// Values at or above are saturated (the clip, else 2^bit_depth - 1; +inf for radiance).
   double saturation_dn() const {
-    return radiance ? std::numeric_limits<double>::infinity() : static_cast<double>((1 << bit_depth) - 1);
+    if (radiance) return std::numeric_limits<double>::infinity();
+    return clip ? clip->dn : static_cast<double>((1 << bit_depth) - 1);
   }
 };
 
@@ -53,7 +62,7 @@ CaptureSet read_capture_set(const std::filesystem::path& dir, int n_images);
 
 /// Loads one camera's images. Throws UserError(input) naming the image for: missing, truncated or
 /// undecodable file, wrong size (both sizes named), colour image, wrong count (both counts named),
-/// a 16-bit value above the sensor's range.
+/// a 16-bit value above the sensor's range. Finds where the values stop below full scale.
 CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, const Fringes& fringes);
 
 /// Writes images as <camera>/0000.png … (8-bit PNG for bit_depth 8, else 16-bit), in parallel, each to
