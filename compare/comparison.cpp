@@ -64,7 +64,10 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
     const GrayNoise noise(pair, real_decode, options.use_steps);
     const GainFit fit = fit_gain(pair, out.warnings, &noise);
     out.gain.push_back(published_row(fit));
-    if (!fit.has_line()) continue;
+    if (!fit.has_line()) {
+      if (!pair.real->radiance) out.explained.push_back(not_compared("gray", pair.camera->name, fit.why));
+      continue;
+    }
     for (GrayRow& row : gray_rows(twin, pair, fit)) out.gray.push_back(std::move(row));
     const auto budget = gray_budget(pair, fit, real_decode, simulated_decode, noise);
     if (budget) out.gray_budget.push_back(*budget);
@@ -74,11 +77,13 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
     if (pair.real->radiance) continue;  // no gray values, no noise model: nothing to judge against
     const ImageU8 interior = interior_mask(pair.mask, real_decode, simulated_decode);
     const RenderingError rendering = rendering_error(*pair.camera, options.rendered, fit.row.gain_dn);
-    if (auto row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
-                                calibration ? &calibration->irradiance[c] : nullptr)) {
-      row->explained = row->explained && fit.row.usable;  // along a provisional line nothing is explained
-      out.explained.push_back(std::move(*row));
-    }
+    ExplainedRow row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
+                                         calibration ? &calibration->irradiance[c] : nullptr,
+                                         seen_pixels(real_decode, simulated_decode),
+                                         options.refinement && !options.refinement->texture.empty());
+    if (!fit.row.usable && row.state != kNotCompared)  // along a provisional line nothing is explained
+      row.worsen(kNotExplained, fit.why);
+    out.explained.push_back(std::move(row));
     if (!options.renderer) continue;
     GridSamples grid = grid_samples(pair, c, fit, noise, interior, rendering.gray_dn, kCausePixels);
     if (grid.n_pixels() > 0) samples.push_back(std::move(grid));
@@ -88,11 +93,10 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
 
 void look_for_causes(const Twin& twin, const CompareOptions& options, std::vector<GridSamples> samples,
                      Comparison& out) {
-  // no parameter of the twin brings an object that it lacks
-  const bool all = std::all_of(out.explained.begin(), out.explained.end(), [](const ExplainedRow& row) {
-    return row.explained || row.quantity == "coverage";
+  const bool any = std::any_of(out.explained.begin(), out.explained.end(), [](const ExplainedRow& row) {
+    return row.state == kNotExplained && row.quantity != "coverage";
   });
-  if (all || samples.empty() || !twin.projector) return;
+  if (!any || samples.empty() || !twin.projector) return;
   Sensitivity sensitivity(*options.renderer, std::move(samples));
   // the factors of the pixels are in the simulated side, not in the twin
   if (options.refinement && !options.refinement->texture.empty()) sensitivity.free_factors();
@@ -118,6 +122,7 @@ void compare_phase(const Twin& twin, const Measurement& real, const Measurement&
           row.camera, row.direction, 100.0 * row.order_disagree_fraction(), row.n_order_disagree));
   for (std::size_t c = 0; c < real.cameras.size(); ++c) {
     const ImageU8 interior = interior_of(real.cameras[c], simulated.cameras[c]);
+    const SeenPixels seen = seen_pixels(&real.cameras[c], &simulated.cameras[c]);
     for (std::size_t d = 0; d < real.cameras[c].directions.size(); ++d) {
       const DirectionDecode& r = real.cameras[c].directions[d];
       const DirectionDecode* s = simulated.cameras[c].direction(r.axis);
@@ -127,10 +132,9 @@ void compare_phase(const Twin& twin, const Measurement& real, const Measurement&
         budget->direction = axis_name(r.axis);
         out.phase_budget.push_back(std::move(*budget));
       }
-      if (auto row = explain_phase(real.cameras[c].camera, r, *s, interior,
-                                   rendering_error(twin.cameras[c], options.rendered, 1.0),
-                                   calibration ? &calibration->phase_rad2[c][d] : nullptr))
-        out.explained.push_back(std::move(*row));
+      out.explained.push_back(explain_phase(real.cameras[c].camera, r, *s, interior,
+                                            rendering_error(twin.cameras[c], options.rendered, 1.0),
+                                            calibration ? &calibration->phase_rad2[c][d] : nullptr, seen));
     }
   }
 }
@@ -182,6 +186,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
   for (ExplainedRow& row : explain_coverage(out.coverage)) out.explained.push_back(std::move(row));
   for (std::string& warning : coverage_warnings(out.coverage)) out.warnings.push_back(std::move(warning));
   for (ExplainedRow& row : explain_geometry(out.fits, calibration)) out.explained.push_back(std::move(row));
+  hold_against_noise(out.noise, out.explained);
   look_for_causes(twin, options, std::move(samples), out);
   out.limits = check_limits(twin.limits, out);
   for (const LimitRow& row : out.limits)

@@ -9,6 +9,17 @@
 
 namespace fringetwin::cosim {
 
+namespace {
+
+/// Returns the state of a row of explained[] as the terminal shows it: in capitals where it is no pass.
+std::string told_state(const std::string& state) {
+  if (state == compare::kExplained) return state;
+  if (state == compare::kNotExplained) return "NOT EXPLAINED by the budget";
+  return state == compare::kTooWide ? "BUDGET TOO WIDE" : "NOT COMPARED";
+}
+
+}  // namespace
+
 std::vector<std::string> summary_lines(const compare::Comparison& c) {
   std::vector<std::string> out;
   for (const auto& gain : c.gain)
@@ -34,17 +45,15 @@ std::vector<std::string> summary_lines(const compare::Comparison& c) {
           "one side only",
           row.camera, 100.0 * row.covered_fraction(), 100.0 * row.one_sided_fraction()));
   for (const auto& row : c.explained) {
-    if (row.quantity == "coverage") {  // it has no chi2
-      out.push_back(
-          fmt::format("coverage {}: {}", row.region, row.explained ? "explained" : "NOT EXPLAINED"));
-      continue;
-    }
-    out.push_back(
-        fmt::format("{} {}: {}, chi2 {:.3g} (limit {:.3g}){}", row.quantity, row.region,
-                    row.explained ? "explained" : "NOT EXPLAINED by the budget", row.chi2, row.chi2_limit,
-                    std::isfinite(row.regional_chi2)
-                        ? fmt::format(", of regions {:.3g} ({:.3g})", row.regional_chi2, row.regional_limit)
-                        : ""));
+    const std::string chi2 = std::isfinite(row.chi2)
+                                 ? fmt::format(", chi2 {:.3g} (limit {:.3g})", row.chi2, row.chi2_limit)
+                                 : "",
+                      regional = std::isfinite(row.regional_chi2)
+                                     ? fmt::format(", of regions {:.3g} ({:.3g})", row.regional_chi2,
+                                                   row.regional_limit)
+                                     : "";
+    out.push_back(fmt::format("{} {}: {}{}{}{}", row.quantity, row.region, told_state(row.state), chi2,
+                              regional, row.why.empty() ? "" : ": " + row.why));
   }
   if (const std::string cause = compare::sentence(c.causes); !cause.empty()) out.push_back(cause);
   for (const auto& fit : c.fits)

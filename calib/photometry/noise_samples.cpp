@@ -237,6 +237,99 @@ void add_step_noise(const std::vector<const ImageF*>& steps, const measure::Step
     }
 }
 
+namespace {
+
+/// Returns what scales a second difference of a weighted sum of steps to the noise of one gray value.
+double unit_of(const std::vector<float>& weights) {
+  double square = 0.0;
+  for (const float w : weights) square += static_cast<double>(w) * static_cast<double>(w);
+  return 1.0 / std::sqrt(6.0 * square);
+}
+
+double second_difference(double before, double at, double after) { return before - 2.0 * at + after; }
+
+/// The same pixels of all pitches.
+class MeanNoise {
+ public:
+  MeanNoise(const std::vector<std::vector<const ImageF*>>& pitches, const measure::StepSolver& solver,
+            double saturation_dn)
+      : mean_unit_(unit_of(solver.mean_weights())),
+        cos_unit_(unit_of(solver.cos_weights())),
+        sin_unit_(unit_of(solver.sin_weights())) {
+    for (const auto& steps : pitches) pitches_.emplace_back(steps, solver, saturation_dn);
+    const std::size_t n = pitches.size();
+    contrasts_ =
+        n == 1 ? std::vector<std::vector<double>>{{1.0}} : complement({std::vector<double>(n, 1.0)}, n);
+    second_.resize(n);
+  }
+  const std::vector<std::vector<double>>& contrasts() const { return contrasts_; }
+
+  bool usable(std::size_t i) const {
+    return std::all_of(pitches_.begin(), pitches_.end(), [i](const StepNoise& p) { return p.usable(i); });
+  }
+  bool clear(std::size_t i) const {
+    return std::all_of(pitches_.begin(), pitches_.end(), [i](const StepNoise& p) { return p.clear(i); });
+  }
+  /// Looks at one triple of pixels: sets the level, the roughness and the second differences of the means.
+  void look(std::size_t before, std::size_t at, std::size_t after) {
+    level_ = roughness_ = 0.0;
+    const auto n = static_cast<double>(pitches_.size());
+    double together = 0.0;
+    for (std::size_t p = 0; p < pitches_.size(); ++p) {
+      const PixelFit a = pitches_[p].fit(before), b = pitches_[p].fit(at), c = pitches_[p].fit(after);
+      second_[p] = second_difference(a.mean, b.mean, c.mean);
+      together += second_[p];
+      level_ += (a.mean + 4.0 * b.mean + c.mean) / (6.0 * n);
+      roughness_ = std::max({roughness_, cos_unit_ * std::abs(second_difference(a.c, b.c, c.c)),
+                             sin_unit_ * std::abs(second_difference(a.s, b.s, c.s))});
+    }
+    // of one pitch that is the noise itself
+    if (pitches_.size() > 1)
+      roughness_ = std::max(roughness_, mean_unit_ * std::abs(together) / std::sqrt(n));
+  }
+  double level() const { return level_; }
+  double roughness() const { return roughness_; }
+  double noise(const std::vector<double>& contrast) const {
+    double e = 0.0;
+    for (std::size_t p = 0; p < second_.size(); ++p) e += contrast[p] * second_[p];
+    return mean_unit_ * e;
+  }
+
+ private:
+  std::vector<StepNoise> pitches_;
+  std::vector<std::vector<double>> contrasts_;
+  std::vector<double> second_;
+  double mean_unit_, cos_unit_, sin_unit_;
+  double level_ = 0.0, roughness_ = 0.0;
+};
+
+}  // namespace
+
+void add_mean_noise(const std::vector<std::vector<const ImageF*>>& pitches, const measure::StepSolver& solver,
+                    Axis axis, double saturation_dn, std::size_t max_samples,
+                    std::vector<NoiseSample>& samples) {
+  if (pitches.empty() || pitches.front().empty()) return;
+  for (const auto& steps : pitches) check_sizes(steps);
+  MeanNoise noise(pitches, solver, saturation_dn);
+  const ImageF& size = *pitches.front().front();
+  // as in add_step_noise(): along the stripes, every second triple
+  const int dx = axis == Axis::x ? 0 : 1, dy = 1 - dx, rx = 2 * dx, ry = 2 * dy;
+  const int stride = stride_for(size.size() * noise.contrasts().size() / 2, max_samples);
+  for (int y = ry; y < size.height - ry; y += stride * (1 + dy))
+    for (int x = rx; x < size.width - rx; x += stride * (1 + dx)) {
+      const std::size_t before = size.index(x - dx, y - dy), at = size.index(x, y),
+                        after = size.index(x + dx, y + dy);
+      if (!noise.usable(before) || !noise.usable(at) || !noise.usable(after) ||
+          !noise.clear(size.index(x - rx, y - ry)) || !noise.clear(size.index(x + rx, y + ry)))
+        continue;
+      noise.look(before, at, after);
+      for (const std::vector<double>& contrast : noise.contrasts())
+        samples.push_back({static_cast<float>(noise.level()), static_cast<float>(noise.noise(contrast)),
+                           static_cast<float>(noise.roughness()), block_of(x, y, size.width, size.height),
+                           static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
+    }
+}
+
 Saturation find_saturation(const std::vector<const ImageF*>& images, int bit_depth) {
   std::vector<std::size_t> counts(std::size_t{1} << bit_depth, 0);
   std::size_t n = 0;

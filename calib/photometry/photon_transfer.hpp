@@ -48,6 +48,15 @@ double add_repeat_noise(const std::vector<const ImageF*>& repeats, double satura
 void add_step_noise(const std::vector<const ImageF*>& steps, const measure::StepSolver& solver, Axis axis,
                     double saturation_dn, std::size_t max_samples, std::vector<NoiseSample>& samples);
 
+/// Appends samples from the means over the steps of each pitch, [pitch][step]; three steps are enough. A mean
+/// holds no fringe. With two pitches or more, orthonormal contrasts between their means: neither texture nor
+/// shading is in those; with one pitch the mean itself, where texture is left out by its roughness alone.
+/// They are second differences along the stripes, so that a change of the light from pitch to pitch drops
+/// out, scaled to the noise of one gray value at the mean level.
+void add_mean_noise(const std::vector<std::vector<const ImageF*>>& pitches, const measure::StepSolver& solver,
+                    Axis axis, double saturation_dn, std::size_t max_samples,
+                    std::vector<NoiseSample>& samples);
+
 /// Holds one point of the photon transfer curve; line_dn2 is the variance of the fitted line there.
 struct TransferBin {
   double level_dn = 0.0, variance_dn2 = 0.0, sigma_dn2 = 0.0, line_dn2 = 0.0;

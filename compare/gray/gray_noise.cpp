@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
+#include "calib/photometry/photon_transfer.hpp"
 #include "compare/gray/noise_check.hpp"
 #include "twin/base/constants.hpp"
 
@@ -13,6 +15,47 @@ namespace fringetwin::compare {
 
 using measure::CameraDecode;
 using measure::DirectionDecode;
+
+namespace {
+
+constexpr std::size_t kMostMeanSamples = 1'000'000, kMostLevels = 24, kFewestAtLevel = 400;
+
+/// Returns the variance over the level, from levels that hold as many samples each; nothing with too few.
+std::optional<measure::NoiseModel> noise_over_level(std::vector<calib::NoiseSample> samples) {
+  const std::size_t n = samples.size(), levels = std::min(kMostLevels, n / kFewestAtLevel);
+  std::sort(samples.begin(), samples.end(),
+            [](const auto& a, const auto& b) { return a.level_dn < b.level_dn; });
+  std::vector<double> mean, variance;
+  for (std::size_t k = 0; k < levels; ++k) {
+    const std::vector<calib::NoiseSample> some(
+        samples.begin() + static_cast<std::ptrdiff_t>(n * k / levels),
+        samples.begin() + static_cast<std::ptrdiff_t>(n * (k + 1) / levels));
+    double level = 0.0;
+    for (const calib::NoiseSample& s : some) level += static_cast<double>(s.level_dn);
+    level /= static_cast<double>(some.size());
+    const double v = calib::noise_variance(some).value;
+    if (!std::isfinite(v) || (!mean.empty() && !(level > mean.back()))) continue;
+    mean.push_back(level);
+    variance.push_back(v);
+  }
+  if (mean.empty()) return std::nullopt;
+  return measure::NoiseModel::tabulated(mean, variance);
+}
+
+/// Returns the noise of three steps from the means of several pitches.
+std::optional<measure::NoiseModel> noise_of_means(const std::vector<measure::NoiseInput>& pitches,
+                                                  const measure::StepSolver& solver, Axis axis,
+                                                  double saturation_dn, const ImageU8& flags) {
+  std::vector<std::vector<const ImageF*>> images;
+  for (const measure::NoiseInput& p : pitches) images.push_back(p.steps);
+  std::vector<calib::NoiseSample> samples;
+  calib::add_mean_noise(images, solver, axis, saturation_dn, kMostMeanSamples, samples);
+  constexpr unsigned kUnseen = measure::kSaturated | measure::kLowModulation;
+  std::erase_if(samples, [&](const calib::NoiseSample& s) { return (flags(s.x, s.y) & kUnseen) != 0; });
+  return noise_over_level(std::move(samples));
+}
+
+}  // namespace
 
 GrayNoise::GrayNoise(const GrayPair& pair, const CameraDecode* real, const std::vector<int>& use_steps)
     : sensor_(pair.camera->sensor), radiance_(pair.real->radiance) {
@@ -23,9 +66,11 @@ GrayNoise::GrayNoise(const GrayPair& pair, const CameraDecode* real, const std::
     steps.resize(static_cast<std::size_t>(steps_total));
     std::iota(steps.begin(), steps.end(), 0);
   }
-  if (real && steps.size() > 3) estimate(pair, *real, steps, steps_total);
+  if (real && steps.size() >= 3) estimate(pair, *real, steps, steps_total);
   if (measured_)
-    source_ = fmt::format("redundancy of the {} phase steps of the real images", steps.size());
+    source_ = steps.size() > 3
+                  ? fmt::format("redundancy of the {} phase steps of the real images", steps.size())
+                  : "differences between the pitches' means of the real images";
   else if (sensor_.has_noise())
     source_ = "sensor model of the twin, not measured on these images";
   else
@@ -41,7 +86,6 @@ double GrayNoise::variance(double gray_dn) const {
   return sensor_variance_dn2(sensor_, gray_dn) - (radiance_ ? kRoundingVariance : 0.0) + added_;
 }
 
-/// Takes the noise from the first direction that has enough pixels: it is one sensor.
 void GrayNoise::estimate(const GrayPair& pair, const CameraDecode& real, const std::vector<int>& steps,
                          int steps_total) {
   const measure::StepSolver solver(steps, steps_total);
@@ -59,10 +103,15 @@ void GrayNoise::estimate(const GrayPair& pair, const CameraDecode& real, const s
           pitches[p].steps[at - steps.begin()] = &pair.real->images[i];
       }
     }
-    measure::NoiseModel model = measure::NoiseModel::linear(0.0, 0.0, 1.0);
-    if (pitches.empty() || !measure::estimate_noise(pitches, solver, d.axis, 0.0, model)) continue;
-    if (!radiance_) model.raise_to(kRoundingVariance);
-    measured_ = model;
+    if (pitches.empty()) continue;
+    if (steps.size() == 3) {
+      if (pitches.size() > 1 && !radiance_)
+        measured_ = noise_of_means(pitches, solver, d.axis, pair.real->saturation_dn(), real.flags);
+    } else {
+      measure::NoiseModel model = measure::NoiseModel::linear(0.0, 0.0, 1.0);
+      if (measure::estimate_noise(pitches, solver, d.axis, 0.0, model)) measured_ = model;
+    }
+    if (measured_ && !radiance_) measured_->raise_to(kRoundingVariance);
   }
 }
 

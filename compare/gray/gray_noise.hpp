@@ -12,8 +12,10 @@
 
 namespace fringetwin::compare {
 
-/// Holds the gray-value variance over the mean gray level: from the redundancy of the real images' own N
-/// steps wherever N > 3, whatever noise the decode was told; else the twin's sensor model; else rounding.
+/// Holds the gray-value variance over the mean gray level, whatever noise the decode was told: from the
+/// redundancy of the real images' own N steps wherever N > 3; with three steps from the differences between
+/// the means of their pitches; else the twin's sensor model; else rounding. One pitch of three steps tells an
+/// upper bound only, since texture may be in it: that is for NoiseRow.
 class GrayNoise {
  public:
   /// `real`: decode of the real images, may be null. `use_steps`: phase steps compared, empty = all.
@@ -28,8 +30,11 @@ class GrayNoise {
   bool known() const { return measured() || sensor_.has_noise(); }
   /// Returns true where the variance was taken from the images themselves.
   bool measured() const { return measured_.has_value(); }
+  /// Returns true where the variance is what the twin says of its sensor.
+  bool stated() const { return !measured_ && sensor_.has_noise(); }
 
  private:
+  /// Takes the noise from the first direction that has enough pixels: it is one sensor.
   void estimate(const GrayPair& pair, const measure::CameraDecode& real, const std::vector<int>& steps,
                 int steps_total);
 

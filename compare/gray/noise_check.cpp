@@ -70,16 +70,23 @@ Spread spread_of(const std::vector<NoiseSample>& z) {
   return out;
 }
 
-// ---- gray values: what the fit of mean, cosine and sine leaves ----------------------------------------
+// ---- gray values: what the fit of mean, cosine and sine leaves, or the means of three steps ------------
 
+/// Returns the samples where the camera sees fringes. Whether their order was found does not matter: noise
+/// that the decode was told far too large refuses every order.
 std::vector<NoiseSample> residuals(const std::vector<std::vector<const ImageF*>>& pitches, Axis axis,
                                    const CameraImages& real, const ImageU8& flags) {
   const auto steps = static_cast<int>(pitches.front().size());
   const measure::StepSolver solver(all_steps(steps), steps);
   std::vector<NoiseSample> samples;
-  for (const auto& images : pitches)
-    calib::add_step_noise(images, solver, axis, real.saturation_dn(), kMaxSamples / pitches.size(), samples);
-  std::erase_if(samples, [&](const NoiseSample& s) { return flags(s.x, s.y) != measure::kValid; });
+  if (steps > 3)
+    for (const auto& images : pitches)
+      calib::add_step_noise(images, solver, axis, real.saturation_dn(), kMaxSamples / pitches.size(),
+                            samples);
+  else
+    calib::add_mean_noise(pitches, solver, axis, real.saturation_dn(), kMaxSamples, samples);
+  constexpr unsigned kUnseen = measure::kSaturated | measure::kLowModulation;
+  std::erase_if(samples, [&](const NoiseSample& s) { return (flags(s.x, s.y) & kUnseen) != 0; });
   return samples;
 }
 
@@ -259,7 +266,7 @@ double sensor_variance_dn2(const Sensor& sensor, double dn) {
 std::vector<NoiseRow> noise_rows(const Camera& camera, const Fringes& fringes, const CameraImages& real,
                                  const measure::CameraDecode& decode, const std::vector<int>& used_steps) {
   std::vector<NoiseRow> rows;
-  if (real.radiance || fringes.steps <= 3) return rows;
+  if (real.radiance || fringes.steps < 3) return rows;
   const measure::StepSolver decoded(used_steps.empty() ? all_steps(fringes.steps) : used_steps,
                                     fringes.steps);
   for (std::size_t k = 0; k < decode.directions.size(); ++k) {
@@ -272,6 +279,7 @@ std::vector<NoiseRow> noise_rows(const Camera& camera, const Fringes& fringes, c
     row.steps = fringes.steps;
     const auto images =
         measure::collect_direction(real, fringes, static_cast<int>(k), all_steps(fringes.steps));
+    row.source = fringes.steps > 3 ? "steps" : images.steps.size() > 1 ? "pitches" : "neighbours";
     if (!check_gray(camera, images.steps, d.axis, real, decode.flags, row)) continue;
     check_phase(camera, d, decode.flags, decoded, row);
     rows.push_back(std::move(row));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tells whether the twin is as noisy as the rig: takes the redundancy of the real phase steps and holds it
-// against the noise that the twin's sensor model predicts.
+// Tells whether the twin is as noisy as the rig: takes the redundancy of the real phase steps, or with three
+// steps their means, and holds it against the noise that the twin's sensor model predicts.
 #pragma once
 #include <optional>
 #include <vector>
@@ -15,7 +15,7 @@ namespace fringetwin::compare {
 double sensor_variance_dn2(const Sensor& sensor, double dn);
 
 /// Returns one row per direction of a camera: `real` are its images in sequence order, `decode` what
-/// `used_steps` (empty = all) of them gave. Nothing for a direction with fewer than four steps, of irradiance
+/// `used_steps` (empty = all) of them gave. Nothing for a direction without phase steps, of irradiance
 /// images, or with too few values.
 std::vector<NoiseRow> noise_rows(const Camera& camera, const Fringes& fringes, const CameraImages& real,
                                  const measure::CameraDecode& decode, const std::vector<int>& used_steps);

@@ -159,11 +159,83 @@ TEST(NoiseCheck, EverySecondStepOfTwelve) {
   expect_ratio(rows[0].phase_ratio, rows[0].phase_ratio_sigma, 1.0);
 }
 
-TEST(NoiseCheck, NothingToSayOfThreeStepsOrIrradiance) {
+SidesTruth three_steps() {
   SidesTruth t = truth();
+  t.width = 384;
+  t.height = 320;
   t.steps = 3;
-  SyntheticSides three = testing::make_sides(t);
-  EXPECT_TRUE(rows_of(three).empty());
+  t.bit_depth = 12;
+  t.gain_dn = 200.0;
+  t.twin_gain_dn = 200.0;
+  t.black_level_dn = 60.0;
+  t.noise_dn = 4.0;
+  return t;
+}
+
+TEST(NoiseCheck, ThreeStepsTellTheirNoiseBetweenThePitches) {
+  for (const double factor : {0.5, 1.0, 6.0}) {
+    SyntheticSides scene = testing::make_sides(three_steps());
+    const double total = std::sqrt(16.0 + 1.0 / 12.0);
+    scene.twin.cameras[0].sensor.read_noise_dn = std::sqrt(std::pow(factor * total, 2) - 1.0 / 12.0);
+    const auto rows = rows_of(scene);
+    ASSERT_EQ(rows.size(), 1u);
+    EXPECT_EQ(rows[0].source, "pitches");
+    expect_ratio(rows[0].gray_ratio, rows[0].gray_ratio_sigma, 1.0 / factor);
+    EXPECT_NEAR(rows[0].gray_measured_dn, total, 0.03 * total);
+  }
+}
+
+TEST(NoiseCheck, TextureIsNoNoiseBetweenThePitches) {
+  SidesTruth t = three_steps();
+  t.albedo_sigma = 0.05;  // 25 times the noise from pixel to pixel, the same in all images
+  SyntheticSides scene = testing::make_sides(t);
+  scene.twin.cameras[0].sensor.read_noise_dn = 4.0;
+  const auto rows = rows_of(scene);
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_NEAR(rows[0].gray_ratio, 1.0, 0.1);  // few triples are smooth enough
+}
+
+TEST(NoiseCheck, ABrighterPitchIsNoNoise) {
+  SyntheticSides scene = testing::make_sides(three_steps());
+  scene.twin.cameras[0].sensor.read_noise_dn = 4.0;
+  for (int k = 3; k < 6; ++k)  // 2 % flicker: 20 DN between the means
+    for (float& v : scene.real.images[0].images[static_cast<std::size_t>(k)].data)
+      v = static_cast<float>(std::round(1.02 * static_cast<double>(v)));
+  const auto rows = rows_of(scene);
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_NEAR(rows[0].gray_ratio, 1.0, 0.03);
+}
+
+TEST(NoiseCheck, ThreeStepsOfOnePitchAskTheNeighbours) {
+  SidesTruth t = three_steps();
+  t.pitches_px = {13};
+  t.gray_bits = 6;
+  SyntheticSides scene = testing::make_sides(t);
+  scene.twin.cameras[0].sensor.read_noise_dn = 4.0;
+  const auto rows = noise_rows(scene.twin.cameras[0], scene.twin.fringes, scene.real.images[0],
+                               scene.real.measurement->cameras[0], {});
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_EQ(rows[0].source, "neighbours");
+  expect_ratio(rows[0].gray_ratio, rows[0].gray_ratio_sigma, 1.0);
+}
+
+TEST(NoiseCheck, NoiseStatedSoLargeThatNoOrderIsFoundIsStillToldWrong) {
+  for (const int steps : {3, 4}) {
+    SidesTruth t = three_steps();
+    t.steps = steps;
+    SyntheticSides scene = testing::make_sides(t);
+    const Camera& camera = scene.twin.cameras[0];
+    scene.twin.cameras[0].sensor.read_noise_dn = 80.0;
+    measure::CameraDecode decode = scene.real.measurement->cameras[0];
+    for (unsigned char& flags : decode.flags.data) flags |= measure::kOrderInvalid;
+    const auto rows = noise_rows(camera, scene.twin.fringes, scene.real.images[0], decode, {});
+    ASSERT_EQ(rows.size(), 1u);
+    EXPECT_NEAR(rows[0].gray_ratio, 0.05, 0.002);
+    EXPECT_EQ(rows[0].source, steps == 3 ? "pitches" : "steps");
+  }
+}
+
+TEST(NoiseCheck, NothingToSayOfIrradiance) {
   SyntheticSides radiance = testing::make_sides(truth());
   radiance.real.images[0].radiance = true;
   EXPECT_TRUE(rows_of(radiance).empty());

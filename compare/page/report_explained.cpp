@@ -51,6 +51,16 @@ std::string bars_html(const ExplainedRow& row) {
   return html + "</table></div>\n";
 }
 
+/// Returns the sentences on the rows' states, where there are any.
+std::string reasons_html(const std::vector<ExplainedRow>& rows) {
+  std::string html;
+  for (const ExplainedRow& row : rows)
+    if (!row.why.empty())
+      html += fmt::format("<p>{} {}, {}: {}.</p>", row.quantity, report::escape_html(row.region), row.state,
+                          report::escape_html(row.why));
+  return html;
+}
+
 std::string map_of_regions(const ExplainedRow& row) {
   if (row.regions.empty()) return "";
   report::MapStyle style{.limits = {0.0, std::max(2.0, report::percentile(row.regions.data, 98.0))},
@@ -73,12 +83,12 @@ std::string explained_summary_html(const Comparison& c) {
                    {"expected", "rms"},           {"χ² of values", ""},       {"χ² of regions", ""},
                    {"verdict", "", Align::right}};
   for (const ExplainedRow& row : c.explained)
-    table.add_row({row.quantity, row.worst.empty() ? row.region : row.region + ", " + row.worst,
-                   rms_text(row.observed, row.unit), rms_text(row.expected(), row.unit),
-                   chi2_text(row.chi2, row.chi2_limit), chi2_text(row.regional_chi2, row.regional_limit),
-                   row.explained ? "explained" : "not explained"},
-                  row.explained ? "pass" : "fail");
-  std::string html = table.html();
+    table.add_row(
+        {row.quantity, row.worst.empty() ? row.region : row.region + ", " + row.worst,
+         rms_text(row.observed, row.unit), rms_text(row.expected(), row.unit),
+         chi2_text(row.chi2, row.chi2_limit), chi2_text(row.regional_chi2, row.regional_limit), row.state},
+        row.explained ? "pass" : "fail");
+  std::string html = table.html() + reasons_html(c.explained);
   if (const std::string cause = sentence(c.causes); !cause.empty())
     html += "<p><strong>" + report::escape_html(cause) + ".</strong></p>";
   return html;
@@ -88,7 +98,7 @@ std::string explained_html(const Comparison& c) {
   if (c.explained.empty()) return "";
   std::string html, maps;
   for (const ExplainedRow& row : c.explained)
-    if (!row.lines.empty()) html += bars_html(row);  // coverage has no budget
+    if (!row.lines.empty()) html += bars_html(row);
   for (const ExplainedRow& row : c.explained) maps += map_of_regions(row);
   if (!maps.empty())
     html += "<figure><div class=\"maps\">" + maps +

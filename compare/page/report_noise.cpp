@@ -44,15 +44,24 @@ std::string noise_table_html(const std::vector<NoiseRow>& rows) {
   return table.html();
 }
 
-std::string explanation_html(const std::vector<NoiseRow>& rows) {
-  const NoiseRow& row = rows.front();
-  std::string html = fmt::format(
-      "<p>Gray: what the fit of mean, cosine and sine to the {} steps leaves ({} degree{} of freedom per "
-      "pixel{}), differentiated twice along the stripes, where harmonics are smooth. Phase: second "
-      "differences of the real phase along the stripes at the finest pitch. A ratio of 1 says that the twin "
-      "is as noisy as the rig; a phase ratio above the gray one is texture or shape, not sensor.</p>",
+std::string source_text(const NoiseRow& row) {
+  if (row.source == "pitches")
+    return "differences between the pitches of the means of their three steps, which hold no fringe";
+  if (row.source == "neighbours")
+    return "the mean of the three steps, which holds no fringe; with one pitch only neighbouring pixels tell "
+           "its noise, so that fine texture may be in it";
+  return fmt::format(
+      "what the fit of mean, cosine and sine to the {} steps leaves ({} degree{} of freedom per pixel{})",
       row.steps, row.steps - 3, row.steps == 4 ? "" : "s",
       row.steps == 4 ? ", the alternating sum with its sign" : "");
+}
+
+std::string explanation_html(const std::vector<NoiseRow>& rows) {
+  std::string html = fmt::format(
+      "<p>Gray: {}, differentiated twice along the stripes, where harmonics are smooth. Phase: second "
+      "differences of the real phase along the stripes at the finest pitch. A ratio of 1 says that the twin "
+      "is as noisy as the rig; a phase ratio above the gray one is texture or shape, not sensor.</p>",
+      source_text(rows.front()));
   if (!std::all_of(rows.begin(), rows.end(), [](const NoiseRow& r) { return r.sensor_known; }))
     html +=
         "<p>The twin's sensor has no noise (no <code>electrons_per_dn</code>, no "

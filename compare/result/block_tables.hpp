@@ -27,6 +27,7 @@ struct NoiseRow {
   std::string camera, direction;
   bool sensor_known = false;  ///< false: the twin's sensor has no noise, its rounding alone is the prediction
   int steps = 0;              ///< N: the residuals of one pixel have N - 3 degrees of freedom
+  std::string source = "steps";  ///< what the gray noise is taken from
   double gray_measured_dn = 0, gray_predicted_dn = 0, gray_ratio = 0, gray_ratio_sigma = 0;
   std::uint64_t n = 0;
   double phase_measured_rad = 0, phase_predicted_rad = 0, phase_ratio = 0, phase_ratio_sigma = 0;
@@ -48,6 +49,12 @@ struct NoiseRow {
     f.add("prediction", "what the prediction holds: the twin's sensor model, or its rounding alone",
           [](const Row& r) { return std::string(r.sensor_known ? "sensor" : "quantisation"); })
         .one_of({"sensor", "quantisation"});
+    f.add("source",
+          "what the gray noise is taken from: redundancy of the steps, differences between the means of the "
+          "pitches, or between neighbours",
+          &Row::source)
+        .one_of({"steps", "pitches", "neighbours"})
+        .not_required();
     f.positive("gray_measured_dn", "gray noise of the real images", &Row::gray_measured_dn);
     f.positive("gray_predicted_dn", "gray noise that the twin predicts", &Row::gray_predicted_dn);
     f.positive("gray_ratio", "gray noise measured over predicted", &Row::gray_ratio).limited(as_predicted);

@@ -15,19 +15,28 @@ std::vector<std::vector<double>> Refinement::covariance_rows() const {
   return out;
 }
 
-std::optional<bool> all_explained(const std::vector<ExplainedRow>& rows, const std::string& quantity) {
-  std::optional<bool> all;
+std::string worse_state(const std::string& a, const std::string& b) {
+  for (const char* state : {kNotExplained, kNotCompared, kTooWide, kExplained})
+    if (a == state || b == state) return state;
+  return "";
+}
+
+void ExplainedRow::worsen(const char* to, const std::string& because) {
+  state = worse_state(state, to);
+  explained = state == kExplained;
+  if (!because.empty()) why += (why.empty() ? "" : "; ") + because;
+}
+
+std::string worst_state(const std::vector<ExplainedRow>& rows, const std::string& quantity) {
+  std::string worst;
   for (const ExplainedRow& row : rows)
-    if (row.quantity == quantity) all = all.value_or(true) && row.explained;
-  return all;
+    if (row.quantity == quantity) worst = worse_state(worst, row.state);
+  return worst;
 }
 
 BudgetVerdict VerdictTables::budget_verdict() const {
-  const auto of = [this](const char* quantity) -> std::string {
-    const std::optional<bool> all = all_explained(explained, quantity);
-    return !all ? "" : *all ? "explained" : "not explained";
-  };
-  return {of("gray"), of("phase"), of("geometry"), of("coverage")};
+  return {worst_state(explained, "gray"), worst_state(explained, "phase"),
+          worst_state(explained, "geometry"), worst_state(explained, "coverage")};
 }
 
 }  // namespace fringetwin::compare

@@ -63,14 +63,22 @@ struct Refinement {
   }
 };
 
-/// Whether the budget explains all rows of each quantity: "explained", "not explained", or nothing.
+/// What may be said of a row and of a quantity, from best to worst.
+inline constexpr const char* kExplained = "explained";
+inline constexpr const char* kTooWide = "budget too wide";
+inline constexpr const char* kNotCompared = "not compared";
+inline constexpr const char* kNotExplained = "not explained";
+/// Returns the worse of two of these; empty: nothing was said.
+std::string worse_state(const std::string& a, const std::string& b);
+
+/// The worst state of the rows of each quantity; nothing where there is no row.
 struct BudgetVerdict {
   std::string gray, phase, geometry, coverage;
 
   static void describe(auto& f) {
     const auto add = [&f](const char* key, std::string BudgetVerdict::*verdict) {
       f.add(key, "whether the budget explains all differences of this quantity", verdict)
-          .one_of({"explained", "not explained"})
+          .one_of({kExplained, kNotExplained, kTooWide, kNotCompared})
           .or_null();
     };
     add("gray", &BudgetVerdict::gray);
@@ -110,7 +118,14 @@ struct ExplainedRow {
   ImageF regions;  ///< chi2 per region of 16 x 16 px; NaN where too few pixels; empty for geometry
   std::string worst;
   bool explained = false;
+  std::string state = kNotCompared, why;
+  double noise_chi2 = kNaN, chi2_least = kNaN, too_wide_factor = kNaN, compared_fraction = kNaN;
+  bool states_noise = false;  ///< the budget's noise is what the twin says of its sensor
+  /// Takes a state that is worse than its own, and a sentence to say why, if there is one.
+  void worsen(const char* to, const std::string& because = "");
+  /// Returns the sum of the budget; NaN without one.
   double expected() const {
+    if (lines.empty()) return kNaN;
     double sum = 0.0;
     for (const BudgetLine& line : lines) sum += line.variance;
     return sum;
@@ -132,12 +147,28 @@ struct ExplainedRow {
     f.positive("regional_limit", "largest regional chi2 that counts as explained", &Row::regional_limit);
     f.add("n", "values judged", &Row::n);
     f.add("n_regions", "regions judged", &Row::n_regions);
-    f.add("explained", "whether both are within their limits", &Row::explained);
+    f.add("explained", "whether the state is \"explained\"", &Row::explained);
+    f.add("state",
+          "explained, or else: chi2 beyond its limit, most not compared, or less scatter than the budget's "
+          "noise",
+          &Row::state)
+        .one_of({kExplained, kNotExplained, kTooWide, kNotCompared})
+        .not_required();
+    f.add("why", "sentences on the state", &Row::why).or_absent();
+    f.positive("noise_chi2", "chi2 against noise and quantisation alone", &Row::noise_chi2).not_required();
+    f.positive("chi2_least", "below this noise_chi2 says that the budget is too wide", &Row::chi2_least)
+        .not_required();
+    f.positive("too_wide_factor", "noise stated over noise seen, where the budget is too wide",
+               &Row::too_wide_factor)
+        .not_required();
+    f.positive("compared_fraction", "share of what could have been compared that was compared",
+               &Row::compared_fraction)
+        .not_required();
     f.add("worst", "geometry: the number of the fit with the largest |z|", &Row::worst).or_absent();
   }
 };
-/// Returns whether the error budget explains every row of this quantity; nullopt when there is no such row.
-std::optional<bool> all_explained(const std::vector<ExplainedRow>& rows, const std::string& quantity);
+/// Returns the worst state of the rows of this quantity; empty when there is no such row.
+std::string worst_state(const std::vector<ExplainedRow>& rows, const std::string& quantity);
 
 /// One number of the twin that a cause would change.
 struct CauseParameter {
@@ -210,7 +241,7 @@ struct VerdictTables {
   std::vector<ExplainedRow> explained;
   Causes causes;
   std::vector<LimitRow> limits;
-  /// Returns what all_explained() says of each quantity.
+  /// Returns what worst_state() says of each quantity.
   BudgetVerdict budget_verdict() const;
 
   static void describe(auto& t) {

@@ -320,9 +320,10 @@ std::vector<ExplainedRow> explain_coverage(const std::vector<CoverageRow>& rows)
       verdict.region = row.camera;
       verdict.unit = "px";
       verdict.n = row.n_union();
+      verdict.state = kExplained;
       verdict.explained = true;
     }
-    out.back().explained = out.back().explained && row.explained;
+    if (!row.explained) out.back().worsen(kNotExplained, row.why);
   }
   return out;
 }

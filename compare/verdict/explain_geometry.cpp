@@ -39,18 +39,35 @@ class GeometryExplanation {
     row_.chi2_limit = kMostSigmas * kMostSigmas;
   }
 
-  /// Returns a row without any n where the fit has no z.
+  /// Returns a row that says why it was not compared where the fit has no z.
   ExplainedRow run() {
-    if (!fit_.simulated || !fit_.real) return row_;
+    if (const std::string missing = why_missing(); !missing.empty()) {
+      row_.worsen(kNotCompared, missing);
+      return row_;
+    }
     add_numbers(fit_.z, fit_.real->numbers, false);
     add_numbers(fit_.z_estimated, fit_.real_sigma_estimated, true);
     add_vectors(fit_.z_vectors, fit_.real->vectors, false);
     add_vectors(fit_.z_estimated_vectors, fit_.real_sigma_estimated_vectors, true);
-    row_.explained = row_.n > 0 && row_.chi2 <= row_.chi2_limit;
+    if (row_.n == 0) {
+      row_.worsen(kNotCompared, "one of the fits states no standard error to hold the difference against");
+      return row_;
+    }
+    row_.state = kExplained;
+    row_.explained = true;
+    if (!(row_.chi2 <= row_.chi2_limit)) row_.worsen(kNotExplained);
     return row_;
   }
 
  private:
+  std::string why_missing() const {
+    for (const auto& [fit, side] : {std::pair{&fit_.simulated, "simulated"}, std::pair{&fit_.real, "real"}}) {
+      if (!*fit) return fmt::format("the {} side has no fit", side);
+      if (!(*fit)->usable) return fmt::format("{} fit on {} points: {}", side, (*fit)->n, (*fit)->warning);
+    }
+    return "";
+  }
+
   void add_numbers(const std::map<std::string, double>& z, const std::map<std::string, double>& real,
                    bool estimated) {
     for (const auto& [key, value] : z)
@@ -112,8 +129,7 @@ std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits,
   std::vector<ExplainedRow> rows;
   for (const FitRow& fit : fits) {
     const CalibrationBudget::Fit* moved = calibration ? find_value(calibration->fits, fit.object) : nullptr;
-    ExplainedRow row = GeometryExplanation(fit, moved).run();
-    if (row.n > 0) rows.push_back(std::move(row));
+    if (fit.real) rows.push_back(GeometryExplanation(fit, moved).run());
   }
   return rows;
 }

@@ -21,21 +21,14 @@ constexpr int kFewestInRegion = 64;     ///< pixels
 constexpr double kNoiseKnownTo = 0.05;  ///< relative standard uncertainty of the stated noise variance
 constexpr double kCoverage = 3.0;       ///< standard uncertainties
 constexpr std::uint64_t kFewestJudged = 200;
+constexpr double kNoisy = 2.0;       ///< times the rounding's variance: less noise than that is none
+constexpr double kLeastShare = 0.5;  ///< of what could have been compared
+/// A sensor is refuted by a noise this much below 1 and below by `kCoverage` standard errors.
+constexpr double kLeastExcess = 0.1;
+constexpr const char* kOfPixels = "the pixels that a side sees with modulation";
 
-double limit_for(double n) { return 1.0 + kCoverage * std::sqrt(2.0 / n + kNoiseKnownTo * kNoiseKnownTo); }
-
-/// Sets the limits and the verdict of a row. The shares are those of the expected chi2 that the calibration
-/// makes: its error is one draw for all of the image, not an average over many, so `kCoverage` standard
-/// uncertainties of it must pass.
-void judge(ExplainedRow& row, double calibration_share, double regional_share) {
-  constexpr double kMore = kCoverage * kCoverage - 1.0;
-  row.chi2_limit =
-      limit_for(static_cast<double>(std::max<std::uint64_t>(row.n, 1))) + kMore * calibration_share;
-  row.explained = row.chi2 <= row.chi2_limit;
-  if (row.n_regions == 0) return;
-  row.regional_limit = limit_for(static_cast<double>(row.n_regions)) + kMore * regional_share;
-  row.explained = row.explained && row.regional_chi2 <= row.regional_limit;
-}
+/// Returns how far a mean square of n values may be from 1.
+double allowed_for(double n) { return kCoverage * std::sqrt(2.0 / n + kNoiseKnownTo * kNoiseKnownTo); }
 
 /// A mean of a block: weighted sum of residuals, its variance if they are noise, and the sum of the weights'
 /// sizes (an error that all share moves the sum by that). The calibration moves all values together, too, but
@@ -59,8 +52,10 @@ struct BlockSum {
 /// Sums over all of an image, by blocks.
 struct Sums {
   double r2 = 0.0, chi2 = 0.0, noise = 0.0, regional = 0.0;
+  double noise_chi2 = 0.0;                                      ///< against noise and quantisation alone
   double calibration = 0.0, share = 0.0, regional_share = 0.0;  ///< shares: of the expected chi2
   std::uint64_t n = 0, n_regions = 0;
+  std::uint64_t n_inside = 0;  ///< values that interior pixels have, usable or not
 };
 
 /// Calls `block(x0, y0, x1, y1)` -> Sums for every block, in parallel, added up in order.
@@ -82,7 +77,8 @@ Sums sum_blocks(int width, int height, ImageF& regions, Block block) {
     total.r2 += part.r2, total.chi2 += part.chi2, total.noise += part.noise, total.regional += part.regional;
     total.calibration += part.calibration, total.share += part.share;
     total.regional_share += part.regional_share;
-    total.n += part.n, total.n_regions += part.n_regions;
+    total.noise_chi2 += part.noise_chi2;
+    total.n += part.n, total.n_regions += part.n_regions, total.n_inside += part.n_inside;
   }
   return total;
 }
@@ -107,18 +103,69 @@ void take_sums(const Sums& s, ExplainedRow& row) {
   row.observed = s.r2 / n;
   row.chi2 = s.chi2 / n;
   row.regional_chi2 = s.n_regions > 0 ? s.regional / static_cast<double>(s.n_regions) : kNaN;
+  row.noise_chi2 = s.noise_chi2 / n;
+}
+
+/// Judges a row whose sums are in it by its upper limits. The shares are those of the expected chi2 that the
+/// calibration makes: its error is one draw for all of the image, not an average over many, so `kCoverage`
+/// standard uncertainties of it must pass.
+void judge(const Sums& s, ExplainedRow& row) {
+  constexpr double kMore = kCoverage * kCoverage - 1.0;
+  const auto n = static_cast<double>(s.n);
+  row.state = kExplained;
+  row.explained = true;
+  row.chi2_limit = 1.0 + allowed_for(n) + kMore * s.share / n;
+  if (!(row.chi2 <= row.chi2_limit)) row.worsen(kNotExplained);
+  if (row.n_regions == 0) return;
+  row.regional_limit = 1.0 + allowed_for(static_cast<double>(row.n_regions)) + kMore * regional_share(s);
+  if (!(row.regional_chi2 <= row.regional_limit)) row.worsen(kNotExplained);
+}
+
+/// Calls the budget too wide where the values scatter less than its noise alone, calibration and rendering
+/// left out, says. `kept`: share of the noise that fits to these values have left in them. Rounding is not
+/// held against a budget: two sides without noise may well round alike.
+void judge_least(const Sums& s, double noise, double rounding, double kept, ExplainedRow& row) {
+  if (!(noise > kNoisy * rounding)) return;
+  row.chi2_least = kept * (1.0 - allowed_for(static_cast<double>(s.n)));
+  if (row.noise_chi2 >= row.chi2_least) return;
+  row.worsen(kTooWide, fmt::format("single values scatter by {:.2f} of what the noise in the budget says",
+                                   std::sqrt(row.noise_chi2 / kept)));
+}
+
+/// Takes back "explained" where less than half was compared.
+void judge_share(double fraction, const char* of, ExplainedRow& row) {
+  row.compared_fraction = std::min(1.0, fraction);
+  if (fraction >= kLeastShare) return;
+  row.worsen(kNotCompared, fmt::format("only {:.3g} % of {} could be compared", 100.0 * fraction, of));
+}
+
+double share_of(std::uint64_t part, std::uint64_t whole) {
+  return static_cast<double>(part) / static_cast<double>(whole);
+}
+
+/// Returns why a row has nothing to judge.
+std::string too_few(std::uint64_t n, const SeenPixels& seen, std::uint64_t both) {
+  std::string why =
+      fmt::format("{} values inside surfaces that both sides decoded, {} are needed", n, kFewestJudged);
+  if (seen.either > 0)
+    why += fmt::format(" ({} of the {} pixels that a side sees with modulation agree in their fringe order)",
+                       both, seen.either);
+  return why;
 }
 
 class GrayExplanation {
  public:
   GrayExplanation(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise, const ImageU8& interior,
-                  const CameraDecode* simulated, const RenderingError& rendering, const ImageF* calibration)
+                  const CameraDecode* simulated, const RenderingError& rendering, const ImageF* calibration,
+                  const SeenPixels& seen, bool textured)
       : pair_(pair),
         fit_(fit),
         noise_(noise),
         interior_(interior),
         rendering_(rendering),
-        calibration_(calibration) {
+        calibration_(calibration),
+        seen_(seen),
+        textured_(textured) {
     for (const PatternSpec& p : pair.patterns) steps_ = std::max(steps_, p.step + 1);
     for (const int image : pair.gain_images) {
       const PatternSpec& p = pair.patterns[image];
@@ -135,15 +182,21 @@ class GrayExplanation {
     }
   }
 
-  std::optional<ExplainedRow> run() const {
+  ExplainedRow run() const {
     ExplainedRow row;
     const Sums s = sum_blocks(pair_.width(), pair_.height(), row.regions,
                               [this](int x0, int y0, int x1, int y1) { return block(x0, y0, x1, y1); });
-    if (s.n < kFewestJudged) return std::nullopt;
-    const auto n = static_cast<double>(s.n);
     row.quantity = "gray";
     row.region = pair_.camera->name;
     row.unit = "DN";
+    row.states_noise = noise_.stated();
+    if (s.n < kFewestJudged) {
+      row.n = s.n;
+      row.regions = {};
+      row.worsen(kNotCompared, too_few(s.n, seen_, seen_.both));
+      return row;
+    }
+    const auto n = static_cast<double>(s.n);
     take_sums(s, row);
     const double noise = s.noise / n, rounding = std::min(noise_.rounding_dn2(), noise);
     row.lines = {
@@ -153,7 +206,17 @@ class GrayExplanation {
          rendering_.gray_dn * rendering_.gray_dn},
         {"fit of gain and black level", 2.0 * noise / n * std::pow(fit_.row.sigma_inflation, 2)}};
     if (calibration_) row.lines.push_back({kCalibrationLine, s.calibration / n});
-    judge(row, s.share / n, regional_share(s));
+    judge(s, row);
+    const auto images = static_cast<double>(pair_.gain_images.size());
+    const double kept = textured_ ? (images - 1.0) / images : 1.0;
+    judge_least(s, noise, rounding, kept, row);
+    if (row.noise_chi2 < row.chi2_least) row.too_wide_factor = std::sqrt(kept / row.noise_chi2);
+    const double usable = share_of(s.n, s.n_inside),
+                 pixels = seen_.either > 0 ? share_of(seen_.both, seen_.either) : 1.0;
+    if (pixels < usable)
+      judge_share(pixels, kOfPixels, row);
+    else
+      judge_share(usable, "the gray values inside surfaces", row);
     return row;
   }
 
@@ -175,6 +238,8 @@ class GrayExplanation {
     const double noise = noise_.variance(pair_.mean_real_dn(i));
     const double calibration =
         calibration_ ? std::pow(fit_.row.gain_dn, 2) * static_cast<double>(calibration_->data[i]) : 0.0;
+    const double per_noise = 1.0 / noise;
+    out.n_inside += pair_.gain_images.size();
     bool any = false;
     const ImageF* of = nullptr;  // the phase that `at` is of: one sine for all steps of a pitch
     Turn at{0.0, 0.0};
@@ -187,6 +252,7 @@ class GrayExplanation {
       out.r2 += r * r;
       out.noise += noise;
       out.chi2 += r * r / (noise + shared + calibration);
+      out.noise_chi2 += r * r * per_noise;
       out.calibration += calibration;
       out.share += calibration / (noise + shared + calibration);
       ++out.n;
@@ -211,6 +277,8 @@ class GrayExplanation {
   const ImageU8& interior_;
   RenderingError rendering_;
   const ImageF* calibration_;  ///< variance of the irradiance; may be null
+  SeenPixels seen_;
+  bool textured_;
   int steps_ = 1;
   struct Turn {
     double c, s;
@@ -229,15 +297,37 @@ RenderingError rendering_error(const Camera& camera, const std::vector<RenderNot
   return {};
 }
 
-std::optional<ExplainedRow> explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
-                                         const ImageU8& interior, const CameraDecode* simulated,
-                                         const RenderingError& rendering, const ImageF* calibration) {
-  return GrayExplanation(pair, fit, noise, interior, simulated, rendering, calibration).run();
+SeenPixels seen_pixels(const CameraDecode* real, const CameraDecode* simulated) {
+  SeenPixels out;
+  if (!real || !simulated) return out;
+  constexpr unsigned kUnseen = measure::kSaturated | measure::kLowModulation;
+  for (std::size_t i = 0; i < real->flags.size(); ++i) {
+    const unsigned r = real->flags.data[i], s = simulated->flags.data[i];
+    if (r == measure::kValid && s == measure::kValid) ++out.both;
+    if ((r & kUnseen) == 0 || (s & kUnseen) == 0) ++out.either;
+  }
+  return out;
 }
 
-std::optional<ExplainedRow> explain_phase(const std::string& camera, const DirectionDecode& real,
-                                          const DirectionDecode& simulated, const ImageU8& interior,
-                                          const RenderingError& rendering, const ImageF* calibration) {
+ExplainedRow not_compared(const std::string& quantity, const std::string& region, const std::string& why) {
+  ExplainedRow row;
+  row.quantity = quantity;
+  row.region = region;
+  row.worsen(kNotCompared, why);
+  return row;
+}
+
+ExplainedRow explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
+                          const ImageU8& interior, const CameraDecode* simulated,
+                          const RenderingError& rendering, const ImageF* calibration, const SeenPixels& seen,
+                          bool textured) {
+  return GrayExplanation(pair, fit, noise, interior, simulated, rendering, calibration, seen, textured).run();
+}
+
+ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& real,
+                           const DirectionDecode& simulated, const ImageU8& interior,
+                           const RenderingError& rendering, const ImageF* calibration,
+                           const SeenPixels& seen) {
   const ImageF difference = phase_difference(real, simulated);
   const double per_px = kTwoPi / real.pitches_px[real.finest];
   const double shared = rendering.phase_rad * rendering.phase_rad;
@@ -262,6 +352,7 @@ std::optional<ExplainedRow> explain_phase(const std::string& camera, const Direc
             out.noise += noise;
             const double moved = calibration ? static_cast<double>(calibration->data[i]) : 0.0;
             out.chi2 += d * d / (noise + shared + moved);
+            out.noise_chi2 += d * d / noise;
             out.calibration += moved;
             out.share += moved / (noise + shared + moved);
             ++out.n;
@@ -271,24 +362,62 @@ std::optional<ExplainedRow> explain_phase(const std::string& camera, const Direc
         add_region(mean, shared, out);
         return out;
       });
-  if (s.n < kFewestJudged) return std::nullopt;
+  row.quantity = "phase";
+  row.region = camera + " " + axis_name(real.axis);
+  row.unit = "rad";
+  row.states_noise = real.noise_source == measure::NoiseSource::known;
+  std::uint64_t agree = 0;
+  for (const float d : difference.data) agree += std::isnan(d) ? 0 : 1;
+  if (s.n < kFewestJudged) {
+    row.n = s.n;
+    row.regions = {};
+    row.worsen(kNotCompared, real.unwrapped && simulated.unwrapped
+                                 ? too_few(s.n, seen, agree)
+                                 : "the phases are not unwrapped, so they have no fringe order");
+    return row;
+  }
   for (std::size_t i = 0; i < difference.size(); ++i)
     if (interior.data[i] != 0 && !std::isnan(difference.data[i])) {
       real_noise += variance(real, i);
       simulated_noise += variance(simulated, i);
     }
   const auto n = static_cast<double>(s.n);
-  row.quantity = "phase";
-  row.region = camera + " " + axis_name(real.axis);
-  row.unit = "rad";
   take_sums(s, row);
   row.lines = {
       {"noise and quantisation of the real images", real_noise / n},
       {"noise and quantisation of the simulated images", simulated_noise / n},
       {rendering.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)", shared}};
   if (calibration) row.lines.push_back({kCalibrationLine, s.calibration / n});
-  judge(row, s.share / n, regional_share(s));
+  judge(s, row);
+  judge_least(s, std::min(real.noise_dn * real.noise_dn, simulated.noise_dn * simulated.noise_dn),
+              kRoundingVariance, 1.0, row);
+  // the simulated side has the noise that is stated: only the real one's can be too small
+  if (row.noise_chi2 < row.chi2_least) {
+    const double seen_noise = row.noise_chi2 * (real_noise + simulated_noise) - simulated_noise;
+    if (seen_noise > kLeastExcess * real_noise) row.too_wide_factor = std::sqrt(real_noise / seen_noise);
+  }
+  if (seen.either > 0) judge_share(share_of(agree, seen.either), kOfPixels, row);
   return row;
+}
+
+void hold_against_noise(const std::vector<NoiseRow>& noise, std::vector<ExplainedRow>& rows) {
+  for (ExplainedRow& row : rows) {
+    if (!row.states_noise) continue;
+    const NoiseRow* refuting = nullptr;
+    for (const NoiseRow& n : noise) {
+      if (row.region != n.camera && row.region != n.camera + " " + n.direction) continue;
+      if (!(std::pow(n.gray_predicted_dn, 2) > kNoisy * kRoundingVariance)) continue;
+      const double least = 1.0 - std::max(kCoverage * n.gray_ratio_sigma, kLeastExcess);
+      if (n.sensor_known && n.gray_ratio < least && (!refuting || n.gray_ratio < refuting->gray_ratio))
+        refuting = &n;
+    }
+    if (!refuting) continue;
+    row.too_wide_factor = 1.0 / refuting->gray_ratio;
+    row.worsen(
+        kTooWide,
+        fmt::format("the twin states {:.3g} times the noise that the images have ({:.3g} DN, not {:.3g})",
+                    row.too_wide_factor, refuting->gray_measured_dn, refuting->gray_predicted_dn));
+  }
 }
 
 }  // namespace fringetwin::compare

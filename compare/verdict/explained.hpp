@@ -22,23 +22,40 @@ struct RenderingError {
 /// `gain_dn`: of the gain that was fitted.
 RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes, double gain_dn);
 
+/// Holds how many pixels of a camera both sides decoded, and how many at least one of them sees with
+/// modulation, unsaturated. Without both decodes: 0, nothing is known.
+struct SeenPixels {
+  std::uint64_t both = 0, either = 0;
+};
+SeenPixels seen_pixels(const measure::CameraDecode* real, const measure::CameraDecode* simulated);
+
+/// Returns a row that says that nothing was compared, and why.
+ExplainedRow not_compared(const std::string& quantity, const std::string& region, const std::string& why);
+
 /// In the functions below `calibration` is that of a camera or direction of CalibrationBudget; null: not in
 /// the budget.
 
+/// `seen`: a row that took less than half of what either side sees is not called explained.
+
 /// Judges the gray values of the interior pixels after the gain fit. `simulated`: its phases tell level,
-/// contrast and shift of the fringe apart; null: levels only.
-std::optional<ExplainedRow> explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
-                                         const ImageU8& interior, const measure::CameraDecode* simulated,
-                                         const RenderingError& rendering,
-                                         const ImageF* calibration = nullptr);
+/// contrast and shift of the fringe apart; null: levels only. `textured`: the simulated side has a factor per
+/// pixel that was fitted to these gray values.
+ExplainedRow explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
+                          const ImageU8& interior, const measure::CameraDecode* simulated,
+                          const RenderingError& rendering, const ImageF* calibration = nullptr,
+                          const SeenPixels& seen = {}, bool textured = false);
 
 /// Judges the phase difference of one direction over the interior pixels.
-std::optional<ExplainedRow> explain_phase(const std::string& camera, const measure::DirectionDecode& real,
-                                          const measure::DirectionDecode& simulated, const ImageU8& interior,
-                                          const RenderingError& rendering,
-                                          const ImageF* calibration = nullptr);
+ExplainedRow explain_phase(const std::string& camera, const measure::DirectionDecode& real,
+                           const measure::DirectionDecode& simulated, const ImageU8& interior,
+                           const RenderingError& rendering, const ImageF* calibration = nullptr,
+                           const SeenPixels& seen = {});
 
-/// Returns one row per fitted object that has a z.
+/// Calls the budget too wide in rows that take the twin's sensor noise, where the real images have clearly
+/// less noise than that.
+void hold_against_noise(const std::vector<NoiseRow>& noise, std::vector<ExplainedRow>& rows);
+
+/// Returns one row per object that was fitted on the real side; one without any z was not compared.
 std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits,
                                            const CalibrationBudget* calibration = nullptr);
 

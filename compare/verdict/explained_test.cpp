@@ -6,6 +6,9 @@
 // | chi2 of noise as stated           | 0.05      | two standard errors of 24 bins' medians, N = 4…8 |
 // | chi2 of noise of 1.3 the variance | 0.02      | scatter of a variance over 2e5 values is 0.003   |
 // | regional chi2 of noise            | 0.15      | 3 sqrt(2/n), n > 800 blocks                      |
+// | chi2 of a quarter of the variance | 0.005     | scatter of a variance over 1e5 values is 0.0045  |
+// | factor of that, gray              | 0.02      | half of that, times 2                            |
+// | chi2 of phase, a quarter on one   | 0.02      | 4 standard errors, sqrt(2/n) 0.625, n = 40,000   |
 #include "compare/verdict/explained.hpp"
 
 #include <gmock/gmock.h>
@@ -44,10 +47,8 @@ ExplainedRow gray_of(const SyntheticSides& scene, const RenderingError& renderin
   const GainFit fit = fit_gain(pairs.at(0), warnings);
   const measure::CameraDecode *real = decode_of(scene.real, 0), *simulated = decode_of(scene.simulated, 0);
   const GrayNoise noise(pairs[0], real, {});
-  const auto row =
-      explain_gray(pairs[0], fit, noise, interior_mask(pairs[0].mask, real, simulated), simulated, rendering);
-  EXPECT_TRUE(row.has_value());
-  return row.value();
+  return explain_gray(pairs[0], fit, noise, interior_mask(pairs[0].mask, real, simulated), simulated,
+                      rendering, nullptr, seen_pixels(real, simulated));
 }
 
 TEST(Explained, NoiseAsItIsMeasuredIsExplained) {
@@ -61,6 +62,11 @@ TEST(Explained, NoiseAsItIsMeasuredIsExplained) {
     EXPECT_GT(row.n_regions, 300u);
     EXPECT_NEAR(row.expected() / (t.noise_dn * t.noise_dn + 1.0 / 12.0), 1.0, 0.05);
     EXPECT_EQ(row.region, "left");
+    EXPECT_EQ(row.state, "explained");
+    EXPECT_EQ(row.why, "");
+    EXPECT_GT(row.compared_fraction, 0.9);
+    EXPECT_NEAR(row.noise_chi2, row.chi2, 1e-9);  // nothing else is in this budget
+    EXPECT_NEAR(row.chi2_least, 0.85, 0.001);     // 1 - 3 sqrt(2/n + 0.05^2), n = 3e5
   }
 }
 
@@ -82,7 +88,7 @@ TEST(Explained, NoiseBelowTheRoundingIsExplained) {
   }
 }
 
-/// Three steps tell no noise: the twin's sensor model stands.
+/// Three steps of one pitch tell no noise apart from texture: the twin's sensor model stands.
 SyntheticSides modelled(const SidesTruth& t, double stated_dn2) {
   SyntheticSides scene = testing::make_sides(t);
   scene.twin.cameras[0].sensor.read_noise_dn = std::sqrt(stated_dn2);
@@ -100,6 +106,86 @@ TEST(Explained, MoreNoiseThanTheSensorModelStatesIsNot) {
   const ExplainedRow less_stated = gray_of(modelled(t, total_dn2 / 1.3 - 1.0 / 12.0));
   EXPECT_FALSE(less_stated.explained);
   EXPECT_NEAR(less_stated.chi2, 1.3, 0.02);
+}
+
+TEST(Explained, LessNoiseThanTheSensorModelStatesMakesTheBudgetTooWide) {
+  SidesTruth t = deep();
+  t.steps = 3;
+  const double total_dn2 = t.noise_dn * t.noise_dn + 1.0 / 12.0;
+  const ExplainedRow row = gray_of(modelled(t, 4.0 * total_dn2 - 1.0 / 12.0));
+  EXPECT_NEAR(row.noise_chi2, 0.25, 0.005);
+  EXPECT_EQ(row.state, "budget too wide");
+  EXPECT_FALSE(row.explained);
+  EXPECT_NEAR(row.too_wide_factor, 2.0, 0.02);
+  EXPECT_THAT(row.why, ::testing::HasSubstr("0.50 of what the noise in the budget says"));
+  EXPECT_TRUE(row.states_noise);
+}
+
+TEST(Explained, ARenderingErrorDoesNotMakeTheNoiseTooWide) {
+  SidesTruth t = deep();
+  t.steps = 3;
+  const ExplainedRow row = gray_of(modelled(t, t.noise_dn * t.noise_dn),
+                                   {.gray_dn = 3.0 * t.noise_dn, .phase_rad = 0.0, .estimated = true});
+  EXPECT_LT(row.chi2, 0.2);
+  EXPECT_EQ(row.state, "explained");
+}
+
+TEST(Explained, SidesThatRoundAlikeAreNotTooWide) {
+  SidesTruth t = deep();
+  t.noise_dn = 0.0;
+  SyntheticSides scene = testing::make_sides(t);
+  scene.simulated.images = scene.real.images;  // the very same gray values
+  scene.simulated.irradiance.clear();
+  const ExplainedRow row = gray_of(scene);
+  EXPECT_LT(row.chi2, 1e-6);
+  EXPECT_EQ(row.state, "explained");
+  EXPECT_TRUE(std::isnan(row.chi2_least));
+}
+
+/// Three steps at three pitches; the twin states `factor` times the noise.
+SyntheticSides three_pitches(double factor) {
+  SidesTruth t = deep();
+  t.steps = 3;
+  t.pitches_px = {13, 14, 15};
+  return modelled(t, factor * factor * (t.noise_dn * t.noise_dn + 1.0 / 12.0) - 1.0 / 12.0);
+}
+
+TEST(Explained, ThreeStepsAtSeveralPitchesTellTheirNoise) {
+  for (const double factor : {0.5, 1.0, 6.0}) {  // whatever the twin says
+    const ExplainedRow row = gray_of(three_pitches(factor));
+    EXPECT_EQ(row.state, "explained") << row.chi2;
+    EXPECT_NEAR(row.chi2, 1.0, 0.05);
+    EXPECT_FALSE(row.states_noise);
+    EXPECT_THAT(row.lines.at(0).name, ::testing::HasSubstr("the pitches' means"));
+  }
+}
+
+TEST(Explained, LessThanHalfOfThePixelsIsNotCompared) {
+  SyntheticSides scene = testing::make_sides(deep());
+  ImageU8& flags = scene.real.measurement->cameras[0].flags;
+  const auto lose = [&](double fraction) {
+    for (int y = 0; y < static_cast<int>(fraction * flags.height); ++y)
+      for (int x = 0; x < flags.width; ++x)
+        if (flags(x, y) == measure::kValid) flags(x, y) = measure::kSaturated;
+    return gray_of(scene);
+  };
+  EXPECT_EQ(lose(0.4).state, "explained");
+  const ExplainedRow row = lose(0.6);
+  EXPECT_LE(row.chi2, row.chi2_limit);
+  EXPECT_EQ(row.state, "not compared");
+  EXPECT_FALSE(row.explained);
+  EXPECT_NEAR(row.compared_fraction, 0.37, 0.03);  // of a disc: 0.5 - (asin h + h sqrt(1-h^2))/pi, h = 0.22
+  EXPECT_THAT(row.why, ::testing::HasSubstr("% of the pixels that a side sees"));
+}
+
+TEST(Explained, MostGrayValuesAtTheEndsOfTheScaleAreNotCompared) {
+  SidesTruth t = deep();
+  t.steps = 3;
+  t.weight = 60.0;  // 12,000 DN of 4095: most steps saturate
+  const ExplainedRow row = gray_of(modelled(t, t.noise_dn * t.noise_dn));
+  EXPECT_LT(row.compared_fraction, 0.5);
+  EXPECT_EQ(row.state, "not compared");
+  EXPECT_THAT(row.why, ::testing::HasSubstr("% of the gray values"));
 }
 
 TEST(Explained, WhatIsCommonToARegionIsNot) {
@@ -169,9 +255,7 @@ Phases noisy_phases(double sigma_px, double offset_px, double noise_factor = 1.0
 }
 
 ExplainedRow phase_of(const Phases& p, const RenderingError& rendering = {}) {
-  const auto row = explain_phase("left", p.real, p.simulated, p.interior, rendering);
-  EXPECT_TRUE(row.has_value());
-  return row.value();
+  return explain_phase("left", p.real, p.simulated, p.interior, rendering);
 }
 
 constexpr double kSigmaPx = 0.01;
@@ -208,13 +292,138 @@ TEST(Explained, APhaseErrorOfTheRendererIsPartOfTheBudget) {
   EXPECT_TRUE(phase_of(noisy_phases(kSigmaPx, 3.0 * kRegionalSigmaPx), rendering).explained);
 }
 
-TEST(Explained, TooFewValuesAreNotJudged) {
+TEST(Explained, TooFewValuesAreNotCompared) {
   Phases p = noisy_phases(kSigmaPx, 0.0);
   std::size_t n = 0;
   for (unsigned char& m : p.interior.data) m = m != 0 && ++n <= 200 ? 1 : 0;
-  EXPECT_TRUE(explain_phase("left", p.real, p.simulated, p.interior, {}).has_value());
+  EXPECT_TRUE(std::isfinite(phase_of(p).chi2));
   *std::find(p.interior.data.begin(), p.interior.data.end(), 1) = 0;
-  EXPECT_FALSE(explain_phase("left", p.real, p.simulated, p.interior, {}).has_value());
+  const ExplainedRow row = phase_of(p);
+  EXPECT_EQ(row.state, "not compared");
+  EXPECT_FALSE(row.explained);
+  EXPECT_EQ(row.quantity, "phase");
+  EXPECT_EQ(row.region, "left x");
+  EXPECT_EQ(row.n, 199u);
+  EXPECT_TRUE(std::isnan(row.chi2));
+  EXPECT_TRUE(std::isnan(row.expected()));
+  EXPECT_THAT(row.why, ::testing::HasSubstr("199 values"));
+  p.real.unwrapped = false;
+  EXPECT_THAT(phase_of(p).why, ::testing::HasSubstr("not unwrapped"));
+}
+
+TEST(Explained, OrdersThatDisagreeOnMostPixelsAreNotCompared) {
+  Phases p = noisy_phases(kSigmaPx, 0.0);
+  std::uint64_t lit = 0;
+  for (const double x : p.real.coordinate_px.data) lit += std::isnan(x) ? 0 : 1;
+  const SeenPixels seen{.both = lit, .either = lit};
+  const auto row_with = [&](int from_column) {  // a period off to the right of it
+    Phases q = p;
+    for (int y = 0; y < q.real.coordinate_px.height; ++y)
+      for (int x = from_column; x < q.real.coordinate_px.width; ++x) q.real.coordinate_px(x, y) += 13.0;
+    return explain_phase("left", q.real, q.simulated, q.interior, {}, nullptr, seen);
+  };
+  EXPECT_EQ(row_with(140).state, "explained");
+  const ExplainedRow row = row_with(116);
+  EXPECT_EQ(row.state, "not compared");
+  EXPECT_LE(row.chi2, row.chi2_limit);
+  EXPECT_LT(row.compared_fraction, 0.5);
+}
+
+TEST(Explained, TooLittlePhaseNoiseMakesTheBudgetTooWide) {
+  // the simulated side has the noise that is stated, the real one half of it: chi2 (1 + 1/4)/2
+  Phases p = noisy_phases(kSigmaPx, 0.0, 1e-6);
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal(0.0, kSigmaPx);
+  for (double& x : p.real.coordinate_px.data) x += 0.5 * normal(random);
+  for (double& x : p.simulated.coordinate_px.data) x += normal(random);
+  p.real.noise_dn = p.simulated.noise_dn = 4.0;
+  const ExplainedRow row = phase_of(p);
+  EXPECT_NEAR(row.noise_chi2, 0.625, 0.02);
+  EXPECT_EQ(row.state, "budget too wide");
+  EXPECT_NEAR(row.too_wide_factor, 2.0, 0.2);  // from 2 * 0.625 - 1 +- 0.02
+  p.real.noise_dn = 0.3;                       // hardly more than rounding
+  EXPECT_EQ(phase_of(p).state, "explained");
+}
+
+NoiseRow noise_row(double ratio, double sigma) {
+  NoiseRow row;
+  row.camera = "left";
+  row.direction = "x";
+  row.sensor_known = true;
+  row.gray_ratio = ratio;
+  row.gray_ratio_sigma = sigma;
+  row.gray_measured_dn = 3.2;
+  row.gray_predicted_dn = 3.2 / ratio;
+  return row;
+}
+
+ExplainedRow passing(const std::string& quantity, const std::string& region, bool states_noise) {
+  ExplainedRow row;
+  row.quantity = quantity;
+  row.region = region;
+  row.state = "explained";
+  row.explained = true;
+  row.states_noise = states_noise;
+  return row;
+}
+
+TEST(Explained, NoiseThatTheImagesRefuteMakesTheBudgetTooWide) {
+  const std::vector<ExplainedRow> before{passing("gray", "left", false), passing("gray", "left", true),
+                                         passing("phase", "left x", true), passing("phase", "left y", true),
+                                         passing("phase", "right x", true)};
+  const auto states = [&](const NoiseRow& noise) {
+    std::vector<ExplainedRow> rows = before;
+    hold_against_noise({noise}, rows);
+    std::vector<std::string> out;
+    for (const ExplainedRow& row : rows) out.push_back(row.state);
+    return out;
+  };
+  const std::string yes = "explained", wide = "budget too wide";
+  EXPECT_THAT(states(noise_row(1.0 / 6.0, 0.001)), ::testing::ElementsAre(yes, wide, wide, yes, yes));
+  EXPECT_THAT(states(noise_row(0.89, 0.01)), ::testing::ElementsAre(yes, wide, wide, yes, yes));
+  for (const NoiseRow& right : {noise_row(0.91, 0.01), noise_row(0.80, 0.1), noise_row(3.0, 0.01)})
+    EXPECT_THAT(states(right), ::testing::Each(yes)) << right.gray_ratio;
+  NoiseRow rounding = noise_row(0.5, 0.01);  // of a twin that states no noise
+  rounding.sensor_known = false;
+  EXPECT_THAT(states(rounding), ::testing::Each(yes));
+  NoiseRow quiet = noise_row(0.5, 0.01);  // neighbours round alike where there is hardly more than rounding
+  quiet.gray_predicted_dn = 0.35;
+  EXPECT_THAT(states(quiet), ::testing::Each(yes));
+  std::vector<ExplainedRow> rows = before;
+  hold_against_noise({noise_row(1.0 / 6.0, 0.001)}, rows);
+  EXPECT_NEAR(rows[2].too_wide_factor, 6.0, 1e-9);
+  EXPECT_EQ(rows[2].why, "the twin states 6 times the noise that the images have (3.2 DN, not 19.2)");
+}
+
+TEST(Explained, TheWorstRowSpeaksForItsQuantity) {
+  const auto of = [](std::vector<const char*> states) {
+    std::vector<ExplainedRow> rows{passing("phase", "left x", false)};
+    for (const char* state : states) {
+      rows.push_back(passing("gray", "left", false));
+      rows.back().worsen(state);
+    }
+    return worst_state(rows, "gray");
+  };
+  EXPECT_EQ(of({}), "");
+  EXPECT_EQ(of({"explained", "explained"}), "explained");
+  EXPECT_EQ(of({"explained", "budget too wide", "explained"}), "budget too wide");
+  EXPECT_EQ(of({"not compared", "budget too wide", "explained"}), "not compared");
+  EXPECT_EQ(of({"not compared", "not explained", "budget too wide"}), "not explained");
+}
+
+TEST(Explained, ACameraWithoutAGainIsNeverAPass) {
+  SidesTruth t;
+  t.cameras = 2;
+  SyntheticSides scene = testing::make_sides(t);
+  for (ImageF& image : scene.real.images[1].images)
+    std::fill(image.data.begin(), image.data.end(), 0.0F);  // it saw nothing
+  const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
+  std::vector<std::string> regions;
+  for (const ExplainedRow& row : c.explained)
+    if (row.quantity == "gray") regions.push_back(row.region + ": " + row.state);
+  ASSERT_EQ(regions.size(), 2u);
+  EXPECT_EQ(regions[1], "right: not compared");
+  EXPECT_NE(c.budget_verdict().gray, "explained");
 }
 
 FitRow fit_row(double z_radius, double z_center_y) {
@@ -222,6 +431,7 @@ FitRow fit_row(double z_radius, double z_center_y) {
   row.object = "ball";
   row.kind = "sphere";
   measure::ObjectFit real;
+  real.usable = true;
   real.numbers = {{"radius_sigma_mm", 0.003}};
   real.vectors = {{"center_sigma_mm", {0.001, 0.003, 0.001}}};
   row.real = real;
@@ -247,15 +457,31 @@ TEST(Explained, GeometryWithinThreeStandardErrorsIs) {
   EXPECT_FALSE(rows[1].explained);
   EXPECT_EQ(rows[1].worst, "radius_mm");
   EXPECT_EQ(rows[1].unit, "mm");
-  EXPECT_EQ(all_explained(rows, "geometry"), false);
-  EXPECT_EQ(all_explained({rows[0]}, "geometry"), true);
-  EXPECT_EQ(all_explained(rows, "gray"), std::nullopt);
+  EXPECT_EQ(worst_state(rows, "geometry"), "not explained");
+  EXPECT_EQ(worst_state({rows[0]}, "geometry"), "explained");
+  EXPECT_EQ(worst_state(rows, "gray"), "");
 }
 
-TEST(Explained, GeometryWithoutStandardErrorsIsNotJudged) {
+TEST(Explained, GeometryWithoutStandardErrorsIsNotCompared) {
   FitRow row = fit_row(1.0, 1.0);
   row.z.clear();
   row.z_vectors.clear();
+  const auto rows = explain_geometry({row});
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_EQ(rows[0].state, "not compared");
+  EXPECT_EQ(rows[0].region, "ball");
+  EXPECT_THAT(rows[0].why, ::testing::HasSubstr("no standard error"));
+}
+
+TEST(Explained, GeometryThatOneSideLacksIsNotCompared) {
+  FitRow row = fit_row(1.0, 1.0);
+  row.real->usable = false;
+  row.real->n = 12;
+  row.real->warning = "only 12 points";
+  EXPECT_EQ(explain_geometry({row}).at(0).why, "real fit on 12 points: only 12 points");
+  row.simulated.reset();
+  EXPECT_EQ(explain_geometry({row}).at(0).why, "the simulated side has no fit");
+  row.real.reset();  // nothing was measured: nothing to compare
   EXPECT_TRUE(explain_geometry({row}).empty());
 }
 
