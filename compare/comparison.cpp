@@ -135,6 +135,9 @@ void compare_phase(const Twin& twin, const Measurement& real, const Measurement&
       out.explained.push_back(explain_phase(real.cameras[c].camera, r, *s, interior,
                                             rendering_error(twin.cameras[c], options.rendered, 1.0),
                                             calibration ? &calibration->phase_rad2[c][d] : nullptr, seen));
+      if (const auto ripple = test_ripple(twin, r, *s, options.use_steps, interior))
+        judge_ripple(*ripple, rendering_error(twin.cameras[c], options.rendered, 1.0), r, *s,
+                     out.explained.back());
     }
   }
 }

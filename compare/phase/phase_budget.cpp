@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compare/gray/gray_pair.hpp"
 #include "compare/phase/phase_rows.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/lens/linear.hpp"
@@ -30,6 +31,7 @@ struct Ripple {
   /// 1 and the brightness orders.
   int leading() const { return 1 + (has_brightness() ? per_group() : 0); }
   int size() const { return leading() + per_group(); }
+  int per_group() const { return 4 * static_cast<int>(pitch_px.size()); }
   void basis(double x_px, double* f) const {
     *f++ = 1.0;
     double* harmonics = has_brightness() ? f + per_group() : f;
@@ -49,7 +51,6 @@ struct Ripple {
     double c, s;
     Turn by(const Turn& o) const { return {c * o.c - s * o.s, s * o.c + c * o.s}; }
   };
-  int per_group() const { return 4 * static_cast<int>(pitch_px.size()); }
   /// A turn and its double.
   static double* put(const Turn& t, double* f) {
     const Turn twice = t.by(t);
@@ -62,6 +63,7 @@ struct RippleSums {
   Eigen::MatrixXd normal;
   Eigen::VectorXd right;
   double d = 0.0, d2 = 0.0, noise = 0.0;
+  double information = 0.0;  ///< sum of the squares of the weights
   std::uint64_t n = 0;
 };
 
@@ -97,6 +99,20 @@ class PhaseBudgetFit {
     return out;
   }
 
+  std::optional<RippleTest> test(const ImageU8& interior) {
+    const RippleSums sums = add_rows(&interior);
+    if (sums.n < kFewestPixels) return std::nullopt;
+    RippleTest out;
+    out.order = ripple_.order;
+    out.functions = ripple_.per_group();
+    out.information = sums.information;
+    const int leading = ripple_.leading();
+    const double by_mean = solve(sums, 1), by_leading = solve(sums, leading);
+    if (ripple_.has_brightness()) out.brightness_chi2 = (by_leading - by_mean) / out.functions;
+    out.harmonic_chi2 = (solve(sums, ripple_.size()) - by_leading) / out.functions;
+    return out;
+  }
+
  private:
   /// Solves least squares on the first `used` functions and returns by how much they lower the sum of
   /// squares.
@@ -116,15 +132,18 @@ class PhaseBudgetFit {
     return per_px_ * per_px_ * v;
   }
 
-  /// Rows in order: the same for any number of threads.
-  RippleSums add_rows() const {
+  /// Adds up the normal equations, rows in order: the same for any number of threads. `interior`: of its
+  /// pixels only, each weighted by its noise; null: of all pixels, alike.
+  RippleSums add_rows(const ImageU8* interior = nullptr) const {
     const int height = difference_.height, m = ripple_.size();
+    const int every = row_step(difference_.width, height);
     std::vector<RippleSums> rows(static_cast<std::size_t>(height));
 #pragma omp parallel for schedule(static)
     for (int y = 0; y < height; ++y) {
       RippleSums& s = rows[y];
       s.normal = Eigen::MatrixXd::Zero(m, m);
       s.right = Eigen::VectorXd::Zero(m);
+      if (interior && y % every != 0) continue;
       // pixels are added in batches: one update of the matrix for many
       Eigen::MatrixXd f(m, kBatch);
       Eigen::VectorXd differences(kBatch);
@@ -136,11 +155,15 @@ class PhaseBudgetFit {
       };
       for (int x = 0; x < difference_.width; ++x) {
         const auto d = static_cast<double>(difference_(x, y));
-        if (std::isnan(d)) continue;
+        if (std::isnan(d) || (interior && (*interior)(x, y) == 0)) continue;
         const std::size_t i = difference_.index(x, y);
+        const double noise = noise_variance(i);
+        if (interior && !(noise > 0.0)) continue;
+        const double weight = interior ? 1.0 / std::sqrt(noise) : 1.0;
         ripple_.basis(real_.coordinate_px.data[i], f.col(filled).data());
-        differences[filled] = d;
-        s.d += d, s.d2 += d * d, s.noise += noise_variance(i);
+        if (interior) f.col(filled) *= weight;
+        differences[filled] = weight * d;
+        s.d += d, s.d2 += d * d, s.noise += noise, s.information += weight * weight;
         ++s.n;
         if (++filled == kBatch) add_batch();
       }
@@ -151,6 +174,7 @@ class PhaseBudgetFit {
       sums.normal += row.normal;
       sums.right += row.right;
       sums.d += row.d, sums.d2 += row.d2, sums.noise += row.noise, sums.n += row.n;
+      sums.information += row.information;
     }
     sums.normal = Eigen::MatrixXd(sums.normal.selfadjointView<Eigen::Lower>());
     return sums;
@@ -193,6 +217,27 @@ class PhaseBudgetFit {
   Eigen::VectorXd solution_;
 };
 
+/// Returns the ripple that this direction may have; without pitches where it has no phase steps.
+Ripple ripple_of(const Twin& twin, const DirectionDecode& real, const std::vector<int>& use_steps) {
+  const int steps = twin.fringes.steps;
+  Ripple ripple;
+  if (steps == 0) return ripple;
+  ripple.order = use_steps.empty() ? steps : alias_order(use_steps, steps);
+  for (const DirectionFringes& d : twin.fringes.directions) {
+    if (d.axis != real.axis) continue;
+    const auto finest = static_cast<std::size_t>(d.finest());
+    ripple.pitch_px = {d.pitches_px[finest]};
+    ripple.origin_px = {d.phase_origin_px[finest]};
+    if (twin.fringes.unwrap != Unwrap::heterodyne) continue;
+    for (std::size_t p = 0; p < d.pitches_px.size(); ++p)
+      if (p != finest) {
+        ripple.pitch_px.push_back(d.pitches_px[p]);
+        ripple.origin_px.push_back(d.phase_origin_px[p]);
+      }
+  }
+  return ripple;
+}
+
 }  // namespace
 
 int alias_order(const std::vector<int>& steps, int steps_total) {
@@ -207,24 +252,17 @@ int alias_order(const std::vector<int>& steps, int steps_total) {
 
 std::optional<PhaseBudget> phase_budget(const Twin& twin, const DirectionDecode& real,
                                         const DirectionDecode& simulated, const std::vector<int>& use_steps) {
-  const int steps = twin.fringes.steps;
-  if (steps == 0) return std::nullopt;
-  Ripple ripple;
-  ripple.order = use_steps.empty() ? steps : alias_order(use_steps, steps);
-  for (const DirectionFringes& d : twin.fringes.directions) {
-    if (d.axis != real.axis) continue;
-    const auto finest = static_cast<std::size_t>(d.finest());
-    ripple.pitch_px = {d.pitches_px[finest]};
-    ripple.origin_px = {d.phase_origin_px[finest]};
-    if (twin.fringes.unwrap != Unwrap::heterodyne) continue;
-    for (std::size_t p = 0; p < d.pitches_px.size(); ++p)
-      if (p != finest) {
-        ripple.pitch_px.push_back(d.pitches_px[p]);
-        ripple.origin_px.push_back(d.phase_origin_px[p]);
-      }
-  }
+  Ripple ripple = ripple_of(twin, real, use_steps);
   if (ripple.pitch_px.empty()) return std::nullopt;
   return PhaseBudgetFit(real, simulated, std::move(ripple)).run();
+}
+
+std::optional<RippleTest> test_ripple(const Twin& twin, const DirectionDecode& real,
+                                      const DirectionDecode& simulated, const std::vector<int>& use_steps,
+                                      const ImageU8& interior) {
+  Ripple ripple = ripple_of(twin, real, use_steps);
+  if (ripple.pitch_px.empty()) return std::nullopt;
+  return PhaseBudgetFit(real, simulated, std::move(ripple)).test(interior);
 }
 
 }  // namespace fringetwin::compare

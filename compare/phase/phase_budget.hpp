@@ -21,4 +21,19 @@ std::optional<PhaseBudget> phase_budget(const Twin& twin, const measure::Directi
                                         const measure::DirectionDecode& simulated,
                                         const std::vector<int>& use_steps);
 
+/// Holds how much of the whitened difference the ripples take away that a faulty light leaves, per function
+/// fitted: 1 is expected of noise.
+struct RippleTest {
+  double brightness_chi2 = kNaN;  ///< orders 1 and 2 of the pitches; NaN where harmonics have these orders
+  double harmonic_chi2 = kNaN;    ///< the alias order and its double
+  int order = 1;                  ///< the alias order
+  int functions = 0;              ///< of each of the two groups
+  double information = 0.0;       ///< sum of 1/variance, rad^-2
+};
+/// Tests the difference over the interior pixels for ripples, each pixel by the variance of its noise.
+/// nullopt without phase steps or with fewer than 1000 pixels.
+std::optional<RippleTest> test_ripple(const Twin& twin, const measure::DirectionDecode& real,
+                                      const measure::DirectionDecode& simulated,
+                                      const std::vector<int>& use_steps, const ImageU8& interior);
+
 }  // namespace fringetwin::compare

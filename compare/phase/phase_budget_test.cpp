@@ -9,6 +9,8 @@
 // | explained share       | > 0.95      | nothing else was put in                                                 |
 // | offset put in         | 1e-3 rad    | mean of 4e4 pixels                                                      |
 // | slow part             | 4 %         | block means keep sinc^2 of it                                           |
+// | chi2 of a ripple      | 18          | 3 times 2 sqrt(138)/4, the scatter of a noncentral chi2 of 138, over 4  |
+// | chi2 without one      | < 4.5       | 1 + 5 sqrt(2/4): one right number in 800 is beyond                      |
 // | parts' sum            | 1e-12 rad^2 | by construction                                                         |
 // clang-format on
 #include "compare/phase/phase_budget.hpp"
@@ -163,6 +165,50 @@ TEST(PhaseBudget, FewPixelsOrNoStepsHaveNone) {
   EXPECT_FALSE(phase_budget(bench.twin, a, c, kOdd).has_value());
   bench.twin.fringes.steps = 0;
   EXPECT_FALSE(phase_budget(bench.twin, c, c, {}).has_value());
+}
+
+/// Both sides are decoded from `steps`, with noise of their own; the real one has the fault.
+RippleTest ripple_between(Bench real, const std::vector<int>& steps) {
+  Bench simulated;
+  simulated.fifth_dn = 0.0;
+  simulated.seed = 11;
+  const measure::DirectionDecode a = real.decoded(steps), b = simulated.decoded(steps);
+  ImageU8 interior(kWidth, kHeight, 0);
+  for (int y = 2; y < kHeight - 2; ++y)
+    for (int x = 2; x < kWidth - 2; ++x) interior(x, y) = 1;
+  return test_ripple(real.twin, a, b, steps, interior).value();
+}
+
+TEST(RippleTest, NoiseTakesOneAFunction) {
+  Bench right;
+  right.fifth_dn = 0.0;
+  const RippleTest t = ripple_between(right, kEven);
+  EXPECT_EQ(t.functions, 4);
+  EXPECT_EQ(t.order, 6);
+  EXPECT_LT(t.brightness_chi2, 1.0 + 5.0 * std::sqrt(2.0 / 4.0));
+  EXPECT_LT(t.harmonic_chi2, 1.0 + 5.0 * std::sqrt(2.0 / 4.0));
+  // 2/6 (0.6 DN)^2 / (46.3 DN)^2 on each side, 41,536 pixels
+  EXPECT_NEAR(t.information / (41'536.0 / (2.0 * 2.0 / 6.0 * std::pow(0.6 / kAmplitude, 2))), 1.0, 0.03);
+}
+
+TEST(RippleTest, AHarmonicFarBelowTheNoiseOfAPixelIsSeen) {
+  Bench wrong;
+  wrong.fifth_dn = 0.04;  // ripple of 0.04/46.3 rad = 0.08 of the noise of a pixel of the difference
+  const RippleTest t = ripple_between(wrong, kEven);
+  // n a^2/2 over sigma^2, on one of four functions' pairs: 41,536 * (8.6e-4)^2 / 2 / (1.06e-2)^2 / 4
+  EXPECT_NEAR(t.harmonic_chi2, 1.0 + 34.5, 18.0);
+  EXPECT_LT(t.brightness_chi2, 1.0 + 5.0 * std::sqrt(2.0 / 4.0));
+}
+
+TEST(RippleTest, AnImageThatIsALittleTooBrightIsSeen) {
+  Bench wrong;
+  wrong.fifth_dn = 0.0;
+  std::vector<int> all(12);
+  for (int i = 0; i < 12; ++i) all[static_cast<std::size_t>(i)] = i;
+  wrong.flicker = 0.002;
+  const RippleTest t = ripple_between(wrong, all);
+  EXPECT_GT(t.brightness_chi2, 2.0 * (1.0 + 5.0 * std::sqrt(2.0 / 4.0)));
+  EXPECT_LT(t.harmonic_chi2, 1.0 + 5.0 * std::sqrt(2.0 / 4.0));
 }
 
 }  // namespace

@@ -120,6 +120,7 @@ struct ExplainedRow {
   bool explained = false;
   std::string state = kNotCompared, why;
   double noise_chi2 = kNaN, chi2_least = kNaN, too_wide_factor = kNaN, compared_fraction = kNaN;
+  double brightness_chi2 = kNaN, harmonic_chi2 = kNaN, ripple_limit = kNaN;
   bool states_noise = false;  ///< the budget's noise is what the twin says of its sensor
   /// Takes a state that is worse than its own, and a sentence to say why, if there is one.
   void worsen(const char* to, const std::string& because = "");
@@ -160,6 +161,14 @@ struct ExplainedRow {
         .not_required();
     f.positive("too_wide_factor", "noise stated over noise seen, where the budget is too wide",
                &Row::too_wide_factor)
+        .not_required();
+    f.positive("brightness_chi2", "phase: ripple that images of unequal brightness leave, 1 for noise",
+               &Row::brightness_chi2)
+        .not_required();
+    f.positive("harmonic_chi2", "phase: ripple that fringes which are no sinusoids leave, 1 for noise",
+               &Row::harmonic_chi2)
+        .not_required();
+    f.positive("ripple_limit", "largest of these two that counts as explained", &Row::ripple_limit)
         .not_required();
     f.positive("compared_fraction", "share of what could have been compared that was compared",
                &Row::compared_fraction)

@@ -23,6 +23,10 @@ constexpr double kCoverage = 3.0;       ///< standard uncertainties
 constexpr std::uint64_t kFewestJudged = 200;
 constexpr double kNoisy = 2.0;       ///< times the rounding's variance: less noise than that is none
 constexpr double kLeastShare = 0.5;  ///< of what could have been compared
+/// Times the rounding's variance: noise that smooths the ripple that rounding alone leaves to 1e-4 of it.
+constexpr double kSmoothRounding = 4.0;
+/// Standard deviations of chi2 over its degrees of freedom: its tail is longer than a normal one (12: 3e-4).
+constexpr double kRippleCoverage = 5.0;
 /// A sensor is refuted by a noise this much below 1 and below by `kCoverage` standard errors.
 constexpr double kLeastExcess = 0.1;
 constexpr const char* kOfPixels = "the pixels that a side sees with modulation";
@@ -398,6 +402,27 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
   }
   if (seen.either > 0) judge_share(share_of(agree, seen.either), kOfPixels, row);
   return row;
+}
+
+void judge_ripple(const RippleTest& ripple, const RenderingError& rendering, const DirectionDecode& real,
+                  const DirectionDecode& simulated, ExplainedRow& row) {
+  if (!std::isfinite(row.chi2) || row.lines.back().name == kCalibrationLine) return;
+  const double noise_dn = std::min(real.noise_dn, simulated.noise_dn);
+  if (!(noise_dn * noise_dn > kSmoothRounding * kRoundingVariance)) return;
+  const auto p = static_cast<double>(ripple.functions);
+  row.brightness_chi2 = ripple.brightness_chi2;
+  row.harmonic_chi2 = ripple.harmonic_chi2;
+  row.ripple_limit = 1.0 + kRippleCoverage * std::sqrt(2.0 / p) +
+                     rendering.phase_rad * rendering.phase_rad * ripple.information / p;
+  if (row.brightness_chi2 > row.ripple_limit)
+    row.worsen(kNotExplained,
+               fmt::format("the phase ripples with the fringes ({:.3g} times what noise does): "
+                           "the brightness varies from image to image",
+                           row.brightness_chi2));
+  if (row.harmonic_chi2 > row.ripple_limit)
+    row.worsen(kNotExplained, fmt::format("the phase ripples {} times per fringe ({:.3g} times what noise "
+                                          "does): the real fringes are not the waveform of the twin",
+                                          ripple.order, row.harmonic_chi2));
 }
 
 void hold_against_noise(const std::vector<NoiseRow>& noise, std::vector<ExplainedRow>& rows) {

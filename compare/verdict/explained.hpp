@@ -7,6 +7,7 @@
 
 #include "compare/gray/gain_fit.hpp"
 #include "compare/gray/gray_noise.hpp"
+#include "compare/phase/phase_budget.hpp"
 #include "compare/verdict/calibration_budget.hpp"
 
 namespace fringetwin::compare {
@@ -50,6 +51,13 @@ ExplainedRow explain_phase(const std::string& camera, const measure::DirectionDe
                            const measure::DirectionDecode& simulated, const ImageU8& interior,
                            const RenderingError& rendering, const ImageF* calibration = nullptr,
                            const SeenPixels& seen = {});
+
+/// Judges the ripples of a phase row that was compared: they show a wrong brightness or waveform of the
+/// images where single values and regions do not. Not where the noise is hardly more than rounding, which
+/// ripples, too; nor with the calibration in the budget, whose change of the phase is no noise.
+void judge_ripple(const RippleTest& ripple, const RenderingError& rendering,
+                  const measure::DirectionDecode& real, const measure::DirectionDecode& simulated,
+                  ExplainedRow& row);
 
 /// Calls the budget too wide in rows that take the twin's sensor noise, where the real images have clearly
 /// less noise than that.

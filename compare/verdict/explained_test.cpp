@@ -345,6 +345,28 @@ TEST(Explained, TooLittlePhaseNoiseMakesTheBudgetTooWide) {
   EXPECT_EQ(phase_of(p).state, "explained");
 }
 
+TEST(Explained, ARippleBeyondNoiseIsNot) {
+  Phases p = noisy_phases(kSigmaPx, 0.0);
+  p.real.noise_dn = p.simulated.noise_dn = 4.0;
+  const RippleTest noise{1.5, 0.5, 4, 12, 1e8}, flicker{3.2, 0.5, 4, 12, 1e8},
+      waveform{1.5, 21.0, 4, 12, 1e8};
+  const auto judged = [&](const RippleTest& ripple, const RenderingError& rendering = {}) {
+    ExplainedRow row = phase_of(p);
+    judge_ripple(ripple, rendering, p.real, p.simulated, row);
+    return row;
+  };
+  EXPECT_EQ(judged(noise).state, "explained");
+  EXPECT_NEAR(judged(noise).ripple_limit, 1.0 + 5.0 / std::sqrt(6.0), 1e-12);
+  EXPECT_EQ(judged(flicker).state, "not explained");
+  EXPECT_THAT(judged(flicker).why, ::testing::HasSubstr("from image to image"));
+  EXPECT_EQ(judged(waveform).state, "not explained");
+  EXPECT_THAT(judged(waveform).why, ::testing::HasSubstr("ripples 4 times per fringe (21 times"));
+  // an error of the renderer of 1e-3 rad may ripple: 1e-6 * 1e8 / 12 on top
+  EXPECT_EQ(judged(flicker, {.gray_dn = 0.0, .phase_rad = 1e-3, .estimated = true}).state, "explained");
+  p.real.noise_dn = 0.5;  // hardly more than rounding
+  EXPECT_EQ(judged(waveform).state, "explained");
+}
+
 NoiseRow noise_row(double ratio, double sigma) {
   NoiseRow row;
   row.camera = "left";
