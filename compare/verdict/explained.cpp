@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "compare/phase/phase_rows.hpp"
+#include "compare/phase/texture_shift.hpp"
 #include "twin/base/constants.hpp"
 
 namespace fringetwin::compare {
@@ -39,6 +40,7 @@ double allowed_for(double n) { return kCoverage * std::sqrt(2.0 / n + kNoiseKnow
 /// not alike (a shifted fringe changes sign): (sum w g)^2 <= sum w^2 sum g^2.
 struct BlockSum {
   double sum = 0.0, variance = 0.0, weight = 0.0, weight2 = 0.0, calibration = 0.0;
+  double together = 0.0;  ///< what a known effect adds to the sum
   int pixels = 0;
   void add(double weight_of_one, double residual, double noise, double calibration_of_one) {
     sum += weight_of_one * residual;
@@ -48,7 +50,9 @@ struct BlockSum {
     calibration += calibration_of_one;
   }
   bool usable() const { return pixels >= kFewestInRegion && variance > 0.0; }
-  double expected(double shared) const { return variance + weight * weight * shared + weight2 * calibration; }
+  double expected(double shared) const {
+    return variance + weight * weight * shared + weight2 * calibration + together * together;
+  }
   double chi2(double shared) const { return sum * sum / expected(shared); }
   double calibration_share(double shared) const { return weight2 * calibration / expected(shared); }
 };
@@ -56,7 +60,8 @@ struct BlockSum {
 /// Sums over all of an image, by blocks.
 struct Sums {
   double r2 = 0.0, chi2 = 0.0, noise = 0.0, regional = 0.0;
-  double noise_chi2 = 0.0;                                      ///< against noise and quantisation alone
+  double noise_chi2 = 0.0;  ///< against noise and quantisation alone
+  double texture = 0.0;     ///< of the phase: moved by texture within a pixel
   double calibration = 0.0, share = 0.0, regional_share = 0.0;  ///< shares: of the expected chi2
   std::uint64_t n = 0, n_regions = 0;
   std::uint64_t n_inside = 0;  ///< values that interior pixels have, usable or not
@@ -81,7 +86,7 @@ Sums sum_blocks(int width, int height, ImageF& regions, Block block) {
     total.r2 += part.r2, total.chi2 += part.chi2, total.noise += part.noise, total.regional += part.regional;
     total.calibration += part.calibration, total.share += part.share;
     total.regional_share += part.regional_share;
-    total.noise_chi2 += part.noise_chi2;
+    total.noise_chi2 += part.noise_chi2, total.texture += part.texture;
     total.n += part.n, total.n_regions += part.n_regions, total.n_inside += part.n_inside;
   }
   return total;
@@ -335,6 +340,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
   const ImageF difference = phase_difference(real, simulated);
   const double per_px = kTwoPi / real.pitches_px[real.finest];
   const double shared = rendering.phase_rad * rendering.phase_rad;
+  const TextureShift texture = texture_shift(real, simulated);
   double real_noise = 0.0, simulated_noise = 0.0;
   const auto variance = [&](const DirectionDecode& d, std::size_t i) {
     const double s = per_px * static_cast<double>(d.coordinate_sigma_px.data[i]);
@@ -355,12 +361,16 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
             out.r2 += d * d;
             out.noise += noise;
             const double moved = calibration ? static_cast<double>(calibration->data[i]) : 0.0;
-            out.chi2 += d * d / (noise + shared + moved);
+            const double textured = std::pow(static_cast<double>(texture.largest_rad.data[i]), 2);
+            const double own = noise + textured;
+            out.texture += textured;
+            out.chi2 += d * d / (own + shared + moved);
             out.noise_chi2 += d * d / noise;
             out.calibration += moved;
-            out.share += moved / (noise + shared + moved);
+            out.share += moved / (own + shared + moved);
             ++out.n;
-            mean.add(1.0, d, noise, moved);
+            mean.add(1.0, d, own, moved);
+            mean.together += static_cast<double>(texture.signed_rad.data[i]);
             ++mean.pixels;
           }
         add_region(mean, shared, out);
@@ -391,6 +401,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
       {"noise and quantisation of the real images", real_noise / n},
       {"noise and quantisation of the simulated images", simulated_noise / n},
       {rendering.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)", shared}};
+  if (s.texture > 0.0) row.lines.push_back({"texture within a pixel", s.texture / n});
   if (calibration) row.lines.push_back({kCalibrationLine, s.calibration / n});
   judge(s, row);
   judge_least(s, std::min(real.noise_dn * real.noise_dn, simulated.noise_dn * simulated.noise_dn),

@@ -292,6 +292,32 @@ TEST(Explained, APhaseErrorOfTheRendererIsPartOfTheBudget) {
   EXPECT_TRUE(phase_of(noisy_phases(kSigmaPx, 3.0 * kRegionalSigmaPx), rendering).explained);
 }
 
+TEST(Explained, TextureWithinAPixelMovesItsPhase) {
+  // ln w rises by 0.3 a column over eight columns and falls over eight; each pixel sees its centroid
+  Phases p = noisy_phases(kSigmaPx, 0.0);
+  const auto log_weight = [](int x) { return 0.3 * std::abs(x % 16 - 8); };
+  for (int y = 0; y < p.interior.height; ++y)
+    for (int x = 1; x < p.interior.width - 1; ++x) {
+      const double gradient = 0.5 * (log_weight(x + 1) - log_weight(x - 1));
+      p.real.coordinate_px(x, y) += (0.83 + 2e-4 * y) * gradient / 12.0;  // as the coordinate was made
+    }
+  // up and down cancel in whole regions
+  for (int y = 0; y < p.interior.height; y += 16)
+    for (int x = 0; x < p.interior.width; x += 16) {
+      int lit = 0;
+      for (int k = 0; k < 256; ++k) lit += p.interior(x + k % 16, y + k / 16);
+      for (int k = 0; k < 256 && lit < 256; ++k) p.interior(x + k % 16, y + k / 16) = 0;
+    }
+  EXPECT_EQ(phase_of(p).state, "not explained");  // no texture is seen
+  for (int y = 0; y < p.interior.height; ++y)
+    for (int x = 0; x < p.interior.width; ++x)
+      p.real.amplitude_dn[0](x, y) *= static_cast<float>(std::exp(log_weight(x)));
+  const ExplainedRow row = phase_of(p);
+  EXPECT_EQ(row.state, "explained") << row.chi2 << " " << row.regional_chi2;
+  EXPECT_GT(row.noise_chi2, 2.5);  // 1 + 14/16 (0.021/0.0141)^2
+  EXPECT_EQ(row.lines.at(3).name, "texture within a pixel");
+}
+
 TEST(Explained, TooFewValuesAreNotCompared) {
   Phases p = noisy_phases(kSigmaPx, 0.0);
   std::size_t n = 0;
@@ -365,87 +391,6 @@ TEST(Explained, ARippleBeyondNoiseIsNot) {
   EXPECT_EQ(judged(flicker, {.gray_dn = 0.0, .phase_rad = 1e-3, .estimated = true}).state, "explained");
   p.real.noise_dn = 0.5;  // hardly more than rounding
   EXPECT_EQ(judged(waveform).state, "explained");
-}
-
-NoiseRow noise_row(double ratio, double sigma) {
-  NoiseRow row;
-  row.camera = "left";
-  row.direction = "x";
-  row.sensor_known = true;
-  row.gray_ratio = ratio;
-  row.gray_ratio_sigma = sigma;
-  row.gray_measured_dn = 3.2;
-  row.gray_predicted_dn = 3.2 / ratio;
-  return row;
-}
-
-ExplainedRow passing(const std::string& quantity, const std::string& region, bool states_noise) {
-  ExplainedRow row;
-  row.quantity = quantity;
-  row.region = region;
-  row.state = "explained";
-  row.explained = true;
-  row.states_noise = states_noise;
-  return row;
-}
-
-TEST(Explained, NoiseThatTheImagesRefuteMakesTheBudgetTooWide) {
-  const std::vector<ExplainedRow> before{passing("gray", "left", false), passing("gray", "left", true),
-                                         passing("phase", "left x", true), passing("phase", "left y", true),
-                                         passing("phase", "right x", true)};
-  const auto states = [&](const NoiseRow& noise) {
-    std::vector<ExplainedRow> rows = before;
-    hold_against_noise({noise}, rows);
-    std::vector<std::string> out;
-    for (const ExplainedRow& row : rows) out.push_back(row.state);
-    return out;
-  };
-  const std::string yes = "explained", wide = "budget too wide";
-  EXPECT_THAT(states(noise_row(1.0 / 6.0, 0.001)), ::testing::ElementsAre(yes, wide, wide, yes, yes));
-  EXPECT_THAT(states(noise_row(0.89, 0.01)), ::testing::ElementsAre(yes, wide, wide, yes, yes));
-  for (const NoiseRow& right : {noise_row(0.91, 0.01), noise_row(0.80, 0.1), noise_row(3.0, 0.01)})
-    EXPECT_THAT(states(right), ::testing::Each(yes)) << right.gray_ratio;
-  NoiseRow rounding = noise_row(0.5, 0.01);  // of a twin that states no noise
-  rounding.sensor_known = false;
-  EXPECT_THAT(states(rounding), ::testing::Each(yes));
-  NoiseRow quiet = noise_row(0.5, 0.01);  // neighbours round alike where there is hardly more than rounding
-  quiet.gray_predicted_dn = 0.35;
-  EXPECT_THAT(states(quiet), ::testing::Each(yes));
-  std::vector<ExplainedRow> rows = before;
-  hold_against_noise({noise_row(1.0 / 6.0, 0.001)}, rows);
-  EXPECT_NEAR(rows[2].too_wide_factor, 6.0, 1e-9);
-  EXPECT_EQ(rows[2].why, "the twin states 6 times the noise that the images have (3.2 DN, not 19.2)");
-}
-
-TEST(Explained, TheWorstRowSpeaksForItsQuantity) {
-  const auto of = [](std::vector<const char*> states) {
-    std::vector<ExplainedRow> rows{passing("phase", "left x", false)};
-    for (const char* state : states) {
-      rows.push_back(passing("gray", "left", false));
-      rows.back().worsen(state);
-    }
-    return worst_state(rows, "gray");
-  };
-  EXPECT_EQ(of({}), "");
-  EXPECT_EQ(of({"explained", "explained"}), "explained");
-  EXPECT_EQ(of({"explained", "budget too wide", "explained"}), "budget too wide");
-  EXPECT_EQ(of({"not compared", "budget too wide", "explained"}), "not compared");
-  EXPECT_EQ(of({"not compared", "not explained", "budget too wide"}), "not explained");
-}
-
-TEST(Explained, ACameraWithoutAGainIsNeverAPass) {
-  SidesTruth t;
-  t.cameras = 2;
-  SyntheticSides scene = testing::make_sides(t);
-  for (ImageF& image : scene.real.images[1].images)
-    std::fill(image.data.begin(), image.data.end(), 0.0F);  // it saw nothing
-  const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
-  std::vector<std::string> regions;
-  for (const ExplainedRow& row : c.explained)
-    if (row.quantity == "gray") regions.push_back(row.region + ": " + row.state);
-  ASSERT_EQ(regions.size(), 2u);
-  EXPECT_EQ(regions[1], "right: not compared");
-  EXPECT_NE(c.budget_verdict().gray, "explained");
 }
 
 FitRow fit_row(double z_radius, double z_center_y) {
