@@ -108,8 +108,8 @@ class PhaseBudgetFit {
     out.information = sums.information;
     const int leading = ripple_.leading();
     const double by_mean = solve(sums, 1), by_leading = solve(sums, leading);
-    if (ripple_.has_brightness()) out.brightness_chi2 = (by_leading - by_mean) / out.functions;
-    out.harmonic_chi2 = (solve(sums, ripple_.size()) - by_leading) / out.functions;
+    if (ripple_.has_brightness()) out.brightness_chi2 = std::max(0.0, by_leading - by_mean) / out.functions;
+    out.harmonic_chi2 = std::max(0.0, solve(sums, ripple_.size()) - by_leading) / out.functions;
     return out;
   }
 
