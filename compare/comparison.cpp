@@ -4,11 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "compare/causes/causes.hpp"
 #include "compare/causes/sensitivity.hpp"
 #include "compare/geometry/fit_rows.hpp"
+#include "compare/gray/gain_checks.hpp"
 #include "compare/gray/gain_fit.hpp"
+#include "compare/gray/gain_trust.hpp"
 #include "compare/gray/gray_budget.hpp"
 #include "compare/gray/gray_noise.hpp"
 #include "compare/gray/gray_rows.hpp"
@@ -31,24 +34,6 @@ using measure::Measurement;
 
 constexpr std::size_t kCausePixels = 10'000;  ///< per camera: enough for causes that act on whole surfaces
 constexpr double kManyOrders = 0.01;          ///< share of order disagreements worth a warning
-constexpr double kLowR2 = 0.9;                ///< below it the line explains too little to be called a gain
-/// Albedo and shading endanger the line when they make this share of the residual variance and are this large
-/// themselves: most of next to nothing is nothing.
-constexpr double kLargeAlbedoShare = 0.3, kLargeAlbedoSpread = 0.02;
-
-/// Warns of a biased line: the sandwich sigma holds what varies within blocks; what varies over the image
-/// biases the line itself.
-void warn_of_bias(const GainRow& gain, const std::optional<GrayBudget>& budget,
-                  std::vector<std::string>& warnings) {
-  const double share = budget ? budget->albedo_dn2 / budget->total_dn2 : 0.0;
-  const double spread = budget ? budget->albedo_sigma : 0.0;
-  if (!(gain.r2 < kLowR2) && !(share > kLargeAlbedoShare && spread > kLargeAlbedoSpread)) return;
-  warnings.push_back(
-      fmt::format("{}: R2 of the gain fit is {:.3f}, and albedo or shading scatters by {:.1f} % from pixel "
-                  "to pixel and makes {:.0f} % of the residual variance: gain and black level are biased by "
-                  "more than their printed sigma; do not use them as sensor values",
-                  gain.camera, gain.r2, 100.0 * spread, 100.0 * share));
-}
 
 /// Fills the gray tables. It also collects the samples for a search for causes. A camera whose gain cannot be
 /// fitted is judged along its provisional line: that is when budget and causes are needed.
@@ -64,6 +49,7 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
     const GrayNoise noise(pair, real_decode, options.use_steps);
     const GainFit fit = fit_gain(pair, out.warnings, &noise);
     out.gain.push_back(published_row(fit));
+    out.gain.back().why = fit.why;
     if (!fit.has_line()) {
       if (!pair.real->radiance) out.explained.push_back(not_compared("gray", pair.camera->name, fit.why));
       continue;
@@ -73,17 +59,25 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
     if (budget) out.gray_budget.push_back(*budget);
     if (twin.fringes.steps > 0)
       out.shift.push_back(shift_field(pairs[c], fit, noise_line(pairs[c], fit, budget)));
-    if (fit.row.usable) warn_of_bias(fit.row, budget, out.warnings);
-    if (pair.real->radiance) continue;  // no gray values, no noise model: nothing to judge against
+    if (pair.real->radiance) {  // no gray values, no noise model: nothing to judge against
+      out.gain.back().state = "not offered";
+      out.gain.back().why = "the real images are irradiance: there is no sensor";
+      continue;
+    }
     const ImageU8 interior = interior_mask(pair.mask, real_decode, simulated_decode);
     const RenderingError rendering = rendering_error(*pair.camera, options.rendered, fit.row.gain_dn);
     ExplainedRow row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
-                                         calibration ? &calibration->irradiance[c] : nullptr,
-                                         seen_pixels(real_decode, simulated_decode),
-                                         options.refinement && !options.refinement->texture.empty());
+                                    calibration ? &calibration->irradiance[c] : nullptr,
+                                    seen_pixels(real_decode, simulated_decode),
+                                    options.refinement && !options.refinement->texture.empty());
     if (!fit.row.usable && row.state != kNotCompared)  // along a provisional line nothing is explained
       row.worsen(kNotExplained, fit.why);
     out.explained.push_back(std::move(row));
+    if (fit.row.usable) {
+      GainParts parts = gain_checks(twin.fringes, pair, fit, noise, interior);
+      out.gain.back().dropped_fraction = parts.dropped_fraction;
+      std::move(parts.rows.begin(), parts.rows.end(), std::back_inserter(out.gain_checks));
+    }
     if (!options.renderer) continue;
     GridSamples grid = grid_samples(pair, c, fit, noise, interior, rendering.gray_dn, kCausePixels);
     if (grid.n_pixels() > 0) samples.push_back(std::move(grid));
@@ -190,6 +184,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
   for (std::string& warning : coverage_warnings(out.coverage)) out.warnings.push_back(std::move(warning));
   for (ExplainedRow& row : explain_geometry(out.fits, calibration)) out.explained.push_back(std::move(row));
   hold_against_noise(out.noise, out.explained);
+  trust_gains(out);
   look_for_causes(twin, options, std::move(samples), out);
   out.limits = check_limits(twin.limits, out);
   for (const LimitRow& row : out.limits)

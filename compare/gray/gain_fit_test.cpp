@@ -127,32 +127,6 @@ TEST(GainFit, TwelveBitAndRadianceImages) {
   EXPECT_TRUE(std::isnan(row.rms_before_dn));  // the twin's gray values against irradiance say nothing
 }
 
-TEST(GainFit, AlbedoThatBiasesTheLineIsSaid) {
-  const auto warned = [](const SidesTruth& t) {
-    const SyntheticSides scene = testing::make_sides(t);
-    for (const std::string& w : compare(scene.twin, scene.real, scene.simulated, {}).warnings)
-      if (w.find("biased by more than their printed sigma") != std::string::npos) return true;
-    return false;
-  };
-  SidesTruth t;
-  EXPECT_FALSE(warned(t));
-  t.albedo_sigma = 0.05;
-  EXPECT_TRUE(warned(t));
-}
-
-TEST(GainFit, MostOfASmallResidualIsNoReasonToDoubtTheGain) {
-  SidesTruth t;
-  t.noise_dn = 0.3;
-  t.albedo_sigma = 0.01;  // of some 100 DN: more than the noise, and nothing to the gain
-  const SyntheticSides scene = testing::make_sides(t);
-  const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
-  ASSERT_EQ(c.gray_budget.size(), 1u);
-  EXPECT_GT(c.gray_budget[0].albedo_dn2 / c.gray_budget[0].total_dn2, 0.5);
-  EXPECT_NEAR(c.gray_budget[0].albedo_sigma, 0.01, 0.001);
-  EXPECT_NEAR(c.gain[0].gain_dn / t.gain_dn, 1.0, 1e-3);
-  for (const std::string& w : c.warnings) EXPECT_EQ(w.find("biased by more"), std::string::npos) << w;
-}
-
 TEST(GainFit, GrayCodeOfAnotherExposureIsLeftOut) {
   SidesTruth t;
   t.pitches_px = {16};

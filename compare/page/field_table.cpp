@@ -36,7 +36,8 @@ std::string cell(const std::vector<Field>& all, const Field& field, const void* 
     case Style::significant:
       return report::number(value, column.digits);
     case Style::with_sigma:
-      return report::with_sigma(value, number_of(find_field(all, field.sigma), row));
+      return report::with_sigma(
+          value, number_of(find_field(all, column.sigma.empty() ? field.sigma : column.sigma), row));
   }
   return "";
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compare/page/field_table.hpp"
 #include "report/map.hpp"
 #include "report/text.hpp"
 
@@ -93,6 +94,20 @@ std::vector<Plot> gain_plots(const GrayPair& pair, const GainFit& fit) {
   lower.series = {residual.band, residual.median};
   for (Plot* plot : {&upper, &lower}) plot->x_range = {{first, high->e}};
   return {upper, lower};
+}
+
+std::string gain_checks_html(const Comparison& comparison) {
+  if (comparison.gain_checks.empty()) return "";
+  std::string html;
+  for (const GainRow& row : comparison.gain)
+    html += fmt::format("<p>{}: {}{}.</p>", report::escape_html(row.camera), row.state,
+                        row.why.empty() ? "" : ": " + report::escape_html(row.why));
+  report::Table table = field_table(comparison.gain_checks);
+  table.caption =
+      "The line fitted once more to parts of the gray values, weighted with the predicted noise. A gain that "
+      "is the sensor's is the same on all of them; z is the distance from the line of all values in standard "
+      "errors.";
+  return html + table.html();
 }
 
 }  // namespace fringetwin::compare

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "compare/page/field_table.hpp"
+#include "compare/page/report_gain.hpp"
 #include "compare/page/report_parts.hpp"
 #include "compare/result/tables.hpp"
 #include "report/cloud_canvas.hpp"
@@ -112,7 +113,7 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   add(page, "causes", "What the budget does not explain", causes_html(comparison));
   add(page, "coverage", "Coverage", coverage_html(in));
   add(page, "fits", "Fitted geometry", fits_html(in) + indicators_html(comparison));
-  add(page, "gain", "Gain", gain_table_html(comparison));
+  add(page, "gain", "Gain", gain_table_html(comparison) + gain_checks_html(comparison));
   add(page, "images", "Fringe images", gray_figures_html(in));
   add(page, "budget", "What the gray residual is made of", budget_html(comparison));
   add(page, "noise", "Noise", noise_html(in));

@@ -211,10 +211,11 @@ std::string gain_table_html(const Comparison& c) {
   return table.html() +
          "<p>σ inflation is the standard error of the gain with spatial correlation (blocks of 32 × 32 px, "
          "all images of a block together) over the one for independent gray values. Far above 1 means that "
-         "the residuals are correlated: shape, albedo or shading rather than noise. The printed σ cover only "
-         "what varies within a block (32 px): albedo, shading or ambient light that varies more slowly "
-         "biases gain and black level, and no σ shows it. Gain, projector intensity and diffuse albedo enter "
-         "only as a product: intensity and albedo are held at the twin's values.</p>";
+         "the residuals are correlated: shape, albedo or shading rather than noise. The printed σ are "
+         "widened by what parts of the gray values disagree with the line by (below): albedo, shading or "
+         "ambient light that varies over the image biases gain and black level. Gain, projector intensity "
+         "and diffuse albedo enter only as a product: intensity and albedo are held at the twin's "
+         "values.</p>";
 }
 
 std::string budget_html(const Comparison& c) {

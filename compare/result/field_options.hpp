@@ -24,9 +24,10 @@ struct Column {
   std::string header = "";
   std::string unit = "";  ///< as printed below the header
   Style style = plain;
-  int digits = 0;       ///< decimals of fixed and signed_fixed, significant ones of significant
-  double factor = 1.0;  ///< 100 for per cent
-  int place = 0;        ///< columns with a larger place stand further right than their field
+  int digits = 0;          ///< decimals of fixed and signed_fixed, significant ones of significant
+  double factor = 1.0;     ///< 100 for per cent
+  int place = 0;           ///< columns with a larger place stand further right than their field
+  std::string sigma = "";  ///< with_sigma: key of what is printed behind ±; empty: the field's standard error
 };
 
 }  // namespace fringetwin::compare

@@ -2,12 +2,14 @@
 // Holds the tables of a result that compare gray values, gain, differences and their budget: their rows, and
 // what each number of a row is. The formulas: docs/metrics/gray.md.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "compare/result/field_options.hpp"
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::compare {
 
@@ -30,15 +32,53 @@ struct GainRow {
   /// The line that gray values are judged along where no gain is fitted; NaN where one is.
   double provisional_gain_dn = std::numeric_limits<double>::quiet_NaN();
   double provisional_black_level_dn = std::numeric_limits<double>::quiet_NaN();
+  std::string state = "not fitted";  ///< what the two numbers are worth (gain_trust.hpp)
+  std::string why;                   ///< what speaks against them; may be empty
+  double gain_bias_dn = kNaN, black_level_bias_dn = kNaN;  ///< NaN: nothing was checked
+  /// Share of the sound gray values that the fit's margin at the clips left out; NaN: none was looked at.
+  double dropped_fraction = kNaN;
+  /// Returns the standard error of the gain, widened by its bias where that is known.
+  double gain_total_sigma_dn() const { return widened(gain_sigma_dn, gain_bias_dn); }
+  /// Returns the same of the black level.
+  double black_level_total_sigma_dn() const { return widened(black_level_sigma_dn, black_level_bias_dn); }
+  /// Returns root of the sum of both squares; a bias that is not known widens nothing.
+  static double widened(double sigma, double bias) {
+    return std::isnan(bias) ? sigma : std::hypot(sigma, bias);
+  }
 
   static void describe(auto& f) {
     f.name("camera", "camera of the twin", &GainRow::camera).shown({"camera"});
     f.add("gain_dn", "gray values per unit of simulated irradiance", &GainRow::gain_dn)
-        .shown({"gain", "DN per unit E", Column::with_sigma});
+        .shown({.header = "gain",
+                .unit = "DN per unit E",
+                .style = Column::with_sigma,
+                .sigma = "gain_total_sigma_dn"});
     f.sigma("gain_sigma_dn", "standard error of the gain", &GainRow::gain_sigma_dn);
     f.add("black_level_dn", "gray value without light", &GainRow::black_level_dn)
-        .shown({"black level", "DN", Column::with_sigma});
+        .shown({.header = "black level",
+                .unit = "DN",
+                .style = Column::with_sigma,
+                .sigma = "black_level_total_sigma_dn"});
     f.sigma("black_level_sigma_dn", "standard error of the black level", &GainRow::black_level_sigma_dn)
+        .not_required();
+    f.add("state", "what gain and black level are worth", &GainRow::state)
+        .one_of({"sensor value", "biased", "not offered", "not fitted"})
+        .not_required()
+        .shown({.header = "worth"});
+    f.add("why", "why they are no sensor values, or what their parts disagree in", &GainRow::why).or_absent();
+    f.positive("gain_bias_dn", "what parts of the gray values disagree with the gain by",
+               &GainRow::gain_bias_dn)
+        .not_required();
+    f.positive("black_level_bias_dn", "what parts of the gray values disagree with the black level by",
+               &GainRow::black_level_bias_dn)
+        .not_required();
+    f.positive("gain_total_sigma_dn", "standard error of the gain, widened by that bias",
+               &GainRow::gain_total_sigma_dn)
+        .error()
+        .not_required();
+    f.positive("black_level_total_sigma_dn", "standard error of the black level, widened by that bias",
+               &GainRow::black_level_total_sigma_dn)
+        .error()
         .not_required();
     f.positive("rms_before_dn", "rms of the difference with the twin's own sensor values",
                &GainRow::rms_before_dn)
@@ -67,6 +107,39 @@ struct GainRow {
                &GainRow::outlier_fraction)
         .not_required()
         .shown({"beyond Huber", "%", Column::fixed, 2, 100.0});
+    f.positive("dropped_fraction", "share of the sound gray values that the margin at the clips left out",
+               &GainRow::dropped_fraction)
+        .not_required();
+  }
+};
+
+/// Gain and black level of one camera as a part of its gray values says them (gain_checks.hpp).
+struct GainCheck {
+  std::string camera, part;
+  double gain_dn = kNaN, gain_sigma_dn = kNaN, gain_z = kNaN;
+  double black_level_dn = kNaN, black_level_sigma_dn = kNaN, black_level_z = kNaN;
+  double sigma_inflation = kNaN;
+  std::uint64_t n = 0;
+
+  static void describe(auto& f) {
+    using Row = GainCheck;
+    f.name("camera", "camera of the twin", &Row::camera).shown({"camera"});
+    f.name("part", "which gray values", &Row::part).shown({"gray values"});
+    f.add("gain_dn", "gain of these gray values alone", &Row::gain_dn)
+        .shown({"gain", "DN per unit E", Column::with_sigma});
+    f.sigma("gain_sigma_dn", "standard error of that gain", &Row::gain_sigma_dn);
+    f.add("gain_z", "its distance from the gain of all over the standard error", &Row::gain_z)
+        .shown({"z", "", Column::signed_fixed, 1});
+    f.add("black_level_dn", "black level of these gray values alone", &Row::black_level_dn)
+        .shown({"black level", "DN", Column::with_sigma});
+    f.sigma("black_level_sigma_dn", "standard error of that black level", &Row::black_level_sigma_dn);
+    f.add("black_level_z", "its distance from the black level of all over the standard error",
+          &Row::black_level_z)
+        .shown({"z", "", Column::signed_fixed, 1});
+    f.positive("sigma_inflation", "standard error of the gain over that of the predicted noise alone",
+               &Row::sigma_inflation)
+        .error();
+    f.add("n", "gray values used", &Row::n).shown({"n"});
   }
 };
 
@@ -132,11 +205,13 @@ struct GrayBudget {
 
 struct GrayTables {
   std::vector<GainRow> gain;
+  std::vector<GainCheck> gain_checks;
   std::vector<GrayRow> gray;
   std::vector<GrayBudget> gray_budget;
 
   static void describe(auto& t) {
     t.rows("gain", &GrayTables::gain).in_measurements();
+    t.rows("gain_checks", &GrayTables::gain_checks);
     t.rows("gray", &GrayTables::gray)
         .in_measurements()
         .shown("Gray differences per image", "(gain · E + black level) − real gray value, per image.");

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// Truth: synthetic images of known gain and black level (tests/support/compare/synthetic_sides.hpp), changed
+// by plain factors. | check                              | tolerance    | origin |
+// |------------------------------------|--------------|----------------------------------------------------|
+// | gain and black level of a part     | 4.5 sigma    | its standard error; 30 of them fail once in 5000   |
+// | sigma against sigma/sqrt(n var E)  | 25 %         | 45 blocks give the sandwich about 11 % scatter     |
+// | a factor on one half of the image  | and 0.1 %    | half a column of pixels on the wrong side          |
+#include "compare/gray/gain_checks.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <cmath>
+
+#include "tests/support/compare/synthetic_sides.hpp"
+
+namespace fringetwin::compare::gain_checks_test {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using testing::SidesTruth;
+using testing::SyntheticSides;
+
+/// 12 bit, black above the clip, so that all values are usable.
+SidesTruth deep() {
+  SidesTruth t;
+  t.width = 256;
+  t.height = 240;
+  t.bit_depth = 12;
+  t.gain_dn = 200.0;
+  t.black_level_dn = 400.0;
+  t.noise_dn = 4.0;
+  return t;
+}
+
+struct Checked {
+  std::vector<GrayPair> pairs;
+  GainFit fit;
+  GainParts parts;
+};
+
+/// `change`, where given, alters the fit before its parts are looked at.
+Checked checked(const SyntheticSides& scene, void (*change)(GainFit&) = nullptr) {
+  std::vector<std::string> warnings;
+  Checked out;
+  out.pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
+  out.fit = fit_gain(out.pairs.at(0), warnings);
+  if (change) change(out.fit);
+  const GrayNoise noise(out.pairs[0], decode_of(scene.real, 0), {});
+  out.parts = gain_checks(scene.twin.fringes, out.pairs[0], out.fit, noise, out.pairs[0].mask);
+  return out;
+}
+
+GainCheck part(const GainParts& parts, const std::string& name) {
+  for (const GainCheck& row : parts.rows)
+    if (row.part == name) return row;
+  ADD_FAILURE() << "no part " << name;
+  return {};
+}
+
+void expect_gain(const GainCheck& row, double gain_dn) {
+  EXPECT_NEAR(row.gain_dn, gain_dn, 4.5 * row.gain_sigma_dn) << row.part;
+}
+
+TEST(GainChecks, AllPartsOfARightTwinSayTheTruth) {
+  const SidesTruth t = deep();
+  const GainParts parts = checked(testing::make_sides(t)).parts;
+  std::vector<std::string> names;
+  for (const GainCheck& row : parts.rows) {
+    names.push_back(row.part);
+    EXPECT_EQ(row.camera, "left");
+    expect_gain(row, t.gain_dn);
+    EXPECT_LT(row.gain_sigma_dn, 0.002 * t.gain_dn) << row.part;
+    if (row.part != kAllValues) {
+      EXPECT_LT(std::abs(row.gain_z), 4.5) << row.part;
+    }
+    if (row.part == kWithinPixels) continue;
+    EXPECT_NEAR(row.black_level_dn, t.black_level_dn, 4.5 * row.black_level_sigma_dn) << row.part;
+  }
+  EXPECT_THAT(names,
+              ElementsAre(kAllValues, kWithinPixels, kBetweenPixels, "left half", "right half", "upper half",
+                          "lower half", "dark half", "bright half", "step 1/4", "step 2/4", "step 3/4",
+                          "step 4/4", "x pitch 13", "x pitch 14", "x pitch 15"));
+  EXPECT_TRUE(std::isnan(part(parts, kWithinPixels).black_level_dn));
+  EXPECT_TRUE(std::isnan(part(parts, kAllValues).gain_z));
+  EXPECT_EQ(parts.dropped_fraction, 0.0);
+}
+
+TEST(GainChecks, SigmaAgreesWithTheClosedFormForIndependentNoise) {
+  const SidesTruth t = deep();
+  const Checked c = checked(testing::make_sides(t));
+  double n = 0, e1 = 0, e2 = 0;
+  for (std::size_t i = 0; i < c.pairs[0].mask.size(); ++i)
+    for (const int image : c.pairs[0].gain_images)
+      if (c.pairs[0].mask.data[i] != 0) {
+        const double e = c.pairs[0].irradiance_at(image, i);
+        n += 1, e1 += e, e2 += e * e;
+      }
+  const GainCheck all = part(c.parts, kAllValues);
+  EXPECT_EQ(static_cast<double>(all.n), n);
+  const double variance_e = e2 / n - e1 / n * (e1 / n), noise_dn2 = t.noise_dn * t.noise_dn + 1.0 / 12.0;
+  EXPECT_NEAR(all.gain_sigma_dn / std::sqrt(noise_dn2 / (n * variance_e)), 1.0, 0.25);
+}
+
+TEST(GainChecks, ContrastThatTheTwinLacksPartsModulationFromMeans) {
+  const SidesTruth t = deep();
+  SyntheticSides scene = testing::make_sides(t);
+  std::vector<ImageF>& images =
+      scene.simulated.irradiance[0].images;  // the twin's contrast is 1/0.8 of the real
+  for (std::size_t i = 0; i < images[0].size(); ++i) {
+    float mean = 0.0F;
+    for (const ImageF& image : images) mean += image.data[i] / static_cast<float>(images.size());
+    for (ImageF& image : images) image.data[i] = mean + (image.data[i] - mean) / 0.8F;
+  }
+  const GainParts parts = checked(scene).parts;
+  expect_gain(part(parts, kWithinPixels), 0.8 * t.gain_dn);
+  expect_gain(part(parts, kBetweenPixels), t.gain_dn);
+  EXPECT_LT(part(parts, kWithinPixels).gain_z, -4.5);
+  EXPECT_GT(part(parts, kBetweenPixels).gain_z, 4.5);
+}
+
+/// Multiplies the real gray values above black where `is_brighter(image, x)`.
+template <class Where>
+SyntheticSides brightened(const SidesTruth& t, float factor, Where is_brighter) {
+  SyntheticSides scene = testing::make_sides(t);
+  const auto black = static_cast<float>(t.black_level_dn);
+  std::vector<ImageF>& images = scene.real.images[0].images;
+  for (std::size_t k = 0; k < images.size(); ++k)
+    for (int y = 0; y < t.height; ++y)
+      for (int x = 0; x < t.width; ++x)
+        if (is_brighter(static_cast<int>(k), x)) images[k](x, y) = black + factor * (images[k](x, y) - black);
+  return scene;
+}
+
+TEST(GainChecks, ABrighterStepIsSeenInItsStepAlone) {
+  const SidesTruth t = deep();
+  const GainParts parts = checked(brightened(t, 1.02F, [](int image, int) { return image % 4 == 1; })).parts;
+  for (const char* name : {"step 1/4", "step 3/4", "step 4/4"}) expect_gain(part(parts, name), t.gain_dn);
+  expect_gain(part(parts, "step 2/4"), 1.02 * t.gain_dn);
+  EXPECT_GT(part(parts, "step 2/4").gain_z, 4.5);
+}
+
+TEST(GainChecks, ABrighterHalfOfTheImageIsSeenInThatHalf) {
+  const SidesTruth t = deep();
+  const GainParts parts = checked(brightened(t, 1.03F, [&](int, int x) { return x >= t.width / 2; })).parts;
+  const GainCheck left = part(parts, "left half"), right = part(parts, "right half");
+  EXPECT_NEAR(left.gain_dn, t.gain_dn, 4.5 * left.gain_sigma_dn + 1e-3 * t.gain_dn);
+  EXPECT_NEAR(right.gain_dn, 1.03 * t.gain_dn, 4.5 * right.gain_sigma_dn + 1e-3 * t.gain_dn);
+  EXPECT_GT(right.gain_z, 4.5);
+}
+
+TEST(GainChecks, ValuesThatOnlyTheMarginLeavesOutAreCounted) {
+  const SyntheticSides scene = testing::make_sides(deep());
+  const Checked c = checked(scene, [](GainFit& fit) { fit.usable.low_dn = 1000.0; });
+  double n = 0, dropped = 0;
+  for (std::size_t i = 0; i < c.pairs[0].mask.size(); ++i)
+    for (const int image : c.pairs[0].gain_images)
+      if (c.pairs[0].mask.data[i] != 0) {
+        n += 1;
+        if (c.fit.row.gain_dn * c.pairs[0].irradiance_at(image, i) + c.fit.row.black_level_dn < 1000.0)
+          dropped += 1;
+      }
+  EXPECT_GT(dropped, 0.2 * n);
+  EXPECT_NEAR(c.parts.dropped_fraction, dropped / n, 1e-12);
+}
+
+TEST(GainChecks, DoNotDependOnTheNumberOfThreads) {
+  const SyntheticSides scene = testing::make_sides(deep());
+  const int before = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const GainParts one = checked(scene).parts;
+  omp_set_num_threads(3);
+  const GainParts three = checked(scene).parts;
+  omp_set_num_threads(before);
+  ASSERT_EQ(one.rows.size(), three.rows.size());
+  for (std::size_t k = 0; k < one.rows.size(); ++k) {
+    EXPECT_EQ(one.rows[k].gain_dn, three.rows[k].gain_dn);
+    EXPECT_EQ(one.rows[k].gain_sigma_dn, three.rows[k].gain_sigma_dn);
+  }
+}
+
+TEST(GainChecks, WithoutPixelsThereAreNoParts) {
+  const SyntheticSides scene = testing::make_sides(deep());
+  const Checked c = checked(scene);
+  const GrayNoise noise(c.pairs[0], decode_of(scene.real, 0), {});
+  const ImageU8 none(c.pairs[0].width(), c.pairs[0].height(), 0);
+  const GainParts parts = gain_checks(scene.twin.fringes, c.pairs[0], c.fit, noise, none);
+  EXPECT_THAT(parts.rows, IsEmpty());
+  EXPECT_TRUE(std::isnan(parts.dropped_fraction));
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::gain_checks_test
