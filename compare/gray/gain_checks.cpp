@@ -143,8 +143,8 @@ class PartFits {
   }
 
  private:
-  /// Names the steps and the pitches, and says which of them each image belongs to. What is one group only is
-  /// all values.
+  /// Names the groups of single values: low and high ones, then steps and pitches, with which of these each
+  /// image belongs to. What is one step or pitch only is all values.
   void name_groups(const Fringes& fringes) {
     std::vector<std::string> steps, pitches;
     const auto find_or_add = [](std::vector<std::string>& names, const std::string& name) {
@@ -164,11 +164,13 @@ class PartFits {
       }
       group_of_.push_back(of);
     }
-    if (steps.size() > 1) groups_ = steps;
+    groups_ = {kLowValues, kHighValues};
+    const std::size_t first_step = groups_.size();
+    if (steps.size() > 1) groups_.insert(groups_.end(), steps.begin(), steps.end());
     const std::size_t first_pitch = groups_.size();
     if (pitches.size() > 1) groups_.insert(groups_.end(), pitches.begin(), pitches.end());
     for (auto& [step, pitch] : group_of_) {
-      if (steps.size() < 2) step = kNoGroup;
+      step = steps.size() < 2 || step == kNoGroup ? kNoGroup : first_step + step;
       pitch = pitches.size() < 2 || pitch == kNoGroup ? kNoGroup : first_pitch + pitch;
     }
   }
@@ -224,8 +226,10 @@ class PartFits {
     const double level_dn = std::max(gain * p.mean_e() + black, 0.0);
     p.weight = 1.0 / std::max(noise_.variance(level_dn), kRoundingVariance);
     PartSums* const groups = group_sums_.data() + p.block * groups_.size();
+    const double mean_e = p.mean_e();
     for (const Value& v : values)
-      for (const std::size_t group : {group_of_[v.image].first, group_of_[v.image].second})
+      for (const std::size_t group :
+           {v.e < mean_e ? kLow : kHigh, group_of_[v.image].first, group_of_[v.image].second})
         if (group != kNoGroup) groups[group].add(p.weight, v.e, v.r);
   }
 
@@ -270,7 +274,7 @@ class PartFits {
     rows.push_back(std::move(row));
   }
 
-  static constexpr std::size_t kNoGroup = static_cast<std::size_t>(-1);
+  static constexpr std::size_t kNoGroup = static_cast<std::size_t>(-1), kLow = 0, kHigh = 1;
   struct Value {
     std::size_t image;  ///< index into gain_images
     double e, r;
@@ -281,7 +285,7 @@ class PartFits {
   const GrayNoise& noise_;
   UsableRange range_;
   std::size_t across_ = 0, n_blocks_ = 0;
-  std::vector<std::string> groups_;                            ///< steps, then pitches
+  std::vector<std::string> groups_;                            ///< low and high values, steps, pitches
   std::vector<std::pair<std::size_t, std::size_t>> group_of_;  ///< step and pitch of each of gain_images
   std::vector<PartSums> group_sums_;  ///< block by block, all groups of a block together
   std::vector<PartPixel> pixels_;

@@ -13,6 +13,8 @@ namespace fringetwin::compare {
 inline constexpr const char* kAllValues = "all values";
 inline constexpr const char* kWithinPixels = "within pixels";
 inline constexpr const char* kBetweenPixels = "between pixels";
+inline constexpr const char* kLowValues = "values below the pixel's mean";
+inline constexpr const char* kHighValues = "values above the pixel's mean";
 
 /// What the parts say.
 struct GainParts {

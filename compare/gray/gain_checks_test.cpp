@@ -81,8 +81,8 @@ TEST(GainChecks, AllPartsOfARightTwinSayTheTruth) {
   }
   EXPECT_THAT(names,
               ElementsAre(kAllValues, kWithinPixels, kBetweenPixels, "left half", "right half", "upper half",
-                          "lower half", "dark half", "bright half", "step 1/4", "step 2/4", "step 3/4",
-                          "step 4/4", "x pitch 13", "x pitch 14", "x pitch 15"));
+                          "lower half", "dark half", "bright half", kLowValues, kHighValues, "step 1/4",
+                          "step 2/4", "step 3/4", "step 4/4", "x pitch 13", "x pitch 14", "x pitch 15"));
   EXPECT_TRUE(std::isnan(part(parts, kWithinPixels).black_level_dn));
   EXPECT_TRUE(std::isnan(part(parts, kAllValues).gain_z));
   EXPECT_EQ(parts.dropped_fraction, 0.0);
@@ -140,6 +140,20 @@ TEST(GainChecks, ABrighterStepIsSeenInItsStepAlone) {
   for (const char* name : {"step 1/4", "step 3/4", "step 4/4"}) expect_gain(part(parts, name), t.gain_dn);
   expect_gain(part(parts, "step 2/4"), 1.02 * t.gain_dn);
   EXPECT_GT(part(parts, "step 2/4").gain_z, 4.5);
+}
+
+TEST(GainChecks, AResponseThatIsNotStraightPartsLowFromHighValues) {
+  const SidesTruth t = deep();
+  SyntheticSides scene = testing::make_sides(t);
+  for (ImageF& image : scene.real.images[0].images)
+    for (float& y : image.data) y -= 1e-5F * (y - 400.0F) * (y - 400.0F);  // of up to 2000 DN: 2 %
+  const GainParts parts = checked(scene).parts;
+  const GainCheck low = part(parts, kLowValues), high = part(parts, kHighValues);
+  // the slope of x - 1e-5 x^2 at the brightest low value, some 1000 DN, is 2 % below that at black
+  EXPECT_GT(low.gain_dn, 0.98 * t.gain_dn);
+  EXPECT_LT(high.gain_dn, 0.98 * t.gain_dn);
+  EXPECT_GT(low.gain_z, 4.5);
+  EXPECT_LT(high.gain_z, -4.5);
 }
 
 TEST(GainChecks, ABrighterHalfOfTheImageIsSeenInThatHalf) {

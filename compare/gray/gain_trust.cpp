@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "compare/gray/gain_checks.hpp"
 
@@ -155,16 +156,20 @@ class GainTrust {
     if (worst)
       return fmt::format("{} alone says {:.6g} DN: the brightness varies from image to image", worst->part,
                          worst->gain_dn);
-    const GainCheck *dark = part("dark half"), *bright = part("bright half");
-    if (gain_distance(dark, bright) > kDisagrees)
-      return fmt::format(
-          "the darker half of the pixels says {:.6g} DN, the brighter one {:.6g} DN: a response of the "
-          "camera that is not straight, or light that the twin lacks",
-          dark->gain_dn, bright->gain_dn);
+    for (const auto& [dark_name, bright_name] :
+         {std::pair{kLowValues, kHighValues}, std::pair{"dark half", "bright half"}}) {
+      const GainCheck *dark = part(dark_name), *bright = part(bright_name);
+      if (gain_distance(dark, bright) > kDisagrees)
+        return fmt::format(
+            "the part \"{}\" says {:.6g} DN and \"{}\" {:.6g} DN: a response of the camera that is not "
+            "straight, or light that the twin lacks",
+            dark->part, dark->gain_dn, bright->part, bright->gain_dn);
+    }
     for (const GainCheck* check : checks_)
       if (disagrees(*check))
         return fmt::format(
-            "the {} says {:.6g} DN and a black level of {:.4g} DN: light or albedo that the twin lacks",
+            "the part \"{}\" says {:.6g} DN and a black level of {:.4g} DN: light or albedo that the twin "
+            "lacks",
             check->part, check->gain_dn, check->black_level_dn);
     return "";
   }

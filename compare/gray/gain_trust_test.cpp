@@ -149,7 +149,7 @@ TEST(GainTrust, ImagesAndShadingThatDisagreeAreNamed) {
   add(half, kAllValues, 300.0);
   add(half, "left half", 303.0);
   EXPECT_EQ(trusted(half).state, "biased");
-  EXPECT_THAT(half.gain[0].why, HasSubstr("left half says 303"));
+  EXPECT_THAT(half.gain[0].why, HasSubstr("\"left half\" says 303"));
 }
 
 TEST(GainTrust, ABlackLevelAloneMayBeBiased) {

@@ -51,6 +51,23 @@ TEST(FieldTable, ShowsTheFieldsThatHaveAColumn) {
               ElementsAre("left", "−0.01235", "0.25000", "0.123", "17.3021 ± 0.0042", report::count(1234)));
 }
 
+/// A number that is printed with another standard error than its own.
+struct WideReading {
+  double gain_dn = 17.3, gain_sigma_dn = 0.01, gain_total_sigma_dn = 0.25;
+
+  static void describe(auto& f) {
+    f.add("gain_dn", "gain of the camera", &WideReading::gain_dn)
+        .shown({.header = "gain", .style = Column::with_sigma, .sigma = "gain_total_sigma_dn"});
+    f.sigma("gain_sigma_dn", "standard error of the gain", &WideReading::gain_sigma_dn);
+    f.positive("gain_total_sigma_dn", "the same, widened", &WideReading::gain_total_sigma_dn).error();
+  }
+};
+
+TEST(FieldTable, TheColumnMayNameAnotherStandardError) {
+  EXPECT_EQ(field_table(std::vector<WideReading>{{}}).rows.at(0).cells.at(0), "17.30 ± 0.25");
+  EXPECT_EQ(find_field(fields<WideReading>(), "gain_dn")->sigma, "gain_sigma_dn");
+}
+
 TEST(FieldTable, AnUnknownNumberIsADash) {
   Reading row;
   row.gain_dn = kNaN;

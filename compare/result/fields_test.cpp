@@ -54,6 +54,8 @@ std::vector<std::string> faults(const std::string& path, const std::vector<Field
         fault("its unit is another");
     if (field.column && field.column->style == Column::Style::with_sigma && field.sigma.empty())
       fault("is shown with a standard error that it lacks");
+    if (field.column && !field.column->sigma.empty() && !find_field(all, field.column->sigma))
+      fault("is shown with a standard error that is no field");
     if (field.limit && (field.limit->name.empty() || field.limit->meaning.empty()))
       fault("its limit says nothing");
   }
