@@ -132,18 +132,26 @@ TEST(GrayBudget, TheImagesOwnRedundancyBeatsWhatTheTwinBelieves) {
   EXPECT_EQ(b->noise_source, "redundancy of the 8 phase steps of the real images");
 }
 
-TEST(GrayBudget, ThreeStepsFallBackToTheSensorModel) {
+// The variance of a scale from some 10^4 differences is known to a percent; 3 % are three standard errors.
+TEST(GrayBudget, ThreeStepsTakeTheNoiseFromThePitches) {
   SidesTruth t;
   t.steps = 3;
-  EXPECT_EQ(budget_of(t).noise_source, "quantisation only");
-  testing::SyntheticSides scene = testing::make_sides(t);
-  scene.twin.cameras[0].sensor.electrons_per_dn = 40.0;
+  const GrayBudget b = budget_of(t);
+  EXPECT_EQ(b.noise_source, "differences between the pitches' means of the real images");
+  EXPECT_NEAR(b.noise_dn2 / (t.noise_dn * t.noise_dn + 1.0 / 12.0), 1.0, 0.03);
+}
+
+TEST(GrayBudget, WithoutADecodeTheNoiseIsTheSensorModels) {
+  testing::SyntheticSides scene = testing::make_sides({});
   std::vector<std::string> warnings;
+  EXPECT_EQ(
+      GrayNoise(pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings).at(0), nullptr, {}).source(),
+      "quantisation only");
+  scene.twin.cameras[0].sensor.electrons_per_dn = 40.0;
   const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
   const GainFit fit = fit_gain(pairs.at(0), warnings);
   const auto b = gray_budget(pairs[0], fit, &scene.real.measurement->cameras[0],
-                             &scene.simulated.measurement->cameras[0],
-                             GrayNoise(pairs[0], &scene.real.measurement->cameras[0], {}));
+                             &scene.simulated.measurement->cameras[0], GrayNoise(pairs[0], nullptr, {}));
   ASSERT_TRUE(b.has_value());
   EXPECT_NEAR(b->noise_per_dn, 1.0 / 40.0, 1e-4);
   EXPECT_EQ(b->noise_source, "sensor model of the twin, not measured on these images");

@@ -100,7 +100,7 @@ TEST_F(LimitNames, AnUnknownOneIsRefusedWithFileLineAndTheNearest) {
                                               ::testing::HasSubstr("unknown key \"phase_rms\" in [limits]"),
                                               ::testing::HasSubstr("did you mean \"phase_rms_rad\"?")));
   EXPECT_THAT(refusal(load(kMinimal + "[limits]\nsurprise = 1\n")),
-              ::testing::HasSubstr("known keys: center_mm, gain_r2, "));
+              ::testing::HasSubstr("known keys: center_mm, covered_fraction, gain_r2, "));
 }
 
 TEST_F(LimitNames, ACorrelationAboveOneIsRefused) {

@@ -11,7 +11,8 @@
 namespace fringetwin::measure {
 namespace {
 
-constexpr double kQuarters[] = {0.25, 0.5, 0.75};
+/// The first of equals is named: half a period off is the commonest mistake.
+constexpr double kQuarters[] = {0.5, 0.25, 0.75};
 constexpr std::size_t kMostPitches = 4;  ///< 23 other orders
 
 /// Collects readings that differ from the described one in what a function changes.
