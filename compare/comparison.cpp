@@ -87,10 +87,13 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
 
 void look_for_causes(const Twin& twin, const CompareOptions& options, std::vector<GridSamples> samples,
                      Comparison& out) {
+  // Causes are fitted to gray values: where these are explained, what fails (ripples, noise that the twin
+  // understates, objects that it lacks) is none of them, and the best of wrong ones would be named.
   const bool any = std::any_of(out.explained.begin(), out.explained.end(), [](const ExplainedRow& row) {
     return row.state == kNotExplained && row.quantity != "coverage";
   });
-  if (!any || samples.empty() || !twin.projector) return;
+  const std::string gray = worst_state(out.explained, "gray");
+  if (!any || gray == kExplained || gray == kTooWide || samples.empty() || !twin.projector) return;
   Sensitivity sensitivity(*options.renderer, std::move(samples));
   // the factors of the pixels are in the simulated side, not in the twin
   if (options.refinement && !options.refinement->texture.empty()) sensitivity.free_factors();

@@ -53,6 +53,10 @@ bool answers(const ReadingScore& described, const Reading& reading, const Readin
 /// Counts over all of an image.
 struct Counts {
   std::uint64_t jumps = 0, valid = 0, reached = 0;
+  bool jumps_or_few() const {
+    return static_cast<double>(jumps) > kManyJumps * static_cast<double>(valid) ||
+           static_cast<double>(valid) < kFewValid * static_cast<double>(reached);
+  }
   std::string text() const {
     return fmt::format(
         "{} jumps of the fringe order and {:.0f} % of the {} pixels that the fringes reach decoded", jumps,
@@ -175,14 +179,15 @@ std::vector<std::string> description_doubts(const CameraImages& images, const Fr
     out.push_back(fmt::format("camera \"{}\": {}", images.camera, sentence));
   };
   const ImageU8 reached = reached_pixels(images, options.min_modulation_dn);
-  const std::string wrong = what_is_wrong(described, count(decoded, reached));
+  const Counts everywhere = count(decoded, reached);
+  const std::string wrong = what_is_wrong(described, everywhere);
   for (const auto& [earlier, later] : repeated)
     tell(fmt::format("image {} repeats image {}, so that one pattern of the sequence is missing", later,
                      earlier));
   if (best)
     tell(fmt::format("the images are not as described: {}; {}", wrong,
                      what_would_be(described, best->reading, best->score, images, all_steps, reached)));
-  else if (repeated.empty() && (jumps_or_few(described) || described.residual > kLargeResidual))
+  else if (repeated.empty() && (everywhere.jumps_or_few() || described.residual > kLargeResidual))
     tell(fmt::format("{}; no other reading of [fringes] that was tried fits better", wrong));
   return out;
 }
