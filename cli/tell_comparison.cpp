@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "compare/verdict/overall.hpp"
 #include "cosim/summary.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
@@ -20,7 +21,8 @@ int tell_comparison(const std::filesystem::path& dir, const cosim::Run& run,
                     const compare::Comparison& comparison) {
   for (const std::string& warning : comparison.warnings) warn(warning);
   for (const std::string& line : cosim::summary_lines(comparison)) say(line);
-  say(fmt::format("verdict {}; report: {}", cosim::verdict_text(comparison), (dir / "report.html").string()));
+  say(fmt::format("verdict: {}; report: {}", compare::overall_verdict(comparison).text,
+                  (dir / "report.html").string()));
   const int verdict = static_cast<int>(comparison.pass ? ExitCode::ok : ExitCode::limits_not_met);
   for (const compare::Side* side : {&run.real, &run.simulated}) {
     if (!side->measurement) continue;

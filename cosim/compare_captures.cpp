@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cosim/compare_captures.hpp"
 
+#include <utility>
+
 #include "cosim/doubt_description.hpp"
 #include "cosim/load.hpp"
 #include "cosim/measured_shapes.hpp"
@@ -46,7 +48,8 @@ Run measure_both(const CompareRequest& request) {
   run.simulated.measurement = measure::measure(run.twin, run.simulated.images, run.options.use_steps);
   run.real.measurement = measure::measure(run.twin, run.real.images, run.options.use_steps);
   run.timer.stop();
-  doubt_description(run);
+  for (std::string& doubt : description_doubts(run))
+    run.real.measurement->warnings.push_back(std::move(doubt));
   return run;
 }
 

@@ -15,6 +15,7 @@
 #include "measure/measurement.hpp"
 #include "render/sensor/sensor.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 #include "twin/captures/measured_steps.hpp"
 
 namespace fringetwin::cosim {
@@ -151,8 +152,16 @@ Run run_cosim(const CosimRequest& request) {
   run.options.render = render_options(run.twin, request.render);
   simulate_side(run, request.render);
   measure_real(run);
-  if (!request.refine.empty()) refine(run, request);
-  doubt_description(run);
+  // before refining: a twin that was bent to fit a wrong description contradicts nothing any more
+  const std::vector<std::string> doubts = description_doubts(run);
+  if (!request.refine.empty()) try {
+      refine(run, request);
+    } catch (const UserError&) {
+      for (const std::string& doubt : doubts) warn(doubt);
+      throw;
+    }
+  if (run.real.measurement)
+    run.real.measurement->warnings.insert(run.real.measurement->warnings.end(), doubts.begin(), doubts.end());
   return run;
 }
 

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes a run whose two sides are measured, and adds to the warnings of the real one what its images say
-// against the description of the fringes.
+// Takes a run whose two sides are measured, and returns what its real images say against the description of
+// the fringes.
 #pragma once
+#include <string>
+#include <vector>
+
 #include "cosim/run.hpp"
 
 namespace fringetwin::cosim {
 
-/// Does nothing without real images.
-void doubt_description(Run& run);
+/// Returns a sentence each, for the warnings of the real side; none without real images. Adds the time to the
+/// run.
+std::vector<std::string> description_doubts(Run& run);
 
 }  // namespace fringetwin::cosim

@@ -22,12 +22,18 @@ std::string told_state(const std::string& state) {
 
 std::vector<std::string> summary_lines(const compare::Comparison& c) {
   std::vector<std::string> out;
-  for (const auto& gain : c.gain)
+  for (const auto& gain : c.gain) {
+    if (!gain.usable) {
+      out.push_back(
+          fmt::format("{}: no gain fitted{}", gain.camera, gain.why.empty() ? "" : ": " + gain.why));
+      continue;
+    }
     out.push_back(
-        fmt::format("{}: gain {:.4f} DN, black {:.2f} DN, residual {} -> {:.2f} DN rms, R2 {:.3f}",
-                    gain.camera, gain.gain_dn, gain.black_level_dn,
+        fmt::format("{}: gain {:.4f} DN, black {:.2f} DN ({}), residual {} -> {:.2f} DN rms, R2 {:.3f}",
+                    gain.camera, gain.gain_dn, gain.black_level_dn, gain.state,
                     std::isfinite(gain.rms_before_dn) ? fmt::format("{:.2f}", gain.rms_before_dn) : "-",
                     gain.rms_after_dn, gain.r2));
+  }
   for (const auto& phase : c.phase)
     out.push_back(fmt::format("{} {}: phase difference {:.5f} rad rms, {:.4f} % relative mean, n {}",
                               phase.camera, phase.direction, phase.rms_rad, 100.0 * phase.mean_relative,
@@ -69,10 +75,6 @@ std::vector<std::string> summary_lines(const compare::Comparison& c) {
     out.push_back(fmt::format("limit {} = {:g}: {:.6g} {}", limit.name, limit.limit, limit.value,
                               limit.pass ? "pass" : "FAIL"));
   return out;
-}
-
-std::string verdict_text(const compare::Comparison& comparison) {
-  return comparison.limits.empty() ? "pass (no limits set)" : comparison.pass ? "pass" : "fail";
 }
 
 std::string convergence_fault(const measure::Measurement& measurement) {

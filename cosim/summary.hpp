@@ -12,9 +12,6 @@ namespace fringetwin::cosim {
 /// Returns what a comparison found, a sentence each: gains, phases, budgets, causes, fits and limits.
 std::vector<std::string> summary_lines(const compare::Comparison& comparison);
 
-/// Returns "pass", "fail" or "pass (no limits set)".
-std::string verdict_text(const compare::Comparison& comparison);
-
 /// Returns the sentence on the first fit that had enough points and did not converge; empty when there is
 /// none.
 std::string convergence_fault(const measure::Measurement& measurement);

@@ -35,7 +35,9 @@ std::string Page::html() const {
   data.set("title", title);
   data.set("subtitle", subtitle);
   set_if(data, "verdict", verdict);
-  data.set("verdict_class", verdict == "pass" || verdict == "fail" ? verdict : "none");
+  data.set("verdict_class", !verdict_class.empty()                   ? verdict_class
+                            : verdict == "pass" || verdict == "fail" ? verdict
+                                                                     : "none");
   data.set("summary", summary_html);
   set_if(data, "note", note);
   mustache::data list{mustache::data::type::list};

@@ -24,7 +24,9 @@ struct Section {
 
 struct Page {
   std::string title, subtitle;
-  std::string verdict;       ///< the badge: "pass", "fail", other words in a neutral colour, or empty
+  std::string verdict;  ///< the badge's words; empty: none
+  std::string
+      verdict_class;  ///< "pass", "fail", "none" (neutral); empty: the words, where they are one of these
   std::string summary_html;  ///< first on the page: the verdict table
   std::string note;          ///< what the page can and cannot show; printed in a frame; may be empty
   std::vector<std::string> warnings;

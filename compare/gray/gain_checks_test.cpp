@@ -90,7 +90,8 @@ TEST(GainChecks, AllPartsOfARightTwinSayTheTruth) {
 
 TEST(GainChecks, SigmaAgreesWithTheClosedFormForIndependentNoise) {
   const SidesTruth t = deep();
-  const Checked c = checked(testing::make_sides(t));
+  const SyntheticSides scene = testing::make_sides(t);  // the pairs point into it
+  const Checked c = checked(scene);
   double n = 0, e1 = 0, e2 = 0;
   for (std::size_t i = 0; i < c.pairs[0].mask.size(); ++i)
     for (const int image : c.pairs[0].gain_images)

@@ -45,7 +45,10 @@ class GainTrust {
     for (const GainCheck& check : c.gain_checks)
       if (check.camera == row.camera) checks_.push_back(&check);
     for (const ExplainedRow& one : c.explained)
-      if (one.quantity == "gray" && one.region == row.camera) judged_ = true, explained_ = one.explained;
+      if (one.quantity == "gray" && one.region == row.camera) {
+        judged_ = one.state != kNotCompared;
+        explained_ = one.explained;
+      }
     for (const GrayBudget& one : c.gray_budget)
       if (one.camera == row.camera) budget_ = &one;
   }
@@ -58,15 +61,15 @@ class GainTrust {
     const bool allowed = judged_ && explained_;
     if (!allowed)
       reasons.push_back(judged_ ? "the verdict on the gray differences is not \"explained\""
-                                : "too few gray values lie inside surfaces to judge them");
+                                : "the gray differences could not be compared");
     if (const std::string cause = disagreement(); !cause.empty())
       reasons.push_back(cause);
     else if (!allowed && small && !checks_.empty())
       reasons.emplace_back("its parts agree");
     row_.why = fmt::format("{}", fmt::join(reasons, "; "));
-    row_.state = row_.r2 < 0.0 || checks_.empty()     ? "not offered"
-                 : allowed && small && doubts.empty() ? "sensor value"
-                                                      : "biased";
+    row_.state = row_.r2 < 0.0 || checks_.empty() || (!judged_ && small && doubts.empty()) ? "not offered"
+                 : allowed && small && doubts.empty()                                      ? "sensor value"
+                                                                                           : "biased";
   }
 
   std::string warning() const {

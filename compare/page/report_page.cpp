@@ -7,6 +7,7 @@
 #include "compare/page/report_gain.hpp"
 #include "compare/page/report_parts.hpp"
 #include "compare/result/tables.hpp"
+#include "compare/verdict/overall.hpp"
 #include "report/cloud_canvas.hpp"
 #include "report/html_page.hpp"
 #include "report/provenance.hpp"
@@ -105,7 +106,9 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   Page page;
   page.title = twin.name.empty() ? twin.file.stem().string() : twin.name;
   page.subtitle = subtitle(twin, in);
-  page.verdict = comparison.limits.empty() ? "no limits set" : comparison.pass ? "pass" : "fail";
+  const OverallVerdict overall = overall_verdict(comparison);
+  page.verdict = overall.text;
+  page.verdict_class = overall.badge;
   page.summary_html = verdict_html(comparison) + explained_summary_html(comparison) + glance_html(comparison);
   page.note = options.note;
   page.warnings = comparison.warnings;

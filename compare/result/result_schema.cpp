@@ -171,7 +171,7 @@ std::string result_schema() {
     const Json row = row_schema(table.fields());
     properties[table.key] = table.is_list ? Json{{"type", "array"}, {"items", row}} : row;
   }
-  properties["verdict"] = {{"enum", {"pass", "fail"}}};
+  properties["verdict"] = {{"enum", {"pass", "fail", "not judged"}}};
   properties["warnings"] = {{"type", "array"}, {"items", {{"type", "string"}}}};
   const Json schema = {
       {"$schema", "https://json-schema.org/draft/2020-12/schema"},

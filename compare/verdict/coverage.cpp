@@ -189,11 +189,13 @@ class CameraCoverage {
         add_pixel(i, label == kNoObject ? all.back() : all[static_cast<std::size_t>(label) + 1]);
     }
     std::vector<CoverageRow> out;
+    // single poor points lie off every object, the more the larger the image
+    const double allowed_off = std::max(kFew, kInteriorShare * static_cast<double>(all.front().n_union()));
     for (CoverageRow& row : all) {
       const bool of_everything = row.object.empty();
       if (!of_everything && row.n_seen < kFewestOfObject) continue;
-      if (!is_judged_on_cover(row) && static_cast<double>(row.real_only.interior) <= kFew) continue;
-      judge(row);
+      if (!is_judged_on_cover(row) && static_cast<double>(row.real_only.interior) <= allowed_off) continue;
+      judge(row, allowed_off);
       out.push_back(std::move(row));
     }
     return out;
@@ -216,12 +218,12 @@ class CameraCoverage {
       ++row.n_neither_saturated;
   }
 
-  void judge(CoverageRow& row) const {
+  void judge(CoverageRow& row, double allowed_off) const {
     const bool of_everything = row.object.empty();
     const auto all = static_cast<double>(row.n_union());
     row.allowed_thick = std::max(kFewThick, kThickShare * all);
     row.allowed_interior = std::max(kFew, (of_everything ? kInteriorShare : kInteriorShareOfObject) * all);
-    if (!is_judged_on_cover(row)) row.allowed_interior = kFew;  // all of it is on one side
+    if (!is_judged_on_cover(row)) row.allowed_interior = allowed_off;  // all of it is on one side
     if (of_everything)
       row.allowed_border = std::max(kFew, kBorderPerOutline * static_cast<double>(row.outline_px));
     row.explained = !has_areas(row) && !has_wide_borders(row) && !is_hardly_covered(row);

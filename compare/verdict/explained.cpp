@@ -306,6 +306,19 @@ RenderingError rendering_error(const Camera& camera, const std::vector<RenderNot
   return {};
 }
 
+namespace {
+/// Returns whether the fringes of a pixel are more than noise, which may pass a low min_modulation_dn by
+/// chance.
+bool stands_out(const CameraDecode& decode, std::size_t i) {
+  constexpr double kSigmas = 4.0;
+  return std::all_of(decode.directions.begin(), decode.directions.end(), [i](const DirectionDecode& d) {
+    const auto pitch = std::min(static_cast<std::size_t>(d.finest), d.amplitude_dn.size() - 1);
+    return d.amplitude_dn.empty() ||
+           static_cast<double>(d.amplitude_dn[pitch].data[i]) >= kSigmas * d.noise_dn;
+  });
+}
+}  // namespace
+
 SeenPixels seen_pixels(const CameraDecode* real, const CameraDecode* simulated) {
   SeenPixels out;
   if (!real || !simulated) return out;
@@ -313,7 +326,8 @@ SeenPixels seen_pixels(const CameraDecode* real, const CameraDecode* simulated) 
   for (std::size_t i = 0; i < real->flags.size(); ++i) {
     const unsigned r = real->flags.data[i], s = simulated->flags.data[i];
     if (r == measure::kValid && s == measure::kValid) ++out.both;
-    if ((r & kUnseen) == 0 || (s & kUnseen) == 0) ++out.either;
+    if (((r & kUnseen) == 0 && stands_out(*real, i)) || ((s & kUnseen) == 0 && stands_out(*simulated, i)))
+      ++out.either;
   }
   return out;
 }

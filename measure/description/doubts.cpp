@@ -148,6 +148,16 @@ std::vector<Reading> screened(const std::vector<Sample>& tiles, const Fringes& f
   return out;
 }
 
+/// Returns the modulation that counts as reached: the twin's, and beyond the range that known noise makes in
+/// some ten images.
+double least_modulation(const DecodeOptions& options, const CameraDecode& decoded) {
+  constexpr double kSigmas = 4.0;
+  double least = options.min_modulation_dn;
+  for (const DirectionDecode& d : decoded.directions)
+    if (d.noise_source == NoiseSource::known) least = std::max(least, kSigmas * d.noise_dn);
+  return least;
+}
+
 }  // namespace
 
 std::vector<std::string> description_doubts(const CameraImages& images, const Fringes& fringes,
@@ -155,20 +165,21 @@ std::vector<std::string> description_doubts(const CameraImages& images, const Fr
                                             const ExpectedCoordinates& expected) {
   std::vector<std::string> out;
   if (images.radiance || images.images.empty()) return out;
-  const Tiles tiles(images, options.min_modulation_dn);
-  if (tiles.empty()) return out;
   DecodeOptions all_steps = options;
+  all_steps.min_modulation_dn = least_modulation(options, decoded);
+  const Tiles tiles(images, all_steps.min_modulation_dn);
+  if (tiles.empty()) return out;
   all_steps.use_steps.clear();
   const Sample sample(tiles, images, expected);
   const ReadingScore described = sample.score(described_reading(fringes), all_steps);
   const std::vector<std::pair<int, int>> repeated =
-      repeated_images(sample.images, fringes, reached_pixels(sample.images, options.min_modulation_dn));
+      repeated_images(sample.images, fringes, reached_pixels(sample.images, all_steps.min_modulation_dn));
   if (described.n < kFewestPixels) return out;  // single pixels that noise lifts over the bound
-  if (!contradicted(described) && !only_moved(described) && repeated.empty()) return out;
+  if (!contradicted(described) && !only_moved(described)) return out;
 
   std::vector<Sample> each;
   for (std::size_t k = 0; k < tiles.size(); ++k) each.emplace_back(tiles.only(k), images, expected);
-  const bool single_images = jumps_or_few(described) || described.residual > kResidual || !repeated.empty();
+  const bool single_images = jumps_or_few(described) || described.residual > kResidual;
   std::optional<Answer> best;
   for (Reading& reading : screened(each, fringes, single_images, all_steps)) {
     const ReadingScore score = sample.score(reading, all_steps);
@@ -178,7 +189,7 @@ std::vector<std::string> description_doubts(const CameraImages& images, const Fr
   const auto tell = [&](const std::string& sentence) {
     out.push_back(fmt::format("camera \"{}\": {}", images.camera, sentence));
   };
-  const ImageU8 reached = reached_pixels(images, options.min_modulation_dn);
+  const ImageU8 reached = reached_pixels(images, all_steps.min_modulation_dn);
   const Counts everywhere = count(decoded, reached);
   const std::string wrong = what_is_wrong(described, everywhere);
   for (const auto& [earlier, later] : repeated)

@@ -67,7 +67,7 @@ void Readings::descriptions() {
   fringes("the bits of the code in the other order",
           each_code([](GrayCode& c) { c.lsb_first = !c.lsb_first; }));
   fringes("a complementary bit as the last of the code", each_code([](GrayCode& c) {
-            if (!c.complementary) c.complementary = true, --c.bits;
+            if (!c.complementary && c.bits > 1) c.complementary = true, --c.bits;
           }));
   fringes("no complementary bit", each_code([](GrayCode& c) {
             if (c.complementary) c.complementary = false, ++c.bits;

@@ -62,7 +62,7 @@ std::vector<std::pair<int, int>> repeated_images(const CameraImages& images, con
     const double neighbours =
         std::numbers::sqrt2 * std::sin(std::numbers::pi / fringes.steps) * rms_amplitude(shown, reached);
     for (std::size_t a = 0; a < shown.size(); ++a)
-      for (std::size_t b = a + 1; b < shown.size(); ++b)
+      for (std::size_t b = a + 1; b < std::min(shown.size(), a + 3); ++b)
         if (rms_difference(*shown[a], *shown[b], reached) < kSame * neighbours)
           out.emplace_back(numbers[a], numbers[b]);
   }

@@ -9,8 +9,10 @@
 
 namespace fringetwin::measure {
 
-/// Returns pairs (earlier, later) of image numbers of one direction that differ by far less than two
-/// neighbouring steps do. `reached`: the pixels that count.
+/// Returns pairs (earlier, later) of image numbers of one direction, next or next but one in the sequence,
+/// that differ by far less than two neighbouring steps do. Two pitches may look alike over a short range of
+/// the projector: only where the decode is contradicted, too, is an image repeated. `reached`: the pixels
+/// that count.
 std::vector<std::pair<int, int>> repeated_images(const CameraImages& images, const Fringes& fringes,
                                                  const ImageU8& reached);
 
