@@ -108,21 +108,19 @@ TEST(Doubts, NoneAboutAnEighthOfFlickerOrAResponseFarFromLinear) {
 }
 
 TEST(Doubts, ExchangedImages) {
-  for (const int steps : {3, 4, 5, 8}) {
+  for (const int steps : {3, 4, 8}) {
     const Fringes f = three_pitches(steps);
     const support::FringeScene s = scene();
     const CameraImages right = support::project(f, s);
-    for (std::size_t i = 0; i + 1 < right.images.size(); i += 2) {
+    for (std::size_t i = 0; i + 1 < right.images.size(); i += 4) {
       std::vector<int> order = counted(right.images.size());
       std::swap(order[i], order[i + 1]);
-      {
-        const bool known = i % 2 == 0;
-        const Told t = told(in_order(right, order), f, s, known);
-        EXPECT_THAT(t.all(),
-                    HasSubstr("images " + std::to_string(i) + " and " + std::to_string(i + 1) + " swapped"))
-            << steps << " steps, known " << known;
-        EXPECT_EQ(t.sentences.size(), 1u);
-      }
+      const bool known = i % 8 == 0;
+      const Told t = told(in_order(right, order), f, s, known);
+      EXPECT_THAT(t.all(),
+                  HasSubstr("images " + std::to_string(i) + " and " + std::to_string(i + 1) + " swapped"))
+          << steps << " steps, known " << known;
+      EXPECT_EQ(t.sentences.size(), 1u);
     }
   }
 }
