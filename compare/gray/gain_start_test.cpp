@@ -158,7 +158,7 @@ TEST(GainStart, ACameraWithoutAGainKeepsItsRowsAndIsNotExplained) {
   for (const ExplainedRow& row : c.explained)
     if (row.quantity == "gray") {
       judged = true;
-      EXPECT_FALSE(row.explained);
+      EXPECT_FALSE(row.explained());
     }
   EXPECT_TRUE(judged);
 }

@@ -47,7 +47,7 @@ class GainTrust {
     for (const ExplainedRow& one : c.explained)
       if (one.quantity == "gray" && one.region == row.camera) {
         judged_ = one.state != kNotCompared;
-        explained_ = one.explained;
+        explained_ = one.explained();
       }
     for (const GrayBudget& one : c.gray_budget)
       if (one.camera == row.camera) budget_ = &one;

@@ -38,7 +38,6 @@ Comparison good() {
   ExplainedRow gray;
   gray.quantity = "gray";
   gray.region = "left";
-  gray.explained = true;
   gray.state = kExplained;
   c.explained = {gray};
   return c;

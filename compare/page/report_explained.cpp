@@ -47,7 +47,7 @@ std::string bars_html(const ExplainedRow& row) {
       row.worst.empty() ? "" : ": " + report::escape_html(row.worst));
   for (const BudgetLine& line : row.lines) html += bar(line.name, line.variance, "part");
   html += bar("expected in all", row.expected(), "whole");
-  html += bar("observed", row.observed, row.explained ? "whole" : "beyond");
+  html += bar("observed", row.observed, row.explained() ? "whole" : "beyond");
   return html + "</table></div>\n";
 }
 
@@ -87,7 +87,7 @@ std::string explained_summary_html(const Comparison& c) {
         {row.quantity, row.worst.empty() ? row.region : row.region + ", " + row.worst,
          rms_text(row.observed, row.unit), rms_text(row.expected(), row.unit),
          chi2_text(row.chi2, row.chi2_limit), chi2_text(row.regional_chi2, row.regional_limit), row.state},
-        row.explained ? "pass" : "fail");
+        row.explained() ? "pass" : "fail");
   std::string html = table.html() + reasons_html(c.explained);
   if (const std::string cause = sentence(c.causes); !cause.empty())
     html += "<p><strong>" + report::escape_html(cause) + ".</strong></p>";

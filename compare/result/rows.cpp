@@ -23,7 +23,6 @@ std::string worse_state(const std::string& a, const std::string& b) {
 
 void ExplainedRow::worsen(const char* to, const std::string& because) {
   state = worse_state(state, to);
-  explained = state == kExplained;
   if (!because.empty()) why += (why.empty() ? "" : "; ") + because;
 }
 

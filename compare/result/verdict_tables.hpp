@@ -117,11 +117,11 @@ struct ExplainedRow {
   std::uint64_t n = 0, n_regions = 0;
   ImageF regions;  ///< chi2 per region of 16 x 16 px; NaN where too few pixels; empty for geometry
   std::string worst;
-  bool explained = false;
   std::string state = kNotCompared, why;
   double noise_chi2 = kNaN, chi2_least = kNaN, too_wide_factor = kNaN, compared_fraction = kNaN;
   double brightness_chi2 = kNaN, harmonic_chi2 = kNaN, ripple_limit = kNaN;
   bool states_noise = false;  ///< the budget's noise is what the twin says of its sensor
+  bool explained() const { return state == kExplained; }
   /// Takes a state that is worse than its own, and a sentence to say why, if there is one.
   void worsen(const char* to, const std::string& because = "");
   /// Returns the sum of the budget; NaN without one.

@@ -85,7 +85,7 @@ class CalibrationInBudget : public ::testing::Test {
     EXPECT_EQ(c.explained.size(), 4u) << text(c);  // gray, phase, geometry, coverage
     for (const ExplainedRow& row : c.explained)
       if (row.quantity != "coverage") {
-        EXPECT_EQ(row.explained, explained) << row.quantity << "\n" << text(c);
+        EXPECT_EQ(row.explained(), explained) << row.quantity << "\n" << text(c);
       }
   }
 

@@ -323,7 +323,6 @@ std::vector<ExplainedRow> explain_coverage(const std::vector<CoverageRow>& rows)
       verdict.unit = "px";
       verdict.n = row.n_union();
       verdict.state = kExplained;
-      verdict.explained = true;
     }
     if (!row.explained) out.back().worsen(kNotExplained, row.why);
   }

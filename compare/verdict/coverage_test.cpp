@@ -119,8 +119,8 @@ TEST(Coverage, AnObjectThatTheTwinLacksIsNamedWithItsPlace) {
                                   HasSubstr("near no object of the twin"), HasSubstr("y 7 to 22"))));
     const std::vector<ExplainedRow> verdict = explain_coverage(rows);
     ASSERT_THAT(verdict, SizeIs(2));
-    EXPECT_EQ(verdict[camera].explained, false);
-    EXPECT_EQ(verdict[1 - camera].explained, true);
+    EXPECT_EQ(verdict[camera].explained(), false);
+    EXPECT_EQ(verdict[1 - camera].explained(), true);
   }
 }
 

@@ -54,7 +54,6 @@ class GeometryExplanation {
       return row_;
     }
     row_.state = kExplained;
-    row_.explained = true;
     if (!(row_.chi2 <= row_.chi2_limit)) row_.worsen(kNotExplained);
     return row_;
   }

@@ -122,7 +122,6 @@ void judge(const Sums& s, ExplainedRow& row) {
   constexpr double kMore = kCoverage * kCoverage - 1.0;
   const auto n = static_cast<double>(s.n);
   row.state = kExplained;
-  row.explained = true;
   row.chi2_limit = 1.0 + allowed_for(n) + kMore * s.share / n;
   if (!(row.chi2 <= row.chi2_limit)) row.worsen(kNotExplained);
   if (row.n_regions == 0) return;

@@ -56,7 +56,7 @@ TEST(Explained, NoiseAsItIsMeasuredIsExplained) {
     SidesTruth t = deep();
     t.seed = seed;
     const ExplainedRow row = gray_of(testing::make_sides(t));
-    EXPECT_TRUE(row.explained);
+    EXPECT_TRUE(row.explained());
     EXPECT_NEAR(row.chi2, 1.0, 0.05);
     EXPECT_NEAR(row.regional_chi2, 1.0, 0.15);
     EXPECT_GT(row.n_regions, 300u);
@@ -82,7 +82,7 @@ TEST(Explained, NoiseBelowTheRoundingIsExplained) {
     t.noise_dn = 0.3;
     t.seed = seed;
     const ExplainedRow row = gray_of(testing::make_sides(t));
-    EXPECT_TRUE(row.explained) << row.chi2 << ' ' << row.regional_chi2;
+    EXPECT_TRUE(row.explained()) << row.chi2 << ' ' << row.regional_chi2;
     ASSERT_EQ(row.lines.size(), 4u);
     EXPECT_NEAR(row.lines[1].variance, 1.0 / 12.0, 1e-9);
   }
@@ -100,11 +100,11 @@ TEST(Explained, MoreNoiseThanTheSensorModelStatesIsNot) {
   t.steps = 3;
   const double total_dn2 = t.noise_dn * t.noise_dn + 1.0 / 12.0;
   const ExplainedRow as_stated = gray_of(modelled(t, t.noise_dn * t.noise_dn));
-  EXPECT_TRUE(as_stated.explained);
+  EXPECT_TRUE(as_stated.explained());
   EXPECT_NEAR(as_stated.chi2, 1.0, 0.02);
   EXPECT_THAT(as_stated.lines.at(0).name, ::testing::HasSubstr("sensor model"));
   const ExplainedRow less_stated = gray_of(modelled(t, total_dn2 / 1.3 - 1.0 / 12.0));
-  EXPECT_FALSE(less_stated.explained);
+  EXPECT_FALSE(less_stated.explained());
   EXPECT_NEAR(less_stated.chi2, 1.3, 0.02);
 }
 
@@ -115,7 +115,7 @@ TEST(Explained, LessNoiseThanTheSensorModelStatesMakesTheBudgetTooWide) {
   const ExplainedRow row = gray_of(modelled(t, 4.0 * total_dn2 - 1.0 / 12.0));
   EXPECT_NEAR(row.noise_chi2, 0.25, 0.005);
   EXPECT_EQ(row.state, "budget too wide");
-  EXPECT_FALSE(row.explained);
+  EXPECT_FALSE(row.explained());
   EXPECT_NEAR(row.too_wide_factor, 2.0, 0.02);
   EXPECT_THAT(row.why, ::testing::HasSubstr("0.50 of what the noise in the budget says"));
   EXPECT_TRUE(row.states_noise);
@@ -173,7 +173,7 @@ TEST(Explained, LessThanHalfOfThePixelsIsNotCompared) {
   const ExplainedRow row = lose(0.6);
   EXPECT_LE(row.chi2, row.chi2_limit);
   EXPECT_EQ(row.state, "not compared");
-  EXPECT_FALSE(row.explained);
+  EXPECT_FALSE(row.explained());
   EXPECT_NEAR(row.compared_fraction, 0.37, 0.03);  // of a disc: 0.5 - (asin h + h sqrt(1-h^2))/pi, h = 0.22
   EXPECT_THAT(row.why, ::testing::HasSubstr("% of the pixels that a side sees"));
 }
@@ -197,7 +197,7 @@ TEST(Explained, WhatIsCommonToARegionIsNot) {
   const ExplainedRow row = gray_of(scene);
   EXPECT_LE(row.chi2, row.chi2_limit);
   EXPECT_GT(row.regional_chi2, 1.5 * row.regional_limit);
-  EXPECT_FALSE(row.explained);
+  EXPECT_FALSE(row.explained());
 }
 
 TEST(Explained, TheRenderersOwnErrorIsPartOfTheBudget) {
@@ -205,10 +205,10 @@ TEST(Explained, TheRenderersOwnErrorIsPartOfTheBudget) {
   t.steps = 3;
   const double missing_dn2 = 0.3 * t.noise_dn * t.noise_dn;
   const SyntheticSides scene = modelled(t, t.noise_dn * t.noise_dn - missing_dn2);
-  EXPECT_FALSE(gray_of(scene).explained);
+  EXPECT_FALSE(gray_of(scene).explained());
   const ExplainedRow row =
       gray_of(scene, {.gray_dn = std::sqrt(missing_dn2), .phase_rad = 0.0, .estimated = true});
-  EXPECT_TRUE(row.explained);
+  EXPECT_TRUE(row.explained());
   EXPECT_NEAR(row.lines.at(2).variance, missing_dn2, 1e-9);
 }
 
@@ -264,7 +264,7 @@ const double kRegionalSigmaPx = kSigmaPx * std::numbers::sqrt2 / 16.0;
 
 TEST(Explained, PhaseNoiseAsStatedIsExplained) {
   const ExplainedRow row = phase_of(noisy_phases(kSigmaPx, 0.0));
-  EXPECT_TRUE(row.explained);
+  EXPECT_TRUE(row.explained());
   EXPECT_NEAR(row.chi2, 1.0, 0.05);
   EXPECT_NEAR(row.regional_chi2, 1.0, 3.0 * std::sqrt(2.0 / static_cast<double>(row.n_regions)));
   const double per_px = 2.0 * std::numbers::pi / 13.0;
@@ -276,20 +276,20 @@ TEST(Explained, AConstantPhaseOffsetOfThreeRegionalSigmasIsNot) {
   const ExplainedRow row = phase_of(noisy_phases(kSigmaPx, 3.0 * kRegionalSigmaPx));
   EXPECT_LE(row.chi2, row.chi2_limit);        // no single pixel tells
   EXPECT_NEAR(row.regional_chi2, 10.0, 3.0);  // 1 + 9, less where a block is cut off by the disc
-  EXPECT_FALSE(row.explained);
+  EXPECT_FALSE(row.explained());
 }
 
 TEST(Explained, TooMuchPhaseNoiseIsNot) {
   const ExplainedRow row = phase_of(noisy_phases(kSigmaPx, 0.0, std::sqrt(1.3)));
   EXPECT_NEAR(row.chi2, 1.3, 0.05);
-  EXPECT_FALSE(row.explained);
+  EXPECT_FALSE(row.explained());
 }
 
 TEST(Explained, APhaseErrorOfTheRendererIsPartOfTheBudget) {
   const double per_px = 2.0 * std::numbers::pi / 13.0;
   RenderingError rendering;
   rendering.phase_rad = 3.0 * kRegionalSigmaPx * per_px;
-  EXPECT_TRUE(phase_of(noisy_phases(kSigmaPx, 3.0 * kRegionalSigmaPx), rendering).explained);
+  EXPECT_TRUE(phase_of(noisy_phases(kSigmaPx, 3.0 * kRegionalSigmaPx), rendering).explained());
 }
 
 TEST(Explained, TextureWithinAPixelMovesItsPhase) {
@@ -326,7 +326,7 @@ TEST(Explained, TooFewValuesAreNotCompared) {
   *std::find(p.interior.data.begin(), p.interior.data.end(), 1) = 0;
   const ExplainedRow row = phase_of(p);
   EXPECT_EQ(row.state, "not compared");
-  EXPECT_FALSE(row.explained);
+  EXPECT_FALSE(row.explained());
   EXPECT_EQ(row.quantity, "phase");
   EXPECT_EQ(row.region, "left x");
   EXPECT_EQ(row.n, 199u);
@@ -415,13 +415,13 @@ FitRow fit_row(double z_radius, double z_center_y) {
 TEST(Explained, GeometryWithinThreeStandardErrorsIs) {
   const auto rows = explain_geometry({fit_row(1.0, -2.9), fit_row(3.1, 0.5)});
   ASSERT_EQ(rows.size(), 2u);
-  EXPECT_TRUE(rows[0].explained);
+  EXPECT_TRUE(rows[0].explained());
   EXPECT_EQ(rows[0].worst, "center_mm.y");
   EXPECT_NEAR(rows[0].chi2, 2.9 * 2.9, 1e-12);
   EXPECT_NEAR(rows[0].observed, std::pow(0.005 * 2.9, 2), 1e-12);
   EXPECT_NEAR(rows[0].expected(), 25e-6, 1e-12);  // 3² + 4² µm²
   EXPECT_EQ(rows[0].n, 3u);                       // the unknown z is not counted
-  EXPECT_FALSE(rows[1].explained);
+  EXPECT_FALSE(rows[1].explained());
   EXPECT_EQ(rows[1].worst, "radius_mm");
   EXPECT_EQ(rows[1].unit, "mm");
   EXPECT_EQ(worst_state(rows, "geometry"), "not explained");

@@ -13,7 +13,6 @@ Comparison with(const std::vector<std::pair<std::string, std::string>>& states) 
     ExplainedRow& row = c.explained.emplace_back();
     row.quantity = quantity;
     row.state = state;
-    row.explained = state == kExplained;
   }
   return c;
 }

@@ -32,7 +32,6 @@ ExplainedRow passing(const std::string& quantity, const std::string& region, boo
   row.quantity = quantity;
   row.region = region;
   row.state = "explained";
-  row.explained = true;
   row.states_noise = states_noise;
   return row;
 }
