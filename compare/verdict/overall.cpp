@@ -11,15 +11,12 @@ namespace {
 std::string explanation(const BudgetVerdict& v) {
   const std::pair<const char*, const std::string&> quantities[] = {
       {"coverage", v.coverage}, {"phase", v.phase}, {"gray", v.gray}, {"geometry", v.geometry}};
-  for (const char* state : {kNotExplained, kNotCompared, kTooWide}) {
-    std::string names;
-    for (const auto& [name, its_state] : quantities)
-      if (its_state == state) names += (names.empty() ? "" : ", ") + std::string(name);
-    if (!names.empty()) return names + ": " + state;
-  }
-  for (const auto& [name, its_state] : quantities)
-    if (its_state == kExplained) return kExplained;
-  return "";
+  std::string worst, names;
+  for (const auto& [name, state] : quantities) worst = worse_state(worst, state);
+  if (worst.empty() || worst == kExplained) return worst;
+  for (const auto& [name, state] : quantities)
+    if (state == worst) names += (names.empty() ? "" : ", ") + std::string(name);
+  return names + ": " + worst;
 }
 
 }  // namespace
