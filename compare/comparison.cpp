@@ -49,9 +49,8 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
     const GrayNoise noise(pair, real_decode, options.use_steps);
     const GainFit fit = fit_gain(pair, out.warnings, &noise);
     out.gain.push_back(published_row(fit));
-    out.gain.back().why = fit.why;
     if (!fit.has_line()) {
-      if (!pair.real->radiance) out.explained.push_back(not_compared("gray", pair.camera->name, fit.why));
+      if (!pair.real->radiance) out.explained.push_back(not_compared("gray", pair.camera->name, fit.row.why));
       continue;
     }
     for (GrayRow& row : gray_rows(twin, pair, fit)) out.gray.push_back(std::move(row));
@@ -71,7 +70,7 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
                                     seen_pixels(real_decode, simulated_decode),
                                     options.refinement && !options.refinement->texture.empty());
     if (!fit.row.usable && row.state != kNotCompared)  // along a provisional line nothing is explained
-      row.worsen(kNotExplained, fit.why);
+      row.worsen(kNotExplained, fit.row.why);
     out.explained.push_back(std::move(row));
     if (fit.row.usable) {
       GainParts parts = gain_checks(twin.fringes, pair, fit, noise, interior);

@@ -131,7 +131,7 @@ class Refiner {
       const GrayNoise noise(pairs[c], real_decode, options.use_steps);
       const GainFit fit = fit_gain(pairs[c], warnings, &noise);
       if (!fit.has_line() || pairs[c].real->radiance) {
-        const std::string why = fit.has_line() ? "the real images are irradiance" : fit.why;
+        const std::string why = fit.has_line() ? "the real images are irradiance" : fit.row.why;
         reasons += fmt::format("{}{}: {}", reasons.empty() ? "" : "; ", pairs[c].camera->name, why);
         continue;
       }

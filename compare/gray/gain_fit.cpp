@@ -259,8 +259,8 @@ GainFit without_gain(const GrayPair& pair, const Start& start, const GrayNoise* 
           line.gain_dn, line.black_level_dn, line.n_pixels);
     }
   }
-  fit.why = std::move(why);
-  warnings.push_back(fmt::format("{}: no gain can be fitted: {}", pair.camera->name, fit.why));
+  fit.row.why = std::move(why);
+  warnings.push_back(fmt::format("{}: no gain can be fitted: {}", pair.camera->name, fit.row.why));
   return fit;
 }
 

@@ -15,11 +15,10 @@ namespace fringetwin::compare {
 /// The gain of one camera; where none can be fitted, a provisional line to judge gray values along.
 struct GainFit {
   /// Where row.usable is false, gain_dn and black_level_dn are those of the provisional line, NaN without
-  /// one, and the other numbers say nothing.
+  /// one, the other numbers say nothing, and `why` says why no gain is fitted.
   GainRow row;
   UsableRange usable;              ///< which gray values entered
   std::optional<GainStart> start;  ///< what the fit started from; none where the amplitudes tell nothing
-  std::string why;                 ///< why no gain is fitted; empty where one is
   bool has_line() const { return row.gain_dn == row.gain_dn; }
 };
 
