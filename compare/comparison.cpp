@@ -30,7 +30,6 @@ namespace fringetwin::compare {
 namespace {
 
 using measure::DirectionDecode;
-using measure::Measurement;
 
 constexpr std::size_t kCausePixels = 10'000;  ///< per camera: enough for causes that act on whole surfaces
 constexpr double kManyOrders = 0.01;          ///< share of order disagreements worth a warning
@@ -99,41 +98,35 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
   out.causes = find_causes(sensitivity, twin);
 }
 
-/// Returns the interior of the pixels valid in both decodes.
-ImageU8 interior_of(const measure::CameraDecode& real, const measure::CameraDecode& simulated) {
-  ImageU8 valid(real.width(), real.height(), 1);
-  clear_invalid(real, valid);
-  clear_invalid(simulated, valid);
-  return interior_mask(valid, &real, &simulated);
-}
-
-void compare_phase(const Twin& twin, const Measurement& real, const Measurement& simulated,
-                   const CompareOptions& options, const CalibrationBudget* calibration, Comparison& out) {
-  out.phase = phase_rows(twin, real, simulated);
+void compare_phase(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
+                   const CalibrationBudget* calibration, Comparison& out) {
+  out.phase = phase_rows(twin, *real.measurement, *simulated.measurement);
   for (const PhaseRow& row : out.phase)
     if (row.order_disagree_fraction() > kManyOrders)
       out.warnings.push_back(fmt::format(
           "{} {}: on {:.1f} % of the pixels valid on both sides the fringe orders disagree ({} pixels, "
           "|difference| > pi); they are in no phase number, so the phase rows describe the rest only",
           row.camera, row.direction, 100.0 * row.order_disagree_fraction(), row.n_order_disagree));
-  for (std::size_t c = 0; c < real.cameras.size(); ++c) {
-    const ImageU8 interior = interior_of(real.cameras[c], simulated.cameras[c]);
-    const SeenPixels seen = seen_pixels(&real.cameras[c], &simulated.cameras[c]);
-    for (std::size_t d = 0; d < real.cameras[c].directions.size(); ++d) {
-      const DirectionDecode& r = real.cameras[c].directions[d];
-      const DirectionDecode* s = simulated.cameras[c].direction(r.axis);
+  for (std::size_t c = 0; c < real.measurement->cameras.size(); ++c) {
+    const measure::CameraDecode *real_decode = decode_of(real, c),
+                                *simulated_decode = decode_of(simulated, c);
+    const ImageU8 interior =
+        interior_mask(valid_in_both(twin.cameras[c], c, real, simulated), real_decode, simulated_decode);
+    const SeenPixels seen = seen_pixels(real_decode, simulated_decode);
+    const RenderingError rendering = rendering_error(twin.cameras[c], options.rendered, 1.0);
+    for (std::size_t d = 0; d < real_decode->directions.size(); ++d) {
+      const DirectionDecode& r = real_decode->directions[d];
+      const DirectionDecode* s = simulated_decode->direction(r.axis);
       if (!s || r.coordinate_px.empty() || s->coordinate_px.empty() || r.pitches_px.empty()) continue;
       if (auto budget = phase_budget(twin, r, *s, options.use_steps)) {
-        budget->camera = real.cameras[c].camera;
+        budget->camera = real_decode->camera;
         budget->direction = axis_name(r.axis);
         out.phase_budget.push_back(std::move(*budget));
       }
-      out.explained.push_back(explain_phase(real.cameras[c].camera, r, *s, interior,
-                                            rendering_error(twin.cameras[c], options.rendered, 1.0),
+      out.explained.push_back(explain_phase(real_decode->camera, r, *s, interior, rendering,
                                             calibration ? &calibration->phase_rad2[c][d] : nullptr, seen));
       if (const auto ripple = test_ripple(twin, r, *s, options.use_steps, interior))
-        judge_ripple(*ripple, rendering_error(twin.cameras[c], options.rendered, 1.0), r, *s,
-                     out.explained.back());
+        judge_ripple(*ripple, rendering, r, *s, out.explained.back());
     }
   }
 }
@@ -180,7 +173,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
                                       real.measurement->cameras[c], options.use_steps))
         out.noise.push_back(std::move(row));
   if (real.measurement && simulated.measurement)
-    compare_phase(twin, *real.measurement, *simulated.measurement, options, calibration, out);
+    compare_phase(twin, real, simulated, options, calibration, out);
   out.coverage = coverage_rows(twin, real, simulated);
   for (ExplainedRow& row : explain_coverage(out.coverage)) out.explained.push_back(std::move(row));
   for (std::string& warning : coverage_warnings(out.coverage)) out.warnings.push_back(std::move(warning));

@@ -52,16 +52,6 @@ void choose_images(GrayPair& pair, const Twin& twin, const CompareOptions& optio
                     pair.camera->name));
 }
 
-/// Returns a mask that is 1 where no decode of either side calls the pixel invalid.
-ImageU8 valid_in_both(const Camera& camera, std::size_t index, const Side& real, const Side& simulated) {
-  ImageU8 mask(camera.lens.width(), camera.lens.height(), 1);
-  for (const Side* side : {&real, &simulated}) {
-    if (!side->measurement || index >= side->measurement->cameras.size()) continue;
-    clear_invalid(side->measurement->cameras[index], mask);
-  }
-  return mask;
-}
-
 /// Throws UserError(input) unless there is one image of the camera's size for each image of the sequence.
 void check_images(const CameraImages& images, const GrayPair& pair, const char* side) {
   const std::string where = std::string(side) + " images of camera \"" + pair.camera->name + "\"";
@@ -80,10 +70,15 @@ void check_images(const CameraImages& images, const GrayPair& pair, const char* 
 
 }  // namespace
 
-void clear_invalid(const measure::CameraDecode& decode, ImageU8& mask) {
-  FT_CHECK(decode.flags.same_size(mask), "decode and camera have one image size");
-  for (std::size_t i = 0; i < mask.size(); ++i)
-    if (decode.flags.data[i] != measure::kValid) mask.data[i] = 0;
+ImageU8 valid_in_both(const Camera& camera, std::size_t index, const Side& real, const Side& simulated) {
+  ImageU8 mask(camera.lens.width(), camera.lens.height(), 1);
+  for (const measure::CameraDecode* decode : {decode_of(real, index), decode_of(simulated, index)}) {
+    if (!decode) continue;
+    FT_CHECK(decode->flags.same_size(mask), "decode and camera have one image size");
+    for (std::size_t i = 0; i < mask.size(); ++i)
+      if (decode->flags.data[i] != measure::kValid) mask.data[i] = 0;
+  }
+  return mask;
 }
 
 std::vector<GrayPair> pair_gray(const Twin& twin, const Side& real, const Side& simulated,

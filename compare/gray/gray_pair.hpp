@@ -44,8 +44,8 @@ struct GrayPair {
   double irradiance_at(int image, std::size_t i) const { return e_scale * source_at(image, i) + e_offset; }
 };
 
-/// Sets the mask to 0 at the pixels that a decode of its size calls invalid.
-void clear_invalid(const measure::CameraDecode& decode, ImageU8& mask);
+/// Returns a mask that is 1 where no decode of either side calls the pixel invalid.
+ImageU8 valid_in_both(const Camera& camera, std::size_t index, const Side& real, const Side& simulated);
 
 /// Returns the step between the rows that enter sums over blocks of pixels: 2 for images of a megapixel or
 /// more, whose blocks hold enough pixels with every second row, else 1.

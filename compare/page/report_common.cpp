@@ -87,12 +87,7 @@ ImageF enlarged_blocks(const ImageF& blocks, int k) {
 }
 
 ImageU8 valid_mask(const ReportInput& in, std::size_t camera) {
-  const Lens& lens = in.twin.cameras[camera].lens;
-  ImageU8 mask(lens.width(), lens.height(), 1);
-  for (const Side* side : {&in.real, &in.simulated})
-    if (side->measurement && camera < side->measurement->cameras.size())
-      clear_invalid(side->measurement->cameras[camera], mask);
-  return mask;
+  return valid_in_both(in.twin.cameras[camera], camera, in.real, in.simulated);
 }
 
 int profile_row(const ReportInput& in, std::size_t camera, const ImageU8& mask) {

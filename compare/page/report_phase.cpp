@@ -106,11 +106,7 @@ std::string one_side(const ReportInput& in, std::size_t c, const DirectionDecode
 std::string phase_figures_html(const ReportInput& in) {
   std::string html;
   for (std::size_t c = 0; c < in.twin.cameras.size(); ++c) {
-    const auto decode = [&](const Side& side) -> const measure::CameraDecode* {
-      return side.measurement && c < side.measurement->cameras.size() ? &side.measurement->cameras[c]
-                                                                      : nullptr;
-    };
-    const measure::CameraDecode *real = decode(in.real), *simulated = decode(in.simulated);
+    const measure::CameraDecode *real = decode_of(in.real, c), *simulated = decode_of(in.simulated, c);
     const measure::CameraDecode* any = simulated ? simulated : real;
     if (!any) continue;
     html += camera_heading(any->camera);

@@ -22,7 +22,8 @@ struct Side {
 
 /// Returns a side's decode of one camera; null where the side was not measured.
 inline const measure::CameraDecode* decode_of(const Side& side, std::size_t camera) {
-  return side.measurement ? &side.measurement->cameras.at(camera) : nullptr;
+  return side.measurement && camera < side.measurement->cameras.size() ? &side.measurement->cameras[camera]
+                                                                       : nullptr;
 }
 
 }  // namespace fringetwin::compare
