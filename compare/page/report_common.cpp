@@ -44,6 +44,37 @@ std::optional<std::pair<int, int>> middle_of(const std::vector<std::size_t>& cou
   return std::pair{first, last};
 }
 
+/// Returns the image row of the profiles: through the first object's centre where that is on the part, else
+/// the row with the most valid pixels.
+int profile_row(const ReportInput& in, std::size_t camera, const ImageU8& mask) {
+  int best = mask.height / 2;
+  std::size_t most = 0;
+  for (int y = 0; y < mask.height; ++y)
+    if (const std::size_t n = valid_in_row(mask, y); n > most) most = n, best = y;
+  if (const auto center = object_center_mm(in.twin)) {
+    const Camera& c = in.twin.cameras[camera];
+    if (const auto q = c.lens.project(c.T_cam_world * *center)) {
+      const double row = std::round(q->y());
+      if (row >= 0 && row < mask.height && valid_in_row(mask, static_cast<int>(row)) * 2 >= most)
+        return static_cast<int>(row);
+    }
+  }
+  return best;
+}
+
+/// Returns the columns of a row from its first to its last non-zero pixel, with a margin.
+Columns columns_of_row(const ImageU8& mask, int row) {
+  constexpr int kMargin = 12;
+  int first = -1, last = -1;
+  for (int x = 0; x < mask.width; ++x)
+    if (mask(x, row) != 0) {
+      if (first < 0) first = x;
+      last = x;
+    }
+  if (first < 0) first = 0, last = mask.width - 1;
+  return {first - kMargin, last + kMargin};
+}
+
 }  // namespace
 
 std::string Window::text() const {
@@ -72,6 +103,12 @@ Window data_window(const ImageU8& mask) {
   return w;
 }
 
+ShownPart shown_part(const ReportInput& in, std::size_t camera) {
+  const ImageU8 mask = valid_in_both(in.twin.cameras[camera], camera, in.real, in.simulated);
+  const int row = profile_row(in, camera, mask);
+  return {data_window(mask), row, columns_of_row(mask, row)};
+}
+
 ImageF crop(const ImageF& image, const Window& window) {
   ImageF out(window.width, window.height);
   for (int y = 0; y < window.height; ++y)
@@ -84,38 +121,6 @@ ImageF enlarged_blocks(const ImageF& blocks, int k) {
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x) out(x, y) = blocks(x / k, y / k);
   return out;
-}
-
-ImageU8 valid_mask(const ReportInput& in, std::size_t camera) {
-  return valid_in_both(in.twin.cameras[camera], camera, in.real, in.simulated);
-}
-
-int profile_row(const ReportInput& in, std::size_t camera, const ImageU8& mask) {
-  int best = mask.height / 2;
-  std::size_t most = 0;
-  for (int y = 0; y < mask.height; ++y)
-    if (const std::size_t n = valid_in_row(mask, y); n > most) most = n, best = y;
-  if (const auto center = object_center_mm(in.twin)) {
-    const Camera& c = in.twin.cameras[camera];
-    if (const auto q = c.lens.project(c.T_cam_world * *center)) {
-      const double row = std::round(q->y());
-      if (row >= 0 && row < mask.height && valid_in_row(mask, static_cast<int>(row)) * 2 >= most)
-        return static_cast<int>(row);
-    }
-  }
-  return best;
-}
-
-Columns columns_of_row(const ImageU8& mask, int row) {
-  constexpr int kMargin = 12;
-  int first = -1, last = -1;
-  for (int x = 0; x < mask.width; ++x)
-    if (mask(x, row) != 0) {
-      if (first < 0) first = x;
-      last = x;
-    }
-  if (first < 0) first = 0, last = mask.width - 1;
-  return {first - kMargin, last + kMargin};
 }
 
 report::Series row_series(const ImageF& image, int row, const Columns& columns, const std::string& title,

@@ -81,14 +81,12 @@ std::string camera_with_real(const ReportInput& in, const GrayPair& pair, const 
   const std::string name = pair.camera->name, label = label_of(in.twin, image);
   const ImageF& real = pair.real->images[image];
   const ImageF predicted = predicted_gray(pair, fit, image), difference = gray_difference(pair, fit, image);
-  const ImageU8 mask = valid_mask(in, c);
-  const Window window = data_window(mask);
+  const auto [window, row, columns] = shown_part(in, c);
   const MapStyle signed_style = difference_style(difference, "DN");
   report::write_map_png(in.dir / ("gray_difference_" + name + ".png"), difference, signed_style);
 
-  const int row = profile_row(in, c, mask);
-  std::vector<Plot> plots = profile_plots(real, gray_before_fit(pair, fit, image), predicted, difference, row,
-                                          columns_of_row(mask, row));
+  std::vector<Plot> plots =
+      profile_plots(real, gray_before_fit(pair, fit, image), predicted, difference, row, columns);
   for (Plot& plot : gain_plots(pair, fit)) plots.push_back(std::move(plot));
   const std::vector<std::string> svg = report::plots_or_sentences(plots, "gray-" + name);
 
@@ -127,11 +125,8 @@ std::string camera_simulated_only(const ReportInput& in, std::size_t c) {
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
   const int image = shown_image(in.twin, all);
   const ImageF& picture = images.images[image];
-  const ImageU8 mask = valid_mask(in, c);
-  const Window window = data_window(mask);
+  const auto [window, row, columns] = shown_part(in, c);
   const std::string label = label_of(in.twin, image);
-  const int row = profile_row(in, c, mask);
-  const Columns columns = columns_of_row(mask, row);
   Plot plot = row_plot("gray value [DN]", 290, columns,
                        {row_series(picture, row, columns, "simulated", report::color::kSimulated, 1.0)});
   plot.width_px = 680;

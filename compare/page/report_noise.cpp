@@ -122,7 +122,7 @@ std::string noise_figures_html(const ReportInput& in, const NoiseRow& row) {
                          .limits = report::robust_limits(row.ratio_map),
                          .title = "measured / predicted gray noise",
                          .max_width_px = 480};
-  const Window window = data_window(valid_mask(in, camera_index(in, row.camera)));
+  const Window window = shown_part(in, camera_index(in, row.camera)).window;
   const ImageF map = crop(enlarged_blocks(row.ratio_map, kNoiseBlock), window);
   return figure_html(
       in,

@@ -68,18 +68,18 @@ struct Window {
 /// whole image when there are none.
 Window data_window(const ImageU8& mask);
 ImageF crop(const ImageF& image, const Window& window);
+/// First and last column of the image that a plot shows.
+using Columns = std::pair<int, int>;
+/// The part of a camera's image that is valid on the sides that were decoded, and the row of its profiles.
+struct ShownPart {
+  Window window;
+  int row = 0;
+  Columns columns;  ///< of that row
+};
+ShownPart shown_part(const ReportInput& in, std::size_t camera);
 
 /// Returns each value as k x k pixels: a map of blocks at its size in the image.
 ImageF enlarged_blocks(const ImageF& blocks, int k);
-/// Returns 1 where the camera's decode (of whichever sides were decoded) is valid.
-ImageU8 valid_mask(const ReportInput& in, std::size_t camera);
-/// Returns the image row of the profiles: through the first object's centre where that is on the part, else
-/// the row with the most valid pixels.
-int profile_row(const ReportInput& in, std::size_t camera, const ImageU8& mask);
-/// First and last column of the image that a plot shows.
-using Columns = std::pair<int, int>;
-/// Returns the columns of a row from its first to its last non-zero pixel, with a margin.
-Columns columns_of_row(const ImageU8& mask, int row);
 /// Returns a row of an image as a line over the columns, NaN included.
 report::Series row_series(const ImageF& image, int row, const Columns& columns, const std::string& title,
                           const std::string& color, double width = 1.4);

@@ -46,10 +46,7 @@ std::string both_sides(const ReportInput& in, std::size_t c, const DirectionDeco
   const std::string file = fmt::format("phase_difference_{}_{}.png", name, axis);
   report::write_map_png(in.dir / file, difference, signed_style);
 
-  const ImageU8 mask = valid_mask(in, c);
-  const Window window = data_window(mask);
-  const int row = profile_row(in, c, mask);
-  const Columns columns = columns_of_row(mask, row);
+  const auto [window, row, columns] = shown_part(in, c);
   Plot profile = row_plot("absolute phase [rad]", 270, columns,
                           {row_series(phase_real, row, columns, "real", report::color::kReal),
                            row_series(phase_sim, row, columns, "simulated", report::color::kSimulated)});
@@ -83,10 +80,7 @@ std::string both_sides(const ReportInput& in, std::size_t c, const DirectionDeco
 std::string one_side(const ReportInput& in, std::size_t c, const DirectionDecode& decode, const char* side) {
   const std::string name = in.twin.cameras[c].name, axis = axis_name(decode.axis);
   const ImageF phase = absolute_phase(in.twin, decode);
-  const ImageU8 mask = valid_mask(in, c);
-  const Window window = data_window(mask);
-  const int row = profile_row(in, c, mask);
-  const Columns columns = columns_of_row(mask, row);
+  const auto [window, row, columns] = shown_part(in, c);
   Plot profile = row_plot("absolute phase [rad]", 270, columns,
                           {row_series(phase, row, columns, side, report::color::kSimulated)});
   profile.width_px = 680;

@@ -55,7 +55,7 @@ std::string shift_html(const ReportInput& in) {
   std::string html = shift_table_html(rows);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const ShiftRow& row = rows[i];
-    const Window window = data_window(valid_mask(in, camera_index(in, row.camera)));
+    const Window window = shown_part(in, camera_index(in, row.camera)).window;
     std::string maps;
     for (const auto& [name, blocks, n] :
          {std::tuple{"dx", &row.dx_px, row.dx.n_blocks}, std::tuple{"dy", &row.dy_px, row.dy.n_blocks}}) {
