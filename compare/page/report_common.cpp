@@ -109,6 +109,12 @@ ShownPart shown_part(const ReportInput& in, std::size_t camera) {
   return {data_window(mask), row, columns_of_row(mask, row)};
 }
 
+ImageU8 finite_mask(const ImageF& image) {
+  ImageU8 mask(image.width, image.height, 0);
+  for (std::size_t i = 0; i < image.size(); ++i) mask.data[i] = std::isfinite(image.data[i]) ? 1 : 0;
+  return mask;
+}
+
 ImageF crop(const ImageF& image, const Window& window) {
   ImageF out(window.width, window.height);
   for (int y = 0; y < window.height; ++y)

@@ -65,9 +65,7 @@ std::string coverage_figure_html(const ReportInput& in, const std::string& camer
                                .max_width_px = 720};
   const std::string file = "coverage_" + camera + ".png";
   report::write_map_png(in.dir / file, map, style);
-  ImageU8 any(map.width, map.height, 0);
-  for (std::size_t i = 0; i < any.size(); ++i) any.data[i] = map.data[i] == map.data[i] ? 1 : 0;
-  const Window window = data_window(any);
+  const Window window = data_window(finite_mask(map));
   return figure_html(
       in, "<div class=\"maps\">" + report::map_html(crop(map, window), style) + "</div>",
       fmt::format("{}, {}: where one side alone measured: −1 (blue) the real side, 1 (red) the "

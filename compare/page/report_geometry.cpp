@@ -60,12 +60,6 @@ ImageF deviation_image(const Deviations& d, int width, int height) {
   return image;
 }
 
-ImageU8 finite_mask(const ImageF& image) {
-  ImageU8 mask(image.width, image.height, 0);
-  for (std::size_t i = 0; i < image.size(); ++i) mask.data[i] = std::isfinite(image.data[i]) ? 1 : 0;
-  return mask;
-}
-
 std::string cloud_html(const Deviations& d, const MapStyle& style) {
   std::vector<Eigen::Vector3d> points;
   points.reserve(d.fit->index.size());

@@ -67,6 +67,8 @@ struct Window {
 /// Returns the bounding box of the non-zero pixels (without the outer 0.3 % on each side) plus a margin; the
 /// whole image when there are none.
 Window data_window(const ImageU8& mask);
+/// Returns 1 where the image has a number.
+ImageU8 finite_mask(const ImageF& image);
 ImageF crop(const ImageF& image, const Window& window);
 /// First and last column of the image that a plot shows.
 using Columns = std::pair<int, int>;
