@@ -29,8 +29,7 @@ double value_of(const std::map<std::string, double>& numbers,
                 const std::map<std::string, Eigen::Vector3d>& vectors, const std::string& key,
                 int component) {
   if (component < 0) return value_or(numbers, key, kNaN);
-  const Eigen::Vector3d* vector = find_value(vectors, key);
-  return vector ? (*vector)[component] : kNaN;
+  return value_or(vectors, key, Eigen::Vector3d::Constant(kNaN))[component];
 }
 
 Entry entry(const std::optional<ObjectFit>& fit, const std::string& key, int component) {

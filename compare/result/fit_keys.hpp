@@ -4,6 +4,7 @@
 #pragma once
 #include <map>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace fringetwin::compare {
@@ -14,9 +15,11 @@ const Value* find_value(const std::map<std::string, Value>& values, const std::s
   const auto at = values.find(key);
   return at == values.end() ? nullptr : &at->second;
 }
-/// Returns the number of a key, or `unknown`.
-inline double value_or(const std::map<std::string, double>& values, const std::string& key, double unknown) {
-  const double* value = find_value(values, key);
+/// Returns the number or vector of a key, or `unknown`.
+template <class Value>
+Value value_or(const std::map<std::string, Value>& values, const std::string& key,
+               const std::type_identity_t<Value>& unknown) {
+  const Value* value = find_value(values, key);
   return value ? *value : unknown;
 }
 

@@ -12,13 +12,6 @@ namespace {
 
 constexpr double kMostSigmas = 3.0;
 
-/// Returns the component of a vector; 0 where it is unknown.
-double component_or_zero(const std::map<std::string, Eigen::Vector3d>& values, const std::string& key,
-                         int i) {
-  const Eigen::Vector3d* value = find_value(values, key);
-  return value ? (*value)[i] : 0.0;
-}
-
 const char* unit_of(const std::string& key) {
   return key.ends_with("_mm") ? "mm" : key.ends_with("_rad") ? "rad" : "";
 }
@@ -78,12 +71,13 @@ class GeometryExplanation {
 
   void add_vectors(const std::map<std::string, Eigen::Vector3d>& z,
                    const std::map<std::string, Eigen::Vector3d>& real, bool estimated) {
+    const Eigen::Vector3d none = Eigen::Vector3d::Zero();
     for (const auto& [key, value] : z)
       for (int i = 0; i < 3; ++i)
         look_at({fmt::format("{}.{}", key, "xyz"[i]), value[i], fit_.difference_vectors.at(key)[i],
-                 component_or_zero(fit_.simulated->vectors, sigma_key(key), i),
-                 component_or_zero(real, sigma_key(key), i),
-                 moved_ ? component_or_zero(moved_->vectors, key, i) : 0.0, unit_of(key)},
+                 value_or(fit_.simulated->vectors, sigma_key(key), none)[i],
+                 value_or(real, sigma_key(key), none)[i],
+                 moved_ ? value_or(moved_->vectors, key, none)[i] : 0.0, unit_of(key)},
                 estimated);
   }
 

@@ -19,8 +19,7 @@ using Fit = std::optional<ObjectFit>;
 constexpr double kShare = 0.95;
 
 Vector3d vector(const ObjectFit& fit, const std::string& key) {
-  const Vector3d* value = find_value(fit.vectors, key);
-  return value ? *value : Vector3d::Constant(kNaN);
+  return value_or(fit.vectors, key, Vector3d::Constant(kNaN));
 }
 
 const SphereShape* nominal_sphere(const Twin& twin, const std::string& object) {
