@@ -35,11 +35,6 @@ ImageU8 mask_of(const Image<PixelState>& states, bool (*is_set)(PixelState)) {
 ImageU8 measured(const Image<PixelState>& states) {
   return mask_of(states, [](PixelState s) { return s == PixelState::measured; });
 }
-ImageU8 without(ImageU8 mask, const ImageU8& other) {
-  for (std::size_t i = 0; i < mask.size(); ++i)
-    if (other.data[i] != 0) mask.data[i] = 0;
-  return mask;
-}
 
 /// Returns the mean gray value below which no fringe can have the modulation asked for: a fringe's amplitude
 /// is never above its mean less the black level; the mean of N steps has read noise of 1/sqrt(N).

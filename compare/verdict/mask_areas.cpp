@@ -55,12 +55,12 @@ ImageU8 eroded(const ImageU8& mask, int radius_px) { return inverted(dilated(inv
 
 ImageU8 closed(const ImageU8& mask, int radius_px) { return eroded(dilated(mask, radius_px), radius_px); }
 
-ImageU8 edge(const ImageU8& mask) {
-  ImageU8 out = dilated(mask, 1);
-  const ImageU8 inside = eroded(mask, 1);
-  for (std::size_t i = 0; i < out.size(); ++i)
-    if (inside.data[i] != 0) out.data[i] = 0;
-  return out;
+ImageU8 edge(const ImageU8& mask) { return without(dilated(mask, 1), eroded(mask, 1)); }
+
+ImageU8 without(ImageU8 mask, const ImageU8& other) {
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    if (other.data[i] != 0) mask.data[i] = 0;
+  return mask;
 }
 
 ImageU8 either(const ImageU8& a, const ImageU8& b) {

@@ -21,6 +21,8 @@ ImageU8 closed(const ImageU8& mask, int radius_px);
 ImageU8 edge(const ImageU8& mask);
 /// Returns 1 where either mask is set.
 ImageU8 either(const ImageU8& a, const ImageU8& b);
+/// Returns the mask with 0 where the other one is set.
+ImageU8 without(ImageU8 mask, const ImageU8& other);
 
 /// Returns the indices of the pixels of the mask's largest connected area; empty for an empty mask.
 std::vector<std::size_t> largest_area(const ImageU8& mask);
