@@ -128,24 +128,14 @@ std::string reasons_of(const CoverageRow& row) {
   return text;
 }
 
-void count_one_sided(std::uint64_t OneSided::*lost, OneSided& pixels, bool border, bool thick) {
+/// Counts a pixel that one side measured; `lost`: what it is on the other side.
+void count_one_sided(PixelState lost, OneSided& pixels, bool border, bool thick) {
+  constexpr std::uint64_t OneSided::*kLostAs[] = {&OneSided::lost_saturated, &OneSided::lost_order,
+                                                  &OneSided::lost_low_modulation, &OneSided::lost_dark};
   ++pixels.n;
   ++(border ? pixels.border : pixels.interior);
   pixels.thick += thick ? 1u : 0u;
-  ++(pixels.*lost);
-}
-
-std::uint64_t OneSided::*lost_as(PixelState state) {
-  switch (state) {
-    case PixelState::saturated:
-      return &OneSided::lost_saturated;
-    case PixelState::order:
-      return &OneSided::lost_order;
-    case PixelState::low_modulation:
-      return &OneSided::lost_low_modulation;
-    default:
-      return &OneSided::lost_dark;
-  }
+  ++(pixels.*kLostAs[static_cast<int>(lost) - static_cast<int>(PixelState::saturated)]);
 }
 
 /// The coverage of one camera.
@@ -206,9 +196,9 @@ class CameraCoverage {
     if (r == PixelState::measured && s == PixelState::measured)
       ++row.n_both;
     else if (r == PixelState::measured)
-      count_one_sided(lost_as(s), row.real_only, border, thick);
+      count_one_sided(s, row.real_only, border, thick);
     else if (s == PixelState::measured)
-      count_one_sided(lost_as(r), row.simulated_only, border, thick);
+      count_one_sided(r, row.simulated_only, border, thick);
     else if (r == PixelState::saturated || s == PixelState::saturated)
       ++row.n_neither_saturated;
   }
