@@ -84,15 +84,9 @@ bool collect_repeats(const CameraFrames& frames, double saturation_dn, bool dark
   return true;
 }
 
-std::vector<int> all_steps(int n) {
-  std::vector<int> steps(static_cast<std::size_t>(n));
-  std::iota(steps.begin(), steps.end(), 0);
-  return steps;
-}
-
 void collect_step_noise(const Twin& twin, const CameraImages& capture, double saturation_dn,
                         std::vector<NoiseSample>& samples) {
-  const std::vector<int> used = all_steps(twin.fringes.steps);
+  const std::vector<int> used = measure::all_steps(twin.fringes.steps);
   const measure::StepSolver solver(used, twin.fringes.steps);
   std::size_t sets = 0;
   for (const DirectionFringes& d : twin.fringes.directions) sets += d.pitches_px.size();
@@ -191,7 +185,7 @@ void measure_projector(const Twin& twin, std::size_t camera, const CameraFrames&
   for (std::size_t d = 0; d < twin.fringes.directions.size(); ++d) {
     const DirectionFringes& direction = twin.fringes.directions[d];
     const auto images = measure::collect_direction(frames.captures[0], twin.fringes, static_cast<int>(d),
-                                                   all_steps(twin.fringes.steps));
+                                                   measure::all_steps(twin.fringes.steps));
     HarmonicsOptions options;
     options.min_modulation_dn = twin.measure.min_modulation_dn;
     options.saturation_dn = saturation_dn;

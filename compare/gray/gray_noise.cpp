@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "calib/photometry/photon_transfer.hpp"
 #include "compare/gray/noise_check.hpp"
@@ -61,11 +60,7 @@ GrayNoise::GrayNoise(const GrayPair& pair, const CameraDecode* real, const std::
     : sensor_(pair.camera->sensor), radiance_(pair.real->radiance) {
   int steps_total = 0;
   for (const PatternSpec& p : pair.patterns) steps_total = std::max(steps_total, p.step + 1);
-  std::vector<int> steps = use_steps;
-  if (steps.empty()) {
-    steps.resize(static_cast<std::size_t>(steps_total));
-    std::iota(steps.begin(), steps.end(), 0);
-  }
+  const std::vector<int> steps = use_steps.empty() ? measure::all_steps(steps_total) : use_steps;
   if (real && steps.size() >= 3) estimate(pair, *real, steps, steps_total);
   if (measured_)
     source_ = steps.size() > 3

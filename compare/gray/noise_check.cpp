@@ -26,12 +26,6 @@ constexpr std::size_t kFewestInLevel = 200, kFewestInCell = 50;
 constexpr int kLevels = 32;
 constexpr int kFewestGroups = 12;  // too few blocks of the image say nothing about correlation
 
-std::vector<int> all_steps(int n) {
-  std::vector<int> steps(static_cast<std::size_t>(n));
-  std::iota(steps.begin(), steps.end(), 0);
-  return steps;
-}
-
 /// A robust standard deviation of values that should have 1.
 struct Spread {
   double value = kNaN, sigma = kNaN, cut = 0.0;
@@ -77,7 +71,7 @@ Spread spread_of(const std::vector<NoiseSample>& z) {
 std::vector<NoiseSample> residuals(const std::vector<std::vector<const ImageF*>>& pitches, Axis axis,
                                    const CameraImages& real, const ImageU8& flags) {
   const auto steps = static_cast<int>(pitches.front().size());
-  const measure::StepSolver solver(all_steps(steps), steps);
+  const measure::StepSolver solver(measure::all_steps(steps), steps);
   std::vector<NoiseSample> samples;
   if (steps > 3)
     for (const auto& images : pitches)
@@ -267,7 +261,7 @@ std::vector<NoiseRow> noise_rows(const Camera& camera, const Fringes& fringes, c
                                  const measure::CameraDecode& decode, const std::vector<int>& used_steps) {
   std::vector<NoiseRow> rows;
   if (real.radiance || fringes.steps < 3) return rows;
-  const measure::StepSolver decoded(used_steps.empty() ? all_steps(fringes.steps) : used_steps,
+  const measure::StepSolver decoded(used_steps.empty() ? measure::all_steps(fringes.steps) : used_steps,
                                     fringes.steps);
   for (std::size_t k = 0; k < decode.directions.size(); ++k) {
     const measure::DirectionDecode& d = decode.directions[k];
@@ -278,7 +272,7 @@ std::vector<NoiseRow> noise_rows(const Camera& camera, const Fringes& fringes, c
     row.sensor_known = camera.sensor.has_noise();
     row.steps = fringes.steps;
     const auto images =
-        measure::collect_direction(real, fringes, static_cast<int>(k), all_steps(fringes.steps));
+        measure::collect_direction(real, fringes, static_cast<int>(k), measure::all_steps(fringes.steps));
     row.source = fringes.steps > 3 ? "steps" : images.steps.size() > 1 ? "pitches" : "neighbours";
     if (!check_gray(camera, images.steps, d.axis, real, decode.flags, row)) continue;
     check_phase(camera, d, decode.flags, decoded, row);

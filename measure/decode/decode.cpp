@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "measure/decode/decode_input.hpp"
 #include "measure/decode/order_repair.hpp"
@@ -456,11 +455,7 @@ const DirectionDecode* CameraDecode::direction(Axis axis) const {
 
 CameraDecode decode(const CameraImages& images, const Fringes& fringes, const DecodeOptions& options) {
   check_decode_input(images, fringes);
-  std::vector<int> steps = options.use_steps;
-  if (steps.empty()) {
-    steps.resize(fringes.steps);
-    std::iota(steps.begin(), steps.end(), 0);
-  }
+  const std::vector<int> steps = options.use_steps.empty() ? all_steps(fringes.steps) : options.use_steps;
   CameraDecode out;
   out.camera = images.camera;
   out.clip = images.clip;

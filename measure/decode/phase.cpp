@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <string>
 
 #include "twin/base/errors.hpp"
@@ -82,6 +83,12 @@ void solve_block(const StepSolver& solver, const float* const* steps, int begin,
 }
 
 }  // namespace
+
+std::vector<int> all_steps(int steps_total) {
+  std::vector<int> steps(static_cast<std::size_t>(steps_total));
+  std::iota(steps.begin(), steps.end(), 0);
+  return steps;
+}
 
 StepSolver::StepSolver(const std::vector<int>& steps_n, int steps_total) {
   std::vector<int> sorted = steps_n;

@@ -6,6 +6,9 @@
 
 namespace fringetwin::measure {
 
+/// Returns the numbers of a full set of steps, 0...steps_total-1.
+std::vector<int> all_steps(int steps_total);
+
 /// Holds the least-squares weights of the phase steps in the model I_n = mean + c cos(2 pi n/N) - s sin(2 pi
 /// n/N), c = amplitude cos(phase), s = amplitude sin(phase). The solution makes mean, c and s linear in the
 /// images; the weights come from the 3x3 normal equations of the steps used (for the full set they are 1/N,
