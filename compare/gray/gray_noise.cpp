@@ -49,8 +49,8 @@ std::optional<measure::NoiseModel> noise_of_means(const std::vector<measure::Noi
   for (const measure::NoiseInput& p : pitches) images.push_back(p.steps);
   std::vector<calib::NoiseSample> samples;
   calib::add_mean_noise(images, solver, axis, saturation_dn, kMostMeanSamples, samples);
-  constexpr unsigned kUnseen = measure::kSaturated | measure::kLowModulation;
-  std::erase_if(samples, [&](const calib::NoiseSample& s) { return (flags(s.x, s.y) & kUnseen) != 0; });
+  std::erase_if(samples,
+                [&](const calib::NoiseSample& s) { return (flags(s.x, s.y) & measure::kUnseen) != 0; });
   return noise_over_level(std::move(samples));
 }
 

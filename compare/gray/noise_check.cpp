@@ -79,8 +79,7 @@ std::vector<NoiseSample> residuals(const std::vector<std::vector<const ImageF*>>
                             samples);
   else
     calib::add_mean_noise(pitches, solver, axis, real.saturation_dn(), kMaxSamples, samples);
-  constexpr unsigned kUnseen = measure::kSaturated | measure::kLowModulation;
-  std::erase_if(samples, [&](const NoiseSample& s) { return (flags(s.x, s.y) & kUnseen) != 0; });
+  std::erase_if(samples, [&](const NoiseSample& s) { return (flags(s.x, s.y) & measure::kUnseen) != 0; });
   return samples;
 }
 

@@ -321,11 +321,11 @@ bool stands_out(const CameraDecode& decode, std::size_t i) {
 SeenPixels seen_pixels(const CameraDecode* real, const CameraDecode* simulated) {
   SeenPixels out;
   if (!real || !simulated) return out;
-  constexpr unsigned kUnseen = measure::kSaturated | measure::kLowModulation;
   for (std::size_t i = 0; i < real->flags.size(); ++i) {
     const unsigned r = real->flags.data[i], s = simulated->flags.data[i];
     if (r == measure::kValid && s == measure::kValid) ++out.both;
-    if (((r & kUnseen) == 0 && stands_out(*real, i)) || ((s & kUnseen) == 0 && stands_out(*simulated, i)))
+    if (((r & measure::kUnseen) == 0 && stands_out(*real, i)) ||
+        ((s & measure::kUnseen) == 0 && stands_out(*simulated, i)))
       ++out.either;
   }
   return out;

@@ -20,6 +20,8 @@ enum PixelFlag : unsigned char {
   kLowModulation = 2,
   kOrderInvalid = 4,  ///< residual of the unwrapping too large, or coordinate outside the projector
 };
+inline constexpr unsigned kUnseen =
+    kSaturated | kLowModulation;  ///< flags of pixels without fringes to measure
 
 struct DecodeOptions {
   /// Smallest amplitude (half of bright minus dark) at any pitch; code only: half of white - black (or of
