@@ -45,13 +45,6 @@ struct Phases {
   const CameraDecode *harmonics, *slope;
 };
 
-const ImageF* wrapped(const CameraDecode& decode, const PatternSpec& p) {
-  const auto d = static_cast<std::size_t>(p.direction), k = static_cast<std::size_t>(p.pitch);
-  if (d >= decode.directions.size() || k >= decode.directions[d].wrapped_rad.size()) return nullptr;
-  const ImageF& image = decode.directions[d].wrapped_rad[k];
-  return image.empty() ? nullptr : &image;
-}
-
 class GrayBudgetFit {
  public:
   GrayBudgetFit(const GrayPair& pair, const GainFit& fit, const Phases& phases, const GrayNoise& noise)
@@ -92,7 +85,8 @@ class GrayBudgetFit {
     const UsableRange& u = fit_.usable;
     for (int image : pair_.gain_images) {
       const PatternSpec& pattern = pair_.patterns[image];
-      const ImageF *theta = wrapped(*phases_.harmonics, pattern), *slope = wrapped(*phases_.slope, pattern);
+      const ImageF *theta = wrapped_phase(*phases_.harmonics, pattern),
+                   *slope = wrapped_phase(*phases_.slope, pattern);
       if (!theta || !slope || std::isnan(theta->data[i]) || std::isnan(slope->data[i])) continue;
       const double y = pair_.real_at(image, i), v = pair_.source_at(image, i),
                    e = pair_.irradiance_at(image, i);

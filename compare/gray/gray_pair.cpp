@@ -81,6 +81,13 @@ ImageU8 valid_in_both(const Camera& camera, std::size_t index, const Side& real,
   return mask;
 }
 
+const ImageF* wrapped_phase(const measure::CameraDecode& decode, const PatternSpec& pattern) {
+  const auto d = static_cast<std::size_t>(pattern.direction), k = static_cast<std::size_t>(pattern.pitch);
+  if (d >= decode.directions.size() || k >= decode.directions[d].wrapped_rad.size()) return nullptr;
+  const ImageF& image = decode.directions[d].wrapped_rad[k];
+  return image.empty() ? nullptr : &image;
+}
+
 std::vector<GrayPair> pair_gray(const Twin& twin, const Side& real, const Side& simulated,
                                 const CompareOptions& options, std::vector<std::string>& warnings) {
   std::vector<GrayPair> pairs;

@@ -47,6 +47,9 @@ struct GrayPair {
 /// Returns a mask that is 1 where no decode of either side calls the pixel invalid.
 ImageU8 valid_in_both(const Camera& camera, std::size_t index, const Side& real, const Side& simulated);
 
+/// Returns the phase at the pitch of this image; null where it has none, as an image of a code.
+const ImageF* wrapped_phase(const measure::CameraDecode& decode, const PatternSpec& pattern);
+
 /// Returns the step between the rows that enter sums over blocks of pixels: 2 for images of a megapixel or
 /// more, whose blocks hold enough pixels with every second row, else 1.
 inline int row_step(int width, int height) { return width * height >= 1'000'000 ? 2 : 1; }

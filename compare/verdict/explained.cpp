@@ -177,15 +177,9 @@ class GrayExplanation {
     for (const PatternSpec& p : pair.patterns) steps_ = std::max(steps_, p.step + 1);
     for (const int image : pair.gain_images) {
       const PatternSpec& p = pair.patterns[image];
-      const ImageF* phase = nullptr;
-      if (simulated && p.kind == PatternSpec::Kind::phase_step) {
-        const DirectionDecode& d = simulated->directions.at(p.direction);
-        if (static_cast<std::size_t>(p.pitch) < d.wrapped_rad.size()) phase = &d.wrapped_rad[p.pitch];
-      }
-      phases_.push_back(phase);
-    }
-    for (const int image : pair.gain_images) {
-      const double step_rad = kTwoPi * pair.patterns[image].step / steps_;
+      const bool has_phase = simulated && p.kind == PatternSpec::Kind::phase_step;
+      phases_.push_back(has_phase ? wrapped_phase(*simulated, p) : nullptr);
+      const double step_rad = kTwoPi * p.step / steps_;
       turns_.push_back({std::cos(step_rad), std::sin(step_rad)});
     }
   }
