@@ -65,6 +65,16 @@ struct Sums {
   double calibration = 0.0, share = 0.0, regional_share = 0.0;  ///< shares: of the expected chi2
   std::uint64_t n = 0, n_regions = 0;
   std::uint64_t n_inside = 0;  ///< values that interior pixels have, usable or not
+  /// Adds a value r. `own`: its noise and what else is its own; `shared`: variance that neighbours share;
+  /// `moved`: that of the calibration.
+  void add(double r, double noise_of_one, double own, double shared, double moved) {
+    r2 += r * r;
+    noise += noise_of_one;
+    chi2 += r * r / (own + shared + moved);
+    calibration += moved;
+    share += moved / (own + shared + moved);
+    ++n;
+  }
 };
 
 /// Calls `block(x0, y0, x1, y1)` -> Sums for every block, in parallel, added up in order.
@@ -251,13 +261,8 @@ class GrayExplanation {
       const double predicted = fit_.row.gain_dn * pair_.irradiance_at(image, i) + fit_.row.black_level_dn;
       if (!is_usable(u, y, pair_.source_at(image, i), predicted)) continue;
       const double r = y - predicted;
-      out.r2 += r * r;
-      out.noise += noise;
-      out.chi2 += r * r / (noise + shared + calibration);
+      out.add(r, noise, noise, shared, calibration);
       out.noise_chi2 += r * r * per_noise;
-      out.calibration += calibration;
-      out.share += calibration / (noise + shared + calibration);
-      ++out.n;
       any = true;
       level.add(1.0, r, noise, calibration);
       if (!phases_[k] || std::isnan(phases_[k]->data[i])) continue;
@@ -365,17 +370,12 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
             const std::size_t i = difference.index(x, y);
             const double noise = variance(real, i) + variance(simulated, i);
             if (!(noise > 0.0)) continue;
-            out.r2 += d * d;
-            out.noise += noise;
             const double moved = calibration ? static_cast<double>(calibration->data[i]) : 0.0;
             const double textured = std::pow(static_cast<double>(texture.largest_rad.data[i]), 2);
             const double own = noise + textured;
             out.texture += textured;
-            out.chi2 += d * d / (own + shared + moved);
+            out.add(d, noise, own, shared, moved);
             out.noise_chi2 += d * d / noise;
-            out.calibration += moved;
-            out.share += moved / (own + shared + moved);
-            ++out.n;
             mean.add(1.0, d, own, moved);
             mean.together += static_cast<double>(texture.signed_rad.data[i]);
             ++mean.pixels;
