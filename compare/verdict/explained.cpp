@@ -294,6 +294,19 @@ class GrayExplanation {
   std::vector<const ImageF*> phases_;  ///< of pair.gain_images; null for codes
 };
 
+/// Returns whether a pixel has fringes to compare: neither saturated nor weak, and more than noise, which may
+/// pass a low min_modulation_dn by chance. Coverage asks for less: a saturated pixel is seen, and should have
+/// been measured. Doubts of the description ask the gray values, as no decode can be believed then.
+bool has_fringes(const CameraDecode& decode, std::size_t i) {
+  constexpr double kSigmas = 4.0;
+  if ((decode.flags.data[i] & measure::kUnseen) != 0) return false;
+  return std::all_of(decode.directions.begin(), decode.directions.end(), [i](const DirectionDecode& d) {
+    const auto pitch = std::min(static_cast<std::size_t>(d.finest), d.amplitude_dn.size() - 1);
+    return d.amplitude_dn.empty() ||
+           static_cast<double>(d.amplitude_dn[pitch].data[i]) >= kSigmas * d.noise_dn;
+  });
+}
+
 }  // namespace
 
 RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes, double gain_dn) {
@@ -304,28 +317,12 @@ RenderingError rendering_error(const Camera& camera, const std::vector<RenderNot
   return {};
 }
 
-namespace {
-/// Returns whether the fringes of a pixel are more than noise, which may pass a low min_modulation_dn by
-/// chance.
-bool stands_out(const CameraDecode& decode, std::size_t i) {
-  constexpr double kSigmas = 4.0;
-  return std::all_of(decode.directions.begin(), decode.directions.end(), [i](const DirectionDecode& d) {
-    const auto pitch = std::min(static_cast<std::size_t>(d.finest), d.amplitude_dn.size() - 1);
-    return d.amplitude_dn.empty() ||
-           static_cast<double>(d.amplitude_dn[pitch].data[i]) >= kSigmas * d.noise_dn;
-  });
-}
-}  // namespace
-
 SeenPixels seen_pixels(const CameraDecode* real, const CameraDecode* simulated) {
   SeenPixels out;
   if (!real || !simulated) return out;
   for (std::size_t i = 0; i < real->flags.size(); ++i) {
-    const unsigned r = real->flags.data[i], s = simulated->flags.data[i];
-    if (r == measure::kValid && s == measure::kValid) ++out.both;
-    if (((r & measure::kUnseen) == 0 && stands_out(*real, i)) ||
-        ((s & measure::kUnseen) == 0 && stands_out(*simulated, i)))
-      ++out.either;
+    if (real->flags.data[i] == measure::kValid && simulated->flags.data[i] == measure::kValid) ++out.both;
+    if (has_fringes(*real, i) || has_fringes(*simulated, i)) ++out.either;
   }
   return out;
 }
