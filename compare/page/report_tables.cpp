@@ -76,30 +76,23 @@ void add_fit_row(report::Table& table, const FitRow& row, const std::string& key
   table.add_row(std::move(cells));
 }
 
-/// Returns the keys of both sides, sigmas left out, sizes before the residual.
-std::vector<std::string> number_keys(const FitRow& row) {
+/// Returns the keys that the fits of both sides have in `values`, sigmas left out.
+template <class Values>
+std::vector<std::string> keys_of(const FitRow& row, Values ObjectFit::*values) {
   std::vector<std::string> keys;
-  bool rms = false;
   for (const auto* fit : {&row.simulated, &row.real})
     if (*fit)
-      for (const auto& [key, value] : (*fit)->numbers) {
-        if (is_sigma_key(key) || is_count_key(key) || std::find(keys.begin(), keys.end(), key) != keys.end())
-          continue;
-        if (key == "rms_mm" || key == "rms_all_mm")
-          rms = true;
-        else
-          keys.push_back(key);
-      }
-  if (rms) keys.insert(keys.end(), {"rms_mm", "rms_all_mm"});
+      for (const auto& [key, value] : (**fit).*values)
+        if (!is_sigma_key(key) && std::find(keys.begin(), keys.end(), key) == keys.end()) keys.push_back(key);
   return keys;
 }
 
-std::vector<std::string> vector_keys(const FitRow& row) {
-  std::vector<std::string> keys;
-  for (const auto* fit : {&row.simulated, &row.real})
-    if (*fit)
-      for (const auto& [key, value] : (*fit)->vectors)
-        if (!is_sigma_key(key) && std::find(keys.begin(), keys.end(), key) == keys.end()) keys.push_back(key);
+/// Returns the keys of the numbers, counts left out, sizes before the residual.
+std::vector<std::string> number_keys(const FitRow& row) {
+  std::vector<std::string> keys = keys_of(row, &ObjectFit::numbers);
+  std::erase_if(keys, is_count_key);
+  const auto is_rms = [](const std::string& key) { return key == "rms_mm" || key == "rms_all_mm"; };
+  if (std::erase_if(keys, is_rms) > 0) keys.insert(keys.end(), {"rms_mm", "rms_all_mm"});
   return keys;
 }
 
@@ -172,7 +165,7 @@ std::string fits_html(const ReportInput& in) {
   if (estimates) table.columns.push_back({"z (σ of the real side estimated from its rms)", ""});
   for (const FitRow& row : in.comparison.fits) {
     table.add_row({fmt::format("{} ({})", row.object, row.kind)}, "group");
-    for (const std::string& key : vector_keys(row))
+    for (const std::string& key : keys_of(row, &ObjectFit::vectors))
       for (int i = 0; i < 3; ++i) add_fit_row(table, row, key, i, estimates);
     for (const std::string& key : number_keys(row)) add_fit_row(table, row, key, -1, estimates);
     for (const char* key : {"offset_mm", "angle_rad", "axis_distance_mm"})
