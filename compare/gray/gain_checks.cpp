@@ -177,15 +177,11 @@ class PartFits {
 
   /// Returns the chosen pixels of every block.
   std::vector<std::vector<PartPixel>> choose(const ImageU8& interior) const {
-    std::vector<std::size_t> valid;
-    for (std::size_t i = 0; i < interior.size(); ++i)
-      if (interior.data[i] != 0) valid.push_back(i);
-    const std::size_t stride = valid.size() / kMostCheckedPixels + 1;
     std::vector<std::vector<PartPixel>> chosen(n_blocks_);
     const auto width = static_cast<std::size_t>(pair_.width());
-    for (std::size_t k = 0; k < valid.size(); k += stride) {
+    for (const std::size_t i : set_pixels(interior, kMostCheckedPixels)) {
       PartPixel p;
-      p.index = valid[k];
+      p.index = i;
       p.x = static_cast<int>(p.index % width), p.y = static_cast<int>(p.index / width);
       p.block =
           static_cast<std::size_t>(p.y / kPartBlock) * across_ + static_cast<std::size_t>(p.x / kPartBlock);

@@ -32,9 +32,7 @@ struct Sample {
 /// Collects every k-th gray value that is not saturated, over all images: enough for the start values.
 std::vector<Sample> subsample(const GrayPair& pair) {
   const UsableRange u = usable_range(pair, 1.0, 0.0, {});
-  std::vector<std::size_t> pixels;
-  for (std::size_t i = 0; i < pair.mask.size(); ++i)
-    if (pair.mask.data[i] != 0) pixels.push_back(i);
+  const std::vector<std::size_t> pixels = set_pixels(pair.mask);
   const std::size_t total = pixels.size() * pair.gain_images.size();
   // an odd stride shares no factor with image widths
   const std::size_t stride = total / kSubsample + (total / kSubsample) % 2 + 1;

@@ -53,9 +53,7 @@ std::optional<Sweep> sweep_of(const GrayPair& pair, const UsableRange& u, const 
 /// Returns the sweeps of pixels that the twin lights.
 std::vector<Sweep> sweeps_of(const GrayPair& pair, const GrayNoise* noise) {
   const UsableRange u = usable_range(pair, 1.0, 0.0, {});
-  std::vector<std::size_t> pixels;
-  for (std::size_t i = 0; i < pair.mask.size(); ++i)
-    if (pair.mask.data[i] != 0) pixels.push_back(i);
+  const std::vector<std::size_t> pixels = set_pixels(pair.mask);
   // an odd stride shares no factor with image widths
   const std::size_t stride = pixels.size() / kMostSwept + (pixels.size() / kMostSwept) % 2 + 1;
   std::vector<Sweep> sweeps;

@@ -110,13 +110,10 @@ class GrayBudgetFit {
 
   void collect() {
     for (const PatternSpec& p : pair_.patterns) steps_ = std::max(steps_, p.step + 1);
-    std::vector<std::size_t> valid;
-    for (std::size_t i = 0; i < pair_.mask.size(); ++i)
-      if (pair_.mask.data[i] != 0) valid.push_back(i);
-    const std::size_t stride = valid.size() / kMaxPixels + 1;
-    std::vector<Pixel> found((valid.size() + stride - 1) / stride);
+    const std::vector<std::size_t> chosen = set_pixels(pair_.mask, kMaxPixels);
+    std::vector<Pixel> found(chosen.size());
 #pragma omp parallel for schedule(static)
-    for (std::size_t k = 0; k < found.size(); ++k) found[k] = collect_pixel(valid[k * stride]);
+    for (std::size_t k = 0; k < found.size(); ++k) found[k] = collect_pixel(chosen[k]);
     for (Pixel& pixel : found)
       if (!pixel.values.empty()) pixels_.push_back(std::move(pixel));
   }

@@ -81,6 +81,15 @@ ImageU8 valid_in_both(const Camera& camera, std::size_t index, const Side& real,
   return mask;
 }
 
+std::vector<std::size_t> set_pixels(const ImageU8& mask, std::size_t most) {
+  std::vector<std::size_t> all, some;
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    if (mask.data[i] != 0) all.push_back(i);
+  const std::size_t stride = all.size() / most + 1;
+  for (std::size_t k = 0; k < all.size(); k += stride) some.push_back(all[k]);
+  return some;
+}
+
 const ImageF* wrapped_phase(const measure::CameraDecode& decode, const PatternSpec& pattern) {
   const auto d = static_cast<std::size_t>(pattern.direction), k = static_cast<std::size_t>(pattern.pitch);
   if (d >= decode.directions.size() || k >= decode.directions[d].wrapped_rad.size()) return nullptr;

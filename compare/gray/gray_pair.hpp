@@ -3,6 +3,7 @@
 // the images and pixels that are compared, and the simulated irradiance E at each of them, come out.
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,9 @@ struct GrayPair {
 /// Returns a mask that is 1 where no decode of either side calls the pixel invalid.
 ImageU8 valid_in_both(const Camera& camera, std::size_t index, const Side& real, const Side& simulated);
 
+/// Returns the pixels of a mask that are set, every k-th of them where there are more than `most`.
+std::vector<std::size_t> set_pixels(const ImageU8& mask,
+                                    std::size_t most = std::numeric_limits<std::size_t>::max());
 /// Returns the phase at the pitch of this image; null where it has none, as an image of a code.
 const ImageF* wrapped_phase(const measure::CameraDecode& decode, const PatternSpec& pattern);
 
