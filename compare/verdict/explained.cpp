@@ -109,20 +109,17 @@ void add_region(const BlockSum& block, double shared, Sums& out) {
   ++out.n_regions;
 }
 
-/// Returns the mean share per region; 0 without regions.
-double regional_share(const Sums& s) {
-  return s.n_regions > 0 ? s.regional_share / static_cast<double>(s.n_regions) : 0.0;
-}
-
-/// Writes what single values and regions show into the row; `s.n` > 0.
-void take_sums(const Sums& s, ExplainedRow& row) {
+/// Writes what single values and regions show into the row. Returns false where the values are too few.
+bool take_sums(const Sums& s, ExplainedRow& row) {
   const auto n = static_cast<double>(s.n);
   row.n = s.n;
+  if (s.n < kFewestJudged) return row.regions = {}, false;
   row.n_regions = s.n_regions;
   row.observed = s.r2 / n;
   row.chi2 = s.chi2 / n;
   row.regional_chi2 = s.n_regions > 0 ? s.regional / static_cast<double>(s.n_regions) : kNaN;
   row.noise_chi2 = s.noise_chi2 / n;
+  return true;
 }
 
 /// Judges a row whose sums are in it by its upper limits. The shares are those of the expected chi2 that the
@@ -135,7 +132,8 @@ void judge(const Sums& s, ExplainedRow& row) {
   row.chi2_limit = 1.0 + allowed_for(n) + kMore * s.share / n;
   if (!(row.chi2 <= row.chi2_limit)) row.worsen(kNotExplained);
   if (row.n_regions == 0) return;
-  row.regional_limit = 1.0 + allowed_for(static_cast<double>(row.n_regions)) + kMore * regional_share(s);
+  const auto n_regions = static_cast<double>(s.n_regions);
+  row.regional_limit = 1.0 + allowed_for(n_regions) + kMore * (s.regional_share / n_regions);
   if (!(row.regional_chi2 <= row.regional_limit)) row.worsen(kNotExplained);
 }
 
@@ -202,14 +200,11 @@ class GrayExplanation {
     row.region = pair_.camera->name;
     row.unit = "DN";
     row.states_noise = noise_.stated();
-    if (s.n < kFewestJudged) {
-      row.n = s.n;
-      row.regions = {};
+    if (!take_sums(s, row)) {
       row.worsen(kNotCompared, too_few(s.n, seen_, seen_.both));
       return row;
     }
     const auto n = static_cast<double>(s.n);
-    take_sums(s, row);
     const double noise = s.noise / n, rounding = std::min(noise_.rounding_dn2(), noise);
     row.lines = {
         {"noise: " + noise_.source(), noise - rounding},
@@ -386,9 +381,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
   row.states_noise = real.noise_source == measure::NoiseSource::known;
   std::uint64_t agree = 0;
   for (const float d : difference.data) agree += std::isnan(d) ? 0 : 1;
-  if (s.n < kFewestJudged) {
-    row.n = s.n;
-    row.regions = {};
+  if (!take_sums(s, row)) {
     row.worsen(kNotCompared, real.unwrapped && simulated.unwrapped
                                  ? too_few(s.n, seen, agree)
                                  : "the phases are not unwrapped, so they have no fringe order");
@@ -400,7 +393,6 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
       simulated_noise += variance(simulated, i);
     }
   const auto n = static_cast<double>(s.n);
-  take_sums(s, row);
   row.lines = {
       {"noise and quantisation of the real images", real_noise / n},
       {"noise and quantisation of the simulated images", simulated_noise / n},
