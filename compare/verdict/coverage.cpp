@@ -217,10 +217,6 @@ class CameraCoverage {
     row.why = reasons_of(row);
   }
 
-  /// Returns whether a pixel belongs to the row.
-  bool is_of(const CoverageRow& row, int label) const {
-    return row.object.empty() || row.object == name_of(label);
-  }
   std::string name_of(int label) const {
     if (label == kNoObject) return kNotInTheTwin;
     return label == kUnknownObject ? "" : twin_.objects[static_cast<std::size_t>(label)].name;
@@ -232,8 +228,9 @@ class CameraCoverage {
     const PixelPoints &side = on_real ? points_real_ : points_simulated_,
                       &other = on_real ? points_simulated_ : points_real_;
     ImageU8 inside = without(without(side.measured, other.measured), border_);
-    for (std::size_t i = 0; i < inside.size(); ++i)
-      if (inside.data[i] != 0 && !is_of(row, labels_.data[i])) inside.data[i] = 0;
+    if (!row.object.empty())
+      for (std::size_t i = 0; i < inside.size(); ++i)
+        if (inside.data[i] != 0 && row.object != name_of(labels_.data[i])) inside.data[i] = 0;
     const std::vector<std::size_t> area = largest_area(inside);
     if (area.empty()) return;
     const auto width = static_cast<std::size_t>(inside.width);
