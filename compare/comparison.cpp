@@ -66,8 +66,7 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
     const RenderingError rendering = rendering_error(*pair.camera, options.rendered, fit.row.gain_dn);
     ExplainedRow row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
                                     calibration ? &calibration->irradiance[c] : nullptr,
-                                    seen_pixels(real_decode, simulated_decode),
-                                    options.refinement && !options.refinement->texture.empty());
+                                    seen_pixels(real_decode, simulated_decode), options.textured());
     if (!fit.row.usable && row.state != kNotCompared)  // along a provisional line nothing is explained
       row.worsen(kNotExplained, fit.row.why);
     out.explained.push_back(std::move(row));
@@ -94,7 +93,7 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
   if (!any || gray == kExplained || gray == kTooWide || samples.empty() || !twin.projector) return;
   Sensitivity sensitivity(*options.renderer, std::move(samples));
   // the factors of the pixels are in the simulated side, not in the twin
-  if (options.refinement && !options.refinement->texture.empty()) sensitivity.free_factors();
+  if (options.textured()) sensitivity.free_factors();
   out.causes = find_causes(sensitivity, twin);
 }
 
@@ -143,8 +142,7 @@ std::optional<CalibrationBudget> calibration_of(const Twin& twin, const Side& re
         "makes");
     return std::nullopt;
   }
-  const bool textured = options.refinement && !options.refinement->texture.empty();
-  const std::vector<CameraImages> none, &nominal = textured ? none : simulated.irradiance;
+  const std::vector<CameraImages> none, &nominal = options.textured() ? none : simulated.irradiance;
   CalibrationBudget budget = calibration_budget(
       twin, options.calibration ? *options.calibration : read_calibration_covariance(twin), *options.renderer,
       render::choose_sampling(twin, options.render.value_or(twin.render)), options.seed, options.use_steps,

@@ -124,7 +124,7 @@ void simulate_side(Run& run, const RenderRequest& request) {
   run.simulated.irradiance = std::move(simulated.irradiance);
   run.rendering = std::move(simulated.rendering);
   run.options.rendered = run.rendering.notes;
-  if (run.options.refinement && !run.options.refinement->texture.empty()) apply_texture(run);
+  if (run.options.textured()) apply_texture(run);
   measure_simulated(run);
 }
 

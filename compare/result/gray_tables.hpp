@@ -4,7 +4,6 @@
 #pragma once
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -28,10 +27,9 @@ struct GainRow {
   /// Range of predicted gray values used (values near a clip are left out).
   double low_dn = 0, high_dn = 0;
   /// Where the real values stop below full scale; NaN where they do not.
-  double clip_dn = std::numeric_limits<double>::quiet_NaN();
+  double clip_dn = kNaN;
   /// The line that gray values are judged along where no gain is fitted; NaN where one is.
-  double provisional_gain_dn = std::numeric_limits<double>::quiet_NaN();
-  double provisional_black_level_dn = std::numeric_limits<double>::quiet_NaN();
+  double provisional_gain_dn = kNaN, provisional_black_level_dn = kNaN;
   std::string state = "not fitted";  ///< what the two numbers are worth (gain_trust.hpp)
   std::string why;                   ///< what speaks against them; may be empty
   double gain_bias_dn = kNaN, black_level_bias_dn = kNaN;  ///< NaN: nothing was checked

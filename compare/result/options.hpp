@@ -40,6 +40,8 @@ struct CompareOptions {
   std::shared_ptr<const CalibrationCovariance> calibration;
   /// Of the twin, where it was refined before; passed on to the result.
   std::optional<Refinement> refinement;
+  /// Returns whether the simulated side has a factor per pixel from that refinement.
+  bool textured() const { return refinement && !refinement->texture.empty(); }
 };
 
 }  // namespace fringetwin::compare
