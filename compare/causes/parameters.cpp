@@ -68,15 +68,12 @@ class ParameterList {
 
  private:
   Parameter& add(const std::string& name, const std::string& unit, double start, double step, Change change) {
-    Parameter p;
-    p.group = group_;
-    p.name = name;
-    p.unit = unit;
-    p.start = start;
-    p.step = step;
-    p.change = std::move(change);
-    list_.push_back(std::move(p));
-    return list_.back();
+    return list_.emplace_back(Parameter{.group = group_,
+                                        .name = name,
+                                        .unit = unit,
+                                        .start = start,
+                                        .step = step,
+                                        .change = std::move(change)});
   }
 
   void add_object(std::size_t k) {
