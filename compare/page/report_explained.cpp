@@ -121,20 +121,17 @@ std::string causes_html(const Comparison& c) {
                    {"twin", ""},
                    {"would fit", ""}};
   for (const CauseRow& row : c.causes.rows) {
-    bool first = true;
+    std::string cause = row.cause, alone = fixed(std::min(100.0, 100.0 * row.alone), 1),
+                in_order = row.order > 0 ? fixed(std::min(100.0, 100.0 * row.in_order), 1) : "–";
     const bool many = row.order == 0 && row.parameters.size() > 3;
-    if (row.parameters.empty())
-      table.add_row({row.cause, fixed(std::min(100.0, 100.0 * row.alone), 1),
-                     row.order > 0 ? fixed(std::min(100.0, 100.0 * row.in_order), 1) : "–", "", "", ""});
+    if (row.parameters.empty()) table.add_row({cause, alone, in_order, "", "", ""});
     for (const CauseParameter& p : row.parameters) {
       const std::string unit = p.unit.empty() ? "" : " " + p.unit;
-      table.add_row({first ? row.cause : "", first ? fixed(std::min(100.0, 100.0 * row.alone), 1) : "",
-                     first ? (row.order > 0 ? fixed(std::min(100.0, 100.0 * row.in_order), 1) : "–") : "",
-                     many ? fmt::format("{} parameters", row.parameters.size()) : p.name,
-                     many ? "" : number(p.twin, 6) + unit,
-                     many ? "" : report::with_sigma(p.estimate, p.sigma) + unit});
-      first = false;
+      table.add_row(
+          {cause, alone, in_order, many ? fmt::format("{} parameters", row.parameters.size()) : p.name,
+           many ? "" : number(p.twin, 6) + unit, many ? "" : report::with_sigma(p.estimate, p.sigma) + unit});
       if (many) break;
+      cause = alone = in_order = "";  // once for all parameters
     }
   }
   std::string html = table.html();
