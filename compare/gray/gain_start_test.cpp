@@ -127,6 +127,7 @@ TEST(GainStart, FringesElsewhereLeaveAProvisionalLineAndNoGain) {
     const GainRow row = published_row(f.fit);
     EXPECT_TRUE(std::isnan(row.gain_dn) && std::isnan(row.black_level_dn) && std::isnan(row.r2));
     EXPECT_EQ(row.provisional_gain_dn, f.fit.row.gain_dn);
+    EXPECT_THAT(row.why, HasSubstr("they do not lie where the twin puts them"));
     EXPECT_EQ(fit_of(f.pairs[0], row).row.gain_dn, f.fit.row.gain_dn);
   }
 }
