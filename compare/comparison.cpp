@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include "compare/causes/causes.hpp"
@@ -17,6 +18,7 @@
 #include "compare/gray/gray_rows.hpp"
 #include "compare/gray/interior_mask.hpp"
 #include "compare/gray/noise_check.hpp"
+#include "compare/phase/constant_shift.hpp"
 #include "compare/phase/phase_budget.hpp"
 #include "compare/phase/phase_rows.hpp"
 #include "compare/phase/shift_field.hpp"
@@ -32,7 +34,8 @@ namespace {
 using measure::DirectionDecode;
 
 constexpr std::size_t kCausePixels = 10'000;  ///< per camera: enough for causes that act on whole surfaces
-constexpr double kManyOrders = 0.01;          ///< share of order disagreements worth a warning
+constexpr double kFarPeriods = 0.4;  ///< further than this gray values say nothing of a small change's effect
+constexpr double kManyOrders = 0.01;  ///< share of order disagreements that noise and outlines do not make
 
 /// Fills the gray tables. It also collects the samples for a search for causes. A camera whose gain cannot be
 /// fitted is judged along its provisional line: that is when budget and causes are needed.
@@ -82,6 +85,7 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
   return samples;
 }
 
+/// Does nothing where the fringes are others than described: no cause within the twin explains that.
 void look_for_causes(const Twin& twin, const CompareOptions& options, std::vector<GridSamples> samples,
                      Comparison& out) {
   // Causes are fitted to gray values: where these are explained, what fails (ripples, noise that the twin
@@ -97,15 +101,35 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
   out.causes = find_causes(sensitivity, twin);
 }
 
-void compare_phase(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
+/// Holds against the verdict on a phase that the fringe orders of the two sides disagree on many pixels.
+void judge_orders(const PhaseRow& phase, ExplainedRow& row, std::vector<std::string>& warnings) {
+  if (!(phase.order_disagree_fraction() > kManyOrders)) return;
+  const std::string share = fmt::format(
+      "on {:.1f} % of the pixels valid on both sides the fringe orders disagree ({} pixels, "
+      "|difference| > pi)",
+      100.0 * phase.order_disagree_fraction(), phase.n_order_disagree);
+  row.worsen(kNotExplained, share);
+  warnings.push_back(
+      fmt::format("{} {}: {}; they are in no phase number, so the phase rows describe the rest only",
+                  phase.camera, phase.direction, share));
+}
+
+/// Returns what a reader must know of fringes that all lie beside the twin's by the same distance.
+std::string shift_text(const PhaseRow& phase, double shift_px, double pitch_px) {
+  return fmt::format(
+      "{} {}: the real fringes lie {:+.4g} px of the projector ({:.3g} of a period) beside those of the "
+      "twin, all alike: phase_origin_px {:+.4g} px would fit, unless the projector's principal point or the "
+      "pose is off by as much",
+      phase.camera, phase.direction, shift_px, std::abs(shift_px) / pitch_px, -shift_px);
+}
+
+/// Fills the phase tables. Returns whether the real fringes lie so far beside the twin's that no cause can be
+/// fitted to gray values.
+bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                    const CalibrationBudget* calibration, Comparison& out) {
+  bool is_far_off = false;
   out.phase = phase_rows(twin, *real.measurement, *simulated.measurement);
-  for (const PhaseRow& row : out.phase)
-    if (row.order_disagree_fraction() > kManyOrders)
-      out.warnings.push_back(fmt::format(
-          "{} {}: on {:.1f} % of the pixels valid on both sides the fringe orders disagree ({} pixels, "
-          "|difference| > pi); they are in no phase number, so the phase rows describe the rest only",
-          row.camera, row.direction, 100.0 * row.order_disagree_fraction(), row.n_order_disagree));
+  auto phase = out.phase.cbegin();  // has the same cameras and directions in the same order
   for (std::size_t c = 0; c < real.measurement->cameras.size(); ++c) {
     const measure::CameraDecode *real_decode = decode_of(real, c),
                                 *simulated_decode = decode_of(simulated, c);
@@ -126,8 +150,16 @@ void compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
                                             calibration ? &calibration->phase_rad2[c][d] : nullptr, seen));
       if (const auto ripple = test_ripple(twin, r, *s, options.use_steps, interior))
         judge_ripple(*ripple, rendering, r, *s, out.explained.back());
+      judge_orders(*phase, out.explained.back(), out.warnings);
+      if (const auto shift_px = r.unwrapped && s->unwrapped ? constant_shift_px(r, *s) : std::nullopt) {
+        const double pitch_px = r.pitches_px[r.finest];
+        is_far_off = is_far_off || std::abs(*shift_px) > kFarPeriods * pitch_px;
+        out.warnings.push_back(shift_text(*phase, *shift_px, pitch_px));
+      }
+      ++phase;
     }
   }
+  return is_far_off;
 }
 
 /// Returns the budget of the calibration; null where none is asked for, or nothing real is there to hold it
@@ -170,15 +202,15 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
       for (NoiseRow& row : noise_rows(twin.cameras[c], twin.fringes, real.images[c],
                                       real.measurement->cameras[c], options.use_steps))
         out.noise.push_back(std::move(row));
-  if (real.measurement && simulated.measurement)
-    compare_phase(twin, real, simulated, options, calibration, out);
+  const bool is_far_off = real.measurement && simulated.measurement &&
+                          compare_phase(twin, real, simulated, options, calibration, out);
   out.coverage = coverage_rows(twin, real, simulated);
-  for (ExplainedRow& row : explain_coverage(out.coverage)) out.explained.push_back(std::move(row));
+  for (ExplainedRow& row : explain_coverage(twin, out.coverage)) out.explained.push_back(std::move(row));
   for (std::string& warning : coverage_warnings(out.coverage)) out.warnings.push_back(std::move(warning));
   for (ExplainedRow& row : explain_geometry(out.fits, calibration)) out.explained.push_back(std::move(row));
   hold_against_noise(out.noise, out.explained);
   trust_gains(out);
-  look_for_causes(twin, options, std::move(samples), out);
+  if (!options.is_description_doubted && !is_far_off) look_for_causes(twin, options, std::move(samples), out);
   out.limits = check_limits(twin.limits, out);
   for (const LimitRow& row : out.limits)
     if (row.value != row.value)

@@ -154,6 +154,7 @@ Run run_cosim(const CosimRequest& request) {
   measure_real(run);
   // before refining: a twin that was bent to fit a wrong description contradicts nothing any more
   const std::vector<std::string> doubts = description_doubts(run);
+  run.options.is_description_doubted = !doubts.empty();
   if (!request.refine.empty()) try {
       refine(run, request);
     } catch (const UserError&) {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "compare/verdict/coverage_objects.hpp"
+#include "compare/verdict/explained.hpp"
 #include "compare/verdict/mask_areas.hpp"
 #include "twin/base/errors.hpp"
 
@@ -24,6 +25,9 @@ constexpr double kInteriorShareOfObject = 0.05;  ///< a small object has much of
 constexpr double kFewThick = 9.0, kFew = 25.0;   ///< px that are always allowed
 constexpr double kLeastCovered = 0.5;
 constexpr std::uint64_t kFewestOfObject = 25;  ///< px: of less no row is made
+/// Values this many standard deviations of the fringes' noise below the clip reach it by chance: 4 of the
+/// noise there, whose variance is at most about twice that of the middle gray values.
+constexpr double kChanceOfClip = 6.0;
 
 bool is_seen(PixelState state) { return state <= PixelState::order; }
 
@@ -138,6 +142,23 @@ void count_one_sided(PixelState lost, OneSided& pixels, bool border, bool thick)
   ++(pixels.*kLostAs[static_cast<int>(lost) - static_cast<int>(PixelState::saturated)]);
 }
 
+/// Calls saturated what one side measured so near to the clip that noise decides, where the other side is
+/// saturated.
+void saturate_by_chance(const Side& side, std::size_t camera, const Image<PixelState>& other,
+                        Image<PixelState>& states) {
+  if (camera >= side.images.size()) return;
+  const CameraImages& images = side.images[camera];
+  double noise_dn = 0.0;
+  for (const measure::DirectionDecode& d : side.measurement->cameras[camera].directions)
+    noise_dn = std::max(noise_dn, d.noise_dn);
+  const double near_dn = images.saturation_dn() - kChanceOfClip * noise_dn;
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (states.data[i] == PixelState::measured && other.data[i] == PixelState::saturated &&
+        std::any_of(images.images.begin(), images.images.end(),
+                    [&](const ImageF& image) { return static_cast<double>(image.data[i]) >= near_dn; }))
+      states.data[i] = PixelState::saturated;
+}
+
 /// The coverage of one camera.
 class CameraCoverage {
  public:
@@ -146,12 +167,13 @@ class CameraCoverage {
         name_(twin.cameras[camera].name),
         states_real_(pixel_states(twin, camera, real)),
         states_simulated_(pixel_states(twin, camera, simulated)),
-        real_(measured(states_real_)),
-        simulated_(measured(states_simulated_)),
         index_real_(points_of_pixels(twin, camera, real.measurement->cloud)),
         index_simulated_(points_of_pixels(twin, camera, simulated.measurement->cloud)),
         points_real_{real_, real.measurement->cloud, index_real_},
         points_simulated_{simulated_, simulated.measurement->cloud, index_simulated_} {
+    saturate_by_chance(real, camera, states_simulated_, states_real_);
+    saturate_by_chance(simulated, camera, states_real_, states_simulated_);
+    real_ = measured(states_real_), simulated_ = measured(states_simulated_);
     const ImageU8 closed_real = closed(real_, kGap_px), closed_simulated = closed(simulated_, kGap_px);
     border_ = dilated(either(edge(closed_real), edge(closed_simulated)), 1);
     const ImageU8 all = either(closed_real, closed_simulated), around = dilated(all, 1);
@@ -295,7 +317,7 @@ std::vector<CoverageRow> coverage_rows(const Twin& twin, const Side& real, const
   return out;
 }
 
-std::vector<ExplainedRow> explain_coverage(const std::vector<CoverageRow>& rows) {
+std::vector<ExplainedRow> explain_coverage(const Twin& twin, const std::vector<CoverageRow>& rows) {
   std::vector<ExplainedRow> out;
   for (const CoverageRow& row : rows) {
     if (row.object.empty()) {
@@ -308,6 +330,14 @@ std::vector<ExplainedRow> explain_coverage(const std::vector<CoverageRow>& rows)
     }
     if (!row.explained) out.back().worsen(kNotExplained, row.why);
   }
+  const auto any = [&](auto is_one) { return std::any_of(rows.begin(), rows.end(), is_one); };
+  if (!any([](const CoverageRow& row) { return !row.object.empty(); })) return out;  // no points, no objects
+  for (const Object& object : twin.objects)
+    if (!any([&](const CoverageRow& row) { return row.object == object.name && row.n_union() > 0; }))
+      out.push_back(
+          not_compared("coverage", object.name,
+                       "no camera measured a pixel of it on either side: it is too dark, saturated, "
+                       "hidden or out of view"));
   return out;
 }
 

@@ -23,8 +23,9 @@ Image<PixelState> pixel_states(const Twin& twin, std::size_t camera, const Side&
 /// real points near no object where there are many. Nothing where a side was not measured.
 std::vector<CoverageRow> coverage_rows(const Twin& twin, const Side& real, const Side& simulated);
 
-/// Returns a row of the verdict for each camera: explained when its rows of all objects are.
-std::vector<ExplainedRow> explain_coverage(const std::vector<CoverageRow>& rows);
+/// Returns a row of the verdict for each camera, explained when its rows of all objects are, and one "not
+/// compared" for each object of which nobody measured a pixel.
+std::vector<ExplainedRow> explain_coverage(const Twin& twin, const std::vector<CoverageRow>& rows);
 
 /// Returns the sentences that a reader must see: of each camera that is not explained; of its objects where
 /// they tell more than the camera's own row.

@@ -117,7 +117,7 @@ TEST(Coverage, AnObjectThatTheTwinLacksIsNamedWithItsPlace) {
     EXPECT_THAT(coverage_warnings(rows),
                 ElementsAre(AllOf(HasSubstr("400 pixels"), HasSubstr("real side only"), HasSubstr("dark"),
                                   HasSubstr("near no object of the twin"), HasSubstr("y 7 to 22"))));
-    const std::vector<ExplainedRow> verdict = explain_coverage(rows);
+    const std::vector<ExplainedRow> verdict = explain_coverage(s.twin, rows);
     ASSERT_THAT(verdict, SizeIs(2));
     EXPECT_EQ(verdict[camera].explained(), false);
     EXPECT_EQ(verdict[1 - camera].explained(), true);
@@ -220,6 +220,44 @@ TEST(Coverage, SaturationThatTakesMostOfBothSidesIsNot) {
       EXPECT_THAT(row.why, HasSubstr("saturated"));
     }
   }
+}
+
+TEST(Coverage, PixelsSoNearTheClipThatNoiseDecidesAreOfNoSide) {
+  SyntheticSides s = scene();
+  // a strip of 20 columns in which every second pixel clips on the real side; the others, and all of the
+  // simulated side, are 1 DN below the clip, or far below
+  for (const bool near : {true, false}) {
+    s = scene();
+    std::uint64_t clipped = 0;
+    measure::CameraDecode& real = s.real.measurement->cameras[0];
+    for (int y = 0; y < real.height(); ++y)
+      for (int x = 90; x < 110; ++x) {
+        if (real.flags(x, y) != measure::kValid) continue;
+        for (Side* side : {&s.real, &s.simulated}) side->images[0].images[0](x, y) = near ? 254.0F : 200.0F;
+        if ((x + y) % 2 == 0) continue;
+        real.flags(x, y) = measure::kSaturated;
+        s.real.images[0].images[0](x, y) = 255.0F;
+        ++clipped;
+      }
+    const CoverageRow row = rows_of(s).at(0);
+    EXPECT_EQ(row.explained, near) << row.why;
+    EXPECT_EQ(row.n_one_sided(), near ? 0 : clipped);
+    EXPECT_EQ(row.n_neither_saturated, near ? clipped : 0);
+  }
+}
+
+TEST(Coverage, AnObjectThatNobodyMeasuredIsNotCompared) {
+  SyntheticSides s = scene();
+  PlaneShape wall;
+  wall.point_mm = {0, 0, 300};
+  s.twin.objects.push_back({"wall", wall, {}});
+  std::vector<ExplainedRow> verdict = explain_coverage(s.twin, rows_of(s));
+  ASSERT_THAT(verdict, SizeIs(2));
+  EXPECT_EQ(verdict[1].region, "wall");
+  EXPECT_EQ(verdict[1].state, kNotCompared);
+  EXPECT_THAT(verdict[1].why, HasSubstr("no camera measured"));
+  for (Side* side : {&s.real, &s.simulated}) side->measurement->cloud = {};
+  EXPECT_THAT(explain_coverage(s.twin, rows_of(s)), SizeIs(1));  // without points nothing is known of objects
 }
 
 TEST(Coverage, WithoutPointsThereAreRowsOfCamerasOnly) {

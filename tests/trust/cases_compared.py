@@ -31,7 +31,7 @@ def both_start_elsewhere(rig, twin, random):
 
 def both_overexposed(rig, twin, random):
     for side in (rig, twin):
-        side.sensors[0]["gain_dn"] *= 1.6
+        side.sensors[0]["gain_dn"] *= 1.4
 
 
 def other_gain_in_twin(rig, twin, random):
@@ -83,8 +83,8 @@ def saturated_real_only(rig, twin, random):
     rig.sensors[0]["gain_dn"] *= 2.4
 
 
-@coverage("the wall is nearly black in rig and twin: its fringes are below min_modulation", dict(scene="ball+wall"),
-          says="modulation|dark")
+@planted("coverage", "the wall is nearly black in rig and twin: its fringes are below min_modulation",
+         dict(scene="ball+wall"), verdict={"coverage": "not .*"}, says="modulation|dark")
 def modulation_lost(rig, twin, random):
     for side in (rig, twin):
         side.thing("wall")["albedo"] = 0.004
