@@ -45,7 +45,7 @@ def row_of(case, truth, folder, run, seconds):
     row["gain"] = [gain_of(g, sensor, result["warnings"]) for g, sensor in zip(result["gain"], truth.sensors)]
     refined = os.path.join(folder, "out", "refined.toml")
     if case.refine and os.path.exists(refined):
-        row["refined"] = deviations(refined, truth.things[0], result["refinement"])
+        row["refined"] = deviations(os.path.join(folder, "twin.toml"), refined, truth.things[0], result["refinement"])
     return row
 
 
@@ -72,10 +72,15 @@ def gain_of(g, sensor, warnings):
     return out
 
 
-def deviations(path, thing, refinement):
-    """How many standard errors the refined object is away from the true one, direction by direction."""
+def first_object(path):
     with open(path, "rb") as f:
-        refined = tomllib.load(f)["object"][0]
+        return (tomllib.load(f).get("object") or [{}])[0]
+
+
+def deviations(twin, changes, thing, refinement):
+    """How many standard errors the refined object (the twin's, with the changes) is away from the true one,
+    direction by direction."""
+    refined = {**first_object(twin), **first_object(changes)}
     sigma = [p["after_sigma"] for p in refinement["parameters"]]
     if thing["shape"] == "sphere":
         apart = np.array(refined["center_mm"]) - thing["center_mm"]
