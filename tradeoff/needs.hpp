@@ -9,11 +9,11 @@
 
 #include "compare/result/provenance.hpp"
 #include "render/renderer.hpp"
-#include "tradeoff/effects.hpp"
 #include "tradeoff/image_change.hpp"
 #include "tradeoff/pixel_subset.hpp"
 #include "tradeoff/recommend.hpp"
 #include "twin/base/stopwatch.hpp"
+#include "twin/effects.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::tradeoff {

@@ -8,8 +8,8 @@
 
 #include "measure/decode/mixed_pixels.hpp"
 #include "render/reference/reference_shapes.hpp"
-#include "tradeoff/effects.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/effects.hpp"
 
 namespace fringetwin::study {
 namespace {
@@ -44,7 +44,7 @@ const Object& checked(const Twin& twin, const std::string& name) {
       refuse("camera optics");
   if (const auto* plane = std::get_if<PlaneShape>(&object->shape); plane && !plane->albedo_file.empty())
     refuse("texture");
-  for (const tradeoff::Effect& effect : tradeoff::effects())
+  for (const Effect& effect : effects())
     if (effect.is_on(twin) && !effect.in_noise_theory) refuse(effect.name);
   return *object;
 }

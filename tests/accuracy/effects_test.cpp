@@ -7,7 +7,7 @@
 // | 5e-5      | full scale rms | as for the shapes; pow of a shininess n may err by 2 n ulp of a lobe |
 // | 1e-5      | relative       | fp32 sums against a closed form at the pixel centre, 2nd-order term  |
 // | 0         |                | off = bitwise the same image                                         |
-#include "tradeoff/effects.hpp"
+#include "twin/effects.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -427,7 +427,7 @@ TEST(Effects, VertexAlbedo) {
   EXPECT_LE(a.gray_rms, gray_limit);
 }
 
-/// A twin with every effect of tradeoff/effects.hpp on.
+/// A twin with every effect of twin/effects.hpp on.
 Twin everything() {
   Twin twin = with_object(paper_rig(), "ball", ideal_sphere());
   twin.objects.push_back({"wall", frontal_plane(), {}});
@@ -457,13 +457,13 @@ Twin everything() {
 TEST(Effects, EachSwitchActsOnItsOwnEffectOnly) {
   const Twin full = everything();
   std::set<std::string> names;
-  for (const tradeoff::Effect& effect : tradeoff::effects()) {
+  for (const Effect& effect : effects()) {
     EXPECT_TRUE(names.insert(effect.name).second) << effect.name << " is there twice";
     EXPECT_FALSE(effect.switch_on.empty() || effect.without.empty()) << effect.name;
     if (!effect.is_on(full)) continue;
     Twin without = full;
     effect.switch_off(without);
-    for (const tradeoff::Effect& other : tradeoff::effects())
+    for (const Effect& other : effects())
       EXPECT_EQ(other.is_on(without), other.is_on(full) && other.name != effect.name)
           << "switching off " << effect.name << " changed " << other.name;
   }
@@ -471,11 +471,10 @@ TEST(Effects, EachSwitchActsOnItsOwnEffectOnly) {
 
 // All effects are on in that twin and off in the plainest one.
 TEST(Effects, OnAndOff) {
-  for (const tradeoff::Effect& effect : tradeoff::effects())
-    EXPECT_TRUE(effect.is_on(everything())) << effect.name;
+  for (const Effect& effect : effects()) EXPECT_TRUE(effect.is_on(everything())) << effect.name;
   Twin plain = with_object(paper_rig(), "ball", ideal_sphere());
   std::vector<std::string> on;
-  for (const tradeoff::Effect& effect : tradeoff::effects())
+  for (const Effect& effect : effects())
     if (effect.is_on(plain)) on.push_back(effect.name);
   EXPECT_THAT(on, ::testing::ElementsAre("pixel area", "sensor rounding"));
 }
@@ -484,7 +483,7 @@ TEST(Effects, OnAndOff) {
 TEST(Effects, WithoutRoundingTheSensorKeepsItsRange) {
   Twin twin = everything();
   const Sensor before = twin.cameras[0].sensor;
-  for (const tradeoff::Effect& effect : tradeoff::effects())
+  for (const Effect& effect : effects())
     if (effect.name == "sensor rounding") effect.switch_off(twin);
   const Sensor& after = twin.cameras[0].sensor;
   const double scale = after.gain_dn / before.gain_dn;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tradeoff/effects.hpp"
+#include "twin/effects.hpp"
 
 #include <algorithm>
 
-namespace fringetwin::tradeoff {
+namespace fringetwin {
 namespace {
 
 /// Gives the sensor the same range in 16 bits: rounding shrinks to 2^-(16 - bits) of a gray level; noise
@@ -167,4 +167,4 @@ const std::vector<Effect>& effects() {
   return table;
 }
 
-}  // namespace fringetwin::tradeoff
+}  // namespace fringetwin

@@ -7,7 +7,7 @@
 
 #include "twin/twin.hpp"
 
-namespace fringetwin::tradeoff {
+namespace fringetwin {
 
 /// Where an effect acts; decides which images show it without rounding noise.
 enum class EffectStage {
@@ -28,4 +28,4 @@ struct Effect {
 /// Returns the table. `is_on` after `switch_off` is false for every row.
 const std::vector<Effect>& effects();
 
-}  // namespace fringetwin::tradeoff
+}  // namespace fringetwin
