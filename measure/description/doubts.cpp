@@ -102,18 +102,20 @@ std::string what_would_be(const ReadingScore& before, const Reading& reading, co
   return fmt::format("{} would leave {:.0f} %", reading.name, 100.0 * (1.0 - s.near));
 }
 
-/// The images of some tiles and where the twin expects their pixels.
+/// The images of some tiles, which of their pixels the fringes reach, and where the twin expects them.
 struct Sample {
   CameraImages images;
+  ImageU8 reached;
   ExpectedCoordinates expected;
 
-  Sample(const Tiles& tiles, const CameraImages& all, const ExpectedCoordinates& expected_of_all)
-      : images(tiles.cut(all)) {
+  Sample(const Tiles& tiles, const CameraImages& all, const ExpectedCoordinates& expected_of_all,
+         double min_modulation_dn)
+      : images(tiles.cut(all)), reached(reached_pixels(images, min_modulation_dn)) {
     if (!expected_of_all.x_px.empty()) expected.x_px = tiles.cut(expected_of_all.x_px, kNaN);
     if (!expected_of_all.y_px.empty()) expected.y_px = tiles.cut(expected_of_all.y_px, kNaN);
   }
   ReadingScore score(const Reading& reading, const DecodeOptions& options) const {
-    return score_reading(images, reading, options, expected);
+    return score_reading(images, reached, reading, options, expected);
   }
 };
 
@@ -170,15 +172,15 @@ std::vector<std::string> description_doubts(const CameraImages& images, const Fr
   const Tiles tiles(images, all_steps.min_modulation_dn);
   if (tiles.empty()) return out;
   all_steps.use_steps.clear();
-  const Sample sample(tiles, images, expected);
+  const Sample sample(tiles, images, expected, all_steps.min_modulation_dn);
   const ReadingScore described = sample.score(described_reading(fringes), all_steps);
-  const std::vector<std::pair<int, int>> repeated =
-      repeated_images(sample.images, fringes, reached_pixels(sample.images, all_steps.min_modulation_dn));
+  const std::vector<std::pair<int, int>> repeated = repeated_images(sample.images, fringes, sample.reached);
   if (described.n < kFewestPixels) return out;  // single pixels that noise lifts over the bound
   if (!contradicted(described) && !only_moved(described)) return out;
 
   std::vector<Sample> each;
-  for (std::size_t k = 0; k < tiles.size(); ++k) each.emplace_back(tiles.only(k), images, expected);
+  for (std::size_t k = 0; k < tiles.size(); ++k)
+    each.emplace_back(tiles.only(k), images, expected, all_steps.min_modulation_dn);
   const bool single_images = jumps_or_few(described) || described.residual > kResidual;
   std::optional<Answer> best;
   for (Reading& reading : screened(each, fringes, single_images, all_steps)) {

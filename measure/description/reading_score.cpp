@@ -8,7 +8,6 @@
 #include "measure/decode/decode.hpp"
 #include "measure/decode/decode_input.hpp"
 #include "measure/decode/phase.hpp"
-#include "measure/description/tiles.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"
@@ -54,8 +53,8 @@ double median_of(std::vector<double>& values) { return values.empty() ? kNaN : m
 
 }  // namespace
 
-ReadingScore score_reading(const CameraImages& images, const Reading& reading, const DecodeOptions& options,
-                           const ExpectedCoordinates& expected) {
+ReadingScore score_reading(const CameraImages& images, const ImageU8& reached, const Reading& reading,
+                           const DecodeOptions& options, const ExpectedCoordinates& expected) {
   ReadingScore score;
   CameraDecode decoded;
   const CameraImages read = read_as(images, reading);
@@ -64,7 +63,6 @@ ReadingScore score_reading(const CameraImages& images, const Reading& reading, c
   } catch (const UserError&) {
     return score;  // these fringes cannot be unwrapped over this projector
   }
-  const ImageU8 reached = reached_pixels(images, options.min_modulation_dn);
   const ImageF residual = worst_residual(read, reading.fringes);
   std::vector<double> offsets, residuals;
   std::uint64_t valid = 0, good = 0, near = 0, jumps = 0;

@@ -27,8 +27,9 @@ struct ReadingScore {
   double good = 0.0;
 };
 
-/// Decodes `images` (small ones: tiles.hpp) as the reading says and counts.
-ReadingScore score_reading(const CameraImages& images, const Reading& reading, const DecodeOptions& options,
-                           const ExpectedCoordinates& expected);
+/// Decodes `images` (small ones: tiles.hpp) as the reading says and counts over the pixels that the fringes
+/// reach (reached_pixels(), the same for every reading).
+ReadingScore score_reading(const CameraImages& images, const ImageU8& reached, const Reading& reading,
+                           const DecodeOptions& options, const ExpectedCoordinates& expected);
 
 }  // namespace fringetwin::measure
