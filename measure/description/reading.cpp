@@ -209,17 +209,18 @@ CameraImages read_as(const CameraImages& images, const Reading& reading) {
     chosen.push_back(image == kNotRecorded ? nullptr : &images.images[static_cast<std::size_t>(image)]);
     if (image != kNotRecorded) used[static_cast<std::size_t>(image)] = true;
   }
-  CameraImages out = images;
+  const auto left_over = static_cast<std::size_t>(std::find(used.begin(), used.end(), false) - used.begin());
+  CameraImages out{.camera = images.camera,
+                   .images = {},
+                   .white = images.white,
+                   .black = images.black,
+                   .bit_depth = images.bit_depth,
+                   .radiance = images.radiance,
+                   .gray_code_exposure = images.gray_code_exposure,
+                   .clip = images.clip};
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (chosen[i]) {
-      out.images[i] = *chosen[i];
-      continue;
-    }
-    out.images[i] = missing_step(chosen, sequence, reading.fringes.steps, i);
-    const auto left_over = std::find(used.begin(), used.end(), false);
-    if (out.images[i].empty())
-      out.images[i] =
-          images.images[left_over == used.end() ? i : static_cast<std::size_t>(left_over - used.begin())];
+    out.images.push_back(chosen[i] ? *chosen[i] : missing_step(chosen, sequence, reading.fringes.steps, i));
+    if (out.images[i].empty()) out.images[i] = images.images.at(left_over);
   }
   return out;
 }
