@@ -48,8 +48,7 @@ Run measure_both(const CompareRequest& request) {
   run.simulated.measurement = measure::measure(run.twin, run.simulated.images, run.options.use_steps);
   run.real.measurement = measure::measure(run.twin, run.real.images, run.options.use_steps);
   run.timer.stop();
-  for (std::string& doubt : description_doubts(run))
-    run.real.measurement->warnings.push_back(std::move(doubt));
+  add_to_warnings(run, doubts_about_real_side(run));
   return run;
 }
 

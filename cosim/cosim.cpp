@@ -153,7 +153,7 @@ Run run_cosim(const CosimRequest& request) {
   simulate_side(run, request.render);
   measure_real(run);
   // before refining: a twin that was bent to fit a wrong description contradicts nothing any more
-  const std::vector<std::string> doubts = description_doubts(run);
+  const std::vector<std::string> doubts = doubts_about_real_side(run);
   run.options.is_description_doubted = !doubts.empty();
   if (!request.refine.empty()) try {
       refine(run, request);
@@ -161,8 +161,7 @@ Run run_cosim(const CosimRequest& request) {
       for (const std::string& doubt : doubts) warn(doubt);
       throw;
     }
-  if (run.real.measurement)
-    run.real.measurement->warnings.insert(run.real.measurement->warnings.end(), doubts.begin(), doubts.end());
+  add_to_warnings(run, doubts);
   return run;
 }
 

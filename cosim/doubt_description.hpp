@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Takes a run whose two sides are measured, and returns what its real images say against the description of
-// the fringes.
+// the fringes, for the warnings of the real side.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,8 +9,11 @@
 
 namespace fringetwin::cosim {
 
-/// Returns a sentence each, for the warnings of the real side; none without real images. Adds the time to the
-/// run.
-std::vector<std::string> description_doubts(Run& run);
+/// Returns a sentence for each doubt about the description of the real images; none without them. Adds the
+/// time to the run.
+std::vector<std::string> doubts_about_real_side(Run& run);
+
+/// Adds the doubts to the warnings of the real side, where there is one.
+void add_to_warnings(Run& run, const std::vector<std::string>& doubts);
 
 }  // namespace fringetwin::cosim
