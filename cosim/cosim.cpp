@@ -155,12 +155,12 @@ Run run_cosim(const CosimRequest& request) {
   // before refining: a twin that was bent to fit a wrong description contradicts nothing any more
   const std::vector<std::string> doubts = doubts_about_real_side(run);
   run.options.is_description_doubted = !doubts.empty();
-  if (!request.refine.empty()) try {
-      refine(run, request);
-    } catch (const UserError&) {
-      for (const std::string& doubt : doubts) warn(doubt);
-      throw;
-    }
+  try {
+    if (!request.refine.empty()) refine(run, request);
+  } catch (const UserError&) {
+    for (const std::string& doubt : doubts) warn(doubt);
+    throw;
+  }
   add_to_warnings(run, doubts);
   return run;
 }
