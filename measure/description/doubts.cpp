@@ -93,7 +93,12 @@ std::string what_is_wrong(const ReadingScore& s, const Counts& counts) {
 
 std::string what_would_be(const ReadingScore& before, const Reading& reading, const ReadingScore& s,
                           const CameraImages& images, const DecodeOptions& options, const ImageU8& reached) {
-  if (reading.shifts_only) return fmt::format("{} would leave {:.3f}", reading.name, s.offset);
+  if (reading.shifts_only)
+    return fmt::format(
+        "{} would leave {:.3f}; it may also be that the projector or an object is displaced by that part of "
+        "a "
+        "period",
+        reading.name, s.offset);
   if (jumps_or_few(before))
     return fmt::format("{} would leave {}", reading.name,
                        count(decode(read_as(images, reading), reading.fringes, options), reached).text());
@@ -198,7 +203,8 @@ std::vector<std::string> description_doubts(const CameraImages& images, const Fr
     tell(fmt::format("image {} repeats image {}, so that one pattern of the sequence is missing", later,
                      earlier));
   if (best)
-    tell(fmt::format("the images are not as described: {}; {}", wrong,
+    tell(fmt::format("the images {} not as described: {}; {}", best->reading.shifts_only ? "may be" : "are",
+                     wrong,
                      what_would_be(described, best->reading, best->score, images, all_steps, reached)));
   else if (repeated.empty() && (everywhere.jumps_or_few() || described.residual > kLargeResidual))
     tell(fmt::format("{}; no other reading of [fringes] that was tried fits better", wrong));
