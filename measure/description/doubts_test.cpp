@@ -208,6 +208,20 @@ TEST(Doubts, CodesDescribedWrongly) {
   EXPECT_THAT(told(support::project(wrong, s), right, s, false).all(), HasSubstr("no complementary bit"));
 }
 
+TEST(Doubts, AComplementaryBitThatIsShownInverted) {
+  const support::FringeScene s = scene();
+  for (const auto threshold : {GrayCode::Threshold::mean, GrayCode::Threshold::inverse}) {
+    Fringes f = coded(4, true);
+    f.directions[0].gray->threshold = threshold;
+    CameraImages images = support::project(f, s);
+    const std::vector<PatternSpec> sequence = expand_sequence(f);
+    for (std::size_t i = 0; i < sequence.size(); ++i)
+      if (sequence[i].is_complementary())
+        for (float& v : images.images[i].data) v = static_cast<float>(s.black_dn + s.white_dn) - v;
+    EXPECT_THAT(told(images, f, s, false).all(), HasSubstr("the complementary bit inverted would leave"));
+  }
+}
+
 TEST(Doubts, AnOriginThatIsHalfAPeriodOff) {
   const support::FringeScene s = scene();
   const Fringes right = coded(4, true);

@@ -72,6 +72,11 @@ void Readings::descriptions() {
   fringes("no complementary bit", each_code([](GrayCode& c) {
             if (c.complementary) c.complementary = false, ++c.bits;
           }));
+  Reading inverted = described_;
+  inverted.name = "the complementary bit inverted";
+  for (std::size_t i = 0; i < sequence_.size(); ++i)
+    if (sequence_[i].is_complementary()) inverted.negatives.push_back(i);
+  if (!inverted.negatives.empty()) out_.push_back(std::move(inverted));
   for (const double quarter : kQuarters)
     fringes(fmt::format("the code {:g} of a period further (offset_periods)", quarter),
             each_code([quarter](GrayCode& c) { c.offset_periods += quarter; }));
@@ -180,6 +185,18 @@ ImageF missing_step(const std::vector<const ImageF*>& images, const std::vector<
   return out;
 }
 
+/// Returns one of the images with the bright and the dark ones of each pixel exchanged.
+ImageF negative(const std::vector<ImageF>& images, std::size_t which) {
+  ImageF out = images[which];
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const auto [dark, bright] =
+        std::minmax_element(images.begin(), images.end(),
+                            [i](const ImageF& a, const ImageF& b) { return a.data[i] < b.data[i]; });
+    out.data[i] = dark->data[i] + bright->data[i] - out.data[i];
+  }
+  return out;
+}
+
 }  // namespace
 
 Reading described_reading(const Fringes& fringes) {
@@ -222,6 +239,7 @@ CameraImages read_as(const CameraImages& images, const Reading& reading) {
     out.images.push_back(chosen[i] ? *chosen[i] : missing_step(chosen, sequence, reading.fringes.steps, i));
     if (out.images[i].empty()) out.images[i] = images.images.at(left_over);
   }
+  for (const std::size_t i : reading.negatives) out.images[i] = negative(images.images, i);
   return out;
 }
 

@@ -18,6 +18,8 @@ struct Reading {
   /// For every place of the sequence the number of the image that is read there; kNotRecorded where no image
   /// shows the pattern.
   std::vector<int> image_of;
+  /// Places whose images are read as negatives of what was recorded.
+  std::vector<std::size_t> negatives;
   /// It moves every coordinate by the same length, so that only a known truth can tell.
   bool shifts_only = false;
   /// It changes places of single images: the phases of the others, and so the residuals or the orders, then
@@ -31,8 +33,9 @@ inline constexpr int kNotRecorded = -1;
 Reading described_reading(const Fringes& fringes);
 
 /// Returns the readings to try, each different from the described one in one thing: direction, bit order,
-/// complementary bit, code offset, phase origin (the last two in quarters of a period), order of the steps
-/// and pitches, two images exchanged, one image more or less than there should be from some image on.
+/// complementary bit (there or not, inverted), code offset, phase origin (the last two in quarters of a
+/// period), order of the steps and pitches, two images exchanged, one image more or less than there should be
+/// from some image on.
 std::vector<Reading> other_readings(const Fringes& fringes);
 
 /// Returns the images in the order of the sequence as `reading` has it. A phase step that was not recorded is
