@@ -130,6 +130,7 @@ TEST(WrongTwin, EveryCaseOfTheRigIsHere) {
   std::vector<std::string> names;
   for (const WrongCase& c : cases()) names.push_back(c.name);
   EXPECT_THAT(names, ::testing::UnorderedElementsAreArray(wrong_cases()));
+  EXPECT_EQ(names.size(), 6u);  // README counts them
 }
 
 /// The small twin against images of its own, with --refine `what`.
