@@ -13,45 +13,22 @@
 
 #include <cmath>
 
-#include "tests/support/compare/synthetic_sides.hpp"
+#include "tests/support/compare/fitted_gray.hpp"
 
 namespace fringetwin::compare::gain_checks_test {
 namespace {
 
+using testing::deep_truth;
 using ::testing::ElementsAre;
+using testing::FittedGray;
 using ::testing::IsEmpty;
 using testing::SidesTruth;
 using testing::SyntheticSides;
 
-/// 12 bit, black above the clip, so that all values are usable.
-SidesTruth deep() {
-  SidesTruth t;
-  t.width = 256;
-  t.height = 240;
-  t.bit_depth = 12;
-  t.gain_dn = 200.0;
-  t.black_level_dn = 400.0;
-  t.noise_dn = 4.0;
-  return t;
+GainParts parts_of(const FittedGray& gray) {
+  return gain_checks(gray.sides.twin.fringes, gray.pair, gray.fit, gray.noise(), gray.pair.mask);
 }
-
-struct Checked {
-  std::vector<GrayPair> pairs;
-  GainFit fit;
-  GainParts parts;
-};
-
-/// `change`, where given, alters the fit before its parts are looked at.
-Checked checked(const SyntheticSides& scene, void (*change)(GainFit&) = nullptr) {
-  std::vector<std::string> warnings;
-  Checked out;
-  out.pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
-  out.fit = fit_gain(out.pairs.at(0), warnings);
-  if (change) change(out.fit);
-  const GrayNoise noise(out.pairs[0], decode_of(scene.real, 0), {});
-  out.parts = gain_checks(scene.twin.fringes, out.pairs[0], out.fit, noise, out.pairs[0].mask);
-  return out;
-}
+GainParts parts_of(SyntheticSides scene) { return parts_of(FittedGray(std::move(scene))); }
 
 GainCheck part(const GainParts& parts, const std::string& name) {
   for (const GainCheck& row : parts.rows)
@@ -65,8 +42,8 @@ void expect_gain(const GainCheck& row, double gain_dn) {
 }
 
 TEST(GainChecks, AllPartsOfARightTwinSayTheTruth) {
-  const SidesTruth t = deep();
-  const GainParts parts = checked(testing::make_sides(t)).parts;
+  const SidesTruth t = deep_truth();
+  const GainParts parts = parts_of(testing::make_sides(t));
   std::vector<std::string> names;
   for (const GainCheck& row : parts.rows) {
     names.push_back(row.part);
@@ -89,24 +66,23 @@ TEST(GainChecks, AllPartsOfARightTwinSayTheTruth) {
 }
 
 TEST(GainChecks, SigmaAgreesWithTheClosedFormForIndependentNoise) {
-  const SidesTruth t = deep();
-  const SyntheticSides scene = testing::make_sides(t);  // the pairs point into it
-  const Checked c = checked(scene);
+  const SidesTruth t = deep_truth();
+  const FittedGray gray(testing::make_sides(t));
   double n = 0, e1 = 0, e2 = 0;
-  for (std::size_t i = 0; i < c.pairs[0].mask.size(); ++i)
-    for (const int image : c.pairs[0].gain_images)
-      if (c.pairs[0].mask.data[i] != 0) {
-        const double e = c.pairs[0].irradiance_at(image, i);
+  for (std::size_t i = 0; i < gray.pair.mask.size(); ++i)
+    for (const int image : gray.pair.gain_images)
+      if (gray.pair.mask.data[i] != 0) {
+        const double e = gray.pair.irradiance_at(image, i);
         n += 1, e1 += e, e2 += e * e;
       }
-  const GainCheck all = part(c.parts, kAllValues);
+  const GainCheck all = part(parts_of(gray), kAllValues);
   EXPECT_EQ(static_cast<double>(all.n), n);
   const double variance_e = e2 / n - e1 / n * (e1 / n), noise_dn2 = t.noise_dn * t.noise_dn + 1.0 / 12.0;
   EXPECT_NEAR(all.gain_sigma_dn / std::sqrt(noise_dn2 / (n * variance_e)), 1.0, 0.25);
 }
 
 TEST(GainChecks, ContrastThatTheTwinLacksPartsModulationFromMeans) {
-  const SidesTruth t = deep();
+  const SidesTruth t = deep_truth();
   SyntheticSides scene = testing::make_sides(t);
   std::vector<ImageF>& images =
       scene.simulated.irradiance[0].images;  // the twin's contrast is 1/0.8 of the real
@@ -115,7 +91,7 @@ TEST(GainChecks, ContrastThatTheTwinLacksPartsModulationFromMeans) {
     for (const ImageF& image : images) mean += image.data[i] / static_cast<float>(images.size());
     for (ImageF& image : images) image.data[i] = mean + (image.data[i] - mean) / 0.8F;
   }
-  const GainParts parts = checked(scene).parts;
+  const GainParts parts = parts_of(scene);
   expect_gain(part(parts, kWithinPixels), 0.8 * t.gain_dn);
   expect_gain(part(parts, kBetweenPixels), t.gain_dn);
   EXPECT_LT(part(parts, kWithinPixels).gain_z, -4.5);
@@ -136,19 +112,19 @@ SyntheticSides brightened(const SidesTruth& t, float factor, Where is_brighter) 
 }
 
 TEST(GainChecks, ABrighterStepIsSeenInItsStepAlone) {
-  const SidesTruth t = deep();
-  const GainParts parts = checked(brightened(t, 1.02F, [](int image, int) { return image % 4 == 1; })).parts;
+  const SidesTruth t = deep_truth();
+  const GainParts parts = parts_of(brightened(t, 1.02F, [](int image, int) { return image % 4 == 1; }));
   for (const char* name : {"step 1/4", "step 3/4", "step 4/4"}) expect_gain(part(parts, name), t.gain_dn);
   expect_gain(part(parts, "step 2/4"), 1.02 * t.gain_dn);
   EXPECT_GT(part(parts, "step 2/4").gain_z, 4.5);
 }
 
 TEST(GainChecks, AResponseThatIsNotStraightPartsLowFromHighValues) {
-  const SidesTruth t = deep();
+  const SidesTruth t = deep_truth();
   SyntheticSides scene = testing::make_sides(t);
   for (ImageF& image : scene.real.images[0].images)
     for (float& y : image.data) y -= 1e-5F * (y - 400.0F) * (y - 400.0F);  // of up to 2000 DN: 2 %
-  const GainParts parts = checked(scene).parts;
+  const GainParts parts = parts_of(scene);
   const GainCheck low = part(parts, kLowValues), high = part(parts, kHighValues);
   // the slope of x - 1e-5 x^2 at the brightest low value, some 1000 DN, is 2 % below that at black
   EXPECT_GT(low.gain_dn, 0.98 * t.gain_dn);
@@ -158,8 +134,8 @@ TEST(GainChecks, AResponseThatIsNotStraightPartsLowFromHighValues) {
 }
 
 TEST(GainChecks, ABrighterHalfOfTheImageIsSeenInThatHalf) {
-  const SidesTruth t = deep();
-  const GainParts parts = checked(brightened(t, 1.03F, [&](int, int x) { return x >= t.width / 2; })).parts;
+  const SidesTruth t = deep_truth();
+  const GainParts parts = parts_of(brightened(t, 1.03F, [&](int, int x) { return x >= t.width / 2; }));
   const GainCheck left = part(parts, "left half"), right = part(parts, "right half");
   EXPECT_NEAR(left.gain_dn, t.gain_dn, 4.5 * left.gain_sigma_dn + 1e-3 * t.gain_dn);
   EXPECT_NEAR(right.gain_dn, 1.03 * t.gain_dn, 4.5 * right.gain_sigma_dn + 1e-3 * t.gain_dn);
@@ -167,27 +143,27 @@ TEST(GainChecks, ABrighterHalfOfTheImageIsSeenInThatHalf) {
 }
 
 TEST(GainChecks, ValuesThatOnlyTheMarginLeavesOutAreCounted) {
-  const SyntheticSides scene = testing::make_sides(deep());
-  const Checked c = checked(scene, [](GainFit& fit) { fit.usable.low_dn = 1000.0; });
+  FittedGray gray(testing::make_sides(deep_truth()));
+  gray.fit.usable.low_dn = 1000.0;
   double n = 0, dropped = 0;
-  for (std::size_t i = 0; i < c.pairs[0].mask.size(); ++i)
-    for (const int image : c.pairs[0].gain_images)
-      if (c.pairs[0].mask.data[i] != 0) {
+  for (std::size_t i = 0; i < gray.pair.mask.size(); ++i)
+    for (const int image : gray.pair.gain_images)
+      if (gray.pair.mask.data[i] != 0) {
         n += 1;
-        if (c.fit.row.gain_dn * c.pairs[0].irradiance_at(image, i) + c.fit.row.black_level_dn < 1000.0)
+        if (gray.fit.row.gain_dn * gray.pair.irradiance_at(image, i) + gray.fit.row.black_level_dn < 1000.0)
           dropped += 1;
       }
   EXPECT_GT(dropped, 0.2 * n);
-  EXPECT_NEAR(c.parts.dropped_fraction, dropped / n, 1e-12);
+  EXPECT_NEAR(parts_of(gray).dropped_fraction, dropped / n, 1e-12);
 }
 
 TEST(GainChecks, DoNotDependOnTheNumberOfThreads) {
-  const SyntheticSides scene = testing::make_sides(deep());
+  const SyntheticSides scene = testing::make_sides(deep_truth());
   const int before = omp_get_max_threads();
   omp_set_num_threads(1);
-  const GainParts one = checked(scene).parts;
+  const GainParts one = parts_of(scene);
   omp_set_num_threads(3);
-  const GainParts three = checked(scene).parts;
+  const GainParts three = parts_of(scene);
   omp_set_num_threads(before);
   ASSERT_EQ(one.rows.size(), three.rows.size());
   for (std::size_t k = 0; k < one.rows.size(); ++k) {
@@ -197,11 +173,9 @@ TEST(GainChecks, DoNotDependOnTheNumberOfThreads) {
 }
 
 TEST(GainChecks, WithoutPixelsThereAreNoParts) {
-  const SyntheticSides scene = testing::make_sides(deep());
-  const Checked c = checked(scene);
-  const GrayNoise noise(c.pairs[0], decode_of(scene.real, 0), {});
-  const ImageU8 none(c.pairs[0].width(), c.pairs[0].height(), 0);
-  const GainParts parts = gain_checks(scene.twin.fringes, c.pairs[0], c.fit, noise, none);
+  const FittedGray gray(testing::make_sides(deep_truth()));
+  const ImageU8 none(gray.pair.width(), gray.pair.height(), 0);
+  const GainParts parts = gain_checks(gray.sides.twin.fringes, gray.pair, gray.fit, gray.noise(), none);
   EXPECT_THAT(parts.rows, IsEmpty());
   EXPECT_TRUE(std::isnan(parts.dropped_fraction));
 }

@@ -8,25 +8,19 @@
 #include <iostream>
 
 #include "compare/gray/gain_fit.hpp"
-#include "tests/support/compare/synthetic_sides.hpp"
+#include "tests/support/compare/fitted_gray.hpp"
 
 namespace fringetwin::compare::gain_coverage_test {
 namespace {
 
 using testing::SidesTruth;
 
-GainRow fit_scene(const SidesTruth& t) {
-  const testing::SyntheticSides scene = testing::make_sides(t);
-  std::vector<std::string> warnings;
-  return fit_gain(pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings).at(0), warnings).row;
-}
-
 /// Share of draws whose truth lies within 1 and 1.96 reported sigmas.
 std::pair<int, int> coverage(SidesTruth t, int draws) {
   int within_68 = 0, within_95 = 0;
   for (int i = 0; i < draws; ++i) {
     t.seed = 1000u + static_cast<unsigned>(i);
-    const GainRow row = fit_scene(t);
+    const GainRow row = testing::FittedGray(testing::make_sides(t)).fit.row;
     const double z = std::abs(row.gain_dn - t.gain_dn) / row.gain_sigma_dn;
     within_68 += z < 1.0;
     within_95 += z < 1.96;

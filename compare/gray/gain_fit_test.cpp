@@ -12,28 +12,14 @@
 #include <omp.h>
 
 #include "compare/gray/gray_rows.hpp"
-#include "tests/support/compare/synthetic_sides.hpp"
+#include "tests/support/compare/fitted_gray.hpp"
 
 namespace fringetwin::compare::gain_fit_test {
 namespace {
 
+using testing::FittedGray;
 using testing::SidesTruth;
 using testing::SyntheticSides;
-
-struct Fitted {
-  SyntheticSides scene;
-  std::vector<std::string> warnings;
-  std::vector<GrayPair> pairs;
-  GainFit fit;
-};
-
-std::unique_ptr<Fitted> fit_scene(SyntheticSides scene, const CompareOptions& options = {}) {
-  auto f = std::make_unique<Fitted>();
-  f->scene = std::move(scene);
-  f->pairs = pair_gray(f->scene.twin, f->scene.real, f->scene.simulated, options, f->warnings);
-  f->fit = fit_gain(f->pairs.at(0), f->warnings);
-  return f;
-}
 
 void expect_recovered(const GainRow& row, const SidesTruth& t, double sigmas = 3.0) {
   ASSERT_TRUE(row.usable);
@@ -43,8 +29,8 @@ void expect_recovered(const GainRow& row, const SidesTruth& t, double sigmas = 3
 
 TEST(GainFit, RecoversGainAndBlackWithinTheirSigma) {
   const SidesTruth t;
-  const auto f = fit_scene(testing::make_sides(t));
-  const GainRow& row = f->fit.row;
+  const FittedGray f(testing::make_sides(t));
+  const GainRow& row = f.fit.row;
   expect_recovered(row, t);
   EXPECT_LT(row.gain_sigma_dn, 1e-3 * row.gain_dn);
   EXPECT_NEAR(row.rms_after_dn, std::sqrt(t.noise_dn * t.noise_dn + 1.0 / 12.0), 0.02);
@@ -55,21 +41,21 @@ TEST(GainFit, RecoversGainAndBlackWithinTheirSigma) {
 
 TEST(GainFit, SigmaAgreesWithTheClosedFormForIndependentNoise) {
   const SidesTruth t;
-  const auto f = fit_scene(testing::make_sides(t));
+  const FittedGray f(testing::make_sides(t));
   double n = 0, e1 = 0, e2 = 0;
-  for (int image : f->pairs[0].gain_images) {
-    const ImageF d = gray_difference(f->pairs[0], f->fit, image);
+  for (int image : f.pair.gain_images) {
+    const ImageF d = gray_difference(f.pair, f.fit, image);
     for (std::size_t i = 0; i < d.size(); ++i)
       if (!std::isnan(d.data[i])) {
-        const double e = f->pairs[0].irradiance_at(image, i);
+        const double e = f.pair.irradiance_at(image, i);
         n += 1, e1 += e, e2 += e * e;
       }
   }
-  EXPECT_EQ(static_cast<std::uint64_t>(n), f->fit.row.n);
+  EXPECT_EQ(static_cast<std::uint64_t>(n), f.fit.row.n);
   const double variance_e = e2 / n - e1 / n * (e1 / n);
   // Huber's estimator with k = 1.345 has 95 % of the efficiency of least squares
   const double expected = std::sqrt((t.noise_dn * t.noise_dn + 1.0 / 12.0) / (n * variance_e) / 0.95);
-  EXPECT_NEAR(f->fit.row.gain_sigma_dn / expected, 1.0, 0.25);
+  EXPECT_NEAR(f.fit.row.gain_sigma_dn / expected, 1.0, 0.25);
 }
 
 TEST(GainFit, SaturatedImagesDoNotPullTheGainDown) {
@@ -77,9 +63,9 @@ TEST(GainFit, SaturatedImagesDoNotPullTheGainDown) {
   t.gain_dn = 34.0;  // 340 DN at the brightest: a quarter of the values clip at 255
   t.black_level_dn = 12.0;
   t.noise_dn = 2.0;
-  const auto f = fit_scene(testing::make_sides(t));
-  expect_recovered(f->fit.row, t, 3.5);
-  EXPECT_LT(f->fit.row.high_dn, 254.0);
+  const FittedGray f(testing::make_sides(t));
+  expect_recovered(f.fit.row, t, 3.5);
+  EXPECT_LT(f.fit.row.high_dn, 254.0);
 }
 
 TEST(GainFit, OutliersMoveItLittle) {
@@ -87,42 +73,37 @@ TEST(GainFit, OutliersMoveItLittle) {
   t.outlier_fraction = 0.05;
   t.outlier_dn = 80.0;
   t.gain_dn = 15.0;  // keeps most outliers below saturation
-  const auto f = fit_scene(testing::make_sides(t));
-  EXPECT_NEAR(f->fit.row.gain_dn / t.gain_dn, 1.0, 0.002);
-  EXPECT_NEAR(f->fit.row.black_level_dn, t.black_level_dn, 0.2);
-  EXPECT_GT(f->fit.row.outlier_fraction, 0.05);
+  const FittedGray f(testing::make_sides(t));
+  EXPECT_NEAR(f.fit.row.gain_dn / t.gain_dn, 1.0, 0.002);
+  EXPECT_NEAR(f.fit.row.black_level_dn, t.black_level_dn, 0.2);
+  EXPECT_GT(f.fit.row.outlier_fraction, 0.05);
 }
 
 TEST(GainFit, NoiseFreeImagesLeaveTheRoundingOnly) {
   SidesTruth t;
   t.noise_dn = 0.0;
-  const auto f = fit_scene(testing::make_sides(t));
-  EXPECT_NEAR(f->fit.row.gain_dn / t.gain_dn, 1.0, 5e-4);
-  EXPECT_NEAR(f->fit.row.rms_after_dn, std::sqrt(1.0 / 12.0), 0.01);
-  EXPECT_GT(f->fit.row.gain_sigma_dn, 0.0);
+  const FittedGray f(testing::make_sides(t));
+  EXPECT_NEAR(f.fit.row.gain_dn / t.gain_dn, 1.0, 5e-4);
+  EXPECT_NEAR(f.fit.row.rms_after_dn, std::sqrt(1.0 / 12.0), 0.01);
+  EXPECT_GT(f.fit.row.gain_sigma_dn, 0.0);
 }
 
 TEST(GainFit, WorksFromSimulatedGrayValuesAlone) {
   SidesTruth t;
   SyntheticSides scene = testing::make_sides(t);
   scene.simulated.irradiance.clear();
-  const auto f = fit_scene(std::move(scene));
-  EXPECT_TRUE(f->pairs[0].from_dn);
-  expect_recovered(f->fit.row, t, 4.0);
+  const FittedGray f(std::move(scene));
+  EXPECT_TRUE(f.pair.from_dn);
+  expect_recovered(f.fit.row, t, 4.0);
 }
 
 TEST(GainFit, TwelveBitAndRadianceImages) {
-  SidesTruth t;
-  t.bit_depth = 12;
-  t.gain_dn = 280.0;
-  t.black_level_dn = 64.0;
-  t.twin_gain_dn = 300.0;
-  t.noise_dn = 9.0;
-  expect_recovered(fit_scene(testing::make_sides(t))->fit.row, t);
+  SidesTruth t = testing::misjudged_truth();
+  expect_recovered(FittedGray(testing::make_sides(t)).fit.row, t);
   t.round_real = false;
   SyntheticSides scene = testing::make_sides(t);
   for (CameraImages& images : scene.real.images) images.radiance = true;
-  const GainRow row = fit_scene(std::move(scene))->fit.row;
+  const GainRow row = FittedGray(std::move(scene)).fit.row;
   expect_recovered(row, t);
   EXPECT_TRUE(std::isnan(row.rms_before_dn));  // the twin's gray values against irradiance say nothing
 }
@@ -132,16 +113,16 @@ TEST(GainFit, GrayCodeOfAnotherExposureIsLeftOut) {
   t.pitches_px = {16};
   t.gray_bits = 4;
   SyntheticSides scene = testing::make_sides(t);
-  const auto same = fit_scene(scene);
-  EXPECT_EQ(same->pairs[0].images.size(), 8u);
-  EXPECT_EQ(same->pairs[0].gain_images.size(), 4u);
+  const FittedGray same(scene);
+  EXPECT_EQ(same.pair.images.size(), 8u);
+  EXPECT_EQ(same.pair.gain_images.size(), 4u);
   scene.real.images[0].gray_code_exposure = std::nan("");
-  const auto different = fit_scene(scene);
-  EXPECT_EQ(different->pairs[0].images.size(), 4u);
-  ASSERT_FALSE(different->warnings.empty());
-  EXPECT_NE(different->warnings[0].find("another exposure"), std::string::npos);
+  const FittedGray different(scene);
+  EXPECT_EQ(different.pair.images.size(), 4u);
+  ASSERT_FALSE(different.warnings.empty());
+  EXPECT_NE(different.warnings[0].find("another exposure"), std::string::npos);
   scene.real.images[0].gray_code_exposure = 1.0;
-  EXPECT_EQ(fit_scene(scene)->pairs[0].images.size(), 8u);
+  EXPECT_EQ(FittedGray(scene).pair.images.size(), 8u);
 }
 
 TEST(GainFit, UsesOnlyTheStepsAsked) {
@@ -149,16 +130,19 @@ TEST(GainFit, UsesOnlyTheStepsAsked) {
   t.steps = 6;
   CompareOptions options;
   options.use_steps = {1, 3, 5};
-  EXPECT_EQ(fit_scene(testing::make_sides(t), options)->pairs[0].gain_images.size(), 9u);
+  const SyntheticSides scene = testing::make_sides(t);
+  std::vector<std::string> warnings;
+  EXPECT_EQ(pair_gray(scene.twin, scene.real, scene.simulated, options, warnings).at(0).gain_images.size(),
+            9u);
 }
 
 TEST(GainFit, DoesNotDependOnTheNumberOfThreads) {
   const SyntheticSides scene = testing::make_sides({});
   const int before = omp_get_max_threads();
   omp_set_num_threads(1);
-  const GainRow one = fit_scene(scene)->fit.row;
+  const GainRow one = FittedGray(scene).fit.row;
   omp_set_num_threads(3);
-  const GainRow three = fit_scene(scene)->fit.row;
+  const GainRow three = FittedGray(scene).fit.row;
   omp_set_num_threads(before);
   EXPECT_EQ(one.gain_dn, three.gain_dn);
   EXPECT_EQ(one.gain_sigma_dn, three.gain_sigma_dn);
@@ -168,24 +152,24 @@ TEST(GainFit, DoesNotDependOnTheNumberOfThreads) {
 TEST(GainFit, TooFewPixelsIsAWarningAndNoNumber) {
   SyntheticSides scene = testing::make_sides({});
   scene.real.measurement->cameras[0].flags = ImageU8(192, 160, measure::kSaturated);
-  const auto f = fit_scene(std::move(scene));
-  EXPECT_FALSE(f->fit.row.usable);
-  EXPECT_TRUE(std::isnan(f->fit.row.gain_dn));
-  EXPECT_EQ(f->warnings.size(), 1u);
+  const FittedGray f(std::move(scene));
+  EXPECT_FALSE(f.fit.row.usable);
+  EXPECT_TRUE(std::isnan(f.fit.row.gain_dn));
+  EXPECT_EQ(f.warnings.size(), 1u);
 }
 
 TEST(GainFit, ConstantIrradianceHasNoGain) {
   SyntheticSides scene = testing::make_sides({});
   for (ImageF& image : scene.simulated.irradiance[0].images)
     std::fill(image.data.begin(), image.data.end(), 5.0f);
-  EXPECT_FALSE(fit_scene(std::move(scene))->fit.row.usable);
+  EXPECT_FALSE(FittedGray(std::move(scene)).fit.row.usable);
 }
 
 TEST(GrayRows, MatchABruteForcePercentile) {
-  const auto f = fit_scene(testing::make_sides({}));
-  const std::vector<GrayRow> rows = gray_rows(f->scene.twin, f->pairs[0], f->fit);
+  const FittedGray f(testing::make_sides({}));
+  const std::vector<GrayRow> rows = gray_rows(f.sides.twin, f.pair, f.fit);
   ASSERT_EQ(rows.size(), 12u);
-  const ImageF d = gray_difference(f->pairs[0], f->fit, 0);
+  const ImageF d = gray_difference(f.pair, f.fit, 0);
   std::vector<double> magnitude;
   double sum = 0, sum2 = 0;
   for (float v : d.data)

@@ -14,12 +14,16 @@
 #include <gtest/gtest.h>
 
 #include "compare/gray/gain_fit.hpp"
-#include "tests/support/compare/synthetic_sides.hpp"
+#include "tests/support/compare/fitted_gray.hpp"
 
 namespace fringetwin::compare::gain_start_test {
 namespace {
 
+using testing::FittedGray;
+using testing::gray_pair;
 using ::testing::HasSubstr;
+using testing::Margins;
+using testing::misjudged_truth;
 using ::testing::Not;
 using testing::SidesTruth;
 using testing::SyntheticSides;
@@ -44,39 +48,12 @@ void scale_real(SyntheticSides& scene, const SidesTruth& t, double factor, Where
               0.0, max_dn));
 }
 
-struct Fitted {
-  std::vector<std::string> warnings;
-  std::vector<GrayPair> pairs;
-  GainFit fit;
-  std::string last() const { return warnings.empty() ? "" : warnings.back(); }
-};
-
-Fitted fit_scene(const SyntheticSides& scene) {
-  Fitted f;
-  f.pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, f.warnings);
-  const GrayNoise noise(f.pairs.at(0), decode_of(scene.real, 0), {});
-  f.fit = fit_gain(f.pairs[0], f.warnings, &noise);
-  return f;
-}
-
-SidesTruth twelve_bits() {
-  SidesTruth t;
-  t.bit_depth = 12;
-  t.gain_dn = 280.0;
-  t.black_level_dn = 64.0;
-  t.twin_gain_dn = 300.0;
-  t.noise_dn = 9.0;
-  return t;
-}
+std::string last_warning(const FittedGray& f) { return f.warnings.empty() ? "" : f.warnings.back(); }
 
 TEST(GainStart, HoldsTheAmplitudesAndNoPhase) {
   const SidesTruth t;
   SyntheticSides scene = testing::make_sides(t);
-  std::vector<std::string> ignored;
-  const auto line = [&] {
-    return start_of_amplitudes(pair_gray(scene.twin, scene.real, scene.simulated, {}, ignored).at(0),
-                               nullptr);
-  };
+  const auto line = [&] { return start_of_amplitudes(gray_pair(scene), nullptr); };
   const auto right = line();
   ASSERT_TRUE(right);
   EXPECT_NEAR(right->gain_dn / t.gain_dn, 1.0, 0.003);
@@ -95,9 +72,7 @@ TEST(GainStart, ReflectivityThatVariesIsToldApart) {
   const SidesTruth t;
   SyntheticSides scene = testing::make_sides(t);
   scale_real(scene, t, 0.35, [](int x, int y) { return (x / 8 + y / 8) % 2 == 0; });
-  std::vector<std::string> ignored;
-  const auto line =
-      start_of_amplitudes(pair_gray(scene.twin, scene.real, scene.simulated, {}, ignored).at(0), nullptr);
+  const auto line = start_of_amplitudes(gray_pair(scene), nullptr);
   ASSERT_TRUE(line);
   EXPECT_TRUE(line->scatters());
   EXPECT_NEAR(line->black_level_dn, t.black_level_dn, 0.3);  // each pixel with its own factor
@@ -107,46 +82,44 @@ TEST(GainStart, ConstantLightTellsNothing) {
   SyntheticSides scene = testing::make_sides({});
   for (ImageF& image : scene.simulated.irradiance[0].images)
     std::fill(image.data.begin(), image.data.end(), 5.0F);
-  std::vector<std::string> ignored;
-  EXPECT_FALSE(
-      start_of_amplitudes(pair_gray(scene.twin, scene.real, scene.simulated, {}, ignored).at(0), nullptr));
+  EXPECT_FALSE(start_of_amplitudes(gray_pair(scene), nullptr));
 }
 
 TEST(GainStart, FringesElsewhereLeaveAProvisionalLineAndNoGain) {
-  const SidesTruth t = twelve_bits();
+  const SidesTruth t = misjudged_truth();
   for (const int by : {1, 2}) {  // a quarter and half a period: residuals of 1,000 DN and more
     SyntheticSides scene = testing::make_sides(t);
     shift_steps(scene, t.steps, by);
-    const Fitted f = fit_scene(scene);
+    const FittedGray f(scene, Margins::noise);
     EXPECT_FALSE(f.fit.row.usable);
     ASSERT_TRUE(f.fit.has_line());
     EXPECT_NEAR(f.fit.row.gain_dn / t.gain_dn, 1.0, 0.01);
     EXPECT_NEAR(f.fit.row.black_level_dn, t.black_level_dn, 10.0);
     EXPECT_GT(f.fit.row.n, 150'000u);  // 20,000 pixels, 12 images
-    EXPECT_THAT(f.last(), HasSubstr("they do not lie where the twin puts them"));
+    EXPECT_THAT(last_warning(f), HasSubstr("they do not lie where the twin puts them"));
     const GainRow row = published_row(f.fit);
     EXPECT_TRUE(std::isnan(row.gain_dn) && std::isnan(row.black_level_dn) && std::isnan(row.r2));
     EXPECT_EQ(row.provisional_gain_dn, f.fit.row.gain_dn);
     EXPECT_THAT(row.why, HasSubstr("they do not lie where the twin puts them"));
-    EXPECT_EQ(fit_of(f.pairs[0], row).row.gain_dn, f.fit.row.gain_dn);
+    EXPECT_EQ(fit_of(f.pair, row).row.gain_dn, f.fit.row.gain_dn);
   }
 }
 
 TEST(GainStart, ADarkBoardWithBrightCirclesHasNoGain) {
-  const SidesTruth t = twelve_bits();
+  const SidesTruth t = misjudged_truth();
   SyntheticSides scene = testing::make_sides(t);
   scale_real(scene, t, 0.05, [](int x, int y) {
     const int u = x % 16 - 8, v = y % 16 - 8;
     return u * u + v * v > 16;
   });
-  const Fitted f = fit_scene(scene);
+  const FittedGray f(scene, Margins::noise);
   EXPECT_FALSE(f.fit.row.usable);
-  EXPECT_THAT(f.last(), HasSubstr("reflectivity"));
+  EXPECT_THAT(last_warning(f), HasSubstr("reflectivity"));
   EXPECT_TRUE(f.fit.has_line());
 }
 
 TEST(GainStart, ACameraWithoutAGainKeepsItsRowsAndIsNotExplained) {
-  const SidesTruth t = twelve_bits();
+  const SidesTruth t = misjudged_truth();
   SyntheticSides scene = testing::make_sides(t);
   shift_steps(scene, t.steps, 1);
   const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
@@ -167,26 +140,26 @@ TEST(GainStart, ACameraWithoutAGainKeepsItsRowsAndIsNotExplained) {
 TEST(GainStart, AMessageCountsWhatIsThere) {
   SidesTruth t;
   t.black_level_dn = 400.0;  // every value stands at 255
-  const Fitted saturated = fit_scene(testing::make_sides(t));
+  const FittedGray saturated(testing::make_sides(t), Margins::noise);
   EXPECT_FALSE(saturated.fit.has_line());
-  const std::uint64_t n = 12u * static_cast<std::uint64_t>(std::count(saturated.pairs[0].mask.data.begin(),
-                                                                      saturated.pairs[0].mask.data.end(), 1));
-  EXPECT_THAT(saturated.last(), HasSubstr("of " + std::to_string(n) + " gray values"));
-  EXPECT_THAT(saturated.last(), HasSubstr(" " + std::to_string(n) + " are saturated; 0 are left"));
+  const std::uint64_t n = 12u * static_cast<std::uint64_t>(std::count(saturated.pair.mask.data.begin(),
+                                                                      saturated.pair.mask.data.end(), 1));
+  EXPECT_THAT(last_warning(saturated), HasSubstr("of " + std::to_string(n) + " gray values"));
+  EXPECT_THAT(last_warning(saturated), HasSubstr(" " + std::to_string(n) + " are saturated; 0 are left"));
   SyntheticSides constant = testing::make_sides({});
   for (ImageF& image : constant.simulated.irradiance[0].images)
     std::fill(image.data.begin(), image.data.end(), 5.0F);
-  const Fitted flat = fit_scene(constant);
-  EXPECT_THAT(flat.last(), HasSubstr("of " + std::to_string(n) + " gray values"));
-  EXPECT_THAT(flat.last(), HasSubstr("irradiance does not vary"));
-  EXPECT_THAT(flat.last(), Not(HasSubstr("; 0 are left")));
+  const FittedGray flat(constant, Margins::noise);
+  EXPECT_THAT(last_warning(flat), HasSubstr("of " + std::to_string(n) + " gray values"));
+  EXPECT_THAT(last_warning(flat), HasSubstr("irradiance does not vary"));
+  EXPECT_THAT(last_warning(flat), Not(HasSubstr("; 0 are left")));
 }
 
 TEST(GainStart, TheMarginsComeFromTheNoiseWhateverTheResidualsAre) {
-  SidesTruth t = twelve_bits();
+  SidesTruth t = misjudged_truth();
   const auto margins = [&](double albedo) {
     t.albedo_sigma = albedo;
-    const Fitted f = fit_scene(testing::make_sides(t));
+    const FittedGray f(testing::make_sides(t), Margins::noise);
     EXPECT_TRUE(f.fit.row.usable);
     return std::pair{f.fit.row.low_dn, 4095.0 - f.fit.row.high_dn};
   };
@@ -200,12 +173,12 @@ TEST(GainStart, TheMarginsComeFromTheNoiseWhateverTheResidualsAre) {
 }
 
 TEST(GainStart, AClipBelowFullScaleIsLeftOut) {
-  SidesTruth t = twelve_bits();
+  SidesTruth t = misjudged_truth();
   SyntheticSides scene = testing::make_sides(t);
   for (ImageF& image : scene.real.images[0].images)
     for (float& v : image.data) v = std::min(v, 2600.0F);
   scene.real.images[0].clip = Clip{2600.0, 1};
-  const Fitted f = fit_scene(scene);
+  const FittedGray f(scene, Margins::noise);
   ASSERT_TRUE(f.fit.row.usable);
   EXPECT_EQ(f.fit.row.clip_dn, 2600.0);
   EXPECT_LT(f.fit.row.high_dn, 2600.0);

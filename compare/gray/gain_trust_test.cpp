@@ -13,12 +13,13 @@
 #include <cmath>
 
 #include "compare/gray/gain_checks.hpp"
-#include "tests/support/compare/synthetic_sides.hpp"
+#include "tests/support/compare/fitted_gray.hpp"
 
 namespace fringetwin::compare::gain_trust_test {
 namespace {
 
 using ::testing::AllOf;
+using testing::deep_truth;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -196,31 +197,19 @@ TEST(GainTrust, WhatIsNotFittedOrIsJudgedAlreadyStays) {
   EXPECT_THAT(c.warnings, IsEmpty());
 }
 
-/// 12 bit, black above the clip, so that all values are usable.
-SidesTruth deep() {
-  SidesTruth t;
-  t.width = 256;
-  t.height = 240;
-  t.bit_depth = 12;
-  t.gain_dn = 200.0;
-  t.black_level_dn = 400.0;
-  t.noise_dn = 4.0;
-  return t;
-}
-
 Comparison compared(const SyntheticSides& scene) {
   return compare(scene.twin, scene.real, scene.simulated, {});
 }
 
 TEST(GainTrust, ARightTwinHasNoWarning) {
-  const SidesTruth t = deep();
+  const SidesTruth t = deep_truth();
   const Comparison c = compared(testing::make_sides(t));
   EXPECT_EQ(c.gain.at(0).state, "sensor value") << c.gain[0].why;
   for (const std::string& w : c.warnings) EXPECT_THAT(w, Not(HasSubstr("gain"))) << w;
 }
 
 TEST(GainTrust, AFlickerIsSaidAndCovered) {
-  const SidesTruth t = deep();
+  const SidesTruth t = deep_truth();
   SyntheticSides scene = testing::make_sides(t);
   for (const std::size_t image : {1U, 5U, 9U})
     for (float& y : scene.real.images[0].images[image].data) y = 400.0F + 1.02F * (y - 400.0F);
@@ -233,7 +222,7 @@ TEST(GainTrust, AFlickerIsSaidAndCovered) {
 }
 
 TEST(GainTrust, AlbedoThatBiasesTheLineIsSaid) {
-  SidesTruth t = deep();
+  SidesTruth t = deep_truth();
   t.albedo_sigma = 0.05;
   const Comparison c = compared(testing::make_sides(t));
   EXPECT_EQ(c.gain.at(0).state, "biased");

@@ -9,24 +9,25 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/compare/synthetic_sides.hpp"
+#include "tests/support/compare/fitted_gray.hpp"
 
 namespace fringetwin::compare::gray_budget_test {
 namespace {
 
+using testing::FittedGray;
 using testing::SidesTruth;
+using testing::SyntheticSides;
 
-GrayBudget budget_of(const SidesTruth& t) {
-  const testing::SyntheticSides scene = testing::make_sides(t);
-  std::vector<std::string> warnings;
-  const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
-  const GainFit fit = fit_gain(pairs.at(0), warnings);
-  const auto budget = gray_budget(pairs[0], fit, &scene.real.measurement->cameras[0],
-                                  &scene.simulated.measurement->cameras[0],
-                                  GrayNoise(pairs[0], &scene.real.measurement->cameras[0], {}));
+GrayBudget budget_of(const FittedGray& gray, const GrayNoise& noise) {
+  const auto budget = gray_budget(gray.pair, gray.fit, gray.real_decode(), gray.simulated_decode(), noise);
   EXPECT_TRUE(budget.has_value());
   return budget.value();
 }
+GrayBudget budget_of(SyntheticSides scene) {
+  const FittedGray gray(std::move(scene));
+  return budget_of(gray, gray.noise());
+}
+GrayBudget budget_of(const SidesTruth& t) { return budget_of(testing::make_sides(t)); }
 
 double sum_of_parts(const GrayBudget& b) {
   return b.noise_dn2 + b.albedo_dn2 + b.harmonics_dn2 + b.geometry_dn2 + b.rest_dn2;
@@ -116,20 +117,14 @@ TEST(GrayBudget, AllAtOnceStillAddsUpAndLeavesLittle) {
 TEST(GrayBudget, TheImagesOwnRedundancyBeatsWhatTheTwinBelieves) {
   SidesTruth t;
   t.steps = 8;
-  testing::SyntheticSides scene = testing::make_sides(t);
+  SyntheticSides scene = testing::make_sides(t);
   scene.twin.cameras[0].sensor.electrons_per_dn = 2.0;  // a twin that believes in far more noise
   measure::DirectionDecode& d = scene.real.measurement->cameras[0].directions[0];
   d.noise_source = measure::NoiseSource::known;
   for (float& sigma : d.sigma_rad.data) sigma *= 5.0f;
-  std::vector<std::string> warnings;
-  const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
-  const GainFit fit = fit_gain(pairs.at(0), warnings);
-  const auto b = gray_budget(pairs[0], fit, &scene.real.measurement->cameras[0],
-                             &scene.simulated.measurement->cameras[0],
-                             GrayNoise(pairs[0], &scene.real.measurement->cameras[0], {}));
-  ASSERT_TRUE(b.has_value());
-  EXPECT_NEAR(b->noise_dn2 / (t.noise_dn * t.noise_dn + 1.0 / 12.0), 1.0, 0.03);
-  EXPECT_EQ(b->noise_source, "redundancy of the 8 phase steps of the real images");
+  const GrayBudget b = budget_of(std::move(scene));
+  EXPECT_NEAR(b.noise_dn2 / (t.noise_dn * t.noise_dn + 1.0 / 12.0), 1.0, 0.03);
+  EXPECT_EQ(b.noise_source, "redundancy of the 8 phase steps of the real images");
 }
 
 // The variance of a scale from some 10^4 differences is known to a percent; 3 % are three standard errors.
@@ -142,19 +137,13 @@ TEST(GrayBudget, ThreeStepsTakeTheNoiseFromThePitches) {
 }
 
 TEST(GrayBudget, WithoutADecodeTheNoiseIsTheSensorModels) {
-  testing::SyntheticSides scene = testing::make_sides({});
-  std::vector<std::string> warnings;
-  EXPECT_EQ(
-      GrayNoise(pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings).at(0), nullptr, {}).source(),
-      "quantisation only");
+  SyntheticSides scene = testing::make_sides({});
+  EXPECT_EQ(GrayNoise(testing::gray_pair(scene), nullptr, {}).source(), "quantisation only");
   scene.twin.cameras[0].sensor.electrons_per_dn = 40.0;
-  const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
-  const GainFit fit = fit_gain(pairs.at(0), warnings);
-  const auto b = gray_budget(pairs[0], fit, &scene.real.measurement->cameras[0],
-                             &scene.simulated.measurement->cameras[0], GrayNoise(pairs[0], nullptr, {}));
-  ASSERT_TRUE(b.has_value());
-  EXPECT_NEAR(b->noise_per_dn, 1.0 / 40.0, 1e-4);
-  EXPECT_EQ(b->noise_source, "sensor model of the twin, not measured on these images");
+  const FittedGray gray(std::move(scene));
+  const GrayBudget b = budget_of(gray, GrayNoise(gray.pair, nullptr, {}));
+  EXPECT_NEAR(b.noise_per_dn, 1.0 / 40.0, 1e-4);
+  EXPECT_EQ(b.noise_source, "sensor model of the twin, not measured on these images");
 }
 
 }  // namespace

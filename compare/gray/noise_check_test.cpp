@@ -15,7 +15,7 @@
 #include <random>
 
 #include "measure/measurement.hpp"
-#include "tests/support/compare/synthetic_sides.hpp"
+#include "tests/support/compare/fitted_gray.hpp"
 
 namespace fringetwin::compare::noise_check_test {
 namespace {
@@ -160,15 +160,11 @@ TEST(NoiseCheck, EverySecondStepOfTwelve) {
 }
 
 SidesTruth three_steps() {
-  SidesTruth t = truth();
+  SidesTruth t = testing::deep_truth(60.0);
   t.width = 384;
   t.height = 320;
   t.steps = 3;
-  t.bit_depth = 12;
-  t.gain_dn = 200.0;
   t.twin_gain_dn = 200.0;
-  t.black_level_dn = 60.0;
-  t.noise_dn = 4.0;
   return t;
 }
 

@@ -19,7 +19,7 @@
 #include <random>
 
 #include "compare/gray/interior_mask.hpp"
-#include "tests/support/compare/synthetic_sides.hpp"
+#include "tests/support/compare/fitted_gray.hpp"
 
 namespace fringetwin::compare::explained_test {
 namespace {
@@ -27,28 +27,20 @@ namespace {
 using testing::SidesTruth;
 using testing::SyntheticSides;
 
-/// 12 bit, black above the clip, so that all values are usable.
-SidesTruth deep() {
-  SidesTruth t;
+SidesTruth one_pitch(SidesTruth t) {
   t.width = 256;
   t.height = 240;
   t.pitches_px = {13};
   t.steps = 8;
-  t.bit_depth = 12;
-  t.gain_dn = 200.0;
-  t.black_level_dn = 60.0;
-  t.noise_dn = 4.0;
   return t;
 }
+SidesTruth deep() { return one_pitch(testing::deep_truth(60.0)); }
 
-ExplainedRow gray_of(const SyntheticSides& scene, const RenderingError& rendering = {}) {
-  std::vector<std::string> warnings;
-  const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
-  const GainFit fit = fit_gain(pairs.at(0), warnings);
-  const measure::CameraDecode *real = decode_of(scene.real, 0), *simulated = decode_of(scene.simulated, 0);
-  const GrayNoise noise(pairs[0], real, {});
-  return explain_gray(pairs[0], fit, noise, interior_mask(pairs[0].mask, real, simulated), simulated,
-                      rendering, nullptr, seen_pixels(real, simulated));
+ExplainedRow gray_of(SyntheticSides scene, const RenderingError& rendering = {}) {
+  const testing::FittedGray gray(std::move(scene));
+  const measure::CameraDecode *real = gray.real_decode(), *simulated = gray.simulated_decode();
+  return explain_gray(gray.pair, gray.fit, gray.noise(), interior_mask(gray.pair.mask, real, simulated),
+                      simulated, rendering, nullptr, seen_pixels(real, simulated));
 }
 
 TEST(Explained, NoiseAsItIsMeasuredIsExplained) {
@@ -72,11 +64,7 @@ TEST(Explained, NoiseAsItIsMeasuredIsExplained) {
 
 TEST(Explained, NoiseBelowTheRoundingIsExplained) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
-    SidesTruth t;
-    t.width = 256;
-    t.height = 240;
-    t.pitches_px = {13};
-    t.steps = 8;
+    SidesTruth t = one_pitch({});
     t.black_level_dn = 20.0;
     t.gain_dn = 14.0;
     t.noise_dn = 0.3;
