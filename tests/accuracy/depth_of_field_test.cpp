@@ -11,31 +11,22 @@
 #include <iostream>
 #include <numbers>
 
-#include "tests/support/agreement.hpp"
+#include "tests/support/expect_agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
 namespace fringetwin::testing::depth_of_field_test {
 namespace {
 
-constexpr double phase_limit_rad = 4e-5, defocus_limit = 6e-6;
+constexpr double kDefocusLimit = 6e-6;
 
 Twin plane_window(int width, int height) {
   return with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 300}, width, height), "plane",
                      frontal_plane());
 }
 
-/// Rms of the relative change of the images, over pixels bright in `a`.
 double change(const Twin& a, const Twin& b) {
-  const auto ra = shared_renderer()->render(a, 0, render::choose_sampling(a));
-  const auto rb = shared_renderer()->render(b, 0, render::choose_sampling(b));
-  double sum = 0.0, n = 0.0;
-  for (std::size_t i = 0; i < ra.irradiance.size(); ++i)
-    for (std::size_t p = 0; p < ra.irradiance[i].size(); ++p)
-      if (ra.irradiance[i].data[p] > 1.0F) {
-        sum += std::pow(rb.irradiance[i].data[p] / ra.irradiance[i].data[p] - 1.0, 2);
-        n += 1.0;
-      }
-  return std::sqrt(sum / n);
+  return relative_change(shared_renderer()->render(a, 0, render::choose_sampling(a)),
+                         shared_renderer()->render(b, 0, render::choose_sampling(b)));
 }
 
 // Fringes that lose most of their contrast: the swing from the middle of the lens to its rim is that of
@@ -46,8 +37,8 @@ void expect_defocus_agreement(const Twin& twin, const std::string& what, double 
       agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, stride), Pixels::interior, fine);
   std::cout << what << ": " << a.text() << "\n";
   EXPECT_GE(a.n, 25) << what;
-  EXPECT_LE(a.worst_phase_rms_rad(), phase_limit_rad / contrast) << what;
-  EXPECT_LE(a.gray_rms, defocus_limit) << what;
+  EXPECT_LE(a.worst_phase_rms_rad(), kPhaseLimit_rad / contrast) << what;
+  EXPECT_LE(a.gray_rms, kDefocusLimit) << what;
 }
 
 double swing_rad(double lens_radius_mm, double z_mm, double focus_mm) {

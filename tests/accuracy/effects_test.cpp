@@ -18,7 +18,7 @@
 #include <numbers>
 #include <set>
 
-#include "tests/support/agreement.hpp"
+#include "tests/support/expect_agreement.hpp"
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
 
@@ -26,7 +26,6 @@ namespace fringetwin::testing::effects_test {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double phase_limit_rad = 4e-5, gray_limit = 5e-5;
 
 /// The ideal sphere in a window of 160x120 px of the left camera.
 Twin sphere_window() {
@@ -38,39 +37,7 @@ Twin plane_window(int width = 160, int height = 120) {
                      frontal_plane());
 }
 
-// By a fixed rule: what the adaptive trace leaves to an estimate may differ between two scenes.
-render::RenderedCamera render_fixed(const Twin& twin) {
-  return shared_renderer()->render(twin, 0, render::without_adaptation(render::choose_sampling(twin)));
-}
-
-Agreement expect_agreement(const Twin& twin, const std::string& what, int at_least, int stride = 3) {
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, stride));
-  std::cout << what << ": " << a.text() << "\n";
-  EXPECT_GE(a.n, at_least) << what;
-  EXPECT_LE(a.worst_phase_rms_rad(), phase_limit_rad) << what;
-  EXPECT_LE(a.gray_rms, gray_limit) << what;
-  return a;
-}
-
-void expect_same_bits(const Twin& a, const Twin& b) {
-  const auto ra = render_fixed(a), rb = render_fixed(b);
-  ASSERT_EQ(ra.irradiance.size(), rb.irradiance.size());
-  for (std::size_t i = 0; i < ra.irradiance.size(); ++i)
-    EXPECT_EQ(ra.irradiance[i].data, rb.irradiance[i].data) << "image " << i;
-}
-
-/// Rms of the relative change of the images, over pixels bright in `a`.
-double change(const Twin& a, const Twin& b) {
-  const auto ra = render_fixed(a), rb = render_fixed(b);
-  double sum = 0.0, n = 0.0;
-  for (std::size_t i = 0; i < ra.irradiance.size(); ++i)
-    for (std::size_t p = 0; p < ra.irradiance[i].size(); ++p)
-      if (ra.irradiance[i].data[p] > 1.0F) {
-        sum += std::pow(rb.irradiance[i].data[p] / ra.irradiance[i].data[p] - 1.0, 2);
-        n += 1.0;
-      }
-  return std::sqrt(sum / n);
-}
+double change(const Twin& a, const Twin& b) { return relative_change(render_fixed(a), render_fixed(b)); }
 
 TEST(Effects, PhongLobe) {
   REQUIRE_RENDERER();
@@ -81,13 +48,7 @@ TEST(Effects, PhongLobe) {
   twin.objects[0].material.specular = 0.4;
   expect_agreement(twin, "Phong", 300);
   EXPECT_GT(change(lambert, twin), 0.1);
-  // linear in the projected intensity: twice the light, twice the image, to the bit
-  Twin brighter = twin;
-  brighter.projector->intensity *= 2.0;
-  const auto one = render_fixed(twin), two = render_fixed(brighter);
-  for (std::size_t i = 0; i < one.irradiance.size(); ++i)
-    for (std::size_t p = 0; p < one.irradiance[i].size(); ++p)
-      ASSERT_EQ(2.0F * one.irradiance[i].data[p], two.irradiance[i].data[p]);
+  expect_linear_in_the_light(twin);
 }
 
 // A sharp highlight, turned so that the projector is mirrored into the middle of the view.
@@ -101,11 +62,7 @@ TEST(Effects, SharpPhongLobe) {
   const Twin lambert = twin;
   twin.objects[0].material.specular = 0.2;
   twin.objects[0].material.shininess = 1000.0;
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 3));
-  std::cout << "Phong, shininess 1000: " << a.text() << "\n";
-  EXPECT_GE(a.n, 1500);
-  EXPECT_LE(a.worst_phase_rms_rad(), phase_limit_rad);
-  EXPECT_LE(a.gray_rms, gray_limit);
+  expect_agreement(twin, "Phong, shininess 1000", 1500);
   EXPECT_GT(change(lambert, twin), 0.3);
 }
 
@@ -261,13 +218,8 @@ TEST(Effects, AnObjectThatShadesNothingChangesNothing) {
   Twin twin = plane_window();
   const auto alone = render_fixed(twin);
   twin.objects.push_back({"aside", SphereShape{{0, 900, 300}, 5.0}, {}});
-  const auto both = render_fixed(twin);
-  double largest = 0.0;
-  for (std::size_t i = 0; i < alone.irradiance.size(); ++i)
-    for (std::size_t p = 0; p < alone.irradiance[i].size(); ++p)
-      largest = std::max(
-          largest, std::abs(static_cast<double>(alone.irradiance[i].data[p]) - both.irradiance[i].data[p]));
-  EXPECT_LE(largest, 2e-6);  // another shader variant may round differently: 2 ulp of 10
+  // another shader variant may round differently: 2 ulp of 10
+  EXPECT_LE(largest_difference(alone, render_fixed(twin)), 2e-6);
 }
 
 // Each border of the projector's image across the view.
@@ -345,6 +297,8 @@ TEST(Effects, BoundedPlaneAndCylinder) {
   expect_agreement(twin, "bounded shapes", 300);
 }
 
+constexpr double kMeshPhaseLimit_rad = 1e-4;  ///< required on triangle meshes (shapes_test.cpp)
+
 MeshShape small_part(const std::shared_ptr<const Mesh>& mesh, const Vector3d& at_mm,
                      const Vector3d& turn_rad) {
   return {{}, "mm", {rotation_from_vector(turn_rad), at_mm}, false, mesh};
@@ -357,11 +311,7 @@ TEST(Effects, InstancesOfOneMesh) {
   twin = with_object(twin, "plane", frontal_plane());
   twin = with_object(twin, "a", small_part(mesh, {-6.5, 1, 255}, {0, 0, 0}));
   twin = with_object(twin, "b", small_part(mesh, {6.5, -1, 262}, {0.4, -1.1, 0.9}), {0.5, 0.0, 10.0});
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 3));
-  std::cout << "instances: " << a.text() << "\n";
-  EXPECT_GT(a.n, 500);
-  EXPECT_LE(a.worst_phase_rms_rad(), 1e-4);
-  EXPECT_LE(a.gray_rms, gray_limit);
+  expect_agreement(twin, "instances", 501, 3, kMeshPhaseLimit_rad);
   Twin copies = twin;
   std::get<MeshShape>(copies.objects[2].shape).mesh = std::make_shared<Mesh>(*mesh);
   expect_same_bits(twin, copies);
@@ -375,11 +325,7 @@ TEST(Effects, VertexNormals) {
   const Twin facets = with_object(window, "part", part);
   part.smooth = true;
   const Twin smooth = with_object(window, "part", part);
-  const Agreement a = agreement(smooth, 0, render::choose_sampling(smooth), whole_image(smooth, 0, 3));
-  std::cout << "vertex normals: " << a.text() << "\n";
-  EXPECT_GT(a.n, 200);
-  EXPECT_LE(a.worst_phase_rms_rad(), 1e-4);
-  EXPECT_LE(a.gray_rms, gray_limit);
+  expect_agreement(smooth, "vertex normals", 201, 3, kMeshPhaseLimit_rad);
   EXPECT_GT(change(facets, smooth), 0.02);
 }
 
@@ -400,11 +346,7 @@ TEST(Effects, VertexNormalsOfReversedFacets) {
   part.mesh = mended;
   const Twin twin = with_object(window, "part", part);
   EXPECT_GT(reversed, 100);
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 3));
-  std::cout << "reversed facets: " << a.text() << "\n";
-  EXPECT_GT(a.n, 200);
-  EXPECT_LE(a.worst_phase_rms_rad(), 1e-4);
-  EXPECT_LE(a.gray_rms, gray_limit);
+  expect_agreement(twin, "reversed facets", 201, 3, kMeshPhaseLimit_rad);
   EXPECT_LT(change(straight, twin), 1e-5);
 }
 
@@ -420,11 +362,7 @@ TEST(Effects, VertexAlbedo) {
   auto checked = std::make_shared<Mesh>(*painted);
   for (std::size_t i = 0; i < checked->vertex_albedo.size(); i += 2) checked->vertex_albedo[i] = 0.4F;
   twin = with_object(twin, "part", small_part(checked, {0, 0, 260}, {0, 0, 0}));
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 3));
-  std::cout << "vertex albedo: " << a.text() << "\n";
-  EXPECT_GT(a.n, 200);
-  EXPECT_LE(a.worst_phase_rms_rad(), 1e-4);
-  EXPECT_LE(a.gray_rms, gray_limit);
+  expect_agreement(twin, "vertex albedo", 201, 3, kMeshPhaseLimit_rad);
 }
 
 /// A twin with every effect of twin/effects.hpp on.

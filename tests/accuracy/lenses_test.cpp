@@ -8,24 +8,15 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <iostream>
 #include <numbers>
 #include <random>
 
-#include "tests/support/agreement.hpp"
+#include "tests/support/expect_agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/lens/mrcal_facade.hpp"
 
 namespace fringetwin::testing::lenses_test {
 namespace {
-
-void expect_agreement(const Twin& twin, const std::string& what, int at_least) {
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 3));
-  std::cout << what << ": " << a.text() << "\n";
-  EXPECT_GE(a.n, at_least) << what;
-  EXPECT_LE(a.worst_phase_rms_rad(), 4e-5) << what;
-  EXPECT_LE(a.gray_rms, 5e-5) << what;
-}
 
 const std::string spline = "LENSMODEL_SPLINED_STEREOGRAPHIC_order=3_Nx=11_Ny=8_fov_x_deg=60";
 /// The spline deforms by up to 0.2 % of the focal length: 4 px.

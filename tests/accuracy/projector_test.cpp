@@ -19,7 +19,7 @@
 
 #include "render/pattern/response_series.hpp"
 #include "render/pattern/waveform.hpp"
-#include "tests/support/agreement.hpp"
+#include "tests/support/expect_agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"
 
@@ -28,7 +28,6 @@ namespace {
 
 using render::PatternMethod;
 constexpr double pi = std::numbers::pi;
-constexpr double phase_limit_rad = 4e-5, gray_limit = 5e-5;
 
 Twin window(const Shape& shape, int width = 96, int height = 72) {
   return with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 290}, width, height), "surface", shape);
@@ -53,19 +52,9 @@ ProjectorResponse table() { return {ProjectorResponse::Kind::table, 1.0, {0.02, 
 
 render::RenderedCamera render_with(const Twin& twin, PatternMethod method) {
   shared_renderer()->set_tuning({.pattern_method = method});
-  // by a fixed rule: what the adaptive trace leaves to an estimate may differ between two scenes
-  auto out = shared_renderer()->render(twin, 0, render::without_adaptation(render::choose_sampling(twin)));
+  auto out = render_fixed(twin);
   shared_renderer()->set_tuning({});
   return out;
-}
-
-Agreement expect_agreement(const Twin& twin, const std::string& what, int at_least, int stride = 5) {
-  const Agreement a = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, stride));
-  std::cout << what << ": " << a.text() << "\n";
-  EXPECT_GE(a.n, at_least) << what;
-  EXPECT_LE(a.worst_phase_rms_rad(), phase_limit_rad) << what;
-  EXPECT_LE(a.gray_rms, gray_limit) << what;
-  return a;
 }
 
 /// Renderer and reference at the same 4x4 points of each pixel: no quadrature error between them.
@@ -76,21 +65,6 @@ Agreement expect_agreement_point_by_point(const Twin& twin, const std::string& w
   EXPECT_GE(a.n, 200) << what;
   EXPECT_LE(a.gray_rms, limit) << what;
   return a;
-}
-
-void expect_same_bits(const render::RenderedCamera& a, const render::RenderedCamera& b) {
-  ASSERT_EQ(a.irradiance.size(), b.irradiance.size());
-  for (std::size_t i = 0; i < a.irradiance.size(); ++i)
-    EXPECT_EQ(a.irradiance[i].data, b.irradiance[i].data) << "image " << i;
-}
-
-double largest_difference(const render::RenderedCamera& a, const render::RenderedCamera& b) {
-  double largest = 0.0;
-  for (std::size_t i = 0; i < a.irradiance.size(); ++i)
-    for (std::size_t p = 0; p < a.irradiance[i].size(); ++p)
-      largest =
-          std::max(largest, std::abs(static_cast<double>(a.irradiance[i].data[p]) - b.irradiance[i].data[p]));
-  return largest;
 }
 
 // ---------------------------------------------------------------- harmonics
@@ -144,11 +118,11 @@ TEST(ResponseHarmonics, AgreeWithTheReference) {
   twin.fringes.steps = 12;
   twin.projector->response = gamma(2.2);
   ASSERT_FALSE(render::choose_series(twin)[0][0].a.empty());  // the automatic choice with 12 steps
-  expect_agreement(twin, "gamma 2.2, 12 steps", 200);
+  expect_agreement(twin, "gamma 2.2, 12 steps", 200, 5);
   twin.projector->response = table();
   twin.projector->blur_px = 1.5;
   ASSERT_FALSE(render::choose_series(twin)[0][0].a.empty());
-  expect_agreement(twin, "table and blur, 12 steps", 200);
+  expect_agreement(twin, "table and blur, 12 steps", 200, 5);
 }
 
 // ---------------------------------------------------------------- defocus
@@ -184,13 +158,13 @@ TEST(ProjectorDefocus, AgreesWithTheReference) {
   REQUIRE_RENDERER();
   Twin twin = window(tilted_plane());
   twin.projector->optics = Optics{2.0, 16.0, 240.0};
-  expect_agreement(twin, "defocus", 200);
+  expect_agreement(twin, "defocus", 200, 5);
   twin.projector->blur_px = 0.9;
   twin.projector->response = gamma(2.2);
-  expect_agreement(twin, "defocus, blur and gamma", 200);
+  expect_agreement(twin, "defocus, blur and gamma", 200, 5);
   twin = window(physical_sphere());
   twin.projector->optics = Optics{1.4, 16.0, 275.0};  // through the focus
-  expect_agreement(twin, "defocus on a sphere", 200);
+  expect_agreement(twin, "defocus on a sphere", 200, 5);
 }
 
 // A response with kinks has no short series: each step by quadrature over the disk.
@@ -200,19 +174,19 @@ TEST(ProjectorDefocus, OfAResponseWithKinks) {
   twin.projector->optics = Optics{2.0, 16.0, 240.0};
   twin.projector->response = table();
   ASSERT_TRUE(render::choose_series(twin)[0][0].a.empty());
-  expect_agreement_point_by_point(twin, "defocus and table", gray_limit);
+  expect_agreement_point_by_point(twin, "defocus and table", kGrayLimit);
 }
 
 TEST(ProjectorDefocus, OfGrayCode) {
   REQUIRE_RENDERER();
   Twin twin = gray_window();
   twin.projector->optics = Optics{2.0, 16.0, 240.0};
-  expect_agreement_point_by_point(twin, "defocused code", gray_limit);
+  expect_agreement_point_by_point(twin, "defocused code", kGrayLimit);
   twin.projector->optics = Optics{1.0, 30.0, 220.0};  // spots wider than a code word
-  expect_agreement_point_by_point(twin, "strongly defocused code", gray_limit);
+  expect_agreement_point_by_point(twin, "strongly defocused code", kGrayLimit);
   twin.projector->optics = Optics{2.0, 16.0, 240.0};
   twin.projector->blur_px = 0.7;
-  expect_agreement_point_by_point(twin, "defocused and blurred code", gray_limit);
+  expect_agreement_point_by_point(twin, "defocused and blurred code", kGrayLimit);
 }
 
 TEST(ProjectorDefocus, OffChangesNothingAndAPinholeNextToNothing) {
@@ -275,11 +249,11 @@ TEST(ProjectorPixels, AgreeWithTheReference) {
   twin.projector->response = gamma(2.2);
   expect_agreement_point_by_point(twin, "pixels of 8 bits, gamma", 3e-4);
   twin.projector->blur_px = 0.6;
-  expect_agreement_point_by_point(twin, "blurred pixels", gray_limit);
+  expect_agreement_point_by_point(twin, "blurred pixels", kGrayLimit);
   twin.projector->optics = Optics{2.0, 16.0, 240.0};
-  expect_agreement_point_by_point(twin, "blurred and defocused pixels", gray_limit);
+  expect_agreement_point_by_point(twin, "blurred and defocused pixels", kGrayLimit);
   twin.projector->blur_px = 0.0;
-  expect_agreement_point_by_point(twin, "defocused pixels", gray_limit);
+  expect_agreement_point_by_point(twin, "defocused pixels", kGrayLimit);
 }
 
 TEST(ProjectorPixels, GrayCodeKeepsToTheRaster) {
@@ -308,7 +282,7 @@ TEST(ProjectorPixels, GapsKeepTheMeanAndAgreeWithTheReference) {
   EXPECT_NEAR(mean_light(twin) / full, 1.0, 0.02);  // the window is four pixels but for some percent
   expect_agreement_point_by_point(twin, "gaps", 3e-4);
   twin.projector->blur_px = 0.1;
-  expect_agreement_point_by_point(twin, "blurred gaps", gray_limit);
+  expect_agreement_point_by_point(twin, "blurred gaps", kGrayLimit);
   EXPECT_NEAR(mean_light(twin) / full, 1.0, 0.02);
   twin.projector->optics = Optics{2.0, 16.0, 240.0};
   EXPECT_THROW(render_with(twin, PatternMethod::automatic), UserError);
