@@ -18,6 +18,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
 
 namespace fringetwin::testing::study_test {
 namespace {
@@ -27,43 +28,20 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 namespace fs = std::filesystem;
 
-/// One camera of 160 x 120 px sees a ball before a wall; `projector` and `end` add lines.
+/// The small twin with coarse fringes and a wall behind its ball; `projector` and `end` add lines.
 std::string small_scene(const std::string& projector, const std::string& end = "") {
-  return R"(schema = "fringetwin-twin/1"
-name = "small scene"
-[[camera]]
-name = "left"
-lensmodel = "LENSMODEL_OPENCV4"
-imagersize = [160, 120]
-intrinsics = [260, 260, 79.5, 59.5, -0.1, 0.1, 0, 0]
-rt_cam_world = [0, 0, 0, 0, 0, 0]
-[camera.sensor]
-gain_dn = 20
-[projector]
-lensmodel = "LENSMODEL_PINHOLE"
-imagersize = [1280, 720]
-intrinsics = [1700, 1700, 639.5, 359.5]
-rt_cam_world = [0, 0.35, 0, -95, 0, 12]
-intensity = 40
-)" + projector +
-         R"([fringes]
-directions = ["x"]
-pitches_px = [104, 112, 120]
-steps = 4
-unwrap = "heterodyne"
-[[object]]
-name = "ball"
-shape = "sphere"
-center_mm = [0, 0, 270]
-radius_mm = 19
-[[object]]
+  return small_twin({{"\"small\"", "\"small scene\""},
+                     {"intensity = 40\n", "intensity = 40\n" + projector},
+                     {"pitches_px = [13, 14, 15]\nsteps = 4\n",
+                      "pitches_px = [104, 112, 120]\nsteps = 4\nunwrap = \"heterodyne\"\n"},
+                     {"[measure]\n", R"([[object]]
 name = "wall"
 shape = "plane"
 point_mm = [0, 0, 320]
 normal = [0, 0, -1]
 [measure]
-triangulate = "projector"
-)" + end;
+)"},
+                     {"[[measure.fit]]\nobject = \"ball\"\n", end}});
 }
 
 struct Studied {
