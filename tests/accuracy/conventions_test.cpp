@@ -19,10 +19,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-Twin window() {
-  return with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 300}, 160, 120), "plane",
-                     tilted_plane());
-}
+Twin window() { return with_object(left_window({0, 0, 300}, 160, 120), "plane", tilted_plane()); }
 Lens shifted(const Lens& lens, double dx, double dy) {
   std::vector<double> intrinsics = lens.intrinsics();
   intrinsics[2] += dx;
@@ -100,7 +97,7 @@ TEST(Conventions, PhaseOfAPinholePlaneByHand) {
 // The same scene in another world frame gives the same images: poses are applied the right way round.
 TEST(Conventions, TheWorldFrameIsArbitrary) {
   REQUIRE_RENDERER();
-  Twin twin = crop_around(only_camera(paper_rig(), 0), {0, 0, 250}, 120, 90);
+  Twin twin = left_window({0, 0, 250}, 120, 90);
   Twin moved = twin;
   const Pose T_new_world{rotation_from_vector({0.7, -0.4, 1.9}), {120.0, -80.0, 40.0}};
   for (Camera& c : moved.cameras) c.T_cam_world = c.T_cam_world * T_new_world.inverse();

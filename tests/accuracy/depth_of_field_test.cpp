@@ -20,8 +20,7 @@ namespace {
 constexpr double kDefocusLimit = 6e-6;
 
 Twin plane_window(int width, int height) {
-  return with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 300}, width, height), "plane",
-                     frontal_plane());
+  return with_object(left_window({0, 0, 300}, width, height), "plane", frontal_plane());
 }
 
 double change(const Twin& a, const Twin& b) {
@@ -73,8 +72,7 @@ TEST(DepthOfField, FarOutOfFocus) {
 // far behind.
 TEST(DepthOfField, BehindAnObjectInFocus) {
   REQUIRE_RENDERER();
-  Twin twin =
-      with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 250}, 160, 120), "sphere", ideal_sphere());
+  Twin twin = with_object(left_window({0, 0, 250}, 160, 120), "sphere", ideal_sphere());
   twin = with_object(twin, "plane", frontal_plane(400));
   twin.cameras[0].optics = Optics{2.0, 10.0, 250.0};
   expect_defocus_agreement(twin, "sphere in focus, plane behind", contrast_at(swing_rad(2.5, 400, 250)), 11);
@@ -91,8 +89,7 @@ TEST(DepthOfField, OfAPlaneNamedByAFarPoint) {
 
 TEST(DepthOfField, OnASphere) {
   REQUIRE_RENDERER();
-  Twin twin = with_object(crop_around(only_camera(paper_rig(), 0), physical_sphere().center_mm, 120, 90),
-                          "sphere", physical_sphere());
+  Twin twin = with_object(left_window(physical_sphere().center_mm, 120, 90), "sphere", physical_sphere());
   twin.cameras[0].optics = Optics{2.0, 10.0, 270.0};
   expect_defocus_agreement(twin, "f/2, sphere", 1.0, 9);
 }

@@ -28,13 +28,9 @@ namespace {
 using Eigen::Vector3d;
 
 /// The ideal sphere in a window of 160x120 px of the left camera.
-Twin sphere_window() {
-  return with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 250}, 160, 120), "sphere",
-                     ideal_sphere());
-}
+Twin sphere_window() { return with_object(left_window({0, 0, 250}, 160, 120), "sphere", ideal_sphere()); }
 Twin plane_window(int width = 160, int height = 120) {
-  return with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 300}, width, height), "plane",
-                     frontal_plane());
+  return with_object(left_window({0, 0, 300}, width, height), "plane", frontal_plane());
 }
 
 double change(const Twin& a, const Twin& b) { return relative_change(render_fixed(a), render_fixed(b)); }
@@ -285,7 +281,7 @@ TEST(Effects, NoLightBeyondTheProjectorsInvertibleRadius) {
 
 TEST(Effects, BoundedPlaneAndCylinder) {
   REQUIRE_RENDERER();
-  Twin twin = crop_around(only_camera(paper_rig(), 0), {0, 0, 290}, 200, 160);
+  Twin twin = left_window({0, 0, 290}, 200, 160);
   PlaneShape tile = tilted_plane();
   tile.size_mm = Eigen::Vector2d(14.0, 9.0);
   tile.point_mm = {-2.0, 0.0, 290.0};
@@ -307,7 +303,7 @@ MeshShape small_part(const std::shared_ptr<const Mesh>& mesh, const Vector3d& at
 TEST(Effects, InstancesOfOneMesh) {
   REQUIRE_RENDERER();
   const auto mesh = std::make_shared<Mesh>(make_bumpy_icosphere(2, 6.0, default_bumps()));
-  Twin twin = crop_around(only_camera(paper_rig(), 0), {0, 0, 260}, 200, 120);
+  Twin twin = left_window({0, 0, 260}, 200, 120);
   twin = with_object(twin, "plane", frontal_plane());
   twin = with_object(twin, "a", small_part(mesh, {-6.5, 1, 255}, {0, 0, 0}));
   twin = with_object(twin, "b", small_part(mesh, {6.5, -1, 262}, {0.4, -1.1, 0.9}), {0.5, 0.0, 10.0});
@@ -320,7 +316,7 @@ TEST(Effects, InstancesOfOneMesh) {
 TEST(Effects, VertexNormals) {
   REQUIRE_RENDERER();
   const auto mesh = std::make_shared<Mesh>(make_bumpy_icosphere(2, 6.0, default_bumps()));
-  const Twin window = crop_around(only_camera(paper_rig(), 0), {0, 0, 260}, 140, 120);
+  const Twin window = left_window({0, 0, 260}, 140, 120);
   MeshShape part = small_part(mesh, {0, 0, 260}, {0.1, 0.2, 0.3});
   const Twin facets = with_object(window, "part", part);
   part.smooth = true;
@@ -339,7 +335,7 @@ TEST(Effects, VertexNormalsOfReversedFacets) {
   int reversed = 0;
   for (std::size_t i = 0; i < mended->triangles.size(); i += 3, ++reversed)
     std::swap(mended->triangles[i][0], mended->triangles[i][1]);
-  const Twin window = crop_around(only_camera(paper_rig(), 0), {0, 0, 260}, 140, 120);
+  const Twin window = left_window({0, 0, 260}, 140, 120);
   MeshShape part = small_part(mesh, {0, 0, 260}, {0.1, 0.2, 0.3});
   part.smooth = true;
   const Twin straight = with_object(window, "part", part);
@@ -353,7 +349,7 @@ TEST(Effects, VertexNormalsOfReversedFacets) {
 TEST(Effects, VertexAlbedo) {
   REQUIRE_RENDERER();
   auto mesh = std::make_shared<Mesh>(make_bumpy_icosphere(2, 6.0, {}));
-  Twin twin = crop_around(only_camera(paper_rig(), 0), {0, 0, 260}, 140, 120);
+  Twin twin = left_window({0, 0, 260}, 140, 120);
   const Twin plain = with_object(twin, "part", small_part(mesh, {0, 0, 260}, {0, 0, 0}));
   auto painted = std::make_shared<Mesh>(*mesh);
   painted->vertex_albedo.assign(mesh->vertices_mm.size(), 1.0F);

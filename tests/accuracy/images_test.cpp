@@ -30,8 +30,7 @@ std::shared_ptr<const ImageF> speckle(int seed) {
 }
 
 Twin speckle_twin() {
-  Twin twin =
-      with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 300}, 160, 120), "plane", tilted_plane());
+  Twin twin = with_object(left_window({0, 0, 300}, 160, 120), "plane", tilted_plane());
   twin.fringes.images = {{{}, speckle(1)}, {{}, speckle(2)}};
   return twin;
 }

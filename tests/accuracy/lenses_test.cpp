@@ -36,8 +36,7 @@ std::vector<double> undeformed(std::vector<double> pinhole) {
 double spline_reach() { return MrcalModel::from_name(spline)->spline_half_size()->x(); }
 
 Twin plane_window(int width = 240, int height = 180) {
-  return with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 300}, width, height), "plane",
-                     tilted_plane());
+  return with_object(left_window({0, 0, 300}, width, height), "plane", tilted_plane());
 }
 
 TEST(Lenses, Cameras) {

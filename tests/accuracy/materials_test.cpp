@@ -27,7 +27,7 @@ using Eigen::Vector3d;
 constexpr double pi = std::numbers::pi;
 
 Twin window(const Shape& shape, const Vector3d& at = {0, 0, 290}, int width = 120, int height = 90) {
-  return with_object(crop_around(only_camera(paper_rig(), 0), at, width, height), "surface", shape);
+  return with_object(left_window(at, width, height), "surface", shape);
 }
 
 Material ggx(double reflectance, double roughness) {
@@ -151,7 +151,7 @@ TEST(AlbedoMap, HasItsFirstPixelAtTheCornerOfNegativeUAndV) {
 
 /// A floor (z = 300) and a wall 40 mm wide and 20 mm high at x = -5 mm, lit from afar along (-1, 0, 1).
 Twin corner() {
-  Twin twin = crop_around(only_camera(paper_rig(), 0), {5, 0, 300}, 150, 60);
+  Twin twin = left_window({5, 0, 300}, 150, 60);
   twin.projector->inverse_square = false;
   const double far_mm = 1e5;
   const Eigen::Matrix3d R = rotation_from_vector({0.0, pi / 4, 0.0});

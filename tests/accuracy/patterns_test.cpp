@@ -22,10 +22,7 @@
 namespace fringetwin::testing::patterns_test {
 namespace {
 
-Twin window() {
-  return with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 300}, 160, 120), "plane",
-                     tilted_plane());
-}
+Twin window() { return with_object(left_window({0, 0, 300}, 160, 120), "plane", tilted_plane()); }
 
 Twin gray_code_twin(GrayCode::Threshold threshold, bool lsb_first) {
   Twin twin = window();

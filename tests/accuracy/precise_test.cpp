@@ -78,8 +78,7 @@ TEST(Precise, SmoothPaintedMesh) {
 // precision.
 TEST(Precise, WideLenses) {
   REQUIRE_RENDERER();
-  Twin twin = with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 300}, 240, 180), "wide camera",
-                          tilted_plane());
+  Twin twin = with_object(left_window({0, 0, 300}, 240, 180), "wide camera", tilted_plane());
   const Twin base = twin;
   const std::vector<double>& k = base.cameras[0].lens.intrinsics();
   twin.cameras[0].lens = Lens("LENSMODEL_STEREOGRAPHIC", {k[0], k[1], k[2], k[3]}, {240, 180}, "wide");
@@ -95,8 +94,7 @@ TEST(Precise, WideLenses) {
 // with it but for where an edge crosses: 4e-4 px of 0.7 px in a pixel.
 TEST(Precise, GrayCode) {
   REQUIRE_RENDERER();
-  Twin twin =
-      with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 300}, 240, 180), "code", tilted_plane());
+  Twin twin = with_object(left_window({0, 0, 300}, 240, 180), "code", tilted_plane());
   DirectionFringes& d = twin.fringes.directions[0];
   d.pitches_px = {20.0};
   d.phase_origin_px = {-0.5};

@@ -30,7 +30,7 @@ using render::PatternMethod;
 constexpr double pi = std::numbers::pi;
 
 Twin window(const Shape& shape, int width = 96, int height = 72) {
-  return with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 290}, width, height), "surface", shape);
+  return with_object(left_window({0, 0, 290}, width, height), "surface", shape);
 }
 
 Twin gray_window() {

@@ -20,10 +20,7 @@ namespace {
 
 using render::Sampling;
 
-Twin window() {
-  return with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 250}, 120, 112), "sphere",
-                     ideal_sphere());
-}
+Twin window() { return with_object(left_window({0, 0, 250}, 120, 112), "sphere", ideal_sphere()); }
 
 /// The reference of window(), once.
 const std::vector<ReferenceBlockPixel>& truth() {

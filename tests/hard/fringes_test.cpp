@@ -54,7 +54,7 @@ void expect_fringes(const std::string& what, const Twin& twin, int samples, doub
 TEST(HardFringes, PitchNearNyquist) {
   REQUIRE_RENDERER();
   for (const double pitch : {4.0, 3.0, 2.0}) {
-    const Twin rig = with_pitch(crop_around(only_camera(paper_rig(), 0), {0, 0, 250}, 120, 96), pitch);
+    const Twin rig = with_pitch(left_window({0, 0, 250}, 120, 96), pitch);
     expect_fringes(fmt::format("pitch {} px on a sphere", pitch),
                    with_object(rig, "ball", SphereShape{{0, 0, 268}, 18.0}), 16, pitch);
   }
@@ -149,8 +149,7 @@ TEST(HardFringes, SilhouetteOfASphere) {
 
 TEST(HardFringes, SixteenBitSensor) {
   REQUIRE_RENDERER();
-  Twin twin =
-      with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 250}, 160, 140), "sphere", ideal_sphere());
+  Twin twin = with_object(left_window({0, 0, 250}, 160, 140), "sphere", ideal_sphere());
   twin.cameras[0].sensor = Sensor{};
   twin.cameras[0].sensor.bit_depth = 16;
   twin.cameras[0].sensor.gain_dn = 6000.0;

@@ -124,7 +124,7 @@ TEST(Grazing, LightOnAPlane) {
 // points, so that only wrong decisions and rounding are left.
 TEST(Grazing, Terminator) {
   REQUIRE_RENDERER();
-  Twin rig = crop_around(only_camera(paper_rig(), 0), {0, 0, 250}, 200, 160);
+  Twin rig = left_window({0, 0, 250}, 200, 160);
   aim_projector(&rig, Vector3d(280, 30, 240), Vector3d(0, 0, 250), Vector3d::UnitY());
   for (const Shape& shape :
        {Shape(SphereShape{{0, 0, 250}, 8.0}),

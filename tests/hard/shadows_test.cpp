@@ -113,7 +113,7 @@ TEST(HardShadows, FlatMeshUnderGrazingLight) {
 TEST(HardShadows, GapsAndContacts) {
   REQUIRE_RENDERER();
   for (const double gap : {1.0, 0.1, 0.01, 0.001, 0.0}) {
-    Twin twin = crop_around(only_camera(paper_rig(), 0), {-2, 0, 300}, 160, 160);
+    Twin twin = left_window({-2, 0, 300}, 160, 160);
     twin = with_object(twin, "floor", frontal_plane(300.0));
     PlaneShape blade;  // from the floor 20 mm towards the camera, across the light
     blade.normal = Vector3d(1, 0, 0.25).normalized();

@@ -105,8 +105,8 @@ TEST(HardTriangles, NeedlesInGeneralPosition) {
     v = (R * v.cast<double>() + Vector3d(310.0, -140.0, 77.0)).cast<float>();
   const Pose T = {Eigen::Matrix3d(rotation_from_vector({-0.2, -0.3, 0.1})), Vector3d(3, -4, 290)};
   const Pose T_world_object = {T.rotation, T.translation_mm - T.rotation * Vector3d(310.0, -140.0, 77.0)};
-  const Twin twin = with_object(crop_around(only_camera(paper_rig(), 0), T.translation_mm, 96, 80), "needles",
-                                as_shape(mesh, T_world_object));
+  const Twin twin =
+      with_object(left_window(T.translation_mm, 96, 80), "needles", as_shape(mesh, T_world_object));
   const Agreement a =
       agreement(twin, 0, {Sampler::gauss, 16}, {2, 2, 92, 76, 5}, Pixels::hit, {.gauss_n = 4});
   report("2,000 needles of 200 x 0.16 mm askew, rounded vertices",
@@ -122,8 +122,7 @@ const Vector3d part_place(2.0, -3.0, 275.0);
 
 Twin part(const Mesh& mesh, bool smooth) {
   const Pose T = {rotation_from_vector({0.11, -0.23, 0.37}), part_place};
-  return with_object(crop_around(only_camera(paper_rig(), 0), {0, 0, 245}, 320, 240), "part",
-                     as_shape(mesh, T, smooth));
+  return with_object(left_window({0, 0, 245}, 320, 240), "part", as_shape(mesh, T, smooth));
 }
 
 /// Largest gray difference (of full scale), and the count of pixels that differ by more than 1e-3.

@@ -31,4 +31,9 @@ Twin crop_around(Twin twin, const Eigen::Vector3d& point_world_mm, int width, in
 /// Reduces the twin to camera `index`.
 Twin only_camera(Twin twin, std::size_t index);
 
+/// Returns the paper's rig with its left camera alone, cropped around the projection of a world point.
+inline Twin left_window(const Eigen::Vector3d& point_world_mm, int width, int height) {
+  return crop_around(only_camera(paper_rig(), 0), point_world_mm, width, height);
+}
+
 }  // namespace fringetwin::testing
