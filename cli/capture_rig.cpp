@@ -10,7 +10,7 @@
 #include "capture/open_display.hpp"
 #include "capture/rehearse/simulated_rig.hpp"
 #include "capture/v4l2/v4l2_camera.hpp"
-#include "cli/flags.hpp"
+#include "cli/render_flags.hpp"
 #include "compare/result/provenance.hpp"
 #include "cosim/load.hpp"
 #include "cosim/measured_shapes.hpp"

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
-#include "cli/flags.hpp"
+#include "cli/render_flags.hpp"
 #include "cli/tell_comparison.hpp"
 #include "compare/causes/refine.hpp"
 #include "cosim/cosim.hpp"

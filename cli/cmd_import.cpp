@@ -8,8 +8,8 @@
 
 #include "calib/import/imported_rig.hpp"
 #include "cli/commands.hpp"
-#include "cli/flags.hpp"
 #include "cli/import_rig.hpp"
+#include "cli/option_values.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/file/cameramodel.hpp"
 #include "twin/file/opencv_import.hpp"

@@ -9,7 +9,7 @@
 
 #include "capture/record/journal.hpp"
 #include "cli/commands.hpp"
-#include "cli/flags.hpp"
+#include "cli/option_values.hpp"
 #include "compare/verdict/limits.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"

@@ -7,7 +7,7 @@
 
 #include "calib/page/photometry_page.hpp"
 #include "cli/commands.hpp"
-#include "cli/flags.hpp"
+#include "cli/option_values.hpp"
 #include "compare/result/provenance.hpp"
 #include "compare/verdict/limits.hpp"
 #include "cosim/load.hpp"

@@ -1,38 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// What several subcommands share: options, the reading of what stands behind them (lists, sizes, a camera and
-// its images), the twin.toml of a rig that was calibrated or imported, and the answer to --device list.
+// Reads the text that stands behind an option: a list, a size, files, a camera and what is said of it.
 #pragma once
 #include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "cosim/simulate.hpp"
 #include "twin/twin.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace fringetwin::cli {
-
-/// Adds --samples --sampler --phase-error --gray-error --seed --device
-void add_render_flags(CLI::App& sub, cosim::RenderRequest& request);
 
 /// Returns the items of a list with commas between them.
 std::vector<std::string> split_list(const std::string& text);
 /// Reads "WIDTHxHEIGHT", px.
 std::optional<std::array<int, 2>> parse_size(const std::string& text);
-
-/// Returns a twin.toml to go on from, of devices by their names, each with whether it is the projector; their
-/// models are NAME.cameramodel beside it.
-std::string starting_twin_toml(const std::string& name,
-                               const std::vector<std::pair<std::string, bool>>& devices);
-
-/// Prints the Vulkan devices, one a line, on stdout; returns the exit code (4 when there is none).
-int print_devices();
 
 /// Returns the files that match, sorted, as a shell would expand the glob; empty when there is none.
 std::vector<std::filesystem::path> glob_files(const std::string& pattern);

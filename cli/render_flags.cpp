@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/flags.hpp"
+#include "cli/render_flags.hpp"
 
 #include <fmt/format.h>
-#include <glob.h>
 
 #include <CLI/CLI.hpp>
-#include <sstream>
 
 #include "render/renderer.hpp"
 #include "twin/base/errors.hpp"
@@ -42,34 +40,6 @@ void add_render_flags(CLI::App& sub, cosim::RenderRequest& request) {
   sub.add_option("--device", request.device, "A part of a Vulkan device's name, or \"list\"");
 }
 
-std::vector<std::string> split_list(const std::string& text) {
-  std::vector<std::string> out;
-  std::stringstream list(text);
-  for (std::string item; std::getline(list, item, ',');) out.push_back(item);
-  return out;
-}
-
-std::optional<std::array<int, 2>> parse_size(const std::string& text) {
-  std::array<int, 2> size{};
-  char by = 0;
-  std::stringstream in(text);
-  if (!(in >> size[0] >> by >> size[1]) || by != 'x' || in.peek() != EOF) return std::nullopt;
-  return size;
-}
-
-std::string starting_twin_toml(const std::string& name,
-                               const std::vector<std::pair<std::string, bool>>& devices) {
-  std::string toml =
-      fmt::format("schema = \"fringetwin-twin/1\"\nname = \"{}\"\ncameramodel_unit = \"m\"\n", name);
-  for (const auto& [device, is_projector] : devices)
-    toml += is_projector
-                ? fmt::format("\n[projector]\nmodel = \"{}.cameramodel\"\nintensity = 40.0\n", device)
-                : fmt::format("\n[[camera]]\nname = \"{0}\"\nmodel = \"{0}.cameramodel\"\n", device);
-  return toml +
-         "\n# Describe the projected sequence (docs/FORMATS.md), then the part and what to fit.\n"
-         "[fringes]\ndirections = [\"x\"]\npitches_px = [13, 14, 15]\nsteps = 4\nunwrap = \"heterodyne\"\n";
-}
-
 int print_devices() {
   const auto devices = render::list_devices();
   if (devices.empty())
@@ -79,25 +49,6 @@ int print_devices() {
     fmt::print("{}\t{}\tVulkan {}\t{}\n", device.name, device.driver, device.api_version,
                device.is_cpu ? "cpu" : "gpu");
   return static_cast<int>(ExitCode::ok);
-}
-
-std::vector<std::filesystem::path> glob_files(const std::string& pattern) {
-  glob_t found = {};
-  std::vector<std::filesystem::path> files;
-  if (glob(pattern.c_str(), 0, nullptr, &found) == 0)
-    for (std::size_t i = 0; i < found.gl_pathc; ++i) files.emplace_back(found.gl_pathv[i]);
-  globfree(&found);
-  return files;
-}
-
-CameraArgument parse_camera_argument(const Twin& twin, const std::string& option, const std::string& text) {
-  for (std::size_t c = 0; c < twin.cameras.size(); ++c)
-    if (text.starts_with(twin.cameras[c].name + "="))
-      return {c, text.substr(twin.cameras[c].name.size() + 1)};
-  if (twin.cameras.size() > 1)
-    throw UserError(ExitCode::usage, option + " " + text, "names no camera of the twin",
-                    fmt::format("write {}={}", twin.cameras[0].name, text));
-  return {0, text};
 }
 
 }  // namespace fringetwin::cli
