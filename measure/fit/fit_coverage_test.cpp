@@ -124,9 +124,8 @@ TEST(FitCoverage, PlaneWithErrorsSharedByNeighbours) {
     const PlaneFit fit = fit_plane(p, o);
     ASSERT_TRUE(fit.usable);
     offset.add(fit.point_mm.z() - 300.0, fit.offset_sigma_mm);
-    // the longest extent lies along y: its tilt is the first
-    tilt.add(fit.normal.y() / fit.normal.z(), fit.tilt_sigma_rad[0]);
-    tilt.add(fit.normal.x() / fit.normal.z(), fit.tilt_sigma_rad[1]);
+    for (int j = 0; j < 2; ++j)
+      tilt.add(fit.normal[j] / fit.normal.z(), std::sqrt(fit.tilt_covariance(j, j)));
   }
   std::printf("plane: offset rms z %.2f, tilt %.2f\n", offset.rms(), tilt.rms());
   for (const Scores& s : {offset, tilt}) {

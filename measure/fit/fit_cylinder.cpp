@@ -66,7 +66,7 @@ CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const Cylinde
   constexpr int kRebases = 10;
   CylinderFit fit;
   fit.n_gated = p_mm.size();
-  fit.radius_sigma_mm = fit.axis_sigma_rad[0] = fit.axis_sigma_rad[1] = kNaN;
+  fit.radius_sigma_mm = kNaN;
   const CentredPoints points(p_mm);
   if (!check_points(points, CylinderDistance::kParameters, "a cylinder", fit)) return fit;
   if (!(start.axis.norm() > 0.0) || !(start.radius_mm > 0.0)) {
@@ -92,7 +92,9 @@ CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const Cylinde
   fit.point_mm = points.centroid_mm + model.point;
   fit.radius_mm = x[4];
   fit.radius_sigma_mm = std::sqrt((*covariance)(4, 4));
-  for (int j = 0; j < 2; ++j) fit.axis_sigma_rad[j] = std::sqrt((*covariance)(2 + j, 2 + j));
+  const Eigen::Matrix<double, 3, 2> ways = (Eigen::Matrix<double, 3, 2>() << model.e1, model.e2).finished();
+  fit.shift_covariance = ways * covariance->topLeftCorner<2, 2>() * ways.transpose();
+  fit.tilt_covariance = ways * covariance->block<2, 2>(2, 2) * ways.transpose();
   return fit;
 }
 
@@ -103,8 +105,9 @@ void fit_shape(const CylinderShape& shape, const Gated& points, ObjectFit& row) 
   put(row, "axis", fit.axis);
   put(row, "radius_mm", fit.radius_mm);
   put(row, "radius_sigma_mm", fit.radius_sigma_mm);
-  put(row, "axis_sigma_rad_0", fit.axis_sigma_rad[0]);
-  put(row, "axis_sigma_rad_1", fit.axis_sigma_rad[1]);
+  put_tilt_directions(row, fit.axis, shape.axis.unitOrthogonal());
+  put_across(row, "axis_sigma_rad", fit.tilt_covariance);
+  put_across(row, "axis_shift_sigma_mm", fit.shift_covariance);
 }
 
 std::vector<std::string> fit_keys(const CylinderShape&) {

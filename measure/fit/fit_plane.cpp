@@ -50,7 +50,8 @@ PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& p_mm, const FitOptions& o
   constexpr std::size_t kParameters = 3;
   PlaneFit fit;
   fit.n_gated = p_mm.size();
-  fit.offset_sigma_mm = fit.tilt_sigma_rad[0] = fit.tilt_sigma_rad[1] = kNaN;
+  fit.offset_sigma_mm = kNaN;
+  fit.tilt_covariance.setConstant(kNaN);
   const CentredPoints points(p_mm);
   if (!check_points(points, kParameters, "a plane", fit)) return fit;
 
@@ -98,7 +99,9 @@ PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& p_mm, const FitOptions& o
     covariance = block_covariance(blocks, covariance);
   }
   fit.offset_sigma_mm = std::sqrt(covariance(0, 0));
-  for (int j = 0; j < 2; ++j) fit.tilt_sigma_rad[j] = std::sqrt(covariance(j + 1, j + 1));
+  const Eigen::Matrix<double, 3, 2> ways =
+      (Eigen::Matrix<double, 3, 2>() << plane.along, plane.across).finished();
+  fit.tilt_covariance = ways * covariance.bottomRightCorner<2, 2>() * ways.transpose();
   return fit;
 }
 
@@ -111,14 +114,14 @@ Eigen::Vector3d towards(const Eigen::Vector3d& normal, const Eigen::Vector3d& fr
 
 }  // namespace
 
-void fit_shape(const PlaneShape&, const Gated& points, ObjectFit& row) {
+void fit_shape(const PlaneShape& shape, const Gated& points, ObjectFit& row) {
   const PlaneFit fit = fit_plane(points.p_mm, robust_options(points));
   take_summary(fit, row);
   put(row, "point_mm", fit.point_mm);
   put(row, "normal", towards(fit.normal, fit.point_mm, points.viewer_mm));
   put(row, "offset_sigma_mm", fit.offset_sigma_mm);
-  put(row, "tilt_sigma_rad_0", fit.tilt_sigma_rad[0]);
-  put(row, "tilt_sigma_rad_1", fit.tilt_sigma_rad[1]);
+  put_tilt_directions(row, row.vectors["normal"], shape.u_axis);
+  put_across(row, "tilt_sigma_rad", fit.tilt_covariance);
 }
 
 std::vector<std::string> fit_keys(const PlaneShape&) { return {"point_mm", "normal"}; }

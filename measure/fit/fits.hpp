@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "measure/fit/fit_types.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/lens/pose.hpp"
 #include "twin/shape/shape.hpp"
 
@@ -18,28 +19,36 @@ struct SphereFit : FitSummary {
 struct PlaneFit : FitSummary {
   Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();  ///< centroid of the points used
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   ///< towards the viewer
-  double offset_sigma_mm = 0.0, tilt_sigma_rad[2] = {0.0, 0.0};
+  double offset_sigma_mm = 0.0;
+  Eigen::Matrix3d tilt_covariance = Eigen::Matrix3d::Zero();  ///< rad^2 along the directions of the world
 };
 struct CylinderFit : FitSummary {
   Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();  ///< on the axis, nearest the centroid
   Eigen::Vector3d axis = Eigen::Vector3d::UnitY();
   double radius_mm = 0.0, radius_sigma_mm = 0.0;
-  double axis_sigma_rad[2] = {0.0, 0.0};  ///< tilts about two directions across the axis
+  /// Of the axis's direction and of its place at point_mm, along the directions of the world: rad^2, mm^2.
+  Eigen::Matrix3d tilt_covariance = Eigen::Matrix3d::Zero(), shift_covariance = Eigen::Matrix3d::Zero();
 };
 struct MeshFit : FitSummary {
-  Pose T_object_measured;           ///< maps measured points (world) onto the CAD surface (world)
+  Pose T_object_measured;  ///< maps measured points (world) onto the CAD surface (world)
+  /// Of a turn about turned_about_mm and of a shift after it, both of the registered points in the object's
+  /// frame: rad, mm. kUndeterminedMm along directions in which the surface slides in itself; NaN if unusable.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Constant(kNaN);
+  Eigen::Vector3d turned_about_mm = Eigen::Vector3d::Zero();
   double within_10um = 0.0;         ///< fraction of |deviation| <= 0.010 mm
   std::vector<float> deviation_mm;  ///< signed distance to the CAD SURFACE, per used point
   std::vector<std::size_t> index;   ///< used points
 };
+
+inline constexpr double kUndeterminedMm = 1e6;
 
 SphereFit fit_sphere(const std::vector<Eigen::Vector3d>& p_mm, const SphereShape& start, const FitOptions& o);
 PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& p_mm, const FitOptions& o);
 CylinderFit fit_cylinder(const std::vector<Eigen::Vector3d>& p_mm, const CylinderShape& start,
                          const FitOptions& o);
 /// PCL ICP, then point-to-plane, then Gauss-Newton on the exact closest surface points: not usable when
-/// its last step still moved the points (1e-4 mm).
+/// its last step still moved the points (1e-4 mm). `block`: as in FitOptions.
 MeshFit register_mesh(const std::vector<Eigen::Vector3d>& p_mm, const MeshShape& cad, double gate_mm,
-                      int gauss_newton_steps = 30);
+                      const std::vector<int>& block = {}, int gauss_newton_steps = 30);
 
 }  // namespace fringetwin::measure

@@ -207,8 +207,8 @@ TEST(PlaneFit, CovariancePredictsTheScatter) {
     for (Eigen::Vector3d& q : p) q.x() *= 3.0;  // distinct principal directions: x long, y short
     const PlaneFit fit = fit_plane(p, {});
     offset += std::pow(n.dot(fit.point_mm - at) / fit.offset_sigma_mm, 2);
-    tilt += std::pow(fit.normal.x() / fit.tilt_sigma_rad[0], 2) +
-            std::pow(fit.normal.y() / fit.tilt_sigma_rad[1], 2);
+    tilt += std::pow(fit.normal.x(), 2) / fit.tilt_covariance(0, 0) +
+            std::pow(fit.normal.y(), 2) / fit.tilt_covariance(1, 1);
   }
   EXPECT_NEAR(offset / runs, 1.0, 4 * std::sqrt(2.0 / runs));
   EXPECT_NEAR(tilt / runs, 2.0, 4 * std::sqrt(4.0 / runs));
@@ -260,16 +260,18 @@ TEST(CylinderFit, CovariancePredictsTheScatter) {
   Random random(21);
   const CylinderShape truth{{0, 0, 260}, {0, 1, 0}, 12.0, {}};
   const int runs = 400;
-  double radius = 0.0, axis = 0.0;
+  double radius = 0.0, axis = 0.0, shift = 0.0;
   for (int k = 0; k < runs; ++k) {
     const CylinderFit fit = fit_cylinder(pipe(truth, 0.8, 15, 1000, 0.005, random), truth, {});
     ASSERT_TRUE(fit.usable) << fit.message;
     radius += std::pow((fit.radius_mm - 12.0) / fit.radius_sigma_mm, 2);
-    const double trace = std::pow(fit.axis_sigma_rad[0], 2) + std::pow(fit.axis_sigma_rad[1], 2);
-    axis += (fit.axis - truth.axis).squaredNorm() / trace;
+    axis += (fit.axis - truth.axis).squaredNorm() / fit.tilt_covariance.trace();
+    shift += std::pow(fit.point_mm.x(), 2) / fit.shift_covariance(0, 0) +
+             std::pow(fit.point_mm.z() - 260.0, 2) / fit.shift_covariance(2, 2);
   }
   EXPECT_NEAR(radius / runs, 1.0, 4 * std::sqrt(2.0 / runs));
   EXPECT_NEAR(axis / runs, 1.0, 4 * std::sqrt(2.0 / runs));
+  EXPECT_NEAR(shift / runs, 2.0, 4 * std::sqrt(4.0 / runs));
 }
 
 TEST(CylinderFit, OutliersAndDegenerateSets) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "measure/fit/object_fits.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 
@@ -102,6 +103,20 @@ void put(ObjectFit& row, const std::string& key, double value) {
 
 void put(ObjectFit& row, const std::string& key, const Eigen::Vector3d& value) {
   row.vectors[key] = row.usable ? value : Eigen::Vector3d::Constant(kNaN);
+}
+
+void put_tilt_directions(ObjectFit& row, const Eigen::Vector3d& normal_or_axis,
+                         const Eigen::Vector3d& first) {
+  const Eigen::Vector3d second = normal_or_axis.cross(first).normalized();
+  put(row, "tilt_direction_0", second.cross(normal_or_axis));
+  put(row, "tilt_direction_1", second);
+}
+
+void put_across(ObjectFit& row, const std::string& key, const Eigen::Matrix3d& covariance) {
+  for (const char* end : {"_0", "_1"}) {
+    const Eigen::Vector3d& way = row.vectors.at(std::string("tilt_direction") + end);
+    put(row, key + end, std::sqrt(way.dot(covariance * way)));
+  }
 }
 
 FitOptions robust_options(const Gated& points) {

@@ -90,6 +90,11 @@ TEST(FitObjects, EveryShapeIsFoundInOneScene) {
   EXPECT_LT(std::abs(n.dot(wall.vectors.at("point_mm") - Eigen::Vector3d(0, 0, 290))), 1e-9);
   for (const char* key : {"offset_sigma_mm", "tilt_sigma_rad_0", "tilt_sigma_rad_1"})
     EXPECT_TRUE(wall.numbers.contains(key));
+  // across the normal, the first near the nominal plane's u axis, x
+  EXPECT_LT((wall.vectors.at("tilt_direction_0") - Eigen::Vector3d(1, 0, 0.1).normalized()).norm(), 1e-9);
+  EXPECT_LT((wall.vectors.at("tilt_direction_1") - Eigen::Vector3d(0, -1, 0)).norm(), 1e-9);
+  for (const char* key : {"axis_sigma_rad_0", "axis_sigma_rad_1", "axis_shift_sigma_mm_0"})
+    EXPECT_TRUE(pipe.numbers.contains(key));
   for (const ObjectFit* row : {&ball, &pipe, &wall}) {
     EXPECT_EQ(row->index.size(), row->n);
     EXPECT_EQ(row->deviation_mm.size(), row->n);
@@ -169,6 +174,7 @@ TEST(FitObjects, MeshRowHasItsKeys) {
     EXPECT_TRUE(rows[0].numbers.contains(key)) << key;
   EXPECT_NEAR(rows[0].vectors.at("T_object_measured_t_mm").x(), -0.1, 0.01);
   EXPECT_TRUE(rows[0].vectors.contains("T_object_measured_r_rad"));
+  EXPECT_NEAR(rows[0].vectors.at("object_shift_mm").x(), -0.1, 0.01);
   EXPECT_EQ(rows[0].numbers.at("within_10um"), 1.0);
   EXPECT_FALSE(rows[1].usable);
   EXPECT_FALSE(rows[1].warning.empty());

@@ -3,6 +3,8 @@
 //   2e-5 mm    registration of points that lie exactly on the mesh: Gauss-Newton converges to 1e-7 mm, float
 //              vertices round at 5e-7 mm; the median weights of creases leave the rest
 //   3 sigma/sqrt(n)  with noise
+//   0.7...1.3  rms of errors over their sigma, 24 draws of 6 independent numbers: 5 times 1/sqrt(288);
+//   0.5...1.5  the same where 60 blocks tell sigma, to a tenth and rather too large
 //   none       on time: printed, for the benchmark to judge
 #include <gtest/gtest.h>
 
@@ -10,9 +12,11 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <random>
 
 #include "measure/fit/fits.hpp"
+#include "measure/fit/shape_fits.hpp"
 #include "tests/support/measure/test_meshes.hpp"
 #include "twin/twin.hpp"
 
@@ -128,6 +132,70 @@ TEST(RegisterMesh, SlidingDirectionsAreLeftAlone) {
   EXPECT_LT((fit.T_object_measured * points[2550] - points[2550]).head<2>().norm(), 0.5);
 }
 
+/// Points of a part at its place with errors of their own and, in blocks of 6 mm, errors that they share.
+Gated noisy_points(const MeshShape& cad, double noise_mm, double shared_mm, unsigned seed) {
+  std::mt19937_64 random(seed + 1000);
+  std::normal_distribution<double> normal;
+  std::map<int, double> shared;
+  Gated out;
+  out.gate_mm = 2.0;
+  for (const Eigen::Vector3d& p : seen_points(cad, 3000, noise_mm, seed)) {
+    const int block = 100 * static_cast<int>(p.x() / 6 + 50) + static_cast<int>(p.y() / 6 + 50);
+    const double error = shared.try_emplace(block, shared_mm * normal(random)).first->second;
+    out.p_mm.push_back(p + error * (p - cad.T_world_object.translation_mm).normalized());
+    if (shared_mm > 0.0) out.block.push_back(block);
+  }
+  return out;
+}
+
+TEST(RegisterMesh, StandardErrorsHoldTheErrors) {
+  const MeshShape cad = freeform(40);
+  for (const double shared_mm : {0.0, 0.005}) {
+    double sum = 0.0;
+    int n = 0;
+    for (unsigned draw = 0; draw < 24; ++draw) {
+      ObjectFit row;
+      fit_shape(cad, noisy_points(cad, 0.01, shared_mm, draw), row);
+      ASSERT_TRUE(row.usable) << row.warning;
+      // the part lies where the twin has it: the truth of all is 0
+      for (const auto& [key, sigma] : {std::pair{"T_object_measured_r_rad", "T_object_measured_r_sigma_rad"},
+                                       std::pair{"T_object_measured_t_mm", "T_object_measured_t_sigma_mm"},
+                                       std::pair{"object_turn_rad", "object_turn_sigma_rad"},
+                                       std::pair{"object_shift_mm", "object_shift_sigma_mm"}}) {
+        sum += row.vectors.at(key).cwiseQuotient(row.vectors.at(sigma)).squaredNorm();
+        n += 3;
+      }
+    }
+    const double rms = std::sqrt(sum / n);
+    std::printf("errors over their sigma, %.3f mm shared by neighbours: rms %.2f\n", shared_mm, rms);
+    EXPECT_GT(rms, shared_mm > 0.0 ? 0.5 : 0.7);
+    EXPECT_LT(rms, shared_mm > 0.0 ? 1.5 : 1.3);
+  }
+}
+
+TEST(RegisterMesh, SlidingDirectionsHaveNoStandardError) {
+  MeshShape cad;
+  cad.mesh = std::make_shared<const Mesh>(square(100.0f));
+  cad.T_world_object = pose_from_rt((RotTrans() << M_PI, 0, 0, 0, 0, 260).finished());
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  Gated points;
+  points.gate_mm = 2.0;
+  for (int i = 0; i < 5000; ++i)
+    points.p_mm.push_back({-20 + 0.4 * (i % 100), -20 + 0.8 * (i / 100), 260 + noise(random)});
+  ObjectFit row;
+  fit_shape(cad, points, row);
+  ASSERT_TRUE(row.usable) << row.warning;
+  const Eigen::Vector3d shift = row.vectors.at("object_shift_sigma_mm"),
+                        turn = row.vectors.at("object_turn_sigma_rad");
+  EXPECT_TRUE(std::isnan(shift.x()) && std::isnan(shift.y()) && std::isnan(turn.z()));
+  // Tukey's weights have 95 % efficiency; 5000 points tell a scatter to 1 %, its sandwich to 2 %
+  const double of_mean = 0.01 / std::sqrt(5000 * 0.95);
+  EXPECT_NEAR(shift.z(), of_mean, 0.06 * of_mean);
+  EXPECT_NEAR(turn.x(), of_mean / 11.5, 0.06 * of_mean / 11.5);  // 40 mm over the root of 12
+  EXPECT_NEAR(turn.y(), of_mean / 11.5, 0.06 * of_mean / 11.5);
+}
+
 TEST(RegisterMesh, SignTellsTheSide) {
   MeshShape cad;
   cad.mesh = std::make_shared<const Mesh>(square(100.0f));  // normal +z
@@ -156,7 +224,7 @@ TEST(RegisterMesh, StepsThatRunOutAreNoResult) {
   const Pose T = small_pose(1, 2, 9);
   for (auto& p : points) p = T * p;
   EXPECT_TRUE(register_mesh(points, cad, 5.0).usable);
-  const MeshFit stopped = register_mesh(points, cad, 5.0, 1);
+  const MeshFit stopped = register_mesh(points, cad, 5.0, {}, 1);
   EXPECT_FALSE(stopped.usable);
   EXPECT_NE(stopped.message.find("did not settle"), std::string::npos) << stopped.message;
   EXPECT_GT(stopped.n, 20u);  // enough points: exit code 5, not "too few"

@@ -30,6 +30,11 @@ FitOptions robust_options(const Gated& points);
 /// not usable.
 void put(ObjectFit& row, const std::string& key, double value);
 void put(ObjectFit& row, const std::string& key, const Eigen::Vector3d& value);
+/// Writes the two directions across a fitted normal or axis along which its errors are stated. `first`, of
+/// the nominal shape, lies near the first of them, so that all fits of an object have the same.
+void put_tilt_directions(ObjectFit& row, const Eigen::Vector3d& normal_or_axis, const Eigen::Vector3d& first);
+/// Writes the standard errors along these directions under KEY_0 and KEY_1.
+void put_across(ObjectFit& row, const std::string& key, const Eigen::Matrix3d& covariance);
 
 /// Declares, for the shape S in a file of its own,
 /// - fit_shape(): fits the shape to the points, starting from the nominal one, and writes numbers, vectors
