@@ -16,34 +16,37 @@ namespace {
 using Eigen::Vector3d;
 using measure::ObjectFit;
 
-double z_score(double difference, const double* sigma_a, const double* sigma_b) {
-  if (!sigma_a || !sigma_b) return kNaN;
-  const double sigma = std::hypot(*sigma_a, *sigma_b);
-  return sigma > 0.0 && std::isfinite(sigma) ? difference / sigma : kNaN;
+/// Enters a difference and, where both sides state a standard error, its z. `besides_sigma`: of what moves
+/// the difference and stands in neither.
+void enter(const std::string& key, double difference, double besides_sigma, const ObjectFit& s,
+           const ObjectFit& r, FitRow& row) {
+  row.difference[key] = difference;
+  const double z = difference / std::hypot(value_or(s.numbers, sigma_key(key), kNaN),
+                                           value_or(r.numbers, sigma_key(key), kNaN), besides_sigma);
+  if (std::isfinite(z)) row.z[key] = z;
 }
 
 void compare_numbers(const ObjectFit& s, const ObjectFit& r, FitRow& row) {
   for (const auto& [key, value] : s.numbers) {
     const double* other = find_value(r.numbers, key);
-    if (!other || is_sigma_key(key) || is_count_key(key)) continue;
-    row.difference[key] = value - *other;
-    const double z =
-        z_score(value - *other, find_value(s.numbers, sigma_key(key)), find_value(r.numbers, sigma_key(key)));
-    if (std::isfinite(z)) row.z[key] = z;
+    if (other && !is_sigma_key(key) && !is_count_key(key)) enter(key, value - *other, 0.0, s, r, row);
   }
 }
 
 void compare_vectors(const ObjectFit& s, const ObjectFit& r, FitRow& row) {
   for (const auto& [key, value] : s.vectors) {
     const Vector3d* other = find_value(r.vectors, key);
-    if (!other || is_sigma_key(key)) continue;
+    if (!other || is_sigma_key(key) || is_direction_key(key)) continue;
     const Vector3d difference = value - *other;
     row.difference_vectors[key] = difference;
     const Vector3d *sigma_s = find_value(s.vectors, sigma_key(key)),
                    *sigma_r = find_value(r.vectors, sigma_key(key));
     if (!sigma_s || !sigma_r) continue;
     Vector3d z;
-    for (int i = 0; i < 3; ++i) z[i] = z_score(difference[i], &(*sigma_s)[i], &(*sigma_r)[i]);
+    for (int i = 0; i < 3; ++i) {
+      z[i] = difference[i] / std::hypot((*sigma_s)[i], (*sigma_r)[i]);
+      if (!std::isfinite(z[i])) z[i] = kNaN;
+    }
     if (!z.array().isNaN().all()) row.z_vectors[key] = z;
   }
 }
@@ -53,18 +56,43 @@ double axis_angle_rad(const Vector3d& a, const Vector3d& b) {
   return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
 }
 
-/// Returns the standard error of the simulated centroid's distance from the real plane: both offsets, and the
-/// tilt of the real plane over the way between the centroids (its larger tilt sigma: the direction is not
-/// kept). NaN when unknown.
-double offset_sigma_mm(const ObjectFit& s, const ObjectFit& r, double between_mm) {
-  const double *a = find_value(s.numbers, "offset_sigma_mm"), *b = find_value(r.numbers, "offset_sigma_mm");
-  const double *t0 = find_value(r.numbers, "tilt_sigma_rad_0"),
-               *t1 = find_value(r.numbers, "tilt_sigma_rad_1");
-  if (!a || !b || !t0 || !t1) return kNaN;
-  return std::sqrt(*a * *a + *b * *b + std::pow(between_mm * std::max(*t0, *t1), 2));
+/// Compares the tilts of planes (sign 1: how a plane rises) or axes (-1: how it leans) along the simulated
+/// fit's two directions, exactly for every angle; the senses of normals and axes mean nothing.
+void compare_tilts(const std::string& key, double sign, const Vector3d& axis_r, const ObjectFit& s,
+                   const ObjectFit& r, FitRow& row) {
+  const Vector3d *way_0 = find_value(s.vectors, "tilt_direction_0"),
+                 *way_1 = find_value(s.vectors, "tilt_direction_1");
+  if (!way_0 || !way_1) return;
+  const double along = way_0->cross(*way_1).dot(axis_r), sense = std::copysign(1.0, sign * along);
+  enter(key + "_0", std::atan2(sense * axis_r.dot(*way_0), std::abs(along)), 0.0, s, r, row);
+  enter(key + "_1", std::atan2(sense * axis_r.dot(*way_1), std::abs(along)), 0.0, s, r, row);
 }
 
-/// Compares distance and angle where the fits have a normal or an axis: the point of a plane or an axis is a
+/// Compares distance along the real normal. Its standard error has, besides both offsets, the tilt of the
+/// real plane over the way between the centroids: the larger one, whatever the way's direction.
+void compare_planes(const Vector3d& normal_r, const Vector3d& between_mm, const ObjectFit& s,
+                    const ObjectFit& r, FitRow& row) {
+  const double offset = normal_r.dot(between_mm);
+  const Eigen::Vector2d tilt_sigma(value_or(r.numbers, "tilt_sigma_rad_0", kNaN),
+                                   value_or(r.numbers, "tilt_sigma_rad_1", kNaN));
+  enter("offset_mm", offset,
+        (between_mm - offset * normal_r).norm() * tilt_sigma.maxCoeff<Eigen::PropagateNaN>(), s, r, row);
+  compare_tilts("tilt_rad", 1.0, normal_r, s, r, row);
+}
+
+/// Compares the places of axes across the simulated one, beside the real axis's point. Their standard error
+/// has, besides both places, the tilt of the simulated axis over the way to there.
+void compare_axes(const Vector3d& axis_s, const Vector3d& axis_r, const Vector3d& between_mm,
+                  const ObjectFit& s, const ObjectFit& r, FitRow& row) {
+  row.difference["axis_distance_mm"] = axis_r.cross(between_mm).norm();
+  compare_tilts("axis_rad", -1.0, axis_r, s, r, row);
+  for (const std::string end : {"_0", "_1"})
+    if (const Vector3d* way = find_value(s.vectors, "tilt_direction" + end))
+      enter("axis_shift_mm" + end, way->dot(between_mm),
+            axis_s.dot(between_mm) * value_or(s.numbers, "axis_sigma_rad" + end, kNaN), s, r, row);
+}
+
+/// Compares place and direction where the fits have a normal or an axis: the point of a plane or an axis is a
 /// convention and cannot be compared.
 void compare_placement(const ObjectFit& s, const ObjectFit& r, FitRow& row) {
   const bool plane = s.vectors.contains("normal");
@@ -73,14 +101,11 @@ void compare_placement(const ObjectFit& s, const ObjectFit& r, FitRow& row) {
   const Vector3d *point_s = find_value(s.vectors, "point_mm"), *point_r = find_value(r.vectors, "point_mm");
   if (!axis_s || !axis_r || !point_s || !point_r) return;
   row.difference["angle_rad"] = axis_angle_rad(*axis_s, *axis_r);
-  const Vector3d between = *point_s - *point_r;
-  if (plane) {
-    const double offset = axis_r->normalized().dot(between);
-    row.difference["offset_mm"] = offset;
-    const double sigma = offset_sigma_mm(s, r, (between - offset * axis_r->normalized()).norm());
-    if (sigma > 0.0 && std::isfinite(sigma)) row.z["offset_mm"] = offset / sigma;
-  } else
-    row.difference["axis_distance_mm"] = axis_r->normalized().cross(between).norm();
+  const Vector3d between_mm = *point_s - *point_r;
+  if (plane)
+    compare_planes(axis_r->normalized(), between_mm, s, r, row);
+  else
+    compare_axes(axis_s->normalized(), axis_r->normalized(), between_mm, s, r, row);
 }
 
 std::optional<ObjectFit> find_fit(const std::optional<measure::Measurement>& m, const std::string& object) {

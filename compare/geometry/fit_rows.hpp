@@ -15,7 +15,8 @@ measure::ObjectFit published_fit(const Twin& twin, const PublishedFit& published
 
 /// Returns simulated - real for every number both sides have; z = difference / sqrt(sigma_s^2 + sigma_r^2),
 /// absent (vectors: NaN elements) where a sigma is unknown. Planes: also offset_mm (distance of the
-/// simulated point from the real plane) and angle_rad; cylinders: axis_distance_mm and angle_rad.
+/// simulated point from the real plane), angle_rad and tilt_rad_0, _1; cylinders: axis_distance_mm,
+/// angle_rad, axis_rad_0, _1 and axis_shift_mm_0, _1; both along the simulated fit's tilt_direction_0, _1.
 FitRow make_fit_row(const std::optional<measure::ObjectFit>& simulated,
                     const std::optional<measure::ObjectFit>& real);
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "compare/result/fit_keys.hpp"
+#include "compare/verdict/explained.hpp"
 #include "tests/support/compare/synthetic_sides.hpp"
 
 namespace fringetwin::compare::fit_rows_test {
@@ -28,6 +29,8 @@ TEST(FitRows, SigmaKeysFollowTheirUnit) {
   EXPECT_EQ(sigma_key("center_mm"), "center_sigma_mm");
   EXPECT_EQ(sigma_key("tilt_rad"), "tilt_sigma_rad");
   EXPECT_EQ(sigma_key("normal"), "normal_sigma");
+  EXPECT_EQ(sigma_key("tilt_rad_1"), "tilt_sigma_rad_1");
+  EXPECT_EQ(sigma_key("axis_shift_mm_0"), "axis_shift_sigma_mm_0");
   EXPECT_TRUE(is_sigma_key("center_sigma_mm"));
   EXPECT_FALSE(is_sigma_key("center_mm"));
 }
@@ -83,6 +86,72 @@ TEST(FitRows, APlanesOffsetHasItsZ) {
   EXPECT_NEAR(make_fit_row(s, r).z.at("offset_mm"), 0.01 / 0.013, 1e-9);
   r.numbers.erase("tilt_sigma_rad_1");
   EXPECT_FALSE(make_fit_row(s, r).z.contains("offset_mm"));
+}
+
+/// Two planes through one centroid with tilt sigmas of 3e-6 and 4e-6 rad: 5e-6 of the difference.
+FitRow tilted_planes(const Eigen::Vector3d& real_normal) {
+  ObjectFit s;
+  s.object = "wall";
+  s.kind = "plane";
+  s.usable = true;
+  s.vectors = {{"point_mm", {0, 0, 300}},
+               {"normal", {0, 0, -1}},
+               {"tilt_direction_0", {1, 0, 0}},
+               {"tilt_direction_1", {0, -1, 0}}};
+  s.numbers = {{"offset_sigma_mm", 1e-4}, {"tilt_sigma_rad_0", 3e-6}, {"tilt_sigma_rad_1", 3e-6}};
+  ObjectFit r = s;
+  r.vectors["normal"] = real_normal.normalized();
+  r.numbers["tilt_sigma_rad_0"] = r.numbers["tilt_sigma_rad_1"] = 4e-6;
+  return make_fit_row(s, r);
+}
+
+TEST(FitRows, ATiltAboutTheCentroidIsJudged) {
+  const auto state = [](const FitRow& row) { return explain_geometry({row}).at(0).state; };
+  // the real plane recedes along x, so the simulated one rises towards the viewer beside it
+  const FitRow little = tilted_planes({5e-6, 0, -1}), far = tilted_planes({5e-6, 25e-6, -1});
+  EXPECT_NEAR(little.difference.at("tilt_rad_0"), 5e-6, 1e-12);
+  EXPECT_NEAR(little.z.at("tilt_rad_0"), 1.0, 1e-9);
+  EXPECT_EQ(little.z.at("offset_mm"), 0.0);
+  EXPECT_EQ(state(little), "explained");
+  EXPECT_NEAR(far.difference.at("tilt_rad_1"), -25e-6, 1e-12);
+  EXPECT_NEAR(far.z.at("tilt_rad_1"), -5.0, 1e-6);
+  EXPECT_EQ(state(far), "not explained");
+  EXPECT_EQ(explain_geometry({far}).at(0).worst, "tilt_rad_1");
+  EXPECT_EQ(explain_geometry({far}).at(0).unit, "rad");
+  EXPECT_FALSE(far.difference_vectors.contains("tilt_direction_0"));
+
+  const double wide = 83.0 * M_PI / 180.0;
+  const Eigen::Vector3d normal(std::sin(wide), 0, -std::cos(wide));
+  for (const Eigen::Vector3d& either : {normal, Eigen::Vector3d(-normal)}) {
+    EXPECT_NEAR(tilted_planes(either).difference.at("tilt_rad_0"), wide, 1e-12);
+    EXPECT_EQ(state(tilted_planes(either)), "not explained");
+  }
+}
+
+TEST(FitRows, CylindersCompareByTiltsAndShifts) {
+  ObjectFit s;
+  s.kind = "cylinder";
+  s.usable = true;
+  s.vectors = {{"point_mm", {0.003, 50, 300.004}},
+               {"axis", {0, 1, 0}},
+               {"tilt_direction_0", {1, 0, 0}},
+               {"tilt_direction_1", {0, 0, -1}}};
+  for (const char* end : {"_0", "_1"}) {
+    s.numbers[std::string("axis_sigma_rad") + end] = 2.4e-4;
+    s.numbers[std::string("axis_shift_sigma_mm") + end] = 0.003;
+  }
+  ObjectFit r = s;
+  r.vectors["point_mm"] = {0, 0, 300};
+  r.vectors["axis"] = {2e-4, -1, 0};  // the sense of an axis means nothing
+  r.numbers["axis_sigma_rad_0"] = 0.7e-4;
+  r.numbers["axis_shift_sigma_mm_0"] = r.numbers["axis_shift_sigma_mm_1"] = 0.004;
+  const FitRow row = make_fit_row(s, r);
+  EXPECT_NEAR(row.difference.at("axis_rad_0"), 2e-4, 1e-10);
+  EXPECT_NEAR(row.z.at("axis_rad_0"), 2.0 / 2.5, 1e-6);
+  EXPECT_NEAR(row.difference.at("axis_shift_mm_1"), -0.004, 1e-12);
+  // 3 and 4 um, and 50 mm of the simulated axis's tilt: 12 um
+  EXPECT_NEAR(row.z.at("axis_shift_mm_0"), 3.0 / 13.0, 1e-9);
+  EXPECT_NEAR(row.z.at("axis_shift_mm_1"), -4.0 / 13.0, 1e-9);
 }
 
 TEST(FitRows, CylindersCompareByAxis) {

@@ -76,14 +76,16 @@ void add_fit_row(report::Table& table, const FitRow& row, const std::string& key
   table.add_row(std::move(cells));
 }
 
-/// Returns the keys that the fits of both sides have in `values`, sigmas left out.
+/// Returns the keys that the fits of both sides have in `values`, sigmas and directions left out.
 template <class Values>
 std::vector<std::string> keys_of(const FitRow& row, Values ObjectFit::*values) {
   std::vector<std::string> keys;
   for (const auto* fit : {&row.simulated, &row.real})
     if (*fit)
       for (const auto& [key, value] : (**fit).*values)
-        if (!is_sigma_key(key) && std::find(keys.begin(), keys.end(), key) == keys.end()) keys.push_back(key);
+        if (!is_sigma_key(key) && !is_direction_key(key) &&
+            std::find(keys.begin(), keys.end(), key) == keys.end())
+          keys.push_back(key);
   return keys;
 }
 
@@ -168,7 +170,8 @@ std::string fits_html(const ReportInput& in) {
     for (const std::string& key : keys_of(row, &ObjectFit::vectors))
       for (int i = 0; i < 3; ++i) add_fit_row(table, row, key, i, estimates);
     for (const std::string& key : number_keys(row)) add_fit_row(table, row, key, -1, estimates);
-    for (const char* key : {"offset_mm", "angle_rad", "axis_distance_mm"})
+    for (const char* key : {"offset_mm", "tilt_rad_0", "tilt_rad_1", "angle_rad", "axis_distance_mm",
+                            "axis_rad_0", "axis_rad_1", "axis_shift_mm_0", "axis_shift_mm_1"})
       if (const double* difference = find_value(row.difference, key)) {
         const auto [name, unit] = split_unit(key);
         table.add_row({name, unit, "", "", difference_text(*difference, unit),

@@ -36,9 +36,34 @@ std::vector<Field> make_fit_fields() {
   positive("tilt_sigma_rad_1", "standard error of a plane's second tilt").in("rad").error();
   positive("axis_sigma_rad_0", "standard error of an axis's first tilt").in("rad").error();
   positive("axis_sigma_rad_1", "standard error of an axis's second tilt").in("rad").error();
+  positive("axis_shift_sigma_mm_0", "standard error of an axis's place along the first direction")
+      .in("mm")
+      .error();
+  positive("axis_shift_sigma_mm_1", "standard error of an axis's place along the second direction")
+      .in("mm")
+      .error();
+  vector("tilt_direction_0", "direction across a normal or axis along which its first tilt is stated");
+  vector("tilt_direction_1", "direction across a normal or axis along which its second tilt is stated");
   vector("T_object_measured_r_rad", "turn that carries the measured points onto the CAD surface");
+  vector("T_object_measured_r_sigma_rad", "its standard errors").error();
   vector("T_object_measured_t_mm", "shift that carries the measured points onto the CAD surface");
+  vector("T_object_measured_t_sigma_mm", "its standard errors").error();
+  vector("object_turn_rad", "the same turn in the object's frame");
+  vector("object_turn_sigma_rad", "its standard errors").error();
+  vector("object_shift_mm", "how far that carries the CAD's middle, in the object's frame");
+  vector("object_shift_sigma_mm", "its standard errors").error();
   add("offset_mm", "distance of the simulated plane's point from the real plane", Kind::number);
+  struct Across {
+    const char *key, *meaning, *unit, *shown;
+  };
+  for (const Across& a :
+       {Across{"tilt_rad_0", "first tilt between the planes of the two sides", "rad", "first tilt"},
+        Across{"tilt_rad_1", "second tilt between the planes of the two sides", "rad", "second tilt"},
+        Across{"axis_rad_0", "first tilt between the axes of the two sides", "rad", "first tilt"},
+        Across{"axis_rad_1", "second tilt between the axes of the two sides", "rad", "second tilt"},
+        Across{"axis_shift_mm_0", "distance of the axes along the first direction", "mm", "first shift"},
+        Across{"axis_shift_mm_1", "distance of the axes along the second direction", "mm", "second shift"}})
+    add(a.key, a.meaning, Kind::number).in(a.unit).shown({a.shown, a.unit});
   positive("angle_rad", "angle between the normals or axes of the two sides");
   positive("axis_distance_mm", "distance of the simulated axis's point from the real axis");
   positive("mean_mm", "mean distance from the CAD surface");

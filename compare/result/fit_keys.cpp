@@ -6,13 +6,15 @@
 namespace fringetwin::compare {
 
 std::string sigma_key(const std::string& key) {
-  for (const char* unit : {"_mm", "_rad", "_px", "_dn"})
+  for (const char* unit : {"_mm", "_rad", "_px", "_dn", "_rad_0", "_rad_1", "_mm_0", "_mm_1"})
     if (key.size() > std::string(unit).size() && key.ends_with(unit))
       return key.substr(0, key.size() - std::string(unit).size()) + "_sigma" + unit;
   return key + "_sigma";
 }
 
 bool is_sigma_key(const std::string& key) { return key.find("sigma") != std::string::npos; }
+
+bool is_direction_key(const std::string& key) { return key.starts_with("tilt_direction"); }
 
 bool is_count_key(const std::string& key) { return key == "n" || key.starts_with("n_"); }
 

@@ -29,6 +29,9 @@ std::string sigma_key(const std::string& key);
 /// Returns true for keys that are standard errors themselves.
 bool is_sigma_key(const std::string& key);
 
+/// Returns true for the directions that tilts are about: a choice, nothing to subtract.
+bool is_direction_key(const std::string& key);
+
 /// Returns true for keys that count things ("n_gated"): neither lengths nor angles, nothing to subtract.
 bool is_count_key(const std::string& key);
 

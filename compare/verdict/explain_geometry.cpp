@@ -13,7 +13,8 @@ namespace {
 constexpr double kMostSigmas = 3.0;
 
 const char* unit_of(const std::string& key) {
-  return key.ends_with("_mm") ? "mm" : key.ends_with("_rad") ? "rad" : "";
+  const auto has = [&key](const char* unit) { return key.find(unit) != std::string::npos; };
+  return has("_mm") ? "mm" : has("_rad") ? "rad" : "";
 }
 
 /// One number of a fit on both sides.
@@ -101,7 +102,7 @@ class GeometryExplanation {
     add_tilt(number);
   }
 
-  /// Adds the line of what z holds besides: the tilt of planes over the way between their centroids.
+  /// Adds the line of what z holds besides: the tilt over the way between the points of planes or axes.
   void add_tilt(const Number& number) {
     if (number.difference == 0.0) return;
     const double all = std::pow(number.difference / number.z, 2);
