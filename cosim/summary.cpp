@@ -61,7 +61,8 @@ std::vector<std::string> summary_lines(const compare::Comparison& c) {
     out.push_back(fmt::format("{} {}: {}{}{}{}", row.quantity, row.region, told_state(row.state), chi2,
                               regional, row.why.empty() ? "" : ": " + row.why));
   }
-  if (const std::string cause = compare::sentence(c.causes); !cause.empty()) out.push_back(cause);
+  for (const std::string& line : {compare::sentence(c.causes), compare::gain_sentence(c.causes)})
+    if (!line.empty()) out.push_back(line);
   for (const auto& fit : c.fits)
     if (fit.simulated && fit.simulated->usable && fit.simulated->numbers.contains("rms_all_mm"))
       out.push_back(

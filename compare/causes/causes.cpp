@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "compare/causes/gauss_newton.hpp"
+#include "compare/verdict/explained.hpp"
+#include "report/text.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -23,6 +26,23 @@ struct Group {
   std::string name;
   std::vector<std::size_t> at;  ///< of its parameters among all
 };
+
+/// Groups fitted to convergence, with a gain and black level per camera that go with them.
+struct CauseFit {
+  Sensitivity sensors;
+  Twin twin;
+  std::string groups;  ///< "blur, pose"
+  std::vector<CauseParameter> parameters;
+  std::vector<CauseGain> gain;
+  double chi2 = kNaN;
+  bool settled = false;
+};
+
+/// Returns whether a group changes the images as the gain does, here more and there less: then how much of it
+/// is gain, nobody can tell.
+bool scales_the_gain(const std::string& group) {
+  return group == "texture" || group == "albedo" || group == "vignetting";
+}
 
 class CauseSearch {
  public:
@@ -60,7 +80,7 @@ class CauseSearch {
       out.rows[*best].order = 1;
       out.rows[*best].in_order = out.rows[*best].alone;
       out.rest = 1.0 - out.rows[*best].alone;
-      return finish(std::move(out));
+      return finish(std::move(out), {*best});
     }
     if (!sensitivity_.has_free_factors()) add_texture(sensors_alone, out);
     double before = solve({}).chi2;
@@ -79,7 +99,7 @@ class CauseSearch {
       for (const std::size_t g : taken) out.rows[g].parameters = make_row(g, all).parameters;
       out.rest = (all.chi2 - static_cast<double>(system().n)) / excess_;
     }
-    return finish(std::move(out));
+    return finish(std::move(out), taken);
   }
 
  private:
@@ -119,13 +139,84 @@ class CauseSearch {
     return static_cast<double>(step.n_determined) - static_cast<double>(sensors_.size());
   }
 
-  static Causes finish(Causes out) {
+  Causes finish(Causes out, const std::vector<std::size_t>& taken) const {
     std::stable_sort(out.rows.begin(), out.rows.end(), [](const CauseRow& a, const CauseRow& b) {
       const int x = a.order > 0 ? a.order : 99, y = b.order > 0 ? b.order : 99;
       return x != y ? x < y : a.alone > b.alone;
     });
     if (!out.rows.empty() && out.rows[0].order == 1 && out.rows[0].alone >= kWorthNaming)
       out.named = out.rows[0].group;
+    if (!out.named.empty()) offer_gain(taken, out);
+    return out;
+  }
+
+  /// Offers the gain and black level that go with the named cause, or else with all that were taken, where
+  /// these explain the gray values; one linear step is not enough for that.
+  void offer_gain(std::vector<std::size_t> taken, Causes& out) const {
+    if (scales_the_gain(out.named) || sensitivity_.has_free_factors()) {
+      out.why = "what changes the images as the gain does (reflectivity, vignetting) cannot be told from it";
+      return;
+    }
+    std::erase_if(taken, [this](std::size_t g) { return scales_the_gain(groups_[g].name); });
+    const auto known = fits_.find(taken[0]);
+    if (offer(known != fits_.end() ? known->second : converge({taken[0]}), out) || taken.size() == 1) return;
+    offer(converge(taken), out);
+  }
+
+  /// Returns whether the fit explains single values and regions, and offers what it says if so.
+  static bool offer(const CauseFit& fit, Causes& out) {
+    const Sensitivity::Regions regions = fit.sensors.regions(fit.twin);
+    const double limit = 1.0 + allowed_for(static_cast<double>(out.n)),
+                 regional_limit = 1.0 + allowed_for(static_cast<double>(regions.n));
+    out.chi2_after = fit.chi2;
+    out.why = "";
+    if (!(fit.chi2 <= limit && regions.n > 0 && regions.chi2 <= regional_limit))
+      out.why = fmt::format(
+          "what is left is not explained (chi2 {:.3g}, limit {:.3g}; of regions {:.3g}, limit {:.3g})",
+          fit.chi2, limit, regions.chi2, regional_limit);
+    else if (!fit.settled)
+      out.why = "the fit did not come to rest";
+    if (!out.why.empty()) return false;
+    out.gain = fit.gain;
+    for (const CauseParameter& fitted : fit.parameters)
+      for (CauseRow& row : out.rows)
+        for (CauseParameter& p : row.parameters)
+          if (p.name == fitted.name && fitted.sigma > 0.0) p = fitted;  // the gain goes with this value
+    const CauseParameter& first = fit.parameters[0];
+    out.with = fit.groups;
+    if (fit.parameters.size() == 1 && first.sigma > 0.0)
+      out.with += " " + report::with_sigma(first.estimate, first.sigma) + (first.unit.empty() ? "" : " ") +
+                  first.unit;
+    return true;
+  }
+
+  /// Fits groups to convergence, each time from the twin's values.
+  CauseFit converge(const std::vector<std::size_t>& groups) const {
+    CauseFit out{sensitivity_, twin_, "", {}, {}};  // begins with the same gain and black level
+    std::vector<Parameter> own;
+    for (const std::size_t g : groups) {
+      out.groups += (out.groups.empty() ? "" : ", ") + groups_[g].name;
+      for (const std::size_t at : groups_[g].at) own.push_back(parameters_[at]);
+    }
+    GaussNewton fit(out.sensors, twin_, std::move(own), false);
+    GaussNewton::Outcome outcome = GaussNewton::Outcome::moved;
+    for (int i = 0; i < kIterations && outcome == GaussNewton::Outcome::moved; ++i) outcome = fit.step(true);
+    out.settled = outcome == GaussNewton::Outcome::settled;
+    out.twin = fit.twin();
+    out.chi2 = fit.chi2();
+    const NormalEquations& e = fit.equations();
+    const Step last = solve_step(e, fit.unknowns());
+    const double inflation = std::sqrt(std::max(1.0, out.chi2));
+    for (std::size_t k = 0; k < fit.parameters().size(); ++k) {
+      const Parameter& p = fit.parameters()[k];
+      out.parameters.push_back({p.name, p.unit, p.shown(p.start), p.shown(fit.values()[k]),
+                                p.shown_sigma(fit.values()[k], inflation * last.sigma[k])});
+    }
+    for (std::size_t c = 0; c < out.sensors.samples().size(); ++c) {
+      const GridSamples& s = out.sensors.samples()[c];
+      out.gain.push_back({twin_.cameras[s.camera].name, s.gain_dn, inflation * last.sigma[e.gain_at(c)],
+                          s.black_level_dn, inflation * last.sigma[e.black_at(c)]});
+    }
     return out;
   }
 
@@ -142,24 +233,13 @@ class CauseSearch {
       return std::nullopt;
     rivals.resize(std::min(rivals.size(), kRivals));
     for (const std::size_t g : rivals) {
-      std::vector<Parameter> own;
-      for (const std::size_t at : groups_[g].at) own.push_back(parameters_[at]);
-      Sensitivity own_sensors = sensitivity_;  // each begins with the same gain and black level
-      GaussNewton fit(own_sensors, twin_, std::move(own), false);
-      for (int i = 0; i < kIterations && fit.step(true) == GaussNewton::Outcome::moved; ++i) {
-      }
-      const double share = (sensors_alone - fit.chi2() * static_cast<double>(equations_.n) -
-                            static_cast<double>(fit.parameters().size())) /
+      const CauseFit& fit = fits_.emplace(g, converge({g})).first->second;
+      const double share = (sensors_alone - fit.chi2 * static_cast<double>(equations_.n) -
+                            static_cast<double>(fit.parameters.size())) /
                            excess_;
       if (share <= rows[g].alone) continue;
       rows[g].alone = share;
-      const Step last = solve_step(fit.equations(), fit.unknowns());
-      const double inflation = std::sqrt(std::max(1.0, fit.chi2()));
-      for (std::size_t k = 0; k < fit.parameters().size(); ++k) {
-        const Parameter& p = fit.parameters()[k];
-        rows[g].parameters[k].estimate = p.shown(fit.values()[k]);
-        rows[g].parameters[k].sigma = p.shown_sigma(fit.values()[k], inflation * last.sigma[k]);
-      }
+      rows[g].parameters = fit.parameters;
     }
     const auto best = *std::max_element(rivals.begin(), rivals.end(),
                                         [&](auto a, auto b) { return rows[a].alone < rows[b].alone; });
@@ -214,6 +294,7 @@ class CauseSearch {
   std::vector<std::size_t> sensors_;
   Eigen::VectorXd start_;
   NormalEquations equations_, textured_;
+  std::map<std::size_t, CauseFit> fits_;  ///< of the rivals, by group
   bool after_texture_ = false;
   double excess_ = 0.0;
 };
@@ -234,6 +315,17 @@ std::string sentence(const Causes& causes) {
       "most likely cause: {}; it explains {:.1f} % of the gray difference beyond the budget. Fit it with "
       "--refine {}",
       causes.rows[0].cause, 100.0 * std::min(causes.rows[0].alone, 1.0), causes.named);
+}
+
+std::string gain_sentence(const Causes& causes) {
+  if (!causes.why.empty())
+    return fmt::format("no gain or black level is offered with {}: {}", causes.named, causes.why);
+  std::string line = causes.gain.empty() ? "" : "with " + causes.with;
+  for (const CauseGain& g : causes.gain)
+    line += fmt::format("; {}: gain {} DN, black level {} DN", g.camera,
+                        report::with_sigma(g.gain_dn, g.gain_sigma_dn),
+                        report::with_sigma(g.black_level_dn, g.black_level_sigma_dn));
+  return line;
 }
 
 }  // namespace fringetwin::compare

@@ -15,4 +15,8 @@ Causes find_causes(Sensitivity& sensitivity, const Twin& twin);
 /// does.
 std::string sentence(const Causes& causes);
 
+/// Says in one line which gain and black level each camera has with the causes taken, or why none is offered;
+/// empty where no cause is named.
+std::string gain_sentence(const Causes& causes);
+
 }  // namespace fringetwin::compare

@@ -23,6 +23,7 @@ struct GridSamples {
   std::vector<float> real_dn;
   std::vector<float> weight;                   ///< 1 / standard deviation; 0 where not usable
   double gain_dn = 1.0, black_level_dn = 0.0;  ///< of the gain fit
+  double rendering_dn = 0.0;                   ///< rms rendering error, part of the weights
   std::size_t n_pixels() const { return cell.size(); }
 };
 
@@ -96,6 +97,15 @@ class Sensitivity {
   /// Returns the equations of gain and black level alone, with the robust scale of the last equations(): they
   /// measure a step.
   NormalEquations equations_without_parameters(const Twin& twin) const;
+
+  /// Holds a mean over `n` sums of residuals of what noise and rendering allow them.
+  struct Regions {
+    double chi2 = 0.0;
+    std::uint64_t n = 0;
+  };
+  /// Returns what a twin leaves, with the gain and black level set, in the level and the contrast of squares
+  /// of 8 x 8 kept pixels: errors that single values hide in their noise add up there.
+  Regions regions(const Twin& twin) const;
 
  private:
   static constexpr int kResidualSamples = 9, kDerivativeSamples = 4;

@@ -89,8 +89,8 @@ std::string explained_summary_html(const Comparison& c) {
          chi2_text(row.chi2, row.chi2_limit), chi2_text(row.regional_chi2, row.regional_limit), row.state},
         row.explained() ? "pass" : "fail");
   std::string html = table.html() + reasons_html(c.explained);
-  if (const std::string cause = sentence(c.causes); !cause.empty())
-    html += "<p><strong>" + report::escape_html(cause) + ".</strong></p>";
+  for (const std::string& line : {sentence(c.causes), gain_sentence(c.causes)})
+    if (!line.empty()) html += "<p><strong>" + report::escape_html(line) + ".</strong></p>";
   return html;
 }
 

@@ -213,6 +213,21 @@ struct CauseRow {
   }
 };
 
+/// Gain and black level of a camera as they are fitted together with the cause named.
+struct CauseGain {
+  std::string camera;
+  double gain_dn = kNaN, gain_sigma_dn = kNaN, black_level_dn = kNaN, black_level_sigma_dn = kNaN;
+
+  static void describe(auto& f) {
+    using Row = CauseGain;
+    f.name("camera", "camera of the twin", &Row::camera);
+    f.add("gain_dn", "gain with the cause", &Row::gain_dn);
+    f.sigma("gain_sigma_dn", "standard error of that gain", &Row::gain_sigma_dn);
+    f.add("black_level_dn", "black level with the cause", &Row::black_level_dn);
+    f.sigma("black_level_sigma_dn", "standard error of that black level", &Row::black_level_sigma_dn);
+  }
+};
+
 /// What may be wrong with the twin where noise does not explain the difference.
 struct Causes {
   std::vector<CauseRow> rows;  ///< taken ones in order, then by their share
@@ -221,6 +236,10 @@ struct Causes {
   bool textured = false;  ///< one factor per pixel was taken first
   double rest = kNaN;
   std::uint64_t n = 0;
+  double chi2_after = kNaN;     ///< of a gray value, where the cause was fitted to convergence
+  std::vector<CauseGain> gain;  ///< one per camera; empty: not offered
+  std::string with;             ///< what they were fitted together with
+  std::string why;              ///< why not; empty where nothing is named
 
   static void describe(auto& f) {
     f.add("named", "the group that explains half of the excess or more", &Causes::named).or_null();
@@ -228,6 +247,11 @@ struct Causes {
     f.add("rest", "share of the excess that all taken ones leave", &Causes::rest);
     f.add("n", "gray values used", &Causes::n);
     f.add("tested", "every group that was fitted", &Causes::rows);
+    f.positive("chi2_after", "of a gray value, with the cause fitted to convergence", &Causes::chi2_after)
+        .not_required();
+    f.add("gain", "gain and black level fitted together with the cause", &Causes::gain).not_required();
+    f.add("with", "the groups of parameters that these were fitted with", &Causes::with).or_absent();
+    f.add("why", "why no gain is offered with the cause named", &Causes::why).or_absent();
   }
 };
 

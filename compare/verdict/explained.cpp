@@ -32,9 +32,6 @@ constexpr double kRippleCoverage = 5.0;
 constexpr double kLeastExcess = 0.1;
 constexpr const char* kOfPixels = "the pixels that a side sees with modulation";
 
-/// Returns how far a mean square of n values may be from 1.
-double allowed_for(double n) { return kCoverage * std::sqrt(2.0 / n + kNoiseKnownTo * kNoiseKnownTo); }
-
 /// A mean of a block: weighted sum of residuals, its variance if they are noise, and the sum of the weights'
 /// sizes (an error that all share moves the sum by that). The calibration moves all values together, too, but
 /// not alike (a shifted fringe changes sign): (sum w g)^2 <= sum w^2 sum g^2.
@@ -303,6 +300,8 @@ bool has_fringes(const CameraDecode& decode, std::size_t i) {
 }
 
 }  // namespace
+
+double allowed_for(double n) { return kCoverage * std::sqrt(2.0 / n + kNoiseKnownTo * kNoiseKnownTo); }
 
 RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes, double gain_dn) {
   for (const RenderNote& note : notes)

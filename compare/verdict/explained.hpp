@@ -12,6 +12,9 @@
 
 namespace fringetwin::compare {
 
+/// Returns how far a mean of n squares over their expectation may be from 1 where noise explains it.
+double allowed_for(double n);
+
 inline constexpr const char* kCalibrationLine = "calibration covariance";
 
 /// What is known of how exactly a camera was rendered; 0 where nothing was estimated.

@@ -6,6 +6,8 @@
 // | check                   | tolerance | origin                                             |
 // |-------------------------|-----------|----------------------------------------------------|
 // | refined value           | 4 sigma   | 20 numbers: one seed in 800 has one beyond         |
+// | gain with the cause     | 0.1 %     | as independent_rig_test.cpp, and 4 sigma           |
+// | black level with it     | 0.1 DN    | the same                                           |
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -101,6 +103,19 @@ void expect_refined(const std::string& rig_case, const json& result) {
   }
 }
 
+/// Gain and black level with the cause are the rig's; the plain fit takes a blur for less gain.
+void expect_gain_of_the_rig(const json& causes) {
+  const Twin rig = independent_rig();
+  for (const json& row : causes["gain"])
+    for (const Camera& camera : rig.cameras) {
+      if (row["camera"] != camera.name) continue;
+      const double gain = camera.sensor.gain_dn;
+      EXPECT_NEAR(row["gain_dn"].get<double>(), gain, 4.0 * row["gain_sigma_dn"].get<double>() + 1e-3 * gain);
+      EXPECT_NEAR(row["black_level_dn"].get<double>(), camera.sensor.black_level_dn,
+                  4.0 * row["black_level_sigma_dn"].get<double>() + 0.1);
+    }
+}
+
 class WrongTwin : public ::testing::TestWithParam<WrongCase> {};
 
 TEST_P(WrongTwin, IsNamedAndMended) {
@@ -121,6 +136,11 @@ TEST_P(WrongTwin, IsNamedAndMended) {
   EXPECT_FALSE(plain.contains("refinement"));
   EXPECT_THAT(plain["budget_verdict"], ::testing::Contains("not explained"));
   EXPECT_EQ(plain["causes"]["named"], wrong.group) << plain["causes"].dump(1);
+  expect_gain_of_the_rig(plain["causes"]);
+  EXPECT_EQ(plain["causes"]["gain"].empty(), plain["causes"].contains("why"));
+  if (wrong.group == "blur") {
+    EXPECT_EQ(plain["causes"]["gain"].size(), 2u) << plain["causes"].dump(1);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Rig, WrongTwin, ::testing::ValuesIn(cases()),
