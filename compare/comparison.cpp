@@ -58,6 +58,8 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
     for (GrayRow& row : gray_rows(twin, pair, fit)) out.gray.push_back(std::move(row));
     const auto budget = gray_budget(pair, fit, real_decode, simulated_decode, noise);
     if (budget) out.gray_budget.push_back(*budget);
+    if (budget && !budget->waveform.empty())
+      out.warnings.push_back(pair.camera->name + ": " + budget->waveform);
     if (twin.fringes.steps > 0)
       out.shift.push_back(shift_field(pairs[c], fit, noise_line(pairs[c], fit, budget)));
     if (pair.real->radiance) {  // no gray values, no noise model: nothing to judge against

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/gray/gray_budget.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,16 +21,20 @@ using measure::DirectionDecode;
 constexpr std::size_t kMaxPixels = 60'000;
 constexpr int kOrders = 6;               // harmonics of the common periodic function
 constexpr int kBasis = 1 + 2 * kOrders;  // 1, cos, sin of each order
+constexpr double kNotable = 0.005;       // residual harmonic, of the gray level, that is worth a look
+constexpr double kNamed = 0.02;  // harmonic over the first beyond the twin's: below it gain hardly suffers
+constexpr double kLeastContrast = 0.25;  // of the twin's: with less of it the phases do not belong together
 
 using Basis = Eigen::Matrix<double, kBasis, 1>;
 using Normal = Eigen::Matrix<double, kBasis, kBasis>;
 
 /// The usable gray values of one pixel.
 struct Value {
-  double residual;   ///< DN - prediction, after whatever was removed so far
-  double predicted;  ///< gain * E, without the black level
-  double theta_rad;  ///< phase of the projected fringe, for the harmonics
-  double slope;      ///< d prediction / d projector coordinate, up to a factor per pixel
+  double residual;       ///< DN - prediction, after whatever was removed so far
+  double predicted;      ///< gain * E, without the black level
+  double theta_rad;      ///< phase of the projected fringe, for the harmonics
+  double simulated_rad;  ///< the same as the simulated side has it
+  double slope;          ///< d prediction / d projector coordinate, up to a factor per pixel
   int direction;
 };
 struct Pixel {
@@ -93,12 +99,12 @@ class GrayBudgetFit {
       const double clip = u.gain_dn * e + u.black_level_dn;
       if (!is_usable(u, y, v, clip)) continue;
       const DirectionDecode& d = phases_.slope->directions[pattern.direction];
-      const double step_rad = kTwoPi * pattern.step / steps_;
+      const double step_rad = kTwoPi * pattern.step / steps_,
+                   simulated_rad = static_cast<double>(slope->data[i]) + step_rad;
       const double predicted = fit_.row.gain_dn * e;
-      pixel.values.push_back(
-          {y - predicted - fit_.row.black_level_dn, predicted, static_cast<double>(theta->data[i]) + step_rad,
-           std::sin(static_cast<double>(slope->data[i]) + step_rad) / d.pitches_px[pattern.pitch],
-           pattern.direction});
+      pixel.values.push_back({y - predicted - fit_.row.black_level_dn, predicted,
+                              static_cast<double>(theta->data[i]) + step_rad, simulated_rad,
+                              std::sin(simulated_rad) / d.pitches_px[pattern.pitch], pattern.direction});
       pixel.gray_dn += y;
     }
     if (pixel.values.size() < 4) pixel.values.clear();
@@ -170,7 +176,7 @@ class GrayBudgetFit {
     return f;
   }
 
-  /// Normal equations of residual = level * h(theta), h of orders 0...kOrders.
+  /// Normal equations of value = level * h(theta), h of orders 0...kOrders.
   struct Periodic {
     Normal normal = Normal::Zero();
     Basis right = Basis::Zero();
@@ -189,17 +195,23 @@ class GrayBudgetFit {
     double reduction(const Basis& h) const { return 2.0 * h.dot(right) - h.dot(normal * h); }
   };
 
-  /// Over fixed chunks of pixels, added up in order: the same for any number of threads.
-  Periodic periodic_sums() const {
+  struct PeriodicValue {
+    double level, theta_rad, value;
+  };
+  /// Sums what `take` makes of a pixel and its value, over fixed chunks of pixels, added up in order: the
+  /// same for any number of threads.
+  template <class Take>
+  Periodic periodic_sums(Take take) const {
     constexpr std::size_t kChunks = 64;
     std::vector<Periodic> chunks(kChunks);
 #pragma omp parallel for schedule(dynamic)
     for (std::size_t c = 0; c < kChunks; ++c)
       for (std::size_t i = c * pixels_.size() / kChunks; i < (c + 1) * pixels_.size() / kChunks; ++i)
         for (const Value& v : pixels_[i].values) {
-          const Basis f = pixels_[i].level_dn * basis(v.theta_rad);
+          const PeriodicValue taken = take(pixels_[i], v);
+          const Basis f = taken.level * basis(taken.theta_rad);
           chunks[c].normal.selfadjointView<Eigen::Lower>().rankUpdate(f);
-          chunks[c].right += v.residual * f;
+          chunks[c].right += taken.value * f;
         }
     Periodic sums;
     for (const Periodic& chunk : chunks) {
@@ -210,10 +222,44 @@ class GrayBudgetFit {
     return sums;
   }
 
+  /// Names the largest harmonic that the real fringes have beyond the twin's, both along the simulated phase:
+  /// N steps alias harmonics into the phase of the images themselves, and images out of order bend it.
+  void name_harmonic() {
+    const auto along = [this](auto value) {
+      return periodic_sums([value](const Pixel& p, const Value& v) {
+        return PeriodicValue{p.scale > 0.0 ? p.level_dn / p.scale : 0.0, v.simulated_rad, value(p, v)};
+      });
+    };
+    const auto all_light = [](const Pixel& p, const Value& v) { return v.residual + p.scale * v.predicted; };
+    const auto twins_light = [](const Pixel& /*p*/, const Value& v) { return v.predicted; };
+    const Periodic real_sums = along(all_light);
+    const Basis real = real_sums.solve(kOrders), twin = along(twins_light).solve(kOrders);
+    const auto size = [](const Basis& h, int k) { return std::hypot(h[2 * k - 1], h[2 * k]); };
+    const double first = size(real, 1), twins_first = size(twin, 1),
+                 scatter_dn = std::sqrt(sum_of_squares() / static_cast<double>(budget_.n));
+    if (!(first > kLeastContrast * twins_first)) return;
+    double most = kNamed;
+    for (int k = 2; k <= kOrders; ++k) {
+      const double seen = size(real, k) / first, predicted = size(twin, k) / twins_first,
+                   sigma = scatter_dn / std::sqrt(real_sums.normal(2 * k, 2 * k)) / first;
+      if (!(seen - predicted - 3.0 * sigma > most)) continue;
+      most = seen - predicted - 3.0 * sigma;
+      static constexpr std::array kNames{"second", "third", "fourth", "fifth", "sixth"};
+      static_assert(kNames.size() == kOrders - 1);
+      budget_.waveform = fmt::format(
+          "the fringes are no sinusoids: {} harmonic {:.2g} % of the first, {:.2g} % in the twin; run "
+          "`fringetwin photometry`, its response fits",
+          kNames[static_cast<std::size_t>(k - 2)], 100.0 * seen, 100.0 * predicted);
+    }
+  }
+
   void remove_harmonics() {
-    const Periodic sums = periodic_sums();
+    const Periodic sums = periodic_sums([](const Pixel& p, const Value& v) {
+      return PeriodicValue{p.level_dn, v.theta_rad, v.residual};
+    });
     const double n = static_cast<double>(budget_.n);
     const Basis h = sums.solve(kOrders);
+    if (h.tail(kBasis - 3).cwiseAbs().maxCoeff() > kNotable) name_harmonic();
     budget_.contrast_dn2 = sums.reduction(sums.solve(1)) / n;
 #pragma omp parallel for schedule(static)
     for (std::size_t i = 0; i < pixels_.size(); ++i)

@@ -83,7 +83,45 @@ TEST(GrayBudget, ProjectorHarmonicIsFoundWithItsOrder) {
   EXPECT_NEAR(b.higher_orders_dn2 / truth, 1.0, 0.06);
   EXPECT_NEAR(b.harmonic_amplitude.at(2), 0.04, 0.002);
   EXPECT_LT(b.harmonic_amplitude.at(3), 0.003);
+  EXPECT_NE(b.waveform.find("second harmonic 4 % of the first"), std::string::npos) << b.waveform;
   EXPECT_NEAR(b.rest_dn2 / b.total_dn2, 0.0, 0.03);
+}
+
+// Two percent of the first harmonic and what noise may add are not told.
+TEST(GrayBudget, WhatIsNoHarmonicIsNotCalledOne) {
+  SidesTruth t;
+  t.steps = 3;
+  t.black_level_dn = 20.0;
+  t.gain_dn = 14.0;
+  t.albedo_sigma = 0.2;
+  t.geometry_rad = 0.1;
+  EXPECT_EQ(budget_of(t).waveform, "");
+  t.second_harmonic = 0.01;
+  EXPECT_EQ(budget_of(t).waveform, "");
+  t.second_harmonic = 0.03;
+  EXPECT_NE(budget_of(t).waveform, "");
+}
+
+TEST(GrayBudget, TheTwinsOwnHarmonicIsNoFaultOfIts) {
+  SidesTruth t;
+  t.steps = 8;
+  t.black_level_dn = 20.0;
+  t.gain_dn = 14.0;
+  t.second_harmonic = 0.04;
+  testing::SyntheticSides scene = testing::make_sides(t);
+  t.second_harmonic = 0.06;  // of the twin, so the residual has a harmonic
+  t.black_level_dn = t.noise_dn = 0.0;
+  t.round_real = false;
+  scene.simulated.irradiance[0].images = testing::make_sides(t).real.images[0].images;
+  std::vector<std::string> warnings;
+  const auto pairs = pair_gray(scene.twin, scene.real, scene.simulated, {}, warnings);
+  const GainFit fit = fit_gain(pairs.at(0), warnings);
+  const auto b = gray_budget(pairs[0], fit, &scene.real.measurement->cameras[0],
+                             &scene.simulated.measurement->cameras[0],
+                             GrayNoise(pairs[0], &scene.real.measurement->cameras[0], {}));
+  ASSERT_TRUE(b.has_value());
+  EXPECT_NEAR(b->harmonic_amplitude.at(2), 0.02, 0.002);
+  EXPECT_EQ(b->waveform, "");
 }
 
 TEST(GrayBudget, GeometryIsFound) {

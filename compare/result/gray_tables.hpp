@@ -170,6 +170,7 @@ struct GrayBudget {
   double noise_offset_dn2 = 0, noise_per_dn = 0;
   double albedo_sigma = 0;
   std::vector<double> harmonic_amplitude;  ///< of order 0...6
+  std::string waveform;                    ///< sentence on a harmonic that the twin lacks; empty without
   std::uint64_t n_pixels = 0, n = 0;
 
   static void describe(auto& f) {
@@ -196,6 +197,8 @@ struct GrayBudget {
     f.add("harmonic_amplitude", "amplitudes of orders 0 to 6, relative to the gray level above black",
           &Row::harmonic_amplitude)
         .not_required();
+    f.add("waveform", "the harmonic that the real fringes have beyond the twin's", &Row::waveform)
+        .or_absent();
     f.add("n_pixels", "pixels used", &Row::n_pixels).not_required();
     f.add("n", "gray values used", &Row::n);
   }
