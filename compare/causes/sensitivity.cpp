@@ -22,6 +22,7 @@ constexpr int kMostAttempts = 4;
 constexpr double kNoChange = 1e-7;  ///< of the images' size: rounding
 constexpr int kSquare = 8;          ///< kept pixels: side of a region of the samples
 constexpr int kFewestInSquare = kSquare * kSquare / 4;
+constexpr double kSampledWell = 0.2;  ///< standard deviations
 
 }  // namespace
 
@@ -113,6 +114,31 @@ Sensitivity::Values Sensitivity::irradiance(const Twin& twin, int samples) const
     out.push_back(std::move(values));
   }
   return out;
+}
+
+std::size_t Sensitivity::leave_out_edges(const Twin& twin) {
+  const Values coarse = irradiance(twin, kResidualSamples), fine = irradiance(twin, kFineSamples);
+  std::size_t n_left_out = 0;
+  for (std::size_t c = 0; c < samples_.size(); ++c) {
+    GridSamples& s = samples_[c];
+    const std::size_t k = s.images.size();
+    ImageU8 near_edge(s.grid.width, s.grid.height, 0);
+    for (std::size_t i = 0; i < s.weight.size(); ++i) {
+      const auto apart = static_cast<double>(s.weight[i] * (coarse[c][i] - fine[c][i]));
+      if (!(s.gain_dn * std::abs(apart) > kSampledWell)) continue;
+      const int x = static_cast<int>(s.cell[i / k]) % s.grid.width,
+                y = static_cast<int>(s.cell[i / k]) / s.grid.width, d = s.grid.keep;
+      for (int v = std::max(0, y - d); v <= std::min(s.grid.height - 1, y + d); ++v)
+        for (int u = std::max(0, x - d); u <= std::min(s.grid.width - 1, x + d); ++u) near_edge(u, v) = 1;
+    }
+    std::vector<std::size_t> pixels;
+    for (std::size_t p = 0; p < s.n_pixels(); ++p)
+      if (near_edge.data[s.cell[p]] != 0) pixels.push_back(p);
+    if (2 * pixels.size() > s.n_pixels()) continue;
+    for (const std::size_t p : pixels) std::fill_n(s.weight.data() + p * k, k, 0.0F);
+    n_left_out += pixels.size();
+  }
+  return n_left_out;
 }
 
 double Sensitivity::residual(const GridSamples& s, const std::vector<float>& irradiance,

@@ -6,6 +6,7 @@
 // | derivatives, E u and E/diffuse   | 5e-5 E    | 2 float roundings (6e-8 E) over a step of 0.01, x 4 |
 // | a thinned view, of the brightest | 1e-4      | phase in single precision: 5e-5 rad, both views    |
 // | planted change                   | 1 % of it | steps of 0.3 %: curvature 0.15 %, rounding 0.4 %   |
+// | pixels left out, from the edge   | 3 px      | it slants: its own, one beside it, one of rounding |
 #include "compare/causes/sensitivity.hpp"
 
 #include <gtest/gtest.h>
@@ -156,6 +157,58 @@ TEST(Sensitivity, NothingIsThinnedWhereNeighboursMatter) {
   EXPECT_EQ(choose_grid(camera, 100, 100).stride, 1);
   camera.psf_px = 0.7;
   EXPECT_EQ(choose_grid(camera, kWidth * kHeight, 100).stride, 1);
+}
+
+/// A wall that ends in the middle of the view, its edge a little slanted.
+Twin half_a_wall() {
+  Twin twin = window_on_the_sphere();
+  const Eigen::Vector3d middle = testing::physical_sphere().center_mm, normal(0, 0, -1),
+                        u = Eigen::Vector3d(1.0, 0.03, 0.0).normalized();
+  twin.objects[0].shape = PlaneShape{middle - 100.0 * u, normal, Eigen::Vector2d(200, 200), u};
+  return twin;
+}
+
+TEST(Sensitivity, EdgesAreLeftOutAndNothingElse) {
+  const Twin twin = half_a_wall();
+  GridSamples s = samples_of(twin, 0, whole());
+  const std::size_t k = s.images.size();
+  Sensitivity sensitivity(renderer(), {s});
+  const std::size_t n = sensitivity.leave_out_edges(twin);
+  EXPECT_LE(n, 4u * kHeight);  // the edge and a pixel on each side, two where it changes columns
+  std::size_t left_out = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    const auto row = static_cast<std::size_t>(y * kWidth);
+    const auto bright = [&](int x) {
+      const auto first =
+          s.real_dn.begin() + static_cast<std::ptrdiff_t>((row + static_cast<std::size_t>(x)) * k);
+      return *std::max_element(first, first + static_cast<std::ptrdiff_t>(k)) > kBlack + 1;
+    };
+    int edge = 0;  // the first pixel beyond the wall
+    while (edge < kWidth && bright(edge)) ++edge;
+    ASSERT_GT(edge, 2);
+    ASSERT_LT(edge, kWidth - 2);
+    for (int x = 0; x < kWidth; ++x) {
+      const bool out = sensitivity.samples()[0].weight[(row + static_cast<std::size_t>(x)) * k] == 0.0F;
+      left_out += out ? 1u : 0u;
+      EXPECT_TRUE(out || x != edge) << x << ' ' << y;
+      EXPECT_FALSE(out && std::abs(x - edge) > 3) << x << ' ' << y;
+    }
+  }
+  EXPECT_EQ(left_out, n);
+}
+
+TEST(Sensitivity, NothingIsLeftOutWhereAllIsSmooth) {
+  const Twin twin = window_on_the_sphere();
+  Sensitivity sensitivity(renderer(), {samples_of(twin, 0, whole()), samples_of(twin, 1, whole())});
+  EXPECT_EQ(sensitivity.leave_out_edges(twin), 0u);
+}
+
+TEST(Sensitivity, AllIsKeptWhereMostWouldBeLeftOut) {
+  const Twin twin = window_on_the_sphere();
+  GridSamples s = samples_of(twin, 0, whole());
+  std::fill(s.weight.begin(), s.weight.end(), 1e9F);  // no rule of points is so exact
+  Sensitivity sensitivity(renderer(), {std::move(s)});
+  EXPECT_EQ(sensitivity.leave_out_edges(twin), 0u);
 }
 
 class Planted : public ::testing::TestWithParam<const char*> {};
