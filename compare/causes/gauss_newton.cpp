@@ -51,11 +51,12 @@ double GaussNewton::chi2_of(const Twin& twin) const {
   return chi2_of(sensitivity_.equations_without_parameters(twin));
 }
 
-void GaussNewton::start_at(const Eigen::VectorXd& values) {
+bool GaussNewton::start_at(const Eigen::VectorXd& values) {
   const double chi2 = chi2_of(with_values(twin_, parameters_, values));
-  if (!(chi2 < chi2_)) return;
+  if (!(chi2 < chi2_)) return false;
   values_ = values;
   chi2_ = chi2;
+  return true;
 }
 
 void GaussNewton::settle_sensors() { settle_sensors(sensitivity_.equations_without_parameters(twin())); }

@@ -11,8 +11,8 @@ class GaussNewton {
  public:
   GaussNewton(Sensitivity& sensitivity, const Twin& twin, std::vector<Parameter> parameters, bool hold_gain);
 
-  /// Begins at these values instead of the start values, if they fit better.
-  void start_at(const Eigen::VectorXd& values);
+  /// Begins at these values instead, if they fit better; returns whether they do.
+  bool start_at(const Eigen::VectorXd& values);
   enum class Outcome {
     moved,
     settled,  ///< all values to 0.05 standard errors, or to 0.5 where no step is better

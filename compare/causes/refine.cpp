@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compare/causes/gauss_newton.hpp"
+#include "compare/causes/refine_start.hpp"
 #include "compare/gray/interior_mask.hpp"
 #include "compare/verdict/explained.hpp"
 #include "twin/base/errors.hpp"
@@ -76,8 +76,10 @@ class Refiner {
     keeps_gain_ = is_asked(asked, "gain");
     keeps_black_ = is_asked(asked, "black");
     report_.asked = asked;
-    parameters_ = chosen_parameters(twin, asked);
-    for (const Parameter& p : parameters_) hold_gain_ = hold_gain_ || p.group == "albedo";
+    for (Parameter& p : chosen_parameters(twin, asked)) {
+      hold_gain_ = hold_gain_ || p.group == "albedo";
+      (p.is_switch ? switches_ : parameters_).push_back(std::move(p));
+    }
     if (is_asked(asked, "texture")) {
       textured_ = hold_gain_ = true;
       sensitivity_.free_factors();
@@ -90,6 +92,7 @@ class Refiner {
 
   Refined run() {
     const Twin as_written = twin_;
+    const Eigen::VectorXd begin = values_to_begin_at();
     sensitivity_.choose_scale(twin_);
     const std::vector<double> scale = sensitivity_.scale();
     GaussNewton start(sensitivity_, as_written, {}, hold_gain_);
@@ -97,9 +100,9 @@ class Refiner {
     // stays
     if (!provisional_) start.settle_sensors();
     report_.chi2_before = start.chi2_of(as_written);
-    settle_switches();
+    settle_switches(begin);
     GaussNewton fit(sensitivity_, twin_, parameters_, hold_gain_);
-    fit.start_at(values_of_fits());
+    fit.start_at(begin);
     auto outcome = GaussNewton::Outcome::moved;
     for (int i = 0; i < kMostIterations && outcome == GaussNewton::Outcome::moved; ++i) {
       outcome = fit.step();
@@ -154,47 +157,32 @@ class Refiner {
     return samples;
   }
 
-  /// Tries an effect that is on or off both ways and keeps what fits better.
-  void settle_switches() {
-    for (auto p = parameters_.begin(); p != parameters_.end();) {
-      if (!p->is_switch) {
-        ++p;
-        continue;
-      }
-      Twin other = twin_;
-      p->change(other, p->start > 0.5 ? -1.0 : 1.0);
-      const GaussNewton as_is(sensitivity_, twin_, {}, hold_gain_);
-      RefinedRow row{p->name, p->unit, p->start, p->start, 0.0};
-      if (as_is.chi2_of(other) < as_is.chi2()) {
-        twin_ = other;
-        row.after = 1.0 - p->start;
-      }
-      report_.rows.push_back(row);
-      p = parameters_.erase(p);
-    }
+  /// Returns the values of the twin, or of the places that the real points give, and leaves out what is
+  /// sampled badly there.
+  Eigen::VectorXd values_to_begin_at() {
+    sensitivity_.choose_scale(twin_);
+    GaussNewton start(sensitivity_, twin_, parameters_, hold_gain_);
+    if (real_.measurement) start_at_fitted_places(start, twin_, real_.measurement->cloud);
+    if (const std::size_t n = sensitivity_.leave_out_edges(start.twin()))
+      report_.notes.push_back(
+          fmt::format("{} pixels on edges of facets and shadows, and beside them, are left out", n));
+    return start.values();
   }
 
-  /// Starts spheres where the fits of the two sides say: more than half a fringe away, gray levels lead
-  /// astray.
-  Eigen::VectorXd values_of_fits() const {
-    Eigen::VectorXd values = start_values(parameters_);
-    if (!real_.measurement || !simulated_.measurement) return values;
-    const auto find = [](const std::vector<measure::ObjectFit>& fits, const std::string& object) {
-      const auto at =
-          std::find_if(fits.begin(), fits.end(), [&](const auto& f) { return f.object == object; });
-      return at != fits.end() && at->usable && at->vectors.contains("center_mm") ? &*at : nullptr;
-    };
-    for (std::size_t k = 0; k < parameters_.size(); ++k) {
-      const std::string& name = parameters_[k].name;
-      const auto dot = name.find(".center_mm.");
-      if (dot == std::string::npos) continue;
-      const auto *r = find(real_.measurement->fits, name.substr(0, dot)),
-                 *s = find(simulated_.measurement->fits, name.substr(0, dot));
-      if (!r || !s) continue;
-      const int i = name.back() - 'x';
-      values[k] += r->vectors.at("center_mm")[i] - s->vectors.at("center_mm")[i];
+  /// Tries effects that are on or off both ways, with these values of the other parameters, and keeps what
+  /// fits better.
+  void settle_switches(const Eigen::VectorXd& values) {
+    for (const Parameter& p : switches_) {
+      Twin other = twin_;
+      p.change(other, p.start > 0.5 ? -1.0 : 1.0);
+      const GaussNewton as_is(sensitivity_, with_values(twin_, parameters_, values), {}, hold_gain_);
+      RefinedRow row{p.name, p.unit, p.start, p.start, 0.0};
+      if (as_is.chi2_of(with_values(other, parameters_, values)) < as_is.chi2()) {
+        twin_ = other;
+        row.after = 1.0 - p.start;
+      }
+      report_.rows.push_back(row);
     }
-    return values;
   }
 
   void refuse_what_cannot_be_told(const GaussNewton& fit) const {
@@ -304,7 +292,7 @@ class Refiner {
   const Side &real_, &simulated_;
   bool provisional_ = false;  ///< a camera's line comes from its amplitudes; collect() sets it
   Sensitivity sensitivity_;
-  std::vector<Parameter> parameters_;
+  std::vector<Parameter> parameters_, switches_;
   bool keeps_gain_ = false, keeps_black_ = false, hold_gain_ = false, textured_ = false;
   Refinement report_;
 };

@@ -24,7 +24,9 @@ std::string refine_names();
 void check_refine(const Twin& twin, const std::vector<std::string>& asked);
 
 /// Fits the twin by Gauss-Newton steps with halving through the renderer, on the gray values of all phase
-/// steps of the interior pixels that both sides see (grid_samples). `asked`: groups, names of parameters
+/// steps of the interior pixels that both sides see (grid_samples), from the places that fits to the real
+/// points give where those fit better. `asked`: groups,
+/// names of parameters
 /// ("projector.k1") or what stands before their dot ("projector"). Gain and black level of each camera are
 /// fitted besides and kept only where asked for; with "albedo" the gain is held at the twin's, because the
 /// two enter as a product. "texture" gives every pixel a factor of its own. `simulated`: the twin as it is,
