@@ -120,6 +120,7 @@ class Refiner {
     // both with the scale of the start, or the robust sums would not compare
     sensitivity_.set_scale(scale);
     out.report.chi2_after = fit.chi2_of(out.twin);
+    keep_the_better(out, as_written);
     return out;
   }
 
@@ -311,6 +312,16 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
                const std::vector<std::string>& asked) {
   FT_CHECK(options.renderer != nullptr, "refinement renders");
   return Refiner(twin, real, simulated, options, asked).run();
+}
+
+void keep_the_better(Refined& refined, const Twin& before) {
+  Refinement& report = refined.report;
+  if (!(report.chi2_after > report.chi2_before)) return;
+  report.notes.push_back(fmt::format("chi2 would rise from {:.5g} to {:.5g}: the twin stays as it is",
+                                     report.chi2_before, report.chi2_after));
+  refined.twin = before;
+  report.chi2_after = report.chi2_before;
+  for (RefinedRow& row : report.rows) row.after = row.before;
 }
 
 void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,
