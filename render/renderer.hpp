@@ -11,6 +11,7 @@
 #include "render/base/renderer_tuning.hpp"
 #include "render/base/sampling.hpp"
 #include "render/base/transport.hpp"
+#include "twin/base/not_copyable.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::render {
@@ -18,14 +19,12 @@ namespace fringetwin::render {
 class TraceDevice;
 struct SceneStores;
 
-class Renderer {
+class Renderer : NotCopyable {
  public:
   /// `device`: "" = default (lavapipe unless FRINGETWIN_DEVICE says otherwise) or a part of a name.
   /// Throws UserError(device) when there is none, listing what there is.
   explicit Renderer(const std::string& device = "");
   ~Renderer();
-  Renderer(const Renderer&) = delete;
-  Renderer& operator=(const Renderer&) = delete;
 
   const DeviceInfo& device() const;
 

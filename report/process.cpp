@@ -11,21 +11,21 @@
 #include <array>
 #include <cerrno>
 
+#include "twin/base/not_copyable.hpp"
+
 extern char** environ;
 
 namespace fringetwin::report {
 namespace {
 
 /// A close-on-exec socket pair; unlike a pipe it can be written without the risk of SIGPIPE.
-class SocketPair {
+class SocketPair : NotCopyable {
  public:
   SocketPair() { valid_ = ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, fd_.data()) == 0; }
   ~SocketPair() {
     close_mine();
     close_theirs();
   }
-  SocketPair(const SocketPair&) = delete;
-  SocketPair& operator=(const SocketPair&) = delete;
   bool valid() const { return valid_; }
   int mine() const { return fd_[0]; }
   int theirs() const { return fd_[1]; }

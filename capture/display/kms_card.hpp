@@ -15,6 +15,7 @@
 
 #include "capture/device/pattern_display.hpp"
 #include "capture/display/kms_modes.hpp"
+#include "twin/base/not_copyable.hpp"
 
 namespace fringetwin::capture {
 
@@ -53,13 +54,11 @@ struct FlipDone {
 };
 
 /// An open graphics card. One thread at a time may use it.
-class KmsCard {
+class KmsCard : NotCopyable {
  public:
   /// One object per card and program: displays on two connectors share it. Throws UserError(device).
   static std::shared_ptr<KmsCard> open(const std::string& path);
   ~KmsCard();
-  KmsCard(const KmsCard&) = delete;
-  KmsCard& operator=(const KmsCard&) = delete;
 
   int fd() const { return fd_; }
   const std::string& path() const { return path_; }
@@ -92,13 +91,11 @@ class KmsCard {
 };
 
 /// A frame buffer of 8 bits per channel in memory, gray.
-class KmsBuffer {
+class KmsBuffer : NotCopyable {
  public:
   /// Black. Throws UserError(device).
   KmsBuffer(std::shared_ptr<KmsCard> card, int width, int height);
   ~KmsBuffer();
-  KmsBuffer(const KmsBuffer&) = delete;
-  KmsBuffer& operator=(const KmsBuffer&) = delete;
 
   void write(const ImageU16& gray);
   std::uint32_t id() const { return id_; }

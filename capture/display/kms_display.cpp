@@ -11,13 +11,14 @@
 #include "capture/display/kms_card.hpp"
 #include "capture/display/kms_properties.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/not_copyable.hpp"
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::capture {
 namespace kms {  // types of a member, so not without a name
 
 // What a CRTC showed, shown again at the end.
-class SavedCrtc {
+class SavedCrtc : NotCopyable {
  public:
   SavedCrtc(std::shared_ptr<KmsCard> card, std::uint32_t crtc)
       : card_(std::move(card)), crtc_(drmModeGetCrtc(card_->fd(), crtc)) {
@@ -28,8 +29,6 @@ class SavedCrtc {
       if (encoder && encoder->crtc_id == crtc) connectors_.push_back(connector->connector_id);
     }
   }
-  SavedCrtc(const SavedCrtc&) = delete;
-  SavedCrtc& operator=(const SavedCrtc&) = delete;
   ~SavedCrtc() {
     if (!crtc_) return;
     const bool shown = crtc_->mode_valid && crtc_->buffer_id && !connectors_.empty();

@@ -9,15 +9,14 @@
 #include <vector>
 
 #include "capture/display/kms_card.hpp"
+#include "twin/base/not_copyable.hpp"
 
 namespace fringetwin::capture {
 
-class KmsProperties {
+class KmsProperties : NotCopyable {
  public:
   KmsProperties(std::shared_ptr<KmsCard> card, std::uint32_t crtc, std::uint32_t connector);
   ~KmsProperties();
-  KmsProperties(const KmsProperties&) = delete;
-  KmsProperties& operator=(const KmsProperties&) = delete;
 
   /// E.g. "Broadcast RGB = Full, GAMMA_LUT off"; what the driver has.
   const std::string& set() const { return set_; }

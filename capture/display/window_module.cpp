@@ -16,22 +16,21 @@
 #include <mutex>
 #include <thread>
 
+#include "twin/base/not_copyable.hpp"
+
 namespace fringetwin::capture {
 namespace {
 
 constexpr const char* kDesktopEndedFault = "the desktop has ended";
 
 // One window and its texture. Lives on SDL's thread but for closed().
-struct SdlWindow {
+struct SdlWindow : NotCopyable {
   SDL_Window* window = nullptr;
   SDL_Renderer* renderer = nullptr;
   SDL_Texture* texture = nullptr;
   int width = 0, height = 0;
   std::atomic<bool> closed = false;
 
-  SdlWindow() = default;
-  SdlWindow(const SdlWindow&) = delete;
-  SdlWindow& operator=(const SdlWindow&) = delete;
   ~SdlWindow() {
     if (texture) SDL_DestroyTexture(texture);
     if (renderer) SDL_DestroyRenderer(renderer);
@@ -57,7 +56,7 @@ bool means_close(const SDL_Event& event) {
          (event.type == SDL_KEYDOWN && event.key.keysym.sym == SDLK_ESCAPE);
 }
 
-class SdlThread {
+class SdlThread : NotCopyable {
  public:
   /// The X server's end: Xlib would end the program, or return into SDL, which then never comes back.
   static std::atomic<bool> desktop_ended;
@@ -72,8 +71,6 @@ class SdlThread {
     else
       thread_.detach();
   }
-  SdlThread(const SdlThread&) = delete;
-  SdlThread& operator=(const SdlThread&) = delete;
 
   const std::string& fault() const { return fault_; }
   /// Runs the job on SDL's thread and returns when it is done; false if the desktop has ended. Jobs do not

@@ -3,16 +3,15 @@
 #pragma once
 #include "capture/device/camera_device.hpp"
 #include "capture/device/pattern_display.hpp"
+#include "twin/base/not_copyable.hpp"
 
 namespace fringetwin::capture {
 
 /// Starts all cameras for its life.
-class Streams {
+class Streams : NotCopyable {
  public:
   explicit Streams(const Rig& rig) : rig_(rig) { start(); }
   ~Streams() { stop(); }
-  Streams(const Streams&) = delete;
-  Streams& operator=(const Streams&) = delete;
   void restart() {
     stop();
     start();

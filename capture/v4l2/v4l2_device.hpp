@@ -10,17 +10,16 @@
 #include "capture/device/camera_device.hpp"
 #include "capture/v4l2/v4l2_api.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/not_copyable.hpp"
 
 namespace fringetwin::capture {
 
-class V4l2Device {
+class V4l2Device : NotCopyable {
  public:
   /// Throws UserError(device) when it cannot be opened or is no video device of kind `needed`
   /// (V4L2_CAP_VIDEO_CAPTURE or _OUTPUT; 0: any).
   V4l2Device(std::shared_ptr<V4l2Api> api, std::string path, std::uint32_t needed);
   ~V4l2Device();
-  V4l2Device(const V4l2Device&) = delete;
-  V4l2Device& operator=(const V4l2Device&) = delete;
 
   /// 0 or negative errno.
   template <class Argument>
@@ -66,12 +65,10 @@ std::optional<TimeNs> stamped_ns(const v4l2_buffer& buffer);
 [[noreturn]] void throw_device_fault(const V4l2Device& device, int negative_errno, const std::string& doing);
 
 /// Buffers of one queue, mapped; calls return 0 or negative errno.
-class V4l2Buffers {
+class V4l2Buffers : NotCopyable {
  public:
   V4l2Buffers(const V4l2Device& device, v4l2_buf_type type) : device_(device), type_(type) {}
   ~V4l2Buffers() { release(); }
-  V4l2Buffers(const V4l2Buffers&) = delete;
-  V4l2Buffers& operator=(const V4l2Buffers&) = delete;
 
   int allocate(unsigned count);
   void release() noexcept;  ///< also ends the stream

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "twin/base/not_copyable.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::render {
@@ -48,13 +49,11 @@ struct ReferencePixel {
   int object = -1;        ///< at the pixel centre
 };
 
-class Reference {
+class Reference : NotCopyable {
  public:
   /// Meshes must be loaded and MeasuredShapes replaced; keeps a copy of the twin.
   explicit Reference(const Twin& twin);
   ~Reference();
-  Reference(const Reference&) = delete;
-  Reference& operator=(const Reference&) = delete;
 
   const Twin& twin() const;
   /// One camera ray through continuous pixel q (lens_uv in the unit disk for depth of field).

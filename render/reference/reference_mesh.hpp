@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "render/reference/reference_shapes.hpp"
+#include "twin/base/not_copyable.hpp"
 #include "twin/mesh/mesh.hpp"
 
 namespace fringetwin::render {
@@ -19,13 +20,11 @@ struct MeshHit {
 };
 
 /// One mesh in its own frame; instances transform their rays into it. Thread-safe.
-class ReferenceMesh {
+class ReferenceMesh : NotCopyable {
  public:
   /// `reach_mm`: how far rays start from the mesh at most; sets the padding of the boxes.
   ReferenceMesh(std::shared_ptr<const Mesh> mesh, double reach_mm);
   ~ReferenceMesh();
-  ReferenceMesh(const ReferenceMesh&) = delete;
-  ReferenceMesh& operator=(const ReferenceMesh&) = delete;
 
   const Mesh& mesh() const;
   /// The nearest hit with t_min < t < t_max; the lower index wins on a shared edge.

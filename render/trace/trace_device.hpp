@@ -12,20 +12,19 @@
 #include "render/trace/trace_job.hpp"
 #include "render/vulkan/kernel_store.hpp"
 #include "render/vulkan/vulkan_device.hpp"
+#include "twin/base/not_copyable.hpp"
 
 namespace fringetwin::render {
 
 /// The most memory that the sums of one dispatch may take.
 constexpr std::size_t kMostOutputBytes = 64U << 20;
 
-class TraceDevice {
+class TraceDevice : NotCopyable {
  public:
   /// `wanted`: as VulkanDevice has it. Throws UserError(device) also for a device whose work groups are too
   /// small.
   explicit TraceDevice(const std::string& wanted);
   ~TraceDevice();
-  TraceDevice(const TraceDevice&) = delete;
-  TraceDevice& operator=(const TraceDevice&) = delete;
 
   VulkanDevice& vulkan() { return vulkan_; }
   const VulkanDevice& vulkan() const { return vulkan_; }

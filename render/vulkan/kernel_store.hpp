@@ -12,20 +12,19 @@
 
 #include "render/base/kernels.hpp"
 #include "render/vulkan/vulkan_device.hpp"
+#include "twin/base/not_copyable.hpp"
 
 namespace fringetwin::render {
 
 /// A store serves one thread; only the making runs beside it. Lavapipe's compiler works on one core,
 /// and a mesh under the default sampling needs a second of it.
-class KernelStore {
+class KernelStore : NotCopyable {
  public:
   using Key = std::tuple<Kernel, bool, bool, SpecConstants>;  ///< storage geometry, double precision
   using Make = std::function<std::unique_ptr<ComputePipeline>(const Key&)>;
 
   explicit KernelStore(Make make) : make_(std::move(make)) {}
   ~KernelStore() { clear(); }
-  KernelStore(const KernelStore&) = delete;
-  KernelStore& operator=(const KernelStore&) = delete;
 
   /// Returns the kernel of a key; makes it, or waits while it is being made. Passes on what the making
   /// throws.

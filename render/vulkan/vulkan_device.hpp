@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "render/base/device_info.hpp"
+#include "twin/base/not_copyable.hpp"
 
 namespace fringetwin::render {
 
@@ -28,12 +29,10 @@ T vk_struct(VkStructureType type) {
 }
 
 /// A Vulkan 1.2 instance; validation layers when FRINGETWIN_VALIDATION=1.
-class VulkanInstance {
+class VulkanInstance : NotCopyable {
  public:
   VulkanInstance();
   ~VulkanInstance();
-  VulkanInstance(const VulkanInstance&) = delete;
-  VulkanInstance& operator=(const VulkanInstance&) = delete;
   /// Returns the devices with Vulkan 1.2 and a compute queue.
   std::vector<VkPhysicalDevice> devices() const;
   VkInstance handle() const { return instance_; }
@@ -63,14 +62,12 @@ struct DeviceExtensions {
 };
 
 /// One logical device with one compute queue.
-class VulkanDevice {
+class VulkanDevice : NotCopyable {
  public:
   /// Opens the device with `wanted` in its name, whatever the case; "" = $FRINGETWIN_DEVICE, else a CPU
   /// device, else the first. With `extensions` where the device offers them, see has_extensions().
   explicit VulkanDevice(const std::string& wanted, const DeviceExtensions& extensions = {});
   ~VulkanDevice();
-  VulkanDevice(const VulkanDevice&) = delete;
-  VulkanDevice& operator=(const VulkanDevice&) = delete;
 
   VkDevice handle() const { return device_; }
   const DeviceInfo& info() const { return info_; }
@@ -113,14 +110,12 @@ class VulkanDevice {
 
 /// Device memory the host can fill and read: mapped where the device allows it, else through a
 /// staging buffer (FRINGETWIN_STAGING=1 forces that path, for tests).
-class Buffer {
+class Buffer : NotCopyable {
  public:
   /// Throws UserError(device) when the device holds no buffer of that size.
   Buffer(VulkanDevice& device, std::size_t bytes, VkBufferUsageFlags usage,
          VkFormat texel_format = VK_FORMAT_UNDEFINED);
   ~Buffer();
-  Buffer(const Buffer&) = delete;
-  Buffer& operator=(const Buffer&) = delete;
 
   VkBuffer handle() const { return buffer_; }
   VkBufferView view() const { return view_; }  ///< texel buffers
@@ -154,7 +149,7 @@ class Buffer {
 };
 
 /// A compute pipeline with its own descriptor set.
-class ComputePipeline {
+class ComputePipeline : NotCopyable {
  public:
   /// `types[i]`: descriptor type of binding i; `constants`: specialization constants 0, 1, ...
   /// Throws UserError(device) when the device binds fewer storage buffers.
@@ -162,8 +157,6 @@ class ComputePipeline {
                   const std::vector<VkDescriptorType>& types, const std::vector<std::uint32_t>& constants,
                   std::uint32_t push_bytes, VkPipelineCache cache);
   ~ComputePipeline();
-  ComputePipeline(const ComputePipeline&) = delete;
-  ComputePipeline& operator=(const ComputePipeline&) = delete;
   /// Binds one buffer per binding; nullptr leaves a binding to the caller, who writes it into set().
   void bind(const std::vector<const Buffer*>& buffers);
   VkDescriptorSet set() const { return set_; }

@@ -10,6 +10,7 @@
 
 #include "report/json.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/not_copyable.hpp"
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::study {
@@ -18,12 +19,10 @@ namespace {
 using report::Json, report::json_line, report::json_number;
 
 // The answers go to what was stdout; anything a library prints must not come between them.
-class Answers {
+class Answers : NotCopyable {
  public:
   Answers() : fd_(dup(STDOUT_FILENO)) { dup2(STDERR_FILENO, STDOUT_FILENO); }
   ~Answers() { close(fd_); }
-  Answers(const Answers&) = delete;
-  Answers& operator=(const Answers&) = delete;
   void send(std::string line) const {
     line += '\n';
     for (std::size_t sent = 0; sent < line.size();) {

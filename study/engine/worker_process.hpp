@@ -6,17 +6,17 @@
 #include <string>
 #include <vector>
 
+#include "twin/base/not_copyable.hpp"
+
 namespace fringetwin::study {
 
-class WorkerProcess {
+class WorkerProcess : NotCopyable {
  public:
   /// `environment`: "NAME=value", over that of this process. Throws UserError(internal) when the system
   /// gives no process.
   WorkerProcess(const std::vector<std::string>& command, const std::vector<std::string>& environment);
   /// Kills it if it is there.
   ~WorkerProcess();
-  WorkerProcess(const WorkerProcess&) = delete;
-  WorkerProcess& operator=(const WorkerProcess&) = delete;
 
   /// To be polled for reading.
   int answers_fd() const { return talk_; }

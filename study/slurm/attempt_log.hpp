@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "study/plan/study_point.hpp"
+#include "twin/base/not_copyable.hpp"
 
 namespace fringetwin::study {
 
@@ -21,13 +22,11 @@ struct AttemptHead {
 };
 
 /// Each line is on the disk when a function returns. Throws UserError(input) where it cannot be written.
-class AttemptLog {
+class AttemptLog : NotCopyable {
  public:
   /// FOLDER/shard-SHARD.attempt-N.jsonl, N the first that nobody has.
   AttemptLog(const std::filesystem::path& folder, std::size_t shard, const AttemptHead& head);
   ~AttemptLog();
-  AttemptLog(const AttemptLog&) = delete;
-  AttemptLog& operator=(const AttemptLog&) = delete;
 
   void begun(std::int64_t id);
   void finished(const PointOutcome& outcome);

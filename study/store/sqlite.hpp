@@ -6,19 +6,19 @@
 #include <filesystem>
 #include <string>
 
+#include "twin/base/not_copyable.hpp"
+
 struct sqlite3;
 struct sqlite3_stmt;
 
 namespace fringetwin::study {
 
 /// Holds one open database file. All members throw UserError(usage) that names the file.
-class Database {
+class Database : NotCopyable {
  public:
   /// Opens or makes the file, for writing; nothing is written yet.
   explicit Database(std::filesystem::path file);
   ~Database();
-  Database(const Database&) = delete;
-  Database& operator=(const Database&) = delete;
 
   /// Makes SQLite commit into a write-ahead log, so that readers never wait for a writer and a transaction is
   /// on the disk once it is committed.
@@ -42,12 +42,10 @@ class Database {
 
 /// Holds one prepared statement. As in SQLite, the places of bound values count from 1, the columns of a row
 /// from 0.
-class Statement {
+class Statement : NotCopyable {
  public:
   Statement(const Database& database, const char* sql);
   ~Statement();
-  Statement(const Statement&) = delete;
-  Statement& operator=(const Statement&) = delete;
 
   Statement& bind(int place, std::int64_t value);
   Statement& bind(int place, double value);
@@ -66,12 +64,10 @@ class Statement {
 };
 
 /// Opens a write transaction; the destructor rolls it back unless commit() was called.
-class Transaction {
+class Transaction : NotCopyable {
  public:
   explicit Transaction(const Database& database);
   ~Transaction();
-  Transaction(const Transaction&) = delete;
-  Transaction& operator=(const Transaction&) = delete;
   void commit();
 
  private:

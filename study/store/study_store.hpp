@@ -11,6 +11,7 @@
 
 #include "study/plan/study_head.hpp"
 #include "study/plan/study_point.hpp"
+#include "twin/base/not_copyable.hpp"
 
 namespace fringetwin::study {
 
@@ -26,15 +27,13 @@ struct StoredPoint {
   std::string finished_at;  ///< UTC, "2026-01-31T12:00:00Z"
 };
 
-class StudyStore {
+class StudyStore : NotCopyable {
  public:
   /// Opens the study's file or makes it. Several processes may have it open. Throws UserError(usage) for
   /// another study's, an older or newer, a foreign or a damaged file, and where nothing can be written;
   /// a file that is not ours stays as it is. `version`: of this program.
   StudyStore(const std::filesystem::path& file, const StudyIdentity& identity, const std::string& version);
   ~StudyStore();
-  StudyStore(const StudyStore&) = delete;
-  StudyStore& operator=(const StudyStore&) = delete;
 
   /// Returns the study's StudyIdentity::digest().
   std::string digest() const;

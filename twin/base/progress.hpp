@@ -6,19 +6,19 @@
 #include <cstddef>
 #include <string>
 
+#include "twin/base/not_copyable.hpp"
+
 namespace fringetwin {
 
 /// Returns a duration in words: "40 s", "5 min", "3 h 20 min".
 std::string rough_time(double seconds);
 
 /// One task of `total` equal pieces. Shows nothing when set_quiet(true).
-class Progress {
+class Progress : NotCopyable {
  public:
   /// `time_left`: says how long the rest will take, going by what is done.
   Progress(std::string task, std::size_t total, bool time_left = false);
   ~Progress();
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
   /// Thread-safe. Throws Cancelled once the user pressed Ctrl-C; an exception must not leave an OpenMP
   /// region, so inside one use tick() and call throw_if_cancelled() after it.
   void advance(std::size_t n = 1);

@@ -8,15 +8,15 @@
 #include <string>
 #include <string_view>
 
+#include "twin/base/not_copyable.hpp"
+
 namespace fringetwin {
 
 /// The digest of bytes that come in parts.
-class Sha256 {
+class Sha256 : NotCopyable {
  public:
   Sha256();
   ~Sha256();
-  Sha256(const Sha256&) = delete;
-  Sha256& operator=(const Sha256&) = delete;
 
   void add(std::span<const std::byte> bytes);
   /// Returns the 64 digits; nothing may be added afterwards.

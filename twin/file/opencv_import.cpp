@@ -8,6 +8,7 @@
 #include <opencv2/core/persistence.hpp>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/not_copyable.hpp"
 #include "twin/lens/linear.hpp"
 #include "twin/lens/pose.hpp"
 
@@ -18,12 +19,10 @@ namespace {
 constexpr double kRotationTolerance = 1e-5;
 
 /// OpenCV prints its own report on stderr before it throws; ours is enough.
-class SilentOpenCv {
+class SilentOpenCv : NotCopyable {
  public:
   SilentOpenCv() : previous_(cv::redirectError(ignore)) {}
   ~SilentOpenCv() { cv::redirectError(previous_); }
-  SilentOpenCv(const SilentOpenCv&) = delete;
-  SilentOpenCv& operator=(const SilentOpenCv&) = delete;
 
  private:
   static int ignore(int, const char*, const char*, const char*, int, void*) { return 0; }

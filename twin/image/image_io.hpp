@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "twin/base/not_copyable.hpp"
 #include "twin/image/image.hpp"
 
 namespace fringetwin {
@@ -33,12 +34,10 @@ std::vector<std::pair<std::string, ImageF>> read_exr(const std::filesystem::path
 
 /// A path beside `file` for writing first; commit() renames over `file`, the destructor removes what
 /// was not committed.
-class TemporaryFile {
+class TemporaryFile : NotCopyable {
  public:
   explicit TemporaryFile(std::filesystem::path file);
   ~TemporaryFile();
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
   const std::filesystem::path& path() const { return temporary_; }
   void commit();
 

@@ -8,6 +8,8 @@
 #include <csetjmp>
 #include <cstring>
 
+#include "twin/base/not_copyable.hpp"
+
 namespace fringetwin {
 namespace {
 
@@ -120,23 +122,17 @@ std::vector<png_bytep> row_pointers(const std::uint8_t* values, std::size_t heig
   return rows;
 }
 
-struct Reader {
+struct Reader : NotCopyable {
   Message message;
   png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &message, on_error, on_warning);
   png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
-  Reader() = default;
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
   ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
-struct Writer {
+struct Writer : NotCopyable {
   Message message;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &message, on_error, on_warning);
   png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
-  Writer() = default;
-  Writer(const Writer&) = delete;
-  Writer& operator=(const Writer&) = delete;
   ~Writer() { png_destroy_write_struct(&png, &info); }
 };
 
