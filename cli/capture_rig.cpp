@@ -34,8 +34,7 @@ Twin stand_in(const Twin& twin, const std::string& file) {
   cosim::check_renderable(rig);
   std::vector<Camera> cameras;
   for (const Camera& wanted : twin.cameras) {
-    const auto it = std::find_if(rig.cameras.begin(), rig.cameras.end(),
-                                 [&](const Camera& camera) { return camera.name == wanted.name; });
+    const auto it = std::ranges::find(rig.cameras, wanted.name, &Camera::name);
     if (it == rig.cameras.end())
       throw UserError(ExitCode::usage, file, fmt::format("has no camera \"{}\"", wanted.name),
                       "the twin that stands in for the rig needs the cameras of the twin to be recorded");
@@ -85,8 +84,7 @@ void check_camera_names(const Twin& twin, const RigFlags& flags) {
     const auto equal = text.find('=');
     if (equal == std::string::npos) continue;
     const std::string name = text.substr(0, equal);
-    if (std::none_of(twin.cameras.begin(), twin.cameras.end(),
-                     [&](const Camera& camera) { return camera.name == name; }))
+    if (std::ranges::none_of(twin.cameras, [&](const Camera& camera) { return camera.name == name; }))
       throw UserError(ExitCode::usage, "--camera " + text,
                       fmt::format("the twin has no camera \"{}\"", name));
   }
@@ -183,8 +181,8 @@ OpenedRig open_rig(const Twin& twin, const RigFlags& flags) {
   if (flags.cameras.empty())
     throw UserError(ExitCode::usage, "capture", "no camera given",
                     "add --camera left=/dev/video0, or --camera twin:TWIN.toml for a rehearsal");
-  const auto simulated = std::find_if(flags.cameras.begin(), flags.cameras.end(),
-                                      [](const std::string& c) { return c.starts_with(kTwinPrefix); });
+  const auto simulated =
+      std::ranges::find_if(flags.cameras, [](const std::string& c) { return c.starts_with(kTwinPrefix); });
   if (simulated == flags.cameras.end()) return open_devices(twin, flags);
   if (flags.cameras.size() > 1)
     throw UserError(ExitCode::usage, "--camera " + *simulated, "and other cameras exclude each other",

@@ -106,8 +106,7 @@ std::vector<calib::Device> devices_of(const CalibrateCommand& o) {
 std::string twin_toml(const calib::Calibration& c, const CalibrateCommand& o) {
   std::vector<std::pair<std::string, bool>> devices;
   for (const auto& device : c.devices) devices.emplace_back(device.name, device.name == o.projector);
-  const auto n_cameras =
-      std::count_if(devices.begin(), devices.end(), [](const auto& d) { return !d.second; });
+  const auto n_cameras = std::ranges::count_if(devices, [](const auto& d) { return !d.second; });
   return n_cameras < 1 || n_cameras > 2 ? "" : starting_twin_toml("calibrated rig", devices);
 }
 

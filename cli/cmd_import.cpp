@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "calib/import/imported_rig.hpp"
@@ -116,8 +117,7 @@ int run_kalibr(const ImportCommand& o) {
   rig.source = o.files.at(0);
   rig.devices = calib::import_kalibr(o.files.at(0));
   if (!o.projector.empty()) {
-    const auto at = std::find_if(rig.devices.begin(), rig.devices.end(),
-                                 [&](const auto& d) { return d.name == o.projector; });
+    const auto at = std::ranges::find_if(rig.devices, [&](const auto& d) { return d.name == o.projector; });
     if (at == rig.devices.end())
       throw UserError(ExitCode::usage, "--projector " + o.projector, "the camchain has no such camera",
                       "name it as there: cam2");

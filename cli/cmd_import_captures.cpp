@@ -79,8 +79,8 @@ std::vector<fs::path> numbered_files(const Map& map) {
 std::vector<fs::path> globbed_files(const Map& map) {
   std::vector<fs::path> found = glob_files(map.source);
   if (found.empty()) throw UserError(ExitCode::input, map.option, "matches no image", "quote the glob");
-  std::sort(found.begin(), found.end(),
-            [](const fs::path& a, const fs::path& b) { return natural_less(a.string(), b.string()); });
+  std::ranges::sort(
+      found, [](const fs::path& a, const fs::path& b) { return natural_less(a.string(), b.string()); });
   if (map.order.empty()) return found;
   std::vector<fs::path> files;
   for (const int number : map.order) {
@@ -98,7 +98,7 @@ std::vector<std::string> orders_of(const Twin& twin, const std::vector<std::stri
   std::vector<std::string> orders(twin.cameras.size());
   for (const std::string& text : options) {
     if (text.find('=') == std::string::npos) {
-      std::fill(orders.begin(), orders.end(), text);
+      std::ranges::fill(orders, text);
       continue;
     }
     const CameraArgument argument = parse_camera_argument(twin, "--order", text);

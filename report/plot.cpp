@@ -94,8 +94,7 @@ std::string compact(const std::string& svg) {
     if (const std::size_t at = line.find("id='gpPt"); at != std::string::npos) {
       const std::size_t end = line.find('\'', at + 4);
       const std::string use = "'#" + line.substr(at + 4, end - at - 4) + "'";
-      if (std::none_of(kept.begin(), kept.end(),
-                       [&](const auto* k) { return k->find(use) != std::string::npos; }))
+      if (std::ranges::none_of(kept, [&](const auto* k) { return k->find(use) != std::string::npos; }))
         continue;
     }
     kept.push_back(&line);

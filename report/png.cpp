@@ -26,8 +26,7 @@ void write_text_chunks(png_structp png, png_infop info,
   for (const auto& [key, value] : text) {
     png_text chunk{};
     // tEXt is Latin-1 by the standard; what is not ASCII goes as UTF-8 into iTXt
-    const bool ascii =
-        std::all_of(value.begin(), value.end(), [](char c) { return static_cast<unsigned char>(c) < 127; });
+    const bool ascii = std::ranges::all_of(value, [](char c) { return static_cast<unsigned char>(c) < 127; });
     chunk.compression = ascii ? PNG_TEXT_COMPRESSION_NONE : PNG_ITXT_COMPRESSION_NONE;
     chunk.key = const_cast<char*>(key.c_str());
     chunk.text = const_cast<char*>(value.c_str());

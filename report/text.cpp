@@ -113,7 +113,7 @@ std::string shell_command(const std::vector<std::string>& argv) {
   std::string line;
   for (const std::string& word : argv) {
     if (!line.empty()) line += ' ';
-    if (!word.empty() && std::all_of(word.begin(), word.end(), is_shell_safe)) {
+    if (!word.empty() && std::ranges::all_of(word, is_shell_safe)) {
       line += word;
       continue;
     }

@@ -46,7 +46,7 @@ const FileOfKind& read_kind(const TomlTable& root) {
   std::vector<std::string> names;
   for (const FileOfKind& kind : kKinds) names.emplace_back(kind.name);
   const std::string name = root.has("kind") ? root.required_choice("kind", names) : names.front();
-  return kKinds[std::find(names.begin(), names.end(), name) - names.begin()];
+  return kKinds[std::ranges::find(names, name) - names.begin()];
 }
 
 }  // namespace

@@ -216,8 +216,7 @@ NeedsResult run_needs(const Twin& full_twin, render::Renderer& renderer, const N
   result.subset = choose_subset(twin, renderer, options.subset);
   say("pixels: " + result.subset.text());
 
-  const auto n_on =
-      std::count_if(effects().begin(), effects().end(), [&](const Effect& e) { return e.is_on(twin); });
+  const auto n_on = std::ranges::count_if(effects(), [&](const Effect& e) { return e.is_on(twin); });
   Progress progress("effects", static_cast<std::size_t>(n_on) + 2);
   const ModelBench bench(twin, renderer, result.subset, options);
   const ModelRun full = bench.run(twin);

@@ -132,9 +132,9 @@ class SchemeSurvey {
     // the first of a family builds the pipeline
     if (!largest_measured(result_.points, point)) timed_render(point.scheme.sampling);
     const TimedRender rendered = timed_render(point.scheme.sampling);
-    const auto other = std::find_if(
-        rendered.cameras.begin(), rendered.cameras.end(),
-        [&](const render::RenderedCamera& c) { return c.sampling.sampler != point.scheme.sampling.sampler; });
+    const auto other = std::ranges::find_if(rendered.cameras, [&](const render::RenderedCamera& c) {
+      return c.sampling.sampler != point.scheme.sampling.sampler;
+    });
     if (other != rendered.cameras.end()) {
       stands_in_ = other->sampling;
       return;

@@ -35,8 +35,7 @@ Look look_of(std::size_t rank) {
 std::vector<std::string> families_of(const ParetoResult& result) {
   std::vector<std::string> names;
   for (const ParetoPoint& p : result.points)
-    if (std::find(names.begin(), names.end(), p.scheme.family) == names.end())
-      names.push_back(p.scheme.family);
+    if (std::ranges::find(names, p.scheme.family) == names.end()) names.push_back(p.scheme.family);
   return names;
 }
 
@@ -50,8 +49,8 @@ Series front_line(const ParetoResult& result, const Axes& axes) {
   std::vector<const ParetoPoint*> front;
   for (const ParetoPoint& p : result.points)
     if (p.*axes.front) front.push_back(&p);
-  std::sort(front.begin(), front.end(),
-            [&](const ParetoPoint* a, const ParetoPoint* b) { return axes.x(*a) < axes.x(*b); });
+  std::ranges::sort(front,
+                    [&](const ParetoPoint* a, const ParetoPoint* b) { return axes.x(*a) < axes.x(*b); });
   Series s{.title = "Pareto front", .style = Series::Style::dashed, .color = report::color::kDifference};
   // Steps: between two points of the front the cheaper one is what can be had.
   for (std::size_t i = 0; i < front.size(); ++i) {

@@ -96,8 +96,7 @@ std::vector<SubsetWindow> draw_windows(Strata strata, const SubsetOptions& optio
       while (!tiles.empty()) {
         const SubsetWindow tile = tiles.back();
         tiles.pop_back();
-        if (std::any_of(out.begin(), out.end(), [&](const SubsetWindow& w) { return same(w, tile); }))
-          continue;
+        if (std::ranges::any_of(out, [&](const SubsetWindow& w) { return same(w, tile); })) continue;
         out.push_back(tile);
         any = true;
         break;
@@ -182,8 +181,7 @@ PixelSubset choose_subset(const Twin& twin, render::Renderer& renderer, const Su
 }
 
 bool can_crop(const Twin& twin) {
-  return std::all_of(twin.cameras.begin(), twin.cameras.end(),
-                     [](const Camera& c) { return c.lens.is_perspective(); });
+  return std::ranges::all_of(twin.cameras, [](const Camera& c) { return c.lens.is_perspective(); });
 }
 
 Twin window_twin(const Twin& twin, const PixelSubset& subset) {

@@ -32,7 +32,7 @@ Change operator+(const Change& a, const Change& b) {
 std::vector<std::size_t> leave_off(const std::vector<Candidate>& candidates, const Tolerance& tolerance) {
   std::vector<std::size_t> order(candidates.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
     if (candidates[a].cost != candidates[b].cost) return candidates[a].cost > candidates[b].cost;
     return strain(candidates[a].change, tolerance) < strain(candidates[b].change, tolerance);
   });

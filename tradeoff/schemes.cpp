@@ -71,8 +71,7 @@ std::vector<Scheme> scheme_table(const Twin& twin, bool has_double, bool quick) 
     const auto more = all_of_precision(true, quick);
     out.insert(out.end(), more.begin(), more.end());
   }
-  const auto at =
-      std::find_if(out.begin(), out.end(), [&chosen](const Scheme& s) { return same(s.sampling, chosen); });
+  const auto at = std::ranges::find_if(out, [&chosen](const Scheme& s) { return same(s.sampling, chosen); });
   if (at != out.end())
     at->is_default = true;
   else

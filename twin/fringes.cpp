@@ -59,7 +59,7 @@ double gray_value(const DirectionFringes& direction, const PatternSpec& pattern,
 
 int DirectionFringes::finest() const {
   FT_CHECK(!pitches_px.empty(), "a direction needs a pitch");
-  return static_cast<int>(std::min_element(pitches_px.begin(), pitches_px.end()) - pitches_px.begin());
+  return static_cast<int>(std::ranges::min_element(pitches_px) - pitches_px.begin());
 }
 
 double Fringes::finest_pitch_px() const {
@@ -110,7 +110,7 @@ std::vector<PatternSpec> expand_sequence(const Fringes& fringes) {
 }
 
 bool needs_white_black(const Fringes& fringes) {
-  return std::any_of(fringes.directions.begin(), fringes.directions.end(), [](const DirectionFringes& d) {
+  return std::ranges::any_of(fringes.directions, [](const DirectionFringes& d) {
     return d.gray && d.gray->threshold == GrayCode::Threshold::white_black;
   });
 }

@@ -78,8 +78,7 @@ double ProjectorResponse::operator()(double value) const {
 }
 
 const Object* Twin::find_object(const std::string& object) const {
-  const auto it =
-      std::find_if(objects.begin(), objects.end(), [&](const Object& o) { return o.name == object; });
+  const auto it = std::ranges::find(objects, object, &Object::name);
   return it == objects.end() ? nullptr : &*it;
 }
 

@@ -86,7 +86,7 @@ void make_upright(std::vector<Corner>& corners, int width_n) {
   double dx = 0.0;
   for (std::size_t i = 0; i < corners.size(); i += static_cast<std::size_t>(width_n))
     dx += corners[i + static_cast<std::size_t>(width_n) - 1].q_px.x() - corners[i].q_px.x();
-  if (dx < 0.0) std::reverse(corners.begin(), corners.end());
+  if (dx < 0.0) std::ranges::reverse(corners);
 }
 
 std::optional<std::vector<Corner>> find_regular(const std::vector<cv::Point2f>& points, const Board& board) {

@@ -177,13 +177,13 @@ void assign_views(const std::vector<ImageCorners>& images, const std::vector<std
   }
   std::vector<std::string> keys;
   for (const auto& [key, name] : name_of) keys.push_back(key);
-  std::sort(keys.begin(), keys.end(), before);
+  std::ranges::sort(keys, before);
   o.frames.clear();
   o.views.clear();
   for (const std::string& key : keys) o.frames.push_back(name_of[key]);
   for (const Found& f : found) {
     if (f.image->corners.empty()) continue;
-    const auto frame = std::find(keys.begin(), keys.end(), f.key) - keys.begin();
+    const auto frame = std::ranges::find(keys, f.key) - keys.begin();
     o.views.push_back({f.device, static_cast<int>(frame), f.image->filename, f.image->corners});
   }
   o.sort();

@@ -86,7 +86,7 @@ void check_counts(const Observations& o) {
     for (const View& view : o.views) {
       if (view.device != static_cast<int>(d) || view.n_seen() < kLeastCornersPerView) continue;
       ++n;
-      shared += std::any_of(o.views.begin(), o.views.end(), [&](const View& other) {
+      shared += std::ranges::any_of(o.views, [&](const View& other) {
         return other.frame == view.frame && other.device != view.device &&
                other.n_seen() >= kLeastCornersPerView;
       });
@@ -114,7 +114,7 @@ Eigen::Vector3d Board::point_mm(std::size_t index, const Eigen::Vector2d& warp_m
 }
 
 int View::n_seen() const {
-  return static_cast<int>(std::count_if(corners.begin(), corners.end(), [](auto& c) { return c.seen(); }));
+  return static_cast<int>(std::ranges::count_if(corners, [](auto& c) { return c.seen(); }));
 }
 
 const View* Observations::find(int device, int frame) const {
@@ -128,15 +128,13 @@ void Observations::sort() {
   std::vector<std::string> kept;
   std::erase_if(views, [](const View& v) { return v.n_seen() == 0 && !v.corners.empty(); });
   for (std::size_t f = 0; f < frames.size(); ++f) {
-    if (std::none_of(views.begin(), views.end(),
-                     [&](const View& v) { return v.frame == static_cast<int>(f); }))
-      continue;
+    if (std::ranges::none_of(views, [&](const View& v) { return v.frame == static_cast<int>(f); })) continue;
     new_number[f] = static_cast<int>(kept.size());
     kept.push_back(frames[f]);
   }
   for (View& v : views) v.frame = new_number[static_cast<std::size_t>(v.frame)];
   frames = kept;
-  std::stable_sort(views.begin(), views.end(), [](const View& a, const View& b) {
+  std::ranges::stable_sort(views, [](const View& a, const View& b) {
     return std::pair(a.frame, a.device) < std::pair(b.frame, b.device);
   });
 }
@@ -157,9 +155,7 @@ void check_observations(const Observations& o) {
 
 Observations select_frames(const Observations& o, const std::vector<int>& frames) {
   Observations out = o;
-  std::erase_if(out.views, [&](const View& v) {
-    return std::find(frames.begin(), frames.end(), v.frame) == frames.end();
-  });
+  std::erase_if(out.views, [&](const View& v) { return std::ranges::find(frames, v.frame) == frames.end(); });
   out.sort();
   return out;
 }

@@ -14,7 +14,7 @@ namespace fringetwin::calib {
 namespace {
 
 bool any_seen(const std::vector<ProjectorCorner>& corners) {
-  return std::any_of(corners.begin(), corners.end(), [](const auto& c) { return c.seen(); });
+  return std::ranges::any_of(corners, [](const auto& c) { return c.seen(); });
 }
 
 }  // namespace

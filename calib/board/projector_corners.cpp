@@ -42,8 +42,7 @@ struct Samples {
   }
   /// Gives every pixel the same weight unless each has a sigma.
   void settle() {
-    if (!std::all_of(precision.begin(), precision.end(),
-                     [](double p) { return std::isfinite(p) && p > 0.0; }))
+    if (!std::ranges::all_of(precision, [](double p) { return std::isfinite(p) && p > 0.0; }))
       precision.assign(precision.size(), 1.0);
   }
 };

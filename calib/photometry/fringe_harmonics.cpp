@@ -86,11 +86,10 @@ class Analysis {
            const HarmonicsOptions& options)
       : steps_(steps), fringes_(fringes), options_(options), spectrum_(static_cast<int>(steps[0].size())) {
     const auto& p = fringes.pitches_px;
-    coarsest_ = static_cast<std::size_t>(std::max_element(p.begin(), p.end()) - p.begin());
+    coarsest_ = static_cast<std::size_t>(std::ranges::max_element(p) - p.begin());
     finest_ = static_cast<std::size_t>(fringes.finest());
     for (std::size_t k = 0; k < p.size(); ++k) coarse_to_fine_.push_back(k);
-    std::sort(coarse_to_fine_.begin(), coarse_to_fine_.end(),
-              [&](std::size_t a, std::size_t b) { return p[a] > p[b]; });
+    std::ranges::sort(coarse_to_fine_, [&](std::size_t a, std::size_t b) { return p[a] > p[b]; });
     first_ = steps[0][0];
     usable_ = ImageU8(first_->width, first_->height);
     fundamental_.assign(p.size(), std::vector<std::complex<float>>(first_->size()));

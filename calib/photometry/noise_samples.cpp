@@ -265,10 +265,10 @@ class MeanNoise {
   const std::vector<std::vector<double>>& contrasts() const { return contrasts_; }
 
   bool usable(std::size_t i) const {
-    return std::all_of(pitches_.begin(), pitches_.end(), [i](const StepNoise& p) { return p.usable(i); });
+    return std::ranges::all_of(pitches_, [i](const StepNoise& p) { return p.usable(i); });
   }
   bool clear(std::size_t i) const {
-    return std::all_of(pitches_.begin(), pitches_.end(), [i](const StepNoise& p) { return p.clear(i); });
+    return std::ranges::all_of(pitches_, [i](const StepNoise& p) { return p.clear(i); });
   }
   /// Looks at one triple of pixels: sets the level, the roughness and the second differences of the means.
   void look(std::size_t before, std::size_t at, std::size_t after) {

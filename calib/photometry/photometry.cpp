@@ -37,7 +37,7 @@ void add_dark(const std::vector<ImageF>& dark, double saturation_dn, CameraPhoto
   std::size_t zeros = 0, n = 0;
   std::vector<double> means;
   for (const ImageF& image : dark) {
-    zeros += static_cast<std::size_t>(std::count(image.data.begin(), image.data.end(), 0.0f));
+    zeros += static_cast<std::size_t>(std::ranges::count(image.data, 0.0f));
     n += image.size();
     means.push_back(mean_of(image));
   }

@@ -124,8 +124,8 @@ void check_sides(const Calibration& c) {
 
 void add_warnings(Calibration& c) {
   for (std::size_t d = 0; d < c.devices.size(); ++d) {
-    const auto n = std::count_if(c.views.begin(), c.views.end(),
-                                 [&](const ViewResult& v) { return v.device == static_cast<int>(d); });
+    const auto n =
+        std::ranges::count_if(c.views, [&](const ViewResult& v) { return v.device == static_cast<int>(d); });
     if (n < kGoodNumberOfViews)
       c.warnings.push_back(
           fmt::format("{}: only {} views; 15 or more with different tilts constrain the lens better",

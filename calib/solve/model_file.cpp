@@ -62,7 +62,7 @@ void write_calibrated_model(const std::filesystem::path& file, const Calibration
   model.intrinsics = c.problem.intrinsics[d];
   if (device > 0) {
     const RotTrans& rt = c.problem.rt_cam_ref[d - 1];
-    std::copy(rt.begin(), rt.end(), model.rt_cam_ref.begin());
+    std::ranges::copy(rt, model.rt_cam_ref.begin());
   }
   model.imagersize = c.problem.imagersizes[d];
   model.comments = comments;

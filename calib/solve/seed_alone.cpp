@@ -167,8 +167,7 @@ AloneFit calibrate_alone(const Observations& all, int device, const std::string&
     n_all += n;
     // back to the frame's number among all devices
     const std::string& frame_name = o.frames[static_cast<std::size_t>(o.views[v].frame)];
-    const int frame =
-        static_cast<int>(std::find(all.frames.begin(), all.frames.end(), frame_name) - all.frames.begin());
+    const int frame = static_cast<int>(std::ranges::find(all.frames, frame_name) - all.frames.begin());
     fit.T_device_board[frame] = T_ref_board(fine.problem, o.views[v].frame);
     fit.view_rms_px[frame] = std::sqrt(sum / std::max(n, 1));
   }

@@ -228,7 +228,7 @@ std::vector<Pose> connect(const Observations& o, const std::vector<Pair>& pairs)
           (!best || pair.frames.size() > best->frames.size()))
         best = &pair;
     if (!best) {
-      const auto alone = std::find(known.begin(), known.end(), false) - known.begin();
+      const auto alone = std::ranges::find(known, false) - known.begin();
       throw UserError(ExitCode::input, o.devices[static_cast<std::size_t>(alone)].name,
                       "shares no view with the other devices",
                       "are the frame numbers in the file names the same?");

@@ -124,9 +124,8 @@ class Choice {
     const auto beyond = static_cast<std::size_t>(o_.saturated_share * static_cast<double>(values.size()));
     const std::size_t last = values.size() - 1;
     out->level_dn = std::max(out->level_dn, nth_smallest(values, last - std::min(beyond, last)));
-    const auto clipped = std::count_if(values.begin(), values.end(), [&](std::uint16_t v) {
-      return static_cast<double>(v) >= full_scale_dn_;
-    });
+    const auto clipped = std::ranges::count_if(
+        values, [&](std::uint16_t v) { return static_cast<double>(v) >= full_scale_dn_; });
     out->saturated_share =
         std::max(out->saturated_share, static_cast<double>(clipped) / static_cast<double>(values.size()));
   }

@@ -26,8 +26,8 @@ constexpr int kPatientChanges = 2;   ///< with long runs, until the latency is r
 double ms(TimeNs ns) { return static_cast<double>(ns) / kNsPerMs; }
 
 Spread spread(std::vector<double> values) {
-  const double least = *std::min_element(values.begin(), values.end());
-  const double most = *std::max_element(values.begin(), values.end());
+  const double least = *std::ranges::min_element(values);
+  const double most = *std::ranges::max_element(values);
   return {least, median(values), most};
 }
 

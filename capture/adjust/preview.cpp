@@ -93,9 +93,8 @@ PreviewNumbers preview_numbers(const std::string& camera, const std::vector<Imag
   std::vector<double> modulations, contrasts;
   std::size_t n_saturated = 0;
   for (std::size_t i = 0; i < mean.size(); ++i) {
-    const bool saturated = std::any_of(steps.begin(), steps.end(), [&](const ImageF& step) {
-      return static_cast<double>(step.data[i]) >= sensor.max_dn();
-    });
+    const bool saturated = std::ranges::any_of(
+        steps, [&](const ImageF& step) { return static_cast<double>(step.data[i]) >= sensor.max_dn(); });
     n_saturated += saturated;
     const double modulation = amplitude_dn(steps, i);
     if (saturated || modulation < min_modulation_dn) continue;

@@ -28,7 +28,7 @@ void FrameAverage::add(const ImageU16& dn, const std::string& device) {
   }
   ++count_;
   if (camera_bits_ <= stored_bits_) return;
-  const std::uint16_t highest = *std::max_element(dn.data.begin(), dn.data.end());
+  const std::uint16_t highest = *std::ranges::max_element(dn.data);
   if (highest > clip_dn_)
     throw UserError(
         ExitCode::device, device,

@@ -31,7 +31,7 @@ ImageF pattern_levels(const Fringes& fringes, const Pattern& pattern, int width,
     std::vector<float> row(static_cast<std::size_t>(width));
     for (int x = 0; x < width; ++x)
       row[static_cast<std::size_t>(x)] = static_cast<float>(pattern_value(fringes, spec, x));
-    for (int y = 0; y < height; ++y) std::copy(row.begin(), row.end(), &levels(0, y));
+    for (int y = 0; y < height; ++y) std::ranges::copy(row, &levels(0, y));
   } else {
     for (int y = 0; y < height; ++y)
       std::fill_n(&levels(0, y), width, static_cast<float>(pattern_value(fringes, spec, y)));

@@ -89,7 +89,7 @@ UnpackedFrame unpack_jpeg(std::span<const std::byte> bytes, const FrameLayout& l
                     TJFLAG_STOPONWARNING | TJFLAG_ACCURATEDCT) != 0)
     return {{}, FrameFault::undecodable};
   ImageU16 dn(width, height);
-  std::copy(grey.data.begin(), grey.data.end(), dn.data.begin());
+  std::ranges::copy(grey.data, dn.data.begin());
   return {std::move(dn), FrameFault::none};
 }
 
@@ -98,8 +98,7 @@ UnpackedFrame unpack_jpeg(std::span<const std::byte> bytes, const FrameLayout& l
 std::span<const PixelFormatTraits> pixel_formats() { return kAllFormats; }
 
 const PixelFormatTraits& traits(PixelFormat format) {
-  return *std::find_if(kAllFormats.begin(), kAllFormats.end(),
-                       [&](const PixelFormatTraits& t) { return t.format == format; });
+  return *std::ranges::find(kAllFormats, format, &PixelFormatTraits::format);
 }
 
 std::optional<PixelFormat> pixel_format_of_fourcc(std::uint32_t fourcc) {

@@ -49,7 +49,7 @@ std::vector<std::string> kms_cards() {
   std::error_code none;
   for (const auto& entry : std::filesystem::directory_iterator("/dev/dri", none))
     if (entry.path().filename().string().starts_with("card")) cards.push_back(entry.path().string());
-  std::sort(cards.begin(), cards.end());
+  std::ranges::sort(cards);
   return cards;
 }
 

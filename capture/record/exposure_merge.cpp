@@ -35,8 +35,7 @@ std::vector<std::uint8_t> choose(const std::vector<BracketExposure>& longest_fir
 void merge_exposures(std::vector<BracketExposure> exposures, std::size_t n_images, double black_level_dn,
                      double max_dn, const std::function<void(std::size_t, const ImageF&)>& store) {
   FT_CHECK(!exposures.empty() && exposures.size() < kSaturated, "one to 254 exposures");
-  std::sort(exposures.begin(), exposures.end(),
-            [](const auto& a, const auto& b) { return a.exposure_ms > b.exposure_ms; });
+  std::ranges::sort(exposures, [](const auto& a, const auto& b) { return a.exposure_ms > b.exposure_ms; });
   const double shortest_ms = exposures.back().exposure_ms;
   const std::vector<std::uint8_t> choice = choose(exposures, n_images, max_dn);
   for (std::size_t k = 0; k < n_images; ++k) {

@@ -67,8 +67,8 @@ void check_plan(const CapturePlan& plan) {
   if (plan.max_skew_ms) check_range("--max-skew-ms", *plan.max_skew_ms, 0.0, 10'000.0);
   for (const double exposure : plan.exposures_ms) check_range("--exposure-ms", exposure, 1e-3, 1e5);
   std::vector<double> sorted = plan.exposures_ms;
-  std::sort(sorted.begin(), sorted.end());
-  if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
+  std::ranges::sort(sorted);
+  if (std::ranges::adjacent_find(sorted) != sorted.end())
     throw UserError(ExitCode::usage, "--exposure-ms", "names one exposure twice");
   if (plan.brackets() && plan.repeats > 1)
     throw UserError(ExitCode::usage, "--repeats", "and several exposures exclude each other",
@@ -103,7 +103,7 @@ std::vector<RecordedSet> recorded_sets(const Fringes& fringes, const CapturePlan
   const bool references = has_references(fringes, plan);
   std::vector<RecordedSet> sets;
   if (plan.brackets()) {
-    sets.push_back({"", *std::min_element(plan.exposures_ms.begin(), plan.exposures_ms.end()), references});
+    sets.push_back({"", *std::ranges::min_element(plan.exposures_ms), references});
     for (const double exposure_ms : plan.exposures_ms)
       sets.push_back({exposure_folder(exposure_ms), exposure_ms, references});
     return sets;

@@ -184,7 +184,7 @@ void Recording::take_over_records() {
   for (const StepRecord& record : journal_.records()) latest[record.step] = &record;
   for (const auto& [step, entry] : latest) {
     const StepRecord& record = *entry;
-    const bool intact = std::all_of(record.sha256.begin(), record.sha256.end(), [&](const auto& image) {
+    const bool intact = std::ranges::all_of(record.sha256, [&](const auto& image) {
       std::error_code error;
       return fs::exists(dir_ / image.first, error) && sha256_of_file(dir_ / image.first) == image.second;
     });

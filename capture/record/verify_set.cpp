@@ -244,8 +244,8 @@ void Verifier::check_shapes(std::size_t camera, std::map<std::string, Shape>* sh
   for (const Image& image : images_)
     if (image.camera == camera && image.decoded) ++votes[image.shape];
   if (votes.empty()) return;
-  const auto most = std::max_element(votes.begin(), votes.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto most =
+      std::ranges::max_element(votes, [](const auto& a, const auto& b) { return a.second < b.second; });
   const std::string& name = set_.cameras[camera].name;
   const Shape right = shapes->try_emplace(name, most->first).first->second;
   for (const Image& image : images_)
@@ -310,8 +310,8 @@ std::set<fs::path> Verifier::own_folders() const {
 /// not list.
 void Verifier::find_strangers() {
   const bool recorded =
-      !checksums_.empty() && std::any_of(set_.cameras.begin(), set_.cameras.end(),
-                                         [](const CaptureCamera& camera) { return !camera.pattern.empty(); });
+      !checksums_.empty() &&
+      std::ranges::any_of(set_.cameras, [](const CaptureCamera& camera) { return !camera.pattern.empty(); });
   for (const fs::path& folder : own_folders()) {
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(folder, error)) {

@@ -36,7 +36,7 @@ class KernelV4l2 final : public V4l2Api {
       if (const std::optional<unsigned> number = parse_number<unsigned>(name.substr(prefix.size())))
         found.emplace_back(*number, entry.path().string());
     }
-    std::sort(found.begin(), found.end());
+    std::ranges::sort(found);
     std::vector<std::string> paths;
     for (auto& [number, path] : found) paths.push_back(std::move(path));
     return paths;

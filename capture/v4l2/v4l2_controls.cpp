@@ -128,8 +128,7 @@ V4l2Controls::V4l2Controls(const V4l2Device& device) : device_(device) {
 }
 
 const V4l2Control* V4l2Controls::find(std::uint32_t id) const {
-  const auto found =
-      std::find_if(controls_.begin(), controls_.end(), [&](const V4l2Control& c) { return c.id == id; });
+  const auto found = std::ranges::find(controls_, id, &V4l2Control::id);
   return found == controls_.end() ? nullptr : &*found;
 }
 
@@ -224,8 +223,8 @@ void V4l2Controls::turn_off_automatics(const std::set<std::uint32_t>& kept) cons
   for (const Automatic& automatic : kAutomatics) {
     const V4l2Control* control = find(automatic.id);
     if (control == nullptr || !control->writable() || kept.contains(automatic.id)) continue;
-    const auto off = std::find_if(automatic.off.begin(), automatic.off.end(),
-                                  [&](std::int64_t value) { return has_value(*control, value); });
+    const auto off =
+        std::ranges::find_if(automatic.off, [&](std::int64_t value) { return has_value(*control, value); });
     if (off != automatic.off.end())
       set(*control, *off);
     else if (automatic.id == V4L2_CID_EXPOSURE_AUTO)  // its smallest value is fully automatic exposure

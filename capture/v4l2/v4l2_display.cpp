@@ -52,11 +52,11 @@ DisplayInfo V4l2Display::info() const {
 }
 
 bool V4l2Display::any_older(std::uint64_t picture) const {
-  return std::any_of(queued_.begin(), queued_.end(), [&](std::uint64_t q) { return q != 0 && q < picture; });
+  return std::ranges::any_of(queued_, [&](std::uint64_t q) { return q != 0 && q < picture; });
 }
 
 bool V4l2Display::queue_one(const ImageU16& dn) {
-  const auto mine = std::find(queued_.begin(), queued_.end(), 0u);
+  const auto mine = std::ranges::find(queued_, 0u);
   if (mine == queued_.end()) return false;
   const auto index = static_cast<unsigned>(mine - queued_.begin());
   pack_frame(dn, agreed_.layout, buffers_.bytes(index));

@@ -82,9 +82,8 @@ PixelFormat chosen_format(const V4l2Device& device, v4l2_buf_type type, const V4
   for (const PixelFormatTraits& t : pixel_formats()) {
     if (wish.format && *wish.format != t.format) continue;
     if (type == V4L2_BUF_TYPE_VIDEO_OUTPUT && t.bytes_per_pixel == 0) continue;
-    const bool has = std::any_of(offered.begin(), offered.end(), [&](std::uint32_t fourcc) {
-      return pixel_format_of_fourcc(fourcc) == t.format;
-    });
+    const bool has = std::ranges::any_of(
+        offered, [&](std::uint32_t fourcc) { return pixel_format_of_fourcc(fourcc) == t.format; });
     if (has) return t.format;
   }
   throw device.refusal((wish.format ? fmt::format("does not offer {}", traits(*wish.format).name)

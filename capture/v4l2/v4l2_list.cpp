@@ -30,8 +30,8 @@ std::optional<V4l2Listed> list_one(const std::shared_ptr<V4l2Api>& api, const st
     for (const std::uint32_t fourcc : offered_formats(device, type))
       listed.offers.push_back(
           {fourcc_text(fourcc), pixel_format_of_fourcc(fourcc).has_value(), offered_sizes(device, fourcc)});
-    if (listed.trouble.empty() && std::none_of(listed.offers.begin(), listed.offers.end(),
-                                               [](const V4l2Offer& o) { return o.supported; }))
+    if (listed.trouble.empty() &&
+        std::ranges::none_of(listed.offers, [](const V4l2Offer& o) { return o.supported; }))
       listed.trouble = "offers none of " + pixel_format_names();
   } catch (const UserError& error) {
     listed.trouble = error.what();

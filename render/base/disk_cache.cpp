@@ -40,7 +40,7 @@ void make_room(const fs::path& folder) {
     total += entry.file_size();
     files.emplace_back(entry.last_write_time(), entry.path());
   }
-  std::sort(files.begin(), files.end());
+  std::ranges::sort(files);
   for (const auto& [time, file] : files) {
     if (total <= kLargestCacheBytes) break;
     total -= fs::file_size(file);

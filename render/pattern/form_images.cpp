@@ -134,8 +134,8 @@ bool holds_any_steps(const Twin& twin) {
   if (!twin.projector || !is_linear(twin.projector->response) || twin.projector->pixel_structure ||
       twin.fringes.steps == 0 || !twin.fringes.images.empty())
     return false;
-  return std::none_of(twin.fringes.directions.begin(), twin.fringes.directions.end(),
-                      [](const DirectionFringes& d) { return d.gray.has_value(); });
+  return std::ranges::none_of(twin.fringes.directions,
+                              [](const DirectionFringes& d) { return d.gray.has_value(); });
 }
 
 void set_pattern(const Twin& twin, Transport* transport) {

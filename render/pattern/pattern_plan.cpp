@@ -131,7 +131,7 @@ void place_waveforms(const Twin& twin, PassPlan* pass) {
 
 int PassPlan::count(DirectSlot::Kind kind) const {
   return static_cast<int>(
-      std::count_if(direct.begin(), direct.end(), [kind](const DirectSlot& s) { return s.kind == kind; }));
+      std::ranges::count_if(direct, [kind](const DirectSlot& s) { return s.kind == kind; }));
 }
 
 namespace {
@@ -238,8 +238,7 @@ std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, d
       direct.push_back(overlap ? axis_slot(twin, spec, i, center) : std::move(slot));
     }
   }
-  std::stable_sort(direct.begin(), direct.end(),
-                   [](const DirectSlot& a, const DirectSlot& b) { return a.kind < b.kind; });
+  std::ranges::stable_sort(direct, {}, &DirectSlot::kind);
 
   // The passes get even shares, so that the passes can use the same pipeline where the counts agree.
   std::size_t most_direct = MAX_DIRECT;

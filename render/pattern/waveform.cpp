@@ -35,7 +35,7 @@ std::vector<double> find_kinks(const ProjectorResponse& response, double mean, d
     const double c = (level - mean) / amplitude;
     if (std::abs(c) < 1.0) kinks.push_back(std::acos(c));
   }
-  std::sort(kinks.begin(), kinks.end());
+  std::ranges::sort(kinks);
   return kinks;
 }
 
@@ -189,7 +189,7 @@ double EffectivePattern::convolve(double coordinate_px) const {
     }
     breaks.push_back(2.0 * pi * turn + pi);  // where the value is lowest
   }
-  std::sort(breaks.begin(), breaks.end());
+  std::ranges::sort(breaks);
   double sum = 0.0;
   integrate(lowest, highest, breaks, s, is_power(response_), [&](double t, double weight) {
     const double u = (t - t0) / s;

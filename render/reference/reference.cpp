@@ -147,7 +147,7 @@ Reference::Impl::Impl(const Twin& t) : twin(t) {
   }
   // The order of the shaders: meshes behind the analytic shapes; what is measured has become a mesh.
   static_assert(std::is_same_v<std::variant_alternative_t<std::variant_size_v<Shape> - 2, Shape>, MeshShape>);
-  std::stable_sort(order.begin(), order.end(), [this](int a, int b) {
+  std::ranges::stable_sort(order, [this](int a, int b) {
     const auto kind = [this](int i) { return twin.objects[static_cast<std::size_t>(i)].shape.index(); };
     return kind(a) < kind(b);
   });

@@ -222,8 +222,8 @@ PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store)
   PackedScene scene = std::move(packer.scene);
   number_surfaces(&scene);
   const std::size_t n = scene.object_of_primitive.size();
-  scene.one_convex = n == 1 && std::none_of(twin.objects.begin(), twin.objects.end(),
-                                            [](const Object& o) { return shades_itself(o.shape); });
+  scene.one_convex =
+      n == 1 && std::ranges::none_of(twin.objects, [](const Object& o) { return shades_itself(o.shape); });
   scene.shadow = twin.render.shadow && n > 0 && !scene.one_convex;
   for (const BoundingSphere& b : scene.finite)
     scene.far_mm = std::max(scene.far_mm, b.center_mm.norm() + b.radius_mm);

@@ -134,14 +134,14 @@ class Grid {
 // Is the triangle on the far side of the plane, as the eye sees it? The allowance is a thousandth of the
 // shadow offset.
 bool beyond(const Plane& plane, const std::array<Vector3d, 3>& v, double allowance) {
-  return std::all_of(v.begin(), v.end(),
-                     [&](const Vector3d& p) { return plane.normal.dot(p) + plane.offset <= allowance; });
+  return std::ranges::all_of(
+      v, [&](const Vector3d& p) { return plane.normal.dot(p) + plane.offset <= allowance; });
 }
 
 // Is it on the near side?
 bool before(const Plane& plane, const std::array<Vector3d, 3>& v, double allowance) {
-  return std::all_of(v.begin(), v.end(),
-                     [&](const Vector3d& p) { return plane.normal.dot(p) + plane.offset >= -allowance; });
+  return std::ranges::all_of(
+      v, [&](const Vector3d& p) { return plane.normal.dot(p) + plane.offset >= -allowance; });
 }
 
 // Returns the vertices as the eye sees them that looks along the axis; none when one of them is not clearly

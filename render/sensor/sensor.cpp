@@ -76,7 +76,7 @@ void expose_block(const Formula& formula, const DeviateSource& source, std::uint
 }
 
 bool dark(std::span<const float> irradiance) {
-  return std::all_of(irradiance.begin(), irradiance.end(), [](float e) { return e == 0.0F; });
+  return std::ranges::all_of(irradiance, [](float e) { return e == 0.0F; });
 }
 
 }  // namespace

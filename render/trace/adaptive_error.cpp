@@ -13,7 +13,7 @@ double panel_error(const std::array<double, 4>& g) {
 }
 
 double largest_error_to_keep(std::vector<double> errors, double budget, double cap) {
-  std::sort(errors.begin(), errors.end());  // NaN compares false: caught below
+  std::ranges::sort(errors);  // NaN compares false: caught below
   double keep = -1.0;
   for (const double e : errors) {
     budget -= e * e;

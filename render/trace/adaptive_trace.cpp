@@ -237,8 +237,8 @@ bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedSc
   // Images that are no cosines (gray code, pattern images, a response that is not linear) have edges of their
   // own in the pixels, which nothing here looks for.
   for (const PassPlan& pass : passes)
-    if (!pass.direct.empty() || std::any_of(pass.pitches.begin(), pass.pitches.end(),
-                                            [](const PitchSlot& p) { return p.harmonic > 1; }))
+    if (!pass.direct.empty() ||
+        std::ranges::any_of(pass.pitches, [](const PitchSlot& p) { return p.harmonic > 1; }))
       return false;
   const Lens& lens = camera.lens;
   const std::size_t n_pixels = static_cast<std::size_t>(lens.width()) * lens.height();

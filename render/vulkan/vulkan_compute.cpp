@@ -141,7 +141,7 @@ ComputePipeline::ComputePipeline(VulkanDevice& device, std::span<const std::uint
                                  const std::vector<std::uint32_t>& constants, std::uint32_t push_bytes,
                                  VkPipelineCache cache)
     : ComputePipeline(device, types) {
-  const auto n_storage = std::count(types.begin(), types.end(), VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
+  const auto n_storage = std::ranges::count(types, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
   if (n_storage > static_cast<std::ptrdiff_t>(device.limits().maxPerStageDescriptorStorageBuffers))
     throw UserError(ExitCode::device, device.info().name,
                     fmt::format("it binds {} storage buffers, this scene needs {}",

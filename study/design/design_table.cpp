@@ -57,7 +57,7 @@ std::vector<std::vector<double>> truths(const StudyHead& head, const std::vector
   std::vector<std::optional<Truth>> wanted;
   for (const std::string& result : results) wanted.push_back(truth_of(result));
   std::vector<std::vector<double>> out(settings.size(), std::vector<double>(results.size(), kNan));
-  if (std::none_of(wanted.begin(), wanted.end(), [](const auto& t) { return t.has_value(); })) return out;
+  if (std::ranges::none_of(wanted, [](const auto& t) { return t.has_value(); })) return out;
   std::map<Settings, std::size_t> known;  // objects -> a setting that has them
   for (std::size_t s = 0; s < settings.size(); ++s) {
     const Settings objects = of_objects(*settings[s]);
@@ -95,8 +95,7 @@ std::string expected_of(const std::string& name, const std::string& ending) {
 /// Moves the records of what is expected to their numbers.
 void attach_expected(std::vector<TableNumber>* numbers) {
   const auto find = [&](const std::string& name) {
-    return std::find_if(numbers->begin(), numbers->end(),
-                        [&](const TableNumber& n) { return n.name == name; });
+    return std::ranges::find(*numbers, name, &TableNumber::name);
   };
   std::set<std::string> moved;
   for (const TableNumber& expected : *numbers)
@@ -173,7 +172,7 @@ DesignTable design_table(const StudyHead& head, const DesignPlan& plan, const st
         number.expected_mean[s] -= number.truth[s];
   }
   if (head.records.empty())
-    std::stable_sort(out.numbers.begin(), out.numbers.end(), [](const TableNumber& a, const TableNumber& b) {
+    std::ranges::stable_sort(out.numbers, [](const TableNumber& a, const TableNumber& b) {
       if (a.is_error != b.is_error) return a.is_error;
       return (std::isnan(a.change) ? -1.0 : a.change) > (std::isnan(b.change) ? -1.0 : b.change);
     });

@@ -109,8 +109,8 @@ std::string effects_table(const DesignTable& table, std::size_t drawn) {
       "What changes what: the levels of a parameter with the least and the greatest value, averaged over all "
       "others. “Told from chance”: the bands of the two do not overlap; of L levels they are of 1 - "
       "0.05/(L(L - 1)/2), as any two could have been the extremes by chance.";
-  const bool repeated = std::any_of(table.numbers.begin(), table.numbers.end(),
-                                    [](const TableNumber& n) { return std::isfinite(n.all.sigma); });
+  const bool repeated =
+      std::ranges::any_of(table.numbers, [](const TableNumber& n) { return std::isfinite(n.all.sigma); });
   out.columns = {{"number", "", Align::left},
                  {"parameter", "", Align::left},
                  {"least … greatest mean", ""},

@@ -66,11 +66,10 @@ class Queue {
     if (size_ == 0) return nullptr;
     auto from = at_hand ? groups_.find(*at_hand) : groups_.end();
     if (from == groups_.end())
-      from = std::find_if(groups_.begin(), groups_.end(),
-                          [&](const auto& g) { return !taken.contains(g.first); });
+      from = std::ranges::find_if(groups_, [&](const auto& g) { return !taken.contains(g.first); });
     if (from == groups_.end())
-      from = std::max_element(groups_.begin(), groups_.end(),
-                              [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
+      from = std::ranges::max_element(
+          groups_, [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
     const PlannedPoint* point = from->second.front();
     from->second.pop_front();
     if (from->second.empty()) groups_.erase(from);
@@ -117,9 +116,7 @@ class LocalRun {
     progress_ = &progress;
     workers_.resize(static_cast<std::size_t>(jobs));
     for (Worker& w : workers_) start(w);
-    while (
-        std::any_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.process != nullptr; }))
-      attend();
+    while (std::ranges::any_of(workers_, [](const Worker& w) { return w.process != nullptr; })) attend();
     return summary_;
   }
 

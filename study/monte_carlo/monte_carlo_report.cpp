@@ -78,8 +78,8 @@ Plot histogram_plot(const Quantity& q, double coverage) {
     normal.add(x, 100.0 * h.bin_width * std::exp(-0.5 * x * x / (s.sigma * s.sigma)) /
                       (s.sigma * std::sqrt(2.0 * std::numbers::pi)));
   }
-  double top = *std::max_element(bars.y.begin(), bars.y.end());
-  top = 1.08 * std::max(top, *std::max_element(normal.y.begin(), normal.y.end()));
+  double top = *std::ranges::max_element(bars.y);
+  top = 1.08 * std::max(top, *std::ranges::max_element(normal.y));
   const auto line = [&](double x, const std::string& title, const char* color, Series::Style style) {
     plot.series.push_back(upright(x - s.mean, top, title, color, style));
   };
@@ -131,8 +131,8 @@ Plot estimate_plot(const Quantity& q, const std::vector<ConvergenceStep>& steps,
 std::vector<std::size_t> by_total(const SobolIndices& s) {
   std::vector<std::size_t> order(s.total.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return s.total[a].value < s.total[b].value; });
+  std::ranges::stable_sort(order,
+                           [&](std::size_t a, std::size_t b) { return s.total[a].value < s.total[b].value; });
   return order;
 }
 
@@ -227,7 +227,7 @@ std::string shares_table(const std::vector<Quantity>& all, const MonteCarloResul
   for (const Quantity& q : all) {
     const SobolIndices& s = q.number.sensitivity;
     std::vector<std::size_t> order = by_total(s);
-    std::reverse(order.begin(), order.end());
+    std::ranges::reverse(order);
     for (const std::size_t f : order)
       out.add_row({f == order[0] ? q.name : "", result.factors[f], report::fixed(s.total[f].value, 3),
                    interval(s.total[f].interval), report::fixed(s.first[f].value, 3),

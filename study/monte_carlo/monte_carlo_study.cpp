@@ -136,7 +136,7 @@ std::string monte_carlo_json(const MonteCarloPlan& plan, const MonteCarloResult&
       row["sensitivity"] = Json::array();
       std::vector<std::size_t> order(result.factors.size());
       for (std::size_t f = 0; f < order.size(); ++f) order[f] = f;
-      std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
         return n.sensitivity.total[a].value > n.sensitivity.total[b].value;
       });
       for (const std::size_t f : order)

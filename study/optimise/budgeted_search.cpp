@@ -192,12 +192,11 @@ class Search {
 }  // namespace
 
 bool Assessment::failed() const {
-  return !std::isfinite(objective) ||
-         std::any_of(excess.begin(), excess.end(), [](double e) { return !std::isfinite(e); });
+  return !std::isfinite(objective) || std::ranges::any_of(excess, [](double e) { return !std::isfinite(e); });
 }
 
 bool Assessment::feasible() const {
-  return !failed() && std::all_of(excess.begin(), excess.end(), [](double e) { return e <= 0.0; });
+  return !failed() && std::ranges::all_of(excess, [](double e) { return e <= 0.0; });
 }
 
 SearchResult search(const SearchPlan& plan, const Assess& assess) {

@@ -109,7 +109,7 @@ StatisticValue statistic_of(const std::vector<double>& trials, Statistic statist
 std::vector<Record> optimise_records(const OptimisePlan& plan) {
   std::vector<std::string> names = needed(plan);
   names.emplace_back(kTime);
-  std::sort(names.begin(), names.end());
+  std::ranges::sort(names);
   names.erase(std::unique(names.begin(), names.end()), names.end());
   std::vector<Record> out;
   for (const std::string& name : names) out.push_back({name, name});

@@ -75,8 +75,7 @@ OptimisePlan read_optimise(const TomlTable& root, const std::filesystem::path& t
   plan.inputs = uncertain.inputs;
   plan.calibration = uncertain.calibration;
   for (const UncertainKey& key : plan.inputs.keys)
-    if (key.stated && std::any_of(key.keys.begin(), key.keys.end(),
-                                  [&](const std::string& k) { return taken.contains(k); }))
+    if (key.stated && std::ranges::any_of(key.keys, [&](const std::string& k) { return taken.contains(k); }))
       root.fail("uncertain", fmt::format("\"{}\" is chosen, too: its middle is what is chosen", key.name),
                 "leave out value");
   return plan;

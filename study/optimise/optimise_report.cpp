@@ -153,7 +153,7 @@ std::vector<std::size_t> best_first(const OptimiseResult& result) {
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < result.evaluations.size(); ++i)
     if (result.evaluations[i].feasible) out.push_back(i);
-  std::stable_sort(out.begin(), out.end(), [&](std::size_t a, std::size_t b) {
+  std::ranges::stable_sort(out, [&](std::size_t a, std::size_t b) {
     return result.evaluations[a].objective.value < result.evaluations[b].objective.value;
   });
   return out;

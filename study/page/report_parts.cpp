@@ -90,8 +90,7 @@ void add_failures(const StudyRecord& study, report::Page* page) {
   }
   if (failed == 0) return;
   std::vector<std::pair<std::string, Reason>> order(reasons.begin(), reasons.end());
-  std::stable_sort(order.begin(), order.end(),
-                   [](const auto& a, const auto& b) { return a.second.n > b.second.n; });
+  std::ranges::stable_sort(order, [](const auto& a, const auto& b) { return a.second.n > b.second.n; });
   constexpr std::size_t kMost = 20;
   report::Table table;
   table.columns = {{"runs", ""}, {"first id", ""}, {"reason", "", Align::left}};

@@ -66,8 +66,8 @@ VariedAxis axis_of(const std::string& label, const std::string& brief, std::vect
   for (const std::string& text : texts)
     if (seen.insert(text).second) unique.push_back(text);
   if (axis.numeric)
-    std::sort(unique.begin(), unique.end(),
-              [](const std::string& a, const std::string& b) { return number_of(a) < number_of(b); });
+    std::ranges::sort(unique,
+                      [](const std::string& a, const std::string& b) { return number_of(a) < number_of(b); });
   for (std::size_t i = 0; i < unique.size(); ++i) {
     axis.values.push_back(axis.numeric ? number_of(unique[i]) : static_cast<double>(i));
   }
@@ -119,8 +119,7 @@ void add_axis(const VariedAxis& axis, const std::vector<std::string>& texts, Var
     std::size_t at = 0;
     if (axis.numeric) {
       const double value = number_of(texts[s]);
-      at = static_cast<std::size_t>(std::lower_bound(axis.values.begin(), axis.values.end(), value) -
-                                    axis.values.begin());
+      at = static_cast<std::size_t>(std::ranges::lower_bound(axis.values, value) - axis.values.begin());
     } else {
       at = level.at(texts[s]);
     }

@@ -13,7 +13,7 @@ namespace fringetwin::study {
 std::string StudyIdentity::digest() const {
   std::vector<std::string> parts;
   for (const auto& [file, sha256] : inputs) parts.push_back(sha256);
-  std::sort(parts.begin(), parts.end());
+  std::ranges::sort(parts);
   return sha256_of_text(fmt::format("{}\n{}", study, fmt::join(parts, "\n")));
 }
 

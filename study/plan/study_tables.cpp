@@ -56,7 +56,7 @@ std::vector<std::string> read_study_keys(const TomlTable& table, std::set<std::s
   for (const std::string& key : keys) {
     if (!key.ends_with(kExposure)) continue;
     const std::string gain = key.substr(0, key.size() - kExposure.size()) + ".gain_dn";
-    if (std::find(keys.begin(), keys.end(), gain) == keys.end())
+    if (std::ranges::find(keys, gain) == keys.end())
       table.fail(name, fmt::format("\"{}\" alone changes no gray value", key),
                  fmt::format("give the gain that goes with it: keys = [\"{}\", \"{}\"] and rows", key, gain));
   }

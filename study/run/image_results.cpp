@@ -63,7 +63,7 @@ double measured(const Image<std::int32_t>& object, const measure::PointCloud& cl
     const int x = static_cast<int>(std::lround(q.x())), y = static_cast<int>(std::lround(q.y()));
     n += x >= 0 && y >= 0 && x < object.width && y < object.height && object(x, y) >= 0 ? 1 : 0;
   }
-  const auto seen = std::count_if(object.data.begin(), object.data.end(), [](int k) { return k >= 0; });
+  const auto seen = std::ranges::count_if(object.data, [](int k) { return k >= 0; });
   return share(n, static_cast<std::size_t>(seen));
 }
 
@@ -97,9 +97,7 @@ Json theory(const VirtualMeasurement& run, const std::vector<Record>& records) {
   Json out = Json::array();
   for (const measure::ObjectFit& fit : run.measurement.fits) {
     const std::string path = "theory." + fit.object + ".";
-    if (std::none_of(records.begin(), records.end(),
-                     [&](const Record& r) { return r.result.starts_with(path); }))
-      continue;
+    if (std::ranges::none_of(records, [&](const Record& r) { return r.result.starts_with(path); })) continue;
     if (!run.theory.contains(fit.object)) run.theory[fit.object] = noise_theory(run.recording, fit.object);
     const NoiseTheory& t = run.theory[fit.object];
     out.push_back({{"object", fit.object},
@@ -116,8 +114,7 @@ Json theory(const VirtualMeasurement& run, const std::vector<Record>& records) {
 
 Json image_results(const VirtualMeasurement& run, const std::vector<Record>& records) {
   const auto asked = [&](const char* part) {
-    return std::any_of(records.begin(), records.end(),
-                       [&](const Record& r) { return r.result.starts_with(part); });
+    return std::ranges::any_of(records, [&](const Record& r) { return r.result.starts_with(part); });
   };
   Json out = Json::object();
   if (asked("acquisition")) out["acquisition"] = acquisition(run);

@@ -19,8 +19,8 @@ namespace fringetwin::study {
 namespace {
 
 bool sees_an_object(const std::vector<render::RenderedCamera>& cameras) {
-  return std::any_of(cameras.begin(), cameras.end(), [](const render::RenderedCamera& c) {
-    return std::any_of(c.object.data.begin(), c.object.data.end(), [](int k) { return k >= 0; });
+  return std::ranges::any_of(cameras, [](const render::RenderedCamera& c) {
+    return std::ranges::any_of(c.object.data, [](int k) { return k >= 0; });
   });
 }
 

@@ -16,7 +16,7 @@ namespace fringetwin::study {
 namespace {
 
 bool is_one_of(std::string_view key, std::initializer_list<std::string_view> keys) {
-  return std::find(keys.begin(), keys.end(), key) != keys.end();
+  return std::ranges::find(keys, key) != keys.end();
 }
 
 // What follows "camera.NAME." or "camera[0].", else nothing. A name with a point in it gives a remainder that

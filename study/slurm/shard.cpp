@@ -48,11 +48,10 @@ std::vector<Points> cut_shards(const Points& points, std::size_t count, const st
     for (const auto& [group, members] : groups)
       split(members, (n + shards.size() - 1) / shards.size(), &pieces);
   // the largest first, each into the emptiest
-  std::stable_sort(pieces.begin(), pieces.end(),
-                   [](const Points& a, const Points& b) { return a.size() > b.size(); });
+  std::ranges::stable_sort(pieces, [](const Points& a, const Points& b) { return a.size() > b.size(); });
   for (Points& piece : pieces) {
-    Points& shard = *std::min_element(shards.begin(), shards.end(),
-                                      [](const Points& a, const Points& b) { return a.size() < b.size(); });
+    Points& shard = *std::ranges::min_element(
+        shards, [](const Points& a, const Points& b) { return a.size() < b.size(); });
     shard.insert(shard.end(), piece.begin(), piece.end());
   }
   std::erase_if(shards, [](const Points& shard) { return shard.empty(); });

@@ -75,14 +75,14 @@ bool Task::alive() const {
 }
 
 bool Job::alive() const {
-  return std::any_of(tasks.begin(), tasks.end(), [](const auto& t) { return t.second.alive(); });
+  return std::ranges::any_of(tasks, [](const auto& t) { return t.second.alive(); });
 }
 
 bool Job::completed() const { return count("COMPLETED") == tasks.size(); }
 
 std::size_t Job::count(const std::string& state) const {
   return static_cast<std::size_t>(
-      std::count_if(tasks.begin(), tasks.end(), [&](const auto& t) { return t.second.state == state; }));
+      std::ranges::count_if(tasks, [&](const auto& t) { return t.second.state == state; }));
 }
 
 void check() {
@@ -153,9 +153,8 @@ void Watch::ask(const std::string& name) {
     now->tasks.try_emplace(index, task.alive() ? Task{"GONE", "its end was not seen"} : task);
   if (now->id.empty()) now->id = job_.id;
   job_ = std::move(*now);
-  const auto waiting = std::find_if(job_.tasks.begin(), job_.tasks.end(), [](const auto& t) {
-    return t.second.state == "PENDING" && t.second.reason != "None";
-  });
+  const auto waiting = std::ranges::find_if(
+      job_.tasks, [](const auto& t) { return t.second.state == "PENDING" && t.second.reason != "None"; });
   const std::string reason = waiting == job_.tasks.end() ? "" : waiting->second.reason;
   if (!reason.empty() && reason != waits_for_ && job_.count("RUNNING") == 0)
     say(fmt::format("Slurm job {} waits: {}", job_.id, reason));
@@ -199,7 +198,7 @@ bool cancel(const std::string& name) {
 bool declares_memory(const std::vector<std::string>& arguments) {
   for (const char* variable : {"SBATCH_MEM_PER_CPU", "SBATCH_MEM_PER_GPU", "SBATCH_MEM_PER_NODE"})
     if (std::getenv(variable) != nullptr) return true;
-  return std::any_of(arguments.begin(), arguments.end(), [](const std::string& a) {
+  return std::ranges::any_of(arguments, [](const std::string& a) {
     return a == "--mem" || a.starts_with("--mem=") || a.starts_with("--mem-p");
   });
 }

@@ -183,7 +183,7 @@ std::set<std::int64_t> most_often_dead(const SlurmBatch::Deaths& deaths,
   for (const PlannedPoint& p : points)
     if (const auto death = deaths.find(p.point.id); death != deaths.end())
       dead.emplace_back(-death->second.times, p.point.id);
-  std::sort(dead.begin(), dead.end());
+  std::ranges::sort(dead);
   std::set<std::int64_t> out;
   for (std::size_t i = 0; i < std::min(most, dead.size()); ++i) out.insert(dead[i].second);
   return out;

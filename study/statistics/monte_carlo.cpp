@@ -61,7 +61,7 @@ SampleSummary summarise(const std::vector<double>& values, double coverage) {
   if (out.n < 2) return out;
   out.mean = mean_of(sorted);
   out.sigma = deviation_of(sorted, out.mean);
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   out.symmetric = symmetric_interval(sorted, coverage);
   out.shortest = shortest_interval(sorted, coverage);
   return out;

@@ -54,7 +54,7 @@ std::vector<SobolIndex> with_intervals(const std::vector<double>& values,
                                        std::vector<std::vector<double>>& draws, double coverage) {
   std::vector<SobolIndex> out;
   for (std::size_t f = 0; f < values.size(); ++f) {
-    std::sort(draws[f].begin(), draws[f].end());
+    std::ranges::sort(draws[f]);
     out.push_back({values[f], symmetric_interval(draws[f], coverage)});
   }
   return out;

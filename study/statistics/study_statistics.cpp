@@ -101,7 +101,7 @@ RunningMean running_mean(const std::vector<double>& x, const std::vector<double>
   RunningMean out;
   constexpr std::size_t kLeast = 12, kMostBins = 20;
   if (order.size() < kLeast) return out;
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return x[a] < x[b]; });
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return x[a] < x[b]; });
   const std::size_t n = order.size();
   const std::size_t bins =
       std::min(kMostBins, std::max(std::size_t{2}, static_cast<std::size_t>(std::sqrt(n))));

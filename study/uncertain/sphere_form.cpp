@@ -75,10 +75,10 @@ struct Geodesic {
 
   /// The same number for the same place on another face.
   int vertex(Weights w) {
-    std::sort(w.begin(), w.end());
+    std::ranges::sort(w);
     for (auto& [corner, weight] : w)
       if (weight == 0) corner = -1;
-    std::sort(w.begin(), w.end());
+    std::ranges::sort(w);
     const auto [it, is_new] = known_.try_emplace(w, static_cast<int>(directions.size()));
     if (is_new) {
       Vector3d sum = Vector3d::Zero();

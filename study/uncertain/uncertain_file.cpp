@@ -76,7 +76,7 @@ double read_coverage(const TomlTable& root) {
 
 bool is_sphere(const TomlTable& twin, const std::string& object) {
   const std::vector<TomlTable> objects = twin.tables("object");
-  return std::any_of(objects.begin(), objects.end(), [&](const TomlTable& o) {
+  return std::ranges::any_of(objects, [&](const TomlTable& o) {
     return o.string("name") == object && o.string("shape") == "sphere";
   });
 }

@@ -51,8 +51,7 @@ bool is_of_the_draw(const std::string& key) { return key == kDeviates || key.sta
 
 /// Gives the object's sphere a form as point_of writes it: [seed, rms_mm, low, high].
 void deform(Twin* twin, const std::string& name, const std::string& text) {
-  const auto object = std::find_if(twin->objects.begin(), twin->objects.end(),
-                                   [&](const Object& o) { return o.name == name; });
+  const auto object = std::ranges::find(twin->objects, name, &Object::name);
   const auto* sphere = object == twin->objects.end() ? nullptr : std::get_if<SphereShape>(&object->shape);
   FT_CHECK(sphere != nullptr, "a form of a sphere");
   const Eigen::VectorXd n = read_list(text, 4);

@@ -34,7 +34,7 @@ const MapNumber* number_at(const MapPosition& position, const std::string& name)
 }
 
 bool any_has(const VolumeMap& map, const std::string& name) {
-  return std::any_of(map.positions.begin(), map.positions.end(), [&](const MapPosition& p) {
+  return std::ranges::any_of(map.positions, [&](const MapPosition& p) {
     const MapNumber* n = number_at(p, name);
     return n && !std::isnan(n->mean);
   });

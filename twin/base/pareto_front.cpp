@@ -11,7 +11,7 @@ std::vector<std::size_t> pareto_front(const std::vector<CostAndError>& points) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < points.size(); ++i)
     if (!std::isnan(points[i].cost) && !std::isnan(points[i].error)) order.push_back(i);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
     return points[a].cost != points[b].cost ? points[a].cost < points[b].cost
                                             : points[a].error < points[b].error;
   });

@@ -22,7 +22,7 @@ bool is_name_character(char c) {
 
 fs::path tidy_path(const fs::path& path) {
   const fs::path whole = fs::absolute(path);
-  const bool climbs = std::find(whole.begin(), whole.end(), "..") != whole.end();
+  const bool climbs = std::ranges::find(whole, "..") != whole.end();
   if (!climbs) return whole.lexically_normal();
   std::error_code error;  // e.g. a loop of links: opening the file will name it
   const fs::path walked = fs::weakly_canonical(whole, error);
@@ -40,7 +40,7 @@ std::string name_fault(const std::string& name) {
   if (name.size() > kLongestName)
     return fmt::format("has {} characters and becomes part of file names: at most {}", name.size(),
                        kLongestName);
-  const bool plain = std::all_of(name.begin(), name.end(), is_name_character);
+  const bool plain = std::ranges::all_of(name, is_name_character);
   if (!plain || name.front() == '.' || name.front() == ' ' || name.back() == ' ')
     return fmt::format("\"{}\" cannot become part of a file name", name);
   return "";

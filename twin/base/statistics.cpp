@@ -72,7 +72,7 @@ double quantile(std::span<float> values, double p) {
   const double below = at_rank(some, whole), fraction = rank - static_cast<double>(whole);
   if (fraction == 0.0) return below;
   const std::span<float> above = some.subspan(whole + 1);
-  return below + fraction * (static_cast<double>(*std::min_element(above.begin(), above.end())) - below);
+  return below + fraction * (static_cast<double>(*std::ranges::min_element(above)) - below);
 }
 
 double lower_quantile(std::span<float> values, double p) { return floor_quantile(values, p); }

@@ -28,7 +28,7 @@ void check_count(const CaptureSet& set, const CaptureCamera& source, std::size_t
     throw UserError(ExitCode::input, source.pattern,
                     fmt::format("{} has {} images on disk, the sequence has {}", camera, on_disk, n_sequence),
                     "check steps, pitches and Gray code in [fringes], or list the images: files = [...]");
-  const auto missing = std::find_if(source.files.begin(), source.files.end(), [](const fs::path& file) {
+  const auto missing = std::ranges::find_if(source.files, [](const fs::path& file) {
     std::error_code error;
     return !fs::exists(file, error);
   });
@@ -66,8 +66,7 @@ ImageF load_dn(const fs::path& file, const Camera& camera) {
                                 camera.name, bit_depth),
                     "saturation would go unseen: set bit_depth = 8 or give the images as 16 bit");
   const auto max_dn = static_cast<float>(camera.sensor.max_dn());
-  const auto above =
-      std::find_if(gray.image.data.begin(), gray.image.data.end(), [&](float v) { return v > max_dn; });
+  const auto above = std::ranges::find_if(gray.image.data, [&](float v) { return v > max_dn; });
   if (above != gray.image.data.end()) {
     const auto index = static_cast<int>(above - gray.image.data.begin());
     throw UserError(ExitCode::input, file.string(),

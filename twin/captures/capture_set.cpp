@@ -96,8 +96,7 @@ std::string toml_string(const std::string& text) {
 }  // namespace
 
 const CaptureCamera* CaptureSet::find(const std::string& camera) const {
-  const auto it =
-      std::find_if(cameras.begin(), cameras.end(), [&](const CaptureCamera& c) { return c.name == camera; });
+  const auto it = std::ranges::find(cameras, camera, &CaptureCamera::name);
   return it == cameras.end() ? nullptr : &*it;
 }
 

@@ -48,14 +48,14 @@ std::array<double, 6> to_rt(const PythonDictParser& parser, const PythonDictEntr
     parser.fail(entry.line,
                 "'" + entry.key + "' takes 6 numbers, " + std::to_string(numbers.size()) + " given");
   std::array<double, 6> rt{};
-  std::copy(numbers.begin(), numbers.end(), rt.begin());
+  std::ranges::copy(numbers, rt.begin());
   return rt;
 }
 
 std::array<int, 2> to_size(const PythonDictParser& parser, const PythonDictEntry& entry) {
   const std::vector<double> numbers = parser.to_numbers(entry);
   const auto is_size = [](double n) { return n >= 1.0 && n <= 1e6 && n == std::floor(n); };
-  if (numbers.size() != 2 || !std::all_of(numbers.begin(), numbers.end(), is_size))
+  if (numbers.size() != 2 || !std::ranges::all_of(numbers, is_size))
     parser.fail(entry.line, "'imagersize' takes two positive whole numbers (width, height)");
   return {static_cast<int>(numbers[0]), static_cast<int>(numbers[1])};
 }
@@ -78,8 +78,7 @@ std::string list_text(const Numbers& numbers) {
 }
 
 const PythonDictEntry* find(const std::vector<PythonDictEntry>& entries, std::string_view key) {
-  const auto found =
-      std::find_if(entries.begin(), entries.end(), [&](const auto& e) { return e.key == key; });
+  const auto found = std::ranges::find_if(entries, [&](const auto& e) { return e.key == key; });
   return found == entries.end() ? nullptr : &*found;
 }
 

@@ -149,7 +149,7 @@ void TomlTable::fail(const std::string& key, const std::string& what, const std:
 
 void TomlTable::allow(const std::vector<std::string>& known) const {
   for (const std::string& key : keys())
-    if (std::find(known.begin(), known.end(), key) == known.end()) {
+    if (std::ranges::find(known, key) == known.end()) {
       const std::string hint = did_you_mean(key, known);
       const std::string table = impl_->path.empty() ? "this file" : "[" + impl_->path + "]";
       throw UnknownKey(impl_->code, where(key), fmt::format("unknown key \"{}\" in {}", key, table),
@@ -239,7 +239,7 @@ std::string TomlTable::required_name() const {
 std::optional<std::string> TomlTable::choice(const std::string& key,
                                              const std::vector<std::string>& choices) const {
   std::optional<std::string> value = string(key);
-  if (value && std::find(choices.begin(), choices.end(), *value) == choices.end())
+  if (value && std::ranges::find(choices, *value) == choices.end())
     fail(key, fmt::format("must be one of \"{}\", is \"{}\"", fmt::join(choices, "\", \""), *value),
          did_you_mean(*value, choices));
   return value;

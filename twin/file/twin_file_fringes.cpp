@@ -42,8 +42,8 @@ std::vector<double> read_pitches(const TomlTable& table) {
   const std::vector<double> pitches = *table.numbers("pitches_px", NumberRange::positive(1e-3, 1e6));
   if (pitches.empty()) table.fail("pitches_px", "must have one pitch or more");
   std::vector<double> sorted = pitches;
-  std::sort(sorted.begin(), sorted.end());
-  if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
+  std::ranges::sort(sorted);
+  if (std::ranges::adjacent_find(sorted) != sorted.end())
     table.fail("pitches_px", "has the same pitch twice");
   return pitches;
 }
@@ -139,12 +139,12 @@ Fringes read_fringes(const TomlTable& root) {
   for (const std::string& name : *directions) {
     if (name != "x" && name != "y")
       table.fail("directions", fmt::format("must be \"x\" or \"y\", has \"{}\"", name));
-    if (std::count(directions->begin(), directions->end(), name) > 1)
+    if (std::ranges::count(*directions, name) > 1)
       table.fail("directions", fmt::format("has \"{}\" twice", name));
     fringes.directions.push_back(read_direction(table, name == "x" ? Axis::x : Axis::y));
   }
   for (const std::string axis : {"x", "y"})
-    if (table.has(axis) && std::find(directions->begin(), directions->end(), axis) == directions->end())
+    if (table.has(axis) && std::ranges::find(*directions, axis) == directions->end())
       table.fail(axis, fmt::format("has no effect: \"{}\" is not in directions", axis));
   check_unwrap(table, fringes);
   return fringes;

@@ -135,7 +135,7 @@ class Body {
     std::memcpy(raw.data(), bytes_.data() + position_, sizeof(T));
     position_ += sizeof(T);
     const bool file_is_little = encoding_ == Encoding::little_endian;
-    if (file_is_little != (std::endian::native == std::endian::little)) std::reverse(raw.begin(), raw.end());
+    if (file_is_little != (std::endian::native == std::endian::little)) std::ranges::reverse(raw);
     return static_cast<double>(std::bit_cast<T>(raw));
   }
 
