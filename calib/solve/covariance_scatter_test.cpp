@@ -25,6 +25,22 @@ using testing::Scatter;
 
 constexpr int kDraws = 30;
 
+/// Covariance of centre (3) and radius (1) of the least-squares sphere through these points.
+Eigen::Matrix4d sphere_fit_covariance(const std::vector<Eigen::Vector3d>& p_mm,
+                                      const Eigen::Vector3d& center_mm,
+                                      const Eigen::MatrixXd& covariance_mm2) {
+  const auto n = static_cast<Eigen::Index>(p_mm.size());
+  Eigen::MatrixXd X(n, 4), radial = Eigen::MatrixXd::Zero(n, 3 * n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Vector3d normal = (p_mm[static_cast<std::size_t>(i)] - center_mm).normalized();
+    X.row(i) << normal.transpose(), 1.0;
+    radial.block<1, 3>(i, 3 * i) = normal.transpose();
+  }
+  const Eigen::MatrixXd gain = least_squares(X, radial);
+  const Eigen::MatrixXd spread = covariance_mm2 * gain.transpose();
+  return gain * spread;
+}
+
 /// Least squares of the distances: centre, radius.
 Eigen::Vector4d fit_sphere(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector4d& start) {
   Eigen::Vector4d s = start;

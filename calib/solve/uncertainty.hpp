@@ -77,9 +77,4 @@ double worst_direction_sigma(const Eigen::Matrix2d& covariance);
 double aligned_shape_sigma_mm(const std::vector<Eigen::Vector3d>& p_mm,
                               const Eigen::MatrixXd& covariance_mm2);
 
-/// Covariance of centre (3) and radius (1) of the least-squares sphere through these points.
-Eigen::Matrix4d sphere_fit_covariance(const std::vector<Eigen::Vector3d>& p_mm,
-                                      const Eigen::Vector3d& center_mm,
-                                      const Eigen::MatrixXd& covariance_mm2);
-
 }  // namespace fringetwin::calib
