@@ -9,14 +9,14 @@ namespace fringetwin::report {
 
 std::string provenance_html(const Facts& facts) {
   Table table;
-  table.columns = {{"provenance", "", Align::left}, {"", "", Align::left}};
+  table.columns = {text_column("provenance"), text_column("")};
   for (const auto& [name, value] : facts) table.add_row({name, value});
   return table.html();
 }
 
 std::string provenance_html(const Facts& facts, const std::map<std::string, std::string>& inputs_sha256) {
   Table files;
-  files.columns = {{"input file", "", Align::left}, {"SHA-256", "", Align::left}};
+  files.columns = {text_column("input file"), text_column("SHA-256")};
   for (const auto& [file, digest] : inputs_sha256) files.add_row({file, digest});
   return provenance_html(facts) +
          fmt::format("<details><summary>{} input files with their SHA-256</summary>{}</details>",

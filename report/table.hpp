@@ -10,9 +10,13 @@ enum class Align { left, right };
 
 struct Column {
   std::string header;
-  std::string unit;  ///< printed small below the header; empty for none
+  std::string unit = {};  ///< printed small below the header; empty for none
   Align align = Align::right;
 };
+/// Returns a column of words, which stand at the left.
+inline Column text_column(const std::string& header, const std::string& unit = "") {
+  return {header, unit, Align::left};
+}
 
 /// Cells are text, escaped on output.
 struct Table {

@@ -17,14 +17,14 @@
 namespace fringetwin::tradeoff {
 namespace {
 
-using report::Align, report::Plot, report::Series;
+using report::Plot, report::Series, report::text_column;
 
 std::string effects_table(const NeedsResult& result) {
   report::Table table;
   table.caption = "What each effect of the scene changes: the full model against the same model without it.";
-  table.columns = {{"effect", "", Align::left}, {"without it", "", Align::left},       {"phase", "rad rms"},
-                   {"gray", "DN rms"},          {"gray at edges", "DN rms"},           {"fit", "mm"},
-                   {"time", "× without"},       {"for the tolerance", "", Align::left}};
+  table.columns = {text_column("effect"), text_column("without it"),       {"phase", "rad rms"},
+                   {"gray", "DN rms"},    {"gray at edges", "DN rms"},     {"fit", "mm"},
+                   {"time", "× without"}, text_column("for the tolerance")};
   for (const EffectRow& r : result.rows)
     if (r.on)
       table.add_row({r.name, r.without, scientific(r.change.phase_rms_rad), scientific(r.change.gray_rms_dn),
@@ -39,7 +39,7 @@ std::string effects_table(const NeedsResult& result) {
 std::string off_table(const NeedsResult& result) {
   report::Table table;
   table.caption = "Effects the scene does not ask for: they cost nothing, and nothing is invented for them.";
-  table.columns = {{"effect", "", Align::left}, {"to switch it on, in twin.toml", "", Align::left}};
+  table.columns = {text_column("effect"), text_column("to switch it on, in twin.toml")};
   for (const EffectRow& r : result.rows)
     if (!r.on) table.add_row({r.name, r.switch_on});
   return table.rows.empty() ? "" : table.html();
@@ -50,8 +50,7 @@ std::string summary(const NeedsResult& result, const NeedsOptions& options) {
   for (const EffectRow& r : result.rows)
     if (r.leave_off) left_off += (left_off.empty() ? "" : ", ") + r.name;
   report::Table table;
-  table.columns = {
-      {"smallest model", "", Align::left}, {"phase", "rad rms"}, {"gray", "DN rms"}, {"fit", "mm"}};
+  table.columns = {text_column("smallest model"), {"phase", "rad rms"}, {"gray", "DN rms"}, {"fit", "mm"}};
   table.add_row({"tolerance", scientific(options.tolerance.phase_rad), scientific(options.tolerance.gray_dn),
                  scientific(options.tolerance.fit_mm)});
   table.add_row({left_off.empty() ? "nothing can be left off" : "without " + left_off,

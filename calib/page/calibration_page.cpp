@@ -15,7 +15,7 @@
 namespace fringetwin::calib {
 namespace {
 
-using report::Align, report::Figure, report::MapStyle;
+using report::Figure, report::MapStyle, report::text_column;
 
 constexpr int kMapWidthPx = 480;
 
@@ -168,7 +168,7 @@ std::string uncertainty_maps(const Calibration& c, const Findings& findings) {
     crossed += map_of(v.devices[d].difference_px, c.devices[d].name + ": even - odd",
                       style_where_seen(c, static_cast<int>(d), v.devices[d].difference_px));
   report::Table table;
-  table.columns = {{"even - odd", "", Align::left}, {"rms", "px"}, {"largest", "px"}, {"over expected", ""}};
+  table.columns = {text_column("even - odd"), {"rms", "px"}, {"largest", "px"}, {"over expected"}};
   for (std::size_t d = 0; d < v.devices.size(); ++d)
     table.add_row({c.devices[d].name, report::number(v.devices[d].rms_px, 2),
                    report::number(v.devices[d].max_px, 2), report::number(v.devices[d].relative, 2)});
@@ -266,17 +266,9 @@ std::string warp_map(const Calibration& c, const Findings& findings) {
 
 std::string device_table(const Calibration& c, const Findings& findings) {
   report::Table t;
-  t.columns = {{"device", "", Align::left},
-               {"fx", "px"},
-               {"fy", "px"},
-               {"cx", "px"},
-               {"cy", "px"},
-               {"rms", "px"},
-               {"worst", "px"},
-               {"corners", ""},
-               {"outliers", ""},
-               {"σ centre", "px"},
-               {"σ corners", "px"}};
+  t.columns = {text_column("device"), {"fx", "px"},       {"fy", "px"},       {"cx", "px"},
+               {"cy", "px"},          {"rms", "px"},      {"worst", "px"},    {"corners"},
+               {"outliers"},          {"σ centre", "px"}, {"σ corners", "px"}};
   for (std::size_t d = 0; d < c.devices.size(); ++d) {
     const DeviceResult& r = c.devices[d];
     const DeviceFindings& f = findings.devices[d];
@@ -300,7 +292,7 @@ std::string device_table(const Calibration& c, const Findings& findings) {
 std::string pair_table(const Calibration& c, const Findings& findings) {
   if (findings.pairs.empty()) return "";
   report::Table t;
-  t.columns = {{"measuring with", "", Align::left}, {"baseline", "mm"}, {"shape known to", "µm rms"}};
+  t.columns = {text_column("measuring with"), {"baseline", "mm"}, {"shape known to", "µm rms"}};
   for (const PairFindings& p : findings.pairs)
     t.add_row({c.devices[static_cast<std::size_t>(p.first)].name + " and " +
                    c.devices[static_cast<std::size_t>(p.second)].name,
@@ -312,15 +304,9 @@ std::string pair_table(const Calibration& c, const Findings& findings) {
 
 std::string view_table(const Calibration& c) {
   report::Table t;
-  t.columns = {{"device", "", Align::left},
-               {"view", "", Align::left},
-               {"file", "", Align::left},
-               {"rms", "px"},
-               {"worst", "px"},
-               {"corners", ""},
-               {"outliers", ""},
-               {"distance", "mm"},
-               {"tilt", "°"}};
+  t.columns = {text_column("device"), text_column("view"), text_column("file"),
+               {"rms", "px"},         {"worst", "px"},     {"corners"},
+               {"outliers"},          {"distance", "mm"},  {"tilt", "°"}};
   for (std::size_t v = 0; v < c.views.size(); ++v) {
     const View& view = c.observations.views[v];
     const Pose T = T_device_ref(c.problem, view.device) * T_ref_board(c.problem, view.frame);
@@ -341,7 +327,7 @@ std::string view_table(const Calibration& c) {
 
 std::string parameter_table(const Calibration& c, const Findings& findings) {
   report::Table t;
-  t.columns = {{"device", "", Align::left}, {"parameter", "", Align::left}, {"value", ""}, {"sigma", ""}};
+  t.columns = {text_column("device"), text_column("parameter"), {"value"}, {"sigma"}};
   static const char* const kLens[] = {"fx px", "fy px", "cx px", "cy px", "k1", "k2", "p1", "p2",
                                       "k3",    "k4",    "k5",    "k6",    "s1", "s2", "s3", "s4"};
   static const char* const kPose[] = {"r1 rad", "r2 rad", "r3 rad", "t1 mm", "t2 mm", "t3 mm"};

@@ -13,7 +13,7 @@
 namespace fringetwin::calib {
 namespace {
 
-using report::Align, report::Figure, report::Plot, report::Series;
+using report::Figure, report::Plot, report::Series, report::text_column;
 
 /// Returns the value with its standard error, "1.23 ± 0.04", or a dash where it is unknown.
 std::string pm(const Estimate& e) {
@@ -23,10 +23,9 @@ std::string pm(const Estimate& e) {
 
 std::string sensor_table(const Photometry& p) {
   report::Table t;
-  t.columns = {
-      {"camera", "", Align::left}, {"gain", "DN/e-"},    {"", "e-/DN"},        {"read noise", "DN"},
-      {"read noise", "e-"},        {"black", "DN"},      {"saturation", "DN"}, {"from", "", Align::left},
-      {"off the line", "% rms"},   {"gain change", "%"}, {"corners", ""}};
+  t.columns = {text_column("camera"),     {"gain", "DN/e-"},    {"", "e-/DN"},        {"read noise", "DN"},
+               {"read noise", "e-"},      {"black", "DN"},      {"saturation", "DN"}, text_column("from"),
+               {"off the line", "% rms"}, {"gain change", "%"}, {"corners"}};
   for (const CameraPhotometry& c : p.cameras) {
     const PhotonTransfer none, &x = c.transfer ? *c.transfer : none;
     const Estimate change{100.0 * x.slope_change.value, 100.0 * x.slope_change.sigma};
@@ -41,13 +40,8 @@ std::string sensor_table(const Photometry& p) {
 
 std::string projector_table(const Photometry& p) {
   report::Table t;
-  t.columns = {{"camera", "", Align::left},
-               {"direction", "", Align::left},
-               {"gamma", ""},
-               {"off it", "% of range"},
-               {"blur", "px"},
-               {"off a Gaussian", "%"},
-               {"pixels", ""}};
+  t.columns = {text_column("camera"), text_column("direction"), {"gamma"}, {"off it", "% of range"},
+               {"blur", "px"},        {"off a Gaussian", "%"},  {"pixels"}};
   for (const CameraPhotometry& c : p.cameras)
     for (const ProjectorPhotometry& d : c.directions)
       t.add_row({c.camera, axis_name(d.harmonics.axis), pm(d.gamma),
@@ -147,7 +141,7 @@ std::string harmonics_table(const ProjectorPhotometry& d, const std::string& whe
   report::Table t;
   t.caption = where + ": median over the pixels per pitch and order, DN, and in phase with the fundamental";
   t.columns = {{"pitch", "px"},
-               {"order", ""},
+               {"order"},
                {"median", "DN"},
                {"in phase", "of the coarsest fundamental"},
                {"out of phase", "the same"}};

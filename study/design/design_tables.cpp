@@ -14,7 +14,7 @@
 namespace fringetwin::study {
 namespace {
 
-using report::Align, report::number;
+using report::number, report::text_column;
 
 constexpr std::size_t kMostSettings = 200;
 
@@ -62,8 +62,7 @@ std::string verdict(const Extremes& e) { return !e.known ? "not known" : e.apart
 std::string varied_table(const DesignTable& table) {
   report::Table out;
   out.caption = "What was varied.";
-  out.columns = {
-      {"parameter", "", Align::left}, {"values", ""}, {"", "", Align::left}, {"keys", "", Align::left}};
+  out.columns = {text_column("parameter"), {"values"}, text_column(""), text_column("keys")};
   std::vector<VariedAxis> all = table.axes;
   all.insert(all.end(), table.fixed.begin(), table.fixed.end());
   for (const VariedAxis& a : all) {
@@ -80,14 +79,14 @@ std::string varied_table(const DesignTable& table) {
 std::string numbers_table(const DesignTable& table, std::size_t drawn) {
   report::Table out;
   out.caption = "Every recorded number over all settings. Error: measured minus what the twin puts in.";
-  out.columns = {{"number", "", Align::left},
-                 {"", "", Align::left},
-                 {"runs", ""},
-                 {"mean", ""},
+  out.columns = {text_column("number"),
+                 text_column(""),
+                 {"runs"},
+                 {"mean"},
                  {"least … greatest", "of the settings' means"},
                  {"sigma over seeds", "95 % band"},
                  {"change / noise", "ratio of variances; no change: 0 … 1"},
-                 {"", "", Align::left}};
+                 text_column("")};
   for (std::size_t k = 0; k < table.numbers.size(); ++k) {
     const TableNumber& n = table.numbers[k];
     double low = HUGE_VAL, high = -HUGE_VAL;
@@ -111,15 +110,15 @@ std::string effects_table(const DesignTable& table, std::size_t drawn) {
       "0.05/(L(L - 1)/2), as any two could have been the extremes by chance.";
   const bool repeated =
       std::ranges::any_of(table.numbers, [](const TableNumber& n) { return std::isfinite(n.all.sigma); });
-  out.columns = {{"number", "", Align::left},
-                 {"parameter", "", Align::left},
-                 {"least … greatest mean", ""},
-                 {"at", "", Align::left},
-                 {"told from chance", "", Align::left}};
+  out.columns = {text_column("number"),
+                 text_column("parameter"),
+                 {"least … greatest mean"},
+                 text_column("at"),
+                 text_column("told from chance")};
   if (repeated) {
-    out.columns.push_back({"least … greatest sigma", ""});
-    out.columns.push_back({"at", "", Align::left});
-    out.columns.push_back({"told from chance", "", Align::left});
+    out.columns.push_back({"least … greatest sigma"});
+    out.columns.push_back(text_column("at"));
+    out.columns.push_back(text_column("told from chance"));
   }
   for (std::size_t k = 0; k < drawn; ++k)
     for (std::size_t a = 0; a < std::min(table.axes.size(), kMostAxes); ++a) {
@@ -149,13 +148,8 @@ std::string effects_table(const DesignTable& table, std::size_t drawn) {
 std::string expected_table(const DesignTable& table, const TableNumber& n) {
   if (n.expected_mean.empty() && n.expected_sigma.empty()) return "";
   report::Table out;
-  out.columns = {{"setting", "", Align::left},
-                 {"mean", n.unit},
-                 {"expected", n.unit},
-                 {"ratio", ""},
-                 {"sigma", n.unit},
-                 {"expected", n.unit},
-                 {"ratio", "95 % band"}};
+  out.columns = {text_column("setting"), {"mean", n.unit},     {"expected", n.unit},  {"ratio"},
+                 {"sigma", n.unit},      {"expected", n.unit}, {"ratio", "95 % band"}};
   double low = HUGE_VAL, high = 0.0;
   for (std::size_t s = 0; s < std::min(n.runs.size(), kMostSettings); ++s) {
     const GroupStatistics g = group_statistics({&n.runs[s]}, kReportCoverage);
@@ -180,7 +174,7 @@ std::string expected_table(const DesignTable& table, const TableNumber& n) {
 
 std::string settings_table(const DesignTable& table, std::size_t drawn) {
   report::Table out;
-  out.columns = {{"setting", "", Align::left}, {"runs", ""}};
+  out.columns = {text_column("setting"), {"runs"}};
   for (std::size_t k = 0; k < drawn; ++k) {
     out.columns.push_back(
         {table.numbers[k].name, table.numbers[k].unit + (table.numbers[k].is_error ? " error" : "")});

@@ -15,7 +15,7 @@
 namespace fringetwin::study {
 namespace {
 
-using report::Align, report::number, report::Plot, report::Series;
+using report::number, report::Plot, report::Series, report::text_column;
 
 constexpr std::size_t kMostNumbers = 12;
 
@@ -187,14 +187,14 @@ int decimals_for(const MonteCarloNumber& n) {
 std::string quantities_table(const std::vector<Quantity>& all, const MonteCarloPlan& plan) {
   const std::string percent = fmt::format("{:g} %", 100.0 * plan.rule.coverage);
   report::Table out;
-  out.columns = {{"number", "", Align::left},
-                 {"trials", ""},
-                 {"mean", ""},
+  out.columns = {text_column("number"),
+                 {"trials"},
+                 {"mean"},
                  {"sigma", "standard uncertainty"},
                  {"symmetric interval", percent},
                  {"shortest interval", percent},
                  {"worst / tolerance", "twice its deviation"},
-                 {"enough", "", Align::left}};
+                 text_column("enough")};
   for (const Quantity& q : all) {
     const SampleSummary& s = q.number.summary;
     const Convergence& c = q.number.convergence;
@@ -214,13 +214,13 @@ std::string quantities_table(const std::vector<Quantity>& all, const MonteCarloP
 std::string shares_table(const std::vector<Quantity>& all, const MonteCarloResult& result) {
   report::Table out;
   out.caption = "Shares of the variance; the greatest total effect first.";
-  out.columns = {{"number", "", Align::left},
-                 {"factor", "", Align::left},
+  out.columns = {text_column("number"),
+                 text_column("factor"),
                  {"total effect", "any part in"},
-                 {"its interval", ""},
+                 {"its interval"},
                  {"first-order", "alone"},
-                 {"its interval", ""},
-                 {"rows", ""}};
+                 {"its interval"},
+                 {"rows"}};
   const auto interval = [](const Interval& i) {
     return report::fixed(i.low, 3) + " … " + report::fixed(i.high, 3);
   };

@@ -15,7 +15,7 @@
 namespace fringetwin::study {
 namespace {
 
-using report::Align, report::number, report::Plot, report::Series;
+using report::Align, report::number, report::Plot, report::Series, report::text_column;
 
 constexpr std::size_t kMostBest = 20;
 
@@ -132,7 +132,7 @@ std::string evaluations_table(const OptimisePlan& plan, const OptimiseResult& re
   for (const Constraint& c : plan.constraints)
     out.columns.push_back({shortened(display_name(c.result)), limits_text(c)});
   for (const VariedAxis& axis : varied.axes) out.columns.push_back({axis.brief, ""});
-  out.columns.push_back({"phase", "", Align::left});
+  out.columns.push_back(text_column("phase"));
   for (std::size_t k = 0; k < shown.size(); ++k) {
     const Evaluation& e = result.evaluations[shown[k]];
     std::vector<std::string> row = {marked ? front_mark(k) : std::to_string(shown[k] + 1),
@@ -169,7 +169,7 @@ std::string choice_table(const OptimisePlan& plan, const OptimiseResult& result)
   report::Table out;
   out.caption = result.best ? "What was chosen."
                             : "What could be chosen: nothing that was tried meets all constraints.";
-  out.columns = {{"key", "", Align::left}, {"best", ""}, {"among", "", Align::left}};
+  out.columns = {text_column("key"), {"best"}, text_column("among")};
   for (const Variation& v : plan.choose)
     for (std::size_t k = 0; k < v.keys.size(); ++k) {
       const std::string among = among_text(v);

@@ -17,7 +17,7 @@
 namespace fringetwin::study {
 namespace {
 
-using report::Align, report::number;
+using report::number, report::text_column;
 
 /// Counts and times of the runs that finished.
 struct Totals {
@@ -59,7 +59,7 @@ std::string some(const std::set<std::string>& all) {
 std::string head_table(const StudyRecord& study) {
   const Totals t = totals(study.rows);
   report::Table table;
-  table.columns = {{"runs", "", Align::left}, {"", "", Align::left}};
+  table.columns = {text_column("runs"), text_column("")};
   table.add_row({"finished", fmt::format("{} measured, {} failed{}", t.done, t.failed,
                                          t.pending > 0 ? fmt::format(", {} not yet run", t.pending) : "")});
   table.add_row(
@@ -93,7 +93,7 @@ void add_failures(const StudyRecord& study, report::Page* page) {
   std::ranges::stable_sort(order, [](const auto& a, const auto& b) { return a.second.n > b.second.n; });
   constexpr std::size_t kMost = 20;
   report::Table table;
-  table.columns = {{"runs", ""}, {"first id", ""}, {"reason", "", Align::left}};
+  table.columns = {{"runs"}, {"first id"}, text_column("reason")};
   for (std::size_t i = 0; i < std::min(kMost, order.size()); ++i)
     table.add_row({std::to_string(order[i].second.n), std::to_string(order[i].second.first), order[i].first});
   const std::string shown = shown_of(table.rows.size(), order.size());
@@ -105,7 +105,7 @@ void add_failures(const StudyRecord& study, report::Page* page) {
 
 std::string footer_html(const StudyRecord& study) {
   report::Table content;
-  content.columns = {{"key", "", Align::left}, {"value", "", Align::left}};
+  content.columns = {text_column("key"), text_column("value")};
   for (const auto& [key, value] : study.head.content) content.add_row({key, value});
   return report::provenance_html({{"study", study.head.file.string()},
                                   {"twin", study.head.twin.string()},
@@ -121,8 +121,7 @@ std::string footer_html(const StudyRecord& study) {
 std::string inputs_table(const UncertainInputs& inputs) {
   report::Table out;
   out.caption = "What was uncertain.";
-  out.columns = {
-      {"input", "", Align::left}, {"distribution", "", Align::left}, {"spread", ""}, {"of", "", Align::left}};
+  out.columns = {text_column("input"), text_column("distribution"), {"spread"}, text_column("of")};
   for (const UncertainKey& key : inputs.keys) {
     std::string keys;
     for (std::size_t i = 0; i < key.keys.size(); ++i)

@@ -13,7 +13,7 @@
 namespace fringetwin::study {
 namespace {
 
-using report::Align, report::number, report::Plot, report::Series;
+using report::number, report::Plot, report::Series, report::text_column;
 
 constexpr std::size_t kMostSlices = 7, kMostWhiskers = 60, kMostListed = 300, kMostSpacings = 400;
 
@@ -186,11 +186,11 @@ std::string worst_table(const VolumeMapPlan& plan, const VolumeMap& map) {
                     ? "The worst of the volume."
                     : "The worst of the volume, of positions and pairs that were measured in every trial.";
   const std::string percent = fmt::format("{:g} % of the trials", 100.0 * plan.coverage);
-  out.columns = {{"number", "", Align::left},
+  out.columns = {text_column("number"),
                  {"largest mean", percent},
-                 {"at", "mm", Align::left},
-                 {"largest sigma", ""},
-                 {"at", "mm", Align::left}};
+                 text_column("at", "mm"),
+                 {"largest sigma"},
+                 text_column("at", "mm")};
   for (const auto& [name, words] : kMapNumbers) {
     const auto worst = map.worst.find(name);
     if (worst == map.worst.end()) continue;
@@ -218,7 +218,7 @@ std::string worst_table(const VolumeMapPlan& plan, const VolumeMap& map) {
 
 std::string positions_table(const VolumeMap& map) {
   report::Table out;
-  out.columns = {{"position", "mm", Align::left}, {"trials", ""}, {"failed", ""}};
+  out.columns = {text_column("position", "mm"), {"trials"}, {"failed"}};
   for (const auto& [name, words] : kMapNumbers) out.columns.push_back({name, "mean ± sigma"});
   for (std::size_t i = 0; i < std::min(map.positions.size(), kMostListed); ++i) {
     const MapPosition& p = map.positions[i];
