@@ -21,7 +21,8 @@ void set_if(mustache::data& data, const std::string& key, const std::string& tex
 
 }  // namespace
 
-std::string Figure::html() const {
+std::string figure_html(const std::string& body_html, const std::string& caption, const std::string& formula,
+                        const std::string& command) {
   mustache::data data;
   data.set("body", body_html);
   data.set("caption", caption);

@@ -7,14 +7,10 @@
 
 namespace fringetwin::report {
 
-/// Title, body (tables, maps, plots: HTML) and what a reader needs to make it again.
-struct Figure {
-  std::string body_html;
-  std::string caption;  ///< text
-  std::string formula;  ///< text, monospace; may be empty
-  std::string command;  ///< the exact command; may be empty
-  std::string html() const;
-};
+/// Returns a figure of a page: its body (tables, maps, plots: HTML) and, as text, the caption, the formula
+/// and the exact command that makes it again; the last two may be empty.
+std::string figure_html(const std::string& body_html, const std::string& caption,
+                        const std::string& formula = "", const std::string& command = "");
 
 struct Section {
   std::string id;     ///< anchor, unique on the page

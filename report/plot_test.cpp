@@ -180,7 +180,7 @@ TEST(Page, VerdictFirstEverythingEscapedNothingLoaded) {
   page.summary_html = "<p>summary</p>";
   page.note = "note & more";
   page.warnings = {"first <w>"};
-  page.sections = {{"one", "One & two", Figure{"<svg></svg>", "caption <c>", "y = a < b", "cmd 'x'"}.html()}};
+  page.sections = {{"one", "One & two", figure_html("<svg></svg>", "caption <c>", "y = a < b", "cmd 'x'")}};
   const std::string html = page.html();
   EXPECT_THAT(html, HasSubstr("<h1>a &lt;b&gt;</h1>"));
   EXPECT_THAT(html, HasSubstr("<a href=\"#one\">One &amp; two</a>"));

@@ -137,7 +137,7 @@ std::string charts(const NeedsResult& result, const NeedsOptions& options) {
   std::string out;
   const auto figure = [&out](const std::string& body, const std::string& caption,
                              const std::string& formula) {
-    out += report::Figure{body, caption, formula, ""}.html();
+    out += report::figure_html(body, caption, formula);
   };
   std::size_t k = 0;
   figure(svgs[k++],

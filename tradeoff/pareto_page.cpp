@@ -206,8 +206,7 @@ std::string figures(const ParetoResult& result) {
       "rms(arg(F_rendered · conj(F_reference)))", "rms(gain · (E_rendered - E_reference))",
       "max over objects of |place, size, rms: fitted - fitted to the most exact rendering|"};
   std::string out;
-  for (std::size_t i = 0; i < svgs.size(); ++i)
-    out += report::Figure{svgs[i], captions[i], formulas[i], ""}.html();
+  for (std::size_t i = 0; i < svgs.size(); ++i) out += report::figure_html(svgs[i], captions[i], formulas[i]);
   return out;
 }
 

@@ -15,7 +15,7 @@
 namespace fringetwin::calib {
 namespace {
 
-using report::Figure, report::MapStyle, report::text_column;
+using report::figure_html, report::MapStyle, report::text_column;
 
 constexpr int kMapWidthPx = 480;
 
@@ -113,12 +113,12 @@ std::string residual_maps(const Calibration& c) {
                              map_of(cells[2], name + ": rms", value_style({&cells[2]}, "px")) +
                              map_of(cells[0], name + ": mean in x", signed_style) +
                              map_of(cells[1], name + ": mean in y", signed_style) + "</div>";
-    out += Figure{body,
-                  fmt::format("Residuals of {} over its imager. A pattern in the means is a lens that the "
-                              "model does not describe; gray: no corner was seen there.",
-                              name),
-                  "predicted - observed, mean (x, y) and rms (2-norm) per cell", ""}
-               .html();
+    out +=
+        figure_html(body,
+                    fmt::format("Residuals of {} over its imager. A pattern in the means is a lens that the "
+                                "model does not describe; gray: no corner was seen there.",
+                                name),
+                    "predicted - observed, mean (x, y) and rms (2-norm) per cell");
   }
   return out;
 }
@@ -144,9 +144,8 @@ std::string residual_histogram(const Calibration& c) {
     series.style = report::Series::Style::line;
     plot.series.push_back(series);
   }
-  return Figure{report::plots_or_sentences(plots, "residuals")[0],
-                "Distribution of the residuals of the corners used.", "", ""}
-      .html();
+  return figure_html(report::plots_or_sentences(plots, "residuals")[0],
+                     "Distribution of the residuals of the corners used.");
 }
 
 std::string uncertainty_maps(const Calibration& c, const Findings& findings) {
@@ -155,13 +154,12 @@ std::string uncertainty_maps(const Calibration& c, const Findings& findings) {
     maps += map_of(findings.devices[d].sigma_px,
                    fmt::format("{} at {:.4g} mm", c.devices[d].name, findings.devices[d].distance_mm),
                    style_where_seen(c, static_cast<int>(d), findings.devices[d].sigma_px));
-  std::string out =
-      Figure{maps + "</div>",
-             "Projection uncertainty: how far (1 sigma, in the worst direction) the noise of the corners "
-             "lets the projection of a point at the working distance be wrong. It grows where no board was "
-             "seen: colours end at twice what holds at nine tenths of the corners, yellow is that or more.",
-             "Var(q) = dq/db Var(b) (dq/db)^T, the point at rest relative to the boards", ""}
-          .html();
+  std::string out = figure_html(
+      maps + "</div>",
+      "Projection uncertainty: how far (1 sigma, in the worst direction) the noise of the corners "
+      "lets the projection of a point at the working distance be wrong. It grows where no board was "
+      "seen: colours end at twice what holds at nine tenths of the corners, yellow is that or more.",
+      "Var(q) = dq/db Var(b) (dq/db)^T, the point at rest relative to the boards");
   const CrossValidation& v = findings.cross_validation;
   if (!v.not_done.empty()) return out + "<p>No cross-validation: " + report::escape_html(v.not_done) + "</p>";
   for (std::size_t d = 0; d < v.devices.size(); ++d)
@@ -173,15 +171,14 @@ std::string uncertainty_maps(const Calibration& c, const Findings& findings) {
     table.add_row({c.devices[d].name, report::number(v.devices[d].rms_px, 2),
                    report::number(v.devices[d].max_px, 2), report::number(v.devices[d].relative, 2)});
   return out +
-         Figure{crossed + "</div>",
-                fmt::format(
-                    "The same rig calibrated from the even ({}) and from the odd ({}) frames: difference of "
-                    "the projections at the working distance after the best rigid motion (colours as above). "
-                    "Over expected: rms of the difference over its sigma at each place; well above 2 means "
-                    "error beyond the corners' noise: a wrong lens model or a moving board.",
-                    v.n_even, v.n_odd),
-                "", ""}
-             .html() +
+         figure_html(
+             crossed + "</div>",
+             fmt::format(
+                 "The same rig calibrated from the even ({}) and from the odd ({}) frames: difference of "
+                 "the projections at the working distance after the best rigid motion (colours as above). "
+                 "Over expected: rms of the difference over its sigma at each place; well above 2 means "
+                 "error beyond the corners' noise: a wrong lens model or a moving board.",
+                 v.n_even, v.n_odd)) +
          table.html();
 }
 
@@ -223,12 +220,10 @@ std::string board_view(const Calibration& c) {
                         report::map_html(cloud.value, style),
                         report::scale_bar_html(cloud.mm_per_px, cloud.value.width));
   }
-  return Figure{
+  return figure_html(
       maps + "</div>",
       "Every board where the solution puts it, in the frame of the first device; colour: rms of its corners "
-      "in all devices. Boards all at one tilt or one distance leave focal length and centre uncertain.",
-      "", ""}
-      .html();
+      "in all devices. Boards all at one tilt or one distance leave focal length and centre uncertain.");
 }
 
 std::string warp_sentence(const Calibration& c, const Eigen::Vector2d& sigma_mm) {
@@ -258,10 +253,9 @@ std::string warp_map(const Calibration& c, const Findings& findings) {
   style.scale = report::Scale::diverging;
   style.unit = "µm";
   style.limits = report::symmetric_limits(z, 100.0);
-  return Figure{"<div class=\"maps\" style=\"max-width: 400px\">" +
-                    map_of(z, "deflection of the board", style) + "</div>",
-                warp_sentence(c, findings.warp_sigma_mm), "z = 4 wx u(1-u) + 4 wy v(1-v)", ""}
-      .html();
+  return figure_html("<div class=\"maps\" style=\"max-width: 400px\">" +
+                         map_of(z, "deflection of the board", style) + "</div>",
+                     warp_sentence(c, findings.warp_sigma_mm), "z = 4 wx u(1-u) + 4 wy v(1-v)");
 }
 
 std::string device_table(const Calibration& c, const Findings& findings) {

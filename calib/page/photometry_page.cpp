@@ -13,7 +13,7 @@
 namespace fringetwin::calib {
 namespace {
 
-using report::Figure, report::Plot, report::Series, report::text_column;
+using report::figure_html, report::Plot, report::Series, report::text_column;
 
 /// Returns the value with its standard error, "1.23 ± 0.04", or a dash where it is unknown.
 std::string pm(const Estimate& e) {
@@ -86,8 +86,7 @@ std::string transfer_section(const Photometry& p) {
         "noise on a linear sensor; its slope is the gain, its height at the black level read noise and "
         "rounding (1/12 DN²).",
         c.noise_from, report::count(c.transfer->n));
-    out +=
-        Figure{body, caption, "variance = (level - black) DN_per_electron + read_noise² + 1/12", ""}.html();
+    out += figure_html(body, caption, "variance = (level - black) DN_per_electron + read_noise² + 1/12");
   }
   return out;
 }
@@ -105,12 +104,11 @@ std::string response_figure(const ProjectorPhotometry& d, const std::string& whe
   for (const double v : d.curve_level)
     plot.series[1].y.push_back((std::pow(std::max(0.0, v), d.gamma.value) - low) / (high - low));
   plot.series[1].color = report::color::kSimulated;
-  return Figure{plot_html(plot, id),
-                "The projector's light against the value it is given, 0 and 1 at the ends of the projected "
-                "range: what it gives for black cannot be told from other light.",
-                "light(v) = sum_h r_h T_h((v - mean)/amplitude), r_h: harmonics before blur and camera pixel",
-                ""}
-      .html();
+  return figure_html(
+      plot_html(plot, id),
+      "The projector's light against the value it is given, 0 and 1 at the ends of the projected "
+      "range: what it gives for black cannot be told from other light.",
+      "light(v) = sum_h r_h T_h((v - mean)/amplitude), r_h: harmonics before blur and camera pixel");
 }
 
 std::string mtf_figure(const ProjectorPhotometry& d, const std::string& where, const std::string& id) {
@@ -130,11 +128,11 @@ std::string mtf_figure(const ProjectorPhotometry& d, const std::string& where, c
     blur.add(m.period_px, m.gaussian * m.camera_factor);
   }
   plot.series = {seen, blur};
-  return Figure{plot_html(plot, id),
-                "Contrast of each order at each pitch relative to the same order at the coarsest pitch; the "
-                "diamonds are the fitted Gaussian blur times what the camera's pixel area takes.",
-                "gaussian = exp(-2 pi² blur_px² h² (1/pitch² - 1/coarsest²))", ""}
-      .html();
+  return figure_html(
+      plot_html(plot, id),
+      "Contrast of each order at each pitch relative to the same order at the coarsest pitch; the "
+      "diamonds are the fitted Gaussian blur times what the camera's pixel area takes.",
+      "gaussian = exp(-2 pi² blur_px² h² (1/pitch² - 1/coarsest²))");
 }
 
 std::string harmonics_table(const ProjectorPhotometry& d, const std::string& where) {

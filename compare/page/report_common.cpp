@@ -174,7 +174,7 @@ std::string camera_heading(const std::string& name) {
 
 std::string figure_html(const ReportInput& in, const std::string& body, const std::string& caption,
                         const std::string& formula) {
-  return report::Figure{body, caption, formula, in.command}.html();
+  return report::figure_html(body, caption, formula, in.command);
 }
 
 }  // namespace fringetwin::compare

@@ -251,12 +251,9 @@ std::string axis_figures(const DesignTable& table, const TableNumber& number, Fi
       sigma.log_y = spans_a_decade(all_values(sigma));
       row.push_back(sheet->place(name + "-sigma", sigma));
     }
-    out += report::Figure{FigureSheet::row(row),
-                          band_words(table, number, points,
-                                     mean.title.find(", by ") == std::string::npos ? 1 : 2) +
-                              thinned,
-                          "", ""}
-               .html();
+    out += report::figure_html(
+        FigureSheet::row(row),
+        band_words(table, number, points, mean.title.find(", by ") == std::string::npos ? 1 : 2) + thinned);
   }
   return out;
 }

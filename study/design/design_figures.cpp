@@ -86,11 +86,9 @@ std::string pair_figures(const DesignTable& table, const TableNumber& number, Fi
       sigma.log_color = spans_a_decade(all);
       row.push_back(sheet->place(name + "-sigma", sigma));
     }
-    out +=
-        report::Figure{
-            FigureSheet::row(row),
-            table.axes.size() > 2 ? "Averaged over the other parameters." : "One cell per setting.", "", ""}
-            .html();
+    out += report::figure_html(FigureSheet::row(row), table.axes.size() > 2
+                                                          ? "Averaged over the other parameters."
+                                                          : "One cell per setting.");
   }
   return out;
 }

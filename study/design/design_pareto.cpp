@@ -63,9 +63,8 @@ std::string pareto_figures(const DesignTable& table, const TableNumber& time,
       plot.y_label = with_unit(s.word, number->unit);
       plot.title = fmt::format("{} of {} against time", s.word, shortened(number->name, 48));
       out +=
-          report::Figure{sheet->place(fmt::format("{}-pareto-{}", number->name, s.word), plot),
-                         "Steps: between two points of the front the cheaper one is what can be had.", "", ""}
-              .html();
+          report::figure_html(sheet->place(fmt::format("{}-pareto-{}", number->name, s.word), plot),
+                              "Steps: between two points of the front the cheaper one is what can be had.");
       out += front_table(table, points, front, with_unit(s.word, number->unit));
     }
   }

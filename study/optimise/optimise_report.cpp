@@ -217,9 +217,8 @@ StudyReport optimise_report(const StudyRecord& study, const OptimisePlan& plan,
   const std::string shown = shown_of(kMostBest, best.size());
   best.resize(std::min(best.size(), kMostBest));
   page.sections.push_back({"search", "Search",
-                           report::Figure{sheet.place("progress", progress_plot(plan, result)),
-                                          "Failed evaluations are not drawn.", "", ""}
-                               .html()});
+                           report::figure_html(sheet.place("progress", progress_plot(plan, result)),
+                                               "Failed evaluations are not drawn.")});
   if (!best.empty())
     page.sections.push_back(
         {"best", "Best evaluations",
@@ -234,9 +233,8 @@ StudyReport optimise_report(const StudyRecord& study, const OptimisePlan& plan,
     plot.y_label = with_unit("objective", unit_of(plan.result));
     page.sections.push_back(
         {"front", "Time against uncertainty",
-         report::Figure{sheet.place("front", plot),
-                        "Steps: between two points of the front the cheaper one is what can be had.", "", ""}
-                 .html() +
+         report::figure_html(sheet.place("front", plot),
+                             "Steps: between two points of the front the cheaper one is what can be had.") +
              evaluations_table(plan, result, varied, result.front, true)});
   }
   std::string parameters;
@@ -246,8 +244,7 @@ StudyReport optimise_report(const StudyRecord& study, const OptimisePlan& plan,
       row.push_back(
           sheet.place("objective-" + varied.axes[k].brief, parameter_plot(plan, result, varied, k)));
     parameters +=
-        report::Figure{FigureSheet::row(row), "All evaluations: the other parameters differ, too.", "", ""}
-            .html();
+        report::figure_html(FigureSheet::row(row), "All evaluations: the other parameters differ, too.");
   }
   if (!parameters.empty()) page.sections.push_back({"parameters", "Parameters", parameters});
   add_failures(study, &page);

@@ -92,12 +92,9 @@ std::string slices(const VolumeMapPlan& plan, const VolumeMap& map, const std::s
     const std::string left = sheet->place(fmt::format("{}-{}-mean", name, at), mean);
     out += FigureSheet::row({left, sheet->place(fmt::format("{}-{}-sigma", name, at), sigma)});
   }
-  return report::Figure{
-      out,
-      fmt::format("{}: {}, mean and sigma over the trials. All slices share their colours{}.", name, words,
-                  shown < nz ? fmt::format("; {} of {} slices", shown, nz) : ""),
-      "", ""}
-      .html();
+  return report::figure_html(
+      out, fmt::format("{}: {}, mean and sigma over the trials. All slices share their colours{}.", name,
+                       words, shown < nz ? fmt::format("; {} of {} slices", shown, nz) : ""));
 }
 
 Plot spacing_plot(const char* title, const char* y_label) {
@@ -163,7 +160,7 @@ std::string spacing_figures(const VolumeMap& map, double coverage, FigureSheet* 
                              .color = report::color::kSimulated,
                              .width = 2.0});
   const std::string left = sheet->place("spacing-error", errors);
-  return report::Figure{
+  return report::figure_html(
       FigureSheet::row({left, sheet->place("spacing-sigma", spread)}),
       fmt::format(
           "Every pair of positions is a ball bar: distance of the measured centres less the nominal one.{}{}",
@@ -171,8 +168,7 @@ std::string spacing_figures(const VolumeMap& map, double coverage, FigureSheet* 
               ? ""
               : " Band: the ends of the pairs' intervals, averaged along the distance.",
           length.size() > kMostSpacings ? fmt::format(" Some of {} pairs are drawn.", length.size()) : ""),
-      "|c_b - c_a| - nominal distance", ""}
-      .html();
+      "|c_b - c_a| - nominal distance");
 }
 
 std::string value_text(const MapNumber& n) {
