@@ -113,12 +113,11 @@ std::string residual_maps(const Calibration& c) {
                              map_of(cells[2], name + ": rms", value_style({&cells[2]}, "px")) +
                              map_of(cells[0], name + ": mean in x", signed_style) +
                              map_of(cells[1], name + ": mean in y", signed_style) + "</div>";
-    out +=
-        figure_html(body,
-                    fmt::format("Residuals of {} over its imager. A pattern in the means is a lens that the "
-                                "model does not describe; gray: no corner was seen there.",
-                                name),
-                    "predicted - observed, mean (x, y) and rms (2-norm) per cell");
+    out += figure_html(body,
+                       fmt::format("Residuals of {} over its imager. A pattern in the means is a lens that "
+                                   "the model does not describe; gray: no corner was seen there.",
+                                   name),
+                       "predicted - observed, mean (x, y) and rms (2-norm) per cell");
   }
   return out;
 }
@@ -156,9 +155,9 @@ std::string uncertainty_maps(const Calibration& c, const Findings& findings) {
                    style_where_seen(c, static_cast<int>(d), findings.devices[d].sigma_px));
   std::string out = figure_html(
       maps + "</div>",
-      "Projection uncertainty: how far (1 sigma, in the worst direction) the noise of the corners "
-      "lets the projection of a point at the working distance be wrong. It grows where no board was "
-      "seen: colours end at twice what holds at nine tenths of the corners, yellow is that or more.",
+      "Projection uncertainty: how far (1 sigma, in the worst direction) the noise of the corners lets the "
+      "projection of a point at the working distance be wrong. It grows where no board was seen: colours end "
+      "at twice what holds at nine tenths of the corners, yellow is that or more.",
       "Var(q) = dq/db Var(b) (dq/db)^T, the point at rest relative to the boards");
   const CrossValidation& v = findings.cross_validation;
   if (!v.not_done.empty()) return out + "<p>No cross-validation: " + report::escape_html(v.not_done) + "</p>";
@@ -174,10 +173,10 @@ std::string uncertainty_maps(const Calibration& c, const Findings& findings) {
          figure_html(
              crossed + "</div>",
              fmt::format(
-                 "The same rig calibrated from the even ({}) and from the odd ({}) frames: difference of "
-                 "the projections at the working distance after the best rigid motion (colours as above). "
-                 "Over expected: rms of the difference over its sigma at each place; well above 2 means "
-                 "error beyond the corners' noise: a wrong lens model or a moving board.",
+                 "The same rig calibrated from the even ({}) and from the odd ({}) frames: difference of the "
+                 "projections at the working distance after the best rigid motion (colours as above). Over "
+                 "expected: rms of the difference over its sigma at each place; well above 2 means error "
+                 "beyond the corners' noise: a wrong lens model or a moving board.",
                  v.n_even, v.n_odd)) +
          table.html();
 }

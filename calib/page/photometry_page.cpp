@@ -106,8 +106,8 @@ std::string response_figure(const ProjectorPhotometry& d, const std::string& whe
   plot.series[1].color = report::color::kSimulated;
   return figure_html(
       plot_html(plot, id),
-      "The projector's light against the value it is given, 0 and 1 at the ends of the projected "
-      "range: what it gives for black cannot be told from other light.",
+      "The projector's light against the value it is given, 0 and 1 at the ends of the projected range: what "
+      "it gives for black cannot be told from other light.",
       "light(v) = sum_h r_h T_h((v - mean)/amplitude), r_h: harmonics before blur and camera pixel");
 }
 
@@ -128,11 +128,10 @@ std::string mtf_figure(const ProjectorPhotometry& d, const std::string& where, c
     blur.add(m.period_px, m.gaussian * m.camera_factor);
   }
   plot.series = {seen, blur};
-  return figure_html(
-      plot_html(plot, id),
-      "Contrast of each order at each pitch relative to the same order at the coarsest pitch; the "
-      "diamonds are the fitted Gaussian blur times what the camera's pixel area takes.",
-      "gaussian = exp(-2 pi² blur_px² h² (1/pitch² - 1/coarsest²))");
+  return figure_html(plot_html(plot, id),
+                     "Contrast of each order at each pitch relative to the same order at the coarsest pitch; "
+                     "the diamonds are the fitted Gaussian blur times what the camera's pixel area takes.",
+                     "gaussian = exp(-2 pi² blur_px² h² (1/pitch² - 1/coarsest²))");
 }
 
 std::string harmonics_table(const ProjectorPhotometry& d, const std::string& where) {

@@ -36,14 +36,12 @@ std::string note_of(const DesignPlan& plan, const DesignTable& table) {
     const Interval s = sigma_interval(1.0, dof, kReportCoverage);
     out += fmt::format(
         "Scatter over {} seeds: the true sigma of a setting lies between {:.2f} and {:.2f} times the one "
-        "shown, its "
-        "mean is known to ±{:.2f} sigma (95 %, normal scatter). ",
+        "shown, its mean is known to ±{:.2f} sigma (95 %, normal scatter). ",
         seeds, s.low, s.high, student_t_quantile(0.5 + 0.5 * kReportCoverage, dof) / std::sqrt(seeds));
     if (table.settings.size() > 1)
       out +=
           "All settings share their seeds: where the noise acts alike, differences between settings are "
-          "known "
-          "better than their bands say, and averages over settings no better than one of them. ";
+          "known better than their bands say, and averages over settings no better than one of them. ";
     bool any = false;
     for (const TableNumber& n : table.numbers) any = any || n.all.sigma > 0.0;
     if (!any) out += "The seeds made no difference: the twin has no noise. ";

@@ -239,8 +239,7 @@ std::string shares_table(const std::vector<Quantity>& all, const MonteCarloResul
 std::string note_of(const MonteCarloPlan& plan, const MonteCarloResult& result) {
   std::string out = fmt::format(
       "{} after {} trials: mean, sigma and both ends of the symmetric interval of every number are {}known "
-      "to {} "
-      "significant digit{} of sigma (JCGM 101, 7.9; blocks of {} trials). ",
+      "to {} significant digit{} of sigma (JCGM 101, 7.9; blocks of {} trials). ",
       result.converged ? "Enough" : "NOT enough", result.trials, result.converged ? "" : "not all ",
       plan.rule.digits, plan.rule.digits == 1 ? "" : "s", plan.rule.trials_per_block());
   if (plan.rule.trials_per_block() < 10'000)
@@ -275,10 +274,9 @@ StudyReport monte_carlo_report(const StudyRecord& study, const MonteCarloPlan& p
     } else if (q.number.summary.sigma == 0.0) {
       body = "<p>The same in all trials.</p>";
     } else {
-      body += report::figure_html(
-          sheet.place(q.name + "-histogram", histogram_plot(q, plan.rule.coverage)),
-          "All trials. Where the bars do not follow the normal curve, mean ± k sigma is no "
-          "coverage interval; those drawn are.");
+      body += report::figure_html(sheet.place(q.name + "-histogram", histogram_plot(q, plan.rule.coverage)),
+                                  "All trials. Where the bars do not follow the normal curve, mean ± k sigma "
+                                  "is no coverage interval; those drawn are.");
       const std::vector<ConvergenceStep> steps = convergence_steps(q.trials, plan.rule);
       if (!steps.empty())
         body += report::figure_html(
@@ -287,16 +285,15 @@ StudyReport monte_carlo_report(const StudyRecord& study, const MonteCarloPlan& p
                              estimate_plot(q, steps, "mean", &ConvergenceStep::mean, &Convergence::mean)),
                  sheet.place(q.name + "-sigma", estimate_plot(q, steps, "sigma", &ConvergenceStep::sigma,
                                                               &Convergence::sigma))}),
-            "After so many trials. The rule asks the band to be no wider than the tolerance, here and at "
-            "the ends of "
-            "the interval.",
+            "After so many trials. The rule asks the band to be no wider than the tolerance, here and at the "
+            "ends of the interval.",
             "twice s(block averages)/√blocks ≤ δ");
       if (plan.sensitivity_rows > 0 && std::isfinite(q.number.sensitivity.variance) &&
           !result.factors.empty())
         body += report::figure_html(
             sheet.place(q.name + "-tornado", tornado_plot(q, result.factors, plan.rule.coverage)),
-            "First-order: the share that goes with the factor alone; total: in which it has any "
-            "part. Values below 0 or above 1 are chance.",
+            "First-order: the share that goes with the factor alone; total: in which it has any part. Values "
+            "below 0 or above 1 are chance.",
             "S_i = cov(f(B), f(A_i) - f(A))/V,  T_i = mean((f(A) - f(A_i))²)/2V");
     }
     page.sections.push_back({"number-" + std::to_string(k), q.name, body});
