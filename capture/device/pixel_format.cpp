@@ -12,6 +12,7 @@
 #include <memory>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/paths.hpp"
 
 namespace fringetwin::capture {
 namespace {
@@ -25,12 +26,6 @@ constexpr std::array<PixelFormatTraits, 7> kAllFormats{{
     {PixelFormat::yuyv, "YUYV", V4L2_PIX_FMT_YUYV, 8, 2},
     {PixelFormat::mjpg, "MJPG", V4L2_PIX_FMT_MJPEG, 8, 0},
 }};
-
-std::string upper(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return text;
-}
 
 // The place of a word's low and high byte.
 struct WordOrder {
@@ -110,7 +105,7 @@ std::optional<PixelFormat> pixel_format_of_fourcc(std::uint32_t fourcc) {
 
 std::optional<PixelFormat> pixel_format_of_name(const std::string& name) {
   for (const PixelFormatTraits& t : kAllFormats)
-    if (upper(name) == t.name) return t.format;
+    if (lower_case(name) == lower_case(t.name)) return t.format;
   return std::nullopt;
 }
 

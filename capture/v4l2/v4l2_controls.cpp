@@ -8,6 +8,7 @@
 #include <cctype>
 
 #include "twin/base/parse_number.hpp"
+#include "twin/base/paths.hpp"
 
 #ifndef V4L2_CID_HDR_SENSOR_MODE  // since Linux 6.6
 #define V4L2_CID_HDR_SENSOR_MODE (V4L2_CID_CAMERA_CLASS_BASE + 36)
@@ -16,17 +17,11 @@
 namespace fringetwin::capture {
 namespace {
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 /// Returns a control's name as v4l2-ctl writes it: lower-case letters and digits, with one underscore for
 /// every run of other characters.
 std::string key_of(const std::string& name) {
   std::string key;
-  for (const char c : lower(name))
+  for (const char c : lower_case(name))
     if (std::isalnum(static_cast<unsigned char>(c)) != 0)
       key += c;
     else if (!key.empty() && key.back() != '_')
@@ -212,7 +207,7 @@ std::int64_t V4l2Controls::parse(const V4l2Control& control, const std::string& 
   if (const std::optional<std::int64_t> value = parse_number<std::int64_t>(text)) return *value;
   for (const auto& [item, name] : control.items)
     if (key_of(name) == key_of(text)) return item;
-  const std::string word = lower(text);
+  const std::string word = lower_case(text);
   if (control.type == V4L2_CTRL_TYPE_BOOLEAN && (word == "on" || word == "true")) return 1;
   if (control.type == V4L2_CTRL_TYPE_BOOLEAN && (word == "off" || word == "false")) return 0;
   throw device_.refusal(fmt::format("control '{}' cannot be '{}'", control.key, text),

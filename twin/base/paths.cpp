@@ -29,11 +29,12 @@ fs::path tidy_path(const fs::path& path) {
   return error ? whole : walked;
 }
 
-std::string lower_extension(const fs::path& file) {
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
+std::string lower_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
 }
+
+std::string lower_extension(const fs::path& file) { return lower_case(file.extension().string()); }
 
 std::string name_fault(const std::string& name) {
   if (name.empty()) return "must not be empty";

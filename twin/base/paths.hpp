@@ -11,6 +11,9 @@ namespace fringetwin {
 /// points to.
 std::filesystem::path tidy_path(const std::filesystem::path& path);
 
+/// Returns the text with its ASCII letters in lower case.
+std::string lower_case(std::string text);
+
 /// Returns the file's extension with its dot, in lower case: ".png".
 std::string lower_extension(const std::filesystem::path& file);
 
