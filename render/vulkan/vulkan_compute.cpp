@@ -14,16 +14,6 @@ namespace {
 constexpr VkMemoryPropertyFlags kMappable =
     VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
 
-/// Records a barrier that makes all writes before it, by the host or the device, visible to all that follows.
-/// One barrier for everything is cheap, since there are few dispatches.
-void full_barrier(VkCommandBuffer commands) {
-  auto barrier = vk_struct<VkMemoryBarrier>(VK_STRUCTURE_TYPE_MEMORY_BARRIER);
-  barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT | VK_ACCESS_HOST_WRITE_BIT;
-  barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT | VK_ACCESS_HOST_READ_BIT;
-  constexpr VkPipelineStageFlags kStages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT;
-  vkCmdPipelineBarrier(commands, kStages, kStages, 0, 1, &barrier, 0, nullptr, 0, nullptr);
-}
-
 }  // namespace
 
 Buffer::Buffer(VulkanDevice& device, std::size_t bytes, VkBufferUsageFlags usage, VkFormat texel_format)
@@ -106,19 +96,13 @@ void Buffer::upload(std::span<const std::byte> data) {
              VK_MEMORY_PROPERTY_HOST_CACHED_BIT, staging_);
   std::memcpy(staging_.mapped, data.data(), data.size());
   device_.run([&](VkCommandBuffer commands) {
-    full_barrier(commands);
     const VkBufferCopy copy{0, 0, data.size()};
     vkCmdCopyBuffer(commands, staging_.buffer, buffer_, 1, &copy);
-    full_barrier(commands);
   });
 }
 
 void Buffer::clear() {
-  device_.run([&](VkCommandBuffer commands) {
-    full_barrier(commands);
-    vkCmdFillBuffer(commands, buffer_, 0, VK_WHOLE_SIZE, 0);
-    full_barrier(commands);
-  });
+  device_.run([&](VkCommandBuffer commands) { vkCmdFillBuffer(commands, buffer_, 0, VK_WHOLE_SIZE, 0); });
 }
 
 const std::byte* Buffer::read(std::size_t bytes) {
@@ -128,10 +112,8 @@ const std::byte* Buffer::read(std::size_t bytes) {
     allocate(VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, kMappable,
              VK_MEMORY_PROPERTY_HOST_CACHED_BIT, staging_);
   device_.run([&](VkCommandBuffer commands) {
-    full_barrier(commands);
     const VkBufferCopy copy{0, 0, bytes};
     vkCmdCopyBuffer(commands, buffer_, staging_.buffer, 1, &copy);
-    full_barrier(commands);
   });
   return staging_.mapped;
 }
@@ -244,13 +226,11 @@ void ComputePipeline::bind(const std::vector<const Buffer*>& buffers) {
 
 void ComputePipeline::dispatch(std::uint32_t groups, std::span<const std::byte> push) {
   device_.run([&](VkCommandBuffer commands) {
-    full_barrier(commands);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_);
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set_, 0, nullptr);
     vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_COMPUTE_BIT, 0,
                        static_cast<std::uint32_t>(push.size()), push.data());
     vkCmdDispatch(commands, groups, 1, 1);
-    full_barrier(commands);
   });
 }
 

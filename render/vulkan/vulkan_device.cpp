@@ -5,12 +5,12 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdlib>
 #include <cstring>
 #include <utility>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/paths.hpp"
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::render {
@@ -21,11 +21,6 @@ constexpr std::uint32_t kWantedApi = VK_API_VERSION_1_2;
 std::string environment(const char* name) {
   const char* value = std::getenv(name);
   return value ? value : "";
-}
-
-std::string lower(std::string s) {
-  std::transform(s.begin(), s.end(), s.begin(), [](unsigned char c) { return std::tolower(c); });
-  return s;
 }
 
 const char* result_name(VkResult r) {
@@ -50,6 +45,16 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_validation(VkDebugUtilsMessageSeverityFlagBits
     warn(std::string("Vulkan validation: ") + data->pMessage);
   }
   return VK_FALSE;
+}
+
+/// Records a barrier that makes all writes before it, by the host or the device, visible to all that follows.
+/// One barrier for everything is cheap, since there are few dispatches.
+void full_barrier(VkCommandBuffer commands) {
+  auto barrier = vk_struct<VkMemoryBarrier>(VK_STRUCTURE_TYPE_MEMORY_BARRIER);
+  barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT | VK_ACCESS_HOST_WRITE_BIT;
+  barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT | VK_ACCESS_HOST_READ_BIT;
+  constexpr VkPipelineStageFlags kStages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT;
+  vkCmdPipelineBarrier(commands, kStages, kStages, 0, 1, &barrier, 0, nullptr, 0, nullptr);
 }
 
 bool has_compute_queue(VkPhysicalDevice device, std::uint32_t* family) {
@@ -175,7 +180,8 @@ VulkanDevice::VulkanDevice(const std::string& wanted, const DeviceExtensions& ex
   for (VkPhysicalDevice d : devices) {
     const DeviceInfo info = describe_device(d);
     names += (names.empty() ? "" : ", ") + info.name;
-    const bool fits = name.empty() ? info.is_cpu : lower(info.name).find(lower(name)) != std::string::npos;
+    const bool fits =
+        name.empty() ? info.is_cpu : lower_case(info.name).find(lower_case(name)) != std::string::npos;
     if (fits && !physical_) physical_ = d;
   }
   if (!physical_ && !name.empty())
@@ -258,9 +264,11 @@ void VulkanDevice::begin() {
   auto begin = vk_struct<VkCommandBufferBeginInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO);
   begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
   vk_check(vkBeginCommandBuffer(commands_, &begin), "vkBeginCommandBuffer");
+  full_barrier(commands_);
 }
 
 void VulkanDevice::submit_and_wait() {
+  full_barrier(commands_);
   vk_check(vkEndCommandBuffer(commands_), "vkEndCommandBuffer");
   auto submit = vk_struct<VkSubmitInfo>(VK_STRUCTURE_TYPE_SUBMIT_INFO);
   submit.commandBufferCount = 1;

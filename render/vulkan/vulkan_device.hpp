@@ -80,7 +80,8 @@ class VulkanDevice : NotCopyable {
   bool has_mappable_device_memory() const;
   bool has_double() const { return has_double_; }          ///< shaderFloat64
   bool has_extensions() const { return has_extensions_; }  ///< asked for, there and enabled
-  /// Records commands with `record(VkCommandBuffer)`, submits, waits.
+  /// Records commands with `record(VkCommandBuffer)`, submits, waits. They see all that the host or the
+  /// device wrote before, and what they write is seen by all that follows.
   template <class Record>
   void run(Record record) {
     begin();
