@@ -48,7 +48,7 @@ void read_sampling(const TomlTable& root, DesignPlan* plan) {
     return;
   }
   plan->points = root.required_integer("points", 1, kMostPoints);
-  plan->seed = static_cast<std::uint64_t>(root.integer("seed", 0, kMostSeed).value_or(1));
+  plan->seed = root.integer("seed", 0, kMostSeed).value_or(1);
   if (plan->design == Design::sobol && plan->vary.size() > std::size_t{render::kSobolDimensions})
     root.fail("vary", fmt::format("is given {} times, a Sobol design takes at most {}", plan->vary.size(),
                                   render::kSobolDimensions));
@@ -64,8 +64,7 @@ DesignPlan read_design(const TomlTable& root) {
   DesignPlan plan;
   plan.design = read_scheme(root);
   plan.noise_seeds = root.integer("noise_seeds", 1, kMostPoints).value_or(1);
-  plan.first_noise_seed =
-      static_cast<std::uint64_t>(root.integer("first_noise_seed", 0, kMostSeed).value_or(1));
+  plan.first_noise_seed = root.integer("first_noise_seed", 0, kMostSeed).value_or(1);
   std::set<std::string> taken;
   for (const TomlTable& table : root.tables("vary"))
     plan.vary.push_back(read_variation(table, plan.is_sampled(), &taken));

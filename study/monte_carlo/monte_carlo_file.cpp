@@ -14,20 +14,16 @@ std::vector<std::string> monte_carlo_keys() {
 
 MonteCarloPlan read_monte_carlo(const TomlTable& root, const std::filesystem::path& twin_file) {
   MonteCarloPlan plan;
-  plan.seed = static_cast<std::uint64_t>(root.integer("seed", 0, kMostSeed).value_or(1));
+  plan.seed = root.integer("seed", 0, kMostSeed).value_or(1);
   plan.rule.coverage = read_coverage(root);
   plan.rule.digits = root.integer("digits", 1, 4).value_or(1);
-  plan.rule.block_trials =
-      static_cast<std::size_t>(root.integer("block_trials", 2, kMostPoints).value_or(100));
-  plan.rule.least_blocks = static_cast<std::size_t>(root.integer("least_blocks", 2, kMostPoints).value_or(5));
-  plan.most_trials = static_cast<std::size_t>(root.integer("most_trials", 2, kMostPoints).value_or(10'000));
-  plan.sensitivity_rows =
-      static_cast<std::size_t>(root.integer("sensitivity_rows", 0, kMostPoints).value_or(0));
+  plan.rule.block_trials = root.integer("block_trials", 2, kMostPoints).value_or(100);
+  plan.rule.least_blocks = root.integer("least_blocks", 2, kMostPoints).value_or(5);
+  plan.most_trials = root.integer("most_trials", 2, kMostPoints).value_or(10'000);
+  plan.sensitivity_rows = root.integer("sensitivity_rows", 0, kMostPoints).value_or(0);
   if (plan.sensitivity_rows > plan.most_trials)
     root.fail("sensitivity_rows", "must not exceed most_trials", "the rows are trials, too");
-  const UncertainSettings uncertain = read_uncertain_settings(root, twin_file);
-  plan.inputs = uncertain.inputs;
-  plan.calibration = uncertain.calibration;
+  static_cast<UncertainSettings&>(plan) = read_uncertain_settings(root, twin_file);
   return plan;
 }
 

@@ -38,7 +38,7 @@ class MonteCarloKind final : public Kind {
   std::vector<StudyPoint> plan() override {
     const UncertainInputs& inputs = plan_.inputs;
     const StudyPoint first = point_of(inputs, 0, draw_inputs(inputs, plan_.seed, DrawStream::trials, 0));
-    plan_.inputs = complete_inputs({inputs, plan_.calibration}, head_.twin);
+    plan_.inputs = complete_inputs(plan_, head_.twin);
     return {StudyPoint{}, first};
   }
   PointTask task() const override { return {head_.twin, head_.records, true, plan_.inputs.calibration > 0}; }

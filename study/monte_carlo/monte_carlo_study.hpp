@@ -11,13 +11,11 @@
 #include "study/kind/kind.hpp"
 #include "study/statistics/monte_carlo.hpp"
 #include "study/statistics/sobol_indices.hpp"
-#include "study/uncertain/uncertain_inputs.hpp"
+#include "study/uncertain/uncertain_file.hpp"
 
 namespace fringetwin::study {
 
-struct MonteCarloPlan {
-  UncertainInputs inputs;    ///< the directions of the calibration are counted when the study is planned
-  bool calibration = false;  ///< draw the rig from the covariance that the twin names
+struct MonteCarloPlan : UncertainSettings {
   AdaptiveRule rule;
   std::uint64_t seed = 1;
   std::size_t most_trials = 10'000;  ///< trials are ids 0 ... most_trials - 1

@@ -13,7 +13,7 @@
 #include "study/kind/kind.hpp"
 #include "study/optimise/budgeted_search.hpp"
 #include "study/plan/study_tables.hpp"
-#include "study/uncertain/uncertain_inputs.hpp"
+#include "study/uncertain/uncertain_file.hpp"
 
 namespace fringetwin::study {
 
@@ -24,15 +24,13 @@ struct Constraint {
   std::optional<double> min, max;  ///< of the mean over the trials
 };
 
-struct OptimisePlan {
+struct OptimisePlan : UncertainSettings {
   std::vector<Variation> choose;
   std::string result;  ///< the number whose statistic is to be least
   Statistic statistic = Statistic::sigma;
   double value = 0.0;  ///< of rms_error: the true one
   std::vector<Constraint> constraints;
   std::size_t evaluations = 60, trials = 8;
-  UncertainInputs inputs;    ///< the directions of the calibration are counted when the study is planned
-  bool calibration = false;  ///< draw the rig from the covariance that the twin names
   std::filesystem::path twin;
   std::uint64_t seed = 1;
 };

@@ -66,14 +66,12 @@ OptimisePlan read_optimise(const TomlTable& root, const std::filesystem::path& t
                                     render::kSobolDimensions));
   read_objective(root, &plan);
   for (const TomlTable& table : root.tables("constraint")) plan.constraints.push_back(read_constraint(table));
-  plan.evaluations = static_cast<std::size_t>(root.integer("evaluations", 1, kMostEvaluations).value_or(60));
-  plan.trials = static_cast<std::size_t>(root.integer("trials", 2, kMostTrials).value_or(8));
+  plan.evaluations = root.integer("evaluations", 1, kMostEvaluations).value_or(60);
+  plan.trials = root.integer("trials", 2, kMostTrials).value_or(8);
   if (plan.evaluations * plan.trials > std::size_t{kMostPoints})
     root.fail("evaluations", fmt::format("x trials must not exceed {}", kMostPoints));
-  plan.seed = static_cast<std::uint64_t>(root.integer("seed", 0, kMostSeed).value_or(1));
-  const UncertainSettings uncertain = read_uncertain_settings(root, twin_file);
-  plan.inputs = uncertain.inputs;
-  plan.calibration = uncertain.calibration;
+  plan.seed = root.integer("seed", 0, kMostSeed).value_or(1);
+  static_cast<UncertainSettings&>(plan) = read_uncertain_settings(root, twin_file);
   for (const UncertainKey& key : plan.inputs.keys)
     if (key.stated && std::ranges::any_of(key.keys, [&](const std::string& k) { return taken.contains(k); }))
       root.fail("uncertain", fmt::format("\"{}\" is chosen, too: its middle is what is chosen", key.name),

@@ -73,7 +73,7 @@ class OptimiseKind final : public Kind {
 
   std::vector<StudyPoint> plan() override {
     std::vector<StudyPoint> samples = optimise_samples(plan_);
-    plan_.inputs = complete_inputs({plan_.inputs, plan_.calibration}, head_.twin);
+    plan_.inputs = complete_inputs(plan_, head_.twin);
     return samples;
   }
   PointTask task() const override { return {head_.twin, head_.records, true, plan_.inputs.calibration > 0}; }

@@ -15,13 +15,11 @@
 #include "study/kind/kind.hpp"
 #include "study/plan/study_tables.hpp"
 #include "study/statistics/monte_carlo.hpp"
-#include "study/uncertain/uncertain_inputs.hpp"
+#include "study/uncertain/uncertain_file.hpp"
 
 namespace fringetwin::study {
 
-struct VolumeMapPlan {
-  UncertainInputs inputs;    ///< the directions of the calibration are counted when the study is planned
-  bool calibration = false;  ///< draw the rig from the covariance that the twin names
+struct VolumeMapPlan : UncertainSettings {
   std::filesystem::path twin;
   std::string object;                                                        ///< a sphere of the twin
   double radius_mm = 0.0;                                                    ///< its nominal one

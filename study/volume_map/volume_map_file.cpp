@@ -54,16 +54,14 @@ VolumeMapPlan read_volume_map(const TomlTable& root, const std::filesystem::path
   plan.radius_mm = sphere->radius_mm;
   need_fit(root, twin, plan.object);
   read_lattice(root, &plan);
-  plan.trials = static_cast<std::size_t>(root.integer("trials", 2, kMostTrials).value_or(20));
+  plan.trials = root.integer("trials", 2, kMostTrials).value_or(20);
   const std::size_t points = plan.positions().size() * plan.trials;
   if (points > std::size_t{kMostPoints})
     root.fail("trials",
               fmt::format("asks for {} measurements, at most {} are possible", points, kMostPoints));
-  plan.seed = static_cast<std::uint64_t>(root.integer("seed", 0, kMostSeed).value_or(1));
+  plan.seed = root.integer("seed", 0, kMostSeed).value_or(1);
   plan.coverage = read_coverage(root);
-  const UncertainSettings uncertain = read_uncertain_settings(root, twin_file);
-  plan.inputs = uncertain.inputs;
-  plan.calibration = uncertain.calibration;
+  static_cast<UncertainSettings&>(plan) = read_uncertain_settings(root, twin_file);
   return plan;
 }
 

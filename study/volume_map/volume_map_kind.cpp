@@ -70,7 +70,7 @@ class VolumeMapKind final : public Kind {
   VolumeMapKind(const StudyHead& head, const VolumeMapPlan& plan) : head_(head), plan_(plan) {}
 
   std::vector<StudyPoint> plan() override {
-    plan_.inputs = complete_inputs({plan_.inputs, plan_.calibration}, head_.twin);
+    plan_.inputs = complete_inputs(plan_, head_.twin);
     points_ = volume_map_points(plan_);
     return points_;
   }
