@@ -24,6 +24,15 @@ struct ErrorEstimate {
   double smooth_share = 0.0;  ///< share of those pixels that one surface fills and that needed more rays
 };
 
+/// What a trace of one camera saw and did, besides the light.
+struct TraceRecord {
+  Image<std::int32_t> object;  ///< index of the object at the pixel centre's ray, -1 none
+  Sampling sampling;           ///< what was done: a fixed rule where adaptive does not apply
+  double trace_ms = 0.0;
+  std::uint64_t rays = 0;                 ///< primary + shadow
+  std::optional<ErrorEstimate> estimate;  ///< adaptive only
+};
+
 /// The cost of one step of the adaptive trace, for benchmarks.
 struct StageCost {
   std::string name;
@@ -36,7 +45,7 @@ struct StageCost {
 /// w is the irradiance that a ray brings where the pattern value is 1, theta the phase of the fringe that it
 /// meets. A pattern whose series has the coefficients a_k (response and blur included) and that is shifted by
 /// delta gives E = ambient_hit + a_0 mean + sum_k a_k (cosine_k cos(k delta) - sine_k sin(k delta)).
-struct Transport {
+struct Transport : TraceRecord {
   ImageF mean;     ///< mean of w over the pixel (pattern value 1 everywhere)
   ImageF ambient;  ///< ambient irradiance x hit fraction
   /// [direction][pitch]: mean of w cos(theta), w sin(theta), theta = 2 pi (x - origin)/pitch; the
@@ -51,13 +60,8 @@ struct Transport {
   SeriesTable series;
   /// Images evaluated directly in the trace (mean of w * value), by sequence index; empty elsewhere.
   std::vector<ImageF> direct;
-  Image<std::int32_t> object;  ///< index of the object at the pixel centre's ray, -1 none
-  Sampling sampling;           ///< what was done: a fixed rule where adaptive does not apply
-  double trace_ms = 0.0;
-  std::uint64_t rays = 0;                 ///< primary + shadow
-  int repeated_dispatches = 0;            ///< because the driver cut an invocation's loops short
-  std::optional<ErrorEstimate> estimate;  ///< adaptive only
-  std::vector<StageCost> stages;          ///< adaptive only
+  int repeated_dispatches = 0;    ///< because the driver cut an invocation's loops short
+  std::vector<StageCost> stages;  ///< adaptive only
 };
 
 }  // namespace fringetwin::render

@@ -122,11 +122,7 @@ RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Tra
     out.black = level(0.0);
   }
   apply_camera_effects(twin.cameras[camera_index], &out);
-  out.object = transport.object;
-  out.sampling = transport.sampling;
-  out.trace_ms = transport.trace_ms;
-  out.rays = transport.rays;
-  out.estimate = transport.estimate;
+  static_cast<TraceRecord&>(out) = transport;
   return out;
 }
 
