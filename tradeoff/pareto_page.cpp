@@ -54,12 +54,8 @@ Series front_line(const ParetoResult& result, const Axes& axes) {
   Series s{.title = "Pareto front", .style = Series::Style::dashed, .color = report::color::kDifference};
   // Steps: between two points of the front the cheaper one is what can be had.
   for (std::size_t i = 0; i < front.size(); ++i) {
-    if (i > 0) {
-      s.x.push_back(axes.x(*front[i]));
-      s.y.push_back(axes.y(*front[i - 1]));
-    }
-    s.x.push_back(axes.x(*front[i]));
-    s.y.push_back(axes.y(*front[i]));
+    if (i > 0) s.add(axes.x(*front[i]), axes.y(*front[i - 1]));
+    s.add(axes.x(*front[i]), axes.y(*front[i]));
   }
   return s;
 }
@@ -74,8 +70,7 @@ Series mark(const ParetoResult& result, const Axes& axes, const std::string& lab
            .point_type = symbol};
   for (const ParetoPoint& p : result.points) {
     if (!(p.scheme.*chosen)) continue;
-    s.x.push_back(axes.x(p));
-    s.y.push_back(axes.y(p));
+    s.add(axes.x(p), axes.y(p));
     s.labels.push_back(fmt::format("{}: {} {}", label, p.scheme.family, p.scheme.size()));
   }
   return s;
@@ -100,8 +95,7 @@ Plot error_plot(const ParetoResult& result, const Axes& axes) {
       for (const ParetoPoint& p : result.points) {
         if (p.is_precise() != precise || p.scheme.family != families[k]) continue;
         const double y = axes.y(p);
-        s.x.push_back(axes.x(p));
-        s.y.push_back(y > 0.0 ? y : std::nan(""));
+        s.add(axes.x(p), y > 0.0 ? y : std::nan(""));
         const bool marked = p.scheme.is_default || p.scheme.is_published;
         s.labels.push_back(precise || marked ? "" : p.scheme.size());
       }

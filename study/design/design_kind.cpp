@@ -3,6 +3,8 @@
 // and measured.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "study/design/design_plan.hpp"
 #include "twin/base/progress.hpp"
 
@@ -30,11 +32,8 @@ class DesignKind final : public Kind {
   StudyReport report(const StudyRecord& study) const override { return design_report(study, plan_); }
 
   std::string tell(const StudyRecord& study, const EngineSummary& summary) const override {
-    std::size_t done = 0, failed = 0;
-    for (const StoredPoint& row : study.rows) {
-      done += row.status == PointStatus::done ? 1 : 0;
-      failed += row.status == PointStatus::failed ? 1 : 0;
-    }
+    const auto done = std::ranges::count(study.rows, PointStatus::done, &StoredPoint::status),
+               failed = std::ranges::count(study.rows, PointStatus::failed, &StoredPoint::status);
     return fmt::format("study \"{}\": {} measured, {} failed, {} of them in this run\n", head_.name, done,
                        failed, summary.finished);
   }

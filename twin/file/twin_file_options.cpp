@@ -17,9 +17,7 @@ std::string read_object_name(const TomlTable& table, const Twin& twin) {
   if (twin.find_object(name) != nullptr) return name;
   std::vector<std::string> names;
   for (const Object& object : twin.objects) names.push_back(object.name);
-  const std::string* close = nearest(name, names);
-  table.fail("object", fmt::format("= \"{}\": there is no such [[object]]", name),
-             close != nullptr ? fmt::format("did you mean \"{}\"?", *close) : "");
+  table.fail("object", fmt::format("= \"{}\": there is no such [[object]]", name), did_you_mean(name, names));
 }
 
 /// Keys of a published fit: those of result.json's fits.
