@@ -27,12 +27,6 @@ CREATE TABLE points(
   version TEXT, host TEXT, finished_at TEXT);
 CREATE INDEX points_by_status ON points(status);)";
 
-std::string numbers_json(const std::map<std::string, double>& numbers) {
-  Json json = Json::object();
-  for (const auto& [name, value] : numbers) json[name] = value;  // what is not finite becomes null
-  return json.dump();
-}
-
 PointStatus status_of(const std::string& name) {
   return name == "done" ? PointStatus::done : name == "failed" ? PointStatus::failed : PointStatus::pending;
 }
@@ -133,7 +127,7 @@ void StudyStore::record(const std::vector<PointOutcome>& outcomes) {
     update.bind(1, outcome.id)
         .bind(2, std::string(outcome.failed ? "failed" : "done"))
         .bind(3, outcome.reason)
-        .bind(4, numbers_json(outcome.numbers))
+        .bind(4, Json(outcome.numbers).dump())  // what is not finite becomes null
         .bind(5, outcome.seconds)
         .bind(6, std::int64_t{outcome.traced ? 1 : 0})
         .bind(7, outcome.version.empty() ? impl_->version : outcome.version)
