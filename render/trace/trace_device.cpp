@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <cstring>
 #include <span>
 
@@ -12,6 +11,7 @@
 #include "render/scene/pack_scene.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/time_and_host.hpp"
 
 namespace fringetwin::render {
 namespace {
@@ -136,9 +136,8 @@ void TraceDevice::upload_geometry(const PackedScene& scene, const Shortcuts& sho
   }
   const std::size_t largest = std::max(4 * nodes.size(), triangles.size());
   // FRINGETWIN_GEOMETRY=storage forces the variant for small devices, for tests.
-  const char* forced = std::getenv("FRINGETWIN_GEOMETRY");
-  const bool needs_storage =
-      largest > vulkan_.limits().maxTexelBufferElements || (forced && std::string(forced) == "storage");
+  const bool needs_storage = largest > vulkan_.limits().maxTexelBufferElements ||
+                             environment_value("FRINGETWIN_GEOMETRY") == "storage";
   if (needs_storage != storage_geometry_) {
     storage_geometry_ = needs_storage;
     for (const std::size_t b : {BIND_NODES, BIND_TRIANGLES, BIND_CORNERS, BIND_LINKS}) buffers_[b].reset();

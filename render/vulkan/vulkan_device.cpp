@@ -4,24 +4,18 @@
 #include <fmt/format.h>
 #include <omp.h>
 
-#include <algorithm>
-#include <cstdlib>
 #include <cstring>
 #include <utility>
 
 #include "twin/base/errors.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/time_and_host.hpp"
 
 namespace fringetwin::render {
 namespace {
 
 constexpr std::uint32_t kWantedApi = VK_API_VERSION_1_2;
-
-std::string environment(const char* name) {
-  const char* value = std::getenv(name);
-  return value ? value : "";
-}
 
 const char* result_name(VkResult r) {
   constexpr std::pair<VkResult, const char*> kNames[] = {
@@ -83,7 +77,7 @@ VulkanInstance::VulkanInstance() : VulkanInstance(Empty{}) {
   const char* hint = "install mesa-vulkan-drivers for the CPU device (lavapipe)";
   if (volkInitialize() != VK_SUCCESS)
     throw UserError(ExitCode::device, "Vulkan", "the Vulkan loader (libvulkan.so.1) is not installed", hint);
-  const bool validate = environment("FRINGETWIN_VALIDATION") == "1";
+  const bool validate = environment_value("FRINGETWIN_VALIDATION") == "1";
   auto app = vk_struct<VkApplicationInfo>(VK_STRUCTURE_TYPE_APPLICATION_INFO);
   app.pApplicationName = "fringetwin";
   app.apiVersion = kWantedApi;
@@ -175,7 +169,7 @@ VulkanDevice::VulkanDevice(const std::string& wanted, const DeviceExtensions& ex
   if (devices.empty())
     throw UserError(ExitCode::device, "Vulkan", "there is no device with Vulkan 1.2 and a compute queue",
                     "install mesa-vulkan-drivers for the CPU device (lavapipe)");
-  const std::string name = wanted.empty() ? environment("FRINGETWIN_DEVICE") : wanted;
+  const std::string name = wanted.empty() ? environment_value("FRINGETWIN_DEVICE") : wanted;
   std::string names;
   for (VkPhysicalDevice d : devices) {
     const DeviceInfo info = describe_device(d);
@@ -251,7 +245,7 @@ std::uint32_t VulkanDevice::memory_type(std::uint32_t allowed, VkMemoryPropertyF
 }
 
 bool VulkanDevice::has_mappable_device_memory() const {
-  if (environment("FRINGETWIN_STAGING") == "1") return false;
+  if (environment_value("FRINGETWIN_STAGING") == "1") return false;
   constexpr VkMemoryPropertyFlags kFlags =
       VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT | VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT |
       VK_MEMORY_PROPERTY_HOST_COHERENT_BIT | VK_MEMORY_PROPERTY_HOST_CACHED_BIT;

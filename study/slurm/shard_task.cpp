@@ -15,15 +15,12 @@
 namespace fringetwin::study {
 namespace {
 
-std::string environment(const char* name) {
-  const char* value = std::getenv(name);
-  return value == nullptr ? "" : value;
-}
-
 AttemptHead head_of(const std::string& version) {
-  const std::string node = environment("SLURMD_NODENAME");
-  return {fmt::format("{}_{}", environment("SLURM_ARRAY_JOB_ID"), environment("SLURM_ARRAY_TASK_ID")),
-          node.empty() ? host_name() : node, version, std::atoi(environment("SLURM_RESTART_COUNT").c_str())};
+  const std::string node = environment_value("SLURMD_NODENAME");
+  return {
+      fmt::format("{}_{}", environment_value("SLURM_ARRAY_JOB_ID"), environment_value("SLURM_ARRAY_TASK_ID")),
+      node.empty() ? host_name() : node, version,
+      std::atoi(environment_value("SLURM_RESTART_COUNT").c_str())};
 }
 
 }  // namespace
@@ -32,7 +29,7 @@ void run_shard(const ShardTask& o) {
   set_quiet(true);
   const SlurmRound round = SlurmRound::read(o.round);
   if (round.ended) return;  // its points are another round's by now
-  const std::string name = environment("SLURM_JOB_NAME");
+  const std::string name = environment_value("SLURM_JOB_NAME");
   if (!name.empty() && name != round.job_name)
     throw UserError(ExitCode::usage, o.round.string(), fmt::format("belongs to another job than {}", name),
                     "it was made anew since this one was submitted");
@@ -41,7 +38,7 @@ void run_shard(const ShardTask& o) {
   for (const PointOutcome& p : AttemptReader(o.round).read().outcomes) finished.insert(p.id);
 
   AttemptLog log(o.round, o.index, head_of(o.version));
-  LocalOptions local{o.worker, std::max(1, std::atoi(environment("SLURM_CPUS_PER_TASK").c_str())),
+  LocalOptions local{o.worker, std::max(1, std::atoi(environment_value("SLURM_CPUS_PER_TASK").c_str())),
                      shard.task.device};
   local.cores = local.jobs;  // of the node's, those that are ours
   local.begun = [&](std::int64_t id) { log.begun(id); };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gives the present time and the name of this machine, as they are written beside results.
+// Gives the present time and the name of this machine, as they are written beside results, and what its
+// environment says.
 #pragma once
 #include <string>
 
@@ -9,5 +10,7 @@ namespace fringetwin {
 std::string utc_now();
 /// Returns the network name of this machine; an empty string where it has none.
 std::string host_name();
+/// Returns the value of an environment variable; an empty string where it is not set.
+std::string environment_value(const char* name);
 
 }  // namespace fringetwin
