@@ -42,9 +42,8 @@ std::string note_of(const DesignPlan& plan, const DesignTable& table) {
       out +=
           "All settings share their seeds: where the noise acts alike, differences between settings are "
           "known better than their bands say, and averages over settings no better than one of them. ";
-    bool any = false;
-    for (const TableNumber& n : table.numbers) any = any || n.all.sigma > 0.0;
-    if (!any) out += "The seeds made no difference: the twin has no noise. ";
+    if (std::ranges::none_of(table.numbers, &TableNumber::has_scatter))
+      out += "The seeds made no difference: the twin has no noise. ";
   } else {
     out +=
         "One run per setting: its scatter is not known, and differences between settings contain the noise. ";

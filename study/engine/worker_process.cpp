@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -29,11 +30,9 @@ std::vector<std::string> merged_environment(const std::vector<std::string>& own)
     return a.substr(0, a.find('=')) == b.substr(0, b.find('='));
   };
   std::vector<std::string> all = own;
-  for (char** entry = environ; *entry; ++entry) {
-    bool replaced = false;
-    for (const std::string& o : own) replaced = replaced || same_name(o, *entry);
-    if (!replaced) all.emplace_back(*entry);
-  }
+  for (char** entry = environ; *entry; ++entry)
+    if (std::ranges::none_of(own, [&](const std::string& o) { return same_name(o, *entry); }))
+      all.emplace_back(*entry);
   return all;
 }
 
