@@ -3,9 +3,9 @@
 
 #include <cmath>
 #include <complex>
-#include <limits>
 #include <numbers>
 
+#include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::tradeoff {
@@ -39,9 +39,7 @@ void ChangeSum::MeanSquare::add(double value, double w) {
   ++n;
 }
 
-double ChangeSum::MeanSquare::rms() const {
-  return n == 0 ? std::numeric_limits<double>::quiet_NaN() : std::sqrt(sum / weight);
-}
+double ChangeSum::MeanSquare::rms() const { return n == 0 ? kNaN : std::sqrt(sum / weight); }
 
 ChangeSum::ChangeSum(const Fringes& fringes, double min_modulation_dn)
     : min_modulation_dn_(min_modulation_dn) {

@@ -11,13 +11,12 @@
 #include "cosim/load.hpp"
 #include "render/sensor/all_cameras.hpp"
 #include "tradeoff/reference_values.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::tradeoff {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 void scale_images(CameraImages& images, double factor) {
   const auto scale = [factor](ImageF& image) {
@@ -131,7 +130,7 @@ Twin with_sampling_of(const Twin& twin, const ModelRun& run) {
 }
 
 double largest_mm(const std::vector<FitChange>& fits) {
-  double largest = kNan;
+  double largest = kNaN;
   for (const FitChange& f : fits)
     largest = std::isnan(largest) ? f.change_mm : std::max(largest, f.change_mm);
   return largest;
@@ -190,7 +189,7 @@ void settle_recommendation(const Twin& twin, const ModelBench& bench, const Mode
         result.rows[rows[chosen.back()]].name));
   }
   result.reduced = {};
-  if (!result.has_fits) result.reduced.fit_mm = kNan;
+  if (!result.has_fits) result.reduced.fit_mm = kNaN;
 }
 
 }  // namespace

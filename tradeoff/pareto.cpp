@@ -10,6 +10,7 @@
 #include "cosim/fit_error.hpp"
 #include "cosim/load.hpp"
 #include "render/sensor/all_cameras.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/base/pareto_front.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/stopwatch.hpp"
@@ -204,10 +205,7 @@ void mark_fronts(std::vector<ParetoPoint>& points) {
       &ParetoPoint::frame_ms, [](const ParetoPoint& p) { return p.error.gray_rms_dn; },
       &ParetoPoint::on_gray_front);
   mark(
-      &ParetoPoint::chain_s,
-      [](const ParetoPoint& p) {
-        return p.is_fit_reference ? std::numeric_limits<double>::quiet_NaN() : p.fit_shift_mm;
-      },
+      &ParetoPoint::chain_s, [](const ParetoPoint& p) { return p.is_fit_reference ? kNaN : p.fit_shift_mm; },
       &ParetoPoint::on_fit_front);
 }
 

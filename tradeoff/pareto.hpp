@@ -3,7 +3,6 @@
 // against the double-precision reference, and time.
 #pragma once
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "tradeoff/pixel_subset.hpp"
 #include "tradeoff/reference_values.hpp"
 #include "tradeoff/schemes.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::tradeoff {
@@ -34,19 +34,19 @@ struct ParetoPoint {
   Scheme scheme;
   ImageChange error;
   /// One camera's whole frame with all its images: wall and CPU time, mean over the cameras.
-  double frame_ms = std::numeric_limits<double>::quiet_NaN();
-  double frame_cpu_ms = std::numeric_limits<double>::quiet_NaN();
+  double frame_ms = kNaN;
+  double frame_cpu_ms = kNaN;
   int extrapolated_from = 0;  ///< samples of the measured member of the family; 0 = measured
   std::uint64_t rays = 0;     ///< all cameras; 0 where extrapolated
   // The whole chain; NaN where it has no fit or was not run:
-  double fit_error_mm = std::numeric_limits<double>::quiet_NaN();  ///< against what was put in
-  double fit_rms_mm = std::numeric_limits<double>::quiet_NaN();
+  double fit_error_mm = kNaN;  ///< against what was put in
+  double fit_rms_mm = kNaN;
   /// Against the fit of the most exact rendering of this run (smallest gray error of all pixels): the share
   /// of the scheme in the fit. What was put in differs also by what the method itself does to it.
-  double fit_shift_mm = std::numeric_limits<double>::quiet_NaN();
+  double fit_shift_mm = kNaN;
   bool is_fit_reference = false;
-  double measure_s = std::numeric_limits<double>::quiet_NaN();
-  double chain_s = std::numeric_limits<double>::quiet_NaN();  ///< render + sensor + measure, all cameras
+  double measure_s = kNaN;
+  double chain_s = kNaN;  ///< render + sensor + measure, all cameras
   bool on_phase_front = false, on_gray_front = false, on_fit_front = false;
   bool is_precise() const { return scheme.sampling.precise; }
   std::string precision() const { return is_precise() ? "fp64" : "fp32"; }

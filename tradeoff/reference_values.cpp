@@ -2,9 +2,9 @@
 #include "tradeoff/reference_values.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "render/reference/reference.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 
@@ -92,8 +92,7 @@ ReferenceValues reference_values(const Twin& twin, const PixelSubset& subset,
     out.dn.push_back(std::move(dn));
     out.interior.emplace_back(interior.begin(), interior.end());
   }
-  out.edge_uncertainty_dn = check.n > 0 ? std::sqrt(check.sum / static_cast<double>(check.n))
-                                        : std::numeric_limits<double>::quiet_NaN();
+  out.edge_uncertainty_dn = check.n > 0 ? std::sqrt(check.sum / static_cast<double>(check.n)) : kNaN;
   return out;
 }
 

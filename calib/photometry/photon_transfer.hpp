@@ -3,7 +3,6 @@
 // line is fitted to their variance over the level, and its slope and height come out as gain and read noise.
 #pragma once
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -16,8 +15,8 @@ namespace fringetwin::calib {
 
 /// A number and its standard error; NaN where unknown.
 struct Estimate {
-  double value = std::numeric_limits<double>::quiet_NaN();
-  double sigma = std::numeric_limits<double>::quiet_NaN();
+  double value = kNaN;
+  double sigma = kNaN;
 };
 
 /// Holds a value of mean 0 whose variance is that of one gray value of this level, rounding included.

@@ -4,7 +4,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::render {
 namespace {
@@ -25,7 +26,7 @@ std::vector<Vector2d> project_vertices(const PackedScene::MeshInstance& instance
   for (std::size_t k = 0; k < vertices.size(); ++k) {
     const Vector3d p = T_cam_object * vertices[k].cast<double>();
     const auto projected = lens.project(p);
-    q[k] = projected.value_or(Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
+    q[k] = projected.value_or(Vector2d::Constant(kNaN));
   }
   return q;
 }

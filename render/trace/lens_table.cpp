@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 
@@ -168,7 +169,7 @@ NodeGrid refine_grid(const Lens& lens, const Vector2d& lo, const Vector2d& hi, d
   }
 }
 
-Vector3d nan3() { return Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()); }
+Vector3d nan3() { return Vector3d::Constant(kNaN); }
 
 // Converts a grid to what the shaders read.
 void pack(const NodeGrid& grid, gpu::vec4* header, gpu::uvec4* n, std::vector<gpu::vec4>* nodes) {

@@ -6,9 +6,9 @@
 #include <unistd.h>
 
 #include <iostream>
-#include <limits>
 
 #include "report/json.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/not_copyable.hpp"
 #include "twin/base/progress.hpp"
@@ -97,8 +97,7 @@ PointOutcome outcome_of(const Json& line) {
   out.failed = line.at("failed");
   out.reason = line.at("reason");
   for (const auto& item : line.at("numbers").items())
-    out.numbers[item.key()] =
-        item.value().is_null() ? std::numeric_limits<double>::quiet_NaN() : item.value().get<double>();
+    out.numbers[item.key()] = item.value().is_null() ? kNaN : item.value().get<double>();
   out.seconds = line.at("seconds");
   out.traced = line.at("traced");
   return out;

@@ -5,10 +5,11 @@
 #pragma once
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::study {
 
@@ -25,7 +26,7 @@ struct SearchPlan {
 
 /// What is known of a place. NaN in any of them: it has failed, and is never the best.
 struct Assessment {
-  double objective = std::numeric_limits<double>::quiet_NaN();
+  double objective = kNaN;
   std::vector<double> excess;  ///< per constraint: at most 0 where it holds
 
   bool failed() const;

@@ -5,10 +5,10 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <limits>
 #include <set>
 
 #include "report/json.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/parse_number.hpp"
 
@@ -61,8 +61,8 @@ const Json* step_into(const Json& at, const std::string& part) {
 
 /// What is not finite is unknown, as in a file: JSON has no infinity.
 double number_or_nan(const Json& at) {
-  const double value = at.is_null() ? std::numeric_limits<double>::quiet_NaN() : at.get<double>();
-  return std::isfinite(value) ? value : std::numeric_limits<double>::quiet_NaN();
+  const double value = at.is_null() ? kNaN : at.get<double>();
+  return std::isfinite(value) ? value : kNaN;
 }
 
 double number_at(const Json& result, const std::string& path) {

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "compare/geometry/fit_rows.hpp"
 #include "compare/verdict/indicators.hpp"
 #include "report/json.hpp"
 #include "study/noise/noise_theory.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
@@ -25,15 +25,14 @@ std::size_t count_images(const CameraImages& images) {
 Json acquisition(const VirtualMeasurement& run) {
   std::size_t n = 0;
   for (const CameraImages& images : run.images) n = std::max(n, count_images(images));
-  double longest_ms = std::numeric_limits<double>::quiet_NaN();
+  double longest_ms = kNaN;
   for (const Camera& camera : run.recording.cameras)
     if (camera.sensor.exposure_ms) longest_ms = std::fmax(longest_ms, *camera.sensor.exposure_ms);
   return {{"images", n}, {"time_s", json_number(1e-3 * static_cast<double>(n) * longest_ms)}};
 }
 
 double share(std::size_t part, std::size_t whole) {
-  return whole == 0 ? std::numeric_limits<double>::quiet_NaN()
-                    : static_cast<double>(part) / static_cast<double>(whole);
+  return whole == 0 ? kNaN : static_cast<double>(part) / static_cast<double>(whole);
 }
 
 /// Returns the share, of the pixels that see an object, that are at full scale in any image.

@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "study/store/sqlite.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/base/time_and_host.hpp"
 
 namespace fringetwin::study {
@@ -157,8 +157,7 @@ std::vector<StoredPoint> StudyStore::rows(std::int64_t first_id, std::int64_t la
       const Json results = Json::parse(select.text(5), nullptr, false);
       if (!results.is_object()) impl_->database.refuse(fmt::format("is damaged (row {})", row.point.id), "");
       for (const auto& [name, value] : results.items())
-        row.outcome.numbers[name] =
-            value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+        row.outcome.numbers[name] = value.is_number() ? value.get<double>() : kNaN;
       row.outcome.seconds = select.real(6);
       row.outcome.traced = select.integer(7) != 0;
     }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <set>
 
+#include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/seal.hpp"
@@ -46,7 +47,7 @@ std::optional<double> read_gray_code_exposure(const TomlTable& table) {
   static const std::string key = "gray_code_exposure";
   if (table.is_string(key)) {
     table.choice(key, {"different"});
-    return std::numeric_limits<double>::quiet_NaN();
+    return kNaN;
   }
   const std::optional<double> value = table.number(key, NumberRange::positive());
   return value == 1.0 ? std::nullopt : value;
