@@ -228,6 +228,8 @@ TEST(Coverage, PixelsSoNearTheClipThatNoiseDecidesAreOfNoSide) {
   // simulated side, are 1 DN below the clip, or far below
   for (const bool near : {true, false}) {
     s = scene();
+    for (Side* side : {&s.real, &s.simulated})
+      side->measurement->cameras[0].directions[0].noise_dn = 1.5;  // 6 of it reach from 246 to the clip
     std::uint64_t clipped = 0;
     measure::CameraDecode& real = s.real.measurement->cameras[0];
     for (int y = 0; y < real.height(); ++y)
