@@ -15,7 +15,6 @@
 #include "render/reference/reference_pattern.hpp"
 #include "render/reference/reference_shapes.hpp"
 #include "twin/base/errors.hpp"
-#include "twin/base/overloaded.hpp"
 
 namespace fringetwin::render {
 namespace {
@@ -26,6 +25,14 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kShadowStartMm = 1e-9;
 // Surfaces closer to each other than 1e-6 of the way to them count as one (shaders/shapes.glsl).
 constexpr double kInFront = 1.0 - 1e-6;
+
+// One visitor of a std::variant out of several lambdas, one per alternative.
+template <class... Functions>
+struct Overloaded : Functions... {
+  using Functions::operator()...;
+};
+template <class... Functions>
+Overloaded(Functions...) -> Overloaded<Functions...>;
 
 // What a pixel raster lights at q: response, then the Gaussian blur of its square pixels.
 double shown_level(const Projector& projector, const ImageF& levels, const Eigen::Vector2d& q_px) {
