@@ -92,7 +92,7 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
                      Comparison& out) {
   // Causes are fitted to gray values: where these are explained, what fails (ripples, noise that the twin
   // understates, objects that it lacks) is none of them, and the best of wrong ones would be named.
-  const bool any = std::any_of(out.explained.begin(), out.explained.end(), [](const ExplainedRow& row) {
+  const bool any = std::ranges::any_of(out.explained, [](const ExplainedRow& row) {
     return row.state == kNotExplained && row.quantity != "coverage";
   });
   const std::string gray = worst_state(out.explained, "gray");
@@ -217,7 +217,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
   for (const LimitRow& row : out.limits)
     if (row.value != row.value)
       out.warnings.push_back("limit " + row.name + " cannot be checked: this comparison has no such number");
-  out.pass = std::all_of(out.limits.begin(), out.limits.end(), [](const LimitRow& row) { return row.pass; });
+  out.pass = std::ranges::all_of(out.limits, [](const LimitRow& row) { return row.pass; });
   return out;
 }
 

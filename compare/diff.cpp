@@ -148,7 +148,7 @@ std::size_t shared_images(const Json& a, const Json& b) {
   };
   const std::set<std::string> in_a = digests(a), in_b = digests(b);
   return static_cast<std::size_t>(
-      std::count_if(in_a.begin(), in_a.end(), [&](const std::string& d) { return in_b.contains(d); }));
+      std::ranges::count_if(in_a, [&](const std::string& d) { return in_b.contains(d); }));
 }
 
 /// Returns (B - A) / sigma; NaN where one of the two has no standard error.

@@ -25,7 +25,7 @@ namespace {
 std::vector<int> steps_of(const Twin& twin, const std::string& which, const std::vector<int>& allowed) {
   std::vector<int> steps;
   for (int n = which == "odd" ? 1 : 0; n < twin.fringes.steps; n += 2)
-    if (allowed.empty() || std::find(allowed.begin(), allowed.end(), n) != allowed.end()) steps.push_back(n);
+    if (allowed.empty() || std::ranges::find(allowed, n) != allowed.end()) steps.push_back(n);
   if (steps.size() < 3)
     throw UserError(ExitCode::usage, "--steps " + which,
                     fmt::format("leaves {} phase steps to compare, and a phase needs 3", steps.size()),
@@ -36,7 +36,7 @@ std::vector<int> steps_of(const Twin& twin, const std::string& which, const std:
 
 void check_refine(const Twin& twin, const std::vector<std::string>& asked) {
   compare::check_refine(twin, asked);
-  if (needs_white_black(twin.fringes) && std::find(asked.begin(), asked.end(), "texture") != asked.end())
+  if (needs_white_black(twin.fringes) && std::ranges::find(asked, "texture") != asked.end())
     throw UserError(ExitCode::usage, "--refine texture",
                     "white and black reference images have no factors of their own",
                     "use threshold = \"mean\" or \"inverse\"");

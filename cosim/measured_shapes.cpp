@@ -12,9 +12,8 @@
 namespace fringetwin::cosim {
 
 bool has_measured_shape(const Twin& twin) {
-  return std::any_of(twin.objects.begin(), twin.objects.end(), [](const Object& object) {
-    return std::holds_alternative<MeasuredShape>(object.shape);
-  });
+  return std::ranges::any_of(
+      twin.objects, [](const Object& object) { return std::holds_alternative<MeasuredShape>(object.shape); });
 }
 
 void check_measured_shapes(const Twin& twin) {

@@ -55,7 +55,7 @@ void check_view(const Twin& twin, const std::vector<render::RenderedCamera>& ren
   for (const render::RenderedCamera& camera : rendered)
     for (const int object : camera.object.data)
       if (object >= 0) seen[object] = true;
-  if (std::none_of(seen.begin(), seen.end(), [](bool s) { return s; }))
+  if (std::ranges::none_of(seen, [](bool s) { return s; }))
     throw UserError(
         ExitCode::usage, twin.file.string(), "no camera sees any object",
         "check the objects' positions (mm, world = first camera unless rt_cam_world says otherwise)");

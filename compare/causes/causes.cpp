@@ -140,7 +140,7 @@ class CauseSearch {
   }
 
   Causes finish(Causes out, const std::vector<std::size_t>& taken) const {
-    std::stable_sort(out.rows.begin(), out.rows.end(), [](const CauseRow& a, const CauseRow& b) {
+    std::ranges::stable_sort(out.rows, [](const CauseRow& a, const CauseRow& b) {
       const int x = a.order > 0 ? a.order : 99, y = b.order > 0 ? b.order : 99;
       return x != y ? x < y : a.alone > b.alone;
     });
@@ -227,10 +227,9 @@ class CauseSearch {
     std::vector<std::size_t> rivals;
     for (std::size_t g = 0; g < rows.size(); ++g)
       if (rows[g].alone >= kRivalShare && !parameters_[groups_[g].at[0]].is_switch) rivals.push_back(g);
-    std::sort(rivals.begin(), rivals.end(), [&](auto a, auto b) { return rows[a].alone > rows[b].alone; });
+    std::ranges::sort(rivals, [&](auto a, auto b) { return rows[a].alone > rows[b].alone; });
     const auto less = [](const CauseRow& a, const CauseRow& b) { return a.alone < b.alone; };
-    if (rivals.empty() || std::max_element(rows.begin(), rows.end(), less)->alone >= kClear)
-      return std::nullopt;
+    if (rivals.empty() || std::ranges::max_element(rows, less)->alone >= kClear) return std::nullopt;
     rivals.resize(std::min(rivals.size(), kRivals));
     for (const std::size_t g : rivals) {
       const CauseFit& fit = fits_.emplace(g, converge({g})).first->second;
@@ -241,8 +240,8 @@ class CauseSearch {
       rows[g].alone = share;
       rows[g].parameters = fit.parameters;
     }
-    const auto best = *std::max_element(rivals.begin(), rivals.end(),
-                                        [&](auto a, auto b) { return rows[a].alone < rows[b].alone; });
+    const auto best =
+        *std::ranges::max_element(rivals, [&](auto a, auto b) { return rows[a].alone < rows[b].alone; });
     for (std::size_t g = 0; g < rows.size(); ++g)
       if (g != best && rows[g].alone > rows[best].alone) return std::nullopt;  // a switch explains more
     if (rows[best].alone < kWorthNaming) return std::nullopt;
@@ -256,7 +255,7 @@ class CauseSearch {
       std::size_t best = groups_.size();
       double least = before - kWorthAdding * excess_;
       for (std::size_t g = 0; g < groups_.size(); ++g) {
-        if (std::find(taken.begin(), taken.end(), g) != taken.end()) continue;
+        if (std::ranges::find(taken, g) != taken.end()) continue;
         std::vector<std::size_t> with = taken;
         with.push_back(g);
         const Step step = solve(with);

@@ -27,7 +27,7 @@ bool is_no_parameter(const std::string& name) {
 }
 
 bool is_asked(const std::vector<std::string>& asked, const char* name) {
-  return std::find(asked.begin(), asked.end(), name) != asked.end();
+  return std::ranges::find(asked, name) != asked.end();
 }
 
 bool matches(const Parameter& p, const std::string& asked) {
@@ -48,14 +48,12 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
   for (std::size_t i = 0; i < asked.size(); ++i) {
     if (met[i] || is_no_parameter(asked[i])) continue;
     const auto& groups = parameter_groups();
-    const bool known =
-        std::any_of(groups.begin(), groups.end(), [&](const auto& g) { return g.name == asked[i]; });
+    const bool known = std::ranges::any_of(groups, [&](const auto& g) { return g.name == asked[i]; });
     throw UserError(ExitCode::usage, "--refine " + asked[i],
                     known ? "the twin has no such parameter" : "is not known",
                     "use one or more of " + refine_names() + ", or a parameter's own name (projector.k1)");
   }
-  const bool albedo =
-      std::any_of(chosen.begin(), chosen.end(), [](const Parameter& p) { return p.group == "albedo"; });
+  const bool albedo = std::ranges::any_of(chosen, [](const Parameter& p) { return p.group == "albedo"; });
   const bool texture = is_asked(asked, "texture");
   if (albedo && texture)
     throw UserError(ExitCode::usage, "--refine",

@@ -35,8 +35,8 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
   out.gain_dn = fit.row.gain_dn;
   out.black_level_dn = fit.row.black_level_dn;
   out.rendering_dn = rendering_dn;
-  const auto n_valid = static_cast<std::size_t>(
-      std::count_if(interior.data.begin(), interior.data.end(), [](unsigned char m) { return m != 0; }));
+  const auto n_valid =
+      static_cast<std::size_t>(std::ranges::count_if(interior.data, [](unsigned char m) { return m != 0; }));
   out.grid = choose_grid(*pair.camera, n_valid, most);
   const UsableRange& u = fit.usable;
   for (int gy = 0; gy < out.grid.height; gy += out.grid.keep)

@@ -116,7 +116,7 @@ std::optional<ObjectFit> find_fit(const std::optional<measure::Measurement>& m, 
 }
 
 void add_name(std::vector<std::string>& names, const std::string& name) {
-  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  if (std::ranges::find(names, name) == names.end()) names.push_back(name);
 }
 
 std::vector<std::string> object_names(const Twin& twin, const Side& real, const Side& simulated) {

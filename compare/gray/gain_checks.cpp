@@ -148,7 +148,7 @@ class PartFits {
   void name_groups(const Fringes& fringes) {
     std::vector<std::string> steps, pitches;
     const auto find_or_add = [](std::vector<std::string>& names, const std::string& name) {
-      const auto at = std::find(names.begin(), names.end(), name);
+      const auto at = std::ranges::find(names, name);
       if (at != names.end()) return static_cast<std::size_t>(at - names.begin());
       names.push_back(name);
       return names.size() - 1;

@@ -87,8 +87,8 @@ std::optional<GainStart> start_of_amplitudes(const GrayPair& pair, const GrayNoi
   for (std::size_t k = 0; k < sweeps.size(); ++k) numbers[k] = deviation(sweeps[k]);
   start.spread = mad_sigma(numbers);
   const double far = std::max(kOutlierSpreads * start.spread, kOutlierRatio);
-  const auto outliers = std::count_if(sweeps.begin(), sweeps.end(),
-                                      [&](const Sweep& s) { return std::abs(deviation(s)) > far; });
+  const auto outliers =
+      std::ranges::count_if(sweeps, [&](const Sweep& s) { return std::abs(deviation(s)) > far; });
   start.outlier_share = static_cast<double>(outliers) / static_cast<double>(sweeps.size());
   for (std::size_t k = 0; k < sweeps.size(); ++k)
     numbers[k] = sweeps[k].mean_dn - sweeps[k].ratio() * sweeps[k].mean_e;

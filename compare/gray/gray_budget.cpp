@@ -308,8 +308,8 @@ class GrayBudgetFit {
 
 std::optional<GrayBudget> gray_budget(const GrayPair& pair, const GainFit& fit, const CameraDecode* real,
                                       const CameraDecode* simulated, const GrayNoise& noise) {
-  const bool has_steps = std::any_of(pair.gain_images.begin(), pair.gain_images.end(),
-                                     [&](int i) { return !pair.patterns[i].is_gray(); });
+  const bool has_steps =
+      std::ranges::any_of(pair.gain_images, [&](int i) { return !pair.patterns[i].is_gray(); });
   if (!has_steps || (!real && !simulated)) return std::nullopt;
   GrayBudget budget =
       GrayBudgetFit(pair, fit, {real ? real : simulated, simulated ? simulated : real}, noise).run();

@@ -22,8 +22,7 @@ constexpr std::size_t kMostMeanSamples = 1'000'000, kMostLevels = 24, kFewestAtL
 /// Returns the variance over the level, from levels that hold as many samples each; nothing with too few.
 std::optional<measure::NoiseModel> noise_over_level(std::vector<calib::NoiseSample> samples) {
   const std::size_t n = samples.size(), levels = std::min(kMostLevels, n / kFewestAtLevel);
-  std::sort(samples.begin(), samples.end(),
-            [](const auto& a, const auto& b) { return a.level_dn < b.level_dn; });
+  std::ranges::sort(samples, [](const auto& a, const auto& b) { return a.level_dn < b.level_dn; });
   std::vector<double> mean, variance;
   for (std::size_t k = 0; k < levels; ++k) {
     const std::vector<calib::NoiseSample> some(
@@ -92,7 +91,7 @@ void GrayNoise::estimate(const GrayPair& pair, const CameraDecode& real, const s
                     &d.mean_dn};
       for (std::size_t i = 0; i < pair.patterns.size(); ++i) {
         const PatternSpec& spec = pair.patterns[i];
-        const auto at = std::find(steps.begin(), steps.end(), spec.step);
+        const auto at = std::ranges::find(steps, spec.step);
         if (!spec.is_gray() && spec.direction == static_cast<int>(k) && spec.pitch == static_cast<int>(p) &&
             at != steps.end())
           pitches[p].steps[at - steps.begin()] = &pair.real->images[i];

@@ -40,7 +40,7 @@ void choose_images(GrayPair& pair, const Twin& twin, const CompareOptions& optio
       continue;
     }
     const auto& use = options.use_steps;
-    if (!use.empty() && std::find(use.begin(), use.end(), pattern.step) == use.end()) continue;
+    if (!use.empty() && std::ranges::find(use, pattern.step) == use.end()) continue;
     pair.images.push_back(i);
     pair.gain_images.push_back(i);
   }

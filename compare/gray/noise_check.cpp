@@ -146,7 +146,7 @@ void put_quantiles(const std::vector<NoiseSample>& z, const Spread& spread, Nois
   std::vector<float> values;
   for (const NoiseSample& s : z)
     if (static_cast<double>(s.roughness_dn) <= kRough * spread.value) values.push_back(s.noise_dn);
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   for (int k = -45; k <= 45; ++k) {
     const double q = 0.1 * k, below = 0.5 * std::erfc(-q / std::numbers::sqrt2);
     const double at = below * static_cast<double>(values.size());
@@ -184,7 +184,7 @@ bool check_gray(const Camera& camera, const std::vector<std::vector<const ImageF
 /// Returns the median of |sigma_i e_i|, e normal: what upper_median() gives of values that scatter as
 /// predicted.
 double median_of_normals(const std::vector<float>& sigma) {
-  double low = 0.0, high = static_cast<double>(*std::max_element(sigma.begin(), sigma.end()));
+  double low = 0.0, high = static_cast<double>(*std::ranges::max_element(sigma));
   const std::size_t stride = 1 + sigma.size() / 20'000;
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (low + high);

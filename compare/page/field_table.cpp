@@ -48,8 +48,8 @@ report::Table field_table(const std::vector<Field>& all, const std::vector<const
   std::vector<const Field*> shown;
   for (const Field& field : all)
     if (field.column) shown.push_back(&field);
-  std::stable_sort(shown.begin(), shown.end(),
-                   [](const Field* a, const Field* b) { return a->column->place < b->column->place; });
+  std::ranges::stable_sort(
+      shown, [](const Field* a, const Field* b) { return a->column->place < b->column->place; });
   report::Table table;
   for (const Field* field : shown)
     table.columns.push_back({field->column->header, field->column->unit,

@@ -162,8 +162,7 @@ std::string titled_map(const std::string& title, const std::string& body) {
 
 std::size_t camera_index(const ReportInput& in, const std::string& name) {
   const std::vector<Camera>& cameras = in.twin.cameras;
-  const auto at =
-      std::find_if(cameras.begin(), cameras.end(), [&](const Camera& camera) { return camera.name == name; });
+  const auto at = std::ranges::find_if(cameras, [&](const Camera& camera) { return camera.name == name; });
   FT_CHECK(at != cameras.end(), "rows are of the twin's cameras");
   return static_cast<std::size_t>(at - cameras.begin());
 }

@@ -62,7 +62,7 @@ std::string explanation_html(const std::vector<NoiseRow>& rows) {
       "differences of the real phase along the stripes at the finest pitch. A ratio of 1 says that the twin "
       "is as noisy as the rig; a phase ratio above the gray one is texture or shape, not sensor.</p>",
       source_text(rows.front()));
-  if (!std::all_of(rows.begin(), rows.end(), [](const NoiseRow& r) { return r.sensor_known; }))
+  if (!std::ranges::all_of(rows, [](const NoiseRow& r) { return r.sensor_known; }))
     html +=
         "<p>The twin's sensor has no noise (no <code>electrons_per_dn</code>, no "
         "<code>read_noise_dn</code>): the prediction is the rounding to whole gray values alone. "

@@ -49,8 +49,7 @@ std::string shift_table_html(const std::vector<ShiftRow>& rows) {
 
 std::string shift_html(const ReportInput& in) {
   const std::vector<ShiftRow>& rows = in.comparison.shift;
-  if (std::none_of(rows.begin(), rows.end(),
-                   [](const ShiftRow& r) { return r.dx.n_blocks + r.dy.n_blocks > 0; }))
+  if (std::ranges::none_of(rows, [](const ShiftRow& r) { return r.dx.n_blocks + r.dy.n_blocks > 0; }))
     return "";
   std::string html = shift_table_html(rows);
   for (std::size_t i = 0; i < rows.size(); ++i) {

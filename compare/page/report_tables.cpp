@@ -83,8 +83,7 @@ std::vector<std::string> keys_of(const FitRow& row, Values ObjectFit::*values) {
   for (const auto* fit : {&row.simulated, &row.real})
     if (*fit)
       for (const auto& [key, value] : (**fit).*values)
-        if (!is_sigma_key(key) && !is_direction_key(key) &&
-            std::find(keys.begin(), keys.end(), key) == keys.end())
+        if (!is_sigma_key(key) && !is_direction_key(key) && std::ranges::find(keys, key) == keys.end())
           keys.push_back(key);
   return keys;
 }

@@ -24,7 +24,7 @@ std::optional<double> constant_shift_px(const measure::DirectionDecode& real,
       shifts_px.push_back(shift_px);
   if (shifts_px.size() < kFewest) return std::nullopt;
   const double pitch_px = real.pitches_px[real.finest], middle_px = median(shifts_px);
-  const auto alike = std::count_if(shifts_px.begin(), shifts_px.end(), [&](double shift_px) {
+  const auto alike = std::ranges::count_if(shifts_px, [&](double shift_px) {
     return std::abs(shift_px - middle_px) <= kSpreadPeriods * pitch_px;
   });
   if (std::abs(middle_px) < kLeastPeriods * pitch_px ||

@@ -244,7 +244,7 @@ int alias_order(const std::vector<int>& steps, int steps_total) {
   const int m = static_cast<int>(steps.size());
   if (m < 3 || steps_total % m != 0) return 1;
   std::vector<int> sorted = steps;
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   for (int i = 1; i < m; ++i)
     if (sorted[i] - sorted[i - 1] != steps_total / m) return 1;
   return m;

@@ -14,7 +14,7 @@ std::string unit_of_key(const std::string& key) {
 }
 
 const Field* find_field(const std::vector<Field>& all, const std::string& key) {
-  const auto at = std::find_if(all.begin(), all.end(), [&](const Field& f) { return f.key == key; });
+  const auto at = std::ranges::find_if(all, [&](const Field& f) { return f.key == key; });
   return at == all.end() ? nullptr : &*at;
 }
 

@@ -77,7 +77,7 @@ std::vector<DecodeRow> decode_rows(const Measurement& m) {
   for (const auto& camera : m.cameras)
     for (const auto& d : camera.directions) {
       const std::vector<double>& x = d.coordinate_px.data;
-      const auto valid = std::count_if(x.begin(), x.end(), [](double v) { return std::isfinite(v); });
+      const auto valid = std::ranges::count_if(x, [](double v) { return std::isfinite(v); });
       rows.push_back({camera.camera, axis_name(d.axis), static_cast<std::uint64_t>(valid), d.repair.n_checked,
                       d.repair.n_changed, d.repair.n_left});
     }

@@ -36,7 +36,7 @@ struct Target {
 
 template <std::size_t n>
 std::size_t index_of(const std::array<const char*, n>& names, const std::string& name) {
-  return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
 }
 
 std::size_t find_device(const Twin& twin, const std::string& name) {

@@ -71,8 +71,8 @@ std::string reason(const OneSided& pixels, const std::string& lacking) {
       {pixels.lost_saturated, lacking + " side is saturated there"},
       {pixels.lost_order, lacking + " side has fringes there, but no fringe orders"},
   }};
-  const auto most = std::max_element(reasons.begin(), reasons.end(),
-                                     [](const auto& a, const auto& b) { return a.first < b.first; });
+  const auto most =
+      std::ranges::max_element(reasons, [](const auto& a, const auto& b) { return a.first < b.first; });
   return fmt::format("the {} ({} of {})", most->second, most->first, pixels.n);
 }
 
@@ -154,8 +154,9 @@ void saturate_by_chance(const Side& side, std::size_t camera, const Image<PixelS
   const double near_dn = images.saturation_dn() - kChanceOfClip * noise_dn;
   for (std::size_t i = 0; i < states.size(); ++i)
     if (states.data[i] == PixelState::measured && other.data[i] == PixelState::saturated &&
-        std::any_of(images.images.begin(), images.images.end(),
-                    [&](const ImageF& image) { return static_cast<double>(image.data[i]) >= near_dn; }))
+        std::ranges::any_of(images.images, [&](const ImageF& image) {
+          return static_cast<double>(image.data[i]) >= near_dn;
+        }))
       states.data[i] = PixelState::saturated;
 }
 
@@ -271,8 +272,8 @@ class CameraCoverage {
     row.place_box_px = {static_cast<double>(left), static_cast<double>(top), static_cast<double>(right),
                         static_cast<double>(bottom)};
     if (points > 0.0) row.place_mm = {sum_mm.x() / points, sum_mm.y() / points, sum_mm.z() / points};
-    const auto most = std::max_element(of_label.begin(), of_label.end(),
-                                       [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto most =
+        std::ranges::max_element(of_label, [](const auto& a, const auto& b) { return a.second < b.second; });
     row.place_object = name_of(most->first);
   }
 
@@ -330,7 +331,7 @@ std::vector<ExplainedRow> explain_coverage(const Twin& twin, const std::vector<C
     }
     if (!row.explained) out.back().worsen(kNotExplained, row.why);
   }
-  const auto any = [&](auto is_one) { return std::any_of(rows.begin(), rows.end(), is_one); };
+  const auto any = [&](auto is_one) { return std::ranges::any_of(rows, is_one); };
   if (!any([](const CoverageRow& row) { return !row.object.empty(); })) return out;  // no points, no objects
   for (const Object& object : twin.objects)
     if (!any([&](const CoverageRow& row) { return row.object == object.name && row.n_union() > 0; }))

@@ -97,7 +97,7 @@ Image<int> points_of_pixels(const Twin& twin, std::size_t camera, const measure:
 Image<int> object_labels(const Twin& twin, const PixelPoints& real, const PixelPoints& simulated,
                          const ImageU8& area) {
   Image<int> labels(area.width, area.height, kUnknownObject);
-  const bool known = std::all_of(twin.objects.begin(), twin.objects.end(), has_surface);
+  const bool known = std::ranges::all_of(twin.objects, has_surface);
   if (!known || simulated.cloud.size() + real.cloud.size() == 0) return labels;
   std::vector<measure::SurfaceGate> surfaces;
   for (const Object& object : twin.objects) surfaces.emplace_back(object, gate_mm(twin, object.name));

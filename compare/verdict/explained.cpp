@@ -292,7 +292,7 @@ class GrayExplanation {
 bool has_fringes(const CameraDecode& decode, std::size_t i) {
   constexpr double kSigmas = 4.0;
   if ((decode.flags.data[i] & measure::kUnseen) != 0) return false;
-  return std::all_of(decode.directions.begin(), decode.directions.end(), [i](const DirectionDecode& d) {
+  return std::ranges::all_of(decode.directions, [i](const DirectionDecode& d) {
     const auto pitch = std::min(static_cast<std::size_t>(d.finest), d.amplitude_dn.size() - 1);
     return d.amplitude_dn.empty() ||
            static_cast<double>(d.amplitude_dn[pitch].data[i]) >= kSigmas * d.noise_dn;

@@ -74,7 +74,7 @@ Ranges deviation_ranges(const std::vector<float>& deviation_mm) {
   const double low = d.front();
   std::vector<double> ends(static_cast<std::size_t>(starts));
   std::partial_sort_copy(d.begin(), d.end(), ends.begin(), ends.end(), std::greater<>());
-  std::reverse(ends.begin(), ends.end());
+  std::ranges::reverse(ends);
   Ranges out{ends.back() - low, ends.back() - low};
   for (std::ptrdiff_t i = 0; i < starts; ++i) out.p95_mm = std::min(out.p95_mm, ends[i] - d[i]);
   return out;

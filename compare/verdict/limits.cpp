@@ -57,7 +57,7 @@ void add_rows(const Table& table, const std::string& name, const Comparison& c, 
 /// Returns whether fits of this kind of object have a number with this key.
 bool is_number_of(const std::string& kind, const std::string& key) {
   const std::vector<std::string> keys = keys_of_fit(kind);
-  return std::find(keys.begin(), keys.end(), key) != keys.end();
+  return std::ranges::find(keys, key) != keys.end();
 }
 
 /// Adds the amount of a fit's difference between the two sides; an unknown value when the kind of object has

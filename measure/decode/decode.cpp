@@ -24,8 +24,7 @@ constexpr double kRadianceModulation = 1e-3;  ///< of the 99.9 percentile of the
 double percentile_999(const ImageF& image) {
   std::vector<float> values;
   values.reserve(image.size());
-  std::copy_if(image.data.begin(), image.data.end(), std::back_inserter(values),
-               [](float v) { return std::isfinite(v); });
+  std::ranges::copy_if(image.data, std::back_inserter(values), [](float v) { return std::isfinite(v); });
   return values.empty() ? 0.0 : lower_quantile(values, 0.999);
 }
 

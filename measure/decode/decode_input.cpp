@@ -52,7 +52,7 @@ DirectionImages collect_direction(const CameraImages& images, const Fringes& fri
     const auto bit = static_cast<std::size_t>(s.bit);
     switch (s.kind) {
       case PatternSpec::Kind::phase_step: {
-        const auto used = std::find(used_steps.begin(), used_steps.end(), s.step);
+        const auto used = std::ranges::find(used_steps, s.step);
         if (used != used_steps.end()) out.steps[s.pitch][used - used_steps.begin()] = image;
         break;
       }

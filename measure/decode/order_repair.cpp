@@ -123,7 +123,7 @@ OrderRepair repair_orders(ImageD& coordinate_px, const OrderRepairOptions& optio
       changed.push_back(c.index);
     }
   }
-  std::sort(changed.begin(), changed.end());  // a pixel moved in two passes counts once
+  std::ranges::sort(changed);  // a pixel moved in two passes counts once
   report.n_changed =
       static_cast<std::uint64_t>(std::unique(changed.begin(), changed.end()) - changed.begin());
   report.n_left = count_order_jumps(coordinate_px, options.period_px, options.near);

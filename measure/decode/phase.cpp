@@ -92,8 +92,8 @@ std::vector<int> all_steps(int steps_total) {
 
 StepSolver::StepSolver(const std::vector<int>& steps_n, int steps_total) {
   std::vector<int> sorted = steps_n;
-  std::sort(sorted.begin(), sorted.end());
-  const bool distinct = std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end();
+  std::ranges::sort(sorted);
+  const bool distinct = std::ranges::adjacent_find(sorted) == sorted.end();
   if (steps_n.size() < 3 || !distinct || sorted.front() < 0 || sorted.back() >= steps_total)
     throw UserError(
         ExitCode::usage, "phase steps",

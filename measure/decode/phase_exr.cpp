@@ -38,7 +38,7 @@ std::string wrapped_channel_name(Axis axis, double pitch_px) {
   // fixed: an exponent's '+' or '-' would not be a plain channel name
   const auto end = std::to_chars(text, text + sizeof text, pitch_px, std::chars_format::fixed).ptr;
   std::string pitch(text, end);
-  std::replace(pitch.begin(), pitch.end(), '.', 'p');
+  std::ranges::replace(pitch, '.', 'p');
   return std::string("wrapped_") + axis_name(axis) + "_" + pitch;
 }
 

@@ -112,7 +112,7 @@ bool estimate_noise(const std::vector<NoiseInput>& pitches, const StepSolver& so
   std::vector<NoiseSample> samples = collect_samples(pitches, solver, axis, min_amplitude);
   const std::size_t bins = std::min(kMaxBins, samples.size() / kMinPerBin);
   if (bins == 0) return false;
-  std::sort(samples.begin(), samples.end(), [](const NoiseSample& a, const NoiseSample& b) {
+  std::ranges::sort(samples, [](const NoiseSample& a, const NoiseSample& b) {
     return a.mean != b.mean ? a.mean < b.mean : a.variance < b.variance;
   });
 

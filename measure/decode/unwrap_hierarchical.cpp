@@ -18,8 +18,7 @@ HierarchicalPlan plan_hierarchical(const DirectionFringes& direction, Coordinate
     throw UserError(ExitCode::usage, where, "unwrap = \"hierarchical\" needs at least one pitch");
   p.index.resize(direction.pitches_px.size());
   std::iota(p.index.begin(), p.index.end(), 0);
-  std::sort(p.index.begin(), p.index.end(),
-            [&](int a, int b) { return direction.pitches_px[a] > direction.pitches_px[b]; });
+  std::ranges::sort(p.index, [&](int a, int b) { return direction.pitches_px[a] > direction.pitches_px[b]; });
   for (const int i : p.index) {
     p.pitch_px.push_back(direction.pitches_px[i]);
     p.origin_px.push_back(direction.phase_origin_px[i]);

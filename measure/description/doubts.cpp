@@ -70,10 +70,10 @@ Counts count(const CameraDecode& decoded, const ImageU8& reached) {
   for (std::size_t i = 0; i < reached.size(); ++i) {
     if (reached.data[i] == 0) continue;
     ++out.reached;
-    out.valid += std::all_of(decoded.directions.begin(), decoded.directions.end(),
-                             [i](const DirectionDecode& d) {
-                               return !d.unwrapped || std::isfinite(d.coordinate_px.data[i]);
-                             })
+    out.valid += std::ranges::all_of(decoded.directions,
+                                     [i](const DirectionDecode& d) {
+                                       return !d.unwrapped || std::isfinite(d.coordinate_px.data[i]);
+                                     })
                      ? 1
                      : 0;
   }
@@ -147,8 +147,8 @@ std::vector<Reading> screened(const std::vector<Sample>& tiles, const Fringes& f
     const ReadingScore score = worst->score(reading, options);
     if (answers(described, reading, score)) answers_there.push_back({std::move(reading), score});
   }
-  std::stable_sort(answers_there.begin(), answers_there.end(),
-                   [](const Answer& a, const Answer& b) { return a.score.good > b.score.good; });
+  std::ranges::stable_sort(answers_there,
+                           [](const Answer& a, const Answer& b) { return a.score.good > b.score.good; });
   std::vector<Reading> out;
   for (Answer& answer : answers_there)
     if (out.size() < kMost) out.push_back(std::move(answer.reading));

@@ -226,7 +226,7 @@ CameraImages read_as(const CameraImages& images, const Reading& reading) {
     chosen.push_back(image == kNotRecorded ? nullptr : &images.images[static_cast<std::size_t>(image)]);
     if (image != kNotRecorded) used[static_cast<std::size_t>(image)] = true;
   }
-  const auto left_over = static_cast<std::size_t>(std::find(used.begin(), used.end(), false) - used.begin());
+  const auto left_over = static_cast<std::size_t>(std::ranges::find(used, false) - used.begin());
   CameraImages out{.camera = images.camera,
                    .images = {},
                    .white = images.white,

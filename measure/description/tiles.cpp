@@ -42,7 +42,7 @@ Tiles::Tiles(const CameraImages& images, double min_modulation_dn) {
         all[t].n +=
             reached(images, first.index(all[t].corner.x + x, all[t].corner.y + y), min_modulation_dn) ? 1 : 0;
   const auto best =
-      std::max_element(all.begin(), all.end(), [](const Counted& a, const Counted& b) { return a.n < b.n; });
+      std::ranges::max_element(all, [](const Counted& a, const Counted& b) { return a.n < b.n; });
   if (best == all.end() || best->n == 0) return;
   const int enough = best->n / 2;
   std::erase_if(all, [enough](const Counted& c) { return c.n < enough || c.n == 0; });

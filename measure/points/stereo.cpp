@@ -154,10 +154,9 @@ void decide_ambiguous(Work& work, double step) {
       if (depths.empty()) continue;
       Match expected;
       expected.depth_mm = upper_median(depths);
-      const auto best =
-          std::min_element(a.matches.begin(), a.matches.end(), [&](const Match& u, const Match& v) {
-            return std::abs(u.depth_mm - expected.depth_mm) < std::abs(v.depth_mm - expected.depth_mm);
-          });
+      const auto best = std::ranges::min_element(a.matches, [&](const Match& u, const Match& v) {
+        return std::abs(u.depth_mm - expected.depth_mm) < std::abs(v.depth_mm - expected.depth_mm);
+      });
       if (!same_surface(*best, expected, kWindow, step)) continue;
       work.match.data[a.pixel] = *best;
       work.state.data[a.pixel] = State::matched;
