@@ -88,7 +88,7 @@ std::vector<fs::path> globbed_files(const Map& map) {
       throw UserError(ExitCode::usage, "--order " + map.order_text,
                       fmt::format("names image {}, {} matches {} (0 to {})", number, map.source, found.size(),
                                   found.size() - 1));
-    files.push_back(found[static_cast<std::size_t>(number)]);
+    files.push_back(found[number]);
   }
   return files;
 }

@@ -47,8 +47,7 @@ ChangeSum::ChangeSum(const Fringes& fringes, double min_modulation_dn)
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const PatternSpec& s = sequence[i];
     if (s.is_gray() || s.step != 0) continue;
-    if (s.pitch == fringes.directions[static_cast<std::size_t>(s.direction)].finest())
-      groups_.push_back({i, fringes.steps});
+    if (s.pitch == fringes.directions[s.direction].finest()) groups_.push_back({i, fringes.steps});
   }
 }
 

@@ -47,12 +47,11 @@ EdgeCheck check_edges(const render::Reference& reference, std::size_t camera,
   const auto n = static_cast<std::ptrdiff_t>(chosen.size());
 #pragma omp parallel for schedule(dynamic, 4)
   for (std::ptrdiff_t i = 0; i < n; ++i) {
-    const std::size_t p = chosen[static_cast<std::size_t>(i)];
+    const std::size_t p = chosen[i];
     const auto other =
         to_dn(reference.pixel(camera, pixels[p].x, pixels[p].y, {.gauss_n = gauss_n}).irradiance, sensor);
     for (std::size_t k = 0; k < other.size(); ++k)
-      sums[static_cast<std::size_t>(i)] +=
-          std::pow(other[k] - dn[p][k], 2) / static_cast<double>(other.size());
+      sums[i] += std::pow(other[k] - dn[p][k], 2) / static_cast<double>(other.size());
   }
   EdgeCheck out;
   for (const double s : sums) out.sum += s, ++out.n;

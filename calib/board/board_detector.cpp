@@ -105,8 +105,8 @@ std::optional<std::vector<Corner>> find_asymmetric(const cv::Mat& image, const B
   std::vector<Corner> corners(board.corners());
   for (int row = 0; row < board.height_n; ++row)
     for (int k = 0; k < per_row; ++k) {
-      const auto& p = points[static_cast<std::size_t>(row * per_row + k)];
-      corners[static_cast<std::size_t>(row * board.width_n + 2 * k + row % 2)] = {{p.x, p.y}, 1.0};
+      const auto& p = points[row * per_row + k];
+      corners[row * board.width_n + 2 * k + row % 2] = {{p.x, p.y}, 1.0};
     }
   return corners;
 }
@@ -149,8 +149,7 @@ std::optional<std::vector<Corner>> find_charuco(const cv::Mat& image, const Boar
   const double rim_px = 0.5 * marker_px * (1.0 / pattern.marker_to_square - 1.0);
   refine(image, points, std::clamp(static_cast<int>(0.9 * rim_px), 2, 10));
   std::vector<Corner> corners(pattern.board.corners());
-  for (std::size_t i = 0; i < ids.size(); ++i)
-    corners[static_cast<std::size_t>(ids[i])] = {{points[i].x, points[i].y}, 1.0};
+  for (std::size_t i = 0; i < ids.size(); ++i) corners[ids[i]] = {{points[i].x, points[i].y}, 1.0};
   return corners;
 }
 

@@ -60,7 +60,7 @@ void check_view(const Observations& o, const View& view) {
            fmt::format("has {} corners, the board has {} x {} = {}", view.corners.size(), o.board.width_n,
                        o.board.height_n, o.board.corners()),
            "another board, or the wrong --object-width-n and --object-height-n");
-  const Device& device = o.devices[static_cast<std::size_t>(view.device)];
+  const Device& device = o.devices[view.device];
   for (std::size_t i = 0; i < view.corners.size(); ++i) {
     const Corner& c = view.corners[i];
     const auto place = [&] {
@@ -132,7 +132,7 @@ void Observations::sort() {
     new_number[f] = static_cast<int>(kept.size());
     kept.push_back(frames[f]);
   }
-  for (View& v : views) v.frame = new_number[static_cast<std::size_t>(v.frame)];
+  for (View& v : views) v.frame = new_number[v.frame];
   frames = kept;
   std::ranges::stable_sort(views, [](const View& a, const View& b) {
     return std::pair(a.frame, a.device) < std::pair(b.frame, b.device);
@@ -140,8 +140,7 @@ void Observations::sort() {
 }
 
 std::string Observations::label(const View& view) const {
-  return fmt::format("{}, view {}{}", devices[static_cast<std::size_t>(view.device)].name,
-                     frames[static_cast<std::size_t>(view.frame)],
+  return fmt::format("{}, view {}{}", devices[view.device].name, frames[view.frame],
                      view.source.empty() ? "" : " (" + view.source + ")");
 }
 

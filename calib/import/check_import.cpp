@@ -82,7 +82,7 @@ Correspondences read_vnl(const std::filesystem::path& file, const std::vector<Im
       if (!view.corners[i].seen()) continue;
       const auto [at, is_new] = index.try_emplace({view.frame, i}, out.q_px.size());
       if (is_new) out.q_px.emplace_back(devices.size(), Eigen::Vector2d::Constant(std::nan("")));
-      out.q_px[at->second][static_cast<std::size_t>(view.device)] = view.corners[i].q_px;
+      out.q_px[at->second][view.device] = view.corners[i].q_px;
     }
   return out;
 }

@@ -48,8 +48,7 @@ Eigen::MatrixXd read_matrix(const std::filesystem::path& file) {
   if (rows.empty()) throw UserError(ExitCode::input, file.string(), "holds no numbers");
   Eigen::MatrixXd m(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows[0].size()));
   for (Eigen::Index r = 0; r < m.rows(); ++r)
-    for (Eigen::Index c = 0; c < m.cols(); ++c)
-      m(r, c) = rows[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
+    for (Eigen::Index c = 0; c < m.cols(); ++c) m(r, c) = rows[r][c];
   return m;
 }
 

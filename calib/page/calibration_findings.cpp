@@ -72,7 +72,7 @@ std::vector<Eigen::Vector3d> points_of_boards(const Calibration& c) {
 
 PairFindings about_pair(const Calibration& c, const Uncertainty& u, int first, int second) {
   PairFindings out{first, second, 0.0, std::nan("")};
-  const auto pose = [&](int d) { return c.devices[static_cast<std::size_t>(d)].T_device_ref; };
+  const auto pose = [&](int d) { return c.devices[d].T_device_ref; };
   out.baseline_mm = (pose(first) * pose(second).inverse()).translation_mm.norm();
   std::vector<Eigen::Vector3d> points;
   for (const auto& p : points_of_boards(c))

@@ -98,9 +98,7 @@ std::string calibration_json(const Calibration& c, const CalibrateOptions& optio
   out["covariance"] = covariance_json(c, findings.rig_covariance);
   out["pairs"] = Json::array();
   for (const PairFindings& p : findings.pairs)
-    out["pairs"].push_back({{"devices",
-                             {c.devices[static_cast<std::size_t>(p.first)].name,
-                              c.devices[static_cast<std::size_t>(p.second)].name}},
+    out["pairs"].push_back({{"devices", {c.devices[p.first].name, c.devices[p.second].name}},
                             {"baseline_mm", json_number(p.baseline_mm)},
                             {"shape_sigma_mm", json_number(p.shape_sigma_mm)}});
   out["cross_validation"] = cross_validation_json(findings.cross_validation, c);
@@ -112,8 +110,8 @@ std::string calibration_json(const Calibration& c, const CalibrateOptions& optio
   out["views"] = Json::array();
   for (std::size_t v = 0; v < c.views.size(); ++v) {
     const View& view = c.observations.views[v];
-    Json row = {{"device", c.devices[static_cast<std::size_t>(view.device)].name},
-                {"frame", c.observations.frames[static_cast<std::size_t>(view.frame)]},
+    Json row = {{"device", c.devices[view.device].name},
+                {"frame", c.observations.frames[view.frame]},
                 {"source", view.source}};
     put_fit(row, c.views[v].fit);
     out["views"].push_back(row);

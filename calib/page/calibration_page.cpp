@@ -47,7 +47,7 @@ MapStyle value_style(const std::vector<const ImageF*>& images, const std::string
 /// Limits for a map over the imager that grows beyond all bounds where no board was: up to twice what holds
 /// at nine tenths of the corners.
 MapStyle style_where_seen(const Calibration& c, int device, const ImageF& grid) {
-  const auto& size = c.problem.imagersizes[static_cast<std::size_t>(device)];
+  const auto& size = c.problem.imagersizes[device];
   std::vector<float> seen;
   for (const View& view : c.observations.views)
     for (const Corner& corner : view.corners) {
@@ -68,7 +68,7 @@ MapStyle style_where_seen(const Calibration& c, int device, const ImageF& grid) 
 /// Mean residual (0: x, 1: y) and its rms (2) over cells of the imager.
 std::array<ImageF, 3> residual_cells(const Calibration& c, int device) {
   constexpr int kColumns = 24;
-  const auto& size = c.problem.imagersizes[static_cast<std::size_t>(device)];
+  const auto& size = c.problem.imagersizes[device];
   const int rows = std::max(2, static_cast<int>(std::lround(1.0 * kColumns * size[1] / size[0])));
   ImageD sum_x(kColumns, rows), sum_y(kColumns, rows), sum_sq(kColumns, rows), n(kColumns, rows);
   for (std::size_t v = 0; v < c.observations.views.size(); ++v) {
@@ -287,9 +287,8 @@ std::string pair_table(const Calibration& c, const Findings& findings) {
   report::Table t;
   t.columns = {text_column("measuring with"), {"baseline", "mm"}, {"shape known to", "µm rms"}};
   for (const PairFindings& p : findings.pairs)
-    t.add_row({c.devices[static_cast<std::size_t>(p.first)].name + " and " +
-                   c.devices[static_cast<std::size_t>(p.second)].name,
-               report::fixed(p.baseline_mm, 3), report::number(1000.0 * p.shape_sigma_mm, 2)});
+    t.add_row({c.devices[p.first].name + " and " + c.devices[p.second].name, report::fixed(p.baseline_mm, 3),
+               report::number(1000.0 * p.shape_sigma_mm, 2)});
   return t.html() +
          "<p>Shape: the calibration's part of the error of points where the boards were, after the best "
          "rigid motion; a common turn or shift of everything measured is no error of shape.</p>";
@@ -305,8 +304,7 @@ std::string view_table(const Calibration& c) {
     const Pose T = T_device_ref(c.problem, view.device) * T_ref_board(c.problem, view.frame);
     const double tilt = std::acos(std::clamp(std::abs(T.rotation(2, 2)), 0.0, 1.0)) * 180.0 / M_PI;
     const FitQuality& fit = c.views[v].fit;
-    t.add_row({c.devices[static_cast<std::size_t>(view.device)].name,
-               c.observations.frames[static_cast<std::size_t>(view.frame)], view.source,
+    t.add_row({c.devices[view.device].name, c.observations.frames[view.frame], view.source,
                report::number(fit.rms_px, 3), report::number(fit.worst_px, 3), std::to_string(fit.n_corners),
                std::to_string(fit.n_outliers),
                report::number((T * Eigen::Vector3d(0.5 * c.observations.board.width_mm(),

@@ -91,8 +91,7 @@ std::string projector_toml(const Photometry& photometry) {
   if (p == nullptr || (!p->response_known && !std::isfinite(p->blur_px.value))) return "";
   std::string out =
       fmt::format("\n# Keys of [projector], from camera \"{}\", direction {}\n[projector]\n",
-                  photometry.cameras[static_cast<std::size_t>(photometry.projector_camera)].camera,
-                  axis_name(p->harmonics.axis));
+                  photometry.cameras[photometry.projector_camera].camera, axis_name(p->harmonics.axis));
   if (p->response_known) out += response_toml(*p);
   if (std::isfinite(p->blur_px.value))
     out += key("blur_px", digits(p->blur_px),
@@ -262,9 +261,8 @@ std::string photometry_json(const Photometry& photometry, const Origin& origin) 
   }
   out["projector_from"] = nullptr;
   if (const ProjectorPhotometry* p = photometry.projector())
-    out["projector_from"] = {
-        {"camera", photometry.cameras[static_cast<std::size_t>(photometry.projector_camera)].camera},
-        {"direction", axis_name(p->harmonics.axis)}};
+    out["projector_from"] = {{"camera", photometry.cameras[photometry.projector_camera].camera},
+                             {"direction", axis_name(p->harmonics.axis)}};
   out["warnings"] = photometry.warnings;
   return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

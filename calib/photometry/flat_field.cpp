@@ -131,8 +131,7 @@ FlatField fit_flat_field(const ImageF& flat, double black_level_dn, double satur
   out.gradient_x = estimate(1);
   out.gradient_y = estimate(2);
   out.terms = terms;
-  for (int k = 0; k < 3; ++k)
-    out.a[static_cast<std::size_t>(k)] = k < terms ? estimate(3 + k) : Estimate{0.0, 0.0};
+  for (int k = 0; k < 3; ++k) out.a[k] = k < terms ? estimate(3 + k) : Estimate{0.0, 0.0};
   for (const Estimate& a : out.a) out.corner += a.value;
   out.residual_rms = best->rms;
   out.n = cells.size();

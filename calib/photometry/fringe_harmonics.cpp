@@ -31,9 +31,7 @@ class Spectrum {
   /// Returns 2/N sum_n I_n exp(-2 pi i h n/N) of the order h of a pixel.
   Complex at(const std::vector<const ImageF*>& steps, std::size_t pixel, int h) const {
     Complex sum = 0.0;
-    for (int k = 0; k < n_; ++k)
-      sum += twiddle_[static_cast<std::size_t>(h * n_ + k)] *
-             static_cast<double>(steps[static_cast<std::size_t>(k)]->data[pixel]);
+    for (int k = 0; k < n_; ++k) sum += twiddle_[h * n_ + k] * static_cast<double>(steps[k]->data[pixel]);
     return sum;
   }
 

@@ -260,8 +260,7 @@ void choose_projector(Photometry& out) {
 
 const ProjectorPhotometry* Photometry::projector() const {
   if (projector_camera < 0) return nullptr;
-  return &cameras[static_cast<std::size_t>(projector_camera)]
-              .directions[static_cast<std::size_t>(projector_direction)];
+  return &cameras[projector_camera].directions[projector_direction];
 }
 
 Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>& frames) {

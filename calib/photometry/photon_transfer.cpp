@@ -108,9 +108,9 @@ Points points_of(const std::vector<Bin>& bins, int without_block) {
   const auto m = static_cast<Eigen::Index>(bins.size());
   Points p{Eigen::VectorXd(m), Eigen::VectorXd(m), Eigen::VectorXd(m)};
   for (Eigen::Index i = 0; i < m; ++i) {
-    BinCell c = bins[static_cast<std::size_t>(i)].sum;
+    BinCell c = bins[i].sum;
     if (without_block >= 0) {
-      const BinCell& out = bins[static_cast<std::size_t>(i)].cells[static_cast<std::size_t>(without_block)];
+      const BinCell& out = bins[i].cells[without_block];
       c.n -= out.n, c.level -= out.level, c.square -= out.square;
     }
     p.n[i] = std::max(c.n, 0.0);
@@ -152,7 +152,7 @@ Eigen::MatrixXd jackknife(const std::vector<Bin>& bins, const Fit& all, double c
   int groups = 0;
   for (int b = 0; b < kBlocks; ++b) {
     double n = 0.0;
-    for (const Bin& bin : bins) n += bin.cells[static_cast<std::size_t>(b)].n;
+    for (const Bin& bin : bins) n += bin.cells[b].n;
     if (n == 0.0) continue;
     const Fit part = fit_polynomial(points_of(bins, b), centre, terms, samples_per_independent);
     const Eigen::VectorXd d = part.coefficients - all.coefficients;

@@ -20,9 +20,7 @@ double gaussian(double blur_sq, double pitch_px, int order) {
                   (pitch_px * pitch_px));
 }
 
-const PitchHarmonics& reference_of(const FringeHarmonics& h) {
-  return h.pitches[static_cast<std::size_t>(h.reference)];
-}
+const PitchHarmonics& reference_of(const FringeHarmonics& h) { return h.pitches[h.reference]; }
 
 std::vector<MtfPoint> mtf_points(const FringeHarmonics& f) {
   std::vector<MtfPoint> points;
@@ -194,8 +192,7 @@ std::vector<double> gamma_harmonics(double gamma, double mean, double amplitude,
   for (int i = 0; i < kPoints; ++i) {
     const double theta = 2.0 * std::numbers::pi * (i + 0.5) / kPoints;
     const double light = std::pow(std::max(0.0, mean + amplitude * std::cos(theta)), gamma);
-    for (int h = 1; h <= n; ++h)
-      out[static_cast<std::size_t>(h - 1)] += 2.0 / kPoints * light * std::cos(h * theta);
+    for (int h = 1; h <= n; ++h) out[h - 1] += 2.0 / kPoints * light * std::cos(h * theta);
   }
   return out;
 }

@@ -41,7 +41,7 @@ void describe(Calibration& c) {
   for (std::size_t v = 0; v < c.observations.views.size(); ++v) {
     const View& view = c.observations.views[v];
     Tally of_view;
-    auto& device = of_device[static_cast<std::size_t>(view.device)];
+    auto& device = of_device[view.device];
     for (std::size_t i = 0; i < per_view; ++i) {
       const std::size_t corner = v * per_view + i;
       const double weight = c.problem.corners[corner].z();

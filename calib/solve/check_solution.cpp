@@ -26,8 +26,8 @@ constexpr int kGoodNumberOfViews = 10;
 }
 
 void check_lens(const Calibration& c, int d) {
-  const DeviceResult& device = c.devices[static_cast<std::size_t>(d)];
-  const auto& size = c.problem.imagersizes[static_cast<std::size_t>(d)];
+  const DeviceResult& device = c.devices[d];
+  const auto& size = c.problem.imagersizes[d];
   const double fx = device.intrinsics[0], fy = device.intrinsics[1];
   const double largest = std::max(size[0], size[1]);
   if (!(fx > 0.0 && fy > 0.0) || std::min(fx, fy) < 0.05 * largest || std::max(fx, fy) > 50.0 * largest)

@@ -64,7 +64,7 @@ class Frame {
     const Eigen::Vector3d center = o_.board.point_mm(corner, warp_mm_);
     const auto middle = lens(device).project(pose(device) * center);
     if (!middle) return std::nullopt;
-    if (!o_.devices[static_cast<std::size_t>(device)].is_projector) {
+    if (!o_.devices[device].is_projector) {
       const auto centroid = disc_centroid_px(lens(device), pose(device), center, radius_mm_);
       if (!centroid) return std::nullopt;
       return Eigen::Vector2d(*centroid - *middle);
@@ -89,8 +89,8 @@ class Frame {
   }
 
  private:
-  const Lens& lens(int device) const { return lenses_[static_cast<std::size_t>(device)]; }
-  const Pose& pose(int device) const { return T_device_board_[static_cast<std::size_t>(device)]; }
+  const Lens& lens(int device) const { return lenses_[device]; }
+  const Pose& pose(int device) const { return T_device_board_[device]; }
 
   /// Returns the point of the board that a camera sees at the centroid of a circle's image.
   std::optional<Eigen::Vector3d> on_board_at_centroid(int camera, const Eigen::Vector3d& center) const {

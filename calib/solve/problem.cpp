@@ -21,19 +21,17 @@ Pose to_mm(const RotTrans& rt_m) {
 }
 
 Pose T_device_ref(const MrcalProblem& problem, int device) {
-  return device == 0 ? Pose{} : to_mm(problem.rt_cam_ref[static_cast<std::size_t>(device - 1)]);
+  return device == 0 ? Pose{} : to_mm(problem.rt_cam_ref[device - 1]);
 }
 
-Pose T_ref_board(const MrcalProblem& problem, int frame) {
-  return to_mm(problem.rt_ref_frame[static_cast<std::size_t>(frame)]);
-}
+Pose T_ref_board(const MrcalProblem& problem, int frame) { return to_mm(problem.rt_ref_frame[frame]); }
 
 std::vector<Eigen::Vector3d> solver_corners(const Observations& o) {
   double least_sigma = o.devices.front().sigma_px;
   for (const Device& d : o.devices) least_sigma = std::min(least_sigma, d.sigma_px);
   std::vector<Eigen::Vector3d> corners;
   for (const View& view : o.views) {
-    const double factor = least_sigma / o.devices[static_cast<std::size_t>(view.device)].sigma_px;
+    const double factor = least_sigma / o.devices[view.device].sigma_px;
     for (const Corner& c : view.corners)
       corners.push_back(c.seen() ? Eigen::Vector3d(c.q_px.x(), c.q_px.y(), c.weight * factor)
                                  : Eigen::Vector3d(0.0, 0.0, -1.0));

@@ -14,7 +14,7 @@ constexpr const char* kRough = "LENSMODEL_STEREOGRAPHIC";
 Observations only_device(const Observations& o, int device) {
   Observations out;
   out.board = o.board;
-  out.devices = {o.devices[static_cast<std::size_t>(device)]};
+  out.devices = {o.devices[device]};
   out.frames = o.frames;
   for (const View& view : o.views)
     if (view.device == device && view.n_seen() >= 4) {
@@ -35,7 +35,7 @@ std::vector<Pose> poses_of_views(const Observations& o, const std::string& lensm
       throw UserError(ExitCode::input, o.label(view),
                       "the corners do not show a board in front of the device",
                       "are they all on one line, or is the rough focal length far off?");
-    poses[static_cast<std::size_t>(view.frame)] = pose->T_device_board;
+    poses[view.frame] = pose->T_device_board;
   }
   return poses;
 }
@@ -158,7 +158,7 @@ AloneFit calibrate_alone(const Observations& all, int device, const std::string&
     int n = 0;
     for (Eigen::Index i = 0; i < per_view; ++i) {
       const Eigen::Index corner = static_cast<Eigen::Index>(v) * per_view + i;
-      const double weight = fine.problem.corners[static_cast<std::size_t>(corner)].z();
+      const double weight = fine.problem.corners[corner].z();
       if (weight <= 0.0) continue;
       sum += x.segment<2>(2 * corner).squaredNorm() / (weight * weight);
       ++n;
@@ -166,7 +166,7 @@ AloneFit calibrate_alone(const Observations& all, int device, const std::string&
     sum_all += sum;
     n_all += n;
     // back to the frame's number among all devices
-    const std::string& frame_name = o.frames[static_cast<std::size_t>(o.views[v].frame)];
+    const std::string& frame_name = o.frames[o.views[v].frame];
     const int frame = static_cast<int>(std::ranges::find(all.frames, frame_name) - all.frames.begin());
     fit.T_device_board[frame] = T_ref_board(fine.problem, o.views[v].frame);
     fit.view_rms_px[frame] = std::sqrt(sum / std::max(n, 1));

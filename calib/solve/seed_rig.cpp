@@ -48,8 +48,8 @@ std::optional<Pair> fit_pair(const Board& board, const std::vector<AloneFit>& al
   Pair pair;
   pair.a = a;
   pair.b = b;
-  const auto& in_a = alone[static_cast<std::size_t>(a)].T_device_board;
-  const auto& in_b = alone[static_cast<std::size_t>(b)].T_device_board;
+  const auto& in_a = alone[a].T_device_board;
+  const auto& in_b = alone[b].T_device_board;
   for (const auto& [frame, T] : in_a)
     if (in_b.contains(frame)) pair.frames.push_back(frame);
   if (pair.frames.empty()) return std::nullopt;
@@ -103,7 +103,7 @@ std::vector<Corner> reordered(const Board& board, const std::vector<Corner>& cor
       const int r = order.flip_rows ? board.height_n - 1 - row : row;
       const int c = order.flip_columns ? board.width_n - 1 - col : col;
       const int from = order.transpose ? c * board.width_n + r : r * board.width_n + c;
-      out[static_cast<std::size_t>(row * board.width_n + col)] = corners[static_cast<std::size_t>(from)];
+      out[row * board.width_n + col] = corners[from];
     }
   return out;
 }
@@ -125,8 +125,8 @@ class Explanation {
 
  private:
   const View& view(int device) const { return *o_.find(device, frame_); }
-  const AloneFit& fit(int device) const { return alone_[static_cast<std::size_t>(device)]; }
-  const std::string& name(int device) const { return o_.devices[static_cast<std::size_t>(device)].name; }
+  const AloneFit& fit(int device) const { return alone_[device]; }
+  const std::string& name(int device) const { return o_.devices[device].name; }
   const Pose& pose(int device) const { return fit(device).T_device_board.at(frame_); }
   std::optional<BoardPose> pose_of(const std::vector<Corner>& corners, int device) const {
     return board_pose(o_.board, corners, model_, fit(device).intrinsics);
@@ -188,8 +188,8 @@ int blamed_device(const std::vector<Pair>& pairs, int frame, int n_devices) {
   for (const Pair& pair : pairs)
     for (std::size_t i = 0; i < pair.frames.size(); ++i)
       if (pair.frames[i] == frame && !pair.agrees(i)) {
-        ++bad[static_cast<std::size_t>(pair.a)];
-        ++bad[static_cast<std::size_t>(pair.b)];
+        ++bad[pair.a];
+        ++bad[pair.b];
         ++n_bad;
       }
   int blamed = -1;
@@ -210,8 +210,7 @@ void check_agreement(const Observations& o, const MrcalModel& model, const std::
       const View* view = o.find(blamed >= 0 ? blamed : pair.b, frame);
       throw UserError(ExitCode::input, o.label(*view), why,
                       fmt::format("{} and {} put this board {:.1f} mm apart; correct or remove the view",
-                                  o.devices[static_cast<std::size_t>(pair.a)].name,
-                                  o.devices[static_cast<std::size_t>(pair.b)].name, pair.disagreement_mm[i]));
+                                  o.devices[pair.a].name, o.devices[pair.b].name, pair.disagreement_mm[i]));
     }
 }
 
@@ -224,13 +223,10 @@ std::vector<Pose> connect(const Observations& o, const std::vector<Pair>& pairs)
   for (std::size_t step = 1; step < n; ++step) {
     const Pair* best = nullptr;
     for (const Pair& pair : pairs)
-      if (known[static_cast<std::size_t>(pair.a)] != known[static_cast<std::size_t>(pair.b)] &&
-          (!best || pair.frames.size() > best->frames.size()))
-        best = &pair;
+      if (known[pair.a] != known[pair.b] && (!best || pair.frames.size() > best->frames.size())) best = &pair;
     if (!best) {
       const auto alone = std::ranges::find(known, false) - known.begin();
-      throw UserError(ExitCode::input, o.devices[static_cast<std::size_t>(alone)].name,
-                      "shares no view with the other devices",
+      throw UserError(ExitCode::input, o.devices[alone].name, "shares no view with the other devices",
                       "are the frame numbers in the file names the same?");
     }
     const auto a = static_cast<std::size_t>(best->a), b = static_cast<std::size_t>(best->b);
@@ -261,8 +257,7 @@ Seed seed_rig(const Observations& o, const std::string& lensmodel, const std::ve
     // The device with most corners of it; the first of several.
     const View* best = nullptr;
     for (const View& view : o.views)
-      if (view.frame == frame &&
-          alone[static_cast<std::size_t>(view.device)].T_device_board.contains(frame) &&
+      if (view.frame == frame && alone[view.device].T_device_board.contains(frame) &&
           (!best || view.n_seen() > best->n_seen()))
         best = &view;
     if (!best)

@@ -33,7 +33,7 @@ class Links {
 
  private:
   bool is_projector(std::size_t view) const {
-    return c_.observations.devices[static_cast<std::size_t>(c_.observations.views[view].device)].is_projector;
+    return c_.observations.devices[c_.observations.views[view].device].is_projector;
   }
   std::size_t corner(std::size_t view, std::size_t i) const {
     return view * c_.problem.corners_per_view() + i;
@@ -44,8 +44,7 @@ class Links {
   std::optional<Eigen::Matrix2d> gradient(std::size_t view, std::size_t i) const {
     const View& v = c_.observations.views[view];
     const Pose T = T_device_ref(c_.problem, v.device) * T_ref_board(c_.problem, v.frame);
-    return board_gradient(lenses_[static_cast<std::size_t>(v.device)], T,
-                          c_.observations.board.point_mm(i, c_.warp_mm));
+    return board_gradient(lenses_[v.device], T, c_.observations.board.point_mm(i, c_.warp_mm));
   }
 
   void add(std::size_t projector_view, std::size_t i) {

@@ -202,14 +202,14 @@ Eigen::Matrix3d Uncertainty::point_noise(const Eigen::Vector3d& p_ref_mm,
 
 Eigen::MatrixXd Uncertainty::intrinsics(int device) const {
   Eigen::MatrixXd g = Eigen::MatrixXd::Zero(linear_.n_intrinsics, linear_.Jt.rows());
-  g.middleCols(linear_.intrinsics_at[static_cast<std::size_t>(device)], linear_.n_intrinsics).setIdentity();
+  g.middleCols(linear_.intrinsics_at[device], linear_.n_intrinsics).setIdentity();
   return covariance(g);
 }
 
 Eigen::Matrix<double, 6, 6> Uncertainty::extrinsics(int device) const {
   FT_CHECK(device > 0, "the first device is the reference");
   Eigen::MatrixXd g = Eigen::MatrixXd::Zero(6, linear_.Jt.rows());
-  g.middleCols<6>(linear_.extrinsics_at[static_cast<std::size_t>(device - 1)]).setIdentity();
+  g.middleCols<6>(linear_.extrinsics_at[device - 1]).setIdentity();
   g.bottomRows<3>() /= kMetresPerMm;
   return covariance(g);
 }
@@ -249,7 +249,7 @@ double aligned_shape_sigma_mm(const std::vector<Eigen::Vector3d>& p_mm,
   for (const auto& p : p_mm) mean += p / static_cast<double>(n);
   Eigen::MatrixXd motion(3 * n, 6);  // of a small turn and shift
   for (Eigen::Index i = 0; i < n; ++i) {
-    motion.block<3, 3>(3 * i, 0) = -cross(p_mm[static_cast<std::size_t>(i)] - mean);
+    motion.block<3, 3>(3 * i, 0) = -cross(p_mm[i] - mean);
     motion.block<3, 3>(3 * i, 3).setIdentity();
   }
   const Eigen::MatrixXd Q = orthonormal_basis(motion);

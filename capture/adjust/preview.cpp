@@ -73,7 +73,7 @@ std::vector<Pattern> finest_steps(const Fringes& fringes) {
   const std::vector<PatternSpec> sequence = expand_sequence(fringes);
   std::vector<Pattern> patterns;
   for (const Pattern& pattern : sequence_patterns(fringes)) {
-    const PatternSpec& spec = sequence[static_cast<std::size_t>(pattern.index)];
+    const PatternSpec& spec = sequence[pattern.index];
     if (spec.kind == PatternSpec::Kind::phase_step && spec.direction == 0 &&
         spec.pitch == fringes.directions.front().finest())
       patterns.push_back(pattern);

@@ -20,17 +20,16 @@ ImageF pattern_levels(const Fringes& fringes, const Pattern& pattern, int width,
   FT_CHECK(width > 0 && height > 0, "the projector has pixels");
   if (pattern.index < 0) return {width, height, static_cast<float>(pattern.level)};
   const std::vector<PatternSpec> sequence = expand_sequence(fringes);
-  const PatternSpec& spec = sequence.at(static_cast<std::size_t>(pattern.index));
+  const PatternSpec& spec = sequence.at(pattern.index);
   if (spec.is_image()) {
-    const ImageF& levels = *fringes.images.at(static_cast<std::size_t>(spec.image)).levels;
+    const ImageF& levels = *fringes.images.at(spec.image).levels;
     FT_CHECK(levels.width == width && levels.height == height, "a pattern image has the projector's size");
     return levels;
   }
   ImageF levels(width, height);
-  if (fringes.directions.at(static_cast<std::size_t>(spec.direction)).axis == Axis::x) {
+  if (fringes.directions.at(spec.direction).axis == Axis::x) {
     std::vector<float> row(static_cast<std::size_t>(width));
-    for (int x = 0; x < width; ++x)
-      row[static_cast<std::size_t>(x)] = static_cast<float>(pattern_value(fringes, spec, x));
+    for (int x = 0; x < width; ++x) row[x] = static_cast<float>(pattern_value(fringes, spec, x));
     for (int y = 0; y < height; ++y) std::ranges::copy(row, &levels(0, y));
   } else {
     for (int y = 0; y < height; ++y)

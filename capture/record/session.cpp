@@ -56,7 +56,7 @@ class Session {
     Progress progress("capture", steps.size());
     for (int i = 0; i < summary_.steps; ++i) {
       if (!recording_.has(i)) {
-        record_step(i, steps[static_cast<std::size_t>(i)]);
+        record_step(i, steps[i]);
         ++summary_.recorded;
       }
       progress.advance();

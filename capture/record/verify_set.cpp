@@ -199,8 +199,7 @@ void Verifier::check_image(Image& image) const {
 }
 
 void Verifier::check_images(std::map<std::string, Shape>* shapes) {
-  for_each_parallel(static_cast<int>(images_.size()),
-                    [&](int i) { check_image(images_[static_cast<std::size_t>(i)]); });
+  for_each_parallel(static_cast<int>(images_.size()), [&](int i) { check_image(images_[i]); });
   for (const Image& image : images_) {
     out_.images += image.decoded;
     out_.checksums += image.compared;

@@ -58,7 +58,7 @@ struct SimulatedRig::World {
     const render::RenderedCamera& images = rendered[camera];
     const auto share = static_cast<float>(light.share);
     if (light.pattern.index >= 0) {
-      const ImageF& image = images.irradiance.at(static_cast<std::size_t>(light.pattern.index));
+      const ImageF& image = images.irradiance.at(light.pattern.index);
       for (std::size_t i = 0; i < sum.size(); ++i) sum.data[i] += share * image.data[i];
       return;
     }

@@ -249,7 +249,7 @@ class GrayBudgetFit {
       budget_.waveform = fmt::format(
           "the fringes are no sinusoids: {} harmonic {:.2g} % of the first, {:.2g} % in the twin; run "
           "`fringetwin photometry`, its response fits",
-          kNames[static_cast<std::size_t>(k - 2)], 100.0 * seen, 100.0 * predicted);
+          kNames[k - 2], 100.0 * seen, 100.0 * predicted);
     }
   }
 

@@ -242,7 +242,7 @@ class CameraCoverage {
 
   std::string name_of(int label) const {
     if (label == kNoObject) return kNotInTheTwin;
-    return label == kUnknownObject ? "" : twin_.objects[static_cast<std::size_t>(label)].name;
+    return label == kUnknownObject ? "" : twin_.objects[label].name;
   }
 
   /// Fills in where the largest area inside lies that one side alone measures.

@@ -117,12 +117,11 @@ void Readings::pitch_orders() {
     std::vector<int> image_of = described_.image_of;
     for (std::size_t i = 0; i < sequence_.size(); ++i)
       if (const PatternSpec& p = sequence_[i]; p.kind == PatternSpec::Kind::phase_step)
-        image_of[i] += (shown[static_cast<std::size_t>(p.pitch)] - p.pitch) * described_.fringes.steps;
+        image_of[i] += (shown[p.pitch] - p.pitch) * described_.fringes.steps;
     // the place of pitch p reads block shown[p], so that this block shows pitch p
     std::vector<double> pitch_of_block(pitches);
     for (std::size_t p = 0; p < pitches; ++p)
-      pitch_of_block[static_cast<std::size_t>(shown[p])] =
-          described_.fringes.directions.front().pitches_px[p];
+      pitch_of_block[shown[p]] = described_.fringes.directions.front().pitches_px[p];
     order(fmt::format("pitches in the order {}", fmt::join(pitch_of_block, ", ")), std::move(image_of),
           false);
   }
@@ -145,8 +144,8 @@ void Readings::late_and_early() {
   for (int first = 0; first + 1 < n; ++first) {
     std::vector<int> late = described_.image_of, early = described_.image_of;
     for (int i = first; i < n; ++i) {
-      late[static_cast<std::size_t>(i)] = i + 1 < n ? i + 1 : kNotRecorded;
-      early[static_cast<std::size_t>(i)] = i > first ? i - 1 : kNotRecorded;
+      late[i] = i + 1 < n ? i + 1 : kNotRecorded;
+      early[i] = i > first ? i - 1 : kNotRecorded;
     }
     order(first == 0 ? "a sequence that starts one image late"
                      : fmt::format("every image from {} on one place earlier (image {} is one too many)",
@@ -223,8 +222,8 @@ CameraImages read_as(const CameraImages& images, const Reading& reading) {
   std::vector<const ImageF*> chosen;
   std::vector<bool> used(images.images.size(), false);
   for (const int image : reading.image_of) {
-    chosen.push_back(image == kNotRecorded ? nullptr : &images.images[static_cast<std::size_t>(image)]);
-    if (image != kNotRecorded) used[static_cast<std::size_t>(image)] = true;
+    chosen.push_back(image == kNotRecorded ? nullptr : &images.images[image]);
+    if (image != kNotRecorded) used[image] = true;
   }
   const auto left_over = static_cast<std::size_t>(std::ranges::find(used, false) - used.begin());
   CameraImages out{.camera = images.camera,

@@ -77,7 +77,7 @@ ReadingScore score_reading(const CameraImages& images, const ImageU8& reached, c
       has_all = has_all && std::isfinite(at_px) && (decoded.flags.data[i] & kLowModulation) == 0;
       const ImageD& where = expected.along(d.axis);
       if (!d.unwrapped || where.empty() || !std::isfinite(where.data[i]) || !std::isfinite(at_px)) continue;
-      const double periods = (at_px - where.data[i]) / d.pitches_px[static_cast<std::size_t>(d.finest)];
+      const double periods = (at_px - where.data[i]) / d.pitches_px[d.finest];
       offsets.push_back(periods);
       all_near = all_near && std::abs(periods) < 1.0;
       near += std::abs(periods) < 1.0 ? 1 : 0;

@@ -155,7 +155,7 @@ Reference::Impl::Impl(const Twin& t) : twin(t) {
   // The order of the shaders: meshes behind the analytic shapes; what is measured has become a mesh.
   static_assert(std::is_same_v<std::variant_alternative_t<std::variant_size_v<Shape> - 2, Shape>, MeshShape>);
   std::ranges::stable_sort(order, [this](int a, int b) {
-    const auto kind = [this](int i) { return twin.objects[static_cast<std::size_t>(i)].shape.index(); };
+    const auto kind = [this](int i) { return twin.objects[i].shape.index(); };
     return kind(a) < kind(b);
   });
 }
@@ -255,7 +255,7 @@ void Reference::Impl::light(const Ray& ray, const SceneHit& hit, bool lobe, Pixe
       hit.shading.dot(sample.normal_world) < 0.0 ? Eigen::Vector3d(-hit.shading) : hit.shading;
   const double cosine = N.dot(L);
   if (cosine <= 0.0) return;
-  const Material& material = twin.objects[static_cast<std::size_t>(hit.object)].material;
+  const Material& material = twin.objects[hit.object].material;
   const double falloff =
       projector.inverse_square ? std::pow(projector.reference_distance_mm / distance, 2) : 1.0;
   double reflected = material.diffuse * hit.albedo / pi * cosine;
@@ -275,12 +275,11 @@ void Reference::Impl::gather(const SceneHit& hit, int bounce_n, PixelSample& sam
   const Eigen::Vector3d N =
       hit.shading.dot(sample.normal_world) < 0.0 ? Eigen::Vector3d(-hit.shading) : hit.shading;
   const Eigen::Vector3d T = N.unitOrthogonal(), B = N.cross(T);
-  const double diffuse = twin.objects[static_cast<std::size_t>(hit.object)].material.diffuse * hit.albedo;
+  const double diffuse = twin.objects[hit.object].material.diffuse * hit.albedo;
   const GaussRule& rule = gauss_rule(bounce_n);
   for (int i = 0; i < bounce_n; ++i)
     for (int k = 0; k < 2 * bounce_n; ++k) {
-      const double sine2 = 0.5 + 0.5 * rule.nodes[static_cast<std::size_t>(i)],
-                   angle = pi * (k + 0.5) / bounce_n;
+      const double sine2 = 0.5 + 0.5 * rule.nodes[i], angle = pi * (k + 0.5) / bounce_n;
       const Eigen::Vector3d d =
           std::sqrt(sine2) * (std::cos(angle) * T + std::sin(angle) * B) + std::sqrt(1.0 - sine2) * N;
       if (d.dot(sample.normal_world) <= 0.0) continue;
@@ -291,7 +290,7 @@ void Reference::Impl::gather(const SceneHit& hit, int bounce_n, PixelSample& sam
       lit.point_world_mm = ray.origin_mm + other->t_mm * d;
       lit.normal_world = other->normal.dot(d) > 0.0 ? Eigen::Vector3d(-other->normal) : other->normal;
       light(ray, *other, false, lit);
-      const double share = 0.5 * rule.weights[static_cast<std::size_t>(i)] / (2.0 * bounce_n);
+      const double share = 0.5 * rule.weights[i] / (2.0 * bounce_n);
       if (lit.lit)
         sample.indirect.push_back({share * diffuse * lit.weight, lit.projector_px, lit.defocus_px});
     }

@@ -42,8 +42,7 @@ double reference_vignetting(const Camera& camera, const Eigen::Vector2d& q_px) {
           (q_px - 0.5 * (size - Eigen::Vector2d::Ones())) / (0.5 * size.norm());
       const double r = from_middle.norm();
       double factor = 1.0 + from_middle.dot(Eigen::Vector2d(camera.vignetting.tilt.data()));
-      for (int i = 0; i < 3; ++i)
-        factor += camera.vignetting.a[static_cast<std::size_t>(i)] * std::pow(r, 2 * i + 2);
+      for (int i = 0; i < 3; ++i) factor += camera.vignetting.a[i] * std::pow(r, 2 * i + 2);
       return factor;
     }
   }

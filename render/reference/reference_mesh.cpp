@@ -22,7 +22,7 @@ struct Triangles {
   double padding_mm = 0.0;  // of the boxes: more than the float ray may stray
 
   Eigen::Vector3d vertex(int triangle, int corner) const {
-    const auto& indices = mesh->triangles[static_cast<std::size_t>(triangle)];
+    const auto& indices = mesh->triangles[triangle];
     return mesh->vertices_mm[static_cast<std::size_t>(indices[static_cast<std::size_t>(corner)])]
         .cast<double>();
   }
@@ -221,14 +221,14 @@ Eigen::Vector3d ReferenceMesh::geometric_normal(int triangle) const {
 }
 
 Eigen::Vector3d ReferenceMesh::shading_normal(const MeshHit& hit) const {
-  const auto& corners = mesh().triangles[static_cast<std::size_t>(hit.triangle)];
+  const auto& corners = mesh().triangles[hit.triangle];
   const Eigen::Vector3d n = interpolate(impl_->normals, corners, hit.u, hit.v);
   return n.squaredNorm() > 1e-6 ? n.normalized() : Eigen::Vector3d(Eigen::Vector3d::Zero());
 }
 
 double ReferenceMesh::albedo(const MeshHit& hit) const {
   if (impl_->albedo.empty()) return 1.0;
-  return interpolate(impl_->albedo, mesh().triangles[static_cast<std::size_t>(hit.triangle)], hit.u, hit.v);
+  return interpolate(impl_->albedo, mesh().triangles[hit.triangle], hit.u, hit.v);
 }
 
 }  // namespace fringetwin::render

@@ -67,7 +67,7 @@ double reference_pixel_gaps(const Projector& projector, const Eigen::Vector2d& q
 
 ReferencePattern::ReferencePattern(const Twin& twin, const PatternSpec& pattern)
     : projector_(*twin.projector), fringes_(twin.fringes), spec_(pattern) {
-  const DirectionFringes& d = fringes_.directions.at(static_cast<std::size_t>(spec_.direction));
+  const DirectionFringes& d = fringes_.directions.at(spec_.direction);
   axis_ = d.axis;
   const std::size_t p = spec_.is_gray() ? 0 : static_cast<std::size_t>(spec_.pitch);
   pitch_px_ = d.pitches_px.at(p);
@@ -141,7 +141,7 @@ double ReferencePattern::operator()(const Eigen::Vector2d& q_px, const Eigen::Ve
   const double radius = axis_ == Axis::x ? defocus_px.x() : defocus_px.y();
   if (projector_.pixel_structure) return sum_pieces(x, radius, 1.0, -0.5);
   if (!spec_.is_gray()) return smooth(x, radius);
-  const DirectionFringes& d = fringes_.directions[static_cast<std::size_t>(spec_.direction)];
+  const DirectionFringes& d = fringes_.directions[spec_.direction];
   return sum_pieces(x, radius, 0.5 * pitch_px_,
                     origin_px_ + (d.gray ? d.gray->offset_periods : 0.0) * pitch_px_);
 }

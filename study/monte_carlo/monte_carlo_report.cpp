@@ -38,7 +38,7 @@ std::vector<Quantity> quantities(const StudyRecord& study, const MonteCarloResul
     if (row.status != PointStatus::done || static_cast<std::size_t>(row.point.id) >= result.trials) continue;
     for (Quantity& q : out)
       if (const auto value = row.outcome.numbers.find(q.name); value != row.outcome.numbers.end())
-        q.trials[static_cast<std::size_t>(row.point.id)] = value->second;
+        q.trials[row.point.id] = value->second;
   }
   return out;
 }

@@ -55,13 +55,12 @@ struct Geodesic {
   explicit Geodesic(int f) {
     std::vector<int> row(static_cast<std::size_t>((f + 1) * (f + 2) / 2));
     const auto at = [&](int i, int j) {  // i from the first corner, j to the side
-      return row[static_cast<std::size_t>(i * (i + 1) / 2 + j)];
+      return row[i * (i + 1) / 2 + j];
     };
     for (const auto& face : kFaces) {
       for (int i = 0; i <= f; ++i)
         for (int j = 0; j <= i; ++j)
-          row[static_cast<std::size_t>(i * (i + 1) / 2 + j)] =
-              vertex({{{face[0], f - i}, {face[1], i - j}, {face[2], j}}});
+          row[i * (i + 1) / 2 + j] = vertex({{{face[0], f - i}, {face[1], i - j}, {face[2], j}}});
       for (int i = 0; i < f; ++i)
         for (int j = 0; j <= i; ++j) {
           triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
@@ -83,7 +82,7 @@ struct Geodesic {
     if (is_new) {
       Vector3d sum = Vector3d::Zero();
       for (const auto& [corner, weight] : w)
-        if (corner >= 0) sum += weight * icosahedron()[static_cast<std::size_t>(corner)];
+        if (corner >= 0) sum += weight * icosahedron()[corner];
       directions.push_back(sum.normalized());
     }
     return it->second;
@@ -154,12 +153,10 @@ std::shared_ptr<const Mesh> form_mesh(double radius_mm, const FormSpread& spread
   std::vector<double> inside(n.size()), count(n.size());
   for (const auto& t : sphere.triangles) {
     double sides = 0.0;
-    for (std::size_t k = 0; k < 3; ++k)
-      sides +=
-          (n[static_cast<std::size_t>(t[k])] - n[static_cast<std::size_t>(t[(k + 1) % 3])]).squaredNorm();
+    for (std::size_t k = 0; k < 3; ++k) sides += (n[t[k]] - n[t[(k + 1) % 3]]).squaredNorm();
     for (const int v : t) {
-      inside[static_cast<std::size_t>(v)] += radius_mm * sides / 24.0;
-      count[static_cast<std::size_t>(v)] += 1.0;
+      inside[v] += radius_mm * sides / 24.0;
+      count[v] += 1.0;
     }
   }
   auto mesh = std::make_shared<Mesh>();

@@ -94,7 +94,7 @@ std::optional<MapWorst> worst(std::size_t n, std::size_t trials, Number number) 
 std::vector<Vector3d> VolumeMapPlan::positions() const {
   std::vector<Vector3d> out;
   const auto at = [&](int axis, int i) {
-    const int n = counts[static_cast<std::size_t>(axis)];
+    const int n = counts[axis];
     return center_mm[axis] + (n == 1 ? 0.0 : size_mm[axis] * (static_cast<double>(i) / (n - 1) - 0.5));
   };
   for (int k = 0; k < counts[2]; ++k)

@@ -23,7 +23,7 @@ void read_lattice(const TomlTable& root, VolumeMapPlan* plan) {
       root.fail("counts", fmt::format("must be whole numbers from 1 to {}", kMostPositions));
     if ((counts[k] > 1.0) != (plan->size_mm[k] > 0.0))
       root.fail("counts", "must be 1 where size_mm is 0, and more than 1 elsewhere");
-    plan->counts[static_cast<std::size_t>(k)] = static_cast<int>(counts[k]);
+    plan->counts[k] = static_cast<int>(counts[k]);
     n *= counts[k];
   }
   if (n > kMostPositions)

@@ -43,9 +43,9 @@ Histogram histogram_of(const std::vector<std::vector<const ImageF*>>& groups, st
   for (const auto& group : groups) all.insert(all.end(), group.begin(), group.end());
   std::vector<Histogram> parts(all.size());
   for_each_parallel(static_cast<int>(all.size()), [&](int k) {
-    Histogram& h = parts[static_cast<std::size_t>(k)];
+    Histogram& h = parts[k];
     h.assign(full + 1, 0);
-    for (const float v : all[static_cast<std::size_t>(k)]->data)
+    for (const float v : all[k]->data)
       if (v >= 0.0F && v <= static_cast<float>(full)) ++h[static_cast<std::size_t>(v)];
   });
   Histogram sum(full + 1, 0);
