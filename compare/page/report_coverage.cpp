@@ -21,7 +21,7 @@ std::string coverage_table_html(const std::vector<CoverageRow>& rows) {
       "Pixels that both sides measured, one side alone, or neither, of all that have fringes or are "
       "saturated on a side. Inside: away from the outlines; thick: more than 2 px inside an area that one "
       "side alone measured.";
-  table.columns.push_back({"verdict", ""});
+  table.columns.push_back({"verdict"});
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].object.empty()) table.rows[i].cells[1] = "all";
     table.rows[i].cells.emplace_back(rows[i].explained ? "explained" : "not explained");

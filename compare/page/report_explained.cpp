@@ -16,9 +16,9 @@
 namespace fringetwin::compare {
 namespace {
 
-using report::Align;
 using report::fixed;
 using report::number;
+using report::text_column;
 
 std::string chi2_text(double chi2, double limit) {
   return std::isfinite(chi2) ? fmt::format("{} (≤ {})", number(chi2, 3), number(limit, 3)) : "–";
@@ -79,9 +79,8 @@ std::string explained_summary_html(const Comparison& c) {
   table.caption =
       "Is the difference as large as the stated budget allows? χ² over single values, and over means of "
       "regions, where noise averages out; 1 is expected.";
-  table.columns = {{"quantity", "", Align::left}, {"where", "", Align::left}, {"observed", "rms"},
-                   {"expected", "rms"},           {"χ² of values", ""},       {"χ² of regions", ""},
-                   {"verdict", "", Align::right}};
+  table.columns = {text_column("quantity"), text_column("where"), {"observed", "rms"}, {"expected", "rms"},
+                   {"χ² of values"},        {"χ² of regions"},    {"verdict"}};
   for (const ExplainedRow& row : c.explained)
     table.add_row(
         {row.quantity, row.worst.empty() ? row.region : row.region + ", " + row.worst,
@@ -114,12 +113,12 @@ std::string causes_html(const Comparison& c) {
       "χ² per gray value is {} after gain and black level; what exceeds 1 is split here. Each cause is "
       "fitted to the gray values of all cameras (n = {}); “after those above” counts only what is left.",
       number(c.causes.chi2, 4), report::count(c.causes.n));
-  table.columns = {{"the twin may be wrong about", "", Align::left},
+  table.columns = {text_column("the twin may be wrong about"),
                    {"explains alone", "% of the excess"},
                    {"after those above", "%"},
-                   {"parameter", "", Align::left},
-                   {"twin", ""},
-                   {"would fit", ""}};
+                   text_column("parameter"),
+                   {"twin"},
+                   {"would fit"}};
   for (const CauseRow& row : c.causes.rows) {
     std::string cause = row.cause, alone = fixed(std::min(100.0, 100.0 * row.alone), 1),
                 in_order = row.order > 0 ? fixed(std::min(100.0, 100.0 * row.in_order), 1) : "–";

@@ -13,7 +13,7 @@
 namespace fringetwin::compare {
 namespace {
 
-using report::Align;
+using report::text_column;
 
 const std::map<std::string, const char*>& meanings() {
   static const std::map<std::string, const char*> all{
@@ -40,12 +40,8 @@ std::string indicators_html(const Comparison& c) {
       "Indicators like those of VDI/VDE 2634 part 2, of the points used in the fits. No test by that "
       "standard: one position of the objects, and the nominal values are the twin's, not those of a "
       "calibrated artefact. A range over all points grows with their number.";
-  table.columns = {{"indicator", "", Align::left},
-                   {"object", "", Align::left},
-                   {"simulated", "mm"},
-                   {"real", "mm"},
-                   {"simulated − real", "mm"},
-                   {"z", ""}};
+  table.columns = {text_column("indicator"), text_column("object"),      {"simulated", "mm"},
+                   {"real", "mm"},           {"simulated − real", "mm"}, {"z"}};
   for (const Indicator& i : c.indicators)
     table.add_row({meanings().at(i.name), fmt::format("{}", fmt::join(i.objects, " – ")), text(i.simulated),
                    text(i.real), report::signed_fixed(i.difference_mm(), 4), report::signed_fixed(i.z(), 1)});

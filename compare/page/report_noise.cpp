@@ -15,23 +15,23 @@
 namespace fringetwin::compare {
 namespace {
 
-using report::Align;
 using report::fixed;
 using report::Plot;
 using report::Series;
+using report::text_column;
 
 std::string noise_table_html(const std::vector<NoiseRow>& rows) {
   report::Table table;
   table.caption =
       "Standard deviations of the real images and what the twin's sensor predicts; ratio = measured / "
       "predicted, each value by its own prediction.";
-  table.columns = {{"camera", "", Align::left},
-                   {"noise of", "", Align::left},
-                   {"predicted from", "", Align::left},
-                   {"measured", ""},
-                   {"predicted", ""},
-                   {"ratio", ""},
-                   {"n", ""}};
+  table.columns = {text_column("camera"),
+                   text_column("noise of"),
+                   text_column("predicted from"),
+                   {"measured"},
+                   {"predicted"},
+                   {"ratio"},
+                   {"n"}};
   for (const NoiseRow& r : rows) {
     const std::string source = r.sensor_known ? "sensor and rounding" : "rounding alone";
     table.add_row({r.camera, r.direction + ": gray values", source, fixed(r.gray_measured_dn, 3) + " DN",

@@ -19,8 +19,8 @@
 namespace fringetwin::compare {
 namespace {
 
-using report::Align;
 using report::Page;
+using report::text_column;
 
 /// Returns "0.50 µm rms (all points 0.61 µm)".
 std::string residual_text(const measure::ObjectFit& fit) {
@@ -33,7 +33,7 @@ std::string residual_text(const measure::ObjectFit& fit) {
 /// Tabulates the numbers a reader looks for first.
 std::string glance_html(const Comparison& c) {
   report::Table table;
-  table.columns = {{"at a glance", "", Align::left}, {"value", ""}, {"n", ""}};
+  table.columns = {text_column("at a glance"), {"value"}, {"n"}};
   for (const FitRow& row : c.fits) {
     if (row.simulated && row.simulated->usable && row.simulated->numbers.contains("rms_mm"))
       table.add_row({fmt::format("{}: residual of the simulated {} fit", row.object, row.kind),

@@ -13,8 +13,8 @@
 namespace fringetwin::compare {
 namespace {
 
-using report::Align;
 using report::fixed;
+using report::text_column;
 
 void add_component(report::Table& table, const ShiftRow& row, const char* name, const ShiftComponent& c) {
   table.add_row({row.camera, name, c.n_blocks == 0 ? "–" : report::with_sigma(c.mean_px, c.mean_sigma_px),
@@ -25,14 +25,10 @@ void add_component(report::Table& table, const ShiftRow& row, const char* name, 
 std::string shift_table_html(const std::vector<ShiftRow>& rows) {
   report::Table table;
   table.caption = "The simulated image moved by (dx, dy) lies on the real one; over blocks of 32 × 32 px.";
-  table.columns = {{"camera", "", Align::left},
-                   {"component", "", Align::left},
-                   {"mean", "px"},
-                   {"rms", "px"},
-                   {"largest", "px"},
-                   {"blocks", ""},
-                   {"χ² before", "per dof"},
-                   {"χ² after", "per dof"}};
+  table.columns = {text_column("camera"),    text_column("component"),
+                   {"mean", "px"},           {"rms", "px"},
+                   {"largest", "px"},        {"blocks"},
+                   {"χ² before", "per dof"}, {"χ² after", "per dof"}};
   for (const ShiftRow& row : rows) {
     add_component(table, row, "dx", row.dx);
     add_component(table, row, "dy", row.dy);

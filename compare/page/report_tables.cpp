@@ -14,10 +14,10 @@ namespace fringetwin::compare {
 namespace {
 
 using measure::ObjectFit;
-using report::Align;
 using report::fixed;
 using report::number;
 using report::signed_fixed;
+using report::text_column;
 
 /// A scalar of one side with its standard error.
 struct Entry {
@@ -110,7 +110,7 @@ report::Table part_table(const std::string& caption, const report::Column& squar
                          const std::vector<Part>& parts, Text text, int digits) {
   report::Table table;
   table.caption = caption;
-  table.columns = {{"part", "", Align::left}, {"what it is", "", Align::left}, square, root, {"share", "%"}};
+  table.columns = {text_column("part"), text_column("what it is"), square, root, {"share", "%"}};
   const double total = parts.back().square;
   for (const Part& p : parts)
     table.add_row({p.name, p.what, text(p.square), p.square >= 0.0 ? fixed(std::sqrt(p.square), digits) : "–",
@@ -136,11 +136,7 @@ std::string verdict_html(const Comparison& c) {
     return "<p>No acceptance limits are set in the twin (<code>[limits]</code>): nothing was judged here. "
            "The key <code>verdict</code> of result.json says \"pass\" because no limit is broken.</p>";
   report::Table table;
-  table.columns = {{"quantity", "", Align::left},
-                   {"meaning", "", Align::left},
-                   {"value", "", Align::right},
-                   {"limit", "", Align::right},
-                   {"verdict", "", Align::right}};
+  table.columns = {text_column("quantity"), text_column("meaning"), {"value"}, {"limit"}, {"verdict"}};
   for (const LimitRow& row : c.limits) {
     const Limit& limit = limits_by_name().at(row.name);
     table.add_row(
@@ -157,13 +153,12 @@ std::string fits_html(const ReportInput& in) {
   table.caption =
       "Values with one standard error where it is known; z = difference / combined standard error. Fits "
       "leave out points beyond four robust residual scales.";
-  table.columns = {{"quantity", "", Align::left},          {"unit", "", Align::left},
-                   {"simulated", "", Align::right},        {"real", "", Align::right},
-                   {"simulated − real", "", Align::right}, {"z", "", Align::right}};
+  table.columns = {
+      text_column("quantity"), text_column("unit"), {"simulated"}, {"real"}, {"simulated − real"}, {"z"}};
   bool estimates = false;
   for (const FitRow& row : in.comparison.fits)
     estimates = estimates || !row.z_estimated.empty() || !row.z_estimated_vectors.empty();
-  if (estimates) table.columns.push_back({"z (σ of the real side estimated from its rms)", ""});
+  if (estimates) table.columns.push_back({"z (σ of the real side estimated from its rms)"});
   for (const FitRow& row : in.comparison.fits) {
     table.add_row({fmt::format("{} ({})", row.object, row.kind)}, "group");
     for (const std::string& key : keys_of(row, &ObjectFit::vectors))
@@ -288,7 +283,7 @@ std::string phase_budget_html(const Comparison& c) {
 std::string timing_html(const std::map<std::string, double>& timing_s) {
   if (timing_s.empty()) return "";
   report::Table table;
-  table.columns = {{"stage", "", Align::left}, {"time", "s"}};
+  table.columns = {text_column("stage"), {"time", "s"}};
   for (const auto& [stage, seconds] : timing_s) table.add_row({stage, fixed(seconds, 3)});
   return table.html();
 }

@@ -37,7 +37,7 @@ std::string front_table(const DesignTable& table, const std::vector<CostAndError
   out.caption =
       "The front: no other setting is at most as long and at most as uncertain. Settings without a value "
       "from every seed take no part.";
-  out.columns = {report::text_column(""), report::text_column("setting"), {"time", "s"}, {header, ""}};
+  out.columns = {report::text_column(""), report::text_column("setting"), {"time", "s"}, {header}};
   for (std::size_t i = 0; i < std::min(front.size(), kMostRows); ++i)
     out.add_row({front_mark(i), setting_text(table, front[i]), report::number(points[front[i]].cost),
                  report::number(points[front[i]].error, 3)});

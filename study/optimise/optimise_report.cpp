@@ -15,7 +15,7 @@
 namespace fringetwin::study {
 namespace {
 
-using report::Align, report::number, report::Plot, report::Series, report::text_column;
+using report::number, report::Plot, report::Series, report::text_column;
 
 constexpr std::size_t kMostBest = 20;
 
@@ -127,11 +127,10 @@ std::string evaluations_table(const OptimisePlan& plan, const OptimiseResult& re
                               const VariedSettings& varied, const std::vector<std::size_t>& shown,
                               bool marked) {
   report::Table out;
-  out.columns = {
-      {marked ? "" : "evaluation", "", Align::left}, {"objective", "± standard error"}, {"time", "s"}};
+  out.columns = {text_column(marked ? "" : "evaluation"), {"objective", "± standard error"}, {"time", "s"}};
   for (const Constraint& c : plan.constraints)
     out.columns.push_back({shortened(display_name(c.result)), limits_text(c)});
-  for (const VariedAxis& axis : varied.axes) out.columns.push_back({axis.brief, ""});
+  for (const VariedAxis& axis : varied.axes) out.columns.push_back({axis.brief});
   out.columns.push_back(text_column("phase"));
   for (std::size_t k = 0; k < shown.size(); ++k) {
     const Evaluation& e = result.evaluations[shown[k]];
