@@ -52,9 +52,7 @@ OpenedRig open_simulated(const Twin& twin, const std::string& file, const RigFla
   const Twin rig = stand_in(twin, file);
   const render::Sampling sampling = render::choose_sampling(rig, cosim::render_options(rig, flags.render));
   render::Renderer renderer(flags.render.device);
-  capture::SimulatedOptions simulated;
-  simulated.seed = flags.render.seed;
-  simulated.latency_ms = flags.simulated_latency_ms;
+  capture::SimulatedOptions simulated{.seed = flags.render.seed, .latency_ms = flags.simulated_latency_ms};
   say(fmt::format("renders what the rig of {} will see", file));
   const capture::SimulatedRig devices(rig, sampling, renderer, simulated);
   OpenedRig opened;

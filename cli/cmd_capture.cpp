@@ -70,11 +70,10 @@ void prepare(CaptureCommand& o, const OpenedRig& rig, bool unfinished) {
     if (kept) {
       say("exposures as the recording was begun with");
     } else {
-      capture::ExposureOptions options;
-      options.saturated_share = o.saturated_share;
-      options.unit_ms = o.exposure_unit_ms;
-      options.latency_ms = o.plan.latency_ms;
-      options.timeout = o.plan.timeout;
+      capture::ExposureOptions options{.saturated_share = o.saturated_share,
+                                       .unit_ms = o.exposure_unit_ms,
+                                       .latency_ms = o.plan.latency_ms,
+                                       .timeout = o.plan.timeout};
       for (const auto& choice : choose_exposures(rig.cameras, *rig.display, options)) {
         if (choice.limit == capture::ExposureChoice::Limit::least || choice.too_dark())
           warn(choice.text());

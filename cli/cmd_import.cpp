@@ -113,9 +113,7 @@ void arrange(ImportedRig& rig, const ImportCommand& o) {
 
 int run_kalibr(const ImportCommand& o) {
   check_rig_options(o.rig);
-  ImportedRig rig;
-  rig.source = o.files.at(0);
-  rig.devices = calib::import_kalibr(o.files.at(0));
+  ImportedRig rig{.devices = calib::import_kalibr(o.files.at(0)), .source = o.files.at(0)};
   if (!o.projector.empty()) {
     const auto at = std::ranges::find_if(rig.devices, [&](const auto& d) { return d.name == o.projector; });
     if (at == rig.devices.end())

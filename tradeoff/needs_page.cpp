@@ -64,10 +64,7 @@ std::string summary(const NeedsResult& result, const NeedsOptions& options) {
 /// Draws one bar per effect that is on, the tolerance and the renderer's own error as lines.
 Plot bars(const NeedsResult& result, const std::string& y_label, const std::string& color,
           const std::function<double(const EffectRow&)>& value, double tolerance, double floor) {
-  Plot plot;
-  plot.y_label = y_label;
-  plot.log_y = true;
-  plot.height_px = 260;
+  Plot plot{.y_label = y_label, .log_y = true, .height_px = 260};
   Series series{.title = "change", .style = Series::Style::bars, .color = color};
   double x = 0.0, low = tolerance, high = tolerance;
   for (const EffectRow& r : result.rows) {
@@ -95,10 +92,7 @@ Plot bars(const NeedsResult& result, const std::string& y_label, const std::stri
 }
 
 Plot cost_bars(const NeedsResult& result) {
-  Plot plot;
-  plot.y_label = "time with / without";
-  plot.log_y = true;
-  plot.height_px = 260;
+  Plot plot{.y_label = "time with / without", .log_y = true, .height_px = 260};
   Series series{.title = "cost", .style = Series::Style::bars, .color = report::color::kFourth};
   double x = 0.0, high = 2.0;
   for (const EffectRow& r : result.rows) {

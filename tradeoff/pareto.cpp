@@ -122,9 +122,8 @@ class SchemeSurvey {
   };
   TimedRender timed_render(const render::Sampling& sampling) const {
     const Stopwatch watch;
-    TimedRender out;
-    out.cameras = render::render_all(renderer_, twin_, sampling, options_.seed);
-    out.time = watch.elapsed();
+    TimedRender out{.cameras = render::render_all(renderer_, twin_, sampling, options_.seed),
+                    .time = watch.elapsed()};
     return out;
   }
 

@@ -77,9 +77,7 @@ Series mark(const ParetoResult& result, const Axes& axes, const std::string& lab
 }
 
 Plot error_plot(const ParetoResult& result, const Axes& axes) {
-  Plot plot;
-  plot.x_label = axes.x_label;
-  plot.y_label = axes.y_label;
+  Plot plot{.x_label = axes.x_label, .y_label = axes.y_label};
   plot.log_x = plot.log_y = true;
   plot.height_px = 460;
   plot.series.push_back(front_line(result, axes));

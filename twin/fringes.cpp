@@ -30,9 +30,7 @@ void append_with_inverse(std::vector<PatternSpec>& sequence, PatternSpec spec, b
 
 void append_gray(std::vector<PatternSpec>& sequence, const GrayCode& gray, int direction) {
   const bool pairs = gray.threshold == GrayCode::Threshold::inverse;
-  PatternSpec spec;
-  spec.direction = direction;
-  spec.kind = PatternSpec::Kind::gray_bit;
+  PatternSpec spec{.kind = PatternSpec::Kind::gray_bit, .direction = direction};
   for (int i = 0; i < gray.bits; ++i) {
     spec.bit = gray.lsb_first ? gray.bits - 1 - i : i;
     append_with_inverse(sequence, spec, pairs);

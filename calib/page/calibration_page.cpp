@@ -102,9 +102,7 @@ std::string residual_maps(const Calibration& c) {
   std::string out;
   for (std::size_t d = 0; d < c.devices.size(); ++d) {
     const auto cells = residual_cells(c, static_cast<int>(d));
-    MapStyle signed_style;
-    signed_style.scale = report::Scale::diverging;
-    signed_style.unit = "px";
+    MapStyle signed_style{.scale = report::Scale::diverging, .unit = "px"};
     const double a =
         std::max(report::symmetric_limits(cells[0]).high, report::symmetric_limits(cells[1]).high);
     signed_style.limits = {-a, a};
@@ -206,12 +204,11 @@ std::string board_view(const Calibration& c) {
   for (const auto& [title, forward, up] :
        {std::tuple{"oblique", Eigen::Vector3d(0.5, 0.35, 1.0), Eigen::Vector3d(0, -1, 0)},
         std::tuple{"from above: x to the right, z up", Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0, 0, 1)}}) {
-    report::CloudView view;
-    view.forward_world = forward;
-    view.up_world = up;
-    view.width_px = kMapWidthPx;
-    view.height_px = kMapWidthPx * 3 / 4;
-    view.dot_px = 2;
+    report::CloudView view{.forward_world = forward,
+                           .up_world = up,
+                           .width_px = kMapWidthPx,
+                           .height_px = kMapWidthPx * 3 / 4,
+                           .dot_px = 2};
     const report::CloudPicture cloud = report::draw_cloud(points, value, view);
     MapStyle style = value_style({&cloud.value}, "px rms");
     style.title = fmt::format("boards, {}", title);
@@ -248,10 +245,8 @@ std::string warp_map(const Calibration& c, const Findings& findings) {
       z(x, y) =
           static_cast<float>(1000.0 * 4.0 * (c.warp_mm.x() * u * (1.0 - u) + c.warp_mm.y() * v * (1.0 - v)));
     }
-  MapStyle style;
-  style.scale = report::Scale::diverging;
-  style.unit = "µm";
-  style.limits = report::symmetric_limits(z, 100.0);
+  MapStyle style{
+      .scale = report::Scale::diverging, .limits = report::symmetric_limits(z, 100.0), .unit = "µm"};
   return figure_html("<div class=\"maps\" style=\"max-width: 400px\">" +
                          map_of(z, "deflection of the board", style) + "</div>",
                      warp_sentence(c, findings.warp_sigma_mm), "z = 4 wx u(1-u) + 4 wy v(1-v)");

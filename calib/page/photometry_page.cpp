@@ -93,12 +93,12 @@ std::string transfer_section(const Photometry& p) {
 
 std::string response_figure(const ProjectorPhotometry& d, const std::string& where, const std::string& id) {
   if (d.curve_light.empty()) return "";
-  Plot plot;
-  plot.title = where;
-  plot.x_label = "pattern value";
-  plot.y_label = "light";
-  plot.series = {{"measured", d.curve_level, d.curve_light, {}, Series::Style::line},
-                 {fmt::format("gamma {:.3f}", d.gamma.value), d.curve_level, {}, {}, Series::Style::dashed}};
+  Plot plot{
+      .title = where,
+      .x_label = "pattern value",
+      .y_label = "light",
+      .series = {{"measured", d.curve_level, d.curve_light, {}, Series::Style::line},
+                 {fmt::format("gamma {:.3f}", d.gamma.value), d.curve_level, {}, {}, Series::Style::dashed}}};
   const double low = std::pow(std::max(0.0, d.curve_level.front()), d.gamma.value),
                high = std::pow(d.curve_level.back(), d.gamma.value);
   for (const double v : d.curve_level)
@@ -113,11 +113,7 @@ std::string response_figure(const ProjectorPhotometry& d, const std::string& whe
 
 std::string mtf_figure(const ProjectorPhotometry& d, const std::string& where, const std::string& id) {
   if (d.mtf.empty()) return "";
-  Plot plot;
-  plot.title = where;
-  plot.x_label = "period at the projector, px";
-  plot.y_label = "contrast";
-  plot.log_x = true;
+  Plot plot{.title = where, .x_label = "period at the projector, px", .y_label = "contrast", .log_x = true};
   Series seen{"measured", {}, {}, {}, Series::Style::points},
       blur{"blur_px and camera", {}, {}, {}, Series::Style::points};
   blur.color = report::color::kSimulated;

@@ -186,11 +186,10 @@ void measure_projector(const Twin& twin, std::size_t camera, const CameraFrames&
     const DirectionFringes& direction = twin.fringes.directions[d];
     const auto images = measure::collect_direction(frames.captures[0], twin.fringes, static_cast<int>(d),
                                                    measure::all_steps(twin.fringes.steps));
-    HarmonicsOptions options;
-    options.min_modulation_dn = twin.measure.min_modulation_dn;
-    options.saturation_dn = saturation_dn;
-    options.pixel_fill = twin.render.pixel_fill;
-    options.psf_px = twin.cameras[camera].psf_px;
+    HarmonicsOptions options{.min_modulation_dn = twin.measure.min_modulation_dn,
+                             .saturation_dn = saturation_dn,
+                             .pixel_fill = twin.render.pixel_fill,
+                             .psf_px = twin.cameras[camera].psf_px};
     const std::string where = fmt::format("camera {}, direction {}", out.camera, axis_name(direction.axis));
     FringeHarmonics harmonics = fringe_harmonics(images.steps, direction, options);
     if (harmonics.n < 1000) {

@@ -174,10 +174,9 @@ void put_bins(const std::vector<Bin>& bins, const Points& p, const Fit& line, do
               const TransferOptions& options, PhotonTransfer& out) {
   double relative_sq = 0.0, chi2 = 0.0;
   for (Eigen::Index i = 0; i < p.level.size(); ++i) {
-    TransferBin bin;
-    bin.level_dn = p.level[i];
-    bin.variance_dn2 = p.variance[i];
-    bin.line_dn2 = line.coefficients[0] + line.coefficients[1] * (p.level[i] - centre);
+    TransferBin bin{.level_dn = p.level[i],
+                    .variance_dn2 = p.variance[i],
+                    .line_dn2 = line.coefficients[0] + line.coefficients[1] * (p.level[i] - centre)};
     bin.sigma_dn2 = std::abs(bin.line_dn2) * std::sqrt(2.0 * options.samples_per_independent / p.n[i]);
     bin.n = static_cast<std::size_t>(p.n[i]);
     const double off = bin.variance_dn2 - bin.line_dn2, relative = off / bin.line_dn2;

@@ -131,14 +131,13 @@ class Choice {
   }
 
   ExposureChoice result(const Try& chosen, ExposureChoice::Limit limit) const {
-    ExposureChoice out;
-    out.camera = camera_.name;
-    out.exposure_ms = chosen.exposure_ms;
-    out.saturated_share = chosen.saturated_share;
-    out.level_dn = chosen.level_dn;
-    out.full_scale_dn = full_scale_dn_;
-    out.limit = limit;
-    out.tries = tries_;
+    ExposureChoice out{.camera = camera_.name,
+                       .exposure_ms = chosen.exposure_ms,
+                       .saturated_share = chosen.saturated_share,
+                       .level_dn = chosen.level_dn,
+                       .full_scale_dn = full_scale_dn_,
+                       .limit = limit,
+                       .tries = tries_};
     return out;
   }
 

@@ -62,13 +62,12 @@ std::optional<Change> read_change(const std::vector<Seen>& frames, TimeNs shown_
     if (!frames[i].follows) return {};
   int before = 0;
   for (const Seen& frame : frames) before += frame.begin_ns < shown_ns;
-  Change change;
-  change.begins_ms = ms(frames[begins].begin_ns - shown_ns);
-  change.complete_ms = ms(frames[complete].begin_ns - shown_ns);
-  change.incomplete_ms = ms(frames[complete - 1].begin_ns - shown_ns);
-  change.begins_frame = static_cast<int>(begins) - before + 1;
-  change.complete_frame = static_cast<int>(complete) - before + 1;
-  change.mixed = static_cast<int>(complete - begins);
+  Change change{.begins_ms = ms(frames[begins].begin_ns - shown_ns),
+                .complete_ms = ms(frames[complete].begin_ns - shown_ns),
+                .incomplete_ms = ms(frames[complete - 1].begin_ns - shown_ns),
+                .begins_frame = static_cast<int>(begins) - before + 1,
+                .complete_frame = static_cast<int>(complete) - before + 1,
+                .mixed = static_cast<int>(complete - begins)};
   return change;
 }
 

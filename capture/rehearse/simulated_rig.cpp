@@ -196,14 +196,13 @@ class SimulatedDisplay : public PatternDisplay {
   explicit SimulatedDisplay(std::shared_ptr<World> world) : world_(std::move(world)) {}
 
   DisplayInfo info() const override {
-    DisplayInfo info;
-    info.device = "twin projector";
-    info.width = world_->projector_width;
-    info.height = world_->projector_height;
-    info.bit_depth = 16;
-    info.timed = true;
-    info.provenance = {{"driver", "simulated"},
-                       {"latency_ms", fmt::format("{}", world_->options.latency_ms)}};
+    DisplayInfo info{.device = "twin projector",
+                     .width = world_->projector_width,
+                     .height = world_->projector_height,
+                     .bit_depth = 16,
+                     .timed = true,
+                     .provenance = {{"driver", "simulated"},
+                                    {"latency_ms", fmt::format("{}", world_->options.latency_ms)}}};
     return info;
   }
 

@@ -220,13 +220,12 @@ void V4l2Camera::check_input() {
 }
 
 CameraInfo V4l2Camera::info() const {
-  CameraInfo info;
-  info.device = options_.device;
-  info.width = agreed_.layout.width;
-  info.height = agreed_.layout.height;
-  info.bit_depth = agreed_.layout.bit_depth();
-  info.period_ms = agreed_.period_ms;
-  info.provenance = device_.provenance();
+  CameraInfo info{.device = options_.device,
+                  .width = agreed_.layout.width,
+                  .height = agreed_.layout.height,
+                  .bit_depth = agreed_.layout.bit_depth(),
+                  .period_ms = agreed_.period_ms,
+                  .provenance = device_.provenance()};
   info.provenance.insert(agreed_.provenance.begin(), agreed_.provenance.end());
   info.provenance.insert(control_values_.begin(), control_values_.end());
   if (agreed_.layout.shift > 0) info.provenance["shift"] = std::to_string(agreed_.layout.shift);

@@ -40,13 +40,12 @@ void V4l2Display::start() {
 }
 
 DisplayInfo V4l2Display::info() const {
-  DisplayInfo info;
-  info.device = options_.device;
-  info.width = agreed_.layout.width;
-  info.height = agreed_.layout.height;
-  info.bit_depth = agreed_.layout.bit_depth();
-  info.timed = is_monotonic(buffers_.flags());
-  info.provenance = device_.provenance();
+  DisplayInfo info{.device = options_.device,
+                   .width = agreed_.layout.width,
+                   .height = agreed_.layout.height,
+                   .bit_depth = agreed_.layout.bit_depth(),
+                   .timed = is_monotonic(buffers_.flags()),
+                   .provenance = device_.provenance()};
   info.provenance.insert(agreed_.provenance.begin(), agreed_.provenance.end());
   return info;
 }

@@ -80,9 +80,7 @@ std::optional<PartLine> fit_part(const std::vector<PartSums>& blocks, bool has_l
     inverse = normal.inverse();
   else
     inverse(1, 1) = 1.0 / all.wee;
-  PartLine line;
-  line.n = static_cast<std::uint64_t>(all.n);
-  line.change = inverse * all.right();
+  PartLine line{.change = inverse * all.right(), .n = static_cast<std::uint64_t>(all.n)};
   Eigen::Matrix2d scores = Eigen::Matrix2d::Zero();
   for (const PartSums& block : blocks) {
     const Eigen::Vector2d score = block.right() - block.normal() * line.change;
@@ -252,9 +250,7 @@ class PartFits {
            bool has_level = true) const {
     const std::optional<PartLine> line = fit_part(blocks, has_level);
     if (!line) return;
-    GainCheck row;
-    row.camera = pair_.camera->name;
-    row.part = part;
+    GainCheck row{.camera = pair_.camera->name, .part = part};
     row.black_level_dn = fit_.row.black_level_dn + line->change[0];
     row.black_level_sigma_dn = line->sigma[0];
     row.gain_dn = fit_.row.gain_dn + line->change[1];

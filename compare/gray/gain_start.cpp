@@ -38,9 +38,7 @@ std::optional<Sweep> sweep_of(const GrayPair& pair, const UsableRange& u, const 
     y1 += dy, y2 += dy * dy, e1 += de, e2 += de * de;
   }
   const auto k = static_cast<double>(pair.gain_images.size());
-  Sweep s;
-  s.mean_dn = y0 + y1 / k;
-  s.mean_e = e0 + e1 / k;
+  Sweep s{.mean_dn = y0 + y1 / k, .mean_e = e0 + e1 / k};
   double variance = std::max(0.0, (y2 - y1 * y1 / k) / k);
   // the sensor model speaks of gray values, not of irradiance
   if (noise && (noise->measured() || !pair.real->radiance))
@@ -79,9 +77,7 @@ std::optional<GainStart> start_of_amplitudes(const GrayPair& pair, const GrayNoi
   if (sweeps.size() < kFewestSwept) return std::nullopt;
   std::vector<double> numbers;
   for (const Sweep& s : sweeps) numbers.push_back(s.ratio());
-  GainStart start;
-  start.n_pixels = sweeps.size();
-  start.gain_dn = upper_median(numbers);
+  GainStart start{.gain_dn = upper_median(numbers), .n_pixels = sweeps.size()};
   if (!(start.gain_dn > 0.0)) return std::nullopt;
   const auto deviation = [&](const Sweep& s) { return s.ratio() / start.gain_dn - 1.0; };
   for (std::size_t k = 0; k < sweeps.size(); ++k) numbers[k] = deviation(sweeps[k]);

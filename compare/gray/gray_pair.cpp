@@ -130,12 +130,11 @@ std::vector<GrayPair> pair_gray(const Twin& twin, const Side& real, const Side& 
 UsableRange usable_range(const GrayPair& pair, double gain_dn, double black_level_dn,
                          const ClipMargins& margins) {
   const double infinity = std::numeric_limits<double>::infinity();
-  UsableRange u;
-  u.saturation_dn = pair.real->saturation_dn();
-  u.sim_low = pair.from_dn ? 0.0 : -infinity;
-  u.sim_high = pair.from_dn ? pair.irradiance->saturation_dn() : infinity;
-  u.gain_dn = gain_dn;
-  u.black_level_dn = black_level_dn;
+  UsableRange u{.saturation_dn = pair.real->saturation_dn(),
+                .sim_low = pair.from_dn ? 0.0 : -infinity,
+                .sim_high = pair.from_dn ? pair.irradiance->saturation_dn() : infinity,
+                .gain_dn = gain_dn,
+                .black_level_dn = black_level_dn};
   const auto margin_dn = [&](double asked_dn) {
     return std::clamp(asked_dn, kLeastMarginDn, std::max(kLeastMarginDn, kMostMargin * u.saturation_dn));
   };

@@ -95,9 +95,7 @@ Window data_window(const ImageU8& mask) {
   const auto [left, right] = *columns;
   const auto [top, bottom] = *rows;
   const int margin = 8 + std::max(right - left, bottom - top) / 20;
-  Window w;
-  w.x0 = std::max(0, left - margin);
-  w.y0 = std::max(0, top - margin);
+  Window w{.x0 = std::max(0, left - margin), .y0 = std::max(0, top - margin)};
   w.width = std::min(mask.width - 1, right + margin) - w.x0 + 1;
   w.height = std::min(mask.height - 1, bottom + margin) - w.y0 + 1;
   return w;

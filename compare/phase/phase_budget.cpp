@@ -102,10 +102,7 @@ class PhaseBudgetFit {
   std::optional<RippleTest> test(const ImageU8& interior) {
     const RippleSums sums = add_rows(&interior);
     if (sums.n < kFewestPixels) return std::nullopt;
-    RippleTest out;
-    out.order = ripple_.order;
-    out.functions = ripple_.per_group();
-    out.information = sums.information;
+    RippleTest out{.order = ripple_.order, .functions = ripple_.per_group(), .information = sums.information};
     const int leading = ripple_.leading();
     const double by_mean = solve(sums, 1), by_leading = solve(sums, leading);
     if (ripple_.has_brightness()) out.brightness_chi2 = std::max(0.0, by_leading - by_mean) / out.functions;

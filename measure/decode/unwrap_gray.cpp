@@ -73,12 +73,11 @@ GrayPlan plan_gray(const DirectionFringes& direction, int steps, const Coordinat
     throw UserError(ExitCode::usage, where,
                     "threshold = \"mean\" is the mean of the phase steps, and steps = 0",
                     "use threshold = \"inverse\" or \"white-black\"");
-  GrayPlan p;
-  p.pitch_px = direction.pitches_px.front();
-  p.origin_px = direction.phase_origin_px.front();
-  p.offset_periods = code.offset_periods;
-  p.bits = code.bits;
-  p.complementary = code.complementary;
+  GrayPlan p{.pitch_px = direction.pitches_px.front(),
+             .origin_px = direction.phase_origin_px.front(),
+             .offset_periods = code.offset_periods,
+             .bits = code.bits,
+             .complementary = code.complementary};
   if (!(p.pitch_px > 0.0)) throw UserError(ExitCode::usage, where, "pitches_px must be positive");
   p.span_px = std::ldexp(p.pitch_px, code.bits);
   p.cyclic = range.known;

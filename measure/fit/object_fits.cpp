@@ -120,9 +120,7 @@ void put_across(ObjectFit& row, const std::string& key, const Eigen::Matrix3d& c
 }
 
 FitOptions robust_options(const Gated& points) {
-  FitOptions options;
-  options.loss = RobustLoss::tukey;
-  options.block = points.block;
+  FitOptions options{.loss = RobustLoss::tukey, .block = points.block};
   return options;
 }
 

@@ -68,10 +68,9 @@ void check_sampling(const Sampling& sampling, double pixel_fill) {
 }
 
 Sampling choose_sampling(const Twin& twin, const RenderOptions& options) {
-  Sampling sampling;
-  sampling.phase_error_rad = options.phase_error_rad;
-  sampling.gray_error = options.gray_error;
-  sampling.precise = options.phase_error_rad < single_precision_error_rad(twin);
+  Sampling sampling{.precise = options.phase_error_rad < single_precision_error_rad(twin),
+                    .phase_error_rad = options.phase_error_rad,
+                    .gray_error = options.gray_error};
   if (options.samples) {
     sampling.samples = *options.samples;
     // A number that is no square cannot be a Gauss rule; without a named sampler the user gets the one

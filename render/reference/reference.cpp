@@ -183,12 +183,11 @@ std::optional<SceneHit> Reference::Impl::hit_object(int object, const Ray& ray, 
     const auto hit = instance.mesh->nearest(instance.to_object(ray), t_min, t_max);
     if (!hit) return std::nullopt;
     const auto& R = instance.T_world_object.rotation;
-    SceneHit out;
-    out.t_mm = hit->t_mm;
-    out.object = object;
-    out.triangle = hit->triangle;
-    out.normal = R * instance.mesh->geometric_normal(hit->triangle);
-    out.albedo = instance.mesh->albedo(*hit);
+    SceneHit out{.t_mm = hit->t_mm,
+                 .object = object,
+                 .triangle = hit->triangle,
+                 .normal = R * instance.mesh->geometric_normal(hit->triangle),
+                 .albedo = instance.mesh->albedo(*hit)};
     if (instance.smooth) out.shading = R * instance.mesh->shading_normal(*hit);
     // Vertex normals of both windings may cancel: then the facet's own counts.
     if (!(out.shading.squaredNorm() > 0.0)) out.shading = out.normal;

@@ -40,10 +40,7 @@ Bvh cached_bvh(const std::vector<Eigen::Vector3f>& vertices_mm,
                const std::optional<std::filesystem::path>& folder, std::size_t smallest) {
   if (!folder || triangles.size() < smallest) return build_bvh(vertices_mm, triangles, max_depth);
   const std::string builder = FRINGETWIN_CODE_DIGEST;  // of build_bvh and BvhNode (CMakeLists.txt)
-  Head head;
-  head.n_vertices = vertices_mm.size();
-  head.n_triangles = triangles.size();
-  head.max_depth = max_depth;
+  Head head{.n_vertices = vertices_mm.size(), .n_triangles = triangles.size(), .max_depth = max_depth};
   const auto bytes_of_head = [&head] { return std::as_bytes(std::span(&head, 1)); };
   const std::string name =
       "bvh-" + content_key({std::as_bytes(std::span(builder)), bytes_of_head(),

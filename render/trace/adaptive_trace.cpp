@@ -219,9 +219,9 @@ void AdaptiveTrace::note_estimate() {
   const auto n_lit = static_cast<double>(std::max<std::size_t>(1, n_lit_));
   const auto n_all = static_cast<double>(std::max<std::size_t>(1, n_lit_ + n_outlines_ + n_mixed_));
   const Sensor& sensor = job_.camera.sensor;
-  ErrorEstimate estimate;
-  estimate.phase_rad = std::sqrt(phase_squares_ / n_lit + rounding_rad_ * rounding_rad_);
-  estimate.gray = std::sqrt((gray_squares_ + mixed_squares_) / n_all) * sensor.gain_dn / sensor.max_dn();
+  ErrorEstimate estimate{
+      .phase_rad = std::sqrt(phase_squares_ / n_lit + rounding_rad_ * rounding_rad_),
+      .gray = std::sqrt((gray_squares_ + mixed_squares_) / n_all) * sensor.gain_dn / sensor.max_dn()};
   if (const auto& before = job_.out->estimate) {
     estimate.phase_rad = std::max(estimate.phase_rad, before->phase_rad);
     estimate.gray = std::max(estimate.gray, before->gray);

@@ -50,12 +50,11 @@ Series upright(double x, double top, const std::string& title, const char* color
 /// Values are drawn as deviations from the mean: their differences are what is of interest.
 Plot histogram_plot(const Quantity& q, double coverage) {
   const SampleSummary& s = q.number.summary;
-  Plot plot;
-  plot.title = "trials of " + shortened(q.name, 48);
-  plot.width_px = 980;
-  plot.height_px = 360;
-  plot.x_label = with_unit(fmt::format("difference from the mean, {}", number(s.mean, 8)), q.unit);
-  plot.y_label = "trials [%]";
+  Plot plot{.title = "trials of " + shortened(q.name, 48),
+            .x_label = with_unit(fmt::format("difference from the mean, {}", number(s.mean, 8)), q.unit),
+            .y_label = "trials [%]",
+            .width_px = 980,
+            .height_px = 360};
   std::vector<float> values;
   double low = 0.0, high = 0.0;
   for (const double v : q.trials) {
@@ -98,11 +97,8 @@ Plot histogram_plot(const Quantity& q, double coverage) {
 /// Returns a plot of the estimate with twice its standard deviation, and the tolerance around the last.
 Plot estimate_plot(const Quantity& q, const std::vector<ConvergenceStep>& steps, const std::string& what,
                    double ConvergenceStep::*value, double Convergence::*error) {
-  Plot plot;
-  plot.title = what + " of " + shortened(q.name, 40);
-  plot.width_px = 540;
-  plot.height_px = 330;
-  plot.x_label = "trials";
+  Plot plot{
+      .title = what + " of " + shortened(q.name, 40), .x_label = "trials", .width_px = 540, .height_px = 330};
   const double last = steps.back().*value, tolerance = steps.back().convergence.tolerance;
   const bool from_last = value == &ConvergenceStep::mean;
   plot.y_label = with_unit(from_last ? "mean - last mean" : what, q.unit);
@@ -140,12 +136,11 @@ std::vector<std::size_t> by_total(const SobolIndices& s) {
 Plot tornado_plot(const Quantity& q, const std::vector<std::string>& factors, double coverage) {
   const SobolIndices& s = q.number.sensitivity;
   const std::vector<std::size_t> order = by_total(s);
-  Plot plot;
-  plot.title = "where the variance of " + shortened(q.name, 48) + " comes from";
-  plot.x_label = fmt::format("share of the variance (whiskers: {:g} %)", 100.0 * coverage);
-  plot.width_px = 980;
-  plot.height_px = 110 + 50 * static_cast<int>(order.size());
-  plot.zero_line = true;
+  Plot plot{.title = "where the variance of " + shortened(q.name, 48) + " comes from",
+            .x_label = fmt::format("share of the variance (whiskers: {:g} %)", 100.0 * coverage),
+            .zero_line = true,
+            .width_px = 980,
+            .height_px = 110 + 50 * static_cast<int>(order.size())};
   const auto side = [&](const char* title, const char* color, const std::vector<SobolIndex>& values,
                         double shift) {
     Series bars{.title = title, .style = Series::Style::bars_across, .color = color};

@@ -64,12 +64,11 @@ std::vector<double> objectives(const OptimiseResult& result) {
 }
 
 Plot progress_plot(const OptimisePlan& plan, const OptimiseResult& result) {
-  Plot plot;
-  plot.title = objective_name(plan) + ", evaluation by evaluation";
-  plot.width_px = 980;
-  plot.height_px = 380;
-  plot.x_label = "evaluation";
-  plot.y_label = with_unit("objective", unit_of(plan.result));
+  Plot plot{.title = objective_name(plan) + ", evaluation by evaluation",
+            .x_label = "evaluation",
+            .y_label = with_unit("objective", unit_of(plan.result)),
+            .width_px = 980,
+            .height_px = 380};
   std::vector<double> at;
   Series so_far{.title = "least feasible so far",
                 .style = Series::Style::line,

@@ -28,10 +28,7 @@ std::string front_mark(std::size_t i) {
 
 report::Plot front_plot(const std::vector<CostAndError>& points, const std::vector<std::size_t>& front,
                         const std::string& title) {
-  report::Plot plot;
-  plot.width_px = 980;
-  plot.height_px = 400;
-  plot.x_label = "acquisition time [s]";
+  report::Plot plot{.x_label = "acquisition time [s]", .width_px = 980, .height_px = 400};
   Series all{.title = title, .style = Series::Style::points, .color = "#7fb2d0", .width = 2.0};
   for (const CostAndError& p : points) all.add(p.cost, p.error);
   plot.log_x = spans_a_decade(all.x);

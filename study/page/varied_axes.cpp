@@ -173,11 +173,8 @@ std::string level_name(const std::string& toml) {
 }
 
 report::Plot axis_plot(const VariedAxis& a) {
-  report::Plot plot;
-  plot.x_label = with_unit(a.label, unit_of(a.label));
-  plot.log_x = a.log;
-  plot.width_px = 540;
-  plot.height_px = 330;
+  report::Plot plot{
+      .x_label = with_unit(a.label, unit_of(a.label)), .log_x = a.log, .width_px = 540, .height_px = 330};
   const auto n = static_cast<double>(a.values.size());
   if (!a.numeric) {
     const std::size_t step = (a.names.size() + 15) / 16;

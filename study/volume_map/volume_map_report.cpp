@@ -98,12 +98,11 @@ std::string slices(const VolumeMapPlan& plan, const VolumeMap& map, const std::s
 }
 
 Plot spacing_plot(const char* title, const char* y_label) {
-  Plot plot;
-  plot.title = title;
-  plot.width_px = 540;
-  plot.height_px = 360;
-  plot.x_label = "nominal distance [mm]";
-  plot.y_label = y_label;
+  Plot plot{.title = title,
+            .x_label = "nominal distance [mm]",
+            .y_label = y_label,
+            .width_px = 540,
+            .height_px = 360};
   return plot;
 }
 

@@ -27,9 +27,7 @@ Twin load_twin(const fs::path& file, const std::map<std::string, std::string>& s
   twin.file = tidy_path(file);
   twin.input_files.push_back(twin.file);
   twin.name = root.string("name").value_or(twin.file.parent_path().filename().string());
-  TwinFileContext context;
-  context.folder = twin.file.parent_path();
-  context.files = &twin.input_files;
+  TwinFileContext context{.folder = twin.file.parent_path(), .files = &twin.input_files};
   if (root.choice("cameramodel_unit", {"m", "mm"}) == "mm") context.cameramodel_mm_per_unit = 1.0;
 
   twin.cameras = read_cameras(root, context);

@@ -119,10 +119,9 @@ Sensor read_sensor(const TomlTable& table) {
 
 Optics read_optics(const TomlTable& table) {
   table.allow({"f_number", "focal_length_mm", "focus_distance_mm"});
-  Optics optics;
-  optics.f_number = table.required_number("f_number", NumberRange::positive());
-  optics.focal_length_mm = table.required_number("focal_length_mm", NumberRange::positive());
-  optics.focus_distance_mm = table.required_number("focus_distance_mm", NumberRange::positive());
+  Optics optics{.f_number = table.required_number("f_number", NumberRange::positive()),
+                .focal_length_mm = table.required_number("focal_length_mm", NumberRange::positive()),
+                .focus_distance_mm = table.required_number("focus_distance_mm", NumberRange::positive())};
   if (optics.focus_distance_mm <= optics.focal_length_mm)
     table.fail("focus_distance_mm", fmt::format("must be > focal_length_mm = {}, is {}",
                                                 optics.focal_length_mm, optics.focus_distance_mm));
