@@ -81,9 +81,7 @@ void check_observations(const ImportedRig& rig, const RigOptions& o) {
 
 void write_model(const std::filesystem::path& file, const calib::ImportedDevice& device,
                  const std::string& source) {
-  CameraModelFile out;
-  out.lensmodel = device.lensmodel;
-  out.intrinsics = device.intrinsics;
+  CameraModelFile out{.lensmodel = device.lensmodel, .intrinsics = device.intrinsics};
   const RotTrans rt = rt_from_pose(device.T_device_ref);
   for (std::size_t i = 0; i < 6; ++i)
     out.rt_cam_ref[i] = rt[static_cast<Eigen::Index>(i)] * (i < 3 ? 1.0 : kMetresPerMm);

@@ -28,9 +28,7 @@ void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real) {
     const auto* measured = std::get_if<MeasuredShape>(&object.shape);
     if (!measured) continue;
     const measure::Measurement m = measure::measure(twin, real, built_from_steps(twin, object, *measured));
-    MeshShape mesh;
-    mesh.smooth = true;
-    mesh.mesh = measure::build_surface(twin, 0, m.cloud, measured->smoothing_px);
+    MeshShape mesh{.smooth = true, .mesh = measure::build_surface(twin, 0, m.cloud, measured->smoothing_px)};
     object.shape = mesh;
   }
 }

@@ -48,9 +48,9 @@ struct View {
 
 struct Observations {
   Board board;
-  std::vector<Device> devices;
-  std::vector<std::string> frames;  ///< names
-  std::vector<View> views;
+  std::vector<Device> devices = {};
+  std::vector<std::string> frames = {};  ///< names
+  std::vector<View> views = {};
 
   const View* find(int device, int frame) const;
   /// Views in order of frame, then device (what the solver wants); frames nobody sees are dropped.

@@ -194,9 +194,7 @@ std::vector<DeviceCheck> check_poses(const std::vector<ImportedDevice>& devices,
                       fmt::format("{} and {} see only {} points in common", devices[0].name, devices[d].name,
                                   pairs.size()),
                       fmt::format("at least {} are needed", kMinPoints));
-    DeviceCheck check;
-    check.device = devices[d].name;
-    check.n = pairs.size();
+    DeviceCheck check{.device = devices[d].name, .n = pairs.size()};
     for (const auto convention : {PoseConvention::as_given, PoseConvention::inverted,
                                   PoseConvention::rotation_transposed, PoseConvention::translation_negated}) {
       const Pose T = with_convention(devices[d].T_device_ref, convention) *

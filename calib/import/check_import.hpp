@@ -40,9 +40,9 @@ struct ConventionFit {
 
 /// Holds what was found for one device together with the first one.
 struct DeviceCheck {
-  std::string device;
+  std::string device = {};
   std::size_t n = 0;
-  std::vector<ConventionFit> fits;  ///< order of the enum
+  std::vector<ConventionFit> fits = {};  ///< order of the enum
   PoseConvention best = PoseConvention::as_given;
   bool fits_any = false;  ///< `best` has the points in front, and within max_px of their epipolar lines
 };

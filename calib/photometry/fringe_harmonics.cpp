@@ -96,10 +96,9 @@ class Analysis {
 
   FringeHarmonics result() {
     collect();
-    FringeHarmonics out;
-    out.axis = fringes_.axis;
-    out.steps = static_cast<int>(steps_[0].size());
-    out.reference = static_cast<int>(coarsest_);
+    FringeHarmonics out{.axis = fringes_.axis,
+                        .steps = static_cast<int>(steps_[0].size()),
+                        .reference = static_cast<int>(coarsest_)};
     for (const double n : sums_.n) out.n += static_cast<std::size_t>(n);
     if (out.n == 0) return out;
     const std::size_t every = std::max<std::size_t>(1, out.n / kMaxMedianSamples);

@@ -33,7 +33,7 @@ struct FringeHarmonics {
   int reference = 0;                           ///< index of the coarsest pitch
   std::size_t n = 0;                           ///< pixels: modulated enough and not saturated at any pitch
   double mean_dn = 0.0, fundamental_dn = 0.0;  ///< medians at the reference pitch
-  std::vector<PitchHarmonics> pitches;         ///< in sequence order
+  std::vector<PitchHarmonics> pitches = {};    ///< in sequence order
 };
 
 struct HarmonicsOptions {

@@ -32,9 +32,7 @@ std::vector<MtfPoint> mtf_points(const FringeHarmonics& f) {
       if (!(std::abs(r.value) > 0.01) || !(std::abs(r.value) > 10.0 * r.sigma) ||
           !(a.value / r.value > 0.02) || !(std::abs(a.value) > 10.0 * a.sigma))
         continue;
-      MtfPoint m;
-      m.pitch_px = pitch.pitch_px;
-      m.order = static_cast<int>(k) + 1;
+      MtfPoint m{.pitch_px = pitch.pitch_px, .order = static_cast<int>(k) + 1};
       m.period_px = pitch.pitch_px / m.order;
       m.contrast.value = a.value / r.value;
       m.contrast.sigma = std::abs(m.contrast.value) * std::hypot(a.sigma / a.value, r.sigma / r.value);

@@ -13,7 +13,7 @@ struct MtfPoint {
   double period_px = 0.0;  ///< pitch / order, projector px
   double pitch_px = 0.0;
   int order = 1;
-  Estimate contrast;           ///< as the camera sees it
+  Estimate contrast = {};      ///< as the camera sees it
   double camera_factor = 1.0;  ///< of it, what the camera's pixel area (and known psf) takes
   double gaussian = 1.0;       ///< what the fitted blur_px gives
 };

@@ -57,9 +57,7 @@ std::string optimization_inputs(const MrcalProblem& p) {
 void write_calibrated_model(const std::filesystem::path& file, const Calibration& c, int device,
                             const std::vector<std::string>& comments) {
   const auto d = static_cast<std::size_t>(device);
-  CameraModelFile model;
-  model.lensmodel = c.problem.lensmodel;
-  model.intrinsics = c.problem.intrinsics[d];
+  CameraModelFile model{.lensmodel = c.problem.lensmodel, .intrinsics = c.problem.intrinsics[d]};
   if (device > 0) {
     const RotTrans& rt = c.problem.rt_cam_ref[d - 1];
     std::ranges::copy(rt, model.rt_cam_ref.begin());

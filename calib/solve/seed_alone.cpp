@@ -12,10 +12,7 @@ namespace {
 constexpr const char* kRough = "LENSMODEL_STEREOGRAPHIC";
 
 Observations only_device(const Observations& o, int device) {
-  Observations out;
-  out.board = o.board;
-  out.devices = {o.devices[device]};
-  out.frames = o.frames;
+  Observations out{.board = o.board, .devices = {o.devices[device]}, .frames = o.frames};
   for (const View& view : o.views)
     if (view.device == device && view.n_seen() >= 4) {
       out.views.push_back(view);

@@ -35,9 +35,9 @@ double disagreement_mm(const Board& board, const Pose& T_b_a, const Pose& T_a_bo
 
 struct Pair {
   int a = 0, b = 0;
-  Pose T_b_a;
-  std::vector<int> frames;  ///< shared
-  std::vector<double> disagreement_mm;
+  Pose T_b_a = {};
+  std::vector<int> frames = {};  ///< shared
+  std::vector<double> disagreement_mm = {};
   double tolerance_mm = 0.0;
   bool agrees(std::size_t i) const { return disagreement_mm[i] <= tolerance_mm; }
 };
@@ -45,9 +45,7 @@ struct Pair {
 /// The transform most shared views agree on (the one whose median disagreement is least), then the best over
 /// those that agree. nullopt without a shared view.
 std::optional<Pair> fit_pair(const Board& board, const std::vector<AloneFit>& alone, int a, int b) {
-  Pair pair;
-  pair.a = a;
-  pair.b = b;
+  Pair pair{.a = a, .b = b};
   const auto& in_a = alone[a].T_device_board;
   const auto& in_b = alone[b].T_device_board;
   for (const auto& [frame, T] : in_a)

@@ -35,7 +35,7 @@ enum class FrameFault {
 const char* frame_fault_name(FrameFault fault);  ///< "none", "error flag", "wrong length", "undecodable"
 
 struct Frame {
-  ImageU16 dn;                 ///< empty when faulty or not asked for
+  ImageU16 dn = {};            ///< empty when faulty or not asked for
   std::uint32_t sequence = 0;  ///< the driver's own count: a gap is a lost frame
   TimeNs timestamp_ns = 0;     ///< the driver's, start or end of the exposure (CameraInfo)
   std::uint32_t flags = 0;     ///< V4L2_BUF_FLAG_...

@@ -106,9 +106,7 @@ class SimulatedCamera : public CameraDevice {
     FT_CHECK(running_, "a frame of a camera that was not started");
     const TimeNs begin = next_begin_ns_;
     const TimeNs end = begin + to_ns(exposure_ms_);
-    Frame frame;
-    frame.sequence = sequence_++;
-    frame.timestamp_ns = end;
+    Frame frame{.sequence = sequence_++, .timestamp_ns = end};
     if (pixels == Pixels::keep) frame.dn = picture(begin, end);
     next_begin_ns_ = begin + to_ns(period_ms());
     world_->now_ns = std::max(world_->now_ns, end);

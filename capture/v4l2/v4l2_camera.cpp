@@ -178,10 +178,9 @@ Frame V4l2Camera::next_frame(std::chrono::milliseconds timeout, Pixels pixels) {
 }
 
 Frame V4l2Camera::to_frame(const v4l2_buffer& buffer, Pixels pixels) const {
-  Frame frame;
-  frame.sequence = buffer.sequence;
-  frame.timestamp_ns = stamped_ns(buffer).value_or(now_ns());
-  frame.flags = buffer.flags;
+  Frame frame{.sequence = buffer.sequence,
+              .timestamp_ns = stamped_ns(buffer).value_or(now_ns()),
+              .flags = buffer.flags};
   if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0) {
     frame.fault = FrameFault::error_flag;
     return frame;

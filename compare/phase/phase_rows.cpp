@@ -63,9 +63,7 @@ PhaseRow one_row(const DirectionDecode& real, const DirectionDecode& simulated, 
     total.disagree += row.disagree;
     total.values.insert(total.values.end(), row.values.begin(), row.values.end());
   }
-  PhaseRow out;
-  out.n = total.values.size();
-  out.n_order_disagree = total.disagree;
+  PhaseRow out{.n = total.values.size(), .n_order_disagree = total.disagree};
   const double n = static_cast<double>(out.n);
   const bool any = out.n > 0;
   out.mean_rad = any ? total.difference / n : kNaN;

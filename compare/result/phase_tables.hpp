@@ -13,7 +13,7 @@ namespace fringetwin::compare {
 
 /// The phase differences of one camera and direction at the finest pitch.
 struct PhaseRow {
-  std::string camera, direction;
+  std::string camera = {}, direction = {};
   double mean_rad = 0, rms_rad = 0, p99_rad = 0, mean_relative = 0;
   std::uint64_t n = 0, n_order_disagree = 0;
   /// Of the pixels valid on both sides; NaN when there are none.

@@ -26,9 +26,7 @@ ImageF exact_gray(const ImageF& irradiance, const Sensor& sensor) {
 /// Returns gray values, not irradiance: thresholds and noise weights of the measurement are then those of the
 /// run.
 CameraImages exact_exposure(const CameraImages& irradiance, const Sensor& sensor) {
-  CameraImages out;
-  out.camera = irradiance.camera;
-  out.bit_depth = sensor.bit_depth;
+  CameraImages out{.camera = irradiance.camera, .bit_depth = sensor.bit_depth};
   for (const ImageF& image : irradiance.images) out.images.push_back(exact_gray(image, sensor));
   if (irradiance.white) out.white = exact_gray(*irradiance.white, sensor);
   if (irradiance.black) out.black = exact_gray(*irradiance.black, sensor);

@@ -199,9 +199,7 @@ ImageF negative(const std::vector<ImageF>& images, std::size_t which) {
 }  // namespace
 
 Reading described_reading(const Fringes& fringes) {
-  Reading reading;
-  reading.name = "as described";
-  reading.fringes = fringes;
+  Reading reading{.name = "as described", .fringes = fringes};
   reading.image_of.resize(expand_sequence(fringes).size());
   std::iota(reading.image_of.begin(), reading.image_of.end(), 0);
   return reading;

@@ -13,13 +13,13 @@ namespace fringetwin::measure {
 /// One way to read a camera's images.
 struct Reading {
   /// A clause that names it: `steps in reverse order`, `images 3 and 4 swapped`.
-  std::string name;
+  std::string name = {};
   Fringes fringes;
   /// For every place of the sequence the number of the image that is read there; kNotRecorded where no image
   /// shows the pattern.
-  std::vector<int> image_of;
+  std::vector<int> image_of = {};
   /// Places whose images are read as negatives of what was recorded.
-  std::vector<std::size_t> negatives;
+  std::vector<std::size_t> negatives = {};
   /// It moves every coordinate by the same length, so that only a known truth can tell.
   bool shifts_only = false;
   /// It changes places of single images: the phases of the others, and so the residuals or the orders, then

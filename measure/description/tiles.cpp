@@ -75,11 +75,10 @@ template Image<float> Tiles::cut(const Image<float>&, float) const;
 template Image<double> Tiles::cut(const Image<double>&, double) const;
 
 CameraImages Tiles::cut(const CameraImages& images) const {
-  CameraImages out;
-  out.camera = images.camera;
-  out.bit_depth = images.bit_depth;
-  out.radiance = images.radiance;
-  out.gray_code_exposure = images.gray_code_exposure;
+  CameraImages out{.camera = images.camera,
+                   .bit_depth = images.bit_depth,
+                   .radiance = images.radiance,
+                   .gray_code_exposure = images.gray_code_exposure};
   for (const ImageF& image : images.images) out.images.push_back(cut(image, 0.0f));
   if (images.white) out.white = cut(*images.white, 0.0f);
   if (images.black) out.black = cut(*images.black, 0.0f);

@@ -33,14 +33,14 @@ struct FitSummary {
 
 /// One row of result.json "fits": numbers, vectors and sigmas by their key.
 struct ObjectFit {
-  std::string object, kind;  ///< kind: sphere, plane, cylinder, mesh
+  std::string object = {}, kind = {};  ///< kind: sphere, plane, cylinder, mesh
   bool usable = false;
-  std::string warning;
+  std::string warning = {};
   std::size_t n = 0;
-  std::map<std::string, double> numbers;           ///< radius_mm, radius_sigma_mm, rms_mm ...
-  std::map<std::string, Eigen::Vector3d> vectors;  ///< center_mm, center_sigma_mm ...
-  std::vector<std::size_t> index;                  ///< points used
-  std::vector<float> deviation_mm;                 ///< signed, per used point
+  std::map<std::string, double> numbers = {};           ///< radius_mm, radius_sigma_mm, rms_mm ...
+  std::map<std::string, Eigen::Vector3d> vectors = {};  ///< center_mm, center_sigma_mm ...
+  std::vector<std::size_t> index = {};                  ///< points used
+  std::vector<float> deviation_mm = {};                 ///< signed, per used point
 };
 
 }  // namespace fringetwin::measure

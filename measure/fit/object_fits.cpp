@@ -56,9 +56,7 @@ void add_deviations(const Shape& fitted, const std::vector<Eigen::Vector3d>& p, 
 
 Gated take_points(const PointCloud& cloud, const std::vector<std::size_t>& index,
                   const Eigen::Vector3d& viewer_mm, double gate_mm) {
-  Gated points;
-  points.viewer_mm = viewer_mm;
-  points.gate_mm = gate_mm;
+  Gated points{.viewer_mm = viewer_mm, .gate_mm = gate_mm};
   points.p_mm.reserve(index.size());
   for (const std::size_t i : index) points.p_mm.push_back(cloud.p_world_mm[i]);
   if (cloud.q_cam_px.size() != cloud.size()) return points;
@@ -134,9 +132,7 @@ std::vector<ObjectFit> fit_objects(const Twin& twin, const PointCloud& cloud) {
       throw UserError(ExitCode::usage, twin.file.string(),
                       "measure.fit names the object \"" + request.object + "\", which is not there",
                       "use the name of an [[object]]");
-    ObjectFit row;
-    row.object = request.object;
-    row.kind = shape_kind(object->shape);
+    ObjectFit row{.object = request.object, .kind = shape_kind(object->shape)};
     const std::vector<std::size_t> gated = gate(*object, request.gate_mm, cloud);
     const Gated points = take_points(cloud, gated, viewer, request.gate_mm);
     std::visit(
@@ -154,10 +150,7 @@ std::vector<ObjectFit> fit_objects(const Twin& twin, const PointCloud& cloud) {
 }
 
 std::optional<ObjectFit> nominal_fit(const Object& object) {
-  ObjectFit fit;
-  fit.object = object.name;
-  fit.kind = shape_kind(object.shape);
-  fit.usable = true;
+  ObjectFit fit{.object = object.name, .kind = shape_kind(object.shape), .usable = true};
   if (!std::visit([&](const auto& shape) { return name_numbers(shape, fit); }, object.shape))
     return std::nullopt;
   return fit;

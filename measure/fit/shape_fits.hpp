@@ -15,8 +15,8 @@ namespace fringetwin::measure {
 
 /// The points of one fit and where they come from.
 struct Gated {
-  std::vector<Eigen::Vector3d> p_mm;
-  std::vector<int> block;  ///< image block of each point's source pixel; empty when unknown
+  std::vector<Eigen::Vector3d> p_mm = {};
+  std::vector<int> block = {};  ///< image block of each point's source pixel; empty when unknown
   Eigen::Vector3d viewer_mm = Eigen::Vector3d::Zero();
   double gate_mm = 0.0;
 };

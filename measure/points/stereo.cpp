@@ -47,10 +47,10 @@ struct Setup {
 };
 
 struct Work {
-  Image<Eigen::Vector3d> ray;
-  Image<Match> match;
-  Image<State> state;
-  std::vector<std::vector<Alternatives>> alternatives;  ///< per row
+  Image<Eigen::Vector3d> ray = {};
+  Image<Match> match = {};
+  Image<State> state = {};
+  std::vector<std::vector<Alternatives>> alternatives = {};  ///< per row
 };
 
 bool plausible(const Setup& setup, const Eigen::Vector3d& d, const DepthSolution& s) {
@@ -253,10 +253,9 @@ PointCloud triangulate_stereo(const Twin& twin, const CameraDecode& left, const 
   const EpipolarTable table(setup.cam1.lens, setup.T_cam1_cam0, *setup.maps[0]);
   setup.table = &table;
 
-  Work work;
-  work.ray = Image<Eigen::Vector3d>(left.width(), left.height(), Eigen::Vector3d::Zero());
-  work.match = Image<Match>(left.width(), left.height());
-  work.state = Image<State>(left.width(), left.height(), State::none);
+  Work work{.ray = Image<Eigen::Vector3d>(left.width(), left.height(), Eigen::Vector3d::Zero()),
+            .match = Image<Match>(left.width(), left.height()),
+            .state = Image<State>(left.width(), left.height(), State::none)};
   work.alternatives.resize(left.height());
 #pragma omp parallel for schedule(dynamic, 8)
   for (int y = 0; y < left.height(); ++y)

@@ -285,9 +285,9 @@ void Reference::Impl::gather(const SceneHit& hit, int bounce_n, PixelSample& sam
       const Ray ray{sample.point_world_mm + kShadowStartMm * sample.normal_world, d};
       const auto other = nearest(ray);
       if (!other) continue;
-      PixelSample lit;
-      lit.point_world_mm = ray.origin_mm + other->t_mm * d;
-      lit.normal_world = other->normal.dot(d) > 0.0 ? Eigen::Vector3d(-other->normal) : other->normal;
+      PixelSample lit{
+          .point_world_mm = ray.origin_mm + other->t_mm * d,
+          .normal_world = other->normal.dot(d) > 0.0 ? Eigen::Vector3d(-other->normal) : other->normal};
       light(ray, *other, false, lit);
       const double share = 0.5 * rule.weights[i] / (2.0 * bounce_n);
       if (lit.lit)
@@ -377,9 +377,7 @@ bool Reference::is_whole(std::size_t camera, int x, int y) const {
 ReferencePixel Reference::pixel(std::size_t camera, int x, int y,
                                 const ReferenceQuadrature& quadrature) const {
   const Twin& twin = impl_->twin;
-  ReferencePixel out;
-  out.object = sample(camera, {x, y}).object;
-  out.interior = is_whole(camera, x, y);
+  ReferencePixel out{.interior = is_whole(camera, x, y), .object = sample(camera, {x, y}).object};
   out.irradiance.assign(impl_->sequence.size(), 0.0);
   if (impl_->linear && twin.fringes.steps > 0)
     for (const DirectionFringes& d : twin.fringes.directions) {

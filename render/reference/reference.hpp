@@ -28,7 +28,7 @@ struct PixelSample {
   double weight = 0.0;  ///< w: irradiance per unit pattern value
   Eigen::Vector2d projector_px = Eigen::Vector2d::Zero();  ///< where lit
   Eigen::Vector2d defocus_px = Eigen::Vector2d::Zero();    ///< circle of confusion, radius per axis
-  std::vector<IndirectLight> indirect;                     ///< with [render] bounces, in pixel() only
+  std::vector<IndirectLight> indirect = {};                ///< with [render] bounces, in pixel() only
 };
 
 /// n x n Gauss-Legendre nodes over the pixel's square; with depth of field also lens_rings x
@@ -43,8 +43,8 @@ struct ReferenceQuadrature {
 /// Per-pixel truth over a quadrature rule.
 struct ReferencePixel {
   double mean = 0.0, ambient = 0.0;
-  std::vector<std::vector<double>> cosine, sine;  ///< [direction][pitch], as in Transport
-  std::vector<double> irradiance;                 ///< E per image of the sequence (any response, blur)
+  std::vector<std::vector<double>> cosine = {}, sine = {};  ///< [direction][pitch], as in Transport
+  std::vector<double> irradiance = {};  ///< E per image of the sequence (any response, blur)
   bool interior = false;  ///< all 4x4 Gauss samples hit the same lit object (mesh: same triangle)
   int object = -1;        ///< at the pixel centre
 };

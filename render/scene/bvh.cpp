@@ -58,9 +58,7 @@ class Builder {
     const auto n = static_cast<std::uint32_t>(triangles_.size());
     Box all;
     for (const Triangle& t : triangles_) all.add(t.box);
-    Bvh bvh;
-    bvh.box_min = all.min.matrix();
-    bvh.box_max = all.max.matrix();
+    Bvh bvh{.box_min = all.min.matrix(), .box_max = all.max.matrix()};
     if (n <= kLeafSize) {
       // The traversal starts at a node: one leaf and an empty box.
       const Box nothing;

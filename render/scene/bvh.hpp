@@ -27,9 +27,9 @@ struct BvhNode {
 static_assert(sizeof(BvhNode) == 64);
 
 struct Bvh {
-  std::vector<BvhNode> nodes;        ///< [0] is the root
-  std::vector<std::uint32_t> order;  ///< triangle of the mesh at each leaf slot
-  int depth = 0;                     ///< longest path from the root to a leaf's parent, in nodes
+  std::vector<BvhNode> nodes = {};        ///< [0] is the root
+  std::vector<std::uint32_t> order = {};  ///< triangle of the mesh at each leaf slot
+  int depth = 0;                          ///< longest path from the root to a leaf's parent, in nodes
   Eigen::Vector3f box_min = Eigen::Vector3f::Zero(), box_max = Eigen::Vector3f::Zero();
 };
 

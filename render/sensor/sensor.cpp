@@ -111,9 +111,7 @@ ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed
 CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::size_t camera_index,
                     std::uint64_t seed) {
   const auto number = static_cast<std::uint32_t>(camera_index);
-  CameraImages out;
-  out.camera = rendered.camera;
-  out.bit_depth = camera.sensor.bit_depth;
+  CameraImages out{.camera = rendered.camera, .bit_depth = camera.sensor.bit_depth};
   out.images.reserve(rendered.irradiance.size());
   for (std::size_t i = 0; i < rendered.irradiance.size(); ++i)
     out.images.push_back(
@@ -124,12 +122,11 @@ CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::s
 }
 
 CameraImages as_radiance(RenderedCamera rendered) {
-  CameraImages out;
-  out.camera = std::move(rendered.camera);
-  out.images = std::move(rendered.irradiance);
-  out.white = std::move(rendered.white);
-  out.black = std::move(rendered.black);
-  out.radiance = true;
+  CameraImages out{.camera = std::move(rendered.camera),
+                   .images = std::move(rendered.irradiance),
+                   .white = std::move(rendered.white),
+                   .black = std::move(rendered.black),
+                   .radiance = true};
   return out;
 }
 

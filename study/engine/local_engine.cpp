@@ -209,12 +209,12 @@ class LocalRun {
     if (!w.ready && ++false_starts_ >= kMostFalseStarts)
       throw UserError(ExitCode::internal, "study", "no worker starts: it " + end + said);
     if (w.point) {
-      PointOutcome lost;
-      lost.id = w.point->point.id;
-      lost.failed = true;
-      lost.reason = "its process " + end + said;
-      lost.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - w.since).count();
-      lost.traced = w.group != w.point->group;
+      PointOutcome lost{
+          .id = w.point->point.id,
+          .failed = true,
+          .reason = "its process " + end + said,
+          .seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - w.since).count(),
+          .traced = w.group != w.point->group};
       finish(lost);
     }
     start(w);

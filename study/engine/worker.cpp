@@ -72,10 +72,9 @@ std::string point_line(const PlannedPoint& p) {
 
 PlannedPoint parse_point(const std::string& line) {
   const Json json = Json::parse(line);
-  PlannedPoint p;
-  p.point = {json.at("id"), json.at("settings").get<Settings>(), json.at("seed")};
-  p.group = json.at("group");
-  p.keys = {json.at("trace"), json.at("form")};
+  PlannedPoint p{.point = {json.at("id"), json.at("settings").get<Settings>(), json.at("seed")},
+                 .group = json.at("group"),
+                 .keys = {json.at("trace"), json.at("form")}};
   for (const Json& s : json.at("sensors")) p.demand.sensors.push_back({s.at(0), s.at(1)});
   p.demand.mean = json.at("mean");
   p.demand.amplitude = json.at("amplitude");
@@ -92,10 +91,7 @@ std::string outcome_line(const PointOutcome& o) {
 }
 
 PointOutcome outcome_of(const Json& line) {
-  PointOutcome out;
-  out.id = line.at("id");
-  out.failed = line.at("failed");
-  out.reason = line.at("reason");
+  PointOutcome out{.id = line.at("id"), .failed = line.at("failed"), .reason = line.at("reason")};
   for (const auto& item : line.at("numbers").items())
     out.numbers[item.key()] = item.value().is_null() ? kNaN : item.value().get<double>();
   out.seconds = line.at("seconds");

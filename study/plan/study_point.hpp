@@ -29,8 +29,8 @@ struct StudyPoint {
 struct PointOutcome {
   std::int64_t id = 0;
   bool failed = false;
-  std::string reason;                     ///< of a failure, one sentence
-  std::map<std::string, double> numbers;  ///< recorded results by name; NaN where a result has none
+  std::string reason = {};                     ///< of a failure, one sentence
+  std::map<std::string, double> numbers = {};  ///< recorded results by name; NaN where a result has none
   double seconds = 0.0;
   bool traced = true;             ///< false: the light came from another point's trace
   std::string host{}, version{};  ///< where it ran and by which program; empty: here, by this one

@@ -31,9 +31,7 @@ PointRunner::PointRunner(PointTask task, render::Renderer& renderer)
 
 PointOutcome PointRunner::run(const PlannedPoint& planned) {
   const auto start = std::chrono::steady_clock::now();
-  PointOutcome out;
-  out.id = planned.point.id;
-  out.traced = false;
+  PointOutcome out{.id = planned.point.id, .traced = false};
   try {
     out.numbers = numbers(planned, &out.traced);
     any_measured_ = true;

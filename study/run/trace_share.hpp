@@ -44,7 +44,7 @@ struct PlannedPoint {
   StudyPoint point;
   std::size_t group = 0;  ///< points of one number share a trace
   ShareKeys keys;
-  TraceDemand demand;  ///< of all its points together, whichever of them are still to be done
+  TraceDemand demand = {};  ///< of all its points together, whichever of them are still to be done
 };
 
 /// Reads the twin of each point; one that cannot be read gets a group of its own, to fail when it is run.

@@ -131,10 +131,8 @@ class SlurmRun {
     }
     for (const auto& [id, death] : batch_.deaths())
       if (death.times >= kMostDeaths && death.alone && left_.contains(id)) {
-        PointOutcome lost;
-        lost.id = id;
-        lost.failed = true;
-        lost.reason = fmt::format("{} times {}", death.times, death.last);
+        PointOutcome lost{
+            .id = id, .failed = true, .reason = fmt::format("{} times {}", death.times, death.last)};
         finish(lost);
       }
     fruitless_ = left_.size() < left_before ? 0 : fruitless_ + (was_ended ? 0 : 1);

@@ -70,9 +70,7 @@ SobolIndices sobol_indices(const SobolSample& sample, double coverage, std::uint
   FT_CHECK(resamples >= 2, "at least two resamples");
   const std::vector<std::size_t> rows = complete_rows(sample);
   const std::size_t factors = sample.a_with_b.size();
-  SobolIndices out;
-  out.rows = rows.size();
-  out.variance = kNan;
+  SobolIndices out{.rows = rows.size(), .variance = kNan};
   out.first.assign(factors, {kNan, {kNan, kNan}});
   out.total = out.first;
   if (rows.size() < 2) return out;

@@ -27,7 +27,7 @@ struct SobolIndices {
   std::size_t rows = 0;  ///< of which all results are numbers; others are left out
   double variance = 0.0;
   /// Per factor: share of the variance that goes with the factor alone; that it has any part in.
-  std::vector<SobolIndex> first, total;
+  std::vector<SobolIndex> first = {}, total = {};
 };
 
 /// first: Saltelli et al. 2010, (1/N) sum f(b) (f(ab) - f(a)) / V, results taken from their mean; total:

@@ -120,11 +120,10 @@ CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, con
     throw UserError(ExitCode::input, set.file.string(),
                     fmt::format("camera \"{}\" needs white and black images for threshold = \"white-black\"",
                                 camera.name));
-  CameraImages loaded;
-  loaded.camera = camera.name;
-  loaded.bit_depth = camera.sensor.bit_depth;
-  loaded.radiance = is_exr_name(source->files.front());
-  loaded.gray_code_exposure = source->gray_code_exposure;
+  CameraImages loaded{.camera = camera.name,
+                      .bit_depth = camera.sensor.bit_depth,
+                      .radiance = is_exr_name(source->files.front()),
+                      .gray_code_exposure = source->gray_code_exposure};
   loaded.images.resize(source->files.size());
   for_each_parallel(static_cast<int>(source->files.size()),
                     [&](int i) { loaded.images[i] = load_image(source->files[i], camera, loaded.radiance); });

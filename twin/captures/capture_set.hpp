@@ -42,13 +42,13 @@ struct Clip {
 
 /// One camera's images in memory, sequence order, in DN (or irradiance for EXR sets).
 struct CameraImages {
-  std::string camera;
-  std::vector<ImageF> images;
-  std::optional<ImageF> white, black;
+  std::string camera = {};
+  std::vector<ImageF> images = {};
+  std::optional<ImageF> white = {}, black = {};
   int bit_depth = 8;
   bool radiance = false;  ///< EXR: value = E, no saturation, no quantisation
-  std::optional<double> gray_code_exposure;
-  std::optional<Clip> clip;  ///< where the values stop below full scale; set when the images are loaded
+  std::optional<double> gray_code_exposure = {};
+  std::optional<Clip> clip = {};  ///< where the values stop below full scale; set when the images are loaded
   /// Values at or above are saturated (the clip, else 2^bit_depth - 1; +inf for radiance).
   double saturation_dn() const {
     if (radiance) return std::numeric_limits<double>::infinity();

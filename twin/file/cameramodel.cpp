@@ -115,12 +115,11 @@ CameraModelFile read_cameramodel(const std::filesystem::path& file) {
     if (std::any_of(entries.begin(), e, [&](const auto& earlier) { return earlier.key == e->key; }))
       parser.fail(e->line, "the key '" + e->key + "' is given twice");
 
-  CameraModelFile model;
-  model.lensmodel = parser.to_string(require(parser, entries, "lensmodel"));
-  model.intrinsics = parser.to_numbers(require(parser, entries, "intrinsics"));
-  model.rt_cam_ref = read_extrinsics(parser, entries);
-  model.imagersize = to_size(parser, require(parser, entries, "imagersize"));
-  model.comments = leading_comments(text);
+  CameraModelFile model{.lensmodel = parser.to_string(require(parser, entries, "lensmodel")),
+                        .intrinsics = parser.to_numbers(require(parser, entries, "intrinsics")),
+                        .rt_cam_ref = read_extrinsics(parser, entries),
+                        .imagersize = to_size(parser, require(parser, entries, "imagersize")),
+                        .comments = leading_comments(text)};
   for (const PythonDictEntry& e : entries)
     if (!is_interpreted(e.key)) model.extra += "'" + e.key + "': " + std::string(e.value) + ",\n";
   return model;

@@ -10,12 +10,12 @@
 namespace fringetwin {
 
 struct CameraModelFile {
-  std::string lensmodel;
-  std::vector<double> intrinsics;
+  std::string lensmodel = {};
+  std::vector<double> intrinsics = {};
   std::array<double, 6> rt_cam_ref{};  ///< 'extrinsics' / 'rt_cam_ref', in the file's own length unit
   std::array<int, 2> imagersize{};
-  std::vector<std::string> comments;  ///< leading '#' lines, without '#'
-  std::string extra;                  ///< other keys verbatim ("'icam_intrinsics': 2,\n…"), kept on rewrite
+  std::vector<std::string> comments = {};  ///< leading '#' lines, without '#'
+  std::string extra = {};  ///< other keys verbatim ("'icam_intrinsics': 2,\n…"), kept on rewrite
 };
 
 /// Reads a file. Throws UserError(input) with file and line.

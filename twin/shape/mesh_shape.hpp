@@ -17,11 +17,11 @@ namespace fringetwin {
 struct MeshShape {
   static constexpr const char* kKind = "mesh";
   static constexpr bool kHasFiles = true, kLightsItself = true;
-  std::filesystem::path file;  ///< empty for a mesh made in memory
+  std::filesystem::path file = {};  ///< empty for a mesh made in memory
   std::string unit = "mm";
-  Pose T_world_object;
-  bool smooth = false;               ///< interpolated vertex normals instead of facets
-  std::shared_ptr<const Mesh> mesh;  ///< filled by load_meshes(); the same pointer = an instance
+  Pose T_world_object = {};
+  bool smooth = false;                    ///< interpolated vertex normals instead of facets
+  std::shared_ptr<const Mesh> mesh = {};  ///< filled by load_meshes(); the same pointer = an instance
 };
 
 /// Returns the shifts along the world's axes and the turns about them through the mean of its vertices, so
