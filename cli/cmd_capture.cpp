@@ -83,8 +83,7 @@ void prepare(CaptureCommand& o, const OpenedRig& rig, bool unfinished) {
     }
   }
   if (!o.calibrate_latency) return;
-  capture::LatencyOptions options;
-  options.timeout = o.plan.timeout;
+  capture::LatencyOptions options{.timeout = o.plan.timeout};
   const capture::Latency latency = calibrate_latency(rig.cameras, *rig.display, options);
   for (const std::string& line : latency.lines()) fmt::print("{}\n", line);
   o.plan.latency_ms = latency.latency_ms;

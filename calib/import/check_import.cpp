@@ -104,8 +104,7 @@ std::optional<Eigen::Vector2d> depths(const RayPair& p, const Pose& T) {
 
 ConventionFit try_convention(PoseConvention convention, const Pose& T, const std::vector<RayPair>& pairs,
                              const std::vector<Lens>& lenses, double focal_px) {
-  ConventionFit fit;
-  fit.convention = convention;
+  ConventionFit fit{.convention = convention};
   double epipolar = 0.0, reprojection = 0.0;
   std::size_t in_front = 0, n_reprojected = 0;
   const std::vector<Pose> poses{Pose{}, T};

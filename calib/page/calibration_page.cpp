@@ -35,8 +35,7 @@ std::string map_of(const ImageF& grid, const std::string& title, MapStyle style)
 }
 
 MapStyle value_style(const std::vector<const ImageF*>& images, const std::string& unit) {
-  MapStyle style;
-  style.unit = unit;
+  MapStyle style{.unit = unit};
   std::vector<float> all;
   for (const ImageF* image : images) all.insert(all.end(), image->data.begin(), image->data.end());
   const double high = report::percentile(all, 99.0);
@@ -58,8 +57,7 @@ MapStyle style_where_seen(const Calibration& c, int device, const ImageF& grid) 
       seen.push_back(
           grid(cell(corner.q_px.x(), size[0], grid.width), cell(corner.q_px.y(), size[1], grid.height)));
     }
-  MapStyle style;
-  style.unit = "px";
+  MapStyle style{.unit = "px"};
   const double high = 2.0 * report::percentile(seen, 90.0);
   style.limits = {0.0, high > 0.0 ? high : 1.0};
   return style;

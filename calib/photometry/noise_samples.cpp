@@ -344,8 +344,7 @@ Saturation find_saturation(const std::vector<const ImageF*>& images, int bit_dep
   std::size_t below = 0;
   const std::size_t levels = std::min<std::size_t>(8, top);
   for (std::size_t k = 1; k <= levels; ++k) below += counts[top - k];
-  Saturation s;
-  s.reached = levels > 0 && counts[top] >= 20 && counts[top] * levels > 5 * below;
+  Saturation s{.reached = levels > 0 && counts[top] >= 20 && counts[top] * levels > 5 * below};
   s.level_dn = static_cast<double>(s.reached ? top : counts.size() - 1);
   s.fraction = s.reached ? static_cast<double>(counts[top]) / static_cast<double>(n) : 0.0;
   return s;

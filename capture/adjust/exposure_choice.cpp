@@ -99,8 +99,7 @@ class Choice {
 
   Try look(double exposure_ms) {
     ++tries_;
-    Try out;
-    out.exposure_ms = device_.set_exposure_ms(exposure_ms);
+    Try out{.exposure_ms = device_.set_exposure_ms(exposure_ms)};
     device_.drain();
     for (int i = 0; i < o_.settle_frames; ++i) device_.next_frame(o_.timeout, CameraDevice::Pixels::drop);
     for (int used = 0, taken = 0; used < o_.frames; ++taken) {

@@ -86,8 +86,7 @@ std::vector<Pattern> finest_steps(const Fringes& fringes) {
 PreviewNumbers preview_numbers(const std::string& camera, const std::vector<ImageF>& steps,
                                const ImageF& again, const Sensor& sensor, double min_modulation_dn) {
   FT_CHECK(steps.size() >= 2 && again.size() == steps[0].size(), "steps, and the first once more");
-  PreviewNumbers out;
-  out.camera = camera;
+  PreviewNumbers out{.camera = camera};
   const ImageF mean = mean_of(steps);
   out.mean_dn = mean_of(mean);
   std::vector<double> modulations, contrasts;

@@ -138,8 +138,7 @@ void warn_unusable(const std::optional<ObjectFit>& fit, const char* side,
 }  // namespace
 
 ObjectFit published_fit(const Twin& twin, const PublishedFit& published) {
-  ObjectFit fit;
-  fit.object = published.object;
+  ObjectFit fit{.object = published.object};
   const Object* object = twin.find_object(published.object);
   fit.kind = object ? shape_kind(object->shape) : "";
   fit.usable = true;

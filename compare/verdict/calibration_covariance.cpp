@@ -55,8 +55,7 @@ Target find_target(const Twin& twin, const std::string& file, const std::string&
   const auto dot = parameter.rfind('.');
   const std::string key = fmt::format("covariance.parameters: \"{}\"", parameter);
   const std::string device = parameter.substr(0, dot);
-  Target target;
-  target.device = find_device(twin, device);
+  Target target{.device = find_device(twin, device)};
   if (dot == std::string::npos || target.device > twin.cameras.size())
     throw UserError(ExitCode::input, file, key + " names no device of the twin (" + device_names(twin) + ")",
                     "calibrate with the twin's names (--names; the projector is \"projector\")");

@@ -152,8 +152,7 @@ void decide_ambiguous(Work& work, double step) {
         for (int x = std::max(0, px - kWindow); x <= std::min(work.match.width - 1, px + kWindow); ++x)
           if (before(x, y) == State::matched) depths.push_back(work.match(x, y).depth_mm);
       if (depths.empty()) continue;
-      Match expected;
-      expected.depth_mm = upper_median(depths);
+      Match expected{.depth_mm = upper_median(depths)};
       const auto best = std::ranges::min_element(a.matches, [&](const Match& u, const Match& v) {
         return std::abs(u.depth_mm - expected.depth_mm) < std::abs(v.depth_mm - expected.depth_mm);
       });

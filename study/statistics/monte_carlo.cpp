@@ -83,8 +83,7 @@ std::size_t AdaptiveRule::trials_per_block() const {
 
 Convergence convergence(const std::vector<double>& trials, const AdaptiveRule& rule) {
   const std::size_t block = rule.trials_per_block();
-  Convergence out;
-  out.blocks = trials.size() / block;
+  Convergence out{.blocks = trials.size() / block};
   out.tolerance = out.mean = out.sigma = out.low = out.high = kNan;
   if (out.blocks < std::max(rule.least_blocks, std::size_t{2})) return out;
   std::vector<double> means, sigmas, lows, highs;

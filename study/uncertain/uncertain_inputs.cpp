@@ -56,8 +56,7 @@ void deform(Twin* twin, const std::string& name, const std::string& text) {
   FT_CHECK(sphere != nullptr, "a form of a sphere");
   const Eigen::VectorXd n = read_list(text, 4);
   const FormSpread spread{n[1], static_cast<int>(n[2]), static_cast<int>(n[3])};
-  MeshShape shape;
-  shape.smooth = true;
+  MeshShape shape{.smooth = true};
   shape.T_world_object.translation_mm = sphere->center_mm;
   shape.mesh =
       form_mesh(sphere->radius_mm, spread, SphereForm::draw(spread, static_cast<std::uint64_t>(n[0])));

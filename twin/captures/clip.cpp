@@ -149,8 +149,7 @@ std::optional<Clip> find_clip(const CameraImages& images, const Fringes& fringes
   const auto width = static_cast<double>(best.width);
   if (!(excess_above(groups, best) > width + 1.0)) return std::nullopt;
   const auto first = static_cast<double>(best.first);
-  Clip clip;
-  clip.dn = best.width == 1 ? first : std::floor(first + 0.5 * width - 3.0 * read_dn);
+  Clip clip{.dn = best.width == 1 ? first : std::floor(first + 0.5 * width - 3.0 * read_dn)};
   clip.n = count_of(h, static_cast<std::size_t>(clip.dn), full + 1);
   return clip;
 }

@@ -83,8 +83,7 @@ MeasureOptions read_measure(const TomlTable& root, const Twin& twin) {
   std::set<std::string> names;
   for (const TomlTable& fit : table->tables("fit")) {
     fit.allow({"object", "gate_mm"});
-    FitRequest request;
-    request.object = read_object_name(fit, twin);
+    FitRequest request{.object = read_object_name(fit, twin)};
     request.gate_mm = fit.number_or("gate_mm", request.gate_mm, NumberRange::positive());
     if (!names.insert(request.object).second)
       fit.fail("object",
