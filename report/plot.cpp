@@ -241,11 +241,10 @@ std::vector<std::string> drawings_or_sentences(const std::vector<Drawing>& drawi
                                                const std::string& id_prefix) {
   std::vector<std::string> out(drawings.size());
   for_each_parallel(static_cast<int>(drawings.size()), [&](int i) {
-    const auto k = static_cast<std::size_t>(i);
     try {
-      out[k] = drawing_svg(drawings[k], fmt::format("{}{}-", id_prefix, i));
+      out[i] = drawing_svg(drawings[i], fmt::format("{}{}-", id_prefix, i));
     } catch (const UserError& error) {
-      out[k] = "<p class=\"missing\">Plot left out: " + escape_html(error.what()) + ".</p>";
+      out[i] = "<p class=\"missing\">Plot left out: " + escape_html(error.what()) + ".</p>";
     }
   });
   return out;

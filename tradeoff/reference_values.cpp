@@ -75,11 +75,10 @@ ReferenceValues reference_values(const Twin& twin, const PixelSubset& subset,
 #pragma omp parallel for schedule(dynamic, 16)
     for (std::ptrdiff_t i = 0; i < n; ++i) {
       if (cancelled()) continue;
-      const auto k = static_cast<std::size_t>(i);
-      const SubsetPixel& p = pixels[k];
-      interior[k] = is_interior(reference, camera, p.x, p.y);
-      const int gauss_n = samples_for(p, interior[k] != 0, with_lens, options);
-      dn[k] = to_dn(reference.pixel(camera, p.x, p.y, {.gauss_n = gauss_n}).irradiance,
+      const SubsetPixel& p = pixels[i];
+      interior[i] = is_interior(reference, camera, p.x, p.y);
+      const int gauss_n = samples_for(p, interior[i] != 0, with_lens, options);
+      dn[i] = to_dn(reference.pixel(camera, p.x, p.y, {.gauss_n = gauss_n}).irradiance,
                     twin.cameras[camera].sensor);
       progress.tick();
     }

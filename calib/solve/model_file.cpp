@@ -56,13 +56,12 @@ std::string optimization_inputs(const MrcalProblem& p) {
 
 void write_calibrated_model(const std::filesystem::path& file, const Calibration& c, int device,
                             const std::vector<std::string>& comments) {
-  const auto d = static_cast<std::size_t>(device);
-  CameraModelFile model{.lensmodel = c.problem.lensmodel, .intrinsics = c.problem.intrinsics[d]};
+  CameraModelFile model{.lensmodel = c.problem.lensmodel, .intrinsics = c.problem.intrinsics[device]};
   if (device > 0) {
-    const RotTrans& rt = c.problem.rt_cam_ref[d - 1];
+    const RotTrans& rt = c.problem.rt_cam_ref[device - 1];
     std::ranges::copy(rt, model.rt_cam_ref.begin());
   }
-  model.imagersize = c.problem.imagersizes[d];
+  model.imagersize = c.problem.imagersizes[device];
   model.comments = comments;
   model.extra = "\n    'icam_intrinsics': " + std::to_string(device) +
                 ",\n\n    # The optimization inputs contain all the data used to compute this model\n"

@@ -123,22 +123,21 @@ void Uncertainty::add_board_motion(const Eigen::Vector3d& p_ref_m, bool at_infin
 
 Uncertainty::Projected Uncertainty::project(int device, const Eigen::Vector3d& p_ref_m,
                                             bool at_infinity) const {
-  const auto d = static_cast<std::size_t>(device);
   Projected out;
   out.dq_dstate = Eigen::MatrixXd::Zero(2, linear_.Jt.rows());
   const bool is_reference = device == 0;
-  const RotTrans rt = is_reference ? RotTrans(RotTrans::Zero()) : problem_.rt_cam_ref[d - 1];
+  const RotTrans rt = is_reference ? RotTrans(RotTrans::Zero()) : problem_.rt_cam_ref[device - 1];
   const Eigen::Vector3d p_device = apply(rt, p_ref_m, at_infinity);
   Eigen::Vector2d q;
   Eigen::Matrix<double, 2, 3> dq_dp;
   Eigen::Matrix2Xd dq_dlens;
-  if (!model_.project(problem_.intrinsics[d], p_device, &q, &dq_dp, &dq_dlens))
+  if (!model_.project(problem_.intrinsics[device], p_device, &q, &dq_dp, &dq_dlens))
     throw UserError(ExitCode::input, "uncertainty of the calibration", "a point cannot be projected", "");
   if (linear_.n_intrinsics > 0)
-    out.dq_dstate.middleCols(linear_.intrinsics_at[d], linear_.n_intrinsics) =
+    out.dq_dstate.middleCols(linear_.intrinsics_at[device], linear_.n_intrinsics) =
         dq_dlens.middleCols(linear_.first_intrinsic, linear_.n_intrinsics);
   if (!is_reference)
-    out.dq_dstate.middleCols<6>(linear_.extrinsics_at[d - 1]) =
+    out.dq_dstate.middleCols<6>(linear_.extrinsics_at[device - 1]) =
         dq_dp * transform_gradient(rt, p_ref_m, at_infinity);
   out.dq_dpref = dq_dp * rotation_from_vector(rt.head<3>());
   return out;
@@ -226,11 +225,10 @@ Eigen::MatrixXd Uncertainty::rig() const {
   Eigen::MatrixXd g = Eigen::MatrixXd::Zero(n * linear_.n_intrinsics + 6 * (n - 1), linear_.Jt.rows());
   Eigen::Index row = 0;
   for (Eigen::Index d = 0; d < n; ++d) {
-    const auto k = static_cast<std::size_t>(d);
-    g.block(row, linear_.intrinsics_at[k], linear_.n_intrinsics, linear_.n_intrinsics).setIdentity();
+    g.block(row, linear_.intrinsics_at[d], linear_.n_intrinsics, linear_.n_intrinsics).setIdentity();
     row += linear_.n_intrinsics;
     if (d == 0) continue;
-    g.block<6, 6>(row, linear_.extrinsics_at[k - 1]).setIdentity();
+    g.block<6, 6>(row, linear_.extrinsics_at[d - 1]).setIdentity();
     g.middleRows<3>(row + 3) /= kMetresPerMm;
     row += 6;
   }

@@ -132,14 +132,13 @@ GainSums sum_gain(const GrayPair& pair, const UsableRange& usable, const GainMod
 #pragma omp parallel for schedule(dynamic)
   for (int band = 0; band < down; ++band)
     for (const int image : pair.gain_images) {
-      const auto k = static_cast<std::size_t>(image);
       Lane lane;
       for (int y = band * kBlock; y < std::min((band + 1) * kBlock, height); ++y)
         for (int block = 0; block < across; ++block) {
           const int x = block * kBlock;
           const std::size_t at = pair.mask.index(x, y);
-          const RowSpan row{&pair.real->images[k].data[at], &pair.irradiance->images[k].data[at],
-                            has_dn ? &pair.simulated->images[k].data[at] : nullptr, &pair.mask.data[at],
+          const RowSpan row{&pair.real->images[image].data[at], &pair.irradiance->images[image].data[at],
+                            has_dn ? &pair.simulated->images[image].data[at] : nullptr, &pair.mask.data[at],
                             std::min(kBlock, width - x)};
           if (fill_lane(row, pair, usable, model.e_center, lane))
             add_lane(lane, row.n, model, blocks[band * across + block]);

@@ -199,8 +199,7 @@ double median_of_normals(const std::vector<float>& sigma) {
 /// Returns the variance of the finest phase that the sensor predicts.
 ImageF predicted_variance(const Sensor& sensor, const measure::DirectionDecode& d,
                           const measure::StepSolver& solver) {
-  const auto finest = static_cast<std::size_t>(d.finest);
-  const ImageF &phase = d.wrapped_rad[finest], &amplitude = d.amplitude_dn[finest];
+  const ImageF &phase = d.wrapped_rad[d.finest], &amplitude = d.amplitude_dn[d.finest];
   ImageF out(phase.width, phase.height);
   for (std::size_t i = 0; i < out.size(); ++i) {
     const auto b = static_cast<double>(amplitude.data[i]), p = static_cast<double>(phase.data[i]);

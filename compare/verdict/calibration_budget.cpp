@@ -83,13 +83,12 @@ class BudgetSums {
     const auto size = static_cast<std::int64_t>(out_.irradiance[c].size());
 #pragma omp parallel for schedule(static)
     for (std::int64_t pixel = 0; pixel < size; ++pixel) {
-      const auto i = static_cast<std::size_t>(pixel);
       double sum = 0.0;
       for (const std::size_t k : images_)
-        sum += std::pow(static_cast<double>(irradiance.images[k].data[i]) -
-                            static_cast<double>(nominal_irradiance_[c].images[k].data[i]),
+        sum += std::pow(static_cast<double>(irradiance.images[k].data[pixel]) -
+                            static_cast<double>(nominal_irradiance_[c].images[k].data[pixel]),
                         2);
-      out_.irradiance[c].data[i] += static_cast<float>(sum / static_cast<double>(images_.size()));
+      out_.irradiance[c].data[pixel] += static_cast<float>(sum / static_cast<double>(images_.size()));
     }
   }
 

@@ -49,7 +49,6 @@ DirectionImages collect_direction(const CameraImages& images, const Fringes& fri
     const PatternSpec& s = sequence[i];
     if (s.direction != direction) continue;
     const ImageF* image = &images.images[i];
-    const auto bit = static_cast<std::size_t>(s.bit);
     switch (s.kind) {
       case PatternSpec::Kind::phase_step: {
         const auto used = std::ranges::find(used_steps, s.step);
@@ -57,10 +56,10 @@ DirectionImages collect_direction(const CameraImages& images, const Fringes& fri
         break;
       }
       case PatternSpec::Kind::gray_bit:
-        out.bits[bit] = image;
+        out.bits[s.bit] = image;
         break;
       case PatternSpec::Kind::gray_bit_inverse:
-        out.inverse[bit] = image;
+        out.inverse[s.bit] = image;
         break;
       case PatternSpec::Kind::complementary:
         out.complementary = image;

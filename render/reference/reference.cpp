@@ -217,11 +217,9 @@ std::optional<SceneHit> Reference::Impl::nearest(const Ray& ray) const {
 bool Reference::Impl::in_shadow(const SceneHit& own, bool outside, const Ray& to_light,
                                 double distance) const {
   for (int i = 0; i < static_cast<int>(instances.size()); ++i) {
-    const auto index = static_cast<std::size_t>(i);
-    if (const ReferenceMesh* mesh = instances[index].mesh) {
+    if (const ReferenceMesh* mesh = instances[i].mesh) {
       const int skipped = i == own.object ? own.triangle : -1;
-      if (mesh->occluded(instances[index].to_object(to_light), kShadowStartMm, distance, skipped))
-        return true;
+      if (mesh->occluded(instances[i].to_object(to_light), kShadowStartMm, distance, skipped)) return true;
       continue;
     }
     const bool can_meet =
@@ -229,7 +227,7 @@ bool Reference::Impl::in_shadow(const SceneHit& own, bool outside, const Ray& to
         std::visit(
             Overloaded{[](const MeshShape&) { return true; }, [](const MeasuredShape&) { return true; },
                        [&](const auto& shape) { return meets_own_shadow_ray(shape, outside); }},
-            twin.objects[index].shape);
+            twin.objects[i].shape);
     if (!can_meet) continue;
     if (hit_object(i, to_light, kShadowStartMm, distance)) return true;
   }
@@ -390,12 +388,11 @@ ReferencePixel Reference::pixel(std::size_t camera, int x, int y,
     lens.clear();
     const GaussRule& rings = gauss_rule(quadrature.lens_rings);
     for (int r = 0; r < quadrature.lens_rings; ++r) {
-      const auto ring = static_cast<std::size_t>(r);
-      const double radius = std::sqrt(0.5 + 0.5 * rings.nodes[ring]);
+      const double radius = std::sqrt(0.5 + 0.5 * rings.nodes[r]);
       for (int k = 0; k < quadrature.lens_spokes; ++k) {
         const double angle = 2.0 * pi * (k + 0.5 * (r % 2)) / quadrature.lens_spokes;
         lens.emplace_back(Eigen::Vector2d(radius * std::cos(angle), radius * std::sin(angle)),
-                          0.5 * rings.weights[ring] / quadrature.lens_spokes);
+                          0.5 * rings.weights[r] / quadrature.lens_spokes);
       }
     }
   }
