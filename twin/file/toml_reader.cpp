@@ -157,6 +157,15 @@ void TomlTable::allow(const std::vector<std::string>& known) const {
     }
 }
 
+template <class Value>
+const Value* TomlTable::find(const std::string& key, const char* what) const {
+  const toml::node* node = impl_->table->get(key);
+  if (node == nullptr) return nullptr;
+  const Value* value = node->as<Value>();
+  if (value == nullptr) fail(key, fmt::format("must be {}, is {}", what, type_name(*node)));
+  return value;
+}
+
 bool TomlTable::has(const std::string& key) const { return impl_->table->contains(key); }
 
 std::vector<std::string> TomlTable::keys() const {
@@ -190,10 +199,8 @@ double TomlTable::required_number(const std::string& key, const NumberRange& ran
 }
 
 std::optional<int> TomlTable::integer(const std::string& key, int min, int max) const {
-  const toml::node* node = impl_->table->get(key);
-  if (node == nullptr) return std::nullopt;
-  const auto* value = node->as_integer();
-  if (value == nullptr) fail(key, fmt::format("must be an integer, is {}", type_name(*node)));
+  const auto* value = find<toml::value<std::int64_t>>(key, "an integer");
+  if (value == nullptr) return std::nullopt;
   if (value->get() < min || value->get() > max) {
     const std::string range = max == std::numeric_limits<int>::max() ? fmt::format(">= {}", min)
                                                                      : fmt::format("{} ... {}", min, max);
@@ -209,17 +216,13 @@ int TomlTable::required_integer(const std::string& key, int min, int max) const 
 }
 
 std::optional<bool> TomlTable::boolean(const std::string& key) const {
-  const toml::node* node = impl_->table->get(key);
-  if (node == nullptr) return std::nullopt;
-  if (!node->is_boolean()) fail(key, fmt::format("must be true or false, is {}", type_name(*node)));
-  return node->as_boolean()->get();
+  const auto* value = find<toml::value<bool>>(key, "true or false");
+  return value == nullptr ? std::nullopt : std::optional(value->get());
 }
 
 std::optional<std::string> TomlTable::string(const std::string& key) const {
-  const toml::node* node = impl_->table->get(key);
-  if (node == nullptr) return std::nullopt;
-  if (!node->is_string()) fail(key, fmt::format("must be a string, is {}", type_name(*node)));
-  return node->as_string()->get();
+  const auto* value = find<toml::value<std::string>>(key, "a string");
+  return value == nullptr ? std::nullopt : std::optional(value->get());
 }
 
 std::string TomlTable::required_string(const std::string& key) const {
@@ -254,10 +257,8 @@ std::string TomlTable::required_choice(const std::string& key,
 
 std::optional<std::vector<double>> TomlTable::numbers(const std::string& key,
                                                       const NumberRange& range) const {
-  const toml::node* node = impl_->table->get(key);
-  if (node == nullptr) return std::nullopt;
-  const toml::array* array = node->as_array();
-  if (array == nullptr) fail(key, fmt::format("must be an array of numbers, is {}", type_name(*node)));
+  const auto* array = find<toml::array>(key, "an array of numbers");
+  if (array == nullptr) return std::nullopt;
   std::vector<double> values(array->size());
   for (std::size_t i = 0; i < array->size(); ++i) {
     const std::string fault = number_fault(*array->get(i), range, &values[i]);
@@ -269,10 +270,8 @@ std::optional<std::vector<double>> TomlTable::numbers(const std::string& key,
 }
 
 std::optional<std::vector<std::string>> TomlTable::strings(const std::string& key) const {
-  const toml::node* node = impl_->table->get(key);
-  if (node == nullptr) return std::nullopt;
-  const toml::array* array = node->as_array();
-  if (array == nullptr) fail(key, fmt::format("must be an array of strings, is {}", type_name(*node)));
+  const auto* array = find<toml::array>(key, "an array of strings");
+  if (array == nullptr) return std::nullopt;
   std::vector<std::string> values;
   for (std::size_t i = 0; i < array->size(); ++i) {
     const auto* text = array->get(i)->as_string();
@@ -286,10 +285,8 @@ std::optional<std::vector<std::string>> TomlTable::strings(const std::string& ke
 }
 
 std::optional<std::vector<std::string>> TomlTable::toml_texts(const std::string& key) const {
-  const toml::node* node = impl_->table->get(key);
-  if (node == nullptr) return std::nullopt;
-  const toml::array* array = node->as_array();
-  if (array == nullptr) fail(key, fmt::format("must be an array, is {}", type_name(*node)));
+  const auto* array = find<toml::array>(key, "an array");
+  if (array == nullptr) return std::nullopt;
   std::vector<std::string> texts;
   for (const toml::node& entry : *array) texts.push_back(toml_text(entry));
   return texts;

@@ -75,6 +75,9 @@ class TomlTable {
  private:
   struct Impl;
   explicit TomlTable(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
+  /// Returns the value of the key, null where there is none; fails unless it is `what`, a Value.
+  template <class Value>
+  const Value* find(const std::string& key, const char* what) const;
   std::shared_ptr<const Impl> impl_;
 };
 
