@@ -2,6 +2,9 @@
 #include "capture/open_display.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <ranges>
 
 #include "capture/display/kms_card.hpp"
 #include "capture/display/kms_display.hpp"
@@ -36,10 +39,9 @@ std::unique_ptr<PatternDisplay> open_one(const std::string& name, int width, int
                                          const DisplayFactories& factories) {
   const auto found = factories.find(name.substr(0, name.find_first_of(":@")));
   if (found != factories.end()) return found->second(name, width, height);
-  std::string known;
-  for (const auto& [kind, factory] : factories) known += (known.empty() ? "" : ", ") + kind;
   throw UserError(ExitCode::usage, "display",
-                  fmt::format("'{}' is none of the kinds of display ({})", name, known),
+                  fmt::format("'{}' is none of the kinds of display ({})", name,
+                              fmt::join(std::views::keys(factories), ", ")),
                   "write e.g. kms, kms:/dev/dri/card0:HDMI-A-1 or window:1");
 }
 

@@ -9,9 +9,7 @@ namespace fringetwin::compare {
 namespace {
 
 std::string numbers(const std::vector<double>& values) {
-  std::string text;
-  for (const double v : values) text += fmt::format("{}{}", text.empty() ? "" : ", ", v);  // shortest, exact
-  return "[" + text + "]";
+  return fmt::format("[{}]", fmt::join(values, ", "));  // shortest, exact
 }
 std::string numbers(const Pose& pose) {
   const RotTrans rt = rt_from_pose(pose);

@@ -2,6 +2,7 @@
 #include "study/page/varied_axes.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -35,9 +36,7 @@ std::string label_of(const std::vector<std::string>& keys) {
     for (std::size_t i = 0; i < parts.size(); ++i)
       if (parts[i] != common[i]) common[i] = "*";
   }
-  std::string out;
-  for (const std::string& part : common) out += (out.empty() ? "" : ".") + part;
-  return out;
+  return fmt::format("{}", fmt::join(common, "."));
 }
 
 double number_of(const std::string& text) { return parse_number<double>(text).value_or(kNan); }

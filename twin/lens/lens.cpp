@@ -2,6 +2,7 @@
 #include "twin/lens/lens.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -193,12 +194,10 @@ std::optional<Eigen::Vector3d> Lens::Impl::unproject_mrcal(const Eigen::Vector2d
 
 void Lens::Impl::set_model(const std::string& where) {
   mrcal = MrcalModel::from_name(model);
-  if (!mrcal) {
-    std::string known;
-    for (const std::string& name : MrcalModel::supported_names()) known += (known.empty() ? "" : ", ") + name;
+  if (!mrcal)
     throw UserError(ExitCode::usage, where, fmt::format("unknown lens model '{}'", model),
-                    fmt::format("known are {} (\"...\" stands for the configuration)", known));
-  }
+                    fmt::format("known are {} (\"...\" stands for the configuration)",
+                                fmt::join(MrcalModel::supported_names(), ", ")));
   const auto count = static_cast<std::size_t>(mrcal->intrinsics_count());
   if (intrinsics.size() != count)
     throw UserError(ExitCode::usage, where,
