@@ -32,6 +32,7 @@ compare::RenderNote note_of(const render::RenderedCamera& rendered) {
   if (rendered.estimate) {
     note.phase_error_rad = rendered.estimate->phase_rad;
     note.gray_error = rendered.estimate->gray;
+    note.gray_inside_error = rendered.estimate->gray_inside;
   }
   return note;
 }

@@ -20,7 +20,8 @@ struct RenderNote {
   /// Estimated rms errors, of "adaptive" only: phase at the finest pitch without the pixels an edge crosses;
   /// gray over all pixels of the objects, fraction of full scale.
   std::optional<double> phase_error_rad, gray_error;
-  std::string text() const;  ///< "adaptive, 2.7 rays per pixel, error estimated ..."
+  std::optional<double> gray_inside_error;  ///< as gray_error, without the pixels an edge crosses
+  std::string text() const;                 ///< "adaptive, 2.7 rays per pixel, error estimated ..."
 };
 
 /// What a result says of the run that made it.

@@ -18,6 +18,7 @@ Json render_note_json(const RenderNote& n) {
   if (n.samples) out["samples"] = *n.samples;
   if (n.phase_error_rad) out["estimated_phase_error_rad"] = json_number(*n.phase_error_rad);
   if (n.gray_error) out["estimated_gray_error"] = json_number(*n.gray_error);
+  if (n.gray_inside_error) out["estimated_gray_error_inside"] = json_number(*n.gray_inside_error);
   return out;
 }
 

@@ -30,7 +30,8 @@ RenderNote example_note() {
           .samples = {},
           .rays_per_pixel = 2.7,
           .phase_error_rad = 3e-5,
-          .gray_error = 6e-5};
+          .gray_error = 6e-5,
+          .gray_inside_error = 2e-6};
 }
 
 Provenance example_provenance() {
@@ -79,6 +80,7 @@ TEST(ResultJson, AComparisonFollowsTheSchema) {
   const Json& rendered = json["provenance"]["rendered"][0];
   EXPECT_EQ(rendered["sampler"].get<std::string>(), "adaptive");
   EXPECT_EQ(rendered["estimated_gray_error"].get<double>(), 6e-5);
+  EXPECT_EQ(rendered["estimated_gray_error_inside"].get<double>(), 2e-6);
   EXPECT_FALSE(rendered.contains("samples"));
   EXPECT_EQ(json["provenance"]["argv"][2].get<std::string>(), "twin \"ä\".toml");
   EXPECT_EQ(json["provenance"]["inputs_sha256"].begin().value(),

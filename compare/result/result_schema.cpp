@@ -41,7 +41,8 @@ constexpr const char* kHead = R"({
       "precision": {"enum": ["fp32", "fp64"]},
       "rays_per_pixel": {"type": "number", "minimum": 0},
       "estimated_phase_error_rad": {"type": "number", "minimum": 0},
-      "estimated_gray_error": {"type": "number", "minimum": 0}
+      "estimated_gray_error": {"type": "number", "minimum": 0},
+      "estimated_gray_error_inside": {"type": "number", "minimum": 0}
      }
     }
    }

@@ -306,7 +306,8 @@ double allowed_for(double n) { return kCoverage * std::sqrt(2.0 / n + kNoiseKnow
 RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes, double gain_dn) {
   for (const RenderNote& note : notes)
     if (note.camera == camera.name)
-      return {note.gray_error.value_or(0.0) * camera.sensor.max_dn() * gain_dn / camera.sensor.gain_dn,
+      return {note.gray_inside_error.value_or(note.gray_error.value_or(0.0)) * camera.sensor.max_dn() *
+                  gain_dn / camera.sensor.gain_dn,
               note.phase_error_rad.value_or(0.0), note.gray_error.has_value()};
   return {};
 }

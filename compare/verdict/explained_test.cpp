@@ -213,6 +213,10 @@ TEST(Explained, RenderingErrorIsReadFromTheNoteOfItsCamera) {
   EXPECT_TRUE(error.estimated);
   EXPECT_NEAR(error.gray_dn, 4.095, 1e-9);
   EXPECT_EQ(error.phase_rad, 2e-4);
+  own.gray_inside_error = 1e-5;  // interior pixels are judged: the edges' error is not theirs
+  EXPECT_NEAR(
+      rendering_error(scene.twin.cameras[0], {other, own}, scene.twin.cameras[0].sensor.gain_dn).gray_dn,
+      0.04095, 1e-9);
   EXPECT_FALSE(rendering_error(scene.twin.cameras[0], {other}, 1.0).estimated);
 }
 

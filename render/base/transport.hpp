@@ -17,9 +17,10 @@ namespace fringetwin::render {
 
 /// The renderer's own estimate of its error, meant as an upper bound (tested on scenes of its own).
 struct ErrorEstimate {
-  double phase_rad = 0.0;     ///< rms at the finest pitch over lit pixels without an edge, rounding included
-  double gray = 0.0;          ///< rms over all pixels that see an object, fraction of full scale
-  double mixed_share = 0.0;   ///< share of those pixels that an edge crosses
+  double phase_rad = 0.0;    ///< rms at the finest pitch over lit pixels without an edge, rounding included
+  double gray = 0.0;         ///< rms over all pixels that see an object, fraction of full scale
+  double gray_inside = 0.0;  ///< the same without the pixels an edge crosses; with facets of a mesh as `gray`
+  double mixed_share = 0.0;  ///< share of those pixels that an edge crosses
   double facets_share = 0.0;  ///< share of those pixels whose facets of a mesh are clipped exactly
   double smooth_share = 0.0;  ///< share of those pixels that one surface fills and that needed more rays
 };

@@ -222,7 +222,10 @@ void AdaptiveTrace::note_estimate() {
   ErrorEstimate estimate{
       .phase_rad = std::sqrt(phase_squares_ / n_lit + rounding_rad_ * rounding_rad_),
       .gray = std::sqrt((gray_squares_ + mixed_squares_) / n_all) * sensor.gain_dn / sensor.max_dn()};
+  estimate.gray_inside =
+      n_facets_ > 0 ? estimate.gray : std::sqrt(gray_squares_ / n_lit) * sensor.gain_dn / sensor.max_dn();
   if (const auto& before = job_.out->estimate) {
+    estimate.gray_inside = std::max(estimate.gray_inside, before->gray_inside);
     estimate.phase_rad = std::max(estimate.phase_rad, before->phase_rad);
     estimate.gray = std::max(estimate.gray, before->gray);
   }

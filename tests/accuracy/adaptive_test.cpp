@@ -169,6 +169,9 @@ double expect_bounded(const std::string& what, const Twin& twin, int stride,
   EXPECT_GT(interior.n, 0);
   EXPECT_LE(interior.pitches[0].phase_rms_rad, rendered.estimate->phase_rad);
   EXPECT_LE(all.gray_rms, rendered.estimate->gray + 2e-5);
+  if (phase_where == Pixels::interior) {
+    EXPECT_LE(interior.gray_rms, rendered.estimate->gray_inside + 2e-5);
+  }
   // Where the last refinement leaves more than was asked for, the estimate says so.
   EXPECT_LE(all.gray_rms, std::max(sampling.gray_error, rendered.estimate->gray) + 2e-5);
   return rays_per_pixel;
