@@ -29,8 +29,8 @@ int run_measure(const MeasureCommand& o, const Invocation& invocation) {
   const cosim::Captures captures = cosim::load_captures(twin, o.captures);
   timer.start("measure");
   measure::Measurement measurement = measure::measure(twin, captures.cameras);
-  for (std::string& doubt : measure::description_warnings(twin, captures.cameras, measurement, nullptr))
-    measurement.warnings.push_back(std::move(doubt));
+  for (measure::Doubt& doubt : measure::description_warnings(twin, captures.cameras, measurement, nullptr))
+    measurement.warnings.push_back(std::move(doubt.sentence));
   timer.start("write");
   begin_output(o.out, {"result.json"});
   measure::write_measurement(o.out, measurement);

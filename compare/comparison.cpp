@@ -87,9 +87,10 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
   return samples;
 }
 
-/// Does nothing where the fringes are others than described: no cause within the twin explains that.
+/// Does nothing where gray values are explained. `other_fringes`: the warnings say that other fringes were
+/// shown than described, or far from where; the best of wrong causes would be named.
 void look_for_causes(const Twin& twin, const CompareOptions& options, std::vector<GridSamples> samples,
-                     Comparison& out) {
+                     bool other_fringes, Comparison& out) {
   // Causes are fitted to gray values: where these are explained, what fails (ripples, noise that the twin
   // understates, objects that it lacks) is none of them, and the best of wrong ones would be named.
   const bool any = std::ranges::any_of(out.explained, [](const ExplainedRow& row) {
@@ -97,6 +98,12 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
   });
   const std::string gray = worst_state(out.explained, "gray");
   if (!any || gray == kExplained || gray == kTooWide || samples.empty() || !twin.projector) return;
+  if (other_fringes) {
+    out.warnings.emplace_back(
+        "no cause is looked for: the real images show other fringes than the twin, or show them "
+        "elsewhere (see above)");
+    return;
+  }
   Sensitivity sensitivity(*options.renderer, std::move(samples));
   // the factors of the pixels are in the simulated side, not in the twin
   if (options.textured()) sensitivity.free_factors();
@@ -117,12 +124,15 @@ void judge_orders(const PhaseRow& phase, ExplainedRow& row, std::vector<std::str
 }
 
 /// Returns what a reader must know of fringes that all lie beside the twin's by the same distance.
-std::string shift_text(const PhaseRow& phase, double shift_px, double pitch_px) {
+std::string shift_text(const PhaseRow& phase, double shift_px, const DirectionDecode& real,
+                       double origin_px) {
+  const double pitch_px = real.pitches_px[real.finest];
   return fmt::format(
       "{} {}: the real fringes lie {:+.4g} px of the projector ({:.3g} of a period) beside those of the "
-      "twin, all alike: phase_origin_px {:+.4g} px would fit, unless the projector's principal point or the "
-      "pose is off by as much",
-      phase.camera, phase.direction, shift_px, std::abs(shift_px) / pitch_px, -shift_px);
+      "twin, all alike: phase_origin_px = {:.4g} in place of {:.4g} would fit, unless the projector's "
+      "principal point or the pose is off by as much",
+      phase.camera, phase.direction, shift_px, std::abs(shift_px) / pitch_px, origin_px - shift_px,
+      origin_px);
 }
 
 /// Fills the phase tables. Returns whether the real fringes lie so far beside the twin's that no cause can be
@@ -156,7 +166,7 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
       if (const auto shift_px = r.unwrapped && s->unwrapped ? constant_shift_px(r, *s) : std::nullopt) {
         const double pitch_px = r.pitches_px[r.finest];
         is_far_off = is_far_off || std::abs(*shift_px) > kFarPeriods * pitch_px;
-        out.warnings.push_back(shift_text(*phase, *shift_px, pitch_px));
+        out.warnings.push_back(shift_text(*phase, *shift_px, r, phase_origin_px(twin, r)));
       }
       ++phase;
     }
@@ -212,7 +222,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
   for (ExplainedRow& row : explain_geometry(out.fits, calibration)) out.explained.push_back(std::move(row));
   hold_against_noise(out.noise, out.explained);
   trust_gains(out);
-  if (!options.is_description_doubted && !is_far_off) look_for_causes(twin, options, std::move(samples), out);
+  look_for_causes(twin, options, std::move(samples), options.shows_other_fringes || is_far_off, out);
   out.limits = check_limits(twin.limits, out);
   for (const LimitRow& row : out.limits)
     if (row.value != row.value)

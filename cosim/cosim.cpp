@@ -153,12 +153,12 @@ Run run_cosim(const CosimRequest& request) {
   simulate_side(run, request.render);
   measure_real(run);
   // before refining: a twin that was bent to fit a wrong description contradicts nothing any more
-  const std::vector<std::string> doubts = doubts_about_real_side(run);
-  run.options.is_description_doubted = !doubts.empty();
+  const std::vector<measure::Doubt> doubts = doubts_about_real_side(run);
+  run.options.shows_other_fringes = std::ranges::any_of(doubts, &measure::Doubt::shows_other_fringes);
   try {
     if (!request.refine.empty()) refine(run, request);
   } catch (const UserError&) {
-    for (const std::string& doubt : doubts) warn(doubt);
+    for (const measure::Doubt& doubt : doubts) warn(doubt.sentence);
     throw;
   }
   add_to_warnings(run, doubts);

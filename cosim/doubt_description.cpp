@@ -5,19 +5,18 @@
 
 namespace fringetwin::cosim {
 
-std::vector<std::string> doubts_about_real_side(Run& run) {
+std::vector<measure::Doubt> doubts_about_real_side(Run& run) {
   if (!run.real.measurement) return {};
   run.timer.start("doubt");
-  std::vector<std::string> doubts = measure::description_warnings(
+  std::vector<measure::Doubt> doubts = measure::description_warnings(
       run.twin, run.real.images, *run.real.measurement, &*run.simulated.measurement);
   run.timer.stop();
   return doubts;
 }
 
-void add_to_warnings(Run& run, const std::vector<std::string>& doubts) {
+void add_to_warnings(Run& run, const std::vector<measure::Doubt>& doubts) {
   if (!run.real.measurement) return;
-  std::vector<std::string>& warnings = run.real.measurement->warnings;
-  warnings.insert(warnings.end(), doubts.begin(), doubts.end());
+  for (const measure::Doubt& doubt : doubts) run.real.measurement->warnings.push_back(doubt.sentence);
 }
 
 }  // namespace fringetwin::cosim

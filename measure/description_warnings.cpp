@@ -6,7 +6,6 @@
 #include <cmath>
 #include <iterator>
 
-#include "measure/description/doubts.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/statistics.hpp"
 
@@ -69,17 +68,17 @@ std::optional<std::string> weak_direction(const Twin& twin, const PointCloud& cl
 
 }  // namespace
 
-std::vector<std::string> description_warnings(const Twin& twin, const std::vector<CameraImages>& images,
-                                              const Measurement& real, const Measurement* simulated) {
-  std::vector<std::string> out;
+std::vector<Doubt> description_warnings(const Twin& twin, const std::vector<CameraImages>& images,
+                                        const Measurement& real, const Measurement* simulated) {
+  std::vector<Doubt> out;
   for (std::size_t c = 0; c < images.size(); ++c) {
     const ExpectedCoordinates expected =
         simulated ? expected_coordinates(twin, *simulated, c) : ExpectedCoordinates();
-    std::vector<std::string> doubts = description_doubts(
+    std::vector<Doubt> doubts = description_doubts(
         images[c], twin.fringes, decode_options(twin, twin.cameras[c], images[c]), real.cameras[c], expected);
     std::move(doubts.begin(), doubts.end(), std::back_inserter(out));
   }
-  if (auto sentence = weak_direction(twin, real.cloud)) out.push_back(std::move(*sentence));
+  if (auto sentence = weak_direction(twin, real.cloud)) out.push_back({std::move(*sentence)});
   return out;
 }
 

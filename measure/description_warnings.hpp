@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Holds what a capture set and the rig say against the description of its fringes, in sentences for the user.
 #pragma once
-#include <string>
 #include <vector>
 
+#include "measure/description/doubts.hpp"
 #include "measure/measurement.hpp"
 
 namespace fringetwin::measure {
@@ -11,7 +11,7 @@ namespace fringetwin::measure {
 /// Returns what speaks against [fringes] of the twin in a real capture set: the doubts of every camera
 /// (description/doubts.hpp), and a direction that tells less of the depth than the other would. `simulated`:
 /// the same measured on the rendered images, with which more can be seen; may be null.
-std::vector<std::string> description_warnings(const Twin& twin, const std::vector<CameraImages>& images,
-                                              const Measurement& real, const Measurement* simulated);
+std::vector<Doubt> description_warnings(const Twin& twin, const std::vector<CameraImages>& images,
+                                        const Measurement& real, const Measurement* simulated);
 
 }  // namespace fringetwin::measure

@@ -157,7 +157,12 @@ class CauseSearch {
       out.why = "what changes the images as the gain does (reflectivity, vignetting) cannot be told from it";
       return;
     }
-    std::erase_if(taken, [this](std::size_t g) { return scales_the_gain(groups_[g].name); });
+    const auto is_switch = [this](std::size_t g) { return parameters_[groups_[g].at[0]].is_switch; };
+    if (is_switch(taken[0])) {
+      out.why = "it is either on or off: set it in the twin and compare again";
+      return;
+    }
+    std::erase_if(taken, [&](std::size_t g) { return scales_the_gain(groups_[g].name) || is_switch(g); });
     const auto known = fits_.find(taken[0]);
     if (offer(known != fits_.end() ? known->second : converge({taken[0]}), out) || taken.size() == 1) return;
     offer(converge(taken), out);
@@ -170,7 +175,9 @@ class CauseSearch {
                  regional_limit = 1.0 + allowed_for(static_cast<double>(regions.n));
     out.chi2_after = fit.chi2;
     out.why = "";
-    if (!(fit.chi2 <= limit && regions.n > 0 && regions.chi2 <= regional_limit))
+    if (regions.n == 0)
+      out.why = "no region has enough pixels to judge what is left";
+    else if (!(fit.chi2 <= limit && regions.chi2 <= regional_limit))
       out.why = fmt::format(
           "what is left is not explained (chi2 {:.3g}, limit {:.3g}; of regions {:.3g}, limit {:.3g})",
           fit.chi2, limit, regions.chi2, regional_limit);

@@ -313,13 +313,16 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
 }
 
 void keep_the_better(Refined& refined, const Twin& before) {
+  constexpr double kSame = 1e-6;  // of chi2: solving again from the minimum moves it by 1e-7
   Refinement& report = refined.report;
-  if (!(report.chi2_after > report.chi2_before)) return;
+  if (report.chi2_after <= report.chi2_before * (1.0 + kSame)) return;
   report.notes.push_back(fmt::format("chi2 would rise from {:.5g} to {:.5g}: the twin stays as it is",
                                      report.chi2_before, report.chi2_after));
   refined.twin = before;
   report.chi2_after = report.chi2_before;
-  for (RefinedRow& row : report.rows) row.after = row.before;
+  report.covariance.setConstant(kNaN);
+  report.texture.clear();
+  for (RefinedRow& row : report.rows) row.after = row.before, row.sigma = kNaN;
 }
 
 void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,

@@ -54,7 +54,7 @@ std::vector<std::size_t> motions_among(const std::vector<Parameter>& parameters,
   return at;
 }
 
-/// The points of one object, and their median distance to its surface.
+/// The points of one object, and their distances to its surface.
 struct OwnPoints {
   measure::PointCloud cloud;
   std::vector<double> distance_mm;

@@ -15,12 +15,6 @@ using measure::DirectionDecode;
 
 double finest_pitch_px(const DirectionDecode& d) { return d.pitches_px.at(d.finest); }
 
-double phase_origin_px(const Twin& twin, const DirectionDecode& decode) {
-  for (const DirectionFringes& d : twin.fringes.directions)
-    if (d.axis == decode.axis) return d.phase_origin_px.at(d.finest());
-  return 0.0;
-}
-
 /// Sums of one image row, added up in order: the same for any number of threads.
 struct DifferenceSums {
   double difference = 0, difference2 = 0, magnitude = 0, absolute = 0;
@@ -76,6 +70,12 @@ PhaseRow one_row(const DirectionDecode& real, const DirectionDecode& simulated, 
 bool has_coordinate(const DirectionDecode& d) { return !d.coordinate_px.empty() && !d.pitches_px.empty(); }
 
 }  // namespace
+
+double phase_origin_px(const Twin& twin, const DirectionDecode& decode) {
+  for (const DirectionFringes& d : twin.fringes.directions)
+    if (d.axis == decode.axis) return d.phase_origin_px.at(d.finest());
+  return 0.0;
+}
 
 std::vector<PhaseRow> phase_rows(const Twin& twin, const measure::Measurement& real,
                                  const measure::Measurement& simulated) {

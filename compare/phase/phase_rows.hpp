@@ -18,6 +18,9 @@ std::vector<PhaseRow> phase_rows(const Twin& twin, const measure::Measurement& r
 /// directions); NaN where one side is invalid or the fringe orders disagree (|difference| > pi).
 ImageF phase_difference(const measure::DirectionDecode& real, const measure::DirectionDecode& simulated);
 
+/// Returns the projector coordinate at which the decode's finest pitch has phase 0, as the twin says.
+double phase_origin_px(const Twin& twin, const measure::DirectionDecode& decode);
+
 /// Returns 2 pi (x - origin) / pitch at the finest pitch.
 ImageF absolute_phase(const Twin& twin, const measure::DirectionDecode& decode);
 

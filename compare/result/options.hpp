@@ -31,9 +31,8 @@ struct CompareOptions {
   /// Renders changed twins to find the cause of what the budget does not explain; null: causes are not looked
   /// for.
   render::Renderer* renderer = nullptr;
-  /// True where the real images contradict the description of the fringes: then causes are not looked for,
-  /// either.
-  bool is_description_doubted = false;
+  /// True where the real images show other fringes than described: then causes are not looked for, either.
+  bool shows_other_fringes = false;
   /// How the simulated images were rendered, for those of a changed rig; default: the twin's own options.
   std::optional<RenderOptions> render;
   /// With which seed. With a renderer, an untextured irradiance of the simulated side is taken for what it

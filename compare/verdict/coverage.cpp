@@ -142,21 +142,28 @@ void count_one_sided(PixelState lost, OneSided& pixels, bool border, bool thick)
   ++(pixels.*kLostAs[static_cast<int>(lost) - static_cast<int>(PixelState::saturated)]);
 }
 
-/// Calls saturated what one side measured so near to the clip that noise decides, where the other side is
-/// saturated.
-void saturate_by_chance(const Side& side, std::size_t camera, const Image<PixelState>& other,
-                        Image<PixelState>& states) {
-  if (camera >= side.images.size()) return;
-  const CameraImages& images = side.images[camera];
+/// Returns the largest noise of the camera's fringes on either side.
+double largest_noise_dn(std::size_t camera, const Side& real, const Side& simulated) {
   double noise_dn = 0.0;
-  for (const measure::DirectionDecode& d : side.measurement->cameras[camera].directions)
-    noise_dn = std::max(noise_dn, d.noise_dn);
+  for (const Side* side : {&real, &simulated})
+    for (const measure::DirectionDecode& d : side->measurement->cameras[camera].directions)
+      noise_dn = std::max(noise_dn, d.noise_dn);
+  return noise_dn;
+}
+
+/// Calls saturated what one side measured with a phase step so near to the clip that noise decides, where the
+/// other side is saturated.
+void saturate_by_chance(const Twin& twin, const CameraImages& images, double noise_dn,
+                        const Image<PixelState>& other, Image<PixelState>& states) {
   const double near_dn = images.saturation_dn() - kChanceOfClip * noise_dn;
+  std::vector<const ImageF*> steps;
+  const std::vector<PatternSpec> patterns = expand_sequence(twin.fringes);
+  for (std::size_t k = 0; k < std::min(patterns.size(), images.images.size()); ++k)
+    if (patterns[k].kind == PatternSpec::Kind::phase_step) steps.push_back(&images.images[k]);
   for (std::size_t i = 0; i < states.size(); ++i)
     if (states.data[i] == PixelState::measured && other.data[i] == PixelState::saturated &&
-        std::ranges::any_of(images.images, [&](const ImageF& image) {
-          return static_cast<double>(image.data[i]) >= near_dn;
-        }))
+        std::ranges::any_of(
+            steps, [&](const ImageF* step) { return static_cast<double>(step->data[i]) >= near_dn; }))
       states.data[i] = PixelState::saturated;
 }
 
@@ -172,8 +179,11 @@ class CameraCoverage {
         index_simulated_(points_of_pixels(twin, camera, simulated.measurement->cloud)),
         points_real_{real_, real.measurement->cloud, index_real_},
         points_simulated_{simulated_, simulated.measurement->cloud, index_simulated_} {
-    saturate_by_chance(real, camera, states_simulated_, states_real_);
-    saturate_by_chance(simulated, camera, states_real_, states_simulated_);
+    if (camera < real.images.size() && camera < simulated.images.size()) {
+      const double noise_dn = largest_noise_dn(camera, real, simulated);
+      saturate_by_chance(twin, real.images[camera], noise_dn, states_simulated_, states_real_);
+      saturate_by_chance(twin, simulated.images[camera], noise_dn, states_real_, states_simulated_);
+    }
     real_ = measured(states_real_), simulated_ = measured(states_simulated_);
     const ImageU8 closed_real = closed(real_, kGap_px), closed_simulated = closed(simulated_, kGap_px);
     border_ = dilated(either(edge(closed_real), edge(closed_simulated)), 1);
@@ -333,11 +343,11 @@ std::vector<ExplainedRow> explain_coverage(const Twin& twin, const std::vector<C
   }
   const auto any = [&](auto is_one) { return std::ranges::any_of(rows, is_one); };
   if (!any([](const CoverageRow& row) { return !row.object.empty(); })) return out;  // no points, no objects
-  for (const Object& object : twin.objects)
-    if (!any([&](const CoverageRow& row) { return row.object == object.name && row.n_union() > 0; }))
+  for (const FitRequest& fit : twin.measure.fits)
+    if (!any([&](const CoverageRow& row) { return row.object == fit.object && row.n_union() > 0; }))
       out.push_back(
-          not_compared("coverage", object.name,
-                       "no camera measured a pixel of it on either side: it is too dark, saturated, "
+          not_compared("coverage", fit.object,
+                       "no camera measured more than a few pixels of it: it is too dark, saturated, "
                        "hidden or out of view"));
   return out;
 }

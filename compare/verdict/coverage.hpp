@@ -24,7 +24,7 @@ Image<PixelState> pixel_states(const Twin& twin, std::size_t camera, const Side&
 std::vector<CoverageRow> coverage_rows(const Twin& twin, const Side& real, const Side& simulated);
 
 /// Returns a row of the verdict for each camera, explained when its rows of all objects are, and one "not
-/// compared" for each object of which nobody measured a pixel.
+/// compared" for each object to fit of which nobody measured more than a few pixels.
 std::vector<ExplainedRow> explain_coverage(const Twin& twin, const std::vector<CoverageRow>& rows);
 
 /// Returns the sentences that a reader must see: of each camera that is not explained; of its objects where

@@ -73,13 +73,16 @@ class GeometryExplanation {
   void add_vectors(const std::map<std::string, Eigen::Vector3d>& z,
                    const std::map<std::string, Eigen::Vector3d>& real, bool estimated) {
     const Eigen::Vector3d none = Eigen::Vector3d::Zero();
-    for (const auto& [key, value] : z)
+    for (const auto& [key, value] : z) {
+      if (key.starts_with("T_object_measured"))
+        continue;  // the same six numbers as object_turn, object_shift
       for (int i = 0; i < 3; ++i)
         look_at({fmt::format("{}.{}", key, "xyz"[i]), value[i], fit_.difference_vectors.at(key)[i],
                  value_or(fit_.simulated->vectors, sigma_key(key), none)[i],
                  value_or(real, sigma_key(key), none)[i],
                  moved_ ? value_or(moved_->vectors, key, none)[i] : 0.0, unit_of(key)},
                 estimated);
+    }
   }
 
   /// Keeps the number with the largest z, calibration included.

@@ -167,10 +167,10 @@ double least_modulation(const DecodeOptions& options, const CameraDecode& decode
 
 }  // namespace
 
-std::vector<std::string> description_doubts(const CameraImages& images, const Fringes& fringes,
-                                            const DecodeOptions& options, const CameraDecode& decoded,
-                                            const ExpectedCoordinates& expected) {
-  std::vector<std::string> out;
+std::vector<Doubt> description_doubts(const CameraImages& images, const Fringes& fringes,
+                                      const DecodeOptions& options, const CameraDecode& decoded,
+                                      const ExpectedCoordinates& expected) {
+  std::vector<Doubt> out;
   if (images.radiance || images.images.empty()) return out;
   DecodeOptions all_steps = options;
   all_steps.min_modulation_dn = least_modulation(options, decoded);
@@ -193,21 +193,22 @@ std::vector<std::string> description_doubts(const CameraImages& images, const Fr
     if (answers(described, reading, score) && (!best || score.good > best->score.good + 1e-3))
       best = Answer{std::move(reading), score};
   }
-  const auto tell = [&](const std::string& sentence) {
-    out.push_back(fmt::format("camera \"{}\": {}", images.camera, sentence));
+  const auto tell = [&](const std::string& sentence, bool shows_other_fringes) {
+    out.push_back({fmt::format("camera \"{}\": {}", images.camera, sentence), shows_other_fringes});
   };
   const ImageU8 reached = reached_pixels(images, all_steps.min_modulation_dn);
   const Counts everywhere = count(decoded, reached);
   const std::string wrong = what_is_wrong(described, everywhere);
   for (const auto& [earlier, later] : repeated)
     tell(fmt::format("image {} repeats image {}, so that one pattern of the sequence is missing", later,
-                     earlier));
+                     earlier),
+         true);
   if (best)
     tell(fmt::format("the images {} not as described: {}; {}", best->reading.shifts_only ? "may be" : "are",
-                     wrong,
-                     what_would_be(described, best->reading, best->score, images, all_steps, reached)));
+                     wrong, what_would_be(described, best->reading, best->score, images, all_steps, reached)),
+         !best->reading.shifts_only);
   else if (repeated.empty() && (everywhere.jumps_or_few() || described.residual > kLargeResidual))
-    tell(fmt::format("{}; no other reading of [fringes] that was tried fits better", wrong));
+    tell(fmt::format("{}; no other reading of [fringes] that was tried fits better", wrong), false);
   return out;
 }
 

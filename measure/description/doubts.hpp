@@ -10,11 +10,18 @@
 
 namespace fringetwin::measure {
 
-/// Returns a sentence per contradiction, each beginning with the camera; none where the images are as
+/// Holds what speaks against the description of the images.
+struct Doubt {
+  std::string sentence;
+  /// True where the images show other fringes than described: another reading fits, or an image is missing.
+  bool shows_other_fringes = false;
+};
+
+/// Returns a doubt per contradiction, each beginning with the camera; none where the images are as
 /// described. `decoded`: what decode() made of them with `options`. `expected`: of a rendered twin, as large
 /// as the images; may be empty, then fewer contradictions can be seen.
-std::vector<std::string> description_doubts(const CameraImages& images, const Fringes& fringes,
-                                            const DecodeOptions& options, const CameraDecode& decoded,
-                                            const ExpectedCoordinates& expected);
+std::vector<Doubt> description_doubts(const CameraImages& images, const Fringes& fringes,
+                                      const DecodeOptions& options, const CameraDecode& decoded,
+                                      const ExpectedCoordinates& expected);
 
 }  // namespace fringetwin::measure

@@ -57,7 +57,11 @@ Told told(const CameraImages& images, const Fringes& described, const support::F
   const DecodeOptions options = support::projector_of_width(kWidth_px);
   ExpectedCoordinates expected;
   if (known) expected.x_px = s.column_px;
-  return {description_doubts(images, described, options, decode(images, described, options), expected)};
+  Told out;
+  for (Doubt& doubt :
+       description_doubts(images, described, options, decode(images, described, options), expected))
+    out.sentences.push_back(std::move(doubt.sentence));
+  return out;
 }
 
 CameraImages in_order(const CameraImages& images, const std::vector<int>& order) {

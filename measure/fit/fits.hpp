@@ -27,7 +27,8 @@ struct CylinderFit : FitSummary {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitY();
   double radius_mm = 0.0, radius_sigma_mm = 0.0;
   /// Of the axis's direction and of its place at point_mm, along the directions of the world: rad^2, mm^2.
-  Eigen::Matrix3d tilt_covariance = Eigen::Matrix3d::Zero(), shift_covariance = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d tilt_covariance = Eigen::Matrix3d::Constant(kNaN);
+  Eigen::Matrix3d shift_covariance = tilt_covariance;
 };
 struct MeshFit : FitSummary {
   Pose T_object_measured;  ///< maps measured points (world) onto the CAD surface (world)
