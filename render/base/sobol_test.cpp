@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <set>
 #include <vector>
 
@@ -24,6 +25,24 @@ TEST(Sobol, AgreesWithSciPy) {
     EXPECT_EQ(sobol_coordinate(v, 5 ^ 2), row.at_5) << row.dimension;
     EXPECT_EQ(sobol_coordinate(v, 100 ^ 50), row.at_100) << row.dimension;
     EXPECT_EQ(sobol_coordinate(v, 777 ^ 388), row.at_777) << row.dimension;
+  }
+}
+
+// Points 2^0 ... 2^15 of a dimension are its direction numbers: one wrong number of the table changes their
+// weighted sum. From SciPy, as above.
+TEST(Sobol, EveryDimensionHasTheDirectionNumbersOfSciPy) {
+  constexpr std::array<std::uint64_t, kSobolDimensions> scipy{
+      8588754944,   438322987008, 334603878400, 342336864256, 319831277568, 334969307136, 285380050944,
+      289311424512, 292074946560, 275256049664, 254168924160, 242814681088, 309610545152, 328000471040,
+      281004605440, 272947871744, 254403805184, 242008588288, 349203988480, 274044157952, 261558763520,
+      279026991104, 244111507456, 293023383552, 267187519488, 252412035072, 237618724864, 198006669312,
+      306662735872, 297908174848, 295178731520, 225103446016, 314647642112, 256395051008, 295203897344,
+      337032642560, 293386715136, 389776539648, 328309276672, 255966183424};
+  for (int d = 0; d < kSobolDimensions; ++d) {
+    const auto v = sobol_directions(d);
+    std::uint64_t sum = 0;
+    for (std::uint64_t bit = 0; bit < 16; ++bit) sum += (bit + 1) * sobol_coordinate(v, 1U << bit);
+    EXPECT_EQ(sum, scipy[static_cast<std::size_t>(d)]) << "dimension " << d;
   }
 }
 
