@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <set>
 
@@ -63,6 +64,29 @@ TEST(SpaceFilling, SobolIsANetAfterScrambling) {
       cells.emplace(static_cast<int>(std::ldexp(p[0], a)), static_cast<int>(std::ldexp(p[1], 6 - a)));
     EXPECT_EQ(cells.size(), 64u);
   }
+}
+
+// Owen's scrambling, told from a digital shift: two coordinates part at the same bit as before, and below it
+// the bits of the two are turned independently, half of them differently. A shift turns all alike. 5 sigma of
+// as many coins as there are bits below.
+TEST(SpaceFilling, ScramblingIsNestedAndNoShift) {
+  constexpr std::uint32_t n = 64;
+  const UnitPoints points = scrambled_sobol(n, 8, 11);
+  int apart = 0, below = 0;
+  for (const std::uint32_t d : {0U, 1U, 7U}) {
+    const auto directions = render::sobol_directions(static_cast<int>(d));
+    const auto bits = [&](std::uint32_t i) { return static_cast<std::uint32_t>(points[i][d] * 0x1p32); };
+    for (std::uint32_t i = 0; i < n; i += 2) {
+      const std::uint32_t before = render::sobol_coordinate(directions, i) ^
+                                   render::sobol_coordinate(directions, i + 1),
+                          after = bits(i) ^ bits(i + 1);
+      EXPECT_EQ(std::countl_zero(after), std::countl_zero(before)) << "points " << i << ", dimension " << d;
+      const int free = 31 - std::countl_zero(before);
+      apart += std::popcount((before ^ after) & ((1U << free) - 1U));
+      below += free;
+    }
+  }
+  EXPECT_NEAR(apart, 0.5 * below, 5.0 * 0.5 * std::sqrt(below));
 }
 
 TEST(SpaceFilling, SeedsDecideAndALongerSobolGoesOn) {
