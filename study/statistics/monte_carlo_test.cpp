@@ -201,6 +201,29 @@ TEST(MonteCarlo, AdaptiveStopKeepsItsTolerance) {
   RecordProperty("kept", kept);
 }
 
+// JCGM 101, 7.9.4: twice the standard deviation of the average over the blocks. Of two blocks that lie d
+// apart that is 2 (d/sqrt 2)/sqrt 2 = d; of three at 0, d, 2 d it is 2 d/sqrt 3.
+TEST(MonteCarlo, ConvergenceIsTwiceTheStandardDeviationOfTheAverage) {
+  const AdaptiveRule rule{.digits = 1, .block_trials = 100, .least_blocks = 2};
+  constexpr double d = 0.25;  // without rounding
+  std::vector<double> trials;
+  const auto add_block = [&](double by) {
+    for (const double v : counting(100)) trials.push_back(v + by);
+  };
+  add_block(0.0);
+  add_block(d);
+  const Convergence two = convergence(trials, rule);
+  EXPECT_DOUBLE_EQ(two.mean, d);
+  EXPECT_DOUBLE_EQ(two.low, d);
+  EXPECT_DOUBLE_EQ(two.high, d);
+  EXPECT_NEAR(two.sigma, 0.0, 1e-13) << "the blocks scatter alike";
+  add_block(2.0 * d);
+  const Convergence three = convergence(trials, rule);
+  EXPECT_DOUBLE_EQ(three.mean, 2.0 * d / std::sqrt(3.0));
+  EXPECT_DOUBLE_EQ(three.high, 2.0 * d / std::sqrt(3.0));
+  EXPECT_EQ(three.tolerance, 5.0) << "1 ... 100 have sigma 29, one digit of which is right to 5";
+}
+
 TEST(MonteCarlo, ConvergenceOfCornerCases) {
   const AdaptiveRule rule{.digits = 1, .block_trials = 10, .least_blocks = 2};
   EXPECT_FALSE(convergence(std::vector<double>(19, 1.0), rule).reached) << "one block";
