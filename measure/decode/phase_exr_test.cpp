@@ -55,6 +55,25 @@ TEST(PhaseExr, TwoDirectionsRoundTrip) {
   }
 }
 
+// Light of 10 ... 210 DN whose fringes have half of full contrast: mean 110 DN, modulation 50 DN, to float32.
+TEST(PhaseExr, EachChannelHoldsWhatItsNameSays) {
+  Fringes f = testing::one_direction(Unwrap::heterodyne, 4, {13, 14, 15}, {0, 0, 0});
+  f.amplitude = 0.25;
+  testing::FringeScene scene;
+  scene.column_px = testing::ramp(40, 30, 10.0, 400.0);
+  scene.quantised = false;
+  const CameraDecode decoded = decode(testing::project(f, scene), f, {});
+  std::map<std::string, ImageF> channels;
+  for (const auto& [name, image] : phase_channels(decoded)) channels[name] = image;
+  for (std::size_t i = 0; i < scene.column_px.size(); ++i) {
+    ASSERT_TRUE(std::isfinite(channels["mean_dn"].data[i])) << i;
+    ASSERT_NEAR(static_cast<double>(channels["mean_dn"].data[i]), 110.0, 1e-3);
+    ASSERT_NEAR(static_cast<double>(channels["amplitude_dn"].data[i]), 50.0, 1e-3);
+    ASSERT_EQ(channels["sigma_rad"].data[i], decoded.directions[0].sigma_rad.data[i]);
+    ASSERT_EQ(channels["wrapped_x_14"].data[i], decoded.directions[0].wrapped_rad[1].data[i]);
+  }
+}
+
 TEST(PhaseExr, WithoutUnwrappingThereIsNoCoordinate) {
   const Fringes f = testing::one_direction(Unwrap::none, 4, {20}, {0});
   testing::FringeScene scene;
