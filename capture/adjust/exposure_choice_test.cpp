@@ -46,6 +46,18 @@ TEST(ExposureChoice, IsTheLongestThatDoesNotSaturate) {
   }
 }
 
+// Four frames after each change still have the exposure before, as many as are left out.
+TEST(ExposureChoice, ACameraThatAppliesExposuresLate) {
+  EvenRig rig;
+  rig.add("left",
+          {.width = 100, .height = 50, .exposure_ms = 90.0, .dn_per_ms = 15.0, .exposure_late_frames = 4});
+  const ExposureChoice choice = choose_exposures(rig.cameras, rig.display)[0];
+  const double best_ms = closed_form_ms(rig.camera(0), rig.camera(0).options(), 0.001);
+  EXPECT_LE(choice.exposure_ms, best_ms);
+  EXPECT_GE(choice.exposure_ms, 0.98 * best_ms - 0.01);  // as above
+  EXPECT_EQ(choice.limit, ExposureChoice::Limit::light);
+}
+
 RC_GTEST_PROP(ExposureChoiceProperty, AnyStartAnyLightAnyShare, ()) {
   EvenRig rig;
   EvenCameraOptions o;

@@ -190,6 +190,21 @@ TEST_F(Session, AnExposureTheCameraCannotTakeIsRefused) {
   expect_whole(twin);
 }
 
+// Drivers pass an exposure on some frames late; four of them are no image of the set. The light comes at once
+// here, so that no latency hides them.
+TEST_F(Session, FramesOfTheExposureBeforeAreLeftOut) {
+  const Twin twin = loop_twin(2);
+  LoopRig rig(twin);
+  rig.world->latency_ms = 0.0;
+  rig.world->exposure_step_ms = 0.1;
+  rig.world->exposure_late_frames = 4;
+  CapturePlan plan = plan_for_loop();
+  plan.latency_ms = 0.0;
+  plan.exposures_ms = {0.3};
+  record(twin, rig, plan);
+  expect_whole(twin);
+}
+
 TEST_F(Session, BrokenStreamsTimeoutsAndLostSignalsAreTriedAgain) {
   for (const LoopFault fault : {LoopFault::stream, LoopFault::timeout, LoopFault::no_signal}) {
     const Twin twin = loop_twin(2);

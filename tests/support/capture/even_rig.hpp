@@ -52,12 +52,13 @@ struct EvenCameraOptions {
   bool stamped_at_begin = false, exposure_known = true;
   std::set<std::uint32_t> lost = {};
   capture::ExposureRange range = {0.1, 100.0, 0.01};
+  int exposure_late_frames = 0;  ///< frames still taken with the exposure before
 };
 
 class EvenCamera : public capture::CameraDevice {
  public:
   EvenCamera(std::shared_ptr<EvenWorld> world, EvenCameraOptions options)
-      : world_(std::move(world)), o_(std::move(options)), next_ms_(o_.offset_ms) {}
+      : world_(std::move(world)), o_(std::move(options)), taken_ms_(o_.exposure_ms), next_ms_(o_.offset_ms) {}
 
   capture::CameraInfo info() const override {
     capture::CameraInfo info;
@@ -72,7 +73,7 @@ class EvenCamera : public capture::CameraDevice {
   void stop() noexcept override {}
   void check_input() override {}
   void drain() override {
-    while (capture::to_ns(next_ms_ + o_.exposure_ms) <= world_->now_ns) skip();
+    while (capture::to_ns(next_ms_ + taken_ms_) <= world_->now_ns) skip();
   }
   std::optional<capture::ExposureRange> exposure_range() const override { return o_.range; }
   std::optional<double> exposure_ms() const override {
@@ -80,8 +81,10 @@ class EvenCamera : public capture::CameraDevice {
   }
   double set_exposure_ms(double exposure_ms) override {
     const double steps = std::round((exposure_ms - o_.range.min_ms) / o_.range.step_ms);
-    return o_.exposure_ms =
-               std::clamp(o_.range.min_ms + steps * o_.range.step_ms, o_.range.min_ms, o_.range.max_ms);
+    o_.exposure_ms = std::clamp(o_.range.min_ms + steps * o_.range.step_ms, o_.range.min_ms, o_.range.max_ms);
+    late_frames_ = o_.exposure_late_frames;
+    if (late_frames_ == 0) taken_ms_ = o_.exposure_ms;
+    return o_.exposure_ms;
   }
   capture::TimeNs now_ns() const override { return world_->now_ns; }
 
@@ -94,12 +97,12 @@ class EvenCamera : public capture::CameraDevice {
 
   capture::Frame next_frame(std::chrono::milliseconds, Pixels) override {
     while (o_.lost.contains(sequence_)) skip();
-    const double end_ms = next_ms_ + o_.exposure_ms;
+    const double end_ms = next_ms_ + taken_ms_;
     capture::Frame frame;
     frame.sequence = sequence_;
     frame.timestamp_ns = capture::to_ns(o_.stamped_at_begin ? next_ms_ : end_ms);
     const double light =
-        o_.ambient * o_.exposure_ms +
+        o_.ambient * taken_ms_ +
         (world_->lamp_on ? world_->light_until(end_ms) - world_->light_until(next_ms_) : 0.0);
     frame.dn = capture::ImageU16(o_.width, o_.height);
     std::normal_distribution<double> noise(0.0, 1.0);
@@ -117,11 +120,14 @@ class EvenCamera : public capture::CameraDevice {
 
  private:
   void skip() {
-    next_ms_ += std::max(o_.period_ms, o_.exposure_ms);
+    next_ms_ += std::max(o_.period_ms, taken_ms_);
     ++sequence_;
+    if (late_frames_ > 0 && --late_frames_ == 0) taken_ms_ = o_.exposure_ms;
   }
   std::shared_ptr<EvenWorld> world_;
   EvenCameraOptions o_;
+  double taken_ms_;  ///< exposure of the next frame
+  int late_frames_ = 0;
   double next_ms_;
   std::uint32_t sequence_ = 0;
 };

@@ -28,6 +28,7 @@ struct LoopWorld {
   int signal_missing = 0;  ///< check_input() calls that still see none
   bool gone = false;
   std::optional<double> exposure_step_ms;  ///< the cameras have an exposure control with that step
+  int exposure_late_frames = 0;  ///< frames still taken with the exposure before; here they are black
 };
 
 class LoopCamera : public capture::CameraDevice {
@@ -82,6 +83,7 @@ class LoopCamera : public capture::CameraDevice {
       frame.flags = 0x40;
     } else if (pixels == Pixels::keep) {
       frame.dn = frame.timestamp_ns >= world_->changed_ns ? world_->shown : world_->before;
+      if (frame.timestamp_ns < exposed_from_ns_) frame.dn = capture::ImageU16(width_, height_);
     }
     if (!repeat) {
       world_->now_ns = std::max(world_->now_ns, next_end_ns_);
@@ -92,6 +94,9 @@ class LoopCamera : public capture::CameraDevice {
   capture::TimeNs now_ns() const override { return world_->now_ns; }
   double set_exposure_ms(double exposure_ms) override {
     if (!world_->exposure_step_ms) return capture::CameraDevice::set_exposure_ms(exposure_ms);
+    capture::TimeNs running_ns = next_end_ns_;  // the end of the frame that is being exposed
+    while (running_ns <= world_->now_ns) running_ns += capture::to_ns(kPeriodMs);
+    exposed_from_ns_ = running_ns + capture::to_ns(kPeriodMs * (world_->exposure_late_frames - 1));
     return std::round(exposure_ms / *world_->exposure_step_ms) * *world_->exposure_step_ms;
   }
 
@@ -127,6 +132,7 @@ class LoopCamera : public capture::CameraDevice {
   std::shared_ptr<LoopWorld> world_;
   int width_, height_;
   capture::TimeNs next_end_ns_, last_ns_ = 0;
+  capture::TimeNs exposed_from_ns_ = 0;  ///< frames that begin earlier have the exposure before
   std::uint32_t sequence_ = 0;
   bool running_ = false;
 };
