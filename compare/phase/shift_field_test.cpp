@@ -139,6 +139,23 @@ TEST(ShiftField, DarkImagesTellNothing) {
   EXPECT_TRUE(std::isnan(row.chi2_after));
 }
 
+// Without a gray budget: read noise, rounding, and shot noise of what lies above the black level.
+TEST(ShiftField, TheSensorsNoiseIsTheSumOfItsVariances) {
+  Camera camera{"left", Lens("LENSMODEL_PINHOLE", {400.0, 400.0, 96.0, 80.0}, {192, 160}, "test"), Pose{},
+                Sensor{}, std::nullopt};
+  camera.sensor.read_noise_dn = 3.0;
+  camera.sensor.black_level_dn = 16.0;
+  camera.sensor.electrons_per_dn = 8.0;
+  CameraImages real;
+  GrayPair pair;
+  pair.camera = &camera;
+  pair.real = &real;
+  const NoiseLine line = noise_line(pair, GainFit{}, std::nullopt);
+  EXPECT_DOUBLE_EQ(line.variance_dn2(16.0), 9.0 + 1.0 / 12.0);
+  EXPECT_DOUBLE_EQ(line.variance_dn2(96.0), 9.0 + 1.0 / 12.0 + 80.0 / 8.0);
+  EXPECT_DOUBLE_EQ(line.variance_dn2(10.0), 9.0 + 1.0 / 12.0) << "below black there is no less";
+}
+
 TEST(ShiftField, OfAComparisonIsZeroWhereTheTwinIsRight) {
   const testing::SyntheticSides scene = testing::make_sides({});
   const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
