@@ -54,25 +54,64 @@ TEST(Lenses, Cameras) {
   expect_agreement(twin, "splined camera", 1000);
 }
 
+/// Coefficients whose last terms move the image's corners by several pixels.
+const std::vector<std::pair<std::string, std::vector<double>>>& opencv_lenses() {
+  static const std::vector<std::pair<std::string, std::vector<double>>> lenses{
+      {"LENSMODEL_OPENCV5", {0.13, -0.3, -6e-4, -1e-4, 0.4}},
+      {"LENSMODEL_OPENCV8", {0.2, -0.1, 3e-4, -2e-4, 0.05, 0.3, -0.1, 0.02}},
+      {"LENSMODEL_OPENCV12", {0.2, -0.1, 3e-4, -2e-4, 0.05, 0.3, -0.1, 0.02, 4e-3, -2e-3, 3e-3, 1e-3}}};
+  return lenses;
+}
+
 TEST(Lenses, Projectors) {
   REQUIRE_RENDERER();
   Twin twin = plane_window();
   const std::vector<double> p = twin.projector->lens.intrinsics();
   const std::vector<double> f{p[0], p[1], p[2], p[3]};
-  const auto with = [&f](std::vector<double> more) {
-    more.insert(more.begin(), f.begin(), f.end());
-    return more;
-  };
-  const std::vector<std::pair<std::string, std::vector<double>>> lenses{
-      {"LENSMODEL_OPENCV5", with({0.13, -0.3, -6e-4, -1e-4, 0.4})},
-      {"LENSMODEL_OPENCV8", with({0.2, -0.1, 3e-4, -2e-4, 0.05, 0.3, -0.1, 0.02})},
-      {"LENSMODEL_OPENCV12", with({0.2, -0.1, 3e-4, -2e-4, 0.05, 0.3, -0.1, 0.02, 4e-3, -2e-3, 3e-3, 1e-3})},
-      {"LENSMODEL_STEREOGRAPHIC", f},
-      {spline, splined(f)}};
+  std::vector<std::pair<std::string, std::vector<double>>> lenses = opencv_lenses();
+  for (auto& [model, intrinsics] : lenses) intrinsics.insert(intrinsics.begin(), f.begin(), f.end());
+  lenses.emplace_back("LENSMODEL_STEREOGRAPHIC", f);
+  lenses.emplace_back(spline, splined(f));
   for (const auto& [model, intrinsics] : lenses) {
     twin.projector->lens = Lens(model, intrinsics, {1280, 720}, model);
     expect_agreement(twin, model + " projector", 1000);
   }
+}
+
+Lens wide_lens(const std::string& model, std::vector<double> distortion, double focal_px, int width,
+               int height) {
+  distortion.insert(distortion.begin(), {focal_px, focal_px, 0.5 * width - 0.5, 0.5 * height - 0.5});
+  return Lens(model, distortion, {width, height}, model);
+}
+
+/// A camera and a projector side by side before a wall; the fringes are as wide as the camera's large pixels
+/// need.
+Twin wide_rig(const Lens& camera, const Lens& projector) {
+  Twin twin = with_object(only_camera(paper_rig(), 0), "wall", frontal_plane(300.0));
+  twin.cameras[0].lens = camera;
+  twin.projector->lens = projector;
+  twin.projector->T_proj_world = Pose{Eigen::Matrix3d::Identity(), {-60.0, 0.0, 0.0}};
+  twin.fringes.directions[0].pitches_px = {64.0, 72.0, 80.0};
+  return twin;
+}
+
+// All of the projected image is seen, out to corners 39 degrees off the axis: r^6 is 0.3 there, so that the
+// sign of k6 = 0.02 moves them by 7 px, that of k3 by more.
+TEST(Lenses, ProjectorsOutToTheirCorners) {
+  REQUIRE_RENDERER();
+  for (const auto& [model, distortion] : opencv_lenses())
+    expect_agreement(wide_rig(wide_lens("LENSMODEL_PINHOLE", {}, 130.0, 240, 180),
+                              wide_lens(model, distortion, 900.0, 1280, 720)),
+                     model + " projector to its corners", 600, 5);
+}
+
+// The camera's corners lie 37 degrees off its axis, within the light.
+TEST(Lenses, CamerasOutToTheirCorners) {
+  REQUIRE_RENDERER();
+  for (const auto& [model, distortion] : opencv_lenses())
+    expect_agreement(wide_rig(wide_lens(model, distortion, 200.0, 240, 180),
+                              wide_lens("LENSMODEL_PINHOLE", {}, 600.0, 1280, 720)),
+                     model + " camera to its corners", 1700, 5);
 }
 
 // The terms the shader reads from their places: each alone changes the phase by far more than the limit.
