@@ -122,6 +122,42 @@ TEST(NoiseTheory, TheBlackLevelTakesRangeAndAddsNoNoise) {
   EXPECT_EQ(with_black(1500.0).n, 0.0);
 }
 
+// Half of the projector's light and all of the room's make electrons, whatever the fringes' amplitude.
+TEST(NoiseTheory, ShotNoiseIsThatOfAllLight) {
+  Twin twin = twin_of(rig("[measure]\ntriangulate = \"projector\"\n"));
+  const double read_mm = noise_theory(twin, "wall").rms_mm;
+  twin.cameras[0].sensor.electrons_per_dn = 50.0;
+  twin.projector->ambient = 4.0;
+  const double cosine = kDepth / std::hypot(kDepth, kProjectorBaseline);
+  const double signal_dn = kGain * (0.5 * 40.0 * 0.7 / kPi * cosine + 4.0),
+               read_dn2 = kRead * kRead + 1.0 / 12.0;
+  const double expected_mm = read_mm * std::sqrt(1.0 + signal_dn / 50.0 / read_dn2);
+  EXPECT_NEAR(noise_theory(twin, "wall").rms_mm, expected_mm, 3e-3 * expected_mm);
+}
+
+// Heterodyne fringes are averaged by their weights: information goes with one over the squared pitch.
+TEST(NoiseTheory, HeterodyneFringesShareTheNoise) {
+  Twin twin = twin_of(rig("[measure]\ntriangulate = \"projector\"\n"));
+  const double finest_mm = noise_theory(twin, "wall").rms_mm;  // of 20 px
+  twin.fringes.directions[0].pitches_px = {20.0, 22.0, 25.0};
+  twin.fringes.unwrap = Unwrap::heterodyne;
+  const double expected_mm = finest_mm / std::sqrt(1.0 + std::pow(20.0 / 22.0, 2) + std::pow(20.0 / 25.0, 2));
+  EXPECT_NEAR(noise_theory(twin, "wall").rms_mm, expected_mm, 3e-3 * expected_mm);
+}
+
+// A camera pixel sees 0.1 px of the projector: fringes of 0.2 px keep 2/pi of their contrast, of a pixel half
+// as wide sin(pi/4)/(pi/4).
+TEST(NoiseTheory, APixelAveragesTheFringesThatItSees) {
+  Twin twin = twin_of(rig("[measure]\ntriangulate = \"projector\"\n"));
+  const double wide_mm = noise_theory(twin, "wall").rms_mm;
+  twin.fringes.directions[0].pitches_px[2] = 0.2;
+  for (const auto& [fill, contrast] : {std::pair{1.0, 2.0 / kPi}, {0.5, std::sin(kPi / 4.0) / (kPi / 4.0)}}) {
+    twin.render.pixel_fill = fill;
+    const double expected_mm = wide_mm * 0.2 / kPitch / contrast;
+    EXPECT_NEAR(noise_theory(twin, "wall").rms_mm, expected_mm, 3e-3 * expected_mm) << fill;
+  }
+}
+
 // With read noise alone, sigma goes with one over the light, and that with one over the squared distance.
 TEST(NoiseTheory, LightFallsWithTheSquareOfTheDistance) {
   Twin twin = twin_of(rig("[measure]\ntriangulate = \"projector\"\n"));
