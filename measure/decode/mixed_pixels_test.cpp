@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 namespace fringetwin::measure::mixed_pixels_test {
 namespace {
@@ -51,8 +52,8 @@ TEST(MixedPixels, PartlyFilledPixelsAreLeftOut) {
 TEST(MixedPixels, FullPixelsAtAnEdgeStay) { EXPECT_EQ(left_out(edge(1.0, 0.005f)), 0u); }
 
 TEST(MixedPixels, AShiftBelowTheNoiseStays) {
-  EXPECT_EQ(left_out(edge(0.9, 0.05f)), 0u);  // shift 0.05 px of 0.8 slope: 0.04
-  EXPECT_EQ(left_out(edge(0.9, 0.03f)), static_cast<std::size_t>(kSize));
+  EXPECT_EQ(left_out(edge(0.9, 0.045f)), 0u);  // shift 0.05 px of 0.8 slope: 0.04
+  EXPECT_EQ(left_out(edge(0.9, 0.035f)), static_cast<std::size_t>(kSize));
 }
 
 TEST(MixedPixels, TheEdgeOfTheImageIsNoBorder) {
@@ -62,12 +63,15 @@ TEST(MixedPixels, TheEdgeOfTheImageIsNoBorder) {
 }
 
 TEST(MixedPixels, LightThatFadesToNothingDisplacesItsLastPixel) {
-  CameraDecode d = edge(1.0, 0.02f);
-  // amplitude 10 i - 8: at the last pixel 2, falling by 10 per px: first moment 10/(12*2) = 0.42 px
-  for (int j = 0; j < kSize; ++j)
-    for (int i = kEdge; i < kSize; ++i)
-      d.directions[0].amplitude_dn[0](i, j) = 10.0f * static_cast<float>(i - kEdge) + 2.0f;
-  EXPECT_EQ(left_out(d), static_cast<std::size_t>(kSize));
+  // amplitude 10 i - 8: at the last pixel 2, falling by 10 per px: first moment 10/(12*2) = 0.42 px of 0.8
+  // slope
+  for (const auto& [sigma_px, n] : {std::pair{0.31f, kSize}, {0.35f, 0}}) {
+    CameraDecode d = edge(1.0, sigma_px);
+    for (int j = 0; j < kSize; ++j)
+      for (int i = kEdge; i < kSize; ++i)
+        d.directions[0].amplitude_dn[0](i, j) = 10.0f * static_cast<float>(i - kEdge) + 2.0f;
+    EXPECT_EQ(left_out(d), static_cast<std::size_t>(n)) << sigma_px;
+  }
 }
 
 TEST(MixedPixels, AHoleHasABorderAllRound) {
