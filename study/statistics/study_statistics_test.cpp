@@ -94,5 +94,19 @@ TEST(StudyStatistics, RunningMeanOfALine) {
   EXPECT_TRUE(running_mean({1, 2, 3}, {1, 2, 3}, 0.95).x.empty());
 }
 
+// Three bins of four values -1, 1, -1, 1 each: sigma sqrt(4/3), of the mean half of that, times Student's t
+// of three degrees of freedom.
+TEST(StudyStatistics, RunningMeansBandIsOfTheMean) {
+  std::vector<double> x, y;
+  for (int i = 0; i < 12; ++i) x.push_back(i), y.push_back(i % 2 == 0 ? -1.0 : 1.0);
+  const RunningMean m = running_mean(x, y, 0.95);
+  ASSERT_EQ(m.mean.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(m.mean[i], 0.0, 1e-14);
+    EXPECT_NEAR(m.high[i], 3.182446305 * std::sqrt(1.0 / 3.0), 1e-8);  // digits of the table
+    EXPECT_NEAR(m.low[i], -m.high[i], 1e-14);
+  }
+}
+
 }  // namespace
 }  // namespace fringetwin::study::study_statistics_test
