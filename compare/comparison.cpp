@@ -81,7 +81,7 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
       std::move(parts.rows.begin(), parts.rows.end(), std::back_inserter(out.gain_checks));
     }
     if (!options.renderer) continue;
-    GridSamples grid = grid_samples(pair, c, fit, noise, interior, rendering.gray_dn, kCausePixels);
+    GridSamples grid = grid_samples(pair, c, fit, noise, interior, rendering.with_edges_dn, kCausePixels);
     if (grid.n_pixels() > 0) samples.push_back(std::move(grid));
   }
   return samples;

@@ -137,9 +137,9 @@ class Refiner {
         reasons += fmt::format("{}{}: {}", reasons.empty() ? "" : "; ", pairs[c].camera->name, why);
         continue;
       }
-      GridSamples grid =
-          grid_samples(pairs[c], c, fit, noise, interior_mask(pairs[c].mask, real_decode, sim_decode),
-                       rendering_error(*pairs[c].camera, options.rendered, fit.row.gain_dn).gray_dn, kPixels);
+      GridSamples grid = grid_samples(
+          pairs[c], c, fit, noise, interior_mask(pairs[c].mask, real_decode, sim_decode),
+          rendering_error(*pairs[c].camera, options.rendered, fit.row.gain_dn).with_edges_dn, kPixels);
       if (grid.n_pixels() == 0) {
         reasons += fmt::format("{}{}: no pixel lies inside a surface that both sides share",
                                reasons.empty() ? "" : "; ", pairs[c].camera->name);

@@ -305,10 +305,12 @@ double allowed_for(double n) { return kCoverage * std::sqrt(2.0 / n + kNoiseKnow
 
 RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes, double gain_dn) {
   for (const RenderNote& note : notes)
-    if (note.camera == camera.name)
-      return {note.gray_inside_error.value_or(note.gray_error.value_or(0.0)) * camera.sensor.max_dn() *
-                  gain_dn / camera.sensor.gain_dn,
-              note.phase_error_rad.value_or(0.0), note.gray_error.has_value()};
+    if (note.camera == camera.name) {
+      const double of_full_scale = camera.sensor.max_dn() * gain_dn / camera.sensor.gain_dn;
+      const double with_edges = note.gray_error.value_or(0.0);
+      return {note.gray_inside_error.value_or(with_edges) * of_full_scale, note.phase_error_rad.value_or(0.0),
+              note.gray_error.has_value(), with_edges * of_full_scale};
+    }
   return {};
 }
 

@@ -21,6 +21,7 @@ inline constexpr const char* kCalibrationLine = "calibration covariance";
 struct RenderingError {
   double gray_dn = 0.0, phase_rad = 0.0;
   bool estimated = false;
+  double with_edges_dn = 0.0;  ///< gray values, over pixels that an edge crosses, too
 };
 /// Returns what the notes say of one camera. The renderer states the gray error of the twin's sensor;
 /// `gain_dn`: of the gain that was fitted.
