@@ -23,29 +23,7 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kPoints = 20'000;  ///< a start needs no more
 constexpr double kWideGateMm = 10.0, kGateDistances = 5.0;
-constexpr double kArmMm = 100.0;  ///< weighs turns against shifts where not all motions are free
 constexpr int kNewtonSteps = 6;
-
-/// Four points that tell where an unbounded shape is: equal for two of its kind at one place.
-using Marks = Eigen::Matrix<double, 3, 4>;
-
-Marks marks(const SphereShape& s, const Vector3d&) { return s.center_mm.replicate<1, 4>(); }
-Marks marks(const PlaneShape& s, const Vector3d& near_mm) {
-  Marks m = (near_mm - s.normal.dot(near_mm - s.point_mm) * s.normal).replicate<1, 4>();
-  m.col(1) += kArmMm * s.normal;
-  return m;
-}
-Marks marks(const CylinderShape& s, const Vector3d& near_mm) {
-  Marks m = (s.point_mm + s.axis.dot(near_mm - s.point_mm) * s.axis).replicate<1, 4>();
-  m.col(1) += kArmMm * s.axis;
-  return m;
-}
-Marks marks(const MeshShape& s, const Vector3d&) {
-  Marks m = (s.T_world_object * s.mesh->vertices_mm.front().cast<double>()).replicate<1, 4>();
-  m.rightCols<3>() += kArmMm * s.T_world_object.rotation;
-  return m;
-}
-Marks marks(const MeasuredShape&, const Vector3d&) { return Marks::Zero(); }
 
 std::vector<std::size_t> motions_among(const std::vector<Parameter>& parameters, const Object& object) {
   std::vector<std::size_t> at;
@@ -129,7 +107,7 @@ Eigen::VectorXd values_at(const Twin& twin, const std::vector<Parameter>& parame
   const Vector3d near_mm =
       std::visit([](const auto& s) { return place_mm(s); }, place.shape).value_or(Vector3d::Zero());
   const auto marks_of = [&](const Shape& shape) {
-    const Marks m = std::visit([&](const auto& s) { return marks(s, near_mm); }, shape);
+    const measure::Marks m = std::visit([&](const auto& s) { return measure::marks_mm(s, near_mm); }, shape);
     return Eigen::VectorXd(m.reshaped());
   };
   const auto marks_with = [&](const Eigen::VectorXd& v) {

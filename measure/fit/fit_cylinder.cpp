@@ -135,4 +135,10 @@ std::optional<Shape> fitted_shape(const CylinderShape&, const ObjectFit& row) {
   return CylinderShape{row.vectors.at("point_mm"), row.vectors.at("axis"), row.numbers.at("radius_mm"), {}};
 }
 
+Marks marks_mm(const CylinderShape& s, const Eigen::Vector3d& near_mm) {
+  Marks m = (s.point_mm + s.axis.dot(near_mm - s.point_mm) * s.axis).replicate<1, 4>();
+  m.col(1) += kMarksArm_mm * s.axis;
+  return m;
+}
+
 }  // namespace fringetwin::measure

@@ -20,4 +20,6 @@ std::string form_indicator(const MeasuredShape&) { return ""; }
 
 std::optional<Shape> fitted_shape(const MeasuredShape&, const ObjectFit&) { return std::nullopt; }
 
+Marks marks_mm(const MeasuredShape&, const Eigen::Vector3d&) { return Marks::Zero(); }
+
 }  // namespace fringetwin::measure

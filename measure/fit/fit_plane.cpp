@@ -149,4 +149,10 @@ std::optional<Shape> fitted_shape(const PlaneShape&, const ObjectFit& row) {
   return PlaneShape{row.vectors.at("point_mm"), normal, {}, normal.unitOrthogonal()};
 }
 
+Marks marks_mm(const PlaneShape& s, const Eigen::Vector3d& near_mm) {
+  Marks m = (near_mm - s.normal.dot(near_mm - s.point_mm) * s.normal).replicate<1, 4>();
+  m.col(1) += kMarksArm_mm * s.normal;
+  return m;
+}
+
 }  // namespace fringetwin::measure

@@ -106,4 +106,6 @@ std::optional<Shape> fitted_shape(const SphereShape&, const ObjectFit& row) {
   return SphereShape{row.vectors.at("center_mm"), row.numbers.at("radius_mm")};
 }
 
+Marks marks_mm(const SphereShape& s, const Eigen::Vector3d&) { return s.center_mm.replicate<1, 4>(); }
+
 }  // namespace fringetwin::measure

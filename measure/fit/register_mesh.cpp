@@ -316,4 +316,10 @@ std::string form_indicator(const MeshShape&) { return ""; }
 
 std::optional<Shape> fitted_shape(const MeshShape&, const ObjectFit&) { return std::nullopt; }
 
+Marks marks_mm(const MeshShape& s, const Eigen::Vector3d&) {
+  Marks m = (s.T_world_object * s.mesh->vertices_mm.front().cast<double>()).replicate<1, 4>();
+  m.rightCols<3>() += kMarksArm_mm * s.T_world_object.rotation;
+  return m;
+}
+
 }  // namespace fringetwin::measure

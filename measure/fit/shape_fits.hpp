@@ -36,6 +36,10 @@ void put_tilt_directions(ObjectFit& row, const Eigen::Vector3d& normal_or_axis, 
 /// Writes the standard errors along these directions under KEY_0 and KEY_1.
 void put_across(ObjectFit& row, const std::string& key, const Eigen::Matrix3d& covariance);
 
+/// Four points that tell where a shape is, its bounds left out: equal for two of its kind at one place.
+using Marks = Eigen::Matrix<double, 3, 4>;
+constexpr double kMarksArm_mm = 100.0;  ///< from the first mark to the others: it weighs turns against shifts
+
 /// Declares, for the shape S in a file of its own,
 /// - fit_shape(): fits the shape to the points, starting from the nominal one, and writes numbers, vectors
 /// and
@@ -49,14 +53,16 @@ void put_across(ObjectFit& row, const std::string& key, const Eigen::Matrix3d& c
 /// - fitted_shape(): returns the surface that a row of its fit describes, unbounded; nullopt where
 ///   name_numbers() has none;
 /// - form_indicator(): returns the name of the indicator that its deviations from the fit make
-///   (docs/metrics/geometry.md, "Indicators"), "" for a shape that has none.
+///   (docs/metrics/geometry.md, "Indicators"), "" for a shape that has none;
+/// - marks_mm(): returns the points that tell where it is, the first as near as it can be to near_mm.
 #define FT_DECLARE(S)                                                        \
   void fit_shape(const S& nominal, const Gated& points, ObjectFit& row);     \
   double distance_mm(const S& shape, const Eigen::Vector3d& p_world_mm);     \
   bool name_numbers(const S& shape, ObjectFit& row);                         \
   std::vector<std::string> fit_keys(const S& shape);                         \
   std::optional<Shape> fitted_shape(const S& nominal, const ObjectFit& row); \
-  std::string form_indicator(const S& shape);
+  std::string form_indicator(const S& shape);                                \
+  Marks marks_mm(const S& shape, const Eigen::Vector3d& near_mm);
 FT_SHAPES(FT_DECLARE)
 #undef FT_DECLARE
 
