@@ -253,6 +253,8 @@ TEST(Coverage, AnObjectThatNobodyMeasuredIsNotCompared) {
   PlaneShape wall;
   wall.point_mm = {0, 0, 300};
   s.twin.objects.push_back({"wall", wall, {}});
+  EXPECT_THAT(explain_coverage(s.twin, rows_of(s)), SizeIs(1));  // nobody asks for it
+  s.twin.measure.fits.emplace_back().object = "wall";
   std::vector<ExplainedRow> verdict = explain_coverage(s.twin, rows_of(s));
   ASSERT_THAT(verdict, SizeIs(2));
   EXPECT_EQ(verdict[1].region, "wall");
