@@ -132,14 +132,28 @@ std::string reasons_of(const CoverageRow& row) {
   return text;
 }
 
+/// Returns where pixels are counted that are in this state on the side that lacks them.
+std::uint64_t OneSided::*lost_as(PixelState state) {
+  switch (state) {
+    case PixelState::saturated:
+      return &OneSided::lost_saturated;
+    case PixelState::order:
+      return &OneSided::lost_order;
+    case PixelState::low_modulation:
+      return &OneSided::lost_low_modulation;
+    case PixelState::dark:
+    case PixelState::measured:  // never asked: that side lacks nothing
+      return &OneSided::lost_dark;
+  }
+  return &OneSided::lost_dark;
+}
+
 /// Counts a pixel that one side measured; `lost`: what it is on the other side.
 void count_one_sided(PixelState lost, OneSided& pixels, bool border, bool thick) {
-  constexpr std::uint64_t OneSided::*kLostAs[] = {&OneSided::lost_saturated, &OneSided::lost_order,
-                                                  &OneSided::lost_low_modulation, &OneSided::lost_dark};
   ++pixels.n;
   ++(border ? pixels.border : pixels.interior);
   pixels.thick += thick ? 1u : 0u;
-  ++(pixels.*kLostAs[static_cast<int>(lost) - static_cast<int>(PixelState::saturated)]);
+  ++(pixels.*lost_as(lost));
 }
 
 /// Returns the largest noise of the camera's fringes on either side.
