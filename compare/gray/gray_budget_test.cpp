@@ -45,6 +45,15 @@ double mean_square_signal(const SidesTruth& t, double harmonic_weight) {
   return sum / n;
 }
 
+/// No value near the clip at 0: all steps enter.
+SidesTruth unclipped_truth(int steps) {
+  SidesTruth t;
+  t.steps = steps;
+  t.black_level_dn = 20.0;
+  t.gain_dn = 14.0;
+  return t;
+}
+
 TEST(GrayBudget, NoiseAloneIsCalledNoise) {
   SidesTruth t;
   t.steps = 8;
@@ -59,10 +68,7 @@ TEST(GrayBudget, NoiseAloneIsCalledNoise) {
 }
 
 TEST(GrayBudget, AlbedoIsFound) {
-  SidesTruth t;
-  t.steps = 8;
-  t.black_level_dn = 20.0;  // no value near the clip at 0: all steps enter
-  t.gain_dn = 14.0;
+  SidesTruth t = unclipped_truth(8);
   t.albedo_sigma = 0.05;
   const GrayBudget b = budget_of(t);
   const double truth = 0.05 * 0.05 * mean_square_signal(t, 1.5);  // mean of (1 + cos)² is 1.5
@@ -73,10 +79,7 @@ TEST(GrayBudget, AlbedoIsFound) {
 }
 
 TEST(GrayBudget, ProjectorHarmonicIsFoundWithItsOrder) {
-  SidesTruth t;
-  t.steps = 8;
-  t.black_level_dn = 20.0;
-  t.gain_dn = 14.0;
+  SidesTruth t = unclipped_truth(8);
   t.second_harmonic = 0.04;
   const GrayBudget b = budget_of(t);
   const double truth = 0.5 * 0.04 * 0.04 * mean_square_signal(t, 1.0);
@@ -89,10 +92,7 @@ TEST(GrayBudget, ProjectorHarmonicIsFoundWithItsOrder) {
 
 // Two percent of the first harmonic and what noise may add are not told.
 TEST(GrayBudget, WhatIsNoHarmonicIsNotCalledOne) {
-  SidesTruth t;
-  t.steps = 3;
-  t.black_level_dn = 20.0;
-  t.gain_dn = 14.0;
+  SidesTruth t = unclipped_truth(3);
   t.albedo_sigma = 0.2;
   t.geometry_rad = 0.1;
   EXPECT_EQ(budget_of(t).waveform, "");
@@ -103,10 +103,7 @@ TEST(GrayBudget, WhatIsNoHarmonicIsNotCalledOne) {
 }
 
 TEST(GrayBudget, TheTwinsOwnHarmonicIsNoFaultOfIts) {
-  SidesTruth t;
-  t.steps = 8;
-  t.black_level_dn = 20.0;
-  t.gain_dn = 14.0;
+  SidesTruth t = unclipped_truth(8);
   t.second_harmonic = 0.04;
   testing::SyntheticSides scene = testing::make_sides(t);
   t.second_harmonic = 0.06;  // of the twin, so the residual has a harmonic
@@ -125,10 +122,7 @@ TEST(GrayBudget, TheTwinsOwnHarmonicIsNoFaultOfIts) {
 }
 
 TEST(GrayBudget, GeometryIsFound) {
-  SidesTruth t;
-  t.steps = 8;
-  t.black_level_dn = 20.0;
-  t.gain_dn = 14.0;
+  SidesTruth t = unclipped_truth(8);
   t.pitches_px = {13};
   t.geometry_rad = 0.05;
   const GrayBudget b = budget_of(t);
@@ -138,11 +132,8 @@ TEST(GrayBudget, GeometryIsFound) {
 }
 
 TEST(GrayBudget, AllAtOnceStillAddsUpAndLeavesLittle) {
-  SidesTruth t;
-  t.steps = 12;
+  SidesTruth t = unclipped_truth(12);
   t.pitches_px = {60};
-  t.black_level_dn = 20.0;
-  t.gain_dn = 14.0;
   t.albedo_sigma = 0.03;
   t.second_harmonic = 0.02;
   t.geometry_rad = 0.02;
