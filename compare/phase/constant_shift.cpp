@@ -9,7 +9,7 @@
 
 namespace fringetwin::compare {
 namespace {
-constexpr std::size_t kFewest = 200;
+constexpr std::size_t kFewestPoints = 200;
 constexpr double kLeastPeriods = 0.2;    ///< less may well be a displaced surface, which refinement finds
 constexpr double kSpreadPeriods = 0.05;  ///< a surface displaced in depth shifts its fringes less evenly
 constexpr double kLeastAlike = 0.95;
@@ -22,7 +22,7 @@ std::optional<double> constant_shift_px(const measure::DirectionDecode& real,
     if (const double shift_px = real.coordinate_px.data[i] - simulated.coordinate_px.data[i];
         !std::isnan(shift_px))
       shifts_px.push_back(shift_px);
-  if (shifts_px.size() < kFewest) return std::nullopt;
+  if (shifts_px.size() < kFewestPoints) return std::nullopt;
   const double pitch_px = real.pitches_px[real.finest], middle_px = median(shifts_px);
   const auto alike = std::ranges::count_if(shifts_px, [&](double shift_px) {
     return std::abs(shift_px - middle_px) <= kSpreadPeriods * pitch_px;
