@@ -3,7 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
@@ -58,13 +58,18 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {
 
 Pose rigid_alignment(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to) {
   FT_CHECK(from.size() == to.size() && from.size() >= 3, "alignment needs 3 pairs");
-  Eigen::Matrix3Xd f(3, from.size()), t(3, to.size());
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    f.col(static_cast<Eigen::Index>(i)) = from[i];
-    t.col(static_cast<Eigen::Index>(i)) = to[i];
-  }
-  const Eigen::Matrix4d T = Eigen::umeyama(f, t, false);
-  return {T.topLeftCorner<3, 3>(), T.topRightCorner<3, 1>()};
+  Eigen::Vector3d from_mean = Eigen::Vector3d::Zero(), to_mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : from) from_mean += p / static_cast<double>(from.size());
+  for (const Eigen::Vector3d& p : to) to_mean += p / static_cast<double>(to.size());
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < from.size(); ++i)
+    covariance += (to[i] - to_mean) * (from[i] - from_mean).transpose();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  // a mirror image is turned back along the direction that says least
+  const double sign = svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0 ? -1.0 : 1.0;
+  const Eigen::Matrix3d R =
+      svd.matrixU() * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * svd.matrixV().transpose();
+  return {R, to_mean - R * from_mean};
 }
 
 }  // namespace fringetwin
