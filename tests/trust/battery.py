@@ -25,6 +25,7 @@ import files
 import judge
 import page
 import povray_light
+import truths
 from rig import Rig
 
 LONGEST_RUN_S = 900
@@ -33,7 +34,7 @@ SKIPPED = 77  # tells CTest so
 
 
 def build(case, folder):
-    """Renders the case's rig into folder/real, writes its twin beside, and returns the rig."""
+    """Renders the case's rig into folder/real, writes its twin beside, and returns the rig and the true values by name."""
     random = np.random.default_rng(zlib.crc32(case.name.encode()))
     rig = Rig(**case.rig)
     twin = copy.deepcopy(rig)
@@ -44,7 +45,7 @@ def build(case, folder):
     images = [rig.expose(c, E, random) for c, E in enumerate(light)]
     files.write_captures(os.path.join(folder, "real"), images, rig.bits)
     files.write_twin(folder, twin)
-    return rig
+    return rig, truths.truths(rig, twin, case.values)
 
 
 def run_program(program, *arguments):
@@ -56,11 +57,11 @@ def judged(name, program, folder, keep):
     case = cases.all_cases()[name]
     shutil.rmtree(folder, ignore_errors=True)
     started = time.monotonic()
-    truth = build(case, folder)
+    truth, known = build(case, folder)
     rendered = time.monotonic()
     twin_file, out = os.path.join(folder, "twin.toml"), os.path.join(folder, "out")
     run = run_program(program, "cosim", twin_file, "--out", out, *(["--refine", case.refine] if case.refine else []))
-    row = judge.row_of(case, truth, folder, run, time.monotonic() - rendered)
+    row = judge.row_of(case, truth, known, folder, run, time.monotonic() - rendered)
     row["render_seconds"] = round(rendered - started, 1)
     if case.measure:
         measured = os.path.join(folder, "measured")
@@ -103,7 +104,7 @@ def rows_of(selected, options):
                 row = judge.row_without_run(name, error)
             rows[name] = row
             print(f"{row['name']} [{row['render_seconds']:.0f} + {row['seconds']:.0f} s]: "
-                  f"{'; '.join(row['faults']) or 'as it must be'}", flush=True)
+                  f"{'; '.join(row['faults']) or 'as it must be'}{' (NO-CAUSE)' if row['missing'] else ''}", flush=True)
     return [rows[name] for name in selected]
 
 

@@ -6,7 +6,8 @@ import importlib
 from dataclasses import dataclass, field
 from typing import Callable
 
-GROUPS = ("right", "coverage", "noise", "sequence", "description", "light", "surface", "geometry", "refinement")
+GROUPS = ("right", "coverage", "noise", "sequence", "description", "light", "surface", "geometry", "refinement", "cause",
+          "double", "unlisted")
 CASES = {}
 
 
@@ -21,7 +22,10 @@ class Case:
     expect: str = "not explained"
     verdict: dict = field(default_factory=dict)  # of a quantity: the word that budget_verdict must have, as a pattern
     says: str = ""  # pattern that a warning, an error, a verdict or a named cause must match
-    causes: str = ""  # names of causes that may be named
+    causes: str = ""  # names of causes that may be named; one of them must be, or it counts as NO-CAUSE
+    each: str = ""  # of two errors: names that must all be among those named
+    values: dict = field(default_factory=dict)  # planted values of parameters that rig and twin do not hold, by name
+    unlisted: bool = False  # is it in no group of the program's? Then no cause, or a word for each pixel, is right, too
     gain: bool = True  # does the sensor still have one gain and black level?
     refine: str = ""  # what cosim --refine is asked for
     measure: bool = False  # must `fringetwin measure` say it, too, from the images alone?
@@ -47,6 +51,6 @@ def nothing(rig, twin, random):
 
 
 def all_cases():
-    for module in ("compared", "described", "light", "geometry"):
+    for module in ("compared", "described", "light", "geometry", "listed", "beyond"):
         importlib.import_module("cases_" + module)
     return {case.name: case for group in GROUPS for case in CASES.values() if case.group == group}

@@ -21,6 +21,8 @@ right("right_balls_n7", dict(scene="balls", steps=7))
 right("right_ball_wall_n4_10bit", dict(scene="ball+wall", bits=10))
 right("right_vertical", dict(projector_above=True, direction="y"), fast=True)
 right("right_gray_code", dict(scene="ball+wall", unwrap="gray"), fast=True)
+right("right_small_ball_wall", dict(scene="ball+wall", small=True))
+right("right_small_two_cameras", dict(scene="ball+wall", small=True, cameras=2))
 right("pov_right_ball_wall", dict(scene="ball+wall", pinhole=True), povray=True)
 right("pov_right_n3_8bit", dict(scene="ball+wall", pinhole=True, steps=3, bits=8), povray=True)
 
@@ -116,9 +118,9 @@ def noise(name, what, k, rig=None, bright_image=False, **expected):
 
 noise("noise_2x_wide", "the twin's noise is 2 times too wide", 2)
 noise("noise_2x_wide_n3", "N = 3, the twin's noise is 2 times too wide", 2, dict(scene="wall", steps=3))
-noise("noise_6x_wide_bright", "noise 6 times too wide, image 5 is 2 % too bright", 6, bright_image=True)
+noise("noise_6x_wide_bright", "noise 6 times too wide, image 5 is 2 % too bright", 6, bright_image=True, causes="light")
 noise("noise_6x_wide_bright_n3", "N = 3, noise 6 times too wide, image 5 is 2 % too bright", 6,
-      dict(scene="wall", steps=3), bright_image=True)
+      dict(scene="wall", steps=3), bright_image=True, causes="light")
 noise("noise_20x_wide", "noise 20 times too wide", 20)
 noise("noise_20x_wide_bright", "noise 20 times too wide, image 5 is 2 % too bright", 20, bright_image=True)
 noise("noise_20x_wide_bright_n3", "N = 3, noise 20 times too wide, image 5 is 2 % too bright", 20, dict(steps=3),

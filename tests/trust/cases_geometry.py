@@ -16,9 +16,9 @@ def principal_point(shift_px):
 
 
 add_case("principal_point_05", "geometry", "the projector's principal point is 0.5 px off", principal_point(0.5), WALL,
-         verdict={"phase": "not explained"}, causes="lens rig")
+         verdict={"phase": "not explained"}, causes="intrinsics")
 add_case("principal_point_1", "geometry", "the projector's principal point is 1 px off", principal_point(1.0),
-         verdict={"phase": "not explained"}, causes="lens rig")
+         verdict={"phase": "not explained"}, causes="intrinsics")
 
 
 def tilted(degrees):

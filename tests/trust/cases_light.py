@@ -15,7 +15,7 @@ def full_well(rig, twin, random):
 
 
 @planted("light", "room light with a gradient over the image, up to 5 % of the full light", WALL,
-         verdict={"gray": "not explained"}, causes="ambient room_light offset")
+         verdict={"gray": "not explained"}, causes="room_light ambient offset")
 def room_gradient(rig, twin, random):
     rig.room_light = lambda columns: 0.05 * 10.2 * columns / 360
 

@@ -10,6 +10,7 @@ import tomllib
 
 import numpy as np
 
+import judge_causes
 from projection import rotation, rotation_vector
 from solids import GEM_VERTICES, gem_vertices
 
@@ -29,15 +30,16 @@ def complaints(stderr):
     return [line for line in lines if "warning:" in line or "error:" in line] + lines[-1:]
 
 
-def row_of(case, truth, folder, run, seconds):
-    """What a run of cosim in `folder` said. truth: the rig."""
+def row_of(case, truth, known, folder, run, seconds):
+    """What a run of cosim in `folder` said. truth: the rig; known: the true values of parameters by name."""
     result = loaded(os.path.join(folder, "out", "result.json"))
-    row = dict(name=case.name, exit=run.returncode, seconds=round(seconds, 1), verdict=None, cause=None, warnings=[],
-               gain=[], said=complaints(run.stderr))
+    row = dict(name=case.name, exit=run.returncode, seconds=round(seconds, 1), verdict=None, cause=None, missing="",
+               wrong=[], warnings=[], gain=[], said=complaints(run.stderr))
     if result is None:
         return row
     row["verdict"] = result["budget_verdict"]
-    row["cause"] = (result.get("causes") or {}).get("named")
+    told = judge_causes.told(case, result.get("causes") or {}, known)
+    row.update(cause=told["cause"], missing=told["missing"], wrong=told["wrong"])
     row["warnings"] = result["warnings"]
     row["said"] += result["warnings"] + [f"{q}: {word}" for q, word in row["verdict"].items()]
     row["said"] += [e["why"] for e in result["explained"] if e.get("why")]
@@ -51,8 +53,8 @@ def row_of(case, truth, folder, run, seconds):
 
 def row_without_run(name, error):
     """The row of a rig that could not be rendered or run to its end."""
-    return dict(name=name, exit=None, seconds=0, render_seconds=0, verdict=None, cause=None, warnings=[], gain=[],
-                said=[str(error)], faults=[f"FAILED: {error}"])
+    return dict(name=name, exit=None, seconds=0, render_seconds=0, verdict=None, cause=None, missing="",
+                wrong=[], warnings=[], gain=[], said=[str(error)], faults=[f"FAILED: {error}"])
 
 
 def gain_of(g, sensor, warnings):
@@ -123,8 +125,7 @@ def verdict_faults(case, row):
         yield "NOT-NAMED"
     if case.expect != "explained" and not named and None in (words.get("gray"), words.get("phase")):
         yield "NO-VERDICT"
-    if row["cause"] and row["cause"] not in case.causes.split():
-        yield f"WRONG-CAUSE: {row['cause']}"
+    yield from row["wrong"]
 
 
 def gain_faults(case, row):

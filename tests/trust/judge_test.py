@@ -4,6 +4,7 @@
 import sys
 
 import judge
+import judge_causes
 from cases import Case, all_cases, nothing
 
 ALL_OK = {"gray": "explained", "phase": "explained", "geometry": "explained"}
@@ -17,7 +18,8 @@ def gain(**changed):
 def words(expected, **changed):
     """The words that the judge finds, for a case that expects so, in a row that is sound but for what is changed."""
     case = Case("rig", expected.pop("group", "light"), "", nothing, **expected)
-    row = dict(exit=0, verdict=dict(ALL_OK), cause=None, warnings=[], said=[], gain=[gain()]) | changed
+    row = dict(exit=0, verdict=dict(ALL_OK), cause=None, wrong=[], warnings=[], said=[],
+               gain=[gain()]) | changed
     return [fault.split(":")[0] for fault in judge.faults(case, row)]
 
 
@@ -37,7 +39,7 @@ EXPECTED = [
     (["NOT-SEEN"], words(dict(verdict={"coverage": "not explained"}), verdict=GRAY)),
     (["NOT-NAMED"], words(dict(says="swap"), verdict=GRAY, said=["the wallpaper is odd"])),
     (["NO-VERDICT"], words({}, verdict=GRAY | {"phase": None})),
-    (["WRONG-CAUSE"], words(dict(causes="blur"), verdict=GRAY, cause="pose")),
+    (["WRONG-CAUSE"], words(dict(causes="blur"), verdict=GRAY, cause="pose", wrong=["WRONG-CAUSE: pose"])),
     (["GAIN-UNWARNED"], words({}, verdict=GRAY, gain=[gain(gain_error=0.002, z=[3.5, 0])])),
     (["GAIN-UNWARNED"], words({}, verdict=GRAY, gain=[gain(black_error_dn=-0.5, z=[0, -4])])),
     (["BIAS-TOO-SMALL"], words({}, verdict=GRAY, gain=[gain(state="biased", doubted=True, gain_error=0.2, z=[90, 0],
@@ -52,9 +54,49 @@ EXPECTED = [
 ]
 
 
+TRUTHS = {"ball.center_mm.z": 292.0, "projector.blur_px": 1.5}
+
+
+def causes(named=None, together=(), order=(), **estimates):
+    """The causes of a result: rows of pose, blur and texture; an estimate is a value and its standard error."""
+    rows = [dict(group=group, order=order.index(group) + 1 if group in order else 0,
+                 parameters=[dict(name=name, twin=twin, estimate=value, estimate_sigma=sigma)])
+            for group, name, twin in (("pose", "ball.center_mm.z", 292.0), ("blur", "projector.blur_px", 0.0))
+            for value, sigma in [estimates.get(group, (twin, 0.1))]]
+    return dict(named=named, together=list(together), tested=[*rows, dict(group="texture", order=0, parameters=[])])
+
+
+def told(found, **expected):
+    """Is a cause missing, and which words are against those found?"""
+    row = judge_causes.told(Case("rig", "cause", "", nothing, **expected), found, TRUTHS)
+    return [bool(row["missing"]), [word.split(":")[0] for word in row["wrong"]]]
+
+
+BLUR, OFF = dict(causes="blur"), (293.0, 0.1)
+TWO = dict(causes="pose blur", each="pose blur")
+EXPECTED_OF_CAUSES = [
+    ([False, []], told(causes("blur", blur=(1.4, 0.1)), **BLUR)),
+    ([False, ["WRONG-VALUE"]], told(causes("blur", blur=(1.4, 0.03)), **BLUR)),
+    ([True, []], told(causes(), **BLUR)),
+    ([True, []], told({}, **BLUR)),
+    ([True, ["WRONG-CAUSE"]], told(causes("pose", pose=OFF), **BLUR)),
+    ([True, []], told(causes("pose", pose=(293.0, 0.5)), **BLUR)),
+    ([True, ["WRONG-CAUSE"]], told(causes("texture"), **BLUR)),
+    ([False, []], told(causes(None, ["pose", "blur"], pose=OFF), **BLUR)),
+    ([False, []], told(causes(None, [dict(group="pose"), dict(groups=["blur", "lens"])], pose=OFF), **BLUR)),
+    ([True, ["WRONG-CAUSE"]], told(causes(None, ["pose", "lens"], pose=OFF), **BLUR)),
+    ([False, []], told(causes("blur", order=["blur", "pose"], blur=(2, 0.1)), **TWO)),
+    ([False, []], told(causes(None, ["pose + blur", "lens + blur"]), **TWO)),
+    ([True, []], told(causes("blur", order=["blur"], blur=(2, 0.1)), **TWO)),
+    ([False, []], told(causes(), unlisted=True)),
+    ([False, []], told(causes("a factor per pixel"), unlisted=True)),
+    ([False, ["WRONG-CAUSE"]], told(causes("pose", pose=OFF), unlisted=True)),
+]
+
+
 def main():
-    wrong = [f"expected {expected}, found {found}" for expected, found in EXPECTED if expected != found]
-    if len(all_cases()) < 60:
+    wrong = [f"expected {expected}, found {found}" for expected, found in EXPECTED + EXPECTED_OF_CAUSES if expected != found]
+    if len(all_cases()) < 110:
         wrong.append(f"only {len(all_cases())} rigs: a module of cases is not loaded")
     complained = judge.complaints("a: warning: odd\nrender 100 %\nx: verdict pass; report: /somewhere/swap/report.html\n")
     if complained != ["a: warning: odd", "x: verdict pass"]:

@@ -4,6 +4,7 @@ import datetime
 import re
 import subprocess
 
+import judge_causes
 from cases import GROUPS
 
 BEGIN, END = "<!-- made by tests/trust/battery.py: begin -->", "<!-- end -->"
@@ -15,6 +16,10 @@ def verdicts(row):
     if row["verdict"] is None:
         return "no result"
     return " ".join(SHORT.get(row["verdict"][q], row["verdict"][q]) for q in QUANTITIES if q in row["verdict"])
+
+
+def cause(row):
+    return (row["cause"] or "-").replace("|", "or") + (", NO-CAUSE" if row["missing"] else "")
 
 
 def number(value, digits, unit, z):
@@ -44,11 +49,14 @@ def table(cases, rows):
                   "| faults |", "|---|---|---|---|---|---|"]
         for row in of_group:
             words = dict.fromkeys(fault.split(":")[0] for fault in row["faults"])
-            lines.append(f"| `{row['name']}` | {cases[row['name']].planted} | {verdicts(row)} | {row['cause'] or '-'} "
+            lines.append(f"| `{row['name']}` | {cases[row['name']].planted} | {verdicts(row)} | {cause(row)} "
                          f"| {gains(row)} | {', '.join(words) or 'none'} |")
         lines.append("")
     sound = sum(not row["faults"] for row in rows)
-    return "\n".join([f"{sound} of {len(rows)} rigs are as they must be.", "", *lines])
+    listed = [row for row in rows if judge_causes.has_listed_cause(cases[row["name"]])]
+    named = sum(not row["missing"] and row["verdict"] is not None for row in listed)
+    return "\n".join([f"{sound} of {len(rows)} rigs are as they must be. A cause that the program knows is planted in {len(listed)} rigs, "
+                      f"and named in {named} of them.", "", *lines])
 
 
 def made_by(program):

@@ -14,6 +14,21 @@ PROJECTOR_SIZE = (800, 600)
 CAMERA_NAMES = ("left", "right")
 
 
+def unit(vectors):
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def blurred(images, sigma_px, reach):
+    """Images less a margin of `reach` pixels under a Gaussian point spread. Its samples serve for 0.7 px and more: less than
+    1e-3 of a fringe is aliased."""
+    kernel = np.exp(-np.arange(-reach, reach + 1)**2 / (2 * sigma_px**2))
+    kernel /= kernel.sum()
+    for axis in (1, 2):
+        size = images.shape[axis] - 2 * reach
+        images = sum(weight * images.take(range(i, i + size), axis) for i, weight in enumerate(kernel))
+    return images
+
+
 def things_of(scene):
     ball = solids.sphere("ball", (3, -2, 292), 27.0)
     wall = solids.plane("wall", (0, 0, 335), (0.06, -0.04, -1))
@@ -24,11 +39,12 @@ def things_of(scene):
 
 class Rig:
     def __init__(self, scene="ball", cameras=1, steps=4, bits=12, direction="x", projector_above=False,
-                 unwrap="heterodyne", nodes=3, pinhole=False):
-        self.place_devices(cameras, projector_above, pinhole)
+                 unwrap="heterodyne", nodes=3, pinhole=False, small=False):
+        self.place_devices(cameras, projector_above, pinhole, (200, 150) if small else (360, 270))
         self.things = things_of(scene)
         self.direction, self.steps, self.unwrap, self.origin_px = direction, steps, unwrap, 0.0
-        self.pitches_px = [16] if unwrap == "gray" else [13, 14, 15]
+        # Pixels of a small image are wider, so the fringes are, too.
+        self.pitches_px = [16] if unwrap == "gray" else [18, 20, 22] if small else [13, 14, 15]
         self.code = dict(bits=6, order="msb-first", complementary=True, offset_periods=0.0)
         self.mean, self.amplitude, self.intensity, self.blur_px = 0.5, 0.45, 40.0, 0.0
         self.bits, self.full = bits, 2**bits - 1
@@ -40,16 +56,26 @@ class Rig:
         self.gate_mm = 3.0
         # What a case may plant besides, as functions; None: nothing.
         self.reflectivity = None  # (object, points) -> factor on the albedo
+        self.gloss = None  # (cosine between normal and half vector) -> factor on the light sent back
+        self.specular, self.shininess = 0.0, 10.0  # Phong's lobe, as docs/PHYSICS.md has it, on every object
+        self.scatter = 0.0  # the share of the light that comes out of the surface elsewhere: fringes become their mean
+        self.projector_field = None  # (u, v) -> factor on the projector's light
         self.room_light = None  # (pixel columns) -> irradiance beside the projector's
+        self.lamp = None  # unit vector towards a far lamp that is on all the time, and its irradiance on a white surface
+        self.besides_factor = None  # a factor on the light of room and lamp in each image
         self.image_factor = None  # a factor on the light of each image
+        self.fringe_shift_px = None  # how far the fringes of each image are shifted along the projector's coordinate
+        self.motion_mm = None  # way of the first object (a sphere) from the first image to the last, about its place
+        self.camera_field = None  # (column, row) -> factor on what a camera sees
+        self.camera_blur_px = 0.0  # sigma of the camera's own blur
         self.projector_response = None  # drive level -> light
         self.camera_response = None  # 0..1 -> 0..1, before noise
         self.full_well_dn = None  # gray value at which a pixel is full
         self.image_order = None  # recorded image k shows pattern image_order[k]
         self.inverted_image = None  # the image that is shown as its negative
 
-    def place_devices(self, cameras, projector_above, pinhole):
-        width, height = 360, 270
+    def place_devices(self, cameras, projector_above, pinhole, size):
+        width, height = size
         focal = 2.45 * width
         k1 = 0.0 if pinhole else 1.0
         middle = ((width - 1) / 2, (height - 1) / 2) if pinhole else (width / 2 - 0.3, height / 2 + 0.7)
@@ -91,29 +117,62 @@ class Rig:
 
     def irradiance(self, c):
         """Irradiance images of camera c, one for each pattern."""
-        camera, eye, patterns = self.cameras[c], self.projector.eye, self.patterns()
+        camera, patterns = self.cameras[c], self.patterns()
         nodes, weights = np.polynomial.legendre.leggauss(self.nodes)
-        X, Y = np.meshgrid(np.arange(float(camera.width)), np.arange(float(camera.height)))
-        albedo = vector(*[t["albedo"] for t in self.things], 0)
-        out = np.zeros((len(patterns), camera.height, camera.width))
+        margin = int(np.ceil(5 * self.camera_blur_px))
+        X, Y = np.meshgrid(*(np.arange(-margin, size + margin, dtype=float) for size in (camera.width, camera.height)))
+        out = np.zeros((len(patterns), *X.shape))
         for a, wa in zip(nodes, weights):
             for b, wb in zip(nodes, weights):
-                d = camera.directions(X + a / 2, Y + b / 2)
-                which, P, N = solids.first_hit(self.things, camera.eye, d)
-                to_eye = eye - P
-                cosine = np.maximum((N * to_eye).sum(-1) / np.linalg.norm(to_eye, axis=-1), 0)
-                cosine *= ~solids.in_shadow(self.things, P + N * 1e-3, eye)
-                u, v = self.projector.pixels(P)
-                lit = ((which >= 0) & (u > -0.5) & (u < self.projector.width - 0.5) & (v > -0.5)
-                       & (v < self.projector.height - 0.5))
-                factor = np.where(lit, albedo[which] / np.pi * self.intensity * cosine, 0)
-                if self.reflectivity:
-                    factor = factor * self.reflectivity(which, P)
-                room = np.where(which >= 0, self.room_light(X), 0) if self.room_light else 0
                 for k, pattern in enumerate(patterns):
-                    level = self.light(pattern, u if self.direction == "x" else v)
-                    out[k] += wa * wb / 4 * (factor * level + room)
-        return out
+                    if k == 0 or self.motion_mm is not None:
+                        factor, coordinate, besides = self.traced(camera, X, Y, a / 2, b / 2, k / (len(patterns) - 1) - 0.5)
+                    shift = 0 if self.fringe_shift_px is None else self.fringe_shift_px[k]
+                    lamps = besides if self.besides_factor is None else besides * self.besides_factor[k]
+                    out[k] += wa * wb / 4 * (factor * self.light(pattern, coordinate + shift) + lamps)
+        return blurred(out, self.camera_blur_px, margin) if margin else out
+
+    def traced(self, camera, X, Y, right, down, time):
+        """Of the points `right` and `down` of the pixels' centres: what the camera gets of a level of 1 of the projector, the
+        coordinate in the projector along which its fringes run, and the light besides. time: -0.5 ... 0.5."""
+        eye, d = self.projector.eye, camera.directions(X + right, Y + down)
+        things = self.things if self.motion_mm is None else self.things_at(time)
+        albedo = vector(*[t["albedo"] for t in things], 0)
+        which, P, N = solids.first_hit(things, camera.eye, d)
+        to_eye = eye - P
+        cosine = np.maximum((N * to_eye).sum(-1) / np.linalg.norm(to_eye, axis=-1), 0)
+        cosine *= ~solids.in_shadow(things, P + N * 1e-3, eye)
+        u, v = self.projector.pixels(P)
+        lit = ((which >= 0) & (u > -0.5) & (u < self.projector.width - 0.5) & (v > -0.5) & (v < self.projector.height - 0.5))
+        factor = np.where(lit, albedo[which] / np.pi * self.intensity * cosine, 0)
+        if self.reflectivity:
+            factor = factor * self.reflectivity(which, P)
+        if self.gloss or self.specular:
+            factor = self.shining(factor, unit(to_eye), N, unit(-d))
+        if self.projector_field:
+            factor = factor * self.projector_field(u, v)
+        besides = np.where(which >= 0, self.room_light(X), 0) if self.room_light else 0
+        if self.lamp:
+            besides = besides + albedo[which] * self.lamp[1] * np.maximum(N @ self.lamp[0], 0)
+        if self.scatter:
+            besides = besides + factor * self.scatter * self.mean
+            factor = factor * (1 - self.scatter)
+        if self.camera_field:
+            seen = self.camera_field(X + right, Y + down)
+            factor, besides = factor * seen, besides * seen
+        return factor, u if self.direction == "x" else v, besides
+
+    def things_at(self, time):
+        moved = dict(self.things[0], center_mm=self.things[0]["center_mm"] + self.motion_mm * time)
+        return [moved, *self.things[1:]]
+
+    def shining(self, factor, to_light, N, to_camera):
+        """The light sent back, with gloss or with Phong's lobe."""
+        if self.gloss:
+            return factor * self.gloss((N * unit(to_light + to_camera)).sum(-1))
+        mirrored = 2 * (N * to_light).sum(-1)[..., None] * N - to_light
+        lobe = np.maximum((mirrored * to_camera).sum(-1), 0)**self.shininess
+        return factor + np.where(factor > 0, self.intensity * self.specular * lobe, 0)
 
     def expose(self, c, E, random):
         """Gray values of camera c under irradiance E: shot and read noise, rounding, clipping."""

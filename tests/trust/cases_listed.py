@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One error each, of a group that the program knows, large and small: the group must be named, alone or with others that fit
+the images as well. What is planted is given in plain numbers."""
+import numpy as np
+
+from cases import add_case
+from projection import rotation, vector
+
+BALL, WALL, BOTH = dict(scene="ball"), dict(scene="wall", small=True), dict(scene="ball+wall", small=True)
+FULL_BOTH = dict(scene="ball+wall")
+TWO, N5, N6 = dict(scene="ball+wall", small=True, cameras=2), dict(steps=5), dict(steps=6)
+GRAY = {"gray": "not explained"}
+
+
+def listed(name, what, plant, rig, causes, **expected):
+    add_case(name, "cause", what, plant, rig, causes=causes, **expected)
+
+
+def moved(x, y, z):
+    def plant(rig, twin, random):
+        twin.things[0]["center_mm"] = twin.things[0]["center_mm"] + vector(x, y, z)
+    return plant
+
+
+def tilted(radians):
+    def plant(rig, twin, random):
+        twin.things[0]["normal"] = rotation((0, radians, 0)) @ twin.things[0]["normal"]
+    return plant
+
+
+def radius(off_mm):
+    def plant(rig, twin, random):
+        twin.things[0]["radius_mm"] += off_mm
+    return plant
+
+
+def turn(device, angles):
+    """Turns a device of the twin about its own eye."""
+    device.R, device.t = rotation(angles) @ device.R, rotation(angles) @ device.t
+
+
+def projector_turned(*angles):
+    return lambda rig, twin, random: turn(twin.projector, angles)
+
+
+def second_camera_turned(*angles):
+    return lambda rig, twin, random: turn(twin.cameras[1], angles)
+
+
+def projector_k1(off):
+    def plant(rig, twin, random):
+        twin.projector.k1 += off
+    return plant
+
+
+def camera_middle(off_px):
+    def plant(rig, twin, random):
+        twin.cameras[0].principal_point[0] += off_px
+    return plant
+
+
+def camera_focal(factor):
+    def plant(rig, twin, random):
+        twin.cameras[0].focal_px *= factor
+    return plant
+
+
+listed("pose_40um", "the sphere is 0.037 mm off in the twin", moved(0.02, -0.01, 0.03), BALL, "pose")
+listed("pose_40um_wall", "the sphere in front of a wall is 0.037 mm off in the twin", moved(0.02, -0.01, 0.03), FULL_BOTH, "pose")
+listed("pose_tilt_100urad", "the wall is tilted by 0.1 mrad in the twin", tilted(1e-4), dict(scene="wall"), "pose")
+listed("pose_tilt_100urad_n7", "N = 7, the wall is tilted by 0.1 mrad in the twin", tilted(1e-4), dict(scene="wall", steps=7), "pose")
+listed("size_6um", "the sphere's radius is 0.006 mm too large in the twin", radius(0.006), BALL, "size")
+listed("size_6um_wall", "the radius of the sphere in front of a wall is 0.006 mm too large in the twin", radius(0.006), FULL_BOTH,
+       "size")
+listed("rig_turned", "the projector is turned by 0.54 mrad in the twin", projector_turned(2e-4, -3e-4, 4e-4), FULL_BOTH, "rig")
+listed("rig_turned_small", "the projector is turned by 0.1 mrad about its upright axis in the twin", projector_turned(0, 1e-4, 0),
+       BOTH, "rig")
+listed("rig_second_camera", "the second camera is turned by 0.3 mrad in the twin", second_camera_turned(1e-4, 2e-4, -2e-4), TWO, "rig")
+listed("lens_k1", "k1 of the projector is 0.02 too large in the twin", projector_k1(0.02), WALL, "lens")
+listed("lens_k1_small", "k1 of the projector is 0.004 too large in the twin", projector_k1(0.004), WALL, "lens")
+listed("camera_middle", "the camera's principal point is 0.5 px off in the twin", camera_middle(0.5), BALL, "intrinsics")
+listed("camera_middle_small", "the first of two cameras has its principal point 0.1 px off in the twin", camera_middle(0.1), TWO,
+       "intrinsics")
+listed("camera_focal", "the camera's focal length is 0.1 % too long in the twin", camera_focal(1.001), FULL_BOTH, "intrinsics")
+
+
+def gamma(exponent):
+    def plant(rig, twin, random):
+        rig.projector_response = lambda level: level**exponent
+    return plant
+
+
+def third_harmonic(amplitude):
+    """cos t becomes cos t + amplitude/0.45 cos 3t; 4 z^3 - 3 z is cos 3t of z = cos t."""
+    def plant(rig, twin, random):
+        rig.projector_response = lambda level: level + amplitude * (4 * ((level - 0.5) / 0.45)**3 - 3 * (level - 0.5) / 0.45)
+    return plant
+
+
+def blur(sigma_px):
+    def plant(rig, twin, random):
+        rig.blur_px = sigma_px
+    return plant
+
+
+listed("gamma_small", "the projector's gamma is 1.02", gamma(1.02), WALL, "response harmonics", verdict=GRAY,
+       values={"projector.gamma": 1.02})
+listed("harmonic_n6", "N = 6, a third harmonic of 2 % of the scale", third_harmonic(0.02), WALL | N6, "harmonics", verdict=GRAY,
+       values={"projector.harmonic.3": 0.02})
+listed("harmonic_small_n6", "N = 6, a third harmonic of 0.6 % of the scale", third_harmonic(0.006), WALL | N6, "harmonics",
+       values={"projector.harmonic.3": 0.006})
+listed("blur_small", "the projector's blur of 0.5 px is not in the twin", blur(0.5), dict(scene="wall"), "blur", verdict=GRAY)
+
+
+def vignetting(a1):
+    """1 + a1 r^2, r = 1 in the corners of the image."""
+    def plant(rig, twin, random):
+        camera = rig.cameras[0]
+        middle, half = vector((camera.width - 1) / 2, (camera.height - 1) / 2), np.hypot(camera.width, camera.height) / 2
+        rig.camera_field = lambda x, y: 1 + a1 * ((x - middle[0])**2 + (y - middle[1])**2) / half**2
+    return plant
+
+
+def albedo(of_ball):
+    def plant(rig, twin, random):
+        twin.things[0]["albedo"] = of_ball
+    return plant
+
+
+def waves(depth):
+    def plant(rig, twin, random):
+        rig.reflectivity = lambda which, P: 1 + depth * np.sin(P[..., 0] * 0.9) * np.sin(P[..., 1] * 0.9)
+    return plant
+
+
+PER_PIXEL = "texture factor"
+VARIES = dict(gain=False, verdict=GRAY)
+listed("vignetting", "the camera sees 15 % less in the corners", vignetting(-0.15), BOTH, "vignetting", **VARIES,
+       values={"left.vignetting.a1": -0.15, "left.vignetting_tilt.x": 0.0, "left.vignetting_tilt.y": 0.0})
+listed("vignetting_small", "the camera sees 2 % less in the corners", vignetting(-0.02), BOTH, "vignetting", gain=False,
+       values={"left.vignetting.a1": -0.02, "left.vignetting_tilt.x": 0.0, "left.vignetting_tilt.y": 0.0})
+listed("albedo", "the sphere sends back 0.8, in the twin 0.72, the wall in both 0.8", albedo(0.72), BOTH, "albedo", **VARIES)
+listed("albedo_small", "the sphere sends back 0.8, in the twin 0.79, the wall in both 0.8", albedo(0.79), BOTH, "albedo", gain=False)
+listed("texture_small", "waves of 3 % in the albedo", waves(0.03), WALL, PER_PIXEL, **VARIES)
+
+
+def room(share):
+    """A gradient over the image up to that share of the full light, 10.2."""
+    def plant(rig, twin, random):
+        rig.room_light = lambda columns: share * 10.2 * columns / rig.cameras[0].width
+    return plant
+
+
+def flicker(share):
+    def plant(rig, twin, random):
+        rig.image_factor = 1 + share * random.uniform(-1, 1, len(rig.patterns()))
+    return plant
+
+
+def side_lamp(rig, twin, random):
+    rig.lamp = vector(0.5, -0.4, -0.77) / np.linalg.norm((0.5, -0.4, -0.77)), 0.6
+
+
+def knee(slope):
+    """Above 55 % of the scale the sensor's line is less steep."""
+    def plant(rig, twin, random):
+        rig.camera_response = lambda x: np.where(x > 0.55, 0.55 + slope * (x - 0.55), x)
+    return plant
+
+
+def camera_gamma(exponent):
+    def plant(rig, twin, random):
+        rig.camera_response = lambda x: np.maximum(x, 0)**exponent
+    return plant
+
+
+ROOM, SENSOR = "room_light ambient offset", "camera_response sensor_response"
+listed("room_light_small", "room light with a gradient over the image, up to 1 % of the full light", room(0.01), WALL, ROOM, gain=False)
+listed("side_lamp", "a lamp at the side shines on the sphere, 6 % of the full light", side_lamp, BALL, ROOM, **VARIES)
+listed("side_lamp_wall", "a lamp at the side shines on sphere and wall, 6 % of the full light", side_lamp, BOTH, ROOM, **VARIES)
+listed("flicker_small", "the light flickers by 0.3 %", flicker(0.003), WALL, "light flicker")
+listed("knee", "the sensor's line bends by 10 % at 55 % of its scale", knee(0.9), BALL, SENSOR, **VARIES)
+listed("knee_small", "the sensor's line bends by 3 % at 55 % of its scale", knee(0.97), WALL, SENSOR, gain=False)
+listed("camera_gamma_small", "the camera's gamma is 0.99", camera_gamma(0.99), WALL, SENSOR, gain=False)
+
+
+def hot_spot(height, width_px):
+    """Brighter by `height` about (430, 280) of the projector's 800 x 600 pixels."""
+    def plant(rig, twin, random):
+        rig.projector_field = lambda u, v: 1 + height * np.exp(-((u - 430)**2 + (v - 280)**2) / (2 * width_px**2))
+    return plant
+
+
+def field_tilt(rig, twin, random):
+    rig.projector_field = lambda u, v: 1 + 0.1 * (u - 400) / 400 + 0.05 * (v - 300) / 300
+
+
+def defocus(sigma_px):
+    def plant(rig, twin, random):
+        rig.camera_blur_px = sigma_px
+    return plant
+
+
+def vibration(rms_px):
+    def plant(rig, twin, random):
+        rig.fringe_shift_px = random.normal(0, rms_px, len(rig.patterns()))
+    return plant
+
+
+def drift(rig, twin, random):
+    rig.fringe_shift_px = np.linspace(0, 0.4, len(rig.patterns()))
+
+
+def phong(specular):
+    def plant(rig, twin, random):
+        rig.specular = specular
+    return plant
+
+
+FIELD, SHIFT = "projector_field texture factor", "image_shift"
+listed("field_tilt_two_cameras", "two cameras, the projector is brighter at one side by 20 %", field_tilt, TWO, "projector_field", **VARIES)
+listed("hot_spot_small", "a hot spot of the projector, 3 %, 120 px wide", hot_spot(0.03, 120), WALL, FIELD, gain=False)
+listed("camera_defocus", "the camera is out of focus by 0.9 px", defocus(0.9), BALL, "camera_psf", verdict=GRAY)
+listed("camera_defocus_n5", "N = 5, the camera is out of focus by 0.9 px", defocus(0.9), dict(scene="wall") | N5, "camera_psf",
+       verdict=GRAY)
+listed("camera_defocus_large", "the camera is out of focus by 1.5 px", defocus(1.5), BOTH, "camera_psf", verdict=GRAY)
+listed("vibration", "the fringes of each image are shifted at random by 0.1 px rms", vibration(0.1), BALL, SHIFT)
+listed("step_errors", "the phase steps are wrong by 0.02 rad rms", vibration(0.02 * 15 / (2 * np.pi)), BALL, SHIFT)
+listed("fringe_drift", "the fringes drift by 0.4 px from the first image to the last", drift, BALL, SHIFT)
+listed("specular", "Phong's lobe of 0.04 on the sphere is not in the twin", phong(0.04), BALL, "specular " + PER_PIXEL, **VARIES)
+listed("specular_small", "Phong's lobe of 0.008 on the sphere is not in the twin", phong(0.008), BALL, "specular " + PER_PIXEL,
+       gain=False)
