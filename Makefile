@@ -7,12 +7,13 @@ OUT ?= out
 # $(call configured,PRESET,FOLDER): quiet unless it fails; the log goes with the build.
 configured = mkdir -p $(2) && cmake --preset $(1) >$(2)/configure.log 2>&1 || { cat $(2)/configure.log; exit 2; }
 
-.PHONY: help deps configure program build demo test test-all trust mesa25 test-mesa25 asan separate tidy format-check format studies bench clean
+.PHONY: help deps configure program build demo test test-all trust trust-refine mesa25 test-mesa25 asan separate tidy format-check format studies bench clean
 help:
 	@echo "make demo      install packages, build, run the paper's sphere (and a real capture if present), say where the report is"
 	@echo "make test      everything CI runs (format, includes, unit, accuracy, real data, end to end, sanitizers)"
 	@echo "make test-all  the same, the long statistical tests, the benchmarks and every file compiled on its own"
 	@echo "make trust     rigs of known truth through the program; writes the tables of docs/TRUST.md (some minutes)"
+	@echo "make trust-refine   a part of those rigs with groups of their twins refined; writes that table of docs/TRUST.md"
 	@echo "make mesa25    a newer, faster software driver beside the system's; test-mesa25: the device tests on it"
 	@echo "make studies   the studies of docs/STUDIES.md with their pages (half an hour)"
 	@echo "make tidy      clang-tidy over DIRS=\"twin cli\": naming rules, bug patterns (slow)"
@@ -47,6 +48,9 @@ test-all: build format-check separate
 # Every rig of the battery; the page is written also where some fail, and make then says so.
 trust: program
 	@tests/trust/battery.py --program build/fringetwin --out "$(OUT)/trust" --page docs/TRUST.md
+
+trust-refine: program
+	@tests/trust/battery.py --refine --program build/fringetwin --out "$(OUT)/trust-refine" --page docs/TRUST.md
 
 asan: deps
 	@$(call configured,asan,build-asan)

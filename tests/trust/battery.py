@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The battery of planted rigs: rigs of known truth, rendered by numpy or POV-Ray, given to the program and judged.
 
-battery.py --program build/fringetwin --out DIR [--only A,B | --fast | --page docs/TRUST.md] [--jobs N] [--keep]
+battery.py --program build/fringetwin --out DIR [--refine] [--only A,B | --fast | --page docs/TRUST.md] [--jobs N] [--keep]
 
 Each rig lies in DIR/NAME: twin.toml, real/, out/, row.json. The table of all rigs of the run is DIR/table.md; --page
-writes it into the page, between its two marks. Exit code 1 if a rig has a fault, 2 for a wrong call, 77
+writes it into the page, between its two marks. --refine takes a part of the rigs and refines one group of the twin after the
+other (refinements.py), with a table of its own. Exit code 1 if a rig has a fault, 2 for a wrong call, 77
 without a Vulkan device unless FRINGETWIN_REQUIRE_DEVICE is set. Needs numpy and, for the rigs pov_*, povray."""
 import argparse
 import concurrent.futures
@@ -25,6 +26,7 @@ import files
 import judge
 import page
 import povray_light
+import refinements
 import truths
 from rig import Rig
 
@@ -50,6 +52,30 @@ def build(case, folder):
 
 def run_program(program, *arguments):
     return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=LONGEST_RUN_S)
+
+
+def refined(name, program, folder, keep):
+    """Renders the case of that name and runs it without a refinement and with each; the rows of refinements.py."""
+    case = cases.all_cases()[name]
+    shutil.rmtree(folder, ignore_errors=True)
+    started = time.monotonic()
+    _, known = build(case, folder)
+    runs = {}
+    for group in ("", *refinements.GROUPS):
+        out = os.path.join(folder, "refined_" + group if group else "out")
+        run = run_program(program, "cosim", os.path.join(folder, "twin.toml"), "--out", out, *(["--refine", group] if group else []))
+        runs[group] = run, judge.loaded(os.path.join(out, "result.json"))
+        if not keep:
+            for heavy in ("simulated", "measured_real", "measured_simulated"):
+                shutil.rmtree(os.path.join(out, heavy), ignore_errors=True)
+    if runs[""][1] is None:
+        raise OSError(f"no result without a refinement: {runs[''][0].stderr}")
+    rows = [refinements.row_of(case, known, group, runs[""][1], *runs[group]) for group in refinements.GROUPS]
+    with open(os.path.join(folder, "rows.json"), "w", encoding="utf-8") as f:
+        json.dump(rows, f, indent=1)
+    told = "; ".join(f"{row['group']} {refinements.cell(row)}" for row in rows)
+    print(f"{name} [{time.monotonic() - started:.0f} s]: {told}", flush=True)
+    return rows
 
 
 def judged(name, program, folder, keep):
@@ -87,6 +113,8 @@ def chosen(options, parser):
         if unknown:
             parser.error(f"no rig is named {', '.join(unknown)}; --list names all")
         return {name: known[name] for name in names}
+    if options.refine:
+        return {name: known[name] for name in refinements.RIGS}
     return {name: case for name, case in known.items() if case.fast or not options.fast}
 
 
@@ -108,11 +136,30 @@ def rows_of(selected, options):
     return [rows[name] for name in selected]
 
 
+def publish(table, name, marks, options):
+    with open(os.path.join(options.out, name), "w", encoding="utf-8") as f:
+        f.write(table)
+    if options.page:
+        page.rewrite(options.page, table, options.program, marks)
+
+
+def refine_all(selected, options):
+    """All refinements of the chosen rigs; the exit code."""
+    with concurrent.futures.ProcessPoolExecutor(options.jobs) as pool:
+        running = [pool.submit(refined, name, options.program, os.path.join(options.out, name), options.keep) for name in selected]
+        rows = [row for done in running for row in done.result()]
+    publish(refinements.table(selected, rows), "refinements.md", page.REFINEMENTS, options)
+    faulty = sum(bool(row["faults"]) for row in rows)
+    print(f"{len(rows) - faulty} of {len(rows)} refinements as they must be; table: {options.out}/refinements.md")
+    return 1 if faulty else 0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", default="build/fringetwin")
     parser.add_argument("--out")
     parser.add_argument("--only", help="names of rigs, separated by commas")
+    parser.add_argument("--refine", action="store_true", help="refine groups of twins, right ones too, and judge that")
     parser.add_argument("--fast", action="store_true", help="the rigs of the test e2e/trust")
     parser.add_argument("--list", action="store_true", help="print the rigs' names and end")
     parser.add_argument("--jobs", type=int, default=1, help="rigs at a time")
@@ -125,15 +172,14 @@ def main():
         return
     if not options.out:
         parser.error("--out is missing")
+    if options.refine:
+        sys.exit(refine_all(selected, options))
     rows = rows_of(selected, options)
     if all(row["exit"] == NO_DEVICE for row in rows) and not os.environ.get("FRINGETWIN_REQUIRE_DEVICE"):
         print("skipped: the program finds no Vulkan device")
         sys.exit(SKIPPED)
     table = page.table(selected, rows)
-    with open(os.path.join(options.out, "table.md"), "w", encoding="utf-8") as f:
-        f.write(table)
-    if options.page:
-        page.rewrite(options.page, table, options.program)
+    publish(table, "table.md", page.RIGS, options)
     faulty = [row["name"] for row in rows if row["faults"]]
     print(f"{len(rows) - len(faulty)} of {len(rows)} rigs as they must be; table: {options.out}/table.md")
     sys.exit(1 if faulty else 0)

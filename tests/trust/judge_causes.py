@@ -4,6 +4,8 @@
 An alternative is a set of groups that fit the images together; the program names one, or several that cannot be told apart."""
 import re
 
+from truths import standard_errors
+
 FARTHEST = 3.0  # standard errors between a printed value and the truth
 PER_PIXEL = {"texture", "factor", "offset"}  # words for anything constant of each pixel: they print no value
 
@@ -38,7 +40,7 @@ def deviations(causes, groups, truths, planted):
                 continue
             truth = truths.get(p["name"], None if groups_in(row) & planted else p["twin"])
             if truth is not None:
-                out[p["name"]] = (p["estimate"] - truth) / p["estimate_sigma"]
+                out[p["name"]] = standard_errors(p["name"], p["estimate"], p["estimate_sigma"], truth)
     return out
 
 

@@ -1,10 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Plants every fault that judge.py knows in a row, and checks that it is found, and that a sound row has none."""
+import subprocess
 import sys
 
 import judge
 import judge_causes
+import refinements
 from cases import Case, all_cases, nothing
 
 ALL_OK = {"gray": "explained", "phase": "explained", "geometry": "explained"}
@@ -94,10 +96,51 @@ EXPECTED_OF_CAUSES = [
 ]
 
 
+def result(named=None, notes=(), after=0.0, sigma=0.1, converged=True, **states):
+    """A result with a refinement of the blur, or, as the one before it, with causes that print 1.5 +- 0.1 for it."""
+    rows = [dict(quantity=q, region="left", state=states.get(q, "explained"), n=10000, n_regions=100, chi2=states.get(q + "_chi2", 1.0),
+                 chi2_limit=9.0 if q == "geometry" else 1.15, regional_chi2=1.0, regional_limit=1.5)
+            for q in ALL_OK]
+    return dict(explained=rows, causes=causes(named, blur=(1.5, 0.1)) | dict(n=100), warnings=list(notes), refinement=dict(
+        converged=converged, n=100, parameters=[dict(name="projector.blur_px", before=0.0, after=after, after_sigma=sigma)]))
+
+
+def refinement(before, after, stderr="", planted="blur"):
+    """The words against a refinement of the blur, planted with 1.5 px unless another cause is."""
+    run = subprocess.CompletedProcess([], 0 if after else 2, stderr=stderr)
+    known = TRUTHS if planted == "blur" else {}
+    row = refinements.row_of(Case("rig", "cause", "", nothing, causes=planted), known, "blur", before, run, after)
+    return [fault.split(":")[0] for fault in row["faults"]]
+
+
+EXPECTED_OF_REFINEMENTS = [
+    ([], refinement(result("blur"), result(after=1.6))),
+    ([], refinement(result(), None, "a: error: blur and contrast cannot be told apart\n")),
+    (["FAILED"], refinement(result(), None, "a: error: no such file\n")),
+    (["REFINED-OFF"], refinement(result(), result(after=2.0))),
+    (["REFINED-OFF"], refinement(result(), result(after=0.9), planted="pose")),
+    ([], refinement(result(), result(after=0.5), planted="pose")),
+    ([], refinement(result(), result(None, ["what is left is not explained: the refined values are not to be trusted"], after=2.0))),
+    (["NOT-CONVERGED"], refinement(result(), result(after=1.5, converged=False))),
+    ([], refinement(result(), result(None, ["the refinement did not converge"], after=1.5, converged=False))),
+    (["REFINED-WORSE"], refinement(result(), result(after=1.5, phase="not explained"))),
+    (["REFINED-WORSE"], refinement(result(gray="not explained", gray_chi2=2.0),
+                                   result(after=1.5, gray="not explained", gray_chi2=2.2))),
+    ([], refinement(result(gray="not explained", gray_chi2=2.0), result(after=1.5, gray="not explained", gray_chi2=2.05))),
+    ([], refinement(result(geometry="not explained", geometry_chi2=16.0),
+                    result(after=1.5, geometry="not explained", geometry_chi2=24.0))),
+    (["REFINED-WORSE"], refinement(result(geometry="not explained", geometry_chi2=16.0),
+                                   result(after=1.5, geometry="not explained", geometry_chi2=26.0))),
+    (["NOT-AS-CAUSE"], refinement(result("blur"), result(after=1.5, sigma=0.01))),
+    (["NOT-AS-CAUSE"], refinement(result("blur"), result(after=1.17))),
+]
+
+
 def main():
-    wrong = [f"expected {expected}, found {found}" for expected, found in EXPECTED + EXPECTED_OF_CAUSES if expected != found]
+    wrong = [f"expected {expected}, found {found}" for expected, found in EXPECTED + EXPECTED_OF_CAUSES + EXPECTED_OF_REFINEMENTS if expected != found]
     if len(all_cases()) < 110:
         wrong.append(f"only {len(all_cases())} rigs: a module of cases is not loaded")
+    wrong += [f"no rig is named {name}" for name in refinements.RIGS if name not in all_cases()]
     complained = judge.complaints("a: warning: odd\nrender 100 %\nx: verdict pass; report: /somewhere/swap/report.html\n")
     if complained != ["a: warning: odd", "x: verdict pass"]:
         wrong.append(f"complaints: {complained}")

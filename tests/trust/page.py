@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The battery's table in Markdown, and its place in docs/TRUST.md: between the two marks, nothing else is touched."""
+"""The battery's table in Markdown, and the places of tables in docs/TRUST.md: between their two marks, nothing else is touched."""
 import datetime
 import re
 import subprocess
@@ -7,7 +7,8 @@ import subprocess
 import judge_causes
 from cases import GROUPS
 
-BEGIN, END = "<!-- made by tests/trust/battery.py: begin -->", "<!-- end -->"
+RIGS = "<!-- made by tests/trust/battery.py: begin -->", "<!-- end -->"
+REFINEMENTS = "<!-- made by tests/trust/battery.py --refine: begin -->", "<!-- end of refinements -->"
 QUANTITIES = ("gray", "phase", "geometry", "coverage")
 SHORT = {"explained": "ok", "not explained": "NOT", "budget too wide": "WIDE", "not compared": "NONE", None: "-"}
 
@@ -70,15 +71,16 @@ def made_by(program):
             f"{' with changes' if changed else ''} ({told(program, '--version') or 'no version'}).")
 
 
-def rewrite(path, text, program):
-    replace(path, f"{made_by(program)} {text}")
+def rewrite(path, text, program, marks):
+    replace(path, f"{made_by(program)} {text}", marks)
 
 
-def replace(path, text):
+def replace(path, text, marks):
+    begin, end = marks
     with open(path, encoding="utf-8") as f:
         page = f.read()
-    if page.count(BEGIN) != 1 or page.count(END) != 1:
+    if page.count(begin) != 1 or page.count(end) != 1:
         raise ValueError(f"{path} lacks the marks between which its table stands")
-    new = re.sub(re.escape(BEGIN) + r".*" + re.escape(END), lambda _: f"{BEGIN}\n{text}{END}", page, flags=re.DOTALL)
+    new = re.sub(re.escape(begin) + r".*" + re.escape(end), lambda _: f"{begin}\n{text}{end}", page, flags=re.DOTALL)
     with open(path, "w", encoding="utf-8") as f:
         f.write(new)

@@ -50,3 +50,11 @@ def truths(rig, twin, values):
     if rig.projector_response and "projector.gamma" not in values:
         out.pop("projector.gamma")
     return out | values
+
+
+def standard_errors(name, value, sigma, truth):
+    """How many standard errors a printed value is off. A blur is fitted as sigma^2, whose error the program carries over to sigma by
+    the derivative, or, near zero, by the difference of the roots; so squares are compared."""
+    if not name.endswith(("blur_px", "psf_px")):
+        return (value - truth) / sigma
+    return (value**2 - truth**2) / (2 * value * sigma if value > 2 * sigma else sigma**2 + 2 * value * sigma)
