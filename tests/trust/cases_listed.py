@@ -217,6 +217,10 @@ def phong(specular):
     return plant
 
 
+def believed_bounce(rig, twin, random):
+    twin.bounces = 1
+
+
 FIELD, SHIFT = "projector_field texture factor", "image_shift"
 listed("field_tilt_two_cameras", "two cameras, the projector is brighter at one side by 20 %", field_tilt, TWO, "projector_field", **VARIES)
 listed("hot_spot_small", "a hot spot of the projector, 3 %, 120 px wide", hot_spot(0.03, 120), WALL, FIELD, gain=False)
@@ -230,3 +234,7 @@ listed("fringe_drift", "the fringes drift by 0.4 px from the first image to the 
 listed("specular", "Phong's lobe of 0.04 on the sphere is not in the twin", phong(0.04), BALL, "specular " + PER_PIXEL, **VARIES)
 listed("specular_small", "Phong's lobe of 0.008 on the sphere is not in the twin", phong(0.008), BALL, "specular " + PER_PIXEL,
        gain=False)
+listed("bounce", "a groove; the twin has light that goes from one side to the other, the rig has not", believed_bounce,
+       dict(scene="groove", small=True, nodes=8), "bounce", verdict=GRAY, gain=False)
+listed("bounce_small", "sphere and wall; the twin has light that goes from one to the other, the rig has not", believed_bounce, BOTH,
+       "bounce", gain=False)

@@ -59,6 +59,8 @@ def write_twin(folder, twin):
         lines += [f"{key} = {numbers(thing[key])}"
                   for key in ("center_mm", "radius_mm", "point_mm", "normal", "rt_world_object") if key in thing]
         lines += ["[object.material]", f'diffuse = {thing["albedo"]}']
+    if twin.bounces:
+        lines += ["[render]", f"bounces = {twin.bounces}"]
     lines += ["[real]", 'captures = "real"']
     for thing in twin.things:
         lines += ["[[measure.fit]]", f'object = "{thing["name"]}"', f"gate_mm = {twin.gate_mm}"]

@@ -27,7 +27,8 @@ def alternatives(causes):
 
 def in_order(causes):
     """The groups named one after the other for several errors, the first included."""
-    return {row["group"] for row in causes.get("tested") or [] if row.get("order")}
+    ordered = sorted((row["order"], row["group"]) for row in causes.get("tested") or [] if row.get("order"))
+    return [group for _, group in ordered]
 
 
 def deviations(causes, groups, truths, planted):
@@ -53,23 +54,27 @@ def told(case, causes, truths):
     """What a row keeps of the causes: the words for the table, whether a listed cause is missing, and what is wrong."""
     named = alternatives(causes)
     allowed, each = set(case.causes.split()), set(case.each.split())
-    mentioned = set().union(*named) | (in_order(causes) if each and not case.unlisted else set())
-    out = dict(cause=" | ".join("+".join(sorted(groups)) for groups in named) or None, missing="", wrong=[])
+    ordered = in_order(causes) if each and len(named) <= 1 else []
+    mentioned = set(ordered).union(*named)
+    words = " | ".join("+".join(sorted(groups)) for groups in named)
+    out = dict(cause=", then ".join(ordered) or words or None, missing="", wrong=[])
     right = bool(mentioned & allowed) and each <= mentioned
     if not right and has_listed_cause(case):
         out["missing"] = " ".join(sorted(each - mentioned)) or case.causes
-    if not named or (len(named) > 1 and any(groups & allowed for groups in named)):
-        return out
-    if mentioned & allowed:
-        if len(named[0]) == 1 and not each and case.group != "double":  # it stands alone, and so does its value
-            off = deviations(causes, named[0] & allowed, truths, allowed)
-            out["wrong"] = [f"WRONG-VALUE: {name} by {z:.1f} standard errors" for name, z in off.items() if abs(z) > FARTHEST]
-        return out
-    for groups in named:
-        off = deviations(causes, groups, truths, allowed)
-        worst = max(off.items(), key=lambda item: abs(item[1]), default=None)
-        if worst and abs(worst[1]) > FARTHEST:
-            out["wrong"].append(f"WRONG-CAUSE: {'+'.join(sorted(groups))}, {worst[0]} by {worst[1]:.1f} standard errors")
-        elif groups <= PER_PIXEL and not case.unlisted:
-            out["wrong"].append(f"WRONG-CAUSE: {'+'.join(sorted(groups))}")
+    if len(named) > 1 and any(groups & allowed for groups in named):
+        return out  # one of several that cannot be told apart: none of their values stands for itself
+    for group in sorted(mentioned - allowed):
+        off = worst(deviations(causes, {group}, truths, allowed))
+        if off and abs(off[1]) > FARTHEST:
+            out["wrong"].append(f"WRONG-CAUSE: {group}, {off[0]} by {off[1]:.1f} standard errors")
+        elif group in PER_PIXEL and not case.unlisted:
+            out["wrong"].append(f"WRONG-CAUSE: {group}")
+    alone = len(mentioned) == 1 and mentioned <= allowed and not each and case.group != "double" and not case.unlisted
+    off = worst(deviations(causes, mentioned, truths, allowed)) if alone else None
+    if off and abs(off[1]) > FARTHEST:
+        out["wrong"].append(f"WRONG-VALUE: {off[0]} by {off[1]:.1f} standard errors")
     return out
+
+
+def worst(deviations_by_name):
+    return max(deviations_by_name.items(), key=lambda item: abs(item[1]), default=None)

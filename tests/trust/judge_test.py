@@ -89,6 +89,8 @@ EXPECTED_OF_CAUSES = [
     ([True, ["WRONG-CAUSE"]], told(causes(None, ["pose", "lens"], pose=OFF), **BLUR)),
     ([False, []], told(causes("blur", order=["blur", "pose"], blur=(2, 0.1)), **TWO)),
     ([False, []], told(causes(None, ["pose + blur", "lens + blur"]), **TWO)),
+    ([True, ["WRONG-CAUSE"]], told(causes("blur", order=["blur", "pose"], pose=OFF), causes="blur lens", each="blur lens")),
+    ([False, ["WRONG-CAUSE"]], told(causes(None, ["pose + blur"], pose=OFF), **BLUR)),
     ([True, []], told(causes("blur", order=["blur"], blur=(2, 0.1)), **TWO)),
     ([False, []], told(causes(), unlisted=True)),
     ([False, []], told(causes("a factor per pixel"), unlisted=True)),

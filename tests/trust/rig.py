@@ -34,7 +34,8 @@ def things_of(scene):
     wall = solids.plane("wall", (0, 0, 335), (0.06, -0.04, -1))
     small = solids.sphere("small", (33, 20, 303), 11.0)
     stone = solids.gem("gem", (0.25, -0.35, 0.1, 1, 2, 300))
-    return {"ball": [ball], "wall": [wall], "ball+wall": [ball, wall], "balls": [ball, small], "gem": [stone]}[scene]
+    groove = [solids.plane(name, (0, 0, 335), (slope, 0, -1)) for name, slope in (("right_side", -0.6), ("left_side", 0.6))]
+    return {"groove": groove, "ball": [ball], "wall": [wall], "ball+wall": [ball, wall], "balls": [ball, small], "gem": [stone]}[scene]
 
 
 class Rig:
@@ -54,6 +55,7 @@ class Rig:
                              read_noise_dn=self.full * 4e-4 + 0.5) for c in range(cameras)]
         self.nodes = nodes
         self.gate_mm = 3.0
+        self.bounces = 0  # what a twin believes of light from surface to surface; the rig itself has none
         # What a case may plant besides, as functions; None: nothing.
         self.reflectivity = None  # (object, points) -> factor on the albedo
         self.gloss = None  # (cosine between normal and half vector) -> factor on the light sent back
