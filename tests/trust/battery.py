@@ -145,9 +145,16 @@ def publish(table, name, marks, options):
 
 def refine_all(selected, options):
     """All refinements of the chosen rigs; the exit code."""
+    rows = []
     with concurrent.futures.ProcessPoolExecutor(options.jobs) as pool:
-        running = [pool.submit(refined, name, options.program, os.path.join(options.out, name), options.keep) for name in selected]
-        rows = [row for done in running for row in done.result()]
+        running = {name: pool.submit(refined, name, options.program, os.path.join(options.out, name), options.keep)
+                   for name in selected}
+        for name, done in running.items():
+            try:
+                rows += done.result()
+            except (subprocess.SubprocessError, OSError) as error:  # a run that does not end, or leaves no result
+                rows += [refinements.row_without_run(name, group, error) for group in refinements.GROUPS]
+                print(f"{name}: {error}", flush=True)
     publish(refinements.table(selected, rows), "refinements.md", page.REFINEMENTS, options)
     faulty = sum(bool(row["faults"]) for row in rows)
     print(f"{len(rows) - faulty} of {len(rows)} refinements as they must be; table: {options.out}/refinements.md")

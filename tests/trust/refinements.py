@@ -34,6 +34,10 @@ def row_of(case, known, group, before, run, after):
     return row
 
 
+def row_without_run(name, group, error):
+    return dict(name=name, group=group, exit=None, refused=False, converged=None, warned=False, off={}, faults=[f"FAILED: {error}"])
+
+
 def deviations(case, known, group, refinement):
     """How many standard errors the values are off, by name. What is not known and not planted is right as the twin has it."""
     out = {}
