@@ -63,7 +63,8 @@ def refined(name, program, folder, keep):
     runs = {}
     for group in ("", *refinements.GROUPS):
         out = os.path.join(folder, "refined_" + group if group else "out")
-        run = run_program(program, "cosim", os.path.join(folder, "twin.toml"), "--out", out, *(["--refine", group] if group else []))
+        run = run_program(program, "cosim", os.path.join(folder, "twin.toml"), "--out", out,
+                          *(["--refine", group] if group else []))
         runs[group] = run, judge.loaded(os.path.join(out, "result.json"))
         if not keep:
             for heavy in ("simulated", "measured_real", "measured_simulated"):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two errors at once, which must both be named; and errors of no group that the program knows, of which it must say so, or that
-they are a factor or an offset of each pixel."""
+"""Two errors at once, which must both be named; and errors of no group that the program knows, of which it must say so, or
+that they are a factor or an offset of each pixel."""
 import numpy as np
 
 import cases_listed as one
@@ -19,20 +19,24 @@ def double(name, what, plants, rig, each, **expected):
 
 K1, MOVED, TURNED = one.projector_k1(0.02), one.moved(0.02, -0.01, 0.03), one.projector_turned(2e-4, -3e-4, 4e-4)
 double("k1_and_gamma", "the projector's k1 is 0.02 off and its gamma is 1.1", [K1, one.gamma(1.1)], WALL, "lens response")
-double("k1_and_gamma_ball", "sphere; the projector's k1 is 0.02 off and its gamma is 1.1", [K1, one.gamma(1.1)], BALL, "lens response")
-double("k1_small_and_gamma_small", "the projector's k1 is 0.004 off and its gamma is 1.02", [one.projector_k1(0.004), one.gamma(1.02)],
-       WALL, "lens response")
-double("turned_and_k1_wall", "the projector is turned by 0.54 mrad and its k1 is 0.02 off", [TURNED, K1], FULL_BOTH, "rig lens")
-double("pose_and_gamma", "the sphere is 0.037 mm off, the projector's gamma is 1.08", [MOVED, one.gamma(1.08)], BALL, "pose response")
-double("pose_and_gamma_wall", "the sphere before a wall is 0.037 mm off, the projector's gamma is 1.08", [MOVED, one.gamma(1.08)],
-       FULL_BOTH, "pose response")
-double("pose_and_blur", "the sphere is 0.037 mm off, the projector's blur is 1.5 px", [MOVED, one.blur(1.5)], BALL, "pose blur")
+double("k1_and_gamma_ball", "sphere; the projector's k1 is 0.02 off and its gamma is 1.1", [K1, one.gamma(1.1)], BALL,
+       "lens response")
+double("k1_small_and_gamma_small", "the projector's k1 is 0.004 off and its gamma is 1.02",
+       [one.projector_k1(0.004), one.gamma(1.02)], WALL, "lens response")
+double("turned_and_k1_wall", "the projector is turned by 0.54 mrad and its k1 is 0.02 off", [TURNED, K1], FULL_BOTH,
+       "rig lens")
+double("pose_and_gamma", "the sphere is 0.037 mm off, the projector's gamma is 1.08", [MOVED, one.gamma(1.08)], BALL,
+       "pose response")
+double("pose_and_gamma_wall", "the sphere before a wall is 0.037 mm off, the projector's gamma is 1.08",
+       [MOVED, one.gamma(1.08)], FULL_BOTH, "pose response", values={"projector.gamma": 1.08})
+double("pose_and_blur", "the sphere is 0.037 mm off, the projector's blur is 1.5 px", [MOVED, one.blur(1.5)], BALL,
+       "pose blur")
 double("size_and_blur_wall", "the radius of the sphere before a wall is 0.05 mm off, the projector's blur is 1.5 px",
        [one.radius(0.05), one.blur(1.5)], FULL_BOTH, "size blur")
-double("blur_and_light", "the projector's blur is 1.5 px, and the light flickers by 1 %", [one.blur(1.5), one.flicker(0.01)], BALL,
-       "blur light")
-double("texture_and_gamma", "waves of 10 % in the albedo, and the projector's gamma is 1.08", [one.waves(0.1), one.gamma(1.08)], WALL,
-       "texture response", gain=False)
+double("blur_and_light", "the projector's blur is 1.5 px, and the light flickers by 1 %", [one.blur(1.5), one.flicker(0.01)],
+       BALL, "blur light")
+double("texture_and_gamma", "waves of 10 % in the albedo, and the projector's gamma is 1.08",
+       [one.waves(0.1), one.gamma(1.08)], WALL, "texture response", gain=False)
 # One sphere alone cannot tell k1 from a turn: the turn takes it up, so one of the two suffices.
 add_case("turned_and_k1", "double", "sphere; the projector is turned by 0.54 mrad and its k1 is 0.02 off",
          lambda rig, twin, random: (TURNED(rig, twin, random), K1(rig, twin, random)), BALL, causes="rig lens intrinsics")

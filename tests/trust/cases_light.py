@@ -62,9 +62,11 @@ def projector_gamma(rig, twin, random):
 
 
 add_case("gamma_n3", "light", "N = 3, the projector's gamma is 1.15", projector_gamma, BALL_N3,
-         verdict={"gray": "not explained", "phase": "not explained"}, says=RESPONSE.replace(" ", "|"), causes=RESPONSE)
+         verdict={"gray": "not explained", "phase": "not explained"}, says=RESPONSE.replace(" ", "|"), causes=RESPONSE,
+         values={"projector.gamma": 1.15})
 add_case("gamma_n4", "light", "N = 4, the projector's gamma is 1.15", projector_gamma,
-         verdict={"gray": "not explained"}, says=RESPONSE.replace(" ", "|"), causes=RESPONSE)
+         verdict={"gray": "not explained"}, says=RESPONSE.replace(" ", "|"), causes=RESPONSE,
+         values={"projector.gamma": 1.15})
 
 
 def checkered(rig, twin, random):

@@ -66,22 +66,27 @@ def camera_focal(factor):
 
 
 listed("pose_40um", "the sphere is 0.037 mm off in the twin", moved(0.02, -0.01, 0.03), BALL, "pose")
-listed("pose_40um_wall", "the sphere in front of a wall is 0.037 mm off in the twin", moved(0.02, -0.01, 0.03), FULL_BOTH, "pose")
+listed("pose_40um_wall", "the sphere in front of a wall is 0.037 mm off in the twin", moved(0.02, -0.01, 0.03), FULL_BOTH,
+       "pose")
 listed("pose_tilt_100urad", "the wall is tilted by 0.1 mrad in the twin", tilted(1e-4), dict(scene="wall"), "pose")
-listed("pose_tilt_100urad_n7", "N = 7, the wall is tilted by 0.1 mrad in the twin", tilted(1e-4), dict(scene="wall", steps=7), "pose")
+listed("pose_tilt_100urad_n7", "N = 7, the wall is tilted by 0.1 mrad in the twin", tilted(1e-4),
+       dict(scene="wall", steps=7), "pose")
 listed("size_6um", "the sphere's radius is 0.006 mm too large in the twin", radius(0.006), BALL, "size")
-listed("size_6um_wall", "the radius of the sphere in front of a wall is 0.006 mm too large in the twin", radius(0.006), FULL_BOTH,
-       "size")
-listed("rig_turned", "the projector is turned by 0.54 mrad in the twin", projector_turned(2e-4, -3e-4, 4e-4), FULL_BOTH, "rig")
-listed("rig_turned_small", "the projector is turned by 0.1 mrad about its upright axis in the twin", projector_turned(0, 1e-4, 0),
-       BOTH, "rig")
-listed("rig_second_camera", "the second camera is turned by 0.3 mrad in the twin", second_camera_turned(1e-4, 2e-4, -2e-4), TWO, "rig")
+listed("size_6um_wall", "the radius of the sphere in front of a wall is 0.006 mm too large in the twin", radius(0.006),
+       FULL_BOTH, "size")
+listed("rig_turned", "the projector is turned by 0.54 mrad in the twin", projector_turned(2e-4, -3e-4, 4e-4), FULL_BOTH,
+       "rig")
+listed("rig_turned_small", "the projector is turned by 0.1 mrad about its upright axis in the twin",
+       projector_turned(0, 1e-4, 0), BOTH, "rig")
+listed("rig_second_camera", "the second camera is turned by 0.3 mrad in the twin",
+       second_camera_turned(1e-4, 2e-4, -2e-4), TWO, "rig")
 listed("lens_k1", "k1 of the projector is 0.02 too large in the twin", projector_k1(0.02), WALL, "lens")
 listed("lens_k1_small", "k1 of the projector is 0.004 too large in the twin", projector_k1(0.004), WALL, "lens")
 listed("camera_middle", "the camera's principal point is 0.5 px off in the twin", camera_middle(0.5), BALL, "intrinsics")
-listed("camera_middle_small", "the first of two cameras has its principal point 0.1 px off in the twin", camera_middle(0.1), TWO,
+listed("camera_middle_small", "the first of two cameras has its principal point 0.1 px off in the twin",
+       camera_middle(0.1), TWO, "intrinsics")
+listed("camera_focal", "the camera's focal length is 0.1 % too long in the twin", camera_focal(1.001), FULL_BOTH,
        "intrinsics")
-listed("camera_focal", "the camera's focal length is 0.1 % too long in the twin", camera_focal(1.001), FULL_BOTH, "intrinsics")
 
 
 def gamma(exponent):
@@ -105,8 +110,8 @@ def blur(sigma_px):
 
 listed("gamma_small", "the projector's gamma is 1.02", gamma(1.02), WALL, "response harmonics", verdict=GRAY,
        values={"projector.gamma": 1.02})
-listed("harmonic_n6", "N = 6, a third harmonic of 2 % of the scale", third_harmonic(0.02), WALL | N6, "harmonics", verdict=GRAY,
-       values={"projector.harmonic.3": 0.02})
+listed("harmonic_n6", "N = 6, a third harmonic of 2 % of the scale", third_harmonic(0.02), WALL | N6, "harmonics",
+       verdict=GRAY, values={"projector.harmonic.3": 0.02})
 listed("harmonic_small_n6", "N = 6, a third harmonic of 0.6 % of the scale", third_harmonic(0.006), WALL | N6, "harmonics",
        values={"projector.harmonic.3": 0.006})
 listed("blur_small", "the projector's blur of 0.5 px is not in the twin", blur(0.5), dict(scene="wall"), "blur", verdict=GRAY)
@@ -140,7 +145,8 @@ listed("vignetting", "the camera sees 15 % less in the corners", vignetting(-0.1
 listed("vignetting_small", "the camera sees 2 % less in the corners", vignetting(-0.02), BOTH, "vignetting", gain=False,
        values={"left.vignetting.a1": -0.02, "left.vignetting_tilt.x": 0.0, "left.vignetting_tilt.y": 0.0})
 listed("albedo", "the sphere sends back 0.8, in the twin 0.72, the wall in both 0.8", albedo(0.72), BOTH, "albedo", **VARIES)
-listed("albedo_small", "the sphere sends back 0.8, in the twin 0.79, the wall in both 0.8", albedo(0.79), BOTH, "albedo", gain=False)
+listed("albedo_small", "the sphere sends back 0.8, in the twin 0.79, the wall in both 0.8", albedo(0.79), BOTH, "albedo",
+       gain=False)
 listed("texture_small", "waves of 3 % in the albedo", waves(0.03), WALL, PER_PIXEL, **VARIES)
 
 
@@ -175,9 +181,11 @@ def camera_gamma(exponent):
 
 
 ROOM, SENSOR = "room_light ambient offset", "camera_response sensor_response"
-listed("room_light_small", "room light with a gradient over the image, up to 1 % of the full light", room(0.01), WALL, ROOM, gain=False)
+listed("room_light_small", "room light with a gradient over the image, up to 1 % of the full light", room(0.01), WALL,
+       ROOM, gain=False)
 listed("side_lamp", "a lamp at the side shines on the sphere, 6 % of the full light", side_lamp, BALL, ROOM, **VARIES)
-listed("side_lamp_wall", "a lamp at the side shines on sphere and wall, 6 % of the full light", side_lamp, BOTH, ROOM, **VARIES)
+listed("side_lamp_wall", "a lamp at the side shines on sphere and wall, 6 % of the full light", side_lamp, BOTH, ROOM,
+       **VARIES)
 listed("flicker_small", "the light flickers by 0.3 %", flicker(0.003), WALL, "light flicker")
 listed("knee", "the sensor's line bends by 10 % at 55 % of its scale", knee(0.9), BALL, SENSOR, **VARIES)
 listed("knee_small", "the sensor's line bends by 3 % at 55 % of its scale", knee(0.97), WALL, SENSOR, gain=False)
@@ -222,19 +230,21 @@ def believed_bounce(rig, twin, random):
 
 
 FIELD, SHIFT = "projector_field texture factor", "image_shift"
-listed("field_tilt_two_cameras", "two cameras, the projector is brighter at one side by 20 %", field_tilt, TWO, "projector_field", **VARIES)
+listed("field_tilt_two_cameras", "two cameras, the projector is brighter at one side by 20 %", field_tilt, TWO,
+       "projector_field", **VARIES)
 listed("hot_spot_small", "a hot spot of the projector, 3 %, 120 px wide", hot_spot(0.03, 120), WALL, FIELD, gain=False)
 listed("camera_defocus", "the camera is out of focus by 0.9 px", defocus(0.9), BALL, "camera_psf", verdict=GRAY)
-listed("camera_defocus_n5", "N = 5, the camera is out of focus by 0.9 px", defocus(0.9), dict(scene="wall") | N5, "camera_psf",
-       verdict=GRAY)
+listed("camera_defocus_n5", "N = 5, the camera is out of focus by 0.9 px", defocus(0.9), dict(scene="wall") | N5,
+       "camera_psf", verdict=GRAY)
 listed("camera_defocus_large", "the camera is out of focus by 1.5 px", defocus(1.5), BOTH, "camera_psf", verdict=GRAY)
 listed("vibration", "the fringes of each image are shifted at random by 0.1 px rms", vibration(0.1), BALL, SHIFT)
 listed("step_errors", "the phase steps are wrong by 0.02 rad rms", vibration(0.02 * 15 / (2 * np.pi)), BALL, SHIFT)
 listed("fringe_drift", "the fringes drift by 0.4 px from the first image to the last", drift, BALL, SHIFT)
-listed("specular", "Phong's lobe of 0.04 on the sphere is not in the twin", phong(0.04), BALL, "specular " + PER_PIXEL, **VARIES)
-listed("specular_small", "Phong's lobe of 0.008 on the sphere is not in the twin", phong(0.008), BALL, "specular " + PER_PIXEL,
-       gain=False)
+listed("specular", "Phong's lobe of 0.04 on the sphere is not in the twin", phong(0.04), BALL, "specular " + PER_PIXEL,
+       **VARIES)
+listed("specular_small", "Phong's lobe of 0.008 on the sphere is not in the twin", phong(0.008), BALL,
+       "specular " + PER_PIXEL, gain=False)
 listed("bounce", "a groove; the twin has light that goes from one side to the other, the rig has not", believed_bounce,
        dict(scene="groove", small=True, nodes=8), "bounce", verdict=GRAY, gain=False)
-listed("bounce_small", "sphere and wall; the twin has light that goes from one to the other, the rig has not", believed_bounce, BOTH,
-       "bounce", gain=False)
+listed("bounce_small", "sphere and wall; the twin has light that goes from one to the other, the rig has not",
+       believed_bounce, BOTH, "bounce", gain=False)

@@ -100,9 +100,9 @@ EXPECTED_OF_CAUSES = [
 
 def result(named=None, notes=(), after=0.0, sigma=0.1, converged=True, **states):
     """A result with a refinement of the blur, or, as the one before it, with causes that print 1.5 +- 0.1 for it."""
-    rows = [dict(quantity=q, region="left", state=states.get(q, "explained"), n=10000, n_regions=100, chi2=states.get(q + "_chi2", 1.0),
-                 chi2_limit=9.0 if q == "geometry" else 1.15, regional_chi2=1.0, regional_limit=1.5)
-            for q in ALL_OK]
+    rows = [dict(quantity=q, region="left", state=states.get(q, "explained"), n=10000, n_regions=100,
+                 chi2=states.get(q + "_chi2", 1.0), chi2_limit=9.0 if q == "geometry" else 1.15,
+                 regional_chi2=1.0, regional_limit=1.5) for q in ALL_OK]
     return dict(explained=rows, causes=causes(named, blur=(1.5, 0.1)) | dict(n=100), warnings=list(notes), refinement=dict(
         converged=converged, n=100, parameters=[dict(name="projector.blur_px", before=0.0, after=after, after_sigma=sigma)]))
 
@@ -122,7 +122,7 @@ EXPECTED_OF_REFINEMENTS = [
     (["REFINED-OFF"], refinement(result(), result(after=2.0))),
     (["REFINED-OFF"], refinement(result(), result(after=0.9), planted="pose")),
     ([], refinement(result(), result(after=0.5), planted="pose")),
-    ([], refinement(result(), result(None, ["what is left is not explained: the refined values are not to be trusted"], after=2.0))),
+    ([], refinement(result(), result(None, ["what is left is not explained: the values are not to be trusted"], after=2.0))),
     (["NOT-CONVERGED"], refinement(result(), result(after=1.5, converged=False))),
     ([], refinement(result(), result(None, ["the refinement did not converge"], after=1.5, converged=False))),
     (["REFINED-WORSE"], refinement(result(), result(after=1.5, phase="not explained"))),
@@ -139,7 +139,8 @@ EXPECTED_OF_REFINEMENTS = [
 
 
 def main():
-    wrong = [f"expected {expected}, found {found}" for expected, found in EXPECTED + EXPECTED_OF_CAUSES + EXPECTED_OF_REFINEMENTS if expected != found]
+    wrong = [f"expected {expected}, found {found}"
+             for expected, found in EXPECTED + EXPECTED_OF_CAUSES + EXPECTED_OF_REFINEMENTS if expected != found]
     if len(all_cases()) < 110:
         wrong.append(f"only {len(all_cases())} rigs: a module of cases is not loaded")
     wrong += [f"no rig is named {name}" for name in refinements.RIGS if name not in all_cases()]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The battery's table in Markdown, and the places of tables in docs/TRUST.md: between their two marks, nothing else is touched."""
+"""The battery's table in Markdown, and the places of tables in docs/TRUST.md: between two marks, nothing else is touched."""
 import datetime
 import re
 import subprocess
@@ -56,8 +56,8 @@ def table(cases, rows):
     sound = sum(not row["faults"] for row in rows)
     listed = [row for row in rows if judge_causes.has_listed_cause(cases[row["name"]])]
     named = sum(not row["missing"] and row["verdict"] is not None for row in listed)
-    return "\n".join([f"{sound} of {len(rows)} rigs are as they must be. A cause that the program knows is planted in {len(listed)} rigs, "
-                      f"and named in {named} of them.", "", *lines])
+    return "\n".join([f"{sound} of {len(rows)} rigs are as they must be. A cause that the program knows is planted in "
+                      f"{len(listed)} rigs, and named in {named} of them.", "", *lines])
 
 
 def made_by(program):

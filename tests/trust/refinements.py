@@ -13,7 +13,8 @@ from truths import standard_errors
 GROUPS = ("pose", "rig", "lens", "response", "blur")
 RIGS = ("right_sphere_n4", "right_plane_n4", "right_small_two_cameras", "pose_40um", "size_6um_wall", "rig_turned", "lens_k1",
         "camera_middle", "gamma_n4", "blur_missing", "vignetting", "albedo", "texture_small", "side_lamp", "flicker", "knee",
-        "camera_gamma", "hot_spot", "camera_defocus", "vibration", "gloss", "subsurface", "pose_and_gamma_wall", "moving_sphere")
+        "camera_gamma", "hot_spot", "camera_defocus", "vibration", "gloss", "subsurface", "pose_and_gamma_wall",
+        "moving_sphere")
 FARTHEST = 4.0  # standard errors between a refined value and the truth
 WARNED = r"refine|converge|not told|told apart|not to be trusted"
 RANK = {"explained": 0, "budget too wide": 1, "not compared": 2, "not explained": 2}
@@ -22,11 +23,11 @@ RANK = {"explained": 0, "budget too wide": 1, "not compared": 2, "not explained"
 def row_of(case, known, group, before, run, after):
     """known: the true values by name; before, after: the results without the refinement and with it; run: the latter's."""
     said = (after or {}).get("warnings", []) + [line for line in judge.complaints(run.stderr) if "warning:" in line]
-    row = dict(name=case.name, group=group, exit=run.returncode, refused=False, converged=None, warned=False, off={}, faults=[])
+    row = row_without_run(case.name, group, f"exit {run.returncode}, no refinement")
     refinement = (after or {}).get("refinement")
     if refinement is None:
         row["refused"] = bool(re.search("told apart|no parameter", run.stderr))
-        row["faults"] = [] if row["refused"] else [f"FAILED: exit {run.returncode}, no refinement"]
+        row["faults"] = [] if row["refused"] else row["faults"]
         return row
     row["converged"], row["warned"] = refinement["converged"], any(re.search(WARNED, line) for line in said)
     row["off"] = deviations(case, known, group, refinement)
@@ -35,7 +36,7 @@ def row_of(case, known, group, before, run, after):
 
 
 def row_without_run(name, group, error):
-    return dict(name=name, group=group, exit=None, refused=False, converged=None, warned=False, off={}, faults=[f"FAILED: {error}"])
+    return dict(name=name, group=group, refused=False, converged=None, warned=False, off={}, faults=[f"FAILED: {error}"])
 
 
 def deviations(case, known, group, refinement):
@@ -72,13 +73,13 @@ def worse(before, after):
         for key, limit, n in (("chi2", "chi2_limit", e["n"]), ("regional_chi2", "regional_limit", e["n_regions"])):
             if e[key] is None or b[key] is None or e[key] <= e[limit]:
                 continue
-            spread = (math.sqrt(b[key]) + 1)**2 / b[key] if e["quantity"] == "geometry" else 1.02 + 2 * math.sqrt(2 / max(n, 1))
-            if e[key] > b[key] * spread:
+            spread = b[key] * (1.02 + 2 * math.sqrt(2 / max(n, 1)))
+            if e[key] > ((math.sqrt(b[key]) + 1)**2 if e["quantity"] == "geometry" else spread):
                 yield f"{where}, {key} {b[key]:.3g} before and {e[key]:.3g} after"
 
 
 def other_than_causes(group, before, refinement):
-    """Values and standard errors that contradict what the causes of the run before printed for this group, if they named it."""
+    """Values and standard errors that contradict what the causes of the run before printed for this group, if named."""
     causes = before.get("causes") or {}
     if {group} not in judge_causes.alternatives(causes):
         return

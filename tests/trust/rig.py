@@ -35,7 +35,8 @@ def things_of(scene):
     small = solids.sphere("small", (33, 20, 303), 11.0)
     stone = solids.gem("gem", (0.25, -0.35, 0.1, 1, 2, 300))
     groove = [solids.plane(name, (0, 0, 335), (slope, 0, -1)) for name, slope in (("right_side", -0.6), ("left_side", 0.6))]
-    return {"groove": groove, "ball": [ball], "wall": [wall], "ball+wall": [ball, wall], "balls": [ball, small], "gem": [stone]}[scene]
+    return {"ball": [ball], "wall": [wall], "ball+wall": [ball, wall], "balls": [ball, small], "gem": [stone],
+            "groove": groove}[scene]
 
 
 class Rig:

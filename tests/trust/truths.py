@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the true values are of the parameters that the program prints, by the program's names for them.
 
-They come from the rig's plain numbers. Turns and shifts count from the twin's place: Q = turn (R P + t) + shift. A tilt of a plane
-adds tilt u + tilt v to its normal n, with u in the plane of x and y, and v = n x u."""
+They come from the rig's plain numbers. Turns and shifts count from the twin's place: Q = turn (R P + t) + shift. A tilt of a
+plane adds tilt u + tilt v to its normal n, with u in the plane of x and y, and v = n x u."""
 import numpy as np
 
 from projection import rotation_vector
@@ -39,7 +39,8 @@ def of_device(name, true, twin, moves):
 
 def truths(rig, twin, values):
     """The values of all parameters that are known, by name. values: those that neither rig nor twin hold."""
-    out = {"projector.blur_px": rig.blur_px, "projector.gamma": 1.0} | of_device("projector", rig.projector, twin.projector, True)
+    out = of_device("projector", rig.projector, twin.projector, True)
+    out |= {"projector.blur_px": rig.blur_px, "projector.gamma": 1.0}
     for name, true, believed in zip(CAMERA_NAMES, rig.cameras, twin.cameras):
         out |= of_device(name, true, believed, name != CAMERA_NAMES[0]) | {name + ".psf_px": rig.camera_blur_px}
     shapes = dict(sphere=of_sphere, plane=of_plane)
@@ -53,8 +54,8 @@ def truths(rig, twin, values):
 
 
 def standard_errors(name, value, sigma, truth):
-    """How many standard errors a printed value is off. A blur is fitted as sigma^2, whose error the program carries over to sigma by
-    the derivative, or, near zero, by the difference of the roots; so squares are compared."""
+    """How many standard errors a printed value is off. A blur is fitted as sigma^2, whose error the program carries over to
+    sigma by the derivative, or, near zero, by the difference of the roots; so squares are compared."""
     if not name.endswith(("blur_px", "psf_px")):
         return (value - truth) / sigma
     return (value**2 - truth**2) / (2 * value * sigma if value > 2 * sigma else sigma**2 + 2 * value * sigma)
