@@ -100,8 +100,10 @@ def cell(row):
     if row["refused"]:
         return "refused"
     words = list(dict.fromkeys(fault.split(":")[0] for fault in row["faults"]))
+    if words == ["FAILED"]:
+        return "FAILED"
     farthest = max(map(abs, row["off"].values()), default=None)
-    return ", ".join(([] if farthest is None else [f"{farthest:.1f}"]) + (["warned"] if row["warned"] else []) + words) or "-"
+    return ", ".join((["kept"] if farthest is None else [f"{farthest:.1f}"]) + (["warned"] if row["warned"] else []) + words)
 
 
 def table(cases, rows):
