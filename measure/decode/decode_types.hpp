@@ -66,6 +66,7 @@ struct DirectionDecode {
   ImageF sigma_rad;                  ///< predicted phase sigma, finest pitch
   ImageD coordinate_px;              ///< absolute projector coordinate; NaN where invalid
   ImageF coordinate_sigma_px;
+  bool smoothed = false;  ///< by smooth_coordinates(): neighbours share their noise
   OrderRepair repair;
   NoiseSource noise_source = NoiseSource::quantisation;
   double noise_dn = 0.0;  ///< rms noise of a gray value behind sigma_rad, median over the valid pixels

@@ -91,6 +91,7 @@ void smooth_direction(const Window& window, DirectionDecode& d) {
   }
   d.coordinate_px = std::move(coordinate);
   d.coordinate_sigma_px = std::move(sigma);
+  d.smoothed = true;
 }
 
 }  // namespace

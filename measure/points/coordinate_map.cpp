@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "twin/base/statistics.hpp"
 
@@ -23,6 +24,9 @@ void lagrange4(double t, double w[4], double dw[4]) {
   dw[3] = (b * c + a * c + a * b) / 6.0;
 }
 
+/// Returns the square root of the sum of the squared weights.
+double length(const double* w, int n) { return std::sqrt(std::inner_product(w, w + n, w, 0.0)); }
+
 /// Computes the third difference of four neighbours. Returns false when the slope does not explain it.
 bool smooth(double a, double b, double c, double d, double fraction, double noise, double& third) {
   third = std::abs(d - 3.0 * c + 3.0 * b - a);
@@ -36,7 +40,8 @@ constexpr double kErrorCentred = 0.0234, kErrorShifted = 0.0417;
 
 }  // namespace
 
-CoordinateMap::CoordinateMap(const ImageD& map, const ImageF& sigma) : map_(map), sigma_(sigma) {
+CoordinateMap::CoordinateMap(const ImageD& map, const ImageF& sigma, bool smoothed)
+    : map_(map), sigma_(sigma), smoothed_(smoothed) {
   std::vector<float> some;
   const std::size_t stride = std::max<std::size_t>(1, sigma.size() / 50000);
   for (std::size_t i = 0; i < sigma.size(); i += stride)
@@ -89,6 +94,7 @@ bool CoordinateMap::sample_cubic(int x0, int y0, double x, double y, double nois
   }
   const bool centred = std::abs(x - x0 - 1.5) <= 0.5 && std::abs(y - y0 - 1.5) <= 0.5;
   out.error_px = (centred ? kErrorCentred : kErrorShifted) * largest;
+  if (!smoothed_) out.noise_gain = length(wx, 4) * length(wy, 4);
   return true;
 }
 
@@ -117,6 +123,7 @@ bool CoordinateMap::sample_linear(int x0, int y0, double x, double y, double noi
   const double u = x - x0, v = y - y0;
   const double a = map_(x0, y0), b = map_(x0 + 1, y0), c = map_(x0, y0 + 1), d = map_(x0 + 1, y0 + 1);
   out.value = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d);
+  out.noise_gain = smoothed_ ? 1.0 : std::hypot(1 - u, u) * std::hypot(1 - v, v);
   out.d_dx = (1 - v) * (b - a) + v * (d - c);
   out.d_dy = (1 - u) * (c - a) + u * (d - b);
   return std::isfinite(out.value);

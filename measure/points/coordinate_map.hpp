@@ -9,6 +9,9 @@ namespace fringetwin::measure {
 struct MapSample {
   double value = 0.0, d_dx = 0.0, d_dy = 0.0;
   double error_px = 0.0;  ///< size of the interpolation error, from the first neglected differences
+  /// Standard deviation of the value over that of a pixel: square root of the sum of the squared weights, 1
+  /// at a pixel and 0.64 in the middle of four.
+  double noise_gain = 1.0;
 };
 
 /// Interpolates with 4x4 Lagrange cubics; the stencil is centred on the pixel cell where all 16
@@ -19,7 +22,8 @@ struct MapSample {
 class CoordinateMap {
  public:
   /// Keeps references: `map` and `sigma` must outlive this. `sigma` may be empty (no noise known).
-  CoordinateMap(const ImageD& map, const ImageF& sigma);
+  /// `smoothed`: neighbours share their noise, which the interpolation then does not lessen.
+  CoordinateMap(const ImageD& map, const ImageF& sigma, bool smoothed = false);
   bool sample(double x, double y, MapSample& out) const;
   /// Returns the noise of the nearest pixel, 0 where unknown.
   double sigma_px(double x, double y) const;
@@ -34,6 +38,7 @@ class CoordinateMap {
   static constexpr double kSlopeFraction = 0.3;
   const ImageD& map_;
   const ImageF& sigma_;
+  bool smoothed_ = false;
   double typical_sigma_px_ = 0.0;  ///< median over valid pixels
 };
 

@@ -86,7 +86,8 @@ SolveStatus solve_depth_in_maps(const Lens& lens, const Pose& T_device_cam, cons
       if (!maps[k]->sample(q.x(), q.y(), sample)) return false;
       equations[k] = {sample.value - targets[k].coordinate_px,
                       sample.d_dx * dq_ds.x() + sample.d_dy * dq_ds.y(),
-                      std::hypot(targets[k].sigma_px, maps[k]->sigma_px(q.x(), q.y()), sample.error_px)};
+                      std::hypot(targets[k].sigma_px, sample.noise_gain * maps[k]->sigma_px(q.x(), q.y()),
+                                 sample.error_px)};
     }
     return true;
   };

@@ -235,7 +235,7 @@ PointCloud triangulate_stereo(const Twin& twin, const CameraDecode& left, const 
   for (const Axis axis : {Axis::x, Axis::y}) {
     const DirectionDecode *l = left.direction(axis), *r = right.direction(axis);
     if (!l || !r) continue;
-    maps.emplace_back(r->coordinate_px, r->coordinate_sigma_px);
+    maps.emplace_back(r->coordinate_px, r->coordinate_sigma_px, r->smoothed);
     setup.left[setup.count] = l;
     setup.maps[setup.count] = &maps[setup.count];
     ++setup.count;
