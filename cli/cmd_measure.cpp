@@ -6,6 +6,7 @@
 #include "cli/tell_comparison.hpp"
 #include "compare/result/result_json.hpp"
 #include "cosim/load.hpp"
+#include "cosim/simulate.hpp"
 #include "cosim/write_results.hpp"
 #include "measure/description_warnings.hpp"
 #include "twin/base/out_folder.hpp"
@@ -19,6 +20,7 @@ struct MeasureCommand {
   std::string twin;
   std::string captures;
   std::string out;
+  bool method_bias = false;
 };
 
 int run_measure(const MeasureCommand& o, const Invocation& invocation) {
@@ -29,6 +31,12 @@ int run_measure(const MeasureCommand& o, const Invocation& invocation) {
   const cosim::Captures captures = cosim::load_captures(twin, o.captures);
   timer.start("measure");
   measure::Measurement measurement = measure::measure(twin, captures.cameras);
+  if (o.method_bias || twin.measure.correct_pixel_area) {
+    timer.start("method_bias");
+    render::Renderer renderer;
+    const cosim::Simulated simulated = cosim::simulate(twin, {}, renderer);
+    measure::state_method_bias(twin, simulated.irradiance, measurement);
+  }
   for (measure::Doubt& doubt : measure::description_warnings(twin, captures.cameras, measurement, nullptr))
     measurement.warnings.push_back(std::move(doubt.sentence));
   timer.start("write");
@@ -71,6 +79,8 @@ void add_measure(CLI::App& app, Invocation& invocation) {
   sub->add_option("--captures", options->captures, "Folder with a capture.toml")->required();
   sub->add_option("--out", options->out, "Folder for points.ply, phase_<camera>.exr, result.json")
       ->required();
+  sub->add_flag("--method-bias", options->method_bias,
+                "Render the twin once and state what the method itself adds to each fit");
   run_when_chosen(*sub, invocation, options, run_measure);
 }
 

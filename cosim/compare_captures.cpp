@@ -47,6 +47,14 @@ Run measure_both(const CompareRequest& request) {
   run.timer.start("measure");
   run.simulated.measurement = measure::measure(run.twin, run.simulated.images, run.options.use_steps);
   run.real.measurement = measure::measure(run.twin, run.real.images, run.options.use_steps);
+  if (!run.simulated.irradiance.empty())
+    for (compare::Side* side : {&run.simulated, &run.real})
+      measure::state_method_bias(run.twin, run.simulated.irradiance, *side->measurement,
+                                 run.options.use_steps);
+  else if (run.twin.measure.correct_pixel_area)
+    run.real.measurement->warnings.emplace_back(
+        "[measure] correct_pixel_area has no effect: the simulated side has no images without noise (render "
+        "--radiance writes them)");
   run.timer.stop();
   add_to_warnings(run, doubts_about_real_side(run));
   return run;

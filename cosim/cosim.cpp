@@ -81,6 +81,8 @@ void keep_times(Run& run, const measure::Measurement& measurement, const std::st
 void measure_simulated(Run& run) {
   run.timer.start("measure_simulated");
   run.simulated.measurement = measure::measure(run.twin, run.simulated.images, run.options.use_steps);
+  measure::state_method_bias(run.twin, run.simulated.irradiance, *run.simulated.measurement,
+                             run.options.use_steps);
   run.timer.stop();
   keep_times(run, *run.simulated.measurement, "simulated");
 }
@@ -98,6 +100,7 @@ void measure_real(Run& run, const Twin* before = nullptr) {
   } else {
     real = measure::measure(run.twin, run.real.images, run.options.use_steps);
   }
+  measure::state_method_bias(run.twin, run.simulated.irradiance, *real, run.options.use_steps);
   run.timer.stop();
   keep_times(run, *real, "real");
 }

@@ -3,12 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "measure/decode/mixed_pixels.hpp"
 #include "measure/decode/phase_exr.hpp"
 #include "measure/decode/smooth_coordinates.hpp"
 #include "measure/decode/unwrap.hpp"
+#include "measure/fit/method_bias.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/stopwatch.hpp"
@@ -48,16 +50,36 @@ void warn_of_clip(const Camera& camera, const CameraDecode& decode, std::vector<
         camera.name, decode.clip->dn, camera.sensor.max_dn(), decode.clip->n));
 }
 
-void triangulate(const Twin& twin, double smoothing_px, Measurement& m) {
-  const bool stereo = twin.triangulate() == Triangulate::stereo;
+/// Returns the decodes that points are made of, without their mixed pixels.
+std::vector<CameraDecode> unmixed(const Twin& twin, const std::vector<CameraDecode>& decodes,
+                                  std::size_t& n_mixed) {
   std::vector<CameraDecode> cameras;
-  std::size_t n_mixed = 0;
-  for (std::size_t i = 0; i < (stereo ? 2u : 1u); ++i) {
-    cameras.push_back(without_mixed_pixels(m.cameras[i], n_mixed));
-    if (smoothing_px > 0.0) smooth_coordinates(cameras.back(), smoothing_px);
+  for (std::size_t i = 0; i < (twin.triangulate() == Triangulate::stereo ? 2u : 1u); ++i)
+    cameras.push_back(without_mixed_pixels(decodes[i], n_mixed));
+  return cameras;
+}
+
+PointCloud find_points(const Twin& twin, std::vector<CameraDecode> cameras, double smoothing_px,
+                       TriangulationSummary& summary) {
+  for (CameraDecode& camera : cameras)
+    if (smoothing_px > 0.0) smooth_coordinates(camera, smoothing_px);
+  return cameras.size() > 1 ? triangulate_stereo(twin, cameras[0], cameras[1], &summary)
+                            : triangulate_projector(twin, 0, cameras[0], &summary);
+}
+
+/// Puts the coordinates of another decode in the place of those that there are; their sigmas stay.
+void replace_coordinates(const CameraDecode& from, CameraDecode& to) {
+  for (DirectionDecode& d : to.directions) {
+    const DirectionDecode* other = from.direction(d.axis);
+    for (std::size_t i = 0; i < d.coordinate_px.size(); ++i)
+      if (std::isfinite(d.coordinate_px.data[i])) d.coordinate_px.data[i] = other->coordinate_px.data[i];
   }
-  m.cloud = stereo ? triangulate_stereo(twin, cameras[0], cameras[1], &m.triangulation)
-                   : triangulate_projector(twin, 0, cameras[0], &m.triangulation);
+}
+
+void triangulate(const Twin& twin, double smoothing_px, Measurement& m) {
+  std::size_t n_mixed = 0;
+  std::vector<CameraDecode> cameras = unmixed(twin, m.cameras, n_mixed);
+  m.cloud = find_points(twin, std::move(cameras), smoothing_px, m.triangulation);
   m.triangulation.n_mixed = n_mixed;
   estimate_normals(m.cloud, m.cameras[0].width(), m.cameras[0].height(), twin.cameras[0].center_world_mm());
   if (m.cloud.size() == 0)
@@ -147,6 +169,25 @@ Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
   for (const ObjectFit& fit : m.fits)
     if (!fit.warning.empty()) m.warnings.push_back(fit.object + ": " + fit.warning);
   return m;
+}
+
+void state_method_bias(const Twin& twin, const std::vector<CameraImages>& noise_free, Measurement& m,
+                       const std::vector<int>& use_steps, std::optional<double> smoothing_px) {
+  const bool any = std::ranges::any_of(
+      m.fits, [](const ObjectFit& fit) { return fit.usable && fit.kind != MeshShape::kKind; });
+  if (!any || !can_triangulate(twin)) return;
+  std::size_t n_mixed = 0;
+  std::vector<CameraDecode> cameras = unmixed(twin, m.cameras, n_mixed);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    throw_if_cancelled();
+    DecodeOptions options = decode_options(twin, twin.cameras[i], noise_free[i], use_steps);
+    options.min_modulation_dn *= 0.5;  // the measurement has chosen the pixels
+    replace_coordinates(decode(noise_free[i], twin.fringes, options), cameras[i]);
+  }
+  TriangulationSummary summary;
+  const PointCloud points =
+      find_points(twin, std::move(cameras), smoothing_px.value_or(twin.measure.smoothing_px), summary);
+  state_method_bias(twin, points, m.cloud, m.fits);
 }
 
 void check_fringes(const Twin& twin) {

@@ -49,6 +49,12 @@ bool decodes_alike(const Twin& a, const Twin& b, const std::vector<CameraImages>
 Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
                             std::optional<double> smoothing_px = {});
 
+/// States the method bias of a measurement's fits (measure/fit/method_bias.hpp) with the twin's own images
+/// without noise, irradiance or gray values, read at the same pixels. Nothing happens without fits.
+void state_method_bias(const Twin& twin, const std::vector<CameraImages>& noise_free,
+                       Measurement& measurement, const std::vector<int>& use_steps = {},
+                       std::optional<double> smoothing_px = {});
+
 /// Writes points.ply and phase_<camera>.exr (channels: docs/formats/results.md). result.json is the caller's.
 void write_measurement(const std::filesystem::path& dir, const Measurement& measurement);
 

@@ -172,7 +172,8 @@ struct FitRequest {
 struct MeasureOptions {
   std::optional<Triangulate> triangulate;  ///< default: stereo with two cameras, else projector
   double min_modulation_dn = 5.0;
-  double smoothing_px = 0.0;  ///< radius of the local fit of coordinates before triangulation; 0 = off
+  double smoothing_px = 0.0;        ///< radius of the local fit of coordinates before triangulation; 0 = off
+  bool correct_pixel_area = false;  ///< fits are stated without their bias (measure/fit/method_bias.hpp)
   std::vector<FitRequest> fits;
 };
 

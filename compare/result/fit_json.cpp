@@ -47,6 +47,10 @@ Json fit_json(const std::optional<ObjectFit>& fit) {
   return out;
 }
 
+Json bias_json(const std::optional<ObjectFit>& fit) {
+  return fit ? values_json(fit->bias, fit->bias_vectors) : Json(nullptr);
+}
+
 Json fit_row_json(const FitRow& row) {
   Json difference = Json::object(), z = Json::object();
   for (const auto& [key, value] : row.difference_vectors) {
@@ -67,6 +71,7 @@ Json fit_row_json(const FitRow& row) {
           {"real", fit_json(row.real)},
           {"difference", both ? difference : Json(nullptr)},
           {"z", both ? z : Json(nullptr)},
+          {"method_bias", bias_json(row.real && row.real->n > 0 ? row.real : row.simulated)},
           {"real_estimated", values_json(row.real_sigma_estimated, row.real_sigma_estimated_vectors)},
           {"z_estimated", values_json(row.z_estimated, row.z_estimated_vectors)}};
 }

@@ -9,6 +9,9 @@
 
 namespace fringetwin::compare {
 
+/// Writes what the method itself adds to a fit; null where that is unknown.
+report::Json bias_json(const std::optional<measure::ObjectFit>& fit);
+
 /// Writes the numbers of one fit by their keys, null where the fit is not usable; null without a fit.
 report::Json fit_json(const std::optional<measure::ObjectFit>& fit);
 

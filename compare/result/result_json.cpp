@@ -71,7 +71,10 @@ Json measurement_tree(const Twin& twin, const measure::Measurement& m, const Pro
   Json out = head(twin, "measurement", provenance, timing_s);
   out["fits"] = Json::array();
   for (const measure::ObjectFit& fit : m.fits)
-    out["fits"].push_back({{"object", fit.object}, {"kind", fit.kind}, {"measured", fit_json(fit)}});
+    out["fits"].push_back({{"object", fit.object},
+                           {"kind", fit.kind},
+                           {"measured", fit_json(fit)},
+                           {"method_bias", bias_json(fit)}});
   add_tables(m, &Table::of_measurement, out);
   out["verdict"] = "not judged";  // nothing was compared
   out["warnings"] = m.warnings;

@@ -55,6 +55,8 @@ TEST(ResultJson, AComparisonFollowsTheSchema) {
   t.cameras = 2;
   testing::SyntheticSides scene = testing::make_sides(t);
   scene.twin.limits = {{"center_mm", 0.001}, {"gain_r2", 0.9}};
+  scene.real.measurement->fits[0].bias = {{"radius_mm", 0.0015}};
+  scene.simulated.measurement->fits[0].bias = {{"radius_mm", 0.0016}};
   const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
   const Json json =
       parse(comparison_json(scene.twin, c, example_provenance(), {{"render", 1.5}, {"measure", 0.25}}));
@@ -77,6 +79,7 @@ TEST(ResultJson, AComparisonFollowsTheSchema) {
   EXPECT_NEAR(json["fits"][0]["difference"]["center_mm"][2].get<double>(), -0.0002, 1e-9);
   EXPECT_NEAR(json["fits"][0]["z"]["radius_mm"].get<double>(), 0.0001 / std::hypot(0.0004, 0.0004), 1e-6);
   EXPECT_TRUE(json["fits"][0]["z"]["rms_mm"].is_null());
+  EXPECT_EQ(json["fits"][0]["method_bias"].dump(), R"({"radius_mm":0.0015})");  // of the real fit
   const Json& rendered = json["provenance"]["rendered"][0];
   EXPECT_EQ(rendered["sampler"].get<std::string>(), "adaptive");
   EXPECT_EQ(rendered["estimated_gray_error"].get<double>(), 6e-5);

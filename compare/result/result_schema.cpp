@@ -84,6 +84,7 @@ constexpr const char* kDefinitions = R"({
    "measured": {"$ref": "#/$defs/fit"},
    "difference": {"$ref": "#/$defs/values"},
    "z": {"$ref": "#/$defs/values"},
+   "method_bias": {"$ref": "#/$defs/values"},
    "real_estimated": {"$ref": "#/$defs/values"},
    "z_estimated": {"$ref": "#/$defs/values"}
   }

@@ -39,8 +39,12 @@ struct ObjectFit {
   std::size_t n = 0;
   std::map<std::string, double> numbers = {};           ///< radius_mm, radius_sigma_mm, rms_mm ...
   std::map<std::string, Eigen::Vector3d> vectors = {};  ///< center_mm, center_sigma_mm ...
-  std::vector<std::size_t> index = {};                  ///< points used
-  std::vector<float> deviation_mm = {};                 ///< signed, per used point
+  /// What the method itself adds, by the keys of the numbers or of their differences (method_bias.hpp); empty
+  /// where unknown.
+  std::map<std::string, double> bias = {};
+  std::map<std::string, Eigen::Vector3d> bias_vectors = {};
+  std::vector<std::size_t> index = {};   ///< points used
+  std::vector<float> deviation_mm = {};  ///< signed, per used point
 };
 
 }  // namespace fringetwin::measure

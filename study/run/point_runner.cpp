@@ -10,6 +10,7 @@
 #include "measure/measurement.hpp"
 #include "render/pattern/form_images.hpp"
 #include "render/sensor/all_cameras.hpp"
+#include "render/sensor/sensor.hpp"
 #include "report/json.hpp"
 #include "study/run/image_results.hpp"
 #include "twin/base/errors.hpp"
@@ -96,7 +97,12 @@ std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, 
     throw UserError(ExitCode::usage, task_.twin.string(), "no camera sees any object");
   const std::vector<CameraImages> images = render::expose_all(rendered_, *twin_, planned.point.seed);
   const Twin& known = rig_ ? rig_->measuring(planned.point.settings) : *twin_;
-  const measure::Measurement measurement = measure::measure(known, images);
+  measure::Measurement measurement = measure::measure(known, images);
+  if (known.measure.correct_pixel_area && !rig_) {  // a rig of its own has images that the twin does not know
+    std::vector<CameraImages> irradiance;
+    for (const render::RenderedCamera& camera : rendered_) irradiance.push_back(render::as_radiance(camera));
+    measure::state_method_bias(known, irradiance, measurement);
+  }
   report::Json result = compare::measurement_tree(known, measurement, {}, {});
   result.update(image_results({*twin_, known, rendered_, images, measurement, theory_}, task_.records));
   return pick_numbers(result, task_.records);
