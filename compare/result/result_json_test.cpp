@@ -56,6 +56,7 @@ TEST(ResultJson, AComparisonFollowsTheSchema) {
   testing::SyntheticSides scene = testing::make_sides(t);
   scene.twin.limits = {{"center_mm", 0.001}, {"gain_r2", 0.9}};
   scene.real.measurement->fits[0].bias = {{"radius_mm", 0.0015}};
+  scene.real.measurement->fits[0].numbers["radius_noise_sigma_mm"] = 0.0003;
   scene.simulated.measurement->fits[0].bias = {{"radius_mm", 0.0016}};
   const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
   const Json json =
@@ -80,6 +81,8 @@ TEST(ResultJson, AComparisonFollowsTheSchema) {
   EXPECT_NEAR(json["fits"][0]["z"]["radius_mm"].get<double>(), 0.0001 / std::hypot(0.0004, 0.0004), 1e-6);
   EXPECT_TRUE(json["fits"][0]["z"]["rms_mm"].is_null());
   EXPECT_EQ(json["fits"][0]["method_bias"].dump(), R"({"radius_mm":0.0015})");  // of the real fit
+  EXPECT_EQ(json["fits"][0]["real"]["radius_noise_sigma_mm"].get<double>(), 0.0003);
+  EXPECT_FALSE(json["fits"][0]["difference"].contains("radius_noise_sigma_mm"));
   const Json& rendered = json["provenance"]["rendered"][0];
   EXPECT_EQ(rendered["sampler"].get<std::string>(), "adaptive");
   EXPECT_EQ(rendered["estimated_gray_error"].get<double>(), 6e-5);

@@ -21,6 +21,9 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kMostTerms = 5;
 constexpr double kFewestKnown = 0.95;  ///< share of the points used that must have a noise-free one
+/// Two neighbouring points of two cameras share pixels of the second image: alone each has the noise of one
+/// pixel and (733/945)^2 of the other's, in a sum both count in full (docs/metrics/study.md, "Theory").
+constexpr double kSharedPixels = 1.117;
 
 using Derivatives = std::array<double, kMostTerms>;  ///< of a point's distance by the terms
 
@@ -128,6 +131,36 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& jtj) {
   return scaled_both_sides(factor.inverse(), unit);
 }
 
+/// Returns the standard errors that the noise gives the terms: from the residuals less those that the
+/// noise-free points leave at the same place. That of independent residuals, times `shared`, but where the
+/// jackknife over G blocks is larger by twice what that scatters by, 1/sqrt(2 G).
+Eigen::VectorXd noise_sigma(const std::vector<UsedPoint>& used, const Eigen::MatrixXd& inverse,
+                            const Eigen::VectorXd& bias, double shared) {
+  const auto m = static_cast<int>(bias.size());
+  std::vector<Eigen::Vector2f> q_px;
+  for (const UsedPoint& point : used) q_px.push_back(point.q_px);
+  const std::vector<int> block = image_blocks(q_px);
+  std::map<int, BlockSum> blocks;
+  double sum_sq = 0.0;
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    const Eigen::Map<const Eigen::VectorXd> row(used[k].row.data(), m);
+    const double noise_mm = used[k].measured_mm - used[k].noise_free_mm - row.dot(bias);
+    sum_sq += noise_mm * noise_mm;
+    blocks.try_emplace(block[k], m).first->second.add(row.data(), noise_mm);
+  }
+  const Eigen::MatrixXd independent = sum_sq / (static_cast<double>(used.size()) - m) * inverse;
+  const Eigen::VectorXd jackknife = block_covariance(blocks, independent).diagonal().cwiseSqrt(),
+                        alone = shared * independent.diagonal().cwiseSqrt();
+  const double correlated = 1.0 + std::sqrt(2.0 / static_cast<double>(blocks.size()));
+  return (jackknife.array() > correlated * alone.array()).select(jackknife, alone);
+}
+
+/// Returns the key of a part of a term's standard error: "tilt_rad_0", "noise" -> "tilt_noise_sigma_rad_0".
+std::string part_key(const std::string& term, const std::string& part) {
+  return std::string(term).insert(std::min(term.rfind("_mm"), term.rfind("_rad")),
+                                  (part.empty() ? "" : "_" + part) + "_sigma");
+}
+
 /// Writes the values of the terms under their keys, as `key` makes them of a term's.
 template <class Key>
 void write(const std::vector<std::string>& terms, const Eigen::VectorXd& values, const Key& key,
@@ -141,7 +174,19 @@ void write(const std::vector<std::string>& terms, const Eigen::VectorXd& values,
     }
 }
 
-void state_one(const Object& object, double gate_mm, bool correct,
+/// Returns the standard errors that the fit has itself.
+Eigen::VectorXd all_sigma(const std::vector<std::string>& terms, const ObjectFit& fit) {
+  Eigen::VectorXd out(terms.size());
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    const std::string key = part_key(terms[k], "");
+    const auto number = fit.numbers.find(key);
+    out[static_cast<Eigen::Index>(k)] =
+        number != fit.numbers.end() ? number->second : fit.vectors.at(key)[static_cast<Eigen::Index>(k)];
+  }
+  return out;
+}
+
+void state_one(const Object& object, double gate_mm, bool correct, double shared,
                const PointCloud& noise_free, const Image<int>& noise_free_at, const PointCloud& cloud,
                ObjectFit& fit) {
   const std::vector<std::string> names =
@@ -158,9 +203,16 @@ void state_one(const Object& object, double gate_mm, bool correct,
   for (const UsedPoint& point : used) sum.add(point.row.data(), point.noise_free_mm);
   const Eigen::MatrixXd inverse = inverse_of(sum.jtj);
   if (inverse.size() == 0) return;
-  const Eigen::VectorXd bias = -(inverse * sum.jtr);
+  const Eigen::VectorXd bias = -(inverse * sum.jtr), noise = noise_sigma(used, inverse, bias, shared);
+  const Eigen::VectorXd form =
+      (all_sigma(names, fit).array().square() - noise.array().square()).max(0.0).sqrt();
   write(
       names, bias, [](const std::string& term) { return term; }, fit.bias, fit.bias_vectors);
+  write(
+      names, noise, [](const std::string& term) { return part_key(term, "noise"); }, fit.numbers,
+      fit.vectors);
+  write(
+      names, form, [](const std::string& term) { return part_key(term, "form"); }, fit.numbers, fit.vectors);
   if (correct) std::visit([&](const auto& shape) { take_off(shape, bias, fit); }, object.shape);
 }
 
@@ -170,9 +222,10 @@ void state_method_bias(const Twin& twin, const PointCloud& noise_free, const Poi
                        std::vector<ObjectFit>& fits) {
   const Lens& lens = twin.cameras.front().lens;
   const Image<int> noise_free_at = point_grid(noise_free, lens.width(), lens.height());
+  const double shared = twin.triangulate() == Triangulate::stereo ? kSharedPixels : 1.0;
   for (std::size_t k = 0; k < fits.size(); ++k)
     if (const Object* object = twin.find_object(fits[k].object); object && fits[k].usable)
-      state_one(*object, twin.measure.fits[k].gate_mm, twin.measure.correct_pixel_area, noise_free,
+      state_one(*object, twin.measure.fits[k].gate_mm, twin.measure.correct_pixel_area, shared, noise_free,
                 noise_free_at, cloud, fits[k]);
 }
 

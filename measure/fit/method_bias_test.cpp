@@ -10,6 +10,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <random>
 
 #include "measure/fit/object_fits.hpp"
 #include "tests/support/measure/measure_rig.hpp"
@@ -100,6 +101,34 @@ TEST(MethodBias, IsWhatMovedTheNoiseFreePoints) {
   }
 }
 
+// White noise on a wall with a bump that the noise-free points have, too.
+TEST(MethodBias, NoiseAndFormAreStatedApart) {
+  const double noise_mm = 2e-3;
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal(0.0, noise_mm);
+  const auto bump = [](double u, double v) {
+    return 0.01 * std::exp(-4.0 * ((u - 0.3) * (u - 0.3) + v * v));
+  };
+  PointCloud noise_free, cloud;
+  add_square(noise_free, 0, [&](double u, double v) { return Vector3d(10 * u, 10 * v, 300 + bump(u, v)); });
+  add_square(cloud, 0,
+             [&](double u, double v) { return Vector3d(10 * u, 10 * v, 300 + bump(u, v) + normal(random)); });
+  Twin twin = twin_of_three();
+  twin.objects.erase(twin.objects.begin());
+  twin.measure.triangulate = Triangulate::projector;
+  twin.measure.fits = {{"wall", 1.0}};
+  std::vector<ObjectFit> fits = fit_objects(twin, cloud);
+  state_method_bias(twin, noise_free, cloud, fits);
+  const ObjectFit& wall = fits[0];
+  const double n = kSide * kSide, of_offset = noise_mm / std::sqrt(n);
+  EXPECT_NEAR(wall.numbers.at("offset_noise_sigma_mm"), of_offset, 0.05 * of_offset);
+  const double of_tilt = of_offset / (10 / std::sqrt(3.0));
+  EXPECT_NEAR(wall.numbers.at("tilt_noise_sigma_rad_0"), of_tilt, 0.05 * of_tilt);
+  EXPECT_GT(wall.numbers.at("offset_form_sigma_mm"), 2.0 * of_offset);
+  EXPECT_NEAR(std::hypot(wall.numbers.at("offset_form_sigma_mm"), wall.numbers.at("offset_noise_sigma_mm")),
+              wall.numbers.at("offset_sigma_mm"), 1e-12);
+}
+
 TEST(MethodBias, IsNotStatedWhereTheTwinHasNoPoints) {
   PointCloud cloud, half;
   add_square(cloud, 0, [](double u, double v) { return on_sphere({-40, 0, 280}, 10, u, v); });
@@ -111,7 +140,7 @@ TEST(MethodBias, IsNotStatedWhereTheTwinHasNoPoints) {
   twin.measure.fits = {{"ball", 1.0}};
   std::vector<ObjectFit> fits = fit_objects(twin, cloud);
   state_method_bias(twin, half, cloud, fits);
-  EXPECT_TRUE(fits[0].bias.empty());
+  EXPECT_TRUE(fits[0].bias.empty() && !fits[0].numbers.contains("radius_noise_sigma_mm"));
 }
 
 }  // namespace
