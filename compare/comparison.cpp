@@ -211,8 +211,9 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
   std::vector<GridSamples> samples = compare_gray(twin, real, simulated, options, calibration, out);
   if (real.measurement && !real.images.empty())
     for (std::size_t c = 0; c < twin.cameras.size(); ++c)
-      for (NoiseRow& row : noise_rows(twin.cameras[c], twin.fringes, real.images[c],
-                                      real.measurement->cameras[c], options.use_steps))
+      for (NoiseRow& row :
+           noise_rows(twin.cameras[c], twin.fringes, real.images[c], real.measurement->cameras[c],
+                      options.use_steps, simulated.irradiance.empty() ? nullptr : &simulated.irradiance[c]))
         out.noise.push_back(std::move(row));
   const bool is_far_off = real.measurement && simulated.measurement &&
                           compare_phase(twin, real, simulated, options, calibration, out);

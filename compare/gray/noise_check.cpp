@@ -209,9 +209,25 @@ ImageF predicted_variance(const Sensor& sensor, const measure::DirectionDecode& 
   return out;
 }
 
+/// Returns the phase that the twin has without noise at each pixel, NaN where it is dark.
+ImageF exact_phase(const std::vector<const ImageF*>& steps, const measure::StepSolver& solver) {
+  constexpr float kDark = 1e-3f;  // of the largest amplitude
+  ImageF phase(steps.front()->width, steps.front()->height), amplitude = phase;
+  std::vector<const float*> rows;
+  for (const ImageF* step : steps) rows.push_back(step->data.data());
+  measure::solve_row(solver, rows.data(), static_cast<int>(phase.size()),
+                     {.phase_rad = phase.data.data(), .amplitude = amplitude.data.data()});
+  const float least = kDark * *std::ranges::max_element(amplitude.data);
+  for (std::size_t i = 0; i < phase.size(); ++i)
+    if (!(amplitude.data[i] > least)) phase.data[i] = std::numeric_limits<float>::quiet_NaN();
+  return phase;
+}
+
+/// `shape`: the twin's own phase, whose bends are no noise; may be empty.
 void check_phase(const Camera& camera, const measure::DirectionDecode& d, const ImageU8& flags,
-                 const measure::StepSolver& solver, NoiseRow& row) {
-  const ImageF& phase = d.wrapped_rad[d.finest];
+                 const measure::StepSolver& solver, const ImageF& shape, NoiseRow& row) {
+  ImageF phase = d.wrapped_rad[d.finest];
+  for (std::size_t i = 0; i < shape.size(); ++i) phase.data[i] -= shape.data[i];
   const ImageF variance = predicted_variance(camera.sensor, d, solver);
   const int dx = d.axis == Axis::x ? 0 : 1, dy = 1 - dx;  // the stripes of column patterns run along camera y
   std::vector<NoiseSample> z;
@@ -256,11 +272,12 @@ double sensor_variance_dn2(const Sensor& sensor, double dn) {
 }
 
 std::vector<NoiseRow> noise_rows(const Camera& camera, const Fringes& fringes, const CameraImages& real,
-                                 const measure::CameraDecode& decode, const std::vector<int>& used_steps) {
+                                 const measure::CameraDecode& decode, const std::vector<int>& used_steps,
+                                 const CameraImages* irradiance) {
   std::vector<NoiseRow> rows;
   if (real.radiance || fringes.steps < 3) return rows;
-  const measure::StepSolver decoded(used_steps.empty() ? measure::all_steps(fringes.steps) : used_steps,
-                                    fringes.steps);
+  const std::vector<int> steps = used_steps.empty() ? measure::all_steps(fringes.steps) : used_steps;
+  const measure::StepSolver decoded(steps, fringes.steps);
   for (std::size_t k = 0; k < decode.directions.size(); ++k) {
     const measure::DirectionDecode& d = decode.directions[k];
     if (d.wrapped_rad.empty()) continue;
@@ -273,7 +290,12 @@ std::vector<NoiseRow> noise_rows(const Camera& camera, const Fringes& fringes, c
         measure::collect_direction(real, fringes, static_cast<int>(k), measure::all_steps(fringes.steps));
     row.source = fringes.steps > 3 ? "steps" : images.steps.size() > 1 ? "pitches" : "neighbours";
     if (!check_gray(camera, images.steps, d.axis, real, decode.flags, row)) continue;
-    check_phase(camera, d, decode.flags, decoded, row);
+    ImageF shape;
+    if (irradiance)
+      shape = exact_phase(
+          measure::collect_direction(*irradiance, fringes, static_cast<int>(k), steps).steps[d.finest],
+          decoded);
+    check_phase(camera, d, decode.flags, decoded, shape, row);
     rows.push_back(std::move(row));
   }
   return rows;

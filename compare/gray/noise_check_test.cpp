@@ -30,12 +30,13 @@ SidesTruth truth() {
 }
 
 /// The rows after the real images went through the decoder.
-std::vector<NoiseRow> rows_of(SyntheticSides& scene, const std::vector<int>& used_steps = {}) {
+std::vector<NoiseRow> rows_of(SyntheticSides& scene, const std::vector<int>& used_steps = {},
+                              const CameraImages* irradiance = nullptr) {
   const Camera& camera = scene.twin.cameras[0];
   const CameraImages& images = scene.real.images[0];
   const measure::CameraDecode decode = measure::decode(
       images, scene.twin.fringes, measure::decode_options(scene.twin, camera, images, used_steps));
-  return noise_rows(camera, scene.twin.fringes, images, decode, used_steps);
+  return noise_rows(camera, scene.twin.fringes, images, decode, used_steps, irradiance);
 }
 
 void expect_ratio(double ratio, double sigma, double truth) {
@@ -146,6 +147,12 @@ TEST(NoiseCheck, ShapeShowsInThePhaseAlone) {
   ASSERT_EQ(rows.size(), 1u);
   EXPECT_GT(rows[0].phase_ratio, 2.0);
   EXPECT_NEAR(rows[0].gray_ratio, 1.0, 0.03);
+  t.noise_dn = 0.0;
+  t.round_real = false;
+  const SyntheticSides twin = testing::make_sides(t);  // has that shape
+  const auto apart = rows_of(scene, {}, &twin.real.images[0]);
+  ASSERT_EQ(apart.size(), 1u);
+  expect_ratio(apart[0].phase_ratio, apart[0].phase_ratio_sigma, 1.0);
 }
 
 TEST(NoiseCheck, EverySecondStepOfTwelve) {
