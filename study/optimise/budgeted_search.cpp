@@ -14,6 +14,8 @@ namespace fringetwin::study {
 namespace {
 
 constexpr double kLeastStep = 1e-3;    // of the box
+constexpr double kSamePlace = 0.02;    // of the box: what lies nearer is no other setting
+constexpr double kMostListed = 4096;   // combinations of lists that are looked at one by one
 constexpr std::size_t kMostDraws = 8;  // of Sobol's points for each that is wanted, where values repeat
 
 class Search {
@@ -24,13 +26,7 @@ class Search {
   }
 
   SearchResult run() {
-    global();
-    while (left() > 0) {
-      const std::optional<std::size_t> before = best();
-      if (!continuous_.empty()) local();
-      if (continuous_.size() < plan_.values.size()) steps();
-      if (best() == before) break;
-    }
+    if (!first_are_enough()) everywhere();
     out_.best = best();
     if (out_.best && !out_.tried[*out_.best].assessment.feasible()) out_.best.reset();
     return std::move(out_);
@@ -39,11 +35,39 @@ class Search {
  private:
   std::size_t left() const { return plan_.evaluations - out_.tried.size(); }
 
-  /// Assesses those places that were not tried yet, while the budget lasts.
+  bool is_allowed(const Place& place) const { return !plan_.allowed || plan_.allowed(place); }
+
+  bool first_are_enough() {
+    std::size_t feasible = 0, next = 0;
+    while (feasible < plan_.enough && next < plan_.first.size() && 2 * left() > plan_.evaluations) {
+      const std::size_t end = std::min(next + plan_.enough - feasible, plan_.first.size());
+      const std::size_t before = out_.tried.size();
+      evaluate({plan_.first.begin() + static_cast<std::ptrdiff_t>(next),
+                plan_.first.begin() + static_cast<std::ptrdiff_t>(end)},
+               "screened");
+      for (std::size_t i = before; i < out_.tried.size(); ++i)
+        feasible += out_.tried[i].assessment.feasible() ? 1 : 0;
+      next = end;
+    }
+    return feasible >= plan_.enough;
+  }
+
+  void everywhere() {
+    global();
+    while (left() > 0) {
+      const std::optional<std::size_t> before = best();
+      if (!continuous_.empty()) local();
+      if (continuous_.size() < plan_.values.size()) steps();
+      if (best() == before) break;
+    }
+  }
+
+  /// Assesses those places that are allowed and were not tried yet, while the budget lasts.
   void evaluate(std::vector<Place> places, const char* phase) {
     std::vector<Place> fresh;
     for (Place& place : places)
-      if (fresh.size() < left() && known_.try_emplace(place, out_.tried.size() + fresh.size()).second)
+      if (fresh.size() < left() && is_allowed(place) &&
+          known_.try_emplace(place, out_.tried.size() + fresh.size()).second)
         fresh.push_back(std::move(place));
     if (fresh.empty()) return;
     const std::vector<Assessment> answers = assess_(fresh, out_.tried.size());
@@ -59,8 +83,11 @@ class Search {
   void global() {
     double combinations = continuous_.empty() ? 1.0 : HUGE_VAL;
     for (const std::size_t n : plan_.values) combinations *= n == 0 ? 1.0 : static_cast<double>(n);
-    const bool all = combinations <= static_cast<double>(plan_.evaluations);
-    if (all) return evaluate(every_combination(), "global");
+    if (combinations <= std::max(kMostListed, static_cast<double>(plan_.evaluations))) {
+      std::vector<Place> all = every_combination();
+      std::erase_if(all, [&](const Place& place) { return !is_allowed(place); });
+      if (all.size() <= plan_.evaluations) return evaluate(std::move(all), "global");
+    }
     const std::size_t wanted = (plan_.evaluations + 1) / 2;
     std::vector<Place> places;
     std::set<Place> seen;
@@ -70,7 +97,7 @@ class Search {
       for (std::size_t d = 0; d < place.size(); ++d)
         if (const std::size_t n = plan_.values[d]; n > 0)
           place[d] = middle_of_share(share_of(place[d], n), n);
-      if (seen.insert(place).second) places.push_back(std::move(place));
+      if (seen.insert(place).second && is_allowed(place)) places.push_back(std::move(place));
     }
     step_ = std::min(0.25, 0.5 * std::pow(static_cast<double>(places.size()),
                                           -1.0 / static_cast<double>(plan_.values.size())));
@@ -103,6 +130,7 @@ class Search {
         [&](const std::vector<double>& x) {
           Place place = base;
           for (std::size_t i = 0; i < x.size(); ++i) place[continuous_[i]] = std::clamp(x[i], 0.0, 1.0);
+          if (!is_allowed(place)) return scale.of({});
           if (!known_.contains(place)) {
             if (left() == 0) throw EnoughOfIt();
             evaluate({place}, "local");
@@ -197,6 +225,22 @@ bool Assessment::failed() const {
 
 bool Assessment::feasible() const {
   return !failed() && std::ranges::all_of(excess, [](double e) { return e <= 0.0; });
+}
+
+std::vector<std::size_t> spread_best(const SearchPlan& plan, const std::vector<Tried>& tried) {
+  const auto same = [&](const Place& a, const Place& b) {
+    for (std::size_t d = 0; d < a.size(); ++d)
+      if (plan.values[d] > 0 ? a[d] != b[d] : std::abs(a[d] - b[d]) > kSamePlace) return false;
+    return true;
+  };
+  std::vector<std::size_t> order, out;
+  for (std::size_t i = 0; i < tried.size(); ++i)
+    if (tried[i].assessment.feasible()) order.push_back(i);
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return tried[i].assessment.objective; });
+  for (const std::size_t i : order)
+    if (std::ranges::none_of(out, [&](std::size_t o) { return same(tried[o].place, tried[i].place); }))
+      out.push_back(i);
+  return out;
 }
 
 SearchResult search(const SearchPlan& plan, const Assess& assess) {

@@ -22,6 +22,11 @@ struct SearchPlan {
   std::size_t constraints = 0;
   std::size_t evaluations = 60;  ///< at most
   std::uint64_t seed = 1;
+  std::function<bool(const Place&)> allowed = {};  ///< what may be assessed at all; empty: everything
+  /// Places that are tried before any other, best first: once `enough` of them are feasible, nothing else
+  /// is; otherwise with half of the budget.
+  std::vector<Place> first = {};
+  std::size_t enough = 5;
 };
 
 /// What is known of a place. NaN in any of them: it has failed, and is never the best.
@@ -35,7 +40,7 @@ struct Assessment {
 
 struct Tried {
   Place place;
-  std::string phase;  ///< "global", "local", "steps"
+  std::string phase;  ///< "screened", "global", "local", "steps"
   Assessment assessment;
 };
 struct SearchResult {
@@ -48,5 +53,9 @@ using Assess = std::function<std::vector<Assessment>(const std::vector<Place>&, 
 
 /// Returns what was tried, always the same for the same answers. Exceptions of `assess` pass.
 SearchResult search(const SearchPlan& plan, const Assess& assess);
+
+/// Returns the feasible ones by rising objective, without those that lie within 1/50 of the box of a better
+/// one along every range and have its listed values.
+std::vector<std::size_t> spread_best(const SearchPlan& plan, const std::vector<Tried>& tried);
 
 }  // namespace fringetwin::study

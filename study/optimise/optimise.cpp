@@ -4,76 +4,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "study/optimise/trials.hpp"
 #include "study/plan/space_filling.hpp"
 #include "study/plan/study_tables.hpp"
-#include "twin/base/errors.hpp"
-#include "twin/base/pareto_front.hpp"
 
 namespace fringetwin::study {
 namespace {
 
-constexpr const char* kTime = "acquisition.time_s";
+constexpr std::size_t kMostScreened = 400;  // settings whose objective is worked out in closed form
 
 Settings chosen(const OptimisePlan& plan, const Place& place) {
   Settings out;
   for (std::size_t d = 0; d < place.size(); ++d) assign_at(plan.choose[d], place[d], &out);
-  return out;
-}
-
-/// Adds all trials of one evaluation.
-void add_points(const OptimisePlan& plan, std::size_t evaluation, const Settings& values,
-                std::vector<StudyPoint>* points) {
-  const UncertainInputs inputs = about(plan.inputs, plan.twin, values);
-  for (std::size_t t = 0; t < plan.trials; ++t)
-    points->push_back(point_of(inputs, static_cast<std::int64_t>(evaluation * plan.trials + t),
-                               draw_inputs(inputs, plan.seed, DrawStream::trials, t), values));
-}
-
-/// Returns the results that must be numbers in every trial.
-std::vector<std::string> needed(const OptimisePlan& plan) {
-  std::vector<std::string> out = {plan.result};
-  for (const Constraint& c : plan.constraints) out.push_back(c.result);
-  return out;
-}
-
-Evaluation evaluation_of(const OptimisePlan& plan, Settings values,
-                         const std::vector<const PointOutcome*>& trials) {
-  Evaluation out;
-  out.values = std::move(values);
-  const auto fail = [&](const std::string& reason) {
-    ++out.failed;
-    if (out.reason.empty()) out.reason = reason;
-  };
-  std::map<std::string, std::vector<double>> sample;
-  for (const PointOutcome* o : trials) {
-    if (o == nullptr || o->failed) {
-      fail(o == nullptr ? "was not run" : o->reason);
-      continue;
-    }
-    bool whole = true;
-    for (const std::string& name : needed(plan)) {
-      if (std::isfinite(o->number(name)) || !whole) continue;
-      fail("there is no " + name);
-      whole = false;
-    }
-    if (!whole) continue;
-    for (const auto& [name, value] : o->numbers) sample[name].push_back(value);
-  }
-  out.objective = statistic_of(sample[plan.result], plan.statistic, plan.value);
-  for (const Constraint& c : plan.constraints)
-    out.constraints.push_back(statistic_of(sample[c.result], Statistic::mean));
-  out.time_s = statistic_of(sample[kTime], Statistic::mean).value;
-  return out;
-}
-
-Assessment assessment_of(const OptimisePlan& plan, const Evaluation& e) {
-  Assessment out;
-  if (e.failed == 0) out.objective = e.objective.value;
-  for (std::size_t k = 0; k < plan.constraints.size(); ++k) {
-    const Constraint& c = plan.constraints[k];
-    if (c.min) out.excess.push_back(*c.min - e.constraints[k].value);
-    if (c.max) out.excess.push_back(e.constraints[k].value - *c.max);
-  }
   return out;
 }
 
@@ -87,28 +29,147 @@ SearchPlan search_plan(const OptimisePlan& plan) {
   return out;
 }
 
+/// What the closed form says where it is not known for all settings: nothing.
+struct NotInTheory {};
+
+class Optimisation {
+ public:
+  Optimisation(const OptimisePlan& plan, const RunPoints& run, const Foreknowledge& known)
+      : plan_(plan), run_(run), known_(known), search_plan_(search_plan(plan)) {
+    if (known_.fault) search_plan_.allowed = [this](const Place& place) { return is_valid(place); };
+  }
+
+  OptimiseResult result() {
+    search_plan_.first = screen();
+    const SearchResult found = search(search_plan_, [&](const std::vector<Place>& places, std::size_t first) {
+      return measure(places, first);
+    });
+    for (std::size_t i = 0; i < out_.evaluations.size(); ++i)
+      out_.evaluations[i].phase = found.tried[i].phase;
+    confirm(spread_best(search_plan_, found.tried));
+    recommend();
+    set_front();
+    return std::move(out_);
+  }
+
+ private:
+  bool is_valid(const Place& place) {
+    const auto [at, fresh] = valid_.try_emplace(place, true);
+    if (!fresh) return at->second;
+    const std::string fault = known_.fault(chosen(plan_, place));
+    if (fault.empty()) return true;
+    if (out_.left_out++ == 0) out_.left_out_reason = fault;
+    return at->second = false;
+  }
+
+  /// Returns places of the box by their objective in closed form; none where it is not known for all.
+  std::vector<Place> screen() {
+    const bool any_range =
+        std::ranges::any_of(plan_.choose, [](const Variation& v) { return v.range.has_value(); });
+    // The closed form knows no constraint: along a range their limit must be found by measuring.
+    if (!known_.theory || (any_range && !plan_.constraints.empty())) return {};
+    SearchPlan box = search_plan_;
+    box.constraints = 0;
+    box.evaluations = kMostScreened;
+    SearchResult found;
+    try {
+      found = search(box, [&](const std::vector<Place>& places, std::size_t) {
+        std::vector<Assessment> out;
+        for (const Place& place : places) {
+          const auto value = known_.theory(chosen(plan_, place));
+          if (!value) throw NotInTheory();
+          theory_[place] = *value;
+          out.push_back({*value, {}});
+        }
+        return out;
+      });
+    } catch (const NotInTheory&) {
+      theory_.clear();
+      return {};
+    }
+    out_.screened = found.tried.size();
+    std::vector<Place> places;
+    for (const std::size_t i : spread_best(search_plan_, found.tried)) places.push_back(found.tried[i].place);
+    return places;
+  }
+
+  std::vector<Assessment> measure(const std::vector<Place>& places, std::size_t first) {
+    std::vector<Settings> values;
+    for (const Place& place : places) values.push_back(chosen(plan_, place));
+    const std::vector<Evaluation> found =
+        evaluate(plan_, run_, values, {static_cast<std::int64_t>(first * plan_.trials), 0, plan_.trials});
+    std::vector<Assessment> answers;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      out_.evaluations.push_back(found[i]);
+      if (const auto theory = theory_.find(places[i]); theory != theory_.end())
+        out_.evaluations.back().theory = theory->second;
+      answers.push_back(assessment_of(plan_, found[i]));
+    }
+    return answers;
+  }
+
+  /// Measures the best again, five at a time until one of them is feasible, and the best of these once more:
+  /// the least of several noisy values is too small, that of a third set is not.
+  void confirm(const std::vector<std::size_t>& order) {
+    const std::size_t fresh = kFreshTrials * plan_.trials;
+    const auto id = [&] {
+      return static_cast<std::int64_t>(plan_.evaluations * plan_.trials + out_.candidates.size() * fresh);
+    };
+    const Candidate* best = nullptr;
+    for (std::size_t first = 0; first < order.size() && best == nullptr; first += kMostCandidates) {
+      const std::size_t end = std::min(first + kMostCandidates, order.size());
+      std::vector<Settings> values;
+      for (std::size_t i = first; i < end; ++i) values.push_back(out_.evaluations[order[i]].values);
+      const std::vector<Evaluation> again = evaluate(plan_, run_, values, {id(), plan_.trials, fresh});
+      for (std::size_t i = first; i < end; ++i) out_.candidates.push_back({order[i], again[i - first]});
+      for (const Candidate& c : out_.candidates)
+        if (c.fresh.feasible && (best == nullptr || c.fresh.objective.value < best->fresh.objective.value))
+          best = &c;
+    }
+    if (best == nullptr) return;
+    out_.best = best->evaluation;
+    out_.chosen = evaluate(plan_, run_, {best->fresh.values}, {id(), plan_.trials + fresh, fresh}).front();
+  }
+
+  /// The third set of the best one is independent of the second sets, so Fisher's F holds as it stands.
+  void recommend() {
+    if (!out_.chosen) return;
+    for (Candidate& c : out_.candidates)
+      c.told_apart = c.evaluation != *out_.best &&
+                     is_surely_less(out_.chosen->objective, c.fresh.objective, plan_.statistic);
+    out_.recommended = out_.best;
+    for (const std::size_t i : out_.not_told_apart())
+      if (out_.last_of(i).time_s < out_.last_of(*out_.recommended).time_s) out_.recommended = i;
+  }
+
+  void set_front() {
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < out_.evaluations.size(); ++i)
+      if (out_.is_feasible(i) && !std::isnan(out_.last_of(i).time_s)) order.push_back(i);
+    std::ranges::stable_sort(order, {}, [&](std::size_t i) {
+      const Evaluation& e = out_.last_of(i);
+      return std::pair{e.time_s, e.objective.value};
+    });
+    for (const std::size_t i : order)
+      if (out_.front.empty() || is_surely_less(out_.last_of(i).objective,
+                                               out_.last_of(out_.front.back()).objective, plan_.statistic))
+        out_.front.push_back(i);
+  }
+
+  const OptimisePlan& plan_;
+  const RunPoints& run_;
+  const Foreknowledge& known_;
+  SearchPlan search_plan_;
+  std::map<Place, bool> valid_;
+  std::map<Place, double> theory_;
+  OptimiseResult out_;
+};
+
 }  // namespace
 
-StatisticValue statistic_of(const std::vector<double>& trials, Statistic statistic, double value) {
-  if (trials.size() < 2) return {kNan, kNan};
-  const auto n = static_cast<double>(trials.size());
-  const auto mean_and_sigma = [&](auto of) {
-    double mean = 0.0, square = 0.0;
-    for (const double x : trials) mean += of(x) / n;
-    for (const double x : trials) square += std::pow(of(x) - mean, 2);
-    return std::pair{mean, std::sqrt(square / (n - 1.0))};
-  };
-  const auto [mean, sigma] = mean_and_sigma([](double x) { return x; });
-  if (statistic == Statistic::mean) return {mean, sigma / std::sqrt(n)};
-  if (statistic == Statistic::sigma) return {sigma, sigma / std::sqrt(2.0 * (n - 1.0))};
-  const auto [square, spread] = mean_and_sigma([&](double x) { return (x - value) * (x - value); });
-  const double rms = std::sqrt(square);
-  return {rms, rms > 0.0 ? spread / std::sqrt(n) / (2.0 * rms) : 0.0};
-}
-
 std::vector<Record> optimise_records(const OptimisePlan& plan) {
-  std::vector<std::string> names = needed(plan);
-  names.emplace_back(kTime);
+  std::vector<std::string> names = needed_results(plan);
+  names.emplace_back(kTimeResult);
   std::ranges::sort(names);
   names.erase(std::unique(names.begin(), names.end()), names.end());
   std::vector<Record> out;
@@ -130,40 +191,25 @@ std::vector<StudyPoint> optimise_samples(const OptimisePlan& plan) {
   return out;
 }
 
-OptimiseResult run_optimise(const OptimisePlan& plan, const RunPoints& run) {
-  OptimiseResult out;
-  const SearchResult found =
-      search(search_plan(plan), [&](const std::vector<Place>& places, std::size_t first) {
-        std::vector<StudyPoint> points;
-        std::vector<Settings> values;
-        for (const Place& place : places) {
-          values.push_back(chosen(plan, place));
-          add_points(plan, first + values.size() - 1, values.back(), &points);
-        }
-        const std::vector<PointOutcome> outcomes = run(points);
-        std::map<std::int64_t, const PointOutcome*> by_id;
-        for (const PointOutcome& o : outcomes) by_id[o.id] = &o;
-        std::vector<Assessment> answers;
-        for (std::size_t i = 0; i < places.size(); ++i) {
-          std::vector<const PointOutcome*> trials;
-          for (std::size_t t = 0; t < plan.trials; ++t) {
-            const auto at = by_id.find(static_cast<std::int64_t>((first + i) * plan.trials + t));
-            trials.push_back(at == by_id.end() ? nullptr : at->second);
-          }
-          out.evaluations.push_back(evaluation_of(plan, std::move(values[i]), trials));
-          answers.push_back(assessment_of(plan, out.evaluations.back()));
-          out.evaluations.back().feasible = answers.back().feasible();
-        }
-        return answers;
-      });
-  out.best = found.best;
-  std::vector<CostAndError> costs;
-  for (std::size_t i = 0; i < out.evaluations.size(); ++i) {
-    Evaluation& e = out.evaluations[i];
-    e.phase = found.tried[i].phase;
-    costs.push_back({e.feasible ? e.time_s : kNan, e.objective.value});
-  }
-  out.front = pareto_front(costs);
+OptimiseResult run_optimise(const OptimisePlan& plan, const RunPoints& run, const Foreknowledge& known) {
+  return Optimisation(plan, run, known).result();
+}
+
+const Evaluation& OptimiseResult::last_of(std::size_t evaluation) const {
+  if (chosen && best == evaluation) return *chosen;
+  const auto again = std::ranges::find(candidates, evaluation, &Candidate::evaluation);
+  return again == candidates.end() ? evaluations[evaluation] : again->fresh;
+}
+
+bool OptimiseResult::is_feasible(std::size_t evaluation) const {
+  const auto again = std::ranges::find(candidates, evaluation, &Candidate::evaluation);
+  return evaluations[evaluation].feasible && (again == candidates.end() || again->fresh.feasible);
+}
+
+std::vector<std::size_t> OptimiseResult::not_told_apart() const {
+  std::vector<std::size_t> out;
+  for (const Candidate& c : candidates)
+    if (best && c.evaluation != *best && c.fresh.feasible && !c.told_apart) out.push_back(c.evaluation);
   return out;
 }
 

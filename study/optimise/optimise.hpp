@@ -12,12 +12,17 @@
 
 #include "study/kind/kind.hpp"
 #include "study/optimise/budgeted_search.hpp"
+#include "study/optimise/foreknowledge.hpp"
+#include "study/optimise/noisy_values.hpp"
 #include "study/plan/study_tables.hpp"
 #include "study/uncertain/uncertain_file.hpp"
 
 namespace fringetwin::study {
 
-enum class Statistic { sigma, mean, rms_error };
+inline constexpr const char* kTimeResult = "acquisition.time_s";  ///< what a setting costs
+
+/// The best of the search that are measured again, and by how many times its trials.
+inline constexpr std::size_t kMostCandidates = 5, kFreshTrials = 4;
 
 struct Constraint {
   std::string result;
@@ -35,14 +40,6 @@ struct OptimisePlan : UncertainSettings {
   std::uint64_t seed = 1;
 };
 
-/// A statistic with its standard error.
-struct StatisticValue {
-  double value = 0.0, sigma = 0.0;
-};
-/// Returns the statistic of the trials. The standard error of sigma is that of normal deviates,
-/// sigma / sqrt(2 n - 2). NaN of less than two values, or with a NaN.
-StatisticValue statistic_of(const std::vector<double>& trials, Statistic statistic, double value = 0.0);
-
 struct Evaluation {
   std::string phase;       ///< of the search
   Settings values;         ///< the chosen ones
@@ -52,13 +49,34 @@ struct Evaluation {
   std::vector<StatisticValue> constraints;  ///< means
   double time_s = 0.0;                      ///< of the acquisition; NaN: no camera says its exposure
   bool feasible = false;
+  double theory = kNan;  ///< the objective in closed form
+};
+
+/// One of the best of the search, measured again with draws that no choice has seen.
+struct Candidate {
+  std::size_t evaluation = 0;
+  Evaluation fresh;
+  bool told_apart = false;  ///< it is surely worse than the chosen one
 };
 
 struct OptimiseResult {
   std::vector<Evaluation> evaluations;
-  std::optional<std::size_t> best;
-  /// Feasible ones that no other beats in both time and objective, by rising time.
+  std::size_t screened = 0;                ///< settings whose objective was worked out in closed form
+  std::size_t left_out = 0;                ///< settings that are no valid twin: none was measured
+  std::string left_out_reason;             ///< of the first
+  std::vector<Candidate> candidates;       ///< best of the search first
+  std::optional<std::size_t> best;         ///< the feasible candidate with the least fresh objective
+  std::optional<Evaluation> chosen;        ///< the best one once more: its value has chosen nothing
+  std::optional<std::size_t> recommended;  ///< quickest of the best one and those not told apart from it
+  /// Feasible ones that beat every quicker one surely, by rising time.
   std::vector<std::size_t> front;
+
+  /// Returns what is known best of an evaluation: from the third set, the fresh trials, or the search.
+  const Evaluation& last_of(std::size_t evaluation) const;
+  /// Returns true where the constraints were met in the search and, if it was measured, again.
+  bool is_feasible(std::size_t evaluation) const;
+  /// Returns the feasible candidates that may be as good as the best one.
+  std::vector<std::size_t> not_told_apart() const;
 };
 
 /// Returns which numbers of each measurement are needed, by their paths.
@@ -70,7 +88,9 @@ std::vector<StudyPoint> optimise_samples(const OptimisePlan& plan);
 
 /// Searches by `run`. Evaluation e has the points e * trials ..., with the same draws as any other's: what is
 /// kept is not repeated, and found again in the same order. An evaluation of which a trial fails has failed.
-OptimiseResult run_optimise(const OptimisePlan& plan, const RunPoints& run);
+/// The best are measured again with other draws, and the best of these once more; their points come after
+/// all those of the search.
+OptimiseResult run_optimise(const OptimisePlan& plan, const RunPoints& run, const Foreknowledge& known = {});
 
 /// Returns result.json, "fringetwin-optimise/1".
 std::string optimise_json(const OptimisePlan& plan, const OptimiseResult& result);

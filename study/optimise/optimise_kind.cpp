@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <array>
 #include <cmath>
 
 #include "report/json.hpp"
@@ -31,11 +32,12 @@ Json json(const Variation& v) {
   return out;
 }
 
+/// Returns what trials say of a setting.
 Json json(const OptimisePlan& plan, const Evaluation& e) {
-  Json out = {{"phase", e.phase},
-              {"values", e.values},
-              {"objective", json_number(e.objective.value)},
+  Json out = {{"objective", json_number(e.objective.value)},
               {"objective_sigma", json_number(e.objective.sigma)},
+              {"objective_interval",
+               report::json_numbers(std::array{e.objective.interval.low, e.objective.interval.high})},
               {"constraints", Json::array()},
               {"time_s", json_number(e.time_s)},
               {"feasible", e.feasible},
@@ -45,6 +47,23 @@ Json json(const OptimisePlan& plan, const Evaluation& e) {
                                   {"mean", json_number(e.constraints[k].value)},
                                   {"mean_sigma", json_number(e.constraints[k].sigma)}});
   if (!e.reason.empty()) out["reason"] = e.reason;
+  return out;
+}
+
+/// Returns an evaluation of the search.
+Json searched(const OptimisePlan& plan, const Evaluation& e) {
+  Json out = {{"phase", e.phase}, {"values", e.values}, {"theory", json_number(e.theory)}};
+  out.update(json(plan, e));
+  return out;
+}
+
+/// Returns the one that was chosen, and those that its trials do not tell from it.
+Json json_of_chosen(const OptimisePlan& plan, const OptimiseResult& result) {
+  if (!result.chosen) return nullptr;
+  Json out = json(plan, *result.chosen);
+  out["evaluation"] = *result.best;
+  out["not_told_apart"] = result.not_told_apart();
+  out["recommended"] = *result.recommended;
   return out;
 }
 
@@ -59,11 +78,12 @@ std::string evaluations_text(const std::vector<StudyPoint>& batch, std::size_t t
   return n == 1 ? fmt::format("{}", first) : fmt::format("{} ... {}", first, first + n - 1);
 }
 
-/// Returns "best 0.0021 +- 0.0003, 0.36 s: projector.intensity = 40"
+/// Returns "best 0.0021 (0.0017 ... 0.0027), 0.36 s: projector.intensity = 40"
 std::string evaluation_line(const char* what, const Evaluation& e) {
   std::vector<std::string> values;
   for (const auto& [key, text] : e.values) values.push_back(key + " = " + text);
-  return fmt::format("{} {:.4g} +- {:.2g}{}: {}\n", what, e.objective.value, e.objective.sigma,
+  return fmt::format("{} {:.3g} ({:.3g} ... {:.3g}){}: {}\n", what, e.objective.value,
+                     e.objective.interval.low, e.objective.interval.high,
                      std::isnan(e.time_s) ? "" : fmt::format(", {:g} s", e.time_s), fmt::join(values, ", "));
 }
 
@@ -81,11 +101,14 @@ class OptimiseKind final : public Kind {
   void run(KeptPoints& kept) override {
     say(fmt::format("study \"{}\": at most {} evaluations of {} trials", head_.name, plan_.evaluations,
                     plan_.trials));
-    result_ = run_optimise(plan_, [&](const std::vector<StudyPoint>& batch) {
-      say(fmt::format("evaluation {} of at most {}", evaluations_text(batch, plan_.trials),
-                      plan_.evaluations));
+    const auto measure = [&](const std::vector<StudyPoint>& batch) {
+      say(static_cast<std::size_t>(batch.front().id) < plan_.evaluations * plan_.trials
+              ? fmt::format("evaluation {} of at most {}", evaluations_text(batch, plan_.trials),
+                            plan_.evaluations)
+              : fmt::format("the best again, with {} fresh draws each", kFreshTrials * plan_.trials));
       return kept.run(batch);
-    });
+    };
+    result_ = run_optimise(plan_, measure, foreknowledge(plan_));
   }
 
   std::string write() const override { return optimise_json(plan_, result_); }
@@ -96,9 +119,22 @@ class OptimiseKind final : public Kind {
   std::string tell(const StudyRecord&, const EngineSummary& summary) const override {
     std::string out = fmt::format("study \"{}\": {} evaluations, {} in this run\n", head_.name,
                                   result_.evaluations.size(), points_text(summary.finished));
-    if (result_.best) out += evaluation_line("best", result_.evaluations[*result_.best]);
+    if (result_.screened > 0)
+      out += fmt::format("{} settings put in order by their closed form, without measurements\n",
+                         result_.screened);
+    if (result_.left_out > 0)
+      out += fmt::format("{} settings left out that are no valid twin: {}\n", result_.left_out,
+                         result_.left_out_reason);
+    if (!result_.best) return out;
+    out += evaluation_line("best", *result_.chosen);
+    for (const std::size_t i : result_.not_told_apart())
+      out +=
+          evaluation_line(i == result_.recommended ? "not told apart from the best, and quicker: recommended"
+                                                   : "not told apart from the best",
+                          result_.last_of(i));
     for (const std::size_t i : result_.front)
-      if (i != result_.best) out += evaluation_line("quicker", result_.evaluations[i]);
+      if (result_.last_of(i).time_s < result_.chosen->time_s)
+        out += evaluation_line("quicker", result_.last_of(i));
     return out;
   }
   ExitCode verdict() const override {
@@ -126,12 +162,23 @@ std::string optimise_json(const OptimisePlan& plan, const OptimiseResult& result
               {"seed", plan.seed},
               {"best", result.best ? Json(*result.best) : Json(nullptr)},
               {"front", result.front},
+              {"fresh_trials", kFreshTrials * plan.trials},
+              {"screened", result.screened},
+              {"left_out", result.left_out},
+              {"chosen", json_of_chosen(plan, result)},
+              {"candidates", Json::array()},
               {"evaluations", Json::array()}};
   if (plan.statistic == Statistic::rms_error) out["minimise"]["value"] = plan.value;
   for (const Constraint& c : plan.constraints)
     out["constraints"].push_back({{"result", c.result}, {"min", json(c.min)}, {"max", json(c.max)}});
   for (const Variation& v : plan.choose) out["choose"].push_back(json(v));
-  for (const Evaluation& e : result.evaluations) out["evaluations"].push_back(json(plan, e));
+  if (result.left_out > 0) out["left_out_reason"] = result.left_out_reason;
+  for (const Candidate& c : result.candidates) {
+    out["candidates"].push_back(json(plan, c.fresh));
+    out["candidates"].back()["evaluation"] = c.evaluation;
+    out["candidates"].back()["told_apart"] = c.told_apart;
+  }
+  for (const Evaluation& e : result.evaluations) out["evaluations"].push_back(searched(plan, e));
   return out.dump(1) + "\n";
 }
 

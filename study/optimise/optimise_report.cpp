@@ -121,29 +121,86 @@ std::string limits_text(const Constraint& c) {
   return out;
 }
 
-/// Returns the table of the evaluations in the order of `shown`.
+std::string interval_text(const StatisticValue& v) {
+  return number(v.interval.low, 3) + " … " + number(v.interval.high, 3);
+}
+
+/// Returns the table of the evaluations in the order of `shown`; `marked`: those of the front, by what is
+/// known best of them.
 std::string evaluations_table(const OptimisePlan& plan, const OptimiseResult& result,
                               const VariedSettings& varied, const std::vector<std::size_t>& shown,
                               bool marked) {
   report::Table out;
-  out.columns = {text_column(marked ? "" : "evaluation"), {"objective", "± standard error"}, {"time", "s"}};
+  out.columns = {text_column(marked ? "" : "evaluation"),
+                 {"objective", marked ? "95 % interval" : "± standard error"},
+                 {"time", "s"}};
   for (const Constraint& c : plan.constraints)
     out.columns.push_back({shortened(display_name(c.result)), limits_text(c)});
   for (const VariedAxis& axis : varied.axes) out.columns.push_back({axis.brief});
   out.columns.push_back(text_column("phase"));
   for (std::size_t k = 0; k < shown.size(); ++k) {
-    const Evaluation& e = result.evaluations[shown[k]];
-    std::vector<std::string> row = {marked ? front_mark(k) : std::to_string(shown[k] + 1),
-                                    number(e.objective.value, 4) + " ± " + number(e.objective.sigma, 2),
-                                    number(e.time_s)};
+    const Evaluation& e = marked ? result.last_of(shown[k]) : result.evaluations[shown[k]];
+    std::vector<std::string> row = {
+        marked ? front_mark(k) : std::to_string(shown[k] + 1),
+        marked ? number(e.objective.value, 3) + " (" + interval_text(e.objective) + ")"
+               : number(e.objective.value, 4) + " ± " + number(e.objective.sigma, 2),
+        number(e.time_s)};
     for (const StatisticValue& c : e.constraints) row.push_back(number(c.value) + " ± " + number(c.sigma, 2));
     row.resize(3 + plan.constraints.size());
     for (std::size_t a = 0; a < varied.axes.size(); ++a)
       row.push_back(varied.axes[a].names[varied.settings[shown[k]].level[a]]);
-    row.push_back(e.phase);
+    row.push_back(result.evaluations[shown[k]].phase);
     out.add_row(row, result.best == shown[k] ? "group" : "");
   }
   return out.html();
+}
+
+/// Returns the table of the best, measured again: which of them chance alone could have put first.
+std::string candidates_table(const OptimisePlan& plan, const OptimiseResult& result,
+                             const VariedSettings& varied) {
+  report::Table out;
+  out.caption = fmt::format(
+      "The best of the search, each measured again with the same {} fresh draws. The least of them was "
+      "measured once more with {} others, which no choice has seen: that is its value.",
+      kFreshTrials * plan.trials, kFreshTrials * plan.trials);
+  out.columns = {text_column("evaluation"),
+                 {"in the search"},
+                 {"again", "95 % interval"},
+                 {"time", "s"},
+                 text_column("against the best")};
+  for (const VariedAxis& axis : varied.axes) out.columns.push_back({axis.brief});
+  for (const Candidate& c : result.candidates) {
+    const bool best = result.best == c.evaluation;
+    const StatisticValue& again = result.last_of(c.evaluation).objective;
+    std::string against = c.told_apart ? "worse" : "not told apart";
+    if (!c.fresh.feasible) against = "constraints not met";
+    if (best) against = "the best";
+    if (result.recommended == c.evaluation) against += ", recommended";
+    std::vector<std::string> row = {
+        std::to_string(c.evaluation + 1), number(result.evaluations[c.evaluation].objective.value, 3),
+        number(again.value, 3) + " (" + interval_text(again) + ")", number(c.fresh.time_s), against};
+    for (const VariedAxis& axis : varied.axes)
+      row.push_back(axis.names[varied.settings[c.evaluation]
+                                   .level[static_cast<std::size_t>(&axis - varied.axes.data())]]);
+    out.add_row(row, best ? "group" : "");
+  }
+  return out.html();
+}
+
+/// Returns a feasible evaluation's whiskers against time: two points are told apart where the front says so.
+Series bands(const OptimiseResult& result) {
+  Series out{.title = "95 % intervals",
+             .style = Series::Style::whiskers,
+             .color = report::color::kReal,
+             .width = 1.0};
+  for (std::size_t i = 0; i < result.evaluations.size(); ++i) {
+    const Evaluation& e = result.last_of(i);
+    if (!result.is_feasible(i) || std::isnan(e.time_s) || std::isnan(e.objective.interval.low)) continue;
+    out.add(e.time_s, e.objective.value);
+    out.y_low.push_back(e.objective.interval.low);
+    out.y_high.push_back(e.objective.interval.high);
+  }
+  return out;
 }
 
 /// Returns the feasible evaluations by rising objective.
@@ -165,8 +222,11 @@ std::string among_text(const Variation& v) {
 
 std::string choice_table(const OptimisePlan& plan, const OptimiseResult& result) {
   report::Table out;
-  out.caption = result.best ? "What was chosen."
-                            : "What could be chosen: nothing that was tried meets all constraints.";
+  out.caption = "What could be chosen: nothing that was tried meets all constraints.";
+  if (result.chosen)
+    out.caption = fmt::format("What was chosen: {} {} (95 % interval {}, {} trials that chose nothing).",
+                              objective_name(plan), number(result.chosen->objective.value, 3),
+                              interval_text(result.chosen->objective), result.chosen->objective.n);
   out.columns = {text_column("key"), {"best"}, text_column("among")};
   for (const Variation& v : plan.choose)
     for (std::size_t k = 0; k < v.keys.size(); ++k) {
@@ -185,13 +245,19 @@ std::string note_of(const OptimisePlan& plan, const OptimiseResult& result) {
     feasible += e.feasible ? 1 : 0;
     failed += e.failed > 0 ? 1 : 0;
   }
-  return fmt::format(
-             "{} of {} evaluations meet all constraints, {} failed. Each has the same {} draws: differences "
-             "between settings are known better than their standard errors say, ",
-             feasible, result.evaluations.size(), failed, plan.trials) +
-         "and the least of many is too small by chance: take the best setting to a monte-carlo study for its "
-         "uncertainty. A search within a budget need not find the least there is; means are held against the "
-         "constraints without a margin.";
+  std::string out = fmt::format(
+      "{} of {} evaluations meet all constraints, {} failed. Each has the same {} draws, and the least of "
+      "many is too small by chance: the value of the best is that of its own fresh trials. What is not told "
+      "apart from it may be as good. A search within a budget need not find the least there is; means are "
+      "held against the constraints without a margin.",
+      feasible, result.evaluations.size(), failed, plan.trials);
+  if (result.screened > 0)
+    out += fmt::format(" {} settings were put in order by their closed form, without measurements.",
+                       result.screened);
+  if (result.left_out > 0)
+    out += fmt::format(" {} settings are no valid twin and were left out: {}", result.left_out,
+                       result.left_out_reason);
+  return out;
 }
 
 }  // namespace
@@ -217,6 +283,8 @@ StudyReport optimise_report(const StudyRecord& study, const OptimisePlan& plan,
   page.sections.push_back({"search", "Search",
                            report::figure_html(sheet.place("progress", progress_plot(plan, result)),
                                                "Failed evaluations are not drawn.")});
+  if (!result.candidates.empty())
+    page.sections.push_back({"again", "The best again", candidates_table(plan, result, varied)});
   if (!best.empty())
     page.sections.push_back(
         {"best", "Best evaluations",
@@ -224,15 +292,22 @@ StudyReport optimise_report(const StudyRecord& study, const OptimisePlan& plan,
              evaluations_table(plan, result, varied, best, false)});
   if (!result.front.empty()) {
     std::vector<CostAndError> points;
-    for (const Evaluation& e : result.evaluations)
-      points.push_back({e.feasible ? e.time_s : kNan, e.feasible ? e.objective.value : kNan});
+    for (std::size_t i = 0; i < result.evaluations.size(); ++i) {
+      const Evaluation& e = result.last_of(i);
+      const bool feasible = result.is_feasible(i);
+      points.push_back({feasible ? e.time_s : kNan, feasible ? e.objective.value : kNan});
+    }
     Plot plot = front_plot(points, result.front, "feasible evaluations");
+    plot.series.push_back(bands(result));
     plot.title = objective_name(plan) + " against time";
     plot.y_label = with_unit("objective", unit_of(plan.result));
     page.sections.push_back(
         {"front", "Time against uncertainty",
-         report::figure_html(sheet.place("front", plot),
-                             "Steps: between two points of the front the cheaper one is what can be had.") +
+         report::figure_html(
+             sheet.place("front", plot),
+             "A slower setting is on the front where it is better than every quicker one by more "
+             "than chance. Steps: between two points of the front the cheaper one is what can "
+             "be had.") +
              evaluations_table(plan, result, varied, result.front, true)});
   }
   std::string parameters;

@@ -28,8 +28,8 @@ Evaluation evaluation(double objective, double time_s, bool feasible, const std:
   Evaluation out;
   out.phase = "global";
   out.values = {{"projector.blur_px", blur}, {"fringes.steps", time_s > 1.0 ? "4" : "3"}};
-  out.objective = {objective, 0.1 * objective};
-  out.constraints = {{feasible ? 0.0 : 0.5, 0.001}};
+  out.objective = {objective, 0.1 * objective, {0.8 * objective, 1.3 * objective}, 50};
+  out.constraints = {{feasible ? 0.0 : 0.5, 0.001, {}, 50}};
   out.time_s = time_s;
   out.feasible = feasible;
   return out;
@@ -40,7 +40,12 @@ TEST(OptimiseReport, BestFrontAndWhatIsNotFeasible) {
   result.evaluations = {evaluation(0.004, 1.0, true, "0.5"), evaluation(0.001, 1.0, false, "1"),
                         evaluation(0.002, 2.0, true, "1.5")};
   result.best = 2;
-  result.front = {0, 2};
+  result.candidates = {{2, evaluation(0.0025, 2.0, true, "1.5")}, {0, evaluation(0.003, 1.0, true, "0.5")}};
+  result.chosen = evaluation(0.0022, 2.0, true, "1.5");
+  result.recommended = 0;
+  result.front = {0};
+  result.left_out = 3;
+  result.left_out_reason = "steps: 2 are too few";
   StudyHead head;
   head.name = "opt <o>";
   const StudyReport report = optimise_report({head, {}, {}, {"fringetwin"}, "1"}, plan(), result);
@@ -49,6 +54,12 @@ TEST(OptimiseReport, BestFrontAndWhatIsNotFeasible) {
   EXPECT_THAT(report.html, HasSubstr("<td class=\"l\">projector.blur_px</td><td class=\"r\">1.5</td>"));
   EXPECT_THAT(report.html, HasSubstr("≤ 0.01"));
   EXPECT_THAT(report.html, HasSubstr("<td class=\"l\">3</td><td class=\"r\">0.002000 ± 0.00020</td>"));
+  EXPECT_THAT(report.html, HasSubstr("0.00220 (95 % interval 0.00176 … 0.00286, 50 trials"));
+  EXPECT_THAT(report.html, HasSubstr("0.00220 (0.00176 … 0.00286)")) << "not the 0.0025 that was the least";
+  EXPECT_THAT(report.html, HasSubstr("not told apart, recommended"));
+  EXPECT_THAT(report.html,
+              HasSubstr("<td class=\"l\">A</td><td class=\"r\">0.00300 (0.00240 … 0.00390)</td>"));
+  EXPECT_THAT(report.html, HasSubstr("3 settings are no valid twin and were left out: steps: 2 are too few"));
   EXPECT_THAT(report.html, Not(HasSubstr("0.001000 ± 0.00010"))) << "not among the best";
   ASSERT_EQ(report.figures.size(), 4u);  // progress, front, two parameters
   EXPECT_EQ(report.figures[0].first, "progress");

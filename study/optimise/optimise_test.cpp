@@ -11,6 +11,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <stdexcept>
 
 #include "study/study_file.hpp"
@@ -88,22 +89,48 @@ TEST_F(Optimise, FindsTheLimitOfTheConstraint) {
       ++failed;
     }
   EXPECT_GT(failed, 0u);
-  // Less light is quicker and worse: all feasible ones are on the front.
-  ASSERT_FALSE(r.front.empty());
-  EXPECT_EQ(r.front.back(), *r.best);
-  for (const std::size_t i : r.front) EXPECT_TRUE(r.evaluations[i].feasible);
+  // Less light is quicker and worse: the least light is on the front, and after it what is surely better.
+  const auto time_of = [&](std::size_t i) { return r.evaluations[i].time_s; };
+  ASSERT_EQ(r.front.size(), 2u);
+  for (std::size_t i = 0; i < r.evaluations.size(); ++i)
+    EXPECT_TRUE(!r.evaluations[i].feasible || time_of(r.front[0]) <= time_of(i)) << i;
+  EXPECT_TRUE(
+      is_surely_less(r.last_of(r.front[1]).objective, r.last_of(r.front[0]).objective, Statistic::sigma));
+  // The brightest five, 2 % of the range or more apart.
+  ASSERT_EQ(r.candidates.size(), 5u);
+  EXPECT_EQ(r.candidates[0].evaluation, *r.best);
+  for (std::size_t k = 1; k < 5; ++k)
+    EXPECT_LT(time_of(r.candidates[k].evaluation),
+              time_of(r.candidates[k - 1].evaluation) - 0.019 * 80.0 / 20.0);
+  for (const std::size_t i : r.not_told_apart()) EXPECT_LE(time_of(*r.recommended), time_of(i));
   const auto json = nlohmann::json::parse(optimise_json(plan_, r));
   EXPECT_EQ(json["schema"], "fringetwin-optimise/1");
   EXPECT_EQ(json["best"], *r.best);
   EXPECT_EQ(json["evaluations"].size(), r.evaluations.size());
+  EXPECT_EQ(json["candidates"][4]["evaluation"], r.candidates[4].evaluation);
+  EXPECT_EQ(json["chosen"]["recommended"], *r.recommended);
+  EXPECT_EQ(json["chosen"]["objective_interval"][1], r.chosen->objective.interval.high);
+  EXPECT_EQ(json["chosen"]["not_told_apart"].size(), r.not_told_apart().size());
 }
 
 TEST_F(Optimise, EveryEvaluationHasTheSameDraws) {
-  std::vector<StudyPoint> points;
-  run_optimise(plan_, [&](const std::vector<StudyPoint>& batch) {
-    points.insert(points.end(), batch.begin(), batch.end());
+  std::vector<StudyPoint> points, again;
+  const OptimiseResult r = run_optimise(plan_, [&](const std::vector<StudyPoint>& batch) {
+    std::vector<StudyPoint>& of = batch[0].id < 40 * 4 ? points : again;
+    of.insert(of.end(), batch.begin(), batch.end());
     return run_all(batch);
   });
+  ASSERT_EQ(again.size(), 16 * (r.candidates.size() + 1)) << "each of the best, and the best of them";
+  std::set<std::uint64_t> seeds;
+  for (std::size_t i = 0; i < again.size(); ++i) {
+    EXPECT_EQ(again[i].id, static_cast<std::int64_t>(160 + i));
+    if (i < 16 * r.candidates.size()) {
+      EXPECT_EQ(again[i].seed, again[i % 16].seed) << "common to the best";
+    }
+    seeds.insert(again[i].seed);
+  }
+  for (std::size_t i = 0; i < 4; ++i) seeds.insert(points[i].seed);
+  EXPECT_EQ(seeds.size(), 4u + 16u + 16u) << "the three sets have no draw in common";
   ASSERT_GT(points.size(), 12u);
   for (std::size_t i = 0; i < points.size(); ++i) {
     EXPECT_EQ(points[i].id, static_cast<std::int64_t>(i));
@@ -139,7 +166,7 @@ TEST_F(Optimise, GoesOnFromWhatIsKept) {
   };
   for (const std::size_t most : {3, 50, 97}) EXPECT_THROW(run(most), std::runtime_error);
   EXPECT_EQ(optimise_json(plan_, run(100'000)), optimise_json(plan_, whole));
-  EXPECT_EQ(kept.size(), 4 * whole.evaluations.size());
+  EXPECT_EQ(kept.size(), 4 * whole.evaluations.size() + 16 * (whole.candidates.size() + 1));
 }
 
 TEST_F(Optimise, ListsAndMissingNumbers) {
@@ -171,7 +198,9 @@ TEST_F(Optimise, ListsAndMissingNumbers) {
   ASSERT_NE(lost, r.evaluations.end());
   EXPECT_EQ(lost->failed, 1u);
   EXPECT_THAT(lost->reason, HasSubstr("there is no fits.ball"));
-  EXPECT_EQ(r.front.size(), 2u) << "3 and 4 steps";
+  // 4 steps are 4/3 as good as 3: less than sixteen trials tell apart
+  EXPECT_EQ(r.front.size(), 1u);
+  EXPECT_EQ(r.evaluations[*r.recommended].values.at("fringes.steps"), "3");
 }
 
 TEST_F(Optimise, StatisticsAndTheirStandardErrors) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <map>
@@ -49,6 +50,11 @@ double student_t_quantile(double p, double dof) {
 double chi_square_quantile(double p, double dof) {
   FT_CHECK(p > 0.0 && p < 1.0 && dof > 0.0, "a probability and degrees of freedom");
   return boost::math::quantile(boost::math::chi_squared(dof), p);
+}
+
+double fisher_f_quantile(double p, double dof_above, double dof_below) {
+  FT_CHECK(p > 0.0 && p < 1.0 && dof_above > 0.0 && dof_below > 0.0, "a probability and degrees of freedom");
+  return boost::math::quantile(boost::math::fisher_f(dof_above, dof_below), p);
 }
 
 Interval mean_interval(double mean, double standard_error, double dof, double coverage) {

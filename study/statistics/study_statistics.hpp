@@ -10,9 +10,10 @@
 
 namespace fringetwin::study {
 
-/// The value below which Student's t, and chi-square, lie with probability p; dof > 0.
+/// The value below which Student's t, chi-square, and Fisher's F lie with probability p; dof > 0.
 double student_t_quantile(double p, double dof);
 double chi_square_quantile(double p, double dof);
+double fisher_f_quantile(double p, double dof_above, double dof_below);
 
 /// Of a mean with its standard error; NaN without degrees of freedom.
 Interval mean_interval(double mean, double standard_error, double dof, double coverage);

@@ -114,6 +114,7 @@ std::uint64_t repeated_noise(const UncertainInputs& inputs, std::uint64_t seed, 
 }
 
 UncertainInputs about(UncertainInputs inputs, const std::filesystem::path& twin, const Settings& nominal) {
+  if (std::ranges::all_of(inputs.keys, &UncertainKey::stated)) return inputs;
   const TomlTable file = TomlTable::parse_file(twin, ExitCode::usage, nominal);
   for (UncertainKey& key : inputs.keys) {
     if (key.stated) continue;
