@@ -38,6 +38,40 @@ TEST(Fits, DistanceAndErrorOfASphere) {
   EXPECT_TRUE(std::isnan(fit_error_mm(twin, a)));
 }
 
+// The distance of two fits is the largest of all their differences, whichever it is.
+TEST(Fits, DistanceTakesEveryDifference) {
+  measure::ObjectFit a;
+  a.object = "pin";
+  a.kind = "cylinder";
+  a.usable = true;
+  a.vectors = {{"point_mm", {1, 2, 300}}, {"axis", {0, 1, 0}}};
+  a.numbers = {{"radius_mm", 5.0}, {"rms_mm", 0.001}, {"mean_mm", 0.0}, {"p95_mm", 0.002}};
+  for (const char* name : {"radius_mm", "rms_mm", "mean_mm", "p95_mm"}) {
+    measure::ObjectFit b = a;
+    b.numbers[name] += 0.003;
+    EXPECT_NEAR(fit_distance_mm(a, b), 0.003, 1e-12) << name;
+  }
+  measure::ObjectFit b = a;
+  b.vectors["point_mm"] = {1.003, 40, 299.996};  // along the axis does not matter
+  EXPECT_NEAR(fit_distance_mm(a, b), 0.005, 1e-12);
+}
+
+TEST(Fits, ComeInTheOrderOfTheTwin) {
+  Twin twin = testing::with_object(testing::paper_rig(), "ball", testing::physical_sphere());
+  twin.measure.fits.resize(2);
+  twin.measure.fits[0].object = "wall";
+  twin.measure.fits[1].object = "ball";
+  measure::Measurement measurement;
+  measurement.fits.resize(3);
+  measurement.fits[0].object = "ball";
+  measurement.fits[1].object = "other";
+  measurement.fits[2].object = "wall";
+  const auto fits = fits_in_order(twin, measurement);
+  ASSERT_EQ(fits.size(), 2u);
+  EXPECT_EQ(fits[0].object, "wall");
+  EXPECT_EQ(fits[1].object, "ball");
+}
+
 TEST(Fits, ErrorOfAPlaneIsItsOffset) {
   measure::ObjectFit fit;
   fit.object = "wall";

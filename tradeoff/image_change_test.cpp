@@ -53,6 +53,27 @@ TEST(ImageChange, WeightsAndEdges) {
   EXPECT_NEAR(c.phase_rms_rad, 0.0, 1e-12);
 }
 
+// A pixel that stands for three others counts three times in the phase, too: sqrt((3 0.01^2 + 0.02^2)/4).
+TEST(ImageChange, PhasesAreWeightedAsGrayValuesAre) {
+  const Fringes fringes = testing::paper_rig().fringes;
+  for (const bool second_is_edge : {false, true}) {
+    ChangeSum sum(fringes, 5.0);
+    sum.add({{0, 0, false, 3.0}, {1, 0, second_is_edge, 1.0}},
+            {steps(fringes, 100, 50, 0.3), steps(fringes, 100, 50, 0.3)},
+            {steps(fringes, 100, 50, 0.31), steps(fringes, 100, 50, 0.32)});
+    EXPECT_NEAR(sum.result().phase_rms_rad, std::sqrt(7e-4 / 4.0), 1e-12);
+    EXPECT_NEAR(sum.result().phase_interior_rms_rad, second_is_edge ? 0.01 : std::sqrt(7e-4 / 4.0), 1e-12);
+  }
+}
+
+TEST(ImageChange, PixelsAreTakenAsGrayValues) {
+  std::vector<ImageF> images(2, ImageF(3, 2));
+  images[0](2, 1) = 4.0F;
+  images[1](2, 1) = 8.0F;
+  const PixelValues values = take_pixels(images, {{2, 1, false, 1.0}, {1, 0, true, 1.0}}, 20.0, 3.0);
+  EXPECT_EQ(values, (PixelValues{{83.0, 163.0}, {3.0, 3.0}}));
+}
+
 TEST(ImageChange, DarkPixelsHaveNoPhase) {
   const Fringes fringes = testing::paper_rig().fringes;
   ChangeSum sum(fringes, 5.0);

@@ -158,6 +158,16 @@ TEST(NoiseTheory, APixelAveragesTheFringesThatItSees) {
   }
 }
 
+// The same rig, turned by a quarter about the camera's axis: fringes along y, the projector below.
+TEST(NoiseTheory, FringesAlongYAreThoseAlongXTurned) {
+  const double along_x_mm =
+      noise_theory(twin_of(rig("[measure]\ntriangulate = \"projector\"\n")), "wall").rms_mm;
+  std::string text = replaced(rig("[measure]\ntriangulate = \"projector\"\n"), "directions = [\"x\"]",
+                              "directions = [\"y\"]");
+  text = replaced(text, "[0, 0, 0, -100, 0, 0]", "[0, 0, 0, 0, -100, 0]");
+  EXPECT_NEAR(noise_theory(twin_of(text), "wall").rms_mm, along_x_mm, 3e-3 * along_x_mm);
+}
+
 // With read noise alone, sigma goes with one over the light, and that with one over the squared distance.
 TEST(NoiseTheory, LightFallsWithTheSquareOfTheDistance) {
   Twin twin = twin_of(rig("[measure]\ntriangulate = \"projector\"\n"));

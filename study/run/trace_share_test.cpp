@@ -76,6 +76,11 @@ TEST(TraceShare, RandomSamplesBelongToTheirSeed) {
             (std::vector<std::size_t>{0, 1, 0}));
 }
 
+TEST(TraceShare, LightBetweenSurfacesIsDrawnAnewForEachSeed) {
+  const std::string bounces = small_twin({}, "[render]\nbounces = 1\n");
+  EXPECT_EQ(groups(bounces, {{0, {}, 1}, {1, {}, 2}, {2, {}, 1}}), (std::vector<std::size_t>{0, 1, 0}));
+}
+
 TEST(TraceShare, AnUnreadablePointStandsAlone) {
   const Settings bad{{"camera.left.sensor.bit_depth", "99"}};
   EXPECT_EQ(groups(small_twin(), {{0, {}, 1}, {1, bad, 1}, {2, bad, 2}, {3, {}, 2}}),
