@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "compare/causes/cause_regions.hpp"
 #include "compare/causes/gauss_newton.hpp"
 #include "compare/verdict/explained.hpp"
 #include "report/text.hpp"
@@ -14,12 +15,12 @@
 namespace fringetwin::compare {
 namespace {
 
-constexpr double kWorthNaming = 0.5;   ///< share of the excess a cause must explain to be named
-constexpr double kWorthAdding = 0.02;  ///< share a further cause must explain besides
+constexpr double kWorthAdding = 0.02;  ///< share a further cause must explain to be listed in the order
 constexpr std::size_t kMostInOrder = 4;
-constexpr double kClear = 0.97;       ///< a linear step that explains so much needs no iteration
-constexpr std::size_t kRivals = 3;    ///< candidates that are iterated
-constexpr double kRivalShare = 0.25;  ///< of the excess that a candidate's linear step must take away
+constexpr double kClear = 0.97;          ///< a linear step that explains so much has no rivals
+constexpr double kPairShare = 0.5;       ///< of the excess that the linear step of two groups must take away
+constexpr std::size_t kRivals = 3;       ///< candidates that are iterated
+constexpr double kClearlyBetter = 25.0;  ///< of chi2, beyond what noise gives the parameters
 constexpr int kIterations = 6;
 
 struct Group {
@@ -32,10 +33,18 @@ struct CauseFit {
   Sensitivity sensors;
   Twin twin;
   std::string groups;  ///< "blur, pose"
-  std::vector<CauseParameter> parameters;
-  std::vector<CauseGain> gain;
-  double chi2 = kNaN;
+  std::vector<CauseParameter> parameters = {};
+  std::vector<CauseGain> gain = {};
+  double chi2 = kNaN;   ///< per value
+  double total = kNaN;  ///< chi2 of all values and the number of what was fitted besides the sensors
   bool settled = false;
+  std::vector<CauseRegion> regions = {};
+
+  /// Returns whether single values and regions show no more than noise.
+  bool passes(std::uint64_t n) const {
+    return chi2 <= 1.0 + allowed_for(static_cast<double>(n)) && regions[0].n > 0 &&
+           std::ranges::all_of(regions, &CauseRegion::passes);
+  }
 };
 
 /// Returns whether a group changes the images as the gain does, here more and there less: then how much of it
@@ -43,6 +52,14 @@ struct CauseFit {
 bool scales_the_gain(const std::string& group) {
   return group == "texture" || group == "albedo" || group == "vignetting";
 }
+
+/// Returns by how much more than by its own number of parameters a group must lower chi2 to be named: nearly
+/// as many again, or 5 standard deviations of chi2 where they are many.
+double worth_naming(double parameters) {
+  return kClearlyBetter + std::min(parameters, 5.0 * std::sqrt(2.0 * parameters));
+}
+
+double worth_naming(const CauseRow& row) { return worth_naming(static_cast<double>(row.parameters.size())); }
 
 class CauseSearch {
  public:
@@ -56,161 +73,224 @@ class CauseSearch {
       if (!g.at.empty()) groups_.push_back(std::move(g));
     }
     start_ = start_values(parameters_);
-    equations_ =
-        sensitivity.equations(twin, parameters_, start_, false, Sensitivity::Derivative::quick, &textured_);
+    equations_ = sensitivity.equations(twin, parameters_, start_);
     for (std::size_t c = 0; c < sensitivity.samples().size(); ++c)
       for (const std::size_t at : {equations_.gain_at(c), equations_.black_at(c)}) sensors_.push_back(at);
   }
 
   Causes run() {
     Causes out;
-    const double sensors_alone = solve({}).chi2;
+    before_ = solve({}).chi2;
     out.n = equations_.n;
-    out.chi2 = sensors_alone / static_cast<double>(out.n);
-    excess_ = sensors_alone - static_cast<double>(out.n);
-    if (!(excess_ > 0.0)) return out;
-    for (std::size_t g = 0; g < groups_.size(); ++g) {
-      const Step alone = solve({g});
-      CauseRow row = make_row(g, alone);
-      row.alone = (sensors_alone - alone.chi2 - freedom(alone)) / excess_;
-      out.rows.push_back(std::move(row));
-    }
-    if (const auto best = iterate_rivals(sensors_alone, out.rows)) {
-      // what is left was measured, not extrapolated: no linear step follows
-      out.rows[*best].order = 1;
-      out.rows[*best].in_order = out.rows[*best].alone;
-      out.rest = 1.0 - out.rows[*best].alone;
-      return finish(std::move(out), {*best});
-    }
-    if (!sensitivity_.has_free_factors()) add_texture(sensors_alone, out);
-    double before = solve({}).chi2;
-    const std::vector<std::size_t> order = choose_order(before);
-    const int taken_before = out.textured ? 1 : 0;
-    std::vector<std::size_t> taken;
-    for (const std::size_t g : order) {
-      taken.push_back(g);
-      const Step step = solve(taken);
-      out.rows[g].order = taken_before + static_cast<int>(taken.size());
-      out.rows[g].in_order = (before - step.chi2) / excess_;
-      before = step.chi2;
-    }
-    if (!taken.empty() || out.textured) {
-      const Step all = solve(taken);
-      for (const std::size_t g : taken) out.rows[g].parameters = make_row(g, all).parameters;
-      out.rest = (all.chi2 - static_cast<double>(system().n)) / excess_;
-    }
-    return finish(std::move(out), taken);
+    const auto n = static_cast<double>(out.n);
+    out.chi2 = before_ / n;
+    excess_ = before_ - n;
+    as_it_is_ = converge({}).regions;
+    values_fail_ = !(out.chi2 <= 1.0 + allowed_for(n));
+    if (!(excess_ > 0.0) && std::ranges::all_of(as_it_is_, &CauseRegion::passes)) return out;
+    for (std::size_t g = 0; g < groups_.size(); ++g) out.rows.push_back(make_row(g, solve({g})));
+    std::vector<std::size_t> named = best_alone(out.rows);
+    if (named.empty()) named = best_pair(out.rows);
+    if (named.empty() && !sensitivity_.has_free_factors()) named = texture(out.rows);
+    if (named.empty())
+      list_in_order(out);
+    else
+      list_named(named, out);
+    std::ranges::stable_sort(out.rows, [](const CauseRow& a, const CauseRow& b) {
+      const int x = a.order > 0 ? a.order : 99, y = b.order > 0 ? b.order : 99;
+      return x != y ? x < y : a.removed > b.removed;
+    });
+    return out;
   }
 
  private:
-  /// Returns the equations that the groups are solved in.
-  const NormalEquations& system() const { return after_texture_ ? textured_ : equations_; }
-
   /// Solves for these groups with gain and black level of every camera.
   Step solve(const std::vector<std::size_t>& groups) const {
     std::vector<std::size_t> unknowns = sensors_;
     for (const std::size_t g : groups)
       unknowns.insert(unknowns.end(), groups_[g].at.begin(), groups_[g].at.end());
-    return solve_step(system(), unknowns);
+    return solve_step(equations_, unknowns);
   }
-  /// A brightness of its own for every pixel explains whatever is common to all images of a pixel, also what
-  /// a group of few numbers would: so it is named only where none of those explains half. The others are then
-  /// judged on what it leaves.
-  void add_texture(double sensors_alone, Causes& out) {
-    CauseRow row;
-    row.group = "texture";
-    row.cause = "reflectivity that varies over a surface (texture), one factor per pixel";
-    const double removed = static_cast<double>(equations_.n - textured_.n);
-    after_texture_ = true;
-    row.alone = (sensors_alone - solve({}).chi2 - removed) / excess_;
-    double best = 0.0;
-    for (const CauseRow& other : out.rows) best = std::max(best, other.alone);
-    after_texture_ = best < kWorthNaming && row.alone >= kWorthAdding;
-    out.textured = after_texture_;
-    if (out.textured) {
-      row.order = 1;
-      row.in_order = row.alone;
-    }
-    out.rows.push_back(std::move(row));
-  }
-
   /// Returns by how much the fit would lower noise alone.
   double freedom(const Step& step) const {
     return static_cast<double>(step.n_determined) - static_cast<double>(sensors_.size());
   }
+  bool is_switch(std::size_t g) const { return parameters_[groups_[g].at[0]].is_switch; }
 
-  Causes finish(Causes out, const std::vector<std::size_t>& taken) const {
-    std::ranges::stable_sort(out.rows, [](const CauseRow& a, const CauseRow& b) {
-      const int x = a.order > 0 ? a.order : 99, y = b.order > 0 ? b.order : 99;
-      return x != y ? x < y : a.alone > b.alone;
-    });
-    if (!out.rows.empty() && out.rows[0].order == 1 && out.rows[0].alone >= kWorthNaming)
-      out.named = out.rows[0].group;
-    if (!out.named.empty()) offer_gain(taken, out);
-    return out;
+  /// Returns the share of what fails that is taken away: of the excess of single values, or else of that of
+  /// the kinds of regions that fail. NaN where only regions fail and what is left in them is not known.
+  double share(double removed, const std::vector<CauseRegion>& after) const {
+    if (values_fail_) return std::min(1.0, removed / excess_);
+    double excess = 0.0, left = 0.0;
+    for (std::size_t k = 0; k < after.size(); ++k)
+      if (const CauseRegion& was = as_it_is_[k]; !was.passes()) {
+        excess += static_cast<double>(was.n) * (was.chi2 - 1.0);
+        left += static_cast<double>(was.n) * (after[k].chi2 - 1.0);
+      }
+    return excess > 0.0 ? std::min(1.0, 1.0 - left / excess) : kNaN;
   }
 
-  /// Offers the gain and black level that go with the named cause, or else with all that were taken, where
-  /// these explain the gray values; one linear step is not enough for that.
-  void offer_gain(std::vector<std::size_t> taken, Causes& out) const {
-    if (scales_the_gain(out.named) || sensitivity_.has_free_factors()) {
-      out.why = "what changes the images as the gain does (reflectivity, vignetting) cannot be told from it";
-      return;
+  /// Fits the groups that take away most to convergence, and returns the best of those that explain the
+  /// difference.
+  std::vector<std::size_t> best_alone(std::vector<CauseRow>& rows) {
+    std::vector<std::size_t> rivals;
+    for (std::size_t g = 0; g < rows.size(); ++g)
+      if (rows[g].removed >= worth_naming(rows[g])) rivals.push_back(g);
+    std::ranges::sort(rivals, [&](auto a, auto b) { return rows[a].removed > rows[b].removed; });
+    rivals.resize(std::min(rivals.size(), kRivals));
+    std::vector<std::size_t> best;
+    for (const std::size_t g : rivals) {
+      const bool is_clear = best.empty() && values_fail_ && rows[g].removed >= kClear * excess_;
+      take(converge({g}), rows[g]);
+      if (!rows[g].passes || rows[g].removed < worth_naming(rows[g])) continue;
+      if (is_clear) return {g};
+      if (best.empty() || rows[g].removed > rows[best[0]].removed) best = {g};
     }
-    const auto is_switch = [this](std::size_t g) { return parameters_[groups_[g].at[0]].is_switch; };
-    if (is_switch(taken[0])) {
-      out.why = "it is either on or off: set it in the twin and compare again";
-      return;
-    }
-    std::erase_if(taken, [&](std::size_t g) { return scales_the_gain(groups_[g].name) || is_switch(g); });
-    const auto known = fits_.find(taken[0]);
-    if (offer(known != fits_.end() ? known->second : converge({taken[0]}), out) || taken.size() == 1) return;
-    offer(converge(taken), out);
+    return best;
   }
 
-  /// Returns whether the fit explains single values and regions, and offers what it says if so.
-  static bool offer(const CauseFit& fit, Causes& out) {
-    const Sensitivity::Regions regions = fit.sensors.regions(fit.twin);
-    const double limit = 1.0 + allowed_for(static_cast<double>(out.n)),
-                 regional_limit = 1.0 + allowed_for(static_cast<double>(regions.n));
-    out.chi2_after = fit.chi2;
-    out.why = "";
-    if (regions.n == 0)
-      out.why = "no region has enough pixels to judge what is left";
-    else if (!(fit.chi2 <= limit && regions.chi2 <= regional_limit))
-      out.why = fmt::format(
-          "what is left is not explained (chi2 {:.3g}, limit {:.3g}; of regions {:.3g}, limit {:.3g})",
-          fit.chi2, limit, regions.chi2, regional_limit);
-    else if (!fit.settled)
-      out.why = "the fit did not come to rest";
-    if (!out.why.empty()) return false;
-    out.gain = fit.gain;
+  /// Writes what a fit of its group alone found into the row.
+  void take(const CauseFit& fit, CauseRow& row) {
+    row.chi2_after = fit.chi2;
+    row.passes = fit.passes(equations_.n);
+    row.regions_after = fit.regions;
+    row.removed = before_ - fit.total;
+    row.alone = share(row.removed, fit.regions);
+    take_values(fit, row);
+    fits_.emplace(row.group, fit);
+  }
+  static void take_values(const CauseFit& fit, CauseRow& row) {
     for (const CauseParameter& fitted : fit.parameters)
-      for (CauseRow& row : out.rows)
-        for (CauseParameter& p : row.parameters)
-          if (p.name == fitted.name && fitted.sigma > 0.0) p = fitted;  // the gain goes with this value
-    const CauseParameter& first = fit.parameters[0];
+      for (CauseParameter& p : row.parameters)
+        if (p.name == fitted.name && fitted.sigma > 0.0) p = fitted;
+  }
+
+  /// Returns two groups that explain the difference together and not alone, the one that takes away more
+  /// first.
+  std::vector<std::size_t> best_pair(std::vector<CauseRow>& rows) {
+    for (const std::size_t first : {next_after({}, 0.0), most_removed(rows)}) {
+      if (first == groups_.size()) continue;
+      std::vector<std::size_t> pair{first, next_after({first}, worth_naming(0.0))};
+      if (pair[1] == groups_.size()) continue;
+      if (rows[pair[1]].removed > rows[pair[0]].removed) std::swap(pair[0], pair[1]);
+      if (fits_.contains(name_of(pair))) continue;
+      const Step linear = solve(pair);
+      if (values_fail_ && before_ - linear.chi2 - freedom(linear) < kPairShare * excess_) continue;
+      const CauseFit& fit = fits_.emplace(name_of(pair), converge(pair)).first->second;
+      const double removed = before_ - fit.total,
+                   besides = worth_naming(static_cast<double>(groups_[pair[1]].at.size()));
+      if (fit.passes(equations_.n) && removed - rows[pair[0]].removed >= besides) return pair;
+    }
+    return {};
+  }
+  static std::size_t most_removed(const std::vector<CauseRow>& rows) {
+    const auto less = [](const CauseRow& a, const CauseRow& b) { return a.removed < b.removed; };
+    return static_cast<std::size_t>(std::ranges::max_element(rows, less) - rows.begin());
+  }
+
+  /// Gives every pixel a brightness of its own. It explains whatever is common to all images of a pixel, also
+  /// what a group of few numbers would: so it is tried last.
+  std::vector<std::size_t> texture(std::vector<CauseRow>& rows) {
+    CauseRow row;
+    row.group = "texture";
+    row.cause = "reflectivity that varies over a surface (texture), one factor per pixel";
+    take(converge({}, true), row);
+    const CauseFit& fit = fits_.at(row.group);
+    const double factors = fit.total - fit.chi2 * static_cast<double>(n_textured_);
+    rows.push_back(std::move(row));
+    if (!rows.back().passes || rows.back().removed < worth_naming(factors)) return {};
+    return {rows.size() - 1};
+  }
+
+  /// Puts the named ones first, with the values and the sensors that go with them.
+  void list_named(const std::vector<std::size_t>& named, Causes& out) const {
+    const bool is_texture = named[0] >= groups_.size();
+    const CauseFit& fit = fits_.at(is_texture ? out.rows[named[0]].group : name_of(named));
+    double before = 0.0;
+    for (std::size_t k = 0; k < named.size(); ++k) {
+      CauseRow& row = out.rows[named[k]];
+      take_values(fit, row);
+      row.order = static_cast<int>(k) + 1;
+      const double together = k + 1 < named.size() ? row.alone : share(before_ - fit.total, fit.regions);
+      row.in_order = together - before;
+      before = together;
+    }
+    out.rest = 1.0 - before;
+    out.named = out.rows[named[0]].group;
+    out.chi2_after = fit.chi2;
+    for (const std::size_t g : named)
+      if (scales_the_gain(out.rows[g].group) || sensitivity_.has_free_factors())
+        out.why =
+            "what changes the images as the gain does (reflectivity, vignetting) cannot be told from it";
+      else if (is_switch(g))
+        out.why = "it is either on or off: set it in the twin and compare again";
+    if (out.why.empty() && !fit.settled) out.why = "the fit did not come to rest";
+    if (!out.why.empty()) return;
+    out.gain = fit.gain;
     out.with = fit.groups;
+    const CauseParameter& first = fit.parameters[0];
     if (fit.parameters.size() == 1 && first.sigma > 0.0)
       out.with += " " + report::with_sigma(first.estimate, first.sigma) + (first.unit.empty() ? "" : " ") +
                   first.unit;
-    return true;
   }
 
-  /// Fits groups to convergence, each time from the twin's values.
-  CauseFit converge(const std::vector<std::size_t>& groups) const {
-    CauseFit out{sensitivity_, twin_, "", {}, {}};  // begins with the same gain and black level
-    std::vector<Parameter> own;
-    for (const std::size_t g : groups) {
-      out.groups += (out.groups.empty() ? "" : ", ") + groups_[g].name;
-      for (const std::size_t at : groups_[g].at) own.push_back(parameters_[at]);
+  /// Lists the groups by what linear steps take away one after the other, where nothing is named.
+  void list_in_order(Causes& out) const {
+    double before = before_;
+    std::vector<std::size_t> taken;
+    for (const std::size_t g : choose_order()) {
+      taken.push_back(g);
+      const Step step = solve(taken);
+      out.rows[g].order = static_cast<int>(taken.size());
+      out.rows[g].in_order = share(before - step.chi2, {});
+      before = step.chi2;
     }
-    GaussNewton fit(out.sensors, twin_, std::move(own), false);
+    if (!taken.empty() && values_fail_) out.rest = (before - static_cast<double>(out.n)) / excess_;
+  }
+
+  std::string name_of(const std::vector<std::size_t>& groups) const {
+    std::string all;
+    for (const std::size_t g : groups) all += (all.empty() ? "" : ", ") + groups_[g].name;
+    return all;
+  }
+
+  /// Fits groups to convergence, each time from the twin's values; a switch is turned. `textured`: with a
+  /// brightness of its own for every pixel.
+  CauseFit converge(const std::vector<std::size_t>& groups, bool textured = false) {
+    CauseFit out{.sensors = sensitivity_,
+                 .twin = twin_,
+                 .groups = name_of(groups)};  // begins with the same gain and black level
+    if (textured) out.sensors.free_factors();
+    std::vector<Parameter> own;
+    double n_fitted = 0.0;
+    for (const std::size_t g : groups)
+      for (const std::size_t at : groups_[g].at) {
+        n_fitted += 1.0;
+        if (!is_switch(g))
+          own.push_back(parameters_[at]);
+        else
+          parameters_[at].change(out.twin, parameters_[at].start > 0.5 ? -1.0 : 1.0);
+      }
+    GaussNewton fit(out.sensors, out.twin, std::move(own), false);
     GaussNewton::Outcome outcome = GaussNewton::Outcome::moved;
-    for (int i = 0; i < kIterations && outcome == GaussNewton::Outcome::moved; ++i) outcome = fit.step(true);
-    out.settled = outcome == GaussNewton::Outcome::settled;
+    if (!fit.parameters().empty())
+      for (int i = 0; i < kIterations && outcome == GaussNewton::Outcome::moved; ++i)
+        outcome = fit.step(true);
+    out.settled = fit.parameters().empty() || outcome == GaussNewton::Outcome::settled;
+    fit.settle_sensors();
     out.twin = fit.twin();
     out.chi2 = fit.chi2();
+    out.regions = cause_regions(out.sensors, out.twin);
+    const auto n = static_cast<double>(equations_.n);
+    if (textured) {
+      n_textured_ = out.sensors.equations_without_parameters(out.twin).n;
+      n_fitted = n - static_cast<double>(n_textured_);
+    }
+    out.total = out.chi2 * (textured ? static_cast<double>(n_textured_) : n) + n_fitted;
+    if (!fit.parameters().empty()) tell_values(fit, out);
+    return out;
+  }
+  void tell_values(const GaussNewton& fit, CauseFit& out) const {
     const NormalEquations& e = fit.equations();
     const Step last = solve_step(e, fit.unknowns());
     const double inflation = std::sqrt(std::max(1.0, out.chi2));
@@ -224,56 +304,33 @@ class CauseSearch {
       out.gain.push_back({twin_.cameras[s.camera].name, s.gain_dn, inflation * last.sigma[e.gain_at(c)],
                           s.black_level_dn, inflation * last.sigma[e.black_at(c)]});
     }
-    return out;
   }
 
-  /// Helps where errors are too large for one linear step: the best candidates are fitted to convergence, and
-  /// the best of them is returned if it then explains half or more. Nothing where one step is clear or
-  /// explains little.
-  std::optional<std::size_t> iterate_rivals(double sensors_alone, std::vector<CauseRow>& rows) {
-    std::vector<std::size_t> rivals;
-    for (std::size_t g = 0; g < rows.size(); ++g)
-      if (rows[g].alone >= kRivalShare && !parameters_[groups_[g].at[0]].is_switch) rivals.push_back(g);
-    std::ranges::sort(rivals, [&](auto a, auto b) { return rows[a].alone > rows[b].alone; });
-    const auto less = [](const CauseRow& a, const CauseRow& b) { return a.alone < b.alone; };
-    if (rivals.empty() || std::ranges::max_element(rows, less)->alone >= kClear) return std::nullopt;
-    rivals.resize(std::min(rivals.size(), kRivals));
-    for (const std::size_t g : rivals) {
-      const CauseFit& fit = fits_.emplace(g, converge({g})).first->second;
-      const double share = (sensors_alone - fit.chi2 * static_cast<double>(equations_.n) -
-                            static_cast<double>(fit.parameters.size())) /
-                           excess_;
-      if (share <= rows[g].alone) continue;
-      rows[g].alone = share;
-      rows[g].parameters = fit.parameters;
+  /// Returns the group whose linear step takes away most besides those taken, more than `least` and than its
+  /// number of parameters; the number of groups where none does.
+  std::size_t next_after(const std::vector<std::size_t>& taken, double least) const {
+    std::size_t best = groups_.size();
+    double lowest = solve(taken).chi2 - least;
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      if (std::ranges::find(taken, g) != taken.end()) continue;
+      std::vector<std::size_t> with = taken;
+      with.push_back(g);
+      const Step step = solve(with);
+      if (const double left = step.chi2 + freedom(step); left < lowest) {
+        lowest = left;
+        best = g;
+      }
     }
-    const auto best =
-        *std::ranges::max_element(rivals, [&](auto a, auto b) { return rows[a].alone < rows[b].alone; });
-    for (std::size_t g = 0; g < rows.size(); ++g)
-      if (g != best && rows[g].alone > rows[best].alone) return std::nullopt;  // a switch explains more
-    if (rows[best].alone < kWorthNaming) return std::nullopt;
     return best;
   }
 
   /// Takes the group that takes away most, then the one that takes most of what is left ...
-  std::vector<std::size_t> choose_order(double before) const {
+  std::vector<std::size_t> choose_order() const {
     std::vector<std::size_t> taken;
-    while (taken.size() < std::min(kMostInOrder, groups_.size())) {
-      std::size_t best = groups_.size();
-      double least = before - kWorthAdding * excess_;
-      for (std::size_t g = 0; g < groups_.size(); ++g) {
-        if (std::ranges::find(taken, g) != taken.end()) continue;
-        std::vector<std::size_t> with = taken;
-        with.push_back(g);
-        const Step step = solve(with);
-        if (const double left = step.chi2 + freedom(step); left < least) {
-          least = left;
-          best = g;
-        }
-      }
-      if (best == groups_.size()) break;
-      taken.push_back(best);
-      before = solve(taken).chi2;
+    while (taken.size() < kMostInOrder) {
+      const std::size_t next = next_after(taken, std::max(kClearlyBetter, kWorthAdding * excess_));
+      if (next == groups_.size()) break;
+      taken.push_back(next);
     }
     return taken;
   }
@@ -282,6 +339,8 @@ class CauseSearch {
     CauseRow row;
     row.group = groups_[g].name;
     row.cause = parameter_group(row.group).cause;
+    row.removed = before_ - step.chi2 - freedom(step);
+    row.alone = share(row.removed, {});
     const double inflation = std::sqrt(std::max(1.0, step.chi2 / static_cast<double>(equations_.n)));
     for (const std::size_t k : groups_[g].at) {
       const Parameter& p = parameters_[k];
@@ -299,11 +358,24 @@ class CauseSearch {
   std::vector<Group> groups_;
   std::vector<std::size_t> sensors_;
   Eigen::VectorXd start_;
-  NormalEquations equations_, textured_;
-  std::map<std::size_t, CauseFit> fits_;  ///< of the rivals, by group
-  bool after_texture_ = false;
-  double excess_ = 0.0;
+  NormalEquations equations_;
+  std::map<std::string, CauseFit> fits_;  ///< by their groups
+  std::vector<CauseRegion> as_it_is_;     ///< what the twin leaves in regions
+  double before_ = 0.0, excess_ = 0.0;    ///< chi2 with gain and black level alone, and beyond noise
+  bool values_fail_ = false;
+  std::uint64_t n_textured_ = 0;  ///< values, less one per pixel
 };
+
+/// Says what of a fit is not explained: "chi2 1.5, limit 1.15; shift of regions 5.66, limit 1.37".
+std::string left_by(const CauseRow& row, double limit) {
+  std::string text;
+  if (row.chi2_after > limit) text = fmt::format("chi2 {:.3g}, limit {:.3g}", row.chi2_after, limit);
+  for (const CauseRegion& r : row.regions_after)
+    if (!r.passes())
+      text += fmt::format("{}{} of regions {:.3g}, limit {:.3g}", text.empty() ? "" : "; ", r.kind, r.chi2,
+                          r.limit);
+  return text.empty() ? "" : ", which leaves " + text;
+}
 
 }  // namespace
 
@@ -313,14 +385,30 @@ Causes find_causes(Sensitivity& sensitivity, const Twin& twin) {
 
 std::string sentence(const Causes& causes) {
   if (causes.rows.empty()) return "";
-  if (causes.named.empty())
+  const auto percent = [](double share) {
+    return std::isfinite(share) ? fmt::format("{:.3g} % of it", 100.0 * share) : std::string("part of it");
+  };
+  if (causes.named.empty()) {
+    const auto less = [](const CauseRow& a, const CauseRow& b) { return a.removed < b.removed; };
+    const CauseRow& nearest = *std::ranges::max_element(causes.rows, less);
+    return fmt::format("none of the causes tested explains what the budget does not (nearest: {}, {}{})",
+                       nearest.cause, percent(nearest.alone),
+                       left_by(nearest, 1.0 + allowed_for(static_cast<double>(causes.n))));
+  }
+  const CauseRow &first = causes.rows[0],
+                 &second = causes.rows[std::min<std::size_t>(1, causes.rows.size() - 1)];
+  if (second.order == 2)
     return fmt::format(
-        "none of the causes tested explains half of what the budget does not (most: {}, {:.0f} %)",
-        causes.rows[0].cause, 100.0 * causes.rows[0].alone);
+        "most likely causes: {} ({}) and {}: together they explain the gray difference beyond the budget. "
+        "Fit "
+        "them with --refine {},{}",
+        first.cause, percent(first.alone), second.cause, first.group, second.group);
   return fmt::format(
-      "most likely cause: {}; it explains {:.1f} % of the gray difference beyond the budget. Fit it with "
-      "--refine {}",
-      causes.rows[0].cause, 100.0 * std::min(causes.rows[0].alone, 1.0), causes.named);
+      "most likely cause: {}; it explains {} of the gray difference beyond the budget. Fit it with --refine "
+      "{}",
+      first.cause,
+      std::isfinite(first.alone) ? fmt::format("{:.1f} %", 100.0 * first.alone) : "what regions show",
+      causes.named);
 }
 
 std::string gain_sentence(const Causes& causes) {

@@ -6,11 +6,15 @@
 // |------------------------|-----------|------------------------------------------------|
 // | gain, black level      | 4 sigma   | two numbers, normal: one seed in 8,000         |
 // | blur                   | 1 %       | far beyond its sigma of 0.1 %                   |
+// | pose, blur, gamma      | 4 sigma   | normal: one seed in 5,000                       |
+// | chi2 with a radius     | 1.15      | the limit of single values: 3 sigma of 5 %      |
 #include "compare/causes/causes.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -23,7 +27,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 constexpr int kWidth = 96, kHeight = 80;
-constexpr double kGain = 20.0, kBlack = 7.0, kNoiseDn = 0.5, kBlurPx = 2.0;
+constexpr double kGain = 20.0, kBlack = 7.0, kNoiseDn = 0.5, kBlurPx = 2.0, kRadiusError = 0.1;
 
 Twin window_on_the_sphere() {
   const SphereShape ball = testing::physical_sphere();
@@ -63,6 +67,27 @@ Twin blurred() {
   return truth;
 }
 
+SphereShape& ball_of(Twin& twin) { return std::get<SphereShape>(twin.objects[0].shape); }
+
+const CauseRow& row_of(const Causes& causes, const std::string& group) {
+  return *std::ranges::find(causes.rows, group, &CauseRow::group);
+}
+const CauseRegion& region_of(const CauseRow& row, const std::string& kind) {
+  return *std::ranges::find(row.regions_after, kind, &CauseRegion::kind);
+}
+
+/// Returns what was found, a line per group, for messages.
+std::string told(const Causes& causes) {
+  std::string text = sentence(causes) + "\n";
+  for (const CauseRow& row : causes.rows) {
+    text += fmt::format("{} {}: alone {:.3g}, chi2 {:.4g}", row.order, row.group, row.alone, row.chi2_after);
+    for (const CauseRegion& r : row.regions_after)
+      text += fmt::format(", {} {:.3g} ({:.3g})", r.kind, r.chi2, r.limit);
+    text += "\n";
+  }
+  return text;
+}
+
 TEST(Causes, GainAndBlackLevelAreThoseThatGoWithTheBlur) {
   const Causes causes = causes_of(blurred());
   ASSERT_EQ(causes.named, "blur");
@@ -78,12 +103,54 @@ TEST(Causes, GainAndBlackLevelAreThoseThatGoWithTheBlur) {
   EXPECT_THAT(gain_sentence(causes), HasSubstr("px; right: gain "));
 }
 
-TEST(Causes, NoGainIsOfferedWhereTheCauseDoesNotExplainTheRest) {
+TEST(Causes, WhatLeavesADifferenceIsNotNamed) {
   const Causes causes = causes_of(blurred(), 0.05);
-  ASSERT_EQ(causes.named, "blur");
+  EXPECT_THAT(causes.named, IsEmpty());
   EXPECT_THAT(causes.gain, IsEmpty());
-  EXPECT_THAT(causes.why, HasSubstr("what is left is not explained"));
-  EXPECT_THAT(gain_sentence(causes), HasSubstr("no gain or black level is offered with blur: "));
+  EXPECT_THAT(gain_sentence(causes), IsEmpty());
+  const CauseRow& blur = row_of(causes, "blur");
+  EXPECT_FALSE(blur.passes);
+  EXPECT_GT(region_of(blur, "image").chi2, region_of(blur, "image").limit);
+  EXPECT_THAT(sentence(causes), HasSubstr("none of the causes tested explains"));
+  EXPECT_THAT(sentence(causes), HasSubstr("nearest: blur"));
+  EXPECT_THAT(sentence(causes), HasSubstr("image of regions"));
+}
+
+TEST(Causes, APoseIsNamedWithItsValue) {
+  Twin truth = window_on_the_sphere();
+  ball_of(truth).center_mm.z() += 0.02;
+  const Causes causes = causes_of(truth);
+  ASSERT_EQ(causes.named, "pose") << told(causes);
+  EXPECT_TRUE(causes.rows[0].passes);
+  const CauseParameter& z = causes.rows[0].parameters.at(2);
+  ASSERT_EQ(z.name, "ball.center_mm.z");
+  EXPECT_NEAR(z.estimate - z.twin, 0.02, 4.0 * z.sigma);
+}
+
+TEST(Causes, ARadiusIsNoPose) {
+  Twin truth = window_on_the_sphere();
+  ball_of(truth).radius_mm += kRadiusError;
+  const Causes causes = causes_of(truth);
+  EXPECT_NE(causes.named, "pose") << told(causes);
+  const CauseRow& pose = row_of(causes, "pose");
+  EXPECT_GT(pose.alone, 0.5) << told(causes);  // it was named for that
+  EXPECT_LT(pose.chi2_after, 1.15) << told(causes);
+  EXPECT_FALSE(pose.passes);
+  EXPECT_GT(region_of(pose, "shift").chi2, 2.0 * region_of(pose, "shift").limit) << told(causes);
+}
+
+TEST(Causes, TwoAreNamedTogetherWhereNoneExplainsAll) {
+  Twin truth = blurred();
+  truth.projector->response = {ProjectorResponse::Kind::gamma, 1.2, {}};
+  const Causes causes = causes_of(truth);
+  EXPECT_THAT(sentence(causes), HasSubstr("together they explain")) << told(causes);
+  EXPECT_EQ(row_of(causes, "blur").order + row_of(causes, "response").order, 3) << told(causes);
+  EXPECT_EQ(causes.rows[0].group, causes.named);
+  EXPECT_FALSE(row_of(causes, "blur").passes || row_of(causes, "response").passes);
+  const CauseParameter &blur = row_of(causes, "blur").parameters.at(0),
+                       &gamma = row_of(causes, "response").parameters.at(0);
+  EXPECT_NEAR(blur.estimate, kBlurPx, 4.0 * blur.sigma);
+  EXPECT_NEAR(gamma.estimate, 1.2, 4.0 * gamma.sigma);
 }
 
 TEST(Causes, NoGainIsOfferedWithWhatIsOne) {

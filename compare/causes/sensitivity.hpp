@@ -62,6 +62,8 @@ class Sensitivity {
  public:
   /// Per camera, laid out as GridSamples::real_dn.
   using Values = std::vector<std::vector<float>>;
+  /// Points per pixel: of residuals, of derivatives, and of what tells that few points suffice.
+  static constexpr int kResidualSamples = 9, kDerivativeSamples = 4, kFineSamples = 36;
 
   Sensitivity(render::Renderer& renderer, std::vector<GridSamples> samples);
 
@@ -114,8 +116,6 @@ class Sensitivity {
   Regions regions(const Twin& twin) const;
 
  private:
-  static constexpr int kResidualSamples = 9, kDerivativeSamples = 4, kFineSamples = 36;
-
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                 std::size_t at, const Values& base, Derivative derivative) const;
   double relative_change(const Values& from, const Values& to) const;

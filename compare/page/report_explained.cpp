@@ -120,8 +120,8 @@ std::string causes_html(const Comparison& c) {
                    {"twin"},
                    {"would fit"}};
   for (const CauseRow& row : c.causes.rows) {
-    std::string cause = row.cause, alone = fixed(std::min(100.0, 100.0 * row.alone), 1),
-                in_order = row.order > 0 ? fixed(std::min(100.0, 100.0 * row.in_order), 1) : "–";
+    std::string cause = row.cause, alone = fixed(100.0 * row.alone, 1),
+                in_order = row.order > 0 ? fixed(100.0 * row.in_order, 1) : "–";
     const bool many = row.order == 0 && row.parameters.size() > 3;
     if (row.parameters.empty()) table.add_row({cause, alone, in_order, "", "", ""});
     for (const CauseParameter& p : row.parameters) {

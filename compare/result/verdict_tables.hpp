@@ -194,13 +194,33 @@ struct CauseParameter {
   }
 };
 
-/// One way the twin may be wrong, fitted in one linear step.
+/// What a cause leaves in sums of one kind over regions.
+struct CauseRegion {
+  std::string kind;
+  double chi2 = kNaN, limit = kNaN;
+  std::uint64_t n = 0;
+  bool passes() const { return n == 0 || chi2 <= limit; }
+
+  static void describe(auto& f) {
+    using Row = CauseRegion;
+    f.name("kind", "what of a region is summed", &Row::kind).one_of({"level", "contrast", "shift", "image"});
+    f.positive("chi2", "mean over regions of the squared sum over what noise allows", &Row::chi2);
+    f.positive("limit", "largest chi2 that counts as explained", &Row::limit);
+    f.add("n", "sums over regions", &Row::n);
+  }
+};
+
+/// One way the twin may be wrong, fitted in one linear step, the likely ones to convergence.
 struct CauseRow {
   std::string group, cause;
-  double alone = 0.0;
+  double alone = kNaN;
   int order = 0;
   double in_order = kNaN;
   std::vector<CauseParameter> parameters;
+  double chi2_after = kNaN;  ///< NaN: not fitted to convergence
+  bool passes = false;
+  std::vector<CauseRegion> regions_after;
+  double removed = 0.0;  ///< of chi2, less the number of parameters
 
   static void describe(auto& f) {
     using Row = CauseRow;
@@ -210,6 +230,11 @@ struct CauseRow {
     f.add("order", "1 for the first one taken, 0 for one that was not taken", &Row::order);
     f.add("in_order", "share of the excess that it takes away after those before it", &Row::in_order);
     f.add("parameters", "what the group would have to be", &Row::parameters);
+    f.positive("chi2_after", "of a gray value, with the group fitted to convergence", &Row::chi2_after)
+        .not_required();
+    f.add("passes", "whether what it then leaves is explained, in values and regions", &Row::passes)
+        .not_required();
+    f.add("regions_after", "what it then leaves in regions", &Row::regions_after).not_required();
   }
 };
 
@@ -231,9 +256,8 @@ struct CauseGain {
 /// What may be wrong with the twin where noise does not explain the difference.
 struct Causes {
   std::vector<CauseRow> rows;  ///< taken ones in order, then by their share
-  std::string named;           ///< group of the first where it explains half or more; else empty
+  std::string named;           ///< group of the first where it, or it with the second, passes; else empty
   double chi2 = kNaN;
-  bool textured = false;  ///< one factor per pixel was taken first
   double rest = kNaN;
   std::uint64_t n = 0;
   double chi2_after = kNaN;     ///< of a gray value, where the cause was fitted to convergence
@@ -242,7 +266,9 @@ struct Causes {
   std::string why;              ///< why not; empty where nothing is named
 
   static void describe(auto& f) {
-    f.add("named", "the group that explains half of the excess or more", &Causes::named).or_null();
+    f.add("named", "the group that explains most of it, where what is named explains the difference",
+          &Causes::named)
+        .or_null();
     f.positive("chi2", "of a gray value, with the best gain and black level only", &Causes::chi2);
     f.add("rest", "share of the excess that all taken ones leave", &Causes::rest);
     f.add("n", "gray values used", &Causes::n);

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/causes/cause_regions.hpp"
+
+#include <Eigen/QR>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "compare/verdict/explained.hpp"
+#include "twin/base/constants.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+constexpr int kSquare = 8;  ///< kept pixels: side of a region of the samples
+constexpr int kFewestInSquare = kSquare * kSquare / 4;
+/// Places of the kinds of sums; from kImage on there is one per image.
+constexpr int kLevel = 0, kContrast = 1, kShift = 2, kImage = 3;
+constexpr const char* kNames[] = {"level", "contrast", "shift", "image"};
+
+/// The images of one pitch. `by_phase` turns their irradiance E into dE/dphase of its first harmonic: with
+/// E = m + c cos d + s sin d by least squares over the steps d, this is s cos d - c sin d.
+struct PitchSteps {
+  std::vector<Eigen::Index> at;  ///< among the images of the samples
+  Eigen::MatrixXd by_phase;
+};
+
+std::vector<PitchSteps> pitches_of(const GridSamples& s, const Fringes& fringes) {
+  const std::vector<PatternSpec> sequence = expand_sequence(fringes);
+  std::map<std::pair<int, int>, std::vector<std::pair<Eigen::Index, double>>> steps;
+  for (std::size_t k = 0; k < s.images.size(); ++k) {
+    const PatternSpec& p = sequence.at(static_cast<std::size_t>(s.images[k]));
+    if (p.kind == PatternSpec::Kind::phase_step)
+      steps[{p.direction, p.pitch}].emplace_back(k, kTwoPi * p.step / fringes.steps);
+  }
+  std::vector<PitchSteps> out;
+  for (const auto& [pitch, images] : steps) {
+    const auto n = static_cast<Eigen::Index>(images.size());
+    if (n < 3) continue;
+    PitchSteps of;
+    Eigen::MatrixXd waves(n, 3), turned(n, 3);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const auto [at, step_rad] = images[static_cast<std::size_t>(j)];
+      of.at.push_back(at);
+      waves.row(j) << 1.0, std::cos(step_rad), std::sin(step_rad);
+      turned.row(j) << 0.0, -std::sin(step_rad), std::cos(step_rad);
+    }
+    of.by_phase = turned * waves.completeOrthogonalDecomposition().pseudoInverse();
+    out.push_back(std::move(of));
+  }
+  return out;
+}
+
+struct Sum {
+  double residual = 0.0, variance = 0.0, weight = 0.0;
+};
+struct Square {
+  std::vector<Sum> sums;  ///< level, contrast, shift, then one per image
+  int pixels = 0;
+};
+
+/// The values of one pixel that are used; 0 in the places of the others.
+struct PixelValues {
+  Eigen::VectorXd irradiance, residual, variance, used;
+};
+
+/// Returns the weights of the sums, a column each. A sum over what a brightness of its own leaves of a pixel
+/// has the weights a - E (a E)/(E E/v)/v.
+Eigen::MatrixXd weights_of(const PixelValues& p, const std::vector<PitchSteps>& pitches, bool free_factor) {
+  const Eigen::Index n = p.used.size();
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, kImage + n);
+  a.col(kLevel) = p.used;
+  a.col(kContrast) = p.used.cwiseProduct(
+      p.irradiance - Eigen::VectorXd::Constant(n, p.irradiance.dot(p.used) / p.used.sum()));
+  for (const PitchSteps& pitch : pitches)
+    a(pitch.at, kShift) = p.used(pitch.at).cwiseProduct(pitch.by_phase * p.irradiance(pitch.at));
+  a.rightCols(n) = p.used.asDiagonal();
+  if (!free_factor) return a;
+  Eigen::VectorXd of_factor = Eigen::VectorXd::Zero(n);
+  for (Eigen::Index k = 0; k < n; ++k)
+    if (p.used[k] > 0.0) of_factor[k] = p.irradiance[k] / p.variance[k];
+  if (const double size = p.irradiance.dot(of_factor); size > 0.0)
+    a -= of_factor * (p.irradiance.transpose() * a) / size;
+  return a;
+}
+
+void add_pixel(const PixelValues& p, const Eigen::MatrixXd& weights, Square& square) {
+  square.sums.resize(static_cast<std::size_t>(weights.cols()));
+  ++square.pixels;
+  for (Eigen::Index j = 0; j < weights.cols(); ++j) {
+    Sum& sum = square.sums[static_cast<std::size_t>(j)];
+    sum.residual += weights.col(j).dot(p.residual);
+    sum.variance += weights.col(j).cwiseAbs2().dot(p.variance);
+    sum.weight += weights.col(j).cwiseAbs().sum();
+  }
+}
+
+std::vector<Square> squares_of(const GridSamples& s, const std::vector<float>& irradiance,
+                               const Fringes& fringes, bool free_factor) {
+  const auto width = static_cast<std::size_t>(s.grid.width), n = s.images.size(),
+             side = static_cast<std::size_t>(kSquare * s.grid.keep), across = width / side + 1;
+  const std::vector<PitchSteps> pitches = pitches_of(s, fringes);
+  std::vector<Square> squares(across * (static_cast<std::size_t>(s.grid.height) / side + 1));
+  const auto size = static_cast<Eigen::Index>(n);
+  PixelValues p{Eigen::VectorXd(size), Eigen::VectorXd(size), Eigen::VectorXd(size), Eigen::VectorXd(size)};
+  for (std::size_t pixel = 0; pixel < s.n_pixels(); ++pixel) {
+    for (Eigen::Index k = 0; k < size; ++k) {
+      const std::size_t i = pixel * n + static_cast<std::size_t>(k);
+      const auto w = static_cast<double>(s.weight[i]), e = static_cast<double>(irradiance[i]);
+      p.irradiance[k] = e;
+      p.used[k] = w > 0.0 ? 1.0 : 0.0;
+      p.variance[k] = w > 0.0 ? 1.0 / (w * w) : 0.0;
+      p.residual[k] = static_cast<double>(s.real_dn[i]) - s.gain_dn * e - s.black_level_dn;
+    }
+    if (p.used.sum() > 0.0)
+      add_pixel(p, weights_of(p, pitches, free_factor),
+                squares[s.cell[pixel] / width / side * across + s.cell[pixel] % width / side]);
+  }
+  return squares;
+}
+
+}  // namespace
+
+std::vector<CauseRegion> cause_regions(const Sensitivity& sensitivity, const Twin& twin) {
+  const Sensitivity::Values values = sensitivity.irradiance(twin, Sensitivity::kResidualSamples);
+  std::vector<CauseRegion> out;
+  for (const char* name : kNames) out.push_back({name, 0.0});
+  for (std::size_t c = 0; c < values.size(); ++c) {
+    const GridSamples& s = sensitivity.samples()[c];
+    for (const Square& square : squares_of(s, values[c], twin.fringes, sensitivity.has_free_factors())) {
+      if (square.pixels < kFewestInSquare) continue;
+      for (std::size_t j = 0; j < square.sums.size(); ++j) {
+        const Sum& sum = square.sums[j];
+        if (!(sum.variance > 0.0)) continue;
+        const double together = sum.weight * s.rendering_dn;
+        CauseRegion& kind = out[std::min<std::size_t>(j, kImage)];
+        kind.chi2 += sum.residual * sum.residual / (sum.variance + together * together);
+        ++kind.n;
+      }
+    }
+  }
+  for (CauseRegion& kind : out) {
+    const auto n = static_cast<double>(kind.n);
+    kind.chi2 = kind.n > 0 ? kind.chi2 / n : kNaN;
+    kind.limit = kind.n > 0 ? 1.0 + allowed_for(n) : kNaN;
+  }
+  return out;
+}
+
+}  // namespace fringetwin::compare
