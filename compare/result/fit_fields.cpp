@@ -44,28 +44,28 @@ std::vector<Field> make_fit_fields() {
       .error();
   vector("center_noise_sigma_mm", "standard errors of a centre by noise alone").error();
   vector("center_form_sigma_mm", "what form and outline add to them").error();
-  struct Part {
+  struct SigmaKey {
     const char *key, *what;
   };
-  for (const Part& p :
-       {Part{"radius_noise_sigma_mm", "standard error of a radius by noise alone"},
-        Part{"radius_form_sigma_mm", "what form and outline add to it"},
-        Part{"offset_noise_sigma_mm", "standard error of a plane's place by noise alone"},
-        Part{"offset_form_sigma_mm", "what form and outline add to it"},
-        Part{"tilt_noise_sigma_rad_0", "standard error of a plane's first tilt by noise alone"},
-        Part{"tilt_form_sigma_rad_0", "what form and outline add to it"},
-        Part{"tilt_noise_sigma_rad_1", "standard error of a plane's second tilt by noise alone"},
-        Part{"tilt_form_sigma_rad_1", "what form and outline add to it"},
-        Part{"axis_noise_sigma_rad_0", "standard error of an axis's first tilt by noise alone"},
-        Part{"axis_form_sigma_rad_0", "what form and outline add to it"},
-        Part{"axis_noise_sigma_rad_1", "standard error of an axis's second tilt by noise alone"},
-        Part{"axis_form_sigma_rad_1", "what form and outline add to it"},
-        Part{"axis_shift_noise_sigma_mm_0",
-             "standard error of an axis's place along the first direction by noise alone"},
-        Part{"axis_shift_form_sigma_mm_0", "what form and outline add to it"},
-        Part{"axis_shift_noise_sigma_mm_1",
-             "standard error of an axis's place along the second direction by noise alone"},
-        Part{"axis_shift_form_sigma_mm_1", "what form and outline add to it"}})
+  for (const SigmaKey& p :
+       {SigmaKey{"radius_noise_sigma_mm", "standard error of a radius by noise alone"},
+        SigmaKey{"radius_form_sigma_mm", "what form and outline add to it"},
+        SigmaKey{"offset_noise_sigma_mm", "standard error of a plane's place by noise alone"},
+        SigmaKey{"offset_form_sigma_mm", "what form and outline add to it"},
+        SigmaKey{"tilt_noise_sigma_rad_0", "standard error of a plane's first tilt by noise alone"},
+        SigmaKey{"tilt_form_sigma_rad_0", "what form and outline add to it"},
+        SigmaKey{"tilt_noise_sigma_rad_1", "standard error of a plane's second tilt by noise alone"},
+        SigmaKey{"tilt_form_sigma_rad_1", "what form and outline add to it"},
+        SigmaKey{"axis_noise_sigma_rad_0", "standard error of an axis's first tilt by noise alone"},
+        SigmaKey{"axis_form_sigma_rad_0", "what form and outline add to it"},
+        SigmaKey{"axis_noise_sigma_rad_1", "standard error of an axis's second tilt by noise alone"},
+        SigmaKey{"axis_form_sigma_rad_1", "what form and outline add to it"},
+        SigmaKey{"axis_shift_noise_sigma_mm_0",
+                 "standard error of an axis's place along the first direction by noise alone"},
+        SigmaKey{"axis_shift_form_sigma_mm_0", "what form and outline add to it"},
+        SigmaKey{"axis_shift_noise_sigma_mm_1",
+                 "standard error of an axis's place along the second direction by noise alone"},
+        SigmaKey{"axis_shift_form_sigma_mm_1", "what form and outline add to it"}})
     positive(p.key, p.what).in(std::string(p.key).find("_rad") != std::string::npos ? "rad" : "mm").error();
   vector("tilt_direction_0", "direction across a normal or axis along which its first tilt is stated");
   vector("tilt_direction_1", "direction across a normal or axis along which its second tilt is stated");
