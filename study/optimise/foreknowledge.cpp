@@ -8,7 +8,7 @@
 #include "compare/verdict/limits.hpp"
 #include "measure/measurement.hpp"
 #include "study/noise/noise_theory.hpp"
-#include "study/optimise/optimise.hpp"
+#include "study/optimise/evaluation.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 

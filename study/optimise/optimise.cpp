@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "study/optimise/budgeted_search.hpp"
 #include "study/optimise/trials.hpp"
 #include "study/plan/space_filling.hpp"
 #include "study/plan/study_tables.hpp"

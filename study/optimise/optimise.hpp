@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "study/kind/kind.hpp"
-#include "study/optimise/budgeted_search.hpp"
+#include "study/optimise/evaluation.hpp"
 #include "study/optimise/foreknowledge.hpp"
 #include "study/optimise/noisy_values.hpp"
 #include "study/plan/study_tables.hpp"
@@ -19,38 +19,8 @@
 
 namespace fringetwin::study {
 
-inline constexpr const char* kTimeResult = "acquisition.time_s";  ///< what a setting costs
-
 /// The best of the search that are measured again, and by how many times its trials.
 inline constexpr std::size_t kMostCandidates = 5, kFreshTrials = 4;
-
-struct Constraint {
-  std::string result;
-  std::optional<double> min, max;  ///< of the mean over the trials
-};
-
-struct OptimisePlan : UncertainSettings {
-  std::vector<Variation> choose;
-  std::string result;  ///< the number whose statistic is to be least
-  Statistic statistic = Statistic::sigma;
-  double value = 0.0;  ///< of rms_error: the true one
-  std::vector<Constraint> constraints;
-  std::size_t evaluations = 60, trials = 8;
-  std::filesystem::path twin;
-  std::uint64_t seed = 1;
-};
-
-struct Evaluation {
-  std::string phase;       ///< of the search
-  Settings values;         ///< the chosen ones
-  std::size_t failed = 0;  ///< trials without a measurement, or without one of the numbers
-  std::string reason;      ///< of the first
-  StatisticValue objective;
-  std::vector<StatisticValue> constraints;  ///< means
-  double time_s = 0.0;                      ///< of the acquisition; NaN: no camera says its exposure
-  bool feasible = false;
-  double theory = kNan;  ///< the objective in closed form
-};
 
 /// One of the best of the search, measured again with draws that no choice has seen.
 struct Candidate {

@@ -2,7 +2,13 @@
 // Measures settings of the rig in trials: settings go in, and what the trials say of each comes out; internal
 // to study/optimise.
 #pragma once
-#include "study/optimise/optimise.hpp"
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "study/optimise/budgeted_search.hpp"
+#include "study/optimise/evaluation.hpp"
+#include "study/plan/study_point.hpp"
 
 namespace fringetwin::study {
 
