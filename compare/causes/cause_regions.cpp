@@ -16,7 +16,7 @@ constexpr int kSquare = 8;  ///< kept pixels: side of a region of the samples
 constexpr int kFewestInSquare = kSquare * kSquare / 4;
 /// Places of the kinds of sums; from kImage on there is one per image.
 constexpr int kLevel = 0, kContrast = 1, kShift = 2, kImage = 3;
-constexpr const char* kNames[] = {"level", "contrast", "shift", "image"};
+constexpr const char* kKindNames[] = {"level", "contrast", "shift", "image"};
 
 /// The images of one pitch. `by_phase` turns their irradiance E into dE/dphase of its first harmonic: with
 /// E = m + c cos d + s sin d by least squares over the steps d, this is s cos d - c sin d.
@@ -124,7 +124,7 @@ std::vector<Square> squares_of(const GridSamples& s, const std::vector<float>& i
 std::vector<CauseRegion> cause_regions(const Sensitivity& sensitivity, const Twin& twin) {
   const Sensitivity::Values values = sensitivity.irradiance(twin, Sensitivity::kResidualSamples);
   std::vector<CauseRegion> out;
-  for (const char* name : kNames) out.push_back({name, 0.0});
+  for (const char* name : kKindNames) out.push_back({name, 0.0});
   for (std::size_t c = 0; c < values.size(); ++c) {
     const GridSamples& s = sensitivity.samples()[c];
     for (const Square& square : squares_of(s, values[c], twin.fringes, sensitivity.has_free_factors())) {

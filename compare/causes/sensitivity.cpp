@@ -19,9 +19,7 @@ constexpr double kWantedChange = 3e-3;  ///< of the images' size: 0.15 % of the 
 constexpr double kExactChange = 2e-2;   ///< central: 0.01 %
 constexpr double kSmallestEigenvalue = 1e-9;
 constexpr int kMostAttempts = 4;
-constexpr double kNoChange = 1e-7;  ///< of the images' size: rounding
-constexpr int kSquare = 8;          ///< kept pixels: side of a region of the samples
-constexpr int kFewestInSquare = kSquare * kSquare / 4;
+constexpr double kNoChange = 1e-7;    ///< of the images' size: rounding
 constexpr double kSampledWell = 0.2;  ///< standard deviations
 
 }  // namespace
@@ -308,57 +306,6 @@ NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Param
 NormalEquations Sensitivity::equations_without_parameters(const Twin& twin) const {
   const Values base = irradiance(twin, kResidualSamples);
   return assemble(base, base, {}, free_factors_);
-}
-
-namespace {
-/// Sums of residuals over a square, with weights 1 (level) and E - mean E of the pixel (contrast).
-struct SquareSums {
-  struct Sum {
-    double residual = 0.0, variance = 0.0, weight = 0.0;
-  };
-  std::array<Sum, 2> sums;
-  int pixels = 0;
-};
-}  // namespace
-
-Sensitivity::Regions Sensitivity::regions(const Twin& twin) const {
-  const Values values = irradiance(twin, kResidualSamples);
-  Regions out;
-  for (std::size_t c = 0; c < samples_.size(); ++c) {
-    const GridSamples& s = samples_[c];
-    const auto width = static_cast<std::size_t>(s.grid.width), n_images = s.images.size(),
-               side = static_cast<std::size_t>(kSquare * s.grid.keep), across = width / side + 1;
-    std::vector<SquareSums> squares(across * (static_cast<std::size_t>(s.grid.height) / side + 1));
-    for (std::size_t p = 0; p < s.n_pixels(); ++p) {
-      SquareSums& square = squares[s.cell[p] / width / side * across + s.cell[p] % width / side];
-      double mean = 0.0, used = 0.0;
-      for (std::size_t i = p * n_images; i < (p + 1) * n_images; ++i)
-        if (s.weight[i] > 0.0F) mean += static_cast<double>(values[c][i]), used += 1.0;
-      if (!(used > 0.0)) continue;
-      mean /= used;
-      ++square.pixels;
-      for (std::size_t i = p * n_images; i < (p + 1) * n_images; ++i) {
-        if (s.weight[i] == 0.0F) continue;
-        const double sigma = 1.0 / static_cast<double>(s.weight[i]),
-                     contrast = static_cast<double>(values[c][i]) - mean;
-        for (const auto& [sum, weight] :
-             {std::pair{&square.sums[0], 1.0}, std::pair{&square.sums[1], contrast}}) {
-          sum->residual += weight * residual(s, values[c], i);
-          sum->variance += weight * weight * sigma * sigma;
-          sum->weight += std::abs(weight);
-        }
-      }
-    }
-    for (const SquareSums& square : squares)
-      for (const SquareSums::Sum& sum : square.sums)
-        if (square.pixels >= kFewestInSquare && sum.variance > 0.0) {
-          const double together = sum.weight * s.rendering_dn;
-          out.chi2 += sum.residual * sum.residual / (sum.variance + together * together);
-          ++out.n;
-        }
-  }
-  if (out.n > 0) out.chi2 /= static_cast<double>(out.n);
-  return out;
 }
 
 }  // namespace fringetwin::compare

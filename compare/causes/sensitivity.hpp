@@ -106,15 +106,6 @@ class Sensitivity {
   /// measure a step.
   NormalEquations equations_without_parameters(const Twin& twin) const;
 
-  /// Holds a mean over `n` sums of residuals of what noise and rendering allow them.
-  struct Regions {
-    double chi2 = 0.0;
-    std::uint64_t n = 0;
-  };
-  /// Returns what a twin leaves, with the gain and black level set, in the level and the contrast of squares
-  /// of 8 x 8 kept pixels: errors that single values hide in their noise add up there.
-  Regions regions(const Twin& twin) const;
-
  private:
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                 std::size_t at, const Values& base, Derivative derivative) const;
