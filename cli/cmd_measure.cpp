@@ -28,10 +28,12 @@ int run_measure(const MeasureCommand& o, const Invocation& invocation) {
   StageTimer timer;
   timer.start("load");
   const Twin twin = cosim::load_for_run(o.twin);
+  const bool renders = o.method_bias || twin.measure.correct_pixel_area;
+  if (renders) cosim::check_renderable(twin);
   const cosim::Captures captures = cosim::load_captures(twin, o.captures);
   timer.start("measure");
   measure::Measurement measurement = measure::measure(twin, captures.cameras);
-  if (o.method_bias || twin.measure.correct_pixel_area) {
+  if (renders) {
     timer.start("method_bias");
     render::Renderer renderer;
     const cosim::Simulated simulated = cosim::simulate(twin, {}, renderer);

@@ -188,6 +188,13 @@ void state_method_bias(const Twin& twin, const std::vector<CameraImages>& noise_
   const PointCloud points =
       find_points(twin, std::move(cameras), smoothing_px.value_or(twin.measure.smoothing_px), summary);
   state_method_bias(twin, points, m.cloud, m.fits);
+  if (!twin.measure.correct_pixel_area) return;
+  for (const ObjectFit& fit : m.fits)
+    if (fit.usable && fit.kind != MeshShape::kKind && fit.bias.empty() && fit.bias_vectors.empty())
+      m.warnings.push_back(
+          fit.object +
+          ": [measure] correct_pixel_area has no effect on this fit: the twin has too few "
+          "noise-free points at its pixels (move the twin's object nearer to where it was measured)");
 }
 
 void check_fringes(const Twin& twin) {

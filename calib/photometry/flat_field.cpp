@@ -16,7 +16,7 @@
 namespace fringetwin::calib {
 namespace {
 
-constexpr int kColumns = 32;
+constexpr int kTileColumns = 32;
 constexpr double kHuber = 1.345;
 
 struct FlatCell {
@@ -25,7 +25,7 @@ struct FlatCell {
 
 std::vector<FlatCell> cell_means(const ImageF& flat, double black_dn, double saturation_dn) {
   const int w = flat.width, h = flat.height;
-  const int side = std::max(1, w / kColumns);
+  const int side = std::max(1, w / kTileColumns);
   const double cx = 0.5 * (w - 1), cy = 0.5 * (h - 1), corner_sq = 0.25 * (1.0 * w * w + 1.0 * h * h);
   std::vector<FlatCell> cells;
   for (int y0 = 0; y0 + side <= h; y0 += side)

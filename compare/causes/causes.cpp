@@ -18,6 +18,7 @@ namespace {
 constexpr double kWorthAdding = 0.02;  ///< share a further cause must explain to be listed in the order
 constexpr std::size_t kMostInOrder = 4;
 constexpr double kClear = 0.97;          ///< a linear step that explains so much has no rivals
+constexpr double kRivalShare = 0.25;     ///< of the excess that a linear step must take away to be iterated
 constexpr double kPairShare = 0.5;       ///< of the excess that the linear step of two groups must take away
 constexpr std::size_t kRivals = 3;       ///< candidates that are iterated
 constexpr double kClearlyBetter = 25.0;  ///< of chi2, beyond what noise gives the parameters
@@ -87,7 +88,7 @@ class CauseSearch {
     excess_ = before_ - n;
     as_it_is_ = converge({}).regions;
     values_fail_ = !(out.chi2 <= 1.0 + allowed_for(n));
-    if (!(excess_ > 0.0) && std::ranges::all_of(as_it_is_, &CauseRegion::passes)) return out;
+    if (!values_fail_ && std::ranges::all_of(as_it_is_, &CauseRegion::passes)) return out;
     for (std::size_t g = 0; g < groups_.size(); ++g) out.rows.push_back(make_row(g, solve({g})));
     std::vector<std::size_t> named = best_alone(out.rows);
     if (named.empty()) named = best_pair(out.rows);
@@ -135,7 +136,9 @@ class CauseSearch {
   std::vector<std::size_t> best_alone(std::vector<CauseRow>& rows) {
     std::vector<std::size_t> rivals;
     for (std::size_t g = 0; g < rows.size(); ++g)
-      if (rows[g].removed >= worth_naming(rows[g])) rivals.push_back(g);
+      if (rows[g].removed >= worth_naming(rows[g]) &&
+          (!values_fail_ || rows[g].removed >= kRivalShare * excess_))
+        rivals.push_back(g);
     std::ranges::sort(rivals, [&](auto a, auto b) { return rows[a].removed > rows[b].removed; });
     rivals.resize(std::min(rivals.size(), kRivals));
     std::vector<std::size_t> best;
@@ -374,6 +377,8 @@ std::string left_by(const CauseRow& row, double limit) {
     if (!r.passes())
       text += fmt::format("{}{} of regions {:.3g}, limit {:.3g}", text.empty() ? "" : "; ", r.kind, r.chi2,
                           r.limit);
+  if (!row.regions_after.empty() && row.regions_after[0].n == 0)
+    text += (text.empty() ? "" : "; ") + std::string("regions with too few pixels to judge it");
   return text.empty() ? "" : ", which leaves " + text;
 }
 

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // What an optimisation chooses, and the value it prints for it, where the sigma of every setting is known:
-// its numbers are normal deviates of a generator of the test's own, independent from point to point. |
-// tolerance   | origin                                                                                     |
+// its numbers are normal deviates of a generator of the test's own, independent from point to point.
+//
+// clang-format off
+// | tolerance   | origin                                                                                     |
 // |-------------|--------------------------------------------------------------------------------------------|
-// | 1e-3        | quantiles of chi-square, t and F in tables of four digits | | >= 90 %     | among the best
-// three: 97 % of 4000 runs in an independent simulation                       | | 90 ... 98 % | within the 95
-// % interval: 95 +- 1.1 % of 400 runs                                          | | 3 %         | mean of 400
-// sigmas of 24 trials: 0.7 % of chance, and s is 1.1 % too small                 | | 6 %         | equal
-// settings told apart: 2.5 %, a little more as they are not the least of their set     |
+// | 1e-3        | quantiles of chi-square, t and F in tables of four digits                                  |
+// | >= 90 %     | among the best three: 97 % of 4000 runs in an independent simulation                       |
+// | 90 ... 98 % | within the 95 % interval: 95 +- 1.1 % of 400 runs                                          |
+// | 3 %         | mean of 400 sigmas of 24 trials: 0.7 % of chance, and s is 1.1 % too small                 |
+// | 6 %         | equal settings told apart: 2.5 %, a little more as they are not the least of their set     |
+// clang-format on
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -109,27 +109,35 @@ class Optimisation {
     return answers;
   }
 
-  /// Measures the best again, five at a time until one of them is feasible, and the best of these once more:
-  /// the least of several noisy values is too small, that of a third set is not.
+  /// Measures the best five again, the next five where none of them is feasible, and the best of these once
+  /// more, or the next one where that third set is not feasible: the least of several noisy values is too
+  /// small, that of a third set is not.
   void confirm(const std::vector<std::size_t>& order) {
     const std::size_t fresh = kFreshTrials * plan_.trials;
     const auto id = [&] {
       return static_cast<std::int64_t>(plan_.evaluations * plan_.trials + out_.candidates.size() * fresh);
     };
-    const Candidate* best = nullptr;
-    for (std::size_t first = 0; first < order.size() && best == nullptr; first += kMostCandidates) {
-      const std::size_t end = std::min(first + kMostCandidates, order.size());
+    const std::size_t most = std::min(order.size(), kMostRounds * kMostCandidates);
+    std::vector<std::size_t> feasible;  // places among the candidates
+    for (std::size_t first = 0; first < most && feasible.empty(); first += kMostCandidates) {
+      const std::size_t end = std::min(first + kMostCandidates, most);
       std::vector<Settings> values;
       for (std::size_t i = first; i < end; ++i) values.push_back(out_.evaluations[order[i]].values);
       const std::vector<Evaluation> again = evaluate(plan_, run_, values, {id(), plan_.trials, fresh});
       for (std::size_t i = first; i < end; ++i) out_.candidates.push_back({order[i], again[i - first]});
-      for (const Candidate& c : out_.candidates)
-        if (c.fresh.feasible && (best == nullptr || c.fresh.objective.value < best->fresh.objective.value))
-          best = &c;
+      for (std::size_t c = first; c < end; ++c)
+        if (out_.candidates[c].fresh.feasible) feasible.push_back(c);
     }
-    if (best == nullptr) return;
-    out_.best = best->evaluation;
-    out_.chosen = evaluate(plan_, run_, {best->fresh.values}, {id(), plan_.trials + fresh, fresh}).front();
+    std::ranges::stable_sort(feasible, {},
+                             [&](std::size_t c) { return out_.candidates[c].fresh.objective.value; });
+    for (std::size_t k = 0; k < feasible.size() && !out_.chosen; ++k) {
+      const Candidate& c = out_.candidates[feasible[k]];
+      const TrialBlock third{id() + static_cast<std::int64_t>(k * fresh), plan_.trials + fresh, fresh};
+      if (Evaluation again = evaluate(plan_, run_, {c.fresh.values}, third).front(); again.feasible) {
+        out_.best = c.evaluation;
+        out_.chosen = std::move(again);
+      }
+    }
   }
 
   /// The third set of the best one is independent of the second sets, so Fisher's F holds as it stands.

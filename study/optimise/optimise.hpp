@@ -20,7 +20,7 @@
 namespace fringetwin::study {
 
 /// The best of the search that are measured again, and by how many times its trials.
-inline constexpr std::size_t kMostCandidates = 5, kFreshTrials = 4;
+inline constexpr std::size_t kMostCandidates = 5, kMostRounds = 2, kFreshTrials = 4;
 
 /// One of the best of the search, measured again with draws that no choice has seen.
 struct Candidate {

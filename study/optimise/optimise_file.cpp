@@ -68,8 +68,8 @@ OptimisePlan read_optimise(const TomlTable& root, const std::filesystem::path& t
   for (const TomlTable& table : root.tables("constraint")) plan.constraints.push_back(read_constraint(table));
   plan.evaluations = root.integer("evaluations", 1, kMostEvaluations).value_or(60);
   plan.trials = root.integer("trials", 2, kMostTrials).value_or(8);
-  // the search's, those of the best again, and of the best of them once more
-  const std::size_t most = plan.evaluations + kFreshTrials * (kMostCandidates + 1);
+  // the search's, those of the best again, and of these once more until one is feasible
+  const std::size_t most = plan.evaluations + kFreshTrials * (kMostRounds + 1) * kMostCandidates;
   if (most * plan.trials > std::size_t{kMostPoints})
     root.fail("evaluations", fmt::format("x trials must not exceed {}", kMostPoints));
   plan.seed = root.integer("seed", 0, kMostSeed).value_or(1);

@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kMostDeaths = 3;  // of a task with the same point in progress
 constexpr int kMostFruitlessRounds = 3;
-constexpr std::size_t kMostWarnings = 50;
+constexpr std::size_t kMostSlurmWarnings = 50;
 constexpr auto kPatienceWithCancelled = 10s;
 
 /// Returns a name that depends on what is run, not on how much of it is done: the same study comes back to
@@ -154,7 +154,7 @@ class SlurmRun {
     for (const PointOutcome& outcome : news.outcomes)
       if (left_.contains(outcome.id)) finish(outcome);
     for (const std::string& text : news.warnings)
-      if (warnings_.size() < kMostWarnings && warnings_.insert(text).second) warn(text);
+      if (warnings_.size() < kMostSlurmWarnings && warnings_.insert(text).second) warn(text);
     if (news.unfit && watching_)
       throw UserError(static_cast<ExitCode>(news.unfit->exit_code), "node " + news.unfit->host,
                       news.unfit->sentence);

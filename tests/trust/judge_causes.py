@@ -54,7 +54,7 @@ def told(case, causes, truths):
     """What a row keeps of the causes: the words for the table, whether a listed cause is missing, and what is wrong."""
     named = alternatives(causes)
     allowed, each = set(case.causes.split()), set(case.each.split())
-    ordered = in_order(causes) if each and len(named) <= 1 else []
+    ordered = in_order(causes) if causes.get("named") else []  # where nothing is named they are those of linear steps
     mentioned = set(ordered).union(*named)
     words = " | ".join("+".join(sorted(groups)) for groups in named)
     out = dict(cause=", then ".join(ordered) or words or None, missing="", wrong=[])
