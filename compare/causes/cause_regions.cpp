@@ -110,7 +110,7 @@ std::vector<Square> squares_of(const GridSamples& s, const std::vector<float>& i
       p.irradiance[k] = e;
       p.used[k] = w > 0.0 ? 1.0 : 0.0;
       p.variance[k] = w > 0.0 ? 1.0 / (w * w) : 0.0;
-      p.residual[k] = static_cast<double>(s.real_dn[i]) - s.gain_dn * e - s.black_level_dn;
+      p.residual[k] = Sensitivity::residual(s, irradiance, i);
     }
     if (p.used.sum() > 0.0)
       add_pixel(p, weights_of(p, pitches, free_factor),

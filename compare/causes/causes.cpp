@@ -31,8 +31,6 @@ struct Group {
 
 /// Groups fitted to convergence, with a gain and black level per camera that go with them.
 struct CauseFit {
-  Sensitivity sensors;
-  Twin twin;
   std::string groups;  ///< "blur, pose"
   std::vector<CauseParameter> parameters = {};
   std::vector<CauseGain> gain = {};
@@ -260,10 +258,10 @@ class CauseSearch {
   /// Fits groups to convergence, each time from the twin's values; a switch is turned. `textured`: with a
   /// brightness of its own for every pixel.
   CauseFit converge(const std::vector<std::size_t>& groups, bool textured = false) {
-    CauseFit out{.sensors = sensitivity_,
-                 .twin = twin_,
-                 .groups = name_of(groups)};  // begins with the same gain and black level
-    if (textured) out.sensors.free_factors();
+    CauseFit out{.groups = name_of(groups)};
+    Sensitivity sensors = sensitivity_;  // begins with the same gain and black level
+    Twin twin = twin_;
+    if (textured) sensors.free_factors();
     std::vector<Parameter> own;
     double n_fitted = 0.0;
     for (const std::size_t g : groups)
@@ -272,28 +270,28 @@ class CauseSearch {
         if (!is_switch(g))
           own.push_back(parameters_[at]);
         else
-          parameters_[at].change(out.twin, parameters_[at].start > 0.5 ? -1.0 : 1.0);
+          parameters_[at].change(twin, parameters_[at].start > 0.5 ? -1.0 : 1.0);
       }
-    GaussNewton fit(out.sensors, out.twin, std::move(own), false);
+    GaussNewton fit(sensors, twin, std::move(own), false);
     GaussNewton::Outcome outcome = GaussNewton::Outcome::moved;
     if (!fit.parameters().empty())
       for (int i = 0; i < kIterations && outcome == GaussNewton::Outcome::moved; ++i)
         outcome = fit.step(true);
     out.settled = fit.parameters().empty() || outcome == GaussNewton::Outcome::settled;
     fit.settle_sensors();
-    out.twin = fit.twin();
     out.chi2 = fit.chi2();
-    out.regions = cause_regions(out.sensors, out.twin);
+    const Twin fitted = fit.twin();
+    out.regions = cause_regions(sensors, fitted);
     const auto n = static_cast<double>(equations_.n);
     if (textured) {
-      n_textured_ = out.sensors.equations_without_parameters(out.twin).n;
+      n_textured_ = sensors.equations_without_parameters(fitted).n;
       n_fitted = n - static_cast<double>(n_textured_);
     }
     out.total = out.chi2 * (textured ? static_cast<double>(n_textured_) : n) + n_fitted;
-    if (!fit.parameters().empty()) tell_values(fit, out);
+    if (!fit.parameters().empty()) tell_values(fit, sensors, out);
     return out;
   }
-  void tell_values(const GaussNewton& fit, CauseFit& out) const {
+  void tell_values(const GaussNewton& fit, const Sensitivity& sensors, CauseFit& out) const {
     const NormalEquations& e = fit.equations();
     const Step last = solve_step(e, fit.unknowns());
     const double inflation = std::sqrt(std::max(1.0, out.chi2));
@@ -302,8 +300,8 @@ class CauseSearch {
       out.parameters.push_back({p.name, p.unit, p.shown(p.start), p.shown(fit.values()[k]),
                                 p.shown_sigma(fit.values()[k], inflation * last.sigma[k])});
     }
-    for (std::size_t c = 0; c < out.sensors.samples().size(); ++c) {
-      const GridSamples& s = out.sensors.samples()[c];
+    for (std::size_t c = 0; c < sensors.samples().size(); ++c) {
+      const GridSamples& s = sensors.samples()[c];
       out.gain.push_back({twin_.cameras[s.camera].name, s.gain_dn, inflation * last.sigma[e.gain_at(c)],
                           s.black_level_dn, inflation * last.sigma[e.black_at(c)]});
     }

@@ -139,8 +139,7 @@ std::size_t Sensitivity::leave_out_edges(const Twin& twin) {
   return n_left_out;
 }
 
-double Sensitivity::residual(const GridSamples& s, const std::vector<float>& irradiance,
-                             std::size_t i) const {
+double Sensitivity::residual(const GridSamples& s, const std::vector<float>& irradiance, std::size_t i) {
   return static_cast<double>(s.real_dn[i]) - s.gain_dn * static_cast<double>(irradiance[i]) -
          s.black_level_dn;
 }
@@ -224,10 +223,10 @@ void Sensitivity::choose_scale(const Values& base) {
   }
 }
 
-/// Adds the weighted values of one pixel. With a factor of its own (`free_factor`) only what is orthogonal to
+/// Adds the weighted values of one pixel. Where it has a factor of its own only what is orthogonal to
 /// its irradiance counts.
 void Sensitivity::add_pixel(const GridSamples& s, std::size_t camera, std::size_t pixel, const Values& base,
-                            const Values& rough, const std::vector<Values>& columns, bool free_factor,
+                            const Values& rough, const std::vector<Values>& columns,
                             NormalEquations& part) const {
   const auto size = part.right.size();
   const auto k = static_cast<Eigen::Index>(s.images.size());
@@ -249,7 +248,7 @@ void Sensitivity::add_pixel(const GridSamples& s, std::size_t camera, std::size_
     ++used;
   }
   if (used == 0) return;
-  if (free_factor) {
+  if (free_factors_) {
     const Eigen::VectorXd e = rows.col(gain);
     const double ee = e.squaredNorm();
     if (!(ee > 0.0)) return;
@@ -265,7 +264,7 @@ void Sensitivity::add_pixel(const GridSamples& s, std::size_t camera, std::size_
 }
 
 NormalEquations Sensitivity::assemble(const Values& base, const Values& rough,
-                                      const std::vector<Values>& columns, bool free_factors) const {
+                                      const std::vector<Values>& columns) const {
   const auto size = static_cast<Eigen::Index>(columns.size() + 2 * samples_.size());
   const NormalEquations empty{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0.0, 0,
                               columns.size()};
@@ -277,7 +276,7 @@ NormalEquations Sensitivity::assemble(const Values& base, const Values& rough,
 #pragma omp parallel for schedule(dynamic)
     for (std::size_t chunk = 0; chunk < kChunks; ++chunk)
       for (std::size_t p = chunk * s.n_pixels() / kChunks; p < (chunk + 1) * s.n_pixels() / kChunks; ++p)
-        add_pixel(s, c, p, base, rough, columns, free_factors, parts[chunk]);
+        add_pixel(s, c, p, base, rough, columns, parts[chunk]);
     for (const NormalEquations& part : parts) {
       out.normal += part.normal;
       out.right += part.right;
@@ -290,8 +289,8 @@ NormalEquations Sensitivity::assemble(const Values& base, const Values& rough,
 }
 
 NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Parameter>& parameters,
-                                       const Eigen::VectorXd& values, bool keep_scale, Derivative derivative,
-                                       NormalEquations* free_factors) {
+                                       const Eigen::VectorXd& values, bool keep_scale,
+                                       Derivative derivative) {
   const Values base = irradiance(with_values(twin, parameters, values), kResidualSamples);
   if (!keep_scale) choose_scale(base);
   std::vector<Values> columns;
@@ -299,13 +298,12 @@ NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Param
       parameters.empty() ? base : irradiance(with_values(twin, parameters, values), kDerivativeSamples);
   for (std::size_t k = 0; k < parameters.size(); ++k)
     columns.push_back(column(twin, parameters, values, k, rough, derivative));
-  if (free_factors) *free_factors = assemble(base, rough, columns, true);
-  return assemble(base, rough, columns, free_factors_);
+  return assemble(base, rough, columns);
 }
 
 NormalEquations Sensitivity::equations_without_parameters(const Twin& twin) const {
   const Values base = irradiance(twin, kResidualSamples);
-  return assemble(base, base, {}, free_factors_);
+  return assemble(base, base, {});
 }
 
 }  // namespace fringetwin::compare

@@ -96,15 +96,16 @@ class Sensitivity {
   enum class Derivative { quick, exact };
 
   /// Returns the equations at `values`. A parameter that changes nothing has a column of zeros. Sets the
-  /// robust scale. `free_factors`: also the equations where every pixel has a brightness of its own
-  /// (texture).
+  /// robust scale.
   NormalEquations equations(const Twin& twin, const std::vector<Parameter>& parameters,
                             const Eigen::VectorXd& values, bool keep_scale = false,
-                            Derivative derivative = Derivative::quick,
-                            NormalEquations* free_factors = nullptr);
+                            Derivative derivative = Derivative::quick);
   /// Returns the equations of gain and black level alone, with the robust scale of the last equations(): they
   /// measure a step.
   NormalEquations equations_without_parameters(const Twin& twin) const;
+
+  /// Returns what a predicted irradiance leaves of the i-th gray value, DN.
+  static double residual(const GridSamples& s, const std::vector<float>& irradiance, std::size_t i);
 
  private:
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
@@ -112,12 +113,9 @@ class Sensitivity {
   double relative_change(const Values& from, const Values& to) const;
   /// Adds up all pixels. `base`: for the residuals; `rough`: sampled like the columns, so that what changes
   /// the images like the gain does cannot be told from it.
-  NormalEquations assemble(const Values& base, const Values& rough, const std::vector<Values>& columns,
-                           bool free_factors) const;
+  NormalEquations assemble(const Values& base, const Values& rough, const std::vector<Values>& columns) const;
   void add_pixel(const GridSamples& s, std::size_t camera, std::size_t pixel, const Values& base,
-                 const Values& rough, const std::vector<Values>& columns, bool free_factor,
-                 NormalEquations& part) const;
-  double residual(const GridSamples& s, const std::vector<float>& irradiance, std::size_t i) const;
+                 const Values& rough, const std::vector<Values>& columns, NormalEquations& part) const;
   void choose_scale(const Values& base);
 
   render::Renderer& renderer_;
