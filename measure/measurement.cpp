@@ -67,6 +67,11 @@ PointCloud find_points(const Twin& twin, std::vector<CameraDecode> cameras, doub
                             : triangulate_projector(twin, 0, cameras[0], &summary);
 }
 
+/// Returns whether a fit is of a shape whose method bias is known (measure/fit/method_bias.cpp).
+bool can_have_bias(const ObjectFit& fit) {
+  return fit.usable && fit.kind != MeshShape::kKind && fit.kind != MeasuredShape::kKind;
+}
+
 /// Puts the coordinates of another decode in the place of those that there are; their sigmas stay.
 void replace_coordinates(const CameraDecode& from, CameraDecode& to) {
   for (DirectionDecode& d : to.directions) {
@@ -173,9 +178,7 @@ Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
 
 void state_method_bias(const Twin& twin, const std::vector<CameraImages>& noise_free, Measurement& m,
                        const std::vector<int>& use_steps, std::optional<double> smoothing_px) {
-  const bool any = std::ranges::any_of(
-      m.fits, [](const ObjectFit& fit) { return fit.usable && fit.kind != MeshShape::kKind; });
-  if (!any || !can_triangulate(twin)) return;
+  if (!std::ranges::any_of(m.fits, can_have_bias) || !can_triangulate(twin)) return;
   std::size_t n_mixed = 0;
   std::vector<CameraDecode> cameras = unmixed(twin, m.cameras, n_mixed);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -190,7 +193,7 @@ void state_method_bias(const Twin& twin, const std::vector<CameraImages>& noise_
   state_method_bias(twin, points, m.cloud, m.fits);
   if (!twin.measure.correct_pixel_area) return;
   for (const ObjectFit& fit : m.fits)
-    if (fit.usable && fit.kind != MeshShape::kKind && fit.bias.empty() && fit.bias_vectors.empty())
+    if (can_have_bias(fit) && fit.bias.empty() && fit.bias_vectors.empty())
       m.warnings.push_back(
           fit.object +
           ": [measure] correct_pixel_area has no effect on this fit: the twin has too few "
