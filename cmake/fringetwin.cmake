@@ -69,7 +69,7 @@ endfunction()
 # FRINGETWIN_UNITY (CMakeLists.txt): several files at a time, so that their headers are read and their templates made once.
 function(fringetwin_unity target)
   if(FRINGETWIN_UNITY)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 20)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 32)
   endif()
 endfunction()
 

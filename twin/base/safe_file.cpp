@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "twin/base/safe_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <limits>
+
+#include "twin/base/not_copyable.hpp"
+
+namespace fringetwin {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::uintmax_t kMiB = 1024 * 1024;
+constexpr std::size_t kLargestRead = 1 << 30;  // read() of Linux returns at most 2 GiB at once
+std::atomic<double> limits_factor = 1.0;
+
+std::uintmax_t unraised_limit(FileKind kind) {
+  switch (kind) {
+    case FileKind::text:
+      return 64 * kMiB;
+    case FileKind::table:
+      return 1024 * kMiB;
+    case FileKind::image:
+      return 1024 * kMiB;
+    case FileKind::mesh:
+      return 8 * 1024 * kMiB;
+  }
+  return 0;
+}
+
+UserError cannot_be_read(const fs::path& file, const FileUse& use, int error) {
+  return {use.code, file.string(), fmt::format("the {} cannot be read ({})", use.what, std::strerror(error)),
+          error == ENOENT ? use.hint : ""};
+}
+
+/// A file opened for reading, already checked against its kind.
+class OpenFile : NotCopyable {
+ public:
+  OpenFile(const fs::path& file, const FileUse& use) : file_(file), use_(use) {
+    // Without O_NONBLOCK, opening a pipe that nobody writes to waits for ever.
+    fd_ = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
+    if (fd_ < 0) throw cannot_be_read(file, use, errno);
+    try {
+      check();
+    } catch (...) {
+      ::close(fd_);
+      throw;
+    }
+  }
+  ~OpenFile() { ::close(fd_); }
+
+  std::uintmax_t size() const { return size_; }
+
+  void read_all(char* out) {
+    std::uintmax_t done = 0;
+    while (done < size_) {
+      const auto wanted = static_cast<std::size_t>(std::min<std::uintmax_t>(size_ - done, kLargestRead));
+      const ssize_t got = ::read(fd_, out + done, wanted);
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) throw cannot_be_read(file_, use_, errno);
+      if (got == 0)
+        throw UserError(use_.code, file_.string(),
+                        fmt::format("the {} became shorter while it was read", use_.what));
+      done += static_cast<std::uintmax_t>(got);
+    }
+  }
+
+ private:
+  void check() {
+    struct stat status {};
+    if (::fstat(fd_, &status) != 0) throw cannot_be_read(file_, use_, errno);
+    if (S_ISDIR(status.st_mode))
+      throw UserError(use_.code, file_.string(),
+                      fmt::format("is a folder, the {} must be a file", use_.what));
+    if (!S_ISREG(status.st_mode))
+      throw UserError(use_.code, file_.string(),
+                      fmt::format("is a pipe or a device, the {} must be a regular file", use_.what));
+    size_ = static_cast<std::uintmax_t>(status.st_size);
+    if (const std::uintmax_t most = largest_file_bytes(use_.kind); size_ > most)
+      throw UserError(use_.code, file_.string(),
+                      fmt::format("the {} has {} bytes, at most {} are read", use_.what, size_, most),
+                      "--limits 10 reads ten times as much");
+  }
+
+  const fs::path& file_;
+  const FileUse& use_;
+  int fd_ = -1;
+  std::uintmax_t size_ = 0;
+};
+
+template <typename Bytes>
+Bytes read_whole(const fs::path& file, const FileUse& use) {
+  OpenFile open(file, use);
+  Bytes bytes(static_cast<std::size_t>(open.size()), typename Bytes::value_type{});
+  open.read_all(reinterpret_cast<char*>(bytes.data()));
+  return bytes;
+}
+
+}  // namespace
+
+std::uintmax_t largest_file_bytes(FileKind kind) {
+  const double most = static_cast<double>(unraised_limit(kind)) * limits_factor;
+  return most < 9e18 ? static_cast<std::uintmax_t>(most) : std::numeric_limits<std::uintmax_t>::max();
+}
+
+void raise_file_limits(double factor) { limits_factor = factor; }
+double file_limits_factor() { return limits_factor; }
+
+std::uintmax_t check_readable(const fs::path& file, const FileUse& use) { return OpenFile(file, use).size(); }
+
+std::string read_whole_text(const fs::path& file, const FileUse& use) {
+  return read_whole<std::string>(file, use);
+}
+
+std::vector<std::uint8_t> read_whole_bytes(const fs::path& file, const FileUse& use) {
+  return read_whole<std::vector<std::uint8_t>>(file, use);
+}
+
+}  // namespace fringetwin
