@@ -9,6 +9,7 @@
 // electrons per DN, read noise    | 4 sigma   | put into the twin; photometry's own sigma                  |
 // | phase noise of dark parts       | < 1/3     | 16 times the light: 4 times less relative shot noise, more
 // | |                                 |           | where reading and rounding count |
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,6 +21,7 @@
 
 #include "capture/record/journal.hpp"
 #include "capture/record/verify_set.hpp"
+#include "tests/support/program/capture_killed.hpp"
 #include "tests/support/program/small_twin.hpp"
 #include "tests/support/twin/child_process.hpp"
 #include "twin/image/image_io.hpp"
@@ -158,61 +160,10 @@ TEST(CaptureCommand, LatencyAndExposureAreFoundAndUsed) {
                  {"exclude each other"});
 }
 
-/// The program dies before the n-th step that changes the folder (tests/support/program/die_at.cpp).
-RunResult die_at(int n, std::vector<std::string> args) {
-  return run_fringetwin(
-      args,
-      {"LD_PRELOAD=" +
-           (fs::path(std::getenv("FRINGETWIN_BINARY")).parent_path() / "tests" / "libdie_at.so").string(),
-       "DIE_AT=" + std::to_string(n)});
-}
-
-// At every single moment between two changes of the folder, for sets with all that a recording can have.
+// Every third moment between two changes of the folder (capture_full_test.cpp: each).
 TEST(CaptureCommand, KilledBetweenAnyTwoChangesItIsWholeOrResumes) {
   FT_NEED_DEVICE();
-  const fs::path dir = scratch_folder("capture_die");
-  write_file(
-      dir / "twin.toml",
-      small_twin({{"pitches_px = [13, 14, 15]\nsteps = 4", "pitches_px = [15]\nsteps = 3\nunwrap = \"none\""},
-                  {"[measure]\ntriangulate = \"projector\"\n[[measure.fit]]\nobject = \"ball\"\n", ""}}));
-  const fs::path set = dir / "set";
-  const auto args = [&](const std::vector<std::string>& more, const char* how) {
-    std::vector<std::string> all = {"-q",
-                                    "capture",
-                                    (dir / "twin.toml").string(),
-                                    "--camera",
-                                    "twin:" + (dir / "twin.toml").string(),
-                                    "--out",
-                                    set.string(),
-                                    how};
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
-  };
-  int moments = 0;
-  for (const auto& [plan, begin] :
-       {std::pair<std::vector<std::string>, const char*>{{"--dark", "2", "--repeats", "2"}, "--resume"},
-        {{"--exposure-ms", "5,10"}, "--resume"},
-        {{}, "--overwrite"}}) {
-    for (int n = 1;; ++n) {
-      if (std::string(begin) == "--resume") fs::remove_all(set);  // else what the plan before left
-      const int exit_code = die_at(n, args(plan, begin)).exit_code;
-      // The first change is the new journal's name: an older set is as it was.
-      if (std::string(begin) == "--overwrite" && n == 1) continue;
-      const capture::SetCheck broken_off = capture::verify_set(set);
-      ASSERT_EQ(broken_off.passed(),
-                fs::exists(set / "capture.toml") && !fs::exists(set / capture::kJournalName))
-          << n;
-      if (exit_code == 0) break;
-      ++moments;
-      const RunResult resumed = run_fringetwin(args(plan, "--resume"));
-      ASSERT_EQ(resumed.exit_code, 0) << n << " " << resumed.err;
-      const capture::SetCheck check = capture::verify_set(set);
-      ASSERT_TRUE(check.passed()) << n << ::testing::PrintToString(check.findings);
-      if (std::string(begin) == "--overwrite") write_file(set / "left" / "0017.png", "of an older set");
-    }
-  }
-  EXPECT_GT(moments, 40);
-  std::printf("killed at %d moments\n", moments);
+  EXPECT_GT(kill_between_changes(3), 13);
 }
 
 TEST(CaptureCommand, OnlyTheSameRecordingIsResumed) {
