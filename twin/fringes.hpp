@@ -73,6 +73,10 @@ struct PatternSpec {
   std::string label(const Fringes& fringes) const;
 };
 
+/// No sequence is longer: a thousand steps of three pitches in two directions have 6000 images, and a
+/// projector of 60 Hz shows 10,000 in three minutes.
+inline constexpr std::size_t kLongestSequence = 10'000;
+
 /// Returns the sequence in its order, which is the file number: per direction all pitches x steps, then Gray
 /// images (pattern, inverse where pairs are used), then the complementary bit; after all directions the
 /// images.

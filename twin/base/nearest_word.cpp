@@ -26,9 +26,13 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 const std::string* nearest(const std::string& word, const std::vector<std::string>& candidates) {
+  // Names of ours have 100 characters at most: what is longer, or one of very many, was not mistyped.
+  constexpr std::size_t kLongest = 200, kMostCandidates = 10'000;
+  if (word.size() > kLongest || candidates.size() > kMostCandidates) return nullptr;
   const std::string* best = nullptr;
   std::size_t best_distance = std::numeric_limits<std::size_t>::max();
   for (const std::string& candidate : candidates) {
+    if (candidate.size() > kLongest) continue;
     const std::size_t distance = edit_distance(word, candidate);
     if (distance < best_distance && 2 * distance <= std::max(word.size(), candidate.size())) {
       best = &candidate;

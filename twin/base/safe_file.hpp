@@ -33,7 +33,7 @@ struct FileUse {
   FileKind kind = FileKind::text;
   std::string what = "file";  ///< "camera model", "image"
   ExitCode code = ExitCode::input;
-  std::string hint;  ///< what to do where the file does not exist
+  std::string hint = {};  ///< what to do where the file does not exist
 };
 
 /// Returns the size of `file` in bytes, for readers of other libraries that open the path themselves. Throws

@@ -11,6 +11,7 @@
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/paths.hpp"
+#include "twin/base/progress.hpp"
 #include "twin/base/seal.hpp"
 #include "twin/captures/numbered_name.hpp"
 #include "twin/file/toml_reader.hpp"
@@ -21,11 +22,13 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kCaptureSchema = "fringetwin-captures/1";
+constexpr std::size_t kMostCameras = 16;  // a twin has two; each may name 10,000 images
 
 NumberedName parse_pattern(const TomlTable& table, const std::string& pattern) {
   const auto name = parse_numbered_name(pattern);
   if (!name)
-    table.fail("pattern", fmt::format("must have one number such as %04d, is \"{}\"", pattern),
+    table.fail("pattern",
+               fmt::format("must have one number such as %04d, and no \"..\" behind it, is \"{}\"", pattern),
                "or list the images: files = [...]");
   return *name;
 }
@@ -36,6 +39,7 @@ int count_on_disk(const NumberedName& name, const fs::path& root, const CaptureC
   int count = 0;
   std::error_code error;
   for (int number = 0;; ++number) {
+    throw_if_cancelled();
     const fs::path file = tidy_path(root / name(number));
     if (file == camera.white || file == camera.black) continue;
     if (!fs::exists(file, error)) return count;
@@ -59,6 +63,9 @@ void read_file_names(const TomlTable& table, const fs::path& root, int n_images,
                table.has("files") ? "and pattern exclude each other" : "needs pattern or files",
                "give one: pattern = \"left/%04d.png\" or files = [...]");
   if (const auto files = table.strings("files")) {
+    if (files->size() > kLongestSequence)
+      table.fail("files",
+                 fmt::format("lists {} images, a sequence has at most {}", files->size(), kLongestSequence));
     for (const std::string& file : *files) camera->files.push_back(tidy_path(root / file));
     return;
   }
@@ -117,7 +124,10 @@ CaptureSet read_capture_set(const fs::path& dir, int n_images) {
               fmt::format("must be \"{}\", is \"{}\"", kCaptureSchema, root.required_string("schema")));
   root.allow(keys);
   std::set<std::string> names;
-  for (const TomlTable& table : root.tables("camera")) {
+  const std::vector<TomlTable> tables = root.tables("camera");
+  if (tables.size() > kMostCameras)
+    root.fail("camera", fmt::format("is given {} times, at most {} are read", tables.size(), kMostCameras));
+  for (const TomlTable& table : tables) {
     set.cameras.push_back(read_camera(table, fs::absolute(dir), n_images));
     if (!names.insert(set.cameras.back().name).second)
       table.fail("name",

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -292,7 +293,8 @@ TEST_F(CaptureSetTest, FaultsOfTheFileNameFileLineAndKey) {
   EXPECT_THAT(load_error(), AllOf(HasSubstr("capture.toml:5"), HasSubstr("exclude each other")));
   write_toml("[[camera]]\nname = \"left\"\n");
   EXPECT_THAT(load_error(), AllOf(HasSubstr("capture.toml:2"), HasSubstr("needs pattern or files")));
-  for (const std::string pattern : {"left.png", "%04d/%04d.png", "%4d.png", "%s.png", "%04"}) {
+  for (const std::string pattern :
+       {"left.png", "%04d/%04d.png", "%4d.png", "%s.png", "%04", "left/%04d/../0000.png"}) {
     write_toml("[[camera]]\nname = \"left\"\npattern = \"" + pattern + "\"\n");
     EXPECT_THAT(load_error(), AllOf(HasSubstr("capture.toml:4"), HasSubstr("one number such as %04d")));
   }
@@ -310,6 +312,22 @@ TEST_F(CaptureSetTest, FaultsOfTheFileNameFileLineAndKey) {
   std::ofstream(folder_ / "capture.toml") << "schema = \"fringetwin-captures/2\"\n";
   EXPECT_THAT(load_error(),
               AllOf(HasSubstr("capture.toml:1"), HasSubstr("must be \"fringetwin-captures/1\"")));
+}
+
+TEST_F(CaptureSetTest, ListsLongerThanAnySequence) {
+  std::string files, cameras;
+  for (int i = 0; i < 10'001; ++i) files += "\"a.png\", ";
+  write_toml("[[camera]]\nname = \"left\"\nfiles = [" + files + "]\n");
+  EXPECT_THAT(load_error(), AllOf(HasSubstr("capture.toml:4"), HasSubstr("lists 10001 images")));
+  for (int i = 0; i < 17; ++i)
+    cameras += fmt::format("[[camera]]\nname = \"c{}\"\npattern = \"%d.png\"\n", i);
+  write_toml(cameras);
+  EXPECT_THAT(load_error(), HasSubstr("camera is given 17 times, at most 16 are read"));
+}
+
+TEST_F(CaptureSetTest, APipeInsteadOfAFileIsRefusedWithoutWaiting) {
+  ASSERT_EQ(::mkfifo((folder_ / "capture.toml").c_str(), 0600), 0);
+  EXPECT_THAT(load_error(), AllOf(HasSubstr("capture.toml"), HasSubstr("is a pipe or a device")));
 }
 
 TEST_F(CaptureSetTest, UnitExposureIsTheSame) {

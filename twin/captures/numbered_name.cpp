@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
+
 #include "twin/base/parse_number.hpp"
 
 namespace fringetwin {
@@ -26,6 +29,9 @@ std::optional<NumberedName> parse_numbered_name(const std::string& text) {
   if (end == std::string::npos || text[end] != 'd') return {};
   const std::string width = text.substr(percent + 1, end - percent - 1);
   if (width.size() > 3 || (!width.empty() && width[0] != '0')) return {};  // %4d pads with blanks
+  // "%04d/.." leads to one file whatever the number is
+  const std::filesystem::path behind = text.substr(end + 1);
+  if (std::ranges::find(behind, "..") != behind.end()) return {};
   const int digits = parse_number<int>(width).value_or(0);
   if (digits > 20) return {};
   return NumberedName{text.substr(0, percent), text.substr(end + 1), digits};

@@ -15,7 +15,7 @@ struct NumberedName {
 };
 
 /// Returns the name that the text describes; nullopt unless the text has one number, %d or %04d, and no other
-/// %.
+/// %, nor ".." behind it, which would give all numbers one name.
 std::optional<NumberedName> parse_numbered_name(const std::string& text);
 
 }  // namespace fringetwin

@@ -28,8 +28,8 @@ TEST(NumberedName, OtherNamesHaveNoNumber) {
 }
 
 TEST(NumberedName, WhatIsNoPattern) {
-  for (const char* text :
-       {"", "left.png", "%4d.png", "%x.png", "%", "%04", "%d_%d.png", "%0021d.png", "%099d"})
+  for (const char* text : {"", "left.png", "%4d.png", "%x.png", "%", "%04", "%d_%d.png", "%0021d.png",
+                           "%099d", "left/%04d/../0000.png", "%04d/..", "%d/x/../../0.png"})
     EXPECT_FALSE(parse_numbered_name(text)) << text;
 }
 

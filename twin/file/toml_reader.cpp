@@ -9,6 +9,8 @@
 
 #include "twin/base/nearest_word.hpp"
 #include "twin/base/paths.hpp"
+#include "twin/base/safe_file.hpp"
+#include "twin/file/toml_bounds.hpp"
 #include "twin/file/toml_settings.hpp"
 #include "twin/file/toml_text.hpp"
 #include "twin/twin.hpp"
@@ -105,11 +107,13 @@ fs::path resolve_path(const std::string& text, const fs::path& folder, const std
 TomlTable TomlTable::parse_file(const fs::path& file, ExitCode code,
                                 const std::map<std::string, std::string>& settings) {
   std::error_code error;
-  if (!fs::is_regular_file(file, error))
-    throw UserError(code, file.string(), fs::exists(file, error) ? "is no regular file" : "no such file");
+  if (!fs::exists(file, error)) throw UserError(code, file.string(), "no such file");
+  const std::string text = read_whole_text(file, {.what = "TOML file", .code = code});
+  if (const auto excess = toml_excess(text))
+    throw UserError(code, fmt::format("{}:{}", file.string(), excess->line), excess->what, excess->hint);
   auto impl = std::make_shared<Impl>();
   try {
-    toml::table document = toml::parse_file(file.string());
+    toml::table document = toml::parse(text, file.string());
     put_settings(document, settings, file);
     impl->document = std::make_shared<const toml::table>(std::move(document));
   } catch (const toml::parse_error& e) {

@@ -9,6 +9,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/nearest_word.hpp"
 #include "twin/base/parse_number.hpp"
+#include "twin/file/toml_bounds.hpp"
 #include "twin/file/toml_text.hpp"
 
 namespace fringetwin {
@@ -33,7 +34,8 @@ class Setter {
 
   void put(toml::table& document) {
     toml::table* table = &document;
-    for (;;) {
+    for (std::size_t parts = 1;; ++parts) {
+      if (parts > kMostKeyParts) fail(fmt::format("has more than {} parts", kMostKeyParts), "");
       const std::string name = take_name();
       if (rest_at_ == key_.size()) {
         if (reading_)
@@ -145,8 +147,10 @@ class Setter {
 
   /// Moved, not copied, into its place: a copy forgets its source.
   toml::node&& parsed(const std::string& text) {
+    const std::string line = fmt::format("value = {}", text);
+    if (const auto excess = toml_excess(line)) fail(excess->what, excess->hint);
     try {
-      document_ = toml::parse(fmt::format("value = {}", text), std::string_view(source_));
+      document_ = toml::parse(line, std::string_view(source_));
     } catch (const toml::parse_error& e) {
       fail("the value is no TOML", std::string(e.description()));
     }

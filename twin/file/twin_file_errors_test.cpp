@@ -17,6 +17,8 @@ TEST_F(TwinFileErrors, NearestKnownWord) {
   EXPECT_EQ(*nearest("radus_mm", words), "radius_mm");
   EXPECT_EQ(*nearest("centre_mm", words), "center_mm");
   EXPECT_EQ(nearest("temperature", words), nullptr);
+  const std::string page(1 << 16, 'a');  // took a minute
+  EXPECT_EQ(nearest(page, std::vector<std::string>(10, page)), nullptr);
 }
 
 TEST_F(TwinFileErrors, SchemaAndSyntax) {

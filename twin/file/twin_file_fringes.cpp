@@ -6,11 +6,14 @@
 
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/file/twin_file.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin {
 namespace {
+
+constexpr double kMostPatternPixels = 1e9;  // they are all kept, 4 bytes each: 480 images of full HD
 
 /// Gray code of a direction: [fringes.gray], each key overridden by [fringes.x.gray].
 GrayCode read_gray(const TomlTable& table, GrayCode gray, bool is_override) {
@@ -112,6 +115,18 @@ void check_unwrap(const TomlTable& table, Fringes& fringes) {
     table.fail("steps", "= 0 means Gray code only and needs unwrap = \"gray\"");
 }
 
+/// Before the sequence is made anywhere: a short file can ask for any number of images.
+void check_length(const TomlTable& table, const Fringes& fringes) {
+  const auto images = table.strings("images");
+  std::size_t n = images ? images->size() : 0;
+  for (const DirectionFringes& direction : fringes.directions)
+    n += direction.pitches_px.size() * static_cast<std::size_t>(fringes.steps);
+  if (n > kLongestSequence)
+    table.fail("",
+               fmt::format("asks for a sequence of {} images, at most {} are possible", n, kLongestSequence),
+               "give fewer steps, pitches or images");
+}
+
 }  // namespace
 
 Fringes read_fringes(const TomlTable& root) {
@@ -147,6 +162,7 @@ Fringes read_fringes(const TomlTable& root) {
     if (table.has(axis) && std::ranges::find(*directions, axis) == directions->end())
       table.fail(axis, fmt::format("has no effect: \"{}\" is not in directions", axis));
   check_unwrap(table, fringes);
+  check_length(table, fringes);
   return fringes;
 }
 
@@ -157,6 +173,13 @@ std::vector<PatternImage> read_pattern_images(const TomlTable& root,
   const auto names = table->strings("images");
   if (!names) return {};
   if (!projector) table->fail("images", "need a projector that shows them", "add a [projector] section");
+  const double pixels =
+      1.0 * static_cast<double>(names->size()) * projector->lens.width() * projector->lens.height();
+  if (pixels > kMostPatternPixels * file_limits_factor())
+    table->fail("images",
+                fmt::format("have {:.2g} pixels in all, at most {:.2g} are read", pixels,
+                            kMostPatternPixels * file_limits_factor()),
+                "--limits 10 reads ten times as much");
   std::vector<PatternImage> images;
   for (const std::string& name : *names) {
     PatternImage image;

@@ -57,6 +57,20 @@ TEST_F(TwinFileLimits, NumbersThatFloatCannotHold) {
               HasSubstr("focal lengths must be at least 0.001"));
 }
 
+TEST_F(TwinFileLimits, CountsThatMultiply) {
+  std::string pitches = "13", names, balls;
+  for (int i = 0; i < 20; ++i) pitches += fmt::format(", {}", i + 14);
+  const std::string fringes = "[fringes]\ndirections = [\"x\"]\nsteps = 1000\nunwrap = \"none\"\n";
+  EXPECT_THAT(any_error(kHead + kCamera + fringes + "pitches_px = [" + pitches + "]\n"),
+              HasSubstr("sequence of 21000 images, at most 10000 are possible"));
+  for (int i = 0; i < 9000; ++i) names += "\"a.png\", ";
+  EXPECT_THAT(any_error(kHead + kCamera + kProjector + kFringes + "images = [" + names + "]\n"),
+              HasSubstr("images have 2.8e+09 pixels in all, at most 1e+09 are read"));
+  for (int i = 0; i < 1001; ++i) balls += kBall;
+  EXPECT_THAT(any_error(kMinimal + balls),
+              HasSubstr("object is given 1001 times, at most 1000 are possible"));
+}
+
 TEST_F(TwinFileLimits, ATranslationInAFileOfTheWrongUnit) {
   CameraModelFile model;
   model.lensmodel = "LENSMODEL_PINHOLE";

@@ -12,6 +12,8 @@
 namespace fringetwin {
 namespace {
 
+constexpr std::size_t kMostObjects = 1000;  // each pixel asks each of them; every fit looks for its name
+
 Eigen::Vector3d read_unit_vector(const TomlTable& table, const std::string& key) {
   const auto v = table.vector(key, 3, NumberRange::any_size());
   if (!v) table.fail(key, "is missing", "it must be an array of 3 numbers");
@@ -135,7 +137,12 @@ Material read_material(const TomlTable& table) {
 std::vector<Object> read_objects(const TomlTable& root, const TwinFileContext& context) {
   std::vector<Object> objects;
   std::set<std::string> names;
-  for (const TomlTable& table : root.tables("object")) {
+  const std::vector<TomlTable> tables = root.tables("object");
+  if (tables.size() > kMostObjects)
+    root.fail("object",
+              fmt::format("is given {} times, at most {} are possible", tables.size(), kMostObjects),
+              "make one mesh of them");
+  for (const TomlTable& table : tables) {
     Object object;
     object.shape = read_shape(table, context);
     object.name = table.required_name();
