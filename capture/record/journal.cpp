@@ -7,10 +7,11 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::capture {
@@ -19,6 +20,7 @@ namespace {
 
 using Json = nlohmann::json;
 constexpr const char* kJournalSchema = "fringetwin-capture-journal/1";
+const FileUse kJournalUse{.kind = FileKind::table, .what = "journal"};
 
 Json to_json(const StepRecord& record) {
   Json frames = Json::array();
@@ -103,10 +105,10 @@ Journal Journal::begin(const fs::path& dir, const std::map<std::string, std::str
 
 Journal Journal::resume(const fs::path& dir, const std::map<std::string, std::string>& identity) {
   Journal journal(dir / kJournalName);
-  std::ifstream stream(journal.file_, std::ios::binary);
-  if (!stream)
+  if (std::error_code error; !fs::exists(journal.file_, error))
     throw UserError(ExitCode::input, journal.file_.string(), "no such file, so there is nothing to resume",
                     "record without --resume");
+  std::istringstream stream(read_whole_text(journal.file_, kJournalUse));
   std::string line;
   std::uintmax_t good_bytes = 0;
   for (int number = 1; std::getline(stream, line); ++number) {
@@ -131,12 +133,16 @@ Journal Journal::resume(const fs::path& dir, const std::map<std::string, std::st
 }
 
 std::map<std::string, std::string> Journal::identity(const fs::path& dir) {
-  std::ifstream stream(dir / kJournalName, std::ios::binary);
-  std::string header;
-  if (!std::getline(stream, header)) return {};
-  const Json json = Json::parse(header, nullptr, false);
-  if (json.is_discarded() || !json.contains("identity")) damaged(dir / kJournalName, 1);
-  return json["identity"].get<std::map<std::string, std::string>>();
+  const fs::path file = dir / kJournalName;
+  if (std::error_code error; !fs::exists(file, error)) return {};
+  const std::string text = read_whole_text(file, kJournalUse);
+  if (text.empty()) return {};
+  try {
+    const Json json = Json::parse(text.substr(0, text.find('\n')));
+    return json.at("identity").get<std::map<std::string, std::string>>();
+  } catch (const Json::exception&) {
+    damaged(file, 1);
+  }
 }
 
 void Journal::append(const StepRecord& record) {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
@@ -13,6 +12,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/parallel.hpp"
 #include "twin/base/paths.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/base/seal.hpp"
 #include "twin/base/sha256.hpp"
 #include "twin/captures/capture_set.hpp"
@@ -136,14 +136,18 @@ bool Verifier::open() {
 /// Checksums are believed only in a capture.toml that is as it was written.
 void Verifier::check_toml() {
   const fs::path file = dir_ / "capture.toml";
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  const Seal state = check_seal(text.str());
+  std::string text;
+  try {
+    text = read_whole_text(file, {});
+  } catch (const UserError&) {
+    return;  // what reads the set has said so
+  }
+  const Seal state = check_seal(text);
   if (state == Seal::intact || (state == Seal::none && checksums_.empty())) return;
   find(fmt::format("{}: {}; restore it from a copy, or, if the change is yours, make \"{}\" its first line",
                    file.string(),
                    state == Seal::broken ? "was changed after it was written" : "has lost its first line",
-                   right_seal(text.str())));
+                   right_seal(text)));
 }
 
 /// Returns how many images a `pattern` names: by the checksums, without these by what is on disk, up to the
@@ -162,7 +166,7 @@ int Verifier::number_of_images() const {
     }
     n = std::max(n, checksums_.empty() || !name ? *camera.images_on_disk : here);
   }
-  return n;
+  return std::min(n, static_cast<int>(kLongestSequence));
 }
 
 void Verifier::name_images() {

@@ -51,6 +51,8 @@ std::string sha256_of_file(const std::filesystem::path& file, const std::string&
   const auto refuse = [&] {
     throw UserError(ExitCode::input, file.string(), "the file cannot be read", hint);
   };
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) refuse();  // a pipe would never end
   std::ifstream in(file, std::ios::binary);
   if (!in) refuse();
   Sha256 digest;
