@@ -21,6 +21,7 @@
 #include "twin/base/out_folder.hpp"
 #include "twin/base/parse_number.hpp"
 #include "twin/base/paths.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
 #include "twin/twin.hpp"
@@ -216,7 +217,7 @@ int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
   write_text_file(dir / "calibration.html", calib::calibration_html(c, o.calibrate, findings, origin));
   write_text_file(dir / "calibration.json", calib::calibration_json(c, o.calibrate, findings, origin, files));
   for (const auto& warning : c.warnings) warn(warning);
-  for (const auto& line : summary) fmt::print("{}\n", line);
+  for (const auto& line : summary) fmt::print("{}\n", plain_text(line));
   for (std::size_t d = 0; d < c.devices.size(); ++d)
     fmt::print(
         "{}: f {:.3f} {:.3f} c {:.3f} {:.3f} px, rms {:.4f} px, centre known to {:.4f} px at {:.4g} mm\n",

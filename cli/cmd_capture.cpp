@@ -147,7 +147,7 @@ int run_verify(const CaptureCommand& o) {
   if (!o.twin.empty()) twin = cosim::load_for_run(o.twin);
   const capture::SetCheck check = capture::verify_set(o.verify, twin ? &*twin : nullptr);
   for (const std::string& finding : check.findings) warn(finding);
-  fmt::print("{}\n", check.summary());
+  fmt::print("{}\n", plain_text(check.summary()));
   return static_cast<int>(check.passed() ? ExitCode::ok : ExitCode::input);
 }
 

@@ -12,6 +12,7 @@
 #include "cli/import_rig.hpp"
 #include "cli/option_values.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/file/cameramodel.hpp"
 #include "twin/file/opencv_import.hpp"
 
@@ -41,7 +42,8 @@ int run_opencv(const ImportCommand& o) {
   const std::vector<fs::path> files(o.files.begin(), o.files.end());
   if (o.list) {
     for (const auto& file : files)
-      for (const auto& key : list_opencv_keys(file)) fmt::print("{}\t{}\n", file.string(), key);
+      for (const auto& key : list_opencv_keys(file))
+        fmt::print("{}\t{}\n", plain_text(file.string()), plain_text(key));
     return 0;
   }
   if (o.cameras.empty())

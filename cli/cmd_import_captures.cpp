@@ -15,6 +15,7 @@
 #include "twin/base/out_folder.hpp"
 #include "twin/base/parse_number.hpp"
 #include "twin/base/paths.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/captures/foreign_set.hpp"
 #include "twin/captures/natural_order.hpp"
@@ -179,8 +180,8 @@ int run_import_captures(const ImportCaptures& o) {
   const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
   for (const CaptureCamera& camera : set.cameras)
     for (std::size_t i = 0; i < camera.files.size(); ++i)
-      fmt::print("{}\t{}\t{}\t{}\n", camera.name, i, sequence[i].label(twin.fringes),
-                 camera.files[i].string());
+      fmt::print("{}\t{}\t{}\t{}\n", camera.name, i, plain_text(sequence[i].label(twin.fringes)),
+                 plain_text(camera.files[i].string()));
   say("described in " + set.file.string() + "; is each image what its line says?");
   return static_cast<int>(ExitCode::ok);
 }

@@ -8,6 +8,7 @@
 
 #include "cli/commands.hpp"
 #include "render/base/device_info.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::cli {
@@ -25,7 +26,7 @@ int run_info(bool as_json) {
   info["captures_root"] = captures_root().string();
   info["captures_present"] = std::filesystem::is_directory(captures_root());
   if (as_json) {
-    fmt::print("{}\n", info.dump(2));
+    fmt::print("{}\n", info.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     return 0;
   }
   fmt::print("fringetwin {}\n", version_string());
@@ -34,7 +35,7 @@ int run_info(bool as_json) {
                device["driver"].get<std::string>(), device["api_version"].get<std::string>(),
                device["kind"].get<std::string>());
   if (info["devices"].empty()) fmt::print("Vulkan device   none (install mesa-vulkan-drivers)\n");
-  fmt::print("captures        {} ({})\n", captures_root().string(),
+  fmt::print("captures        {} ({})\n", plain_text(captures_root().string()),
              info["captures_present"].get<bool>() ? "present" : "absent; set FRINGETWIN_CAPTURES");
   return 0;
 }

@@ -17,6 +17,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/paths.hpp"
+#include "twin/base/safe_file.hpp"
 
 namespace fringetwin::cli {
 namespace {
@@ -32,14 +33,20 @@ struct StudyCommand {
   std::string slurm_args, slurm_dir;
 };
 
+/// The program itself, also when its file is replaced while the study runs; it reads the same files.
+std::vector<std::string> worker_command() {
+  std::vector<std::string> command{"/proc/self/exe", "study-worker"};
+  if (const double limits = file_limits_factor(); limits != 1.0)
+    command.insert(command.end(), {"--limits", fmt::format("{}", limits)});
+  return command;
+}
+
 std::unique_ptr<study::Engine> make_engine(const StudyCommand& o) {
   if (o.engine == "local") {
     if (o.shards > 0 || !o.slurm_args.empty() || !o.slurm_dir.empty())
       throw UserError(ExitCode::usage, "--engine local", "has no --shards, --slurm-args and --slurm-dir",
                       "add --engine slurm, or leave them out");
-    // The program itself, also when its file is replaced while the study runs.
-    return std::make_unique<study::LocalEngine>(
-        study::LocalOptions{{"/proc/self/exe", "study-worker"}, o.jobs, o.device});
+    return std::make_unique<study::LocalEngine>(study::LocalOptions{worker_command(), o.jobs, o.device});
   }
   study::SlurmOptions slurm;
   slurm.folder = tidy_path(o.slurm_dir.empty() ? fs::path(o.out) / "slurm" : fs::path(o.slurm_dir));
@@ -102,9 +109,9 @@ void add_study(CLI::App& app, Invocation& invocation) {
   shard->add_option("round", task->round)->required();
   shard->add_option("index", task->index)->required();
   shard->callback([task, &invocation] {
-    task->worker = {"/proc/self/exe", "study-worker"};
     task->version = version_string();
     invocation.run = [task] {
+      task->worker = worker_command();
       study::run_shard(*task);
       return static_cast<int>(ExitCode::ok);
     };

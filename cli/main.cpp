@@ -2,42 +2,122 @@
 // fringetwin: data on stdout, narration on stderr, exit codes of docs/CONVENTIONS.md.
 #include <malloc.h>
 
+#include <cerrno>
 #include <clocale>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
+#include <sstream>
+#include <stdexcept>
+#include <system_error>
 
 #include "cli/commands.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/safe_file.hpp"
 
 namespace {
+
+using fringetwin::ExitCode;
+using fringetwin::UserError;
 
 constexpr int kExitCancelled = 130;  // 128 + SIGINT, as a shell reports it
 
 int report(const std::string& sentence, int code) {
-  std::fprintf(stderr, "fringetwin: error: %s\n", sentence.c_str());
+  static const std::string kBefore = "fringetwin: error: ";
+  const std::string shown =
+      fringetwin::plain_sentence(sentence, fringetwin::kLongestSentence - kBefore.size());
+  std::fprintf(stderr, "%s%s\n", kBefore.c_str(), shown.c_str());
   return code;
 }
 
-int run(const fringetwin::cli::Invocation& invocation) {
-  using fringetwin::ExitCode;
+int report(const std::string& sentence, ExitCode code) { return report(sentence, static_cast<int>(code)); }
+
+constexpr const char* kOutOfMemory =
+    "memory ran out; render fewer pixels or patterns at a time, or allow more memory";
+
+// What handlers of the process need to know.
+std::terminate_handler terminate_as_before = nullptr;
+bool main_ended = false;
+
+[[noreturn]] void end_without_memory() {
+  std::fprintf(stderr, "fringetwin: error: %s\n", kOutOfMemory);  // takes no memory
+  std::_Exit(static_cast<int>(ExitCode::input));
+}
+
+/// Memory may also run out on a thread, where nobody could catch it.
+[[noreturn]] void on_terminate() {
   try {
-    return invocation.run();
-  } catch (const fringetwin::UserError& e) {
-    return report(e.what(), static_cast<int>(e.code()));
+    if (const std::exception_ptr fault = std::current_exception()) std::rethrow_exception(fault);
+  } catch (const std::bad_alloc&) {
+    end_without_memory();
+  } catch (...) {
+    // a fault of ours, told as ever
+  }
+  terminate_as_before();
+  std::abort();
+}
+
+/// OpenMP ends the program with code 1, which would mean "limits not met", where it gets no thread.
+void when_exiting() {
+  if (!main_ended) end_without_memory();
+}
+
+/// Names of files and options become part of results, which are UTF-8.
+void check_arguments(const std::vector<std::string>& argv) {
+  for (const std::string& argument : argv)
+    if (!fringetwin::is_utf8(argument))
+      throw UserError(ExitCode::usage, argument, "is no UTF-8 text", "rename the file or folder");
+}
+
+/// What was printed has left the program: a full disk shows when the last of it is written.
+void check_output() {
+  errno = 0;
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    throw UserError(
+        ExitCode::input, "standard output",
+        errno != 0 ? "cannot be written (" + std::string(std::strerror(errno)) + ")" : "cannot be written",
+        "make room, or print elsewhere");
+}
+
+int run(const fringetwin::cli::Invocation& invocation) {
+  try {
+    check_arguments(invocation.argv);
+    const int code = invocation.run();
+    check_output();
+    return code;
+  } catch (const UserError& e) {
+    return report(e.what(), e.code());
   } catch (const fringetwin::Cancelled& e) {
     return report(e.what(), kExitCancelled);
   } catch (const std::filesystem::filesystem_error& e) {
     return report(std::string(e.what()) + "; check that the folder exists and can be written",
-                  static_cast<int>(ExitCode::input));
+                  ExitCode::input);
+  } catch (const std::system_error& e) {  // no thread to be had, no room where output goes
+    return report(std::string(e.what()) + "; free memory or disk space, or raise the limits of this session",
+                  ExitCode::input);
   } catch (const std::bad_alloc&) {
-    return report("not enough memory for this twin; render fewer pixels or patterns at a time",
-                  static_cast<int>(ExitCode::internal));
+    return report(kOutOfMemory, ExitCode::input);
+  } catch (const std::length_error&) {  // of a container, for a size that no memory has
+    return report("more memory is asked for than there is; check the sizes in the files that are read",
+                  ExitCode::input);
   } catch (const std::exception& e) {
     return report(std::string("internal: ") + e.what() + "; please report this with the command line",
-                  static_cast<int>(ExitCode::internal));
+                  ExitCode::internal);
   }
+}
+
+/// Prints help or version, or the error and a hint.
+int tell(const CLI::App& app, const CLI::ParseError& error) {
+  std::ostringstream out, err;
+  const int code = app.exit(error, out, err);
+  std::fputs(out.str().c_str(), stdout);
+  std::istringstream lines(err.str());
+  for (std::string line; std::getline(lines, line);)
+    std::fprintf(stderr, "%s\n", fringetwin::plain_sentence(line).c_str());
+  return code == 0 ? 0 : static_cast<int>(ExitCode::usage);
 }
 
 }  // namespace
@@ -49,6 +129,8 @@ int main(int argc, char** argv) {
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   std::setlocale(LC_ALL, "C");
   fringetwin::install_cancel_handler();
+  terminate_as_before = std::set_terminate(on_terminate);
+  std::atexit(when_exiting);
 
   CLI::App app{"fringetwin: a digital twin of fringe-projection rigs, checked against real captures."};
   app.require_subcommand(1);
@@ -59,6 +141,11 @@ int main(int argc, char** argv) {
       "5 no convergence, 70 internal, 130 cancelled.");
   bool quiet = false;
   app.add_flag("-q,--quiet", quiet, "No narration on stderr (warnings and errors stay)");
+  double limits = 1.0;
+  app.add_option("--limits", limits,
+                 "Factor on every limit of what is read from files (docs/FORMATS.md, \"Limits\"); for files "
+                 "that you trust")
+      ->check(CLI::Range(1.0, 1e6));
 
   fringetwin::cli::Invocation invocation;
   invocation.argv.assign(argv, argv + argc);
@@ -70,9 +157,11 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    const int code = app.exit(e);  // prints help, version, or the error and a hint
-    return code == 0 ? 0 : static_cast<int>(fringetwin::ExitCode::usage);
+    invocation.run = [&app, error = e] { return tell(app, error); };
   }
   fringetwin::set_quiet(quiet);
-  return run(invocation);
+  if (limits > 1.0) fringetwin::raise_file_limits(limits);  // not where it is "nan"
+  const int code = run(invocation);
+  main_ended = true;
+  return code;
 }

@@ -7,6 +7,7 @@
 
 #include "report/text.hpp"
 #include "study/slurm/slurm.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::study {
@@ -21,13 +22,17 @@ constexpr std::size_t kMostAlone = 64;  // points with a task of their own: clus
 std::string script(const SlurmRound& round, const SlurmOptions& options) {
   // Per core: a task has a worker for each core that it gets. sbatch takes memory in one way only.
   const bool has_memory = slurm::declares_memory(options.arguments);
+  std::vector<std::string> command{options.program.string()};
+  if (const double limits = file_limits_factor(); limits != 1.0)
+    command.insert(command.end(), {"--limits", fmt::format("{}", limits)});
+  command.insert(command.end(), {"study-shard", round.folder.string()});
   return fmt::format(
       "#!/bin/sh\n"
       "#SBATCH --nodes=1 --ntasks=1 --cpus-per-task={} --time={}\n"
       "{}exec {} \"$SLURM_ARRAY_TASK_ID\"\n",
       options.jobs, kMinutesPerTask,
       has_memory ? "" : fmt::format("#SBATCH --mem-per-cpu={}M\n", kMegabytesPerCore),
-      report::shell_command({options.program.string(), "study-shard", round.folder.string()}));
+      report::shell_command(command));
 }
 
 std::vector<std::string> sbatch_arguments(const SlurmRound& round, std::size_t shards,

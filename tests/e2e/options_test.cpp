@@ -2,10 +2,13 @@
 // Options, output folders and exit codes of the built program. No tolerances: codes and sentences are exact.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "report/text.hpp"
 #include "tests/support/program/small_twin.hpp"
 
 namespace fringetwin::testing::options_test {
@@ -37,6 +40,54 @@ TEST(ExitCodes, LimitsMetIs0AndNotMetIs1) {
     ASSERT_EQ(result["limits"].size(), 1u);
     EXPECT_EQ(result["limits"][0]["pass"], code == 0);
   }
+}
+
+TEST(ExitCodes, OutputThatCannotBeWrittenIs3) {
+  const auto dir = scratch_folder("full");
+  const std::string result = (dir / "result.json").string(), err = (dir / "err").string();
+  write_file(result, R"({"schema": "fringetwin-result/1"})");
+  const char* program = std::getenv("FRINGETWIN_BINARY");
+  ASSERT_NE(program, nullptr);
+  for (const std::vector<std::string>& command : {std::vector<std::string>{"info"},
+                                                  {"info", "--json"},
+                                                  {"diff", result, result},
+                                                  {"--help"},
+                                                  {"--version"}}) {
+    std::vector<std::string> words{program};
+    words.insert(words.end(), command.begin(), command.end());
+    const int status = std::system((report::shell_command(words) + " >/dev/full 2>" + err).c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 3) << command.front();
+    EXPECT_THAT(read_file(err), HasSubstr("No space left on device")) << command.front();
+  }
+}
+
+TEST(Sentences, AreOneLineThatSteersNothing) {
+  const RunResult odd = run_fringetwin({"render", "a\x1b[2J\n\xc2\x9b.toml", "--out", "never"});
+  expect_refused(odd, 2, {"fringetwin: error: a?[2J ?.toml: no such file"});
+  EXPECT_EQ(std::ranges::count(odd.err, '\n'), 1);
+  std::string path = "/begin";
+  for (int i = 0; i < 400; ++i) path += "/folder";
+  const RunResult cut = run_fringetwin({"render", path + "/twin.toml", "--out", "never"});
+  expect_refused(cut, 2, {"error: /begin/folder/", "...", "/folder/twin.toml: no such file"});
+  EXPECT_LE(cut.err.size(), 501u);
+  expect_refused(run_fringetwin({"render", "fr\xe4se.toml", "--out", "never"}), 2,
+                 {"fr?se.toml: is no UTF-8"});
+  const RunResult option = run_fringetwin({"render", "--\x1b[2J"});
+  EXPECT_EQ(option.exit_code, 2);
+  EXPECT_EQ(option.err.find('\x1b'), std::string::npos);
+}
+
+TEST(Limits, AreRaisedByOneOption) {
+  const auto dir = scratch_folder("raised");
+  std::string many = "[render]\nsamples = [";
+  for (int i = 0; i < 1'000'000; ++i) many += "0,";
+  const std::string twin = written_twin(dir, small_twin({}, many + "]\n")), out = (dir / "out").string();
+  expect_refused(run_fringetwin({"render", twin, "--out", out}), 2,
+                 {"more than 1000000 keys and values", "--limits 10"});
+  expect_refused(run_fringetwin({"render", twin, "--out", out, "--limits", "10"}), 2,
+                 {"samples must be an integer"});
+  for (const char* factor : {"0", "-1", "0.5", "inf", "1e300", "many"})
+    EXPECT_EQ(run_fringetwin({"--limits", factor, "info"}).exit_code, 2) << factor;
 }
 
 // The same sentence and code from every command, before the work: no device is needed.

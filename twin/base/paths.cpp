@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cctype>
 
+#include "twin/base/errors.hpp"
+#include "twin/base/plain_text.hpp"
+
 namespace fringetwin {
 namespace fs = std::filesystem;
 namespace {
@@ -22,6 +25,8 @@ bool is_name_character(char c) {
 
 fs::path tidy_path(const fs::path& path) {
   const fs::path whole = fs::absolute(path);
+  if (!is_utf8(whole.string()))
+    throw UserError(ExitCode::usage, whole.string(), "is no UTF-8 text", "rename the file or folder");
   const bool climbs = std::ranges::find(whole, "..") != whole.end();
   if (!climbs) return whole.lexically_normal();
   std::error_code error;  // e.g. a loop of links: opening the file will name it

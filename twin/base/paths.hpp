@@ -8,7 +8,7 @@ namespace fringetwin {
 
 /// Returns the path made absolute. Without ".." only "." and doubled slashes go, and links stay as written;
 /// with ".." as the operating system walks it: the parent of a linked folder is the parent of what the link
-/// points to.
+/// points to. Throws UserError(usage) for a path that is no UTF-8: it becomes part of results.
 std::filesystem::path tidy_path(const std::filesystem::path& path);
 
 /// Returns the text with its ASCII letters in lower case.

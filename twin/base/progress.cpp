@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/plain_text.hpp"
 
 namespace fringetwin {
 namespace {
@@ -28,10 +29,13 @@ void clear_bar() {
   bar_open = false;
 }
 
+/// Warnings about doubtful pixels have 800 characters.
+constexpr std::size_t kLongestNarration = 2000;
+
 void print_line(const char* prefix, const std::string& line) {
   const std::lock_guard lock(stderr_mutex);
   clear_bar();
-  std::fputs((prefix + line + "\n").c_str(), stderr);
+  std::fputs((prefix + plain_sentence(line, kLongestNarration) + "\n").c_str(), stderr);
 }
 
 extern "C" void on_interrupt(int signal) { cancel_request.store(signal); }

@@ -44,7 +44,8 @@ int cancel_signal() noexcept;
 /// Throws Cancelled if the user pressed Ctrl-C.
 void throw_if_cancelled();
 
-/// One line on stderr: "fringetwin: ..." / "fringetwin: warning: ...". set_quiet(true) mutes say().
+/// One line of plain text (plain_text.hpp) on stderr: "fringetwin: ..." / "fringetwin: warning: ...".
+/// set_quiet(true) mutes say().
 void say(const std::string& line);
 void warn(const std::string& line);
 void set_quiet(bool quiet);

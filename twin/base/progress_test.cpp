@@ -122,6 +122,7 @@ TEST(Progress, QuietMutesAllButWarnings) {
   set_quiet(false);
   EXPECT_EQ(text, "fringetwin: warning: mind the gap\n");
   EXPECT_EQ(stderr_of([] { say("hello"); }), "fringetwin: hello\n");
+  EXPECT_EQ(stderr_of([] { warn("a\x1b[2Jb\nc"); }), "fringetwin: warning: a?[2Jb c\n");
 }
 
 // Each in a process of its own: a cancelled program stays cancelled.
