@@ -5,20 +5,27 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <set>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "compare/result/fit_keys.hpp"
 #include "compare/result/tables.hpp"
-#include "report/json.hpp"
+#include "report/json_file.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/not_copyable.hpp"
+#include "twin/base/plain_text.hpp"
 
 namespace fringetwin::compare {
 namespace {
 
-using report::Json;
+using ReadJson = nlohmann::json;
+
+constexpr double kMostQuantities = 1e6;        // a result of ours has some thousand; each becomes a line
+constexpr std::size_t kLongestRowName = 1000;  // names in twins have 100 characters at most
+constexpr std::size_t kWidestName = 100;       // of the table's first column
 
 /// One number of a result, for example "gain left gain_dn", and that of its standard error.
 struct Quantity {
@@ -28,116 +35,174 @@ struct Quantity {
   bool simulated_only = false;  ///< it stands without the real images
 };
 
-/// The numbers of one result, in the order of the file.
-struct Quantities {
-  std::vector<Quantity> list;
+/// The numbers of one result, and each by its name: the first one where several share it.
+class Quantities : NotCopyable {
+ public:
+  explicit Quantities(std::vector<Quantity> list) : list_(std::move(list)) {
+    for (const Quantity& q : list_) by_name_.try_emplace(q.name, &q);
+  }
+  const std::vector<Quantity>& list() const { return list_; }
   const Quantity* find(const std::string& name) const {
-    for (const Quantity& q : list)
-      if (q.name == name) return &q;
-    return nullptr;
+    const auto found = by_name_.find(name);
+    return found == by_name_.end() ? nullptr : found->second;
+  }
+
+ private:
+  std::vector<Quantity> list_;
+  std::unordered_map<std::string_view, const Quantity*> by_name_;
+};
+
+/// The file of a result, and its content.
+struct ResultFile {
+  std::filesystem::path file;
+  ReadJson json;
+
+  [[noreturn]] void fail(const std::string& key, const ReadJson& value, const char* what) const {
+    throw UserError(ExitCode::input, file.string(),
+                    fmt::format("{} is {}, {} is expected", key, value.type_name(), what),
+                    "give a result.json as cosim, compare or measure wrote it");
+  }
+  /// The text under a key of a row, "?" where there is none.
+  std::string text(const ReadJson& row, const char* key) const {
+    if (!row.contains(key) || row[key].is_null()) return "?";
+    if (!row[key].is_string()) fail(key, row[key], "a text");
+    return plain_text(row[key].get<std::string>());
   }
 };
 
-Json load(const std::filesystem::path& path) {
+ResultFile load(const std::filesystem::path& path) {
   const std::filesystem::path file = std::filesystem::is_directory(path) ? path / "result.json" : path;
-  std::ifstream in(file);
-  if (!in)
-    throw UserError(ExitCode::input, file.string(), "there is no such result",
-                    "give the folder of a run, or its result.json");
-  Json json;
-  try {
-    json = Json::parse(in);
-  } catch (const Json::parse_error& error) {
-    throw UserError(ExitCode::input, file.string(), std::string("this is no JSON: ") + error.what(),
-                    "run the command that wrote it again");
-  }
-  if (!json.is_object() || json.value("schema", "") != "fringetwin-result/1")
+  ResultFile result{file,
+                    report::read_json_file(
+                        file, {.what = "result", .hint = "give the folder of a run, or its result.json"})};
+  const ReadJson& json = result.json;
+  if (!json.is_object() || !json.contains("schema") || json["schema"] != "fringetwin-result/1")
     throw UserError(ExitCode::input, file.string(),
                     "this is no fringetwin result (schema fringetwin-result/1)",
                     "give a result.json of cosim, compare or measure");
-  return json;
+  return result;
 }
 
-/// Adds a number, or the numbers of a list with their index.
-void add_values(const Quantity& of, const Json& value, Quantities& out) {
-  Quantity q = of;
-  if (value.is_number()) {
-    q.value = value.get<double>();
-    out.list.push_back(q);
-  }
-  if (!value.is_array()) return;
-  for (std::size_t i = 0; i < value.size(); ++i) {
-    q.name = fmt::format("{}[{}]", of.name, i);
-    if (!of.sigma.empty()) q.sigma = fmt::format("{}[{}]", of.sigma, i);
-    add_values(q, value[i], out);
-  }
-}
+/// Collects the numbers of a result.
+class Collector {
+ public:
+  explicit Collector(const ResultFile& result) : result_(result) {}
 
-/// Returns the texts of a row that say which one it is: " left x".
-std::string name_of(const std::vector<Field>& fields, const Json& row) {
-  std::string name;
-  for (const Field& field : fields)
-    if (field.role == Field::Role::name && row.contains(field.key)) {
-      const Json& value = row[field.key];
-      if (value.is_string()) name += " " + value.get<std::string>();
-      if (value.is_array())
-        for (const Json& part : value) name += " " + part.get<std::string>();
+  std::vector<Quantity> collect() {
+    const ReadJson& json = result_.json;
+    if (json.contains("fits"))
+      for (const ReadJson& row : rows_of("fits", json["fits"])) add_fit(row);
+    for (const Table& table : tables()) {
+      if (!json.contains(table.key) || json[table.key].is_null()) continue;
+      const ReadJson& rows = json[table.key];
+      if (rows.is_object())
+        add_row(table.key, table.fields(), rows);
+      else
+        for (const ReadJson& row : rows_of(table.key, rows)) add_row(table.key, table.fields(), row);
     }
-  return name;
-}
-
-void add_row(const std::string& table, const std::vector<Field>& fields, const Json& row, Quantities& out) {
-  const std::string prefix = table + name_of(fields, row) + " ";
-  for (const Field& field : fields) {
-    if (!row.contains(field.key)) continue;
-    const Json& value = row[field.key];
-    if (field.kind == Kind::rows)
-      for (const Json& part : value) add_row(prefix + field.key, field.rows(), part, out);
-    else
-      add_values({.name = prefix + field.key,
-                  .sigma = field.sigma.empty() ? "" : prefix + field.sigma,
-                  .is_sigma = field.role == Field::Role::sigma,
-                  .simulated_only = field.simulated_only},
-                 value, out);
+    return std::move(out_);
   }
-}
 
-/// Adds the numbers of a fit, which stand in maps, on four sides.
-void add_fit(const Json& row, Quantities& out) {
-  for (const char* side : {"measured", "simulated", "real", "difference"}) {
-    if (!row.contains(side) || !row[side].is_object()) continue;
-    const std::string prefix = fmt::format("fit {} {} ", row.value("object", "?"), side);
-    for (const auto& [key, value] : row[side].items())
-      add_values({.name = prefix + key,
-                  .sigma = prefix + sigma_key(key),
-                  .is_sigma = is_sigma_key(key),
-                  .simulated_only = std::string_view(side) == "simulated"},
-                 value, out);
+ private:
+  const ReadJson& rows_of(const std::string& key, const ReadJson& rows) const {
+    if (!rows.is_array()) result_.fail(key, rows, "a list of rows");
+    for (const ReadJson& row : rows)
+      if (!row.is_object()) result_.fail("a row of " + key, row, "a table");
+    return rows;
   }
-}
 
-Quantities quantities(const Json& json) {
-  Quantities out;
-  for (const Json& row : json.value("fits", Json::array())) add_fit(row, out);
-  for (const Table& table : tables()) {
-    if (!json.contains(table.key)) continue;
-    const Json& rows = json[table.key];
-    if (rows.is_array())
-      for (const Json& row : rows) add_row(table.key, table.fields(), row, out);
-    else if (rows.is_object())
-      add_row(table.key, table.fields(), rows, out);
+  /// Adds a number, or the numbers of a list with their index.
+  void add_values(const Quantity& of, const ReadJson& value) {
+    Quantity q = of;
+    if (value.is_number()) {
+      const double most = kMostQuantities * file_limits_factor();
+      if (static_cast<double>(out_.size()) >= most)
+        throw UserError(ExitCode::input, result_.file.string(),
+                        fmt::format("has more than {:.0f} numbers", most),
+                        "--limits 10 reads ten times as many");
+      q.value = value.get<double>();
+      out_.push_back(q);
+    }
+    if (!value.is_array()) return;
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      q.name = fmt::format("{}[{}]", of.name, i);
+      if (!of.sigma.empty()) q.sigma = fmt::format("{}[{}]", of.sigma, i);
+      add_values(q, value[i]);
+    }
   }
-  return out;
-}
+
+  /// Returns the texts of a row that say which one it is: " left x".
+  std::string name_of(const std::vector<Field>& fields, const ReadJson& row) const {
+    std::string name;
+    for (const Field& field : fields) {
+      if (field.role != Field::Role::name || !row.contains(field.key)) continue;
+      const ReadJson& value = row[field.key];
+      if (value.is_string()) name += " " + plain_text(value.get<std::string>());
+      if (!value.is_array()) continue;
+      for (const ReadJson& part : value) {
+        if (!part.is_string()) result_.fail("a part of " + field.key, part, "a text");
+        name += " " + plain_text(part.get<std::string>());
+      }
+    }
+    check_name(name);
+    return name;
+  }
+
+  /// Every number of a row repeats its name.
+  void check_name(const std::string& name) const {
+    if (name.size() > kLongestRowName)
+      throw UserError(ExitCode::input, result_.file.string(),
+                      fmt::format("the name of a row has {} characters, at most {} are read", name.size(),
+                                  kLongestRowName));
+  }
+
+  void add_row(const std::string& table, const std::vector<Field>& fields, const ReadJson& row) {
+    const std::string prefix = table + name_of(fields, row) + " ";
+    for (const Field& field : fields) {
+      if (!row.contains(field.key) || row[field.key].is_null()) continue;
+      const ReadJson& value = row[field.key];
+      if (field.kind == Kind::rows)
+        for (const ReadJson& part : rows_of(field.key, value))
+          add_row(prefix + field.key, field.rows(), part);
+      else
+        add_values({.name = prefix + field.key,
+                    .sigma = field.sigma.empty() ? "" : prefix + field.sigma,
+                    .is_sigma = field.role == Field::Role::sigma,
+                    .simulated_only = field.simulated_only},
+                   value);
+    }
+  }
+
+  /// Adds the numbers of a fit, which stand in maps, on four sides.
+  void add_fit(const ReadJson& row) {
+    const std::string object = result_.text(row, "object");
+    check_name(object);
+    for (const char* side : {"measured", "simulated", "real", "difference"}) {
+      if (!row.contains(side) || !row[side].is_object()) continue;
+      const std::string prefix = fmt::format("fit {} {} ", object, side);
+      for (const auto& [key, value] : row[side].items()) {
+        check_name(key);
+        add_values({.name = prefix + plain_text(key),
+                    .sigma = prefix + sigma_key(plain_text(key)),
+                    .is_sigma = is_sigma_key(key),
+                    .simulated_only = std::string_view(side) == "simulated"},
+                   value);
+      }
+    }
+  }
+
+  const ResultFile& result_;
+  std::vector<Quantity> out_;
+};
 
 /// Counts the images that both runs read: their noise and calibration are the same, so the numbers made from
 /// them are not independent.
-std::size_t shared_images(const Json& a, const Json& b) {
-  const auto digests = [](const Json& json) {
+std::size_t shared_images(const ReadJson& a, const ReadJson& b) {
+  const auto digests = [](const ReadJson& json) {
     std::set<std::string> out;
-    const Json none = Json::object();
-    const Json inputs = json.value("provenance", none).value("inputs_sha256", none);
-    for (const auto& [file, digest] : inputs.items()) {
+    static const ReadJson::json_pointer kInputs("/provenance/inputs_sha256");
+    if (!json.contains(kInputs)) return out;
+    for (const auto& [file, digest] : json[kInputs].items()) {
       const std::string extension = std::filesystem::path(file).extension().string();
       if (extension != ".toml" && extension != ".ply" && extension != ".stl" && extension != ".obj" &&
           extension != ".yml" && extension != ".yaml" && extension != ".xml" && extension != ".cameramodel" &&
@@ -167,16 +232,17 @@ std::string line(const std::string& name, std::size_t width, double a, double b,
 }  // namespace
 
 std::string diff_results(const std::filesystem::path& a, const std::filesystem::path& b) {
-  const Json json_a = load(a), json_b = load(b);
-  const Quantities qa = quantities(json_a), qb = quantities(json_b);
+  const ResultFile file_a = load(a), file_b = load(b);
+  const Quantities qa(Collector(file_a).collect()), qb(Collector(file_b).collect());
   std::size_t width = 10;
-  for (const Quantity& q : qa.list) width = std::max(width, q.name.size());
-  std::string out = fmt::format("A: {}\nB: {}\n\n{:<{}}  {:>14}  {:>14}  {:>14}  {:>8}\n", a.string(),
-                                b.string(), "quantity", width, "A", "B", "B - A", "z");
-  const std::size_t common_images = shared_images(json_a, json_b);
+  for (const Quantity& q : qa.list()) width = std::max(width, std::min(q.name.size(), kWidestName));
+  std::string out =
+      fmt::format("A: {}\nB: {}\n\n{:<{}}  {:>14}  {:>14}  {:>14}  {:>8}\n", plain_text(a.string()),
+                  plain_text(b.string()), "quantity", width, "A", "B", "B - A", "z");
+  const std::size_t common_images = shared_images(file_a.json, file_b.json);
   std::size_t shared = 0;
   std::string only;
-  for (const Quantity& q : qa.list) {
+  for (const Quantity& q : qa.list()) {
     const Quantity* other = qb.find(q.name);
     if (!other) {
       only += "only in A: " + q.name + "\n";
@@ -187,7 +253,7 @@ std::string diff_results(const std::filesystem::path& a, const std::filesystem::
     const bool independent = common_images == 0 || q.simulated_only;
     out += line(q.name, width, q.value, other->value, independent ? z_score(q, *other, qa, qb) : kNaN);
   }
-  for (const Quantity& q : qb.list)
+  for (const Quantity& q : qb.list())
     if (!qa.find(q.name)) only += "only in B: " + q.name + "\n";
   if (shared == 0) out += "no number is in both results\n";
   if (common_images > 0)
@@ -195,7 +261,8 @@ std::string diff_results(const std::filesystem::path& a, const std::filesystem::
         "\nA and B read {} image files in common: what is made from them shares their errors, so no z is "
         "given there.\n",
         common_images);
-  out += fmt::format("\nverdict: A {}, B {}\n", json_a.value("verdict", "?"), json_b.value("verdict", "?"));
+  out += fmt::format("\nverdict: A {}, B {}\n", file_a.text(file_a.json, "verdict"),
+                     file_b.text(file_b.json, "verdict"));
   return out + only;
 }
 

@@ -177,5 +177,37 @@ TEST(Diff, RefusesWhatIsNoResult) {
   EXPECT_THROW(diff_results("/nowhere", "/nowhere"), UserError);
 }
 
+std::string result_with(const std::string& rest) {
+  return R"({"schema": "fringetwin-result/1", )" + rest + "}";
+}
+
+TEST(Diff, RefusesValuesOfTheWrongType) {
+  expect_refused("{\"schema\": 1}", "no fringetwin result");
+  expect_refused(result_with(R"("gain": 3)"), "gain is number, a list of rows is expected");
+  expect_refused(result_with(R"("gain": "none")"), "gain is string, a list of rows is expected");
+  expect_refused(result_with(R"("gain": [3])"), "a row of gain is number, a table is expected");
+  expect_refused(result_with(R"("fits": "none")"), "fits is string, a list of rows is expected");
+  expect_refused(result_with(R"("fits": [{"object": 3}])"), "object is number, a text is expected");
+  expect_refused(result_with(R"("verdict": [])"), "verdict is array, a text is expected");
+  expect_refused(result_with(R"("gain": [{"gain_dn": 1e999}])"), "out of range");
+  expect_refused(result_with(R"("gain": [{"camera": ")" + std::string(2000, 'a') + R"("}])"), "at most 1000");
+  for (const char* rest :
+       {R"("provenance": 3)", R"("provenance": {"inputs_sha256": 3})", R"("gain": null)"}) {
+    const auto file = std::filesystem::temp_directory_path() / "fringetwin_diff_odd.json";
+    std::ofstream(file) << result_with(rest);
+    EXPECT_THAT(diff_results(file, file), HasSubstr("no number is in both"));
+  }
+}
+
+TEST(Diff, ReadsAHundredThousandNumbersAtOnce) {
+  const auto file = std::filesystem::temp_directory_path() / "fringetwin_diff_many.json";
+  std::string numbers = "1";
+  for (int i = 1; i < 100'000; ++i) numbers += ",1";
+  std::ofstream(file) << result_with(R"("fits": [{"object": "a\u001b[2J", "real": {"x_mm": [)" + numbers +
+                                     "]}}]");
+  const std::string text = diff_results(file, file);  // took half a minute when each name was looked for
+  EXPECT_THAT(text, HasSubstr("fit a?[2J real x_mm[99999]"));
+}
+
 }  // namespace
 }  // namespace fringetwin::compare::diff_test
