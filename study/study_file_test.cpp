@@ -50,6 +50,26 @@ class StudyFileTest : public ::testing::Test {
   testing::ScratchFolder folder_;
 };
 
+TEST_F(StudyFileTest, CountsThatMultiply) {
+  std::string keys;
+  for (int i = 0; i < 1001; ++i) keys += fmt::format("\"a{}\", ", i);
+  EXPECT_THAT(
+      error(kHeadLines + "[[vary]]\nkeys = [" + keys + "]\nvalues = [1]\n"),
+      HasSubstr("study.toml:4: vary[0].keys brings the study to 1001 keys, at most 1000 are possible"));
+  std::string hundred;
+  for (int i = 0; i < 100; ++i) hundred += fmt::format("\"a{}\", ", i);
+  EXPECT_THAT(error(kHeadLines + "design = \"latin-hypercube\"\npoints = 1000000\n[[vary]]\nkeys = [" +
+                    hundred + "]\nvalues = [1]\n"),
+              HasSubstr("asks for 1000000 runs with 100 keys each, at most 1e+07 values are possible"));
+  write_twin(kHead);  // took a second for each 10,000 points
+  EXPECT_THAT(error(kHeadLines + "[[vary]]\nkey = \"fringes.mean\"\nrange = [0.3, 0.4]\ncount = 200000\n"),
+              HasSubstr("twin.toml"));
+  std::string parts;
+  for (int i = 0; i < 100'000; ++i) parts += "a.";
+  for (const std::string& text : {parts + "b = 1\n", "[[vary]]\nkey = \"" + parts + "b\"\nvalues = [1]\n"})
+    EXPECT_THAT(error(kHeadLines + text), HasSubstr("more than 32 parts"));
+}
+
 TEST_F(StudyFileTest, EveryKey) {
   const StudyFile study =
       load(kHeadLines + "name = \"bit depth\"\ndesign = \"grid\"\nnoise_seeds = 4\nfirst_noise_seed = 5\n" +

@@ -10,6 +10,8 @@
 namespace fringetwin::study {
 namespace {
 
+constexpr double kMostKeyValues = 1e7;  // they are all kept, 100 to 200 bytes each: the most runs with 10 keys
+
 Design read_scheme(const TomlTable& root) {
   const std::string name =
       root.choice("design", {"grid", "list", "latin-hypercube", "sobol"}).value_or("grid");
@@ -74,6 +76,12 @@ DesignPlan read_design(const TomlTable& root) {
   const double runs = count_points(root, plan) * plan.noise_seeds;
   if (runs > kMostPoints)
     root.fail("", fmt::format("asks for {:.0f} runs, at most {} are possible", runs, kMostPoints));
+  double keys = 0.0;
+  for (const Variation& variation : plan.vary) keys += static_cast<double>(variation.keys.size());
+  if (runs * keys > kMostKeyValues)
+    root.fail("vary",
+              fmt::format("asks for {:.0f} runs with {:.0f} keys each, at most {:.0g} values are possible",
+                          runs, keys, kMostKeyValues));
   return plan;
 }
 

@@ -10,11 +10,15 @@
 #include "compare/verdict/limits.hpp"
 #include "study/uncertain/uncertain_inputs.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::study {
 namespace fs = std::filesystem;
 namespace {
+
+/// So many points that are no valid twins before the first that is one: the twin itself is at fault.
+constexpr std::size_t kMostFaults = 1000;
 
 Settings settings_with_strings(const Settings& settings) {
   Settings strings;
@@ -46,7 +50,9 @@ StudyIdentity check_study(const StudyHead& study, const std::vector<StudyPoint>&
   bool readable = false;
   std::optional<UserError> first_fault;
   const Settings* tried = nullptr;
+  std::size_t faults = 0;
   for (const StudyPoint& point : points) {
+    throw_if_cancelled();
     if (tried != nullptr && *tried == point.settings) continue;  // another noise seed
     tried = &point.settings;
     const Settings strings = settings_with_strings(point.settings);
@@ -61,6 +67,7 @@ StudyIdentity check_study(const StudyHead& study, const std::vector<StudyPoint>&
       throw;
     } catch (const UserError& e) {
       if (!first_fault) first_fault = e;
+      if (!readable && ++faults == kMostFaults) throw UserError(*first_fault);
     }
   }
   if (!readable) {

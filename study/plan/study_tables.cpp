@@ -13,6 +13,8 @@
 namespace fringetwin::study {
 namespace {
 
+constexpr std::size_t kMostStudyKeys = 1000;  // twins have some 200; every point holds a value of each
+
 Range read_range(const TomlTable& table, bool sampled) {
   const Eigen::VectorXd ends = *table.vector("range", 2, NumberRange::any_size());
   Range range{ends[0], ends[1], table.integer("count", 2, kMostPoints),
@@ -50,6 +52,9 @@ std::vector<std::string> read_study_keys(const TomlTable& table, std::set<std::s
     keys = *table.strings("keys");
   const char* name = table.has("key") ? "key" : "keys";
   if (keys.empty()) table.fail(name, "must name one key or more");
+  if (keys.size() + taken->size() > kMostStudyKeys)
+    table.fail(name, fmt::format("brings the study to {} keys, at most {} are possible",
+                                 keys.size() + taken->size(), kMostStudyKeys));
   for (const std::string& key : keys)
     if (!taken->insert(key).second) table.fail(name, fmt::format("names \"{}\" a second time", key));
   constexpr std::string_view kExposure = ".exposure_ms";

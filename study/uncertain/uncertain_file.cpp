@@ -13,11 +13,20 @@
 namespace fringetwin::study {
 namespace {
 
-UncertainForm read_form(const TomlTable& table, const TomlTable& twin, std::set<std::string>* taken) {
+/// Returns the names of the spheres in the twin's file.
+std::set<std::string> sphere_names(const TomlTable& twin) {
+  std::set<std::string> names;
+  for (const TomlTable& object : twin.tables("object"))
+    if (object.string("shape") == "sphere") names.insert(object.string("name").value_or(""));
+  return names;
+}
+
+UncertainForm read_form(const TomlTable& table, const std::set<std::string>& spheres,
+                        std::set<std::string>* taken) {
   table.allow({"form", "name", "rms_mm", "degrees"});
   UncertainForm out;
   out.object = table.required_string("form");
-  if (!is_sphere(twin, out.object))
+  if (!spheres.contains(out.object))
     table.fail("form", fmt::format("\"{}\" is no sphere of the twin", out.object));
   if (!taken->insert("form of " + out.object).second)
     table.fail("form", fmt::format("names \"{}\" a second time", out.object));
@@ -74,23 +83,17 @@ double read_coverage(const TomlTable& root) {
   return coverage;
 }
 
-bool is_sphere(const TomlTable& twin, const std::string& object) {
-  const std::vector<TomlTable> objects = twin.tables("object");
-  return std::ranges::any_of(objects, [&](const TomlTable& o) {
-    return o.string("name") == object && o.string("shape") == "sphere";
-  });
-}
-
 UncertainSettings read_uncertain_settings(const TomlTable& root, const std::filesystem::path& twin_file) {
   UncertainSettings out;
   out.inputs.noise = root.boolean("noise").value_or(true);
   out.calibration = root.boolean("calibration").value_or(false);
   const TomlTable twin = TomlTable::parse_file(twin_file, ExitCode::usage);
+  const std::set<std::string> spheres = sphere_names(twin);
   std::set<std::string> taken, names = {"calibration", "noise"};
   for (const TomlTable& table : root.tables("uncertain")) {
     const bool form = table.has("form");
     if (form)
-      out.inputs.forms.push_back(read_form(table, twin, &taken));
+      out.inputs.forms.push_back(read_form(table, spheres, &taken));
     else
       out.inputs.keys.push_back(read_uncertain(table, twin, &taken));
     const std::string& name = form ? out.inputs.forms.back().name : out.inputs.keys.back().name;

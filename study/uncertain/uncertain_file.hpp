@@ -33,7 +33,4 @@ UncertainInputs complete_inputs(const UncertainSettings& settings, const std::fi
 /// Returns "coverage", the share of the values that intervals hold; default 0.95.
 double read_coverage(const TomlTable& root);
 
-/// Returns whether the twin's file has a sphere of this name.
-bool is_sphere(const TomlTable& twin, const std::string& object);
-
 }  // namespace fringetwin::study
