@@ -4,17 +4,26 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
-#include <filesystem>
+#include <algorithm>
 
 namespace fringetwin {
+namespace fs = std::filesystem;
 
-// Beside the program, above it (tests), or where it was built.
+std::vector<fs::path> module_folders(const fs::path& program, const fs::path& build_tree) {
+  if (!program.has_parent_path()) return {};  // /proc is missing; dlopen would search the system's folders
+  const fs::path folder = program.parent_path();
+  std::vector<fs::path> folders = {folder};
+  if (folder.filename() == "bin") folders.push_back(folder.parent_path() / "lib" / "fringetwin");
+  if (std::ranges::mismatch(build_tree, folder).in1 == build_tree.end() && folder != build_tree)
+    folders.push_back(build_tree);
+  return folders;
+}
+
 void* find_in_module(const std::string& file, const std::string& name, const ModuleRefusal& refusal) {
-  namespace fs = std::filesystem;
   std::error_code ignored;
-  const fs::path program = fs::read_symlink("/proc/self/exe", ignored).parent_path();
   std::string fault;
-  for (const fs::path& folder : {program, program.parent_path(), fs::path(FRINGETWIN_BINARY_DIR)}) {
+  for (const fs::path& folder : module_folders(fs::read_symlink("/proc/self/exe", ignored),
+                                               fs::weakly_canonical(FRINGETWIN_BINARY_DIR, ignored))) {
     const fs::path path = folder / file;
     if (void* module = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL)) {
       if (void* address = ::dlsym(module, name.c_str())) return address;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Loads parts of the program that bring many shared libraries, as modules, when they are asked for.
 #pragma once
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "twin/base/errors.hpp"
 
@@ -16,5 +18,11 @@ struct ModuleRefusal {
 /// Returns the address of the function `name` in the module `file`, e.g. "libfringetwin_image_codecs.so",
 /// which stays loaded. Throws UserError with the refusal where there is none.
 void* find_in_module(const std::string& file, const std::string& name, const ModuleRefusal& refusal);
+
+/// Returns the folders in which modules of `program` (its path) are looked for: the program's own, of an
+/// installed one (PREFIX/bin/fringetwin) PREFIX/lib/fringetwin, and the build tree where the program lies in
+/// it. Elsewhere anybody may have put a file since.
+std::vector<std::filesystem::path> module_folders(const std::filesystem::path& program,
+                                                  const std::filesystem::path& build_tree);
 
 }  // namespace fringetwin

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "twin/base/module_loader.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace fringetwin::module_loader_test {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+TEST(ModuleLoader, LooksBesideTheProgramAndInItsInstallation) {
+  EXPECT_THAT(module_folders("/usr/bin/fringetwin", "/home/me/build"),
+              ElementsAre("/usr/bin", "/usr/lib/fringetwin"));
+  EXPECT_THAT(module_folders("/opt/fringetwin", "/home/me/build"), ElementsAre("/opt"));
+  EXPECT_THAT(module_folders("", "/home/me/build"), IsEmpty());
+}
+
+TEST(ModuleLoader, LooksIntoTheBuildTreeOnlyFromWithin) {
+  EXPECT_THAT(module_folders("/home/me/build/fringetwin", "/home/me/build"), ElementsAre("/home/me/build"));
+  EXPECT_THAT(module_folders("/home/me/build/tests/twin_tests", "/home/me/build"),
+              ElementsAre("/home/me/build/tests", "/home/me/build"));
+  EXPECT_THAT(module_folders("/home/me/build-dev/fringetwin", "/home/me/build"),
+              ElementsAre("/home/me/build-dev"));
+}
+
+TEST(ModuleLoader, SaysWhatIsMissing) {
+  try {
+    find_in_module("libfringetwin_none.so", "none", {ExitCode::usage, "window", "shows it", "install it"});
+    FAIL();
+  } catch (const UserError& e) {
+    EXPECT_EQ(e.code(), ExitCode::usage);
+    EXPECT_THAT(e.what(), ::testing::StartsWith("window: the module that shows it cannot be loaded (/"));
+  }
+}
+
+}  // namespace
+}  // namespace fringetwin::module_loader_test
