@@ -7,8 +7,10 @@
 #include <array>
 #include <chrono>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 
+#include "twin/base/safe_file.hpp"
 #include "twin/base/sha256.hpp"
 #include "twin/image/image_io.hpp"
 
@@ -18,14 +20,17 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Header {
-  std::array<char, 8> magic{'F', 'T', 'C', 'A', 'C', 'H', 'E', '1'};
+  std::array<char, 8> magic{'F', 'T', 'C', 'A', 'C', 'H', 'E', '2'};
   std::uint64_t size = 0;
-  std::uint64_t checksum = 0;  // CRC-32: against accidents, not against forgery
+  std::uint64_t checksum = 0;  // CRC-32 of name and content: against accidents, not against forgery
 };
 
 std::uint64_t checksum(std::uint64_t before, Bytes part) {
   return crc32_z(before, reinterpret_cast<const Bytef*>(part.data()), part.size());
 }
+
+// Begins with the name: a file that got another one is damaged.
+std::uint64_t checksum_of(const std::string& name) { return checksum(0, std::as_bytes(std::span(name))); }
 
 // Removes the oldest files until the folder is within kLargestCacheBytes.
 void make_room(const fs::path& folder) {
@@ -36,7 +41,7 @@ void make_room(const fs::path& folder) {
     if (entry.path().extension() == ".tmp" &&
         entry.last_write_time() + std::chrono::hours(24) < fs::file_time_type::clock::now())
       fs::remove(entry.path());
-    if (entry.path().extension() != ".cache") continue;
+    if (entry.path().extension() != ".cache" || !entry.is_regular_file()) continue;
     total += entry.file_size();
     files.emplace_back(entry.last_write_time(), entry.path());
   }
@@ -68,21 +73,23 @@ std::string content_key(std::initializer_list<Bytes> parts) {
   return digest.hex().substr(0, 40);
 }
 
-std::optional<std::vector<std::byte>> read_cached(const std::optional<fs::path>& folder,
-                                                  const std::string& name) {
+std::optional<std::vector<std::uint8_t>> read_cached(const std::optional<fs::path>& folder,
+                                                     const std::string& name) {
   if (!folder) return {};
   const fs::path file = *folder / (name + ".cache");
-  std::ifstream in(file, std::ios::binary | std::ios::ate);
-  if (!in) return {};
-  const auto file_size = static_cast<std::uint64_t>(in.tellg());
-  Header header;
-  in.seekg(0);
-  if (!in.read(reinterpret_cast<char*>(&header), sizeof header) || header.magic != Header{}.magic ||
-      header.size + sizeof header != file_size)
+  std::vector<std::uint8_t> bytes;
+  try {
+    bytes = read_whole_bytes(file, {.kind = FileKind::table, .what = "cache"});
+  } catch (const UserError&) {
     return {};
-  std::vector<std::byte> bytes(header.size);
-  in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (!in || checksum(0, bytes) != header.checksum) return {};
+  }
+  Header header;
+  if (bytes.size() < sizeof header) return {};
+  std::memcpy(&header, bytes.data(), sizeof header);
+  bytes.erase(bytes.begin(), bytes.begin() + sizeof header);
+  if (header.magic != Header{}.magic || header.size != bytes.size() ||
+      checksum(checksum_of(name), std::as_bytes(std::span(bytes))) != header.checksum)
+    return {};
   std::error_code ignored;
   fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);  // used: others make room first
   return bytes;
@@ -92,7 +99,7 @@ void write_cached(const std::optional<fs::path>& folder, const std::string& name
                   std::initializer_list<Bytes> parts) {
   if (!folder) return;
   try {
-    Header header;
+    Header header{.checksum = checksum_of(name)};
     for (const Bytes part : parts) {
       header.size += part.size();
       header.checksum = checksum(header.checksum, part);

@@ -24,9 +24,10 @@ constexpr std::uintmax_t kLargestCacheBytes = std::uintmax_t{2} << 30;
 /// Returns the name under which a thing made from `parts` is kept: 40 hexadecimal digits.
 std::string content_key(std::initializer_list<Bytes> parts);
 
-/// Returns the bytes kept under `name`, nothing where there are none or they are damaged.
-std::optional<std::vector<std::byte>> read_cached(const std::optional<std::filesystem::path>& folder,
-                                                  const std::string& name);
+/// Returns the bytes kept under `name`, nothing where there are none or they are damaged. That somebody else
+/// has written them into the folder cannot be seen: who uses them checks what a run must not fail of.
+std::optional<std::vector<std::uint8_t>> read_cached(const std::optional<std::filesystem::path>& folder,
+                                                     const std::string& name);
 /// Keeps `parts`, one after the other, under `name`. A folder that cannot be written costs nothing but time.
 void write_cached(const std::optional<std::filesystem::path>& folder, const std::string& name,
                   std::initializer_list<Bytes> parts);

@@ -4,6 +4,7 @@
 #include <spirv-tools/libspirv.h>
 
 #include <cstring>
+#include <spirv-tools/libspirv.hpp>
 #include <spirv-tools/optimizer.hpp>
 #include <string>
 #include <unordered_map>
@@ -33,6 +34,11 @@ std::vector<std::uint32_t> optimise(std::span<const std::uint32_t> spirv,
   return out;
 }
 
+// Drivers take for granted that a module is valid, and may crash where it is not.
+bool is_valid(const std::vector<std::uint32_t>& spirv) {
+  return spvtools::SpirvTools(SPV_ENV_VULKAN_1_2).Validate(spirv);
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> specialised(std::span<const std::uint32_t> spirv,
@@ -47,7 +53,7 @@ std::vector<std::uint32_t> specialised(std::span<const std::uint32_t> spirv,
   if (const auto bytes = read_cached(folder, name)) {
     out.resize(bytes->size() / sizeof(std::uint32_t));
     std::memcpy(out.data(), bytes->data(), out.size() * sizeof(std::uint32_t));
-    return out;
+    if (is_valid(out)) return out;
   }
   out = optimise(spirv, constants);
   if (!out.empty()) write_cached(folder, name, {std::as_bytes(std::span<const std::uint32_t>(out))});

@@ -4,11 +4,13 @@
 #include "render/base/specialise.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <spirv-tools/libspirv.hpp>
 #include <tuple>
 
+#include "render/base/disk_cache.hpp"
 #include "render/base/kernels.hpp"
 #include "render/shaders/shared.h"
 
@@ -52,6 +54,30 @@ TEST(Specialise, IsKept) {
   EXPECT_EQ(first, specialised(code, some_constants(1), {}));
   EXPECT_NE(first, specialised(code, some_constants(0), folder));
   EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 2);
+  fs::remove_all(folder);
+}
+
+TEST(Specialise, WhatSomebodyElseKeptIsMadeAnew) {
+  const fs::path folder = fs::temp_directory_path() / ("fringetwin_forged_" + std::to_string(::getpid()));
+  const auto code = kernel_code(Kernel::probe, false, false);
+  const auto own = specialised(code, some_constants(1), folder);
+  const std::string name = fs::directory_iterator(folder)->path().stem();
+  std::vector<std::uint32_t> cut(own.begin(), own.end() - 40), changed = own;
+  for (std::size_t i = own.size() / 2; i < own.size(); i += 3) changed[i] ^= 0x10001U;
+  for (const auto& forged :
+       {cut, changed, std::vector<std::uint32_t>(300, 7), std::vector<std::uint32_t>{}}) {
+    write_cached(folder, name, {std::as_bytes(std::span(forged))});  // with a right checksum
+    EXPECT_EQ(specialised(code, some_constants(1), folder), own);
+    EXPECT_EQ(read_cached(folder, name)->size(), 4 * own.size()) << "the file is mended";
+  }
+  specialised(code, some_constants(0), folder);
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.path().stem() != name)
+      fs::copy_file(entry, folder / (name + ".cache"), fs::copy_options::overwrite_existing);
+  EXPECT_EQ(specialised(code, some_constants(1), folder), own) << "another kernel's file";
+  fs::remove(folder / (name + ".cache"));
+  ASSERT_EQ(::mkfifo((folder / (name + ".cache")).c_str(), 0600), 0);
+  EXPECT_EQ(specialised(code, some_constants(1), folder), own) << "a pipe";
   fs::remove_all(folder);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/scene/bvh_cache.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 
@@ -13,23 +14,43 @@ struct Head {
   std::array<float, 6> box{};
 };
 
-// Returns the hierarchy in the bytes of a kept file, nothing where they do not fit the number of triangles.
-std::optional<Bvh> unpack(const std::vector<std::byte>& bytes, std::size_t n_triangles) {
+// Returns whether a traversal meets only nodes and triangles that there are, and ends within a stack of
+// `max_depth`: children stand after their node, as the builder puts them.
+bool is_sound(const Bvh& bvh, int max_depth) {
+  const std::size_t n_nodes = bvh.nodes.size(), n_triangles = bvh.order.size();
+  std::vector<int> level(n_nodes, 1);
+  for (std::size_t i = 0; i < n_nodes; ++i)
+    for (const std::int32_t child : {bvh.nodes[i].left, bvh.nodes[i].right}) {
+      if (child < 0) {
+        const auto leaf = static_cast<std::uint32_t>(~child);
+        if (leaf / 8 + leaf % 8 >= n_triangles) return false;
+        continue;
+      }
+      const auto c = static_cast<std::size_t>(child);
+      if (c <= i || c >= n_nodes || level[i] >= max_depth) return false;
+      level[c] = std::max(level[c], level[i] + 1);
+    }
+  return std::ranges::all_of(bvh.order, [&](std::uint32_t t) { return t < n_triangles; });
+}
+
+// Returns the hierarchy in the bytes of a kept file, nothing where they are none of that many triangles.
+std::optional<Bvh> unpack(const std::vector<std::uint8_t>& bytes, std::size_t n_triangles, int max_depth) {
   Head head;
   if (bytes.size() < sizeof head) return {};
   std::memcpy(&head, bytes.data(), sizeof head);
-  if (head.n_triangles != n_triangles || head.n_nodes > n_triangles ||
+  if (head.n_triangles != n_triangles || head.n_nodes == 0 || head.n_nodes > n_triangles ||
       bytes.size() != sizeof head + head.n_nodes * sizeof(BvhNode) + n_triangles * sizeof(std::uint32_t))
     return {};
   Bvh bvh;
   bvh.nodes.resize(head.n_nodes);
   bvh.order.resize(n_triangles);
-  const std::byte* at = bytes.data() + sizeof head;
+  const std::uint8_t* at = bytes.data() + sizeof head;
   std::memcpy(static_cast<void*>(bvh.nodes.data()), at, head.n_nodes * sizeof(BvhNode));
   std::memcpy(bvh.order.data(), at + head.n_nodes * sizeof(BvhNode), n_triangles * sizeof(std::uint32_t));
   bvh.depth = head.depth;
   bvh.box_min = {head.box[0], head.box[1], head.box[2]};
   bvh.box_max = {head.box[3], head.box[4], head.box[5]};
+  if (!is_sound(bvh, max_depth)) return {};
   return bvh;
 }
 
@@ -46,7 +67,7 @@ Bvh cached_bvh(const std::vector<Eigen::Vector3f>& vertices_mm,
       "bvh-" + content_key({std::as_bytes(std::span(builder)), bytes_of_head(),
                             std::as_bytes(std::span(vertices_mm)), std::as_bytes(std::span(triangles))});
   if (const auto bytes = read_cached(folder, name))
-    if (auto known = unpack(*bytes, triangles.size())) return *std::move(known);
+    if (auto known = unpack(*bytes, triangles.size(), max_depth)) return *std::move(known);
   Bvh bvh = build_bvh(vertices_mm, triangles, max_depth);
   head.n_nodes = bvh.nodes.size();
   head.depth = bvh.depth;

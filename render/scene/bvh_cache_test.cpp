@@ -11,6 +11,7 @@
 #include <array>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -109,6 +110,36 @@ TEST_F(BvhCache, DamagedFilesAreReplaced) {
   EXPECT_EQ(fs::file_size(file), size);
 }
 
+// With a right checksum: what a traversal would not survive is built anew.
+TEST_F(BvhCache, WhatSomebodyElseKeptIsMadeAnew) {
+  get();
+  const std::string name = files().at(0).stem();
+  const std::vector<std::uint8_t> good = *read_cached(folder_ / "new", name);
+  constexpr std::size_t kHead = 56, kLeft = 12, kNode = sizeof(BvhNode);
+  const std::size_t order = good.size() - 4 * mesh_->triangles.size();
+  struct Forged {
+    std::size_t at;
+    std::int32_t value;
+  };
+  for (const Forged& f :
+       {Forged{kHead + kLeft, 0}, Forged{kHead + kNode + kLeft, 1}, Forged{kHead + kLeft, 1 << 30},
+        Forged{kHead + kLeft, -(1 << 30)}, Forged{kHead + kLeft, std::numeric_limits<std::int32_t>::min()},
+        Forged{order, static_cast<std::int32_t>(mesh_->triangles.size())}}) {
+    std::vector<std::uint8_t> forged = good;
+    std::memcpy(forged.data() + f.at, &f.value, sizeof f.value);
+    write_cached(folder_ / "new", name, {std::as_bytes(std::span(forged))});
+    EXPECT_TRUE(same(get(), *built_)) << f.at << " " << f.value;
+    EXPECT_EQ(*read_cached(folder_ / "new", name), good) << "the file is mended";
+  }
+  std::vector<std::uint8_t> chain = good;  // deeper than the stack of a traversal
+  for (std::int32_t i = 0; i < 40; ++i) {
+    const std::int32_t next = i + 1;
+    std::memcpy(chain.data() + kHead + i * kNode + kLeft, &next, sizeof next);
+  }
+  write_cached(folder_ / "new", name, {std::as_bytes(std::span(chain))});
+  EXPECT_TRUE(same(get(), *built_));
+}
+
 TEST_F(BvhCache, WorksWithoutAFolder) {
   fs::create_directories(folder_);
   std::ofstream(folder_ / "file") << "no folder";
@@ -122,12 +153,13 @@ TEST_F(BvhCache, WorksWithoutAFolder) {
 TEST(DiskCache, TwoProcessesUnderOneName) {
   const fs::path folder = fs::temp_directory_path() / fmt::format("fringetwin_two_processes_{}", ::getpid());
   const auto bytes_of = [](int process) {
-    return std::vector<std::byte>(process == 0 ? 300000 : 200001, std::byte(process + 1));
+    return std::vector<std::uint8_t>(process == 0 ? 300000 : 200001, static_cast<std::uint8_t>(process + 1));
   };
   const auto write_and_read = [&](int process) {
     int wrong = 0;
     for (int i = 0; i < 100; ++i) {
-      write_cached(folder, "shared", {std::span<const std::byte>(bytes_of(process))});
+      const std::vector<std::uint8_t> bytes = bytes_of(process);
+      write_cached(folder, "shared", {std::as_bytes(std::span(bytes))});
       const auto got = read_cached(folder, "shared");
       wrong += got && (*got == bytes_of(0) || *got == bytes_of(1)) ? 0 : 1;
     }

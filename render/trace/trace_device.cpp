@@ -71,9 +71,13 @@ std::unique_ptr<ComputePipeline> make_kernel(VulkanDevice& device, VkPipelineCac
   const std::span<const std::uint32_t> code = kernel_code(kernel, storage_geometry, precise);
   const std::vector<std::uint32_t> own = specialised(code, constants, cache_folder());
   constexpr auto kPushBytes = static_cast<std::uint32_t>(sizeof(gpu::Push));
-  if (!own.empty())
-    return std::make_unique<ComputePipeline>(device, own, types, std::vector<std::uint32_t>{}, kPushBytes,
-                                             cache);
+  if (!own.empty()) {
+    try {
+      return std::make_unique<ComputePipeline>(device, own, types, std::vector<std::uint32_t>{}, kPushBytes,
+                                               cache);
+    } catch (const UserError&) {  // not what we kept, or nothing that this driver takes
+    }
+  }
   return std::make_unique<ComputePipeline>(
       device, code, types, std::vector<std::uint32_t>(constants.begin(), constants.end()), kPushBytes, cache);
 }
