@@ -4,6 +4,7 @@
 #include <kainjow/mustache.hpp>
 
 #include "report/page_template.hpp"
+#include "report/text.hpp"
 
 namespace fringetwin::report {
 
@@ -19,6 +20,12 @@ void set_if(mustache::data& data, const std::string& key, const std::string& tex
     data.set(key, text);
 }
 
+std::string rendered(const char* page, const mustache::data& data) {
+  mustache::mustache page_template(page);
+  page_template.set_custom_escape(escape_html);
+  return page_template.render(data);
+}
+
 }  // namespace
 
 std::string figure_html(const std::string& body_html, const std::string& caption, const std::string& formula,
@@ -28,7 +35,7 @@ std::string figure_html(const std::string& body_html, const std::string& caption
   data.set("caption", caption);
   set_if(data, "formula", formula);
   set_if(data, "command", command);
-  return mustache::mustache(kFigureTemplate).render(data);
+  return rendered(kFigureTemplate, data);
 }
 
 std::string Page::html() const {
@@ -57,7 +64,7 @@ std::string Page::html() const {
   data.set("warnings", texts);
   data.set("footer", footer_html);
   set_if(data, "script", script);
-  return mustache::mustache(kPageTemplate).render(data);
+  return rendered(kPageTemplate, data);
 }
 
 }  // namespace fringetwin::report

@@ -11,6 +11,7 @@
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/parallel.hpp"
+#include "twin/base/plain_text.hpp"
 
 namespace fringetwin::report {
 namespace {
@@ -154,11 +155,11 @@ void check_sizes(const Series& s) {
 }  // namespace
 
 std::string gnuplot_text(const std::string& text) {
-  std::string out = "\"";  // enhanced text is off, so only \ and " need care
-  for (char c : text) {
+  std::string out = "\"";            // enhanced text is off, so only \ and " need care
+  for (char c : plain_text(text)) {  // it takes NUL for the end of a line, and runs what follows
     if (c == '"' || c == '\\') out += '\\';
     // between back quotes gnuplot would run a command, in double quotes, too
-    out += c == '\n' ? ' ' : c == '`' ? '\'' : c;
+    out += c == '`' ? '\'' : c;
   }
   return out + '"';
 }

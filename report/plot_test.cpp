@@ -74,9 +74,14 @@ TEST(Plot, IdsAndWordsCannotLeaveTheirPlace) {
   const auto file = std::filesystem::temp_directory_path() / "fringetwin_plot_pwned";
   std::filesystem::remove(file);
   plot.title = "`touch " + file.string() + "`";  // gnuplot runs what stands between back quotes
+  // gnuplot takes NUL for the end of its line: the quote, the bracket and the next line would be code
+  plot.x_label = std::string("\\\0", 2);
+  plot.y_label = "\n!touch " + file.string() + "\nsystem(\"touch " + file.string() + "\")";
+  plot.series[0].title = "\033[2J\r\x85";
   const std::string svg = plot_svg(plot, "x'><script>alert(1)</script>");
   EXPECT_THAT(svg, Not(HasSubstr("<script")));
   EXPECT_FALSE(std::filesystem::exists(file));
+  EXPECT_EQ(gnuplot_text(std::string("a\\\0b", 4)), "\"a\\\\?b\"");
   EXPECT_NE(safe_id("a b"), safe_id("a_b"));
   EXPECT_EQ(safe_id("gray-left"), "gray-left");
 }

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "twin/base/plain_text.hpp"
+
 namespace fringetwin::report {
 namespace {
 
@@ -26,7 +28,7 @@ bool is_shell_safe(char c) {
 std::string escape_html(std::string_view text) {
   std::string out;
   out.reserve(text.size() + 16);
-  for (char c : text) switch (c) {
+  for (char c : plain_lines(text)) switch (c) {
       case '&':
         out += "&amp;";
         break;

@@ -7,7 +7,7 @@
 
 namespace fringetwin::report {
 
-/// &, <, >, " and ' as entities.
+/// &, <, >, " and ' as entities; control characters (twin/base/plain_text.hpp) but line breaks as ?.
 std::string escape_html(std::string_view text);
 
 /// Letters, digits and - stay; every other byte as _ and two hex digits: nothing can leave an attribute,

@@ -13,6 +13,7 @@ namespace {
 
 TEST(Text, EscapesHtml) {
   EXPECT_EQ(escape_html("<a href=\"x\">&'"), "&lt;a href=&quot;x&quot;&gt;&amp;&#39;");
+  EXPECT_EQ(escape_html(std::string_view("a\0\033b\nc\xff", 7)), "a??b\nc?");
 }
 
 TEST(Text, Numbers) {

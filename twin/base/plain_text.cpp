@@ -82,6 +82,13 @@ std::string plain_text(std::string_view text) {
   return out;
 }
 
+std::string plain_lines(std::string_view text) {
+  std::string out;
+  for (std::size_t end; (end = text.find('\n')) != std::string_view::npos; text.remove_prefix(end + 1))
+    out += plain_text(text.substr(0, end)) + '\n';
+  return out + plain_text(text);
+}
+
 bool is_utf8(std::string_view text) {
   while (!text.empty()) {
     std::uint32_t c = 0;

@@ -14,6 +14,9 @@ namespace fringetwin {
 /// writes the format.
 std::string plain_text(std::string_view text);
 
+/// Returns plain_text() of each line; the line breaks stay.
+std::string plain_lines(std::string_view text);
+
 /// Returns whether the text is well-formed UTF-8.
 bool is_utf8(std::string_view text);
 

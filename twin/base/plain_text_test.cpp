@@ -57,5 +57,10 @@ TEST(PlainText, CutsSentencesInTheMiddle) {
   EXPECT_EQ(plain_sentence("as it is"), "as it is");
 }
 
+TEST(PlainText, OfLinesKeepsTheirBreaks) {
+  EXPECT_EQ(plain_lines("a\033\n\nb\tc\n"), "a?\n\nb c\n");
+  EXPECT_EQ(plain_lines(""), "");
+}
+
 }  // namespace
 }  // namespace fringetwin::testing::plain_text_test
