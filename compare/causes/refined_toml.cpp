@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "compare/causes/refine.hpp"
+#include "twin/base/plain_text.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -84,8 +85,8 @@ std::string object_text(const Object& before, const Object& after) {
 
 std::string refined_toml(const Refinement& r, const Twin& before, const Twin& after) {
   std::string text = fmt::format("# Refined from {} (--refine {}): chi2 per gray value {:.5g} -> {:.5g}{}.\n",
-                                 before.file.string(), fmt::join(r.asked, ","), r.chi2_before, r.chi2_after,
-                                 r.converged ? "" : ", NOT CONVERGED");
+                                 plain_text(before.file.string()), fmt::join(r.asked, ","), r.chi2_before,
+                                 r.chi2_after, r.converged ? "" : ", NOT CONVERGED");
   for (const RefinedRow& row : r.rows)
     text += fmt::format("#   {}: {:.10g} -> {:.10g} {}, standard error {:.2g}\n", row.name, row.before,
                         row.after, row.unit, row.sigma);
