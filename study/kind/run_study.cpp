@@ -7,6 +7,7 @@
 
 #include "study/kind/check_study.hpp"
 #include "twin/base/out_folder.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
 
@@ -88,16 +89,17 @@ ExitCode run_study(Kind& kind, const StudyHead& head, const StudyRun& run) {
   const StudyIdentity identity = check_study(head, kind.plan());
   begin_output(run.out, {});
   StudyStore store(run.out / "study.db", identity, run.version);
+  if (const auto all = kind.points_in_all()) store.refuse_rows_from(static_cast<std::int64_t>(*all));
   take_away_last_files(kind, run.out);
   KeptPoints points(kind.task(), run.engine, store);
   run_until_stopped(kind, points, store);
 
-  const std::vector<StoredPoint> rows = store.rows();
+  const std::vector<StoredPoint> rows = store.finished_rows();
   const StudyRecord study{head, rows, identity, run.argv, run.version};
   const fs::path table = run.out / "study.csv", result = run.out / "result.json";
   write_text_file(table, study_csv(rows));
   if (kind.has_result()) write_text_file(result, kind.write());
-  run.print(kind.tell(study, points.summary()) + traces_text(points.summary()));
+  run.print(plain_lines(kind.tell(study, points.summary()) + traces_text(points.summary())));
   warn_of_failures(study);
   say(kind.has_result() ? "result: " + result.string() : "table: " + table.string());
   write_report(run, kind.report(study));

@@ -4,23 +4,38 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <chrono>
+#include <limits>
 #include <thread>
 
-#include "twin/base/errors.hpp"
+#include "twin/base/safe_file.hpp"
 
 namespace fringetwin::study {
 namespace {
+
 constexpr int kPatienceMs = 120'000;  // another process's transaction is short; its disk may be slow
+
+/// No text in the file is longer: the longest is that of the study, which came from a file of this kind.
+int longest_text() {
+  constexpr auto kMost = static_cast<std::uintmax_t>(std::numeric_limits<int>::max());
+  return static_cast<int>(std::min(largest_file_bytes(FileKind::text), kMost));
 }
 
+}  // namespace
+
 Database::Database(std::filesystem::path file) : file_(std::move(file)) {
+  std::error_code error;
+  if (std::filesystem::exists(file_, error))
+    check_readable(file_, {.kind = FileKind::table, .what = "database of a study", .code = ExitCode::usage});
   const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX;
   const int code = sqlite3_open_v2(file_.c_str(), &handle_, flags, nullptr);
   try {
     check(code);
     if (sqlite3_db_readonly(handle_, "main") == 1) fail(SQLITE_READONLY);
     check(sqlite3_busy_timeout(handle_, kPatienceMs));
+    sqlite3_limit(handle_, SQLITE_LIMIT_LENGTH, longest_text());
+    run("PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON");
   } catch (...) {
     sqlite3_close(handle_);
     throw;
@@ -52,8 +67,12 @@ std::int64_t Database::integer(const char* sql) const {
   return statement.step() ? statement.integer(0) : 0;
 }
 
-void Database::refuse(const std::string& what, const std::string& hint) const {
-  throw UserError(ExitCode::usage, file_.string(), what, hint);
+void Database::refuse(const std::string& what, const std::string& hint, ExitCode code) const {
+  throw UserError(code, file_.string(), what, hint);
+}
+
+void Database::refuse_damage(const std::string& what) const {
+  refuse(what, "sqlite3 FILE .recover saves what can be read; give another --out", ExitCode::input);
 }
 
 void Database::check(int code) const {
@@ -65,10 +84,12 @@ void Database::fail(int code) const {
   const std::string said = told ? sqlite3_errmsg(handle_) : sqlite3_errstr(code);
   switch (code & 0xff) {
     case SQLITE_NOTADB:
-      refuse("is no SQLite database", "give another --out, or remove the file if nobody needs it");
+      refuse("is no SQLite database", "give another --out, or remove the file if nobody needs it",
+             ExitCode::input);
     case SQLITE_CORRUPT:
-      refuse(fmt::format("is damaged ({})", said),
-             "sqlite3 FILE .recover saves what can be read; give another --out");
+      refuse_damage(fmt::format("is damaged ({})", said));
+    case SQLITE_TOOBIG:
+      refuse_damage(fmt::format("is damaged (a text of more than {} bytes)", longest_text()));
     case SQLITE_CANTOPEN:
       refuse(fmt::format("cannot be opened ({})", said),
              "check the folder, its permissions and the room on the disk");
@@ -118,11 +139,19 @@ void Statement::run() {
   database_.check(sqlite3_reset(statement_));
 }
 
+bool Statement::is_true() {
+  const bool is = step() && integer(0) != 0;
+  database_.check(sqlite3_reset(statement_));
+  return is;
+}
+
 std::int64_t Statement::integer(int column) const { return sqlite3_column_int64(statement_, column); }
 double Statement::real(int column) const { return sqlite3_column_double(statement_, column); }
 std::string Statement::text(int column) const {
-  const unsigned char* text = sqlite3_column_text(statement_, column);
-  return text == nullptr ? "" : reinterpret_cast<const char*>(text);
+  const unsigned char* text = sqlite3_column_text(statement_, column);  // before its size
+  if (text == nullptr) return "";
+  return {reinterpret_cast<const char*>(text),
+          static_cast<std::size_t>(sqlite3_column_bytes(statement_, column))};
 }
 
 Transaction::Transaction(const Database& database) : database_(database) { database_.run("BEGIN IMMEDIATE"); }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 
+#include "twin/base/errors.hpp"
 #include "twin/base/not_copyable.hpp"
 
 struct sqlite3;
@@ -13,10 +14,12 @@ struct sqlite3_stmt;
 
 namespace fringetwin::study {
 
-/// Holds one open database file. All members throw UserError(usage) that names the file.
+/// Holds one open database file. All members throw a UserError that names the file: of code `input` where the
+/// file is damaged, else `usage`.
 class Database : NotCopyable {
  public:
-  /// Opens or makes the file, for writing; nothing is written yet.
+  /// Opens or makes the file, for writing; nothing is written yet. No other connection of this process may
+  /// have it open: looking at the file first would drop that one's locks.
   explicit Database(std::filesystem::path file);
   ~Database();
 
@@ -28,8 +31,11 @@ class Database : NotCopyable {
   /// Returns the first column of the query's first row; 0 when there is no row.
   std::int64_t integer(const char* sql) const;
 
-  /// Throws a UserError(usage) that names the file, says `what` is wrong with it, and gives the hint.
-  [[noreturn]] void refuse(const std::string& what, const std::string& hint) const;
+  /// Throws a UserError that names the file, says `what` is wrong with it, and gives the hint.
+  [[noreturn]] void refuse(const std::string& what, const std::string& hint,
+                           ExitCode code = ExitCode::usage) const;
+  /// Throws UserError(input): somebody or something else has changed the file.
+  [[noreturn]] void refuse_damage(const std::string& what) const;
   /// Throws the message of SQLite unless its result code is SQLITE_OK.
   void check(int code) const;
   sqlite3* handle() const { return handle_; }
@@ -54,6 +60,8 @@ class Statement : NotCopyable {
   bool step();
   /// Executes the statement to its end and resets it, so that the next values can be bound.
   void run();
+  /// Returns whether the first row's first column is true, and resets the statement.
+  bool is_true();
   std::int64_t integer(int column) const;
   double real(int column) const;
   std::string text(int column) const;  ///< "" for NULL

@@ -3,10 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "study/store/sqlite.hpp"
 #include "twin/base/constants.hpp"
+#include "twin/base/sha256.hpp"
 #include "twin/base/time_and_host.hpp"
 
 namespace fringetwin::study {
@@ -15,28 +19,56 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::int64_t kApplicationId = 0x46545354;  // "FTST", at byte 68 of the file
-constexpr std::int64_t kUserVersion = 1;
-constexpr const char* kSchema = "fringetwin-study-store/1";
+constexpr std::int64_t kUserVersion = 2;
+constexpr const char* kSchema = "fringetwin-study-store/2";
 
-constexpr const char* kTables = R"(
-CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE points(
+// As SQLite keeps it, statement by statement in the order of their names.
+constexpr const char* kTables =
+    R"(CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;CREATE TABLE points(
   id INTEGER PRIMARY KEY, settings TEXT NOT NULL, seed INTEGER NOT NULL,
   status TEXT NOT NULL CHECK(status IN ('pending', 'done', 'failed')) DEFAULT 'pending',
   reason TEXT NOT NULL DEFAULT '', results TEXT, seconds REAL, traced INTEGER,
-  version TEXT, host TEXT, finished_at TEXT);
-CREATE INDEX points_by_status ON points(status);)";
+  version TEXT, host TEXT, finished_at TEXT, digest TEXT);CREATE INDEX points_by_status ON points(status))";
 
 PointStatus status_of(const std::string& name) {
   return name == "done" ? PointStatus::done : name == "failed" ? PointStatus::failed : PointStatus::pending;
 }
+
+/// What a row says of a finished point.
+struct Finish {
+  std::int64_t id;
+  std::string status, reason, results;
+  double seconds;
+  std::int64_t traced;
+  std::string version, host, finished_at;
+
+  /// Returns what a row has that was written for this study and not changed since: 64 bits, so that damage
+  /// does not meet them by chance.
+  std::string digest(const std::string& study) const {
+    constexpr std::size_t kDigits = 16;
+    return sha256_of_text(fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}", study, id, status, reason,
+                                      results, seconds, traced, version, host, finished_at))
+        .substr(0, kDigits);
+  }
+  /// Throws Json::exception.
+  PointOutcome outcome() const {
+    PointOutcome out{.id = id, .failed = status == "failed", .reason = reason};
+    const Json numbers = Json::parse(results);
+    for (const auto& [name, value] : numbers.get_ref<const Json::object_t&>())
+      out.numbers[name] = value.is_null() ? kNaN : value.get<double>();
+    out.seconds = seconds;
+    out.traced = traced != 0;
+    return out;
+  }
+};
 
 }  // namespace
 
 struct StudyStore::Impl {
   explicit Impl(const fs::path& file) : database(file) {}
   Database database;
-  std::string version, host;
+  std::string version, host, digest;
+  std::set<std::int64_t> ids;  ///< of the points that were added
 };
 
 namespace {
@@ -44,6 +76,14 @@ namespace {
 std::string meta(const Database& database, const char* key) {
   Statement statement(database, "SELECT value FROM meta WHERE key = ?1");
   return statement.bind(1, std::string(key)).step() ? statement.text(0) : "";
+}
+
+/// A view or a trigger of a stranger would run with every statement, perhaps for ever.
+void check_tables(const Database& database) {
+  Statement tables(database, "SELECT sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY name");
+  std::string all;
+  while (tables.step()) all += (all.empty() ? "" : ";") + tables.text(0);
+  if (all != kTables) database.refuse_damage("has other tables than the database of a study");
 }
 
 /// Returns true for a store, false for a file with nothing in it yet.
@@ -58,6 +98,7 @@ bool is_store(const Database& database) {
     database.refuse(
         fmt::format("is a study's file of version {}, this program reads {}", version, kUserVersion),
         "use the program that made it, or give another --out");
+  check_tables(database);
   return true;
 }
 
@@ -101,20 +142,29 @@ StudyStore::StudyStore(const fs::path& file, const StudyIdentity& identity, cons
     transaction.commit();
   }
   check_identity(impl_->database, identity);
+  impl_->digest = identity.digest();
 }
 
 StudyStore::~StudyStore() = default;
 
-std::string StudyStore::digest() const { return meta(impl_->database, "digest"); }
+std::string StudyStore::digest() const { return impl_->digest; }
 
 void StudyStore::add(const std::vector<StudyPoint>& points) {
   Transaction transaction(impl_->database);
-  Statement insert(impl_->database, "INSERT OR IGNORE INTO points(id, settings, seed) VALUES(?1, ?2, ?3)");
-  for (const StudyPoint& point : points)
-    insert.bind(1, point.id)
+  Statement insert(impl_->database, "INSERT OR IGNORE INTO points(id, settings, seed) VALUES(?1, ?2, ?3)"),
+      same(impl_->database, "SELECT count(*) FROM points WHERE id = ?1 AND settings = ?2 AND seed = ?3");
+  const auto bind = [](Statement& statement, const StudyPoint& point) -> Statement& {
+    return statement.bind(1, point.id)
         .bind(2, Json(point.settings).dump())
-        .bind(3, static_cast<std::int64_t>(point.seed))
-        .run();
+        .bind(3, static_cast<std::int64_t>(point.seed));
+  };
+  for (const StudyPoint& point : points) {
+    bind(insert, point).run();
+    if (!bind(same, point).is_true())
+      impl_->database.refuse_damage(
+          fmt::format("row {} is another point than the study has there", point.id));
+    impl_->ids.insert(point.id);
+  }
   transaction.commit();
 }
 
@@ -122,51 +172,76 @@ void StudyStore::record(const std::vector<PointOutcome>& outcomes) {
   Transaction transaction(impl_->database);
   Statement update(impl_->database,
                    "UPDATE points SET status = ?2, reason = ?3, results = ?4, seconds = ?5, traced = ?6, "
-                   "version = ?7, host = ?8, finished_at = ?9 WHERE id = ?1 AND status = 'pending'");
-  for (const PointOutcome& outcome : outcomes)
-    update.bind(1, outcome.id)
-        .bind(2, std::string(outcome.failed ? "failed" : "done"))
-        .bind(3, outcome.reason)
-        .bind(4, Json(outcome.numbers).dump())  // what is not finite becomes null
-        .bind(5, outcome.seconds)
-        .bind(6, std::int64_t{outcome.traced ? 1 : 0})
-        .bind(7, outcome.version.empty() ? impl_->version : outcome.version)
-        .bind(8, outcome.host.empty() ? impl_->host : outcome.host)
-        .bind(9, utc_now())
+                   "version = ?7, host = ?8, finished_at = ?9, digest = ?10 WHERE id = ?1 AND status = "
+                   "'pending'");
+  for (const PointOutcome& outcome : outcomes) {
+    Finish row{outcome.id,
+               outcome.failed ? "failed" : "done",
+               outcome.reason,
+               Json(outcome.numbers).dump(),  // what is not finite becomes null
+               outcome.seconds > 0.0 && std::isfinite(outcome.seconds) ? outcome.seconds : 0.0,
+               outcome.traced ? 1 : 0,
+               outcome.version.empty() ? impl_->version : outcome.version,
+               outcome.host.empty() ? impl_->host : outcome.host,
+               utc_now()};
+    update.bind(1, row.id)
+        .bind(2, row.status)
+        .bind(3, row.reason)
+        .bind(4, row.results)
+        .bind(5, row.seconds)
+        .bind(6, row.traced)
+        .bind(7, row.version)
+        .bind(8, row.host)
+        .bind(9, row.finished_at)
+        .bind(10, row.digest(impl_->digest))
         .run();
+  }
   transaction.commit();
 }
 
 std::vector<StoredPoint> StudyStore::rows(std::int64_t first_id, std::int64_t last_id) const {
   Statement select(impl_->database,
                    "SELECT id, settings, seed, status, reason, results, seconds, traced, version, host, "
-                   "finished_at FROM points WHERE id BETWEEN ?1 AND ?2 ORDER BY id");
+                   "finished_at, digest FROM points WHERE id BETWEEN ?1 AND ?2 ORDER BY id");
   select.bind(1, first_id).bind(2, last_id);
   std::vector<StoredPoint> rows;
   while (select.step()) {
-    StoredPoint row;
-    const Json settings = Json::parse(select.text(1), nullptr, false);
-    if (!settings.is_object())
-      impl_->database.refuse(fmt::format("is damaged (row {})", select.integer(0)), "");
-    row.point = {select.integer(0), settings.get<Settings>(), static_cast<std::uint64_t>(select.integer(2))};
-    row.status = status_of(select.text(3));
-    row.outcome.id = row.point.id;
-    row.outcome.failed = row.status == PointStatus::failed;
-    row.outcome.reason = select.text(4);
-    if (row.status != PointStatus::pending) {
-      const Json results = Json::parse(select.text(5), nullptr, false);
-      if (!results.is_object()) impl_->database.refuse(fmt::format("is damaged (row {})", row.point.id), "");
-      for (const auto& [name, value] : results.items())
-        row.outcome.numbers[name] = value.is_number() ? value.get<double>() : kNaN;
-      row.outcome.seconds = select.real(6);
-      row.outcome.traced = select.integer(7) != 0;
+    const Finish row{select.integer(0), select.text(3), select.text(4), select.text(5), select.real(6),
+                     select.integer(7), select.text(8), select.text(9), select.text(10)};
+    const auto refuse_row = [&] { impl_->database.refuse_damage(fmt::format("row {} is damaged", row.id)); };
+    if (row.status != "pending" && select.text(11) != row.digest(impl_->digest)) refuse_row();
+    StoredPoint& out = rows.emplace_back();
+    try {
+      out.point = {row.id, Json::parse(select.text(1)).get<Settings>(),
+                   static_cast<std::uint64_t>(select.integer(2))};
+      if (row.status != "pending") out.outcome = row.outcome();
+    } catch (const Json::exception&) {
+      refuse_row();
     }
-    row.version = select.text(8);
-    row.host = select.text(9);
-    row.finished_at = select.text(10);
-    rows.push_back(std::move(row));
+    out.status = status_of(row.status);
+    out.outcome.id = row.id;
+    out.version = row.version;
+    out.host = row.host;
+    out.finished_at = row.finished_at;
   }
   return rows;
+}
+
+std::vector<StoredPoint> StudyStore::finished_rows() const {
+  std::vector<StoredPoint> all = rows(std::numeric_limits<std::int64_t>::min());
+  if (!std::ranges::equal(all, impl_->ids, {}, [](const StoredPoint& row) { return row.point.id; }))
+    impl_->database.refuse_damage(fmt::format("has other rows than the {} of this study", impl_->ids.size()));
+  for (const StoredPoint& row : all)
+    if (row.status == PointStatus::pending)
+      impl_->database.refuse_damage(fmt::format("row {} has lost its outcome", row.point.id));
+  return all;
+}
+
+void StudyStore::refuse_rows_from(std::int64_t n) const {
+  Statement foreign(impl_->database, "SELECT id FROM points WHERE id < 0 OR id >= ?1 LIMIT 1");
+  if (foreign.bind(1, n).step())
+    impl_->database.refuse_damage(
+        fmt::format("row {} is none of the study's points 0 ... {}", foreign.integer(0), n - 1));
 }
 
 std::vector<StudyPoint> StudyStore::pending() const {

@@ -30,14 +30,16 @@ struct StoredPoint {
 class StudyStore : NotCopyable {
  public:
   /// Opens the study's file or makes it. Several processes may have it open. Throws UserError(usage) for
-  /// another study's, an older or newer, a foreign or a damaged file, and where nothing can be written;
-  /// a file that is not ours stays as it is. `version`: of this program.
+  /// another study's, an older or newer or another program's file, and where nothing can be written; a file
+  /// that is not ours stays as it is. `version`: of this program. Like everything here it throws
+  /// UserError(input) where the file is damaged.
   StudyStore(const std::filesystem::path& file, const StudyIdentity& identity, const std::string& version);
   ~StudyStore();
 
   /// Returns the study's StudyIdentity::digest().
   std::string digest() const;
-  /// Adds those that are not there yet, as pending.
+  /// Adds those that are not there yet, as pending. Throws UserError(input) where the file has another point
+  /// of that id.
   void add(const std::vector<StudyPoint>& points);
   /// Returns what has not finished, by id; a failed point has.
   std::vector<StudyPoint> pending() const;
@@ -47,6 +49,12 @@ class StudyStore : NotCopyable {
   /// Returns the rows from one id to another, both included, by id.
   std::vector<StoredPoint> rows(std::int64_t first_id = 0,
                                 std::int64_t last_id = std::numeric_limits<std::int64_t>::max()) const;
+
+  /// Returns all rows. Throws UserError(input) unless they are those of the points that were added to this
+  /// object, each of them finished.
+  std::vector<StoredPoint> finished_rows() const;
+  /// Throws UserError(input) where a row's id is not in 0 ... n - 1.
+  void refuse_rows_from(std::int64_t n) const;
 
   struct Counts {
     std::int64_t pending = 0, done = 0, failed = 0;

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -50,18 +51,19 @@ class StudyStoreTest : public ::testing::Test {
   std::filesystem::path file() const { return folder_ / "study.db"; }
   StudyStore open() const { return StudyStore(file(), kIdentity, "1.0"); }
   /// The sentence about the file.
-  std::string error(const std::function<void()>& work) const {
+  std::string error(const std::function<void()>& work, ExitCode code = ExitCode::usage) const {
     try {
       work();
     } catch (const UserError& e) {
-      EXPECT_EQ(e.code(), ExitCode::usage);
+      EXPECT_EQ(e.code(), code);
       return e.what();
     }
     ADD_FAILURE() << "no UserError";
     return "";
   }
-  std::string open_error(const std::filesystem::path& path, const StudyIdentity& identity = kIdentity) const {
-    const std::string message = error([&] { StudyStore(path, identity, "1.0"); });
+  std::string open_error(const std::filesystem::path& path, const StudyIdentity& identity = kIdentity,
+                         ExitCode code = ExitCode::usage) const {
+    const std::string message = error([&] { StudyStore(path, identity, "1.0"); }, code);
     EXPECT_THAT(message, HasSubstr(path.string() + ": "));
     return message;
   }
@@ -161,19 +163,24 @@ TEST_F(StudyStoreTest, AnotherStudyIsRefused) {
 }
 
 TEST_F(StudyStoreTest, ForeignFilesStayAsTheyAre) {
-  const auto unchanged = [&](const std::string& name, const std::string& said) {
+  const auto unchanged = [&](const std::string& name, const std::string& said,
+                             ExitCode code = ExitCode::usage) {
     const std::string before = testing::read_file(folder_ / name);
-    EXPECT_THAT(open_error(folder_ / name), HasSubstr(said));
+    EXPECT_THAT(open_error(folder_ / name, kIdentity, code), HasSubstr(said));
     EXPECT_EQ(testing::read_file(folder_ / name), before) << name;
   };
   folder_.write("text.db", std::string(5000, 'x'));
-  unchanged("text.db", "is no SQLite database");
+  unchanged("text.db", "is no SQLite database", ExitCode::input);
   sql(folder_ / "other.db", "CREATE TABLE t(x); INSERT INTO t VALUES(1)");
   unchanged("other.db", "is the database of another program");
   sql(folder_ / "id.db", "PRAGMA application_id = 7");
   unchanged("id.db", "is the database of another program");
-  sql(folder_ / "new.db", "PRAGMA application_id = 1179931476; PRAGMA user_version = 2");  // "FTST"
-  unchanged("new.db", "is a study's file of version 2");
+  sql(folder_ / "new.db", "PRAGMA application_id = 1179931476; PRAGMA user_version = 3");  // "FTST"
+  unchanged("new.db", "is a study's file of version 3");
+  sql(folder_ / "view.db",
+      "CREATE VIEW points AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id FROM n) SELECT id FROM n;"
+      "PRAGMA application_id = 1179931476; PRAGMA user_version = 2");
+  unchanged("view.db", "has other tables than the database of a study", ExitCode::input);
 }
 
 TEST_F(StudyStoreTest, DamagedFilesAreRefused) {
@@ -184,17 +191,98 @@ TEST_F(StudyStoreTest, DamagedFilesAreRefused) {
   std::string bytes = testing::read_file(file());
   ASSERT_GT(bytes.size(), 20'000u);
   folder_.write("short.db", bytes.substr(0, bytes.size() / 2));
-  EXPECT_THAT(error([&] { StudyStore(folder_ / "short.db", kIdentity, "1.0").rows(); }),
+  EXPECT_THAT(error([&] { StudyStore(folder_ / "short.db", kIdentity, "1.0").rows(); }, ExitCode::input),
               HasSubstr("is damaged"));
   for (std::size_t i = 4096; i < bytes.size(); ++i) bytes[i] = static_cast<char>(i * 7);
   folder_.write("torn.db", bytes);
-  EXPECT_THAT(error([&] { StudyStore(folder_ / "torn.db", kIdentity, "1.0").rows(); }),
+  EXPECT_THAT(error([&] { StudyStore(folder_ / "torn.db", kIdentity, "1.0").rows(); }, ExitCode::input),
               HasSubstr("is damaged"));
+}
+
+/// What a run of the study with these points does with the file, but for the work.
+std::string csv_of_run(const std::filesystem::path& file, const std::vector<StudyPoint>& points) {
+  StudyStore store(file, kIdentity, "1.0");
+  store.refuse_rows_from(static_cast<std::int64_t>(points.size()));
+  store.add(points);
+  store.record(outcomes(store.pending()));
+  return study_csv(store.finished_rows());
+}
+
+TEST_F(StudyStoreTest, RowsThatAreNotOfTheStudyAreRefused) {
+  const std::vector<StudyPoint> points = some_points(3);
+  csv_of_run(file(), points);
+  const std::string good = testing::read_file(file());
+  const StudyIdentity another{"design = list\n", {}};
+  {
+    StudyStore store(folder_ / "other.db", another, "1.0");
+    store.add(points);
+    store.record(outcomes(points));
+  }
+  const std::string take_another =
+      "ATTACH '" + (folder_ / "other.db").string() +
+      "' AS other; UPDATE points SET (results, digest) = (SELECT results, digest "
+      "FROM other.points o WHERE o.id = points.id)";
+  const std::pair<const char*, const char*> cases[] = {
+      {"INSERT INTO points(id, settings, seed) VALUES(7, '{}', 7)",
+       "row 7 is none of the study's points 0 ... 2"},
+      {"INSERT INTO points(id, settings, seed) VALUES(-1, '{}', 7)", "row -1 is none"},
+      {"UPDATE points SET settings = '{}' WHERE id = 1", "row 1 is another point"},
+      {"UPDATE points SET settings = '[1' WHERE id = 1", "row 1 is another point"},
+      {"UPDATE points SET settings = '{\"a\": 1}' WHERE id = 1", "row 1 is another point"},
+      {"UPDATE points SET settings = CAST(settings AS BLOB)", "row 0 is another point"},
+      {"UPDATE points SET seed = 9 WHERE id = 2", "row 2 is another point"},
+      {"UPDATE points SET results = '{\"radius_mm\": 2}' WHERE id = 1", "row 1 is damaged"},
+      {"UPDATE points SET results = NULL WHERE id = 1", "row 1 is damaged"},
+      {"UPDATE points SET reason = 'dark' WHERE id = 0", "row 0 is damaged"},
+      {"UPDATE points SET status = 'failed' WHERE id = 1", "row 1 is damaged"},
+      {"PRAGMA ignore_check_constraints = ON; UPDATE points SET status = 'lost' WHERE id = 1",
+       "row 1 is damaged"},
+      {"UPDATE points SET digest = '' WHERE id = 1", "row 1 is damaged"},
+      {take_another.c_str(), "row 0 is damaged"},
+      {"CREATE TRIGGER t AFTER UPDATE ON points BEGIN DELETE FROM points; END", "has other tables"},
+      {"ALTER TABLE points ADD COLUMN more TEXT", "has other tables"}};
+  for (const auto& [change, said] : cases) {
+    folder_.write("changed.db", good);
+    sql(folder_ / "changed.db", change);
+    EXPECT_THAT(error([&] { csv_of_run(folder_ / "changed.db", points); }, ExitCode::input), HasSubstr(said))
+        << change;
+  }
+  folder_.write("less.db", good);
+  sql(folder_ / "less.db", "DELETE FROM points WHERE id = 1");
+  EXPECT_EQ(csv_of_run(folder_ / "less.db", points), csv_of_run(file(), points))
+      << "what is lost is run again";
+  EXPECT_THAT(error([&] { StudyStore(file(), kIdentity, "1.0").finished_rows(); }, ExitCode::input),
+              HasSubstr("has other rows than the 0 of this study"));
+}
+
+// Whatever a failing disk does to a byte, the table is the same or there is none.
+TEST_F(StudyStoreTest, NoDamageChangesTheTable) {
+  const std::vector<StudyPoint> points = some_points(40);
+  const std::string table = csv_of_run(file(), points);
+  const std::string good = testing::read_file(file());
+  int refused = 0;
+  for (std::size_t i = 0; i < 400; ++i) {
+    std::string bytes = good;
+    bytes[(i * 7919 + 24) % bytes.size()] ^= static_cast<char>(1 << i % 8);
+    folder_.write("damaged.db", bytes);
+    try {
+      EXPECT_EQ(csv_of_run(folder_ / "damaged.db", points), table) << i;
+    } catch (const UserError& e) {
+      EXPECT_THAT(e.what(), HasSubstr("damaged.db: ")) << i;
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 20);
+}
+
+TEST_F(StudyStoreTest, APipeIsNoDatabase) {
+  ASSERT_EQ(::mkfifo((folder_ / "pipe.db").c_str(), 0600), 0);
+  EXPECT_THAT(open_error(folder_ / "pipe.db"), HasSubstr("is a pipe or a device"));
 }
 
 TEST_F(StudyStoreTest, PlacesThatCannotBeWritten) {
   EXPECT_THAT(open_error(folder_ / "none/study.db"), HasSubstr("cannot be opened"));
-  EXPECT_THAT(open_error(folder_.path()), HasSubstr("cannot be opened"));
+  EXPECT_THAT(open_error(folder_.path()), HasSubstr("is a folder"));
   EXPECT_THAT(open_error("/proc/study.db"), HasSubstr("cannot be opened"))
       << "a read-only folder, also for root";
 }

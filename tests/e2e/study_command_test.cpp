@@ -181,7 +181,7 @@ TEST(StudyCommand, ARefusedFolderKeepsWhatItHas) {
   for (std::size_t i = 100; i < damaged.size(); ++i) damaged[i] = 'x';
   write_file(dir / "out/study.db", damaged);
   const RunResult run = run_study(dir);
-  EXPECT_EQ(run.exit_code, 2) << run.err;
+  EXPECT_EQ(run.exit_code, 3) << run.err;
   EXPECT_THAT(run.err, HasSubstr("study.db"));
   EXPECT_TRUE(kept());
 }
