@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <iostream>
+#include <stdexcept>
 
 #include "report/json.hpp"
 #include "twin/base/constants.hpp"
@@ -35,6 +36,13 @@ class Answers : NotCopyable {
  private:
   int fd_;
 };
+
+/// Returns a number that the twin's own file can say (docs/FORMATS.md); throws std::out_of_range for others.
+double within(const Json& value, double low, double high) {
+  const double number = value.get<double>();
+  if (!(number >= low && number <= high)) throw std::out_of_range("a number of a point");
+  return number;
+}
 
 }  // namespace
 
@@ -75,9 +83,10 @@ PlannedPoint parse_point(const std::string& line) {
   PlannedPoint p{.point = {json.at("id"), json.at("settings").get<Settings>(), json.at("seed")},
                  .group = json.at("group"),
                  .keys = {json.at("trace"), json.at("form")}};
-  for (const Json& s : json.at("sensors")) p.demand.sensors.push_back({s.at(0), s.at(1)});
-  p.demand.mean = json.at("mean");
-  p.demand.amplitude = json.at("amplitude");
+  for (const Json& s : json.at("sensors"))
+    p.demand.sensors.push_back({static_cast<int>(within(s.at(0), 8, 16)), within(s.at(1), 1e-9, 1e9)});
+  p.demand.mean = within(json.at("mean"), 0.0, 1.0);
+  p.demand.amplitude = within(json.at("amplitude"), 0.0, 1.0);
   return p;
 }
 

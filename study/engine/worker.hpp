@@ -23,7 +23,8 @@ struct WorkerTask {
   std::string device;  ///< a part of a Vulkan device's name
 };
 
-// Each of these makes or reads one line, without its end. What reads them throws nlohmann's exceptions.
+// Each of these makes or reads one line, without its end. What reads them throws nlohmann's exceptions, and
+// parse_point() std::out_of_range.
 std::string task_line(const PointTask& task, const std::string& device);
 WorkerTask parse_task(const std::string& line);
 std::string point_line(const PlannedPoint& planned);

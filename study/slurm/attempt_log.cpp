@@ -8,10 +8,12 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <stdexcept>
 
 #include "report/json.hpp"
 #include "study/engine/worker.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/base/time_and_host.hpp"
 
 namespace fringetwin::study {
@@ -19,6 +21,9 @@ namespace fs = std::filesystem;
 namespace {
 
 using report::json_line;
+
+constexpr int kLastExitCode = 255;
+constexpr std::size_t kMostBadLines = 50;  // of one look at the files: a stranger's may have millions
 
 [[noreturn]] void refuse_attempt(const fs::path& file, int error) {
   throw UserError(ExitCode::input, file.string(), fmt::format("cannot be written ({})", std::strerror(error)),
@@ -76,11 +81,17 @@ AttemptNews AttemptReader::read() {
 }
 
 void AttemptReader::read(const fs::path& path, File* file, AttemptNews* news) {
+  check_readable(path, {.kind = FileKind::table, .what = "log of an attempt"});
   std::ifstream in(path, std::ios::binary);
   in.seekg(static_cast<std::streamoff>(file->offset));
   for (std::string line; std::getline(in, line) && !in.eof();) {
     file->offset += line.size() + 1;
     ++file->lines;
+    const auto leave_out = [&] {
+      if (news->warnings.size() < kMostBadLines)
+        news->warnings.push_back(
+            fmt::format("{}:{}: is no line that a task writes; it is left out", path.string(), file->lines));
+    };
     try {
       const report::Json json = report::Json::parse(line);
       if (json.contains("attempt")) {
@@ -90,7 +101,9 @@ void AttemptReader::read(const fs::path& path, File* file, AttemptNews* news) {
       } else if (json.contains("warning")) {
         news->warnings.push_back(json["warning"]);
       } else if (json.contains("unfit")) {
-        news->unfit = {file->head.host, json["unfit"], json.at("code")};
+        const int code = json.at("code");
+        if (code < 1 || code > kLastExitCode) throw std::out_of_range("an exit code");
+        news->unfit = {file->head.host, json["unfit"], code};
       } else {
         PointOutcome outcome = outcome_of(json);  // throws for what is none
         outcome.host = file->head.host;
@@ -99,8 +112,9 @@ void AttemptReader::read(const fs::path& path, File* file, AttemptNews* news) {
         news->outcomes.push_back(std::move(outcome));
       }
     } catch (const report::Json::exception&) {
-      news->warnings.push_back(
-          fmt::format("{}:{}: is no line that a task writes; it is left out", path.string(), file->lines));
+      leave_out();
+    } catch (const std::out_of_range&) {
+      leave_out();
     }
   }
 }

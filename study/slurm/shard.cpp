@@ -4,11 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <stdexcept>
 
-#include "twin/base/errors.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::study {
@@ -16,6 +17,10 @@ namespace fs = std::filesystem;
 namespace {
 
 using Points = std::vector<PlannedPoint>;
+
+const FileUse kShardUse{.kind = FileKind::table,
+                        .what = "share of a task",
+                        .hint = "it must lie on a disk that the nodes share under the same path"};
 
 fs::path shard_file(const fs::path& folder, std::size_t index) {
   return folder / fmt::format("shard-{}.jsonl", index);
@@ -66,27 +71,31 @@ void write_shard(const fs::path& folder, std::size_t index, const Shard& shard) 
 }
 
 bool has_one_point(const fs::path& folder, std::size_t index) {
-  std::ifstream in(shard_file(folder, index), std::ios::binary);
-  std::string line;
-  return std::getline(in, line) && std::getline(in, line) && !std::getline(in, line);
+  try {
+    const std::string text = read_whole_text(shard_file(folder, index), kShardUse);
+    return std::ranges::count(text, '\n') == 2;
+  } catch (const UserError&) {
+    return false;
+  }
 }
 
 Shard read_shard(const fs::path& folder, std::size_t index) {
   const fs::path file = shard_file(folder, index);
-  std::ifstream in(file, std::ios::binary);
-  std::string line;
-  if (!std::getline(in, line))
-    throw UserError(ExitCode::input, file.string(), "cannot be read",
-                    "it must lie on a disk that the nodes share under the same path");
-  std::size_t n = 1;
+  std::istringstream in(read_whole_text(file, kShardUse));
+  std::size_t n = 0;
   try {
-    Shard shard{parse_task(line), {}};
-    for (++n; std::getline(in, line); ++n) shard.points.push_back(parse_point(line));
-    return shard;
+    Shard shard;
+    for (std::string line; std::getline(in, line);)
+      if (++n == 1)
+        shard.task = parse_task(line);
+      else
+        shard.points.push_back(parse_point(line));
+    if (n > 0) return shard;
   } catch (const nlohmann::json::exception&) {
-    throw UserError(ExitCode::input, fmt::format("{}:{}", file.string(), n), "is damaged",
-                    "end the job with scancel and run the study again");
+  } catch (const std::out_of_range&) {
   }
+  throw UserError(ExitCode::input, fmt::format("{}:{}", file.string(), n), "is damaged",
+                  "end the job with scancel and run the study again");
 }
 
 }  // namespace fringetwin::study

@@ -23,7 +23,7 @@ struct Shard {
 void write_shard(const std::filesystem::path& folder, std::size_t index, const Shard& shard);
 /// Reads such a file. Throws UserError(input) naming file and line.
 Shard read_shard(const std::filesystem::path& folder, std::size_t index);
-/// Returns whether a shard has one point, without reading it; false where there is no such file.
+/// Returns whether a shard has one point, without parsing it; false where there is no such file.
 bool has_one_point(const std::filesystem::path& folder, std::size_t index);
 
 }  // namespace fringetwin::study

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <fstream>
@@ -113,6 +114,39 @@ TEST(Shards, AreReadAsTheyWereWritten) {
   EXPECT_THROW(read_shard(folder.path(), 4), UserError);
 }
 
+TEST(Shards, OfStrangersAreRefused) {
+  const testing::ScratchFolder folder;
+  const std::string task = task_line({"/twin.toml", {}}, ""), point = point_line(groups_of({1})[0]);
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string changed = point;
+    EXPECT_NE(changed.find(from), std::string::npos) << from;
+    return task + "\n" + changed.replace(changed.find(from), from.size(), to) + "\n";
+  };
+  const std::string texts[] = {"",
+                               "\n",
+                               "[]\n",
+                               task + "\n" + std::string(100'000, '[') + "\n",
+                               with("[12,0.1]", "[99,0.1]"),
+                               with("[12,0.1]", "[12,-1]"),
+                               with("[12,0.1]", "[12,1e999]"),
+                               with("[12,0.1]", "[12]"),
+                               with("\"mean\":0.5", "\"mean\":1e300"),
+                               with("\"seed\":0", "\"seed\":\"0\"")};
+  for (const std::string& text : texts) {
+    folder.write("shard-0.jsonl", text);
+    try {
+      read_shard(folder.path(), 0);
+      ADD_FAILURE() << text.substr(0, 300);
+    } catch (const UserError& e) {
+      EXPECT_EQ(e.code(), ExitCode::input);
+      EXPECT_THAT(e.what(), HasSubstr("shard-0.jsonl:"));
+    }
+  }
+  ASSERT_EQ(::mkfifo((folder / "shard-1.jsonl").c_str(), 0600), 0);
+  EXPECT_THROW(read_shard(folder.path(), 1), UserError);
+  EXPECT_FALSE(has_one_point(folder.path(), 1));
+}
+
 PointOutcome outcome(std::int64_t id, double value) { return {id, false, "", {{"r", value}}, 0.5, true}; }
 
 TEST(Attempts, AreReadWhileTheyAreWritten) {
@@ -174,6 +208,33 @@ TEST(Attempts, ATornLineIsNoneAndGarbageIsNamed) {
   EXPECT_THAT(news.outcomes, SizeIs(2));
   EXPECT_THAT(news.warnings, ElementsAre(HasSubstr(file.string() + ":3: is no line"), HasSubstr(":4: is no"),
                                          HasSubstr(":5: is no")));
+}
+
+TEST(Attempts, OfStrangersAreLeftOutOrRefused) {
+  const testing::ScratchFolder folder;
+  std::string lines =
+      R"({"unfit": "all is well", "code": 0})"
+      "\n"
+      R"({"id": 1, "failed": false, "reason": "", "numbers": {"r": 1e999}, "seconds": 1, "traced": true})"
+      "\n";
+  for (int i = 0; i < 1000; ++i) lines += "[[[\n";
+  folder.write("shard-0.attempt-0.jsonl", lines);
+  const AttemptNews news = AttemptReader(folder.path()).read();
+  EXPECT_FALSE(news.unfit) << "no failure has exit code 0";
+  EXPECT_THAT(news.outcomes, IsEmpty());
+  EXPECT_THAT(news.warnings, SizeIs(50));
+  ASSERT_EQ(::mkfifo((folder / "shard-1.attempt-0.jsonl").c_str(), 0600), 0);
+  EXPECT_THROW(AttemptReader(folder.path()).read(), UserError);
+}
+
+TEST(Rounds, LastWordsAreThoseOfAnyLog) {
+  const testing::ScratchFolder folder;
+  const SlurmRound round{folder.path(), "j", "1.0"};
+  folder.write("task-0.log", std::string(1'000'000, 'x') + "\nkilled\n\n");
+  EXPECT_EQ(round.last_words(0), "killed");
+  EXPECT_EQ(round.last_words(1), "");
+  ASSERT_EQ(::mkfifo((folder / "task-2.log").c_str(), 0600), 0);
+  EXPECT_EQ(round.last_words(2), "");
 }
 
 TEST(Rounds, BlameAPointForTheEndOfItsTask) {
@@ -244,9 +305,11 @@ TEST(Rounds, OfWrongTypesAreDamaged) {
   for (const char* text : {"", "[]", "7", R"({"schema": 1})"}) expect_damaged("round.json", text);
   expect_damaged("round.json", schema + R"("job_name": 1, "version": "1.0"})");
   expect_damaged("round.json", schema + R"("job_name": "j"})");
+  std::ofstream(folder / "round.json") << schema << R"("job_name": "fringetwin-1,thesis", "version": "1.0"})";
+  EXPECT_THROW(SlurmRound::read(folder.path()), UserError) << "nobody else's jobs";
   std::ofstream(folder / "round.json") << schema << R"("job_name": "j", "version": "1.0"})";
   for (const char* text : {"{", "[]", R"({"cancelled": "no"})", R"({"tasks": {"one": "FAILED"}})",
-                           R"({"tasks": {"0": 1}})", R"({"tasks": 1})"})
+                           R"({"tasks": {"0": 1}})", R"({"tasks": 1})", R"({"tasks": {"-1": "FAILED"}})"})
     expect_damaged("ended.json", text);
   std::ofstream(folder / "ended.json") << R"({"cancelled": true, "tasks": {"0": "FAILED"}})";
   const SlurmRound round = SlurmRound::read(folder.path());

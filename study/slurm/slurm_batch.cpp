@@ -10,7 +10,8 @@
 #include <stdexcept>
 
 #include "report/json.hpp"
-#include "twin/base/errors.hpp"
+#include "twin/base/parse_number.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/base/time_and_host.hpp"
 #include "twin/image/image_io.hpp"
 
@@ -19,18 +20,20 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kRoundSchema = "fringetwin-slurm-round/1";
+/// No comma: scancel takes names that are joined by it for several jobs.
+constexpr const char* kJobNameLetters = "abcdefghijklmnopqrstuvwxyz0123456789-";
 
 /// Returns what `take` makes of the JSON in a file; nullopt when there is no such file. Throws
 /// UserError(input) for broken JSON and for values of the wrong type.
 template <class Take>
 auto from_json(const fs::path& file, const std::string& hint, const Take& take)
     -> std::optional<decltype(take(report::Json()))> {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return std::nullopt;
+  std::error_code error;
+  if (!fs::exists(file, error)) return std::nullopt;
   try {
-    return take(report::Json::parse(in));
+    return take(report::Json::parse(read_whole_text(file, {.what = "file of a Slurm job"})));
   } catch (const report::Json::exception&) {
-  } catch (const std::logic_error&) {  // std::stoul
+  } catch (const std::out_of_range&) {
   }
   throw UserError(ExitCode::input, file.string(), "is damaged", hint);
 }
@@ -58,7 +61,8 @@ SlurmRound SlurmRound::read(const fs::path& folder) {
     round.version = head.at("version");
     return round;
   });
-  if (!begun || begun->job_name.empty())
+  if (!begun || begun->job_name.empty() ||
+      begun->job_name.find_first_not_of(kJobNameLetters) != std::string::npos)
     throw UserError(ExitCode::input, (folder / "round.json").string(), "is no round of this program",
                     "it must lie on a disk that the nodes share under the same path");
   const auto ended =
@@ -66,8 +70,12 @@ SlurmRound SlurmRound::read(const fs::path& folder) {
         SlurmRound round = *begun;
         round.ended = true;
         round.cancelled = end.value("cancelled", false);
-        const report::Json tasks = end.value("tasks", report::Json::object());
-        for (const auto& item : tasks.items()) round.states[std::stoul(item.key())] = item.value();
+        if (!end.contains("tasks")) return round;
+        for (const auto& [key, state] : end["tasks"].get_ref<const report::Json::object_t&>()) {
+          const auto task = parse_number<std::size_t>(key);
+          if (!task) throw std::out_of_range("a task's number");
+          round.states[*task] = state;
+        }
         return round;
       });
   return ended ? *ended : *begun;
@@ -84,7 +92,16 @@ void SlurmRound::end(bool was_cancelled, std::map<std::size_t, std::string> last
 }
 
 std::string SlurmRound::last_words(std::size_t task) const {
-  std::ifstream in(folder / fmt::format("task-{}.log", task));
+  const fs::path log = folder / fmt::format("task-{}.log", task);
+  try {
+    check_readable(log, {.kind = FileKind::mesh, .what = "log"});  // what a program printed, of any length
+  } catch (const UserError&) {
+    return "";
+  }
+  std::ifstream in(log, std::ios::binary);
+  constexpr std::streamoff kEnd = 1 << 16;
+  in.seekg(0, std::ios::end);
+  in.seekg(std::max<std::streamoff>(0, in.tellg() - kEnd));
   std::string last;
   for (std::string line; std::getline(in, line);)
     if (!line.empty()) last = line;
