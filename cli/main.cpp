@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "cli/commands.hpp"
+#include "cli/exit_guard.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/plain_text.hpp"
 #include "twin/base/progress.hpp"
@@ -128,6 +129,7 @@ int main(int argc, char** argv) {
   mallopt(M_MMAP_THRESHOLD, 1 << 25);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   std::setlocale(LC_ALL, "C");
+  const fringetwin::cli::ExitGuard exit_guard;
   fringetwin::install_cancel_handler();
   terminate_as_before = std::set_terminate(on_terminate);
   std::atexit(when_exiting);

@@ -15,6 +15,9 @@
 namespace fringetwin::render {
 namespace {
 
+// Beyond the instance's 200 MB, a small camera takes 610 MB of lavapipe and of us with 2 threads. A thread,
+// ours or lavapipe's, has 8 MB of stack.
+constexpr std::uintmax_t kDriverMB = 576, kThreadMB = 16;
 constexpr std::uint32_t kWantedApi = VK_API_VERSION_1_2;
 
 const char* result_name(VkResult r) {
@@ -62,6 +65,18 @@ bool has_compute_queue(VkPhysicalDevice device, std::uint32_t* family) {
       return true;
     }
   return false;
+}
+
+/// Throws UserError(device) where the session leaves too few addresses: the compiler and the threads of
+/// lavapipe crash when they get none.
+void check_addresses() {
+  const std::uintmax_t needed_mb = kDriverMB + kThreadMB * static_cast<unsigned>(omp_get_max_threads());
+  const auto left = addresses_left();
+  if (left && *left >> 20 < needed_mb)
+    throw UserError(ExitCode::device, "Vulkan",
+                    fmt::format("this session leaves the program {} MB of addresses, a driver needs {}",
+                                *left >> 20, needed_mb),
+                    "raise ulimit -v, or use fewer threads (OMP_NUM_THREADS)");
 }
 
 }  // namespace
@@ -165,6 +180,7 @@ std::vector<DeviceInfo> list_devices() {
 
 VulkanDevice::VulkanDevice(const std::string& wanted, const DeviceExtensions& extensions)
     : VulkanDevice(Empty{}) {
+  check_addresses();
   const auto devices = instance_.devices();
   if (devices.empty())
     throw UserError(ExitCode::device, "Vulkan", "there is no device with Vulkan 1.2 and a compute queue",

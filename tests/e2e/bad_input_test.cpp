@@ -3,6 +3,7 @@
 // looks complete. No tolerances here.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -210,6 +211,26 @@ TEST(NoDevice, UnknownDeviceNameListsWhatThereIs) {
   expect_refused(run_fringetwin({"render", (dir / "twin.toml").string(), "--out", (dir / "out").string(),
                                  "--device", "NoSuchGPU"}),
                  4, {"NoSuchGPU", "llvmpipe"});
+}
+
+// Without the check before the device these were exit code 1 (OpenMP ends the program) and a crash of the
+// driver. The last is for a library that ends the program later.
+TEST(NoDevice, LittleAddressSpaceIsASentence) {
+  FT_NEED_DEVICE();
+  const auto dir = scratch_folder("addresses");
+  write_file(dir / "twin.toml", small_twin());
+  const std::string render = "exec '" + std::string(std::getenv("FRINGETWIN_BINARY")) + "' -q render '" +
+                             (dir / "twin.toml").string() + "' --out '" + (dir / "out").string() + "' 2>&1";
+  for (const int mb : {300, 400, 500, 600, 700, 800}) {
+    const auto run =
+        testing::run("ulimit -c 0 -v " + std::to_string(mb << 10) + "; OMP_NUM_THREADS=2 " + render);
+    EXPECT_EQ(WEXITSTATUS(run.status), 4) << mb << ": " << run.output;
+    EXPECT_THAT(run.output, HasSubstr("fringetwin: error: "));
+  }
+  const auto run = testing::run("ulimit -c 0 -v 8000000; OMP_NUM_THREADS=4 OMP_STACKSIZE=4G " + render);
+  EXPECT_EQ(WEXITSTATUS(run.status), 4) << run.output;
+  EXPECT_THAT(run.output, HasSubstr("a library has ended the program"));
+  EXPECT_FALSE(fs::exists(dir / "out" / "capture.toml"));
 }
 
 TEST(Usage, UnknownSubcommandAndOptionAreExitCode2) {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "twin/base/time_and_host.hpp"
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <array>
 #include <cstdlib>
 #include <ctime>
+#include <fstream>
 
 namespace fringetwin {
 
@@ -26,6 +28,15 @@ std::string host_name() {
 std::string environment_value(const char* name) {
   const char* value = std::getenv(name);
   return value ? value : "";
+}
+
+std::optional<std::uintmax_t> addresses_left() {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return {};
+  std::uintmax_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;  // its first number: all that is mapped
+  const std::uintmax_t taken = pages * static_cast<std::uintmax_t>(::sysconf(_SC_PAGESIZE));
+  return limit.rlim_cur > taken ? limit.rlim_cur - taken : 0;
 }
 
 }  // namespace fringetwin

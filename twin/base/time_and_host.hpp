@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gives the present time and the name of this machine, as they are written beside results, and what its
-// environment says.
+// Gives the present time and the name of this machine, as they are written beside results, what its
+// environment says, and what it allows.
 #pragma once
+#include <cstdint>
+#include <optional>
 #include <string>
 
 namespace fringetwin {
@@ -12,5 +14,7 @@ std::string utc_now();
 std::string host_name();
 /// Returns the value of an environment variable; an empty string where it is not set.
 std::string environment_value(const char* name);
+/// Returns how many bytes of addresses this process may still take (`ulimit -v`); nothing without a limit.
+std::optional<std::uintmax_t> addresses_left();
 
 }  // namespace fringetwin
