@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <bit>
 #include <cstring>
-#include <fstream>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "measure/points/points.hpp"
-#include "twin/base/errors.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::measure {
@@ -39,16 +38,8 @@ void write_points_ply(const std::filesystem::path& file, const PointCloud& cloud
     std::memcpy(&bytes[i * kRecord], cloud.p_world_mm[i].data(), 3 * sizeof(double));
     std::memcpy(&bytes[i * kRecord + 3 * sizeof(double)], rest.data(), 6 * sizeof(float));
   }
-  TemporaryFile temporary(file);
-  std::ofstream out(temporary.path(), std::ios::binary);
   const std::string head = header(cloud.size());
-  out.write(head.data(), static_cast<std::streamsize>(head.size()));
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out)
-    throw UserError(ExitCode::input, file.string(), "cannot write the points",
-                    "check the folder and the free space");
-  temporary.commit();
+  write_whole_file(file, {std::as_bytes(std::span(head)), std::as_bytes(std::span(bytes))});
 }
 
 }  // namespace fringetwin::measure

@@ -105,13 +105,9 @@ void write_cached(const std::optional<fs::path>& folder, const std::string& name
       header.checksum = checksum(header.checksum, part);
     }
     if (header.size > kLargestCacheBytes / 4) return;
-    TemporaryFile temporary(*folder / (name + ".cache"));
-    std::ofstream out(temporary.path(), std::ios::binary);
-    out.write(reinterpret_cast<const char*>(&header), sizeof header);
-    for (const Bytes part : parts)
-      out.write(reinterpret_cast<const char*>(part.data()), static_cast<std::streamsize>(part.size()));
-    out.close();
-    if (out) temporary.commit();
+    std::vector<Bytes> all = {std::as_bytes(std::span(&header, 1))};
+    all.insert(all.end(), parts);
+    write_whole_file(*folder / (name + ".cache"), all);
     make_room(*folder);
   } catch (const std::exception&) {
     // The disk is full or read-only, or another process is at work: the next run makes the result again.

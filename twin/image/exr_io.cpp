@@ -7,6 +7,7 @@
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfThreading.h>
 #include <fmt/format.h>
 
@@ -28,7 +29,9 @@ Imf::Slice float_slice(const ImageF& image, const Imath::Box2i& window) {
   return Imf::Slice::Make(Imf::FLOAT, image.data.data(), window, sizeof(float), row_bytes);
 }
 
-void write_channels(const fs::path& temporary, const std::vector<NamedChannel>& channels) {
+/// Returns the bytes of the file. OpenEXR writes the last of them in a destructor, which cannot say that the
+/// disk is full: so it does not write to the disk.
+std::string encode_channels(const std::vector<NamedChannel>& channels) {
   const ImageF& first = *channels.front().second;
   Imf::Header header(first.width, first.height);
   header.compression() = Imf::ZIP_COMPRESSION;
@@ -38,9 +41,13 @@ void write_channels(const fs::path& temporary, const std::vector<NamedChannel>& 
     header.channels().insert(name, Imf::Channel(Imf::FLOAT));
     frame.insert(name, float_slice(*image, header.dataWindow()));
   }
-  Imf::OutputFile output(temporary.c_str(), header);
-  output.setFrameBuffer(frame);
-  output.writePixels(first.height);
+  Imf::StdOSStream bytes;
+  {
+    Imf::OutputFile output(bytes, header);
+    output.setFrameBuffer(frame);
+    output.writePixels(first.height);
+  }
+  return bytes.str();
 }
 
 void check_header(const fs::path& file, const Imf::Header& header, int parts, bool complete) {
@@ -85,13 +92,7 @@ void write_exr(const fs::path& file, const std::vector<NamedChannel>& channels) 
     FT_CHECK(image != nullptr && !image->empty() && image->same_size(*channels.front().second),
              "channel " + name + " has another size than the first one");
   use_exr_threads();
-  TemporaryFile temporary(file);
-  try {
-    write_channels(temporary.path(), channels);
-  } catch (const std::exception& e) {
-    throw UserError(ExitCode::usage, file.string(), fmt::format("cannot be written ({})", e.what()));
-  }
-  temporary.commit();
+  write_text_file(file, encode_channels(channels));
 }
 
 std::vector<std::pair<std::string, ImageF>> read_exr(const fs::path& file) {

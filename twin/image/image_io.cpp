@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "twin/image/image_io.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -8,7 +9,6 @@
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 
@@ -22,18 +22,39 @@ namespace fringetwin {
 namespace fs = std::filesystem;
 namespace {
 
-void write_bytes(const fs::path& file, const void* data, std::size_t size) {
-  TemporaryFile temporary(file);
-  std::FILE* stream = std::fopen(temporary.path().c_str(), "wb");
-  if (stream == nullptr)
-    throw UserError(ExitCode::usage, file.string(),
-                    fmt::format("cannot be written ({})", std::strerror(errno)));
-  const bool written = std::fwrite(data, 1, size, stream) == size;
-  const bool closed = std::fclose(stream) == 0;
-  if (!written || !closed)
-    throw UserError(ExitCode::usage, file.string(),
-                    fmt::format("cannot be written ({})", std::strerror(errno)), "is the disk full?");
-  temporary.commit();
+/// Writes all of it; returns 0, or the errno of what failed.
+int write_bytes(int fd, FileBytes bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(fd, bytes.data(), bytes.size());
+    if (n > 0)
+      bytes = bytes.subspan(static_cast<std::size_t>(n));
+    else if (n == 0 || errno != EINTR)
+      return n == 0 ? EIO : errno;
+  }
+  return 0;
+}
+
+/// Writes the parts to a file that is not there yet; returns 0, or the errno of what failed.
+int write_new_file(const fs::path& file, const std::vector<FileBytes>& parts) {
+  const int fd = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (fd < 0) return errno;
+  int error = 0;
+  for (const FileBytes part : parts)
+    if (error == 0) error = write_bytes(fd, part);
+  // Shares and quotas may tell only now that the bytes found no room.
+  if (::close(fd) != 0 && error == 0) error = errno;
+  return error;
+}
+
+/// Returns 16 hexadecimal digits that no other process has: two of them in one folder must not meet, and
+/// their process ids are no help where each machine or container counts its own.
+const std::string& own_digits() {
+  static const std::string digits = [] {
+    std::uint64_t random = 0;
+    if (::getentropy(&random, sizeof random) != 0) random = static_cast<std::uint64_t>(::getpid());
+    return fmt::format("{:016x}", random);
+  }();
+  return digits;
 }
 
 std::vector<std::uint8_t> read_bytes(const fs::path& file) {
@@ -117,7 +138,7 @@ TemporaryFile::TemporaryFile(fs::path file) : file_(std::move(file)) {
   if (error)
     throw UserError(ExitCode::usage, folder.string(),
                     fmt::format("cannot make this folder ({})", error.message()));
-  temporary_ = folder / fmt::format(".{}.{}.{}.tmp", file_.filename().string(), ::getpid(), counter++);
+  temporary_ = folder / fmt::format(".{}.{}.{}.tmp", file_.filename().string(), own_digits(), counter++);
 }
 
 TemporaryFile::~TemporaryFile() {
@@ -137,8 +158,17 @@ bool is_temporary_name(const std::string& name) { return name.starts_with('.') &
 
 bool is_exr_name(const fs::path& file) { return lower_extension(file) == ".exr"; }
 
+void write_whole_file(const fs::path& file, const std::vector<FileBytes>& parts) {
+  TemporaryFile temporary(file);
+  if (const int error = write_new_file(temporary.path(), parts); error != 0)
+    throw UserError(ExitCode::usage, file.string(),
+                    fmt::format("cannot be written ({})", std::strerror(error)),
+                    "check the folder and the free space");
+  temporary.commit();
+}
+
 void write_text_file(const fs::path& file, const std::string& text) {
-  write_bytes(file, text.data(), text.size());
+  write_whole_file(file, {std::as_bytes(std::span(text))});
 }
 
 LoadedGray read_gray(const fs::path& file) {
@@ -161,7 +191,7 @@ void write_gray_png(const fs::path& file, const ImageF& image, int file_bits) {
   std::vector<std::uint8_t> bytes;
   const std::string fault = encode_gray_png(pixels, &bytes);
   FT_CHECK(fault.empty(), fault);
-  write_bytes(file, bytes.data(), bytes.size());
+  write_whole_file(file, {std::as_bytes(std::span(bytes))});
 }
 
 }  // namespace fringetwin

@@ -2,7 +2,9 @@
 // Reads gray images (PNG of 8 or 16 bits through libpng, other formats through OpenCV), reads and writes EXR
 // (float32 channels), and writes files under a temporary name first.
 #pragma once
+#include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,7 +50,11 @@ class TemporaryFile : NotCopyable {
 /// Returns true for the names that TemporaryFile gives: what is found under such a name was never finished.
 bool is_temporary_name(const std::string& name);
 
-/// Writes text atomically (temporary name + rename).
+using FileBytes = std::span<const std::byte>;
+/// Writes the parts, one after the other, as one file: whole under its name, or not at all. Throws
+/// UserError(usage).
+void write_whole_file(const std::filesystem::path& file, const std::vector<FileBytes>& parts);
+/// The same with text.
 void write_text_file(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace fringetwin

@@ -12,6 +12,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <array>
@@ -323,6 +325,34 @@ TEST_F(ImageIo, TemporaryFileVanishesUnlessCommitted) {
   std::getline(stream, text);
   EXPECT_EQ(text, "two");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+}
+
+// Where the last byte finds no room: the libraries write it when they close, and some say nothing then.
+TEST_F(ImageIo, AFullDiskLeavesNoFile) {
+  ImageF image(64, 48);
+  std::mt19937 random(3);
+  for (float& v : image.data) v = static_cast<float>(random());
+  const fs::path file = folder_ / "a.exr";
+  write_exr(file, {{"x", &image}});
+  const std::uintmax_t size = fs::file_size(file);
+  fs::remove(file);
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = signal(SIGXFSZ, SIG_IGN);
+  const rlimit less{size - 1, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &less);
+  EXPECT_THROW(write_exr(file, {{"x", &image}}), UserError);
+  EXPECT_THROW(write_text_file(folder_ / "b.txt", std::string(size, 'x')), UserError);
+  setrlimit(RLIMIT_FSIZE, &before);
+  signal(SIGXFSZ, handler);
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+// Process ids are the same in two containers that share a folder.
+TEST_F(ImageIo, TemporaryNamesCannotBeGuessed) {
+  const std::string name = TemporaryFile(folder_ / "a").path().filename().string();
+  EXPECT_THAT(name, ::testing::MatchesRegex("\\.a\\.[0-9a-f]{16}\\.[0-9]+\\.tmp"));
+  EXPECT_EQ(name.find(std::to_string(::getpid())), std::string::npos);
 }
 
 TEST_F(ImageIo, UnwritableFolderIsAUsageError) {
