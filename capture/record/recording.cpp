@@ -8,10 +8,13 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
+#include <cstring>
 
 #include "capture/record/exposure_merge.hpp"
 #include "capture/record/verify_set.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/sha256.hpp"
 #include "twin/captures/capture_set.hpp"
@@ -172,6 +175,9 @@ Journal Recording::open(Existing existing) {
   if (complete_) return Journal::none();
   std::error_code error;
   fs::create_directories(dir_, error);
+  if (!hold_folder(dir_))
+    throw UserError(ExitCode::usage, dir_.string(), "another program is recording into this folder",
+                    "wait until it has ended, or choose another folder");
   // The journal before what it replaces goes: --resume can go on at any moment.
   Journal journal =
       found == Found::unfinished ? Journal::resume(dir_, identity_) : Journal::begin(dir_, identity_);
@@ -276,9 +282,15 @@ void Recording::write_set(const RecordedSet& set, std::map<std::string, std::str
 // A power cut must not leave a capture.toml, or no journal, before the images are on the disk.
 void Recording::sync() const {
   const int folder = ::open(dir_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) return;
-  ::syncfs(folder);
+  if (folder < 0)
+    throw UserError(ExitCode::device, dir_.string(),
+                    fmt::format("cannot be opened ({})", std::strerror(errno)));
+  const int error = ::syncfs(folder) == 0 ? 0 : errno;
   ::close(folder);
+  if (error != 0)
+    throw UserError(ExitCode::device, dir_.string(),
+                    fmt::format("cannot be brought to the disk ({})", std::strerror(error)),
+                    "what is recorded is kept, go on with --resume");
 }
 
 void Recording::finish(const std::map<std::string, std::string>& provenance) {

@@ -31,7 +31,7 @@ std::vector<std::string> drawings_in(const fs::path& dir) {
 void take_away_last_files(const Kind& kind, const fs::path& out) {
   std::vector<std::string> files = {"report.html", "study.csv"};
   if (kind.has_result()) files.emplace_back("result.json");
-  begin_output(out, files);
+  begin_output(out, files, Writers::several);
 }
 
 void run_until_stopped(Kind& kind, KeptPoints& points, const StudyStore& store) {
@@ -75,7 +75,7 @@ void warn_of_failures(const StudyRecord& study) {
 void write_report(const StudyRun& run, const StudyReport& report) {
   if (run.figures) {
     const fs::path folder = run.out / "figures";
-    begin_output(folder, drawings_in(folder));
+    begin_output(folder, drawings_in(folder), Writers::several);
     for (const auto& [name, svg] : report.figures) write_text_file(folder / (name + ".svg"), svg);
     say(fmt::format("{} drawings: {}", report.figures.size(), folder.string()));
   }
@@ -87,7 +87,7 @@ void write_report(const StudyRun& run, const StudyReport& report) {
 
 ExitCode run_study(Kind& kind, const StudyHead& head, const StudyRun& run) {
   const StudyIdentity identity = check_study(head, kind.plan());
-  begin_output(run.out, {});
+  begin_output(run.out, {}, Writers::several);
   StudyStore store(run.out / "study.db", identity, run.version);
   if (const auto all = kind.points_in_all()) store.refuse_rows_from(static_cast<std::int64_t>(*all));
   take_away_last_files(kind, run.out);

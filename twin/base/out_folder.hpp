@@ -12,8 +12,16 @@ namespace fringetwin {
 /// nothing: a run that fails leaves nothing behind.
 void check_out_folder(const std::filesystem::path& dir);
 
+/// Takes `dir`, which exists, for this process until it ends; returns false while another process has it. A
+/// folder that cannot be locked (of some shares) belongs to everybody.
+bool hold_folder(const std::filesystem::path& dir);
+
+enum class Writers { one, several };  ///< that may write into a folder at the same time
+
 /// Makes `dir` and removes the files (relative to it) that an earlier run wrote last, which a reader takes
-/// for the sign that all the others are there. Throws UserError(usage).
-void begin_output(const std::filesystem::path& dir, const std::vector<std::string>& last_files);
+/// for the sign that all the others are there. With Writers::one it waits until no other process holds the
+/// folder: two runs must not mix their files. Throws UserError(usage), Cancelled.
+void begin_output(const std::filesystem::path& dir, const std::vector<std::string>& last_files,
+                  Writers writers = Writers::one);
 
 }  // namespace fringetwin
