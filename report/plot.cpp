@@ -4,7 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <sstream>
 
 #include "report/process.hpp"
@@ -108,9 +111,7 @@ std::string compact(const std::string& svg) {
 /// One HTML page holds many plots: gnuplot's ids would collide.
 std::string inline_svg(std::string svg, const std::string& unsafe_id) {
   const std::string id = safe_id(unsafe_id);
-  const std::size_t start = svg.find("<svg");
-  FT_CHECK(start != std::string::npos, "gnuplot wrote no <svg>");
-  svg = compact(svg.substr(start));
+  svg = compact(svg.substr(svg.find("<svg")));
   for (const char* name : {"gpDot", "gpPt", "textbox", "greybox", "gnuplot_plot_", "gnuplot_canvas"}) {
     svg = replace_all(svg, std::string("id='") + name, "id='" + id + name);
     svg = replace_all(svg, std::string("id=\"") + name, "id=\"" + id + name);
@@ -138,6 +139,32 @@ bool too_long_for_a_row(const Plot& plot) {
   std::size_t letters = 0;
   for (const auto& [x, name] : plot.x_tics) letters += name.size() + 2;
   return static_cast<int>(letters) * 7 > plot.width_px - 100;
+}
+
+/// Returns what gnuplot writes, an SVG. Throws UserError, at once for the plots after one that had no end.
+std::string run_gnuplot(const Drawing& drawing) {
+  static std::atomic<bool> has_no_end = false;
+  if (has_no_end)
+    throw UserError(ExitCode::usage, "gnuplot", "did not end with an earlier plot, so no other is drawn",
+                    "see which gnuplot is the first in PATH");
+  const auto result = run_process({"gnuplot"}, drawing.script);
+  const int error = result ? 0 : errno;
+  // posix_spawnp reports a missing program as a failure to start, or as status 127 from the child
+  if (error == ENOENT || (result && result->status == 127))
+    throw UserError(ExitCode::usage, "gnuplot", "the program is not installed, so no plot can be drawn",
+                    "install the Debian package gnuplot-nox (make deps)");
+  if (!result)
+    throw UserError(ExitCode::usage, "gnuplot", fmt::format("cannot be started ({})", std::strerror(error)));
+  const std::string& svg = result->out;
+  const std::size_t begin = svg.find("<svg"), end = svg.rfind("</svg>");
+  const bool whole = begin != std::string::npos && end != std::string::npos && begin < end;
+  const bool ended = result->killed_for.empty();
+  if (!ended) has_no_end = true;
+  if (!ended || result->status != 0 || !whole)
+    throw UserError(ExitCode::internal, "gnuplot",
+                    "could not draw \"" + drawing.title +
+                        "\": " + (ended ? result->err.substr(0, 300) : result->killed_for));
+  return svg;
 }
 
 void check_sizes(const Series& s) {
@@ -225,15 +252,7 @@ Drawing drawing(const Plot& plot) {
 std::string drawing_svg(const Drawing& drawing, const std::string& id) {
   if (drawing.script.empty())
     throw UserError(ExitCode::input, "plot \"" + drawing.title + "\"", "there are no data to draw");
-  const auto result = run_process({"gnuplot"}, drawing.script);
-  // posix_spawnp reports a missing program as a failure to start, or as status 127 from the child
-  if (!result || result->status == 127)
-    throw UserError(ExitCode::usage, "gnuplot", "the program is not installed, so no plot can be drawn",
-                    "install the Debian package gnuplot-nox (make deps)");
-  if (result->status != 0 || result->out.find("</svg>") == std::string::npos)
-    throw UserError(ExitCode::internal, "gnuplot",
-                    "could not draw \"" + drawing.title + "\": " + result->err.substr(0, 300));
-  return inline_svg(result->out, id);
+  return inline_svg(run_gnuplot(drawing), id);
 }
 
 std::string plot_svg(const Plot& plot, const std::string& id) { return drawing_svg(drawing(plot), id); }

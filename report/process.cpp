@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <signal.h>
 #include <spawn.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -11,7 +12,9 @@
 #include <array>
 #include <cerrno>
 
+#include "twin/base/errors.hpp"
 #include "twin/base/not_copyable.hpp"
+#include "twin/base/progress.hpp"
 
 extern char** environ;
 
@@ -57,22 +60,61 @@ void send_some(SocketPair& to, const std::string& input, std::size_t& sent) {
   if (broken || sent == input.size()) to.close_mine();
 }
 
-void pump(SocketPair& in, SocketPair& out, SocketPair& err, const std::string& input, ProcessResult& result) {
+constexpr std::size_t kMostProcessOutput = std::size_t{256} << 20;  // the largest plots have some MiB
+constexpr int kProcessPollMs = 100;  // how soon Ctrl-C is noticed at the latest
+constexpr const char* kCancelled = "was cancelled";
+
+/// Says when a process has to be ended.
+class Patience {
+ public:
+  explicit Patience(std::chrono::milliseconds longest) : until_(std::chrono::steady_clock::now() + longest) {}
+
+  /// Sets result.killed_for where it has to.
+  bool ends(ProcessResult& result) const {
+    if (cancelled() && !was_cancelled_) result.killed_for = kCancelled;
+    if (std::chrono::steady_clock::now() > until_) result.killed_for = "did not end";
+    if (result.out.size() + result.err.size() > kMostProcessOutput) result.killed_for = "writes without end";
+    return !result.killed_for.empty();
+  }
+
+ private:
+  bool was_cancelled_ = cancelled();  // what tidies up after a Ctrl-C is not stopped by it
+  std::chrono::steady_clock::time_point until_;
+};
+
+/// Moves the texts until the process has closed its ends, or has to be ended.
+void pump(SocketPair& in, SocketPair& out, SocketPair& err, const std::string& input,
+          const Patience& patience, ProcessResult& result) {
   std::size_t sent = 0;
   if (input.empty()) in.close_mine();
-  while (out.mine() >= 0 || err.mine() >= 0) {
+  while ((out.mine() >= 0 || err.mine() >= 0) && !patience.ends(result)) {
     std::array<pollfd, 3> wait{
         {{in.mine(), POLLOUT, 0}, {out.mine(), POLLIN, 0}, {err.mine(), POLLIN, 0}}};  // fd < 0 is skipped
-    if (::poll(wait.data(), wait.size(), -1) < 0 && errno != EINTR) return;
+    if (::poll(wait.data(), wait.size(), kProcessPollMs) < 0) continue;
     if (wait[0].revents != 0) send_some(in, input, sent);
     if (wait[1].revents != 0) receive(out, result.out);
     if (wait[2].revents != 0) receive(err, result.err);
   }
 }
 
+/// Waits for the process, which may live on after it has closed its ends. Returns its status as in
+/// ProcessResult.
+int wait_for(pid_t pid, const Patience& patience, ProcessResult& result) {
+  for (;;) {
+    const bool ends = patience.ends(result);
+    if (ends) ::kill(pid, SIGKILL);
+    int status = 0;
+    const pid_t ended = ::waitpid(pid, &status, ends ? 0 : WNOHANG);
+    if (ended == pid) return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    if (ended < 0 && errno != EINTR) return 0;  // SIGCHLD is ignored: nobody knows
+    if (ended == 0) ::usleep(1000);
+  }
+}
+
 }  // namespace
 
-std::optional<ProcessResult> run_process(const std::vector<std::string>& argv, const std::string& input) {
+std::optional<ProcessResult> run_process(const std::vector<std::string>& argv, const std::string& input,
+                                         std::chrono::milliseconds longest) {
   SocketPair in, out, err;
   if (!in.valid() || !out.valid() || !err.valid()) return std::nullopt;
   posix_spawn_file_actions_t actions;
@@ -86,17 +128,19 @@ std::optional<ProcessResult> run_process(const std::vector<std::string>& argv, c
   pid_t pid = 0;
   const int failed = ::posix_spawnp(&pid, words[0], &actions, nullptr, words.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
-  if (failed != 0) return std::nullopt;
+  if (failed != 0) {
+    errno = failed;
+    return std::nullopt;
+  }
   in.close_theirs();
   out.close_theirs();
   err.close_theirs();
 
   ProcessResult result;
-  pump(in, out, err, input, result);
-  int status = 0;
-  while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
-  }
-  result.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  const Patience patience(longest);
+  pump(in, out, err, input, patience, result);
+  result.status = wait_for(pid, patience, result);
+  if (result.killed_for == kCancelled) throw Cancelled();
   return result;
 }
 

@@ -64,6 +64,20 @@ TEST(Process, AMissingProgramIsReported) {
   EXPECT_TRUE(!result || result->status == 127);
 }
 
+TEST(Process, WhatDoesNotEndIsKilled) {
+  using namespace std::chrono_literals;
+  for (const char* script : {"exec sleep 100", "exec >&- 2>&-; sleep 100", "sleep 100 & exit 0"}) {
+    const auto begin = std::chrono::steady_clock::now();
+    const auto result = run_process({"sh", "-c", script}, "", 100ms);
+    ASSERT_TRUE(result.has_value()) << script;
+    EXPECT_EQ(result->killed_for, "did not end") << script;
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, 5s) << script;
+  }
+  const auto endless = run_process({"yes"}, "");
+  ASSERT_TRUE(endless.has_value());
+  EXPECT_EQ(endless->killed_for, "writes without end");
+}
+
 TEST(Table, CarriesUnitsAndEscapes) {
   Table table;
   table.caption = "a & b";

@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <cstring>
 #include <set>
 #include <sstream>
 #include <thread>
@@ -20,8 +22,6 @@ namespace {
 
 constexpr const char* kWhere = "--engine slurm";
 
-using Said = std::optional<report::ProcessResult>;
-
 /// Returns the last thing a command complained of, without its own name.
 std::string complaint(const std::string& err) {
   std::istringstream lines(err);
@@ -33,15 +33,22 @@ std::string complaint(const std::string& err) {
   return last.empty() ? "nothing" : last;
 }
 
-[[noreturn]] void absent(const std::string& command) {
-  throw UserError(ExitCode::usage, kWhere, fmt::format("there is no {} in PATH", command),
-                  "run it where Slurm's commands are (a login node), or use --engine local");
-}
-
-const report::ProcessResult& present(const Said& said, const std::string& command) {
+/// Runs one of Slurm's commands. Throws UserError(usage) where there is none.
+report::ProcessResult ask_slurm(const std::vector<std::string>& command) {
+  using namespace std::chrono_literals;
+  // after Ctrl-C nobody waits for a command that hangs
+  std::optional<report::ProcessResult> said =
+      report::run_process(command, "", cancelled() ? 5s : report::kLongestProcess);
+  const int error = said ? 0 : errno;
   // 127: posix_spawn where the missing program is only noticed in the child
-  if (!said || said->status == 127) absent(command);
-  return *said;
+  if (error == ENOENT || (said && said->status == 127))
+    throw UserError(ExitCode::usage, kWhere, fmt::format("there is no {} in PATH", command.front()),
+                    "run it where Slurm's commands are (a login node), or use --engine local");
+  if (!said)
+    throw UserError(ExitCode::usage, kWhere,
+                    fmt::format("{} cannot be started ({})", command.front(), std::strerror(error)));
+  if (!said->killed_for.empty()) said->err = fmt::format("it {}", said->killed_for);
+  return std::move(*said);
 }
 
 using namespace std::chrono_literals;
@@ -86,8 +93,7 @@ std::size_t Job::count(const std::string& state) const {
 }
 
 void check() {
-  for (const char* command : {"sbatch", "scancel"})
-    present(report::run_process({command, "--version"}, ""), command);
+  for (const char* command : {"sbatch", "scancel"}) ask_slurm({command, "--version"});
   std::string why;
   if (!find_job("fringetwin", &why))
     throw UserError(ExitCode::usage, kWhere, fmt::format("Slurm does not answer, squeue says: {}", why),
@@ -98,19 +104,21 @@ std::string submit(const std::vector<std::string>& arguments, const std::filesys
   std::vector<std::string> command{"sbatch", "--parsable"};
   command.insert(command.end(), arguments.begin(), arguments.end());
   command.push_back(script.string());
-  const Said said = report::run_process(command, "");
-  const report::ProcessResult& result = present(said, "sbatch");
+  const report::ProcessResult result = ask_slurm(command);
   if (result.status != 0)
     throw UserError(ExitCode::usage, kWhere, fmt::format("sbatch refuses: {}", complaint(result.err)),
                     "see --slurm-args, --shards and --jobs");
-  return result.out.substr(0, result.out.find_first_of(";\n"));  // "12;cluster"
+  const std::string id = result.out.substr(0, result.out.find_first_of(";\n"));  // "12;cluster"
+  if (!parse_number<std::uint64_t>(id))
+    throw UserError(ExitCode::usage, kWhere,
+                    fmt::format("sbatch does not tell the number of its job: \"{}\"", id.substr(0, 100)),
+                    "see which sbatch is the first in PATH");
+  return id;
 }
 
 std::optional<Job> find_job(const std::string& name, std::string* why) {
-  const Said said = report::run_process(
-      {"squeue", "--me", "--name=" + name, "--noheader", "--array", "--states=all", "--format=%F|%K|%T|%r"},
-      "");
-  const report::ProcessResult& result = present(said, "squeue");
+  const report::ProcessResult result = ask_slurm(
+      {"squeue", "--me", "--name=" + name, "--noheader", "--array", "--states=all", "--format=%F|%K|%T|%r"});
   if (result.status != 0) {
     *why = complaint(result.err);
     return std::nullopt;
@@ -191,8 +199,11 @@ std::map<std::size_t, std::string> Watch::states() const {
 }
 
 bool cancel(const std::string& name) {
-  const Said said = report::run_process({"scancel", "--me", "--name=" + name}, "");
-  return said && said->status == 0;
+  try {
+    return ask_slurm({"scancel", "--me", "--name=" + name}).status == 0;
+  } catch (const UserError&) {
+    return false;
+  }
 }
 
 bool declares_memory(const std::vector<std::string>& arguments) {

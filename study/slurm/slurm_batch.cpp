@@ -44,6 +44,15 @@ bool a_point_can_cause(const std::string& state) {
   return state.starts_with("FAILED") || state.starts_with("OUT_OF_MEMORY") || state.starts_with("TIMEOUT");
 }
 
+/// A folder that goes when the scope ends, however it ends.
+struct RemovedAtEnd {
+  fs::path folder;
+  ~RemovedAtEnd() {
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+  }
+};
+
 std::string random_digits() {
   std::random_device random;
   return fmt::format("{:08x}{:04x}", random(), random() & 0xffffU);
@@ -137,6 +146,7 @@ bool SlurmBatch::begin_round(const WorkerTask& task, const std::vector<std::vect
                              const std::string& version) {
   const std::string name = random_digits();
   const fs::path unfinished = folder_ / ("unfinished-" + name);
+  const RemovedAtEnd what_is_left{unfinished};  // nothing, once it has its name
   fs::create_directories(unfinished);
   std::size_t points = 0;
   for (std::size_t i = 0; i < shards.size(); ++i) {
@@ -150,7 +160,6 @@ bool SlurmBatch::begin_round(const WorkerTask& task, const std::vector<std::vect
   write_text_file(unfinished / "round.json", head.dump(2) + "\n");
   std::error_code error;
   fs::rename(unfinished, folder_ / fmt::format("round-{}", rounds_.size()), error);
-  if (error) fs::remove_all(unfinished);
   const std::size_t before = rounds_.size();
   take_up_new_rounds();
   if (error && rounds_.size() == before)

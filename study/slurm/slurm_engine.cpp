@@ -85,7 +85,8 @@ class SlurmRun {
     if (round == nullptr) return false;
     submitted_ = !round->ended;  // until Slurm says otherwise: a Ctrl-C may come before it answers
     for (watch_.ask(round->job_name); !watch_.answered(); watch_.ask(round->job_name))
-      std::this_thread::sleep_for(2s);
+      for (const auto until = Clock::now() + 2s; Clock::now() < until; std::this_thread::sleep_for(50ms))
+        throw_if_cancelled();
     if (!watch_.job().alive()) {
       round->end(watch_.job().count("CANCELLED") > 0, watch_.states());
       submitted_ = false;

@@ -156,7 +156,7 @@ std::optional<ImageF> run_povray(const std::string& scene, int width, int height
     argv.insert(argv.end(), {"+A0.0", "+AM1", "-J", fmt::format("+R{}", supersampling)});
   else
     argv.push_back("-A");
-  const auto result = report::run_process(argv, "");
+  const auto result = report::run_process(argv, "", std::chrono::hours(1));  // a large image takes long
   if (!result || result->status == 127) return std::nullopt;
   if (result->status != 0)
     throw UserError(ExitCode::internal, "povray", "failed: " + result->err.substr(0, 500));
