@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 #include "twin/base/statistics.hpp"
 
 namespace fringetwin::calib {
@@ -166,6 +167,7 @@ BoardKind board_kind(const std::string& name) {
 
 std::optional<std::vector<Corner>> find_board(const ImageF& image, const BoardPattern& pattern) {
   const cv::Mat picture = to_8_bit(image);
+  const EndsOnCancel opencv_does_not_ask;
   switch (pattern.kind) {
     case BoardKind::chessboard:
       return find_regular(find_chessboard(picture, pattern.board), pattern.board);

@@ -13,9 +13,12 @@
 #include <system_error>
 
 #include "twin/base/parse_number.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::capture {
 namespace {
+
+constexpr std::int64_t kPollMs = 100;  // how soon Ctrl-C is noticed at the latest: frames may take minutes
 
 template <class Call>
 auto uninterrupted(Call call) {
@@ -63,14 +66,16 @@ class KernelV4l2 final : public V4l2Api {
 
   int poll(int fd, short events, std::chrono::milliseconds timeout) override {
     const auto deadline = std::chrono::steady_clock::now() + timeout;
+    const bool was_cancelled = cancelled();  // what tidies up afterwards is not stopped by it
     for (;;) {
       const auto left =
           std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
       pollfd entry{fd, events, 0};
-      const int n = ::poll(&entry, 1, static_cast<int>(std::max<std::int64_t>(left.count(), 0)));
+      const int n = ::poll(&entry, 1, static_cast<int>(std::clamp<std::int64_t>(left.count(), 0, kPollMs)));
       if (n > 0) return entry.revents;
-      if (n == 0) return 0;
-      if (errno != EINTR) return -errno;
+      if (n == 0 && left.count() <= kPollMs) return 0;
+      if (n < 0 && errno != EINTR) return -errno;
+      if (!was_cancelled) throw_if_cancelled();
     }
   }
 };

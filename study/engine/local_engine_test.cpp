@@ -118,6 +118,21 @@ TEST(LocalEngine, ACrashIsTheFailureOfItsPointOnly) {
   expect_same(whole, table);
 }
 
+// A session or a cluster tells all processes to go at once: the one that has the study decides.
+TEST(LocalEngine, WorkersThatAreToldToGoFinishTheirPoints) {
+  FT_NEED_DEVICE();
+  const fs::path file = twin_file();
+  Table whole, table;
+  run(file, options(1), {}, &whole);
+  study::LocalEngine(options(1))
+      .run({file, {}}, study::plan_traces(file, points()), {}, [&](const PointOutcome& p) {
+        EXPECT_TRUE(table.emplace(p.id, p).second);
+        for (const int told_to_go : {SIGINT, SIGTERM, SIGHUP})
+          for (const pid_t pid : workers_of(getpid())) kill(pid, told_to_go);
+      });
+  expect_same(whole, table);
+}
+
 TEST(LocalEngine, WorkersStayForTheNextPointsOfTheSameTask) {
   FT_NEED_DEVICE();
   const fs::path file = twin_file();

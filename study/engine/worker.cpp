@@ -5,6 +5,7 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <iostream>
 #include <stdexcept>
 
@@ -28,6 +29,7 @@ class Answers : NotCopyable {
     line += '\n';
     for (std::size_t sent = 0; sent < line.size();) {
       const ssize_t n = write(fd_, line.data() + sent, line.size() - sent);
+      if (n < 0 && errno == EINTR) continue;
       if (n <= 0) _exit(static_cast<int>(ExitCode::internal));  // nobody is there to be told
       sent += static_cast<std::size_t>(n);
     }
@@ -126,6 +128,9 @@ WorkerAnswer parse_answer(const std::string& line) {
 
 int run_worker() {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
+  // Where all processes of a job are told to go, the one that has the study decides: a worker that went first
+  // would take its point along as a failed one.
+  for (const int told_to_go : {SIGINT, SIGTERM, SIGHUP}) signal(told_to_go, SIG_IGN);
   set_quiet(true);
   const Answers answers;
   std::string line;

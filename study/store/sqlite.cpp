@@ -9,17 +9,26 @@
 #include <limits>
 #include <thread>
 
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 #include "twin/base/safe_file.hpp"
 
 namespace fringetwin::study {
 namespace {
 
 constexpr int kPatienceMs = 120'000;  // another process's transaction is short; its disk may be slow
+constexpr int kPauseMs = 10;
 
 /// No text in the file is longer: the longest is that of the study, which came from a file of this kind.
 int longest_text() {
   constexpr auto kMost = static_cast<std::uintmax_t>(std::numeric_limits<int>::max());
   return static_cast<int>(std::min(largest_file_bytes(FileKind::text), kMost));
+}
+
+/// SQLite calls it while another process holds the file; 0: no more patience.
+int be_patient(void*, int times) {
+  std::this_thread::sleep_for(std::chrono::milliseconds(kPauseMs));
+  return !cancelled() && times * kPauseMs < kPatienceMs ? 1 : 0;
 }
 
 }  // namespace
@@ -33,7 +42,7 @@ Database::Database(std::filesystem::path file) : file_(std::move(file)) {
   try {
     check(code);
     if (sqlite3_db_readonly(handle_, "main") == 1) fail(SQLITE_READONLY);
-    check(sqlite3_busy_timeout(handle_, kPatienceMs));
+    check(sqlite3_busy_handler(handle_, be_patient, nullptr));
     sqlite3_limit(handle_, SQLITE_LIMIT_LENGTH, longest_text());
     run("PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON");
   } catch (...) {
@@ -46,9 +55,9 @@ Database::~Database() { sqlite3_close(handle_); }
 
 void Database::use_write_ahead_log() {
   // Two processes that both change the mode of a new file are told "locked" without any patience.
-  constexpr int kPauseMs = 10;
   for (int waited_ms = 0;; waited_ms += kPauseMs) {
     const int code = sqlite3_exec(handle_, "PRAGMA journal_mode = WAL", nullptr, nullptr, nullptr);
+    throw_if_cancelled();
     if ((code & 0xff) != SQLITE_BUSY || waited_ms >= kPatienceMs) {
       check(code);
       break;
@@ -80,6 +89,7 @@ void Database::check(int code) const {
 }
 
 void Database::fail(int code) const {
+  if ((code & 0xff) == SQLITE_BUSY) throw_if_cancelled();  // which ends the patience
   const bool told = handle_ != nullptr && sqlite3_errcode(handle_) != SQLITE_OK;
   const std::string said = told ? sqlite3_errmsg(handle_) : sqlite3_errstr(code);
   switch (code & 0xff) {

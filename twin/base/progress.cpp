@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <mutex>
+#include <string_view>
 #include <utility>
 
 #include "twin/base/errors.hpp"
@@ -38,7 +39,15 @@ void print_line(const char* prefix, const std::string& line) {
   std::fputs((prefix + plain_sentence(line, kLongestNarration) + "\n").c_str(), stderr);
 }
 
-extern "C" void on_interrupt(int signal) { cancel_request.store(signal); }
+std::atomic<int> may_end_at_once{0};
+
+extern "C" void on_interrupt(int signal) {
+  cancel_request.store(signal);
+  if (may_end_at_once.load() == 0) return;
+  constexpr std::string_view kLine = "fringetwin: error: cancelled by the user\n";
+  (void)!::write(STDERR_FILENO, kLine.data(), kLine.size());
+  ::_exit(130);
+}
 
 }  // namespace
 
@@ -122,6 +131,14 @@ int cancel_signal() noexcept { return cancel_request.load(); }
 void throw_if_cancelled() {
   if (cancelled()) throw Cancelled();
 }
+
+EndsOnCancel::EndsOnCancel() {
+  ++may_end_at_once;
+  if (!cancelled()) return;
+  --may_end_at_once;
+  throw Cancelled();
+}
+EndsOnCancel::~EndsOnCancel() { --may_end_at_once; }
 
 void say(const std::string& line) {
   if (!quiet_mode.load()) print_line("fringetwin: ", line);

@@ -44,6 +44,14 @@ int cancel_signal() noexcept;
 /// Throws Cancelled if the user pressed Ctrl-C.
 void throw_if_cancelled();
 
+/// While it lives a Ctrl-C ends the process at once, with exit code 130: for calls of libraries that may take
+/// long and write no files. Its constructor throws Cancelled where it came before.
+class EndsOnCancel : NotCopyable {
+ public:
+  EndsOnCancel();
+  ~EndsOnCancel();
+};
+
 /// One line of plain text (plain_text.hpp) on stderr: "fringetwin: ..." / "fringetwin: warning: ...".
 /// set_quiet(true) mutes say().
 void say(const std::string& line);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 #include "twin/lens/mrcal_problem.hpp"
 
 extern "C" {  // the headers of libmrcal 2.2 do not say so themselves
@@ -234,6 +235,7 @@ Eigen::VectorXd mrcal_solve(MrcalProblem& problem) {
   Packed p(problem);
   Eigen::VectorXd b(p.n_states()), x(p.n_measurements());
   x.setConstant(std::nan(""));
+  const EndsOnCancel no_iteration_asks;
   mrcal_optimize(b.data(), bytes_of(b), x.data(), bytes_of(x), p.intrinsics.data(), p.extrinsics.data(),
                  p.frames.data(), nullptr, &p.warp, p.n_cameras, p.n_extrinsics, p.n_frames, 0, 0,
                  p.views.data(), nullptr, p.n_views, 0, p.corners.data(), &p.lensmodel, p.imagersizes.data(),
