@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // fringetwin: data on stdout, narration on stderr, exit codes of docs/CONVENTIONS.md.
+#include <fcntl.h>
 #include <malloc.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <clocale>
@@ -34,14 +36,21 @@ int report(const std::string& sentence, int code) {
   return code;
 }
 
+/// A closed standard stream leaves its number to the next file that is opened, and what is printed would land
+/// in that.
+void open_standard_streams() {
+  int file = 0;
+  do file = ::open("/dev/null", O_RDWR);
+  while (file >= 0 && file <= STDERR_FILENO);
+  if (file > STDERR_FILENO) ::close(file);
+}
+
 int report(const std::string& sentence, ExitCode code) { return report(sentence, static_cast<int>(code)); }
 
 constexpr const char* kOutOfMemory =
     "memory ran out; render fewer pixels or patterns at a time, or allow more memory";
 
-// What handlers of the process need to know.
 std::terminate_handler terminate_as_before = nullptr;
-bool main_ended = false;
 
 [[noreturn]] void end_without_memory() {
   std::fprintf(stderr, "fringetwin: error: %s\n", kOutOfMemory);  // takes no memory
@@ -59,11 +68,6 @@ bool main_ended = false;
   }
   terminate_as_before();
   std::abort();
-}
-
-/// OpenMP ends the program with code 1, which would mean "limits not met", where it gets no thread.
-void when_exiting() {
-  if (!main_ended) end_without_memory();
 }
 
 /// Names of files and options become part of results, which are UTF-8.
@@ -129,10 +133,10 @@ int main(int argc, char** argv) {
   mallopt(M_MMAP_THRESHOLD, 1 << 25);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   std::setlocale(LC_ALL, "C");
+  open_standard_streams();
   const fringetwin::cli::ExitGuard exit_guard;
   fringetwin::install_cancel_handler();
   terminate_as_before = std::set_terminate(on_terminate);
-  std::atexit(when_exiting);
 
   CLI::App app{"fringetwin: a digital twin of fringe-projection rigs, checked against real captures."};
   app.require_subcommand(1);
@@ -163,7 +167,5 @@ int main(int argc, char** argv) {
   }
   fringetwin::set_quiet(quiet);
   if (limits > 1.0) fringetwin::raise_file_limits(limits);  // not where it is "nan"
-  const int code = run(invocation);
-  main_ended = true;
-  return code;
+  return run(invocation);
 }
