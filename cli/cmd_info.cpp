@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adds the command `info`, which prints the program's version, the Vulkan devices, and where real captures
-// are looked for, as text or JSON.
+// Adds the command `info`, which prints the versions of the program and of its libraries, the Vulkan devices,
+// and where real captures are looked for, as text or JSON.
 #include <fmt/format.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
+#include "cli/library_versions.hpp"
 #include "render/base/device_info.hpp"
 #include "twin/base/plain_text.hpp"
 #include "twin/twin.hpp"
@@ -17,6 +18,8 @@ namespace {
 int run_info(bool as_json) {
   nlohmann::ordered_json info;
   info["version"] = version_string();
+  info["libraries"] = nlohmann::ordered_json::object();
+  for (const auto& [name, version] : library_versions()) info["libraries"][name] = version;
   info["devices"] = nlohmann::ordered_json::array();
   for (const auto& device : render::list_devices())
     info["devices"].push_back({{"name", device.name},
@@ -30,6 +33,9 @@ int run_info(bool as_json) {
     return 0;
   }
   fmt::print("fringetwin {}\n", version_string());
+  fmt::print("libraries      ");
+  for (const auto& [name, version] : library_versions()) fmt::print(" {} {}", name, version);
+  fmt::print("\n");
   for (const auto& device : info["devices"])
     fmt::print("Vulkan device   {} ({}, {}, {})\n", device["name"].get<std::string>(),
                device["driver"].get<std::string>(), device["api_version"].get<std::string>(),
@@ -44,7 +50,7 @@ int run_info(bool as_json) {
 
 void add_info(CLI::App& app, Invocation& invocation) {
   auto as_json = std::make_shared<bool>(false);
-  CLI::App* sub = app.add_subcommand("info", "Version, Vulkan devices, where real captures are looked for");
+  CLI::App* sub = app.add_subcommand("info", "Versions, Vulkan devices, where real captures are looked for");
   sub->add_flag("--json", *as_json, "As JSON");
   run_when_chosen(*sub, invocation, as_json, run_info);
 }
