@@ -7,11 +7,12 @@ OUT ?= out
 # $(call configured,PRESET,FOLDER): quiet unless it fails; the log goes with the build.
 configured = mkdir -p $(2) && cmake --preset $(1) >$(2)/configure.log 2>&1 || { cat $(2)/configure.log; exit 2; }
 
-.PHONY: help deps configure program build demo test test-all trust trust-refine mesa25 test-mesa25 asan separate tidy format-check format studies bench clean
+.PHONY: help deps configure program build demo test test-all fuzz trust trust-refine mesa25 test-mesa25 asan separate tidy format-check format studies bench clean
 help:
 	@echo "make demo      install packages, build, run the paper's sphere (and a real capture if present), say where the report is"
 	@echo "make test      everything CI runs (format, includes, unit, accuracy, real data, end to end, sanitizers)"
 	@echo "make test-all  the same, the long statistical tests, the benchmarks and every file compiled on its own"
+	@echo "make fuzz MINUTES=10   changed inputs into every reader of foreign files, with the sanitizers, on all cores"
 	@echo "make trust     rigs of known truth through the program; writes the tables of docs/TRUST.md (some minutes)"
 	@echo "make trust-refine   a part of those rigs with groups of their twins refined; writes that table of docs/TRUST.md"
 	@echo "make mesa25    a newer, faster software driver beside the system's; test-mesa25: the device tests on it"
@@ -57,6 +58,17 @@ asan: deps
 	@cmake --build build-asan -j $(JOBS) --target unit_tests
 	@scripts/run_tests.sh build-asan -L unit
 
+# Readers of foreign files under inputs changed at random; what ran new code is kept for the next time, what broke a
+# reader is in build-fuzz/findings. SEED: the same changes again.
+MINUTES ?= 10
+SEED ?= $(shell date +%s)
+fuzz: deps
+	@$(call configured,fuzz,build-fuzz)
+	@cmake --build build-fuzz -j $(JOBS) --target fuzz_readers
+	@echo "seed $(SEED)"
+	@build-fuzz/tests/fuzz_readers --source . --seconds $$(($(MINUTES) * 60 * $(JOBS))) --jobs $(JOBS) --seed $(SEED) \
+	  --corpus build-fuzz/corpus --out build-fuzz/findings
+
 # Debian's newer software driver, unpacked beside the system's (nothing is installed), and the device tests on it.
 mesa25:
 	@scripts/get_mesa25.sh
@@ -99,4 +111,4 @@ bench: build
 	@scripts/bench_chain.sh   # per stage: render, decode, match, triangulate, fit; the whole against its bound
 
 clean:
-	rm -rf build build-asan build-debug build-dev build-separate out
+	rm -rf build build-asan build-debug build-dev build-fuzz build-separate out

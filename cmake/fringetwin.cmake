@@ -23,6 +23,13 @@ if(FRINGETWIN_ASAN)
     -fno-sanitize=null,alignment,object-size,pointer-overflow,vptr)
   add_link_options(-fsanitize=address,undefined)
 endif()
+if(FRINGETWIN_FUZZ) # for one program, tests/fuzz: others lack what the code then calls
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    add_compile_options(-fsanitize=fuzzer-no-link)
+  else()
+    add_compile_options(-fsanitize-coverage=trace-pc)
+  endif()
+endif()
 add_custom_target(unit_tests)  # `make test` runs them with the sanitizers
 add_custom_target(whole_tests) # and all others but the slow ones as released
 
