@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "twin/base/errors.hpp"
+#include "twin/lens/lens_name.hpp"
 
 namespace fringetwin::calib {
 
@@ -56,12 +57,15 @@ MrcalProblem make_problem(const Observations& o, const Seed& seed) {
 }
 
 MrcalModel calibratable_model(const std::string& lensmodel) {
+  if (const std::string fault = lens_name_fault(lensmodel); !fault.empty())
+    throw UserError(ExitCode::usage, "--lensmodel " + shown_lens_name(lensmodel), fault);
   const auto model = MrcalModel::from_name(lensmodel);
   const bool known = lensmodel.starts_with("LENSMODEL_OPENCV") || lensmodel == "LENSMODEL_PINHOLE" ||
                      lensmodel == "LENSMODEL_STEREOGRAPHIC" ||
                      lensmodel.starts_with("LENSMODEL_SPLINED_STEREOGRAPHIC");
   if (!model || !known)
-    throw UserError(ExitCode::usage, "--lensmodel " + lensmodel, "is not a lens model that can be calibrated",
+    throw UserError(ExitCode::usage, "--lensmodel " + shown_lens_name(lensmodel),
+                    "is not a lens model that can be calibrated",
                     "use LENSMODEL_OPENCV4, _OPENCV5, _OPENCV8 or "
                     "LENSMODEL_SPLINED_STEREOGRAPHIC_order=3_Nx=11_Ny=8_fov_x_deg=44");
   return *model;

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "twin/base/errors.hpp"
+#include "twin/lens/lens_name.hpp"
 #include "twin/lens/mrcal_facade.hpp"
 #include "twin/lens/opencv_distortion.hpp"
 
@@ -193,9 +194,12 @@ std::optional<Eigen::Vector3d> Lens::Impl::unproject_mrcal(const Eigen::Vector2d
 // ---------------------------------------------------------------- construction and its checks
 
 void Lens::Impl::set_model(const std::string& where) {
+  if (const std::string fault = lens_name_fault(model); !fault.empty())
+    throw UserError(ExitCode::usage, where,
+                    fmt::format("lens model '{}': {}", shown_lens_name(model), fault));
   mrcal = MrcalModel::from_name(model);
   if (!mrcal)
-    throw UserError(ExitCode::usage, where, fmt::format("unknown lens model '{}'", model),
+    throw UserError(ExitCode::usage, where, fmt::format("unknown lens model '{}'", shown_lens_name(model)),
                     fmt::format("known are {} (\"...\" stands for the configuration)",
                                 fmt::join(MrcalModel::supported_names(), ", ")));
   const auto count = static_cast<std::size_t>(mrcal->intrinsics_count());

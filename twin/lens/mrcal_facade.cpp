@@ -5,6 +5,7 @@
 
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/lens/lens_name.hpp"
 #include "twin/lens/mrcal_problem.hpp"
 
 extern "C" {  // the headers of libmrcal 2.2 do not say so themselves
@@ -22,6 +23,7 @@ struct MrcalModel::Impl {
 };
 
 std::optional<MrcalModel> MrcalModel::from_name(const std::string& name) {
+  if (!lens_name_fault(name).empty()) return std::nullopt;
   auto impl = std::make_shared<Impl>();
   if (!mrcal_lensmodel_from_name(&impl->lensmodel, name.c_str())) return std::nullopt;
   if (!mrcal_lensmodel_type_is_valid(impl->lensmodel.type)) return std::nullopt;

@@ -15,7 +15,7 @@ class MrcalModel {
  public:
   /// Returns the model of a full name with its configuration, e.g.
   /// "LENSMODEL_SPLINED_STEREOGRAPHIC_order=3_Nx=11_Ny=8_fov_x_deg=44". nullopt for a name that libmrcal does
-  /// not know or whose configuration is missing or malformed.
+  /// not know or whose configuration is missing, malformed or out of range (lens_name.hpp).
   static std::optional<MrcalModel> from_name(const std::string& name);
   /// Returns all names, configuration as "...".
   static std::vector<std::string> supported_names();
