@@ -4,11 +4,15 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
-#include <opencv2/core.hpp>
-#include <opencv2/core/persistence.hpp>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string_view>
 
 #include "twin/base/errors.hpp"
-#include "twin/base/not_copyable.hpp"
+#include "twin/base/parse_number.hpp"
+#include "twin/base/safe_file.hpp"
+#include "twin/file/opencv_storage.hpp"
 #include "twin/lens/linear.hpp"
 #include "twin/lens/pose.hpp"
 
@@ -18,78 +22,103 @@ namespace {
 /// Files print rotations with 6 or more digits; a matrix further from a rotation is something else.
 constexpr double kRotationTolerance = 1e-5;
 
-/// OpenCV prints its own report on stderr before it throws; ours is enough.
-class SilentOpenCv : NotCopyable {
- public:
-  SilentOpenCv() : previous_(cv::redirectError(ignore)) {}
-  ~SilentOpenCv() { cv::redirectError(previous_); }
+/// Far more than a camera matrix, distortion or pose has.
+constexpr long kMostElements = 1000;
+/// Characters of a sentence's list of matrices.
+constexpr std::size_t kShownOfKeys = 200;
 
- private:
-  static int ignore(int, const char*, const char*, const char*, int, void*) { return 0; }
-  cv::ErrorCallback previous_;
-};
+const FileUse kOpencvFile{.what = "calibration", .hint = "check the path"};
 
-cv::FileStorage open_storage(const std::filesystem::path& file) {
-  if (!std::filesystem::is_regular_file(file))
-    throw UserError(ExitCode::input, file.string(), "there is no such calibration file");
-  const SilentOpenCv silent;
-  cv::FileStorage storage;
-  std::string reason = "not a YAML, XML or JSON file";
-  bool opened = false;
-  try {
-    opened = storage.open(file.string(), cv::FileStorage::READ);
-  } catch (const cv::Exception& e) {
-    reason = e.err;
+/// Takes the next number off the front of `rest`, as cv::FileStorage writes them; empty at the end.
+std::string_view next_element(std::string_view& rest) {
+  for (;;) {
+    rest.remove_prefix(std::min(rest.find_first_not_of(" \t\r\n,[]"), rest.size()));
+    if (!rest.starts_with('#')) break;
+    rest.remove_prefix(std::min(rest.find('\n'), rest.size()));
   }
-  if (!opened)
-    throw UserError(ExitCode::input, file.string(), "OpenCV cannot read the calibration: " + reason);
-  return storage;
+  const std::string_view word = rest.substr(0, rest.find_first_of(" \t\r\n,[]#"));
+  rest.remove_prefix(word.size());
+  return word;
 }
 
-bool is_matrix(const cv::FileNode& node) {
-  return node.isMap() && !node["data"].empty() && !node["dt"].empty();
+double to_element(std::string_view word, const std::string& where) {
+  const std::string_view digits = word.substr(word.starts_with('+') || word.starts_with('-') ? 1 : 0);
+  for (const char* special : {".Nan", ".nan", ".NaN", ".Inf", ".inf"})
+    if (digits == special) throw UserError(ExitCode::input, where, "has an element that is not finite");
+  const std::optional<double> value = parse_number<double>(word.substr(word.starts_with('+') ? 1 : 0));
+  if (!value || !std::isfinite(*value))
+    throw UserError(ExitCode::input, where,
+                    "\"" + std::string(word.substr(0, 40)) + "\" is not a finite number",
+                    "write plain numbers, not base64");
+  return *value;
 }
 
-cv::Mat to_matrix(const cv::FileNode& node, const std::string& where) {
-  const SilentOpenCv silent;
-  try {
-    return node.mat();
-  } catch (const cv::Exception&) {
+/// "M1 (3x3)"
+std::string entry_label(const StoredEntry& entry) {
+  return fmt::format("{} ({}x{})", entry.key, entry.rows, entry.cols);
+}
+
+std::string_view unquoted(std::string_view s) {
+  const bool quoted = s.size() >= 2 && (s[0] == '"' || s[0] == '\'') && s.back() == s[0];
+  return quoted ? s.substr(1, s.size() - 2) : s;
+}
+
+Eigen::MatrixXd to_matrix(const StoredEntry& entry, const std::string& where) {
+  if (!entry.is_matrix()) throw UserError(ExitCode::input, where, "is not an OpenCV matrix");
+  const auto rows = parse_number<int>(entry.rows), cols = parse_number<int>(entry.cols);
+  const std::string_view type = unquoted(entry.dt);
+  if (type.size() != 1 || std::string_view("ucwsifd").find(type[0]) == std::string_view::npos || !rows ||
+      !cols || *rows < 1 || *cols < 1)
+    throw UserError(ExitCode::input, where, "is not a single-channel two-dimensional matrix");
+  if (long{*rows} * *cols > kMostElements)
+    throw UserError(ExitCode::input, where,
+                    fmt::format("is {}x{}, which no matrix of a calibration is", *rows, *cols));
+  Eigen::MatrixXd matrix(*rows, *cols);
+  std::string_view rest = entry.data;
+  Eigen::Index n = 0;
+  for (std::string_view word; !(word = next_element(rest)).empty() && n <= matrix.size(); ++n) {
+    const double value = to_element(word, where);
+    if (n < matrix.size()) matrix(n / *cols, n % *cols) = type == "f" ? static_cast<float>(value) : value;
+  }
+  if (n != matrix.size())
     throw UserError(ExitCode::input, where, "has not as many numbers as its rows and columns say");
-  }
+  return matrix;
 }
 
-/// Returns the matrix `key` of the first file that has it, as doubles; `where` = file and key.
-cv::Mat1d find_matrix(const std::vector<std::filesystem::path>& files, const std::string& key,
-                      std::string* where) {
-  for (const auto& file : files) {
-    const cv::FileStorage storage = open_storage(file);
-    const cv::FileNode node = storage[key];
-    if (node.empty()) continue;
-    *where = file.string() + ": " + key;
-    if (!is_matrix(node)) throw UserError(ExitCode::input, *where, "is not an OpenCV matrix");
-    const cv::Mat matrix = to_matrix(node, *where);
-    if (matrix.channels() != 1 || matrix.dims != 2 || matrix.empty())
-      throw UserError(ExitCode::input, *where, "is not a single-channel two-dimensional matrix");
-    cv::Mat1d converted;
-    matrix.convertTo(converted, CV_64F);
-    if (!cv::checkRange(converted, true))
-      throw UserError(ExitCode::input, *where, "has an element that is not finite");
-    return converted;
-  }
+/// Returns the matrix `key` of the first file that has it; `where` = file and key.
+Eigen::MatrixXd find_matrix(const std::vector<std::filesystem::path>& files, const std::string& key,
+                            std::string* where) {
   std::string names, keys;
+  std::size_t n_more = 0;
   for (const auto& file : files) {
+    const std::string text = read_whole_text(file, kOpencvFile);
+    std::optional<StoredEntry> found;
+    *where = file.string() + ": " + key;
+    visit_opencv_storage(text, file, [&](const StoredEntry& entry) {
+      if (entry.is_matrix()) {
+        const std::string label = (keys.empty() ? "" : ", ") + entry_label(entry);
+        if (keys.size() + label.size() > kShownOfKeys)
+          ++n_more;
+        else
+          keys += label;
+      }
+      if (entry.key != key) return;
+      if (found) throw UserError(ExitCode::input, *where, "is given twice");
+      found = entry;
+    });
+    if (found) return to_matrix(*found, *where);
     names += (names.empty() ? "" : ", ") + file.string();
-    for (const std::string& k : list_opencv_keys(file)) keys += (keys.empty() ? "" : ", ") + k;
   }
+  if (n_more > 0) keys += fmt::format(" and {} more", n_more);
   throw UserError(ExitCode::input, names, fmt::format("there is no matrix '{}'", key),
                   "matrices there: " + (keys.empty() ? "none" : keys));
 }
 
-void append_camera_matrix(const cv::Mat1d& M, const std::string& where, std::vector<double>* intrinsics) {
-  if (M.rows != 3 || M.cols != 3)
+void append_camera_matrix(const Eigen::MatrixXd& M, const std::string& where,
+                          std::vector<double>* intrinsics) {
+  if (M.rows() != 3 || M.cols() != 3)
     throw UserError(ExitCode::input, where,
-                    fmt::format("a camera matrix is 3x3, this is {}x{}", M.rows, M.cols));
+                    fmt::format("a camera matrix is 3x3, this is {}x{}", M.rows(), M.cols()));
   const bool last_row_ok = M(2, 0) == 0.0 && M(2, 1) == 0.0 && M(2, 2) == 1.0;
   if (!last_row_ok || M(1, 0) != 0.0 || !(M(0, 0) > 0.0) || !(M(1, 1) > 0.0))
     throw UserError(ExitCode::input, where, "is not a camera matrix [fx 0 cx; 0 fy cy; 0 0 1]");
@@ -99,15 +128,15 @@ void append_camera_matrix(const cv::Mat1d& M, const std::string& where, std::vec
   intrinsics->insert(intrinsics->end(), {M(0, 0), M(1, 1), M(0, 2), M(1, 2)});
 }
 
-std::string append_distortion(const cv::Mat1d& D, const std::string& where, std::vector<double>* intrinsics) {
-  if (D.rows != 1 && D.cols != 1)
+std::string append_distortion(const Eigen::MatrixXd& D, const std::string& where,
+                              std::vector<double>* intrinsics) {
+  if (D.rows() != 1 && D.cols() != 1)
     throw UserError(
         ExitCode::input, where,
-        fmt::format("distortion coefficients are one row or column, this is {}x{}", D.rows, D.cols));
-  int n = static_cast<int>(D.total());
-  const cv::Mat1d k = D.reshape(1, 1);
-  if (n == 14) {  // OpenCV writes 14 for the rational model, too; the tilt is then zero
-    if (k(0, 12) != 0.0 || k(0, 13) != 0.0)
+        fmt::format("distortion coefficients are one row or column, this is {}x{}", D.rows(), D.cols()));
+  Eigen::Index n = D.size();  // in one row or column, so D(i) is the i-th
+  if (n == 14) {              // OpenCV writes 14 for the rational model, too; the tilt is then zero
+    if (D(12) != 0.0 || D(13) != 0.0)
       throw UserError(ExitCode::input, where, "has a tilted sensor (coefficients 13 and 14)",
                       "calibrate without CALIB_TILTED_MODEL");
     n = 12;
@@ -115,26 +144,25 @@ std::string append_distortion(const cv::Mat1d& D, const std::string& where, std:
   if (n != 4 && n != 5 && n != 8 && n != 12)
     throw UserError(ExitCode::input, where, fmt::format("has {} distortion coefficients", n),
                     "4, 5, 8, 12 (or 14 without tilt) are known");
-  for (int i = 0; i < n; ++i) intrinsics->push_back(k(0, i));
+  for (Eigen::Index i = 0; i < n; ++i) intrinsics->push_back(D(i));
   return "LENSMODEL_OPENCV" + std::to_string(n);
 }
 
-Eigen::Vector3d to_vector(const cv::Mat1d& m, const std::string& where) {
-  if (m.total() != 3)
-    throw UserError(ExitCode::input, where, fmt::format("must have 3 elements, is {}x{}", m.rows, m.cols));
-  const cv::Mat1d row = m.reshape(1, 1);
-  return {row(0, 0), row(0, 1), row(0, 2)};
+Eigen::Vector3d to_vector(const Eigen::MatrixXd& m, const std::string& where) {
+  if (m.size() != 3)
+    throw UserError(ExitCode::input, where,
+                    fmt::format("must have 3 elements, is {}x{}", m.rows(), m.cols()));
+  return {m(0), m(1), m(2)};
 }
 
 /// A 3x3 rotation matrix (rounded to the nearest rotation) or a Rodrigues vector.
-Eigen::Vector3d to_rotation_vector(const cv::Mat1d& m, const std::string& where) {
-  if (m.total() == 3) return to_vector(m, where);
-  if (m.rows != 3 || m.cols != 3)
-    throw UserError(ExitCode::input, where,
-                    fmt::format("a rotation is a 3x3 matrix or 3 elements, this is {}x{}", m.rows, m.cols));
-  Eigen::Matrix3d R;
-  for (int row = 0; row < 3; ++row)
-    for (int col = 0; col < 3; ++col) R(row, col) = m(row, col);
+Eigen::Vector3d to_rotation_vector(const Eigen::MatrixXd& m, const std::string& where) {
+  if (m.size() == 3) return to_vector(m, where);
+  if (m.rows() != 3 || m.cols() != 3)
+    throw UserError(
+        ExitCode::input, where,
+        fmt::format("a rotation is a 3x3 matrix or 3 elements, this is {}x{}", m.rows(), m.cols()));
+  const Eigen::Matrix3d R = m;
   const double deviation = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   const double determinant = R.determinant();
   if (!(deviation <= kRotationTolerance) || !(determinant > 0.0))
@@ -149,18 +177,18 @@ Eigen::Vector3d to_rotation_vector(const cv::Mat1d& m, const std::string& where)
 OpenCvModel import_opencv(const std::vector<std::filesystem::path>& files, const OpenCvDevice& device) {
   OpenCvModel model;
   std::string where;
-  const cv::Mat1d M = find_matrix(files, device.matrix_key, &where);
+  const Eigen::MatrixXd M = find_matrix(files, device.matrix_key, &where);
   append_camera_matrix(M, where, &model.intrinsics);
-  const cv::Mat1d D = find_matrix(files, device.distortion_key, &where);
+  const Eigen::MatrixXd D = find_matrix(files, device.distortion_key, &where);
   model.lensmodel = append_distortion(D, where, &model.intrinsics);
 
   RotTrans rt = RotTrans::Zero();
   if (!device.rotation_key.empty()) {
-    const cv::Mat1d R = find_matrix(files, device.rotation_key, &where);
+    const Eigen::MatrixXd R = find_matrix(files, device.rotation_key, &where);
     rt.head<3>() = to_rotation_vector(R, where);
   }
   if (!device.translation_key.empty()) {
-    const cv::Mat1d T = find_matrix(files, device.translation_key, &where);
+    const Eigen::MatrixXd T = find_matrix(files, device.translation_key, &where);
     rt.tail<3>() = to_vector(T, where);
   }
   Eigen::Map<RotTrans>(model.rt_device_ref.data()) = rt;
@@ -168,12 +196,11 @@ OpenCvModel import_opencv(const std::vector<std::filesystem::path>& files, const
 }
 
 std::vector<std::string> list_opencv_keys(const std::filesystem::path& file) {
-  const cv::FileStorage storage = open_storage(file);
+  const std::string text = read_whole_text(file, kOpencvFile);
   std::vector<std::string> keys;
-  for (const cv::FileNode& node : storage.root())
-    if (is_matrix(node))
-      keys.push_back(fmt::format("{} ({}x{})", node.name(), static_cast<int>(node["rows"]),
-                                 static_cast<int>(node["cols"])));
+  visit_opencv_storage(text, file, [&](const StoredEntry& entry) {
+    if (entry.is_matrix()) keys.push_back(entry_label(entry));
+  });
   return keys;
 }
 

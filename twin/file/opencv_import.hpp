@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turns a calibration that OpenCV wrote as YAML or XML into a lens model and a pose (OpenCV's own
-// cv::FileStorage reads the file).
+// Turns a calibration that OpenCV wrote as YAML, XML or JSON into a lens model and a pose.
 #pragma once
 #include <array>
 #include <filesystem>

@@ -216,7 +216,7 @@ TEST(OpenCvImport, RefusesFilesThatAreNone) {
     }
     return "";
   };
-  EXPECT_THAT(sentence(scratch / "none.yml"), HasSubstr("none.yml: there is no such calibration file"));
+  EXPECT_THAT(sentence(scratch / "none.yml"), HasSubstr("none.yml: the calibration cannot be read"));
   EXPECT_THAT(sentence(scratch.write("noise.yml", std::string("\x89PNG\r\n\0\0", 8))),
               HasSubstr("noise.yml"));
   EXPECT_THAT(sentence(scratch.write("empty.yml", "")), HasSubstr("empty.yml"));
@@ -231,6 +231,111 @@ TEST(OpenCvImport, RefusesFilesThatAreNone) {
                                      "%YAML:1.0\n---\nM1: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
                                      "   data: [ 1., 0. ]\n")),
               HasSubstr("few.yml"));
+}
+
+TEST(OpenCvImport, PassesOverWhatLiesAround) {
+  const ScratchFolder scratch;
+  for (const char* name : {"a.yml", "a.xml", "a.json"}) {
+    {
+      cv::FileStorage out((scratch / name).string(), cv::FileStorage::WRITE);
+      out.writeComment("M1: [ {");
+      out << "time"
+          << "Thu [ 12:03 \"x\" # {"
+          << "n" << 3 << "empty"
+          << "";
+      out << "views"
+          << "["
+          << "a ["
+          << "[:" << 1 << 2.5 << "]"
+          << "{"
+          << "M1" << 7 << "}"
+          << "]";
+      out << "inner"
+          << "{"
+          << "M1" << cv::Mat1d(2, 2, 0.0) << "rows" << 5 << "}";
+      out << "points" << cv::Mat(4, 1, CV_64FC2, cv::Scalar(1.0, 2.0));
+      out << "M1" << camera_matrix << "D1" << distortion(5) << "big" << cv::Mat1f(60, 60, 1.0f);
+    }
+    const OpenCvModel model = import_opencv({scratch / name}, {"M1", "D1", "", ""});
+    EXPECT_EQ(model.intrinsics[0], 1700.15) << name;
+    EXPECT_EQ(model.intrinsics[8], 0.01) << name;
+    EXPECT_THAT(list_opencv_keys(scratch / name),
+                ElementsAre("points (4x1)", "M1 (3x3)", "D1 (1x5)", "big (60x60)"))
+        << name;
+  }
+}
+
+TEST(OpenCvImport, ReadsWhatIsWrittenByHand) {
+  const ScratchFolder scratch;
+  const auto yaml = scratch.write(
+      "hand.yml",
+      "%YAML 1.0\r\n# mine\r\nM1: {rows: 3, cols: 3, dt: \"d\", data: [1e3, 0, 5,\r\n 0,\r\n"
+      "+1000., 6, 0, 0, 1]} # flow\r\nlist:\r\n- 1\r\n- [2,\r\n3]\r\nD1: !!opencv-matrix\r\n"
+      "  rows: 4 # four\r\n  cols: 1\r\n  dt: d\r\n  data:\r\n    [ .5, 0, # two\r\n      0, 0 ]");
+  EXPECT_THAT(import_opencv({yaml}, {"M1", "D1", "", ""}).intrinsics,
+              ElementsAre(1000, 1000, 5, 6, 0.5, 0, 0, 0));
+}
+
+std::string sentence_on(const std::string& text) {
+  const ScratchFolder scratch;
+  const auto file = scratch.write("bad.file", text);
+  try {
+    import_opencv({file}, {"M", "D", "", ""});
+  } catch (const UserError& e) {
+    EXPECT_EQ(e.code(), ExitCode::input);
+    EXPECT_THAT(e.what(), HasSubstr(file.string()));
+    EXPECT_LT(std::string(e.what()).size(), 501u);
+    return e.what();
+  }
+  ADD_FAILURE() << "accepted: " << text.substr(0, 100);
+  return "";
+}
+
+TEST(OpenCvImport, RefusesWhatOpenCvsOwnReadersFallOver) {
+  const std::string yaml = "%YAML:1.0\n---\n", xml = "<?xml version=\"1.0\"?>\n<opencv_storage>\n";
+  const auto repeated = [](const std::string& s, int n) {
+    std::string all;
+    for (int i = 0; i < n; ++i) all += s;
+    return all;
+  };
+  EXPECT_THAT(sentence_on("<?xml version="), HasSubstr("the file ends within a tag"));
+  EXPECT_THAT(sentence_on(yaml + "M: " + std::string(100000, '[')),
+              HasSubstr(":3: brackets are nested too deeply"));
+  EXPECT_THAT(sentence_on(repeated("{\"M\":", 100000)), HasSubstr("nested too deeply"));
+  EXPECT_THAT(sentence_on(xml + repeated("<a>", 100000)), HasSubstr("tags are nested too deeply"));
+  std::string block = yaml;
+  for (int i = 0; i < 2000; ++i) block += std::string(static_cast<std::size_t>(i), ' ') + "a:\n";
+  EXPECT_THAT(sentence_on(block), HasSubstr("there is no matrix 'M'"));
+  EXPECT_THAT(sentence_on(yaml + "- 1\n- 2\n"), HasSubstr("is no line of a calibration"));
+  EXPECT_THAT(sentence_on("[1, 2]"), HasSubstr("neither YAML, XML nor JSON"));
+  EXPECT_THAT(sentence_on(xml + "<M>&" + std::string(20000, 'a') + ";</M>"), HasSubstr("within a tag"));
+  EXPECT_THAT(sentence_on(xml + "<a></b>"), HasSubstr(":3: a closing tag has no opening one"));
+  EXPECT_THAT(sentence_on("{\"M\": [1}"), HasSubstr("expected ']', found '}'"));
+  EXPECT_THAT(sentence_on("{\"M\" 1}"), HasSubstr("expected a key and ':'"));
+  EXPECT_THAT(sentence_on("{\"M\": \"1\\"), HasSubstr("the file ends within a string"));
+  EXPECT_THAT(sentence_on(yaml + "\tM: 1\n"), HasSubstr("has a tab"));
+}
+
+TEST(OpenCvImport, RefusesMatricesThatAreNone) {
+  const auto matrix = [](const std::string& rows, const std::string& dt, const std::string& data) {
+    return sentence_on("%YAML:1.0\n---\nM: !!opencv-matrix\n   rows: " + rows + "\n   cols: 3\n   dt: " + dt +
+                       "\n   data: " + data + "\n");
+  };
+  EXPECT_THAT(matrix("100000000", "d", "[ 1. ]"),
+              HasSubstr("M: is 100000000x3, which no matrix of a calibration"));
+  EXPECT_THAT(matrix("-3", "d", "[ 1. ]"), HasSubstr("two-dimensional matrix"));
+  EXPECT_THAT(matrix("3.5", "d", "[ 1. ]"), HasSubstr("two-dimensional matrix"));
+  EXPECT_THAT(matrix("3", "2d", "[ 1. ]"), HasSubstr("single-channel"));
+  EXPECT_THAT(matrix("1", "d", "[ 1., 1e999, 2. ]"), HasSubstr("\"1e999\" is not a finite number"));
+  EXPECT_THAT(matrix("1", "d", "[ 1., -.Inf, 2. ]"), HasSubstr("not finite"));
+  EXPECT_THAT(matrix("1", "d", "[ 1., x, 2. ]"), HasSubstr("\"x\" is not a finite number"));
+  EXPECT_THAT(matrix("1", "d", "!!binary |\n     ZCAgICAg"), HasSubstr("not base64"));
+  EXPECT_THAT(matrix("1", "d", "[ 1., 2., 3., 4. ]"), HasSubstr("has not as many numbers"));
+  EXPECT_THAT(matrix("1", "d", "[ 1. ]\nM: 3"), HasSubstr("M: is given twice"));
+  // More sizes than OpenCV's reader has room for.
+  EXPECT_THAT(
+      sentence_on("{\"M\": {\"sizes\": [" + std::string(2000, '1') + "], \"dt\": \"d\", \"data\": [1]}}"),
+      HasSubstr("two-dimensional matrix"));
 }
 
 }  // namespace
