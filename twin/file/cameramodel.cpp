@@ -4,30 +4,24 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <string_view>
 
 #include "twin/base/errors.hpp"
 #include "twin/base/plain_text.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/file/python_dict.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin {
 namespace {
 
-std::string read_text(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string text;
-  if (in && !std::filesystem::is_directory(file))
-    text.assign(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
-  if (!in || std::filesystem::is_directory(file))
-    throw UserError(ExitCode::input, file.string(), "cannot read the camera model",
-                    "check the path; a .cameramodel is written by mrcal or by fringetwin import");
-  return text;
-}
+const FileUse kCameraModel{
+    .what = "camera model",
+    .hint = "check the path; a .cameramodel is written by mrcal or by fringetwin import"};
+/// mrcal writes a line or two; each is kept in memory.
+constexpr std::size_t kMostComments = 10000;
 
-std::vector<std::string> leading_comments(std::string_view text) {
+std::vector<std::string> leading_comments(const PythonDictParser& parser, std::string_view text) {
   std::vector<std::string> comments;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
@@ -36,6 +30,8 @@ std::vector<std::string> leading_comments(std::string_view text) {
     const std::size_t start = line.find_first_not_of(" \t");
     if (start != std::string_view::npos) {
       if (line[start] != '#') break;
+      if (comments.size() == kMostComments)
+        parser.fail(1, "more than " + std::to_string(kMostComments) + " lines of comment before the model");
       comments.emplace_back(line.substr(start + 1));
     }
     text.remove_prefix(std::min(end + 1, text.size()));
@@ -101,6 +97,12 @@ std::array<double, 6> read_extrinsics(const PythonDictParser& parser,
   return rt;
 }
 
+/// As it stood in the file, which may have had the other quotes.
+std::string quoted_key(const std::string& key) {
+  const char quote = key.find('\'') == std::string::npos ? '\'' : '"';
+  return quote + key + quote;
+}
+
 bool is_interpreted(const std::string& key) {
   return key == "lensmodel" || key == "intrinsics" || key == "extrinsics" || key == "rt_cam_ref" ||
          key == "imagersize";
@@ -109,20 +111,20 @@ bool is_interpreted(const std::string& key) {
 }  // namespace
 
 CameraModelFile read_cameramodel(const std::filesystem::path& file) {
-  const std::string text = read_text(file);
+  const std::string text = read_whole_text(file, kCameraModel);
   PythonDictParser parser(file, text);
   const std::vector<PythonDictEntry> entries = parser.parse();
   for (auto e = entries.begin(); e != entries.end(); ++e)
     if (std::any_of(entries.begin(), e, [&](const auto& earlier) { return earlier.key == e->key; }))
-      parser.fail(e->line, "the key '" + e->key + "' is given twice");
+      parser.fail(e->line, "the key '" + e->key.substr(0, 40) + "' is given twice");
 
   CameraModelFile model{.lensmodel = parser.to_string(require(parser, entries, "lensmodel")),
                         .intrinsics = parser.to_numbers(require(parser, entries, "intrinsics")),
                         .rt_cam_ref = read_extrinsics(parser, entries),
                         .imagersize = to_size(parser, require(parser, entries, "imagersize")),
-                        .comments = leading_comments(text)};
+                        .comments = leading_comments(parser, text)};
   for (const PythonDictEntry& e : entries)
-    if (!is_interpreted(e.key)) model.extra += "'" + e.key + "': " + std::string(e.value) + ",\n";
+    if (!is_interpreted(e.key)) model.extra += quoted_key(e.key) + ": " + std::string(e.value) + ",\n";
   return model;
 }
 

@@ -169,6 +169,28 @@ TEST(CameraModel, RefusesBadFilesWithTheLine) {
   EXPECT_THAT(refusal("{'x': " + std::string(100000, '[')), HasSubstr("nested too deeply"));
 }
 
+TEST(CameraModel, WhatIsRewrittenCanBeReadAgain) {
+  const ScratchFolder scratch;
+  const auto file = scratch.write("a.cameramodel", "{" + good_body + ", \"it's\": 1, 'it\\'s not': 2}");
+  CameraModelFile model = read_cameramodel(file);
+  EXPECT_EQ(model.extra, "\"it's\": 1,\n\"it\\'s not\": 2,\n");
+  model.comments = {" imported from a\n{.cameramodel"};
+  write_cameramodel(file, model);
+  EXPECT_EQ(read_cameramodel(file).extra, model.extra);
+}
+
+TEST(CameraModel, RefusesFloodsQuickly) {
+  std::string keys;
+  for (int i = 0; i < 100000; ++i) keys += "'k" + std::to_string(i) + "': 0,\n";
+  EXPECT_THAT(refusal("{" + keys + good_body + "}"), HasSubstr(":1001: the dict has more than 1000 keys"));
+  std::string comments;
+  for (int i = 0; i < 20000; ++i) comments += "#\n";
+  EXPECT_THAT(refusal(comments + "{" + good_body + "}"), HasSubstr("more than 10000 lines of comment"));
+  const std::string long_key(100000, 'k');
+  EXPECT_LT(refusal("{'" + long_key + "': 1, '" + long_key + "': 2}").size(), 500u);
+  EXPECT_LT(refusal("{'intrinsics': [" + long_key + "], 'lensmodel': ''}").size(), 500u);
+}
+
 TEST(CameraModel, RefusesBadValues) {
   const auto with = [](const std::string& key, const std::string& value) {
     std::string text = "{";
@@ -199,9 +221,10 @@ TEST(CameraModel, NamesAMissingFile) {
     read_cameramodel("/nonexistent/left.cameramodel");
     FAIL();
   } catch (const UserError& e) {
-    EXPECT_THAT(e.what(), HasSubstr("/nonexistent/left.cameramodel: cannot read the camera model"));
+    EXPECT_THAT(e.what(), HasSubstr("/nonexistent/left.cameramodel: the camera model cannot be read"));
   }
   EXPECT_THROW(read_cameramodel("/tmp"), UserError);
+  EXPECT_THROW(read_cameramodel("/dev/zero"), UserError);
 }
 
 // ------------------------------------------------------------ mrcal's own tools

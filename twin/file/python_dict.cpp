@@ -11,7 +11,10 @@
 namespace fringetwin {
 namespace {
 
-constexpr int kMaxDepth = 64;  // a hostile file must not overflow the stack
+constexpr int kMaxDepth = 64;            // a hostile file must not overflow the stack
+constexpr std::size_t kMostKeys = 1000;  // mrcal writes less than ten, and each is compared with all before
+constexpr std::size_t kMostOfList = 2'000'000;  // twice what the largest lens model takes (lens_name.cpp)
+constexpr std::size_t kShownOfToken = 40;
 
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v'; }
 
@@ -53,9 +56,8 @@ void PythonDictParser::fail(int line, const std::string& what) const {
   throw UserError(ExitCode::input, file_.string() + ":" + std::to_string(line), what);
 }
 
-int PythonDictParser::line_at(std::size_t position) const {
-  return 1 + static_cast<int>(
-                 std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(position), '\n'));
+int PythonDictParser::line_breaks(std::size_t from, std::size_t to) const {
+  return static_cast<int>(std::ranges::count(text_.substr(from, to - from), '\n'));
 }
 
 void PythonDictParser::skip_space() {
@@ -130,6 +132,8 @@ void PythonDictParser::skip_value(int depth) {
 std::vector<PythonDictEntry> PythonDictParser::parse() {
   std::vector<PythonDictEntry> entries;
   position_ = 0;
+  std::size_t counted_to = 0;  // lines are counted once, not from the start for every key
+  int line = 1;
   expect('{');
   for (;;) {
     skip_space();
@@ -142,9 +146,13 @@ std::vector<PythonDictEntry> PythonDictParser::parse() {
     expect(':');
     skip_space();
     const std::size_t value_start = position_;
-    entry.line = line_at(value_start);
+    line += line_breaks(counted_to, value_start);
+    counted_to = value_start;
+    entry.line = line;
     skip_value(0);
     entry.value = text_.substr(value_start, position_ - value_start);
+    if (entries.size() == kMostKeys)
+      fail(line, "the dict has more than " + std::to_string(kMostKeys) + " keys");
     entries.push_back(entry);
     skip_space();
     if (peek() != '}') expect(',');
@@ -170,14 +178,16 @@ std::vector<double> PythonDictParser::to_numbers(const PythonDictEntry& entry) c
   if (!list) fail(entry.line, "'" + entry.key + "' must be a list of numbers");
   const std::string inside = without_comments(v.substr(1, v.size() - 2));
   std::vector<double> numbers;
-  std::string_view rest = inside;
-  while (!trimmed(rest).empty()) {
+  std::string_view rest = trimmed(inside);
+  while (!rest.empty()) {
     const std::size_t comma = std::min(rest.find(','), rest.size());
     const std::string_view token = trimmed(rest.substr(0, comma));
     const std::optional<double> value = finite_number(token);
     if (!value)
-      fail(entry.line,
-           "'" + entry.key + "' must be a list of finite numbers, '" + std::string(token) + "' is none");
+      fail(entry.line, "'" + entry.key + "' must be a list of finite numbers, '" +
+                           std::string(token.substr(0, kShownOfToken)) + "' is none");
+    if (numbers.size() == kMostOfList)
+      fail(entry.line, "'" + entry.key + "' has more than " + std::to_string(kMostOfList) + " numbers");
     numbers.push_back(*value);
     rest.remove_prefix(std::min(comma + 1, rest.size()));
   }

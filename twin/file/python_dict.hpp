@@ -39,7 +39,8 @@ class PythonDictParser {
   void skip_value(int depth);
   void skip_sequence(char close, int depth);
   void skip_string();
-  int line_at(std::size_t position) const;
+  int line_breaks(std::size_t from, std::size_t to) const;
+  int line_at(std::size_t position) const { return 1 + line_breaks(0, position); }
 
   std::filesystem::path file_;
   std::string_view text_;
