@@ -176,7 +176,7 @@ TEST(CaptureCommand, OnlyTheSameRecordingIsResumed) {
                                "twin:" + (dir / rig).string(), "--out", (dir / "real").string()});
     return more;
   };
-  EXPECT_NE(die_at(12, args("twin.toml", {})).exit_code, 0);
+  EXPECT_NE(die_at(12, dir / "real", args("twin.toml", {})).exit_code, 0);
   expect_refused(run_fringetwin(args("other.toml", {"--resume"})), 2, {"was begun with"});
   expect_refused(run_fringetwin(args("twin.toml", {"--resume", "--seed", "7"})), 2,
                  {"begun with seed = 0, now it is 7"});

@@ -13,12 +13,11 @@ namespace fringetwin::testing {
 
 namespace fs = std::filesystem;
 
-RunResult die_at(int n, std::vector<std::string> args) {
+RunResult die_at(int n, const fs::path& folder, const std::vector<std::string>& args) {
+  const fs::path tests = fs::path(std::getenv("FRINGETWIN_BINARY")).parent_path() / "tests";
   return run_fringetwin(
-      args,
-      {"LD_PRELOAD=" +
-           (fs::path(std::getenv("FRINGETWIN_BINARY")).parent_path() / "tests" / "libdie_at.so").string(),
-       "DIE_AT=" + std::to_string(n)});
+      args, {"LD_PRELOAD=" + (tests / "libfaults.so").string(), "FAULT_BELOW=" + folder.string(),
+             "FAULT_CALLS=rename,remove,sync", "FAULT_ERROR=kill", "FAULT_AT=" + std::to_string(n)});
 }
 
 int kill_between_changes(int every) {
@@ -47,7 +46,7 @@ int kill_between_changes(int every) {
         {{}, "--overwrite"}}) {
     for (int n = 1;; n += every) {
       if (std::string(begin) == "--resume") fs::remove_all(set);  // else what the plan before left
-      const int exit_code = die_at(n, args(plan, begin)).exit_code;
+      const int exit_code = die_at(n, set, args(plan, begin)).exit_code;
       // The first change is the new journal's name: an older set is as it was.
       if (std::string(begin) == "--overwrite" && n == 1) continue;
       const capture::SetCheck broken_off = capture::verify_set(set);
