@@ -15,6 +15,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/parallel.hpp"
 #include "twin/base/plain_text.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::report {
 namespace {
@@ -147,6 +148,7 @@ std::string run_gnuplot(const Drawing& drawing) {
   if (has_no_end)
     throw UserError(ExitCode::usage, "gnuplot", "did not end with an earlier plot, so no other is drawn",
                     "see which gnuplot is the first in PATH");
+  throw_if_cancelled();  // run_process() goes on after a Ctrl-C that came before
   const auto result = run_process({"gnuplot"}, drawing.script);
   const int error = result ? 0 : errno;
   // posix_spawnp reports a missing program as a failure to start, or as status 127 from the child

@@ -207,7 +207,8 @@ class LocalRun {
     hear_warnings(w);
     const std::string said = w.last_error.empty() ? "" : "; it said: " + w.last_error;
     if (!w.ready && ++false_starts_ >= kMostFalseStarts)
-      throw UserError(ExitCode::internal, "study", "no worker starts: it " + end + said);
+      throw UserError(ExitCode::device, "study", "no worker starts: it " + end + said,
+                      "what is finished is safe: run the command again");
     if (w.point) {
       PointOutcome lost{
           .id = w.point->point.id,

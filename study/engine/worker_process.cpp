@@ -21,8 +21,9 @@ namespace fringetwin::study {
 namespace {
 
 [[noreturn]] void fail(int error) {
-  throw UserError(ExitCode::internal, "study",
-                  fmt::format("cannot start a worker: {}", std::strerror(error)));
+  throw UserError(
+      ExitCode::device, "study", fmt::format("cannot start a worker ({})", std::strerror(error)),
+      "what is finished is safe: run the command again when the machine has room, or with less --jobs");
 }
 
 std::vector<std::string> merged_environment(const std::vector<std::string>& own) {

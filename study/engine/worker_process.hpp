@@ -12,7 +12,7 @@ namespace fringetwin::study {
 
 class WorkerProcess : NotCopyable {
  public:
-  /// `environment`: "NAME=value", over that of this process. Throws UserError(internal) when the system
+  /// `environment`: "NAME=value", over that of this process. Throws UserError(device) when the system
   /// gives no process.
   WorkerProcess(const std::vector<std::string>& command, const std::vector<std::string>& environment);
   /// Kills it if it is there.

@@ -77,6 +77,8 @@ void write_report(const StudyRun& run, const StudyReport& report) {
     const fs::path folder = run.out / "figures";
     begin_output(folder, drawings_in(folder), Writers::several);
     for (const auto& [name, svg] : report.figures) write_text_file(folder / (name + ".svg"), svg);
+    if (report.left_out > 0)
+      warn(fmt::format("{} drawings could not be made; the page says why", report.left_out));
     say(fmt::format("{} drawings: {}", report.figures.size(), folder.string()));
   }
   write_text_file(run.out / "report.html", report.html);
