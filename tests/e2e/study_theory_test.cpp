@@ -46,7 +46,7 @@ TEST(StudyTheory, RoundingOverTwoDecades) {
 /// Two decades of noise in three levels, each with draws of its own.
 void expect_scatter(const std::string& study, const std::string& seeds, const Replacements& more,
                     const std::vector<std::string>& numbers) {
-  constexpr int n = 60, levels = 3;
+  constexpr int n = 36, levels = 3;
   const auto tolerance = [](int draws) { return 0.1 + 2.6 / std::sqrt(2.0 * (draws - 1)); };
   std::map<std::string, double> ratio2;
   for (int level = 0; level < levels; ++level) {
