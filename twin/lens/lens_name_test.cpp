@@ -93,5 +93,17 @@ TEST(LensName, TheSmallestAndTheLargestSplineAreTaken) {
   }
 }
 
+/// libmrcal's own inversion never ends on the second of these pixels.
+TEST(LensName, PixelsFarOutsideEndToo) {
+  std::vector<double> intrinsics(34, 0.0);
+  intrinsics[0] = intrinsics[1] = 1.273;
+  intrinsics[2] = 320.0;
+  intrinsics[3] = 240.0;
+  const Lens lens("LENSMODEL_SPLINED_STEREOGRAPHIC_order=2_Nx=3_Ny=5_fov_x_deg=359", intrinsics, {640, 480},
+                  "test");
+  EXPECT_FALSE(lens.unproject({1e9, -1e9}));
+  EXPECT_FALSE(lens.unproject({1e9, 0.002}));
+}
+
 }  // namespace
 }  // namespace fringetwin::lens_name_test

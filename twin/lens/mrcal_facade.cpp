@@ -20,7 +20,22 @@ namespace fringetwin {
 struct MrcalModel::Impl {
   mrcal_lensmodel_t lensmodel = {};
   mrcal_lensmodel_metadata_t metadata = {};
+  std::optional<Eigen::Vector2d> spline_half_size;
 };
+
+namespace {
+
+/// Half sizes of the knot grid; splined models only.
+std::optional<Eigen::Vector2d> half_size_of_knots(const mrcal_lensmodel_t& model) {
+  if (model.type != MRCAL_LENSMODEL_SPLINED_STEREOGRAPHIC) return std::nullopt;
+  const auto& config = model.LENSMODEL_SPLINED_STEREOGRAPHIC__config;
+  std::vector<double> ux(config.Nx), uy(config.Ny);
+  FT_CHECK(mrcal_knots_for_splined_models(ux.data(), uy.data(), &model),
+           "libmrcal gives no knots for a splined model");
+  return Eigen::Vector2d(ux.back(), uy.back());
+}
+
+}  // namespace
 
 std::optional<MrcalModel> MrcalModel::from_name(const std::string& name) {
   if (!lens_name_fault(name).empty()) return std::nullopt;
@@ -28,6 +43,7 @@ std::optional<MrcalModel> MrcalModel::from_name(const std::string& name) {
   if (!mrcal_lensmodel_from_name(&impl->lensmodel, name.c_str())) return std::nullopt;
   if (!mrcal_lensmodel_type_is_valid(impl->lensmodel.type)) return std::nullopt;
   impl->metadata = mrcal_lensmodel_metadata(&impl->lensmodel);
+  impl->spline_half_size = half_size_of_knots(impl->lensmodel);
   MrcalModel model;
   model.impl_ = std::move(impl);
   return model;
@@ -46,14 +62,7 @@ bool MrcalModel::has_gradients() const { return impl_->metadata.has_gradients; }
 
 bool MrcalModel::can_project_behind_camera() const { return impl_->metadata.can_project_behind_camera; }
 
-std::optional<Eigen::Vector2d> MrcalModel::spline_half_size() const {
-  if (impl_->lensmodel.type != MRCAL_LENSMODEL_SPLINED_STEREOGRAPHIC) return std::nullopt;
-  const auto& config = impl_->lensmodel.LENSMODEL_SPLINED_STEREOGRAPHIC__config;
-  std::vector<double> ux(config.Nx), uy(config.Ny);
-  FT_CHECK(mrcal_knots_for_splined_models(ux.data(), uy.data(), &impl_->lensmodel),
-           "libmrcal gives no knots for a splined model");
-  return Eigen::Vector2d(ux.back(), uy.back());
-}
+std::optional<Eigen::Vector2d> MrcalModel::spline_half_size() const { return impl_->spline_half_size; }
 
 namespace {
 
@@ -117,9 +126,17 @@ bool MrcalModel::project(const std::vector<double>& intrinsics, const Eigen::Vec
 
 bool MrcalModel::unproject(const std::vector<double>& intrinsics, const Eigen::Vector2d& q_px,
                            Eigen::Vector3d* direction_cam) const {
-  if (!has_gradients()) {  // libmrcal cannot; the pinhole of the same core is near enough for Newton
-    *direction_cam = {(q_px.x() - intrinsics[2]) / intrinsics[0], (q_px.y() - intrinsics[3]) / intrinsics[1],
-                      1.0};
+  // libmrcal solves for CAHVOR and splines, for ever where a projection on the way is NaN, and cannot for
+  // CAHVORE. Undistorted models of the same core are near enough for Newton.
+  const Eigen::Vector2d u((q_px.x() - intrinsics[2]) / intrinsics[0],
+                          (q_px.y() - intrinsics[3]) / intrinsics[1]);
+  if (const auto& half = impl_->spline_half_size) {
+    const Eigen::Vector2d inside = u.cwiseMin(0.999999 * *half).cwiseMax(-0.999999 * *half);
+    *direction_cam = {inside.x(), inside.y(), 1.0 - 0.25 * inside.squaredNorm()};
+    return direction_cam->allFinite();
+  }
+  if (!has_gradients() || impl_->lensmodel.type == MRCAL_LENSMODEL_CAHVOR) {
+    *direction_cam = {u.x(), u.y(), 1.0};
     return direction_cam->allFinite();
   }
   mrcal_point2_t q = {};

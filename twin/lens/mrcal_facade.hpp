@@ -31,8 +31,8 @@ class MrcalModel {
   /// dq_dintrinsics (2 x intrinsics_count()) must be null.
   bool project(const std::vector<double>& intrinsics, const Eigen::Vector3d& p_cam, Eigen::Vector2d* q_px,
                Eigen::Matrix<double, 2, 3>* dq_dp, Eigen::Matrix2Xd* dq_dintrinsics = nullptr) const;
-  /// Finds the direction of a pixel, of any length, to about 1e-8 px (libmrcal accepts up to 1e-2 px); for a
-  /// model without gradients only a first guess. Returns false on failure.
+  /// Finds the direction of a pixel, of any length; for CAHVOR, CAHVORE and splines only a first guess.
+  /// Returns false on failure.
   bool unproject(const std::vector<double>& intrinsics, const Eigen::Vector2d& q_px,
                  Eigen::Vector3d* direction_cam) const;
 
