@@ -182,8 +182,8 @@ int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
   } else {
     images = corners_of(o);
   }
-  calib::Observations observations{.board = {o.width_n, o.height_n, 1000.0 * o.spacing_m},
-                                   .devices = devices_of(o)};
+  calib::Observations observations{
+      .board = {o.width_n, o.height_n, 1000.0 * o.spacing_m}, .devices = devices_of(o), .file = o.corners};
   o.calibrate.regularize = !o.skip_regularization;
   o.calibrate.drop_regularization = !o.keep_regularization;
   o.calibrate.reject_outliers = !o.skip_rejection;

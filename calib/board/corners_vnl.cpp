@@ -6,17 +6,26 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
 
 #include "twin/base/errors.hpp"
 #include "twin/base/parse_number.hpp"
+#include "twin/base/safe_file.hpp"
+#include "twin/captures/natural_order.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::calib {
 namespace {
+
+constexpr std::size_t kMostColumns = 64;      // rows have four; a comment's words are not kept for ever
+constexpr std::size_t kLongestName = 4096;    // of a path in Linux
+constexpr std::size_t kMostImages = 1000000;  // hours of video; a calibration has some hundred
+/// Weights are at most 1 in mrcal's files; beyond this the solver's sums of squares lose the others.
+constexpr double kLargestWeight = 1e6;
+
+const FileUse kCornerFile{.kind = FileKind::table, .what = "corner file", .hint = "check the path"};
 
 std::string at(const std::filesystem::path& file, int line) {
   return fmt::format("{}:{}", file.string(), line);
@@ -25,7 +34,7 @@ std::string at(const std::filesystem::path& file, int line) {
 double number(const std::string& text, const std::filesystem::path& file, int line) {
   const std::optional<double> value = parse_number<double>(text);
   if (!value)
-    throw UserError(ExitCode::input, at(file, line), "\"" + text + "\" is not a number",
+    throw UserError(ExitCode::input, at(file, line), "\"" + text.substr(0, 40) + "\" is not a number",
                     "rows are: filename x y level");
   return *value;
 }
@@ -43,6 +52,10 @@ Corner read_corner(const std::vector<std::string>& f, bool is_weight, const std:
   if (!c.q_px.allFinite() || !std::isfinite(c.weight))
     throw UserError(ExitCode::input, at(file, line), "the corner of " + f[0] + " is not finite",
                     "mark a missing corner with - in its last column");
+  if (c.weight > kLargestWeight)
+    throw UserError(ExitCode::input, at(file, line),
+                    fmt::format("the weight of a corner is {}, more than {}", c.weight, kLargestWeight),
+                    "weights are relative to each other, mostly 1 and less");
   if (c.weight == 0.0) c.weight = -1.0;
   return c;
 }
@@ -82,20 +95,36 @@ bool matches(const std::string& glob, const std::string& name) {
   return fnmatch(glob.c_str(), (glob.find('/') == std::string::npos ? last : name).c_str(), 0) == 0;
 }
 
-bool before(const std::string& a, const std::string& b) {
-  const auto is_number = [](const std::string& s) {
-    return !s.empty() && s.find_first_not_of("0123456789") == std::string::npos;
-  };
-  if (is_number(a) && is_number(b) && a.size() != b.size()) return a.size() < b.size();
-  return a < b;
+std::string place_of(const ImageCorners& image, const Observations& o) {
+  return (image.line > 0 ? at(o.file, image.line) : o.file.string()) + ": " + image.filename;
+}
+
+/// Returns the images of each device.
+std::vector<std::vector<const ImageCorners*>> by_device(const std::vector<ImageCorners>& images,
+                                                        const std::vector<std::string>& globs,
+                                                        const Observations& o) {
+  std::vector<std::vector<const ImageCorners*>> of_device(globs.size());
+  for (const ImageCorners& image : images)
+    for (std::size_t d = 0; d < globs.size(); ++d) {
+      if (!matches(globs[d], image.filename)) continue;
+      for (std::size_t k = 0; k < d; ++k)
+        if (matches(globs[k], image.filename))
+          throw UserError(ExitCode::usage, place_of(image, o),
+                          fmt::format("belongs to \"{}\" and to \"{}\"", globs[k], globs[d]),
+                          "give globs that do not overlap");
+      of_device[d].push_back(&image);
+    }
+  for (std::size_t d = 0; d < globs.size(); ++d)
+    if (of_device[d].empty())
+      throw UserError(ExitCode::input, o.file.string(), fmt::format("\"{}\" matches no image", globs[d]),
+                      images.empty() ? "the file has no rows" : "its first image is " + images[0].filename);
+  return of_device;
 }
 
 }  // namespace
 
 std::vector<ImageCorners> read_corners_vnl(const std::filesystem::path& file, bool has_weights) {
-  std::ifstream in(file);
-  if (!in || std::filesystem::is_directory(file))
-    throw UserError(ExitCode::input, file.string(), "cannot read the corner file", "check the path");
+  std::istringstream in(read_whole_text(file, kCornerFile));
   std::vector<ImageCorners> images;
   std::set<std::string> names;
   bool is_weight = has_weights;
@@ -103,7 +132,7 @@ std::vector<ImageCorners> read_corners_vnl(const std::filesystem::path& file, bo
   for (int line = 1; std::getline(in, text); ++line) {
     std::istringstream words(text);
     std::vector<std::string> fields;
-    for (std::string word; words >> word;) fields.push_back(word);
+    for (std::string word; fields.size() < kMostColumns && words >> word;) fields.push_back(word);
     if (fields.empty() || fields[0].starts_with("##")) continue;
     if (fields[0].starts_with('#')) {
       if (fields.back() == "weight") is_weight = true;
@@ -113,6 +142,11 @@ std::vector<ImageCorners> read_corners_vnl(const std::filesystem::path& file, bo
       throw UserError(ExitCode::input, at(file, line), fmt::format("has {} columns", fields.size()),
                       "rows are: filename x y level");
     if (images.empty() || images.back().filename != fields[0]) {
+      if (fields[0].size() > kLongestName)
+        throw UserError(ExitCode::input, at(file, line),
+                        fmt::format("an image's name has {} characters", fields[0].size()));
+      if (images.size() == kMostImages)
+        throw UserError(ExitCode::input, at(file, line), fmt::format("more than {} images", kMostImages));
       if (!names.insert(fields[0]).second)
         throw UserError(ExitCode::input, at(file, line),
                         "the rows of " + fields[0] + " are in two places of the file",
@@ -140,51 +174,36 @@ void write_corners_vnl(const std::filesystem::path& file, const std::vector<Imag
 void assign_views(const std::vector<ImageCorners>& images, const std::vector<std::string>& globs,
                   Observations& o) {
   FT_CHECK(globs.size() == o.devices.size(), "one glob per device");
-  std::vector<std::vector<const ImageCorners*>> of_device(globs.size());
-  for (const ImageCorners& image : images)
-    for (std::size_t d = 0; d < globs.size(); ++d) {
-      if (!matches(globs[d], image.filename)) continue;
-      for (std::size_t k = 0; k < d; ++k)
-        if (matches(globs[k], image.filename))
-          throw UserError(ExitCode::usage, image.filename,
-                          fmt::format("belongs to \"{}\" and to \"{}\"", globs[k], globs[d]),
-                          "give globs that do not overlap");
-      of_device[d].push_back(&image);
-    }
-  struct Found {
-    int device;
-    std::string key;
-    const ImageCorners* image;
-  };
-  std::vector<Found> found;
+  const auto of_device = by_device(images, globs, o);
+  std::vector<std::map<std::string, const ImageCorners*>> of_frame(globs.size());
   std::map<std::string, std::string> name_of;  // key -> first spelling
   for (std::size_t d = 0; d < globs.size(); ++d) {
-    if (of_device[d].empty())
-      throw UserError(ExitCode::input, globs[d], "matches no image of the corner file",
-                      images.empty() ? "the file has no rows" : "its first image is " + images[0].filename);
     std::vector<std::string> names;
     for (const auto* image : of_device[d]) names.push_back(image->filename);
     const std::vector<std::string> parts = varying_parts(names);
     for (std::size_t i = 0; i < parts.size(); ++i) {
       const std::string key = frame_key(parts[i]);
-      for (const Found& other : found)
-        if (other.device == static_cast<int>(d) && other.key == key)
-          throw UserError(ExitCode::input, names[i], "has the same frame number as " + other.image->filename,
-                          "number the images of one device differently");
-      found.push_back({static_cast<int>(d), key, of_device[d][i]});
+      const auto [other, is_new] = of_frame[d].try_emplace(key, of_device[d][i]);
+      if (!is_new)
+        throw UserError(ExitCode::input, place_of(*of_device[d][i], o),
+                        "has the same frame number as " + other->second->filename,
+                        "number the images of one device differently");
       name_of.emplace(key, parts[i].empty() ? "0" : parts[i]);
     }
   }
   std::vector<std::string> keys;
   for (const auto& [key, name] : name_of) keys.push_back(key);
-  std::ranges::sort(keys, before);
+  std::ranges::sort(keys, natural_less);
   o.frames.clear();
   o.views.clear();
-  for (const std::string& key : keys) o.frames.push_back(name_of[key]);
-  for (const Found& f : found) {
-    if (f.image->corners.empty()) continue;
-    const auto frame = std::ranges::find(keys, f.key) - keys.begin();
-    o.views.push_back({f.device, static_cast<int>(frame), f.image->filename, f.image->corners});
+  for (std::size_t frame = 0; frame < keys.size(); ++frame) {
+    o.frames.push_back(name_of[keys[frame]]);
+    for (std::size_t d = 0; d < globs.size(); ++d) {
+      const auto found = of_frame[d].find(keys[frame]);
+      if (found == of_frame[d].end() || found->second->corners.empty()) continue;
+      o.views.push_back(
+          {static_cast<int>(d), static_cast<int>(frame), found->second->filename, found->second->corners});
+    }
   }
   o.sort();
 }

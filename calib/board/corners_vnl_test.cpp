@@ -79,7 +79,13 @@ TEST(CornersVnl, FaultsNameFileAndLine) {
   EXPECT_THAT(read("a 1 2,5 0\n"), HasSubstr("bad.vnl:1: \"2,5\" is not a number"));
   EXPECT_THAT(read("a 1\n"), HasSubstr("has 2 columns"));
   EXPECT_THAT(read("a 1 2 0\nb 1 2 0\na 1 2 0\n"), HasSubstr("bad.vnl:3: the rows of a are in two places"));
-  EXPECT_THAT(refusal([] { read_corners_vnl("/nowhere.vnl"); }), HasSubstr("/nowhere.vnl: cannot read"));
+  EXPECT_THAT(refusal([] { read_corners_vnl("/nowhere.vnl"); }),
+              HasSubstr("/nowhere.vnl: the corner file cannot be read"));
+  EXPECT_THAT(read(std::string(5000, 'a') + " 1 2 0\n"), HasSubstr("an image's name has 5000 characters"));
+  EXPECT_THAT(read("# filename x y weight\na 1 2 1e300\n"), HasSubstr("the weight of a corner is 1e+300"));
+  std::string row;
+  for (int i = 0; i < 100000; ++i) row += "1 ";
+  EXPECT_THAT(read(row), HasSubstr("has 64 columns"));
 }
 
 TEST(CornersVnl, ImagesFindTheirDeviceAndFrame) {
@@ -99,8 +105,56 @@ TEST(CornersVnl, ImagesFindTheirDeviceAndFrame) {
   EXPECT_EQ(o.views[1].source, "in/right-7.png");
   EXPECT_EQ(o.views[1].frame, 0);
   EXPECT_EQ(o.views[3].frame, 2);
-  EXPECT_THAT(refusal([&] { assign_views(images, {"left*", "x*"}, o); }), HasSubstr("x*: matches no image"));
+  EXPECT_THAT(refusal([&] {
+                assign_views(images, {"left*", "x*"}, o);
+              }),
+              HasSubstr("\"x*\" matches no image"));
   EXPECT_THAT(refusal([&] { assign_views(images, {"left*", "*"}, o); }), HasSubstr("belongs to"));
+}
+
+TEST(CornersVnl, SentencesOfViewsNameTheFile) {
+  const std::vector<Corner> two(2, Corner{{1.0, 1.0}, 1.0});
+  const std::vector<ImageCorners> images{{"left-1.png", two, 3}, {"left-01.png", two, 5}};
+  Observations o;
+  o.board = {2, 1, 10.0};
+  o.devices.resize(1);
+  o.file = "c.vnl";
+  EXPECT_EQ(refusal([&] { assign_views(images, {"x*"}, o); }),
+            "c.vnl: \"x*\" matches no image; its first image is left-1.png");
+  EXPECT_THAT(refusal([&] { assign_views(images, {"left*"}, o); }),
+              HasSubstr("c.vnl:5: left-01.png: has the same frame number as left-1.png"));
+  o.board = {3, 3, 10.0};
+  o.devices[0] = {"left", {100, 100}, 100.0};
+  assign_views({images[0]}, {"left*"}, o);
+  EXPECT_THAT(refusal([&] { check_observations(o); }),
+              HasSubstr("c.vnl: left, view 0 (left-1.png): has 2 corners, the board has 3 x 3"));
+}
+
+TEST(CornersVnl, NumbersAndWordsHaveAnOrder) {  // 9 < 10, but "1a" between them had none
+  std::vector<ImageCorners> images;
+  for (int i = 0; i < 100; ++i)
+    images.push_back({"left-" + std::to_string(i) + (i % 3 == 0 ? "a" : "") + ".png", {}, 0});
+  for (ImageCorners& image : images) image.corners.assign(2, Corner{{1.0, 1.0}, 1.0});
+  Observations o;
+  o.devices.resize(1);
+  assign_views(images, {"left*"}, o);
+  ASSERT_EQ(o.frames.size(), 100u);
+  EXPECT_EQ(o.frames[9], "9a");
+  EXPECT_EQ(o.frames[10], "10");
+}
+
+/// Two minutes while every image was compared with every other.
+TEST(CornersVnl, ManyImagesTakeTheirShareOfTimeOnly) {
+  const ScratchFolder dir;
+  std::string text;
+  for (int i = 0; i < 200000; ++i) text += (i % 2 ? "left-" : "right-") + std::to_string(i / 2) + " 1 1\n";
+  const auto images = read_corners_vnl(dir.write("many.vnl", text));
+  Observations o;
+  o.board = {1, 1, 10.0};
+  o.devices.resize(2);
+  assign_views(images, {"left*", "right*"}, o);
+  EXPECT_EQ(o.frames.size(), 100000u);
+  EXPECT_EQ(o.views.size(), 200000u);
 }
 
 TEST(Npz, NumpyReadsIt) {

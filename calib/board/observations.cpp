@@ -54,44 +54,50 @@ void check_device(const Device& device) {
     refuse(device.name, "the corner noise must be positive", "");
 }
 
+/// "corners.vnl: left", or "left" alone where the corners come from no file.
+std::string place(const Observations& o, const std::string& what) {
+  return (o.file.empty() ? "" : o.file.string() + ": ") + what;
+}
+
 void check_view(const Observations& o, const View& view) {
+  const std::string where = place(o, o.label(view));
   if (view.corners.size() != o.board.corners())
-    refuse(o.label(view),
+    refuse(where,
            fmt::format("has {} corners, the board has {} x {} = {}", view.corners.size(), o.board.width_n,
                        o.board.height_n, o.board.corners()),
            "another board, or the wrong --object-width-n and --object-height-n");
   const Device& device = o.devices[view.device];
   for (std::size_t i = 0; i < view.corners.size(); ++i) {
     const Corner& c = view.corners[i];
-    const auto place = [&] {
+    const auto corner = [&] {
       const auto width = static_cast<std::size_t>(o.board.width_n);
       return fmt::format("corner {} (row {}, column {})", i, i / width, i % width);
     };
     if (std::isnan(c.weight) || (c.seen() && !(c.q_px.allFinite() && std::isfinite(c.weight))))
-      refuse(o.label(view), place() + " is not finite", "mark a missing corner with - in its last column");
+      refuse(where, corner() + " is not finite", "mark a missing corner with - in its last column");
     if (!c.seen()) continue;
     const Eigen::Vector2d size(device.imagersize_px[0], device.imagersize_px[1]);
     if ((c.q_px.array() < -0.5 - kImagerMarginPx).any() ||
         (c.q_px.array() > size.array() - 0.5 + kImagerMarginPx).any())
-      refuse(o.label(view),
-             fmt::format("{} at ({:.1f}, {:.1f}) lies outside the imager of {} x {} px", place(), c.q_px.x(),
+      refuse(where,
+             fmt::format("{} at ({:.1f}, {:.1f}) lies outside the imager of {} x {} px", corner(), c.q_px.x(),
                          c.q_px.y(), device.imagersize_px[0], device.imagersize_px[1]),
              "are two devices swapped, or is --imagersize wrong?");
   }
 }
 
 void check_counts(const Observations& o) {
+  std::vector<int> n_devices(o.frames.size());  // that see enough of the board in a frame
+  const auto sees = [](const View& view) { return view.n_seen() >= kLeastCornersPerView; };
+  for (const View& view : o.views) n_devices[view.frame] += sees(view);
   for (std::size_t d = 0; d < o.devices.size(); ++d) {
     int n = 0, shared = 0;
     for (const View& view : o.views) {
-      if (view.device != static_cast<int>(d) || view.n_seen() < kLeastCornersPerView) continue;
+      if (view.device != static_cast<int>(d) || !sees(view)) continue;
       ++n;
-      shared += std::ranges::any_of(o.views, [&](const View& other) {
-        return other.frame == view.frame && other.device != view.device &&
-               other.n_seen() >= kLeastCornersPerView;
-      });
+      shared += n_devices[view.frame] > 1;
     }
-    const std::string& name = o.devices[d].name;
+    const std::string name = place(o, o.devices[d].name);
     if (n < kLeastViews)
       refuse(name, fmt::format("sees the board in {} view{} only", n, n == 1 ? "" : "s"),
              fmt::format("at least {} are needed, 15 or more with different tilts are good", kLeastViews));
@@ -127,8 +133,10 @@ void Observations::sort() {
   std::vector<int> new_number(frames.size(), -1);
   std::vector<std::string> kept;
   std::erase_if(views, [](const View& v) { return v.n_seen() == 0 && !v.corners.empty(); });
+  std::vector<bool> is_seen(frames.size());
+  for (const View& v : views) is_seen[v.frame] = true;
   for (std::size_t f = 0; f < frames.size(); ++f) {
-    if (std::ranges::none_of(views, [&](const View& v) { return v.frame == static_cast<int>(f); })) continue;
+    if (!is_seen[f]) continue;
     new_number[f] = static_cast<int>(kept.size());
     kept.push_back(frames[f]);
   }

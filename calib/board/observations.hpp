@@ -3,6 +3,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,7 @@ struct Observations {
   std::vector<Device> devices = {};
   std::vector<std::string> frames = {};  ///< names
   std::vector<View> views = {};
+  std::filesystem::path file = {};  ///< where the corners come from, for messages
 
   const View* find(int device, int frame) const;
   /// Views in order of frame, then device (what the solver wants); frames nobody sees are dropped.
