@@ -68,8 +68,8 @@ int run_opencv(const ImportCommand& o) {
         files, {keys[0], keys[1], keys.size() == 4 ? keys[2] : "", keys.size() == 4 ? keys[3] : ""});
     RotTrans rt = Eigen::Map<const RotTrans>(model.rt_device_ref.data());
     rt.tail<3>() *= o.mm_per_unit();
-    rig.devices.push_back(
-        {request.name, model.lensmodel, model.intrinsics, request.imagersize, pose_from_rt(rt), ""});
+    rig.devices.push_back({request.name, model.lensmodel, model.intrinsics, request.imagersize,
+                           pose_from_rt(rt), "", rig.source + ": " + keys[0]});
   }
   return finish_import(std::move(rig), o.rig);
 }
@@ -140,7 +140,7 @@ int run_mrcal(const ImportCommand& o) {
     RotTrans rt = Eigen::Map<const RotTrans>(model.rt_cam_ref.data());
     rt.tail<3>() *= o.mm_per_unit();
     rig.devices.push_back({fs::path(file).stem().string(), model.lensmodel, model.intrinsics,
-                           model.imagersize, pose_from_rt(rt), model.extra});
+                           model.imagersize, pose_from_rt(rt), model.extra, file});
   }
   arrange(rig, o);
   return finish_import(std::move(rig), o.rig);

@@ -16,6 +16,7 @@
 #include "twin/file/cameramodel.hpp"
 #include "twin/image/image_io.hpp"
 #include "twin/lens/lens.hpp"
+#include "twin/lens/pose_fault.hpp"
 
 namespace fringetwin::cli {
 namespace {
@@ -32,13 +33,16 @@ void check_devices(const ImportedRig& rig) {
   for (std::size_t i = 0; i < rig.devices.size(); ++i) {
     const calib::ImportedDevice& d = rig.devices[i];
     if (const std::string fault = name_fault(d.name); !fault.empty())
-      throw UserError(ExitCode::usage, d.name, "the name " + fault, kNameHint);
+      throw UserError(ExitCode::usage, d.where, "the name " + fault, kNameHint);
+    if (const std::string fault = pose_fault(d.T_device_ref); !fault.empty())
+      throw UserError(ExitCode::input, d.where, fault, "check the numbers and --unit");
     // Refuses a lens that does not invert, before anything is written.
-    (void)Lens(d.lensmodel, d.intrinsics, {d.imagersize_px[0], d.imagersize_px[1]}, d.name);
+    (void)Lens(d.lensmodel, d.intrinsics, {d.imagersize_px[0], d.imagersize_px[1]}, d.where);
     for (std::size_t k = 0; k < i; ++k) {
       const calib::ImportedDevice& other = rig.devices[k];
       if (other.name == d.name)
-        throw UserError(ExitCode::usage, d.name, fmt::format("{}.cameramodel would be written twice", d.name),
+        throw UserError(ExitCode::usage, d.where,
+                        fmt::format("{}.cameramodel would be written twice", d.name),
                         "give each device a name of its own");
       const Pose between = d.T_device_ref * other.T_device_ref.inverse();
       if (between.translation_mm.norm() < 1e-6)

@@ -5,7 +5,6 @@
 
 #include <Eigen/LU>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <sstream>
 
@@ -13,6 +12,7 @@
 #include "calib/solve/triangulate.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/parse_number.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/lens/lens.hpp"
 
 namespace fringetwin::calib {
@@ -28,9 +28,8 @@ std::optional<double> to_number(const std::string& word) {
 }
 
 Correspondences read_table(const std::filesystem::path& file, std::size_t n_devices) {
-  std::ifstream in(file);
-  if (!std::filesystem::is_regular_file(file) || !in)
-    throw UserError(ExitCode::input, file.string(), "there is no such file of observations");
+  std::istringstream in(read_whole_text(
+      file, {.kind = FileKind::table, .what = "file of observations", .hint = "check the path"}));
   Correspondences out{file, {}};
   int number = 0;
   bool heading_seen = false;
@@ -42,12 +41,13 @@ Correspondences read_table(const std::filesystem::path& file, std::size_t n_devi
     std::istringstream words(line);
     std::vector<double> row;
     std::string bad;
-    for (std::string word; words >> word;) {
+    std::size_t n_columns = 0;
+    for (std::string word; words >> word; ++n_columns) {
       const auto value = to_number(word);
       if (!value && bad.empty()) bad = word;
-      row.push_back(value.value_or(0.0));
+      if (n_columns < 2 * n_devices) row.push_back(value.value_or(0.0));
     }
-    if (row.empty()) continue;
+    if (n_columns == 0) continue;
     const std::string where = fmt::format("{}:{}", file.string(), number);
     if (!bad.empty() && out.q_px.empty() && !heading_seen) {
       heading_seen = true;
@@ -55,9 +55,9 @@ Correspondences read_table(const std::filesystem::path& file, std::size_t n_devi
     }
     if (!bad.empty())
       throw UserError(ExitCode::input, where, "\"" + bad.substr(0, 40) + "\" is not a number");
-    if (row.size() != 2 * n_devices)
+    if (n_columns != 2 * n_devices)
       throw UserError(ExitCode::input, where,
-                      fmt::format("has {} columns, {} devices have {}", row.size(), n_devices, 2 * n_devices),
+                      fmt::format("has {} columns, {} devices have {}", n_columns, n_devices, 2 * n_devices),
                       "two columns per device, in the order of the devices");
     std::vector<Eigen::Vector2d> point;
     for (std::size_t d = 0; d < n_devices; ++d) point.emplace_back(row[2 * d], row[2 * d + 1]);
@@ -69,6 +69,7 @@ Correspondences read_table(const std::filesystem::path& file, std::size_t n_devi
 Correspondences read_vnl(const std::filesystem::path& file, const std::vector<ImportedDevice>& devices) {
   const std::vector<ImageCorners> images = read_corners_vnl(file);
   Observations o;
+  o.file = file;
   std::vector<std::string> globs;
   for (const ImportedDevice& device : devices) {
     o.devices.push_back({device.name, device.imagersize_px});

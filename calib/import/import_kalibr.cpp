@@ -3,18 +3,19 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <sstream>
 
 #include "calib/import/imported_rig.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/parse_number.hpp"
+#include "twin/base/safe_file.hpp"
 
 namespace fringetwin::calib {
 namespace {
 
 constexpr double kMmPerMetre = 1000.0;
+constexpr int kMostLines = 10000;  // Kalibr writes about 15 for a camera; each key is kept
 
 struct Entry {
   std::string text;  ///< all of the value, several lines joined by blanks
@@ -40,14 +41,14 @@ std::size_t key_end(const std::string& text) {
 }
 
 std::vector<CameraBlock> read_blocks(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!std::filesystem::is_regular_file(file) || !in)
-    throw UserError(ExitCode::input, file.string(), "there is no such camchain");
+  std::istringstream in(read_whole_text(file, {.what = "camchain", .hint = "check the path"}));
   std::vector<CameraBlock> blocks;
   Entry* current = nullptr;
   int number = 0;
   for (std::string line; std::getline(in, line);) {
-    ++number;
+    if (++number > kMostLines)
+      throw UserError(ExitCode::input, fmt::format("{}:{}", file.string(), number),
+                      fmt::format("has more than {} lines, no camchain of Kalibr", kMostLines));
     if (line.find('\t') != std::string::npos)
       throw UserError(ExitCode::input, fmt::format("{}:{}", file.string(), number),
                       "has a tab, which YAML forbids");
@@ -66,7 +67,7 @@ std::vector<CameraBlock> read_blocks(const std::filesystem::path& file) {
           blocks.back().entries.try_emplace(key, Entry{strip(text.substr(colon + 1)), number});
       if (!is_new)
         throw UserError(ExitCode::input, fmt::format("{}:{}", file.string(), number),
-                        key + " is given twice");
+                        "\"" + key.substr(0, 40) + "\" is given twice");
       current = &at->second;
     } else if (current != nullptr) {
       current->text += " " + text;
@@ -90,12 +91,13 @@ class BlockReader {
     const Entry* entry = find(key);
     if (entry == nullptr)
       throw UserError(ExitCode::input, fmt::format("{}:{}", file_.string(), block_.line),
-                      fmt::format("{} has no {}", block_.name, key));
+                      fmt::format("{} has no {}", block_.name.substr(0, 40), key));
     return *entry;
   }
   std::string where(const std::string& key) const {
     const Entry* entry = find(key);
-    return fmt::format("{}:{}: {}.{}", file_.string(), entry ? entry->line : block_.line, block_.name, key);
+    return fmt::format("{}:{}: {}.{}", file_.string(), entry ? entry->line : block_.line,
+                       block_.name.substr(0, 40), key);
   }
   std::string word(const std::string& key) const {
     std::string text = required(key).text;
@@ -114,8 +116,10 @@ class BlockReader {
       const std::optional<double> value = parse_number<double>(w);
       if (!value || !std::isfinite(*value))
         throw UserError(ExitCode::input, where(key), "\"" + w.substr(0, 40) + "\" is not a finite number");
-      out.push_back(*value);
+      if (out.push_back(*value); out.size() > n) break;
     }
+    if (out.size() > n)
+      throw UserError(ExitCode::input, where(key), fmt::format("has more than {} numbers", n));
     if (out.size() != n)
       throw UserError(ExitCode::input, where(key),
                       fmt::format("has {} numbers instead of {}", out.size(), n));
@@ -130,7 +134,7 @@ class BlockReader {
 void read_lens(const BlockReader& block, ImportedDevice& out) {
   if (const std::string model = block.word("camera_model"); model != "pinhole")
     throw UserError(ExitCode::input, block.where("camera_model"),
-                    "\"" + model + "\" has no equal among the lens models of mrcal",
+                    "\"" + model.substr(0, 40) + "\" has no equal among the lens models of mrcal",
                     "calibrate with Kalibr's pinhole-radtan");
   out.intrinsics = block.numbers("intrinsics", 4);
   const std::string model = block.find("distortion_model") ? block.word("distortion_model") : "none";
@@ -140,7 +144,7 @@ void read_lens(const BlockReader& block, ImportedDevice& out) {
   }
   if (model != "radtan" && model != "plumb_bob")
     throw UserError(ExitCode::input, block.where("distortion_model"),
-                    "\"" + model + "\" has no equal among the lens models of mrcal",
+                    "\"" + model.substr(0, 40) + "\" has no equal among the lens models of mrcal",
                     "calibrate with Kalibr's pinhole-radtan");
   const std::size_t n = model == "radtan" ? 4 : 5;
   out.lensmodel = n == 4 ? "LENSMODEL_OPENCV4" : "LENSMODEL_OPENCV5";
@@ -162,6 +166,7 @@ std::vector<ImportedDevice> import_kalibr(const std::filesystem::path& file) {
     const BlockReader reader(file, block);
     ImportedDevice device;
     device.name = block.name;
+    device.where = fmt::format("{}:{}: {}", file.string(), block.line, block.name.substr(0, 40));
     read_lens(reader, device);
     const auto size = reader.numbers("resolution", 2);
     device.imagersize_px = {whole(size[0], reader.where("resolution")),

@@ -4,24 +4,24 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 
 #include "calib/import/imported_rig.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/parse_number.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
 namespace {
 
 constexpr double kRotationTolerance = 1e-5;  // files print six digits or more
+constexpr std::size_t kMostNumbers = 64;     // the largest matrix, a 4x4 pose, has 16
 
 Eigen::MatrixXd read_matrix(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!std::filesystem::is_regular_file(file) || !in)
-    throw UserError(ExitCode::input, file.string(), "there is no such file of numbers");
+  std::istringstream in(read_whole_text(file, {.what = "file of numbers", .hint = "check the path"}));
   std::vector<std::vector<double>> rows;
+  std::size_t n_numbers = 0;
   int line_number = 0;
   for (std::string line; std::getline(in, line);) {
     ++line_number;
@@ -37,6 +37,9 @@ Eigen::MatrixXd read_matrix(const std::filesystem::path& file) {
         throw UserError(ExitCode::input, fmt::format("{}:{}", file.string(), line_number),
                         "\"" + word.substr(0, 40) + "\" is not a finite number",
                         "write plain numbers, as numpy.savetxt does");
+      if (++n_numbers > kMostNumbers)
+        throw UserError(ExitCode::input, fmt::format("{}:{}", file.string(), line_number),
+                        fmt::format("holds more than {} numbers, no matrix of a calibration", kMostNumbers));
       row.push_back(*value);
     }
     if (row.empty()) continue;
@@ -94,6 +97,7 @@ Eigen::Matrix3d checked_rotation(const Eigen::Matrix3d& R, const std::string& wh
 
 ImportedDevice import_matrices(const MatrixFiles& files, double mm_per_unit) {
   ImportedDevice out;
+  out.where = files.camera_matrix.string();
   out.intrinsics = core_of(read_matrix(files.camera_matrix), files.camera_matrix.string());
   out.lensmodel = "LENSMODEL_PINHOLE";
   if (!files.distortion.empty())

@@ -21,6 +21,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/image/image_io.hpp"
 #include "twin/lens/lens.hpp"
+#include "twin/lens/pose_fault.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::calib::import_test {
@@ -136,7 +137,47 @@ TEST_F(ImportFiles, KalibrFaultsNameTheLine) {
   EXPECT_THAT(with("[752, 480]", "[752.5, 480]"), HasSubstr("752.5 is no image side"));
   EXPECT_THAT(refusal([&] { (void)import_kalibr(write("other.yaml", "a: 1\n")); }), HasSubstr("has no cam0"));
   EXPECT_THAT(refusal([&] { (void)import_kalibr(dir_ / "none.yaml"); }),
-              HasSubstr("there is no such camchain"));
+              HasSubstr("the camchain cannot be read"));
+}
+
+TEST_F(ImportFiles, KalibrFloods) {
+  std::string lines = "cam0:\n", numbers;
+  for (int i = 0; i < 20000; ++i) lines += "  k" + std::to_string(i) + ": 1\n", numbers += "1, ";
+  EXPECT_THAT(refusal([&] { (void)import_kalibr(write("lines.yaml", lines)); }),
+              HasSubstr("lines.yaml:10001: has more than 10000 lines"));
+  EXPECT_THAT(refusal([&] {
+                (void)import_kalibr(
+                    write("n.yaml", "cam0:\n  camera_model: pinhole\n  intrinsics: [" + numbers + "]\n"));
+              }),
+              HasSubstr("n.yaml:3: cam0.intrinsics: has more than 4 numbers"));
+  const std::string nested(100000, '[');
+  EXPECT_THAT(refusal([&] {
+                (void)import_kalibr(
+                    write("deep.yaml", "cam0:\n  camera_model: pinhole\n  intrinsics: " + nested + "\n"));
+              }),
+              HasSubstr("has 0 numbers instead of 4"));
+  const std::string word(100000, 'x');
+  EXPECT_LT(refusal([&] { (void)import_kalibr(write("w.yaml", word + ":\n  camera_model: 1\n")); }).size(),
+            500u);
+  EXPECT_LT(refusal([&] {
+              (void)import_kalibr(write("c.yaml", "cam" + word + ":\n  camera_model: " + word + "\n"));
+            }).size(),
+            500u);
+}
+
+TEST_F(ImportFiles, ANumberTooLargeForAPoseIsSeen) {
+  std::string text = kCamchain;
+  text.replace(text.find("-0.11]"), 5, "1e308");
+  const auto devices = import_kalibr(write("far.yaml", text));
+  EXPECT_EQ(devices[1].where, (dir_ / "far.yaml").string() + ":10: cam1");
+  EXPECT_EQ(pose_fault(devices[0].T_device_ref), "");
+  EXPECT_THAT(pose_fault(devices[1].T_device_ref), HasSubstr("above 1e9 mm"));
+  const ImportedDevice turned = import_matrices({write("K.txt", "1200 0 640\n0 1201 512\n0 0 1\n"),
+                                                 {},
+                                                 write("r.txt", "1e300 0 0\n"),
+                                                 write("T.txt", "1 2 3\n")},
+                                                1.0);
+  EXPECT_THAT(pose_fault(turned.T_device_ref), HasSubstr("above 1e9 mm"));
 }
 
 TEST_F(ImportFiles, PlainMatrices) {
@@ -178,7 +219,11 @@ TEST_F(ImportFiles, MatrixFaultsNameTheFile) {
               HasSubstr("is no rotation: determinant -1"));
   EXPECT_THAT(said({K, {}, R, {}}), HasSubstr("holds no translation"));
   EXPECT_THAT(said({K, {}, R, K}), HasSubstr("a translation has 3 numbers, this is 3x3"));
-  EXPECT_THAT(said({dir_ / "none.txt", {}, {}, {}}), HasSubstr("there is no such file of numbers"));
+  EXPECT_THAT(said({dir_ / "none.txt", {}, {}, {}}), HasSubstr("the file of numbers cannot be read"));
+  std::string row;
+  for (int i = 0; i < 100000; ++i) row += "1 ";
+  EXPECT_THAT(said({write("many.txt", row), {}, {}, {}}),
+              HasSubstr("many.txt:1: holds more than 64 numbers"));
 }
 
 std::vector<ImportedDevice> drawn_rig() {
@@ -265,6 +310,7 @@ TEST_F(ImportFiles, ObservationsFromTablesAndCornerFiles) {
   EXPECT_THAT(said("1 2 3 4\n"), HasSubstr("bad.txt:1: has 4 columns, 3 devices have 6"));
   EXPECT_THAT(said("1 2 3 4 5 6\n1 2 x 4 5 6\n"), HasSubstr("bad.txt:2: \"x\" is not a number"));
   EXPECT_THAT(said("# none\n"), HasSubstr("holds no observations"));
+  EXPECT_THAT(said("1 2 3 4 5 6\n1 2 3 4 5 6 7 8\n"), HasSubstr("bad.txt:2: has 8 columns"));
 }
 
 std::vector<double> numbers_after(const std::string& text, const std::string& key, std::size_t n) {

@@ -16,8 +16,9 @@ struct ImportedDevice {
   std::string lensmodel;
   std::vector<double> intrinsics;
   std::array<int, 2> imagersize_px{};
-  Pose T_device_ref;  ///< mm
-  std::string extra;  ///< of a .cameramodel: other keys, kept
+  Pose T_device_ref;       ///< mm
+  std::string extra;       ///< of a .cameramodel: other keys, kept
+  std::string where = {};  ///< the file, and the place in it, for sentences about this device
 };
 
 /// A Kalibr camchain (camN: camera_model, intrinsics, distortion_model, distortion_coeffs, resolution,

@@ -8,6 +8,7 @@
 #include "twin/file/opencv_import.hpp"
 #include "twin/file/plain_keys.hpp"
 #include "twin/file/twin_file.hpp"
+#include "twin/lens/pose_fault.hpp"
 
 namespace fringetwin {
 namespace {
@@ -48,12 +49,10 @@ Pose read_pose(const TomlTable& table, bool may_be_world) {
   return rt ? pose_from_rt(RotTrans(*rt)) : Pose{};
 }
 
-/// A translation out of a file, after its unit; those of twin.toml are checked where they are read.
-void check_translation(const RotTrans& rt, const std::string& where) {
-  constexpr double kLargestMm = 1e9;
-  if (!(rt.tail<3>().cwiseAbs().maxCoeff() <= kLargestMm))
-    throw UserError(ExitCode::input, where, fmt::format("has a translation above {:g} mm", kLargestMm),
-                    "check the unit (cameramodel_unit, opencv.unit)");
+/// Checks a pose out of a file, after its unit; those of twin.toml are checked where they are read.
+void check_pose(const Pose& T, const std::string& where) {
+  if (const std::string fault = pose_fault(T); !fault.empty())
+    throw UserError(ExitCode::input, where, fault, "check the unit (cameramodel_unit, opencv.unit)");
 }
 
 Device read_model_file(const TomlTable& table, const TwinFileContext& context) {
@@ -63,7 +62,7 @@ Device read_model_file(const TomlTable& table, const TwinFileContext& context) {
   context.files->push_back(file);
   RotTrans rt = Eigen::Map<const RotTrans>(model.rt_cam_ref.data());
   rt.tail<3>() *= context.cameramodel_mm_per_unit;
-  check_translation(rt, file.string());
+  check_pose(pose_from_rt(rt), file.string());
   return {Lens(model.lensmodel, model.intrinsics, {model.imagersize[0], model.imagersize[1]}, file.string()),
           pose_from_rt(rt)};
 }
@@ -91,7 +90,7 @@ Device read_opencv(const TomlTable& table, const TwinFileContext& context, bool 
   context.files->insert(context.files->end(), files.begin(), files.end());
   RotTrans rt = Eigen::Map<const RotTrans>(model.rt_device_ref.data());
   rt.tail<3>() *= mm_per_unit;
-  check_translation(rt, table.where("opencv"));
+  check_pose(pose_from_rt(rt), table.where("opencv"));
   return {Lens(model.lensmodel, model.intrinsics, read_imagersize(table), table.where("opencv")),
           has_pose ? pose_from_rt(rt) : read_pose(table, may_be_world)};
 }
