@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <set>
 
 #include "report/json.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::compare {
@@ -20,6 +20,7 @@ using report::Json;
 
 /// Relative to the sigmas: rounding of a solve with many views is far below.
 constexpr double kAsymmetry = 1e-6, kNegative = 1e-6;
+constexpr double kLargestVariance = 1e18;     ///< sigmas as large as any number of a twin may be
 constexpr double kSmallestDirection = 1e-12;  ///< of the largest eigenvalue
 
 // Order and names: calib/page/calibration_json.cpp.
@@ -53,7 +54,7 @@ std::string device_names(const Twin& twin) {
 
 Target find_target(const Twin& twin, const std::string& file, const std::string& parameter) {
   const auto dot = parameter.rfind('.');
-  const std::string key = fmt::format("covariance.parameters: \"{}\"", parameter);
+  const std::string key = fmt::format("covariance.parameters: \"{}\"", parameter.substr(0, 60));
   const std::string device = parameter.substr(0, dot);
   Target target{.device = find_device(twin, device)};
   if (dot == std::string::npos || target.device > twin.cameras.size())
@@ -83,13 +84,13 @@ Target find_target(const Twin& twin, const std::string& file, const std::string&
 }
 
 Json load(const CalibrationCovariance& c) {
-  std::ifstream in(c.file);
-  if (!in) refuse(c, "there is no such calibration");
+  const std::string text = read_whole_text(
+      c.file, {.what = "calibration", .hint = "give the calibration.json that `fringetwin calibrate` wrote"});
   Json json;
   try {
-    json = Json::parse(in);
-  } catch (const Json::parse_error& error) {
-    refuse(c, std::string("this is no JSON: ") + error.what());
+    json = Json::parse(text);
+  } catch (const Json::exception& error) {  // a parse_error, or out_of_range for 1e999
+    refuse(c, "this is no JSON: " + std::string(error.what()).substr(0, 200));
   }
   if (!json.is_object() || !json.contains("schema") || json["schema"] != "fringetwin-calibration/1")
     refuse(c, "schema: this is no fringetwin calibration (fringetwin-calibration/1)");
@@ -121,6 +122,9 @@ Eigen::VectorXd inverse_sigmas(const Eigen::MatrixXd& m) {
 void check_covariance(const CalibrationCovariance& c) {
   const Eigen::MatrixXd& m = c.matrix;
   for (Eigen::Index i = 0; i < m.rows(); ++i) {
+    if (m(i, i) > kLargestVariance)
+      refuse(c,
+             fmt::format("covariance.matrix[{}][{}] is {}, more than {}", i, i, m(i, i), kLargestVariance));
     if (!(m(i, i) >= 0.0)) refuse(c, fmt::format("covariance.matrix[{}][{}] is a negative variance", i, i));
     for (Eigen::Index j = 0; j < i; ++j) {
       const double scale = std::sqrt(m(i, i) * m(j, j));
@@ -137,10 +141,10 @@ void check_covariance(const CalibrationCovariance& c) {
     refuse(c, "covariance.matrix is no covariance: some combination of parameters has a negative variance");
 }
 
-Lens changed_lens(const Lens& lens, std::size_t index, double change, const std::string& name) {
+Lens changed_lens(const Lens& lens, std::size_t index, double change, const std::string& where) {
   std::vector<double> intrinsics = lens.intrinsics();
   intrinsics.at(index) += change;
-  return Lens(lens.model(), intrinsics, {lens.width(), lens.height()}, "the lens of " + name + " as changed");
+  return Lens(lens.model(), intrinsics, {lens.width(), lens.height()}, where);
 }
 
 }  // namespace
@@ -163,8 +167,9 @@ CalibrationCovariance read_calibration_covariance(const Twin& twin) {
     if (!seen.insert(out.parameters.back()).second)
       refuse(out, fmt::format("covariance.parameters: \"{}\" is there twice", out.parameters.back()));
   }
-  if (json.contains("devices") && json["devices"].is_array() && !json["devices"].empty() &&
-      json["devices"][0].is_object() && json["devices"][0].value("name", "") != twin.cameras[0].name)
+  const bool has_devices = json.contains("devices") && json["devices"].is_array() && !json["devices"].empty();
+  const Json first = has_devices ? json["devices"][0] : Json();
+  if (first.is_object() && (!first.contains("name") || first["name"] != twin.cameras[0].name))
     refuse(out,
            fmt::format("devices[0].name, the reference of the poses, must be the twin's first camera \"{}\"",
                        twin.cameras[0].name));
@@ -189,7 +194,7 @@ Twin with_rig_change(const Twin& twin, const CalibrationCovariance& covariance,
       continue;
     }
     Lens& lens = target.device < out.cameras.size() ? out.cameras[target.device].lens : out.projector->lens;
-    lens = changed_lens(lens, target.index, d, name.substr(0, name.rfind('.')));
+    lens = changed_lens(lens, target.index, d, covariance.file.string() + ": the lens as changed by " + name);
   }
   for (std::size_t device = 1; device < pose_change.size(); ++device) {
     if (pose_change[device].isZero(0.0)) continue;

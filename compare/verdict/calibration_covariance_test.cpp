@@ -96,6 +96,7 @@ TEST_F(CalibrationCovarianceFile, NamesWhatIsWrong) {
   EXPECT_THAT(error(of(two, "[[1, 0.5], [0.4, 1]]")), HasSubstr("not symmetric at [1][0]"));
   EXPECT_THAT(error(of(two, "[[1, 2], [2, 1]]")), HasSubstr("no covariance: [1][0]"));
   EXPECT_THAT(error(of(two, "[[1, 0], [0, -1]]")), HasSubstr("[1][1] is a negative variance"));
+  EXPECT_THAT(error(of(R"("left.fx")", "[[1e308]]")), HasSubstr("covariance.matrix[0][0] is 1e+308"));
   EXPECT_THAT(error(of(two + R"(, "left.fy")", "[[1, 0.9, -0.9], [0.9, 1, 0.9], [-0.9, 0.9, 1]]")),
               HasSubstr("negative variance"));
   EXPECT_THAT(error(of(R"("left.fx", "left.fx")", "[[1, 0], [0, 1]]")), HasSubstr("there twice"));
@@ -110,9 +111,15 @@ TEST_F(CalibrationCovarianceFile, NamesWhatIsWrong) {
 
 TEST_F(CalibrationCovarianceFile, RefusesOtherFiles) {
   EXPECT_THROW(read_file(), UserError);  // not there
-  for (const char* text : {"{", "[]", "{\"schema\": \"fringetwin-result/1\"}"}) {
+  const std::string start = R"({"schema": "fringetwin-calibration/1", "covariance": )";
+  for (const std::string& text :
+       {std::string("{"), std::string("[]"), std::string("{\"schema\": \"fringetwin-result/1\"}"),
+        start + R"({"parameters": ["left.fx"], "matrix": [[1e999]]}})",
+        start + R"({"parameters": ["left.fx"], "matrix": [[1]]}, "devices": [{"name": 5}]})",
+        start + R"({"parameters": ["left.fx"], "matrix": [[1]]}, "devices": [{}]})", std::string(100000, '['),
+        start + std::string(100000, '[')}) {
     std::ofstream(file_) << text;
-    EXPECT_THROW(read_file(), UserError) << text;
+    EXPECT_THROW(read_file(), UserError) << text.substr(0, 100);
   }
 }
 
