@@ -4,6 +4,7 @@
 
 #include "tests/fuzz/structured.hpp"
 #include "tests/fuzz/target.hpp"
+#include "twin/captures/capture_set.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::fuzz {
@@ -78,21 +79,43 @@ std::vector<std::string> other_images() {
           fmt::format("Pf\n{} {}\n-1.0\n", kWidth, kHeight) + std::string(4 * kWidth * kHeight, 'x')};
 }
 
-/// The reader of a format is chosen by the first bytes; the name only keeps the file from being taken for
-/// EXR.
-void read_any_image(const std::string& input) { read_gray(put_file("input.tif", input)); }
+/// Every image of a capture set is this one: only one of the camera's size is read to its end.
+void load_as_captures(const std::filesystem::path& file) {
+  static const Twin twin = load_twin(work_folder() / "twin.toml",
+                                     {{"camera.left.imagersize", fmt::format("[{}, {}]", kWidth, kHeight)},
+                                      {"camera.left.intrinsics", "[9, 9, 2, 1.5, 0, 0, 0, 0]"},
+                                      {"fringes.steps", "3"}});
+  CaptureSet set;
+  set.file = work_folder() / "capture.toml";
+  set.cameras.emplace_back().name = "left";
+  set.cameras.back().files.assign(expand_sequence(twin.fringes).size(), file);
+  load_camera_images(set, twin.cameras.front(), twin.fringes);
+}
+
+void read_gray_image(const std::filesystem::path& file) {
+  read_or_refuse([&] { read_gray(file); });
+  load_as_captures(file);
+}
+
+void read_any_exr(const std::string& input) {
+  const std::filesystem::path file = put_file("input.exr", input);
+  read_or_refuse([&] { read_exr(file); });
+  load_as_captures(file);
+}
 
 }  // namespace
 
 extern const Target png_target, tiff_target, exr_target;
 
 const Target png_target = {
-    "png",      [](const std::string& input) { read_gray(put_file("input.png", input)); }, {"png"}, pngs,
+    "png",      [](const std::string& input) { read_gray_image(put_file("input.png", input)); },
+    {"png"},    pngs,
     mutate_png, {"IHDR", "IDAT", "IEND", "PLTE", "tRNS", "gAMA", "\x89PNG\r\n\x1a\n"}};
 
 const Target tiff_target = {
     "tiff",
-    read_any_image,
+    // the first bytes choose the codec; the name only keeps the file from being EXR
+    [](const std::string& input) { read_gray_image(put_file("input.tif", input)); },
     {"tiff"},
     other_images,
     nullptr,
@@ -101,7 +124,7 @@ const Target tiff_target = {
 
 const Target exr_target = {
     "exr",
-    [](const std::string& input) { read_exr(put_file("input.exr", input)); },
+    read_any_exr,
     {"exr"},
     exrs,
     nullptr,

@@ -81,14 +81,13 @@ const fs::path& source_folder() { return source(); }
 std::vector<std::string> seeds_of(const Target& target) {
   std::vector<std::string> seeds;
   const fs::path bad_files = source() / "tests" / "bad_files";
-  for (const std::string& name : target.seed_files) {
-    const fs::path file = bad_files / name;
-    if (fs::is_regular_file(file)) seeds.push_back(get_file(file));
-    for (const fs::path& one : files_in(file)) seeds.push_back(get_file(one));
-  }
+  for (const std::string& name : target.seed_files)
+    if (fs::is_regular_file(bad_files / name)) seeds.push_back(get_file(bad_files / name));
   if (target.seeds)
     for (std::string& seed : target.seeds()) seeds.push_back(std::move(seed));
-  if (seeds.empty()) throw std::runtime_error(std::string("no seeds for ") + target.name);
+  if (seeds.empty()) throw std::runtime_error(std::string("no good input for ") + target.name);
+  for (const std::string& name : target.seed_files)
+    for (const fs::path& file : files_in(bad_files / name)) seeds.push_back(get_file(file));
   return seeds;
 }
 

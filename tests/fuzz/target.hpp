@@ -48,7 +48,7 @@ void read_or_refuse(Read read) {
 /// The checkout, where tests/bad_files lies; set before any seed is asked for.
 void set_source_folder(const std::filesystem::path& source);
 const std::filesystem::path& source_folder();
-/// Returns the seeds of a target, of which at least one is good; always in the same order.
+/// Returns the seeds of a target, a good one first; always in the same order.
 std::vector<std::string> seeds_of(const Target& target);
 
 /// The folder in which this process gives files to readers, with the good files beside; made when first asked

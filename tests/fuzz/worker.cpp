@@ -87,6 +87,7 @@ class Fuzzer {
     corpus_ = seeds_of(*plan_.target);
     if (!plan_.corpus.empty())
       for (const auto& file : fs::directory_iterator(plan_.corpus)) corpus_.push_back(get_file(file.path()));
+    expect_good(corpus_.front());
     std::erase_if(corpus_, [&](const std::string& input) { return plan_.known.contains(input); });
     for (std::size_t i = 0; i < corpus_.size() && since(start_) < plan_.seconds; ++i) {
       read(corpus_[i]);
@@ -120,6 +121,15 @@ class Fuzzer {
         return insert_word(input, target.words, random_);
       default:
         return mutate_bytes(input, random_);
+    }
+  }
+
+  /// A target that refuses even this one would find nothing.
+  void expect_good(const std::string& input) const {
+    try {
+      plan_.target->read(input);
+    } catch (const UserError& error) {
+      throw std::runtime_error(std::string("a good input is refused: ") + error.what());
     }
   }
 
