@@ -169,7 +169,8 @@ NO_OUT = ("diff", "study-shard")
 
 
 def run(program, arguments, folder):
-    """Exit code (None: killed), standard error, seconds of computing, megabytes at most."""
+    """Exit code (negative: a signal's), standard error, seconds of computing, megabytes at most (not less than this process
+    has: the kernel counts what a process had before it became the program)."""
     if arguments[0] not in NO_OUT:
         arguments = arguments + ["--out", str(folder / "out")]
     script = f'ulimit -c 0; ulimit -v {MOST_ADDRESS_SPACE_KB}; exec "$@"'
@@ -200,6 +201,9 @@ def faults_of(name, bad, folder, ended):
         found.append(f"{megabytes:.0f} MB")
     if code == 0:
         return found
+    others = [line for line in text.splitlines() if not line.startswith("fringetwin: ")]
+    if others:
+        found.append(f"{len(others)} lines are not the program's: {others[0][:200]!r}")
     sentences = re.findall(r"^fringetwin: error: (.*)$", text, re.MULTILINE)
     if len(sentences) != 1 or not text.endswith("\n"):
         return found + [f"{len(sentences)} sentences: {text[-300:]!r}"]
@@ -222,7 +226,7 @@ def check(program, good, reader, bad):
         arguments, bad.shown = READERS[reader](Place(folder, good, bad))
         ended = run(program, arguments, folder)
         if bad.good:
-            return [f"refused: {ended[1][-400:]!r}"] if ended[0] in REFUSED or ended[0] is None or ended[0] < 0 else []
+            return [f"refused: {ended[1][-400:]!r}"] if ended[0] in REFUSED or ended[0] < 0 else []
         complete = [name for name in ("capture.toml", "result.json", "twin.toml") if (folder / "out" / name).exists()]
         left = [f"left {name}" for name in complete if ended[0] != 0]
         return faults_of(reader, bad, folder, ended) + left

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bad images and databases that code makes, and the good ones they are told from."""
-import gzip
 import os
 import sqlite3
 import struct
@@ -14,6 +13,12 @@ WIDTH, HEIGHT = 160, 120  # of the good twin's camera
 def chunk(kind, data, crc=None):
     body = kind + data
     return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body) if crc is None else crc)
+
+
+def zeros_compressed(megabytes, kind=zlib.MAX_WBITS):
+    """A megabyte at a time: the memory of this process counts as the program's."""
+    packer = zlib.compressobj(9, wbits=kind)
+    return b"".join(packer.compress(bytes(1 << 20)) for _ in range(megabytes)) + packer.flush()
 
 
 def ihdr(width=WIDTH, height=HEIGHT, bits=8, colour=0, interlace=0):
@@ -75,7 +80,7 @@ def bmp(width=WIDTH, height=HEIGHT, bits=8, compression=0, data=None):
 
 
 def pngs():
-    bomb = zlib.compress(bytes(200 << 20), 9)  # 200 KB that become 200 MB
+    bomb = zeros_compressed(200)  # 200 KB
     row = b"\x64" * WIDTH
     whole = chunk(b"IDAT", zlib.compress((b"\0" + row) * HEIGHT))
     size = 60_000
@@ -110,7 +115,7 @@ def tiffs():
         "wrong_size.tif": tiff(WIDTH + 1), "no_width.tif": tiff(0), "width_4_billion.tif": tiff(0xffffffff, 0xffffffff),
         "of_64_bits.tif": tiff(bits=64),
         "compression_unknown.tif": tiff(compression=31337), "lzw_of_noise.tif": tiff(compression=5, data=b"\xaa\x55" * 500),
-        "deflate_bomb.tif": tiff(60_000, 60_000, compression=8, data=zlib.compress(bytes(20 << 20))),
+        "deflate_bomb.tif": tiff(60_000, 60_000, compression=8, data=zeros_compressed(20)),
         "data_missing.tif": tiff(data=b""), "directory_points_to_itself.tif": tiff(WIDTH + 1, next_directory=8),
         "directory_beyond.tif": b"II*\0\xff\xff\xff\x7f", "tags_65535.tif": b"II*\0\x08\0\0\0\xff\xff" + bytes(64),
         "planes_900.tif": tiff(more=[(284, 900)]),
@@ -195,7 +200,7 @@ def stores():
 
 
 def opencv_bombs():
-    return [text("zipped_200_MB", gzip.compress(b"%YAML:1.0\n---\n# " + bytes(200 << 20), 9), ".yml.gz")]
+    return [text("zipped_200_MB", zeros_compressed(200, zlib.MAX_WBITS + 16), ".yml.gz")]
 
 
 OWN = {"png": pngs, "tiff": tiffs, "exr": exrs, "patterns": patterns, "study_store": stores, "opencv": opencv_bombs}
