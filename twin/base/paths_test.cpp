@@ -2,11 +2,16 @@
 // tolerance: none, paths and sentences are exact.
 #include "twin/base/paths.hpp"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <fstream>
+
+#include "tests/support/twin/child_process.hpp"
+#include "twin/base/out_folder.hpp"
 
 namespace fringetwin::paths_test {
 namespace {
@@ -57,6 +62,20 @@ TEST(Names, WhatMayBecomePartOfAFileName) {
   EXPECT_EQ(name_fault(""), "must not be empty");
   EXPECT_EQ(name_fault(std::string(100, 'a')), "");
   EXPECT_THAT(name_fault(std::string(101, 'a')), HasSubstr("at most 100"));
+}
+
+TEST(OutFolder, IsOfOneProcessAtATime) {
+  const fringetwin::testing::ScratchFolder scratch;
+  // A lock of its own open file is to us as another process's.
+  const int other = ::open(scratch.path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  ASSERT_EQ(::flock(other, LOCK_EX | LOCK_NB), 0);
+  EXPECT_FALSE(hold_folder(scratch.path()));
+  begin_output(scratch.path(), {}, Writers::several);
+  ::close(other);
+  EXPECT_TRUE(hold_folder(scratch.path()));
+  EXPECT_TRUE(hold_folder(scratch.path())) << "it is ours";
+  begin_output(scratch.path(), {});
+  EXPECT_TRUE(hold_folder(scratch / "nowhere")) << "what cannot be locked belongs to everybody";
 }
 
 }  // namespace
