@@ -329,7 +329,7 @@ TEST_F(ImageIo, TemporaryFileVanishesUnlessCommitted) {
 
 // Where the last byte finds no room: the libraries write it when they close, and some say nothing then.
 TEST_F(ImageIo, AFullDiskLeavesNoFile) {
-  ImageF image(64, 48);
+  ImageF image(64, 50);  // OpenEXR keeps the last lines, fewer than its 16, until it closes
   std::mt19937 random(3);
   for (float& v : image.data) v = static_cast<float>(random());
   const fs::path file = folder_ / "a.exr";
