@@ -12,6 +12,7 @@
 
 #include "render/scene/visible_range.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/mesh/most_triangles.hpp"
 
 namespace fringetwin::render {
 namespace {
@@ -19,8 +20,6 @@ namespace {
 using Eigen::Vector3d;
 
 Double4 pack(const Vector3d& v, double w) { return {v.x(), v.y(), v.z(), w}; }
-
-constexpr std::size_t kMostTriangles = 1U << 24;
 
 // The winding number is 1 inside a closed mesh, a little less with small holes; inside an open bowl one may
 // look around.
@@ -113,11 +112,11 @@ class Packer {
          g.bvh.order.size());
     n_links_ += g.bvh.order.size();
     // Numbers of triangles travel as floats; there are fewer nodes.
-    if (n_links_ >= kMostTriangles)
+    if (n_links_ > kMostTriangles)
       throw UserError(ExitCode::input,
                       s.file.empty() ? fmt::format("object \"{}\"", object.name) : s.file.string(),
                       fmt::format("the meshes have {} triangles together, at most {} can be traced", n_links_,
-                                  kMostTriangles - 1),
+                                  kMostTriangles),
                       "reduce the mesh");
     scene.instances.push_back({&g, {T_object_cam.rotation, eye}});
     for (const Eigen::Vector4f& c : g.covering)

@@ -7,30 +7,17 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
-#include <fstream>
 #include <unordered_map>
 
 #include "twin/base/errors.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/mesh/mesh_file.hpp"
 
 namespace fringetwin {
 namespace fs = std::filesystem;
 namespace {
-
-std::string read_whole(const fs::path& file) {
-  std::error_code error;
-  if (!fs::is_regular_file(file, error))
-    throw UserError(ExitCode::input, file.string(),
-                    fs::exists(file, error) ? "is no regular file" : "no such mesh",
-                    "check the name and the folder");
-  std::ifstream stream(file, std::ios::binary);
-  std::string bytes((std::istreambuf_iterator<char>(stream)), {});
-  if (!stream.good() && !stream.eof()) throw UserError(ExitCode::input, file.string(), "cannot be read");
-  if (bytes.empty()) throw UserError(ExitCode::input, file.string(), "is empty (0 bytes)");
-  return bytes;
-}
 
 /// Editors put a UTF-8 byte order mark before text; no mesh format knows it.
 void drop_byte_order_mark(std::string* bytes) {
@@ -38,12 +25,14 @@ void drop_byte_order_mark(std::string* bytes) {
 }
 
 RawMesh read_raw(const fs::path& file) {
-  std::string bytes = read_whole(file);
+  std::string bytes = read_whole_text(
+      file, {.kind = FileKind::mesh, .what = "mesh", .hint = "check the name and the folder"});
+  if (bytes.empty()) throw UserError(ExitCode::input, file.string(), "is empty (0 bytes)");
   drop_byte_order_mark(&bytes);
   if (bytes.rfind("ply\n", 0) == 0 || bytes.rfind("ply\r", 0) == 0) return read_ply(file, bytes);
   const std::string extension = lower_extension(file);
-  if (extension == ".stl") return read_with_assimp(file, bytes, "stl");
-  if (extension == ".obj") return read_with_assimp(file, bytes, "obj");
+  if (extension == ".stl") return read_stl(file, bytes);
+  if (extension == ".obj") return read_obj(file, bytes);
   throw UserError(ExitCode::input, file.string(), "is no mesh of a known format",
                   "PLY, STL and OBJ are read");
 }
@@ -86,6 +75,7 @@ std::vector<int> join_vertices(const fs::path& file, const RawMesh& raw, double 
   known.reserve(raw.vertices.size());
   std::vector<int> index_of(raw.vertices.size());
   for (std::size_t i = 0; i < raw.vertices.size(); ++i) {
+    heed_cancel(i);
     const Eigen::Vector3f p = checked_vertex(file, raw, i, scale);
     const float albedo = raw.albedo.empty() ? 1.0f : raw.albedo[i];
     // + 0 makes -0 and 0 the same
@@ -118,7 +108,9 @@ std::shared_ptr<const Mesh> load_mesh(const fs::path& file, const std::string& u
   auto mesh = std::make_shared<Mesh>();
   const std::vector<int> index_of = join_vertices(file, raw, unit == "m" ? 1000.0 : 1.0, mesh.get());
   std::size_t degenerate = 0;
-  for (std::array<int, 3> triangle : raw.triangles) {
+  for (std::size_t i = 0; i < raw.triangles.size(); ++i) {
+    heed_cancel(i);
+    std::array<int, 3> triangle = raw.triangles[i];
     for (int& corner : triangle) corner = index_of[corner];
     if (is_degenerate(*mesh, triangle))
       ++degenerate;

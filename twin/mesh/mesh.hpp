@@ -19,8 +19,9 @@ struct Mesh {
 /// Reads PLY, STL or OBJ; `unit` "mm" or "m". Vertices of equal position are joined, polygons cut
 /// into triangles, degenerate (zero-area) triangles dropped and counted on stderr; normals and
 /// colours in the file are ignored.
-/// Throws UserError(input) naming the file for: missing, truncated or unknown format, no triangle,
-/// a NaN or infinite coordinate (names the vertex).
+/// Throws UserError(input) naming the file for: missing, truncated or unknown format, no triangle or more
+/// than kMostTriangles, a NaN or infinite coordinate (names the vertex); Cancelled where the user pressed
+/// Ctrl-C.
 std::shared_ptr<const Mesh> load_mesh(const std::filesystem::path& file, const std::string& unit);
 
 /// Returns area-weighted unit vertex normals.

@@ -9,12 +9,14 @@
 // Truth: small files written out by hand; assimp reads what save_mesh_ply writes.
 #include "twin/mesh/mesh.hpp"
 
+#include <assimp/scene.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <Eigen/Geometry>
+#include <assimp/Importer.hpp>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -22,13 +24,6 @@
 
 #include "tests/support/twin/save_mesh_ply.hpp"
 #include "twin/base/errors.hpp"
-#include "twin/mesh/mesh_file.hpp"
-
-#if defined(__SANITIZE_ADDRESS__)
-// assimp 5.2 leaks two small objects when it refuses an OBJ file.
-extern "C" const char* __lsan_default_suppressions();
-extern "C" const char* __lsan_default_suppressions() { return "leak:libassimp"; }
-#endif
 
 namespace fringetwin::mesh_test {
 namespace {
@@ -241,8 +236,9 @@ TEST_F(MeshFile, NoTriangleIsRefused) {
 }
 
 TEST_F(MeshFile, MissingEmptyAndForeignFiles) {
-  EXPECT_THAT(error_of(folder_ / "none.ply"), HasSubstr("no such mesh"));
-  EXPECT_THAT(error_of(folder_), HasSubstr("is no regular file"));
+  EXPECT_THAT(error_of(folder_ / "none.ply"),
+              HasSubstr("the mesh cannot be read (No such file or directory); check the name"));
+  EXPECT_THAT(error_of(folder_), HasSubstr("is a folder, the mesh must be a file"));
   EXPECT_THAT(error_of(write("empty.ply", "")), HasSubstr("is empty"));
   EXPECT_THAT(error_of(write("x.fbx", "Kaydara FBX Binary")), HasSubstr("PLY, STL and OBJ are read"));
   EXPECT_THAT(error_of(write("x.ply", "not a ply")), HasSubstr("known format"));
@@ -266,7 +262,7 @@ TEST_F(MeshFile, AnnouncedCountsAreNotTrusted) {
   for (const char* count : {"99999999999", "99999999999999999999", "-1"})
     EXPECT_THAT(
         error_of(write("c.ply", fmt::format("ply\nformat ascii 1.0\nelement vertex {}\n{}", count, face))),
-        AnyOf(HasSubstr("is truncated"), HasSubstr("has a bad PLY header line")));
+        AnyOf(HasSubstr("has no x, y and z"), HasSubstr("has a bad PLY header line")));
   bytes[bytes.size() - 13] = '\xff';  // 255 corners
   EXPECT_THAT(error_of(write("l.ply", bytes)), HasSubstr("is truncated"));
 }
@@ -291,12 +287,19 @@ TEST_F(MeshFile, SavedMeshesComeBack) {
   EXPECT_EQ(back->triangles, mesh.triangles);
   EXPECT_EQ(back->vertex_albedo, mesh.vertex_albedo);
 
-  std::ifstream stream(file, std::ios::binary);
-  const std::string bytes((std::istreambuf_iterator<char>(stream)), {});
-  const RawMesh foreign = read_with_assimp(file, bytes, "ply");  // another program's reader
-  ASSERT_EQ(foreign.vertices.size(), 4u);
-  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(foreign.vertices[i].cast<float>(), mesh.vertices_mm[i]);
-  EXPECT_EQ(foreign.triangles, mesh.triangles);
+  Assimp::Importer importer;
+  const aiScene* scene = importer.ReadFile(file.string(), 0);
+  ASSERT_TRUE(scene != nullptr && scene->mNumMeshes == 1) << importer.GetErrorString();
+  const aiMesh& foreign = *scene->mMeshes[0];
+  ASSERT_EQ(foreign.mNumVertices, 4u);
+  ASSERT_EQ(foreign.mNumFaces, 2u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const aiVector3D& v = foreign.mVertices[i];
+    EXPECT_EQ(Eigen::Vector3f(v.x, v.y, v.z), mesh.vertices_mm[i]);
+  }
+  for (std::size_t i = 0; i < 2; ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_EQ(static_cast<int>(foreign.mFaces[i].mIndices[k]), mesh.triangles[i][k]);
 }
 
 TEST(MeshNormals, OfASphereAreRadial) {

@@ -3,134 +3,169 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <locale>
 #include <map>
-#include <sstream>
+#include <set>
 
-#include "twin/base/errors.hpp"
+#include "twin/base/parse_number.hpp"
 #include "twin/mesh/mesh_file.hpp"
 
 namespace fringetwin {
 namespace {
 
+// Headers of scanners and modellers have a few KB, 16 bytes a property.
+constexpr std::size_t kMostPlyHeader = 1 << 20;
+
 class Body;
-/// Reads a number of one PLY type from a binary body.
-using ReadNumber = double (Body::*)();
-/// Returns the reader of a type, "uchar" or "float32"; nullptr for a name that is no type.
-ReadNumber reader_of(const std::string& type);
+/// A type of number, "uchar" or "float32": how a binary body's is read, and how many bytes it takes.
+struct NumberType {
+  double (Body::*read)();
+  std::size_t bytes;
+};
+/// Returns the type of a name; nullptr for a name that is no type.
+const NumberType* number_type(std::string_view name);
 
 struct Property {
   std::string name;
-  ReadNumber type = nullptr;
-  ReadNumber list_count = nullptr;  ///< of the count where the property is a list
+  const NumberType* type = nullptr;
+  const NumberType* list_count = nullptr;  ///< of the count where the property is a list
 };
 struct Element {
   std::string name;
   std::size_t count = 0;
   std::vector<Property> properties;
   std::string fault;  ///< a property line that is not understood: fatal only where the element is read
+
+  const Property* find(std::string_view property) const {
+    const auto found = std::ranges::find(properties, property, &Property::name);
+    return found == properties.end() ? nullptr : &*found;
+  }
 };
 enum class Encoding { ascii, little_endian, big_endian };
-struct PlyHeader {
+
+/// The lines before the numbers.
+class PlyHeader {
+ public:
+  PlyHeader(const std::string& bytes, const MeshRefusal& refuse)
+      : text_(std::string_view(bytes).substr(0, kMostPlyHeader)), refuse_(refuse) {
+    while (take_line()) {
+      if (text_.skip_line()) continue;
+      if (bytes.size() <= kMostPlyHeader) refuse_("is truncated (its PLY header has no end)");
+      refuse_(fmt::format("has a PLY header of more than {} bytes", kMostPlyHeader));
+    }
+    if (!text_.skip_line()) refuse_("is truncated (its PLY header has no end)");
+    body = text_.position();
+  }
+
   Encoding encoding = Encoding::ascii;
   std::vector<Element> elements;
   std::size_t body = 0;  ///< offset of the first byte after end_header
-};
-
-class Refusal {
- public:
-  explicit Refusal(const std::filesystem::path& file) : file_(file.string()) {}
-  [[noreturn]] void operator()(const std::string& what, const std::string& hint = "") const {
-    throw UserError(ExitCode::input, file_, what, hint);
-  }
 
  private:
-  std::string file_;
-};
-
-Encoding parse_encoding(const std::string& name, const Refusal& refuse) {
-  if (name == "ascii") return Encoding::ascii;
-  if (name == "binary_little_endian") return Encoding::little_endian;
-  if (name == "binary_big_endian") return Encoding::big_endian;
-  refuse(fmt::format("has the unknown PLY format \"{}\"", name));
-}
-
-/// Appends the property of a header line; a line that is not understood becomes the element's fault
-/// (the Stanford bunny ends in an element whose properties have name and type swapped).
-void parse_property(std::istringstream& words, const std::string& line, Element* element) {
-  Property property;
-  std::string type, count;
-  words >> type;
-  if (type == "list") {
-    words >> count >> type;
-    property.list_count = reader_of(count);
+  /// Takes the line's words; false at the last line.
+  bool take_line() {
+    const std::string_view keyword = text_.next_word_in_line();
+    if (keyword == "end_header") return false;
+    if (keyword == "format")
+      take_format();
+    else if (keyword == "element")
+      take_element();
+    else if (keyword == "property")
+      take_property();
+    else if (keyword != "ply" && keyword != "comment" && keyword != "obj_info" && !keyword.empty())
+      refuse_(fmt::format("has a bad PLY header line {}: {}", text_.line(), mesh_excerpt(keyword)));
+    return true;
   }
-  property.type = reader_of(type);
-  if (!property.type || !(words >> property.name) || (!count.empty() && !property.list_count)) {
-    element->fault = line;
-    return;
-  }
-  element->properties.push_back(property);
-}
 
-PlyHeader parse_header(const std::string& bytes, const Refusal& refuse) {
-  PlyHeader header;
-  std::size_t position = 0;
-  while (true) {
-    const std::size_t end = bytes.find('\n', position);
-    if (end == std::string::npos) refuse("is truncated (its PLY header has no end)");
-    std::string line = bytes.substr(position, end - position);
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    position = end + 1;
-    std::istringstream words(line);
-    words.imbue(std::locale::classic());
-    std::string keyword, name;
-    words >> keyword;
-    if (keyword == "end_header") break;
-    if (keyword == "format") {
-      words >> name;
-      header.encoding = parse_encoding(name, refuse);
-    } else if (keyword == "element") {
-      Element element;
-      long long count = -1;
-      if (!(words >> element.name >> count) || count < 0)
-        refuse(fmt::format("has a bad PLY header line: \"{}\"", line));
-      element.count = static_cast<std::size_t>(count);
-      header.elements.push_back(element);
-    } else if (keyword == "property") {
-      if (header.elements.empty()) refuse("has a PLY property before any element");
-      parse_property(words, line, &header.elements.back());
-    } else if (keyword != "ply" && keyword != "comment" && keyword != "obj_info" && !keyword.empty()) {
-      refuse(fmt::format("has a bad PLY header line: \"{}\"", line));
+  void take_format() {
+    const std::string_view name = text_.next_word_in_line();
+    if (has_format_) refuse_("has two format lines in its PLY header");
+    has_format_ = true;
+    if (name == "binary_little_endian")
+      encoding = Encoding::little_endian;
+    else if (name == "binary_big_endian")
+      encoding = Encoding::big_endian;
+    else if (name != "ascii")
+      refuse_(fmt::format("has the unknown PLY format {}", mesh_excerpt(name)));
+  }
+
+  void take_element() {
+    Element element;
+    element.name = text_.next_word_in_line();
+    const std::string_view count = text_.next_word_in_line();
+    const auto number = parse_number<std::size_t>(count);
+    if (!number)
+      refuse_(fmt::format("has a bad PLY header line {}: {} is no count of element {}", text_.line(),
+                          mesh_excerpt(count), mesh_excerpt(element.name)));
+    // Twice "vertex" would bound the faces' vertices by one and hold those of both.
+    if (!element_names_.insert(element.name).second)
+      refuse_(fmt::format("has two elements {} in its PLY header", mesh_excerpt(element.name)));
+    element.count = *number;
+    elements.push_back(element);
+    property_names_.clear();
+  }
+
+  /// Appends a property; a line that is not understood becomes the element's fault (the Stanford bunny ends
+  /// in an element whose properties have name and type swapped).
+  void take_property() {
+    if (elements.empty()) refuse_("has a PLY property before any element");
+    Element& element = elements.back();
+    Property property;
+    std::string_view type = text_.next_word_in_line();
+    const bool list = type == "list";
+    if (list) {
+      property.list_count = number_type(text_.next_word_in_line());
+      type = text_.next_word_in_line();
     }
+    property.type = number_type(type);
+    property.name = text_.next_word_in_line();
+    if (!property.type || property.name.empty() || (list && !property.list_count)) {
+      if (element.fault.empty())
+        element.fault = fmt::format("line {}, property {}", text_.line(), mesh_excerpt(property.name));
+      return;
+    }
+    if (!property_names_.insert(property.name).second)
+      refuse_(fmt::format("has two properties {} in element {} of its PLY header",
+                          mesh_excerpt(property.name), mesh_excerpt(element.name)));
+    element.properties.push_back(property);
   }
-  header.body = position;
-  return header;
-}
+
+  MeshText text_;
+  const MeshRefusal& refuse_;
+  bool has_format_ = false;
+  std::set<std::string> element_names_, property_names_;
+};
 
 /// Hands out the numbers of the body one by one; never reads beyond the end.
 class Body {
  public:
-  Body(const std::string& bytes, const PlyHeader& header, const Refusal& refuse)
-      : bytes_(bytes), position_(header.body), encoding_(header.encoding), refuse_(refuse) {}
+  Body(const std::string& bytes, const PlyHeader& header, const MeshRefusal& refuse)
+      : bytes_(bytes),
+        position_(header.body),
+        text_(bytes, header.body),
+        encoding_(header.encoding),
+        refuse_(refuse) {}
 
   /// What is being read, for messages.
   void at(const Element& element, std::size_t index) {
+    throw_if_cancelled();
     element_ = &element;
     index_ = index;
   }
-  std::string place() const { return fmt::format("{} {} of {}", element_->name, index_, element_->count); }
-  std::size_t bytes_left() const { return bytes_.size() - position_; }
+  std::string place() const {
+    return fmt::format("{} {} of {}", std::string_view(element_->name).substr(0, 40), index_,
+                       element_->count);
+  }
 
-  double next(ReadNumber type) { return encoding_ == Encoding::ascii ? next_word() : (this->*type)(); }
+  double next(const NumberType& type) {
+    return encoding_ == Encoding::ascii ? next_word() : (this->*type.read)();
+  }
 
   template <class T>
   double next_binary() {
-    if (bytes_left() < sizeof(T)) truncated();
+    if (bytes_.size() - position_ < sizeof(T)) truncated();
     std::array<char, sizeof(T)> raw;
     std::memcpy(raw.data(), bytes_.data() + position_, sizeof(T));
     position_ += sizeof(T);
@@ -139,109 +174,136 @@ class Body {
     return static_cast<double>(std::bit_cast<T>(raw));
   }
 
-  std::size_t next_list_size(ReadNumber type) {
-    const double size = next(type);
+  /// Returns how many numbers of the property follow: 1, or the size of its list.
+  std::size_t next_size(const Property& property) {
+    if (!property.list_count) return 1;
+    const double size = next(*property.list_count);
     if (!(size >= 0.0) || size != std::floor(size))
       refuse_(fmt::format("has a bad list length {} in {}", size, place()));
-    if (size > static_cast<double>(bytes_left())) truncated();
+    if (size > static_cast<double>(bytes_.size())) truncated();
     return static_cast<std::size_t>(size);
   }
 
-  [[noreturn]] void truncated() const { refuse_(fmt::format("is truncated (it ends in {})", place())); }
+  void skip(const Property& property) {
+    for (std::size_t n = next_size(property); n > 0; --n) {
+      heed_cancel(n);
+      next(*property.type);
+    }
+  }
 
  private:
+  [[noreturn]] void truncated() const { refuse_(fmt::format("is truncated (it ends in {})", place())); }
+
   double next_word() {
-    while (position_ < bytes_.size() && std::isspace(static_cast<unsigned char>(bytes_[position_])) != 0)
-      ++position_;
-    std::size_t end = position_;
-    while (end < bytes_.size() && std::isspace(static_cast<unsigned char>(bytes_[end])) == 0) ++end;
-    if (position_ == end) truncated();
-    const char* first = bytes_.data() + position_ + (bytes_[position_] == '+' ? 1 : 0);
-    const char* last = bytes_.data() + end;
-    double value = 0.0;
-    const auto [stop, error] = std::from_chars(first, last, value);
-    if (stop != last || (error != std::errc{} && error != std::errc::result_out_of_range))
-      refuse_(fmt::format("has \"{}\" where a number is needed, in {}",
-                          bytes_.substr(position_, std::min<std::size_t>(end - position_, 40)), place()));
-    position_ = end;
-    return value;
+    const std::string_view word = text_.next_word();
+    if (word.empty()) truncated();
+    const std::optional<double> number = mesh_number(word);
+    if (!number) refuse_(fmt::format("has {} where a number is needed, in {}", mesh_excerpt(word), place()));
+    return *number;
   }
 
   const std::string& bytes_;
-  std::size_t position_;
+  std::size_t position_;  ///< in a binary body
+  MeshText text_;
   Encoding encoding_;
-  const Refusal& refuse_;
+  const MeshRefusal& refuse_;
   const Element* element_ = nullptr;
   std::size_t index_ = 0;
 };
 
-ReadNumber reader_of(const std::string& type) {
-  static const std::map<std::string, ReadNumber> readers = {
-      {"char", &Body::next_binary<std::int8_t>},     {"int8", &Body::next_binary<std::int8_t>},
-      {"uchar", &Body::next_binary<std::uint8_t>},   {"uint8", &Body::next_binary<std::uint8_t>},
-      {"short", &Body::next_binary<std::int16_t>},   {"int16", &Body::next_binary<std::int16_t>},
-      {"ushort", &Body::next_binary<std::uint16_t>}, {"uint16", &Body::next_binary<std::uint16_t>},
-      {"int", &Body::next_binary<std::int32_t>},     {"int32", &Body::next_binary<std::int32_t>},
-      {"uint", &Body::next_binary<std::uint32_t>},   {"uint32", &Body::next_binary<std::uint32_t>},
-      {"float", &Body::next_binary<float>},          {"float32", &Body::next_binary<float>},
-      {"double", &Body::next_binary<double>},        {"float64", &Body::next_binary<double>}};
-  const auto found = readers.find(type);
-  return found == readers.end() ? nullptr : found->second;
+template <class T>
+constexpr NumberType kNumber{&Body::next_binary<T>, sizeof(T)};
+
+const NumberType* number_type(std::string_view name) {
+  static const std::map<std::string_view, const NumberType*> types = {
+      {"char", &kNumber<std::int8_t>},     {"int8", &kNumber<std::int8_t>},
+      {"uchar", &kNumber<std::uint8_t>},   {"uint8", &kNumber<std::uint8_t>},
+      {"short", &kNumber<std::int16_t>},   {"int16", &kNumber<std::int16_t>},
+      {"ushort", &kNumber<std::uint16_t>}, {"uint16", &kNumber<std::uint16_t>},
+      {"int", &kNumber<std::int32_t>},     {"int32", &kNumber<std::int32_t>},
+      {"uint", &kNumber<std::uint32_t>},   {"uint32", &kNumber<std::uint32_t>},
+      {"float", &kNumber<float>},          {"float32", &kNumber<float>},
+      {"double", &kNumber<double>},        {"float64", &kNumber<double>}};
+  const auto found = types.find(name);
+  return found == types.end() ? nullptr : found->second;
 }
 
-void read_vertices(const Element& element, Body& body, RawMesh* mesh, const Refusal& refuse) {
-  int axis_of[3] = {-1, -1, -1};
-  bool has_albedo = false;
-  for (std::size_t k = 0; k < element.properties.size(); ++k) {
-    const std::string& name = element.properties[k].name;
-    if (name == "x" || name == "y" || name == "z") axis_of[name[0] - 'x'] = static_cast<int>(k);
-    has_albedo = has_albedo || name == "albedo";
-  }
-  if (axis_of[0] < 0 || axis_of[1] < 0 || axis_of[2] < 0) refuse("has no x, y and z in its PLY vertices");
+/// Refuses a count that the file is too short for, before anything is allocated or read for it.
+void check_announced(const Element& element, const PlyHeader& header, std::size_t file_bytes,
+                     const MeshRefusal& refuse) {
+  std::size_t entry = 0;  // bytes at least: each list may be empty, each number be one digit and a blank
+  for (const Property& property : element.properties)
+    entry += header.encoding == Encoding::ascii ? 2
+             : property.list_count              ? property.list_count->bytes
+                                                : property.type->bytes;
+  // The last number of a text needs no blank.
+  if (entry > 0 && element.count > (file_bytes - header.body + 1) / entry)
+    refuse(fmt::format("is truncated (it announces {} of element {}, the file has {} bytes)", element.count,
+                       mesh_excerpt(element.name), file_bytes));
+}
+
+/// Returns the place of a property among the vertex's; -1 without it.
+int place_of(const char* name, const Element& element, const MeshRefusal& refuse) {
+  const Property* property = element.find(name);
+  if (!property) return -1;
+  if (property->list_count) refuse(fmt::format("has a list where a vertex has its {}", name));
+  return static_cast<int>(property - element.properties.data());
+}
+
+void read_vertices(const Element& element, Body& body, RawMesh* mesh) {
+  const int x = place_of("x", element, mesh->refuse), y = place_of("y", element, mesh->refuse),
+            z = place_of("z", element, mesh->refuse), albedo = place_of("albedo", element, mesh->refuse);
+  if (x < 0 || y < 0 || z < 0) mesh->refuse("has no x, y and z in its PLY vertices");
+  mesh->expect_vertices(element.count);
   std::vector<double> values(element.properties.size());
   for (std::size_t i = 0; i < element.count; ++i) {
     body.at(element, i);
     for (std::size_t k = 0; k < values.size(); ++k) {
       const Property& property = element.properties[k];
-      if (!property.list_count) {
-        values[k] = body.next(property.type);
-        continue;
-      }
-      for (std::size_t n = body.next_list_size(property.list_count); n > 0; --n) body.next(property.type);
+      if (property.list_count)
+        body.skip(property);
+      else
+        values[k] = body.next(*property.type);
     }
-    mesh->vertices.emplace_back(values[axis_of[0]], values[axis_of[1]], values[axis_of[2]]);
-    if (!has_albedo) continue;
-    for (std::size_t k = 0; k < values.size(); ++k)
-      if (element.properties[k].name == "albedo") mesh->albedo.push_back(static_cast<float>(values[k]));
+    mesh->add_vertex({values[x], values[y], values[z]});
+    if (albedo < 0) continue;
+    if (!(values[albedo] >= 0.0 && values[albedo] <= 1.0))
+      mesh->refuse(fmt::format("{} has the albedo {}, a factor between 0 and 1 is needed", body.place(),
+                               values[albedo]),
+                   values[albedo] > 1.0 ? "divide all by the largest, and put that into the object's diffuse"
+                                        : "mend the mesh");
+    mesh->albedo.push_back(static_cast<float>(values[albedo]));
   }
 }
 
-void read_polygon(const Property& property, std::size_t n_vertices, Body& body, RawMesh* mesh,
-                  const Refusal& refuse) {
-  std::vector<int> corners(body.next_list_size(property.list_count));
-  for (int& corner : corners) {
-    const double index = body.next(property.type);
+void read_polygon(const Property& property, Body& body, std::vector<int>* corners, RawMesh* mesh) {
+  const std::size_t n_vertices = mesh->vertices.size();
+  corners->clear();
+  for (std::size_t n = body.next_size(property); n > 0; --n) {
+    heed_cancel(n);
+    const double index = body.next(*property.type);
     if (!(index >= 0.0 && index < static_cast<double>(n_vertices)) || index != std::floor(index))
-      refuse(fmt::format("{} names vertex {}, there are {}", body.place(), index, n_vertices));
-    corner = static_cast<int>(index);
+      mesh->refuse(fmt::format("{} names vertex {}, there are {}", body.place(), index, n_vertices));
+    corners->push_back(static_cast<int>(index));
   }
-  if (corners.size() < 3) ++mesh->other_faces;
-  for (std::size_t k = 2; k < corners.size(); ++k)
-    mesh->triangles.push_back({corners[0], corners[k - 1], corners[k]});
+  mesh->add_polygon(*corners);
 }
 
-void read_other_element(const Element& element, std::size_t n_vertices, Body& body, RawMesh* mesh,
-                        const Refusal& refuse) {
+/// Reads the polygons of the faces; of any other element nothing.
+void read_other_element(const Element& element, Body& body, RawMesh* mesh) {
+  if (element.properties.empty()) return;  // it takes no byte, whatever its count is
+  const Property* polygon = nullptr;
+  if (element.name == "face") polygon = element.find("vertex_indices");
+  if (element.name == "face" && !polygon) polygon = element.find("vertex_index");
+  if (polygon && !polygon->list_count) mesh->refuse("has no list of vertices in its PLY faces");
+  std::vector<int> corners;
   for (std::size_t i = 0; i < element.count; ++i) {
     body.at(element, i);
     for (const Property& property : element.properties) {
-      const bool polygon = element.name == "face" && property.list_count &&
-                           (property.name == "vertex_indices" || property.name == "vertex_index");
-      if (polygon)
-        read_polygon(property, n_vertices, body, mesh, refuse);
+      if (&property == polygon)
+        read_polygon(property, body, &corners, mesh);
       else
-        for (std::size_t n = property.list_count ? body.next_list_size(property.list_count) : 1; n > 0; --n)
-          body.next(property.type);
+        body.skip(property);
     }
   }
 }
@@ -249,29 +311,20 @@ void read_other_element(const Element& element, std::size_t n_vertices, Body& bo
 }  // namespace
 
 RawMesh read_ply(const std::filesystem::path& file, const std::string& bytes) {
-  const Refusal refuse(file);
-  const PlyHeader header = parse_header(bytes, refuse);
-  std::size_t n_vertices = 0;
-  for (const Element& element : header.elements) {
-    if (element.name == "vertex") n_vertices = element.count;
-    // every entry takes a byte at least: no huge allocation for a damaged count
-    if (element.name == "face" && n_vertices == 0) refuse("has no vertices before its faces");
-    const bool has_body = !element.properties.empty() || element.name == "vertex";
-    if (has_body && element.count > bytes.size() - header.body)
-      refuse(fmt::format("is truncated (it announces {} of element {}, the file has {} bytes)", element.count,
-                         element.name, bytes.size()));
-  }
-  RawMesh mesh;
-  mesh.vertices.reserve(n_vertices);
+  RawMesh mesh(file);
+  const PlyHeader header(bytes, mesh.refuse);
+  for (const Element& element : header.elements) check_announced(element, header, bytes.size(), mesh.refuse);
   mesh.vertex_name = [](std::size_t i) { return fmt::format("vertex {}", i); };
-  Body body(bytes, header, refuse);
+  Body body(bytes, header, mesh.refuse);
   for (const Element& element : header.elements) {
     if (!element.fault.empty())
-      refuse(fmt::format("has a PLY header line that is not understood: \"{}\"", element.fault));
-    if (element.name == "vertex")
-      read_vertices(element, body, &mesh, refuse);
-    else
-      read_other_element(element, n_vertices, body, &mesh, refuse);
+      mesh.refuse(fmt::format("has a PLY header line that is not understood: {}", element.fault));
+    if (element.name == "vertex") {
+      read_vertices(element, body, &mesh);
+    } else {
+      if (element.name == "face" && mesh.vertices.empty()) mesh.refuse("has no vertices before its faces");
+      read_other_element(element, body, &mesh);
+    }
     if (element.name == "face") break;  // what follows is of no use here
   }
   return mesh;

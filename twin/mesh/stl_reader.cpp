@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <cstring>
+
+#include "twin/mesh/mesh_file.hpp"
+
+namespace fringetwin {
+namespace {
+
+constexpr std::size_t kStlHead = 84, kStlFacet = 50;  // bytes of a binary STL
+constexpr std::size_t kStlNormal = 12;                // at the start of a facet
+
+/// Appends the triangle of the last three vertices.
+void add_facet(RawMesh* mesh) {
+  const int end = static_cast<int>(mesh->vertices.size());
+  mesh->add_polygon({end - 3, end - 2, end - 1});
+}
+
+std::size_t announced_facets(const std::string& bytes) {
+  std::uint32_t facets = 0;
+  if (bytes.size() >= kStlHead)
+    std::memcpy(&facets, bytes.data() + kStlHead - 4, 4);  // little-endian, as amd64 is
+  return facets;
+}
+
+void read_binary_stl(const std::string& bytes, RawMesh* mesh) {
+  const std::size_t facets = announced_facets(bytes);
+  if (const std::size_t size = kStlHead + kStlFacet * facets; bytes.size() != size)
+    mesh->refuse(fmt::format("is truncated or no STL (a binary STL of {} facets has {} bytes, this file {})",
+                             facets, size, bytes.size()));
+  mesh->expect_vertices(3 * facets);
+  for (std::size_t i = 0; i < facets; ++i) {
+    heed_cancel(i);
+    float corners[9];
+    std::memcpy(corners, bytes.data() + kStlHead + kStlFacet * i + kStlNormal, sizeof corners);
+    for (int k = 0; k < 9; k += 3) mesh->add_vertex({corners[k], corners[k + 1], corners[k + 2]});
+    add_facet(mesh);
+  }
+}
+
+class AsciiStl {
+ public:
+  AsciiStl(const std::string& bytes, RawMesh* mesh) : text_(bytes), mesh_(*mesh) {}
+
+  void read() {
+    while (true) {
+      const std::string_view word = text_.next_word();
+      if (word.empty()) break;
+      take(word);
+    }
+    if (!ended_) mesh_.refuse("is truncated (an ASCII STL without endsolid)");
+  }
+
+ private:
+  void take(std::string_view word) {
+    if (word == "solid" || word == "endsolid") {
+      ended_ = word == "endsolid";
+      text_.skip_line();
+    } else if (word == "normal") {  // not read: some programs write words for what is no number
+      for (int k = 0; k < 3; ++k) text_.next_word();
+    } else if (word == "vertex") {
+      take_vertex();
+    } else if (word == "endfacet") {
+      if (corners_ != 3)
+        mesh_.refuse(fmt::format("has a facet of {} corners, it ends in line {}", corners_, text_.line()));
+      corners_ = 0;
+      add_facet(&mesh_);
+    } else if (word != "facet" && word != "outer" && word != "loop" && word != "endloop") {
+      mesh_.refuse(
+          fmt::format("has {} in line {}, which is no word of an STL", mesh_excerpt(word), text_.line()));
+    }
+  }
+
+  void take_vertex() {
+    Eigen::Vector3d vertex;
+    for (double& coordinate : vertex) {
+      const std::string_view word = text_.next_word();
+      const std::optional<double> number = mesh_number(word);
+      if (!number)
+        mesh_.refuse(
+            fmt::format("has {} where a number is needed, in line {}", mesh_excerpt(word), text_.line()));
+      coordinate = *number;
+    }
+    mesh_.add_vertex(vertex);
+    ++corners_;
+  }
+
+  MeshText text_;
+  RawMesh& mesh_;
+  std::size_t corners_ = 0;  ///< of the facet so far
+  bool ended_ = false;
+};
+
+}  // namespace
+
+RawMesh read_stl(const std::filesystem::path& file, const std::string& bytes) {
+  RawMesh mesh(file);
+  mesh.vertex_name = [](std::size_t i) { return fmt::format("corner {} (3 to a triangle)", i); };
+  // Binary files may begin with "solid", too.
+  if (bytes.starts_with("solid") && bytes.size() != kStlHead + kStlFacet * announced_facets(bytes))
+    AsciiStl(bytes, &mesh).read();
+  else
+    read_binary_stl(bytes, &mesh);
+  return mesh;
+}
+
+}  // namespace fringetwin
