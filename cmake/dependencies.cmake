@@ -8,6 +8,7 @@ find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs calib3d aruco
 find_package(PCL 1.13 REQUIRED COMPONENTS common registration sample_consensus segmentation features search kdtree)
 pkg_check_modules(OpenEXR REQUIRED IMPORTED_TARGET OpenEXR>=3.1) # its CMake config wants PyImath
 find_package(PNG REQUIRED)
+find_package(TIFF REQUIRED)
 pkg_check_modules(TurboJPEG REQUIRED IMPORTED_TARGET libturbojpeg)
 pkg_check_modules(DRM REQUIRED IMPORTED_TARGET libdrm)
 pkg_check_modules(SDL2 REQUIRED IMPORTED_TARGET sdl2)

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// TIFF through libtiff itself: OpenCV takes an image whose blocks it could not decode for a black one.
+#include <tiffio.h>
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+
+#include "twin/image/image_codecs.hpp"
+
+namespace fringetwin {
+namespace {
+
+/// A file in memory, as libtiff reads it.
+struct TiffBytes {
+  const std::uint8_t* data;
+  std::size_t size, at;
+};
+
+TiffBytes& bytes_of(thandle_t handle) { return *static_cast<TiffBytes*>(handle); }
+
+tmsize_t read_tiff(thandle_t handle, void* out, tmsize_t n) {
+  TiffBytes& b = bytes_of(handle);
+  const std::size_t left = b.at < b.size ? b.size - b.at : 0;
+  const std::size_t taken = std::min(left, static_cast<std::size_t>(std::max<tmsize_t>(n, 0)));
+  if (taken > 0) std::memcpy(out, b.data + b.at, taken);
+  b.at += taken;
+  return static_cast<tmsize_t>(taken);
+}
+tmsize_t write_tiff(thandle_t, void*, tmsize_t) { return 0; }
+toff_t seek_tiff(thandle_t handle, toff_t offset, int whence) {
+  TiffBytes& b = bytes_of(handle);
+  b.at = static_cast<std::size_t>(offset) + (whence == SEEK_CUR ? b.at : whence == SEEK_END ? b.size : 0);
+  return b.at;
+}
+int close_tiff(thandle_t) { return 0; }
+toff_t size_of_tiff(thandle_t handle) { return bytes_of(handle).size; }
+
+using Tiff = std::unique_ptr<TIFF, decltype(&TIFFClose)>;
+
+std::uint16_t number(TIFF* tiff, std::uint32_t tag) {
+  std::uint16_t value = 0;
+  TIFFGetFieldDefaulted(tiff, tag, &value);
+  return value;
+}
+
+bool read_strips(TIFF* tiff, std::size_t row_bytes, DecodedImage* image) {
+  std::uint32_t rows = 0;
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_ROWSPERSTRIP, &rows);
+  const auto height = static_cast<std::uint32_t>(image->height);
+  rows = std::clamp(rows, 1U, height);
+  for (std::uint32_t y = 0; y < height; y += rows) {
+    const auto n = static_cast<tmsize_t>(std::min(rows, height - y) * row_bytes);
+    if (TIFFReadEncodedStrip(tiff, y / rows, &image->values[y * row_bytes], n) != n) return false;
+  }
+  return true;
+}
+
+bool read_tiles(TIFF* tiff, std::size_t row_bytes, DecodedImage* image) {
+  std::uint32_t width = 0, height = 0;
+  TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &width);
+  TIFFGetField(tiff, TIFFTAG_TILELENGTH, &height);
+  const std::size_t value_bytes = static_cast<std::size_t>(image->bits) / 8;
+  const std::size_t tile_row_bytes = width * value_bytes;
+  const tmsize_t tile_bytes = TIFFTileSize(tiff);
+  if (height == 0 || tile_row_bytes == 0 || tile_bytes != static_cast<tmsize_t>(height * tile_row_bytes))
+    return false;
+  std::vector<std::uint8_t> tile(static_cast<std::size_t>(tile_bytes));
+  const auto image_height = static_cast<std::size_t>(image->height);
+  for (std::size_t y = 0; y < image_height; y += height)
+    for (std::size_t x = 0; x < row_bytes; x += tile_row_bytes) {
+      const auto number = TIFFComputeTile(tiff, static_cast<std::uint32_t>(x / value_bytes),
+                                          static_cast<std::uint32_t>(y), 0, 0);
+      if (TIFFReadEncodedTile(tiff, number, tile.data(), tile_bytes) != tile_bytes) return false;
+      for (std::size_t row = 0; row < std::min<std::size_t>(height, image_height - y); ++row)
+        std::memcpy(&image->values[(y + row) * row_bytes + x], &tile[row * tile_row_bytes],
+                    std::min(tile_row_bytes, row_bytes - x));
+    }
+  return true;
+}
+
+void invert(DecodedImage* image) {
+  for (std::uint8_t& byte : image->values) byte = static_cast<std::uint8_t>(~byte);
+}
+
+}  // namespace
+
+bool decode_tiff(const std::uint8_t* bytes, std::size_t size, DecodedImage* image) {
+  TIFFSetErrorHandler(nullptr);  // the program says what is wrong
+  TIFFSetWarningHandler(nullptr);
+  TiffBytes source{bytes, size, 0};
+  const Tiff tiff(TIFFClientOpen("", "rm", &source, read_tiff, write_tiff, seek_tiff, close_tiff,
+                                 size_of_tiff, nullptr, nullptr),
+                  TIFFClose);
+  if (!tiff) return false;
+  std::uint32_t width = 0, height = 0;
+  TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &width);
+  TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &height);
+  image->width = static_cast<int>(width);
+  image->height = static_cast<int>(height);
+  const int photometric = number(tiff.get(), TIFFTAG_PHOTOMETRIC);
+  const int bits = number(tiff.get(), TIFFTAG_BITSPERSAMPLE);
+  image->channels = number(tiff.get(), TIFFTAG_SAMPLESPERPIXEL);
+  if (image->channels == 1 && photometric == PHOTOMETRIC_PALETTE) image->channels = 3;
+  const bool whole = number(tiff.get(), TIFFTAG_SAMPLEFORMAT) == SAMPLEFORMAT_UINT;
+  image->bits = whole && (bits == 8 || bits == 16) ? bits : 0;
+  if (image->channels != 1 || image->bits == 0) return true;
+  if (width == 0 || height == 0 || photometric > PHOTOMETRIC_MINISBLACK ||
+      number(tiff.get(), TIFFTAG_ORIENTATION) != ORIENTATION_TOPLEFT)
+    return false;
+  const std::size_t row_bytes = static_cast<std::size_t>(width) * static_cast<std::size_t>(bits / 8);
+  image->values.resize(row_bytes * height);
+  const bool read = TIFFIsTiled(tiff.get()) != 0 ? read_tiles(tiff.get(), row_bytes, image)
+                                                 : read_strips(tiff.get(), row_bytes, image);
+  if (photometric == PHOTOMETRIC_MINISWHITE) invert(image);
+  return read;
+}
+
+}  // namespace fringetwin
