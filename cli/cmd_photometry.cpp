@@ -60,11 +60,7 @@ std::vector<ImageF> load_images(const Twin& twin, const Images& request, std::ve
   const Camera& camera = twin.cameras[request.camera];
   std::vector<ImageF> images;
   for (const fs::path& file : request.files) {
-    ImageF image = read_gray(file).image;
-    if (image.width != camera.lens.width() || image.height != camera.lens.height())
-      throw UserError(ExitCode::input, file.string(),
-                      fmt::format("is {} x {} px, camera {} has {} x {}", image.width, image.height,
-                                  camera.name, camera.lens.width(), camera.lens.height()));
+    ImageF image = read_gray(file, right_size(camera)).image;
     for (const float v : image.data)
       if (static_cast<double>(v) > camera.sensor.max_dn())
         throw UserError(ExitCode::input, file.string(),

@@ -102,7 +102,7 @@ TEST(PhotometryCommand, FaultsEndInOneSentence) {
   fs::resize_file(dir / "cut.png", 60);
   refused({"--flat", (dir / "cut.png").string()}, 3, {"cut.png"});
   refused({"--flat", (dir / "small.png").string()}, 3,
-          {"small.png: is 100 x 100 px, camera left has 160 x 120"});
+          {"small.png: is 100 x 100 px, camera \"left\" has 160 x 120"});
   refused({"--series", image}, 3, {"nothing can be told from these images"});
 }
 

@@ -32,33 +32,19 @@ void check_count(const CaptureSet& set, const CaptureCamera& source, std::size_t
     std::error_code error;
     return !fs::exists(file, error);
   });
-  FT_CHECK(missing != source.files.end(), "the count says that an image is missing");
+  if (missing == source.files.end())
+    throw UserError(
+        ExitCode::input, source.pattern,
+        fmt::format("{} has its white or black image among the {} of the sequence", camera, n_sequence),
+        "list the images: files = [...]");
   throw UserError(
       ExitCode::input, missing->string(),
       fmt::format("no such image; {} has {} images without a gap from number 0, the sequence has {}", camera,
                   on_disk, n_sequence));
 }
 
-void check_size(const fs::path& file, const ImageF& image, const Camera& camera) {
-  if (image.width != camera.lens.width() || image.height != camera.lens.height())
-    throw UserError(ExitCode::input, file.string(),
-                    fmt::format("is {} x {} px, camera \"{}\" has {} x {}", image.width, image.height,
-                                camera.name, camera.lens.width(), camera.lens.height()),
-                    "check imagersize");
-}
-
-ImageF load_radiance(const fs::path& file, const Camera& camera) {
-  auto channels = read_exr(file);
-  if (channels.size() != 1)
-    throw UserError(ExitCode::input, file.string(),
-                    fmt::format("has {} channels, an irradiance image has one (Y)", channels.size()));
-  check_size(file, channels.front().second, camera);
-  return std::move(channels.front().second);
-}
-
 ImageF load_dn(const fs::path& file, const Camera& camera) {
-  LoadedGray gray = read_gray(file);
-  check_size(file, gray.image, camera);
+  LoadedGray gray = read_gray(file, right_size(camera));
   const int bit_depth = camera.sensor.bit_depth;
   if (gray.file_bits == 8 && bit_depth > 8)
     throw UserError(ExitCode::input, file.string(),
@@ -81,7 +67,7 @@ ImageF load_image(const fs::path& file, const Camera& camera, bool radiance) {
   if (is_exr_name(file) != radiance)
     throw UserError(ExitCode::input, file.string(),
                     "a capture set has either EXR images (irradiance) or gray images, not both");
-  return radiance ? load_radiance(file, camera) : load_dn(file, camera);
+  return radiance ? read_irradiance(file, right_size(camera)) : load_dn(file, camera);
 }
 
 fs::path image_file(const fs::path& dir, const std::string& camera, int number, const char* extension) {
@@ -105,6 +91,11 @@ void write_all(const fs::path& dir, const CameraImages& images, const char* exte
 }
 
 }  // namespace
+
+RightSize right_size(const Camera& camera) {
+  return {camera.lens.width(), camera.lens.height(), fmt::format("camera \"{}\"", camera.name),
+          "check imagersize"};
+}
 
 CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, const Fringes& fringes) {
   const CaptureCamera* source = set.find(camera.name);

@@ -12,6 +12,7 @@
 
 #include "twin/fringes.hpp"
 #include "twin/image/image.hpp"
+#include "twin/image/image_io.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin {
@@ -60,9 +61,13 @@ struct CameraImages {
 /// expand a `pattern = "left/%04d.png"`.
 CaptureSet read_capture_set(const std::filesystem::path& dir, int n_images);
 
+/// The size of an image of this camera.
+RightSize right_size(const Camera& camera);
+
 /// Loads one camera's images. Throws UserError(input) naming the image for: missing, truncated or
 /// undecodable file, wrong size (both sizes named), colour image, wrong count (both counts named),
-/// a 16-bit value above the sensor's range. Finds where the values stop below full scale.
+/// a 16-bit value above the sensor's range, an irradiance that is none. Finds where the values stop below
+/// full scale.
 CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, const Fringes& fringes);
 
 /// Writes images as <camera>/0000.png … (8-bit PNG for bit_depth 8, else 16-bit), in parallel, each to

@@ -267,6 +267,32 @@ TEST_F(CaptureSetTest, ExrAndGrayImagesDoNotMix) {
   EXPECT_THAT(load_error(3), AllOf(HasSubstr("b.exr"), HasSubstr("is 3 x 3 px")));
 }
 
+TEST_F(CaptureSetTest, LightThatIsNoneIsRefused) {
+  CameraImages images = make_images("left", 4);
+  images.radiance = true;
+  for (const float value : {std::nanf(""), -INFINITY, 1e30F}) {
+    images.images[2](3, 1) = value;
+    write_camera_radiance(folder_, images);
+    write_capture_toml(folder_, {&images}, {}, "exr");
+    EXPECT_THAT(load_error(),
+                AllOf(HasSubstr("0002.exr: value "), HasSubstr("at pixel (3, 1) is no irradiance")));
+  }
+}
+
+TEST_F(CaptureSetTest, ImagesOfSeveralSizes) {
+  write_set();
+  write_gray_png(folder_ / "left" / "0001.png", ImageF(kHeight, kWidth), 8);
+  write_gray_png(folder_ / "left" / "0003.png", ImageF(1, 1), 8);
+  EXPECT_THAT(load_error(),
+              HasSubstr("0001.png: is 10 x 20 px, camera \"left\" has 20 x 10; check imagersize"));
+}
+
+TEST_F(CaptureSetTest, WhiteImageAmongTheSequence) {
+  write_set();
+  write_toml("[[camera]]\nname = \"left\"\npattern = \"left/%04d.png\"\nwhite = \"left/0002.png\"\n");
+  EXPECT_THAT(load_error(), HasSubstr("camera \"left\" has its white or black image among the 4"));
+}
+
 TEST_F(CaptureSetTest, WhiteBlackThresholdNeedsItsImages) {
   write_set(4);
   Fringes fringes = make_fringes(4);

@@ -184,13 +184,9 @@ std::vector<PatternImage> read_pattern_images(const TomlTable& root,
   for (const std::string& name : *names) {
     PatternImage image;
     image.file = resolve_path(name, context.folder, table->where("images"), ExitCode::usage);
-    LoadedGray loaded = fringetwin::read_gray(image.file);
-    const int width = projector->lens.width(), height = projector->lens.height();
-    if (loaded.image.width != width || loaded.image.height != height)
-      throw UserError(ExitCode::input, image.file.string(),
-                      fmt::format("has {} x {} px, the projector {} x {}", loaded.image.width,
-                                  loaded.image.height, width, height),
-                      "images are shown pixel for pixel");
+    LoadedGray loaded =
+        fringetwin::read_gray(image.file, RightSize{projector->lens.width(), projector->lens.height(),
+                                                    "the projector", "images are shown pixel for pixel"});
     const auto full_scale = static_cast<float>((1 << loaded.file_bits) - 1);
     for (float& level : loaded.image.data) level /= full_scale;
     image.levels = std::make_shared<const ImageF>(std::move(loaded.image));

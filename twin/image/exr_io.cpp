@@ -5,18 +5,24 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
-#include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfThreading.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "twin/base/errors.hpp"
+#include "twin/image/exr_header.hpp"
 #include "twin/image/image_io.hpp"
+#include "twin/image/image_limits.hpp"
 
 namespace fringetwin {
 namespace fs = std::filesystem;
 namespace {
+
+constexpr float kMostIrradiance = 1e18F;  // the squares of larger values are no floats
 
 void use_exr_threads() {
   static const bool once = (Imf::setGlobalThreadCount(2), true);
@@ -50,30 +56,16 @@ std::string encode_channels(const std::vector<NamedChannel>& channels) {
   return bytes.str();
 }
 
-void check_header(const fs::path& file, const Imf::Header& header, int parts, bool complete) {
-  const auto refuse = [&](const std::string& what, const std::string& hint = "") {
-    throw UserError(ExitCode::input, file.string(), what, hint);
-  };
-  if (parts > 1) refuse(fmt::format("is an EXR with {} parts, one part is read", parts));
-  if (header.hasType() && (header.type() == "deepscanline" || header.type() == "deeptile"))
-    refuse("is a deep EXR, a flat one is needed");
-  if (!complete) refuse("is truncated (an incomplete EXR)", "write it again");
-  if (header.dataWindow() != header.displayWindow())
-    refuse("is an EXR whose data window is not its display window", "save it uncropped");
-  for (auto it = header.channels().begin(); it != header.channels().end(); ++it)
-    if (it.channel().xSampling != 1 || it.channel().ySampling != 1)
-      refuse(fmt::format("channel {} is subsampled, full resolution is needed", it.name()));
-  if (header.channels().begin() == header.channels().end()) refuse("is an EXR without channels");
-}
+using Channels = std::vector<std::pair<std::string, ImageF>>;
 
-std::vector<std::pair<std::string, ImageF>> read_channels(const fs::path& file) {
-  Imf::MultiPartInputFile parts(file.c_str());
-  check_header(file, parts.header(0), parts.parts(), parts.partComplete(0));
+Channels read_channels(const fs::path& file) {
   Imf::InputFile input(file.c_str());
+  if (!input.isComplete())
+    throw UserError(ExitCode::input, file.string(), "is truncated (an incomplete EXR)", "write it again");
   const Imath::Box2i window = input.header().dataWindow();
   const int width = window.max.x - window.min.x + 1;
   const int height = window.max.y - window.min.y + 1;
-  std::vector<std::pair<std::string, ImageF>> channels;
+  Channels channels;
   const Imf::ChannelList& list = input.header().channels();
   for (auto it = list.begin(); it != list.end(); ++it)
     channels.emplace_back(it.name(), ImageF(width, height));
@@ -82,6 +74,42 @@ std::vector<std::pair<std::string, ImageF>> read_channels(const fs::path& file) 
   input.setFrameBuffer(frame);
   input.readPixels(window.min.y, window.max.y);
   return channels;
+}
+
+/// Bytes for the channels, and for the four blocks of up to 256 lines that OpenEXR keeps.
+std::uint64_t decoding_bytes(const PromisedImage& image, std::uint64_t n_values) {
+  return sizeof(float) * (n_values + 4 * 256 * image.width * image.channels);
+}
+
+/// Calls `use` with the channels of an EXR that `accept` takes by its header.
+template <typename Accept, typename Use>
+auto with_channels(const fs::path& file, const std::optional<RightSize>& right, const Accept& accept,
+                   const Use& use) {
+  const std::uintmax_t file_bytes = check_image_file(file);
+  const PromisedImage promised = read_exr_header(file);
+  accept(promised);
+  const std::uint64_t n_values = check_promise(file, promised, file_bytes, right);
+  use_exr_threads();
+  const DecodingMemory memory(decoding_bytes(promised, n_values));
+  try {
+    return use(read_channels(file));
+  } catch (const UserError&) {
+    throw;
+  } catch (const std::exception& e) {
+    throw UserError(ExitCode::input, file.string(),
+                    fmt::format("is no EXR that can be decoded, or is truncated ({})", e.what()));
+  }
+}
+
+template <typename Use>
+auto with_only_channel(const fs::path& file, const std::optional<RightSize>& right, const Use& use) {
+  const auto one = [&](const PromisedImage& image) {
+    if (image.channels != 1)
+      throw UserError(ExitCode::input, file.string(),
+                      fmt::format("has {} channels, an irradiance image has one (Y)", image.channels));
+  };
+  return with_channels(file, right, one,
+                       [&](Channels&& read) { return use(std::move(read.front().second)); });
 }
 
 }  // namespace
@@ -96,18 +124,26 @@ void write_exr(const fs::path& file, const std::vector<NamedChannel>& channels) 
 }
 
 std::vector<std::pair<std::string, ImageF>> read_exr(const fs::path& file) {
-  std::error_code error;
-  if (!fs::exists(file, error))
-    throw UserError(ExitCode::input, file.string(), "no such image", "check the name and the folder");
-  use_exr_threads();
-  try {
-    return read_channels(file);
-  } catch (const UserError&) {
-    throw;
-  } catch (const std::exception& e) {
+  return with_channels(
+      file, {}, [](const PromisedImage&) {}, [](Channels&& read) { return read; });
+}
+
+ImageF read_irradiance(const fs::path& file, const RightSize& right) {
+  ImageF image = with_only_channel(file, right, [](ImageF&& read) { return read; });
+  const auto no_light = [](float v) { return !(std::abs(v) <= kMostIrradiance); };
+  if (const auto at = std::ranges::find_if(image.data, no_light); at != image.data.end()) {
+    const auto index = static_cast<int>(at - image.data.begin());
     throw UserError(ExitCode::input, file.string(),
-                    fmt::format("is no EXR that can be decoded, or is truncated ({})", e.what()));
+                    fmt::format("value {} at pixel ({}, {}) is no irradiance", *at, index % image.width,
+                                index / image.width));
   }
+  return image;
+}
+
+ImageKind check_exr(const fs::path& file) {
+  return with_only_channel(file, {}, [](const ImageF& read) {
+    return ImageKind{read.width, read.height, 32};
+  });
 }
 
 }  // namespace fringetwin

@@ -10,12 +10,9 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 
 #include "twin/base/errors.hpp"
-#include "twin/base/module_loader.hpp"
 #include "twin/base/paths.hpp"
-#include "twin/image/image_codecs.hpp"
 #include "twin/image/png_codec.hpp"
 
 namespace fringetwin {
@@ -55,63 +52,6 @@ const std::string& own_digits() {
     return fmt::format("{:016x}", random);
   }();
   return digits;
-}
-
-std::vector<std::uint8_t> read_bytes(const fs::path& file) {
-  std::error_code error;
-  if (!fs::exists(file, error))
-    throw UserError(ExitCode::input, file.string(), "no such image", "check the name and the folder");
-  if (fs::is_directory(file, error))
-    throw UserError(ExitCode::input, file.string(), "is a folder, an image is needed");
-  std::ifstream stream(file, std::ios::binary | std::ios::ate);
-  if (!stream)
-    throw UserError(ExitCode::input, file.string(), fmt::format("cannot be read ({})", std::strerror(errno)));
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(stream.tellg()));
-  stream.seekg(0);
-  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (!stream) throw UserError(ExitCode::input, file.string(), "cannot be read to its end");
-  return bytes;
-}
-
-/// Returns gray values of 8 or 16 bits, given as their bytes in native order.
-LoadedGray to_float(int width, int height, int file_bits, const std::vector<std::uint8_t>& bytes) {
-  LoadedGray gray{ImageF(width, height), file_bits};
-  if (file_bits == 16)
-    std::copy_n(reinterpret_cast<const std::uint16_t*>(bytes.data()), gray.image.size(),
-                gray.image.data.begin());
-  else
-    std::copy_n(bytes.begin(), gray.image.size(), gray.image.data.begin());
-  return gray;
-}
-
-LoadedGray read_png(const fs::path& file, const std::vector<std::uint8_t>& bytes) {
-  GrayPixels pixels;
-  const std::string fault = decode_gray_png(bytes, &pixels);
-  if (!fault.empty()) throw UserError(ExitCode::input, file.string(), fault);
-  return to_float(pixels.width, pixels.height, pixels.file_bits, pixels.values);
-}
-
-/// Decodes the bytes of a file. Returns false where they are no image or end too soon. Throws
-/// std::runtime_error when the module is not found.
-bool decode_image(const std::vector<std::uint8_t>& bytes, DecodedImage* image) {
-  static const auto decode = reinterpret_cast<DecodeImageFunction>(
-      find_in_module("libfringetwin_image_codecs.so", kDecodeImageName,
-                     {ExitCode::input, "BMP, TIFF and PGM images", "reads them",
-                      "put it beside the program, or convert the images to PNG"}));
-  return decode(bytes.data(), bytes.size(), image);
-}
-
-LoadedGray read_other_format(const fs::path& file, const std::vector<std::uint8_t>& bytes) {
-  DecodedImage image;
-  if (!decode_image(bytes, &image))
-    throw UserError(ExitCode::input, file.string(), "is no image that can be decoded, or is truncated",
-                    "gray PNG, BMP, TIFF or PGM are read");
-  if (image.channels != 1)
-    throw UserError(ExitCode::input, file.string(),
-                    fmt::format("is a colour image ({} channels), a gray image is needed", image.channels));
-  if (image.bits == 0)
-    throw UserError(ExitCode::input, file.string(), "does not hold 8 or 16 bit unsigned gray values");
-  return to_float(image.width, image.height, image.bits, image.values);
 }
 
 template <class T>
@@ -169,14 +109,6 @@ void write_whole_file(const fs::path& file, const std::vector<FileBytes>& parts)
 
 void write_text_file(const fs::path& file, const std::string& text) {
   write_whole_file(file, {std::as_bytes(std::span(text))});
-}
-
-LoadedGray read_gray(const fs::path& file) {
-  const std::vector<std::uint8_t> bytes = read_bytes(file);
-  if (bytes.empty())
-    throw UserError(ExitCode::input, file.string(), "is empty (0 bytes)", "an image is needed");
-  if (is_png(bytes)) return read_png(file, bytes);
-  return read_other_format(file, bytes);
 }
 
 void write_gray_png(const fs::path& file, const ImageF& image, int file_bits) {

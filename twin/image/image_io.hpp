@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads gray images (PNG of 8 or 16 bits through libpng, other formats through OpenCV), reads and writes EXR
-// (float32 channels), and writes files under a temporary name first.
+// Reads gray images (PNG of 8 or 16 bits through libpng, BMP, TIFF and PGM through a module), reads and
+// writes EXR (float32 channels), and writes files under a temporary name first.
 #pragma once
+#include <compare>
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -14,13 +16,30 @@
 
 namespace fringetwin {
 
+/// The size that an image must have. It is compared with the file's header, before a pixel is decoded; where
+/// it is not known, images above a limit are refused (docs/FORMATS.md, "Limits").
+struct RightSize {
+  int width = 0, height = 0;
+  std::string of = {};    ///< what has this size: `camera "left"`
+  std::string hint = {};  ///< what to do about another
+};
+
 struct LoadedGray {
   ImageF image;       ///< the stored integer values
   int file_bits = 8;  ///< 8 or 16
 };
-/// Reads a gray image. Throws UserError(input) naming the file when missing, truncated, not gray, or
-/// undecodable.
-LoadedGray read_gray(const std::filesystem::path& file);
+/// Reads a gray image. Throws UserError(input) naming the file when missing, truncated, not gray,
+/// undecodable, or of another size.
+LoadedGray read_gray(const std::filesystem::path& file, const std::optional<RightSize>& right = {});
+
+struct ImageKind {
+  int width = 0, height = 0;
+  int bits = 0;  ///< of the file's values: 8, 16; 32 for EXR
+  auto operator<=>(const ImageKind&) const = default;
+};
+/// Decodes a gray image to its end, as read_gray(), and an EXR of one channel, without keeping them.
+ImageKind check_gray(const std::filesystem::path& file);
+ImageKind check_exr(const std::filesystem::path& file);
 /// Writes the values, which are rounded and must lie in [0, 2^file_bits-1]. Fast compression; temporary name
 /// + rename.
 void write_gray_png(const std::filesystem::path& file, const ImageF& image, int file_bits);
@@ -33,6 +52,9 @@ using NamedChannel = std::pair<std::string, const ImageF*>;
 void write_exr(const std::filesystem::path& file, const std::vector<NamedChannel>& channels);
 /// Reads all channels as float32. Throws UserError(input) when missing, truncated or not an EXR.
 std::vector<std::pair<std::string, ImageF>> read_exr(const std::filesystem::path& file);
+/// Reads an EXR of one channel. Throws as read_exr(), and where it has another size, more channels or values
+/// that are no irradiance (NaN, infinite).
+ImageF read_irradiance(const std::filesystem::path& file, const RightSize& right);
 
 /// A path beside `file` for writing first; commit() renames over `file`, the destructor removes what
 /// was not committed.

@@ -73,6 +73,8 @@ struct PngHeader {
 // Reads up to the pixels. False with message->text set.
 bool decode_header(png_structp png, png_infop info, PngHeader* header, Message* message) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
+  // Texts, profiles and the like unpack to 8 MB each, a thousand of them: they are skipped.
+  png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
   png_read_info(png, info);
   int color_type = 0;
   png_get_IHDR(png, info, &header->width, &header->height, &header->bits, &color_type, nullptr, nullptr,
