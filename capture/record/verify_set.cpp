@@ -24,34 +24,20 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kChecksumPrefix = "sha256.";
+constexpr std::size_t kMostSubSets = 1000;  // a folder per repeat, exposure and kind of frame
 constexpr const char* kMend = "; restore it from a copy, or record the set again";
 
-/// Size and kind of an image; the same for all images of a camera.
-struct Shape {
-  int width = 0, height = 0, bits = 0;  ///< of the file's values: 8, 16; 32 for EXR
-  auto operator<=>(const Shape&) const = default;
-  std::string text() const { return fmt::format("{} x {} px, {} bit", width, height, bits); }
-};
+std::string text_of(const ImageKind& kind) {
+  return fmt::format("{} x {} px, {} bit", kind.width, kind.height, kind.bits);
+}
 
 struct Image {
   std::size_t camera = 0;
   fs::path file;
-  Shape shape;
+  ImageKind shape;  ///< the same for all images of a camera
   bool decoded = false, compared = false;
   std::string finding;
 };
-
-Shape decode(const fs::path& file) {
-  if (is_exr_name(file)) {
-    const auto channels = read_exr(file);
-    if (channels.size() != 1)
-      throw UserError(ExitCode::input, file.string(),
-                      fmt::format("has {} channels, an irradiance image has one (Y)", channels.size()));
-    return {channels[0].second.width, channels[0].second.height, 32};
-  }
-  const LoadedGray gray = read_gray(file);
-  return {gray.image.width, gray.image.height, gray.file_bits};
-}
 
 /// One folder with a capture.toml.
 class Verifier {
@@ -61,7 +47,7 @@ class Verifier {
 
   /// False when there is no capture.toml that can be read.
   bool open();
-  void check_images(std::map<std::string, Shape>* shapes);
+  void check_images(std::map<std::string, ImageKind>* shapes);
   void check_other_files();
   void find_numbers_beyond();
   void find_strangers();
@@ -79,7 +65,7 @@ class Verifier {
   void name_images();
   void check_image(Image& image) const;
   void report_images(std::size_t camera);
-  void check_shapes(std::size_t camera, std::map<std::string, Shape>* shapes);
+  void check_shapes(std::size_t camera, std::map<std::string, ImageKind>* shapes);
 
   fs::path dir_, whole_;
   SetCheck& out_;
@@ -185,7 +171,7 @@ void Verifier::check_image(Image& image) const {
   std::error_code error;
   if (!fs::exists(file, error)) return;
   try {
-    image.shape = decode(file);
+    image.shape = is_exr_name(file) ? check_exr(file) : check_gray(file);
     image.decoded = true;
     if (checksums_.empty()) return;
     const auto expected = checksums_.find(image.file);
@@ -202,7 +188,7 @@ void Verifier::check_image(Image& image) const {
   }
 }
 
-void Verifier::check_images(std::map<std::string, Shape>* shapes) {
+void Verifier::check_images(std::map<std::string, ImageKind>* shapes) {
   for_each_parallel(static_cast<int>(images_.size()), [&](int i) { check_image(images_[i]); });
   for (const Image& image : images_) {
     out_.images += image.decoded;
@@ -242,19 +228,19 @@ void Verifier::report_images(std::size_t camera) {
 
 /// Reports images of another shape: that of most images of the camera is taken for right; a sub-set must
 /// agree with the set.
-void Verifier::check_shapes(std::size_t camera, std::map<std::string, Shape>* shapes) {
-  std::map<Shape, int> votes;
+void Verifier::check_shapes(std::size_t camera, std::map<std::string, ImageKind>* shapes) {
+  std::map<ImageKind, int> votes;
   for (const Image& image : images_)
     if (image.camera == camera && image.decoded) ++votes[image.shape];
   if (votes.empty()) return;
   const auto most =
       std::ranges::max_element(votes, [](const auto& a, const auto& b) { return a.second < b.second; });
   const std::string& name = set_.cameras[camera].name;
-  const Shape right = shapes->try_emplace(name, most->first).first->second;
+  const ImageKind right = shapes->try_emplace(name, most->first).first->second;
   for (const Image& image : images_)
     if (image.camera == camera && image.decoded && image.shape != right)
       find(fmt::format(R"({}: is {}, the others of camera "{}" are {}{})", shown(image.file).string(),
-                       image.shape.text(), name, right.text(), kMend));
+                       text_of(image.shape), name, text_of(right), kMend));
 }
 
 /// Checksums of files that are no images, e.g. the list of all frames.
@@ -349,8 +335,15 @@ std::vector<fs::path> Verifier::sub_sets() {
   const auto named = set_.provenance.find("sets");
   if (named == set_.provenance.end()) return folders;
   std::istringstream words(named->second);
+  std::set<fs::path> known;
   for (std::string word; words >> word;) {
     const fs::path folder = fs::path(word).lexically_normal();
+    if (!known.insert(folder).second) continue;
+    if (known.size() > kMostSubSets) {
+      find(fmt::format("{}: `sets` names more than {} sub-folders; mend the file",
+                       (dir_ / "capture.toml").string(), kMostSubSets));
+      break;
+    }
     if (folder.is_absolute() || folder == "." || *folder.begin() == "..")
       find(fmt::format("{}: `sets` names {}, which is no sub-folder; mend the file",
                        (dir_ / "capture.toml").string(), word));
@@ -368,7 +361,7 @@ SetCheck verify_set(const fs::path& dir, const Twin* twin) {
     throw UserError(ExitCode::input, dir.string(), "no such folder",
                     "a capture set is a folder with a capture.toml");
   SetCheck check;
-  std::map<std::string, Shape> shapes;
+  std::map<std::string, ImageKind> shapes;
   const auto check_files = [&](Verifier& verifier) {
     verifier.check_images(&shapes);
     verifier.check_other_files();

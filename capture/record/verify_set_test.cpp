@@ -259,6 +259,16 @@ TEST_F(VerifySetTest, SetsThatItNames) {
   fs::create_directories(dir_ / "repeat_02");
   write_bytes(dir_ / "repeat_02/capture.journal", "x");
   EXPECT_THAT(finding(), HasSubstr("--resume"));
+  record(dir_ / "repeat_02", "", 3);
+  record(dir_, "repeat_01 repeat_02 repeat_01 repeat_02");
+  EXPECT_EQ(verify_set(dir_).sets, 3);
+  std::string many;
+  for (int k = 0; k < 1002; ++k) many += fmt::format("{}/.. ", k);
+  for (int k = 0; k < 1002; ++k) many += fmt::format("part_{} ", k);
+  record(dir_, many);
+  EXPECT_THAT(
+      verify_set(dir_).findings,
+      ::testing::Contains(name("capture.toml") + ": `sets` names more than 1000 sub-folders; mend the file"));
   record(dir_, "../other");
   EXPECT_THAT(finding(), HasSubstr("`sets` names ../other, which is no sub-folder"));
 }
