@@ -122,9 +122,13 @@ std::vector<fs::path> files_of(const std::string& pattern) {
 /// As mrcal does with its cache: a corner file that is there is used, else it is made from the pictures.
 std::vector<calib::ImageCorners> corners_of(const CalibrateCommand& o) {
   if (fs::exists(o.corners)) return calib::read_corners_vnl(o.corners, o.has_weights);
-  std::vector<fs::path> pictures;
-  for (const std::string& pattern : o.globs)
-    for (const fs::path& file : files_of(pattern)) pictures.push_back(file);
+  std::vector<calib::Picture> pictures;
+  const std::vector<calib::Device> devices = devices_of(o);
+  for (std::size_t d = 0; d < devices.size(); ++d)
+    for (const fs::path& file : files_of(o.globs[d]))
+      pictures.push_back({file,
+                          {devices[d].imagersize_px[0], devices[d].imagersize_px[1],
+                           fmt::format("device \"{}\"", devices[d].name), "check --imagersize"}});
   auto images = calib::detect_in_pictures(pictures, o.pattern);
   calib::write_corners_vnl(o.corners, images);
   say("corners: " + o.corners);

@@ -165,7 +165,7 @@ BoardKind board_kind(const std::string& name) {
                   "use chessboard, circles, asymmetric-circles or charuco");
 }
 
-std::optional<std::vector<Corner>> find_board(const ImageF& image, const BoardPattern& pattern) {
+std::optional<std::vector<Corner>> find_board(const ImageF& image, const BoardPattern& pattern) try {
   const cv::Mat picture = to_8_bit(image);
   const EndsOnCancel opencv_does_not_ask;
   switch (pattern.kind) {
@@ -180,6 +180,8 @@ std::optional<std::vector<Corner>> find_board(const ImageF& image, const BoardPa
     case BoardKind::charuco:
       return find_charuco(picture, pattern);
   }
+  return std::nullopt;
+} catch (const cv::Exception&) {  // the image is smaller than a window of the detector
   return std::nullopt;
 }
 

@@ -19,7 +19,9 @@
 #include <opencv2/aruco/charuco.hpp>
 #include <random>
 
+#include "calib/board/observe.hpp"
 #include "calib/board/projector_corners.hpp"
+#include "tests/support/twin/child_process.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::calib::board_detector_test {
@@ -160,6 +162,31 @@ TEST(BoardDetector, CharucoAlsoInPart) {
       EXPECT_EQ(n, 48);
     else
       EXPECT_THAT(n, ::testing::AllOf(::testing::Ge(18), ::testing::Le(30)));
+  }
+}
+
+TEST(BoardDetector, NoBoardInImagesTooSmallForOne) {
+  for (const char* kind : {"chessboard", "circles", "asymmetric-circles", "charuco"})
+    for (const int side : {1, 2, 9, 30}) {
+      ImageF image(side, side);
+      for (int i = 0; i < side; ++i) image(i, i) = 255.0F;
+      BoardPattern pattern;
+      pattern.kind = board_kind(kind);
+      pattern.board = {8, 6, 10.0};
+      EXPECT_FALSE(find_board(image, pattern)) << kind << " " << side;
+    }
+}
+
+TEST(BoardDetector, PicturesOfAnotherSizeAreRefused) {
+  const testing::ScratchFolder folder;
+  write_gray_png(folder / "a.png", ImageF(40, 30), 8);
+  try {
+    detect_in_pictures({{folder / "a.png", {30, 40, "device \"left\"", "check --imagersize"}}}, {});
+    FAIL();
+  } catch (const UserError& e) {
+    EXPECT_EQ(e.code(), ExitCode::input);
+    EXPECT_THAT(e.what(), ::testing::HasSubstr(
+                              "a.png: is 40 x 30 px, device \"left\" has 30 x 40; check --imagersize"));
   }
 }
 

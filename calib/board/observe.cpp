@@ -19,13 +19,13 @@ bool any_seen(const std::vector<ProjectorCorner>& corners) {
 
 }  // namespace
 
-std::vector<ImageCorners> detect_in_pictures(const std::vector<std::filesystem::path>& pictures,
+std::vector<ImageCorners> detect_in_pictures(const std::vector<Picture>& pictures,
                                              const BoardPattern& pattern) {
   std::vector<ImageCorners> out;
   std::size_t n_found = 0;
   Progress progress("looking for the board", pictures.size());
-  for (const auto& file : pictures) {
-    auto corners = find_board(read_gray(file).image, pattern);
+  for (const auto& [file, right] : pictures) {
+    auto corners = find_board(read_gray(file, right).image, pattern);
     n_found += corners.has_value();
     if (!corners) warn(file.string() + ": no board found");
     out.push_back({file.string(), corners.value_or(std::vector<Corner>{}), 0});

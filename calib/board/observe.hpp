@@ -13,9 +13,14 @@
 
 namespace fringetwin::calib {
 
+struct Picture {
+  std::filesystem::path file;
+  RightSize right;
+};
+
 /// Looks for the board in each picture; a picture without one has no corners (and is warned about). Throws
-/// UserError(input) when no picture shows the board.
-std::vector<ImageCorners> detect_in_pictures(const std::vector<std::filesystem::path>& pictures,
+/// UserError(input) when no picture shows the board, and for a picture of another size.
+std::vector<ImageCorners> detect_in_pictures(const std::vector<Picture>& pictures,
                                              const BoardPattern& pattern);
 
 /// The picture of a capture that shows the scene evenly lit: the white one, else the mean of the phase steps
