@@ -20,6 +20,7 @@
 #include <random>
 
 #include "twin/base/errors.hpp"
+#include "twin/captures/foreign_set.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::capture_set_test {
@@ -354,6 +355,23 @@ TEST_F(CaptureSetTest, ListsLongerThanAnySequence) {
 TEST_F(CaptureSetTest, APipeInsteadOfAFileIsRefusedWithoutWaiting) {
   ASSERT_EQ(::mkfifo((folder_ / "capture.toml").c_str(), 0600), 0);
   EXPECT_THAT(load_error(), AllOf(HasSubstr("capture.toml"), HasSubstr("is a pipe or a device")));
+}
+
+TEST_F(CaptureSetTest, NamesThatTomlCannotHold) {
+  CaptureSet set;
+  set.file = folder_ / "set" / "capture.toml";
+  set.cameras.emplace_back().name = "left";
+  set.cameras[0].files = {folder_ / "b\xff" / "0.png", folder_ / "b\xff" / "1.png"};
+  for (const fs::path& file : set.cameras[0].files) write_gray_png(file, ImageF(kWidth, kHeight), 8);
+  fs::create_directories(folder_ / "set");
+  try {
+    write_foreign_set(set);
+    FAIL();
+  } catch (const UserError& e) {
+    EXPECT_EQ(e.code(), ExitCode::input);
+    EXPECT_THAT(e.what(), HasSubstr("is no UTF-8, so capture.toml cannot name it"));
+  }
+  EXPECT_FALSE(fs::exists(set.file));
 }
 
 TEST_F(CaptureSetTest, UnitExposureIsTheSame) {

@@ -7,6 +7,7 @@
 
 #include "twin/base/errors.hpp"
 #include "twin/base/parallel.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/base/sha256.hpp"
 
 namespace fringetwin {
@@ -56,6 +57,18 @@ void check_not_shared(const CaptureSet& set) {
     }
 }
 
+/// TOML is UTF-8; names of files may be any bytes.
+void check_names(const CaptureEntry& entry) {
+  std::vector<std::string> names = entry.files;
+  names.push_back(entry.root);
+  for (const auto& reference : {entry.white, entry.black})
+    if (reference) names.push_back(*reference);
+  for (const std::string& name : names)
+    if (!is_utf8(name))
+      throw UserError(ExitCode::input, name, "is no UTF-8, so capture.toml cannot name it",
+                      "rename the file or its folder");
+}
+
 }  // namespace
 
 void check_foreign_set(const CaptureSet& set, const Twin& twin) {
@@ -88,6 +101,7 @@ void write_foreign_set(const CaptureSet& set) {
     if (camera.white) entry.white = name(*camera.white);
     if (camera.black) entry.black = name(*camera.black);
     entry.gray_code_exposure = camera.gray_code_exposure;
+    check_names(entry);
     entries.push_back(std::move(entry));
   }
   std::vector<std::string> digests(images.size());
