@@ -19,11 +19,11 @@
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
-#include "twin/base/parse_number.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/plain_text.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
+#include "twin/number/parse_number.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::cli {

@@ -13,13 +13,13 @@
 #include "compare/verdict/limits.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
-#include "twin/base/parse_number.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/plain_text.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/captures/foreign_set.hpp"
 #include "twin/captures/natural_order.hpp"
 #include "twin/captures/numbered_name.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::cli {
 namespace {

@@ -13,9 +13,9 @@
 #include "cosim/load.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
-#include "twin/base/parse_number.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::cli {
 namespace {

@@ -11,9 +11,9 @@
 #include "cosim/load.hpp"
 #include "render/sensor/all_cameras.hpp"
 #include "twin/base/constants.hpp"
-#include "twin/base/pareto_front.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/stopwatch.hpp"
+#include "twin/number/pareto_front.hpp"
 
 namespace fringetwin::tradeoff {
 namespace {

@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "twin/base/number_range.hpp"
 #include "twin/fringes.hpp"
 #include "twin/image/image.hpp"
 #include "twin/lens/lens.hpp"
 #include "twin/lens/pose.hpp"
 #include "twin/mesh/mesh.hpp"
+#include "twin/number/number_range.hpp"
 #include "twin/shape/shape.hpp"
 
 namespace fringetwin {

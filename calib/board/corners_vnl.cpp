@@ -11,10 +11,10 @@
 #include <sstream>
 
 #include "twin/base/errors.hpp"
-#include "twin/base/parse_number.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/captures/natural_order.hpp"
 #include "twin/image/image_io.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::calib {
 namespace {

@@ -11,9 +11,9 @@
 #include "calib/board/corners_vnl.hpp"
 #include "calib/solve/triangulate.hpp"
 #include "twin/base/errors.hpp"
-#include "twin/base/parse_number.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/lens/lens.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::calib {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "calib/import/imported_rig.hpp"
 #include "twin/base/errors.hpp"
-#include "twin/base/parse_number.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/lens/linear.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::calib {
 namespace {

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "twin/base/errors.hpp"
-#include "twin/base/parse_number.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::capture {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "twin/base/errors.hpp"
 #include "twin/base/module_loader.hpp"
-#include "twin/base/parse_number.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::capture {
 namespace {

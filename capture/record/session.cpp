@@ -9,8 +9,8 @@
 
 #include "capture/record/streams.hpp"
 #include "twin/base/errors.hpp"
-#include "twin/base/parse_number.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::capture {
 namespace {

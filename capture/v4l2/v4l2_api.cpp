@@ -12,8 +12,8 @@
 #include <filesystem>
 #include <system_error>
 
-#include "twin/base/parse_number.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::capture {
 namespace {

@@ -7,8 +7,8 @@
 #include <array>
 #include <cctype>
 
-#include "twin/base/parse_number.hpp"
 #include "twin/base/paths.hpp"
+#include "twin/number/parse_number.hpp"
 
 #ifndef V4L2_CID_HDR_SENSOR_MODE  // since Linux 6.6
 #define V4L2_CID_HDR_SENSOR_MODE (V4L2_CID_CAMERA_CLASS_BASE + 36)

@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "twin/base/parse_number.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "report/plot.hpp"
-#include "twin/base/pareto_front.hpp"
+#include "twin/number/pareto_front.hpp"
 
 namespace fringetwin::study {
 

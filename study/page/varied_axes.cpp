@@ -11,7 +11,7 @@
 
 #include "study/page/report_parts.hpp"
 #include "study/plan/recorded_numbers.hpp"
-#include "twin/base/parse_number.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::study {
 namespace {

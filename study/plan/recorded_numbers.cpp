@@ -10,7 +10,7 @@
 #include "report/json.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
-#include "twin/base/parse_number.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::study {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "study/plan/space_filling.hpp"
 #include "study/plan/study_point.hpp"
-#include "twin/base/parse_number.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::study {
 namespace {

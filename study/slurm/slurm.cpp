@@ -14,8 +14,8 @@
 
 #include "report/process.hpp"
 #include "twin/base/errors.hpp"
-#include "twin/base/parse_number.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::study::slurm {
 namespace {

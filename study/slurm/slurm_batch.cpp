@@ -10,10 +10,10 @@
 #include <stdexcept>
 
 #include "report/json.hpp"
-#include "twin/base/parse_number.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/base/time_and_host.hpp"
 #include "twin/image/image_io.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin::study {
 namespace fs = std::filesystem;

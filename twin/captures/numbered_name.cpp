@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "twin/base/parse_number.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin {
 

@@ -10,11 +10,11 @@
 #include <string_view>
 
 #include "twin/base/errors.hpp"
-#include "twin/base/parse_number.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/file/opencv_storage.hpp"
 #include "twin/lens/linear.hpp"
 #include "twin/lens/pose.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin {
 namespace {

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "twin/base/errors.hpp"
-#include "twin/base/parse_number.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "twin/base/errors.hpp"
-#include "twin/base/number_range.hpp"
+#include "twin/number/number_range.hpp"
 
 namespace fringetwin {
 

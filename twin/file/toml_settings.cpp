@@ -8,9 +8,9 @@
 
 #include "twin/base/errors.hpp"
 #include "twin/base/nearest_word.hpp"
-#include "twin/base/parse_number.hpp"
 #include "twin/file/toml_bounds.hpp"
 #include "twin/file/toml_text.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin {
 namespace {

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <vector>
 
-#include "twin/base/parse_number.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin {
 namespace {

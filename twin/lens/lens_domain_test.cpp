@@ -11,8 +11,8 @@
 #include <numbers>
 
 #include "tests/support/twin/random_lenses.hpp"
-#include "twin/base/polynomial.hpp"
 #include "twin/lens/opencv_distortion.hpp"
+#include "twin/number/polynomial.hpp"
 
 namespace fringetwin::lens_domain_test {
 namespace {

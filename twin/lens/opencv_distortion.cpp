@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "twin/base/polynomial.hpp"
+#include "twin/number/polynomial.hpp"
 
 namespace fringetwin {
 

@@ -5,8 +5,8 @@
 #include <limits>
 #include <utility>
 
-#include "twin/base/parse_number.hpp"
 #include "twin/mesh/mesh_file.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin {
 namespace {

@@ -9,8 +9,8 @@
 #include <map>
 #include <set>
 
-#include "twin/base/parse_number.hpp"
 #include "twin/mesh/mesh_file.hpp"
+#include "twin/number/parse_number.hpp"
 
 namespace fringetwin {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "twin/base/polynomial.hpp"
+#include "twin/number/polynomial.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "twin/base/parse_number.hpp"
+#include "twin/number/parse_number.hpp"
 
 #include <fmt/format.h>
 

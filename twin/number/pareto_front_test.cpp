@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // No tolerances: sets of indices.
-#include "twin/base/pareto_front.hpp"
+#include "twin/number/pareto_front.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

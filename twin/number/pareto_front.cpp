@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "twin/base/pareto_front.hpp"
+#include "twin/number/pareto_front.hpp"
 
 #include <algorithm>
 #include <cmath>
