@@ -40,7 +40,8 @@ def anchors(path):
 def files_below(root, start):
     if os.path.isfile(os.path.join(root, start)):
         yield start
-    for folder, _, names in os.walk(os.path.join(root, start)):
+    for folder, folders, names in os.walk(os.path.join(root, start)):
+        folders[:] = [f for f in folders if f != "bad_files"]  # wrong on purpose
         for name in names:
             yield os.path.relpath(os.path.join(folder, name), root)
 
