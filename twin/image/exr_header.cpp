@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -58,6 +59,7 @@ class ExrBytes {
     take(1);
     return name;
   }
+  bool empty() const { return bytes_.empty(); }
   ExrBytes part(std::size_t n) { return {file_, take(n)}; }
 
  private:
@@ -82,7 +84,7 @@ std::array<std::int64_t, 4> take_window(ExrBytes bytes) {
   return window;
 }
 
-std::uint64_t count_channels(ExrBytes bytes) {
+std::uint64_t count_channels(ExrBytes& bytes) {
   for (std::uint64_t n = 0;; ++n) {
     const std::string_view name = bytes.take_name();
     if (name.empty()) return n;
@@ -97,11 +99,54 @@ std::uint64_t count_channels(ExrBytes bytes) {
   header.refuse("is a deep EXR, a flat one is needed");
 }
 
+/// OpenEXR reads a value by its type, whatever its size says: both must agree, or what follows is read as
+/// something else here and there.
+void check_value(ExrBytes value, std::string_view type, std::int32_t size) {
+  static const std::map<std::string_view, std::int32_t> kSizes = {{"box2i", 16},
+                                                                  {"box2f", 16},
+                                                                  {"chromaticities", 32},
+                                                                  {"compression", 1},
+                                                                  {"deepImageState", 1},
+                                                                  {"double", 8},
+                                                                  {"envmap", 1},
+                                                                  {"float", 4},
+                                                                  {"int", 4},
+                                                                  {"keycode", 28},
+                                                                  {"lineOrder", 1},
+                                                                  {"m33f", 36},
+                                                                  {"m33d", 72},
+                                                                  {"m44f", 64},
+                                                                  {"m44d", 128},
+                                                                  {"rational", 8},
+                                                                  {"tiledesc", 9},
+                                                                  {"timecode", 8},
+                                                                  {"v2i", 8},
+                                                                  {"v2f", 8},
+                                                                  {"v2d", 16},
+                                                                  {"v3i", 12},
+                                                                  {"v3f", 12},
+                                                                  {"v3d", 24}};
+  bool agrees = type != "idmanifest";  // which unpacks to any size
+  if (const auto known = kSizes.find(type); known != kSizes.end()) {
+    agrees = size == known->second;
+  } else if (type == "chlist") {
+    count_channels(value);
+    agrees = value.empty();
+  } else if (type == "preview") {
+    const std::int64_t width = value.take_int(), height = value.take_int();
+    agrees = width >= 0 && height >= 0 && width <= size && height <= size && 8 + 4 * width * height == size;
+  } else if (type == "stringvector") {
+    while (!value.empty()) value.take(static_cast<std::uint32_t>(value.take_int()));
+  }
+  if (!agrees) value.refuse(fmt::format("is an EXR with a value of type {} in {} bytes", type, size));
+}
+
 void take_attribute(ExrBytes& header, std::string_view name, ExrAttributes* out) {
   const std::string_view type = header.take_name();
   const std::int32_t size = header.take_int();
   if (size < 0) header.broken();
   ExrBytes value = header.part(static_cast<std::size_t>(size));
+  check_value(value, type, size);
   if (name == "channels") {
     out->channels = count_channels(value);
   } else if (name == "dataWindow") {
