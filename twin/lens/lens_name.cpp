@@ -17,6 +17,7 @@ constexpr std::string_view kSplined = "LENSMODEL_SPLINED_STEREOGRAPHIC";
 constexpr std::string_view kCahvore = "LENSMODEL_CAHVORE";
 /// A knot on every second pixel of a camera of 2 megapixels; calibrations have some hundred knots.
 constexpr double kMostKnots = 5e5;
+constexpr int kMostOfSide = 65535;            // of 16 bits, in which libmrcal keeps it
 constexpr std::size_t kShownCharacters = 80;  // the longest good name has 68
 
 /// Takes "_key=" and the number behind it off the front of `rest`.
@@ -35,8 +36,8 @@ std::string splined_fault(std::string_view rest) {
   if (!order || !nx || !ny || !fov_x_deg || !rest.empty())
     return "its name must end like _order=3_Nx=11_Ny=8_fov_x_deg=44, in whole numbers";
   if (*order != 2 && *order != 3) return fmt::format("its order must be 2 or 3, is {}", *order);
-  if (std::min(*nx, *ny) <= *order)
-    return fmt::format("its Nx and Ny must be at least {}, are {} and {}", *order + 1, *nx, *ny);
+  if (std::min(*nx, *ny) <= *order || std::max(*nx, *ny) > kMostOfSide)
+    return fmt::format("its Nx and Ny must be {} to {}, are {} and {}", *order + 1, kMostOfSide, *nx, *ny);
   if (static_cast<double>(*nx) * *ny > kMostKnots)
     return fmt::format("its Nx times Ny must be at most {:.0f}, they are {} and {}", kMostKnots, *nx, *ny);
   if (*fov_x_deg < 1 || *fov_x_deg > 359)  // its half is a stereographic radius, infinite at 360
