@@ -28,7 +28,7 @@ constexpr const char* kBackward = "ref-from-device";
 void check_devices(const ImportedRig& rig) {
   const std::size_t n_cameras = rig.devices.size() - (rig.has_projector ? 1 : 0);
   if (n_cameras < 1 || n_cameras > 2)
-    throw UserError(ExitCode::usage, "import", fmt::format("{} cameras", n_cameras),
+    throw UserError(ExitCode::usage, rig.source, fmt::format("has {} cameras", n_cameras),
                     "a twin has one camera or two");
   for (std::size_t i = 0; i < rig.devices.size(); ++i) {
     const calib::ImportedDevice& d = rig.devices[i];

@@ -80,7 +80,7 @@ void check_view(const Observations& o, const View& view) {
     if ((c.q_px.array() < -0.5 - kImagerMarginPx).any() ||
         (c.q_px.array() > size.array() - 0.5 + kImagerMarginPx).any())
       refuse(where,
-             fmt::format("{} at ({:.1f}, {:.1f}) lies outside the imager of {} x {} px", corner(), c.q_px.x(),
+             fmt::format("{} at ({:.7g}, {:.7g}) lies outside the imager of {} x {} px", corner(), c.q_px.x(),
                          c.q_px.y(), device.imagersize_px[0], device.imagersize_px[1]),
              "are two devices swapped, or is --imagersize wrong?");
   }

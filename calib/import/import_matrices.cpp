@@ -97,7 +97,8 @@ Eigen::Matrix3d checked_rotation(const Eigen::Matrix3d& R, const std::string& wh
 
 ImportedDevice import_matrices(const MatrixFiles& files, double mm_per_unit) {
   ImportedDevice out;
-  out.where = files.camera_matrix.string();
+  for (const auto& file : {files.camera_matrix, files.distortion, files.rotation, files.translation})
+    if (!file.empty()) out.where += (out.where.empty() ? "" : ", ") + file.string();
   out.intrinsics = core_of(read_matrix(files.camera_matrix), files.camera_matrix.string());
   out.lensmodel = "LENSMODEL_PINHOLE";
   if (!files.distortion.empty())
