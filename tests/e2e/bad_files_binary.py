@@ -160,6 +160,8 @@ def exrs():
         "tiled_without_tiles": exr(version=2 | 0x200), "deep_without_depth": exr(version=2 | 0x800),
         "parts_without_parts": exr(version=2 | 0x1000), "order_of_9": exr(order=9), "cut": exr()[:-1000],
         "head_alone": b"\x76\x2f\x31\x01\x02\0\0\0", "no_attributes": b"\x76\x2f\x31\x01\x02\0\0\0\0",
+        # OpenEXR goes by the type and reads four bytes on; who goes by the size takes the zero for the end
+        "float_of_no_bytes": exr(more=attribute(b"zoom", b"float", b"") + b"\0\0\x80?" + b"owner\0string\0\xff\xff\xff\x7f", body=b""),
         "attribute_of_4_GB": exr(more=b"comment\0string\0\xff\xff\xff\xff", body=b""),
         "attribute_of_2_GB": exr(more=b"comment\0string\0\xff\xff\xff\x7f", body=b""),
         "offsets_beyond": exr(body=b"\xff" * 8 * HEIGHT), "offsets_zero": exr(body=bytes(8 * HEIGHT)), "is_png": png(),
