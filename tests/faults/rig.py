@@ -109,7 +109,7 @@ class Rig:
         self.program, self.folder = program, folder
         os.makedirs(folder, exist_ok=True)
         for name, text in (("twin.toml", TWIN), ("cosim.toml", TWIN + RESULTS), ("real.toml", TWIN + '[real]\ncaptures = "set"\n'), ("rig.yml", OPENCV),
-                           ("STUDY.toml", STUDY.format(seeds=3)), ("LONG.toml", STUDY.format(seeds=200)),
+                           ("STUDY.toml", STUDY.format(seeds=3)), ("LONG.toml", STUDY.format(seeds=100)),
                            ("corners.vnl", corners_of_views())):
             with open(self.path(name), "w", encoding="ascii") as file:
                 file.write(text)
