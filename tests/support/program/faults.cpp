@@ -11,6 +11,7 @@
 // | FAULT_COUNT | a file of 64 bytes, 8 counts for all processes: of the calls that count, then of each  |
 // |             | kind in the order above; without it each process counts for itself                     |
 // | FAULT_CLOCK | the clock of the day goes back by so many seconds at every look                        |
+#undef _FORTIFY_SOURCE  // whose headers define open() themselves
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <signal.h>
