@@ -38,13 +38,14 @@ NumberedName parse_pattern(const TomlTable& table, const std::string& pattern) {
 int count_on_disk(const NumberedName& name, const fs::path& root, const CaptureCamera& camera) {
   int count = 0;
   std::error_code error;
-  for (int number = 0;; ++number) {
+  for (std::size_t number = 0; number <= kLongestSequence; ++number) {
     throw_if_cancelled();
-    const fs::path file = tidy_path(root / name(number));
+    const fs::path file = tidy_path(root / name(static_cast<int>(number)));
     if (file == camera.white || file == camera.black) continue;
-    if (!fs::exists(file, error)) return count;
+    if (!fs::exists(file, error)) break;
     ++count;
   }
+  return count;
 }
 
 std::optional<double> read_gray_code_exposure(const TomlTable& table) {

@@ -352,6 +352,11 @@ TEST_F(CaptureSetTest, ListsLongerThanAnySequence) {
   EXPECT_THAT(load_error(), HasSubstr("camera is given 17 times, at most 16 are read"));
 }
 
+TEST_F(CaptureSetTest, APathThatEndsAtANul) {
+  write_toml("[[camera]]\nname = \"left\"\nroot = \"\\u0000\"\npattern = \"%d.png\"\n");
+  EXPECT_THAT(load_error(), AllOf(HasSubstr("capture.toml:5"), HasSubstr("holds a NUL character")));
+}
+
 TEST_F(CaptureSetTest, APipeInsteadOfAFileIsRefusedWithoutWaiting) {
   ASSERT_EQ(::mkfifo((folder_ / "capture.toml").c_str(), 0600), 0);
   EXPECT_THAT(load_error(), AllOf(HasSubstr("capture.toml"), HasSubstr("is a pipe or a device")));

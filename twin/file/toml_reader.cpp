@@ -86,6 +86,21 @@ std::string place(const toml::node& node, const fs::path& file) {
   return place(node.source(), file);
 }
 
+/// Returns the first text that holds a NUL, at which a path ends for the system; null without any.
+const toml::node* text_with_nul(const toml::node& node) {
+  const toml::node* found = nullptr;
+  const auto look = [&found](const toml::node& child) {
+    if (found == nullptr) found = text_with_nul(child);
+  };
+  if (const auto* table = node.as_table())
+    for (const auto& [key, child] : *table) look(child);
+  if (const auto* array = node.as_array())
+    for (const toml::node& child : *array) look(child);
+  if (const auto* text = node.as_string(); text != nullptr && text->get().find('\0') != std::string::npos)
+    return &node;
+  return found;
+}
+
 }  // namespace
 
 fs::path resolve_path(const std::string& text, const fs::path& folder, const std::string& where,
@@ -115,6 +130,8 @@ TomlTable TomlTable::parse_file(const fs::path& file, ExitCode code,
   try {
     toml::table document = toml::parse(text, file.string());
     put_settings(document, settings, file);
+    if (const toml::node* broken = text_with_nul(document))
+      throw UserError(code, place(*broken, file), "holds a NUL character", "leave out \\u0000");
     impl->document = std::make_shared<const toml::table>(std::move(document));
   } catch (const toml::parse_error& e) {
     throw UserError(code, fmt::format("{}:{}", file.string(), e.source().begin.line),
