@@ -16,7 +16,7 @@ namespace {
 
 // Cameras of fringe rigs have up to 65 million pixels (9344 x 7000). Decoded and as float, 2^26 pixels of 16
 // bits take 400 MB. A camera whose size the twin tells may have more.
-constexpr double kMostPixels = 1 << 26;
+constexpr double kMostUnaskedPixels = 1 << 26;
 // As of [camera] imagersize; it bounds what OpenEXR takes per line before the first is read.
 constexpr double kLongestSide = 65535;
 // Gray values of 16 bits take 2 bytes a pixel, as decimal text 6, those of a colour image with alpha 8.
@@ -59,10 +59,11 @@ std::uint64_t check_promise(const fs::path& file, const PromisedImage& image, st
   const double factor = file_limits_factor();
   const double values = static_cast<double>(image.width * image.height) * static_cast<double>(image.channels);
   const double side = static_cast<double>(std::max(image.width, image.height));
-  if (!right && (values > kMostPixels * factor || side > std::min(kLongestSide * factor, 2147483647.0)))
+  if (!right &&
+      (values > kMostUnaskedPixels * factor || side > std::min(kLongestSide * factor, 2147483647.0)))
     refuse(fmt::format("is {}{}, at most {:.0f} million pixels and {:.0f} a side are read", size,
                        image.channels > 1 ? fmt::format(" with {} channels", image.channels) : "",
-                       kMostPixels * factor / 1e6, kLongestSide * factor),
+                       kMostUnaskedPixels * factor / 1e6, kLongestSide * factor),
            "--limits 10 reads ten times as much");
   const std::uint64_t pixels = image.width * image.height * image.channels;
   if (file_bytes > kMostBytesPerPixel * pixels + kMostBytesBeside)
