@@ -251,12 +251,13 @@ def main():
     parser.add_argument("--files", required=True, type=pathlib.Path)
     parser.add_argument("--only", default="")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--every", type=int, default=1, help="take each so manieth file only")
     parser.add_argument("--list", action="store_true")
     options = parser.parse_args()
     program = os.path.abspath(options.program)
     options.files = options.files.absolute()
     every = list(cases(options.files))
-    chosen = [(reader, bad) for reader, bad in every if f"{reader}/{bad.name}".startswith(options.only)]
+    chosen = [(reader, bad) for reader, bad in every if f"{reader}/{bad.name}".startswith(options.only)][:: options.every]
     if options.list:
         print("\n".join(f"{reader}/{bad.name}" for reader, bad in chosen))
         return
