@@ -261,10 +261,11 @@ TEST_F(StudyStoreTest, NoDamageChangesTheTable) {
   const std::string table = csv_of_run(file(), points);
   const std::string good = testing::read_file(file());
   int refused = 0;
-  for (std::size_t i = 0; i < 400; ++i) {
+  for (std::size_t i = 0; i < 100; ++i) {
     std::string bytes = good;
     bytes[(i * 7919 + 24) % bytes.size()] ^= static_cast<char>(1 << i % 8);
     folder_.write("damaged.db", bytes);
+    std::filesystem::remove(folder_ / "damaged.db-wal");
     try {
       EXPECT_EQ(csv_of_run(folder_ / "damaged.db", points), table) << i;
     } catch (const UserError& e) {
@@ -272,7 +273,7 @@ TEST_F(StudyStoreTest, NoDamageChangesTheTable) {
       ++refused;
     }
   }
-  EXPECT_GT(refused, 20);
+  EXPECT_GT(refused, 5);
 }
 
 TEST_F(StudyStoreTest, APipeIsNoDatabase) {
