@@ -123,7 +123,8 @@ class Collector {
       q.value = value.get<double>();
       out_.push_back(q);
     }
-    if (!value.is_array()) return;
+    if (value.is_number() || value.is_null()) return;
+    if (!value.is_array()) result_.fail(of.name, value, "a number");
     for (std::size_t i = 0; i < value.size(); ++i) {
       q.name = fmt::format("{}[{}]", of.name, i);
       if (!of.sigma.empty()) q.sigma = fmt::format("{}[{}]", of.sigma, i);
@@ -164,7 +165,7 @@ class Collector {
       if (field.kind == Kind::rows)
         for (const ReadJson& part : rows_of(field.key, value))
           add_row(prefix + field.key, field.rows(), part);
-      else
+      else if (field.kind != Kind::text && field.kind != Kind::texts && field.kind != Kind::flag)
         add_values({.name = prefix + field.key,
                     .sigma = field.sigma.empty() ? "" : prefix + field.sigma,
                     .is_sigma = field.role == Field::Role::sigma,
@@ -178,9 +179,11 @@ class Collector {
     const std::string object = result_.text(row, "object");
     check_name(object);
     for (const char* side : {"measured", "simulated", "real", "difference"}) {
-      if (!row.contains(side) || !row[side].is_object()) continue;
+      if (!row.contains(side) || row[side].is_null()) continue;
+      if (!row[side].is_object()) result_.fail(side, row[side], "a table");
       const std::string prefix = fmt::format("fit {} {} ", object, side);
       for (const auto& [key, value] : row[side].items()) {
+        if (key == "warning") continue;
         check_name(key);
         add_values({.name = prefix + plain_text(key),
                     .sigma = prefix + sigma_key(plain_text(key)),

@@ -188,6 +188,14 @@ TEST(Diff, RefusesValuesOfTheWrongType) {
   expect_refused(result_with(R"("gain": [3])"), "a row of gain is number, a table is expected");
   expect_refused(result_with(R"("fits": "none")"), "fits is string, a list of rows is expected");
   expect_refused(result_with(R"("fits": [{"object": 3}])"), "object is number, a text is expected");
+  expect_refused(result_with(R"("fits": [{"object": "b", "real": [1]}])"),
+                 "real is array, a table is expected");
+  expect_refused(result_with(R"("fits": [{"object": "b", "real": {"radius_mm": "19"}}])"),
+                 "fit b real radius_mm is string, a number is expected");
+  expect_refused(result_with(R"("fits": [{"object": "b", "real": {"center_mm": [1, {}, 2]}}])"),
+                 "fit b real center_mm[1] is object, a number is expected");
+  expect_refused(result_with(R"("gain": [{"camera": "left", "gain_dn": "17"}])"),
+                 "gain left gain_dn is string, a number is expected");
   expect_refused(result_with(R"("verdict": [])"), "verdict is array, a text is expected");
   expect_refused(result_with(R"("gain": [{"gain_dn": 1e999}])"), "out of range");
   expect_refused(result_with(R"("gain": [{"camera": ")" + std::string(2000, 'a') + R"("}])"), "at most 1000");
