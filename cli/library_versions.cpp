@@ -2,7 +2,6 @@
 #include "cli/library_versions.hpp"
 
 #include <OpenEXR/openexr_base.h>
-#include <assimp/version.h>
 #include <fmt/format.h>
 #include <openssl/crypto.h>
 #include <png.h>
@@ -26,7 +25,6 @@ std::string openexr_version() {
 
 std::vector<std::pair<std::string, std::string>> library_versions() {
   return {
-      {"assimp", fmt::format("{}.{}.{}", aiGetVersionMajor(), aiGetVersionMinor(), aiGetVersionPatch())},
       {"libpng", png_get_libpng_ver(nullptr)},
       {"NLopt",
        fmt::format("{}.{}.{}", nlopt::version_major(), nlopt::version_minor(), nlopt::version_bugfix())},
