@@ -23,7 +23,7 @@ namespace {
 
 using ReadJson = nlohmann::json;
 
-constexpr double kMostQuantities = 1e6;        // a result of ours has some thousand; each becomes a line
+constexpr double kMostQuantities = 2e5;        // a result of ours has some thousand; each becomes a line
 constexpr std::size_t kLongestRowName = 1000;  // names in twins have 100 characters at most
 constexpr std::size_t kWidestName = 100;       // of the table's first column
 
