@@ -11,7 +11,7 @@ namespace {
 
 // Ours stand 8 deep; whoever walks along a value goes down by recursion.
 constexpr std::size_t kDeepestJson = 64;
-// A covariance of 1000 parameters has a million. The library takes up to 110 bytes for each.
+// A covariance of 500 parameters has 250,000. The library takes up to 240 bytes and 3 us for each.
 constexpr double kMostJsonValues = 1e6;
 
 /// Returns what is too much in the text, empty where it may be parsed. What is no JSON is for the library to
