@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kWidth = 170, kHeight = 156;  // the ball is 111 px wide
+constexpr int kWidth = 240, kHeight = 220;  // the ball is 111 px wide
 
 /// 12 bit; the brightest value is about 3300 DN.
 Sensor true_sensor(double gain_dn) {
