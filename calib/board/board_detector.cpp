@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <new>
 #include <opencv2/aruco/charuco.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -181,8 +182,9 @@ std::optional<std::vector<Corner>> find_board(const ImageF& image, const BoardPa
       return find_charuco(picture, pattern);
   }
   return std::nullopt;
-} catch (const cv::Exception&) {  // the image is smaller than a window of the detector
-  return std::nullopt;
+} catch (const cv::Exception& fault) {
+  if (fault.code == cv::Error::StsNoMem) throw std::bad_alloc();
+  return std::nullopt;  // the image is smaller than a window of the detector
 }
 
 }  // namespace fringetwin::calib

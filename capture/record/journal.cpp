@@ -12,6 +12,7 @@
 
 #include "twin/base/errors.hpp"
 #include "twin/base/safe_file.hpp"
+#include "twin/file/json_bounds.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::capture {
@@ -113,6 +114,7 @@ Journal Journal::resume(const fs::path& dir, const std::map<std::string, std::st
   std::uintmax_t good_bytes = 0;
   for (int number = 1; std::getline(stream, line); ++number) {
     const bool whole = !stream.eof();  // else there was no newline at its end
+    if (!json_excess(line).empty()) damaged(journal.file_, number);
     const Json json = Json::parse(line, nullptr, false);
     if (!whole && number > 1) break;
     try {
@@ -137,8 +139,10 @@ std::map<std::string, std::string> Journal::identity(const fs::path& dir) {
   if (std::error_code error; !fs::exists(file, error)) return {};
   const std::string text = read_whole_text(file, kJournalUse);
   if (text.empty()) return {};
+  const std::string header = text.substr(0, text.find('\n'));
+  if (!json_excess(header).empty()) damaged(file, 1);
   try {
-    const Json json = Json::parse(text.substr(0, text.find('\n')));
+    const Json json = Json::parse(header);
     return json.at("identity").get<std::map<std::string, std::string>>();
   } catch (const Json::exception&) {
     damaged(file, 1);

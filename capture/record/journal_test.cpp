@@ -20,8 +20,11 @@ class JournalFile : public ::testing::Test {
 };
 
 TEST_F(JournalFile, WhatIsDamagedIsNamedWithItsLine) {
-  for (const char* head :
-       {"[]\n", "3\n", "{\"identity\": 3}\n", "{\"identity\": {\"a\": 3}}\n", "{\n", "1e999\n"}) {
+  const std::string deep = R"({"schema": "fringetwin-capture-journal/1", "identity": {"a": "b"}, "more": )" +
+                           std::string(100, '[') + std::string(100, ']') + "}\n";
+  for (const std::string& head :
+       {std::string("[]\n"), std::string("3\n"), std::string("{\"identity\": 3}\n"),
+        std::string("{\"identity\": {\"a\": 3}}\n"), std::string("{\n"), std::string("1e999\n"), deep}) {
     folder_.write(kJournalName, head);
     expect_user_error(ExitCode::input, "capture.journal:1: is damaged",
                       [&] { Journal::identity(folder_.path()); });

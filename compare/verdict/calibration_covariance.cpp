@@ -8,15 +8,14 @@
 #include <cmath>
 #include <set>
 
-#include "report/json.hpp"
+#include "report/json_file.hpp"
 #include "twin/base/errors.hpp"
-#include "twin/base/safe_file.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::compare {
 namespace {
 
-using report::Json;
+using ReadJson = nlohmann::json;
 
 /// Relative to the sigmas: rounding of a solve with many views is far below.
 constexpr double kAsymmetry = 1e-6, kNegative = 1e-6;
@@ -83,21 +82,15 @@ Target find_target(const Twin& twin, const std::string& file, const std::string&
                   "give the calibration.json that `fringetwin calibrate` wrote");
 }
 
-Json load(const CalibrationCovariance& c) {
-  const std::string text = read_whole_text(
+ReadJson load(const CalibrationCovariance& c) {
+  ReadJson json = report::read_json_file(
       c.file, {.what = "calibration", .hint = "give the calibration.json that `fringetwin calibrate` wrote"});
-  Json json;
-  try {
-    json = Json::parse(text);
-  } catch (const Json::exception& error) {  // a parse_error, or out_of_range for 1e999
-    refuse(c, "this is no JSON: " + std::string(error.what()).substr(0, 200));
-  }
   if (!json.is_object() || !json.contains("schema") || json["schema"] != "fringetwin-calibration/1")
     refuse(c, "schema: this is no fringetwin calibration (fringetwin-calibration/1)");
   return json;
 }
 
-Eigen::MatrixXd read_matrix(const CalibrationCovariance& c, const Json& rows) {
+Eigen::MatrixXd read_matrix(const CalibrationCovariance& c, const ReadJson& rows) {
   const std::size_t n = c.parameters.size();
   const auto wrong_size = [&] {
     refuse(c, fmt::format("covariance.matrix must be {} x {}, as there are parameters", n, n));
@@ -152,15 +145,15 @@ Lens changed_lens(const Lens& lens, std::size_t index, double change, const std:
 CalibrationCovariance read_calibration_covariance(const Twin& twin) {
   CalibrationCovariance out;
   out.file = twin.calibration_uncertainty.value();
-  const Json json = load(out);
+  const ReadJson json = load(out);
   if (!json.contains("covariance") || !json["covariance"].is_object())
     refuse(out, "covariance is missing or null (splined lenses have none)");
-  const Json& covariance = json["covariance"];
+  const ReadJson& covariance = json["covariance"];
   if (!covariance.contains("parameters") || !covariance["parameters"].is_array() ||
       covariance["parameters"].empty())
     refuse(out, "covariance.parameters is missing or empty");
   std::set<std::string> seen;
-  for (const Json& name : covariance["parameters"]) {
+  for (const ReadJson& name : covariance["parameters"]) {
     if (!name.is_string()) refuse(out, "covariance.parameters must be texts such as \"left.fx\"");
     out.parameters.push_back(name.get<std::string>());
     find_target(twin, out.file.string(), out.parameters.back());
@@ -168,7 +161,8 @@ CalibrationCovariance read_calibration_covariance(const Twin& twin) {
       refuse(out, fmt::format("covariance.parameters: \"{}\" is there twice", out.parameters.back()));
   }
   const bool has_devices = json.contains("devices") && json["devices"].is_array() && !json["devices"].empty();
-  const Json first = has_devices ? json["devices"][0] : Json();
+  const ReadJson none;
+  const ReadJson& first = has_devices ? json["devices"][0] : none;
   if (first.is_object() && (!first.contains("name") || first["name"] != twin.cameras[0].name))
     refuse(out,
            fmt::format("devices[0].name, the reference of the poses, must be the twin's first camera \"{}\"",

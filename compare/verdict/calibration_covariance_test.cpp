@@ -117,7 +117,9 @@ TEST_F(CalibrationCovarianceFile, RefusesOtherFiles) {
         start + R"({"parameters": ["left.fx"], "matrix": [[1e999]]}})",
         start + R"({"parameters": ["left.fx"], "matrix": [[1]]}, "devices": [{"name": 5}]})",
         start + R"({"parameters": ["left.fx"], "matrix": [[1]]}, "devices": [{}]})", std::string(100000, '['),
-        start + std::string(100000, '[')}) {
+        start + std::string(100000, '['),
+        start + R"({"parameters": ["left.fx"], "matrix": [[1]]}, "devices": )" + std::string(1000000, '[') +
+            std::string(1000000, ']') + "}"}) {
     std::ofstream(file_) << text;
     EXPECT_THROW(read_file(), UserError) << text.substr(0, 100);
   }

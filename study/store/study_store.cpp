@@ -12,6 +12,7 @@
 #include "twin/base/constants.hpp"
 #include "twin/base/sha256.hpp"
 #include "twin/base/time_and_host.hpp"
+#include "twin/file/json_bounds.hpp"
 
 namespace fringetwin::study {
 namespace fs = std::filesystem;
@@ -119,7 +120,8 @@ void check_identity(const Database& database, const StudyIdentity& identity) {
   if (meta(database, "digest") == identity.digest()) return;
   constexpr const char* kHint = "give another --out: its results stay as they are";
   if (meta(database, "study") != identity.study) database.refuse("holds another study", kHint);
-  const Json inputs = Json::parse(meta(database, "inputs"), nullptr, false);
+  const std::string kept = meta(database, "inputs");
+  const Json inputs = json_excess(kept).empty() ? Json::parse(kept, nullptr, false) : Json();
   for (const auto& [name, sha256] : identity.inputs)
     if (inputs.is_object() && inputs.contains(name) && inputs[name] != sha256)
       database.refuse(fmt::format("holds results of another {}", name),
@@ -210,9 +212,11 @@ std::vector<StoredPoint> StudyStore::rows(std::int64_t first_id, std::int64_t la
                      select.integer(7), select.text(8), select.text(9), select.text(10)};
     const auto refuse_row = [&] { impl_->database.refuse_damage(fmt::format("row {} is damaged", row.id)); };
     if (row.status != "pending" && select.text(11) != row.digest(impl_->digest)) refuse_row();
+    const std::string settings = select.text(1);
+    if (!json_excess(settings).empty() || !json_excess(row.results).empty()) refuse_row();
     StoredPoint& out = rows.emplace_back();
     try {
-      out.point = {row.id, Json::parse(select.text(1)).get<Settings>(),
+      out.point = {row.id, Json::parse(settings).get<Settings>(),
                    static_cast<std::uint64_t>(select.integer(2))};
       if (row.status != "pending") out.outcome = row.outcome();
     } catch (const Json::exception&) {

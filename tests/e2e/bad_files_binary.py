@@ -155,6 +155,9 @@ def exrs():
         "window_of_2_pow_32": exr(window=(-(1 << 31), -(1 << 31), (1 << 31) - 1, (1 << 31) - 1), body=b""),
         "window_of_60000": exr(window=(0, 0, 59_999, 59_999), body=b""),
         "channels_1000": exr(channels=thousand, body=b""),
+        # OpenEXR adds the channels of a second list to those of the first
+        "channels_1000_then_one": exr(channels=thousand, body=b"",
+            more=attribute(b"channels", b"chlist", exr_channel(b"Y") + b"\0")),
         "channels_1000_of_20000": exr(channels=thousand, window=(0, 0, 19_999, 19_999), body=b""),
         "compression_of_99": exr(compression=99), "zip_of_rows": exr(compression=3), "version_of_77": exr(version=77),
         "tiled_without_tiles": exr(version=2 | 0x200), "deep_without_depth": exr(version=2 | 0x800),

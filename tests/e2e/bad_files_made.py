@@ -435,6 +435,8 @@ def own_calibration_json():
         ("matrix_ragged", "[0, 0, 1e-4]", "[0, 1e-4]"), ("schema_a_number", '"fringetwin-calibration/1"', "1"),
     ]) + [
         text("nested_100000", '{"schema": "fringetwin-calibration/1", "devices": ' + "[" * DEEP + "]" * DEEP + "}"),
+        text("nested_beside_what_is_right", '{"schema": "fringetwin-calibration/1", "covariance": {"parameters": ["left.fx"], "matrix": [[1]]}, "devices": '
+             + "[" * 10 * DEEP + "]" * 10 * DEEP + "}"),
         text("parameters_5000",
         '{"schema": "fringetwin-calibration/1", "devices": [{"name": "left"}], "covariance": {"parameters": [' +
              ", ".join(['"left.fx"'] * 5000) + '], "matrix": []}}'),

@@ -23,6 +23,13 @@ class Run:
     seconds: float
 
 
+def until(process, condition):
+    """Waits for what a running process is to do, whatever else the machine does; no longer than it runs."""
+    begin = time.monotonic()
+    while not condition() and process.poll() is None and time.monotonic() - begin < LONGEST_S:
+        time.sleep(0.01)
+
+
 def sentences(run):
     return run.err.count("fringetwin: error: ")
 
@@ -32,7 +39,7 @@ class Suite:
         self.program, self.faults, self.folder = program, faults, os.path.realpath(folder)
         shutil.rmtree(self.folder, ignore_errors=True)
         os.makedirs(self.folder)
-        self.random, self.found, self.cases = random.Random(seed), [], 0
+        self.seed, self.random, self.found, self.cases = seed, random.Random(seed), [], 0
         self.rig = rig.Rig(program, os.path.join(self.folder, "rig"))
         self.commands = {name: c for name, c in self.rig.commands().items() if everything or name not in SLOW}
         self.references, self.seconds, self.folders = {}, {}, 0

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the machine may do to a command: helpers that are missing, hang or lie, processes killed, no files or memory to be
 had, another locale, a clock that goes back, two programs at once."""
+import contextlib
 import errno
 import os
 import resource
@@ -86,13 +87,14 @@ def slurm(suite, everything):
     line = command.line(suite.program, "{out}") + ["--engine", "slurm"]
     scripts = [("missing", None), *HELPERS.items(),
                ("submits rubbish", 'case $0 in *sbatch) test "$1" = --version || echo "no number";; esac'),
-               ("hangs", "exec sleep 1000")]
+               ("hangs", ": >'{asked}'; exec sleep 1000")]
     for name, script in some(suite, everything, scripts, 3):
         out = suite.fresh_folder()
-        path = helper(suite, ["sbatch", "squeue", "scancel"], script)
+        asked = os.path.join(suite.folder, "asked")
+        path = helper(suite, ["sbatch", "squeue", "scancel"], script and script.replace("{asked}", asked))
         process = suite.start([w.replace("{out}", out) for w in line], {"PATH": path})
         if name == "hangs":
-            time.sleep(0.5)
+            running.until(process, lambda: os.path.exists(asked))
             process.send_signal(signal.SIGINT)
         run = suite.finish(process, 60)
         faults = suite.references["study"].faults(command, out, run.code)
@@ -105,10 +107,21 @@ def slurm(suite, everything):
 
 def children(process):
     found = []
-    for task in os.listdir(f"/proc/{process.pid}/task"):
-        with open(f"/proc/{process.pid}/task/{task}/children", encoding="ascii") as file:
-            found += [int(word) for word in file.read().split()]
+    with contextlib.suppress(OSError):  # it has ended
+        for task in os.listdir(f"/proc/{process.pid}/task"):
+            with open(f"/proc/{process.pid}/task/{task}/children", encoding="ascii") as file:
+                found += [int(word) for word in file.read().split()]
     return found
+
+
+def has_open(process, path):
+    folder = f"/proc/{process.pid}/fd"
+    with contextlib.suppress(OSError):
+        for name in os.listdir(folder):
+            with contextlib.suppress(OSError):
+                if os.readlink(os.path.join(folder, name)) == path:
+                    return True
+    return False
 
 
 def workers(suite, everything):
@@ -116,17 +129,17 @@ def workers(suite, everything):
     out, killed = suite.fresh_folder(), 0
     process = suite.start([suite.program, "study", suite.rig.path("LONG.toml"), "--out", out, "--jobs", "2"])
     for _ in range(3):
-        time.sleep(2 * suite.seconds["study"] if killed == 0 else 0.3)
-        try:
-            victims = children(process)
-        except OSError:
-            break
-        for pid in victims:
-            os.kill(pid, signal.SIGKILL)
-            killed += 1
+        running.until(process, lambda: children(process))
+        time.sleep(0.3)
+        for pid in children(process):
+            with contextlib.suppress(ProcessLookupError):  # it has just ended
+                os.kill(pid, signal.SIGKILL)
+                killed += 1
     run = suite.finish(process)
     # 4: it gave up on workers that died before they had begun; what is finished is kept
     faults = [] if run.code in (0, 4) else [f"exit code {run.code}: {run.err[-300:]}"]
+    if killed == 0:
+        faults.append("no worker was there to be killed")
     run = suite.finish(suite.start([suite.program, "study", suite.rig.path("LONG.toml"), "--out", out]))
     faults += [] if run.code == 0 else [f"run again: exit code {run.code}: {run.err[-300:]}"]
     table = os.path.join(out, "study.csv")
@@ -153,10 +166,12 @@ def two_programs(suite, everything):
 def locked_database(suite, everything):
     """Another program holds study.db: Ctrl-C is not kept waiting for it."""
     command, out = suite.commands["study"], suite.complete_folder(suite.commands["study"])
-    with sqlite3.connect(os.path.join(out, "study.db"), isolation_level=None) as database:
+    file = os.path.join(out, "study.db")
+    with sqlite3.connect(file, isolation_level=None) as database:
         database.execute("begin exclusive")
         process = suite.start(command.line(suite.program, out))
-        time.sleep(0.5)
+        running.until(process, lambda: has_open(process, file))
+        time.sleep(0.2)
         process.send_signal(signal.SIGINT)
         run = suite.finish(process)
         database.execute("rollback")
@@ -179,7 +194,8 @@ def comma_locale(suite, everything):
     made = subprocess.run(["localedef", "--no-archive", "-i", "de_DE", "-f", "UTF-8", os.path.join(place, "de_DE.UTF-8")],
                           capture_output=True, check=False)
     if not os.path.exists(os.path.join(place, "de_DE.UTF-8", "LC_NUMERIC")):
-        print("no comma locale could be made:", made.stderr.decode(errors="replace").strip())
+        why = made.stderr.decode(errors="replace").strip()
+        suite.report("surroundings", [f"no comma locale could be made (Debian: package locales): {why}"])
         return
     for name in suite.commands if everything else ("cosim", "calibrate"):
         command, out = suite.commands[name], suite.fresh_folder()

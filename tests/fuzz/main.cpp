@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <map>
+#include <stdexcept>
 
 #include "tests/fuzz/worker.hpp"
 #include "twin/base/progress.hpp"
@@ -71,13 +72,18 @@ int fuzz(const Options& options, const Target& target, double seconds) {
 
 /// All targets, `jobs` at a time, each in processes of its own. Returns whether any has a finding.
 bool fuzz_all(const Options& options, const std::vector<const Target*>& targets) {
-  const double seconds = options.seconds / static_cast<double>(targets.size());
+  // All jobs have the time; where they are not all at work to the end, the readers have less of it.
+  const auto jobs = static_cast<std::size_t>(options.jobs);
+  const std::size_t rounds = (targets.size() + jobs - 1) / jobs;
+  const double seconds = options.seconds / static_cast<double>(jobs * rounds);
   std::size_t next = 0, running = 0;
   bool any = false;
   while (next < targets.size() || running > 0) {
-    if (next < targets.size() && running < static_cast<std::size_t>(options.jobs)) {
+    if (next < targets.size() && running < jobs) {
       std::fflush(stdout);
-      if (::fork() == 0) std::_Exit(fuzz(options, *targets[next], seconds) > 0 ? 1 : 0);
+      const pid_t process = ::fork();
+      if (process < 0) throw std::runtime_error("no further process can be started");
+      if (process == 0) std::_Exit(fuzz(options, *targets[next], seconds) > 0 ? 1 : 0);
       ++next;
       ++running;
       continue;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Our TOML files: twins (with the meshes and images they name), capture sets, studies.
+#include <algorithm>
+
 #include "capture/record/verify_set.hpp"
 #include "compare/verdict/calibration_covariance.hpp"
 #include "cosim/load.hpp"
@@ -13,12 +15,19 @@ namespace fringetwin::fuzz {
 namespace {
 namespace fs = std::filesystem;
 
-/// The twins, captures and studies that are shipped.
+/// The twins, captures and studies that are shipped, by their names below datasets/: where the checkout lies
+/// and in which order its disk lists them makes no difference.
 std::vector<std::string> shipped(const std::string& name_part) {
+  const fs::path datasets = source_folder() / "datasets";
+  std::vector<fs::path> names;
+  for (const auto& entry : fs::recursive_directory_iterator(datasets)) {
+    const fs::path name = entry.path().lexically_relative(datasets);
+    if (name.extension() == ".toml" && name.string().find(name_part) != std::string::npos)
+      names.push_back(name);
+  }
+  std::ranges::sort(names);
   std::vector<std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(source_folder() / "datasets"))
-    if (entry.path().extension() == ".toml" && entry.path().string().find(name_part) != std::string::npos)
-      files.push_back(get_file(entry.path()));
+  for (const fs::path& name : names) files.push_back(get_file(datasets / name));
   return files;
 }
 

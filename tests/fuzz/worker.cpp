@@ -43,6 +43,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr auto kLook = std::chrono::milliseconds(20);  ///< between two looks of the supervisor
 constexpr off_t kLongestLog = 1 << 20;
+constexpr int kLeastChanges = 50;     ///< also where the seeds take all the time
+constexpr double kLongestWall = 3.0;  ///< times the seconds of computing
 
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -71,6 +73,13 @@ class SharedMemory : NotCopyable {
 
 // ---- in the process
 
+double computing_seconds(pid_t process) {
+  clockid_t clock{};
+  timespec time{};
+  if (::clock_getcpuclockid(process, &clock) != 0 || ::clock_gettime(clock, &time) != 0) return 0.0;
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
 std::size_t largest_memory_so_far() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
@@ -85,15 +94,17 @@ class Fuzzer {
   void run() {
     if (plan_.replayed) return read(*plan_.replayed);
     corpus_ = seeds_of(*plan_.target);
-    if (!plan_.corpus.empty())
-      for (const auto& file : fs::directory_iterator(plan_.corpus)) corpus_.push_back(get_file(file.path()));
+    if (!plan_.corpus.empty()) {
+      const std::set<fs::path> files{fs::directory_iterator(plan_.corpus), fs::directory_iterator()};
+      for (const fs::path& file : files) corpus_.push_back(get_file(file));
+    }
     expect_good(corpus_.front());
     std::erase_if(corpus_, [&](const std::string& input) { return plan_.known.contains(input); });
-    for (std::size_t i = 0; i < corpus_.size() && since(start_) < plan_.seconds; ++i) {
+    for (std::size_t i = 0; i < corpus_.size() && !is_over(); ++i) {
       read(corpus_[i]);
       found_new_code();
     }
-    while (since(start_) < plan_.seconds) {
+    for (int n = 0; n < kLeastChanges || !is_over(); ++n) {
       const std::string input = changed();
       read(input);
       if (found_new_code()) keep(input);
@@ -101,6 +112,11 @@ class Fuzzer {
   }
 
  private:
+  /// Of computing, so that other work on the machine leaves no fewer changes; with an end for what waits.
+  bool is_over() const {
+    return computing_seconds(::getpid()) >= plan_.seconds || since(start_) >= kLongestWall * plan_.seconds;
+  }
+
   /// An input of the corpus after one to six changes, more often few.
   std::string changed() {
     std::string input = random_.of(corpus_);
@@ -194,13 +210,6 @@ class Fuzzer {
 }
 
 // ---- in the supervisor
-
-double computing_seconds(pid_t process) {
-  clockid_t clock{};
-  timespec time{};
-  if (::clock_getcpuclockid(process, &clock) != 0 || ::clock_gettime(clock, &time) != 0) return 0.0;
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 std::size_t memory_of(pid_t process) {
   std::size_t all = 0, resident = 0;

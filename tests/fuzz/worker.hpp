@@ -20,7 +20,7 @@ constexpr std::size_t kLargestMemory = std::size_t{2} << 30;  ///< bytes
 struct WorkerPlan {
   const Target* target = nullptr;
   std::uint64_t seed = 1;
-  double seconds = 1.0;                      ///< of running, the seeds included
+  double seconds = 1.0;                      ///< of computing, the seeds included
   std::optional<std::string> replayed = {};  ///< this input alone
   std::set<std::string> known = {};          ///< inputs that broke it before: not read again
   std::filesystem::path corpus = {};         ///< where inputs that ran new code are kept; empty: nowhere

@@ -14,7 +14,8 @@ std::vector<fs::path> module_folders(const fs::path& program, const fs::path& bu
   const fs::path folder = program.parent_path();
   std::vector<fs::path> folders = {folder};
   if (folder.filename() == "bin") folders.push_back(folder.parent_path() / "lib" / "fringetwin");
-  if (std::ranges::mismatch(build_tree, folder).in1 == build_tree.end() && folder != build_tree)
+  const bool within = std::ranges::mismatch(build_tree, folder).in1 == build_tree.end();
+  if (!build_tree.empty() && within && folder != build_tree)  // empty: it may not be looked at
     folders.push_back(build_tree);
   return folders;
 }

@@ -15,6 +15,7 @@ TEST(ModuleLoader, LooksBesideTheProgramAndInItsInstallation) {
               ElementsAre("/usr/bin", "/usr/lib/fringetwin"));
   EXPECT_THAT(module_folders("/opt/fringetwin", "/home/me/build"), ElementsAre("/opt"));
   EXPECT_THAT(module_folders("", "/home/me/build"), IsEmpty());
+  EXPECT_THAT(module_folders("/opt/fringetwin", ""), ElementsAre("/opt")) << "not the system's folders";
 }
 
 TEST(ModuleLoader, LooksIntoTheBuildTreeOnlyFromWithin) {

@@ -31,7 +31,7 @@ namespace {
 /// Waits until this process holds the folder.
 void wait_for_folder(const fs::path& dir) {
   for (bool told = false; !hold_folder(dir); told = true) {
-    if (!told) say(fmt::format("{}: another process writes into this folder; waiting for it", dir.string()));
+    if (!told) warn(fmt::format("{}: another process writes into this folder; waiting for it", dir.string()));
     throw_if_cancelled();
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }

@@ -20,7 +20,7 @@ enum class Writers { one, several };  ///< that may write into a folder at the s
 
 /// Makes `dir` and removes the files (relative to it) that an earlier run wrote last, which a reader takes
 /// for the sign that all the others are there. With Writers::one it waits until no other process holds the
-/// folder: two runs must not mix their files. Throws UserError(usage), Cancelled.
+/// folder, and warns that it does: two runs must not mix their files. Throws UserError(usage), Cancelled.
 void begin_output(const std::filesystem::path& dir, const std::vector<std::string>& last_files,
                   Writers writers = Writers::one);
 

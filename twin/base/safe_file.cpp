@@ -13,13 +13,14 @@
 #include <limits>
 
 #include "twin/base/not_copyable.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin {
 namespace fs = std::filesystem;
 namespace {
 
 constexpr std::uintmax_t kMiB = 1024 * 1024;
-constexpr std::size_t kLargestRead = 1 << 30;  // read() of Linux returns at most 2 GiB at once
+constexpr std::size_t kLargestRead = 1 << 26;  // half a second of a slow disk; between them Ctrl-C is heeded
 std::atomic<double> limits_factor = 1.0;
 
 std::uintmax_t unraised_limit(FileKind kind) {
@@ -45,11 +46,15 @@ UserError cannot_be_read(const fs::path& file, const FileUse& use, int error) {
 class OpenFile : NotCopyable {
  public:
   OpenFile(const fs::path& file, const FileUse& use) : file_(file), use_(use) {
-    // Without O_NONBLOCK, opening a pipe that nobody writes to waits for ever.
+    struct stat status {};
+    // Pipes and devices are not even opened: a pipe's writer would be let go, a tape would wind.
+    if (::stat(file.c_str(), &status) == 0) check(status);
+    // What came there since may be one: without O_NONBLOCK a pipe that nobody writes to waits for ever.
     fd_ = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
     if (fd_ < 0) throw cannot_be_read(file, use, errno);
     try {
-      check();
+      if (::fstat(fd_, &status) != 0) throw cannot_be_read(file, use, errno);
+      check(status);
     } catch (...) {
       ::close(fd_);
       throw;
@@ -70,13 +75,12 @@ class OpenFile : NotCopyable {
         throw UserError(use_.code, file_.string(),
                         fmt::format("the {} became shorter while it was read", use_.what));
       done += static_cast<std::uintmax_t>(got);
+      if (done < size_) throw_if_cancelled();  // not for small files: what is read may end a cancelled run
     }
   }
 
  private:
-  void check() {
-    struct stat status {};
-    if (::fstat(fd_, &status) != 0) throw cannot_be_read(file_, use_, errno);
+  void check(const struct stat& status) {
     if (S_ISDIR(status.st_mode))
       throw UserError(use_.code, file_.string(),
                       fmt::format("is a folder, the {} must be a file", use_.what));

@@ -14,8 +14,8 @@ namespace fringetwin {
 
 /// What a file is for; each kind has a largest size that is read.
 enum class FileKind {
-  text,   ///< twins, capture sets, camera models, journals, settings: 64 MiB
-  table,  ///< corners, matches, results, databases: 1 GiB
+  text,   ///< twins, capture sets, studies, camera models, results: 64 MiB
+  table,  ///< corners, matches, databases, journals: 1 GiB
   image,  ///< 1 GiB
   mesh,   ///< 8 GiB
 };
@@ -41,7 +41,8 @@ struct FileUse {
 /// above its kind's limit. Never waits for a pipe.
 std::uintmax_t check_readable(const std::filesystem::path& file, const FileUse& use);
 
-/// Returns all bytes of `file`; throws as check_readable, and where a read fails or the file ends early.
+/// Returns all bytes of `file`; throws as check_readable, and where a read fails or the file ends early;
+/// Cancelled on the way through a file of more than 64 MiB.
 std::string read_whole_text(const std::filesystem::path& file, const FileUse& use);
 std::vector<std::uint8_t> read_whole_bytes(const std::filesystem::path& file, const FileUse& use);
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin {
 
@@ -57,7 +58,8 @@ std::string sha256_of_file(const std::filesystem::path& file, const std::string&
   if (!in) refuse();
   Sha256 digest;
   std::vector<char> buffer(1 << 18);
-  while (in) {
+  for (std::size_t n = 1; in; ++n) {
+    if (n % 256 == 0) throw_if_cancelled();  // every 64 MiB: a stranger's capture.toml may name any file
     in.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
     digest.add(std::as_bytes(std::span(buffer.data(), static_cast<std::size_t>(in.gcount()))));
   }

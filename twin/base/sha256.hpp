@@ -29,7 +29,8 @@ class Sha256 : NotCopyable {
 
 std::string sha256_of_bytes(std::span<const std::byte> bytes);
 std::string sha256_of_text(std::string_view text);
-/// Throws UserError(input) with `hint` when the file cannot be read.
+/// Throws UserError(input) with `hint` when the file cannot be read; Cancelled on the way through a large
+/// one.
 std::string sha256_of_file(const std::filesystem::path& file, const std::string& hint = "");
 
 }  // namespace fringetwin

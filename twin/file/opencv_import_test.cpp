@@ -269,7 +269,7 @@ TEST(OpenCvImport, ReadsWhatIsWrittenByHand) {
   const ScratchFolder scratch;
   const auto yaml = scratch.write(
       "hand.yml",
-      "%YAML 1.0\r\n# mine\r\nM1: {rows: 3, cols: 3, dt: \"d\", data: [1e3, 0, 5,\r\n 0,\r\n"
+      "\xef\xbb\xbf%YAML 1.0\r\n# mine\r\nM1: {rows: 3, cols: 3, dt: \"d\", data: [1e3, 0, 5,\r\n 0,\r\n"
       "+1000., 6, 0, 0, 1]} # flow\r\nlist:\r\n- 1\r\n- [2,\r\n3]\r\nD1: !!opencv-matrix\r\n"
       "  rows: 4 # four\r\n  cols: 1\r\n  dt: d\r\n  data:\r\n    [ .5, 0, # two\r\n      0, 0 ]");
   EXPECT_THAT(import_opencv({yaml}, {"M1", "D1", "", ""}).intrinsics,

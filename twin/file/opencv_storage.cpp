@@ -24,6 +24,7 @@ class StorageText {
       : text_(text), file_(file), visit_(visit) {}
 
   void read() {
+    if (is_at("\xef\xbb\xbf")) at_ = 3;  // editors put a byte order mark there
     skip_space();
     const std::string_view start = text_.substr(at_);
     if (start.starts_with("%YAML")) return read_yaml();

@@ -32,9 +32,11 @@ std::size_t end_of_toml_string(std::string_view text, std::size_t at) {
 
 /// What has been seen of a text so far.
 struct TomlCount {
-  std::size_t depth = 0, parts = 1, marks = 0;
+  std::size_t depth = 0, parts = 1, marks = 0, tables = 0;
+  bool line_is_empty = true, in_header = false;
 
   void take(char c) {
+    count_tables(c);
     marks += c == '.' || c == ',' || c == '=' || c == '[' || c == '{' ? 1u : 0u;
     if (c == '[' || c == '{') ++depth;
     if ((c == ']' || c == '}') && depth > 0) --depth;
@@ -43,12 +45,27 @@ struct TomlCount {
     else if (c == ',' || c == '=' || c == '\n' || c == '[' || c == ']' || c == '{' || c == '}')
       parts = 1;
   }
+
+ private:
+  /// Dots of numbers are none of these: those of a key count when its '=' comes.
+  void count_tables(char c) {
+    if (c == '\n')
+      in_header = false;
+    else if (c == '[' && line_is_empty && depth == 0)
+      in_header = true, ++tables;
+    else if (c == '=')
+      tables += parts - 1;
+    else if (c == '.' && in_header)
+      ++tables;
+    line_is_empty = c == '\n' || (line_is_empty && (c == ' ' || c == '\t'));
+  }
 };
 
 }  // namespace
 
 std::optional<TomlExcess> toml_excess(std::string_view text) {
   const double most_marks = static_cast<double>(kMostTomlMarks) * file_limits_factor();
+  const double most_tables = static_cast<double>(kMostTomlTables) * file_limits_factor();
   TomlCount count;
   for (std::size_t at = 0; at < text.size();) {
     const char c = text[at];
@@ -72,6 +89,9 @@ std::optional<TomlExcess> toml_excess(std::string_view text) {
     if (count.depth > kDeepestValue)
       return excess(fmt::format("arrays or tables stand more than {} deep in each other", kDeepestValue),
                     "is a bracket left open?");
+    if (static_cast<double>(count.tables) > most_tables)
+      return excess(fmt::format("the file has more than {:.0f} headers and dots in keys", most_tables),
+                    "--limits 10 reads ten times as much");
     if (static_cast<double>(count.marks) > most_marks)
       return excess(fmt::format("the file has more than {:.0f} keys and values", most_marks),
                     "--limits 10 reads ten times as much");

@@ -17,6 +17,11 @@ inline constexpr std::size_t kMostKeyParts = 32, kDeepestValue = 32;
 /// has 60,000; a million takes the library less than 400 MB. Raised by --limits.
 inline constexpr std::size_t kMostTomlMarks = 1'000'000;
 
+/// Headers, and dots in keys and headers: for each the library looks through a list of the tables that it has
+/// made so far, so that the time goes with the square. A twin of 1000 objects has 3000; so many take the
+/// library less than a second. Raised by --limits.
+inline constexpr std::size_t kMostTomlTables = 50'000;
+
 struct TomlExcess {
   std::size_t line = 0;  ///< from 1
   std::string what, hint;

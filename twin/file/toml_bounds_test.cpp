@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "twin/file/toml_bounds.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -63,6 +64,20 @@ TEST_F(TomlBounds, RefusesMoreValuesThanAnyFileHas) {
   EXPECT_THAT(refusal(many), AllOf(HasSubstr("more than 1000000 keys and values"), HasSubstr("--limits 10")));
   raise_file_limits(2.0);
   EXPECT_FALSE(toml_excess(many));
+}
+
+// The library looks for each in a list of all.
+TEST_F(TomlBounds, RefusesMoreTablesThanAnyFileHas) {
+  std::string keys, headers;
+  for (int i = 0; i < 60'000; ++i) {
+    keys += fmt::format("a{}.b = 1.5\n", i);
+    headers += fmt::format("  [[a{}]]\n", i);
+  }
+  for (const std::string& text : {keys, headers, "x = {" + repeated("a.b.c = 1,", 30'000) + "}"})
+    EXPECT_THAT(refusal(text),
+                AllOf(HasSubstr("more than 50000 headers and dots"), HasSubstr("--limits 10")));
+  EXPECT_FALSE(toml_excess("x = [" + repeated("\n[0.5, 1.5],", 100'000) + "]"));
+  EXPECT_FALSE(toml_excess(repeated("x = 0.5\n", 100'000)));
 }
 
 TEST_F(TomlBounds, CountsNoTextAndNoComments) {

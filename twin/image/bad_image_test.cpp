@@ -196,12 +196,13 @@ TEST(BadImages, ThreadsDecodeInOneBoundedMemory) {
 
 /// Two rows of three gray values, 1 ... 6, uncompressed; with a directory of either layout, in a strip or in
 /// a tile of 16 x 16.
-std::string tiff(bool big, bool motorola, bool tiled) {
+std::string tiff(bool big, bool motorola, bool tiled, bool says_black = true) {
   std::string out;
   const auto put = [&](std::uint64_t value, int bytes) {
     for (int k = 0; k < bytes; ++k) out += static_cast<char>(value >> (8 * (motorola ? bytes - 1 - k : k)));
   };
-  std::vector<std::pair<int, int>> tags = {{256, 3}, {257, 2}, {258, 8}, {259, 1}, {262, 1}};
+  std::vector<std::pair<int, int>> tags = {{256, 3}, {257, 2}, {258, 8}, {259, 1}};
+  if (says_black) tags.emplace_back(262, 1);
   if (tiled)
     tags.insert(tags.end(), {{277, 1}, {322, 16}, {323, 16}, {324, 0}, {325, 256}});
   else
@@ -238,6 +239,7 @@ TEST(BadImages, GoodFilesOfOtherLayoutsAreStillRead) {
       for (const bool tiled : {false, true})
         EXPECT_THAT(values(tiff(big, motorola, tiled)), ElementsAre(1, 2, 3, 4, 5, 6))
             << big << motorola << tiled;
+  EXPECT_THAT(values(tiff(false, false, false, false)), ElementsAre(1, 2, 3, 4, 5, 6)) << "not inverted";
   EXPECT_THAT(values("P2 # by hand\n#\n3\t2 # columns, rows\n255\n1 2 3\n4 5 6\n"),
               ElementsAre(1, 2, 3, 4, 5, 6));
   EXPECT_THAT(values("P5 3 2 255\n\1\2\3\4\5\6"), ElementsAre(1, 2, 3, 4, 5, 6));

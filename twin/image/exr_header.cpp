@@ -67,7 +67,8 @@ class ExrBytes {
   std::string_view bytes_;
 };
 
-/// What the attributes say, the last of a name where it is there twice, as OpenEXR takes it.
+/// What the attributes say, the last of a name where it is there twice, as OpenEXR takes it; but of channels
+/// it keeps those of all lists.
 struct ExrAttributes {
   std::optional<std::array<std::int64_t, 4>> data_window, display_window;  ///< xMin yMin xMax yMax
   std::uint64_t channels = 0;
@@ -148,7 +149,7 @@ void take_attribute(ExrBytes& header, std::string_view name, ExrAttributes* out)
   ExrBytes value = header.part(static_cast<std::size_t>(size));
   check_value(value, type, size);
   if (name == "channels") {
-    out->channels = count_channels(value);
+    out->channels += count_channels(value);
   } else if (name == "dataWindow") {
     out->data_window = take_window(value);
   } else if (name == "displayWindow") {

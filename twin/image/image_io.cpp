@@ -44,14 +44,15 @@ int write_new_file(const fs::path& file, const std::vector<FileBytes>& parts) {
 }
 
 /// Returns 16 hexadecimal digits that no other process has: two of them in one folder must not meet, and
-/// their process ids are no help where each machine or container counts its own.
-const std::string& own_digits() {
-  static const std::string digits = [] {
-    std::uint64_t random = 0;
-    if (::getentropy(&random, sizeof random) != 0) random = static_cast<std::uint64_t>(::getpid());
-    return fmt::format("{:016x}", random);
+/// their process ids alone are no help where each machine or container counts its own.
+std::string own_digits() {
+  static const std::uint64_t random = [] {
+    std::uint64_t drawn = 0;
+    (void)!::getentropy(&drawn, sizeof drawn);
+    return drawn;
   }();
-  return digits;
+  // What a process draws its children have as well.
+  return fmt::format("{:016x}", random ^ static_cast<std::uint64_t>(::getpid()));
 }
 
 template <class T>

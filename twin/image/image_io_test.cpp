@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
@@ -348,11 +349,24 @@ TEST_F(ImageIo, AFullDiskLeavesNoFile) {
   EXPECT_TRUE(fs::is_empty(folder_));
 }
 
-// Process ids are the same in two containers that share a folder.
-TEST_F(ImageIo, TemporaryNamesCannotBeGuessed) {
-  const std::string name = TemporaryFile(folder_ / "a").path().filename().string();
-  EXPECT_THAT(name, ::testing::MatchesRegex("\\.a\\.[0-9a-f]{16}\\.[0-9]+\\.tmp"));
-  EXPECT_EQ(name.find(std::to_string(::getpid())), std::string::npos);
+// Two processes that begin with the same name would remove each other's file.
+TEST_F(ImageIo, TemporaryNamesAreOfOneProcess) {
+  const auto name = [&] { return TemporaryFile(folder_ / "a").path().filename().string(); };
+  const auto digits = [](const std::string& of) { return of.substr(3, 16); };
+  const std::string first = name();
+  EXPECT_THAT(first, ::testing::MatchesRegex("\\.a\\.[0-9a-f]{16}\\.[0-9]+\\.tmp"));
+  EXPECT_NE(name(), first);
+  EXPECT_EQ(digits(name()), digits(first));
+  const pid_t child = ::fork();
+  if (child == 0) {
+    std::ofstream(folder_ / "childs") << name();
+    ::_exit(0);
+  }
+  ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+  std::string childs;
+  std::ifstream(folder_ / "childs") >> childs;
+  ASSERT_GT(childs.size(), 19u);
+  EXPECT_NE(digits(childs), digits(first));
 }
 
 TEST_F(ImageIo, UnwritableFolderIsAUsageError) {

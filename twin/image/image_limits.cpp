@@ -66,7 +66,8 @@ std::uint64_t check_promise(const fs::path& file, const PromisedImage& image, st
                        kMostUnaskedPixels * factor / 1e6, kLongestSide * factor),
            "--limits 10 reads ten times as much");
   const std::uint64_t pixels = image.width * image.height * image.channels;
-  if (file_bytes > kMostBytesPerPixel * pixels + kMostBytesBeside)
+  if (static_cast<double>(file_bytes) >
+      factor * static_cast<double>(kMostBytesPerPixel * pixels + kMostBytesBeside))
     refuse(fmt::format("has {} bytes, more than one image of {} can need", file_bytes, size),
            "give one image a file, without other data");
   return pixels;

@@ -98,7 +98,8 @@ bool decode_tiff(const std::uint8_t* bytes, std::size_t size, DecodedImage* imag
   TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &height);
   image->width = static_cast<int>(width);
   image->height = static_cast<int>(height);
-  const int photometric = number(tiff.get(), TIFFTAG_PHOTOMETRIC);
+  std::uint16_t photometric = PHOTOMETRIC_MINISBLACK;  // where the tag is missing, as libtiff shows it
+  TIFFGetField(tiff.get(), TIFFTAG_PHOTOMETRIC, &photometric);
   const int bits = number(tiff.get(), TIFFTAG_BITSPERSAMPLE);
   image->channels = number(tiff.get(), TIFFTAG_SAMPLESPERPIXEL);
   if (image->channels == 1 && photometric == PHOTOMETRIC_PALETTE) image->channels = 3;

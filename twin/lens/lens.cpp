@@ -159,7 +159,7 @@ std::optional<Eigen::Vector2d> Lens::Impl::project_mrcal(const Eigen::Vector3d& 
   return q;
 }
 
-/// libmrcal's answer, polished by Newton on the sphere of directions.
+/// Newton on the sphere of directions, from libmrcal's answer or a first guess (mrcal_facade.hpp).
 std::optional<Eigen::Vector3d> Lens::Impl::unproject_mrcal(const Eigen::Vector2d& q_px) const {
   Eigen::Vector3d v;
   if (!q_px.allFinite() || !mrcal->unproject(intrinsics, q_px, &v)) return std::nullopt;

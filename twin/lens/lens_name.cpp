@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "twin/base/plain_text.hpp"
 #include "twin/number/parse_number.hpp"
 
 namespace fringetwin {
@@ -65,10 +66,7 @@ std::string lens_name_fault(std::string_view name) {
 }
 
 std::string shown_lens_name(std::string_view name) {
-  std::string shown(name.substr(0, kShownCharacters));
-  std::ranges::replace_if(
-      shown, [](unsigned char c) { return c < ' '; }, '?');
-  return shown + (name.size() > kShownCharacters ? "..." : "");
+  return plain_text(name.substr(0, kShownCharacters)) + (name.size() > kShownCharacters ? "..." : "");
 }
 
 }  // namespace fringetwin

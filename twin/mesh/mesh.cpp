@@ -69,14 +69,18 @@ struct VertexHash {
   }
 };
 
-/// Fills vertices (and albedo); returns the new index of every raw vertex.
+/// Fills vertices (and albedo); returns the new index of every raw vertex that is not dropped.
 std::vector<int> join_vertices(const fs::path& file, const RawMesh& raw, double scale, Mesh* mesh) {
   std::unordered_map<VertexKey, int, VertexHash> known;
   known.reserve(raw.vertices.size());
+  std::vector<bool> is_dropped(raw.vertices.size(), raw.drops_lonely_vertices);
+  for (const std::array<int, 3>& triangle : raw.triangles)
+    for (const int corner : triangle) is_dropped[corner] = false;
   std::vector<int> index_of(raw.vertices.size());
   for (std::size_t i = 0; i < raw.vertices.size(); ++i) {
     heed_cancel(i);
     const Eigen::Vector3f p = checked_vertex(file, raw, i, scale);
+    if (is_dropped[i]) continue;
     const float albedo = raw.albedo.empty() ? 1.0f : raw.albedo[i];
     // + 0 makes -0 and 0 the same
     const VertexKey key{{std::bit_cast<std::uint32_t>(p.x() + 0.0f),

@@ -39,6 +39,7 @@ struct RawMesh {
   std::vector<float> albedo;              ///< one per vertex, or empty
   std::vector<std::array<int, 3>> triangles;
   std::size_t other_faces = 0;                          ///< points and lines, left out
+  bool drops_lonely_vertices = false;                   ///< those of no triangle
   std::function<std::string(std::size_t)> vertex_name;  ///< how the file counts its vertices
 
  private:

@@ -207,6 +207,7 @@ TEST_F(MeshOfAStranger, ObjLines) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   EXPECT_EQ(triangles("c.obj", corners + "f 1 \\\n 2\\\r\n 3"), 1u);
   EXPECT_EQ(triangles("l.obj", "f 1 2 3\n" + corners), 1u) << "of later lines";
+  EXPECT_EQ(triangles("#.obj", "v 0 0 0 # 1\nv 1 0 0 #2\nv 0 1 0 1 #\\\nf 1 2 3 # 4 \\\nf 1 3 2\n"), 2u);
   EXPECT_EQ(triangles("w.obj", "v 0 0 0 1\nv 2 0 0 2\nv 0 1 0 0.1 0.2 0.3\nl 1\nf 1/1/1 2//1 3/2\n"), 1u);
   EXPECT_THAT(sentence("w0.obj", "v 0 0 0 0\n" + corners + "f 2 3 4\n"),
               HasSubstr("vertex 1 has a coordinate"));
@@ -222,6 +223,12 @@ TEST_F(MeshOfAStranger, ObjLines) {
   EXPECT_THAT(sentence("t.obj", corners + "f " + std::string(1000, 'a')),
               HasSubstr("where a vertex is needed"));
   EXPECT_THAT(sentence("e.obj", corners + "f\nf 1\nf 1 2\n"), HasSubstr("has no triangle"));
+}
+
+TEST_F(MeshOfAStranger, ObjVerticesWithoutATriangleAreLeftOut) {
+  const auto mesh =
+      load_mesh(dir_.write("far.obj", "v 9e8 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nf 2 3 4\n"), "mm");
+  EXPECT_THAT(mesh->vertices_mm, SizeIs(3u));
 }
 
 // A line as long as the reader's buffer was written one byte beyond it.
@@ -249,6 +256,8 @@ TEST_F(MeshOfAStranger, StlFacetsAndWords) {
   EXPECT_THAT(sentence("t.stl", facet("vertex 0 0\nvertex 1 0 0\nvertex 0 1 0\n")),
               HasSubstr("has \"vertex\" where a number is needed, in line 5"));
   EXPECT_THAT(sentence("e.stl", facet(corners) + "solid b\n"), HasSubstr("without endsolid"));
+  EXPECT_THAT(sentence("l.stl", facet(corners) + "solid b\n" + corners + "endsolid b\n"),
+              HasSubstr("behind its last endfacet"));
 }
 
 TEST_F(MeshOfAStranger, BinaryStlCountsMatchTheFile) {

@@ -15,6 +15,7 @@ class ObjReader {
  public:
   ObjReader(const std::filesystem::path& file, const std::string& bytes) : text_(bytes), mesh_(file) {
     mesh_.vertex_name = [](std::size_t i) { return fmt::format("vertex {}", i + 1); };
+    mesh_.drops_lonely_vertices = true;  // of points, lines and curves; they would count in the mesh's middle
   }
 
   RawMesh read() {
@@ -32,10 +33,12 @@ class ObjReader {
   }
 
  private:
-  /// Returns the statement's next word; a backslash at the end of a line continues it in the next.
+  /// Returns the statement's next word; a backslash at the end of a line continues it in the next, a comment
+  /// ends it.
   std::string_view next_word() {
     while (true) {
       std::string_view word = text_.next_word_in_line();
+      if (word.starts_with('#')) return {};
       if (!word.ends_with('\\')) return word;
       word.remove_suffix(1);
       if (!text_.skip_line() || !word.empty()) return word;

@@ -51,6 +51,7 @@ class AsciiStl {
       take(word);
     }
     if (!ended_) mesh_.refuse("is truncated (an ASCII STL without endsolid)");
+    if (corners_ != 0) mesh_.refuse("has corners behind its last endfacet, which are of no facet");
   }
 
  private:
