@@ -223,7 +223,7 @@ TEST(NoDevice, LittleAddressSpaceIsASentence) {
                              (dir / "twin.toml").string() + "' --out '" + (dir / "out").string() + "' 2>&1";
   for (const int mb : {300, 400, 500, 600, 700, 800}) {
     const auto run =
-        testing::run("ulimit -c 0 -v " + std::to_string(mb << 10) + "; OMP_NUM_THREADS=2 " + render);
+        testing::run("ulimit -c 0; ulimit -v " + std::to_string(mb << 10) + "; OMP_NUM_THREADS=2 " + render);
     EXPECT_EQ(WEXITSTATUS(run.status), 4) << mb << ": " << run.output;
     EXPECT_THAT(run.output, HasSubstr("fringetwin: error: "));
   }

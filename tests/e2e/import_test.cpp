@@ -101,7 +101,7 @@ TEST_F(Import, NamesSizesAndKeysThatCannotBe) {
     expect_nothing_written({"--camera", std::string("left=M1,D1@") + size},
                            {"the image size cannot be read"});
   expect_nothing_written({"--camera", "left=M1@64x48"}, {"has 1 keys instead of 2 or 4"});
-  expect_nothing_written({"--camera", "left=M1,D1@100000x100000"}, {"left: imagersize must be at most"});
+  expect_nothing_written({"--camera", "left=M1,D1@100000x100000"}, {"M1: imagersize must be at most"});
   EXPECT_EQ(import({"--camera", "left=M9,D1@64x48"}).exit_code, 3);
   EXPECT_FALSE(fs::exists(dir_ / "out"));
 }
@@ -160,7 +160,7 @@ TEST_F(Import, KalibrAndMrcal) {
     more.insert(more.begin(), {"import", "kalibr", (dir_ / "chain.yaml").string(), "--out", out});
     return run_fringetwin(more);
   };
-  expect_refused(import_chain({}), 2, {"import: 3 cameras; a twin has one camera or two"});
+  expect_refused(import_chain({}), 2, {"chain.yaml: has 3 cameras; a twin has one camera or two"});
   expect_refused(import_chain({"--projector", "cam7"}), 2, {"the camchain has no such camera"});
   EXPECT_FALSE(fs::exists(out));
   const RunResult run = import_chain({"--projector", "cam1", "--names", "left,right"});
