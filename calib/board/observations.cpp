@@ -152,6 +152,10 @@ std::string Observations::label(const View& view) const {
                      view.source.empty() ? "" : " (" + view.source + ")");
 }
 
+std::string Observations::where(const View& view) const {
+  return (file.empty() ? "" : file.string() + ": ") + label(view);
+}
+
 void check_observations(const Observations& o) {
   check_board(o.board);
   if (o.devices.empty()) refuse("calibration", "has no device", "");

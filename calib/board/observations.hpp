@@ -59,6 +59,8 @@ struct Observations {
   void sort();
   /// "left, view 007 (left007.png)"
   std::string label(const View& view) const;
+  /// The label behind the file that the corners come from, for messages.
+  std::string where(const View& view) const;
 };
 
 /// Throws UserError(input) with one sentence when the observations cannot be calibrated from: non-finite

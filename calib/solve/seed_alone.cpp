@@ -12,7 +12,8 @@ namespace {
 constexpr const char* kRough = "LENSMODEL_STEREOGRAPHIC";
 
 Observations only_device(const Observations& o, int device) {
-  Observations out{.board = o.board, .devices = {o.devices[device]}, .frames = o.frames};
+  Observations out{
+      .board = o.board, .devices = {o.devices[device]}, .frames = o.frames, .views = {}, .file = o.file};
   for (const View& view : o.views)
     if (view.device == device && view.n_seen() >= 4) {
       out.views.push_back(view);
@@ -29,7 +30,7 @@ std::vector<Pose> poses_of_views(const Observations& o, const std::string& lensm
   for (const View& view : o.views) {
     const auto pose = board_pose(o.board, view.corners, model, intrinsics);
     if (!pose)
-      throw UserError(ExitCode::input, o.label(view),
+      throw UserError(ExitCode::input, o.where(view),
                       "the corners do not show a board in front of the device",
                       "are they all on one line, or is the rough focal length far off?");
     poses[view.frame] = pose->T_device_board;

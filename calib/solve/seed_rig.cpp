@@ -206,7 +206,7 @@ void check_agreement(const Observations& o, const MrcalModel& model, const std::
       const std::string why = Explanation(o, model, alone, pair, frame).text(blamed);
       if (why.empty()) continue;  // perhaps only a poor pose; the solve decides
       const View* view = o.find(blamed >= 0 ? blamed : pair.b, frame);
-      throw UserError(ExitCode::input, o.label(*view), why,
+      throw UserError(ExitCode::input, o.where(*view), why,
                       fmt::format("{} and {} put this board {:.1f} mm apart; correct or remove the view",
                                   o.devices[pair.a].name, o.devices[pair.b].name, pair.disagreement_mm[i]));
     }

@@ -160,7 +160,9 @@ CalibrationCovariance read_calibration_covariance(const Twin& twin) {
     if (!seen.insert(out.parameters.back()).second)
       refuse(out, fmt::format("covariance.parameters: \"{}\" is there twice", out.parameters.back()));
   }
-  const bool has_devices = json.contains("devices") && json["devices"].is_array() && !json["devices"].empty();
+  const bool has_devices = json.contains("devices");
+  if (has_devices && (!json["devices"].is_array() || json["devices"].empty()))
+    refuse(out, "devices must be a list with an entry for each device");
   const ReadJson none;
   const ReadJson& first = has_devices ? json["devices"][0] : none;
   if (first.is_object() && (!first.contains("name") || first["name"] != twin.cameras[0].name))
