@@ -354,7 +354,7 @@ TEST_F(CaptureSetTest, ListsLongerThanAnySequence) {
 
 TEST_F(CaptureSetTest, APathThatEndsAtANul) {
   write_toml("[[camera]]\nname = \"left\"\nroot = \"\\u0000\"\npattern = \"%d.png\"\n");
-  EXPECT_THAT(load_error(), AllOf(HasSubstr("capture.toml:5"), HasSubstr("holds a NUL character")));
+  EXPECT_THAT(load_error(), AllOf(HasSubstr("capture.toml:4"), HasSubstr("holds a NUL character")));
 }
 
 TEST_F(CaptureSetTest, APipeInsteadOfAFileIsRefusedWithoutWaiting) {

@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "twin/base/errors.hpp"
-#include "twin/base/plain_text.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/file/python_dict.hpp"
 #include "twin/image/image_io.hpp"
@@ -130,7 +129,10 @@ CameraModelFile read_cameramodel(const std::filesystem::path& file) {
 
 void write_cameramodel(const std::filesystem::path& file, const CameraModelFile& model) {
   std::string text;
-  for (const std::string& comment : model.comments) text += "#" + plain_text(comment) + "\n";
+  for (std::string comment : model.comments) {
+    std::ranges::replace(comment, '\n', ' ');  // of a file's name in it
+    text += "#" + comment + "\n";
+  }
   text += "{\n";
   text += "    'lensmodel':  '" + model.lensmodel + "',\n\n";
   text += "    # intrinsics are fx,fy,cx,cy,distortion0,distortion1,....\n";

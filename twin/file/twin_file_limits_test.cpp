@@ -83,7 +83,7 @@ TEST_F(TwinFileLimits, ATranslationInAFileOfTheWrongUnit) {
     FAIL();
   } catch (const UserError& e) {
     EXPECT_EQ(e.code(), ExitCode::input);
-    EXPECT_THAT(e.what(), AllOf(HasSubstr("left.cameramodel: has a translation above 1e+09 mm"),
+    EXPECT_THAT(e.what(), AllOf(HasSubstr("left.cameramodel: has a translation above 1e9 mm"),
                                 HasSubstr("cameramodel_unit")));
   }
 }
