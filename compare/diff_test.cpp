@@ -199,7 +199,7 @@ TEST(Diff, RefusesValuesOfTheWrongType) {
   expect_refused(result_with(R"("gain": [{"camera": "left", "gain_dn": "17"}])"),
                  "gain left gain_dn is string, a number is expected");
   expect_refused(result_with(R"("verdict": [])"), "verdict is array, a text is expected");
-  expect_refused(result_with(R"("gain": [{"gain_dn": 1e999}])"), "out of range");
+  expect_refused(result_with(R"("gain": [{"gain_dn": 1e999}])"), "1e999");
   expect_refused(result_with(R"("gain": [{"camera": ")" + std::string(2000, 'a') + R"("}])"), "at most 1000");
   for (const char* rest :
        {R"("provenance": 3)", R"("provenance": {"inputs_sha256": 3})", R"("gain": null)"}) {
