@@ -7,7 +7,8 @@ bad_files.py --program build/fringetwin --files tests/bad_files [--only READER o
 The files are those of tests/bad_files/READER (its README says what is wrong with each) and what bad_files_made.py and
 bad_files_binary.py make. Of each run is asked: exit code 2 or 3, at most 2 s of computing, at most 500 MB of memory, one
 sentence of at most 500 characters that names the file and holds no control character, nothing left that looks complete.
-The good files of tests/bad_files/good must pass the same way without being refused, or the bad ones would prove nothing.
+The good files of tests/bad_files/good must pass the same way without being refused, or the bad ones would prove nothing;
+where a reader's files are the program's own, it makes the good one itself.
 """
 import argparse
 import concurrent.futures
@@ -135,6 +136,40 @@ def as_shard(place):
     return ["study-shard", str(place.folder), "0"], "shard-0.jsonl"
 
 
+def interrupted_capture(program, place):
+    """The program's own journal, of the steps until a Ctrl-C."""
+    arguments = ["capture", place.at("twin.toml"), "--camera", "twin:" + place.at("twin.toml")]
+    journal = place.folder / "out/capture.journal"
+    with subprocess.Popen([program, *arguments, "--out", place.at("out")], stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as child:
+        until = time.monotonic() + MOST_WAIT
+        while child.poll() is None and time.monotonic() < until and not (journal.exists() and journal.read_bytes().count(b"\n") > 1):
+            time.sleep(0.01)
+        child.terminate()
+    return [*arguments, "--resume"], r"recorded \d of 12 patterns|recorded 1[01] of 12"
+
+
+def finished_study(program, place):
+    """The program's own database, of a study of one point."""
+    place.edit("study.toml", "noise_seeds = 2", "noise_seeds = 1")
+    place.edit("study.toml", "[18, 19, 20]", "[19]")
+    place.edit("study.toml", "[[8, 20], [10, 80]]", "[[8, 20]]")
+    arguments = ["study", place.at("study.toml")]
+    subprocess.run([program, *arguments, "--out", place.at("out")], check=False, stdin=subprocess.DEVNULL,
+                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return arguments, "1 done before"
+
+
+def whole_shard(program, place):
+    """A shard of this program's version."""
+    version = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout.strip()
+    place.edit("round.json", '"version": "0"', f'"version": "{version}"')
+    (place.folder / "shard-0.jsonl").write_text(
+        '{"twin":"%s","device":"","records":[],"virtual_rig":false,"calibration":false}\n'
+        '{"id":0,"settings":{},"seed":0,"group":0,"trace":"t","form":"f","sensors":[[8,20.0]],"mean":0.5,"amplitude":0.5}\n'
+        % place.at("twin.toml"))
+    return ["study-shard", str(place.folder), "0"], None
+
+
 def as_opencv(place):
     """One camera whose matrix, distortion, rotation and translation all come from the file."""
     name = "calibration" + (place.bad.suffix or ".yml")
@@ -165,6 +200,9 @@ READERS = {
     "study_store": as_store,
     "shard": as_shard,
 }
+# Readers of what the program itself leaves: their good files are made by it, and then read without a fault. The pattern is
+# what stderr then says (None: an attempt's log has the point).
+OWN_FILES = {"journal": interrupted_capture, "study_store": finished_study, "shard": whole_shard}
 NO_OUT = ("diff", "study-shard")
 
 
@@ -219,6 +257,8 @@ def faults_of(name, bad, folder, ended):
 
 def check(program, good, reader, bad):
     """What is wrong with the way the program takes this file; the folder is gone afterwards."""
+    if bad.put is None:
+        return check_own_file(program, good, reader)
     with tempfile.TemporaryDirectory(prefix="fringetwin-bad-") as scratch:
         folder = pathlib.Path(scratch) / reader  # beside good/, as in tests/bad_files
         folder.mkdir()
@@ -232,6 +272,17 @@ def check(program, good, reader, bad):
         return faults_of(reader, bad, folder, ended) + left
 
 
+def check_own_file(program, good, reader):
+    """What is wrong with the way the program takes a file of its own."""
+    with tempfile.TemporaryDirectory(prefix="fringetwin-good-") as scratch:
+        folder = pathlib.Path(scratch)
+        arguments, said = OWN_FILES[reader](program, Place(folder, good, None))
+        code, text, _, _ = run(program, arguments, folder)
+        log = folder / "shard-0.attempt-0.jsonl"
+        taken = re.search(said, text) if said else log.exists() and '"id":0' in log.read_text()
+        return [] if code == NO_DEVICE or (code == 0 and taken) else [f"exit code {code}: {text[-400:]!r}"]
+
+
 def cases(files):
     """(reader, bad file), all of them."""
     for reader in READERS:
@@ -243,6 +294,8 @@ def cases(files):
             yield reader, bad
         for bad in bad_files_made.good(reader, files / "good") + bad_files_binary.good(reader):
             yield reader, bad
+        if reader in OWN_FILES:
+            yield reader, bad_files_made.Bad("good_of_this_program", None, good=True)
 
 
 def main():
