@@ -10,6 +10,7 @@ a Vulkan device unless FRINGETWIN_REQUIRE_DEVICE is set."""
 import argparse
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -38,6 +39,7 @@ def main():
             sys.exit("no Vulkan device")
         print("SKIPPED: no Vulkan device")
         return SKIPPED
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # who starts us in the background may have it ignored, by all below us
     begin = time.monotonic()
     suite = running.Suite(program, os.path.abspath(options.faults), options.out, options.seed, options.all)
     for name in options.only.split(","):

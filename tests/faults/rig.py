@@ -95,8 +95,9 @@ def corners_of_views():
 class Command:
     name: str
     words: list          # "{out}" stands for the folder of results
-    sign: str            # the file that says: all the others are there
+    sign: str            # the file that says: all the others are there; "" of a command that only prints
     again: tuple = ()    # more words where something is there already
+    same_words: bool = False  # it prints the same each time
 
     def line(self, program, out, again=False):
         return [program] + [w.replace("{out}", out) for w in self.words] + list(self.again if again else ())
@@ -113,7 +114,9 @@ class Rig:
                            ("corners.vnl", corners_of_views())):
             with open(self.path(name), "w", encoding="ascii") as file:
                 file.write(text)
-        subprocess.run([program, "-q", "render", self.path("twin.toml"), "--seed", "7", "--out", self.path("set")], check=True, stderr=subprocess.DEVNULL)
+        for words in (["render", self.path("twin.toml"), "--seed", "7", "--out", self.path("set")],
+                      ["measure", self.path("twin.toml"), "--captures", self.path("set"), "--out", self.path("measured")]):
+            subprocess.run([program, "-q", *words], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def path(self, name):
         return os.path.join(self.folder, name)
@@ -139,4 +142,8 @@ class Rig:
             Command("study", ["study", self.path("STUDY.toml"), "--out", "{out}", "--jobs", "2", "--figures"], "report.html"),
             Command("capture", ["capture", twin, "--camera", "twin:" + twin, "--out", "{out}", "--references"],
                     "capture.toml", ("--resume",)),
+            Command("needs", ["needs", twin, "--windows", "1", "--rounds", "1", "--out", "{out}"], "needs.json"),
+            Command("pareto", ["pareto", twin, "--quick", "--windows", "1", "--rounds", "1", "--out", "{out}"], "pareto.json"),
+            Command("diff", ["diff", self.path("measured"), self.path("measured")], "", same_words=True),
+            Command("info", ["info"], ""),
         )}

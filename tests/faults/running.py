@@ -12,7 +12,7 @@ import rig
 import tree
 
 LONGEST_S = 150
-SLOW = ("cosim of captures",)  # seconds each
+SLOW = ("cosim of captures", "needs", "pareto")  # seconds each
 
 
 @dataclasses.dataclass
@@ -42,7 +42,7 @@ class Suite:
         self.seed, self.random, self.found, self.cases = seed, random.Random(seed), [], 0
         self.rig = rig.Rig(program, os.path.join(self.folder, "rig"))
         self.commands = {name: c for name, c in self.rig.commands().items() if everything or name not in SLOW}
-        self.references, self.seconds, self.folders = {}, {}, 0
+        self.references, self.seconds, self.printed, self.folders = {}, {}, {}, 0
         for command in self.commands.values():
             self.references[command.name] = tree.Reference(self.undisturbed(command))
 
@@ -51,7 +51,8 @@ class Suite:
         run = self.run(command, out, {})
         if run.code != 0:
             sys.exit(f"{command.name}: exit code {run.code} without any fault: {run.err}")
-        self.seconds[command.name] = run.seconds
+        self.seconds[command.name], self.printed[command.name] = run.seconds, run.out
+        os.makedirs(out, exist_ok=True)  # by a command that only prints there is none
         found = tree.files(out)
         good = os.path.join(self.folder, "good", command.name)
         shutil.rmtree(good, ignore_errors=True)

@@ -42,6 +42,8 @@ def whole(suite, command, out, run, codes=(0,)):
     faults = suite.references[command.name].faults(command, out, run.code)
     if run.code not in codes:
         faults.append(f"exit code {run.code}: {run.err[-300:]}")
+    if run.code == 0 and command.same_words and run.out != suite.printed[command.name]:
+        faults.append("it prints other words: " + run.out[-300:])
     if run.code != 0 and running.sentences(run) != 1:
         faults.append("no sentence about it: " + run.err[-300:])
     return faults
@@ -216,7 +218,8 @@ def read_only(suite, everything):
         command, out = suite.commands[name], suite.complete_folder(suite.commands[name])
         environment = writes.environment(suite, out, "open,write,mkdir,rename,remove", 1, errno.EROFS, True)
         run = suite.run(command, out, environment, again=True)
-        codes = REFUSALS + ((0,) if name == "capture" else ())  # which finds nothing left to do
+        writes_nothing = name == "capture" or not command.sign  # the first finds nothing left to do
+        codes = REFUSALS + ((0,) if writes_nothing else ())
         suite.report("surroundings", told(f"{name} into a read-only folder", whole(suite, command, out, run, codes)))
 
 
