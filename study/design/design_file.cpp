@@ -11,7 +11,7 @@ namespace fringetwin::study {
 namespace {
 
 constexpr double kMostKeyValues =
-    1e7;  // they are all kept, 100 to 200 bytes each: the most runs with 10 keys
+    1e7;  // whoever runs them keeps them all, 100 to 200 bytes each: the most runs with 10 keys
 
 Design read_scheme(const TomlTable& root) {
   const std::string name =

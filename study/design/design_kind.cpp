@@ -16,7 +16,7 @@ class DesignKind final : public Kind {
   DesignKind(const StudyHead& head, const DesignPlan& plan)
       : head_(head), plan_(plan), points_(design_points(plan)) {}
 
-  std::vector<StudyPoint> plan() override { return points_; }
+  PointSequence plan() override { return points_; }
   PointTask task() const override { return {head_.twin, head_.records}; }
 
   void run(KeptPoints& kept) override {
@@ -41,7 +41,7 @@ class DesignKind final : public Kind {
  private:
   const StudyHead& head_;
   DesignPlan plan_;
-  std::vector<StudyPoint> points_;
+  PointSequence points_;
 };
 
 }  // namespace

@@ -1,62 +1,66 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/design/design_plan.hpp"
 
+#include <memory>
+
 #include "study/plan/space_filling.hpp"
 #include "study/plan/study_tables.hpp"
 
 namespace fringetwin::study {
 namespace {
 
-std::vector<Settings> grid(const DesignPlan& plan) {
-  std::vector<Settings> all = {{}};
-  for (const Variation& variation : plan.vary) {
-    const std::vector<std::string> values = listed_values(variation);
-    std::vector<Settings> longer;
-    longer.reserve(all.size() * values.size());
-    for (const Settings& settings : all)
-      for (std::size_t i = 0; i < values.size(); ++i) {
-        longer.push_back(settings);
-        assign_listed(variation, values, i, &longer.back());
-      }
-    all = std::move(longer);
+/// Gives the settings of a design by their number, without noise seeds.
+class DesignSettings {
+ public:
+  explicit DesignSettings(const DesignPlan& plan) : plan_(plan) {
+    if (plan.is_sampled()) {
+      size_ = static_cast<std::size_t>(plan.points);
+      if (plan.design == Design::latin_hypercube)
+        places_ = latin_hypercube(plan.points, dimensions(), plan.seed);
+      return;
+    }
+    for (const Variation& variation : plan.vary) {
+      values_.push_back(listed_values(variation));
+      size_ = plan.design == Design::list ? values_.back().size() : size_ * values_.back().size();
+    }
   }
-  return all;
-}
 
-std::vector<Settings> list(const DesignPlan& plan) {
-  std::vector<Settings> all;
-  for (const Variation& variation : plan.vary) {
-    const std::vector<std::string> values = listed_values(variation);
-    all.resize(values.size());
-    for (std::size_t i = 0; i < values.size(); ++i) assign_listed(variation, values, i, &all[i]);
+  std::size_t size() const { return size_; }
+
+  Settings operator[](std::size_t i) const {
+    Settings out;
+    if (plan_.is_sampled()) {
+      const std::vector<double> place =
+          places_.empty() ? scrambled_sobol_point(i, dimensions(), plan_.seed) : places_[i];
+      for (std::size_t d = 0; d < place.size(); ++d) assign_at(plan_.vary[d], place[d], &out);
+      return out;
+    }
+    for (std::size_t d = values_.size(); d-- > 0;) {  // the first slowest
+      const std::size_t n = values_[d].size();
+      assign_listed(plan_.vary[d], values_[d], i % n, &out);
+      if (plan_.design == Design::grid) i /= n;
+    }
+    return out;
   }
-  return all.empty() ? std::vector<Settings>{{}} : all;
-}
 
-std::vector<Settings> sampled(const DesignPlan& plan) {
-  const auto dimensions = static_cast<int>(plan.vary.size());
-  const UnitPoints points = plan.design == Design::sobol
-                                ? scrambled_sobol(plan.points, dimensions, plan.seed)
-                                : latin_hypercube(plan.points, dimensions, plan.seed);
-  std::vector<Settings> all(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i)
-    for (std::size_t d = 0; d < plan.vary.size(); ++d) assign_at(plan.vary[d], points[i][d], &all[i]);
-  return all;
-}
+ private:
+  int dimensions() const { return static_cast<int>(plan_.vary.size()); }
+
+  DesignPlan plan_;
+  std::size_t size_ = 1;
+  std::vector<std::vector<std::string>> values_;  ///< of a grid or list, per variation
+  UnitPoints places_;                             ///< of a Latin hypercube
+};
 
 }  // namespace
 
-std::vector<StudyPoint> design_points(const DesignPlan& plan) {
-  const std::vector<Settings> all = plan.design == Design::grid   ? grid(plan)
-                                    : plan.design == Design::list ? list(plan)
-                                                                  : sampled(plan);
-  std::vector<StudyPoint> points;
-  points.reserve(all.size() * static_cast<std::size_t>(plan.noise_seeds));
-  for (const Settings& settings : all)
-    for (int k = 0; k < plan.noise_seeds; ++k)
-      points.push_back({static_cast<std::int64_t>(points.size()), settings,
-                        plan.first_noise_seed + static_cast<std::uint64_t>(k)});
-  return points;
+PointSequence design_points(const DesignPlan& plan) {
+  const auto settings = std::make_shared<const DesignSettings>(plan);
+  const auto seeds = static_cast<std::size_t>(plan.noise_seeds);
+  return PointSequence(
+      settings->size() * seeds, [settings, seeds, first = plan.first_noise_seed](std::size_t i) {
+        return StudyPoint{static_cast<std::int64_t>(i), (*settings)[i / seeds], first + i % seeds};
+      });
 }
 
 }  // namespace fringetwin::study

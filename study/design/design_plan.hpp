@@ -27,7 +27,7 @@ struct DesignPlan {
 };
 
 /// Returns all points in their order: the first [[vary]] slowest, noise seeds fastest.
-std::vector<StudyPoint> design_points(const DesignPlan& plan);
+PointSequence design_points(const DesignPlan& plan);
 
 /// Returns the keys that a study of this kind has besides those of every study.
 std::vector<std::string> design_keys();

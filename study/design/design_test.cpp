@@ -6,6 +6,7 @@
 #include <map>
 
 #include "study/design/design_plan.hpp"
+#include "study/plan/space_filling.hpp"
 #include "study/plan/study_tables.hpp"
 
 namespace fringetwin::testing::design_test {
@@ -69,16 +70,39 @@ TEST(Design, ARowGivesEachKeyItsOwnValue) {
   DesignPlan plan;
   plan.vary = {depth, values({"noise"}, {"1"})};
   const Settings second{{"bits", "10"}, {"gain", "88"}, {"noise", "1"}};
-  EXPECT_EQ(design_points(plan).at(1).settings, second);
+  EXPECT_EQ(design_points(plan)[1].settings, second);
   plan.design = Design::list;
   plan.vary.pop_back();
-  EXPECT_EQ(design_points(plan).at(1).settings, (Settings{{"bits", "10"}, {"gain", "88"}}));
+  EXPECT_EQ(design_points(plan)[1].settings, (Settings{{"bits", "10"}, {"gain", "88"}}));
   plan.design = Design::latin_hypercube;
   plan.points = 2;
   const auto points = design_points(plan);
   EXPECT_NE(points[0].settings, points[1].settings);
   for (const StudyPoint& p : points)
     EXPECT_EQ(p.settings.at("gain"), p.settings.at("bits") == "8" ? "22" : "88");
+}
+
+TEST(Design, PointsOfTheLargestAreMadeWhenAskedFor) {
+  DesignPlan plan;
+  for (int i = 0; i < 6; ++i) plan.vary.push_back(range("key" + std::to_string(i), 0, 9, 10));
+  const auto grid = design_points(plan);
+  ASSERT_EQ(grid.size(), 1'000'000u);
+  EXPECT_EQ(
+      grid[987'654].settings,
+      (Settings{{"key0", "9"}, {"key1", "8"}, {"key2", "7"}, {"key3", "6"}, {"key4", "5"}, {"key5", "4"}}));
+  plan.noise_seeds = 1'000'000;
+  plan.vary.resize(1);
+  plan.vary[0] = values({"a"}, {"1"});
+  const StudyPoint last = design_points(plan)[999'999];
+  EXPECT_EQ(last.id, 999'999);
+  EXPECT_EQ(last.seed, 1'000'000u);
+  plan.noise_seeds = 3;
+  plan.design = Design::sobol;
+  plan.points = 300'000;
+  plan.vary = {range("a", 0, 1, std::nullopt), range("b", 0, 1, std::nullopt)};
+  const auto sobol = design_points(plan);
+  const double place = scrambled_sobol(300'000, 2, plan.seed)[299'999][1];
+  EXPECT_EQ(sobol[899'999].settings.at("b"), value_at(plan.vary[1], place));
 }
 
 TEST(Design, SampledDesignsSpreadOverRangesAndLists) {

@@ -42,19 +42,19 @@ std::vector<fs::path> files_of(const Twin& twin) {
 
 }  // namespace
 
-StudyIdentity check_study(const StudyHead& study, const std::vector<StudyPoint>& points) {
+StudyIdentity check_study(const StudyHead& study, const PointSequence& points) {
   StudyIdentity identity;
   for (const auto& [key, text] : study.content) identity.study += fmt::format("{} = {}\n", key, text);
   std::set<fs::path> files;
   std::set<Settings> seen;  // what names files
   bool readable = false;
   std::optional<UserError> first_fault;
-  const Settings* tried = nullptr;
+  std::optional<Settings> tried;
   std::size_t faults = 0;
   for (const StudyPoint& point : points) {
     throw_if_cancelled();
-    if (tried != nullptr && *tried == point.settings) continue;  // another noise seed
-    tried = &point.settings;
+    if (tried == point.settings) continue;  // another noise seed
+    tried = point.settings;
     const Settings strings = settings_with_strings(point.settings);
     if (readable && (strings.empty() || seen.contains(strings))) continue;
     try {

@@ -5,7 +5,7 @@ namespace fringetwin::study {
 namespace {
 
 /// Returns the outcomes of these points that the store has.
-std::vector<PointOutcome> stored(const StudyStore& store, const std::vector<StudyPoint>& points) {
+std::vector<PointOutcome> stored(const StudyStore& store, const PointSequence& points) {
   std::set<std::int64_t> ids;
   for (const StudyPoint& point : points) ids.insert(point.id);
   std::vector<PointOutcome> out;
@@ -18,7 +18,7 @@ std::vector<PointOutcome> stored(const StudyStore& store, const std::vector<Stud
 
 }  // namespace
 
-KeptPoints::Planned KeptPoints::plan(const std::vector<StudyPoint>& points) {
+KeptPoints::Planned KeptPoints::plan(const PointSequence& points) {
   store_.add(points);
   Planned out{plan_traces(task_.twin, points), {}};
   for (const StudyPoint& point : points) out.done.insert(point.id);
@@ -31,7 +31,7 @@ void KeptPoints::run(const Planned& planned) {
                            [&](const PointOutcome& outcome) { store_.record({outcome}); }));
 }
 
-std::vector<PointOutcome> KeptPoints::run(const std::vector<StudyPoint>& points) {
+std::vector<PointOutcome> KeptPoints::run(const PointSequence& points) {
   store_.add(points);
   std::vector<PointOutcome> outcomes = stored(store_, points);
   if (outcomes.size() == points.size()) return outcomes;

@@ -23,13 +23,13 @@ class KeptPoints {
     std::set<std::int64_t> done;
   };
   /// Adds the points to the store and plans their traces.
-  Planned plan(const std::vector<StudyPoint>& points);
+  Planned plan(const PointSequence& points);
   /// Runs the points that are not in `done`. Throws as the engine does.
   void run(const Planned& planned);
 
   /// Plans the points, runs those that the store has not finished, and returns the outcomes of all of them,
   /// which are the same after any interruption. Throws as the engine does.
-  std::vector<PointOutcome> run(const std::vector<StudyPoint>& points);
+  std::vector<PointOutcome> run(const PointSequence& points);
 
   /// Returns the counts of all that was run here.
   const EngineSummary& summary() const { return summary_; }

@@ -21,7 +21,7 @@ class Kind {
 
   /// Completes the plan from the twin's files and returns points that between them name every key and file of
   /// the study (check_study); called first. Throws UserError.
-  virtual std::vector<StudyPoint> plan() = 0;
+  virtual PointSequence plan() = 0;
   /// Returns what all points of the completed plan have in common.
   virtual PointTask task() const = 0;
 

@@ -41,7 +41,7 @@ class SumKind final : public Kind {
   explicit SumKind(const StudyHead& head) : head_(head) {
     for (std::int64_t id = 0; id < 4; ++id) points_.push_back({id, {}, 1});
   }
-  std::vector<StudyPoint> plan() override { return points_; }
+  PointSequence plan() override { return points_; }
   PointTask task() const override { return {head_.twin, {}}; }
   void run(KeptPoints& points) override {
     for (const PointOutcome& o : points.run(points_)) sum_ += o.failed ? 0.0 : o.number("id");

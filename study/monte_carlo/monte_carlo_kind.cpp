@@ -35,7 +35,7 @@ class MonteCarloKind final : public Kind {
   MonteCarloKind(const StudyHead& head, const MonteCarloPlan& plan) : head_(head), plan_(plan) {}
 
   /// Returns the twin itself, and the first trial without its calibration.
-  std::vector<StudyPoint> plan() override {
+  PointSequence plan() override {
     const UncertainInputs& inputs = plan_.inputs;
     const StudyPoint first = point_of(inputs, 0, draw_inputs(inputs, plan_.seed, DrawStream::trials, 0));
     plan_.inputs = complete_inputs(plan_, head_.twin);

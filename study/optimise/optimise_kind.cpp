@@ -91,7 +91,7 @@ class OptimiseKind final : public Kind {
  public:
   OptimiseKind(const StudyHead& head, const OptimisePlan& plan) : head_(head), plan_(plan) {}
 
-  std::vector<StudyPoint> plan() override {
+  PointSequence plan() override {
     std::vector<StudyPoint> samples = optimise_samples(plan_);
     plan_.inputs = complete_inputs(plan_, head_.twin);
     return samples;

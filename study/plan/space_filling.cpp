@@ -63,13 +63,19 @@ UnitPoints latin_hypercube(int n, int dimensions, std::uint64_t seed) {
 
 UnitPoints scrambled_sobol(int n, int dimensions, std::uint64_t seed) {
   const auto count = static_cast<std::uint32_t>(n);
-  UnitPoints points(count, std::vector<double>(static_cast<std::size_t>(dimensions)));
-  for (std::uint32_t d = 0; d < static_cast<std::uint32_t>(dimensions); ++d) {
-    const auto directions = render::sobol_directions(static_cast<int>(d));
-    for (std::uint32_t i = 0; i < count; ++i)
-      points[i][d] = scrambled(render::sobol_coordinate(directions, i), seed, d, i);
-  }
+  UnitPoints points;
+  points.reserve(count);
+  for (std::uint32_t i = 0; i < count; ++i) points.push_back(scrambled_sobol_point(i, dimensions, seed));
   return points;
+}
+
+std::vector<double> scrambled_sobol_point(std::size_t index, int dimensions, std::uint64_t seed) {
+  const auto i = static_cast<std::uint32_t>(index);
+  std::vector<double> place;
+  for (std::uint32_t d = 0; d < static_cast<std::uint32_t>(dimensions); ++d)
+    place.push_back(
+        scrambled(render::sobol_coordinate(render::sobol_directions(static_cast<int>(d)), i), seed, d, i));
+  return place;
 }
 
 std::size_t share_of(double u, std::size_t n) {

@@ -17,6 +17,8 @@ UnitPoints latin_hypercube(int n, int dimensions, std::uint64_t seed);
 /// distributed, and together they keep the net's property (of 2^k points one in each of 2^k equal intervals
 /// of each dimension). A longer sequence begins with the shorter one. At most render::kSobolDimensions.
 UnitPoints scrambled_sobol(int n, int dimensions, std::uint64_t seed);
+/// Returns the point of that index.
+std::vector<double> scrambled_sobol_point(std::size_t index, int dimensions, std::uint64_t seed);
 
 /// Returns which of n equal shares of [0, 1] has the place u.
 std::size_t share_of(double u, std::size_t n);

@@ -3,9 +3,12 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <limits>
 #include <map>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace fringetwin::study {
@@ -24,6 +27,36 @@ struct StudyPoint {
   std::int64_t id = 0;  ///< counts from 0 in the order of the design, seeds fastest
   Settings settings;
   std::uint64_t seed = 0;
+};
+
+/// Points in their order, each made when it is asked for: the values of a million, as text, fill gigabytes.
+class PointSequence {
+ public:
+  PointSequence() = default;
+  PointSequence(std::size_t size, std::function<StudyPoint(std::size_t)> make)
+      : size_(size), make_(std::make_shared<std::function<StudyPoint(std::size_t)>>(std::move(make))) {}
+  PointSequence(std::vector<StudyPoint> points)
+      : size_(points.size()),
+        make_(std::make_shared<std::function<StudyPoint(std::size_t)>>(
+            [kept = std::move(points)](std::size_t i) { return kept[i]; })) {}
+  PointSequence(std::initializer_list<StudyPoint> points) : PointSequence(std::vector<StudyPoint>(points)) {}
+
+  std::size_t size() const { return size_; }
+  StudyPoint operator[](std::size_t i) const { return (*make_)(i); }
+
+  struct Iterator {
+    const PointSequence* points;
+    std::size_t i;
+    StudyPoint operator*() const { return (*points)[i]; }
+    Iterator& operator++() { return ++i, *this; }
+    bool operator==(const Iterator&) const = default;
+  };
+  Iterator begin() const { return {this, 0}; }
+  Iterator end() const { return {this, size_}; }
+
+ private:
+  std::size_t size_ = 0;
+  std::shared_ptr<const std::function<StudyPoint(std::size_t)>> make_;
 };
 
 struct PointOutcome {

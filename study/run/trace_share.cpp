@@ -97,13 +97,13 @@ ShareKeys share_keys(const Twin& twin, const StudyPoint& point) {
   return {join(head, trace), join(head, form)};
 }
 
-std::vector<PlannedPoint> plan_traces(const std::filesystem::path& twin_file,
-                                      std::vector<StudyPoint> points) {
+std::vector<PlannedPoint> plan_traces(const std::filesystem::path& twin_file, const PointSequence& points) {
   std::map<std::string, std::size_t> group_of_key;
   std::vector<TraceDemand> demands;
   std::map<std::string, std::optional<Twin>> twins;  // seeds of one point follow each other: the last is kept
   std::vector<PlannedPoint> plan;
-  for (StudyPoint& point : points) {
+  plan.reserve(points.size());
+  for (StudyPoint point : points) {
     throw_if_cancelled();
     const std::string settings = join("", point.settings);
     if (!twins.contains(settings)) {

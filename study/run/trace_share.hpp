@@ -49,7 +49,7 @@ struct PlannedPoint {
 
 /// Reads the twin of each point; one that cannot be read gets a group of its own, to fail when it is run.
 /// `points`: all of the study, the finished ones included.
-std::vector<PlannedPoint> plan_traces(const std::filesystem::path& twin, std::vector<StudyPoint> points);
+std::vector<PlannedPoint> plan_traces(const std::filesystem::path& twin, const PointSequence& points);
 
 /// Returns the number of different traces.
 std::size_t count_groups(const std::vector<PlannedPoint>& points);

@@ -151,7 +151,7 @@ StudyStore::~StudyStore() = default;
 
 std::string StudyStore::digest() const { return impl_->digest; }
 
-void StudyStore::add(const std::vector<StudyPoint>& points) {
+void StudyStore::add(const PointSequence& points) {
   Transaction transaction(impl_->database);
   Statement insert(impl_->database, "INSERT OR IGNORE INTO points(id, settings, seed) VALUES(?1, ?2, ?3)"),
       same(impl_->database, "SELECT count(*) FROM points WHERE id = ?1 AND settings = ?2 AND seed = ?3");

@@ -40,7 +40,7 @@ class StudyStore : NotCopyable {
   std::string digest() const;
   /// Adds those that are not there yet, as pending. Throws UserError(input) where the file has another point
   /// of that id.
-  void add(const std::vector<StudyPoint>& points);
+  void add(const PointSequence& points);
   /// Returns what has not finished, by id; a failed point has.
   std::vector<StudyPoint> pending() const;
   /// Stores outcomes in one transaction: when it returns the outcomes are on the disk, when it throws none of

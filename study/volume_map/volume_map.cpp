@@ -103,7 +103,7 @@ std::vector<Vector3d> VolumeMapPlan::positions() const {
   return out;
 }
 
-std::vector<StudyPoint> volume_map_points(const VolumeMapPlan& plan) {
+PointSequence volume_map_points(const VolumeMapPlan& plan) {
   std::vector<Settings> nominal;
   std::vector<UncertainInputs> inputs;
   for (const Vector3d& p : plan.positions()) {
@@ -111,15 +111,13 @@ std::vector<StudyPoint> volume_map_points(const VolumeMapPlan& plan) {
                         fmt::format("[{}, {}, {}]", p.x(), p.y(), p.z())}});
     inputs.push_back(about(plan.inputs, plan.twin, nominal.back()));
   }
-  std::vector<StudyPoint> out;
-  for (std::size_t trial = 0; trial < plan.trials; ++trial) {
-    InputDraw draw = draw_inputs(plan.inputs, plan.seed, DrawStream::trials, trial);
-    for (std::size_t p = 0; p < nominal.size(); ++p) {
-      draw.noise_seed = repeated_noise(plan.inputs, plan.seed, trial, static_cast<std::uint32_t>(p));
-      out.push_back(point_of(inputs[p], static_cast<std::int64_t>(out.size()), draw, nominal[p]));
-    }
-  }
-  return out;
+  const std::size_t n = nominal.size() * plan.trials;
+  return PointSequence(n, [all = plan.inputs, seed = plan.seed, nominal, inputs](std::size_t i) {
+    const std::size_t trial = i / nominal.size(), p = i % nominal.size();
+    InputDraw draw = draw_inputs(all, seed, DrawStream::trials, trial);
+    draw.noise_seed = repeated_noise(all, seed, trial, static_cast<std::uint32_t>(p));
+    return point_of(inputs[p], static_cast<std::int64_t>(i), draw, nominal[p]);
+  });
 }
 
 std::vector<Record> volume_map_records(const std::string& object) {

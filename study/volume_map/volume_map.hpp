@@ -35,7 +35,7 @@ struct VolumeMapPlan : UncertainSettings {
 
 /// Returns the points of every position in every trial, whose draw of the rig is common to all positions;
 /// noise is each one's own. id = trial * positions + position.
-std::vector<StudyPoint> volume_map_points(const VolumeMapPlan& plan);
+PointSequence volume_map_points(const VolumeMapPlan& plan);
 /// Returns which numbers of each measurement the map is made from.
 std::vector<Record> volume_map_records(const std::string& object);
 

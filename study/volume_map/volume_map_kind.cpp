@@ -69,7 +69,7 @@ class VolumeMapKind final : public Kind {
  public:
   VolumeMapKind(const StudyHead& head, const VolumeMapPlan& plan) : head_(head), plan_(plan) {}
 
-  std::vector<StudyPoint> plan() override {
+  PointSequence plan() override {
     plan_.inputs = complete_inputs(plan_, head_.twin);
     points_ = volume_map_points(plan_);
     return points_;
@@ -97,7 +97,7 @@ class VolumeMapKind final : public Kind {
  private:
   const StudyHead& head_;
   VolumeMapPlan plan_;
-  std::vector<StudyPoint> points_;
+  PointSequence points_;
   VolumeMap map_;
 };
 
