@@ -15,6 +15,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/base/time_and_host.hpp"
+#include "twin/file/json_bounds.hpp"
 
 namespace fringetwin::study {
 namespace fs = std::filesystem;
@@ -81,7 +82,12 @@ AttemptNews AttemptReader::read() {
 }
 
 void AttemptReader::read(const fs::path& path, File* file, AttemptNews* news) {
-  check_readable(path, {.kind = FileKind::table, .what = "log of an attempt"});
+  try {
+    check_readable(path, {.kind = FileKind::table, .what = "log of an attempt"});
+  } catch (const UserError& error) {  // a share may be away for a moment: the next look finds what is there
+    news->warnings.push_back(error.what());
+    return;
+  }
   std::ifstream in(path, std::ios::binary);
   in.seekg(static_cast<std::streamoff>(file->offset));
   for (std::string line; std::getline(in, line) && !in.eof();) {
@@ -93,6 +99,7 @@ void AttemptReader::read(const fs::path& path, File* file, AttemptNews* news) {
             fmt::format("{}:{}: is no line that a task writes; it is left out", path.string(), file->lines));
     };
     try {
+      if (!json_excess(line).empty()) throw std::out_of_range("a line that a task writes");
       const report::Json json = report::Json::parse(line);
       if (json.contains("attempt")) {
         file->head = {json["attempt"], json.at("host"), json.at("version"), json.at("restart")};

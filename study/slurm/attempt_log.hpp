@@ -47,12 +47,14 @@ struct AttemptNews {
     int exit_code = 0;
   };
   std::vector<PointOutcome> outcomes;  ///< with host and version; one point may come twice
-  std::vector<std::string> warnings;   ///< of the points, and of lines that are none
+  std::vector<std::string>
+      warnings;  ///< of the points, of lines that are none, and of files that cannot be read
   std::optional<Unfit> unfit;
 };
 
 /// The attempts in a folder. A torn last line is left until the rest of it comes; a line that is none is
-/// warned of with file and line, its point is then not finished.
+/// warned of with file and line, its point is then not finished. A file that cannot be read is warned of
+/// likewise, and looked at again.
 class AttemptReader {
  public:
   explicit AttemptReader(std::filesystem::path folder) : folder_(std::move(folder)) {}

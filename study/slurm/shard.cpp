@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "twin/base/safe_file.hpp"
+#include "twin/file/json_bounds.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::study {
@@ -85,11 +86,14 @@ Shard read_shard(const fs::path& folder, std::size_t index) {
   std::size_t n = 0;
   try {
     Shard shard;
-    for (std::string line; std::getline(in, line);)
-      if (++n == 1)
+    for (std::string line; std::getline(in, line);) {
+      ++n;
+      if (!json_excess(line).empty()) throw std::out_of_range("a line of a shard");
+      if (n == 1)
         shard.task = parse_task(line);
       else
         shard.points.push_back(parse_point(line));
+    }
     if (n > 0) return shard;
   } catch (const nlohmann::json::exception&) {
   } catch (const std::out_of_range&) {

@@ -21,6 +21,7 @@
 namespace fringetwin::testing::shard_test {
 namespace {
 using namespace fringetwin::study;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -210,21 +211,63 @@ TEST(Attempts, ATornLineIsNoneAndGarbageIsNamed) {
                                          HasSubstr(":5: is no")));
 }
 
-TEST(Attempts, OfStrangersAreLeftOutOrRefused) {
+TEST(Attempts, OfStrangersAreLeftOut) {
   const testing::ScratchFolder folder;
   std::string lines =
       R"({"unfit": "all is well", "code": 0})"
       "\n"
       R"({"id": 1, "failed": false, "reason": "", "numbers": {"r": 1e999}, "seconds": 1, "traced": true})"
       "\n";
+  lines += "{\"warning\": " + std::string(100'000, '[') + "\n";
   for (int i = 0; i < 1000; ++i) lines += "[[[\n";
   folder.write("shard-0.attempt-0.jsonl", lines);
   const AttemptNews news = AttemptReader(folder.path()).read();
   EXPECT_FALSE(news.unfit) << "no failure has exit code 0";
   EXPECT_THAT(news.outcomes, IsEmpty());
   EXPECT_THAT(news.warnings, SizeIs(50));
-  ASSERT_EQ(::mkfifo((folder / "shard-1.attempt-0.jsonl").c_str(), 0600), 0);
-  EXPECT_THROW(AttemptReader(folder.path()).read(), UserError);
+}
+
+// A share that is away for a moment: what stands in for it cannot be read.
+TEST(Attempts, AFileThatCannotBeReadIsLookedAtAgain) {
+  const testing::ScratchFolder folder;
+  const auto away = folder / "shard-0.attempt-0.jsonl", kept = folder / "kept";
+  {
+    AttemptLog log(folder.path(), 0, {"12_0", "node7", "1.0", 0});
+    log.finished({3, false, "", {{"r", 1.0}}, 0.5, true});
+  }
+  AttemptLog(folder.path(), 1, {"12_1", "node7", "1.0", 0}).finished({4, false, "", {{"r", 1.0}}, 0.5, true});
+  AttemptReader reader(folder.path());
+  std::filesystem::rename(away, kept);
+  ASSERT_EQ(::mkfifo(away.c_str(), 0600), 0);
+  const AttemptNews first = reader.read(), second = reader.read();
+  EXPECT_THAT(first.warnings, ElementsAre(HasSubstr("shard-0.attempt-0.jsonl: the log of an attempt")));
+  EXPECT_EQ(second.warnings, first.warnings) << "the same words, which are said once";
+  EXPECT_THAT(first.outcomes, SizeIs(1)) << "of the task whose log can be read";
+  EXPECT_THAT(second.outcomes, IsEmpty());
+  std::filesystem::rename(kept, away);
+  const AttemptNews third = reader.read();
+  EXPECT_THAT(third.warnings, IsEmpty());
+  ASSERT_THAT(third.outcomes, SizeIs(1));
+  EXPECT_EQ(third.outcomes[0].id, 3);
+}
+
+TEST(Rounds, FilesOfStrangersAreRefusedByName) {
+  const testing::ScratchFolder folder;
+  const auto said = [&] {
+    try {
+      SlurmRound::read(folder.path());
+      return std::string("nothing");
+    } catch (const UserError& e) {
+      return std::string(e.what());
+    }
+  };
+  folder.write("round.json", std::string(100'000, '['));
+  EXPECT_THAT(said(), AllOf(HasSubstr("round.json"), HasSubstr("more than 64 deep")));
+  folder.write("round.json",
+               R"({"schema": "fringetwin-slurm-round/1", "job_name": "fringetwin-0", "version": "1.0"})");
+  EXPECT_EQ(said(), "nothing");
+  folder.write("ended.json", "{\"tasks\": " + std::string(100'000, '['));
+  EXPECT_THAT(said(), AllOf(HasSubstr("ended.json"), HasSubstr("more than 64 deep")));
 }
 
 TEST(Rounds, LastWordsAreThoseOfAnyLog) {

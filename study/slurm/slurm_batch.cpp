@@ -12,6 +12,7 @@
 #include "report/json.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/base/time_and_host.hpp"
+#include "twin/file/json_bounds.hpp"
 #include "twin/image/image_io.hpp"
 #include "twin/number/parse_number.hpp"
 
@@ -24,14 +25,18 @@ constexpr const char* kRoundSchema = "fringetwin-slurm-round/1";
 constexpr const char* kJobNameLetters = "abcdefghijklmnopqrstuvwxyz0123456789-";
 
 /// Returns what `take` makes of the JSON in a file; nullopt when there is no such file. Throws
-/// UserError(input) for broken JSON and for values of the wrong type.
+/// UserError(input) for JSON that is broken or too much (docs/FORMATS.md, "Limits") and for values of the
+/// wrong type.
 template <class Take>
 auto from_json(const fs::path& file, const std::string& hint, const Take& take)
     -> std::optional<decltype(take(report::Json()))> {
   std::error_code error;
   if (!fs::exists(file, error)) return std::nullopt;
   try {
-    return take(report::Json::parse(read_whole_text(file, {.what = "file of a Slurm job"})));
+    const std::string text = read_whole_text(file, {.what = "file of a Slurm job"});
+    if (const std::string excess = json_excess(text); !excess.empty())
+      throw UserError(ExitCode::input, file.string(), excess, hint);
+    return take(report::Json::parse(text));
   } catch (const report::Json::exception&) {
   } catch (const std::out_of_range&) {
   }
