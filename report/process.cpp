@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 
@@ -63,11 +64,14 @@ void send_some(SocketPair& to, const std::string& input, std::size_t& sent) {
 constexpr std::size_t kMostProcessOutput = std::size_t{256} << 20;  // the largest plots have some MiB
 constexpr int kProcessPollMs = 100;  // how soon Ctrl-C is noticed at the latest
 constexpr const char* kCancelled = "was cancelled";
+constexpr std::chrono::milliseconds kPatienceWhenCancelled{5000};  // after Ctrl-C nobody waits for what hangs
 
 /// Says when a process has to be ended.
 class Patience {
  public:
-  explicit Patience(std::chrono::milliseconds longest) : until_(std::chrono::steady_clock::now() + longest) {}
+  explicit Patience(std::chrono::milliseconds longest)
+      : until_(std::chrono::steady_clock::now() +
+               (was_cancelled_ ? std::min(longest, kPatienceWhenCancelled) : longest)) {}
 
   /// Sets result.killed_for where it has to.
   bool ends(ProcessResult& result) const {
@@ -102,7 +106,7 @@ void pump(SocketPair& in, SocketPair& out, SocketPair& err, const std::string& i
 int wait_for(pid_t pid, const Patience& patience, ProcessResult& result) {
   for (;;) {
     const bool ends = patience.ends(result);
-    if (ends) ::kill(pid, SIGKILL);
+    if (ends) ::kill(-pid, SIGKILL);  // and all that it has started
     int status = 0;
     const pid_t ended = ::waitpid(pid, &status, ends ? 0 : WNOHANG);
     if (ended == pid) return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
@@ -115,6 +119,7 @@ int wait_for(pid_t pid, const Patience& patience, ProcessResult& result) {
 
 std::optional<ProcessResult> run_process(const std::vector<std::string>& argv, const std::string& input,
                                          std::chrono::milliseconds longest) {
+  const Patience patience(longest);  // before there is a process: a Ctrl-C as soon as it runs ends it
   SocketPair in, out, err;
   if (!in.valid() || !out.valid() || !err.valid()) return std::nullopt;
   posix_spawn_file_actions_t actions;
@@ -126,7 +131,11 @@ std::optional<ProcessResult> run_process(const std::vector<std::string>& argv, c
   for (const std::string& word : argv) words.push_back(const_cast<char*>(word.c_str()));
   words.push_back(nullptr);
   pid_t pid = 0;
-  const int failed = ::posix_spawnp(&pid, words[0], &actions, nullptr, words.data(), environ);
+  posix_spawnattr_t group;  // its own: whoever ends it ends what it has started, too
+  posix_spawnattr_init(&group);
+  posix_spawnattr_setflags(&group, POSIX_SPAWN_SETPGROUP);
+  const int failed = ::posix_spawnp(&pid, words[0], &actions, &group, words.data(), environ);
+  posix_spawnattr_destroy(&group);
   posix_spawn_file_actions_destroy(&actions);
   if (failed != 0) {
     errno = failed;
@@ -137,7 +146,6 @@ std::optional<ProcessResult> run_process(const std::vector<std::string>& argv, c
   err.close_theirs();
 
   ProcessResult result;
-  const Patience patience(longest);
   pump(in, out, err, input, patience, result);
   result.status = wait_for(pid, patience, result);
   if (result.killed_for == kCancelled) throw Cancelled();

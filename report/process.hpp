@@ -20,7 +20,8 @@ constexpr std::chrono::milliseconds kLongestProcess{120'000};
 /// argv[0] is looked up in PATH; no shell. Input, output and errors are moved at the same time, so
 /// nothing blocks on a full pipe. nullopt, with errno, when the program cannot be started. It is killed when
 /// it has not ended after `longest` or writes more than 256 MiB. A Ctrl-C that comes meanwhile kills it, too,
-/// and throws Cancelled.
+/// and throws Cancelled. What it has started itself is killed with it. What is
+/// run after a Ctrl-C, to tidy up, has 5 s at most.
 std::optional<ProcessResult> run_process(const std::vector<std::string>& argv, const std::string& input,
                                          std::chrono::milliseconds longest = kLongestProcess);
 

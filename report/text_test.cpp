@@ -2,11 +2,18 @@
 #include "report/text.hpp"
 
 #include <gtest/gtest.h>
+#include <signal.h>
 
+#include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <thread>
 
 #include "report/process.hpp"
 #include "report/table.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::report::text_test {
 namespace {
@@ -76,6 +83,41 @@ TEST(Process, WhatDoesNotEndIsKilled) {
   const auto endless = run_process({"yes"}, "");
   ASSERT_TRUE(endless.has_value());
   EXPECT_EQ(endless->killed_for, "writes without end");
+}
+
+/// Whether a process runs; one that has ended and that nobody has asked about yet does not.
+bool runs(int pid) {
+  std::ifstream stat("/proc/" + std::to_string(pid) + "/stat");
+  std::string text;
+  return std::getline(stat, text) && text.find(") Z ") == std::string::npos;
+}
+
+TEST(Process, WhatIsKilledTakesItsChildrenAlong) {
+  using namespace std::chrono_literals;
+  for (const char* script :
+       {"sleep 100 & echo $!; wait", "sleep 100 & echo $!", "(sleep 100 & echo $!; wait); true"}) {
+    const auto result = run_process({"sh", "-c", script}, "", 300ms);
+    ASSERT_TRUE(result.has_value()) << script;
+    EXPECT_EQ(result->killed_for, "did not end") << script;
+    const int grandchild = std::stoi(result->out);
+    for (int i = 0; i < 100 && runs(grandchild); ++i) std::this_thread::sleep_for(10ms);
+    EXPECT_FALSE(runs(grandchild)) << script;
+    if (runs(grandchild)) ::kill(grandchild, SIGKILL);
+  }
+}
+
+TEST(Process, ACtrlCAsSoonAsItRunsEndsIt) {
+  const auto interrupted = [] {
+    install_cancel_handler();
+    const auto begin = std::chrono::steady_clock::now();
+    try {
+      run_process({"sh", "-c", "kill -INT $PPID; exec sleep 100"}, "");
+    } catch (const Cancelled&) {
+      std::_Exit(std::chrono::steady_clock::now() - begin < std::chrono::seconds(2) ? 0 : 1);
+    }
+    std::_Exit(2);
+  };
+  EXPECT_EXIT(interrupted(), ::testing::ExitedWithCode(0), "");
 }
 
 TEST(Table, CarriesUnitsAndEscapes) {

@@ -35,10 +35,7 @@ std::string complaint(const std::string& err) {
 
 /// Runs one of Slurm's commands. Throws UserError(usage) where there is none.
 report::ProcessResult ask_slurm(const std::vector<std::string>& command) {
-  using namespace std::chrono_literals;
-  // after Ctrl-C nobody waits for a command that hangs
-  std::optional<report::ProcessResult> said =
-      report::run_process(command, "", cancelled() ? 5s : report::kLongestProcess);
+  std::optional<report::ProcessResult> said = report::run_process(command, "");
   const int error = said ? 0 : errno;
   // 127: posix_spawn where the missing program is only noticed in the child
   if (error == ENOENT || (said && said->status == 127))
@@ -151,7 +148,7 @@ void Watch::ask(const std::string& name) {
   if (name != name_) begin(name, "");
   std::string why;
   std::optional<Job> now = find_job(name, &why);
-  throw_if_cancelled();  // squeue had its Ctrl-C as well
+  throw_if_cancelled();
   if (!silent_ && !now) warn(fmt::format("Slurm does not answer ({}): waiting for it", why));
   silent_ = !now;
   answered_ = now && (!now->tasks.empty() || empty_);

@@ -109,7 +109,7 @@ class SlurmRun {
     try {
       watch_.begin(round.job_name, submit_round(round, shards.size(), options_));
     } catch (const UserError&) {
-      throw_if_cancelled();  // sbatch had its Ctrl-C as well, and may have submitted before
+      throw_if_cancelled();  // sbatch may have submitted before
       batch_.drop_round();
       submitted_ = false;
       throw;
