@@ -36,7 +36,7 @@ int be_patient(void*, int times) {
 Database::Database(std::filesystem::path file) : file_(std::move(file)) {
   std::error_code error;
   if (std::filesystem::exists(file_, error))
-    check_readable(file_, {.kind = FileKind::table, .what = "database of a study", .code = ExitCode::usage});
+    check_readable(file_, {.kind = FileKind::mesh, .what = "database of a study", .code = ExitCode::usage});
   const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX;
   const int code = sqlite3_open_v2(file_.c_str(), &handle_, flags, nullptr);
   try {

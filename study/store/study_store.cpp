@@ -232,7 +232,9 @@ std::vector<StoredPoint> StudyStore::rows(std::int64_t first_id, std::int64_t la
 }
 
 std::vector<StoredPoint> StudyStore::finished_rows() const {
-  std::vector<StoredPoint> all = rows(std::numeric_limits<std::int64_t>::min());
+  const std::int64_t n = impl_->database.integer("SELECT count(*) FROM points");
+  std::vector<StoredPoint> all;
+  if (n == std::ssize(impl_->ids)) all = rows(std::numeric_limits<std::int64_t>::min());
   if (!std::ranges::equal(all, impl_->ids, {}, [](const StoredPoint& row) { return row.point.id; }))
     impl_->database.refuse_damage(fmt::format("has other rows than the {} of this study", impl_->ids.size()));
   for (const StoredPoint& row : all)

@@ -255,6 +255,16 @@ TEST_F(StudyStoreTest, RowsThatAreNotOfTheStudyAreRefused) {
               HasSubstr("has other rows than the 0 of this study"));
 }
 
+TEST_F(StudyStoreTest, AUsersOwnMayBeLarge) {
+  const std::vector<StudyPoint> points = some_points(3);
+  const std::string table = csv_of_run(file(), points);
+  std::filesystem::resize_file(file(), std::uintmax_t{3} << 30);  // sparse; what SQLite's header counts stays
+  EXPECT_EQ(csv_of_run(file(), points), table);
+  std::filesystem::resize_file(file(), std::uintmax_t{9} << 30);
+  EXPECT_THAT(error([&] { StudyStore(file(), kIdentity, "1.0"); }, ExitCode::usage),
+              HasSubstr("--limits 10 reads ten times as much"));
+}
+
 // Whatever a failing disk does to a byte, the table is the same or there is none.
 TEST_F(StudyStoreTest, NoDamageChangesTheTable) {
   const std::vector<StudyPoint> points = some_points(40);
