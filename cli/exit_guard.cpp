@@ -18,10 +18,10 @@ std::atomic<bool> in_main = false;
 void end_with_a_sentence() {
   if (!in_main) return;
   constexpr std::string_view kSentence =
-      "fringetwin: error: a library has ended the program, most likely for want of memory or threads; allow "
+      "fringetwin: error: not enough memory or threads, most likely: a library has ended the program; allow "
       "more of them (ulimit -v, ulimit -u), or render fewer pixels at a time\n";
   [[maybe_unused]] const ssize_t n = ::write(STDERR_FILENO, kSentence.data(), kSentence.size());
-  ::_exit(static_cast<int>(ExitCode::device));
+  ::_exit(static_cast<int>(ExitCode::input));
 }
 
 }  // namespace

@@ -10,6 +10,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -17,6 +20,7 @@
 #include "cli/commands.hpp"
 #include "cli/exit_guard.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_of_memory.hpp"
 #include "twin/base/plain_text.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/safe_file.hpp"
@@ -47,14 +51,32 @@ void open_standard_streams() {
 
 int report(const std::string& sentence, ExitCode code) { return report(sentence, static_cast<int>(code)); }
 
-constexpr const char* kOutOfMemory =
-    "memory ran out; render fewer pixels or patterns at a time, or allow more memory";
+constexpr const char* kNotEnough = "not enough memory";
+constexpr const char* kWantLess =
+    "; render fewer pixels or patterns at a time, use fewer threads (OMP_NUM_THREADS), or allow more "
+    "(ulimit -v)";
 
 std::terminate_handler terminate_as_before = nullptr;
 
 [[noreturn]] void end_without_memory() {
-  std::fprintf(stderr, "fringetwin: error: %s\n", kOutOfMemory);  // takes no memory
+  std::fprintf(stderr, "fringetwin: error: %s%s\n", kNotEnough, kWantLess);  // takes no memory
   std::_Exit(static_cast<int>(ExitCode::input));
+}
+
+/// Returns whose memory, or thread, could not be had ("" where nothing is known of it); nothing for a fault
+/// of any other kind.
+std::optional<std::string> want_of_memory(const std::exception& fault) {
+  if (const auto* opencv = dynamic_cast<const cv::Exception*>(&fault))
+    return opencv->code == cv::Error::StsNoMem ? std::optional("OpenCV") : std::nullopt;
+  if (const auto* system = dynamic_cast<const std::system_error*>(&fault))  // no thread is "again"
+    return system->code() == std::errc::not_enough_memory ||
+                   system->code() == std::errc::resource_unavailable_try_again
+               ? std::optional(system->code().message())
+               : std::nullopt;
+  if (dynamic_cast<const std::length_error*>(&fault)) return "a size that no memory has";  // a container's
+  if (dynamic_cast<const fringetwin::OutOfMemory*>(&fault)) return fault.what();
+  if (dynamic_cast<const std::bad_alloc*>(&fault)) return "";
+  return std::nullopt;
 }
 
 /// Memory may also run out on a thread, where nobody could catch it.
@@ -63,6 +85,8 @@ std::terminate_handler terminate_as_before = nullptr;
     if (const std::exception_ptr fault = std::current_exception()) std::rethrow_exception(fault);
   } catch (const std::bad_alloc&) {
     end_without_memory();
+  } catch (const std::exception& fault) {
+    if (want_of_memory(fault)) end_without_memory();
   } catch (...) {
     // a fault of ours, told as ever
   }
@@ -87,6 +111,19 @@ void check_output() {
         "make room, or print elsewhere");
 }
 
+int report_fault(const std::exception& fault) {
+  if (const auto whose = want_of_memory(fault))
+    return report(kNotEnough + (whose->empty() ? "" : " (" + *whose + ")") + kWantLess, ExitCode::input);
+  if (dynamic_cast<const std::filesystem::filesystem_error*>(&fault))
+    return report(std::string(fault.what()) + "; check that the folder exists and can be written",
+                  ExitCode::input);
+  if (dynamic_cast<const std::system_error*>(&fault))  // no room where output goes
+    return report(std::string(fault.what()) + "; free disk space, or raise the limits of this session",
+                  ExitCode::input);
+  return report(std::string("internal: ") + fault.what() + "; please report this with the command line",
+                ExitCode::internal);
+}
+
 int run(const fringetwin::cli::Invocation& invocation) {
   try {
     check_arguments(invocation.argv);
@@ -97,20 +134,8 @@ int run(const fringetwin::cli::Invocation& invocation) {
     return report(e.what(), e.code());
   } catch (const fringetwin::Cancelled& e) {
     return report(e.what(), kExitCancelled);
-  } catch (const std::filesystem::filesystem_error& e) {
-    return report(std::string(e.what()) + "; check that the folder exists and can be written",
-                  ExitCode::input);
-  } catch (const std::system_error& e) {  // no thread to be had, no room where output goes
-    return report(std::string(e.what()) + "; free memory or disk space, or raise the limits of this session",
-                  ExitCode::input);
-  } catch (const std::bad_alloc&) {
-    return report(kOutOfMemory, ExitCode::input);
-  } catch (const std::length_error&) {  // of a container, for a size that no memory has
-    return report("more memory is asked for than there is; check the sizes in the files that are read",
-                  ExitCode::input);
   } catch (const std::exception& e) {
-    return report(std::string("internal: ") + e.what() + "; please report this with the command line",
-                  ExitCode::internal);
+    return report_fault(e);
   }
 }
 

@@ -51,7 +51,8 @@ std::optional<BoardPose> board_pose(const Board& board, const std::vector<Corner
   try {
     cv::solvePnPGeneric(on_board, seen, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), r, t, false,
                         cv::SOLVEPNP_IPPE);
-  } catch (const cv::Exception&) {  // corners on one line
+  } catch (const cv::Exception& fault) {  // corners on one line
+    if (fault.code == cv::Error::StsNoMem) throw std::bad_alloc();
     return std::nullopt;
   }
   std::optional<BoardPose> best;

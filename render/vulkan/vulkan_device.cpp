@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/out_of_memory.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/time_and_host.hpp"
@@ -67,14 +68,15 @@ bool has_compute_queue(VkPhysicalDevice device, std::uint32_t* family) {
   return false;
 }
 
-/// Throws UserError(device) where the session leaves too few addresses: the compiler and the threads of
+/// Throws UserError(input) where the session leaves too few addresses: the compiler and the threads of
 /// lavapipe crash when they get none.
 void check_addresses() {
   const std::uintmax_t needed_mb = kDriverMB + kThreadMB * static_cast<unsigned>(omp_get_max_threads());
   const auto left = addresses_left();
   if (left && *left >> 20 < needed_mb)
-    throw UserError(ExitCode::device, "Vulkan",
-                    fmt::format("this session leaves the program {} MB of addresses, a driver needs {}",
+    throw UserError(ExitCode::input, "Vulkan",
+                    fmt::format("not enough memory, this session leaves the program {} MB of addresses, a "
+                                "driver needs {}",
                                 *left >> 20, needed_mb),
                     "raise ulimit -v, or use fewer threads (OMP_NUM_THREADS)");
 }
@@ -83,6 +85,9 @@ void check_addresses() {
 
 void vk_check(VkResult result, const char* call) {
   if (result == VK_SUCCESS) return;
+  // The memory of a software device is the machine's: whose it was, the driver does not say reliably.
+  if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY)
+    throw OutOfMemory(fmt::format("Vulkan, {}: {}", call, result_name(result)));
   throw UserError(ExitCode::device, "Vulkan",
                   fmt::format("{}: {} (VkResult {})", call, result_name(result), static_cast<int>(result)),
                   "try another device with --device, see --device list");

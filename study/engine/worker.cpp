@@ -144,6 +144,11 @@ int run_worker() {
   } catch (const UserError& e) {
     answers.send(json_line({{"unfit", e.what()}, {"code", static_cast<int>(e.code())}}));
     return static_cast<int>(e.code());
+  } catch (const std::bad_alloc& e) {
+    constexpr int kCode = static_cast<int>(ExitCode::input);
+    answers.send(json_line(
+        {{"unfit", std::string("not enough memory for a worker (") + e.what() + ")"}, {"code", kCode}}));
+    return kCode;
   }
   return static_cast<int>(ExitCode::ok);
 }

@@ -93,6 +93,8 @@ void Database::fail(int code) const {
   const bool told = handle_ != nullptr && sqlite3_errcode(handle_) != SQLITE_OK;
   const std::string said = told ? sqlite3_errmsg(handle_) : sqlite3_errstr(code);
   switch (code & 0xff) {
+    case SQLITE_NOMEM:
+      throw std::bad_alloc();
     case SQLITE_NOTADB:
       refuse("is no SQLite database", "give another --out, or remove the file if nobody needs it",
              ExitCode::input);

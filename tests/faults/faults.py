@@ -3,6 +3,7 @@
 """Faults beside files: a full or broken disk, kills, signals, helpers that fail, no memory, no files to be had.
 
 faults.py --program build/fringetwin --faults build/tests/libfaults.so --out DIR [--all] [--only writes,signals,surroundings] [--seed N]
+--only surroundings.little_memory: one of the surroundings alone
 
 Every command that writes is run on a very small rig, is disturbed, and may then leave nothing that looks complete and is not.
 --all: every call of every command, 500 moments of signals; else a sample, by the seed. Exit code 1 if there is a fault, 77 without
@@ -43,7 +44,8 @@ def main():
     begin = time.monotonic()
     suite = running.Suite(program, os.path.abspath(options.faults), options.out, options.seed, options.all)
     for name in options.only.split(","):
-        PARTS[name].check(suite, options.all)
+        part, _, one = name.partition(".")
+        PARTS[part].check(suite, options.all, *([one] if one else []))
     print(f"{suite.cases} cases in {time.monotonic() - begin:.0f} s, {len(suite.found)} faults (seed {options.seed})")
     if not suite.found:
         shutil.rmtree(suite.folder)

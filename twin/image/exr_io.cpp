@@ -95,6 +95,8 @@ auto with_channels(const fs::path& file, const std::optional<RightSize>& right, 
     return use(read_channels(file));
   } catch (const UserError&) {
     throw;
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     throw UserError(ExitCode::input, file.string(),
                     fmt::format("is no EXR that can be decoded, or is truncated ({})", e.what()));
