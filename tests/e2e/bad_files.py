@@ -2,16 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bad files of every kind, given to the program as a user would: each must be refused in one sentence.
 
-bad_files.py --program build/fringetwin --files tests/bad_files [--only READER or READER/NAME] [--jobs N] [--list]
+bad_files.py --program build/fringetwin --files tests/bad_files [--only READER or READER/NAME] [--jobs N] [--list] [--sanitized]
 
 The files are those of tests/bad_files/READER (its README says what is wrong with each) and what bad_files_made.py and
 bad_files_binary.py make. Of each run is asked: exit code 2 or 3, at most 2 s of computing, at most 500 MB of memory, one
 sentence of at most 500 characters that names the file and holds no control character, nothing left that looks complete.
 The good files of tests/bad_files/good must pass the same way without being refused, or the bad ones would prove nothing;
 where a reader's files are the program's own, it makes the good one itself.
+--sanitized: the program is one of the preset asan, which is slower, larger, and needs all addresses.
 """
 import argparse
 import concurrent.futures
+import dataclasses
 import os
 import pathlib
 import re
@@ -25,14 +27,24 @@ import time
 import bad_files_binary
 import bad_files_made
 
-MOST_SECONDS, MOST_MB, MOST_CHARACTERS = 2.0, 500, 500
+MOST_CHARACTERS = 500
 LEAST_CASES = 200
-# Of computing: a machine with other work makes no run fail. Who waits for a pipe computes nothing and is killed.
-MOST_WAIT = 30.0
-MOST_ADDRESS_SPACE_KB = 16 << 20  # so that a run that fails here takes no machine along
 REFUSED = (2, 3)
 INTERNAL, NO_DEVICE = 70, 4
 DEVICE_FIRST = ("journal",)  # readers that are reached only with a Vulkan device, and after a rendering: not timed
+
+
+@dataclasses.dataclass
+class Limits:
+    """What a run may take, and what it is given."""
+
+    seconds: float = 2.0  # of computing: a machine with other work makes no run fail
+    megabytes: int = 500
+    wait: float = 30.0  # who waits for a pipe computes nothing and is killed
+    address_space_kb: str = str(16 << 20)  # so that a run that fails here takes no machine along
+
+
+SANITIZED = Limits(40.0, 2500, 120.0, "unlimited")
 
 
 class Place:
@@ -206,17 +218,19 @@ OWN_FILES = {"journal": interrupted_capture, "study_store": finished_study, "sha
 NO_OUT = ("diff", "study-shard")
 
 
-def run(program, arguments, folder):
+def run(program, arguments, folder, limits):
     """Exit code (negative: a signal's), standard error, seconds of computing, megabytes at most (not less than this process
     has: the kernel counts what a process had before it became the program)."""
     if arguments[0] not in NO_OUT:
         arguments = arguments + ["--out", str(folder / "out")]
-    script = f'ulimit -c 0; ulimit -v {MOST_ADDRESS_SPACE_KB}; exec "$@"'
+    script = f'ulimit -c 0; ulimit -v {limits.address_space_kb}; exec "$@"'
     environment = {**os.environ, "FRINGETWIN_CACHE": str(folder / "cache"), "OMP_WAIT_POLICY": "passive"}
+    if folder.name in DEVICE_FIRST:  # the sanitizer loses some bytes of its own where a driver is loaded
+        environment["ASAN_OPTIONS"] = "detect_leaks=0"
     with open(folder / "stderr", "wb") as err:
         child = subprocess.Popen(["/bin/sh", "-c", script, "sh", program, *arguments], stdin=subprocess.DEVNULL,
                                  stdout=subprocess.DEVNULL, stderr=err, cwd=folder, env=environment)
-        killer = threading.Timer(MOST_WAIT, child.kill)
+        killer = threading.Timer(limits.wait, child.kill)
         killer.start()
         _, status, usage = os.wait4(child.pid, 0)
         killer.cancel()
@@ -225,7 +239,7 @@ def run(program, arguments, folder):
     return child.returncode, text, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
 
 
-def faults_of(name, bad, folder, ended):
+def faults_of(name, bad, limits, ended):
     code, text, seconds, megabytes = ended
     if code == NO_DEVICE and name in DEVICE_FIRST:
         return []
@@ -233,9 +247,9 @@ def faults_of(name, bad, folder, ended):
     accepted = REFUSED + ((0,) if bad.may_pass else ())
     if code not in accepted:
         found.append(f"exit code {code}")
-    if seconds > MOST_SECONDS and name not in DEVICE_FIRST:
+    if seconds > limits.seconds and name not in DEVICE_FIRST:
         found.append(f"{seconds:.1f} s")
-    if megabytes > MOST_MB and name not in DEVICE_FIRST:
+    if megabytes > limits.megabytes and name not in DEVICE_FIRST:
         found.append(f"{megabytes:.0f} MB")
     if code == 0:
         return found
@@ -255,29 +269,29 @@ def faults_of(name, bad, folder, ended):
     return found
 
 
-def check(program, good, reader, bad):
+def check(program, good, limits, reader, bad):
     """What is wrong with the way the program takes this file; the folder is gone afterwards."""
     if bad.put is None:
-        return check_own_file(program, good, reader)
+        return check_own_file(program, good, limits, reader)
     with tempfile.TemporaryDirectory(prefix="fringetwin-bad-") as scratch:
         folder = pathlib.Path(scratch) / reader  # beside good/, as in tests/bad_files
         folder.mkdir()
         (folder.parent / "good").symlink_to(good)
         arguments, bad.shown = READERS[reader](Place(folder, good, bad))
-        ended = run(program, arguments, folder)
+        ended = run(program, arguments, folder, limits)
         if bad.good:
             return [f"refused: {ended[1][-400:]!r}"] if ended[0] in (*REFUSED, INTERNAL) or ended[0] < 0 else []
         complete = [name for name in ("capture.toml", "result.json", "twin.toml") if (folder / "out" / name).exists()]
         left = [f"left {name}" for name in complete if ended[0] != 0]
-        return faults_of(reader, bad, folder, ended) + left
+        return faults_of(reader, bad, limits, ended) + left
 
 
-def check_own_file(program, good, reader):
+def check_own_file(program, good, limits, reader):
     """What is wrong with the way the program takes a file of its own."""
     with tempfile.TemporaryDirectory(prefix="fringetwin-good-") as scratch:
         folder = pathlib.Path(scratch)
         arguments, said = OWN_FILES[reader](program, Place(folder, good, None))
-        code, text, _, _ = run(program, arguments, folder)
+        code, text, _, _ = run(program, arguments, folder, limits)
         log = folder / "shard-0.attempt-0.jsonl"
         taken = re.search(said, text) if said else log.exists() and '"id":0' in log.read_text()
         return [] if code == NO_DEVICE or (code == 0 and taken) else [f"exit code {code}: {text[-400:]!r}"]
@@ -306,8 +320,10 @@ def main():
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--every", type=int, default=1, help="take each so manieth bad file only")
     parser.add_argument("--list", action="store_true")
+    parser.add_argument("--sanitized", action="store_true")
     options = parser.parse_args()
     program = os.path.abspath(options.program)
+    limits = SANITIZED if options.sanitized else Limits()
     options.files = options.files.absolute()
     every = list(cases(options.files))
     named = [(reader, bad) for reader, bad in every if f"{reader}/{bad.name}".startswith(options.only)]
@@ -317,7 +333,7 @@ def main():
         return
     start = time.monotonic()
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-        results = list(pool.map(lambda case: check(program, options.files / "good", *case), chosen))
+        results = list(pool.map(lambda case: check(program, options.files / "good", limits, *case), chosen))
     wrong = [(f"{reader}/{bad.name}", faults) for (reader, bad), faults in zip(chosen, results) if faults]
     for name, faults in wrong:
         print(f"{name}: {'; '.join(faults)}")
