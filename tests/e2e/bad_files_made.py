@@ -3,6 +3,7 @@
 
 Images and databases: bad_files_binary.py. What is wrong with a file its name says.
 """
+import math
 import os
 import random
 import shutil
@@ -44,6 +45,27 @@ def sparse(size):
         with open(path, "wb") as file:
             file.truncate(size)
     return put
+
+
+def begins(content, size=4 << 30):
+    """A file of that size that holds nothing behind its first bytes."""
+    def put(path):
+        path.write_bytes(content)
+        os.truncate(path, size)
+    return put
+
+
+def spirals(count, corners):
+    """Polygons in an OBJ of which a long time is taken to cut off each corner."""
+    lines = []
+    for k in range(count):
+        for i in range(corners):
+            outwards = i < corners // 2
+            turn = 0.3 * (i if outwards else corners - 1 - i)
+            radius = 1 + turn + (0 if outwards else 0.5)
+            lines.append(f"v {radius * math.cos(turn):.6f} {radius * math.sin(turn):.6f} {270 + k}")
+        lines.append("f " + " ".join(str(-corners + i) for i in range(corners)))
+    return "\n".join(lines) + "\n"
 
 
 def good(reader, folder):
@@ -397,6 +419,18 @@ def own_meshes():
     return {"ply": ply, "obj": obj, "stl": stl}
 
 
+def own_large_meshes():
+    """What is wrong with these shows in their first bytes; read whole they would take 4 GiB. And much work in few bytes."""
+    vertices = b"element vertex 3\nproperty float x\nproperty float y\n"
+    return {
+        "ply": [Bad("4_GiB_of_an_unknown_format", begins(b"ply\nformat asci 1.0\n")),
+                Bad("4_GiB_without_z", begins(b"ply\nformat ascii 1.0\n" + vertices + b"end_header\n")),
+                Bad("4_GiB_without_an_end_of_header", begins(b"ply\nformat ascii 1.0\n" + vertices))],
+        "stl": [Bad("4_GiB_binary_of_3_facets", begins(bytes(80) + b"\3\0\0\0")), Bad("4_GiB_ascii_without_a_facet", begins(b"solid x\n"))],
+        "obj": [text("spirals_of_1990_corners", lambda: spirals(100, 1990))],
+    }
+
+
 def own_result_json():
     return edits("result_json", [
         ("fits_a_number", '"fits": [', '"fits": 5, "other": ['), ("fits_of_numbers", '"fits": [', '"fits": [1, "a", null, '),
@@ -464,4 +498,4 @@ def own(reader):
     """The cases of one reader."""
     if reader in OWN:
         return OWN[reader]()
-    return [text(name, content) for name, content in own_meshes().get(reader, {}).items()]
+    return [text(name, content) for name, content in own_meshes().get(reader, {}).items()] + own_large_meshes().get(reader, [])

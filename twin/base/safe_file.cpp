@@ -64,10 +64,11 @@ class OpenFile : NotCopyable {
 
   std::uintmax_t size() const { return size_; }
 
-  void read_all(char* out) {
+  /// Reads the first `n` bytes, no more than there are.
+  void read(char* out, std::uintmax_t n) {
     std::uintmax_t done = 0;
-    while (done < size_) {
-      const auto wanted = static_cast<std::size_t>(std::min<std::uintmax_t>(size_ - done, kLargestRead));
+    while (done < n) {
+      const auto wanted = static_cast<std::size_t>(std::min<std::uintmax_t>(n - done, kLargestRead));
       const ssize_t got = ::read(fd_, out + done, wanted);
       if (got < 0 && errno == EINTR) continue;
       if (got < 0) throw cannot_be_read(file_, use_, errno);
@@ -75,7 +76,7 @@ class OpenFile : NotCopyable {
         throw UserError(use_.code, file_.string(),
                         fmt::format("the {} became shorter while it was read", use_.what));
       done += static_cast<std::uintmax_t>(got);
-      if (done < size_) throw_if_cancelled();  // not for small files: what is read may end a cancelled run
+      if (done < n) throw_if_cancelled();  // not for small files: what is read may end a cancelled run
     }
   }
 
@@ -104,7 +105,7 @@ template <typename Bytes>
 Bytes read_whole(const fs::path& file, const FileUse& use) {
   OpenFile open(file, use);
   Bytes bytes(static_cast<std::size_t>(open.size()), typename Bytes::value_type{});
-  open.read_all(reinterpret_cast<char*>(bytes.data()));
+  open.read(reinterpret_cast<char*>(bytes.data()), open.size());
   return bytes;
 }
 
@@ -122,6 +123,15 @@ std::uintmax_t check_readable(const fs::path& file, const FileUse& use) { return
 
 std::string read_whole_text(const fs::path& file, const FileUse& use) {
   return read_whole<std::string>(file, use);
+}
+
+std::string read_text_start(const fs::path& file, const FileUse& use, std::size_t most,
+                            std::uintmax_t* file_bytes) {
+  OpenFile open(file, use);
+  *file_bytes = open.size();
+  std::string bytes(static_cast<std::size_t>(std::min<std::uintmax_t>(most, open.size())), '\0');
+  open.read(bytes.data(), bytes.size());
+  return bytes;
 }
 
 std::vector<std::uint8_t> read_whole_bytes(const fs::path& file, const FileUse& use) {

@@ -44,6 +44,9 @@ std::uintmax_t check_readable(const std::filesystem::path& file, const FileUse& 
 /// Returns all bytes of `file`; throws as check_readable, and where a read fails or the file ends early;
 /// Cancelled on the way through a file of more than 64 MiB.
 std::string read_whole_text(const std::filesystem::path& file, const FileUse& use);
+/// Returns the first `most` bytes of `file`, or all; its size goes to `file_bytes`.
+std::string read_text_start(const std::filesystem::path& file, const FileUse& use, std::size_t most,
+                            std::uintmax_t* file_bytes);
 std::vector<std::uint8_t> read_whole_bytes(const std::filesystem::path& file, const FileUse& use);
 
 }  // namespace fringetwin

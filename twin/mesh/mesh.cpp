@@ -19,22 +19,42 @@ namespace fringetwin {
 namespace fs = std::filesystem;
 namespace {
 
-/// Editors put a UTF-8 byte order mark before text; no mesh format knows it.
-void drop_byte_order_mark(std::string* bytes) {
-  if (bytes->rfind("\xef\xbb\xbf", 0) == 0) bytes->erase(0, 3);
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+
+/// Editors put a UTF-8 byte order mark before text; no mesh format knows it. Returns its size where it was.
+std::size_t drop_byte_order_mark(std::string* bytes) {
+  if (!bytes->starts_with(kByteOrderMark)) return 0;
+  bytes->erase(0, kByteOrderMark.size());
+  return kByteOrderMark.size();
+}
+
+struct Format {
+  void (*check_header)(const fs::path& file, const MeshStart& start);
+  RawMesh (*read)(const fs::path& file, const std::string& bytes);
+};
+
+Format format_of(const fs::path& file, const std::string& start) {
+  if (start.starts_with("ply\n") || start.starts_with("ply\r")) return {check_ply_header, read_ply};
+  const std::string extension = lower_extension(file);
+  if (extension == ".stl") return {check_stl_header, read_stl};
+  if (extension == ".obj") return {[](const fs::path&, const MeshStart&) {}, read_obj};  // it has none
+  throw UserError(ExitCode::input, file.string(), "is no mesh of a known format",
+                  "PLY, STL and OBJ are read");
 }
 
 RawMesh read_raw(const fs::path& file) {
-  std::string bytes = read_whole_text(
-      file, {.kind = FileKind::mesh, .what = "mesh", .hint = "check the name and the folder"});
-  if (bytes.empty()) throw UserError(ExitCode::input, file.string(), "is empty (0 bytes)");
+  const FileUse use = {.kind = FileKind::mesh, .what = "mesh", .hint = "check the name and the folder"};
+  MeshStart start;
+  start.bytes = read_text_start(file, use, kMostMeshStart + kByteOrderMark.size(), &start.file_bytes);
+  if (start.bytes.empty()) throw UserError(ExitCode::input, file.string(), "is empty (0 bytes)");
+  start.file_bytes -= drop_byte_order_mark(&start.bytes);
+  const Format format = format_of(file, start.bytes);
+  format.check_header(file, start);
+  if (start.bytes.size() == start.file_bytes) return format.read(file, start.bytes);
+  start = {};
+  std::string bytes = read_whole_text(file, use);
   drop_byte_order_mark(&bytes);
-  if (bytes.rfind("ply\n", 0) == 0 || bytes.rfind("ply\r", 0) == 0) return read_ply(file, bytes);
-  const std::string extension = lower_extension(file);
-  if (extension == ".stl") return read_stl(file, bytes);
-  if (extension == ".obj") return read_obj(file, bytes);
-  throw UserError(ExitCode::input, file.string(), "is no mesh of a known format",
-                  "PLY, STL and OBJ are read");
+  return format.read(file, bytes);
 }
 
 /// Returns the vertex as float mm. What is finite in the file may not be after scaling and rounding; and

@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/mesh/most_triangles.hpp"
 
 namespace fringetwin {
@@ -18,8 +19,11 @@ namespace {
 // A triangle of an STL has three vertices of its own.
 constexpr std::size_t kMostMeshVertices = 3 * kMostTriangles;
 
-// The clipping of ears takes up to the cube of the corners: about a second for so many.
+// The clipping of ears takes up to the cube of the corners.
 constexpr std::size_t kMostConcaveCorners = 2000;
+// Whether a corner lies in an ear is asked so often for all polygons of a file: about a second. A polygon of
+// n corners mostly takes the square of n, a million concave ones of ten corners a fifth of this.
+constexpr double kMostCornerTests = 5e8;
 
 // A corner bends inwards where its sine is below this: less is the rounding of coordinates in float.
 constexpr double kInwards = -1e-6;
@@ -40,38 +44,53 @@ Eigen::Vector3d polygon_normal(const std::vector<int>& corners,
 class FlatPolygon {
  public:
   FlatPolygon(const std::vector<int>& corners, const std::vector<Eigen::Vector3d>& vertices)
-      : vertices_(vertices), origin_(vertices[corners[0]]) {
+      : corners_(corners) {
     const Eigen::Vector3d normal = polygon_normal(corners, vertices);
     int axis = 0;
     normal.cwiseAbs().maxCoeff(&axis);
-    u_ = (axis + 1) % 3;
-    v_ = (axis + 2) % 3;
-    if (normal[axis] < 0.0) std::swap(u_, v_);
+    int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    if (normal[axis] < 0.0) std::swap(u, v);
+    const Eigen::Vector3d& origin = vertices[corners[0]];
+    for (const int corner : corners) {
+      const Eigen::Vector3d p = vertices[corner] - origin;
+      points_.emplace_back(p[u], p[v]);
+    }
   }
 
-  /// Whether nothing of the polygon but a, b and c lies in the triangle of these neighbours.
-  bool is_ear(int a, int b, int c, const std::vector<int>& corners) const {
-    const Eigen::Vector2d pa = flat(a), pb = flat(b), pc = flat(c);
-    if (!(turn(pa, pb, pc) > 0.0)) return false;
-    return std::ranges::none_of(corners, [&](int corner) {
-      const Eigen::Vector2d p = flat(corner);
-      return p != pa && p != pb && p != pc && turn(pa, pb, p) >= 0.0 && turn(pb, pc, p) >= 0.0 &&
-             turn(pc, pa, p) >= 0.0;
+  std::size_t size() const { return corners_.size(); }
+  const std::vector<int>& corners() const { return corners_; }
+  std::array<int, 3> triangle_at(std::size_t k) const {
+    return {corners_[before(k)], corners_[k], corners_[after(k)]};
+  }
+
+  /// Whether nothing else of the polygon lies in the triangle of a corner and its neighbours. Takes the
+  /// corners that it has asked from `tests_left`.
+  bool is_ear(std::size_t k, double* tests_left) const {
+    const Eigen::Vector2d &a = points_[before(k)], &b = points_[k], &c = points_[after(k)];
+    *tests_left -= 1.0;
+    if (!(turn(a, b, c) > 0.0)) return false;
+    const auto inside = std::ranges::find_if(points_, [&](const Eigen::Vector2d& p) {
+      return p != a && p != b && p != c && turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 &&
+             turn(c, a, p) >= 0.0;
     });
+    *tests_left -= static_cast<double>(inside - points_.begin());
+    return inside == points_.end();
+  }
+
+  void cut(std::size_t k) {
+    corners_.erase(corners_.begin() + static_cast<std::ptrdiff_t>(k));
+    points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(k));
   }
 
  private:
-  Eigen::Vector2d flat(int corner) const {
-    const Eigen::Vector3d p = vertices_[corner] - origin_;
-    return {p[u_], p[v_]};
-  }
+  std::size_t before(std::size_t k) const { return (k + size() - 1) % size(); }
+  std::size_t after(std::size_t k) const { return (k + 1) % size(); }
   static double turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
     return (b - a).x() * (c - b).y() - (b - a).y() * (c - b).x();
   }
 
-  const std::vector<Eigen::Vector3d>& vertices_;
-  Eigen::Vector3d origin_;
-  int u_ = 0, v_ = 1;
+  std::vector<int> corners_;
+  std::vector<Eigen::Vector2d> points_;
 };
 
 }  // namespace
@@ -80,9 +99,16 @@ void MeshRefusal::operator()(const std::string& what, const std::string& hint) c
   throw UserError(ExitCode::input, file_, what, hint);
 }
 
-void RawMesh::expect_vertices(std::size_t count) {
+void check_vertex_count(std::size_t count, const MeshRefusal& refuse) {
   if (count > kMostMeshVertices)
     refuse(fmt::format("has more than {} vertices", kMostMeshVertices), "reduce the mesh");
+}
+
+RawMesh::RawMesh(const std::filesystem::path& file)
+    : refuse(file), corner_tests_left(kMostCornerTests * file_limits_factor()) {}
+
+void RawMesh::expect_vertices(std::size_t count) {
+  check_vertex_count(count, refuse);
   vertices.reserve(count);
 }
 
@@ -129,23 +155,24 @@ bool RawMesh::is_convex(const std::vector<int>& corners) const {
 
 /// Cuts off one ear after the other: a corner whose triangle holds nothing of the polygon (a polygon that
 /// does not cross itself always has one). What has none becomes a fan.
-void RawMesh::clip_ears(std::vector<int> corners) {
-  const FlatPolygon polygon(corners, vertices);
+void RawMesh::clip_ears(const std::vector<int>& corners) {
+  FlatPolygon polygon(corners, vertices);
   std::size_t at = 0, tried = 0;
-  while (corners.size() > 3 && tried < corners.size()) {
+  while (polygon.size() > 3 && tried < polygon.size()) {
     throw_if_cancelled();
-    const std::size_t n = corners.size();
-    const int before = corners[(at + n - 1) % n], here = corners[at % n], after = corners[(at + 1) % n];
-    if (polygon.is_ear(before, here, after, corners)) {
-      add_triangle({before, here, after});
-      corners.erase(corners.begin() + static_cast<std::ptrdiff_t>(at % n));
+    if (polygon.is_ear(at, &corner_tests_left)) {
+      add_triangle(polygon.triangle_at(at));
+      polygon.cut(at);
       tried = 0;
     } else {
       ++tried;
     }
-    at = (at + 1) % corners.size();
+    if (corner_tests_left < 0.0)
+      refuse("has concave polygons that take too long to be cut into triangles",
+             "let the program that wrote it cut its polygons, or see --limits");
+    at = (at + 1) % polygon.size();
   }
-  add_fan(corners);
+  add_fan(polygon.corners());
 }
 
 std::string_view MeshText::next_word() {

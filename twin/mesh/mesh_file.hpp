@@ -4,6 +4,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -26,10 +27,9 @@ class MeshRefusal {
 };
 
 struct RawMesh {
-  explicit RawMesh(const std::filesystem::path& file) : refuse(file) {}
+  explicit RawMesh(const std::filesystem::path& file);
 
-  /// Makes room for so many vertices; refuses more than three for each triangle that can be traced.
-  void expect_vertices(std::size_t count);
+  void expect_vertices(std::size_t count);         ///< makes room for them; refuses too many
   void add_vertex(const Eigen::Vector3d& vertex);  ///< refuses too many as well
   /// Appends the triangles of a polygon whose vertices are there; counts one of fewer than three corners.
   void add_polygon(const std::vector<int>& corners);
@@ -41,13 +41,28 @@ struct RawMesh {
   std::size_t other_faces = 0;                          ///< points and lines, left out
   bool drops_lonely_vertices = false;                   ///< those of no triangle
   std::function<std::string(std::size_t)> vertex_name;  ///< how the file counts its vertices
+  double corner_tests_left;                             ///< how much cutting of concave polygons is left
 
  private:
   void add_fan(const std::vector<int>& corners);
   void add_triangle(const std::array<int, 3>& triangle);
   bool is_convex(const std::vector<int>& corners) const;
-  void clip_ears(std::vector<int> corners);
+  void clip_ears(const std::vector<int>& corners);
 };
+
+/// Refuses more vertices than three for each triangle that can be traced.
+void check_vertex_count(std::size_t count, const MeshRefusal& refuse);
+
+/// The beginning of a mesh file, in which its header ends, or all of it.
+struct MeshStart {
+  std::string bytes;
+  std::uintmax_t file_bytes;
+};
+constexpr std::size_t kMostMeshStart = (1 << 20) + 1;  // bytes
+
+/// Refuse what the header of a file is wrong in, before the file is read.
+void check_ply_header(const std::filesystem::path& file, const MeshStart& start);
+void check_stl_header(const std::filesystem::path& file, const MeshStart& start);
 
 /// Reads ASCII and binary PLY of either byte order. Ignores normals, colours, other properties and elements.
 /// Throws UserError(input).

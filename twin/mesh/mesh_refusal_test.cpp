@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <csignal>
+#include <ctime>
 
 #include "tests/support/twin/child_process.hpp"
 #include "twin/base/errors.hpp"
@@ -301,6 +302,49 @@ TEST_F(MeshOfAStranger, ConcavePolygonsAreCutAlongTheirOutline) {
     face += fmt::format(" {}", i + 1);
   }
   EXPECT_THAT(sentence("c.obj", comb + face), HasSubstr("has a concave polygon of 2001 corners"));
+}
+
+/// A corner of a band that winds inwards and back, in which many corners are asked about for each ear.
+Eigen::Vector3d spiral_corner(int i, int corners) {
+  const bool outwards = i < corners / 2;
+  const double turn = 0.3 * (outwards ? i : corners - 1 - i), radius = 1.0 + turn + (outwards ? 0.0 : 0.5);
+  return {radius * std::cos(turn), radius * std::sin(turn), 0.0};
+}
+
+// A bound on each polygon let many of them take hours.
+TEST_F(MeshOfAStranger, AllConcavePolygonsTogetherAreBounded) {
+  constexpr int kSpiral = 200;
+  RawMesh mesh("many.obj");
+  std::vector<int> corners(kSpiral);
+  for (int i = 0; i < kSpiral; ++i) {
+    corners[i] = i;
+    mesh.add_vertex(spiral_corner(i, kSpiral));
+  }
+  mesh.add_polygon(corners);
+  EXPECT_THAT(mesh.triangles, SizeIs(kSpiral - 2));
+  mesh.corner_tests_left = 100;
+  EXPECT_THROW(mesh.add_polygon(corners), UserError);
+}
+
+// Files of 4 GiB that hold nothing beyond their first bytes: read whole they would take as much memory.
+TEST_F(MeshOfAStranger, WrongHeadersAreRefusedBeforeTheRestIsRead) {
+  const std::string vertices = "element vertex 3\n" + kXyz;
+  const std::pair<std::string, std::string> cases[] = {
+      {"unknown.ply", "ply\nformat asci 1.0\n"},
+      {"no_xyz.ply", ply("element vertex 3\nproperty float x\n" + kFace, "")},
+      {"announced.ply", ply("element vertex 3000000000\n" + kXyz + kFace, "")},
+      {"faces_first.ply", ply(kFace + vertices, "")},
+      {"no_list.ply", ply(vertices + "element face 1\nproperty int vertex_indices\n", "")},
+      {"count.stl", std::string(80, '\0') + std::string("\3\0\0\0", 4)},
+      {"no_facet.stl", "solid x\n"},
+      {"what.msh", "ply"}};
+  for (const auto& [name, bytes] : cases) {
+    const fs::path file = dir_.write(name, bytes);
+    fs::resize_file(file, std::uintmax_t{4} << 30);
+    const auto begin = std::clock();
+    sentence_of(file);
+    EXPECT_LT(std::clock() - begin, CLOCKS_PER_SEC / 2) << name;
+  }
 }
 
 // In a process of its own: a cancelled program stays cancelled.

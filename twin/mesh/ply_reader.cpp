@@ -48,8 +48,8 @@ enum class Encoding { ascii, little_endian, big_endian };
 /// The lines before the numbers.
 class PlyHeader {
  public:
-  PlyHeader(const std::string& bytes, const MeshRefusal& refuse)
-      : text_(std::string_view(bytes).substr(0, kMostPlyHeader)), refuse_(refuse) {
+  PlyHeader(std::string_view bytes, const MeshRefusal& refuse)
+      : text_(bytes.substr(0, kMostPlyHeader)), refuse_(refuse) {
     while (take_line()) {
       if (text_.skip_line()) continue;
       if (bytes.size() <= kMostPlyHeader) refuse_("is truncated (its PLY header has no end)");
@@ -229,7 +229,7 @@ const NumberType* number_type(std::string_view name) {
 }
 
 /// Refuses a count that the file is too short for, before anything is allocated or read for it.
-void check_announced(const Element& element, const PlyHeader& header, std::size_t file_bytes,
+void check_announced(const Element& element, const PlyHeader& header, std::uintmax_t file_bytes,
                      const MeshRefusal& refuse) {
   std::size_t entry = 0;  // bytes at least: each list may be empty, each number be one digit and a blank
   for (const Property& property : element.properties)
@@ -250,10 +250,47 @@ int place_of(const char* name, const Element& element, const MeshRefusal& refuse
   return static_cast<int>(property - element.properties.data());
 }
 
+struct VertexPlaces {
+  VertexPlaces(const Element& element, const MeshRefusal& refuse)
+      : x(place_of("x", element, refuse)),
+        y(place_of("y", element, refuse)),
+        z(place_of("z", element, refuse)),
+        albedo(place_of("albedo", element, refuse)) {
+    if (x < 0 || y < 0 || z < 0) refuse("has no x, y and z in its PLY vertices");
+  }
+  int x, y, z, albedo;
+};
+
+/// Returns a face's list of vertices; nullptr for any other element.
+const Property* polygon_of(const Element& element, const MeshRefusal& refuse) {
+  if (element.name != "face") return nullptr;
+  const Property* polygon = element.find("vertex_indices");
+  if (!polygon) polygon = element.find("vertex_index");
+  if (polygon && !polygon->list_count) refuse("has no list of vertices in its PLY faces");
+  return polygon;
+}
+
+/// Refuses what nothing in the body could mend.
+void check_header(const PlyHeader& header, std::uintmax_t file_bytes, const MeshRefusal& refuse) {
+  for (const Element& element : header.elements) check_announced(element, header, file_bytes, refuse);
+  std::size_t vertices = 0;
+  for (const Element& element : header.elements) {
+    if (!element.fault.empty())
+      refuse(fmt::format("has a PLY header line that is not understood: {}", element.fault));
+    if (element.name == "vertex") {
+      const VertexPlaces all_there(element, refuse);
+      check_vertex_count(element.count, refuse);
+      vertices = element.count;
+    }
+    if (element.name != "face") continue;
+    if (vertices == 0) refuse("has no vertices before its faces");
+    polygon_of(element, refuse);
+    return;  // what follows is of no use here
+  }
+}
+
 void read_vertices(const Element& element, Body& body, RawMesh* mesh) {
-  const int x = place_of("x", element, mesh->refuse), y = place_of("y", element, mesh->refuse),
-            z = place_of("z", element, mesh->refuse), albedo = place_of("albedo", element, mesh->refuse);
-  if (x < 0 || y < 0 || z < 0) mesh->refuse("has no x, y and z in its PLY vertices");
+  const auto [x, y, z, albedo] = VertexPlaces(element, mesh->refuse);
   mesh->expect_vertices(element.count);
   std::vector<double> values(element.properties.size());
   for (std::size_t i = 0; i < element.count; ++i) {
@@ -292,10 +329,7 @@ void read_polygon(const Property& property, Body& body, std::vector<int>* corner
 /// Reads the polygons of the faces; of any other element nothing.
 void read_other_element(const Element& element, Body& body, RawMesh* mesh) {
   if (element.properties.empty()) return;  // it takes no byte, whatever its count is
-  const Property* polygon = nullptr;
-  if (element.name == "face") polygon = element.find("vertex_indices");
-  if (element.name == "face" && !polygon) polygon = element.find("vertex_index");
-  if (polygon && !polygon->list_count) mesh->refuse("has no list of vertices in its PLY faces");
+  const Property* polygon = polygon_of(element, mesh->refuse);
   std::vector<int> corners;
   for (std::size_t i = 0; i < element.count; ++i) {
     body.at(element, i);
@@ -310,22 +344,22 @@ void read_other_element(const Element& element, Body& body, RawMesh* mesh) {
 
 }  // namespace
 
+void check_ply_header(const std::filesystem::path& file, const MeshStart& start) {
+  const MeshRefusal refuse(file);
+  check_header(PlyHeader(start.bytes, refuse), start.file_bytes, refuse);
+}
+
 RawMesh read_ply(const std::filesystem::path& file, const std::string& bytes) {
   RawMesh mesh(file);
   const PlyHeader header(bytes, mesh.refuse);
-  for (const Element& element : header.elements) check_announced(element, header, bytes.size(), mesh.refuse);
   mesh.vertex_name = [](std::size_t i) { return fmt::format("vertex {}", i); };
   Body body(bytes, header, mesh.refuse);
   for (const Element& element : header.elements) {
-    if (!element.fault.empty())
-      mesh.refuse(fmt::format("has a PLY header line that is not understood: {}", element.fault));
-    if (element.name == "vertex") {
+    if (element.name == "vertex")
       read_vertices(element, body, &mesh);
-    } else {
-      if (element.name == "face" && mesh.vertices.empty()) mesh.refuse("has no vertices before its faces");
+    else
       read_other_element(element, body, &mesh);
-    }
-    if (element.name == "face") break;  // what follows is of no use here
+    if (element.name == "face") break;
   }
   return mesh;
 }

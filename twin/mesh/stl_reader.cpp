@@ -25,11 +25,15 @@ std::size_t announced_facets(const std::string& bytes) {
   return facets;
 }
 
+std::size_t binary_bytes(const std::string& start) { return kStlHead + kStlFacet * announced_facets(start); }
+
+/// Binary files may begin with "solid", too.
+bool is_ascii_stl(const std::string& start, std::uintmax_t file_bytes) {
+  return start.starts_with("solid") && file_bytes != binary_bytes(start);
+}
+
 void read_binary_stl(const std::string& bytes, RawMesh* mesh) {
   const std::size_t facets = announced_facets(bytes);
-  if (const std::size_t size = kStlHead + kStlFacet * facets; bytes.size() != size)
-    mesh->refuse(fmt::format("is truncated or no STL (a binary STL of {} facets has {} bytes, this file {})",
-                             facets, size, bytes.size()));
   mesh->expect_vertices(3 * facets);
   for (std::size_t i = 0; i < facets; ++i) {
     heed_cancel(i);
@@ -96,11 +100,24 @@ class AsciiStl {
 
 }  // namespace
 
+void check_stl_header(const std::filesystem::path& file, const MeshStart& start) {
+  const MeshRefusal refuse(file);
+  if (is_ascii_stl(start.bytes, start.file_bytes)) {
+    if (start.bytes.size() < start.file_bytes && start.bytes.find("facet") == std::string::npos)
+      refuse(fmt::format("is no STL (it has no facet in its first {} bytes)", start.bytes.size()));
+    return;
+  }
+  const std::size_t facets = announced_facets(start.bytes);
+  if (start.file_bytes != binary_bytes(start.bytes))
+    refuse(fmt::format("is truncated or no STL (a binary STL of {} facets has {} bytes, this file {})",
+                       facets, binary_bytes(start.bytes), start.file_bytes));
+  check_vertex_count(3 * facets, refuse);
+}
+
 RawMesh read_stl(const std::filesystem::path& file, const std::string& bytes) {
   RawMesh mesh(file);
   mesh.vertex_name = [](std::size_t i) { return fmt::format("corner {} (3 to a triangle)", i); };
-  // Binary files may begin with "solid", too.
-  if (bytes.starts_with("solid") && bytes.size() != kStlHead + kStlFacet * announced_facets(bytes))
+  if (is_ascii_stl(bytes, bytes.size()))
     AsciiStl(bytes, &mesh).read();
   else
     read_binary_stl(bytes, &mesh);
