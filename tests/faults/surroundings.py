@@ -12,6 +12,7 @@ import subprocess
 import time
 
 import running
+import tree
 import writes
 
 REFUSALS = (2, 3, 4)
@@ -38,9 +39,9 @@ def helper(suite, names, script):
     return folder
 
 
-def whole(suite, command, out, run, codes=(0,)):
+def whole(suite, command, out, run, codes=(0,), old=None):
     """The faults of a run that has to give whole results, or to refuse in one sentence."""
-    faults = suite.references[command.name].faults(command, out, run.code)
+    faults = suite.references[command.name].faults(command, out, run.code, old=old)
     if run.code not in codes:
         faults.append(f"exit code {run.code}: {run.err[-300:]}")
     if run.code == 0 and command.same_words and run.out != suite.printed[command.name]:
@@ -216,12 +217,16 @@ def clock(suite, everything):
 def read_only(suite, everything):
     """A folder below which nothing can be made or opened for writing: refused, and the results there are as they were."""
     for name in some(suite, everything, suite.commands, 3):
-        command, out = suite.commands[name], suite.complete_folder(suite.commands[name])
+        command, out = suite.commands[name], suite.old_folder(suite.commands[name])
+        old = tree.files(out)
         environment = writes.environment(suite, out, "open,write,mkdir,rename,remove", 1, errno.EROFS, True)
         run = suite.run(command, out, environment, again=True)
         writes_nothing = name == "capture" or not command.sign  # the first finds nothing left to do
         codes = REFUSALS + ((0,) if writes_nothing else ())
-        suite.report("surroundings", told(f"{name} into a read-only folder", whole(suite, command, out, run, codes)))
+        faults = whole(suite, command, out, run, codes, old)
+        if tree.files(out) != old:
+            faults.append("the folder is not as it was")
+        suite.report("surroundings", told(f"{name} into a read-only folder", faults))
 
 
 def few_files(suite, everything):

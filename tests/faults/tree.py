@@ -54,7 +54,7 @@ def database_is_whole(path):
 
 SAME = (".png", ".exr", ".ply", ".csv", ".svg", ".vnl")
 WHOLE = {".png": png_is_whole, ".json": is_json, ".html": lambda d: d.rstrip().endswith(b"</html>"),
-         ".toml": lambda d: d.endswith(b"\n"), ".cameramodel": lambda d: d.endswith(b"}\n")}
+         ".toml": lambda d: d.endswith(b"\n"), ".cameramodel": lambda d: d.rstrip().endswith(b"}")}
 
 
 class Reference:
@@ -64,8 +64,9 @@ class Reference:
         self.names = set(found)
         self.same = {name: data for name, data in found.items() if name.endswith(SAME) and name != "frames.csv"}
 
-    def faults(self, command, folder, exit_code, killed=False):
-        """Sentences about what is wrong in the folder after a run with this exit code; none where all is as it should be."""
+    def faults(self, command, folder, exit_code, killed=False, old=None):
+        """Sentences about what is wrong in the folder after a run with this exit code; none where all is as it should be.
+        `old`: the files that were there before, which a run that failed may have left as they were, all or none."""
         found = files(folder)
         out = [] if killed else [f"{name} is left behind" for name in found if is_temporary(name)]
         for name, data in found.items():
@@ -75,7 +76,7 @@ class Reference:
             if name not in self.names:
                 out.append(f"{name} does not belong there")
             elif name in self.same:
-                if data != self.same[name]:
+                if data != self.same[name] and (exit_code == 0 or data != (old or {}).get(name)):
                     out.append(f"{name} is not as it should be ({len(data)} of {len(self.same[name])} bytes)")
             elif name.endswith(".db"):
                 if not database_is_whole(path):
@@ -87,4 +88,10 @@ class Reference:
         if missing and (exit_code == 0 or looks_complete):
             out.append(f"exit code {exit_code}, {command.sign} {'is' if command.sign in found else 'is not'} there, "
                        f"but not {', '.join(missing[:3])}")
+        if old and command.sign in found and found[command.sign] == old[command.sign]:
+            out += [f"{name} is not as it was, but {command.sign} is" for name in old
+                    if found.get(name) != old[name] and not name.endswith(".db")]
+        elif old and looks_complete:
+            out += [f"{name} is as it was, but {command.sign} is not" for name in self.same
+                    if found.get(name) == old[name] != self.same[name]]
         return out

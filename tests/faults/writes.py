@@ -6,6 +6,7 @@ import random
 import struct
 
 import running
+import tree
 
 CALLS = ("open", "write", "rename", "remove", "mkdir", "sync", "close")  # as faults.cpp counts them
 # call, error, whether it lasts
@@ -36,14 +37,15 @@ def disturb(suite, command, kind, n, anew):
     """One fault at the n-th call; `anew`: in an empty folder, else over complete results. Returns sentences about faults, or
     None where the run had no n-th call."""
     calls, error, lasts = kind
-    out = suite.fresh_folder() if anew else suite.complete_folder(command)
+    out = suite.fresh_folder() if anew else suite.old_folder(command)
+    old = {} if anew else tree.files(out)
     run = suite.run(command, out, environment(suite, out, calls, n, error, lasts), again=not anew)
     if counted(suite)[0] < n:
         return None
     name = error if error == "kill" else errno.errorcode[error]
     where = f"{command.name}{'' if anew else ' over old results'}, {calls} {n} {name}{' lasting' if lasts else ''}"
     killed = error == "kill"
-    faults = suite.references[command.name].faults(command, out, run.code, killed)
+    faults = suite.references[command.name].faults(command, out, run.code, killed, old)
     if not killed and run.code not in (0, 2, 3, 4):
         faults.append(f"exit code {run.code}")
     if run.code != 0 and not killed and running.sentences(run) != 1:
@@ -62,7 +64,7 @@ def check(suite, everything):
         chance = random.Random(f"{suite.seed} {command.name}")
         cases = []
         for anew in (True, False) if everything else (chance.random() < 0.5,):
-            out = suite.fresh_folder() if anew else suite.complete_folder(command)
+            out = suite.fresh_folder() if anew else suite.old_folder(command)
             suite.run(command, out, environment(suite, out, "", 0, 0, False), again=not anew)
             calls = counted(suite)[1]
             cases += [(kind, n, anew) for kind in KINDS for n in range(1, calls[kind[0]] + 1)]
