@@ -7,10 +7,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
 #include <typeinfo>
+#include <utility>
 
 #include "tests/support/twin/child_process.hpp"
 #include "twin/base/errors.hpp"
@@ -48,6 +51,28 @@ fs::path make_work_folder() {
     throw std::runtime_error("no folder can be made in " + root.string());
   return name;
 }
+
+/// Removes the folder when this process and those that it forks are gone, however they end. Returns the file
+/// that keeps the folder alive while anyone has it open; -1 where no process can be started.
+int watch_over(const fs::path& folder) {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return -1;
+  const pid_t watcher = ::fork();
+  if (watcher == 0) {
+    ::setsid();  // Ctrl-C is not for it
+    ::close(ends[1]);
+    char nothing = 0;
+    while (::read(ends[0], &nothing, 1) < 0 && errno == EINTR) {
+    }
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+    ::_exit(0);
+  }
+  ::close(ends[0]);
+  return ends[1];
+}
+
+int work_alive = -1;
 
 fs::path& work() {
   static fs::path folder;
@@ -94,6 +119,7 @@ std::vector<std::string> seeds_of(const Target& target) {
 const fs::path& work_folder() {
   if (work().empty()) {
     work() = make_work_folder();
+    work_alive = watch_over(work());
     for (const fs::path& file : files_in(source() / "tests" / "bad_files" / "good"))
       fs::copy_file(file, work() / file.filename());
     ::mkfifo((work() / "pipe").c_str(), 0600);  // for inputs that name files
@@ -105,6 +131,7 @@ void remove_work_folder() {
   std::error_code ignored;
   if (!work().empty()) fs::remove_all(work(), ignored);
   work().clear();
+  ::close(std::exchange(work_alive, -1));
 }
 
 fs::path put_file(const std::string& name, const std::string& bytes) {
