@@ -4,6 +4,7 @@
 #include <malloc.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <clocale>
 #include <cstdio>
@@ -59,6 +60,8 @@ constexpr const char* kWantLess =
 std::terminate_handler terminate_as_before = nullptr;
 
 [[noreturn]] void end_without_memory() {
+  static std::atomic_flag told;
+  while (told.test_and_set()) ::pause();  // another thread ends the program
   std::fprintf(stderr, "fringetwin: error: %s%s\n", kNotEnough, kWantLess);  // takes no memory
   std::_Exit(static_cast<int>(ExitCode::input));
 }
