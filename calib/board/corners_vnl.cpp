@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/captures/natural_order.hpp"
 #include "twin/image/image_io.hpp"
@@ -34,7 +35,7 @@ std::string at(const std::filesystem::path& file, int line) {
 double number(const std::string& text, const std::filesystem::path& file, int line) {
   const std::optional<double> value = parse_number<double>(text);
   if (!value)
-    throw UserError(ExitCode::input, at(file, line), "\"" + text.substr(0, 40) + "\" is not a number",
+    throw UserError(ExitCode::input, at(file, line), quoted_excerpt(text) + " is not a number",
                     "rows are: filename x y level");
   return *value;
 }

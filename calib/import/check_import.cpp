@@ -11,6 +11,7 @@
 #include "calib/board/corners_vnl.hpp"
 #include "calib/solve/triangulate.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/lens/lens.hpp"
 #include "twin/number/parse_number.hpp"
@@ -53,8 +54,7 @@ Correspondences read_table(const std::filesystem::path& file, std::size_t n_devi
       heading_seen = true;
       continue;
     }
-    if (!bad.empty())
-      throw UserError(ExitCode::input, where, "\"" + bad.substr(0, 40) + "\" is not a number");
+    if (!bad.empty()) throw UserError(ExitCode::input, where, quoted_excerpt(bad) + " is not a number");
     if (n_columns != 2 * n_devices)
       throw UserError(ExitCode::input, where,
                       fmt::format("has {} columns, {} devices have {}", n_columns, n_devices, 2 * n_devices),

@@ -8,6 +8,7 @@
 
 #include "calib/import/imported_rig.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/number/parse_number.hpp"
 
@@ -67,7 +68,7 @@ std::vector<CameraBlock> read_blocks(const std::filesystem::path& file) {
           blocks.back().entries.try_emplace(key, Entry{strip(text.substr(colon + 1)), number});
       if (!is_new)
         throw UserError(ExitCode::input, fmt::format("{}:{}", file.string(), number),
-                        "\"" + key.substr(0, 40) + "\" is given twice");
+                        quoted_excerpt(key) + " is given twice");
       current = &at->second;
     } else if (current != nullptr) {
       current->text += " " + text;
@@ -115,7 +116,7 @@ class BlockReader {
     for (std::string w; words >> w;) {
       const std::optional<double> value = parse_number<double>(w);
       if (!value || !std::isfinite(*value))
-        throw UserError(ExitCode::input, where(key), "\"" + w.substr(0, 40) + "\" is not a finite number");
+        throw UserError(ExitCode::input, where(key), quoted_excerpt(w) + " is not a finite number");
       if (out.push_back(*value); out.size() > n) break;
     }
     if (out.size() > n)
@@ -134,7 +135,7 @@ class BlockReader {
 void read_lens(const BlockReader& block, ImportedDevice& out) {
   if (const std::string model = block.word("camera_model"); model != "pinhole")
     throw UserError(ExitCode::input, block.where("camera_model"),
-                    "\"" + model.substr(0, 40) + "\" has no equal among the lens models of mrcal",
+                    quoted_excerpt(model) + " has no equal among the lens models of mrcal",
                     "calibrate with Kalibr's pinhole-radtan");
   out.intrinsics = block.numbers("intrinsics", 4);
   const std::string model = block.find("distortion_model") ? block.word("distortion_model") : "none";
@@ -144,7 +145,7 @@ void read_lens(const BlockReader& block, ImportedDevice& out) {
   }
   if (model != "radtan" && model != "plumb_bob")
     throw UserError(ExitCode::input, block.where("distortion_model"),
-                    "\"" + model.substr(0, 40) + "\" has no equal among the lens models of mrcal",
+                    quoted_excerpt(model) + " has no equal among the lens models of mrcal",
                     "calibrate with Kalibr's pinhole-radtan");
   const std::size_t n = model == "radtan" ? 4 : 5;
   out.lensmodel = n == 4 ? "LENSMODEL_OPENCV4" : "LENSMODEL_OPENCV5";

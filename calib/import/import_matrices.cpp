@@ -8,6 +8,7 @@
 
 #include "calib/import/imported_rig.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/lens/linear.hpp"
 #include "twin/number/parse_number.hpp"
@@ -35,7 +36,7 @@ Eigen::MatrixXd read_matrix(const std::filesystem::path& file) {
           parse_number<double>(std::string_view(word).substr(word[0] == '+' ? 1 : 0));
       if (!value || !std::isfinite(*value))
         throw UserError(ExitCode::input, fmt::format("{}:{}", file.string(), line_number),
-                        "\"" + word.substr(0, 40) + "\" is not a finite number",
+                        quoted_excerpt(word) + " is not a finite number",
                         "write plain numbers, as numpy.savetxt does");
       if (++n_numbers > kMostNumbers)
         throw UserError(ExitCode::input, fmt::format("{}:{}", file.string(), line_number),

@@ -99,6 +99,14 @@ bool is_utf8(std::string_view text) {
   return true;
 }
 
+std::string quoted_excerpt(std::string_view word) {
+  constexpr std::size_t kShown = 40;
+  std::string quoted = "\"";
+  quoted += word.substr(0, kShown);
+  if (word.size() > kShown) quoted += kGap;
+  return quoted + "\"";
+}
+
 std::string plain_sentence(std::string_view text, std::size_t most) {
   std::string sentence = plain_text(text);
   if (sentence.size() > most) sentence = with_short_words(sentence);

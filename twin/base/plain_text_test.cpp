@@ -57,6 +57,12 @@ TEST(PlainText, CutsSentencesInTheMiddle) {
   EXPECT_EQ(plain_sentence("as it is"), "as it is");
 }
 
+TEST(PlainText, QuotesTheBeginOfAWord) {
+  EXPECT_EQ(quoted_excerpt("x"), "\"x\"");
+  EXPECT_EQ(quoted_excerpt(std::string(40, 'x')), "\"" + std::string(40, 'x') + "\"");
+  EXPECT_EQ(quoted_excerpt(std::string(41, 'x')), "\"" + std::string(40, 'x') + "...\"");
+}
+
 TEST(PlainText, OfLinesKeepsTheirBreaks) {
   EXPECT_EQ(plain_lines("a\033\n\nb\tc\n"), "a?\n\nb c\n");
   EXPECT_EQ(plain_lines(""), "");

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/file/opencv_storage.hpp"
 #include "twin/lens/linear.hpp"
@@ -47,8 +48,7 @@ double to_element(std::string_view word, const std::string& where) {
     if (digits == special) throw UserError(ExitCode::input, where, "has an element that is not finite");
   const std::optional<double> value = parse_number<double>(word.substr(word.starts_with('+') ? 1 : 0));
   if (!value || !std::isfinite(*value))
-    throw UserError(ExitCode::input, where,
-                    "\"" + std::string(word.substr(0, 40)) + "\" is not a finite number",
+    throw UserError(ExitCode::input, where, quoted_excerpt(word) + " is not a finite number",
                     "write plain numbers, not base64");
   return *value;
 }

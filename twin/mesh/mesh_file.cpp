@@ -209,9 +209,4 @@ std::optional<double> mesh_number(std::string_view word) {
   return tiny ? 0.0 : std::numeric_limits<double>::infinity();
 }
 
-std::string mesh_excerpt(std::string_view word) {
-  constexpr std::size_t kShown = 40;
-  return fmt::format("\"{}{}\"", word.substr(0, kShown), word.size() > kShown ? "..." : "");
-}
-
 }  // namespace fringetwin

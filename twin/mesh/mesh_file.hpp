@@ -98,7 +98,4 @@ class MeshText {
 /// Returns the number that a word writes, infinity beyond the range of double; nullopt if it is no number.
 std::optional<double> mesh_number(std::string_view word);
 
-/// Returns a word of a file in quotes for a sentence, its first 40 characters.
-std::string mesh_excerpt(std::string_view word);
-
 }  // namespace fringetwin

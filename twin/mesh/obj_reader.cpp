@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "twin/base/plain_text.hpp"
 #include "twin/mesh/mesh_file.hpp"
 #include "twin/number/parse_number.hpp"
 
@@ -47,7 +48,7 @@ class ObjReader {
 
   [[noreturn]] void refuse_word(std::string_view word, const char* what) {
     mesh_.refuse(
-        fmt::format("has {} where {} is needed, in line {}", mesh_excerpt(word), what, text_.line()));
+        fmt::format("has {} where {} is needed, in line {}", quoted_excerpt(word), what, text_.line()));
   }
 
   void take_vertex() {

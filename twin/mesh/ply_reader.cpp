@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "twin/base/plain_text.hpp"
 #include "twin/mesh/mesh_file.hpp"
 #include "twin/number/parse_number.hpp"
 
@@ -75,7 +76,7 @@ class PlyHeader {
     else if (keyword == "property")
       take_property();
     else if (keyword != "ply" && keyword != "comment" && keyword != "obj_info" && !keyword.empty())
-      refuse_(fmt::format("has a bad PLY header line {}: {}", text_.line(), mesh_excerpt(keyword)));
+      refuse_(fmt::format("has a bad PLY header line {}: {}", text_.line(), quoted_excerpt(keyword)));
     return true;
   }
 
@@ -88,7 +89,7 @@ class PlyHeader {
     else if (name == "binary_big_endian")
       encoding = Encoding::big_endian;
     else if (name != "ascii")
-      refuse_(fmt::format("has the unknown PLY format {}", mesh_excerpt(name)));
+      refuse_(fmt::format("has the unknown PLY format {}", quoted_excerpt(name)));
   }
 
   void take_element() {
@@ -98,10 +99,10 @@ class PlyHeader {
     const auto number = parse_number<std::size_t>(count);
     if (!number)
       refuse_(fmt::format("has a bad PLY header line {}: {} is no count of element {}", text_.line(),
-                          mesh_excerpt(count), mesh_excerpt(element.name)));
+                          quoted_excerpt(count), quoted_excerpt(element.name)));
     // Twice "vertex" would bound the faces' vertices by one and hold those of both.
     if (!element_names_.insert(element.name).second)
-      refuse_(fmt::format("has two elements {} in its PLY header", mesh_excerpt(element.name)));
+      refuse_(fmt::format("has two elements {} in its PLY header", quoted_excerpt(element.name)));
     element.count = *number;
     elements.push_back(element);
     property_names_.clear();
@@ -123,12 +124,12 @@ class PlyHeader {
     property.name = text_.next_word_in_line();
     if (!property.type || property.name.empty() || (list && !property.list_count)) {
       if (element.fault.empty())
-        element.fault = fmt::format("line {}, property {}", text_.line(), mesh_excerpt(property.name));
+        element.fault = fmt::format("line {}, property {}", text_.line(), quoted_excerpt(property.name));
       return;
     }
     if (!property_names_.insert(property.name).second)
       refuse_(fmt::format("has two properties {} in element {} of its PLY header",
-                          mesh_excerpt(property.name), mesh_excerpt(element.name)));
+                          quoted_excerpt(property.name), quoted_excerpt(element.name)));
     element.properties.push_back(property);
   }
 
@@ -198,7 +199,8 @@ class Body {
     const std::string_view word = text_.next_word();
     if (word.empty()) truncated();
     const std::optional<double> number = mesh_number(word);
-    if (!number) refuse_(fmt::format("has {} where a number is needed, in {}", mesh_excerpt(word), place()));
+    if (!number)
+      refuse_(fmt::format("has {} where a number is needed, in {}", quoted_excerpt(word), place()));
     return *number;
   }
 
@@ -239,7 +241,7 @@ void check_announced(const Element& element, const PlyHeader& header, std::uintm
   // The last number of a text needs no blank.
   if (entry > 0 && element.count > (file_bytes - header.body + 1) / entry)
     refuse(fmt::format("is truncated (it announces {} of element {}, the file has {} bytes)", element.count,
-                       mesh_excerpt(element.name), file_bytes));
+                       quoted_excerpt(element.name), file_bytes));
 }
 
 /// Returns the place of a property among the vertex's; -1 without it.

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "twin/base/plain_text.hpp"
 #include "twin/mesh/mesh_file.hpp"
 
 namespace fringetwin {
@@ -74,7 +75,7 @@ class AsciiStl {
       add_facet(&mesh_);
     } else if (word != "facet" && word != "outer" && word != "loop" && word != "endloop") {
       mesh_.refuse(
-          fmt::format("has {} in line {}, which is no word of an STL", mesh_excerpt(word), text_.line()));
+          fmt::format("has {} in line {}, which is no word of an STL", quoted_excerpt(word), text_.line()));
     }
   }
 
@@ -85,7 +86,7 @@ class AsciiStl {
       const std::optional<double> number = mesh_number(word);
       if (!number)
         mesh_.refuse(
-            fmt::format("has {} where a number is needed, in line {}", mesh_excerpt(word), text_.line()));
+            fmt::format("has {} where a number is needed, in line {}", quoted_excerpt(word), text_.line()));
       coordinate = *number;
     }
     mesh_.add_vertex(vertex);
