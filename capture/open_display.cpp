@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <ranges>
-
 #include "capture/display/kms_card.hpp"
 #include "capture/display/kms_display.hpp"
 #include "capture/display/mirror_display.hpp"
@@ -39,9 +37,10 @@ std::unique_ptr<PatternDisplay> open_one(const std::string& name, int width, int
                                          const DisplayFactories& factories) {
   const auto found = factories.find(name.substr(0, name.find_first_of(":@")));
   if (found != factories.end()) return found->second(name, width, height);
+  std::vector<std::string> kinds;
+  for (const auto& kind : factories) kinds.push_back(kind.first);
   throw UserError(ExitCode::usage, "display",
-                  fmt::format("'{}' is none of the kinds of display ({})", name,
-                              fmt::join(std::views::keys(factories), ", ")),
+                  fmt::format("'{}' is none of the kinds of display ({})", name, fmt::join(kinds, ", ")),
                   "write e.g. kms, kms:/dev/dri/card0:HDMI-A-1 or window:1");
 }
 

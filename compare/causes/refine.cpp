@@ -329,7 +329,8 @@ void apply_texture(const Refinement& refinement, const std::vector<CameraImages>
                    const std::vector<int>& images, std::vector<CameraImages>& irradiance) {
   for (std::size_t c = 0; c < refinement.texture.size(); ++c) {
     if (!refinement.texture[c]) continue;
-    const auto [gain_dn, black_level_dn] = *refinement.texture[c];
+    const double gain_dn = refinement.texture[c]->gain_dn,
+                 black_level_dn = refinement.texture[c]->black_level_dn;
     const double saturation_dn = real[c].saturation_dn();
     std::vector<ImageF>& e = irradiance[c].images;
 #pragma omp parallel for schedule(static)

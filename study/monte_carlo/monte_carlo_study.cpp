@@ -136,8 +136,8 @@ std::string monte_carlo_json(const MonteCarloPlan& plan, const MonteCarloResult&
       row["sensitivity"] = Json::array();
       std::vector<std::size_t> order(result.factors.size());
       for (std::size_t f = 0; f < order.size(); ++f) order[f] = f;
-      std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
-        return n.sensitivity.total[a].value > n.sensitivity.total[b].value;
+      std::ranges::stable_sort(order, [&total = n.sensitivity.total](std::size_t a, std::size_t b) {
+        return total[a].value > total[b].value;
       });
       for (const std::size_t f : order)
         row["sensitivity"].push_back({{"factor", result.factors[f]},

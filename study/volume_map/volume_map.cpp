@@ -137,11 +137,11 @@ VolumeMap volume_map(const VolumeMapPlan& plan, const std::vector<PointOutcome>&
     out.positions.push_back(position(plan, places[p], trials));
     out.measured += out.positions.back().n == plan.trials ? 1 : 0;
   }
-  for (const auto& [name, first] : out.positions[0].numbers)
+  for (const auto& first : out.positions[0].numbers)
     if (const auto w = worst(places.size(), plan.trials, [&](std::size_t i) -> const MapNumber& {
-          return out.positions[i].numbers.at(name);
+          return out.positions[i].numbers.at(first.first);
         }))
-      out.worst[name] = *w;
+      out.worst[first.first] = *w;
 
   std::vector<double> largest_mm(plan.trials, places.size() > 1 ? 0.0 : kNan);
   for (std::size_t a = 0; a < places.size(); ++a)

@@ -86,8 +86,9 @@ TEST(Conventions, PhaseOfAPinholePlaneByHand) {
     for (std::size_t p = 0; p < 3; ++p) {
       const double pitch = 13.0 + static_cast<double>(p);
       const double theta = 2 * pi * (column - twin.fringes.directions[0].phase_origin_px[p]) / pitch;
-      const double measured = stepped_phase(
-          4, [&](int n) { return rendered.irradiance[4 * p + static_cast<std::size_t>(n)](x, y); });
+      const double measured = stepped_phase(4, [&, x = x, y = y](int n) {
+        return rendered.irradiance[4 * p + static_cast<std::size_t>(n)](x, y);
+      });
       // the pixel's average weight slopes: its phase effect is (2 pi 0.8/pitch) (dw/dx)/w / 12 = 2e-5 rad
       EXPECT_NEAR(wrap(measured - theta), 0.0, 6e-5) << x << " " << y << " pitch " << pitch;
     }

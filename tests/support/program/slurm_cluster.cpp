@@ -150,7 +150,7 @@ void SlurmCluster::write_configuration() {
   if (user == nullptr || gethostname(host.data(), host.size() - 1) != 0)
     throw std::runtime_error("this user or this machine has no name");
   const std::string name = std::string(host.data()).substr(0, std::string(host.data()).find('.'));
-  const auto [port, node_port] = free_ports();
+  const std::array ports = free_ports();
   const auto text = [&](int controller_port) {
     return fmt::format(R"(ClusterName=test
 SlurmctldHost={0}(127.0.0.1)
@@ -184,9 +184,9 @@ KillWait=5
 NodeName={0} NodeAddr=127.0.0.1 CPUs=2 RealMemory=8000 State=UNKNOWN
 PartitionName=main Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 )",
-                       name, controller_port, node_port, user->pw_name, folder_.string());
+                       name, controller_port, ports[1], user->pw_name, folder_.string());
   };
-  write_file(configuration(), text(port));
+  write_file(configuration(), text(ports[0]));
   write_file(dead_configuration(), text(1) + "MessageTimeout=2\n");
 }
 
