@@ -31,8 +31,9 @@ if(FRINGETWIN_ASAN)
   add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -O1 -g1
     -fno-sanitize=null,alignment,object-size,pointer-overflow,vptr)
   add_link_options(-fsanitize=address,undefined)
-  if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang") # g++'s names of warnings; ccache compares a precompiled header by its content
-    add_compile_options(-Wno-unknown-warning-option "SHELL:-Xclang -fno-pch-timestamp")
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    # g++'s names of warnings; what clang wants alike in all users of a precompiled header; ccache compares that by its content
+    add_compile_options(-Wno-unknown-warning-option -pthread "SHELL:-Xclang -fno-pch-timestamp")
   endif()
 endif()
 if(FRINGETWIN_FUZZ) # for one program, tests/fuzz: others lack what the code then calls
