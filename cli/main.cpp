@@ -13,7 +13,6 @@
 #include <exception>
 #include <filesystem>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -66,20 +65,20 @@ std::terminate_handler terminate_as_before = nullptr;
   std::_Exit(static_cast<int>(ExitCode::input));
 }
 
-/// Returns whose memory, or thread, could not be had ("" where nothing is known of it); nothing for a fault
-/// of any other kind.
-std::optional<std::string> want_of_memory(const std::exception& fault) {
+/// Returns whose memory, or thread, could not be had ("" where nothing is known of it), a text of the fault;
+/// nullptr for a fault of any other kind. Takes no memory.
+const char* want_of_memory(const std::exception& fault) {
   if (const auto* opencv = dynamic_cast<const cv::Exception*>(&fault))
-    return opencv->code == cv::Error::StsNoMem ? std::optional("OpenCV") : std::nullopt;
+    return opencv->code == cv::Error::StsNoMem ? "OpenCV" : nullptr;
   if (const auto* system = dynamic_cast<const std::system_error*>(&fault))  // no thread is "again"
     return system->code() == std::errc::not_enough_memory ||
                    system->code() == std::errc::resource_unavailable_try_again
-               ? std::optional(system->code().message())
-               : std::nullopt;
+               ? system->what()
+               : nullptr;
   if (dynamic_cast<const std::length_error*>(&fault)) return "a size that no memory has";  // a container's
   if (dynamic_cast<const fringetwin::OutOfMemory*>(&fault)) return fault.what();
   if (dynamic_cast<const std::bad_alloc*>(&fault)) return "";
-  return std::nullopt;
+  return nullptr;
 }
 
 /// Memory may also run out on a thread, where nobody could catch it.
@@ -115,8 +114,9 @@ void check_output() {
 }
 
 int report_fault(const std::exception& fault) {
-  if (const auto whose = want_of_memory(fault))
-    return report(kNotEnough + (whose->empty() ? "" : " (" + *whose + ")") + kWantLess, ExitCode::input);
+  if (const char* whose = want_of_memory(fault))
+    return report(kNotEnough + (*whose == '\0' ? "" : " (" + std::string(whose) + ")") + kWantLess,
+                  ExitCode::input);
   if (dynamic_cast<const std::filesystem::filesystem_error*>(&fault))
     return report(std::string(fault.what()) + "; check that the folder exists and can be written",
                   ExitCode::input);

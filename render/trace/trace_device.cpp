@@ -10,6 +10,7 @@
 #include "render/base/specialise.hpp"
 #include "render/scene/pack_scene.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_of_memory.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/time_and_host.hpp"
 
@@ -76,6 +77,7 @@ std::unique_ptr<ComputePipeline> make_kernel(VulkanDevice& device, VkPipelineCac
       return std::make_unique<ComputePipeline>(device, own, types, std::vector<std::uint32_t>{}, kPushBytes,
                                                cache);
     } catch (const UserError&) {  // not what we kept, or nothing that this driver takes
+    } catch (const OutOfMemory&) {  // as some drivers call that
     }
   }
   return std::make_unique<ComputePipeline>(

@@ -150,10 +150,10 @@ def as_shard(place):
 
 def interrupted_capture(program, place):
     """The program's own journal, of the steps until a Ctrl-C."""
-    arguments = ["capture", place.at("twin.toml"), "--camera", "twin:" + place.at("twin.toml")]
+    arguments = ["capture", place.at("twin.toml"), "--camera", "twin:" + place.at("twin.toml"), "--average", "10"]  # a second: time for it
     journal = place.folder / "out/capture.journal"
     with subprocess.Popen([program, *arguments, "--out", place.at("out")], stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as child:
-        until = time.monotonic() + MOST_WAIT
+        until = time.monotonic() + SANITIZED.wait
         while child.poll() is None and time.monotonic() < until and not (journal.exists() and journal.read_bytes().count(b"\n") > 1):
             time.sleep(0.01)
         child.terminate()
@@ -225,7 +225,7 @@ def run(program, arguments, folder, limits):
         arguments = arguments + ["--out", str(folder / "out")]
     script = f'ulimit -c 0; ulimit -v {limits.address_space_kb}; exec "$@"'
     environment = {**os.environ, "FRINGETWIN_CACHE": str(folder / "cache"), "OMP_WAIT_POLICY": "passive"}
-    if folder.name in DEVICE_FIRST:  # the sanitizer loses some bytes of its own where a driver is loaded
+    if folder.name in OWN_FILES:  # the sanitizer loses some bytes of its own where a driver is loaded
         environment["ASAN_OPTIONS"] = "detect_leaks=0"
     with open(folder / "stderr", "wb") as err:
         child = subprocess.Popen(["/bin/sh", "-c", script, "sh", program, *arguments], stdin=subprocess.DEVNULL,
@@ -289,7 +289,8 @@ def check(program, good, limits, reader, bad):
 def check_own_file(program, good, limits, reader):
     """What is wrong with the way the program takes a file of its own."""
     with tempfile.TemporaryDirectory(prefix="fringetwin-good-") as scratch:
-        folder = pathlib.Path(scratch)
+        folder = pathlib.Path(scratch) / reader
+        folder.mkdir()
         arguments, said = OWN_FILES[reader](program, Place(folder, good, None))
         code, text, _, _ = run(program, arguments, folder, limits)
         log = folder / "shard-0.attempt-0.jsonl"

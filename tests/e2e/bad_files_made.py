@@ -427,7 +427,7 @@ def own_large_meshes():
                 Bad("4_GiB_without_z", begins(b"ply\nformat ascii 1.0\n" + vertices + b"end_header\n")),
                 Bad("4_GiB_without_an_end_of_header", begins(b"ply\nformat ascii 1.0\n" + vertices))],
         "stl": [Bad("4_GiB_binary_of_3_facets", begins(bytes(80) + b"\3\0\0\0")), Bad("4_GiB_ascii_without_a_facet", begins(b"solid x\n"))],
-        "obj": [text("spirals_of_1990_corners", lambda: spirals(100, 1990))],
+        "obj": [Bad("4_GiB_of_zeros_behind_a_vertex", begins(b"v 0 0 0\n")), text("spirals_of_1990_corners", lambda: spirals(100, 1990))],
     }
 
 

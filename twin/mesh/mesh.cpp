@@ -33,11 +33,17 @@ struct Format {
   RawMesh (*read)(const fs::path& file, const std::string& bytes);
 };
 
+/// An OBJ has no header; but it is text.
+void check_obj_start(const fs::path& file, const MeshStart& start) {
+  if (start.bytes.find('\0') != std::string::npos)
+    throw UserError(ExitCode::input, file.string(), "is no OBJ (it has a byte 0 near its begin)");
+}
+
 Format format_of(const fs::path& file, const std::string& start) {
   if (start.starts_with("ply\n") || start.starts_with("ply\r")) return {check_ply_header, read_ply};
   const std::string extension = lower_extension(file);
   if (extension == ".stl") return {check_stl_header, read_stl};
-  if (extension == ".obj") return {[](const fs::path&, const MeshStart&) {}, read_obj};  // it has none
+  if (extension == ".obj") return {check_obj_start, read_obj};
   throw UserError(ExitCode::input, file.string(), "is no mesh of a known format",
                   "PLY, STL and OBJ are read");
 }
@@ -50,11 +56,13 @@ RawMesh read_raw(const fs::path& file) {
   start.file_bytes -= drop_byte_order_mark(&start.bytes);
   const Format format = format_of(file, start.bytes);
   format.check_header(file, start);
-  if (start.bytes.size() == start.file_bytes) return format.read(file, start.bytes);
-  start = {};
-  std::string bytes = read_whole_text(file, use);
-  drop_byte_order_mark(&bytes);
-  return format.read(file, bytes);
+  if (start.bytes.size() < start.file_bytes) {
+    start.bytes = read_whole_text(file, use);
+    drop_byte_order_mark(&start.bytes);
+    start.file_bytes = start.bytes.size();
+    format.check_header(file, start);  // another program may have written it since
+  }
+  return format.read(file, start.bytes);
 }
 
 /// Returns the vertex as float mm. What is finite in the file may not be after scaling and rounding; and
