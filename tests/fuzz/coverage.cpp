@@ -6,6 +6,12 @@
 #include <cstdint>
 #include <cstring>
 
+#ifdef __clang__
+#define FRINGETWIN_UNWATCHED __attribute__((no_sanitize("address", "undefined", "coverage")))
+#else
+#define FRINGETWIN_UNWATCHED __attribute__((no_sanitize("address", "undefined"), no_sanitize_coverage))
+#endif
+
 namespace fringetwin::fuzz {
 namespace {
 
@@ -29,7 +35,7 @@ bool found_new_code() {
 
 namespace {
 /// Called millions of times a second, by code that is being watched: no call from here.
-[[gnu::no_sanitize("address", "undefined"), gnu::no_sanitize_coverage]] inline void mark(const void* place) {
+FRINGETWIN_UNWATCHED inline void mark(const void* place) {
   const auto hash = reinterpret_cast<std::uintptr_t>(place) * 0x9e3779b97f4a7c15u;
   reinterpret_cast<unsigned char*>(ran.data())[hash >> 48] = 1;
 }
@@ -37,6 +43,5 @@ namespace {
 
 }  // namespace fringetwin::fuzz
 
-extern "C" void __sanitizer_cov_trace_pc()
-    __attribute__((no_sanitize("address", "undefined"), no_sanitize_coverage));
+extern "C" void __sanitizer_cov_trace_pc() FRINGETWIN_UNWATCHED;
 extern "C" void __sanitizer_cov_trace_pc() { fringetwin::fuzz::mark(__builtin_return_address(0)); }
