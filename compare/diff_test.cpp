@@ -125,7 +125,7 @@ std::filesystem::path write_full_result(const std::string& name, double number) 
   report::Json json = {{"schema", "fringetwin-result/1"}, {"verdict", "pass"}};
   for (const Table& table : tables()) {
     const report::Json row = example_row(table.fields(), number);
-    json[table.key] = table.is_list ? report::Json{row} : row;
+    json[table.key] = table.is_list ? report::Json::array({row}) : row;
   }
   const auto file = std::filesystem::temp_directory_path() / ("fringetwin_diff_" + name + ".json");
   std::ofstream(file) << json;
