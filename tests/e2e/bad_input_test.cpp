@@ -224,7 +224,7 @@ TEST(NoDevice, LittleAddressSpaceIsASentence) {
   for (const int mb : {300, 400, 500, 600, 700, 800}) {
     const auto run =
         testing::run("ulimit -c 0; ulimit -v " + std::to_string(mb << 10) + "; OMP_NUM_THREADS=2 " + render);
-    EXPECT_EQ(WEXITSTATUS(run.status), 4) << mb << ": " << run.output;
+    EXPECT_EQ(WEXITSTATUS(run.status), 3) << mb << ": " << run.output;
     EXPECT_THAT(run.output, HasSubstr("fringetwin: error: "));
   }
   EXPECT_FALSE(fs::exists(dir / "out" / "capture.toml"));
