@@ -76,7 +76,7 @@ std::unique_ptr<ComputePipeline> make_kernel(VulkanDevice& device, VkPipelineCac
     try {
       return std::make_unique<ComputePipeline>(device, own, types, std::vector<std::uint32_t>{}, kPushBytes,
                                                cache);
-    } catch (const UserError&) {  // not what we kept, or nothing that this driver takes
+    } catch (const UserError&) {    // not what we kept, or nothing that this driver takes
     } catch (const OutOfMemory&) {  // as some drivers call that
     }
   }
