@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/out_of_memory.hpp"
 
 namespace fringetwin::render::vulkan_device_test {
 namespace {
@@ -86,7 +87,7 @@ TEST_F(VulkanDeviceTest, AFailedBufferLeavesNothingBehind) {
     const AddressLimit limit(64 << 20);
     try {
       const Buffer buffer(device, std::size_t{1} << 30, VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
-    } catch (const UserError&) {
+    } catch (const OutOfMemory&) {
       failed = true;
     }
   } catch (const UserError& e) {
