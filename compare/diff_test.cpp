@@ -114,7 +114,7 @@ report::Json example(const Field& field, double number) {
     case Kind::matrix:
       return {{number}};
     case Kind::rows:
-      return {example_row(field.rows(), number)};
+      return report::Json::array({example_row(field.rows(), number)});
     default:
       return number;
   }
