@@ -21,7 +21,7 @@ std::vector<PointOutcome> stored(const StudyStore& store, const PointSequence& p
 KeptPoints::Planned KeptPoints::plan(const PointSequence& points) {
   store_.add(points);
   Planned out{plan_traces(task_.twin, points), {}};
-  for (const StudyPoint& point : points) out.done.insert(point.id);
+  for (const PlannedPoint& planned : out.points) out.done.insert(planned.point.id);
   for (const StudyPoint& point : store_.pending()) out.done.erase(point.id);
   return out;
 }
