@@ -10,8 +10,7 @@ import shutil
 
 GOOD = {"twin": "twin.toml", "capture_set": "capture.toml", "study": "study.toml", "cameramodel": "left.cameramodel",
         "opencv": "calibration.yml", "kalibr": "camchain.yaml", "matrices": "K.txt", "corners": "corners.vnl",
-        "ply": "part.ply",
-        "obj": "part.obj", "stl": "part.stl", "result_json": "result.json", "calibration_json": "calibration.json"}
+        "ply": "part.ply", "obj": "part.obj", "stl": "part.stl", "result_json": "result.json", "calibration_json": "calibration.json"}
 DEEP = 100_000
 SPHERE = 'shape = "sphere"\ncenter_mm = [0, 0, 270]\nradius_mm = 19'  # of the good twin
 
