@@ -12,7 +12,7 @@
 
 #include "twin/base/errors.hpp"
 #include "twin/base/safe_file.hpp"
-#include "twin/file/json_bounds.hpp"
+#include "twin/file/json_values.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::capture {
@@ -42,22 +42,24 @@ Json to_json(const StepRecord& record) {
 
 StepRecord from_json(const Json& json) {
   StepRecord record;
-  json.at("step").get_to(record.step);
+  record.step = whole_number<int>(json.at("step"));
   json.at("pattern").get_to(record.pattern);
   const Json& shown = json.at("shown");
-  record.shown = {shown.at(0).get<TimeNs>(), shown.at(1).get<std::uint64_t>(), shown.at(2).get<bool>()};
+  record.shown = {whole_number<TimeNs>(shown.at(0)), whole_number<std::uint64_t>(shown.at(1)),
+                  shown.at(2).get<bool>()};
   json.at("sha256").get_to(record.sha256);
   for (const Json& f : json.at("frames"))
-    record.frames.push_back({f.at(0).get<std::string>(),
-                             f.at(1).get<std::uint32_t>(),
-                             f.at(2).get<TimeNs>(),
-                             f.at(3).get<std::uint32_t>(),
-                             f.at(4).get<std::string>(),
-                             {f.at(5).get<TimeNs>(), f.at(6).get<std::uint64_t>(), f.at(7).get<bool>()}});
-  json.at("lost").get_to(record.lost_frames);
-  json.at("repeated").get_to(record.repeated_frames);
-  json.at("corrupt").get_to(record.corrupt_frames);
-  json.at("attempts").get_to(record.attempts);
+    record.frames.push_back(
+        {f.at(0).get<std::string>(),
+         whole_number<std::uint32_t>(f.at(1)),
+         whole_number<TimeNs>(f.at(2)),
+         whole_number<std::uint32_t>(f.at(3)),
+         f.at(4).get<std::string>(),
+         {whole_number<TimeNs>(f.at(5)), whole_number<std::uint64_t>(f.at(6)), f.at(7).get<bool>()}});
+  record.lost_frames = whole_number<std::uint32_t>(json.at("lost"));
+  record.repeated_frames = whole_number<int>(json.at("repeated"));
+  record.corrupt_frames = whole_number<int>(json.at("corrupt"));
+  record.attempts = whole_number<int>(json.at("attempts"));
   json.at("skew_ms").get_to(record.skew_ms);
   return record;
 }
@@ -114,17 +116,18 @@ Journal Journal::resume(const fs::path& dir, const std::map<std::string, std::st
   std::uintmax_t good_bytes = 0;
   for (int number = 1; std::getline(stream, line); ++number) {
     const bool whole = !stream.eof();  // else there was no newline at its end
-    if (!json_excess(line).empty()) damaged(journal.file_, number);
-    const Json json = Json::parse(line, nullptr, false);
     if (!whole && number > 1) break;
     try {
+      const Json json = parse_json<Json>(line);
       if (number == 1) {
-        if (!whole || json.is_discarded() || json.at("schema") != kJournalSchema) damaged(journal.file_, 1);
+        if (!whole || json.at("schema") != kJournalSchema) damaged(journal.file_, 1);
         check_identity(journal.file_, json, identity);
       } else {
         journal.records_.push_back(from_json(json));
       }
     } catch (const Json::exception&) {
+      damaged(journal.file_, number);
+    } catch (const std::out_of_range&) {
       damaged(journal.file_, number);
     }
     good_bytes += line.size() + 1;
@@ -139,12 +142,12 @@ std::map<std::string, std::string> Journal::identity(const fs::path& dir) {
   if (std::error_code error; !fs::exists(file, error)) return {};
   const std::string text = read_whole_text(file, kJournalUse);
   if (text.empty()) return {};
-  const std::string header = text.substr(0, text.find('\n'));
-  if (!json_excess(header).empty()) damaged(file, 1);
   try {
-    const Json json = Json::parse(header);
-    return json.at("identity").get<std::map<std::string, std::string>>();
+    const Json header = parse_json<Json>(text.substr(0, text.find('\n')));
+    return header.at("identity").get<std::map<std::string, std::string>>();
   } catch (const Json::exception&) {
+    damaged(file, 1);
+  } catch (const std::out_of_range&) {
     damaged(file, 1);
   }
 }

@@ -32,7 +32,8 @@ TEST_F(JournalFile, WhatIsDamagedIsNamedWithItsLine) {
       Journal::resume(folder_.path(), {{"a", "b"}});
     });
   }
-  for (const char* line : {"{}\n", "[1]\n", "{\"step\": \"one\"}\n", "{\"step\": 1e999}\n"}) {
+  for (const char* line :
+       {"{}\n", "[1]\n", "{\"step\": \"one\"}\n", "{\"step\": 1e999}\n", "{\"step\": 3.5e38}\n"}) {
     folder_.write(kJournalName, head_ + line);
     expect_user_error(ExitCode::input, "capture.journal:2: is damaged", [&] {
       Journal::resume(folder_.path(), {{"a", "b"}});

@@ -14,6 +14,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/not_copyable.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/file/json_values.hpp"
 
 namespace fringetwin::study {
 namespace {
@@ -59,7 +60,7 @@ std::string task_line(const PointTask& task, const std::string& device) {
 }
 
 WorkerTask parse_task(const std::string& line) {
-  const Json json = Json::parse(line);
+  const Json json = parse_json<Json>(line);
   WorkerTask t{{json.at("twin").get<std::string>(), {}, json.at("virtual_rig"), json.at("calibration")},
                json.at("device")};
   for (const Json& r : json.at("records")) t.task.records.push_back({r.at(0), r.at(1)});
@@ -81,9 +82,10 @@ std::string point_line(const PlannedPoint& p) {
 }
 
 PlannedPoint parse_point(const std::string& line) {
-  const Json json = Json::parse(line);
-  PlannedPoint p{.point = {json.at("id"), json.at("settings").get<Settings>(), json.at("seed")},
-                 .group = json.at("group"),
+  const Json json = parse_json<Json>(line);
+  PlannedPoint p{.point = {whole_number<std::int64_t>(json.at("id")), json.at("settings").get<Settings>(),
+                           whole_number<std::uint64_t>(json.at("seed"))},
+                 .group = whole_number<std::size_t>(json.at("group")),
                  .keys = {json.at("trace"), json.at("form")}};
   for (const Json& s : json.at("sensors"))
     p.demand.sensors.push_back({static_cast<int>(within(s.at(0), 8, 16)), within(s.at(1), 1e-9, 1e9)});
@@ -102,7 +104,9 @@ std::string outcome_line(const PointOutcome& o) {
 }
 
 PointOutcome outcome_of(const Json& line) {
-  PointOutcome out{.id = line.at("id"), .failed = line.at("failed"), .reason = line.at("reason")};
+  PointOutcome out{.id = whole_number<std::int64_t>(line.at("id")),
+                   .failed = line.at("failed"),
+                   .reason = line.at("reason")};
   for (const auto& item : line.at("numbers").items())
     out.numbers[item.key()] = item.value().is_null() ? kNaN : item.value().get<double>();
   out.seconds = line.at("seconds");
@@ -111,14 +115,14 @@ PointOutcome outcome_of(const Json& line) {
 }
 
 WorkerAnswer parse_answer(const std::string& line) {
-  const Json json = Json::parse(line);
+  const Json json = parse_json<Json>(line);
   WorkerAnswer a;
   if (json.contains("ready")) {
     a.text = json["ready"];
   } else if (json.contains("unfit")) {
     a.kind = WorkerAnswer::Kind::unfit;
     a.text = json["unfit"];
-    a.exit_code = json.at("code");
+    a.exit_code = whole_number<int>(json.at("code"));
   } else {
     a.kind = WorkerAnswer::Kind::outcome;
     a.outcome = outcome_of(json);

@@ -15,7 +15,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/base/time_and_host.hpp"
-#include "twin/file/json_bounds.hpp"
+#include "twin/file/json_values.hpp"
 
 namespace fringetwin::study {
 namespace fs = std::filesystem;
@@ -99,16 +99,16 @@ void AttemptReader::read(const fs::path& path, File* file, AttemptNews* news) {
             fmt::format("{}:{}: is no line that a task writes; it is left out", path.string(), file->lines));
     };
     try {
-      if (!json_excess(line).empty()) throw std::out_of_range("a line that a task writes");
-      const report::Json json = report::Json::parse(line);
+      const auto json = parse_json<report::Json>(line);
       if (json.contains("attempt")) {
-        file->head = {json["attempt"], json.at("host"), json.at("version"), json.at("restart")};
+        file->head = {json["attempt"], json.at("host"), json.at("version"),
+                      whole_number<int>(json.at("restart"))};
       } else if (json.contains("begun")) {
-        file->in_progress.insert(json["begun"].get<std::int64_t>());
+        file->in_progress.insert(whole_number<std::int64_t>(json["begun"]));
       } else if (json.contains("warning")) {
         news->warnings.push_back(json["warning"]);
       } else if (json.contains("unfit")) {
-        const int code = json.at("code");
+        const int code = whole_number<int>(json.at("code"));
         if (code < 1 || code > kLastExitCode) throw std::out_of_range("an exit code");
         news->unfit = {file->head.host, json["unfit"], code};
       } else {

@@ -10,7 +10,6 @@
 #include <stdexcept>
 
 #include "twin/base/safe_file.hpp"
-#include "twin/file/json_bounds.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::study {
@@ -88,7 +87,6 @@ Shard read_shard(const fs::path& folder, std::size_t index) {
     Shard shard;
     for (std::string line; std::getline(in, line);) {
       ++n;
-      if (!json_excess(line).empty()) throw std::out_of_range("a line of a shard");
       if (n == 1)
         shard.task = parse_task(line);
       else

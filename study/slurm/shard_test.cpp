@@ -132,7 +132,10 @@ TEST(Shards, OfStrangersAreRefused) {
                                with("[12,0.1]", "[12,1e999]"),
                                with("[12,0.1]", "[12]"),
                                with("\"mean\":0.5", "\"mean\":1e300"),
-                               with("\"seed\":0", "\"seed\":\"0\"")};
+                               with("\"seed\":0", "\"seed\":\"0\""),
+                               with("\"seed\":0", "\"seed\":1e38"),
+                               with("\"id\":0", "\"id\":0.5"),
+                               with("\"group\":0", "\"group\":-1")};
   for (const std::string& text : texts) {
     folder.write("shard-0.jsonl", text);
     try {
@@ -218,6 +221,8 @@ TEST(Attempts, OfStrangersAreLeftOut) {
       "\n"
       R"({"id": 1, "failed": false, "reason": "", "numbers": {"r": 1e999}, "seconds": 1, "traced": true})"
       "\n";
+  lines +=
+      "{\"begun\": 3.5e38}\n{\"attempt\": \"1\", \"host\": \"\", \"version\": \"\", \"restart\": 1e99}\n";
   lines += "{\"warning\": " + std::string(100'000, '[') + "\n";
   for (int i = 0; i < 1000; ++i) lines += "[[[\n";
   folder.write("shard-0.attempt-0.jsonl", lines);

@@ -12,7 +12,7 @@
 #include "report/json.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/base/time_and_host.hpp"
-#include "twin/file/json_bounds.hpp"
+#include "twin/file/json_values.hpp"
 #include "twin/image/image_io.hpp"
 #include "twin/number/parse_number.hpp"
 
@@ -32,15 +32,15 @@ auto from_json(const fs::path& file, const std::string& hint, const Take& take)
     -> std::optional<decltype(take(report::Json()))> {
   std::error_code error;
   if (!fs::exists(file, error)) return std::nullopt;
+  const std::string text = read_whole_text(file, {.what = "file of a Slurm job"});
+  std::string why;
   try {
-    const std::string text = read_whole_text(file, {.what = "file of a Slurm job"});
-    if (const std::string excess = json_excess(text); !excess.empty())
-      throw UserError(ExitCode::input, file.string(), excess, hint);
-    return take(report::Json::parse(text));
+    return take(parse_json<report::Json>(text));
   } catch (const report::Json::exception&) {
-  } catch (const std::out_of_range&) {
+  } catch (const std::out_of_range& excess) {
+    why = fmt::format(" ({})", excess.what());
   }
-  throw UserError(ExitCode::input, file.string(), "is damaged", hint);
+  throw UserError(ExitCode::input, file.string(), "is damaged" + why, hint);
 }
 
 /// Returns whether a point can have caused a task to end in this state of Slurm. NODE_FAIL, PREEMPTED,
@@ -87,7 +87,7 @@ SlurmRound SlurmRound::read(const fs::path& folder) {
         if (!end.contains("tasks")) return round;
         for (const auto& [key, state] : end["tasks"].get_ref<const report::Json::object_t&>()) {
           const auto task = parse_number<std::size_t>(key);
-          if (!task) throw std::out_of_range("a task's number");
+          if (!task) throw std::out_of_range("a task has no number");
           round.states[*task] = state;
         }
         return round;

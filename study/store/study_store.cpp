@@ -12,7 +12,7 @@
 #include "twin/base/constants.hpp"
 #include "twin/base/sha256.hpp"
 #include "twin/base/time_and_host.hpp"
-#include "twin/file/json_bounds.hpp"
+#include "twin/file/json_values.hpp"
 
 namespace fringetwin::study {
 namespace fs = std::filesystem;
@@ -51,10 +51,10 @@ struct Finish {
                                       results, seconds, traced, version, host, finished_at))
         .substr(0, kDigits);
   }
-  /// Throws Json::exception.
+  /// Throws Json::exception and std::out_of_range.
   PointOutcome outcome() const {
     PointOutcome out{.id = id, .failed = status == "failed", .reason = reason};
-    const Json numbers = Json::parse(results);
+    const auto numbers = parse_json<Json>(results);
     for (const auto& [name, value] : numbers.get_ref<const Json::object_t&>())
       out.numbers[name] = value.is_null() ? kNaN : value.get<double>();
     out.seconds = seconds;
@@ -213,13 +213,14 @@ std::vector<StoredPoint> StudyStore::rows(std::int64_t first_id, std::int64_t la
     const auto refuse_row = [&] { impl_->database.refuse_damage(fmt::format("row {} is damaged", row.id)); };
     if (row.status != "pending" && select.text(11) != row.digest(impl_->digest)) refuse_row();
     const std::string settings = select.text(1);
-    if (!json_excess(settings).empty() || !json_excess(row.results).empty()) refuse_row();
     StoredPoint& out = rows.emplace_back();
     try {
-      out.point = {row.id, Json::parse(settings).get<Settings>(),
+      out.point = {row.id, parse_json<Json>(settings).get<Settings>(),
                    static_cast<std::uint64_t>(select.integer(2))};
       if (row.status != "pending") out.outcome = row.outcome();
     } catch (const Json::exception&) {
+      refuse_row();
+    } catch (const std::out_of_range&) {
       refuse_row();
     }
     out.status = status_of(row.status);

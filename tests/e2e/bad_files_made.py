@@ -472,18 +472,38 @@ def own_calibration_json():
     ]
 
 
+def journal_line(step="0", at="1", lost="0"):
+    """A finished step as the program writes it, but for the numbers given."""
+    return (f'{{"attempts":1,"corrupt":0,"frames":[],"lost":{lost},"pattern":"p","repeated":0,"sha256":{{}},"shown":[{at},1,true],'
+            f'"skew_ms":0.0,"step":{step}}}\n')
+
+
 def own_journal():
     head = '{"identity":{},"schema":"fringetwin-capture-journal/1"}\n'
     return [text("not_json", "journal\n"), text("a_list", "[]\n"),
         text("identity_of_numbers", head.replace("{}", '{"a":1}')), text("identity_a_list", head.replace("{}", "[]")),
             text("schema_missing", '{"identity":{}}\n'), text("line_of_nothing", head + "\n\n"),
             text("step_1e999", head + '{"step":1e999}\n'),
+            text("step_35e37", head + journal_line(step="3.5e+38")), text("step_of_a_half", head + journal_line(step="0.5")),
+            text("lost_1e38", head + journal_line(lost="1e38")), text("shown_at_18446744073709551615", head + journal_line(at="18446744073709551615")),
             text("nested_100000", head + "[" * DEEP + "\n")]
+
+
+SHARD_TASK = '{"twin":"twin.toml","device":"","records":[],"virtual_rig":false,"calibration":false}\n'
+
+
+def shard_point(id="0", seed="0", group="0"):
+    """A point of a share as the program writes it, but for the numbers given."""
+    return (f'{{"id":{id},"settings":{{}},"seed":{seed},"group":{group},"trace":"t","form":"f","sensors":[[8,100]],"mean":0.5,'
+            '"amplitude":0.5}\n')
 
 
 def own_shard():
     return [text("not_json", "shard\n"), text("task_a_list", "[]\n"), text("task_empty", "{}\n"),
-        text("nested_100000", "[" * DEEP + "\n"), text("task_a_number", "1e999\n")]
+        text("nested_100000", "[" * DEEP + "\n"), text("task_a_number", "1e999\n"),
+        text("id_1e38", SHARD_TASK + shard_point(id="1e38")), text("id_of_a_half", SHARD_TASK + shard_point(id="0.5")),
+        text("seed_below_0", SHARD_TASK + shard_point(seed="-1")), text("seed_1e19", SHARD_TASK + shard_point(seed="1e19")),
+        text("group_1e308", SHARD_TASK + shard_point(group="1e308"))]
 
 
 OWN = {"twin": own_twin, "capture_set": own_capture_set, "study": own_study, "cameramodel": own_cameramodel,
