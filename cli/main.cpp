@@ -65,20 +65,11 @@ std::terminate_handler terminate_as_before = nullptr;
   std::_Exit(static_cast<int>(ExitCode::input));
 }
 
-/// Returns whose memory, or thread, could not be had ("" where nothing is known of it), a text of the fault;
-/// nullptr for a fault of any other kind. Takes no memory.
+/// The same as fringetwin::want_of_memory, which knows no OpenCV.
 const char* want_of_memory(const std::exception& fault) {
   if (const auto* opencv = dynamic_cast<const cv::Exception*>(&fault))
     return opencv->code == cv::Error::StsNoMem ? "OpenCV" : nullptr;
-  if (const auto* system = dynamic_cast<const std::system_error*>(&fault))  // no thread is "again"
-    return system->code() == std::errc::not_enough_memory ||
-                   system->code() == std::errc::resource_unavailable_try_again
-               ? system->what()
-               : nullptr;
-  if (dynamic_cast<const std::length_error*>(&fault)) return "a size that no memory has";  // a container's
-  if (dynamic_cast<const fringetwin::OutOfMemory*>(&fault)) return fault.what();
-  if (dynamic_cast<const std::bad_alloc*>(&fault)) return "";
-  return nullptr;
+  return fringetwin::want_of_memory(fault);
 }
 
 /// Memory may also run out on a thread, where nobody could catch it.

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <new>
 #include <opencv2/aruco/charuco.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/out_of_memory.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/statistics.hpp"
 
@@ -183,7 +183,7 @@ std::optional<std::vector<Corner>> find_board(const ImageF& image, const BoardPa
   }
   return std::nullopt;
 } catch (const cv::Exception& fault) {
-  if (fault.code == cv::Error::StsNoMem) throw std::bad_alloc();
+  if (fault.code == cv::Error::StsNoMem) throw OutOfMemory("OpenCV");
   return std::nullopt;  // the image is smaller than a window of the detector
 }
 

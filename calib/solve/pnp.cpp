@@ -3,6 +3,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "calib/solve/seed.hpp"
+#include "twin/base/out_of_memory.hpp"
 
 namespace fringetwin::calib {
 
@@ -52,7 +53,7 @@ std::optional<BoardPose> board_pose(const Board& board, const std::vector<Corner
     cv::solvePnPGeneric(on_board, seen, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), r, t, false,
                         cv::SOLVEPNP_IPPE);
   } catch (const cv::Exception& fault) {  // corners on one line
-    if (fault.code == cv::Error::StsNoMem) throw std::bad_alloc();
+    if (fault.code == cv::Error::StsNoMem) throw OutOfMemory("OpenCV");
     return std::nullopt;
   }
   std::optional<BoardPose> best;

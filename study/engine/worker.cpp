@@ -13,6 +13,7 @@
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/not_copyable.hpp"
+#include "twin/base/out_of_memory.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/file/json_values.hpp"
 
@@ -148,10 +149,13 @@ int run_worker() {
   } catch (const UserError& e) {
     answers.send(json_line({{"unfit", e.what()}, {"code", static_cast<int>(e.code())}}));
     return static_cast<int>(e.code());
-  } catch (const std::bad_alloc& e) {
+  } catch (const std::exception& e) {
+    const char* whose = want_of_memory(e);
+    if (!whose) throw;
     constexpr int kCode = static_cast<int>(ExitCode::input);
-    answers.send(json_line(
-        {{"unfit", std::string("not enough memory for a worker (") + e.what() + ")"}, {"code", kCode}}));
+    const std::string sentence =
+        std::string("not enough memory for a worker") + (*whose ? " (" + std::string(whose) + ")" : "");
+    answers.send(json_line({{"unfit", sentence}, {"code", kCode}}));
     return kCode;
   }
   return static_cast<int>(ExitCode::ok);

@@ -154,8 +154,12 @@ class SlurmRun {
     const AttemptNews news = batch_.read();
     for (const PointOutcome& outcome : news.outcomes)
       if (left_.contains(outcome.id)) finish(outcome);
-    for (const std::string& text : news.warnings)
-      if (warnings_.size() < kMostSlurmWarnings && warnings_.insert(text).second) warn(text);
+    for (const std::string& text : news.warnings) {
+      if (warnings_.size() == kMostSlurmWarnings || !warnings_.insert(text).second) continue;
+      warn(text);
+      if (warnings_.size() == kMostSlurmWarnings)
+        warn("what else the tasks' files are warned of is not shown");
+    }
     if (news.unfit && watching_)
       throw UserError(static_cast<ExitCode>(news.unfit->exit_code), "node " + news.unfit->host,
                       news.unfit->sentence);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <exception>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -16,5 +17,9 @@ class OutOfMemory : public std::bad_alloc {
  private:
   std::runtime_error text_;  // whose copies never throw
 };
+
+/// Returns whose memory, or thread, could not be had ("" where nothing is known of it), a text of the fault;
+/// nullptr for a fault of any other kind. Takes no memory.
+const char* want_of_memory(const std::exception& fault);
 
 }  // namespace fringetwin

@@ -19,7 +19,8 @@ TEST(JsonValues, WholeNumbersOfTheTypesEndsAreRead) {
 }
 
 TEST(JsonValues, ANumberBeyondItsTypeOrWithAFractionIsRefused) {
-  for (const char* text : {"2147483648", "-2147483649", "18446744073709551616", "3.5e38", "1e2", "2.0", "-0.5"})
+  for (const char* text :
+       {"2147483648", "-2147483649", "18446744073709551616", "3.5e38", "1e2", "2.0", "-0.5"})
     EXPECT_THROW(whole_number<int>(Json::parse(text)), std::out_of_range) << text;
   EXPECT_THROW(whole_number<std::uint32_t>(Json::parse("-1")), std::out_of_range);
   EXPECT_THROW(whole_number<std::uint64_t>(Json::parse("1e19")), std::out_of_range);
