@@ -147,8 +147,19 @@ class StepNoise {
       sine[i] = solver.basis_sin(static_cast<int>(i));
     }
     contrasts_ = complement({ones, cosine, sine}, n_);
+    for (const std::vector<double>& contrast : contrasts_) {
+      levels_.push_back({1.0});
+      for (std::size_t k = 0; k < n_; ++k) {
+        levels_.back().c += contrast[k] * contrast[k] * cosine[k];
+        levels_.back().s += contrast[k] * contrast[k] * sine[k];
+      }
+    }
   }
   std::size_t contrasts() const { return contrasts_.size(); }
+  /// Returns the level whose noise contrast j has, from the fit to the same pixels.
+  double level(std::size_t j, const PixelFit& f) const {
+    return f.mean + levels_[j].c * f.c + levels_[j].s * f.s;
+  }
 
   PixelFit fit(std::size_t i) const {
     PixelFit f;
@@ -197,6 +208,7 @@ class StepNoise {
   double saturation_dn_;
   std::size_t n_;
   std::vector<std::vector<double>> contrasts_;
+  std::vector<PixelFit> levels_;  ///< of each contrast: its shares of mean, cosine and sine
 };
 
 }  // namespace
@@ -229,10 +241,11 @@ void add_step_noise(const std::vector<const ImageF*>& steps, const measure::Step
                                          wave_unit * std::abs(a.c - 2.0 * b.c + c.c),
                                          wave_unit * std::abs(a.s - 2.0 * b.s + c.s)});
       noise.residuals(before, at, after, e.data());
-      const auto level = static_cast<float>((a.mean + 4.0 * b.mean + c.mean) / 6.0);
+      const PixelFit all{(a.mean + 4.0 * b.mean + c.mean) / 6.0, (a.c + 4.0 * b.c + c.c) / 6.0,
+                         (a.s + 4.0 * b.s + c.s) / 6.0};
       for (std::size_t j = 0; j < noise.contrasts(); ++j)
-        samples.push_back({level, static_cast<float>(e[j]), static_cast<float>(roughness),
-                           block_of(x, y, w, h), static_cast<std::uint16_t>(x),
+        samples.push_back({static_cast<float>(noise.level(j, all)), static_cast<float>(e[j]),
+                           static_cast<float>(roughness), block_of(x, y, w, h), static_cast<std::uint16_t>(x),
                            static_cast<std::uint16_t>(y)});
     }
 }
@@ -307,18 +320,21 @@ class MeanNoise {
 
 void add_mean_noise(const std::vector<std::vector<const ImageF*>>& pitches, const measure::StepSolver& solver,
                     Axis axis, double saturation_dn, std::size_t max_samples,
-                    std::vector<NoiseSample>& samples) {
+                    std::vector<NoiseSample>& samples, const ImageU8* among) {
   if (pitches.empty() || pitches.front().empty()) return;
   for (const auto& steps : pitches) check_sizes(steps);
   MeanNoise noise(pitches, solver, saturation_dn);
   const ImageF& size = *pitches.front().front();
   // as in add_step_noise(): along the stripes, every second triple
   const int dx = axis == Axis::x ? 0 : 1, dy = 1 - dx, rx = 2 * dx, ry = 2 * dy;
-  const int stride = stride_for(size.size() * noise.contrasts().size() / 2, max_samples);
+  const auto left_out = among ? std::ranges::count(among->data, 0) : 0;
+  const int stride = stride_for(
+      (size.size() - static_cast<std::size_t>(left_out)) * noise.contrasts().size() / 2, max_samples);
   for (int y = ry; y < size.height - ry; y += stride * (1 + dy))
     for (int x = rx; x < size.width - rx; x += stride * (1 + dx)) {
       const std::size_t before = size.index(x - dx, y - dy), at = size.index(x, y),
                         after = size.index(x + dx, y + dy);
+      if (among && among->data[at] == 0) continue;
       if (!noise.usable(before) || !noise.usable(at) || !noise.usable(after) ||
           !noise.clear(size.index(x - rx, y - ry)) || !noise.clear(size.index(x + rx, y + ry)))
         continue;

@@ -17,7 +17,6 @@ namespace {
 
 constexpr int kBins = 48;
 constexpr std::size_t kMinPerBin = 400;
-constexpr double kRoughSigmas = 4.0;
 
 /// Sums of the samples of one bin within the cut, per image block, so that a block can be left out.
 struct BinCell {
@@ -57,7 +56,7 @@ double cut_sigma(const std::vector<const NoiseSample*>& samples, double rough_li
 /// Sums the samples of a bin that are neither outliers nor rough, block by block and in all.
 void fill_cells(Bin& bin) {
   const double all = cut_sigma(bin.samples, std::numeric_limits<double>::infinity());
-  const double rough = kRoughSigmas * all;
+  const double rough = measure::kRoughSigmas * all;
   const double cut = kCutSigmas * cut_sigma(bin.samples, rough);
   for (const NoiseSample* s : bin.samples) {
     const auto v = static_cast<double>(s->noise_dn);

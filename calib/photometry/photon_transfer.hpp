@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "measure/decode/phase.hpp"
+#include "measure/decode/phase_noise.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/fringes.hpp"
 #include "twin/image/image.hpp"
@@ -40,10 +40,10 @@ double add_repeat_noise(const std::vector<const ImageF*>& repeats, double satura
                         std::size_t max_samples, std::vector<NoiseSample>& samples);
 
 /// Appends samples from the redundancy of one set of N phase steps, N > 3: the residuals of the fit of mean,
-/// cosine and sine, as second differences along the stripes, where the projector's harmonics are smooth. The
-/// variance of that is the mean variance over the steps, hence, for a variance that is linear in the level,
-/// the variance at the mean level. roughness_dn is the largest second difference of the fitted mean, cosine
-/// and sine, which for white noise is independent of noise_dn.
+/// cosine and sine, as second differences along the stripes, where the projector's harmonics are smooth. A
+/// contrast c of the steps has the variance sum c_k^2 v_k, hence, for a variance that is linear in the level,
+/// that of the level sum c_k^2 I_k of the fitted sinusoid I: for N = 4 the mean. roughness_dn is the largest
+/// second difference of the fitted mean, cosine and sine, which for white noise is independent of noise_dn.
 void add_step_noise(const std::vector<const ImageF*>& steps, const measure::StepSolver& solver, Axis axis,
                     double saturation_dn, std::size_t max_samples, std::vector<NoiseSample>& samples);
 
@@ -51,10 +51,11 @@ void add_step_noise(const std::vector<const ImageF*>& steps, const measure::Step
 /// holds no fringe. With two pitches or more, orthonormal contrasts between their means: neither texture nor
 /// shading is in those; with one pitch the mean itself, where texture is left out by its roughness alone.
 /// They are second differences along the stripes, so that a change of the light from pitch to pitch drops
-/// out, scaled to the noise of one gray value at the mean level.
+/// out, scaled to the noise of one gray value at the mean level. `among`: pixels that are not 0 there; null:
+/// all.
 void add_mean_noise(const std::vector<std::vector<const ImageF*>>& pitches, const measure::StepSolver& solver,
                     Axis axis, double saturation_dn, std::size_t max_samples,
-                    std::vector<NoiseSample>& samples);
+                    std::vector<NoiseSample>& samples, const ImageU8* among = nullptr);
 
 /// Holds one point of the photon transfer curve; line_dn2 is the variance of the fitted line there.
 struct TransferBin {
@@ -95,9 +96,7 @@ struct TransferOptions {
 PhotonTransfer photon_transfer(const std::vector<NoiseSample>& samples, const TransferOptions& options,
                                const std::string& where);
 
-/// The cut, in sigmas (so far out that coarse gray levels, steps of half a sigma, matter little), and the
-/// share of the variance of a normal distribution that it leaves: 1 - 2 c phi(c) / (2 Phi(c) - 1).
-inline constexpr double kCutSigmas = 3.5, kKeptVariance = 0.99389;
+using measure::kCutSigmas, measure::kKeptVariance;
 
 /// Returns the variance of samples of one level, cut as in a bin, with the standard error that as many
 /// independent normal values would have; NaN without samples.

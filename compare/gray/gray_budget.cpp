@@ -36,9 +36,10 @@ struct Value {
   double simulated_rad;  ///< the same as the simulated side has it
   double slope;          ///< d prediction / d projector coordinate, up to a factor per pixel
   int direction;
+  double noise_dn2;  ///< predicted variance
 };
 struct Pixel {
-  double noise_dn2 = 0.0;  ///< predicted variance of a gray value
+  double noise_dn2 = 0.0;  ///< mean predicted variance of its gray values
   double scale = 1.0;      ///< albedo factor
   double level_dn = 0.0;   ///< mean of scale * predicted: local gray above black
   double gray_dn = 0.0;    ///< mean real gray value
@@ -104,13 +105,15 @@ class GrayBudgetFit {
       const double predicted = fit_.row.gain_dn * e;
       pixel.values.push_back({y - predicted - fit_.row.black_level_dn, predicted,
                               static_cast<double>(theta->data[i]) + step_rad, simulated_rad,
-                              std::sin(simulated_rad) / d.pitches_px[pattern.pitch], pattern.direction});
+                              std::sin(simulated_rad) / d.pitches_px[pattern.pitch], pattern.direction,
+                              noise_.variance(predicted + fit_.row.black_level_dn)});
       pixel.gray_dn += y;
+      pixel.noise_dn2 += pixel.values.back().noise_dn2;
     }
     if (pixel.values.size() < 4) pixel.values.clear();
     if (pixel.values.empty()) return pixel;
     pixel.gray_dn /= static_cast<double>(pixel.values.size());
-    pixel.noise_dn2 = noise_.variance(pixel.gray_dn);
+    pixel.noise_dn2 /= static_cast<double>(pixel.values.size());
     return pixel;
   }
 
@@ -136,18 +139,19 @@ class GrayBudgetFit {
     double freedom = 0.0;
     std::vector<double> scales;
     for (Pixel& pixel : pixels_) {
-      double rp = 0.0, pp = 0.0, p = 0.0;
+      double rp = 0.0, pp = 0.0, p = 0.0, noise = 0.0;
       for (const Value& v : pixel.values) {
         rp += v.residual * v.predicted;
         pp += v.predicted * v.predicted;
         p += v.predicted;
+        noise += v.predicted * v.predicted * v.noise_dn2;
       }
       if (!(pp > 0.0)) continue;
       const double extra = rp / pp;
       for (Value& v : pixel.values) v.residual -= extra * v.predicted;
       pixel.scale = 1.0 + extra;
       pixel.level_dn = pixel.scale * p / static_cast<double>(pixel.values.size());
-      freedom += pixel.noise_dn2;
+      freedom += noise / pp;
       scales.push_back(pixel.scale);
     }
     budget_.albedo_sigma = robust_spread(std::move(scales));
@@ -274,13 +278,16 @@ class GrayBudgetFit {
     double freedom = 0.0;
     for (Pixel& pixel : pixels_)
       for (int direction = 0; direction < 2; ++direction) {
-        double rs = 0.0, ss = 0.0;
+        double rs = 0.0, ss = 0.0, noise = 0.0;
         for (const Value& v : pixel.values)
-          if (v.direction == direction) rs += v.residual * v.slope, ss += v.slope * v.slope;
+          if (v.direction == direction) {
+            rs += v.residual * v.slope, ss += v.slope * v.slope;
+            noise += v.slope * v.slope * v.noise_dn2;
+          }
         if (!(ss > 0.0)) continue;
         for (Value& v : pixel.values)
           if (v.direction == direction) v.residual -= rs / ss * v.slope;
-        freedom += pixel.noise_dn2;
+        freedom += noise / ss;
       }
     return freedom;
   }
@@ -288,8 +295,10 @@ class GrayBudgetFit {
   /// Fits the predicted noise on the gray level: offset and slope of photon transfer.
   void fit_noise_line() {
     double n = 0, x = 0, xx = 0, y = 0, xy = 0;
-    for (const Pixel& p : pixels_)
-      n += 1, x += p.gray_dn, xx += p.gray_dn * p.gray_dn, y += p.noise_dn2, xy += p.gray_dn * p.noise_dn2;
+    for (const Pixel& p : pixels_) {
+      const double v = noise_.variance(p.gray_dn);
+      n += 1, x += p.gray_dn, xx += p.gray_dn * p.gray_dn, y += v, xy += p.gray_dn * v;
+    }
     const double det = n * xx - x * x;
     budget_.noise_per_dn = det > 1e-9 * n * xx ? (n * xy - x * y) / det : 0.0;
     budget_.noise_offset_dn2 = (y - budget_.noise_per_dn * x) / n;

@@ -17,40 +17,50 @@ using measure::DirectionDecode;
 
 namespace {
 
-constexpr std::size_t kMostMeanSamples = 1'000'000, kMostLevels = 24, kFewestAtLevel = 400;
+constexpr std::size_t kMostMeanSamples = 200'000, kMostUnlitSamples = 50'000, kMostKnownPixels = 20'000;
 
-/// Returns the variance over the level, from levels that hold as many samples each; nothing with too few.
-std::optional<measure::NoiseModel> noise_over_level(std::vector<calib::NoiseSample> samples) {
-  const std::size_t n = samples.size(), levels = std::min(kMostLevels, n / kFewestAtLevel);
-  std::ranges::sort(samples, [](const auto& a, const auto& b) { return a.level_dn < b.level_dn; });
-  std::vector<double> mean, variance;
-  for (std::size_t k = 0; k < levels; ++k) {
-    const std::vector<calib::NoiseSample> some(
-        samples.begin() + static_cast<std::ptrdiff_t>(n * k / levels),
-        samples.begin() + static_cast<std::ptrdiff_t>(n * (k + 1) / levels));
-    double level = 0.0;
-    for (const calib::NoiseSample& s : some) level += static_cast<double>(s.level_dn);
-    level /= static_cast<double>(some.size());
-    const double v = calib::noise_variance(some).value;
-    if (!std::isfinite(v) || (!mean.empty() && !(level > mean.back()))) continue;
-    mean.push_back(level);
-    variance.push_back(v);
-  }
-  if (mean.empty()) return std::nullopt;
-  return measure::NoiseModel::tabulated(mean, variance);
+/// Returns the values of about `most` samples, or all, of the pixels that are set in `among`.
+std::vector<measure::NoiseValue> values_of_means(const std::vector<std::vector<const ImageF*>>& images,
+                                                 const measure::StepSolver& solver, Axis axis,
+                                                 const GrayPair& pair, const ImageU8& among,
+                                                 std::size_t most) {
+  std::vector<calib::NoiseSample> samples;
+  calib::add_mean_noise(images, solver, axis, pair.real->saturation_dn(), most, samples, &among);
+  std::vector<measure::NoiseValue> values;
+  for (const calib::NoiseSample& s : samples) values.push_back({s.level_dn, s.noise_dn, s.roughness_dn});
+  return values;
 }
 
 /// Returns the noise of three steps from the means of several pitches.
 std::optional<measure::NoiseModel> noise_of_means(const std::vector<measure::NoiseInput>& pitches,
                                                   const measure::StepSolver& solver, Axis axis,
-                                                  double saturation_dn, const ImageU8& flags) {
+                                                  const GrayPair& pair, const ImageU8& flags) {
   std::vector<std::vector<const ImageF*>> images;
   for (const measure::NoiseInput& p : pitches) images.push_back(p.steps);
-  std::vector<calib::NoiseSample> samples;
-  calib::add_mean_noise(images, solver, axis, saturation_dn, kMostMeanSamples, samples);
-  std::erase_if(samples,
-                [&](const calib::NoiseSample& s) { return (flags(s.x, s.y) & measure::kUnseen) != 0; });
-  return noise_over_level(std::move(samples));
+  ImageU8 lit(flags.width, flags.height, 0), unlit = lit;
+  for (std::size_t i = 0; i < flags.size(); ++i) {
+    lit.data[i] = (flags.data[i] & measure::kUnseen) == 0 ? 1 : 0;
+    unlit.data[i] = (flags.data[i] & measure::kUnseen) == measure::kLowModulation ? 1 : 0;
+  }
+  const std::size_t together = pitches.size() - 1;
+  std::vector<measure::NoiseValue> values =
+      values_of_means(images, solver, axis, pair, lit, kMostMeanSamples);
+  const double darkest = measure::add_unlit(
+      values_of_means(images, solver, axis, pair, unlit, std::min(values.size(), kMostUnlitSamples)),
+      together, {.saturation = pair.real->saturation_dn(), .least = kRoundingVariance}, values);
+  return measure::fit_noise(values, together, std::max(darkest, pair.camera->sensor.black_level_dn),
+                            kRoundingVariance);
+}
+
+/// Returns the mean real gray value of pixels that both sides measure.
+std::vector<float> mean_levels(const GrayPair& pair) {
+  std::vector<float> levels;
+  for (const std::size_t i : set_pixels(pair.mask, kMostKnownPixels)) {
+    double sum = 0.0;
+    for (const int image : pair.gain_images) sum += pair.real_at(image, i);
+    levels.push_back(static_cast<float>(sum / static_cast<double>(pair.gain_images.size())));
+  }
+  return levels;
 }
 
 }  // namespace
@@ -61,6 +71,7 @@ GrayNoise::GrayNoise(const GrayPair& pair, const CameraDecode* real, const std::
   for (const PatternSpec& p : pair.patterns) steps_total = std::max(steps_total, p.step + 1);
   const std::vector<int> steps = use_steps.empty() ? measure::all_steps(steps_total) : use_steps;
   if (real && steps.size() >= 3) estimate(pair, *real, steps, steps_total);
+  if (measured_) known_to_ = std::hypot(kMeasuredKnownTo, measured_->known_to(mean_levels(pair)));
   if (measured_)
     source_ = steps.size() > 3
                   ? fmt::format("redundancy of the {} phase steps of the real images", steps.size())
@@ -87,8 +98,7 @@ void GrayNoise::estimate(const GrayPair& pair, const CameraDecode& real, const s
     const DirectionDecode& d = real.directions[k];
     std::vector<measure::NoiseInput> pitches(d.wrapped_rad.size());
     for (std::size_t p = 0; p < pitches.size(); ++p) {
-      pitches[p] = {std::vector<const ImageF*>(steps.size(), nullptr), &d.wrapped_rad[p], &d.amplitude_dn[p],
-                    &d.mean_dn};
+      pitches[p] = {std::vector<const ImageF*>(steps.size(), nullptr), &d.wrapped_rad[p], &d.amplitude_dn[p]};
       for (std::size_t i = 0; i < pair.patterns.size(); ++i) {
         const PatternSpec& spec = pair.patterns[i];
         const auto at = std::ranges::find(steps, spec.step);
@@ -100,12 +110,12 @@ void GrayNoise::estimate(const GrayPair& pair, const CameraDecode& real, const s
     if (pitches.empty()) continue;
     if (steps.size() == 3) {
       if (pitches.size() > 1 && !radiance_)
-        measured_ = noise_of_means(pitches, solver, d.axis, pair.real->saturation_dn(), real.flags);
+        measured_ = noise_of_means(pitches, solver, d.axis, pair, real.flags);
     } else {
-      measure::NoiseModel model = measure::NoiseModel::linear(0.0, 0.0, 1.0);
-      if (measure::estimate_noise(pitches, solver, d.axis, 0.0, model)) measured_ = model;
+      measured_ = measure::estimate_noise(
+          pitches, solver, d.axis,
+          {.saturation = pair.real->saturation_dn(), .least = radiance_ ? 0.0 : kRoundingVariance});
     }
-    if (measured_ && !radiance_) measured_->raise_to(kRoundingVariance);
   }
 }
 

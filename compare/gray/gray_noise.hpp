@@ -12,7 +12,11 @@
 
 namespace fringetwin::compare {
 
-/// Holds the gray-value variance over the mean gray level, whatever noise the decode was told: from the
+/// How well a noise variance is taken to be known that the twin states, and one that the images' steps tell,
+/// besides what the fit of its line leaves: no sensor's noise is a line to better than that.
+inline constexpr double kStatedKnownTo = 0.05, kMeasuredKnownTo = 0.01;
+
+/// Holds the gray-value variance over the value's own level, whatever noise the decode was told: from the
 /// redundancy of the real images' own N steps wherever N > 3; with three steps from the differences between
 /// the means of their pitches; else the twin's sensor model; else rounding. One pitch of three steps tells an
 /// upper bound only, since texture may be in it: that is for NoiseRow.
@@ -25,6 +29,8 @@ class GrayNoise {
   double variance(double gray_dn) const;
   /// Returns the part of it that rounding to whole gray values leaves.
   double rounding_dn2() const;
+  /// Returns the relative standard uncertainty of the variance, on average over the pixels' mean gray values.
+  double known_to() const { return known_to_; }
   const std::string& source() const { return source_; }
   /// Returns true where the images or the twin's sensor model say more than rounding.
   bool known() const { return measured() || sensor_.has_noise(); }
@@ -40,7 +46,7 @@ class GrayNoise {
 
   const Sensor& sensor_;
   bool radiance_;
-  double added_ = 0.0;
+  double added_ = 0.0, known_to_ = kStatedKnownTo;
   std::optional<measure::NoiseModel> measured_;
   std::string source_;
 };

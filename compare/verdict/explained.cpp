@@ -17,10 +17,9 @@ namespace {
 using measure::CameraDecode;
 using measure::DirectionDecode;
 
-constexpr int kRegion = 16;             ///< px: side of a region
-constexpr int kFewestInRegion = 64;     ///< pixels
-constexpr double kNoiseKnownTo = 0.05;  ///< relative standard uncertainty of the stated noise variance
-constexpr double kCoverage = 3.0;       ///< standard uncertainties
+constexpr int kRegion = 16;          ///< px: side of a region
+constexpr int kFewestInRegion = 64;  ///< pixels
+constexpr double kCoverage = 3.0;    ///< standard uncertainties
 constexpr std::uint64_t kFewestJudged = 200;
 constexpr double kNoisy = 2.0;       ///< times the rounding's variance: less noise than that is none
 constexpr double kLeastShare = 0.5;  ///< of what could have been compared
@@ -59,18 +58,21 @@ struct Sums {
   double r2 = 0.0, chi2 = 0.0, noise = 0.0, regional = 0.0;
   double noise_chi2 = 0.0;  ///< against noise and quantisation alone
   double texture = 0.0;     ///< of the phase: moved by texture within a pixel
+  double factor = 0.0;      ///< of the noise chi2 of gray values: what a fit of a factor per pixel takes
   double calibration = 0.0, share = 0.0, regional_share = 0.0;  ///< shares: of the expected chi2
   std::uint64_t n = 0, n_regions = 0;
   std::uint64_t n_inside = 0;  ///< values that interior pixels have, usable or not
-  /// Adds a value r. `own`: its noise and what else is its own; `shared`: variance that neighbours share;
-  /// `moved`: that of the calibration.
-  void add(double r, double noise_of_one, double own, double shared, double moved) {
-    r2 += r * r;
-    noise += noise_of_one;
-    chi2 += r * r / (own + shared + moved);
-    calibration += moved;
-    share += moved / (own + shared + moved);
-    ++n;
+  /// Adds `values` values by the sum of their squares and by what one of them has on average. `own`: its
+  /// noise and what else is its own; `shared`: variance that neighbours share; `moved`: that of the
+  /// calibration.
+  void add(double squares, double noise_of_one, double own, double shared, double moved, int values = 1) {
+    r2 += squares;
+    noise += values * noise_of_one;
+    chi2 += squares / (own + shared + moved);
+    noise_chi2 += squares / noise_of_one;
+    calibration += values * moved;
+    share += values * moved / (own + shared + moved);
+    n += static_cast<std::uint64_t>(values);
   }
 };
 
@@ -93,7 +95,7 @@ Sums sum_blocks(int width, int height, ImageF& regions, Block block) {
     total.r2 += part.r2, total.chi2 += part.chi2, total.noise += part.noise, total.regional += part.regional;
     total.calibration += part.calibration, total.share += part.share;
     total.regional_share += part.regional_share;
-    total.noise_chi2 += part.noise_chi2, total.texture += part.texture;
+    total.noise_chi2 += part.noise_chi2, total.texture += part.texture, total.factor += part.factor;
     total.n += part.n, total.n_regions += part.n_regions, total.n_inside += part.n_inside;
   }
   return total;
@@ -122,24 +124,25 @@ bool take_sums(const Sums& s, ExplainedRow& row) {
 /// Judges a row whose sums are in it by its upper limits. The shares are those of the expected chi2 that the
 /// calibration makes: its error is one draw for all of the image, not an average over many, so `kCoverage`
 /// standard uncertainties of it must pass.
-void judge(const Sums& s, ExplainedRow& row) {
+void judge(const Sums& s, double known_to, ExplainedRow& row) {
   constexpr double kMore = kCoverage * kCoverage - 1.0;
   const auto n = static_cast<double>(s.n);
   row.state = kExplained;
-  row.chi2_limit = 1.0 + allowed_for(n) + kMore * s.share / n;
+  row.chi2_limit = 1.0 + allowed_for(n, known_to) + kMore * s.share / n;
   if (!(row.chi2 <= row.chi2_limit)) row.worsen(kNotExplained);
   if (row.n_regions == 0) return;
   const auto n_regions = static_cast<double>(s.n_regions);
-  row.regional_limit = 1.0 + allowed_for(n_regions) + kMore * (s.regional_share / n_regions);
+  row.regional_limit = 1.0 + allowed_for(n_regions, known_to) + kMore * (s.regional_share / n_regions);
   if (!(row.regional_chi2 <= row.regional_limit)) row.worsen(kNotExplained);
 }
 
 /// Calls the budget too wide where the values scatter less than its noise alone, calibration and rendering
 /// left out, says. `kept`: share of the noise that fits to these values have left in them. Rounding is not
 /// held against a budget: two sides without noise may well round alike.
-void judge_least(const Sums& s, double noise, double rounding, double kept, ExplainedRow& row) {
+void judge_least(const Sums& s, double noise, double rounding, double kept, double known_to,
+                 ExplainedRow& row) {
   if (!(noise > kNoisy * rounding)) return;
-  row.chi2_least = kept * (1.0 - allowed_for(static_cast<double>(s.n)));
+  row.chi2_least = kept * (1.0 - allowed_for(static_cast<double>(s.n), known_to));
   if (row.noise_chi2 >= row.chi2_least) return;
   row.worsen(kTooWide, fmt::format("single values scatter by {:.2f} of what the noise in the budget says",
                                    std::sqrt(row.noise_chi2 / kept)));
@@ -210,10 +213,9 @@ class GrayExplanation {
          rendering_.gray_dn * rendering_.gray_dn},
         {"fit of gain and black level", 2.0 * noise / n * std::pow(fit_.row.sigma_inflation, 2)}};
     if (calibration_) row.lines.push_back({kCalibrationLine, s.calibration / n});
-    judge(s, row);
-    const auto images = static_cast<double>(pair_.gain_images.size());
-    const double kept = textured_ ? (images - 1.0) / images : 1.0;
-    judge_least(s, noise, rounding, kept, row);
+    judge(s, noise_.known_to(), row);
+    const double kept = textured_ ? 1.0 - s.factor / n : 1.0;
+    judge_least(s, noise, rounding, kept, noise_.known_to(), row);
     if (row.noise_chi2 < row.chi2_least) row.too_wide_factor = std::sqrt(kept / row.noise_chi2);
     const double usable = share_of(s.n, s.n_inside),
                  pixels = seen_.either > 0 ? share_of(seen_.both, seen_.either) : 1.0;
@@ -239,12 +241,11 @@ class GrayExplanation {
   void pixel(std::size_t i, double shared, Sums& out, BlockSum& level, BlockSum& contrast,
              BlockSum& shift) const {
     const UsableRange& u = fit_.usable;
-    const double noise = noise_.variance(pair_.mean_real_dn(i));
     const double calibration =
         calibration_ ? std::pow(fit_.row.gain_dn, 2) * static_cast<double>(calibration_->data[i]) : 0.0;
-    const double per_noise = 1.0 / noise;
     out.n_inside += pair_.gain_images.size();
-    bool any = false;
+    double squares = 0.0, noises = 0.0, lights = 0.0, light_noises = 0.0;
+    int values = 0;
     const ImageF* of = nullptr;  // the phase that `at` is of: one sine for all steps of a pitch
     Turn at{0.0, 0.0};
     for (std::size_t k = 0; k < pair_.gain_images.size(); ++k) {
@@ -252,10 +253,10 @@ class GrayExplanation {
       const double y = pair_.real_at(image, i);
       const double predicted = fit_.row.gain_dn * pair_.irradiance_at(image, i) + fit_.row.black_level_dn;
       if (!is_usable(u, y, pair_.source_at(image, i), predicted)) continue;
-      const double r = y - predicted;
-      out.add(r, noise, noise, shared, calibration);
-      out.noise_chi2 += r * r * per_noise;
-      any = true;
+      const double r = y - predicted, noise = noise_.variance(predicted);
+      squares += r * r, noises += noise, ++values;
+      const double light2 = std::pow(predicted - fit_.row.black_level_dn, 2);
+      lights += light2, light_noises += light2 * noise;
       level.add(1.0, r, noise, calibration);
       if (!phases_[k] || std::isnan(phases_[k]->data[i])) continue;
       if (of != phases_[k]) {
@@ -267,7 +268,10 @@ class GrayExplanation {
       contrast.add(at.c * step.c - at.s * step.s, r, noise, calibration);
       shift.add(at.s * step.c + at.c * step.s, r, noise, calibration);
     }
-    for (BlockSum* b : {&level, &contrast, &shift}) b->pixels += any ? 1 : 0;
+    if (values == 0) return;
+    out.add(squares, noises / values, noises / values, shared, calibration, values);
+    if (lights > 0.0) out.factor += light_noises / lights * values / noises;
+    for (BlockSum* b : {&level, &contrast, &shift}) ++b->pixels;
   }
 
   const GrayPair& pair_;
@@ -301,7 +305,7 @@ bool has_fringes(const CameraDecode& decode, std::size_t i) {
 
 }  // namespace
 
-double allowed_for(double n) { return kCoverage * std::sqrt(2.0 / n + kNoiseKnownTo * kNoiseKnownTo); }
+double allowed_for(double n, double known_to) { return kCoverage * std::sqrt(2.0 / n + known_to * known_to); }
 
 RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes, double gain_dn) {
   for (const RenderNote& note : notes)
@@ -368,8 +372,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
             const double textured = std::pow(static_cast<double>(texture.largest_rad.data[i]), 2);
             const double own = noise + textured;
             out.texture += textured;
-            out.add(d, noise, own, shared, moved);
-            out.noise_chi2 += d * d / noise;
+            out.add(d * d, noise, own, shared, moved);
             mean.add(1.0, d, own, moved);
             mean.together += static_cast<double>(texture.signed_rad.data[i]);
             ++mean.pixels;
@@ -401,9 +404,9 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
       {rendering.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)", shared}};
   if (s.texture > 0.0) row.lines.push_back({"texture within a pixel", s.texture / n});
   if (calibration) row.lines.push_back({kCalibrationLine, s.calibration / n});
-  judge(s, row);
+  judge(s, kStatedKnownTo, row);
   judge_least(s, std::min(real.noise_dn * real.noise_dn, simulated.noise_dn * simulated.noise_dn),
-              kRoundingVariance, 1.0, row);
+              kRoundingVariance, 1.0, kStatedKnownTo, row);
   // the simulated side has the noise that is stated: only the real one's can be too small
   if (row.noise_chi2 < row.chi2_least) {
     const double seen_noise = row.noise_chi2 * (real_noise + simulated_noise) - simulated_noise;

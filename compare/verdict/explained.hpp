@@ -12,8 +12,9 @@
 
 namespace fringetwin::compare {
 
-/// Returns how far a mean of n squares over their expectation may be from 1 where noise explains it.
-double allowed_for(double n);
+/// Returns how far a mean of n squares over their expectation may be from 1 where noise explains it whose
+/// variance is known to this relative standard uncertainty.
+double allowed_for(double n, double known_to = kStatedKnownTo);
 
 inline constexpr const char* kCalibrationLine = "calibration covariance";
 

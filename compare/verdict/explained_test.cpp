@@ -58,7 +58,9 @@ TEST(Explained, NoiseAsItIsMeasuredIsExplained) {
     EXPECT_EQ(row.why, "");
     EXPECT_GT(row.compared_fraction, 0.9);
     EXPECT_NEAR(row.noise_chi2, row.chi2, 1e-9);  // nothing else is in this budget
-    EXPECT_NEAR(row.chi2_least, 0.85, 0.001);     // 1 - 3 sqrt(2/n + 0.05^2), n = 3e5
+    // 1 - 3 sqrt(2/n + 0.01^2 + u^2), n = 3e5; 2e5 values leave the noise unknown to u = 0.004 or a little
+    // more
+    EXPECT_NEAR(row.chi2_least, 0.967, 0.004);
   }
 }
 
@@ -177,11 +179,11 @@ TEST(Explained, MostGrayValuesAtTheEndsOfTheScaleAreNotCompared) {
 }
 
 TEST(Explained, WhatIsCommonToARegionIsNot) {
-  // 1 % of shading over half the image: 0.2 of the noise's square, but in every step and pixel alike
+  // 0.1 % of shading over half the image: 2 % of the noise's square, but in every step and pixel alike
   SyntheticSides scene = testing::make_sides(deep());
   for (ImageF& image : scene.simulated.irradiance[0].images)
     for (int y = 0; y < image.height; ++y)
-      for (int x = image.width / 2; x < image.width; ++x) image(x, y) *= 1.002F;
+      for (int x = image.width / 2; x < image.width; ++x) image(x, y) *= 1.001F;
   const ExplainedRow row = gray_of(scene);
   EXPECT_LE(row.chi2, row.chi2_limit);
   EXPECT_GT(row.regional_chi2, 1.5 * row.regional_limit);

@@ -111,7 +111,7 @@ class DirectionDecoder {
   HeterodynePlan heterodyne_;
   HierarchicalPlan hierarchical_;
   GrayPlan gray_;
-  NoiseModel noise_ = NoiseModel::linear(kRoundingVariance, 0.0, 1.0);
+  NoiseModel noise_{kRoundingVariance};
   double min_amplitude_ = 0.0;
 };
 
@@ -255,21 +255,19 @@ void DirectionDecoder::choose_noise() {
   const double rounding = largest * static_cast<double>(std::numeric_limits<float>::epsilon()) / 2.0;
   const double floor = images_.radiance ? rounding * rounding : kRoundingVariance;
   if (options_.variance_offset_dn2 || options_.variance_per_dn) {
-    noise_ = NoiseModel::linear(options_.variance_offset_dn2.value_or(0.0) + floor,
-                                options_.variance_per_dn.value_or(0.0), largest);
-    noise_.raise_to(options_.least_variance_dn2 + floor);
+    noise_ = {options_.variance_offset_dn2.value_or(0.0) + floor, options_.variance_per_dn.value_or(0.0),
+              options_.least_variance_dn2 + floor};
     out_.noise_source = NoiseSource::known;
     return;
   }
   std::vector<NoiseInput> pitches;
   for (std::size_t p = 0; p < input_.steps.size(); ++p)
-    pitches.push_back({input_.steps[p], &out_.wrapped_rad[p], &out_.amplitude_dn[p], &out_.mean_dn});
-  out_.noise_source = NoiseSource::residuals;
-  if (!estimate_noise(pitches, *solver_, direction_.axis, min_amplitude_, noise_)) {
-    noise_ = NoiseModel::linear(floor, 0.0, largest);
-    out_.noise_source = NoiseSource::quantisation;
-  }
-  noise_.raise_to(floor);
+    pitches.push_back({input_.steps[p], &out_.wrapped_rad[p], &out_.amplitude_dn[p]});
+  const auto estimated = estimate_noise(
+      pitches, *solver_, direction_.axis,
+      {.min_amplitude = min_amplitude_, .saturation = images_.saturation_dn(), .least = floor});
+  noise_ = estimated.value_or(NoiseModel{floor});
+  out_.noise_source = estimated ? NoiseSource::residuals : NoiseSource::quantisation;
 }
 
 /// Finds what a settled bit looks like here: the code may be brighter or darker than the phase steps.

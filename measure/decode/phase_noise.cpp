@@ -1,133 +1,203 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "measure/decode/phase_noise.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <span>
-#include <vector>
+#include <limits>
+#include <utility>
 
 #include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
 namespace {
 
-constexpr std::size_t kMaxSamples = 200000;
-constexpr std::size_t kMinPerBin = 200;
-constexpr std::size_t kMaxBins = 24;
-constexpr std::size_t kTableSize = 257;
+constexpr std::size_t kMostNoiseValues = 400'000, kMostUnlitValues = 50'000, kFewestNoiseValues = 200;
+constexpr int kMostNoiseSteps = 64, kNoiseIterations = 20;
+constexpr double kSettled = 1e-5;
+/// Of the mean variance: no level weighs as if it had less. It matters for irradiance only.
+constexpr double kQuietest = 1e-4;
+/// Variance of a squared normal value, 2, times 2 for triples of pixels that overlap.
+constexpr double kSquareVariance = 4.0;
+/// Times the rounding's variance: less noise than that is rounded alike in many images.
+constexpr double kSmoothRounding = 4.0;
 
-/// Returns the median of chi^2/k by Wilson and Hilferty 1931; k = 1 and 2 exactly (1 % off otherwise).
-double median_of_reduced_chi2(int k) {
-  if (k == 1) return 0.454936;
-  if (k == 2) return 0.693147;
-  const double c = 1.0 - 2.0 / (9.0 * k);
-  return c * c * c;
-}
+using Steps = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostNoiseSteps, 1>;
 
-struct NoiseSample {
-  float mean, variance;
+/// Takes noise from the steps of three neighbouring pixels.
+class StepContrasts {
+ public:
+  explicit StepContrasts(const StepSolver& solver) {
+    const int n = solver.count();
+    Eigen::MatrixXd known(n, 3);
+    for (int i = 0; i < n; ++i) known.row(i) << 1.0, solver.basis_cos(i), solver.basis_sin(i);
+    const Eigen::MatrixXd all = known.householderQr().householderQ();
+    sinusoids_ = all.leftCols(3);
+    contrasts_ = all.rightCols(n - 3);
+    squares_ = contrasts_.cwiseAbs2();
+  }
+
+  std::size_t count() const { return static_cast<std::size_t>(contrasts_.cols()); }
+
+  /// Returns the contrasts of about `most` values, or all, evenly spread over the triples of the `n` pixels
+  /// of which `is_wanted(pitch, pixel)` is true. `darkest` falls to the level of the darkest step.
+  std::vector<NoiseValue> of_triples(const std::vector<NoiseInput>& pitches, Axis axis, std::size_t n,
+                                     std::size_t most, auto is_wanted, double& darkest) const {
+    std::vector<NoiseValue> out;
+    if (n == 0 || most == 0) return out;
+    const double many = static_cast<double>(n * count()) / static_cast<double>(most);
+    const int stride = std::max(1, static_cast<int>(std::ceil(std::sqrt(many))));
+    // Column patterns vary along camera x (roughly): the stripes run along camera y, and vice versa.
+    const int dx = axis == Axis::x ? 0 : 1, dy = axis == Axis::x ? 1 : 0;
+    for (const NoiseInput& in : pitches) {
+      const ImageF& size = *in.amplitude;
+      for (int y = dy; y < size.height - dy; y += stride)
+        for (int x = dx; x < size.width - dx; x += stride) {
+          const std::size_t before = size.index(x - dx, y - dy), at = size.index(x, y),
+                            after = size.index(x + dx, y + dy);
+          if (is_wanted(in, at) && is_wanted(in, before) && is_wanted(in, after))
+            darkest = std::min(darkest, add(in, before, at, after, out));
+        }
+    }
+    return out;
+  }
+
+ private:
+  /// Appends the contrasts. Returns the level of the darkest step.
+  double add(const NoiseInput& in, std::size_t before, std::size_t at, std::size_t after,
+             std::vector<NoiseValue>& out) const {
+    Steps second(sinusoids_.rows()), mean(sinusoids_.rows());
+    for (Eigen::Index i = 0; i < mean.size(); ++i) {
+      const auto& v = in.steps[static_cast<std::size_t>(i)]->data;
+      const auto a = static_cast<double>(v[before]), b = static_cast<double>(v[at]),
+                 c = static_cast<double>(v[after]);
+      second[i] = (a - 2.0 * b + c) / std::sqrt(6.0);
+      mean[i] = (a + 4.0 * b + c) / 6.0;  // weighted as the second difference's variance is
+    }
+    const Eigen::Vector3d fit = sinusoids_.transpose() * mean;
+    const Steps level = sinusoids_ * fit;
+    for (Eigen::Index j = 0; j < contrasts_.cols(); ++j)
+      out.push_back({static_cast<float>(squares_.col(j).dot(level)),
+                     static_cast<float>(contrasts_.col(j).dot(second))});
+    return level.minCoeff();
+  }
+
+  Eigen::Matrix<double, Eigen::Dynamic, 3> sinusoids_;  ///< orthonormal: mean, cosine and sine
+  Eigen::MatrixXd contrasts_, squares_;
 };
-
-/// Returns the residual energy of the second difference at one pixel, sum r^2 / (6 (N-3)).
-double second_difference_variance(const NoiseInput& in, const StepSolver& solver, std::size_t before,
-                                  std::size_t at, std::size_t after) {
-  const int n = solver.count();
-  double d[64];
-  double mean = 0.0, c = 0.0, s = 0.0;
-  for (int i = 0; i < n; ++i) {
-    const auto& v = in.steps[i]->data;
-    d[i] = static_cast<double>(v[before]) - 2.0 * static_cast<double>(v[at]) + static_cast<double>(v[after]);
-    mean += static_cast<double>(solver.mean_weights()[i]) * d[i];
-    c += static_cast<double>(solver.cos_weights()[i]) * d[i];
-    s += static_cast<double>(solver.sin_weights()[i]) * d[i];
-  }
-  double sum = 0.0;
-  for (int i = 0; i < n; ++i) {
-    const double r = d[i] - (mean + solver.basis_cos(i) * c + solver.basis_sin(i) * s);
-    sum += r * r;
-  }
-  return sum / (6.0 * (n - 3));
-}
-
-std::vector<NoiseSample> collect_samples(const std::vector<NoiseInput>& pitches, const StepSolver& solver,
-                                         Axis axis, double min_amplitude) {
-  const int w = pitches.front().mean->width, h = pitches.front().mean->height;
-  // Column patterns vary along camera x (roughly): the stripes run along camera y, and vice versa.
-  const int dx = axis == Axis::x ? 0 : 1, dy = axis == Axis::x ? 1 : 0;
-  const double wanted = static_cast<double>(w) * h * static_cast<double>(pitches.size()) / kMaxSamples;
-  const int stride = std::max(1, static_cast<int>(std::ceil(std::sqrt(wanted))));
-  std::vector<NoiseSample> samples;
-  samples.reserve(kMaxSamples + kMaxSamples / 4);
-  for (const NoiseInput& in : pitches) {
-    const auto usable = [&](std::size_t i) {
-      return static_cast<double>(in.amplitude->data[i]) >= min_amplitude && std::isfinite(in.phase->data[i]);
-    };
-    for (int y = dy; y < h - dy; y += stride)
-      for (int x = dx; x < w - dx; x += stride) {
-        const std::size_t before = in.mean->index(x - dx, y - dy), at = in.mean->index(x, y),
-                          after = in.mean->index(x + dx, y + dy);
-        if (!usable(before) || !usable(at) || !usable(after)) continue;
-        const double q = second_difference_variance(in, solver, before, at, after);
-        samples.push_back({in.mean->data[at], static_cast<float>(q)});
-      }
-  }
-  return samples;
-}
-
-double median_variance(std::span<const NoiseSample> samples) {
-  std::vector<float> variances;
-  for (const NoiseSample& s : samples) variances.push_back(s.variance);
-  return upper_median(variances);
-}
 
 }  // namespace
 
-NoiseModel NoiseModel::linear(double offset, double slope, double largest_mean) {
-  return tabulated({0.0, largest_mean}, {offset, offset + slope * largest_mean});
+double NoiseModel::known_to(const std::vector<float>& levels) const {
+  double of_height = 0.0, of_slope = 0.0;
+  for (const float at : levels) {
+    const double share = 1.0 / (variance(static_cast<double>(at)) * static_cast<double>(levels.size()));
+    of_height += share, of_slope += share * (static_cast<double>(at) - level);
+  }
+  return std::hypot(height_sigma * of_height, slope_sigma * of_slope);
 }
 
-NoiseModel NoiseModel::tabulated(const std::vector<double>& mean, const std::vector<double>& variance) {
-  NoiseModel m;
-  m.first_ = mean.front();
-  const double range = mean.back() > mean.front() ? mean.back() - mean.front() : 1.0;
-  m.per_unit_ = static_cast<double>(kTableSize - 1) / range;
-  m.table_.resize(kTableSize);
-  std::size_t k = 0;
-  for (std::size_t i = 0; i < kTableSize; ++i) {
-    const double at = m.first_ + static_cast<double>(i) / m.per_unit_;
-    while (k + 2 < mean.size() && mean[k + 1] <= at) ++k;
-    if (mean.size() == 1) {
-      m.table_[i] = variance.front();
-      continue;
+double add_unlit(const std::vector<NoiseValue>& unlit, std::size_t together, const NoiseLimits& limits,
+                 std::vector<NoiseValue>& values) {
+  constexpr double kNone = -std::numeric_limits<double>::infinity();
+  if (unlit.empty()) return kNone;
+  std::vector<float> sizes;
+  for (const NoiseValue& v : unlit) sizes.push_back(std::abs(v.value));
+  const double sigma = kMadToSigma * upper_median(sizes), margin = kCutSigmas * sigma;
+  if (!(sigma * sigma > kSmoothRounding * limits.least)) return kNone;
+  const auto is_whole = [&](const NoiseValue& v) {
+    const auto level = static_cast<double>(v.level);
+    return level > margin && level < limits.saturation - margin;
+  };
+  std::vector<float> levels;
+  for (auto first = unlit.begin(); first != unlit.end(); first += together)
+    if (std::all_of(first, first + together, is_whole)) {
+      values.insert(values.end(), first, first + together);
+      levels.push_back(first->level);
     }
-    const double f = std::clamp((at - mean[k]) / (mean[k + 1] - mean[k]), 0.0, 1.0);
-    m.table_[i] = variance[k] + f * (variance[k + 1] - variance[k]);
-  }
-  return m;
+  return levels.empty() ? kNone : upper_median(levels);
 }
 
-bool estimate_noise(const std::vector<NoiseInput>& pitches, const StepSolver& solver, Axis axis,
-                    double min_amplitude, NoiseModel& model) {
-  if (solver.count() <= 3 || solver.count() > 64) return false;
-  std::vector<NoiseSample> samples = collect_samples(pitches, solver, axis, min_amplitude);
-  const std::size_t bins = std::min(kMaxBins, samples.size() / kMinPerBin);
-  if (bins == 0) return false;
-  std::ranges::sort(samples, [](const NoiseSample& a, const NoiseSample& b) {
-    return a.mean != b.mean ? a.mean < b.mean : a.variance < b.variance;
-  });
-
-  const double per_median = 1.0 / median_of_reduced_chi2(solver.count() - 3);
-  std::vector<double> mean, variance;
-  for (std::size_t b = 0; b < bins; ++b) {
-    const auto begin = samples.begin() + static_cast<std::ptrdiff_t>(b * samples.size() / bins);
-    const auto end = samples.begin() + static_cast<std::ptrdiff_t>((b + 1) * samples.size() / bins);
-    const double level = static_cast<double>((begin + (end - begin) / 2)->mean);
-    if (!mean.empty() && !(level > mean.back())) continue;  // a flat scene: one level
-    mean.push_back(level);
-    variance.push_back(per_median * median_variance({begin, end}));
+std::optional<NoiseModel> fit_noise(const std::vector<NoiseValue>& values, std::size_t together,
+                                    double darkest, double least) {
+  if (values.size() < kFewestNoiseValues) return std::nullopt;
+  std::vector<float> levels, sizes;
+  for (const NoiseValue& v : values) levels.push_back(v.level);
+  const double centre = upper_median(levels);
+  for (const NoiseValue& v : values)
+    if (static_cast<double>(v.level) >= centre) sizes.push_back(std::abs(v.value));
+  // The first cut is wide: it is that of the brighter half, and coarse gray levels move a median by up to one
+  // of their steps.
+  double height = std::pow(kMadToSigma * upper_median(sizes) + std::sqrt(least), 2), slope = 0.0;
+  if (!(height > 0.0)) return NoiseModel{0.0, 0.0, least};
+  const double quietest = std::max(least, kQuietest * height);
+  const auto variance_of = [&](const NoiseValue& v) {
+    return std::max(height + slope * (static_cast<double>(v.level) - centre), quietest);
+  };
+  const auto is_noise = [&](const NoiseValue& v) {
+    const auto value = static_cast<double>(v.value), roughness = static_cast<double>(v.roughness);
+    const double variance = variance_of(v);
+    return value * value <= kCutSigmas * kCutSigmas * variance &&
+           roughness * roughness <= kRoughSigmas * kRoughSigmas * variance;
+  };
+  NoiseModel out{.least = least};
+  for (int i = 0; i < kNoiseIterations; ++i) {
+    double w = 0.0, x = 0.0, xx = 0.0, y = 0.0, xy = 0.0;
+    for (auto first = values.begin(); first != values.end(); first += together) {
+      if (!std::all_of(first, first + together, is_noise)) continue;
+      for (auto v = first; v != first + together; ++v) {
+        const double variance = variance_of(*v), weight = 1.0 / (variance * variance),
+                     at = static_cast<double>(v->level) - centre,
+                     square = std::pow(static_cast<double>(v->value), 2) / kKeptVariance;
+        w += weight, x += weight * at, xx += weight * at * at, y += weight * square,
+            xy += weight * at * square;
+      }
+    }
+    if (!(w > 0.0)) return std::nullopt;
+    const double level = x / w, mean = y / w, spread = xx - x * level;
+    const double above = std::max(centre + level - darkest, std::numeric_limits<double>::min());
+    // the darkest step has no less than what is not known of it
+    out.level = centre + level, out.height_sigma = std::sqrt(kSquareVariance / w);
+    out.slope_sigma = spread > 0.0 ? std::sqrt(kSquareVariance / spread) : 0.0;
+    const double left = std::max(least, above * out.slope_sigma);
+    slope =
+        spread > 0.0 ? std::clamp((xy - x * mean) / spread, 0.0, std::max(mean - left, 0.0) / above) : 0.0;
+    const double before = std::exchange(height, mean - slope * level);
+    if (std::abs(height - before) <= kSettled * height) break;
   }
-  model = NoiseModel::tabulated(mean, variance);
-  return true;
+  out.offset = height - slope * centre, out.per_unit = slope;
+  return out;
+}
+
+std::optional<NoiseModel> estimate_noise(const std::vector<NoiseInput>& pitches, const StepSolver& solver,
+                                         Axis axis, const NoiseLimits& limits) {
+  if (solver.count() <= 3 || solver.count() > kMostNoiseSteps) return std::nullopt;
+  const StepContrasts contrasts(solver);
+  const auto is_lit = [&limits](const NoiseInput& in, std::size_t i) {
+    return static_cast<double>(in.amplitude->data[i]) >= limits.min_amplitude &&
+           std::isfinite(in.phase->data[i]);
+  };
+  const auto is_unlit = [&](const NoiseInput& in, std::size_t i) {
+    return !is_lit(in, i) && std::ranges::all_of(in.steps, [&](const ImageF* step) {
+      return static_cast<double>(step->data[i]) < limits.saturation;
+    });
+  };
+  std::size_t n = 0, n_lit = 0;
+  for (const NoiseInput& in : pitches) {
+    n += in.amplitude->size();
+    for (std::size_t i = 0; i < in.amplitude->size(); ++i) n_lit += is_lit(in, i) ? 1 : 0;
+  }
+  double darkest = std::numeric_limits<double>::infinity();
+  std::vector<NoiseValue> values =
+      contrasts.of_triples(pitches, axis, n_lit, kMostNoiseValues, is_lit, darkest);
+  if (std::isfinite(limits.saturation)) {
+    double unused = 0.0;
+    const std::vector<NoiseValue> unlit = contrasts.of_triples(
+        pitches, axis, n - n_lit, std::min(values.size(), kMostUnlitValues), is_unlit, unused);
+    // outliers take the fitted valleys lower than any light is
+    darkest = std::max(darkest, add_unlit(unlit, contrasts.count(), limits, values));
+  }
+  return fit_noise(values, contrasts.count(), darkest, limits.least);
 }
 
 }  // namespace fringetwin::measure

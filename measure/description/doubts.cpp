@@ -28,7 +28,7 @@ constexpr double kOffset = 0.1;         ///< periods, median
 // What counts as an answer: it leaves a quarter of the bad pixels, or all of the offset but a twentieth of a
 // period, alike everywhere.
 constexpr double kLeftOver = 0.25;
-constexpr double kSettled = 0.02;  ///< periods
+constexpr double kSettledPeriods = 0.02;  ///< periods
 constexpr double kLeastGain = 0.003;
 constexpr std::uint64_t kFewestPixels = 500;
 
@@ -41,8 +41,9 @@ bool only_moved(const ReadingScore& s) { return !contradicted(s) && std::abs(s.o
 /// Returns whether `other` takes away what speaks against `described`.
 bool answers(const ReadingScore& described, const Reading& reading, const ReadingScore& other) {
   if (only_moved(described) || reading.shifts_only)
-    return reading.shifts_only && std::abs(other.offset) < kSettled && other.scatter < kSettled &&
-           std::abs(described.offset) > kOffset && other.good >= described.good;
+    return reading.shifts_only && std::abs(other.offset) < kSettledPeriods &&
+           other.scatter < kSettledPeriods && std::abs(described.offset) > kOffset &&
+           other.good >= described.good;
   if ((std::isnan(other.near) && !std::isnan(described.near)) || other.near < kFewNear) return false;
   if (described.residual > kResidual && other.residual <= kLeftOver * described.residual &&
       other.good >= described.good)

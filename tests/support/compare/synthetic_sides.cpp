@@ -47,6 +47,7 @@ Twin make_twin(const SidesTruth& t) {
   }
   twin.fringes.directions = {x};
   twin.fringes.steps = t.steps;
+  twin.fringes.amplitude = t.contrast;
   twin.objects.push_back({"ball", SphereShape{{0, 0, 250}, 5.0}, {}});
   twin.measure.fits.push_back({"ball", 2.0});
   return twin;
@@ -73,7 +74,7 @@ measure::CameraDecode empty_decode(const SidesTruth& t, const std::string& camer
 void set_pixel(measure::CameraDecode& d, const SidesTruth& t, int x, int y, double coordinate_px,
                double gain) {
   measure::DirectionDecode& m = d.directions[0];
-  const double amplitude = 0.5 * gain * weight_at(t, x, y);
+  const double mean = 0.5 * gain * weight_at(t, x, y), amplitude = 2.0 * t.contrast * mean;
   d.flags(x, y) = measure::kValid;
   m.coordinate_px(x, y) = coordinate_px;
   for (std::size_t p = 0; p < t.pitches_px.size(); ++p) {
@@ -81,7 +82,7 @@ void set_pixel(measure::CameraDecode& d, const SidesTruth& t, int x, int y, doub
         std::remainder(2.0 * std::numbers::pi * coordinate_px / t.pitches_px[p], 2.0 * std::numbers::pi));
     m.amplitude_dn[p](x, y) = static_cast<float>(amplitude);
   }
-  m.mean_dn(x, y) = static_cast<float>(amplitude);
+  m.mean_dn(x, y) = static_cast<float>(mean);
   const double gray_variance = t.noise_dn * t.noise_dn + (t.round_real ? 1.0 / 12.0 : 0.0);
   m.sigma_rad(x, y) = static_cast<float>(std::sqrt(2.0 * gray_variance / t.steps) / amplitude);
 }
@@ -158,7 +159,10 @@ SyntheticSides make_sides(const SidesTruth& t) {
                                   static_cast<double>(p.step) / t.steps);
             e_real += 0.5 * w * t.second_harmonic * std::cos(2.0 * theta);
           }
-          double y_real = t.gain_dn * albedo * e_real + t.black_level_dn + t.noise_dn * normal(random);
+          const double light_dn = t.gain_dn * albedo * e_real;
+          const double shot_dn2 = t.electrons_per_dn > 0.0 ? light_dn / t.electrons_per_dn : 0.0;
+          double y_real = light_dn + t.black_level_dn +
+                          std::sqrt(t.noise_dn * t.noise_dn + std::max(shot_dn2, 0.0)) * normal(random);
           if (t.outlier_fraction > 0.0 && uniform(random) < t.outlier_fraction) y_real += t.outlier_dn;
           if (t.round_real) y_real = std::clamp(std::round(y_real), 0.0, max_dn);
           real.images[k](x, y) = static_cast<float>(y_real);

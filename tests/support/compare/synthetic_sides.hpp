@@ -16,9 +16,11 @@ struct SidesTruth {
   double twin_gain_dn = 20.0, twin_black_level_dn = 0.0;  ///< what the twin believes
   int bit_depth = 8;
   double noise_dn = 1.5;
-  double albedo_sigma = 0.0;     ///< independent per pixel, common to all images
-  double second_harmonic = 0.0;  ///< amplitude relative to the local mean gray level
-  double geometry_rad = 0.0;     ///< independent per pixel, at the finest pitch
+  double electrons_per_dn = 0.0;  ///< photon noise besides; 0 = none
+  double contrast = 0.5;          ///< amplitude of the fringes over full light
+  double albedo_sigma = 0.0;      ///< independent per pixel, common to all images
+  double second_harmonic = 0.0;   ///< amplitude relative to the local mean gray level
+  double geometry_rad = 0.0;      ///< independent per pixel, at the finest pitch
   double outlier_fraction = 0.0, outlier_dn = 0.0;
   double weight = 10.0;  ///< irradiance of a fully lit pixel in the middle
   bool round_real = true;
