@@ -29,6 +29,8 @@ int tell_comparison(const std::filesystem::path& dir, const cosim::Run& run,
     const int code = convergence_exit_code(*side->measurement, verdict);
     if (code != verdict) return code;
   }
+  if (comparison.refinement && !comparison.refinement->converged)
+    return static_cast<int>(ExitCode::no_convergence);
   return verdict;
 }
 

@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "compare/causes/causes.hpp"
+#include "compare/causes/closed_columns.hpp"
 #include "compare/causes/sensitivity.hpp"
 #include "compare/geometry/fit_rows.hpp"
 #include "compare/gray/gain_checks.hpp"
@@ -104,10 +105,12 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
         "elsewhere (see above)");
     return;
   }
+  find_projector_places(*options.renderer, twin, samples);
   Sensitivity sensitivity(*options.renderer, std::move(samples));
   // the factors of the pixels are in the simulated side, not in the twin
   if (options.textured()) sensitivity.free_factors();
   out.causes = find_causes(sensitivity, twin);
+  if (options.refinement) out.causes.refined = options.refinement->asked;
 }
 
 /// Holds against the verdict on a phase that the fringe orders of the two sides disagree on many pixels.
@@ -204,6 +207,8 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
     if (side->measurement)
       for (const std::string& warning : side->measurement->warnings)
         out.warnings.push_back((side == &real ? "real: " : "simulated: ") + warning);
+  if (out.refinement)
+    out.warnings.insert(out.warnings.end(), out.refinement->warnings.begin(), out.refinement->warnings.end());
   out.fits = fit_rows(twin, real, simulated, out.warnings);
   out.indicators = indicators(twin, out.fits);
   const std::optional<CalibrationBudget> budget = calibration_of(twin, real, simulated, options, out);

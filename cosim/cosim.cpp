@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "compare/causes/refine.hpp"
+#include "compare/causes/refine_guard.hpp"
 #include "compare/verdict/calibration_covariance.hpp"
 #include "cosim/doubt_description.hpp"
 #include "cosim/load.hpp"
@@ -131,7 +132,8 @@ void simulate_side(Run& run, const RenderRequest& request) {
   measure_simulated(run);
 }
 
-/// Fits the twin to the real images, then renders and measures with the twin as fitted.
+/// Fits the twin to the real images, then renders and measures with the twin as fitted. Takes it back where
+/// coverage or the objects' fits got worse by it.
 void refine(Run& run, const CosimRequest& request) {
   run.timer.start("refine");
   compare::CompareOptions options = run.options;
@@ -139,10 +141,28 @@ void refine(Run& run, const CosimRequest& request) {
   compare::Refined refined = compare::refine(run.twin, run.real, run.simulated, options, request.refine);
   run.timer.stop();
   run.refined_toml = compare::refined_toml(refined.report, run.twin, refined.twin);
-  const Twin before = std::exchange(run.twin, std::move(refined.twin));
+  const bool is_as_before = refined.report.taken_back;
   run.options.refinement = std::move(refined.report);
+  if (is_as_before) return;
+  const std::vector<compare::ExplainedRow> rows = compare::measured_rows(run.twin, run.real, run.simulated);
+  const Twin before = std::exchange(run.twin, std::move(refined.twin));
+  const compare::Side simulated = std::exchange(run.simulated, {});
+  const Rendering rendering = run.rendering;
   simulate_side(run, request.render);
   measure_real(run, &before);
+  const std::string worse = compare::what_got_worse(
+      {.rows = rows}, {.rows = compare::measured_rows(run.twin, run.real, run.simulated)});
+  if (worse.empty()) return;
+  const Twin after = run.twin;
+  compare::Refined back{after, *run.options.refinement};
+  compare::take_back(back, before, worse);
+  run.twin = before;
+  run.options.refinement = std::move(back.report);
+  run.refined_toml = compare::refined_toml(*run.options.refinement, before, before);
+  run.simulated = simulated;
+  run.rendering = rendering;
+  run.options.rendered = rendering.notes;
+  measure_real(run, &after);
 }
 
 }  // namespace

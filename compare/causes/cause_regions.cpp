@@ -1,22 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/causes/cause_regions.hpp"
 
-#include <Eigen/QR>
 #include <cmath>
 #include <map>
 #include <utility>
 
 #include "compare/verdict/explained.hpp"
 #include "twin/base/constants.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::compare {
 namespace {
 
 constexpr int kSquare = 8;  ///< kept pixels: side of a region of the samples
 constexpr int kFewestInSquare = kSquare * kSquare / 4;
+constexpr double kNothingLeft = 1e-3;  ///< of a sum's weights: rounding, where a pixel's own numbers take all
+constexpr double kNoLight = 1e-9;      ///< of the irradiance: rounding, where an offset takes all
+constexpr double kLeastVariance = 1e-30;  ///< DN^2, of values that are not used
 /// Places of the kinds of sums; from kImage on there is one per image.
 constexpr int kLevel = 0, kContrast = 1, kShift = 2, kImage = 3;
-constexpr const char* kKindNames[] = {"level", "contrast", "shift", "image"};
+constexpr const char* kNames[] = {"level", "contrast", "shift", "image"};
 
 /// The images of one pitch. `by_phase` turns their irradiance E into dE/dphase of its first harmonic: with
 /// E = m + c cos d + s sin d by least squares over the steps d, this is s cos d - c sin d.
@@ -45,7 +48,7 @@ std::vector<PitchSteps> pitches_of(const GridSamples& s, const Fringes& fringes)
       waves.row(j) << 1.0, std::cos(step_rad), std::sin(step_rad);
       turned.row(j) << 0.0, -std::sin(step_rad), std::cos(step_rad);
     }
-    of.by_phase = turned * waves.completeOrthogonalDecomposition().pseudoInverse();
+    of.by_phase = turned * least_squares(waves, Eigen::MatrixXd::Identity(n, n));
     out.push_back(std::move(of));
   }
   return out;
@@ -64,9 +67,16 @@ struct PixelValues {
   Eigen::VectorXd irradiance, residual, variance, used;
 };
 
-/// Returns the weights of the sums, a column each. A sum over what a brightness of its own leaves of a pixel
-/// has the weights a - E (a E)/(E E/v)/v.
-Eigen::MatrixXd weights_of(const PixelValues& p, const std::vector<PitchSteps>& pitches, bool free_factor) {
+/// Takes what a direction of the values explains out of sums whose weights are the columns of `a`: a - V^-1 d
+/// (d^T a)/(d^T V^-1 d).
+void project_out(const Eigen::VectorXd& direction, const Eigen::VectorXd& precision, Eigen::MatrixXd& a) {
+  const Eigen::VectorXd weighted = precision.cwiseProduct(direction);
+  if (const double size = direction.dot(weighted); size > 0.0)
+    a -= weighted * (direction.transpose() * a) / size;
+}
+
+/// Returns the weights of the sums, a column each, without what a pixel has of its own.
+Eigen::MatrixXd weights_of(const PixelValues& p, const std::vector<PitchSteps>& pitches, FreePerPixel free) {
   const Eigen::Index n = p.used.size();
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, kImage + n);
   a.col(kLevel) = p.used;
@@ -75,12 +85,17 @@ Eigen::MatrixXd weights_of(const PixelValues& p, const std::vector<PitchSteps>& 
   for (const PitchSteps& pitch : pitches)
     a(pitch.at, kShift) = p.used(pitch.at).cwiseProduct(pitch.by_phase * p.irradiance(pitch.at));
   a.rightCols(n) = p.used.asDiagonal();
-  if (!free_factor) return a;
-  Eigen::VectorXd of_factor = Eigen::VectorXd::Zero(n);
-  for (Eigen::Index k = 0; k < n; ++k)
-    if (p.used[k] > 0.0) of_factor[k] = p.irradiance[k] / p.variance[k];
-  if (const double size = p.irradiance.dot(of_factor); size > 0.0)
-    a -= of_factor * (p.irradiance.transpose() * a) / size;
+  if (free == FreePerPixel::nothing) return a;
+  const Eigen::VectorXd size = a.colwise().norm(),
+                        precision = p.used.cwiseQuotient(p.variance.cwiseMax(kLeastVariance));
+  Eigen::VectorXd factor = p.irradiance.cwiseProduct(p.used);
+  if (frees_offset(free)) {
+    project_out(p.used, precision, a);
+    factor -= p.used * (precision.dot(factor) / precision.sum());  // what the offset has not taken
+  }
+  if (frees_factor(free) && factor.norm() > kNoLight * p.irradiance.norm()) project_out(factor, precision, a);
+  for (Eigen::Index j = 0; j < a.cols(); ++j)
+    if (a.col(j).norm() < kNothingLeft * size[j]) a.col(j).setZero();
   return a;
 }
 
@@ -96,7 +111,7 @@ void add_pixel(const PixelValues& p, const Eigen::MatrixXd& weights, Square& squ
 }
 
 std::vector<Square> squares_of(const GridSamples& s, const std::vector<float>& irradiance,
-                               const Fringes& fringes, bool free_factor) {
+                               const Fringes& fringes, FreePerPixel free) {
   const auto width = static_cast<std::size_t>(s.grid.width), n = s.images.size(),
              side = static_cast<std::size_t>(kSquare * s.grid.keep), across = width / side + 1;
   const std::vector<PitchSteps> pitches = pitches_of(s, fringes);
@@ -113,7 +128,7 @@ std::vector<Square> squares_of(const GridSamples& s, const std::vector<float>& i
       p.residual[k] = Sensitivity::residual(s, irradiance, i);
     }
     if (p.used.sum() > 0.0)
-      add_pixel(p, weights_of(p, pitches, free_factor),
+      add_pixel(p, weights_of(p, pitches, free),
                 squares[s.cell[pixel] / width / side * across + s.cell[pixel] % width / side]);
   }
   return squares;
@@ -121,13 +136,15 @@ std::vector<Square> squares_of(const GridSamples& s, const std::vector<float>& i
 
 }  // namespace
 
-std::vector<CauseRegion> cause_regions(const Sensitivity& sensitivity, const Twin& twin) {
-  const Sensitivity::Values values = sensitivity.irradiance(twin, Sensitivity::kResidualSamples);
+std::vector<CauseRegion> cause_regions(const Sensitivity& sensitivity, const Fringes& fringes,
+                                       const Sensitivity::Values& predicted, FreePerPixel free) {
+  if (sensitivity.has_free_factors())
+    free = frees_offset(free) ? FreePerPixel::factor_and_offset : FreePerPixel::factor;
   std::vector<CauseRegion> out;
-  for (const char* name : kKindNames) out.push_back({name, 0.0});
-  for (std::size_t c = 0; c < values.size(); ++c) {
+  for (const char* name : kNames) out.push_back({name, 0.0});
+  for (std::size_t c = 0; c < predicted.size(); ++c) {
     const GridSamples& s = sensitivity.samples()[c];
-    for (const Square& square : squares_of(s, values[c], twin.fringes, sensitivity.has_free_factors())) {
+    for (const Square& square : squares_of(s, predicted[c], fringes, free)) {
       if (square.pixels < kFewestInSquare) continue;
       for (std::size_t j = 0; j < square.sums.size(); ++j) {
         const Sum& sum = square.sums[j];

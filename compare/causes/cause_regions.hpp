@@ -9,10 +9,13 @@
 
 namespace fringetwin::compare {
 
-/// Returns what a twin leaves, with the gain and black level set, in the sums over squares of 8 x 8 kept
-/// pixels: their level, their contrast, the shift of their fringes (weights dE/dphase of the prediction's own
-/// first harmonic), and the level of each image. Where every pixel has a brightness of its own, only what
-/// that leaves counts. A row per kind, in this order.
-std::vector<CauseRegion> cause_regions(const Sensitivity& sensitivity, const Twin& twin);
+/// Returns what a prediction leaves, with the gain and black level set, in the sums over squares of 8 x 8
+/// kept pixels: their level, their contrast, the shift of their fringes (weights dE/dphase of the
+/// prediction's own first harmonic), and the level of each image. Of what every pixel has of its own (`free`,
+/// and a factor where the sensitivity has free factors) only what it leaves counts. A row per kind, in this
+/// order.
+std::vector<CauseRegion> cause_regions(const Sensitivity& sensitivity, const Fringes& fringes,
+                                       const Sensitivity::Values& predicted,
+                                       FreePerPixel free = FreePerPixel::nothing);
 
 }  // namespace fringetwin::compare

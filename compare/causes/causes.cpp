@@ -5,10 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
-#include "compare/causes/cause_regions.hpp"
-#include "compare/causes/gauss_newton.hpp"
+#include "compare/causes/cause_fit.hpp"
+#include "compare/causes/parameters.hpp"
 #include "compare/verdict/explained.hpp"
 #include "report/text.hpp"
 
@@ -17,48 +16,38 @@ namespace {
 
 constexpr double kWorthAdding = 0.02;  ///< share a further cause must explain to be listed in the order
 constexpr std::size_t kMostInOrder = 4;
-constexpr double kClear = 0.97;          ///< a linear step that explains so much has no rivals
-constexpr double kRivalShare = 0.25;     ///< of the excess that a linear step must take away to be iterated
-constexpr double kPairShare = 0.5;       ///< of the excess that the linear step of two groups must take away
-constexpr std::size_t kRivals = 3;       ///< candidates that are iterated
-constexpr double kClearlyBetter = 25.0;  ///< of chi2, beyond what noise gives the parameters
-constexpr int kIterations = 6;
+constexpr double kWorthATry = 0.25;  ///< of what the best linear step takes away
+constexpr std::size_t kMostAlone = 8, kMostFirst = 3, kMostPairs = 3;
 
 struct Group {
   std::string name;
   std::vector<std::size_t> at;  ///< of its parameters among all
 };
 
-/// Groups fitted to convergence, with a gain and black level per camera that go with them.
-struct CauseFit {
-  std::string groups;  ///< "blur, pose"
-  std::vector<CauseParameter> parameters = {};
-  std::vector<CauseGain> gain = {};
-  double chi2 = kNaN;   ///< per value
-  double total = kNaN;  ///< chi2 of all values and the number of what was fitted besides the sensors
-  bool settled = false;
-  std::vector<CauseRegion> regions = {};
-
-  /// Returns whether single values and regions show no more than noise.
-  bool passes(std::uint64_t n) const {
-    return chi2 <= 1.0 + allowed_for(static_cast<double>(n)) && regions[0].n > 0 &&
-           std::ranges::all_of(regions, &CauseRegion::passes);
-  }
+/// What every pixel may have of its own, as causes.
+struct PixelField {
+  FreePerPixel free;
+  const char *name, *cause;
 };
+constexpr PixelField kFields[] = {
+    {FreePerPixel::offset, "offset", "an offset per pixel (room light, scattering, a lamp beside)"},
+    {FreePerPixel::factor, "texture",
+     "a factor per pixel (texture, gloss, a projector that lights unevenly)"},
+    {FreePerPixel::factor_and_offset, "texture and offset", "a factor and an offset per pixel"}};
 
 /// Returns whether a group changes the images as the gain does, here more and there less: then how much of it
 /// is gain, nobody can tell.
 bool scales_the_gain(const std::string& group) {
-  return group == "texture" || group == "albedo" || group == "vignetting";
+  return group.starts_with("texture") || group == "albedo" || group == "vignetting" ||
+         group == "projector_field";
 }
 
-/// Returns by how much more than by its own number of parameters a group must lower chi2 to be named: nearly
-/// as many again, or 5 standard deviations of chi2 where they are many.
-double worth_naming(double parameters) {
-  return kClearlyBetter + std::min(parameters, 5.0 * std::sqrt(2.0 * parameters));
-}
-
-double worth_naming(const CauseRow& row) { return worth_naming(static_cast<double>(row.parameters.size())); }
+/// One explanation that was tried: groups, and a field of what every pixel has of its own.
+struct Tried {
+  std::vector<std::size_t> groups;
+  const PixelField* field = nullptr;
+  CauseFit fit;
+};
 
 class CauseSearch {
  public:
@@ -72,47 +61,53 @@ class CauseSearch {
       if (!g.at.empty()) groups_.push_back(std::move(g));
     }
     start_ = start_values(parameters_);
-    equations_ = sensitivity.equations(twin, parameters_, start_);
-    for (std::size_t c = 0; c < sensitivity.samples().size(); ++c)
-      for (const std::size_t at : {equations_.gain_at(c), equations_.black_at(c)}) sensors_.push_back(at);
+    base_ = sensitivity.predicted(twin, parameters_, start_);
+    sensitivity.choose_scale(base_, FreePerPixel::nothing);
+    columns_ = sensitivity.columns(twin, parameters_, start_);
+    equations_ = sensitivity.equations_at(base_, columns_, FreePerPixel::nothing);
   }
 
   Causes run() {
     Causes out;
-    before_ = solve({}).chi2;
+    const CauseFit as_it_is = fit_cause(sensitivity_, twin_, {}, FreePerPixel::nothing);
     out.n = equations_.n;
-    const auto n = static_cast<double>(out.n);
-    out.chi2 = before_ / n;
-    excess_ = before_ - n;
-    as_it_is_ = converge({}).regions;
-    values_fail_ = !(out.chi2 <= 1.0 + allowed_for(n));
-    if (!values_fail_ && std::ranges::all_of(as_it_is_, &CauseRegion::passes)) return out;
-    for (std::size_t g = 0; g < groups_.size(); ++g) out.rows.push_back(make_row(g, solve({g})));
-    std::vector<std::size_t> named = best_alone(out.rows);
-    if (named.empty()) named = best_pair(out.rows);
-    if (named.empty() && !sensitivity_.has_free_factors()) named = texture(out.rows);
+    out.chi2 = as_it_is.chi2;
+    own_ = as_it_is.tried.fitted;
+    before_ = as_it_is.tried.chi2 - own_;
+    excess_ = before_ - static_cast<double>(out.n);
+    regions_before_ = as_it_is.regions;
+    values_fail_ = !(out.chi2 <= 1.0 + allowed_for(static_cast<double>(out.n)));
+    if (!values_fail_ && std::ranges::all_of(regions_before_, &CauseRegion::passes)) return out;
+    for (std::size_t g = 0; g < groups_.size(); ++g) out.rows.push_back(make_row(g, solve(equations_, {g})));
+    try_alone(out.rows);
+    std::vector<std::size_t> named = alike();
+    if (named.empty()) try_pairs(out.rows);
+    if (named.empty()) named = alike();
+    if (named.empty() && !sensitivity_.has_free_factors()) try_fields(out.rows);
+    if (named.empty()) named = alike();
+    if (named.empty() && !sensitivity_.has_free_factors()) try_fields_with_groups();
+    if (named.empty()) named = alike();
     if (named.empty())
       list_in_order(out);
     else
       list_named(named, out);
-    std::ranges::stable_sort(out.rows, [](const CauseRow& a, const CauseRow& b) {
-      const int x = a.order > 0 ? a.order : 99, y = b.order > 0 ? b.order : 99;
-      return x != y ? x < y : a.removed > b.removed;
-    });
     return out;
   }
 
  private:
   /// Solves for these groups with gain and black level of every camera.
-  Step solve(const std::vector<std::size_t>& groups) const {
-    std::vector<std::size_t> unknowns = sensors_;
+  Step solve(const NormalEquations& e, const std::vector<std::size_t>& groups) const {
+    std::vector<std::size_t> unknowns;
+    for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c)
+      for (const std::size_t at : {e.gain_at(c), e.black_at(c)}) unknowns.push_back(at);
     for (const std::size_t g : groups)
       unknowns.insert(unknowns.end(), groups_[g].at.begin(), groups_[g].at.end());
-    return solve_step(equations_, unknowns);
+    return solve_step(e, unknowns);
   }
-  /// Returns by how much the fit would lower noise alone.
-  double freedom(const Step& step) const {
-    return static_cast<double>(step.n_determined) - static_cast<double>(sensors_.size());
+  /// Returns by how much a linear step in these groups lowers chi2, less what it would lower noise.
+  double removed_by(const NormalEquations& e, const std::vector<std::size_t>& groups) const {
+    const Step without = solve(e, {}), with = solve(e, groups);
+    return without.chi2 - with.chi2 - static_cast<double>(with.n_determined - without.n_determined);
   }
   bool is_switch(std::size_t g) const { return parameters_[groups_[g].at[0]].is_switch; }
 
@@ -122,117 +117,213 @@ class CauseSearch {
     if (values_fail_) return std::min(1.0, removed / excess_);
     double excess = 0.0, left = 0.0;
     for (std::size_t k = 0; k < after.size(); ++k)
-      if (const CauseRegion& was = as_it_is_[k]; !was.passes()) {
+      if (const CauseRegion& was = regions_before_[k]; !was.passes()) {
         excess += static_cast<double>(was.n) * (was.chi2 - 1.0);
         left += static_cast<double>(was.n) * (after[k].chi2 - 1.0);
       }
     return excess > 0.0 ? std::min(1.0, 1.0 - left / excess) : kNaN;
   }
 
-  /// Fits the groups that take away most to convergence, and returns the best of those that explain the
-  /// difference.
-  std::vector<std::size_t> best_alone(std::vector<CauseRow>& rows) {
-    std::vector<std::size_t> rivals;
-    for (std::size_t g = 0; g < rows.size(); ++g)
-      if (rows[g].removed >= worth_naming(rows[g]) &&
-          (!values_fail_ || rows[g].removed >= kRivalShare * excess_))
-        rivals.push_back(g);
-    std::ranges::sort(rivals, [&](auto a, auto b) { return rows[a].removed > rows[b].removed; });
-    rivals.resize(std::min(rivals.size(), kRivals));
-    std::vector<std::size_t> best;
-    for (const std::size_t g : rivals) {
-      const bool is_clear = best.empty() && values_fail_ && rows[g].removed >= kClear * excess_;
-      take(converge({g}), rows[g]);
-      if (!rows[g].passes || rows[g].removed < worth_naming(rows[g])) continue;
-      if (is_clear) return {g};
-      if (best.empty() || rows[g].removed > rows[best[0]].removed) best = {g};
+  /// Returns those that explain the difference and cannot be told apart.
+  std::vector<std::size_t> alike() const {
+    std::vector<TriedCause> all;
+    double least = 1.0 + allowed_for(static_cast<double>(equations_.n));
+    for (const Tried& t : tried_) {
+      all.push_back(t.fit.tried);
+      if (t.fit.tried.passes) least = std::min(least, t.fit.chi2);
     }
-    return best;
+    return explaining_alike(all, before_, least);
   }
 
-  /// Writes what a fit of its group alone found into the row.
-  void take(const CauseFit& fit, CauseRow& row) {
+  /// Fits groups to convergence, in a field or without; `first`: begins where this fit ended.
+  const CauseFit& try_fit(const std::vector<std::size_t>& groups, const PixelField* field = nullptr,
+                          const CauseFit* first = nullptr) {
+    std::vector<Parameter> own;
+    Sensitivity::Columns columns{columns_.rough, {}};
+    for (const std::size_t g : groups)
+      for (const std::size_t at : groups_[g].at) {
+        own.push_back(parameters_[at]);
+        columns.each.push_back(columns_.each[at]);
+      }
+    const bool turns = std::ranges::any_of(groups, [this](std::size_t g) { return is_switch(g); });
+    if (first || turns) columns = {};
+    Eigen::VectorXd begin;
+    if (first) {
+      std::erase_if(own, [](const Parameter& p) { return p.is_switch; });
+      begin = start_values(own);
+      begin.head(first->values.size()) = first->values;
+    }
+    CauseFit fit = fit_cause(sensitivity_, twin_, own, field ? field->free : FreePerPixel::nothing,
+                             first ? &begin : nullptr, std::move(columns));
+    fit.tried.fitted -= own_;
+    fit.tried.chi2 -= own_;
+    return tried_.emplace_back(groups, field, std::move(fit)).fit;
+  }
+
+  /// Fits the groups to convergence whose linear steps take away most.
+  void try_alone(std::vector<CauseRow>& rows) {
+    std::vector<std::size_t> groups;
+    double most = 0.0;
+    for (const CauseRow& row : rows) most = std::max(most, row.removed);
+    for (std::size_t g = 0; g < rows.size(); ++g)
+      if (rows[g].removed >= std::max(kWorthATry * most, worth_naming(1.0))) groups.push_back(g);
+    std::ranges::stable_sort(groups, [&](auto a, auto b) { return rows[a].removed > rows[b].removed; });
+    groups.resize(std::min(groups.size(), kMostAlone));
+    for (const std::size_t g : groups) take(try_fit({g}), rows[g]);
+  }
+
+  /// Writes what a fit by itself found into the row.
+  void take(const CauseFit& fit, CauseRow& row) const {
     row.chi2_after = fit.chi2;
-    row.passes = fit.passes(equations_.n);
+    row.passes = fit.tried.passes;
     row.regions_after = fit.regions;
-    row.removed = before_ - fit.total;
+    row.removed = before_ - fit.tried.chi2;
     row.alone = share(row.removed, fit.regions);
     take_values(fit, row);
-    fits_.emplace(row.group, fit);
   }
   static void take_values(const CauseFit& fit, CauseRow& row) {
-    for (const CauseParameter& fitted : fit.parameters)
+    for (const CauseParameter& fitted : fit.told)
       for (CauseParameter& p : row.parameters)
         if (p.name == fitted.name && fitted.sigma > 0.0) p = fitted;
   }
 
-  /// Returns two groups that explain the difference together and not alone, the one that takes away more
-  /// first.
-  std::vector<std::size_t> best_pair(std::vector<CauseRow>& rows) {
-    for (const std::size_t first : {next_after({}, 0.0), most_removed(rows)}) {
-      if (first == groups_.size()) continue;
-      std::vector<std::size_t> pair{first, next_after({first}, worth_naming(0.0))};
-      if (pair[1] == groups_.size()) continue;
-      if (rows[pair[1]].removed > rows[pair[0]].removed) std::swap(pair[0], pair[1]);
-      if (fits_.contains(name_of(pair))) continue;
-      const Step linear = solve(pair);
-      if (values_fail_ && before_ - linear.chi2 - freedom(linear) < kPairShare * excess_) continue;
-      const CauseFit& fit = fits_.emplace(name_of(pair), converge(pair)).first->second;
-      const double removed = before_ - fit.total,
-                   besides = worth_naming(static_cast<double>(groups_[pair[1]].at.size()));
-      if (fit.passes(equations_.n) && removed - rows[pair[0]].removed >= besides) return pair;
+  /// Fits the groups that take away most together with each that takes most of what they leave; each of the
+  /// two must be worth naming besides the other.
+  void try_pairs(const std::vector<CauseRow>& rows) {
+    std::vector<std::size_t> firsts(tried_.size());
+    for (std::size_t k = 0; k < firsts.size(); ++k) firsts[k] = k;
+    std::ranges::stable_sort(
+        firsts, [&](auto a, auto b) { return tried_[a].fit.tried.chi2 < tried_[b].fit.tried.chi2; });
+    firsts.resize(std::min(firsts.size(), kMostFirst));
+    struct Pair {
+      std::size_t first, second;
+      double left;
+    };
+    std::vector<Pair> pairs;
+    for (const std::size_t k : firsts) {
+      const CauseFit& fit = tried_[k].fit;
+      if (fit.fitted.empty()) continue;  // a switch
+      const std::size_t g = tried_[k].groups[0];
+      Sensitivity there = fit.sensors;
+      const NormalEquations e =
+          there.equations_at(there.predicted(twin_, fit.fitted, fit.values), columns_, FreePerPixel::nothing);
+      for (std::size_t other = 0; other < groups_.size(); ++other)
+        if (other != g && !is_switch(other))
+          if (const double more = removed_by(e, {g, other}) - removed_by(e, {g});
+              more >= worth_naming(static_cast<double>(groups_[other].at.size())))
+            pairs.push_back({k, other, fit.tried.chi2 - more});
     }
-    return {};
-  }
-  static std::size_t most_removed(const std::vector<CauseRow>& rows) {
-    const auto less = [](const CauseRow& a, const CauseRow& b) { return a.removed < b.removed; };
-    return static_cast<std::size_t>(std::ranges::max_element(rows, less) - rows.begin());
+    std::ranges::stable_sort(pairs, [](const Pair& a, const Pair& b) { return a.left < b.left; });
+    std::size_t n_tried = 0;
+    for (const auto& [first, second, left] : pairs) {
+      std::vector<std::size_t> both{tried_[first].groups[0], second};
+      const auto is_same = [&](const Tried& t) {
+        return t.groups.size() == 2 && std::ranges::is_permutation(t.groups, both);
+      };
+      if (n_tried == kMostPairs || std::ranges::any_of(tried_, is_same)) continue;
+      ++n_tried;
+      const CauseFit begin = tried_[first].fit;  // tried_ grows
+      try_fit(both, nullptr, &begin);
+      TriedCause& pair = tried_.back().fit.tried;
+      for (const std::size_t k : {0u, 1u}) {
+        const double alone = before_ - rows[both[1 - k]].removed;
+        if (alone - pair.chi2 < worth_naming(static_cast<double>(groups_[both[k]].at.size())))
+          pair.passes = false;  // one of them is for nothing
+      }
+      if (rows[both[1]].removed > rows[both[0]].removed)
+        std::swap(tried_.back().groups[0], tried_.back().groups[1]);
+    }
   }
 
-  /// Gives every pixel a brightness of its own. It explains whatever is common to all images of a pixel, also
-  /// what a group of few numbers would: so it is tried last.
-  std::vector<std::size_t> texture(std::vector<CauseRow>& rows) {
-    CauseRow row;
-    row.group = "texture";
-    row.cause = "reflectivity that varies over a surface (texture), one factor per pixel";
-    take(converge({}, true), row);
-    const CauseFit& fit = fits_.at(row.group);
-    const double factors = fit.total - fit.chi2 * static_cast<double>(n_textured_);
-    rows.push_back(std::move(row));
-    if (!rows.back().passes || rows.back().removed < worth_naming(factors)) return {};
-    return {rows.size() - 1};
+  /// Gives every pixel an offset, a factor or both of its own.
+  void try_fields(std::vector<CauseRow>& rows) {
+    for (const PixelField& field : kFields) {
+      CauseRow row;
+      row.group = field.name;
+      row.cause = field.cause;
+      take(try_fit({}, &field), row);
+      rows.push_back(std::move(row));
+    }
+  }
+  /// Gives every pixel an offset or a factor of its own besides the groups that then take away most.
+  void try_fields_with_groups() {
+    for (const FreePerPixel free : {FreePerPixel::offset, FreePerPixel::factor}) {
+      const NormalEquations e = sensitivity_.equations_at(base_, columns_, free);
+      std::size_t best = groups_.size();
+      double most = worth_naming(1.0);
+      for (std::size_t g = 0; g < groups_.size(); ++g)
+        if (const double removed = removed_by(e, {g}); !is_switch(g) && removed > most)
+          most = removed, best = g;
+      if (best < groups_.size()) try_fit({best}, field_of(free));
+    }
+  }
+  static const PixelField* field_of(FreePerPixel free) {
+    for (const PixelField& field : kFields)
+      if (field.free == free) return &field;
+    return nullptr;
   }
 
-  /// Puts the named ones first, with the values and the sensors that go with them.
+  std::string name_of(const Tried& tried) const {
+    std::string all = tried.field ? tried.field->name : "";
+    for (const std::size_t g : tried.groups) all += (all.empty() ? "" : kCausesTogether) + groups_[g].name;
+    return all;
+  }
+
+  /// Puts the named ones first, the first of them with its order, values and sensors.
   void list_named(const std::vector<std::size_t>& named, Causes& out) const {
-    const bool is_texture = named[0] >= groups_.size();
-    const CauseFit& fit = fits_.at(is_texture ? out.rows[named[0]].group : name_of(named));
+    for (const std::size_t k : named) out.together.push_back(name_of(tried_[k]));
+    add_texture_beside(out);
+    const Tried& first = tried_[named[0]];
+    const std::vector<std::string> parts = groups_in(out.together[0]);
+    if (out.together.size() == 1 && parts.size() == 1) out.named = parts[0];
     double before = 0.0;
-    for (std::size_t k = 0; k < named.size(); ++k) {
-      CauseRow& row = out.rows[named[k]];
-      take_values(fit, row);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      CauseRow& row = *std::ranges::find(out.rows, parts[k], &CauseRow::group);
+      take_values(first.fit, row);
       row.order = static_cast<int>(k) + 1;
-      const double together = k + 1 < named.size() ? row.alone : share(before_ - fit.total, fit.regions);
+      const double together =
+          k + 1 < parts.size() ? row.alone : share(before_ - first.fit.tried.chi2, first.fit.regions);
       row.in_order = together - before;
       before = together;
     }
+    sort(out);
     out.rest = 1.0 - before;
-    out.named = out.rows[named[0]].group;
-    out.chi2_after = fit.chi2;
-    for (const std::size_t g : named)
-      if (scales_the_gain(out.rows[g].group) || sensitivity_.has_free_factors())
-        out.why =
-            "what changes the images as the gain does (reflectivity, vignetting) cannot be told from it";
-      else if (is_switch(g))
-        out.why = "it is either on or off: set it in the twin and compare again";
-    if (out.why.empty() && !fit.settled) out.why = "the fit did not come to rest";
+    out.chi2_after = first.fit.chi2;
+    offer_gain(first, out);
+  }
+  /// What scales the light over a single camera's image may as well be on the surfaces.
+  void add_texture_beside(Causes& out) const {
+    const bool is_smooth = std::ranges::any_of(
+        out.together, [](const std::string& t) { return t == "vignetting" || t == "projector_field"; });
+    if (!is_smooth || sensitivity_.samples().size() > 1 || sensitivity_.has_free_factors()) return;
+    out.together.emplace_back("texture");
+    const PixelField& texture = *field_of(FreePerPixel::factor);
+    CauseRow row;
+    row.group = texture.name;
+    row.cause = texture.cause;
+    const NormalEquations e = sensitivity_.equations_at(base_, {base_, {}}, texture.free);
+    row.removed = before_ - solve(e, {}).chi2 - static_cast<double>(equations_.n - e.n);
+    row.alone = share(row.removed, {});
+    out.rows.push_back(std::move(row));
+  }
+
+  void offer_gain(const Tried& first, Causes& out) const {
+    const auto scales = [](const std::string& name) {
+      return std::ranges::any_of(groups_in(name), scales_the_gain);
+    };
+    if (std::ranges::any_of(out.together, scales) || sensitivity_.has_free_factors())
+      out.why = "what changes the images as the gain does (reflectivity, vignetting) cannot be told from it";
+    if (std::ranges::any_of(first.groups, [this](std::size_t g) { return is_switch(g); }))
+      out.why = "it is either on or off: set it in the twin and compare again";
+    if (first.field) out.why = "what every pixel has of its own cannot be told from it";
+    if (out.why.empty() && !first.fit.converged) out.why = "the fit did not come to rest";
     if (!out.why.empty()) return;
-    out.gain = fit.gain;
-    out.with = fit.groups;
-    const CauseParameter& first = fit.parameters[0];
-    if (fit.parameters.size() == 1 && first.sigma > 0.0)
-      out.with += " " + report::with_sigma(first.estimate, first.sigma) + (first.unit.empty() ? "" : " ") +
-                  first.unit;
+    out.gain = first.fit.gain;
+    for (const std::size_t g : first.groups) out.with += (out.with.empty() ? "" : ", ") + groups_[g].name;
+    const CauseParameter& value = first.fit.told[0];
+    if (first.fit.told.size() == 1 && value.sigma > 0.0)
+      out.with += " " + report::with_sigma(value.estimate, value.sigma) + (value.unit.empty() ? "" : " ") +
+                  value.unit;
   }
 
   /// Lists the groups by what linear steps take away one after the other, where nothing is named.
@@ -241,97 +332,35 @@ class CauseSearch {
     std::vector<std::size_t> taken;
     for (const std::size_t g : choose_order()) {
       taken.push_back(g);
-      const Step step = solve(taken);
+      const Step step = solve(equations_, taken);
       out.rows[g].order = static_cast<int>(taken.size());
       out.rows[g].in_order = share(before - step.chi2, {});
       before = step.chi2;
     }
     if (!taken.empty() && values_fail_) out.rest = (before - static_cast<double>(out.n)) / excess_;
+    sort(out);
   }
-
-  std::string name_of(const std::vector<std::size_t>& groups) const {
-    std::string all;
-    for (const std::size_t g : groups) all += (all.empty() ? "" : ", ") + groups_[g].name;
-    return all;
-  }
-
-  /// Fits groups to convergence, each time from the twin's values; a switch is turned. `textured`: with a
-  /// brightness of its own for every pixel.
-  CauseFit converge(const std::vector<std::size_t>& groups, bool textured = false) {
-    CauseFit out{.groups = name_of(groups)};
-    Sensitivity sensors = sensitivity_;  // begins with the same gain and black level
-    Twin twin = twin_;
-    if (textured) sensors.free_factors();
-    std::vector<Parameter> own;
-    double n_fitted = 0.0;
-    for (const std::size_t g : groups)
-      for (const std::size_t at : groups_[g].at) {
-        n_fitted += 1.0;
-        if (!is_switch(g))
-          own.push_back(parameters_[at]);
-        else
-          parameters_[at].change(twin, parameters_[at].start > 0.5 ? -1.0 : 1.0);
-      }
-    GaussNewton fit(sensors, twin, std::move(own), false);
-    GaussNewton::Outcome outcome = GaussNewton::Outcome::moved;
-    if (!fit.parameters().empty())
-      for (int i = 0; i < kIterations && outcome == GaussNewton::Outcome::moved; ++i)
-        outcome = fit.step(true);
-    out.settled = fit.parameters().empty() || outcome == GaussNewton::Outcome::settled;
-    fit.settle_sensors();
-    out.chi2 = fit.chi2();
-    const Twin fitted = fit.twin();
-    out.regions = cause_regions(sensors, fitted);
-    const auto n = static_cast<double>(equations_.n);
-    if (textured) {
-      n_textured_ = sensors.equations_without_parameters(fitted).n;
-      n_fitted = n - static_cast<double>(n_textured_);
-    }
-    out.total = out.chi2 * (textured ? static_cast<double>(n_textured_) : n) + n_fitted;
-    if (!fit.parameters().empty()) tell_values(fit, sensors, out);
-    return out;
-  }
-  void tell_values(const GaussNewton& fit, const Sensitivity& sensors, CauseFit& out) const {
-    const NormalEquations& e = fit.equations();
-    const Step last = solve_step(e, fit.unknowns());
-    const double inflation = std::sqrt(std::max(1.0, out.chi2));
-    for (std::size_t k = 0; k < fit.parameters().size(); ++k) {
-      const Parameter& p = fit.parameters()[k];
-      out.parameters.push_back({p.name, p.unit, p.shown(p.start), p.shown(fit.values()[k]),
-                                p.shown_sigma(fit.values()[k], inflation * last.sigma[k])});
-    }
-    for (std::size_t c = 0; c < sensors.samples().size(); ++c) {
-      const GridSamples& s = sensors.samples()[c];
-      out.gain.push_back({twin_.cameras[s.camera].name, s.gain_dn, inflation * last.sigma[e.gain_at(c)],
-                          s.black_level_dn, inflation * last.sigma[e.black_at(c)]});
-    }
-  }
-
-  /// Returns the group whose linear step takes away most besides those taken, more than `least` and than its
-  /// number of parameters; the number of groups where none does.
-  std::size_t next_after(const std::vector<std::size_t>& taken, double least) const {
-    std::size_t best = groups_.size();
-    double lowest = solve(taken).chi2 - least;
-    for (std::size_t g = 0; g < groups_.size(); ++g) {
-      if (std::ranges::find(taken, g) != taken.end()) continue;
-      std::vector<std::size_t> with = taken;
-      with.push_back(g);
-      const Step step = solve(with);
-      if (const double left = step.chi2 + freedom(step); left < lowest) {
-        lowest = left;
-        best = g;
-      }
-    }
-    return best;
+  static void sort(Causes& out) {
+    std::ranges::stable_sort(out.rows, [](const CauseRow& a, const CauseRow& b) {
+      const int x = a.order > 0 ? a.order : 99, y = b.order > 0 ? b.order : 99;
+      return x != y ? x < y : a.removed > b.removed;
+    });
   }
 
   /// Takes the group that takes away most, then the one that takes most of what is left ...
   std::vector<std::size_t> choose_order() const {
     std::vector<std::size_t> taken;
     while (taken.size() < kMostInOrder) {
-      const std::size_t next = next_after(taken, std::max(kClearlyBetter, kWorthAdding * excess_));
-      if (next == groups_.size()) break;
-      taken.push_back(next);
+      std::size_t best = groups_.size();
+      double most = removed_by(equations_, taken) + std::max(worth_naming(1.0), kWorthAdding * excess_);
+      for (std::size_t g = 0; g < groups_.size(); ++g) {
+        if (std::ranges::find(taken, g) != taken.end()) continue;
+        std::vector<std::size_t> with = taken;
+        with.push_back(g);
+        if (const double removed = removed_by(equations_, with); removed > most) most = removed, best = g;
+      }
+      if (best == groups_.size()) break;
+      taken.push_back(best);
     }
     return taken;
   }
@@ -340,7 +369,7 @@ class CauseSearch {
     CauseRow row;
     row.group = groups_[g].name;
     row.cause = parameter_group(row.group).cause;
-    row.removed = before_ - step.chi2 - freedom(step);
+    row.removed = removed_by(equations_, {g});
     row.alone = share(row.removed, {});
     const double inflation = std::sqrt(std::max(1.0, step.chi2 / static_cast<double>(equations_.n)));
     for (const std::size_t k : groups_[g].at) {
@@ -357,28 +386,16 @@ class CauseSearch {
   const Twin& twin_;
   std::vector<Parameter> parameters_;
   std::vector<Group> groups_;
-  std::vector<std::size_t> sensors_;
   Eigen::VectorXd start_;
-  NormalEquations equations_;
-  std::map<std::string, CauseFit> fits_;  ///< by their groups
-  std::vector<CauseRegion> as_it_is_;     ///< what the twin leaves in regions
-  double before_ = 0.0, excess_ = 0.0;    ///< chi2 with gain and black level alone, and beyond noise
+  Sensitivity::Columns columns_;  ///< of all parameters at the twin
+  Sensitivity::Values base_;      ///< what the twin predicts
+  NormalEquations equations_;     ///< there
+  std::vector<CauseRegion> regions_before_;
+  std::vector<Tried> tried_;
+  double own_ = 0.0;                    ///< numbers that pixels have of their own in all fits
+  double before_ = 0.0, excess_ = 0.0;  ///< chi2 with gain and black level alone, and beyond noise
   bool values_fail_ = false;
-  std::uint64_t n_textured_ = 0;  ///< values, less one per pixel
 };
-
-/// Says what of a fit is not explained: "chi2 1.5, limit 1.15; shift of regions 5.66, limit 1.37".
-std::string left_by(const CauseRow& row, double limit) {
-  std::string text;
-  if (row.chi2_after > limit) text = fmt::format("chi2 {:.3g}, limit {:.3g}", row.chi2_after, limit);
-  for (const CauseRegion& r : row.regions_after)
-    if (!r.passes())
-      text += fmt::format("{}{} of regions {:.3g}, limit {:.3g}", text.empty() ? "" : "; ", r.kind, r.chi2,
-                          r.limit);
-  if (!row.regions_after.empty() && row.regions_after[0].n == 0)
-    text += (text.empty() ? "" : "; ") + std::string("regions with too few pixels to judge it");
-  return text.empty() ? "" : ", which leaves " + text;
-}
 
 }  // namespace
 
@@ -386,37 +403,9 @@ Causes find_causes(Sensitivity& sensitivity, const Twin& twin) {
   return CauseSearch(sensitivity, twin).run();
 }
 
-std::string sentence(const Causes& causes) {
-  if (causes.rows.empty()) return "";
-  const auto percent = [](double share) {
-    return std::isfinite(share) ? fmt::format("{:.3g} % of it", 100.0 * share) : std::string("part of it");
-  };
-  if (causes.named.empty()) {
-    const auto less = [](const CauseRow& a, const CauseRow& b) { return a.removed < b.removed; };
-    const CauseRow& nearest = *std::ranges::max_element(causes.rows, less);
-    return fmt::format("none of the causes tested explains what the budget does not (nearest: {}, {}{})",
-                       nearest.cause, percent(nearest.alone),
-                       left_by(nearest, 1.0 + allowed_for(static_cast<double>(causes.n))));
-  }
-  const CauseRow &first = causes.rows[0],
-                 &second = causes.rows[std::min<std::size_t>(1, causes.rows.size() - 1)];
-  if (second.order == 2)
-    return fmt::format(
-        "most likely causes: {} ({}) and {}: together they explain the gray difference beyond the budget. "
-        "Fit "
-        "them with --refine {},{}",
-        first.cause, percent(first.alone), second.cause, first.group, second.group);
-  return fmt::format(
-      "most likely cause: {}; it explains {} of the gray difference beyond the budget. Fit it with --refine "
-      "{}",
-      first.cause,
-      std::isfinite(first.alone) ? fmt::format("{:.1f} %", 100.0 * first.alone) : "what regions show",
-      causes.named);
-}
-
 std::string gain_sentence(const Causes& causes) {
   if (!causes.why.empty())
-    return fmt::format("no gain or black level is offered with {}: {}", causes.named, causes.why);
+    return fmt::format("no gain or black level is offered with {}: {}", causes.together[0], causes.why);
   std::string line = causes.gain.empty() ? "" : "with " + causes.with;
   for (const CauseGain& g : causes.gain)
     line += fmt::format("; {}: gain {} DN, black level {} DN", g.camera,

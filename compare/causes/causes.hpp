@@ -2,6 +2,7 @@
 // Takes the samples of all cameras and finds which error of the twin would explain what noise does not: every
 // parameter group is fitted to the gray values in one linear step (docs/metrics/causes.md, "Causes").
 #pragma once
+#include "compare/causes/cause_decision.hpp"
 #include "compare/causes/sensitivity.hpp"
 #include "compare/result/rows.hpp"
 
@@ -10,10 +11,6 @@ namespace fringetwin::compare {
 /// Ranks the causes; leaves the rows empty where noise explains the gray values (no excess). `sensitivity`
 /// holds the samples of all cameras.
 Causes find_causes(Sensitivity& sensitivity, const Twin& twin);
-
-/// Says in one sentence what was found: "lens distortion explains 99 % of ...", or that none of those tested
-/// does.
-std::string sentence(const Causes& causes);
 
 /// Says in one line which gain and black level each camera has with the causes taken, or why none is offered;
 /// empty where no cause is named.

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renders a camera on every k-th pixel only: what a changed twin would show, at 1/k^2 of the cost.
+// Renders a camera on every k-th pixel only, which is what a changed twin would show at 1/k^2 of the cost,
+// and holds the real gray values of these pixels.
 #pragma once
+#include <Eigen/Core>
 #include <cstddef>
 #include <vector>
 
 #include "render/renderer.hpp"
+#include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::compare {
@@ -18,6 +21,25 @@ struct GridView {
     return static_cast<std::size_t>(first + stride * gy) * static_cast<std::size_t>(full_width) +
            static_cast<std::size_t>(first + stride * gx);
   }
+};
+
+/// Real gray values of one camera on a grid of pixels. Value of pixel p and image k at [p * images.size() +
+/// k].
+struct GridSamples {
+  std::size_t camera = 0;
+  GridView grid;
+  std::vector<std::size_t> cell;  ///< of each pixel, in the grid
+  std::vector<int> images;        ///< sequence indices
+  std::vector<float> real_dn;
+  std::vector<float> weight;                   ///< 1 / standard deviation; 0 where not usable
+  double gain_dn = 1.0, black_level_dn = 0.0;  ///< of the gain fit
+  double rendering_dn = 0.0;                   ///< rms rendering error, part of the weights
+  /// The twin's whole images, irradiance but for an offset, which must outlive the samples; null where they
+  /// are rounded to gray values.
+  const CameraImages* frame = nullptr;
+  std::vector<Eigen::Vector2f>
+      projector_px;  ///< that lights each pixel; empty unless find_projector_places()
+  std::size_t n_pixels() const { return cell.size(); }
 };
 
 /// Returns a grid that keeps at most `most` of `n_valid` pixels. It holds every pixel, of which some are

@@ -3,36 +3,21 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "compare/causes/closed_columns.hpp"
+#include "compare/causes/parameters_geometry.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::compare {
 namespace {
 
-using Eigen::Vector3d;
 using Change = std::function<void(Twin&, double)>;
 
-constexpr double kStepMm = 0.01, kStepRad = 1e-4;
 constexpr int kStepsForHarmonics = 6, kMostHarmonics = 7;
 constexpr std::size_t kTableLevels =
     1025;  ///< linear between them: the amplitude of harmonic 7 is 0.13 % small
-
-Vector3d unit(int i) { return Vector3d::Unit(i); }
-
-/// "k1" of a lens; a pinhole becomes an OPENCV4 lens.
-Lens with_distortion(const Lens& lens, int coefficient, double change, const std::string& device) {
-  std::vector<double> intrinsics = lens.intrinsics();
-  std::string model = lens.model();
-  if (intrinsics.size() < 8) {
-    model = "LENSMODEL_OPENCV4";
-    intrinsics.resize(8, 0.0);
-  }
-  intrinsics.at(4 + static_cast<std::size_t>(coefficient)) += change;
-  return Lens(model, intrinsics, {lens.width(), lens.height()}, "the lens of " + device + " as changed");
-}
 
 /// The projector's response as a table, with a harmonic added.
 void add_harmonic(Twin& twin, int order, double amplitude) {
@@ -48,20 +33,18 @@ void add_harmonic(Twin& twin, int order, double amplitude) {
   response.table = std::move(table);
 }
 
+/// Lists what light and surfaces do.
 class ParameterList {
  public:
   ParameterList(const Twin& twin, std::string group) : twin_(twin), group_(std::move(group)) {}
 
   std::vector<Parameter> run() {
-    if (group_ == "pose")
-      for (std::size_t k = 0; k < twin_.objects.size(); ++k) add_object(k);
-    if (group_ == "rig") add_rig();
-    if (group_ == "lens") add_lenses();
     if (group_ == "response") add_response();
     if (group_ == "harmonics") add_harmonics();
     if (group_ == "blur") add_blur();
     if (group_ == "vignetting") add_vignetting();
     if (group_ == "albedo") add_albedo();
+    if (group_ == "specular") add_specular();
     if (group_ == "bounce") add_bounce();
     return std::move(list_);
   }
@@ -74,58 +57,6 @@ class ParameterList {
                                         .start = start,
                                         .step = step,
                                         .change = std::move(change)});
-  }
-
-  void add_object(std::size_t k) {
-    const Object& object = twin_.objects[k];
-    std::visit(
-        [&]<class S>(const S& shape) {
-          for (const Motion<S>& m : motions(shape))
-            add(object.name + "." + m.name, m.unit, m.start, m.unit == "mm" ? kStepMm : kStepRad,
-                [k, move_by = m.move_by](Twin& t, double d) {
-                  move_by(std::get<S>(t.objects.at(k).shape), d);
-                });
-        },
-        object.shape);
-  }
-
-  /// Poses of the projector and of the second camera, each in its own frame.
-  void add_rig() {
-    if (twin_.projector) add_device("projector", [](Twin& t) -> Pose& { return t.projector->T_proj_world; });
-    for (std::size_t c = 1; c < twin_.cameras.size(); ++c)
-      add_device(twin_.cameras[c].name, [c](Twin& t) -> Pose& { return t.cameras[c].T_cam_world; });
-  }
-
-  template <class PoseOf>
-  void add_device(const std::string& name, PoseOf pose_of) {
-    for (int i = 0; i < 3; ++i)
-      add(fmt::format("{}.turn_rad.{}", name, "xyz"[i]), "rad", 0.0, 0.1 * kStepRad,
-          [pose_of, i](Twin& t, double d) {
-            Pose& T = pose_of(t);
-            T = turned(T, unit(i), d, Vector3d::Zero());
-          });
-    for (int i = 0; i < 3; ++i)
-      add(fmt::format("{}.shift_mm.{}", name, "xyz"[i]), "mm", 0.0, kStepMm,
-          [pose_of, i](Twin& t, double d) { pose_of(t).translation_mm[i] += d; });
-  }
-
-  void add_lenses() {
-    if (twin_.projector)
-      add_lens("projector", twin_.projector->lens, [](Twin& t) -> Lens& { return t.projector->lens; });
-    for (std::size_t c = 0; c < twin_.cameras.size(); ++c)
-      add_lens(twin_.cameras[c].name, twin_.cameras[c].lens,
-               [c](Twin& t) -> Lens& { return t.cameras[c].lens; });
-  }
-
-  template <class LensOf>
-  void add_lens(const std::string& name, const Lens& lens, LensOf lens_of) {
-    if (!lens.is_perspective()) return;
-    for (int i = 0; i < 2; ++i)
-      add(fmt::format("{}.k{}", name, i + 1), "", lens.opencv_distortion()[i], 1e-3,
-          [lens_of, i, name](Twin& t, double d) {
-            Lens& changed = lens_of(t);
-            changed = with_distortion(changed, i, d, name);
-          });
   }
 
   void add_response() {
@@ -169,14 +100,18 @@ class ParameterList {
     for (std::size_t c = 0; c < twin_.cameras.size(); ++c) {
       const Vignetting& v = twin_.cameras[c].vignetting;
       if (v.kind == Vignetting::Kind::cos4) continue;
+      const auto add_factor = [&](const std::string& name, double start, Change change) {
+        Parameter& p = add(twin_.cameras[c].name + name, "", start, 0.01, std::move(change));
+        p.camera = c;
+        p.effect = vignetting_effect(c, p.change);
+      };
       for (int i = 0; i < 2; ++i)
-        add(fmt::format("{}.vignetting_tilt.{}", twin_.cameras[c].name, "xy"[i]), "", v.tilt[i], 0.01,
-            [c, i](Twin& t, double d) {
-              Vignetting& changed = t.cameras[c].vignetting;
-              changed.kind = Vignetting::Kind::polynomial;
-              changed.tilt[i] += d;
-            });
-      add(fmt::format("{}.vignetting.a1", twin_.cameras[c].name), "", v.a[0], 0.01, [c](Twin& t, double d) {
+        add_factor(fmt::format(".vignetting_tilt.{}", "xy"[i]), v.tilt[i], [c, i](Twin& t, double d) {
+          Vignetting& changed = t.cameras[c].vignetting;
+          changed.kind = Vignetting::Kind::polynomial;
+          changed.tilt[i] += d;
+        });
+      add_factor(".vignetting.a1", v.a[0], [c](Twin& t, double d) {
         t.cameras[c].vignetting.kind = Vignetting::Kind::polynomial;
         t.cameras[c].vignetting.a[0] += d;
       });
@@ -188,6 +123,23 @@ class ParameterList {
       Parameter& p = add(twin_.objects[k].name + ".diffuse", "", twin_.objects[k].material.diffuse, 0.01,
                          [k](Twin& t, double d) { t.objects[k].material.diffuse += d; });
       p.smallest = 1e-6;
+      if (all_light_is_diffuse()) p.effect = factor_effect();
+    }
+  }
+
+  /// Returns whether all light of the images is in proportion to the reflectivity of the only object.
+  bool all_light_is_diffuse() const {
+    return twin_.objects.size() == 1 && twin_.objects[0].material.specular == 0.0 &&
+           twin_.objects[0].material.diffuse > 0.0 && twin_.render.bounces == 0 && twin_.projector &&
+           twin_.projector->ambient == 0.0;
+  }
+
+  /// The shininess is held: of a weak gloss it cannot be told.
+  void add_specular() {
+    for (std::size_t k = 0; k < twin_.objects.size(); ++k) {
+      Parameter& p = add(twin_.objects[k].name + ".specular", "", twin_.objects[k].material.specular, 0.01,
+                         [k](Twin& t, double d) { t.objects[k].material.specular += d; });
+      p.smallest = 0.0;
     }
   }
 
@@ -211,19 +163,13 @@ class ParameterList {
 
 }  // namespace
 
-double Parameter::shown(double value) const { return is_variance ? std::sqrt(std::max(0.0, value)) : value; }
-
-double Parameter::shown_sigma(double value, double sigma) const {
-  if (!is_variance) return sigma;
-  // near zero the root's error is no longer its derivative's
-  return value > sigma ? 0.5 * sigma / std::sqrt(value)
-                       : std::sqrt(std::max(0.0, value) + sigma) - shown(value);
-}
-
 const std::vector<ParameterGroup>& parameter_groups() {
   static const std::vector<ParameterGroup> groups{
       {"pose", "where the objects are", "an object is not where the twin says (pose)"},
+      {"size", "radius of spheres and cylinders, size of meshes", "an object is larger or smaller (size)"},
       {"rig", "poses of the projector and the second camera", "pose of the projector or the second camera"},
+      {"intrinsics", "principal point and focal length of every lens",
+       "principal point or focal length of a lens (intrinsics)"},
       {"lens", "radial distortion k1, k2 of every lens", "lens distortion"},
       {"response", "gamma of the projector", "the projector's response (gamma)"},
       {"harmonics", "harmonics 2 to 7 of the projected fringe (6 steps or more)",
@@ -232,8 +178,25 @@ const std::vector<ParameterGroup>& parameter_groups() {
       {"vignetting", "gain over each camera's image: tilt and r^2",
        "gain that varies over the image (vignetting)"},
       {"albedo", "diffuse reflectivity of each object", "reflectivity of the objects (albedo)"},
+      {"specular", "gloss of each object, its shininess held", "gloss of the objects (specular)"},
       {"bounce", "light that reaches a surface by way of another",
        "a second bounce of the light (interreflection)"},
+      {"light", "brightness of each image", "the light differed from image to image (lamp flicker or drift)",
+       "record again with a steady lamp, with exposures of whole periods of the mains, or with more repeats"},
+      {"room_light", "light over each camera's image that is the same in all images",
+       "light that is no projector's (room light, a lamp, scattering)",
+       "record again in the dark, or subtract an image of the dark room"},
+      {"camera_response", "curve of each camera's gray values over the light",
+       "a camera's gray values do not follow the light in proportion (its response)",
+       "switch gamma and other curves off in the camera, and keep its values below the bend"},
+      {"projector_field", "brightness over the projector's image",
+       "the projector is brighter here than there (its own vignetting)",
+       "refine texture: a factor per pixel takes it away"},
+      {"image_shift", "shift of the fringes of each image",
+       "the fringes moved from image to image (vibration, wrong phase steps)",
+       "record again on a firm base; check the projector's phase steps"},
+      {"camera_psf", "width of each camera's blur", "blur of a camera's image (out of focus)",
+       "put the width that the causes name into psf_px of the camera"},
   };
   return groups;
 }
@@ -246,13 +209,20 @@ const ParameterGroup& parameter_group(const std::string& name) {
 }
 
 std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group) {
-  return ParameterList(twin, group).run();
+  std::vector<Parameter> all = geometry_parameters(twin, group);
+  for (Parameter& p : ParameterList(twin, group).run()) all.push_back(std::move(p));
+  for (Parameter& p : closed_parameters(twin, group)) {
+    p.instead = parameter_group(group).instead;
+    all.push_back(std::move(p));
+  }
+  return all;
 }
 
 Twin with_values(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values) {
   Twin out = twin;
   for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (const double d = values[i] - parameters[i].start; d != 0.0) parameters[i].change(out, d);
+    if (const double d = values[i] - parameters[i].start; d != 0.0 && parameters[i].change)
+      parameters[i].change(out, d);
   for (Object& object : out.objects) std::visit([](auto& shape) { make_units(shape); }, object.shape);
   return out;
 }

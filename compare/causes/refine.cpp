@@ -2,14 +2,17 @@
 #include "compare/causes/refine.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "compare/causes/parameters.hpp"
+#include "compare/causes/refine_guard.hpp"
 #include "compare/causes/refine_start.hpp"
 #include "compare/gray/interior_mask.hpp"
 #include "compare/verdict/explained.hpp"
+#include "report/text.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 
@@ -17,9 +20,6 @@ namespace fringetwin::compare {
 namespace {
 
 constexpr std::size_t kPixels = 40'000;  ///< per camera
-constexpr int kMostIterations = 20;
-constexpr double kCannotBeTold = 1e-6;  ///< smallest eigenvalue of the correlation matrix
-constexpr double kInvolved = 0.15;      ///< share of a parameter in a combination that cannot be told
 constexpr double kHighCorrelation = 0.98;
 
 bool is_no_parameter(const std::string& name) {
@@ -30,8 +30,12 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
   return std::ranges::find(asked, name) != asked.end();
 }
 
+/// A device's or an object's name alone asks for what is told apart from the rest of it: not for its size,
+/// its gloss or its intrinsics, nor for what no key holds.
 bool matches(const Parameter& p, const std::string& asked) {
-  return p.group == asked || p.name == asked || p.name.starts_with(asked + ".");
+  const bool by_itself = p.group == "size" || p.group == "specular" || p.group == "intrinsics" || !p.change;
+  return p.group == asked || p.name == asked ||
+         (p.name.starts_with(asked + ".") && (!by_itself || asked.find('.') != std::string::npos));
 }
 
 /// Returns the parameters asked for, in the order of the groups. Throws for a name that means nothing here.
@@ -43,6 +47,8 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
       bool wanted = false;
       for (std::size_t i = 0; i < asked.size(); ++i)
         if (matches(p, asked[i])) wanted = met[i] = true;
+      if (wanted && !p.instead.empty())
+        throw UserError(ExitCode::usage, "--refine", "no key of twin.toml holds " + p.name, p.instead);
       if (wanted) chosen.push_back(std::move(p));
     }
   for (std::size_t i = 0; i < asked.size(); ++i) {
@@ -58,6 +64,10 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
   if (albedo && texture)
     throw UserError(ExitCode::usage, "--refine",
                     "texture, a factor per pixel, contains the albedo of the objects", "refine one of them");
+  if (texture && std::ranges::any_of(chosen, [](const Parameter& p) { return p.group == "vignetting"; }))
+    throw UserError(ExitCode::usage, "--refine",
+                    "the images cannot tell vignetting and texture apart: a factor per pixel contains it",
+                    "refine one of them");
   if ((albedo || texture) && is_asked(asked, "gain"))
     throw UserError(
         ExitCode::usage, "--refine",
@@ -93,32 +103,20 @@ class Refiner {
     const Eigen::VectorXd begin = values_to_begin_at();
     sensitivity_.choose_scale(twin_);
     const std::vector<double> scale = sensitivity_.scale();
-    GaussNewton start(sensitivity_, as_written, {}, hold_gain_);
+    GroupFit start(sensitivity_, as_written, {}, {.hold_gain = hold_gain_});
     // fringes of the wrong phase make a line fitted to them flat or falling: the line from the amplitudes
     // stays
     if (!provisional_) start.settle_sensors();
-    report_.chi2_before = start.chi2_of(as_written);
     settle_switches(begin);
-    GaussNewton fit(sensitivity_, twin_, parameters_, hold_gain_);
+    GroupFit fit(sensitivity_, twin_, parameters_, {.hold_gain = hold_gain_, .exact = true});
     fit.start_at(begin);
-    auto outcome = GaussNewton::Outcome::moved;
-    for (int i = 0; i < kMostIterations && outcome == GaussNewton::Outcome::moved; ++i) {
-      outcome = fit.step();
-      if (i == 0) refuse_what_cannot_be_told(fit);
-      report_.iterations = i + 1;
-      say(fmt::format("refine: step {}, chi2 {:.5g}", report_.iterations, fit.chi2()));
-    }
-    report_.converged = outcome == GaussNewton::Outcome::settled;
-    // covariance, and what only looked as if it could be told apart
-    if (fit.step(false, Sensitivity::Derivative::exact) == GaussNewton::Outcome::settled)
-      report_.converged = true;
     refuse_what_cannot_be_told(fit);
-    fit.settle_sensors();
+    fit_what_is_told(fit);
+    refuse_what_cannot_be_told(fit);
     Refined out = finish(fit);
     // both with the scale of the start, or the robust sums would not compare
     sensitivity_.set_scale(scale);
-    out.report.chi2_after = fit.chi2_of(out.twin);
-    keep_the_better(out, as_written);
+    keep_what_is_better(start, fit, as_written, out);
     return out;
   }
 
@@ -160,7 +158,7 @@ class Refiner {
   /// sampled badly there.
   Eigen::VectorXd values_to_begin_at() {
     sensitivity_.choose_scale(twin_);
-    GaussNewton start(sensitivity_, twin_, parameters_, hold_gain_);
+    GroupFit start(sensitivity_, twin_, parameters_, {.hold_gain = hold_gain_});
     if (real_.measurement) start_at_fitted_places(start, twin_, real_.measurement->cloud);
     if (const std::size_t n = sensitivity_.leave_out_edges(start.twin()))
       report_.notes.push_back(
@@ -174,9 +172,12 @@ class Refiner {
     for (const Parameter& p : switches_) {
       Twin other = twin_;
       p.change(other, p.start > 0.5 ? -1.0 : 1.0);
-      const GaussNewton as_is(sensitivity_, with_values(twin_, parameters_, values), {}, hold_gain_);
+      const auto chi2 = [&](const Twin& twin) {
+        return GroupFit(sensitivity_, with_values(twin, parameters_, values), {}, {.hold_gain = hold_gain_})
+            .chi2_of_all();
+      };
       RefinedRow row{p.name, p.unit, p.start, p.start, 0.0};
-      if (as_is.chi2_of(with_values(other, parameters_, values)) < as_is.chi2()) {
+      if (chi2(other) < chi2(twin_)) {
         twin_ = other;
         row.after = 1.0 - p.start;
       }
@@ -184,56 +185,83 @@ class Refiner {
     }
   }
 
-  void refuse_what_cannot_be_told(const GaussNewton& fit) const {
-    const NormalEquations& equations = fit.equations();
+  void refuse_what_cannot_be_told(GroupFit& fit) const {
     for (std::size_t k = 0; k < parameters_.size(); ++k)
-      if (!(equations.normal(k, k) > 0.0))
+      if (fit.changes_nothing(k))
         throw UserError(ExitCode::usage, "--refine " + parameters_[k].name, "changes nothing in these images",
                         "leave it out");
-    const std::vector<std::size_t> all = fit.unknowns();
-    const auto m = static_cast<Eigen::Index>(all.size());
-    Eigen::MatrixXd scaled = equations.normal_of(all);
-    const Eigen::VectorXd scale = scaled.diagonal().cwiseSqrt().cwiseInverse();
-    scaled = scale.asDiagonal() * scaled * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-    if (eigen.eigenvalues()[0] > kCannotBeTold) return;
-    std::string names;
-    for (Eigen::Index i = 0; i < m; ++i) {
-      bool involved = false;
-      for (Eigen::Index k = 0; k < m && eigen.eigenvalues()[k] <= kCannotBeTold; ++k)
-        involved = involved || std::abs(eigen.eigenvectors()(i, k)) > kInvolved;
-      if (involved) names += (names.empty() ? "" : ", ") + unknown_name(all[i]);
-    }
-    throw UserError(
-        ExitCode::usage, "--refine",
-        fmt::format(
-            "the images cannot tell these apart: {} (smallest eigenvalue of their correlations {:.1e})",
-            names, eigen.eigenvalues()[0]),
-        "refine fewer of them at a time");
+    if (const std::string alike = fit.cannot_be_told(); !alike.empty())
+      throw UserError(ExitCode::usage, "--refine", "the images cannot tell these apart: " + alike,
+                      "refine fewer of them at a time");
   }
 
-  std::string unknown_name(std::size_t at) const {
-    if (at < parameters_.size()) return parameters_[at].name;
-    const std::size_t c = (at - parameters_.size()) / 2;
-    const std::string& camera = twin_.cameras[sensitivity_.samples()[c].camera].name;
-    return camera + ((at - parameters_.size()) % 2 == 0 ? ".gain_dn" : ".black_level_dn");
-  }
-
-  /// Reports standard errors, covariance and what is hardly told apart, from the last equations.
-  Refined finish(const GaussNewton& fit) {
-    report_.chi2_after = fit.chi2();  // of the converged scale, for the standard errors
-    report_.n = fit.equations().n;
-    const Step last = solve_step(fit.equations(), fit.unknowns());
-    const double inflation = std::sqrt(std::max(1.0, report_.chi2_after));
+  /// Fits, and fits again without what these images hardly tell: a vignetting of 92 with a standard error of
+  /// 166 is no finding.
+  void fit_what_is_told(GroupFit& fit) {
+    fit.run();
+    std::vector<std::size_t> hardly;
     for (std::size_t k = 0; k < parameters_.size(); ++k) {
       const Parameter& p = parameters_[k];
-      report_.rows.push_back({p.name, p.unit, p.shown(p.start), p.shown(fit.values()[k]),
-                              p.shown_sigma(fit.values()[k], inflation * last.sigma[k])});
+      const GroupFit::Known& known = fit.known()[k];
+      const double sigma = p.shown_sigma(known.value, known.sigma), value = p.shown(known.value);
+      const bool is_place = is_geometric(p.group) && p.group != "lens";
+      if (known.told && (is_place || sigma <= std::max(std::abs(value), std::abs(value - p.shown(p.start)))))
+        continue;
+      if (known.told) hardly.push_back(k);
+      report_.notes.push_back(
+          p.name + " stays at the twin's value: " +
+          (known.told ? fmt::format("the fit gives {}{}, no better than its standard error",
+                                    report::with_sigma(value, sigma), p.unit.empty() ? "" : " " + p.unit)
+                      : "these images do not tell it"));
     }
-    note_correlations(fit);
+    if (!hardly.empty()) {
+      fit.hold(hardly);
+      fit.run();
+    }
+    report_.converged = fit.converged();
+    report_.iterations = fit.steps();
+    say(fmt::format("refine: {} steps, chi2 {:.5g}", report_.iterations, fit.chi2()));
+    const std::string asked = fmt::format("--refine {}", fmt::join(report_.asked, ","));
+    if (!report_.converged)
+      report_.warnings.push_back(asked + " did not converge: its values are not to be trusted");
+    if (!fit.unexplained().empty())
+      report_.warnings.push_back(
+          fmt::format("{}: what is left is not explained ({}): the values are not to be trusted", asked,
+                      fit.unexplained()));
+  }
+
+  /// Takes the fit back where something got worse by it.
+  void keep_what_is_better(GroupFit& start, GroupFit& fit, const Twin& as_written, Refined& out) {
+    const bool moved_things =
+        std::ranges::any_of(parameters_, [](const Parameter& p) { return is_geometric(p.group); });
+    const auto standing = [&](GroupFit& of) {
+      Standing s{.chi2 = of.chi2_of_all(), .n = out.report.n, .shift = of.shift_in_regions()};
+      if (moved_things) s.chi2_of_place = of.chi2_with(FreePerPixel::factor_and_offset);
+      return s;
+    };
+    const Standing before = standing(start), after = standing(fit);
+    out.report.chi2_before = before.chi2;
+    out.report.chi2_after = after.chi2;
+    if (const std::string worse = what_got_worse(before, after); !worse.empty())
+      take_back(out, as_written, worse);
+  }
+
+  /// Reports values, standard errors, covariance and what is hardly told apart.
+  Refined finish(GroupFit& fit) {
+    report_.n = fit.n();
+    std::vector<std::size_t> told;
+    for (std::size_t k = 0; k < parameters_.size(); ++k) {
+      if (!fit.known()[k].told) continue;
+      const Parameter& p = parameters_[k];
+      told.push_back(k);
+      report_.rows.push_back({p.name, p.unit, p.shown(p.start), p.shown(fit.values()[k]),
+                              p.shown_sigma(fit.values()[k], fit.known()[k].sigma)});
+    }
+    note_correlations(fit, told);
+    fit.settle_sensors();
     Refined out{fit.twin(), {}};
     for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c)
-      keep_sensor(c, fit.equations(), last, inflation, out.twin);
+      keep_sensor(c, fit.sensor_sigma(c), out.twin);
     if (textured_) note_texture();
     out.report = std::move(report_);
     return out;
@@ -248,41 +276,31 @@ class Refiner {
         "nor what is common to all images of a pixel is evidence");
   }
 
-  void note_correlations(const GaussNewton& fit) {
-    const std::vector<std::size_t> all = fit.unknowns();
-    const auto m = static_cast<Eigen::Index>(all.size());
-    const Eigen::MatrixXd normal = fit.equations().normal_of(all);
-    const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd covariance = scale.asDiagonal() *
-                                       (scale.asDiagonal() * normal * scale.asDiagonal()).inverse() *
-                                       scale.asDiagonal();
-    const auto n_parameters = static_cast<Eigen::Index>(parameters_.size());
-    report_.covariance =
-        covariance.topLeftCorner(n_parameters, n_parameters) * std::max(1.0, report_.chi2_after);
+  void note_correlations(const GroupFit& fit, const std::vector<std::size_t>& told) {
+    const auto m = static_cast<Eigen::Index>(told.size());
+    report_.covariance = Eigen::MatrixXd(m, m);
     for (Eigen::Index i = 0; i < m; ++i)
-      for (Eigen::Index j = 0; j < i; ++j) {
-        const double r = covariance(i, j) / std::sqrt(covariance(i, i) * covariance(j, j));
-        if (std::abs(r) > kHighCorrelation && j < n_parameters)
+      for (Eigen::Index j = 0; j < m; ++j) {
+        const GroupFit::Known &a = fit.known()[told[i]], &b = fit.known()[told[j]];
+        const double r = fit.covariance()(told[i], told[j]) / a.noise_sigma / b.noise_sigma;
+        report_.covariance(i, j) = r * a.sigma * b.sigma;
+        if (j < i && std::abs(r) > kHighCorrelation)
           report_.notes.push_back(fmt::format("{} and {} are told apart poorly (correlation {:+.3f})",
-                                              unknown_name(all[j]), unknown_name(all[i]), r));
+                                              parameters_[told[j]].name, parameters_[told[i]].name, r));
       }
   }
 
-  void keep_sensor(std::size_t index, const NormalEquations& equations, const Step& step, double inflation,
-                   Twin& twin) {
+  void keep_sensor(std::size_t index, const Eigen::Vector2d& sigma_dn, Twin& twin) {
     const GridSamples& s = sensitivity_.samples()[index];
     Sensor& sensor = twin.cameras[s.camera].sensor;
-    const auto sigma = [&](std::size_t at) { return inflation * step.sigma[at]; };
     const std::string& camera = twin.cameras[s.camera].name;
     if (keeps_gain_) {
-      report_.rows.push_back(
-          {camera + ".gain_dn", "DN", sensor.gain_dn, s.gain_dn, sigma(equations.gain_at(index))});
+      report_.rows.push_back({camera + ".gain_dn", "DN", sensor.gain_dn, s.gain_dn, sigma_dn[0]});
       sensor.gain_dn = s.gain_dn;
     }
     if (keeps_black_) {
       const double black = std::clamp(s.black_level_dn, 0.0, sensor.max_dn());
-      report_.rows.push_back(
-          {camera + ".black_level_dn", "DN", sensor.black_level_dn, black, sigma(equations.black_at(index))});
+      report_.rows.push_back({camera + ".black_level_dn", "DN", sensor.black_level_dn, black, sigma_dn[1]});
       sensor.black_level_dn = black;
     }
   }
@@ -300,7 +318,8 @@ class Refiner {
 
 std::string refine_names() {
   std::string names;
-  for (const ParameterGroup& group : parameter_groups()) names += group.name + ", ";
+  for (const ParameterGroup& group : parameter_groups())
+    if (group.instead.empty()) names += group.name + ", ";
   return names + "texture, gain, black";
 }
 
@@ -310,19 +329,6 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
                const std::vector<std::string>& asked) {
   FT_CHECK(options.renderer != nullptr, "refinement renders");
   return Refiner(twin, real, simulated, options, asked).run();
-}
-
-void keep_the_better(Refined& refined, const Twin& before) {
-  constexpr double kSame = 1e-6;  // of chi2: solving again from the minimum moves it by 1e-7
-  Refinement& report = refined.report;
-  if (report.chi2_after <= report.chi2_before * (1.0 + kSame)) return;
-  report.notes.push_back(fmt::format("chi2 would rise from {:.5g} to {:.5g}: the twin stays as it is",
-                                     report.chi2_before, report.chi2_after));
-  refined.twin = before;
-  report.chi2_after = report.chi2_before;
-  report.covariance.setConstant(kNaN);
-  report.texture.clear();
-  for (RefinedRow& row : report.rows) row.after = row.before, row.sigma = kNaN;
 }
 
 void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,

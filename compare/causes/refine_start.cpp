@@ -128,7 +128,7 @@ Eigen::VectorXd values_at(const Twin& twin, const std::vector<Parameter>& parame
   return values;
 }
 
-void start_at_fitted_places(GaussNewton& fit, const Twin& twin, const measure::PointCloud& cloud) {
+void start_at_fitted_places(GroupFit& fit, const Twin& twin, const measure::PointCloud& cloud) {
   for (const FittedPlace& place : fitted_places(twin, fit.parameters(), cloud))
     if (fit.start_at(values_at(twin, fit.parameters(), fit.values(), place)))
       say(fmt::format("refine: {} begins where its fit to the real points puts it, chi2 {:.5g}",

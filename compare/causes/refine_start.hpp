@@ -4,7 +4,7 @@
 #pragma once
 #include <vector>
 
-#include "compare/causes/gauss_newton.hpp"
+#include "compare/causes/group_fit.hpp"
 #include "measure/points/points.hpp"
 
 namespace fringetwin::compare {
@@ -27,6 +27,6 @@ Eigen::VectorXd values_at(const Twin& twin, const std::vector<Parameter>& parame
                           const FittedPlace& place);
 
 /// Lets the fit begin at each place at which the gray values fit better.
-void start_at_fitted_places(GaussNewton& fit, const Twin& twin, const measure::PointCloud& cloud);
+void start_at_fitted_places(GroupFit& fit, const Twin& twin, const measure::PointCloud& cloud);
 
 }  // namespace fringetwin::compare

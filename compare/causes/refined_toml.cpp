@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "compare/causes/parameters_geometry.hpp"
 #include "compare/causes/refine.hpp"
 #include "twin/base/plain_text.hpp"
 
@@ -75,9 +76,14 @@ std::string object_text(const Object& before, const Object& after) {
           t.key(now[i].key, numbers(old.at(i).values), numbers(now[i].values));
       },
       after.shape);
+  const std::vector<PlaceKey> old_size = size_keys(before.shape), size = size_keys(after.shape);
+  for (std::size_t i = 0; i < size.size(); ++i)
+    t.key(size[i].key, fmt::format("{}", old_size.at(i).values[0]), fmt::format("{}", size[i].values[0]));
   TableText material("[object.material]  # \"" + after.name + "\"");
   material.key("diffuse", fmt::format("{}", before.material.diffuse),
                fmt::format("{}", after.material.diffuse));
+  material.key("specular", fmt::format("{}", before.material.specular),
+               fmt::format("{}", after.material.specular));
   return t.text() + material.text();
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/causes/sensitivity.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
+#include "compare/causes/parameters.hpp"
+#include "compare/causes/scaled_eigen.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/statistics.hpp"
@@ -14,10 +14,8 @@
 namespace fringetwin::compare {
 namespace {
 
-constexpr double kHuberSigmas = 3.0;
 constexpr double kWantedChange = 3e-3;  ///< of the images' size: 0.15 % of the derivative is curvature
 constexpr double kExactChange = 2e-2;   ///< central: 0.01 %
-constexpr double kSmallestEigenvalue = 1e-9;
 constexpr int kMostAttempts = 4;
 constexpr double kNoChange = 1e-7;    ///< of the images' size: rounding
 constexpr double kSampledWell = 0.2;  ///< standard deviations
@@ -33,6 +31,7 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
   out.gain_dn = fit.row.gain_dn;
   out.black_level_dn = fit.row.black_level_dn;
   out.rendering_dn = rendering_dn;
+  if (!pair.from_dn && pair.e_scale == 1.0) out.frame = pair.irradiance;
   const auto n_valid =
       static_cast<std::size_t>(std::ranges::count_if(interior.data, [](unsigned char m) { return m != 0; }));
   out.grid = choose_grid(*pair.camera, n_valid, most);
@@ -43,11 +42,12 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
       if (interior.data[i] == 0) continue;
       out.cell.push_back(static_cast<std::size_t>(gy) * static_cast<std::size_t>(out.grid.width) +
                          static_cast<std::size_t>(gx));
-      const double sigma_dn = std::sqrt(noise.variance(pair.mean_real_dn(i)) + rendering_dn * rendering_dn);
       for (const int image : out.images) {
         const double y = pair.real_at(image, i);
         const double predicted = u.gain_dn * pair.irradiance_at(image, i) + u.black_level_dn;
         const bool usable = is_usable(u, y, pair.source_at(image, i), predicted);
+        // the noise of the value itself: with that of the pixel's mean, a factor per pixel takes 1.5 chi2
+        const double sigma_dn = std::sqrt(noise.variance(predicted) + rendering_dn * rendering_dn);
         out.real_dn.push_back(static_cast<float>(y));
         out.weight.push_back(usable && sigma_dn > 0.0 ? static_cast<float>(1.0 / sigma_dn) : 0.0F);
       }
@@ -67,22 +67,11 @@ Step solve_step(const NormalEquations& e, const std::vector<std::size_t>& unknow
   const auto m = static_cast<Eigen::Index>(unknowns.size());
   Step step{Eigen::VectorXd::Zero(e.right.size()), Eigen::VectorXd::Zero(e.right.size()), e.chi2, 0};
   if (m == 0) return step;
-  const Eigen::MatrixXd normal = e.normal_of(unknowns);
-  Eigen::VectorXd right(m), scale(m);
-  for (Eigen::Index i = 0; i < m; ++i) {
-    right[i] = e.right[unknowns[i]];
-    scale[i] = normal(i, i) > 0.0 ? 1.0 / std::sqrt(normal(i, i)) : 0.0;
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * normal *
-                                                             scale.asDiagonal());
-  Eigen::VectorXd inverse = Eigen::VectorXd::Zero(m);
-  for (Eigen::Index i = 0; i < m; ++i)
-    if (eigen.eigenvalues()[i] > kSmallestEigenvalue) {
-      inverse[i] = 1.0 / eigen.eigenvalues()[i];
-      ++step.n_determined;
-    }
-  const Eigen::MatrixXd covariance = scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
-                                     eigen.eigenvectors().transpose() * scale.asDiagonal();
+  Eigen::VectorXd right(m);
+  for (Eigen::Index i = 0; i < m; ++i) right[i] = e.right[unknowns[i]];
+  const ScaledEigen scaled(e.normal_of(unknowns));
+  step.n_determined = scaled.rank(ScaledEigen::kNull);
+  const Eigen::MatrixXd covariance = scaled.inverse(ScaledEigen::kNull);
   const Eigen::VectorXd change = covariance * right;
   for (Eigen::Index i = 0; i < m; ++i) {
     step.change[unknowns[i]] = change[i];
@@ -100,16 +89,37 @@ void Sensitivity::set_sensor(std::size_t index, double gain_dn, double black_lev
   samples_.at(index).black_level_dn = black_level_dn;
 }
 
+std::vector<float> Sensitivity::irradiance_of(const Twin& twin, const GridSamples& s, int points) const {
+  throw_if_cancelled();
+  const std::vector<ImageF> images = render_grid(renderer_, twin, s.camera, s.grid, points);
+  std::vector<float> values(s.real_dn.size());
+  for (std::size_t p = 0; p < s.n_pixels(); ++p)
+    for (std::size_t k = 0; k < s.images.size(); ++k)
+      values[p * s.images.size() + k] = images[s.images[k]].data[s.cell[p]];
+  return values;
+}
+
 Sensitivity::Values Sensitivity::irradiance(const Twin& twin, int samples) const {
   Values out;
-  for (const GridSamples& s : samples_) {
-    throw_if_cancelled();
-    const std::vector<ImageF> images = render_grid(renderer_, twin, s.camera, s.grid, samples);
-    std::vector<float> values(s.real_dn.size());
-    for (std::size_t p = 0; p < s.n_pixels(); ++p)
-      for (std::size_t k = 0; k < s.images.size(); ++k)
-        values[p * s.images.size() + k] = images[s.images[k]].data[s.cell[p]];
-    out.push_back(std::move(values));
+  for (const GridSamples& s : samples_) out.push_back(irradiance_of(twin, s, samples));
+  return out;
+}
+
+Sensitivity::Values Sensitivity::predicted(const Twin& twin, const std::vector<Parameter>& parameters,
+                                           const Eigen::VectorXd& values, int samples,
+                                           std::optional<std::size_t> camera, const Values* others) const {
+  const Twin changed = with_values(twin, parameters, values);
+  const auto is_other = [&](std::size_t c) { return camera && *camera != samples_[c].camera; };
+  Values before;
+  for (std::size_t c = 0; c < samples_.size(); ++c)
+    before.push_back(is_other(c) ? (*others)[c] : irradiance_of(changed, samples_[c], samples));
+  Values out = before;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const Parameter& p = parameters[k];
+    if (p.change || values[k] == p.start) continue;
+    for (std::size_t c = 0; c < samples_.size(); ++c)
+      if (!is_other(c) && (!p.camera || *p.camera == samples_[c].camera))
+        p.effect({changed, samples_[c], before[c], p.start, values[k]}, out[c]);
   }
   return out;
 }
@@ -144,15 +154,18 @@ double Sensitivity::residual(const GridSamples& s, const std::vector<float>& irr
          s.black_level_dn;
 }
 
-double Sensitivity::relative_change(const Values& from, const Values& to) const {
+double Sensitivity::relative_change(const Values& from, const Values& to,
+                                    std::optional<std::size_t> camera) const {
   double change = 0.0, size = 0.0;
-  for (std::size_t c = 0; c < samples_.size(); ++c)
+  for (std::size_t c = 0; c < samples_.size(); ++c) {
+    if (camera && *camera != samples_[c].camera) continue;
     for (std::size_t i = 0; i < from[c].size(); ++i) {
       if (samples_[c].weight[i] == 0.0F) continue;
       const auto a = static_cast<double>(from[c][i]), b = static_cast<double>(to[c][i]);
       change += (b - a) * (b - a);
       size += a * a;
     }
+  }
   return size > 0.0 ? std::sqrt(change / size) : 0.0;
 }
 
@@ -164,10 +177,29 @@ Sensitivity::Values zeros(const Sensitivity::Values& like) {
 }
 }  // namespace
 
+Sensitivity::Values Sensitivity::closed_column(const Twin& changed, const Parameter& parameter, double value,
+                                               const Values& base) const {
+  const double up = std::min(value + parameter.step, parameter.largest),
+               down = std::max(value - parameter.step, parameter.smallest);
+  Values out = zeros(base);
+  for (std::size_t c = 0; c < samples_.size(); ++c) {
+    if (parameter.camera && *parameter.camera != samples_[c].camera) continue;
+    std::vector<float> more = base[c], less = base[c];
+    parameter.effect({changed, samples_[c], base[c], value, up}, more);
+    parameter.effect({changed, samples_[c], base[c], value, down}, less);
+    for (std::size_t i = 0; i < more.size(); ++i)
+      out[c][i] =
+          static_cast<float>((static_cast<double>(more[i]) - static_cast<double>(less[i])) / (up - down));
+  }
+  return out;
+}
+
 Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Parameter>& parameters,
                                         const Eigen::VectorXd& values, std::size_t at, const Values& base,
                                         Derivative derivative) const {
   const Parameter& parameter = parameters[at];
+  if (parameter.effect)
+    return closed_column(with_values(twin, parameters, values), parameter, values[at], base);
   const double wanted = derivative == Derivative::exact ? kExactChange : kWantedChange;
   // as far as a step may grow: a thousand times what suits a rig of usual size
   const double longest = 1e3 * parameter.step;
@@ -175,7 +207,7 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
   const auto images_at = [&](double value) {
     Eigen::VectorXd changed = values;
     changed[at] = value;
-    return irradiance(with_values(twin, parameters, changed), kDerivativeSamples);
+    return predicted(twin, parameters, changed, kDerivativeSamples, parameter.camera, &base);
   };
   const Values nothing = zeros(base);
   Values out, other;
@@ -186,7 +218,7 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
       if (!inside(values[at] + step)) return nothing;
       out = images_at(values[at] + step);
       if (parameter.is_switch) break;
-      const double change = relative_change(base, out);
+      const double change = relative_change(base, out, parameter.camera);
       if (change > wanted / 5.0 && change < wanted * 5.0) break;
       if (attempt == kMostAttempts || (change < kNoChange && std::abs(step) >= longest)) {
         if (change < kNoChange) return nothing;
@@ -212,98 +244,28 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
   return out;
 }
 
-void Sensitivity::choose_scale(const Values& base) {
-  for (std::size_t c = 0; c < samples_.size(); ++c) {
-    std::vector<float> size;
-    for (std::size_t i = 0; i < base[c].size(); ++i)
-      if (samples_[c].weight[i] > 0.0F)
-        size.push_back(samples_[c].weight[i] *
-                       static_cast<float>(std::abs(residual(samples_[c], base[c], i))));
-    threshold_[c] = kHuberSigmas * std::max(1.0, kMadToSigma * upper_median(size));  // 1 when there is none
-  }
-}
-
-/// Adds the weighted values of one pixel. Where it has a factor of its own only what is orthogonal to
-/// its irradiance counts.
-void Sensitivity::add_pixel(const GridSamples& s, std::size_t camera, std::size_t pixel, const Values& base,
-                            const Values& rough, const std::vector<Values>& columns,
-                            NormalEquations& part) const {
-  const auto size = part.right.size();
-  const auto k = static_cast<Eigen::Index>(s.images.size());
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(k, size);
-  Eigen::VectorXd r = Eigen::VectorXd::Zero(k);
-  std::uint64_t used = 0;
-  const std::size_t gain = part.gain_at(camera), black = part.black_at(camera);
-  for (Eigen::Index j = 0; j < k; ++j) {
-    const std::size_t i = pixel * s.images.size() + static_cast<std::size_t>(j);
-    if (s.weight[i] == 0.0F) continue;
-    const auto w = static_cast<double>(s.weight[i]);
-    const double value = w * residual(s, base[camera], i);
-    const double root = std::sqrt(std::min(1.0, threshold_[camera] / std::max(std::abs(value), 1e-12)));
-    r[j] = root * value;
-    for (std::size_t c = 0; c < columns.size(); ++c)
-      rows(j, c) = root * w * s.gain_dn * static_cast<double>(columns[c][camera][i]);
-    rows(j, gain) = root * w * static_cast<double>(rough[camera][i]);
-    rows(j, black) = root * w;
-    ++used;
-  }
-  if (used == 0) return;
-  if (free_factors_) {
-    const Eigen::VectorXd e = rows.col(gain);
-    const double ee = e.squaredNorm();
-    if (!(ee > 0.0)) return;
-    r -= e * (e.dot(r) / ee);
-    rows -= e * ((e.transpose() * rows) / ee);
-    rows.col(gain).setZero();
-    --used;
-  }
-  part.normal.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
-  part.right += rows.transpose() * r;
-  part.chi2 += r.squaredNorm();
-  part.n += used;
-}
-
-NormalEquations Sensitivity::assemble(const Values& base, const Values& rough,
-                                      const std::vector<Values>& columns) const {
-  const auto size = static_cast<Eigen::Index>(columns.size() + 2 * samples_.size());
-  const NormalEquations empty{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0.0, 0,
-                              columns.size()};
-  NormalEquations out = empty;
-  constexpr std::size_t kChunks = 32;  // a fixed number: sums that do not depend on the threads
-  for (std::size_t c = 0; c < samples_.size(); ++c) {
-    const GridSamples& s = samples_[c];
-    std::vector<NormalEquations> parts(kChunks, empty);
-#pragma omp parallel for schedule(dynamic)
-    for (std::size_t chunk = 0; chunk < kChunks; ++chunk)
-      for (std::size_t p = chunk * s.n_pixels() / kChunks; p < (chunk + 1) * s.n_pixels() / kChunks; ++p)
-        add_pixel(s, c, p, base, rough, columns, parts[chunk]);
-    for (const NormalEquations& part : parts) {
-      out.normal += part.normal;
-      out.right += part.right;
-      out.chi2 += part.chi2;
-      out.n += part.n;
-    }
-  }
-  out.normal = Eigen::MatrixXd(out.normal.selfadjointView<Eigen::Lower>());
+Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Parameter>& parameters,
+                                          const Eigen::VectorXd& values, Derivative derivative) const {
+  Columns out{predicted(twin, parameters, values, kDerivativeSamples), {}};
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    out.each.push_back(column(twin, parameters, values, k, out.rough, derivative));
   return out;
 }
 
 NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Parameter>& parameters,
                                        const Eigen::VectorXd& values, bool keep_scale,
                                        Derivative derivative) {
-  const Values base = irradiance(with_values(twin, parameters, values), kResidualSamples);
-  if (!keep_scale) choose_scale(base);
-  std::vector<Values> columns;
-  const Values rough =
-      parameters.empty() ? base : irradiance(with_values(twin, parameters, values), kDerivativeSamples);
-  for (std::size_t k = 0; k < parameters.size(); ++k)
-    columns.push_back(column(twin, parameters, values, k, rough, derivative));
-  return assemble(base, rough, columns);
+  const Values base = predicted(twin, parameters, values);
+  if (!keep_scale) choose_scale(base, FreePerPixel::nothing);
+  const Columns all = parameters.empty() ? Columns{base, {}} : columns(twin, parameters, values, derivative);
+  return equations_at(base, all, FreePerPixel::nothing);
 }
 
-NormalEquations Sensitivity::equations_without_parameters(const Twin& twin) const {
-  const Values base = irradiance(twin, kResidualSamples);
-  return assemble(base, base, {});
+NormalEquations Sensitivity::equations_without_parameters(const Twin& twin,
+                                                          const std::vector<Parameter>& parameters,
+                                                          const Eigen::VectorXd& values) const {
+  const Values base = predicted(twin, parameters, values);
+  return equations_at(base, {base, {}}, FreePerPixel::nothing);
 }
 
 }  // namespace fringetwin::compare

@@ -4,34 +4,31 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "compare/causes/grid_view.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/causes/parameter.hpp"
 #include "compare/gray/gain_fit.hpp"
 #include "compare/gray/gray_noise.hpp"
 
 namespace fringetwin::compare {
-
-/// Real gray values of one camera on a grid of pixels. Value of pixel p and image k at [p * images.size() +
-/// k].
-struct GridSamples {
-  std::size_t camera = 0;
-  GridView grid;
-  std::vector<std::size_t> cell;  ///< of each pixel, in the grid
-  std::vector<int> images;        ///< sequence indices
-  std::vector<float> real_dn;
-  std::vector<float> weight;                   ///< 1 / standard deviation; 0 where not usable
-  double gain_dn = 1.0, black_level_dn = 0.0;  ///< of the gain fit
-  double rendering_dn = 0.0;                   ///< rms rendering error, part of the weights
-  std::size_t n_pixels() const { return cell.size(); }
-};
 
 /// Samples at most `most` interior pixels of the pair; the weights come from `noise` and rendering_dn, the
 /// rms rendering error.
 GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const GainFit& fit,
                          const GrayNoise& noise, const ImageU8& interior, double rendering_dn,
                          std::size_t most);
+
+/// What every pixel has of its own and no parameter therefore explains: a factor (texture, shading, light
+/// that varies), an offset (room light, scattering). It is projected out of the pixel's values and columns.
+enum class FreePerPixel { nothing, factor, offset, factor_and_offset };
+inline bool frees_factor(FreePerPixel f) {
+  return f == FreePerPixel::factor || f == FreePerPixel::factor_and_offset;
+}
+inline bool frees_offset(FreePerPixel f) {
+  return f == FreePerPixel::offset || f == FreePerPixel::factor_and_offset;
+}
 
 /// Normal equations of r = y - (gain E + black) in the parameters, then gain and black level of each camera:
 /// minimise sum w^2 rho(r - J d). Huber weights at 3 robust scales (at least 3 standard deviations).
@@ -64,6 +61,7 @@ class Sensitivity {
   using Values = std::vector<std::vector<float>>;
   /// Points per pixel: of residuals, of derivatives, and of what tells that few points suffice.
   static constexpr int kResidualSamples = 9, kDerivativeSamples = 4, kFineSamples = 36;
+  static constexpr double kHuberSigmas = 3.0;
 
   Sensitivity(render::Renderer& renderer, std::vector<GridSamples> samples);
 
@@ -84,16 +82,43 @@ class Sensitivity {
   /// other.
   const std::vector<double>& scale() const { return threshold_; }
   void set_scale(const std::vector<double>& scale) { threshold_ = scale; }
-  void choose_scale(const Twin& twin) { choose_scale(irradiance(twin, kResidualSamples)); }
+  void choose_scale(const Twin& twin) {
+    choose_scale(irradiance(twin, kResidualSamples), FreePerPixel::nothing);
+  }
 
   /// Returns the irradiance that a twin predicts, from so many points per pixel.
   Values irradiance(const Twin& twin, int samples) const;
+  /// Returns the irradiance that a twin with these values predicts, with the effects of those that change no
+  /// twin. With `camera` the other cameras' is that of `others`.
+  Values predicted(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
+                   int samples = kResidualSamples, std::optional<std::size_t> camera = {},
+                   const Values* others = nullptr) const;
 
   /// How derivatives are taken: quick ones are the difference to one more rendering, with steps that change
   /// the images by about 0.3 % of their size; their errors (curvature, rounding) would make parameters that
   /// cannot be told apart look as if they could. Exact ones are central, with steps of 2 %, but
   /// for a value at its bound.
   enum class Derivative { quick, exact };
+
+  /// Derivatives of the irradiance by the parameters, zeros where one changes nothing, and the irradiance
+  /// from as many points per pixel, so that what changes the images as the gain does cannot be told from it.
+  struct Columns {
+    Values rough;
+    std::vector<Values> each;
+  };
+  Columns columns(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
+                  Derivative derivative = Derivative::quick) const;
+  /// Returns the equations of these columns where `base` is predicted, with the robust scale as it is.
+  NormalEquations equations_at(const Values& base, const Columns& columns, FreePerPixel free) const;
+  /// Sums of products of the columns times residuals (scores) over blocks of 28 x 28 px of the image and over
+  /// images: their scatter tells standard errors where residuals belong together.
+  struct Scatter {
+    Eigen::MatrixXd blocks, images;
+    std::size_t n_blocks = 0, n_images = 0;
+  };
+  Scatter scatter_at(const Values& base, const Columns& columns, FreePerPixel free) const;
+  /// Sets the robust scale to that of the residuals of what is predicted.
+  void choose_scale(const Values& base, FreePerPixel free);
 
   /// Returns the equations at `values`. A parameter that changes nothing has a column of zeros. Sets the
   /// robust scale.
@@ -102,7 +127,11 @@ class Sensitivity {
                             Derivative derivative = Derivative::quick);
   /// Returns the equations of gain and black level alone, with the robust scale of the last equations(): they
   /// measure a step.
-  NormalEquations equations_without_parameters(const Twin& twin) const;
+  NormalEquations equations_without_parameters(const Twin& twin) const {
+    return equations_without_parameters(twin, {}, {});
+  }
+  NormalEquations equations_without_parameters(const Twin& twin, const std::vector<Parameter>& parameters,
+                                               const Eigen::VectorXd& values) const;
 
   /// Returns what a predicted irradiance leaves of the i-th gray value, DN.
   static double residual(const GridSamples& s, const std::vector<float>& irradiance, std::size_t i);
@@ -110,13 +139,22 @@ class Sensitivity {
  private:
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                 std::size_t at, const Values& base, Derivative derivative) const;
-  double relative_change(const Values& from, const Values& to) const;
-  /// Adds up all pixels. `base`: for the residuals; `rough`: sampled like the columns, so that what changes
-  /// the images like the gain does cannot be told from it.
-  NormalEquations assemble(const Values& base, const Values& rough, const std::vector<Values>& columns) const;
-  void add_pixel(const GridSamples& s, std::size_t camera, std::size_t pixel, const Values& base,
-                 const Values& rough, const std::vector<Values>& columns, NormalEquations& part) const;
-  void choose_scale(const Values& base);
+  /// The column of a parameter with an effect of its own: nothing is rendered.
+  Values closed_column(const Twin& changed, const Parameter& parameter, double value,
+                       const Values& base) const;
+  std::vector<float> irradiance_of(const Twin& twin, const GridSamples& samples, int points) const;
+  /// Returns the change of the images of one camera, or of all, as part of their size.
+  double relative_change(const Values& from, const Values& to, std::optional<std::size_t> camera) const;
+  /// The weighted values of one pixel, without what it has of its own: a row per image. `used`: how many
+  /// numbers are left in them, 0 where none.
+  struct PixelRows {
+    Eigen::MatrixXd rows;
+    Eigen::VectorXd residual;
+    std::uint64_t used = 0;
+  };
+  PixelRows pixel_rows(std::size_t camera, std::size_t pixel, const Values& base, const Columns& columns,
+                       FreePerPixel free, const NormalEquations& layout) const;
+  NormalEquations empty_equations(std::size_t n_parameters) const;
 
   render::Renderer& renderer_;
   std::vector<GridSamples> samples_;

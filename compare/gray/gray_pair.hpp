@@ -31,12 +31,6 @@ struct GrayPair {
   int height() const { return mask.height; }
   /// Returns the real gray value in this image of the sequence at pixel i.
   double real_at(int image, std::size_t i) const { return static_cast<double>(real->images[image].data[i]); }
-  /// Returns the mean of the real gray values at pixel i over the images that the gain is fitted on.
-  double mean_real_dn(std::size_t i) const {
-    double sum = 0.0;
-    for (const int image : gain_images) sum += real_at(image, i);
-    return sum / static_cast<double>(gain_images.size());
-  }
   /// Returns the value of `irradiance` in this image of the sequence at pixel i.
   double source_at(int image, std::size_t i) const {
     return static_cast<double>(irradiance->images[image].data[i]);

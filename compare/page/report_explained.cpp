@@ -146,7 +146,8 @@ std::string refinement_html(const Comparison& c) {
   report::Table table = field_table(r.rows);
   table.caption = fmt::format(
       "Fitted to the real gray values of all phase steps before this comparison ({} steps{}): χ² per gray "
-      "value {} → {} (n = {}). Standard errors contain noise only, scaled where χ² exceeds 1.",
+      "value {} → {} (n = {}). Standard errors contain noise and what is left, as blocks of pixels and "
+      "images scatter by it.",
       r.iterations, r.converged ? "" : ", NOT CONVERGED", number(r.chi2_before, 4), number(r.chi2_after, 4),
       report::count(r.n));
   std::string html = table.html();

@@ -42,6 +42,8 @@ struct Refinement {
   /// Returns the covariance as a list of rows, for JSON.
   std::vector<std::vector<double>> covariance_rows() const;
   std::vector<std::string> notes;
+  std::vector<std::string> warnings;  ///< for those of the result
+  bool taken_back = false;            ///< the twin is as it was
   /// With "texture": gain and black level of each camera that the pixels' factors refer to; see
   /// apply_texture().
   struct Line {
@@ -253,22 +255,28 @@ struct CauseGain {
   }
 };
 
+/// Stands between groups that explain a difference only together.
+inline constexpr const char* kCausesTogether = " + ";
+
 /// What may be wrong with the twin where noise does not explain the difference.
 struct Causes {
   std::vector<CauseRow> rows;  ///< taken ones in order, then by their share
-  std::string named;           ///< group of the first where it, or it with the second, passes; else empty
+  std::string named;           ///< the only explanation, where it is one group; else empty
+  /// Explanations that pass and cannot be told apart; the groups of each, with kCausesTogether between them.
+  std::vector<std::string> together;
   double chi2 = kNaN;
   double rest = kNaN;
   std::uint64_t n = 0;
-  double chi2_after = kNaN;     ///< of a gray value, where the cause was fitted to convergence
-  std::vector<CauseGain> gain;  ///< one per camera; empty: not offered
-  std::string with;             ///< what they were fitted together with
-  std::string why;              ///< why not; empty where nothing is named
+  double chi2_after = kNaN;          ///< of a gray value, where the cause was fitted to convergence
+  std::vector<CauseGain> gain;       ///< one per camera; empty: not offered
+  std::string with;                  ///< what they were fitted together with
+  std::string why;                   ///< why not; empty where nothing is named
+  std::vector<std::string> refined;  ///< groups that were fitted just before
 
   static void describe(auto& f) {
-    f.add("named", "the group that explains most of it, where what is named explains the difference",
-          &Causes::named)
-        .or_null();
+    f.add("named", "the group that explains the difference, where one alone does", &Causes::named).or_null();
+    f.add("together", "what explains the difference, and cannot be told apart", &Causes::together)
+        .not_required();
     f.positive("chi2", "of a gray value, with the best gain and black level only", &Causes::chi2);
     f.add("rest", "share of the excess that all taken ones leave", &Causes::rest);
     f.add("n", "gray values used", &Causes::n);

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which causes are named of fits with planted chi2, and what is said of them.
+#include "compare/causes/cause_decision.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace fringetwin::compare::cause_decision_test {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr double kBefore = 5000.0;
+
+TEST(CauseDecision, TheOneThatPassesIsNamed) {
+  EXPECT_THAT(explaining_alike({{1000, 3, false}, {1040, 3, true}, {4000, 6, true}}, kBefore, 1.0),
+              ElementsAre(1));
+}
+
+TEST(CauseDecision, NothingIsNamedThatDoesNotPass) {
+  EXPECT_THAT(explaining_alike({{1000, 3, false}, {1001, 1, false}}, kBefore, 1.0), IsEmpty());
+}
+
+TEST(CauseDecision, WhatDiffersByLessThanTheNoiseIsNamedTogetherFewestParametersFirst) {
+  const std::vector<TriedCause> tried{{1000, 6, true}, {1024.9, 3, true}, {1025.1, 1, true}};
+  EXPECT_THAT(explaining_alike(tried, kBefore, 1.0), ElementsAre(1, 0));
+  EXPECT_THAT(explaining_alike(tried, kBefore, 1.1), ElementsAre(2, 1, 0));  // more noise than stated
+}
+
+TEST(CauseDecision, WhatTakesAwayNoMoreThanChanceIsNotNamed) {
+  EXPECT_THAT(explaining_alike({{kBefore - 27.9, 3, true}}, kBefore, 1.0), IsEmpty());
+  EXPECT_THAT(explaining_alike({{kBefore - 28.1, 3, true}}, kBefore, 1.0), ElementsAre(0));
+  // 800 numbers: 25 + 5 sqrt(1600)
+  EXPECT_THAT(explaining_alike({{kBefore - 224, 800, true}}, kBefore, 1.0), IsEmpty());
+  EXPECT_THAT(explaining_alike({{kBefore - 226, 800, true}}, kBefore, 1.0), ElementsAre(0));
+}
+
+/// Causes with rows of four groups.
+Causes four(std::vector<std::string> together) {
+  Causes causes;
+  causes.n = 10'000;
+  causes.together = std::move(together);
+  for (const char* group : {"pose", "size", "blur", "light"}) {
+    CauseRow row;
+    row.group = group;
+    row.cause = std::string("wrong ") + group;
+    row.alone = 0.4;
+    causes.rows.push_back(row);
+  }
+  causes.rows[1].removed = 900.0;
+  causes.rows[1].chi2_after = 1.3;
+  causes.rows[1].regions_after = {{"level", 1.1, 1.4, 60}, {"shift", 5.66, 1.4, 60}};
+  return causes;
+}
+
+TEST(CauseDecision, SentencesSayWhatWasFound) {
+  EXPECT_EQ(sentence(Causes{}), "");
+  EXPECT_THAT(
+      sentence(four({})),
+      HasSubstr("nearest: wrong size, 40 % of it, which leaves chi2 1.3, limit 1.16; shift of regions "
+                "5.66, limit 1.4)"));
+  EXPECT_THAT(sentence(four({"blur"})), HasSubstr("most likely cause: wrong blur; it explains 40.0 %"));
+  EXPECT_THAT(sentence(four({"blur"})), HasSubstr("Fit it with --refine blur"));
+  EXPECT_THAT(sentence(four({"blur + pose"})), HasSubstr("causes: wrong blur and wrong pose: together they"));
+  EXPECT_THAT(sentence(four({"blur + pose"})), HasSubstr("Fit them with --refine blur,pose"));
+  EXPECT_THAT(sentence(four({"light"})), HasSubstr("What to do: record again with a steady lamp"));
+  EXPECT_THAT(sentence(four({"pose", "size", "pose + blur"})),
+              HasSubstr("wrong pose, wrong size or wrong pose and wrong blur: each explains"));
+  EXPECT_THAT(sentence(four({"pose", "size"})), HasSubstr("their images differ by less than the noise"));
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::cause_decision_test

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/causes/cause_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "compare/causes/cause_regions.hpp"
+#include "compare/causes/group_fit.hpp"
+#include "compare/verdict/explained.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+constexpr int kMostSteps = 8;
+
+void tell(GroupFit& fit, const Twin& twin, CauseFit& out) {
+  for (std::size_t k = 0; k < out.fitted.size(); ++k) {
+    const Parameter& p = out.fitted[k];
+    const GroupFit::Known& known = fit.known()[k];
+    out.told.push_back({p.name, p.unit, p.shown(p.start), p.shown(known.value),
+                        known.told ? p.shown_sigma(known.value, known.sigma) : 0.0});
+    out.tried.fitted += known.told ? 1.0 : 0.0;
+  }
+  for (std::size_t c = 0; c < out.sensors.samples().size(); ++c) {
+    const GridSamples& s = out.sensors.samples()[c];
+    const Eigen::Vector2d sigma = fit.sensor_sigma(c);
+    out.gain.push_back({twin.cameras[s.camera].name, s.gain_dn, sigma[0], s.black_level_dn, sigma[1]});
+  }
+}
+
+}  // namespace
+
+CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::vector<Parameter>& parameters,
+                   FreePerPixel free, const Eigen::VectorXd* begin, Sensitivity::Columns columns) {
+  CauseFit out{.sensors = sensitivity, .fitted = {}};
+  Twin changed = twin;
+  for (const Parameter& p : parameters)
+    if (!p.is_switch)
+      out.fitted.push_back(p);
+    else {
+      p.change(changed, p.start > 0.5 ? -1.0 : 1.0);
+      out.tried.fitted += 1.0;
+    }
+  GroupFit fit(out.sensors, changed, out.fitted,
+               {.hold_gain = false, .keep_scale = true, .most_steps = kMostSteps, .free = free});
+  if (begin) fit.begin_at(*begin);
+  if (!columns.each.empty()) fit.use_columns(std::move(columns));
+  fit.run();
+  if (free == FreePerPixel::nothing) fit.settle_sensors();  // else those that go with what pixels have
+  out.values = fit.values();
+  out.converged = fit.converged();
+  out.chi2 = fit.chi2();
+  tell(fit, twin, out);
+  const Sensitivity::Values predicted = out.sensors.predicted(changed, out.fitted, out.values);
+  out.regions = cause_regions(out.sensors, twin.fringes, predicted, free);
+  std::uint64_t n_values = 0;
+  for (const GridSamples& s : out.sensors.samples())
+    n_values += static_cast<std::uint64_t>(std::ranges::count_if(s.weight, [](float w) { return w > 0.0F; }));
+  const auto n = static_cast<double>(fit.n());
+  out.tried.fitted += static_cast<double>(n_values) - n;
+  out.tried.chi2 = out.chi2 * n + out.tried.fitted;
+  out.tried.passes = out.chi2 <= 1.0 + allowed_for(n) &&
+                     std::ranges::any_of(out.regions, [](const CauseRegion& r) { return r.n > 0; }) &&
+                     std::ranges::all_of(out.regions, &CauseRegion::passes);
+  return out;
+}
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/causes/closed_columns.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+#include "render/pattern/camera_effects.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/lens/linear.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+using Eigen::Vector2d;
+using Effect = std::function<void(const EffectInput&, std::vector<float>&)>;
+
+constexpr int kFieldOrder = 4;
+constexpr double kFullSignal = 0.75;    ///< of full scale: the middle of the response's polynomials' range is
+constexpr double kLargestSignal = 1.2;  ///< half of it; they stay as they are beyond this many times
+constexpr double kSmallestSignal = 1e-6;  ///< of full scale: below, a power is not taken
+constexpr int kPitchOverWidth = 4;        ///< the phase stays within a quarter of a period
+
+/// Calls f(pixel, its values in the order of the samples' images) for all pixels.
+template <class Function>
+void for_pixels(const GridSamples& s, std::vector<float>& irradiance, const Function& f) {
+  const std::size_t n = s.images.size();
+#pragma omp parallel for schedule(static)
+  for (std::size_t p = 0; p < s.n_pixels(); ++p) f(p, std::span(irradiance).subspan(p * n, n));
+}
+
+void scale(float& value, double factor) { value = static_cast<float>(factor * static_cast<double>(value)); }
+void shift(float& value, double by) { value = static_cast<float>(static_cast<double>(value) + by); }
+
+/// Returns the pixel of the camera that a sample stands for.
+Vector2d place_px(const GridSamples& s, std::size_t pixel) {
+  const auto width = static_cast<std::size_t>(s.grid.width);
+  return Vector2d::Constant(s.grid.first) +
+         s.grid.stride *
+             Vector2d(static_cast<double>(s.cell[pixel] % width), static_cast<double>(s.cell[pixel] / width));
+}
+
+/// One image is brighter, the first one of all by as much darker: the values are relative to the mean.
+Effect light_effect(int image, int first) {
+  return [=](const EffectInput& in, std::vector<float>& irradiance) {
+    const std::vector<int>& images = in.samples.images;
+    for_pixels(in.samples, irradiance, [&](std::size_t, std::span<float> values) {
+      for (std::size_t k = 0; k < values.size(); ++k) {
+        if (images[k] == image) scale(values[k], (1.0 + in.to) / (1.0 + in.from));
+        if (images[k] == first) scale(values[k], (1.0 - in.to) / (1.0 - in.from));
+      }
+    });
+  };
+}
+
+/// Gray values grow by a polynomial's term over the image: x from -1 to 1 across it, y in the same unit.
+Effect room_light_effect(int power_x, int power_y, Vector2d size_px) {
+  return [=](const EffectInput& in, std::vector<float>& irradiance) {
+    for_pixels(in.samples, irradiance, [&](std::size_t pixel, std::span<float> values) {
+      const Vector2d at = (2.0 * place_px(in.samples, pixel) - size_px) / size_px.x();
+      const double dn = (in.to - in.from) * std::pow(at.x(), power_x) * std::pow(at.y(), power_y);
+      for (float& value : values) shift(value, dn / in.samples.gain_dn);
+    });
+  };
+}
+
+/// The signal r, as a part of the sensor's range above black, becomes r^value.
+Effect response_gamma_effect(double range_dn) {
+  return [=](const EffectInput& in, std::vector<float>& irradiance) {
+    const double unit = range_dn / in.samples.gain_dn;
+    for (float& value : irradiance) {
+      const double r = std::max(static_cast<double>(value) / unit, kSmallestSignal);
+      value = static_cast<float>(unit * std::pow(r, in.to / in.from));
+    }
+  };
+}
+
+/// The signal r grows by value r^2 (order 2) or by value T_order(2 r/0.75 - 1), Chebyshev's polynomial.
+Effect response_term_effect(double range_dn, int order) {
+  return [=](const EffectInput& in, std::vector<float>& irradiance) {
+    const double unit = range_dn / in.samples.gain_dn;
+    for (float& value : irradiance) {
+      const double r = std::max(static_cast<double>(value) / unit, 0.0);
+      const double z = 2.0 * std::min(r / kFullSignal, kLargestSignal) - 1.0;
+      const double term = order == 2   ? r * r
+                          : order == 3 ? z * (4.0 * z * z - 3.0)
+                                       : 8.0 * z * z * (z * z - 1.0) + 1.0;
+      shift(value, (in.to - in.from) * unit * term);
+    }
+  };
+}
+
+/// The projector's light is multiplied by 1 + value P_i(a) P_j(b), Legendre's polynomials of its coordinates,
+/// -1 to 1 from border to border.
+Effect field_effect(unsigned i, unsigned j, Vector2d size_px) {
+  return [=](const EffectInput& in, std::vector<float>& irradiance) {
+    if (in.samples.projector_px.empty()) return;
+    for_pixels(in.samples, irradiance, [&](std::size_t pixel, std::span<float> values) {
+      const Eigen::Array2d at =
+          (in.samples.projector_px[pixel].cast<double>().array() + 0.5) / size_px.array() * 2.0 - 1.0;
+      const Eigen::Array2d inside = at.max(-1.0).min(1.0);
+      const double term = std::legendre(i, inside.x()) * std::legendre(j, inside.y());
+      for (float& value : values) scale(value, (1.0 + in.to * term) / (1.0 + in.from * term));
+    });
+  };
+}
+
+/// Returns the place of each image of the same fringes among the samples' images, and its step's angle.
+std::vector<std::pair<std::size_t, double>> steps_of(const GridSamples& s, const Fringes& fringes,
+                                                     const PatternSpec& pattern) {
+  const std::vector<PatternSpec> patterns = expand_sequence(fringes);
+  std::vector<std::pair<std::size_t, double>> steps;
+  for (std::size_t k = 0; k < s.images.size(); ++k) {
+    const PatternSpec& p = patterns.at(static_cast<std::size_t>(s.images[k]));
+    if (p.kind == PatternSpec::Kind::phase_step && p.direction == pattern.direction &&
+        p.pitch == pattern.pitch)
+      steps.emplace_back(k, 2.0 * std::numbers::pi * p.step / fringes.steps);
+  }
+  return steps;
+}
+
+/// The fringes of one image lie `value` projector pixels further. E over the steps psi of its pitch is
+/// m + A cos psi + B sin psi, fitted; moved by the phase e the first harmonic A cos psi + B sin psi becomes
+/// cos e (A cos psi + B sin psi) + sin e (A sin psi - B cos psi).
+Effect image_shift_effect(int image, PatternSpec pattern, double pitch_px) {
+  return [=](const EffectInput& in, std::vector<float>& irradiance) {
+    const GridSamples& s = in.samples;
+    const auto steps = steps_of(s, in.twin.fringes, pattern);
+    const auto at = std::ranges::find(s.images, image);
+    if (steps.size() < 3 || at == s.images.end()) return;
+    Eigen::MatrixXd design(steps.size(), 3);
+    for (std::size_t q = 0; q < steps.size(); ++q)
+      design.row(static_cast<Eigen::Index>(q)) << 1.0, std::cos(steps[q].second), std::sin(steps[q].second);
+    const double psi = 2.0 * std::numbers::pi * pattern.step / in.twin.fringes.steps,
+                 moved = 2.0 * std::numbers::pi * (in.to - in.from) / pitch_px, lost = std::cos(moved) - 1.0,
+                 across = std::sin(moved);
+    // the change is linear in (m, A, B), and these in the pixel's values
+    const Eigen::RowVector3d of_harmonic(0.0, lost * std::cos(psi) + across * std::sin(psi),
+                                         lost * std::sin(psi) - across * std::cos(psi));
+    const Eigen::RowVectorXd weights =
+        of_harmonic * least_squares(design, Eigen::MatrixXd::Identity(design.rows(), design.rows()));
+    const auto k = static_cast<std::size_t>(at - s.images.begin());
+    for_pixels(s, irradiance, [&](std::size_t p, std::span<float> values) {
+      double change = 0.0;
+      for (std::size_t q = 0; q < steps.size(); ++q)
+        change += weights[static_cast<Eigen::Index>(q)] *
+                  static_cast<double>(in.before[p * values.size() + steps[q].first]);
+      shift(values[k], change);
+    });
+  };
+}
+
+/// Returns sum over the kernel of one pixel of an image; its part inside the image is scaled to unit sum.
+double blurred_at(const ImageF& image, int x, int y, const std::vector<double>& kernel) {
+  const int reach = static_cast<int>(kernel.size()) - 1;
+  double sum = 0.0, weights = 0.0;
+  for (int v = std::max(0, y - reach); v <= std::min(image.height - 1, y + reach); ++v)
+    for (int u = std::max(0, x - reach); u <= std::min(image.width - 1, x + reach); ++u) {
+      const double w = kernel[static_cast<std::size_t>(std::abs(u - x))] *
+                       kernel[static_cast<std::size_t>(std::abs(v - y))];
+      sum += w * static_cast<double>(image(u, v));
+      weights += w;
+    }
+  return sum / weights;
+}
+
+/// The camera's image is blurred by a Gaussian of variance value - start besides: what that changes in the
+/// twin's own whole images is added.
+Effect camera_psf_effect(double start) {
+  return [=](const EffectInput& in, std::vector<float>& irradiance) {
+    const GridSamples& s = in.samples;
+    if (!s.frame) return;
+    const auto kernel_of = [&](double variance) {
+      return variance > start ? render::psf_kernel(std::sqrt(variance - start)) : std::vector<double>{1.0};
+    };
+    const std::vector<double> now = kernel_of(in.to), then = kernel_of(in.from);
+    for_pixels(s, irradiance, [&](std::size_t p, std::span<float> values) {
+      const Eigen::Vector2i at = place_px(s, p).cast<int>();
+      for (std::size_t k = 0; k < values.size(); ++k) {
+        const ImageF& image = s.frame->images[static_cast<std::size_t>(s.images[k])];
+        shift(values[k], blurred_at(image, at.x(), at.y(), now) - blurred_at(image, at.x(), at.y(), then));
+      }
+    });
+  };
+}
+
+Vector2d size_px(const Lens& lens) { return {lens.width(), lens.height()}; }
+
+/// Lists the parameters of one group.
+class ClosedList {
+ public:
+  ClosedList(const Twin& twin, std::string group)
+      : twin_(twin), group_(std::move(group)), patterns_(expand_sequence(twin.fringes)) {}
+
+  std::vector<Parameter> run() {
+    if (group_ == "light") add_light();
+    if (group_ == "projector_field") add_field();
+    if (group_ == "image_shift") add_image_shifts();
+    for (std::size_t c = 0; c < twin_.cameras.size(); ++c) {
+      const std::size_t first = list_.size();
+      if (group_ == "room_light") add_room_light(twin_.cameras[c]);
+      if (group_ == "camera_response") add_response(twin_.cameras[c]);
+      if (group_ == "camera_psf") add_psf(twin_.cameras[c]);
+      for (std::size_t k = first; k < list_.size(); ++k) list_[k].camera = c;
+    }
+    return std::move(list_);
+  }
+
+ private:
+  Parameter& add(const std::string& name, const std::string& unit, double start, double step, Effect effect) {
+    return list_.emplace_back(Parameter{.group = group_,
+                                        .name = name,
+                                        .unit = unit,
+                                        .start = start,
+                                        .step = step,
+                                        .effect = std::move(effect)});
+  }
+
+  std::vector<int> phase_steps() const {
+    std::vector<int> images;
+    for (std::size_t k = 0; k < patterns_.size(); ++k)
+      if (patterns_[k].kind == PatternSpec::Kind::phase_step) images.push_back(static_cast<int>(k));
+    return images;
+  }
+
+  void add_light() {
+    const std::vector<int> images = phase_steps();
+    for (std::size_t k = 1; k < images.size(); ++k)
+      add(fmt::format("image_{}.light", images[k]), "", 0.0, 3e-3, light_effect(images[k], images[0]));
+  }
+
+  /// As far as two terms of the second order, with the black level as the constant.
+  void add_room_light(const Camera& camera) {
+    const std::pair<int, int> powers[] = {{1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}};
+    const char* names[] = {"x", "y", "xx", "xy", "yy"};
+    for (int i = 0; i < 5; ++i)
+      add(fmt::format("{}.room_light.{}", camera.name, names[i]), "DN", 0.0,
+          1e-3 * (camera.sensor.max_dn() - camera.sensor.black_level_dn),
+          room_light_effect(powers[i].first, powers[i].second, size_px(camera.lens)));
+  }
+
+  void add_response(const Camera& camera) {
+    const double range_dn = camera.sensor.max_dn() - camera.sensor.black_level_dn;
+    Parameter& gamma = add(camera.name + ".response.gamma", "", 1.0, 0.01, response_gamma_effect(range_dn));
+    gamma.smallest = 0.2;
+    gamma.largest = 5.0;
+    for (const int order : {2, 3, 4})
+      add(fmt::format("{}.response.{}", camera.name,
+                      order == 2   ? "square"
+                      : order == 3 ? "cubic"
+                                   : "quartic"),
+          "", 0.0, 0.01, response_term_effect(range_dn, order));
+  }
+
+  void add_field() {
+    if (!twin_.projector) return;
+    for (unsigned i = 0; i <= kFieldOrder; ++i)
+      for (unsigned j = i == 0 ? 1 : 0; i + j <= kFieldOrder; ++j)
+        add(fmt::format("projector.field.{}_{}", i, j), "", 0.0, 0.01,
+            field_effect(i, j, size_px(twin_.projector->lens)));
+  }
+
+  void add_image_shifts() {
+    for (const int image : phase_steps()) {
+      const PatternSpec& pattern = patterns_[static_cast<std::size_t>(image)];
+      const DirectionFringes& direction =
+          twin_.fringes.directions[static_cast<std::size_t>(pattern.direction)];
+      add(fmt::format("image_{}.shift_px", image), "px", 0.0, 0.03,
+          image_shift_effect(image, pattern, direction.pitches_px[static_cast<std::size_t>(pattern.pitch)]));
+    }
+  }
+
+  void add_psf(const Camera& camera) {
+    const double start = camera.psf_px * camera.psf_px;
+    Parameter& p = add(camera.name + ".psf_px", "px", start, 0.02, camera_psf_effect(start));
+    p.is_variance = true;
+    p.smallest = start;
+  }
+
+  std::vector<Parameter> list_;
+  const Twin& twin_;
+  std::string group_;
+  std::vector<PatternSpec> patterns_;
+};
+
+}  // namespace
+
+std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group) {
+  return ClosedList(twin, group).run();
+}
+
+Effect vignetting_effect(std::size_t camera, std::function<void(Twin&, double)> change) {
+  return [camera, change = std::move(change)](const EffectInput& in, std::vector<float>& irradiance) {
+    Twin changed = in.twin;
+    change(changed, in.to - in.from);
+    for_pixels(in.samples, irradiance, [&](std::size_t pixel, std::span<float> values) {
+      const Vector2d at = place_px(in.samples, pixel);
+      const double factor = render::vignetting_factor(changed.cameras[camera], at.x(), at.y()) /
+                            render::vignetting_factor(in.twin.cameras[camera], at.x(), at.y());
+      for (float& value : values) scale(value, factor);
+    });
+  };
+}
+
+Effect factor_effect() {
+  return [](const EffectInput& in, std::vector<float>& irradiance) {
+    for (float& value : irradiance) scale(value, in.to / in.from);
+  };
+}
+
+void find_projector_places(render::Renderer& renderer, const Twin& twin, std::vector<GridSamples>& samples) {
+  FT_CHECK(twin.projector.has_value(), "a projector that lights the samples");
+  Twin view = twin;
+  view.projector =
+      Projector{.lens = twin.projector->lens, .T_proj_world = twin.projector->T_proj_world, .response = {}};
+  view.render.bounces = 0;
+  for (Camera& camera : view.cameras) camera.vignetting = {};
+  const Vector2d pitch_px = kPitchOverWidth * size_px(twin.projector->lens);
+  view.fringes = {.directions = {{Axis::x, {pitch_px.x()}, {0.0}, {}}, {Axis::y, {pitch_px.y()}, {0.0}, {}}},
+                  .steps = 4,
+                  .unwrap = Unwrap::none,
+                  .images = {}};
+  for (GridSamples& s : samples) {
+    const std::vector<ImageF> images = render_grid(renderer, view, s.camera, s.grid, 4);
+    s.projector_px.clear();
+    for (const std::size_t cell : s.cell) {
+      const auto e = [&](int k) {
+        return static_cast<double>(images[static_cast<std::size_t>(k)].data[cell]);
+      };
+      Vector2d phase_rad;
+      for (int axis = 0; axis < 2; ++axis)
+        phase_rad[axis] = std::atan2(e(4 * axis + 3) - e(4 * axis + 1), e(4 * axis) - e(4 * axis + 2));
+      s.projector_px.push_back((phase_rad.cwiseProduct(pitch_px) / (2.0 * std::numbers::pi)).cast<float>());
+    }
+  }
+}
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lists the parameters that change gray values in a way that needs no rendering: each is a function of the
+// irradiance that the twin predicts for the samples (docs/metrics/causes.md, "Causes").
+#pragma once
+#include "compare/causes/grid_view.hpp"
+#include "compare/causes/parameter.hpp"
+
+namespace fringetwin::compare {
+
+/// Returns the parameters of the groups light, room_light, camera_response, projector_field, image_shift and
+/// camera_psf, whose `change` is empty, and `instead` too; none of others.
+std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group);
+
+/// Returns the effect of a parameter of a camera's vignetting, which `change` changes.
+std::function<void(const EffectInput&, std::vector<float>&)> vignetting_effect(
+    std::size_t camera, std::function<void(Twin&, double)> change);
+/// Returns the effect of a parameter that all light is in proportion to.
+std::function<void(const EffectInput&, std::vector<float>&)> factor_effect();
+
+/// Fills GridSamples::projector_px of all samples: from one rendering of fringes so wide that their phase
+/// tells the place in the projector's image, four points per pixel.
+void find_projector_places(render::Renderer& renderer, const Twin& twin, std::vector<GridSamples>& samples);
+
+}  // namespace fringetwin::compare

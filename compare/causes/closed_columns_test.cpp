@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+// Effects without rendering, on made-up light: E of every pixel and image is a formula, and so is what an
+// error makes of it, in double precision.
+//
+// | check                           | tolerance | origin                                                |
+// |---------------------------------|-----------|-------------------------------------------------------|
+// | values                          | 5e-6 E    | single precision, 6e-8 a rounding, sums of up to 12   |
+// | blur                            | 3e-4 of 2 | narrow kernel cos w - 1 for -w^2/2: s w^4/24, 2.9e-4  |
+#include "compare/causes/closed_columns.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "compare/causes/parameters.hpp"
+#include "compare/causes/sensitivity.hpp"
+
+namespace fringetwin::compare::closed_columns_test {
+namespace {
+
+constexpr int kWidth = 64, kHeight = 48, kSteps = 4;
+constexpr double kGain = 20.0, kBlack = 15.0, kRangeDn = 255.0 - kBlack, kPi = std::numbers::pi;
+constexpr double kPitches[] = {13.0, 14.0, 15.0};
+
+Twin two_cameras() {
+  Twin twin;
+  const Lens lens("LENSMODEL_PINHOLE", {900, 905, 31.5, 23.5}, {kWidth, kHeight}, "test");
+  twin.cameras.push_back({"left", lens, Pose{}, Sensor{}, std::nullopt});
+  twin.cameras.push_back({"right", lens, Pose{}, Sensor{}, std::nullopt});
+  for (Camera& camera : twin.cameras) camera.sensor.black_level_dn = kBlack;
+  const Lens projector("LENSMODEL_PINHOLE", {900, 905, 640, 360}, {1280, 720}, "test");
+  twin.projector = Projector{.lens = projector, .T_proj_world = Pose{}, .response = {}};
+  twin.fringes.directions = {{Axis::x, {13, 14, 15}, {0, 0, 0}, {}}};
+  twin.fringes.steps = kSteps;
+  return twin;
+}
+
+/// Light at a pixel of the camera that the projector's pixel (u, v) lights, its fringes `shift_px` further.
+double light(double x, double y, int image, double shift_px = 0.0) {
+  const double u = 300.0 + 2.1 * x + 0.3 * y, pitch = kPitches[image / kSteps];
+  const double psi = 2.0 * kPi * (image % kSteps) / kSteps;
+  return (3.0 + 0.02 * x) * (1.0 + 0.8 * std::cos(2.0 * kPi * (u - shift_px) / pitch + psi));
+}
+Eigen::Vector2d projector_px(double x, double y) { return {300.0 + 2.1 * x + 0.3 * y, 100.0 + 5.0 * y}; }
+
+/// Every third pixel of the second camera, images in another order than projected and one of them missing.
+GridSamples samples() {
+  GridSamples s;
+  s.camera = 1;
+  s.grid = {3, 1, 21, 16};
+  s.images = {3, 0, 1, 2, 4, 6, 7, 8, 9, 10, 5};
+  s.gain_dn = kGain;
+  for (std::size_t i = 0; i < 21 * 16; i += 5) s.cell.push_back(i);
+  s.real_dn.resize(s.cell.size() * s.images.size());
+  s.projector_px.resize(s.cell.size());
+  return s;
+}
+
+struct Place {
+  double x, y;
+};
+Place place(const GridSamples& s, std::size_t pixel) {
+  return {1.0 + 3.0 * static_cast<double>(s.cell[pixel] % 21),
+          1.0 + 3.0 * static_cast<double>(s.cell[pixel] / 21)};
+}
+
+using Truth = std::function<double(double x, double y, int image, double value)>;
+
+/// Holds the effect from the parameter's start to `value` and on to another against the truth.
+void expect_effect(const std::string& group, const std::string& name, double value, const Truth& truth) {
+  constexpr double tolerance = 5e-6;
+  SCOPED_TRACE(name);
+  const Twin twin = two_cameras();
+  GridSamples s = samples();
+  std::vector<float> before;
+  for (std::size_t p = 0; p < s.n_pixels(); ++p) {
+    const auto [x, y] = place(s, p);
+    s.projector_px[p] = projector_px(x, y).cast<float>();
+    for (const int image : s.images) before.push_back(static_cast<float>(light(x, y, image)));
+  }
+  for (const Parameter& parameter : parameters_of(twin, group)) {
+    if (parameter.name != name) continue;
+    EXPECT_FALSE(parameter.instead.empty());
+    ASSERT_TRUE(!parameter.change && parameter.effect);
+    std::vector<float> after = before;
+    parameter.effect({twin, s, before, parameter.start, value}, after);
+    const std::vector<float> between = after;
+    std::vector<float> back = after;
+    parameter.effect({twin, s, between, value, parameter.start}, back);
+    for (std::size_t p = 0, i = 0; p < s.n_pixels(); ++p)
+      for (std::size_t k = 0; k < s.images.size(); ++k, ++i) {
+        const auto [x, y] = place(s, p);
+        const double e = static_cast<double>(before[i]);
+        ASSERT_NEAR(static_cast<double>(after[i]), truth(x, y, s.images[k], value), tolerance * (e + 1.0))
+            << x << ' ' << y << ' ' << s.images[k];
+        // of those two the way back begins at what they changed: the other images of the pitch, r
+        if (group != "image_shift" && group != "camera_response") {
+          ASSERT_NEAR(static_cast<double>(back[i]), e, tolerance * (e + 1.0));
+        }
+      }
+    return;
+  }
+  FAIL() << "no such parameter";
+}
+
+TEST(ClosedColumns, LightOfOneImageIsRelativeToTheMean) {
+  const auto truth = [](double x, double y, int image, double value) {
+    return light(x, y, image) * (image == 6 ? 1.0 + value : image == 0 ? 1.0 - value : 1.0);
+  };
+  expect_effect("light", "image_6.light", 0.03, truth);
+  EXPECT_EQ(parameters_of(two_cameras(), "light").size(), 11u);
+}
+
+TEST(ClosedColumns, RoomLightIsAPolynomialOverTheImage) {
+  const std::pair<std::string, std::pair<int, int>> terms[] = {
+      {"x", {1, 0}}, {"y", {0, 1}}, {"xx", {2, 0}}, {"xy", {1, 1}}, {"yy", {0, 2}}};
+  for (const auto& [name, powers] : terms)
+    expect_effect("room_light", "right.room_light." + name, 7.0,
+                  [powers = powers](double x, double y, int image, double value) {
+                    const double u = (x - 32.0) / 32.0, v = (y - 24.0) / 32.0;
+                    return light(x, y, image) +
+                           value / kGain * std::pow(u, powers.first) * std::pow(v, powers.second);
+                  });
+}
+
+TEST(ClosedColumns, ACamerasResponseIsOfItsSignal) {
+  const auto after = [](const std::function<double(double)>& curve) {
+    return [curve](double x, double y, int image, double) {
+      return curve(kGain * light(x, y, image) / kRangeDn) * kRangeDn / kGain;
+    };
+  };
+  const auto chebyshev = [](int order, double r) {
+    const double z = 2.0 * std::min(r / 0.75, 1.2) - 1.0;
+    return z > 1.0 ? std::cosh(order * std::acosh(z)) : std::cos(order * std::acos(z));
+  };
+  expect_effect("camera_response", "right.response.gamma", 0.9,
+                after([](double r) { return std::pow(r, 0.9); }));
+  expect_effect("camera_response", "right.response.square", -0.1,
+                after([](double r) { return r - 0.1 * r * r; }));
+  expect_effect("camera_response", "right.response.cubic", 0.01,
+                after([&](double r) { return r + 0.01 * chebyshev(3, r); }));
+  expect_effect("camera_response", "right.response.quartic", 0.01,
+                after([&](double r) { return r + 0.01 * chebyshev(4, r); }));
+}
+
+TEST(ClosedColumns, TheProjectorsFieldFollowsItsOwnImage) {
+  const auto after = [](const std::function<double(double, double)>& field) {
+    return [field](double x, double y, int image, double value) {
+      const Eigen::Vector2d p = projector_px(x, y);
+      return light(x, y, image) *
+             (1.0 + value * field((p.x() + 0.5) / 640.0 - 1.0, (p.y() + 0.5) / 360.0 - 1.0));
+    };
+  };
+  expect_effect("projector_field", "projector.field.1_0", 0.2, after([](double a, double) { return a; }));
+  expect_effect("projector_field", "projector.field.0_2", -0.2,
+                after([](double, double b) { return 1.5 * b * b - 0.5; }));
+  expect_effect("projector_field", "projector.field.3_1", 0.3,
+                after([](double a, double b) { return (2.5 * a * a * a - 1.5 * a) * b; }));
+  EXPECT_EQ(parameters_of(two_cameras(), "projector_field").size(), 14u);
+}
+
+TEST(ClosedColumns, AnImageShiftsByTensOfDegreesToo) {
+  for (const int image : {0, 3, 6, 9})  // of the pitch of image 9 one step is missing
+    expect_effect("image_shift", "image_" + std::to_string(image) + ".shift_px", 1.3,
+                  [image](double x, double y, int at, double value) {
+                    return light(x, y, at, at == image ? value : 0.0);
+                  });
+}
+
+TEST(ClosedColumns, ACamerasBlurTakesContrastAway) {
+  // a plane wave: a Gaussian of variance s leaves exp(-s w^2/2) of it
+  const double w = 0.6;
+  CameraImages frame;
+  frame.images.assign(12, ImageF(kWidth, kHeight));
+  const auto wave = [=](double x, double y) { return 2.0 * std::cos(w * (0.8 * x + 0.6 * y)); };
+  for (ImageF& image : frame.images)
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) image(x, y) = static_cast<float>(5.0 + wave(x, y));
+  for (const double variance : {0.1, 0.8, 1.5}) {
+    const Twin twin = two_cameras();
+    GridSamples s = samples();
+    s.frame = &frame;
+    std::vector<float> before(s.real_dn.size(), 4.0F), after = before;
+    parameters_of(twin, "camera_psf").at(1).effect({twin, s, before, 0.0, variance}, after);
+    for (std::size_t p = 0; p < s.n_pixels(); ++p) {
+      const auto [x, y] = place(s, p);
+      if (x < 10 || y < 10 || x > kWidth - 11 || y > kHeight - 11) continue;
+      for (std::size_t k = 0; k < s.images.size(); ++k)
+        EXPECT_NEAR(static_cast<double>(after[p * s.images.size() + k]),
+                    4.0 - (1.0 - std::exp(-0.5 * variance * w * w)) * wave(x, y), 3e-4 * 2.0);
+    }
+  }
+}
+
+TEST(ClosedColumns, OneCamerasEffectsAreItsOwn) {
+  const Twin twin = two_cameras();
+  for (const char* group : {"room_light", "camera_response", "camera_psf"})
+    for (const Parameter& p : parameters_of(twin, group)) {
+      ASSERT_TRUE(p.camera.has_value()) << p.name;
+      EXPECT_TRUE(p.name.starts_with(twin.cameras[*p.camera].name)) << p.name;
+    }
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::closed_columns_test

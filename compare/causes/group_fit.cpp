@@ -1,0 +1,421 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/causes/group_fit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "compare/causes/cause_regions.hpp"
+#include "compare/causes/scaled_eigen.hpp"
+#include "compare/verdict/explained.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+constexpr double kSettledSigmas = 0.05, kSettledChi2 = 0.5;
+constexpr double kNearlySettled =
+    0.5;  ///< standard errors, where derivatives are too rough for a better step
+constexpr double kFirstDamping = 1e-3, kMostDamping = 1e3;
+constexpr double kPoorColumns = 0.5;  ///< of the predicted fall of chi2 that a step must reach
+constexpr int kMostPasses = 6;        ///< over both kinds of groups
+constexpr double kFarSteps = 2.0;     ///< of a parameter: a fiftieth of a fringe
+constexpr double kNotTold = 0.5;      ///< of the prior
+constexpr std::size_t kFewestBlocks = 12, kFewestImages = 4;
+
+double prior_of(const Parameter& p) { return prior_steps(p.group) * p.step; }
+
+/// Returns how much larger than `variance` a scatter of n sums must be to mean more than chance.
+double beyond_chance(std::size_t n) { return 1.0 + 3.0 * std::sqrt(2.0 / (static_cast<double>(n) - 1.0)); }
+
+}  // namespace
+
+bool is_geometric(const std::string& group) { return prior_steps(group) > 0.0; }
+
+double prior_steps(const std::string& group) {
+  if (group == "pose" || group == "size") return 500.0;  // 5 mm, 50 mrad
+  if (group == "rig") return 1000.0;                     // 10 mm, 10 mrad
+  if (group == "intrinsics") return 250.0;               // 5 px of a principal point, 12 px of a focal length
+  if (group == "lens") return 100.0;                     // 0.1
+  if (group == "image_shift") return 30.0;
+  return 0.0;
+}
+
+GroupFit::GroupFit(Sensitivity& sensitivity, const Twin& twin, std::vector<Parameter> parameters,
+                   GroupFitOptions options)
+    : sensitivity_(sensitivity),
+      twin_(twin),
+      parameters_(std::move(parameters)),
+      options_(options),
+      values_(start_values(parameters_)),
+      known_(parameters_.size()) {
+  Block geometry{FreePerPixel::factor_and_offset, {}}, others{FreePerPixel::nothing, {}};
+  for (std::size_t k = 0; k < parameters_.size(); ++k)
+    (is_geometric(parameters_[k].group) && !options_.free ? geometry : others).at.push_back(k);
+  if (options_.free) others.free = *options_.free;
+  if (!geometry.at.empty()) blocks_.push_back(geometry);
+  if (!others.at.empty() || blocks_.empty()) blocks_.push_back(others);
+  set_values(values_);
+}
+
+void GroupFit::set_values(const Eigen::VectorXd& values) {
+  values_ = values;
+  base_ = sensitivity_.predicted(twin_, parameters_, values_);
+}
+
+FreePerPixel GroupFit::free_of(const Block& block) const {
+  if (!sensitivity_.has_free_factors()) return block.free;
+  return frees_offset(block.free) ? FreePerPixel::factor_and_offset : FreePerPixel::factor;
+}
+
+std::vector<std::size_t> GroupFit::sensors_of(FreePerPixel free) const {
+  std::vector<std::size_t> all;
+  const std::size_t first = parameters_.size();
+  for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c) {
+    if (!options_.hold_gain && !frees_factor(free)) all.push_back(first + 2 * c);
+    if (!frees_offset(free)) all.push_back(first + 2 * c + 1);
+  }
+  return all;
+}
+
+/// Returns the squares that the prior adds to chi2.
+double GroupFit::prior_chi2(const Eigen::VectorXd& values) const {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < parameters_.size(); ++k)
+    if (const double prior = prior_of(parameters_[k]); prior > 0.0) {
+      const double off = (values[k] - parameters_[k].start) / prior;
+      sum += off * off;
+    }
+  return sum;
+}
+
+/// Returns chi2 of a prediction with the best gain and black level, and puts them into the samples.
+double GroupFit::settled_chi2(const Sensitivity::Values& base, FreePerPixel free, bool settle) {
+  NormalEquations e = sensitivity_.equations_at(base, {base, {}}, free);
+  std::vector<std::size_t> sensors = sensors_of(free);
+  for (std::size_t& at : sensors) at -= parameters_.size();
+  const Step step = solve_step(e, sensors);
+  n_ = e.n;
+  for (std::size_t c = 0; settle && c < sensitivity_.samples().size(); ++c) {
+    const GridSamples& s = sensitivity_.samples()[c];
+    sensitivity_.set_sensor(c, s.gain_dn + step.change[e.gain_at(c)],
+                            s.black_level_dn + step.change[e.black_at(c)]);
+  }
+  return step.chi2;
+}
+
+bool GroupFit::start_at(const Eigen::VectorXd& values) {
+  const FreePerPixel free = free_of(blocks_.front());
+  chi2_ = settled_chi2(base_, free, false) / static_cast<double>(n_);
+  Sensitivity::Values base = sensitivity_.predicted(twin_, parameters_, values);
+  const double chi2 = settled_chi2(base, free, false) / static_cast<double>(n_);
+  if (!(chi2 < chi2_)) return false;
+  values_ = values;
+  base_ = std::move(base);
+  chi2_ = chi2;
+  return true;
+}
+
+void GroupFit::begin_at(const Eigen::VectorXd& values) { set_values(values); }
+
+void GroupFit::use_columns(Sensitivity::Columns columns) {
+  columns_ = std::move(columns);
+  columns_at_ = values_;
+}
+
+void GroupFit::render_columns() {
+  columns_ = sensitivity_.columns(twin_, parameters_, values_, derivative_);
+  columns_at_ = values_;
+}
+
+std::vector<std::size_t> GroupFit::told_of(const Block& block) const {
+  std::vector<std::size_t> told;
+  for (const std::size_t k : block.at)
+    if (known_[k].told) told.push_back(k);
+  return told;
+}
+
+/// Returns the equations of a block where the fit is, with the prior of its parameters.
+NormalEquations GroupFit::equations_with_prior(FreePerPixel free) {
+  if (!columns_) render_columns();
+  NormalEquations e = sensitivity_.equations_at(base_, *columns_, free);
+  for (std::size_t k = 0; k < parameters_.size(); ++k)
+    if (const double prior = prior_of(parameters_[k]); prior > 0.0) {
+      e.normal(k, k) += 1.0 / (prior * prior);
+      e.right[k] -= (values_[k] - parameters_[k].start) / (prior * prior);
+    }
+  return e;
+}
+
+double GroupFit::null_of(const std::vector<std::size_t>& parameters) const {
+  return std::ranges::all_of(parameters, [&](std::size_t k) { return prior_of(parameters_[k]) > 0.0; })
+             ? ScaledEigen::kNullWithPrior
+             : ScaledEigen::kNull;
+}
+
+GroupFit::Damped GroupFit::solve(const NormalEquations& e, std::vector<std::size_t> unknowns,
+                                 FreePerPixel free, double damping) const {
+  const double null = null_of(unknowns);
+  const std::size_t n_parameters = unknowns.size();
+  const std::vector<std::size_t> sensors = sensors_of(free);
+  unknowns.insert(unknowns.end(), sensors.begin(), sensors.end());
+  Eigen::MatrixXd normal = e.normal_of(unknowns);
+  const auto m = static_cast<Eigen::Index>(unknowns.size());
+  Eigen::VectorXd right(m);
+  for (Eigen::Index i = 0; i < m; ++i) right[i] = e.right[unknowns[i]];
+  for (std::size_t i = 0; i < n_parameters; ++i) normal(i, i) *= 1.0 + damping;
+  const ScaledEigen scaled(normal);
+  Damped out;
+  out.covariance = scaled.inverse(null);
+  out.change = out.covariance * right;
+  out.fall = out.change.dot(right);
+  out.sigma = out.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  out.unknowns = std::move(unknowns);
+  for (std::size_t i = 0; i < n_parameters; ++i)
+    out.null.push_back(!(normal(i, i) > 0.0) || scaled.is_in_null_direction(i, null));
+  return out;
+}
+
+/// Returns whether the values moved by more than the end of a fit would.
+bool GroupFit::fit(const Block& block) {
+  const FreePerPixel free = free_of(block);
+  const std::vector<std::size_t> told = told_of(block);
+  if (!options_.keep_scale) sensitivity_.choose_scale(base_, free);
+  double damping = 0.0, chi2 = settled_chi2(base_, free, told.empty()) + prior_chi2(values_);
+  bool moved = false, nearly = false;
+  converged_ = told.empty();
+  for (int step = 0; step < options_.most_steps && !converged_; ++step) {
+    throw_if_cancelled();
+    const NormalEquations e = equations_with_prior(free);
+    const Damped solved = solve(e, told, free, damping);
+    const double scale2 = std::max(1.0, chi2 / static_cast<double>(e.n)), little = kSettledChi2 * scale2,
+                 expected = chi2 - (e.chi2 + prior_chi2(values_) - solved.fall);
+    double sigmas = 0.0;  // the longest step of a parameter
+    Eigen::VectorXd next = values_;
+    for (std::size_t i = 0; i < told.size(); ++i) {
+      const Parameter& p = parameters_[told[i]];
+      const auto at = static_cast<Eigen::Index>(i);
+      next[told[i]] = std::clamp(values_[told[i]] + solved.change[at], p.smallest, p.largest);
+      if (solved.sigma[at] > 0.0)
+        sigmas = std::max(sigmas, std::abs(solved.change[at]) / solved.sigma[at] / std::sqrt(scale2));
+    }
+    if (damping == 0.0 && sigmas <= kSettledSigmas) {
+      converged_ = true;
+      break;
+    }
+    ++n_steps_;
+    const bool are_fresh = columns_at_ == values_;
+    if (const double gained = try_values(next, free, chi2); gained > 0.0) {
+      chi2 -= gained;
+      moved = moved || gained > little;
+      const bool is_poor = gained < kPoorColumns * expected && expected > little;
+      converged_ = gained < little && (are_fresh || damping > 0.0 || !is_poor);
+      if (!converged_ && damping == 0.0 && is_poor) render_columns();
+      damping = damping > kFirstDamping ? damping / 10.0 : 0.0;
+    } else if (damping == 0.0 && expected < little) {
+      converged_ = true;
+    } else if (!are_fresh) {
+      render_columns();
+      damping = 0.0;
+    } else {
+      if (damping == 0.0) nearly = sigmas <= kNearlySettled;
+      damping = std::max(kFirstDamping, 10.0 * damping);
+      if (damping <= kMostDamping) continue;
+      converged_ = nearly;
+      break;
+    }
+  }
+  chi2_ = settled_chi2(base_, free, false) / static_cast<double>(n_);
+  return moved;
+}
+
+/// Moves to these values if chi2 falls there; returns by how much.
+double GroupFit::try_values(const Eigen::VectorXd& next, FreePerPixel free, double chi2) {
+  try {
+    Sensitivity::Values base = sensitivity_.predicted(twin_, parameters_, next);
+    const double now = settled_chi2(base, free, false) + prior_chi2(next);
+    if (!(now < chi2)) return 0.0;
+    if (!sensors_of(free).empty()) settled_chi2(base, free, true);
+    values_ = next;
+    base_ = std::move(base);
+    return chi2 - now;
+  } catch (const UserError&) {
+    return 0.0;  // no such lens: a smaller step
+  }
+}
+
+/// Returns whether a derivative may have changed since the columns were rendered.
+bool GroupFit::is_far_from_columns() const {
+  for (std::size_t k = 0; k < parameters_.size(); ++k)
+    if (std::abs(values_[k] - columns_at_[k]) > kFarSteps * parameters_[k].step) return true;
+  return false;
+}
+
+void GroupFit::run() {
+  if (parameters_.empty()) {
+    fit(blocks_.front());
+    return;
+  }
+  do fit_all();
+  while (leave_out_what_is_not_told());
+  covariance_.resize(0, 0);
+  sensor_sigma_.resize(0);
+  unexplained_.clear();
+  for (const Block& block : blocks_) tell(block);
+}
+
+void GroupFit::hold(const std::vector<std::size_t>& parameters) {
+  Eigen::VectorXd values = values_;
+  for (const std::size_t k : parameters) {
+    known_[k].told = false;
+    known_[k].value = values[k] = parameters_[k].start;
+  }
+  set_values(values);
+}
+
+void GroupFit::fit_all() {
+  bool all_converged = false;
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    bool moved = false;
+    all_converged = true;
+    for (const Block& block : blocks_) {
+      moved = fit(block) || moved;
+      all_converged = all_converged && converged_;
+    }
+    if (blocks_.size() == 1 || (pass > 0 && !moved)) break;
+    if (pass + 1 == kMostPasses) all_converged = false;
+  }
+  if (options_.exact && (derivative_ != Sensitivity::Derivative::exact || is_far_from_columns())) {
+    derivative_ = Sensitivity::Derivative::exact;
+    render_columns();
+    for (const Block& block : blocks_) {
+      fit(block);
+      all_converged = all_converged && converged_;
+    }
+  }
+  converged_ = all_converged;
+}
+
+/// Puts back to the twin's values what these images do not tell; returns whether there was any.
+bool GroupFit::leave_out_what_is_not_told() {
+  bool any = false;
+  Eigen::VectorXd values = values_;
+  for (const Block& block : blocks_) {
+    const FreePerPixel free = free_of(block);
+    const std::vector<std::size_t> told = told_of(block);
+    if (told.empty()) continue;
+    const NormalEquations e = equations_with_prior(free);
+    const Damped solved = solve(e, told, free, 0.0);
+    for (std::size_t i = 0; i < told.size(); ++i) {
+      const double prior = prior_of(parameters_[told[i]]);
+      if (!solved.null[i] && !(prior > 0.0 && solved.sigma[i] >= kNotTold * prior)) continue;
+      // what changes nothing at all has the prior's sigma, too
+      const bool changes = e.normal(told[i], told[i]) - (prior > 0.0 ? 1.0 / (prior * prior) : 0.0) > 0.0;
+      known_[told[i]] = {parameters_[told[i]].start, changes ? solved.sigma[i] : 0.0, solved.sigma[i], false};
+      values[told[i]] = parameters_[told[i]].start;
+      any = true;
+    }
+  }
+  if (any) set_values(values);
+  return any;
+}
+
+/// Writes down what is known of a block's parameters.
+void GroupFit::tell(const Block& block) {
+  if (covariance_.size() == 0)
+    covariance_ = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(parameters_.size()),
+                                        static_cast<Eigen::Index>(parameters_.size()));
+  const FreePerPixel free = free_of(block);
+  const std::vector<std::size_t> told = told_of(block);
+  if (told.empty()) return;
+  // what light is fitted for depends on where things are, and not the other way round
+  std::vector<std::size_t> all = told;
+  if (&block != &blocks_.front()) {
+    const std::vector<std::size_t> before = told_of(blocks_.front());
+    all.insert(all.end(), before.begin(), before.end());
+  }
+  const Damped solved = solve(equations_with_prior(free), all, free, 0.0);
+  const double chi2 = settled_chi2(base_, free, false) / static_cast<double>(n_);
+  double inflation2 = std::max(1.0, chi2);
+  const auto hold_against = [&](const std::string& what, double left, double limit) {
+    if (!(left > limit)) return;
+    inflation2 = std::max(inflation2, left);
+    unexplained_ +=
+        fmt::format("{}{} {:.3g}, limit {:.3g}", unexplained_.empty() ? "" : "; ", what, left, limit);
+  };
+  hold_against("chi2", chi2, 1.0 + allowed_for(static_cast<double>(n_)));
+  const bool is_of_places = is_geometric(parameters_[told[0]].group);
+  for (const CauseRegion& kind : cause_regions(sensitivity_, twin_.fringes, base_, free))
+    if (kind.kind != "image" && is_of_places == (kind.kind == "shift"))
+      hold_against(kind.kind + " of regions", kind.chi2, kind.limit);
+  const Sensitivity::Scatter scatter = sensitivity_.scatter_at(base_, *columns_, free);
+  const auto sandwich = [&](const Eigen::MatrixXd& scores, std::size_t n, std::size_t fewest,
+                            Eigen::Index i) {
+    if (n < fewest) return 0.0;
+    const NormalEquations picked{scores, {}, 0.0, 0, parameters_.size()};
+    const double variance =
+        solved.covariance.row(i) * picked.normal_of(solved.unknowns) * solved.covariance.row(i).transpose();
+    return variance * static_cast<double>(n) / (static_cast<double>(n) - 1.0);
+  };
+  for (std::size_t i = all.size(); i < solved.unknowns.size(); ++i) {
+    if (sensor_sigma_.size() == 0)
+      sensor_sigma_ = Eigen::VectorXd::Zero(
+          static_cast<Eigen::Index>(parameters_.size() + 2 * sensitivity_.samples().size()));
+    sensor_sigma_[solved.unknowns[i]] = std::sqrt(inflation2) * solved.sigma[static_cast<Eigen::Index>(i)];
+  }
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    const double noise2 = solved.sigma[at] * solved.sigma[at];
+    double variance = inflation2 * noise2;
+    for (const auto& [of, n] :
+         {std::pair{sandwich(scatter.blocks, scatter.n_blocks, kFewestBlocks, at), scatter.n_blocks},
+          std::pair{sandwich(scatter.images, scatter.n_images, kFewestImages, at), scatter.n_images}})
+      if (n > 1 && of > std::max(variance, noise2 * beyond_chance(n))) variance = of;
+    known_[told[i]] = {values_[told[i]], std::sqrt(variance), std::sqrt(noise2), true};
+    for (std::size_t j = 0; j < told.size(); ++j)
+      covariance_(told[i], told[j]) = solved.covariance(at, static_cast<Eigen::Index>(j));
+  }
+}
+
+CauseRegion GroupFit::shift_in_regions() const {
+  return cause_regions(sensitivity_, twin_.fringes, base_, FreePerPixel::factor_and_offset).at(2);
+}
+
+double GroupFit::chi2_with(FreePerPixel free) {
+  const std::uint64_t n = n_;
+  const double chi2 = settled_chi2(base_, free_of({free, {}}), false) / static_cast<double>(n_);
+  n_ = n;
+  return chi2;
+}
+
+void GroupFit::settle_sensors() {
+  const std::uint64_t n = n_;
+  settled_chi2(base_, free_of({FreePerPixel::nothing, {}}), true);
+  n_ = n;
+}
+
+Eigen::Vector2d GroupFit::sensor_sigma(std::size_t index) {
+  if (sensor_sigma_.size() > 0) {
+    const auto at = static_cast<Eigen::Index>(parameters_.size() + 2 * index);
+    return sensor_sigma_.segment<2>(at);
+  }
+  const FreePerPixel free = free_of({FreePerPixel::nothing, {}});
+  const NormalEquations e = sensitivity_.equations_at(base_, {base_, {}}, free);
+  std::vector<std::size_t> sensors = sensors_of(free);
+  for (std::size_t& at : sensors) at -= parameters_.size();
+  const Step step = solve_step(e, sensors);
+  const double inflation = std::sqrt(std::max(1.0, step.chi2 / static_cast<double>(e.n)));
+  return inflation * Eigen::Vector2d(step.sigma[e.gain_at(index)], step.sigma[e.black_at(index)]);
+}
+
+bool GroupFit::changes_nothing(std::size_t parameter) {
+  if (!columns_) render_columns();
+  return std::ranges::all_of(columns_->each[parameter], [](const std::vector<float>& values) {
+    return std::ranges::all_of(values, [](float v) { return v == 0.0F; });
+  });
+}
+
+}  // namespace fringetwin::compare

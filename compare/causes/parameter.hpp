@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Holds what one parameter of a twin is: a number with a start value that changes the twin, or the irradiance
+// that it predicts.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compare/causes/grid_view.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::compare {
+
+/// What an effect on the irradiance of one camera is given.
+struct EffectInput {
+  const Twin& twin;                  ///< with the values of all parameters that change a twin
+  const GridSamples& samples;        ///< of the camera
+  const std::vector<float>& before;  ///< irradiance, laid out as GridSamples::real_dn, before any effect
+  double from = 0.0, to = 0.0;       ///< values of the parameter
+};
+
+/// One number of the twin. `value` is what is fitted; a user reads its root where it is a variance.
+struct Parameter {
+  std::string group;         ///< one of parameter_groups() (parameters.hpp)
+  std::string name;          ///< "ball.center_mm.x", "projector.k1"
+  std::string unit;          ///< "mm", "rad", "px" or empty
+  double start = 0.0;        ///< value in the twin it was made for
+  double step = 0.0;         ///< where the search for a difference step begins
+  bool is_variance = false;  ///< shown as its root
+  bool is_switch = false;    ///< an effect that is on (1) or off (0): differences are taken between the two
+  double largest = 1e300, smallest = -1e300;
+  /// Changes a twin by value - start. Throws UserError(usage) where no lens can be built from it. Empty where
+  /// a twin has no such number: then `effect` alone says what the value does.
+  std::function<void(Twin&, double)> change = {};
+  /// Changes a predicted irradiance from one value to another without rendering. Beside `change` it only
+  /// gives derivatives, to 1e-3 of them.
+  std::function<void(const EffectInput&, std::vector<float>&)> effect = {};
+  std::optional<std::size_t> camera = {};  ///< the only one whose images change; all without
+  std::string instead = {};  ///< what to do where refined.toml cannot hold the value; empty where it can
+
+  /// Returns the value, or its standard error, as a user reads it: of a variance the root.
+  double shown(double value) const { return is_variance ? std::sqrt(std::max(0.0, value)) : value; }
+  double shown_sigma(double value, double sigma) const {
+    if (!is_variance) return sigma;
+    // near zero the root's error is no longer its derivative's
+    return value > sigma ? 0.5 * sigma / std::sqrt(value)
+                         : std::sqrt(std::max(0.0, value) + sigma) - shown(value);
+  }
+};
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lists the parameters of a twin that say where things are and how large, and how devices look: those that
+// move the fringes over the camera's image.
+#pragma once
+#include "compare/causes/parameter.hpp"
+
+namespace fringetwin::compare {
+
+/// Returns the parameters of the groups pose, size, rig, intrinsics and lens; none of others.
+std::vector<Parameter> geometry_parameters(const Twin& twin, const std::string& group);
+
+/// Returns the keys of twin.toml that hold the size of a shape, and their numbers.
+std::vector<PlaceKey> size_keys(const Shape& shape);
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every group that is no pose and no lens, planted into gray values with noise, is found by one linear step.
+// Light, response, field and shift change gray values by 0.8 DN at most. Ten times more, and Huber's weights,
+// which take off more from residuals that noise enlarges, or what two factors do together (the field), move
+// the step of a linear model by more than 4 sigma.
+//
+// | check                 | tolerance      | origin                                                |
+// |-----------------------|----------------|-------------------------------------------------------|
+// | planted value         | 4 sigma        | 30 numbers, normal: one seed in 500                   |
+// | sigma                 | 0.1 planted    | 0.3 DN of 200: planted are 17 sigma and more          |
+// | projector's pixel     | 0.1 px         | phase in single precision: 5e-5 rad of 5120 px: 0.04  |
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "compare/causes/closed_columns.hpp"
+#include "compare/causes/parameters.hpp"
+#include "compare/causes/sensitivity.hpp"
+#include "render/pattern/camera_effects.hpp"
+#include "render/reference/reference.hpp"
+#include "tests/support/paper_rig.hpp"
+
+namespace fringetwin::compare::planted_groups_test {
+namespace {
+
+constexpr int kWidth = 48, kHeight = 40;
+constexpr double kGain = 20.0, kBlack = 7.0, kNoiseDn = 0.3;
+
+/// The paper's rig, both cameras cropped to a window that a ball fills.
+Twin window_on_the_sphere() {
+  const SphereShape ball = testing::physical_sphere();
+  return testing::crop_around(testing::with_object(testing::paper_rig(), "ball", ball, {}), ball.center_mm,
+                              kWidth, kHeight);
+}
+
+render::Renderer& renderer() {
+  static render::Renderer shared;
+  return shared;
+}
+
+using Images = std::vector<std::vector<ImageF>>;  ///< irradiance per camera and image
+
+Images rendered(const Twin& twin) {
+  Images out;
+  for (std::size_t c = 0; c < twin.cameras.size(); ++c)
+    out.push_back(render_grid(renderer(), twin, c, {1, 0, kWidth, kHeight}, 9));
+  return out;
+}
+
+/// What is done to the irradiance of a pixel of a camera in an image.
+using Error = std::function<double(double e, std::size_t camera, int image, int x, int y)>;
+
+/// Returns samples of gray values with the error and noise, and the twin's own images as their frame.
+std::vector<GridSamples> samples_of(const Images& truth, const Error& error,
+                                    const std::vector<CameraImages>& frames) {
+  std::vector<GridSamples> all;
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, kNoiseDn);
+  for (std::size_t c = 0; c < truth.size(); ++c) {
+    GridSamples s;
+    s.camera = c;
+    s.grid = {1, 0, kWidth, kHeight};
+    s.gain_dn = kGain;
+    s.black_level_dn = kBlack;
+    s.frame = &frames[c];
+    for (int k = 0; k < static_cast<int>(truth[c].size()); ++k) s.images.push_back(k);
+    for (std::size_t i = 0; i < truth[c][0].size(); ++i) {
+      s.cell.push_back(i);
+      for (const int k : s.images) {
+        const double e = error(static_cast<double>(truth[c][static_cast<std::size_t>(k)].data[i]), c, k,
+                               static_cast<int>(i) % kWidth, static_cast<int>(i) / kWidth);
+        s.real_dn.push_back(static_cast<float>(kGain * e + kBlack + noise(random)));
+        s.weight.push_back(static_cast<float>(1.0 / kNoiseDn));
+      }
+    }
+    all.push_back(std::move(s));
+  }
+  return all;
+}
+
+std::vector<CameraImages> frames_of(const Images& images) {
+  std::vector<CameraImages> frames;
+  for (const std::vector<ImageF>& camera : images) frames.push_back({.images = camera, .radiance = true});
+  return frames;
+}
+
+struct Planted {
+  std::string name;
+  double change;
+};
+
+/// Finds these parameters, gain and black level in one step.
+void expect_found(const Twin& twin, const std::string& group, const std::vector<Planted>& planted,
+                  const Images& truth, const Error& error) {
+  std::vector<Parameter> parameters;
+  for (const Planted& wanted : planted)
+    for (Parameter& p : parameters_of(twin, group))
+      if (p.name == wanted.name) parameters.push_back(std::move(p));
+  ASSERT_EQ(parameters.size(), planted.size());
+  const std::vector<CameraImages> frames = frames_of(rendered(twin));
+  std::vector<GridSamples> samples = samples_of(truth, error, frames);
+  find_projector_places(renderer(), twin, samples);
+  Sensitivity sensitivity(renderer(), std::move(samples));
+  const NormalEquations e = sensitivity.equations(twin, parameters, start_values(parameters));
+  std::vector<std::size_t> unknowns;
+  for (std::size_t k = 0; k < parameters.size() + 4; ++k) unknowns.push_back(k);
+  const Step step = solve_step(e, unknowns);
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(k);
+    EXPECT_NEAR(step.change[at], planted[k].change, 4.0 * step.sigma[at]) << planted[k].name;
+    EXPECT_LT(step.sigma[at], 0.1 * std::abs(planted[k].change)) << planted[k].name;
+  }
+  EXPECT_LT(step.chi2, 1.05 * static_cast<double>(e.n));
+}
+
+double same(double e, std::size_t, int, int, int) { return e; }
+
+TEST(PlantedGroups, SizeIntrinsicsAndGloss) {
+  const Twin twin = window_on_the_sphere();
+  const std::pair<std::string, Planted> cases[] = {{"size", {"ball.radius_mm", 0.02}},
+                                                   {"intrinsics", {"projector.principal_point_px.x", 0.05}},
+                                                   {"intrinsics", {"right.principal_point_px.x", -0.05}},
+                                                   {"intrinsics", {"projector.focal_px", 0.5}},
+                                                   {"specular", {"ball.specular", 0.02}}};
+  for (const auto& [group, planted] : cases)
+    for (const Parameter& p : parameters_of(twin, group))
+      if (p.name == planted.name) {
+        const Twin truth = with_values(twin, {p}, Eigen::VectorXd::Constant(1, p.start + planted.change));
+        expect_found(twin, group, {planted}, rendered(truth), same);
+      }
+}
+
+TEST(PlantedGroups, LightOfImages) {
+  const Twin twin = window_on_the_sphere();
+  const double factors[] = {0.999, 1.001, 1.002, 0.998, 1.0,   1.0,
+                            1.0,   1.0,   1.0,   1.003, 0.997, 1.0};  // mean 1
+  std::vector<Planted> planted;
+  for (const int k : {1, 2, 3, 9, 10})
+    planted.push_back({"image_" + std::to_string(k) + ".light", factors[k] - 1.0});
+  expect_found(twin, "light", planted, rendered(twin),
+               [&](double e, std::size_t, int image, int, int) { return factors[image] * e; });
+}
+
+TEST(PlantedGroups, LightOfTheRoom) {
+  const Twin twin = window_on_the_sphere();
+  expect_found(twin, "room_light", {{"left.room_light.x", 1.0}, {"right.room_light.yy", -2.0}},
+               rendered(twin), [](double e, std::size_t camera, int, int x, int y) {
+                 const double u = 2.0 * x / kWidth - 1.0, v = (2.0 * y - kHeight) / kWidth;
+                 return e + (camera == 0 ? u : -2.0 * v * v) / kGain;
+               });
+}
+
+TEST(PlantedGroups, ResponseOfACamera) {
+  const Twin twin = window_on_the_sphere();
+  expect_found(twin, "camera_response", {{"left.response.gamma", -0.002}, {"right.response.square", 0.005}},
+               rendered(twin), [](double e, std::size_t camera, int, int, int) {
+                 const double r = e * kGain / 255.0;
+                 return 255.0 / kGain * (camera == 0 ? std::pow(r, 0.998) : r + 0.005 * r * r);
+               });
+}
+
+/// Returns the projector's pixel that lights a pixel of a camera, by the reference in double precision.
+Eigen::Vector2d projector_px(const render::Reference& reference, std::size_t camera, int x, int y) {
+  return reference.sample(camera, {x, y}).projector_px;
+}
+
+TEST(PlantedGroups, FieldOfTheProjector) {
+  const Twin twin = window_on_the_sphere();
+  const render::Reference reference(twin);
+  const Images truth = rendered(twin);
+  const std::vector<CameraImages> frames = frames_of(truth);
+  std::vector<GridSamples> samples = samples_of(truth, same, frames);
+  find_projector_places(renderer(), twin, samples);
+  for (const GridSamples& s : samples)
+    for (std::size_t p = 0; p < s.n_pixels(); p += 7)
+      EXPECT_LE((s.projector_px[p].cast<double>() - projector_px(reference, s.camera,
+                                                                 static_cast<int>(s.cell[p]) % kWidth,
+                                                                 static_cast<int>(s.cell[p]) / kWidth))
+                    .norm(),
+                0.1);
+  expect_found(twin, "projector_field", {{"projector.field.1_0", 0.02}, {"projector.field.0_1", -0.03}},
+               truth, [&](double e, std::size_t camera, int, int x, int y) {
+                 const Eigen::Vector2d at = projector_px(reference, camera, x, y);
+                 return e * (1.0 + 0.02 * ((at.x() + 0.5) / 640.0 - 1.0)) *
+                        (1.0 - 0.03 * ((at.y() + 0.5) / 360.0 - 1.0));
+               });
+}
+
+TEST(PlantedGroups, ShiftOfImages) {
+  const Twin twin = window_on_the_sphere();
+  Images truth = rendered(twin);
+  std::vector<Planted> planted;
+  for (const auto& [image, shift_px] : {std::pair{0, 0.004}, std::pair{6, -0.003}}) {
+    Twin moved = twin;
+    for (double& origin_px : moved.fringes.directions[0].phase_origin_px) origin_px += shift_px;
+    const Images all = rendered(moved);
+    for (std::size_t c = 0; c < truth.size(); ++c)
+      truth[c][static_cast<std::size_t>(image)] = all[c][static_cast<std::size_t>(image)];
+    planted.push_back({"image_" + std::to_string(image) + ".shift_px", shift_px});
+  }
+  expect_found(twin, "image_shift", planted, truth, same);
+}
+
+TEST(PlantedGroups, BlurOfACamera) {
+  const Twin twin = window_on_the_sphere();
+  Images truth = rendered(twin);
+  const double variance = 0.05;
+  for (ImageF& image : truth[1])
+    image = render::convolve_separable(image, render::psf_kernel(std::sqrt(variance)));
+  expect_found(twin, "camera_psf", {{"right.psf_px", variance}}, truth, same);
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::planted_groups_test

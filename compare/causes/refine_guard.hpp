@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Says what a refinement made worse, and takes it back: a twin may only get better by one
+// (docs/metrics/causes.md, "Refinement").
+#pragma once
+#include <string>
+#include <vector>
+
+#include "compare/result/refined.hpp"
+#include "compare/result/rows.hpp"
+#include "compare/result/side.hpp"
+
+namespace fringetwin::compare {
+
+/// What is compared of a twin before and after a refinement.
+struct Standing {
+  double chi2 = kNaN;           ///< of a gray value, with the best gain and black level
+  double chi2_of_place = kNaN;  ///< the same with a factor and an offset per pixel; NaN: nothing was moved
+  std::uint64_t n = 0;          ///< values
+  CauseRegion shift = {};       ///< of the places of the fringes
+  std::vector<ExplainedRow> rows{};  ///< of coverage and of the objects' fits
+};
+
+/// Returns the rows of coverage and geometry of two measured sides.
+std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, const Side& simulated);
+
+/// Returns in words what is worse after a refinement by more than its own standard deviation; empty where
+/// nothing is. Chi2: root of 2/n; regions of shift: two roots of 2/n; rows of coverage and geometry: no
+/// longer explained, the largest |z| larger by 1.
+std::string what_got_worse(const Standing& before, const Standing& after);
+
+/// Puts the twin as it was `before` back and says so in notes and warnings.
+void take_back(Refined& refined, const Twin& before, const std::string& why);
+
+}  // namespace fringetwin::compare
