@@ -11,7 +11,7 @@
 namespace fringetwin::compare {
 namespace {
 
-constexpr int kMostSteps = 8;
+constexpr int kMostSteps = 12;
 
 void tell(GroupFit& fit, const Twin& twin, CauseFit& out) {
   for (std::size_t k = 0; k < out.fitted.size(); ++k) {
@@ -28,10 +28,17 @@ void tell(GroupFit& fit, const Twin& twin, CauseFit& out) {
   }
 }
 
+std::uint64_t count_values(const Sensitivity& sensitivity) {
+  std::uint64_t n = 0;
+  for (const GridSamples& s : sensitivity.samples())
+    n += static_cast<std::uint64_t>(std::ranges::count_if(s.weight, [](float w) { return w > 0.0F; }));
+  return n;
+}
+
 }  // namespace
 
 CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::vector<Parameter>& parameters,
-                   FreePerPixel free, const Eigen::VectorXd* begin, Sensitivity::Columns columns) {
+                   FreePerPixel free, CauseStart start) {
   CauseFit out{.sensors = sensitivity, .fitted = {}};
   Twin changed = twin;
   for (const Parameter& p : parameters)
@@ -42,22 +49,25 @@ CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::
       out.tried.fitted += 1.0;
     }
   GroupFit fit(out.sensors, changed, out.fitted,
-               {.hold_gain = false, .keep_scale = true, .most_steps = kMostSteps, .free = free});
-  if (begin) fit.begin_at(*begin);
-  if (!columns.each.empty()) fit.use_columns(std::move(columns));
+               {.hold_gain = false,
+                .keep_scale = true,
+                .most_steps = kMostSteps,
+                .wanted_chi2 = 1.0 + allowed_for(static_cast<double>(count_values(sensitivity))),
+                .free = free},
+               start.values, std::move(start.predicted));
+  if (!start.columns.rough.empty()) fit.use_columns(std::move(start.columns), start_values(out.fitted));
   fit.run();
   if (free == FreePerPixel::nothing) fit.settle_sensors();  // else those that go with what pixels have
   out.values = fit.values();
   out.converged = fit.converged();
   out.chi2 = fit.chi2();
+  out.n = fit.n();
   tell(fit, twin, out);
-  const Sensitivity::Values predicted = out.sensors.predicted(changed, out.fitted, out.values);
-  out.regions = cause_regions(out.sensors, twin.fringes, predicted, free);
-  std::uint64_t n_values = 0;
-  for (const GridSamples& s : out.sensors.samples())
-    n_values += static_cast<std::uint64_t>(std::ranges::count_if(s.weight, [](float w) { return w > 0.0F; }));
+  out.predicted = fit.predicted();
+  out.regions = fit.regions();
+  if (out.regions.empty()) out.regions = cause_regions(out.sensors, twin.fringes, out.predicted, free);
   const auto n = static_cast<double>(fit.n());
-  out.tried.fitted += static_cast<double>(n_values) - n;
+  out.tried.fitted += static_cast<double>(count_values(sensitivity)) - n;
   out.tried.chi2 = out.chi2 * n + out.tried.fitted;
   out.tried.passes = out.chi2 <= 1.0 + allowed_for(n) &&
                      std::ranges::any_of(out.regions, [](const CauseRegion& r) { return r.n > 0; }) &&

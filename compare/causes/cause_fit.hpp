@@ -12,23 +12,31 @@ namespace fringetwin::compare {
 
 /// What was fitted, and what it leaves.
 struct CauseFit {
-  Sensitivity sensors;            ///< with the gain and black level that go with the values
-  std::vector<Parameter> fitted;  ///< without switches
-  Eigen::VectorXd values = {};    ///< of them
+  Sensitivity sensors;                 ///< with the gain and black level that go with the values
+  std::vector<Parameter> fitted;       ///< without switches
+  Eigen::VectorXd values = {};         ///< of them
+  Sensitivity::Values predicted = {};  ///< by them
   std::vector<CauseParameter> told =
       {};  ///< of them, as a user reads them; sigma 0: not told by these images
   std::vector<CauseGain> gain = {};
-  double chi2 = kNaN;  ///< per value
+  double chi2 = kNaN;   ///< per value
+  std::uint64_t n = 0;  ///< values, less those that pixels have of their own
   TriedCause tried = {};
   bool converged = false;
   std::vector<CauseRegion> regions = {};
 };
 
+/// Where a fit begins, as far as it is known.
+struct CauseStart {
+  Eigen::VectorXd values = {};         ///< of the parameters that are no switches; empty: those of the twin
+  Sensitivity::Values predicted = {};  ///< there
+  Sensitivity::Columns columns = {};   ///< of these parameters at the twin
+};
+
 /// Fits parameters with the gain and black level of each camera, and with what every pixel has of its own;
-/// a switch is turned instead. `begin`: values of those that are no switches, where the fit begins;
-/// `columns`: their derivatives at the twin, where it begins there. The sensitivity's robust scale stays.
+/// a switch is turned instead. The sensitivity's robust scale stays. A fit that cannot explain the
+/// difference does not go on to its end.
 CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::vector<Parameter>& parameters,
-                   FreePerPixel free, const Eigen::VectorXd* begin = nullptr,
-                   Sensitivity::Columns columns = {});
+                   FreePerPixel free, CauseStart start = {});
 
 }  // namespace fringetwin::compare

@@ -56,6 +56,9 @@ std::vector<PitchSteps> pitches_of(const GridSamples& s, const Fringes& fringes)
 
 struct Sum {
   double residual = 0.0, variance = 0.0, weight = 0.0;
+  void add(double value, double variance_of_it) {
+    residual += value, variance += variance_of_it, weight += 1.0;
+  }
 };
 struct Square {
   std::vector<Sum> sums;  ///< level, contrast, shift, then one per image
@@ -75,17 +78,18 @@ void project_out(const Eigen::VectorXd& direction, const Eigen::VectorXd& precis
     a -= weighted * (direction.transpose() * a) / size;
 }
 
-/// Returns the weights of the sums, a column each, without what a pixel has of its own.
+/// Returns the weights of the sums, a column each, without what a pixel has of its own; where that is nothing
+/// those of the images are left out, 1 for each of its own value.
 Eigen::MatrixXd weights_of(const PixelValues& p, const std::vector<PitchSteps>& pitches, FreePerPixel free) {
   const Eigen::Index n = p.used.size();
-  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, kImage + n);
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, free == FreePerPixel::nothing ? kImage : kImage + n);
   a.col(kLevel) = p.used;
   a.col(kContrast) = p.used.cwiseProduct(
       p.irradiance - Eigen::VectorXd::Constant(n, p.irradiance.dot(p.used) / p.used.sum()));
   for (const PitchSteps& pitch : pitches)
     a(pitch.at, kShift) = p.used(pitch.at).cwiseProduct(pitch.by_phase * p.irradiance(pitch.at));
-  a.rightCols(n) = p.used.asDiagonal();
   if (free == FreePerPixel::nothing) return a;
+  a.rightCols(n) = p.used.asDiagonal();
   const Eigen::VectorXd size = a.colwise().norm(),
                         precision = p.used.cwiseQuotient(p.variance.cwiseMax(kLeastVariance));
   Eigen::VectorXd factor = p.irradiance.cwiseProduct(p.used);
@@ -100,8 +104,10 @@ Eigen::MatrixXd weights_of(const PixelValues& p, const std::vector<PitchSteps>& 
 }
 
 void add_pixel(const PixelValues& p, const Eigen::MatrixXd& weights, Square& square) {
-  square.sums.resize(static_cast<std::size_t>(weights.cols()));
+  square.sums.resize(static_cast<std::size_t>(kImage + p.used.size()));
   ++square.pixels;
+  for (Eigen::Index k = 0; weights.cols() == kImage && k < p.used.size(); ++k)
+    if (p.used[k] > 0.0) square.sums[static_cast<std::size_t>(kImage + k)].add(p.residual[k], p.variance[k]);
   for (Eigen::Index j = 0; j < weights.cols(); ++j) {
     Sum& sum = square.sums[static_cast<std::size_t>(j)];
     sum.residual += weights.col(j).dot(p.residual);

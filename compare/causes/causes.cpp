@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "compare/causes/cause_fit.hpp"
 #include "compare/causes/parameters.hpp"
@@ -16,8 +17,13 @@ namespace {
 
 constexpr double kWorthAdding = 0.02;  ///< share a further cause must explain to be listed in the order
 constexpr std::size_t kMostInOrder = 4;
-constexpr double kWorthATry = 0.25;  ///< of what the best linear step takes away
-constexpr std::size_t kMostAlone = 8, kMostFirst = 3, kMostPairs = 3;
+constexpr double kWorthATry = 0.25;  ///< of what the best linear step takes away, and of the excess
+constexpr double kPairShare = 0.5;   ///< of the excess that the linear step of two must take away
+/// What a linear step leaves of the excess is its model's fault up to so many times what that of a cause
+/// leaves which then explains all; kAlikeShare of the excess does not tell rivals apart, kAlikeChi2 neither.
+constexpr double kAsCurved = 10.0, kAlikeShare = 0.02, kAlikeChi2 = 50.0;
+constexpr std::size_t kMostAlone = 6, kMostFirst = 3, kMostPairs = 3;
+constexpr std::size_t kEvery = 4;  ///< pixel, where pairs are only chosen
 
 struct Group {
   std::string name;
@@ -62,22 +68,16 @@ class CauseSearch {
     }
     start_ = start_values(parameters_);
     base_ = sensitivity.predicted(twin, parameters_, start_);
-    sensitivity.choose_scale(base_, FreePerPixel::nothing);
-    columns_ = sensitivity.columns(twin, parameters_, start_);
-    equations_ = sensitivity.equations_at(base_, columns_, FreePerPixel::nothing);
   }
 
   Causes run() {
     Causes out;
-    const CauseFit as_it_is = fit_cause(sensitivity_, twin_, {}, FreePerPixel::nothing);
-    out.n = equations_.n;
-    out.chi2 = as_it_is.chi2;
-    own_ = as_it_is.tried.fitted;
-    before_ = as_it_is.tried.chi2 - own_;
-    excess_ = before_ - static_cast<double>(out.n);
-    regions_before_ = as_it_is.regions;
-    values_fail_ = !(out.chi2 <= 1.0 + allowed_for(static_cast<double>(out.n)));
+    judge_twin(out);
     if (!values_fail_ && std::ranges::all_of(regions_before_, &CauseRegion::passes)) return out;
+    columns_ = sensitivity_.columns(twin_, parameters_, start_);
+    weigh_by_the_nearest();
+    judge_twin(out);
+    equations_ = sensitivity_.equations_at(base_, columns_, FreePerPixel::nothing);
     for (std::size_t g = 0; g < groups_.size(); ++g) out.rows.push_back(make_row(g, solve(equations_, {g})));
     try_alone(out.rows);
     std::vector<std::size_t> named = alike();
@@ -95,6 +95,37 @@ class CauseSearch {
   }
 
  private:
+  /// Fits gain and black level alone.
+  void judge_twin(Causes& out) {
+    sensitivity_.choose_scale(base_, FreePerPixel::nothing);
+    const CauseFit as_it_is = fit_cause(sensitivity_, twin_, {}, FreePerPixel::nothing, {.predicted = base_});
+    out.n = n_ = as_it_is.n;
+    out.chi2 = as_it_is.chi2;
+    own_ = as_it_is.tried.fitted;
+    before_ = as_it_is.tried.chi2 - own_;
+    excess_ = before_ - static_cast<double>(out.n);
+    regions_before_ = as_it_is.regions;
+    values_fail_ = !(out.chi2 <= 1.0 + allowed_for(static_cast<double>(out.n)));
+  }
+
+  /// Fits the group whose linear step takes away most, and takes the noise of all values at what it predicts:
+  /// at the levels of a twin that is wrong, noise is wrong by a fifth. The same weights for all groups, or
+  /// those would be better that predict more noise.
+  void weigh_by_the_nearest() {
+    const NormalEquations e = sensitivity_.equations_at(base_, columns_, FreePerPixel::nothing, kEvery);
+    double most = worth_naming(1.0);
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+      if (const double removed = removed_by(e, {g}, kEvery); removed > most) most = removed, nearest_ = g;
+    if (!nearest_) return;
+    begin_.emplace(try_fit({*nearest_}));
+    tried_.clear();
+    for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c) {
+      const GridSamples& s = begin_->sensors.samples()[c];
+      sensitivity_.set_sensor(c, s.gain_dn, s.black_level_dn);
+    }
+    sensitivity_.weigh_at(begin_->predicted);
+  }
+
   /// Solves for these groups with gain and black level of every camera.
   Step solve(const NormalEquations& e, const std::vector<std::size_t>& groups) const {
     std::vector<std::size_t> unknowns;
@@ -104,10 +135,13 @@ class CauseSearch {
       unknowns.insert(unknowns.end(), groups_[g].at.begin(), groups_[g].at.end());
     return solve_step(e, unknowns);
   }
-  /// Returns by how much a linear step in these groups lowers chi2, less what it would lower noise.
-  double removed_by(const NormalEquations& e, const std::vector<std::size_t>& groups) const {
+  /// Returns by how much a linear step in these groups lowers chi2, less what it would lower noise. `every`:
+  /// of the equations.
+  double removed_by(const NormalEquations& e, const std::vector<std::size_t>& groups,
+                    std::size_t every = 1) const {
     const Step without = solve(e, {}), with = solve(e, groups);
-    return without.chi2 - with.chi2 - static_cast<double>(with.n_determined - without.n_determined);
+    return without.chi2 - with.chi2 -
+           static_cast<double>(every) * static_cast<double>(with.n_determined - without.n_determined);
   }
   bool is_switch(std::size_t g) const { return parameters_[groups_[g].at[0]].is_switch; }
 
@@ -127,7 +161,7 @@ class CauseSearch {
   /// Returns those that explain the difference and cannot be told apart.
   std::vector<std::size_t> alike() const {
     std::vector<TriedCause> all;
-    double least = 1.0 + allowed_for(static_cast<double>(equations_.n));
+    double least = 1.0 + allowed_for(static_cast<double>(n_));
     for (const Tried& t : tried_) {
       all.push_back(t.fit.tried);
       if (t.fit.tried.passes) least = std::min(least, t.fit.chi2);
@@ -139,37 +173,45 @@ class CauseSearch {
   const CauseFit& try_fit(const std::vector<std::size_t>& groups, const PixelField* field = nullptr,
                           const CauseFit* first = nullptr) {
     std::vector<Parameter> own;
-    Sensitivity::Columns columns{columns_.rough, {}};
+    CauseStart start{.predicted = base_, .columns = {columns_.rough, {}}};
     for (const std::size_t g : groups)
       for (const std::size_t at : groups_[g].at) {
         own.push_back(parameters_[at]);
-        columns.each.push_back(columns_.each[at]);
+        start.columns.each.push_back(columns_.each[at]);
+        start.columns.steps.push_back(columns_.steps[at]);
       }
-    const bool turns = std::ranges::any_of(groups, [this](std::size_t g) { return is_switch(g); });
-    if (first || turns) columns = {};
-    Eigen::VectorXd begin;
     if (first) {
-      std::erase_if(own, [](const Parameter& p) { return p.is_switch; });
-      begin = start_values(own);
-      begin.head(first->values.size()) = first->values;
+      start.values = start_values(own);
+      start.values.head(first->values.size()) = first->values;
+      start.predicted = first->predicted;
     }
-    CauseFit fit = fit_cause(sensitivity_, twin_, own, field ? field->free : FreePerPixel::nothing,
-                             first ? &begin : nullptr, std::move(columns));
+    if (std::ranges::any_of(groups, [this](std::size_t g) { return is_switch(g); })) start = {};
+    CauseFit fit =
+        fit_cause(sensitivity_, twin_, own, field ? field->free : FreePerPixel::nothing, std::move(start));
     fit.tried.fitted -= own_;
     fit.tried.chi2 -= own_;
     return tried_.emplace_back(groups, field, std::move(fit)).fit;
   }
 
-  /// Fits the groups to convergence whose linear steps take away most.
+  /// Fits the groups to convergence whose linear steps take away most; once one passes, only those that may
+  /// do the same.
   void try_alone(std::vector<CauseRow>& rows) {
     std::vector<std::size_t> groups;
-    double most = 0.0;
+    double most = values_fail_ ? excess_ : 0.0;
     for (const CauseRow& row : rows) most = std::max(most, row.removed);
     for (std::size_t g = 0; g < rows.size(); ++g)
       if (rows[g].removed >= std::max(kWorthATry * most, worth_naming(1.0))) groups.push_back(g);
     std::ranges::stable_sort(groups, [&](auto a, auto b) { return rows[a].removed > rows[b].removed; });
     groups.resize(std::min(groups.size(), kMostAlone));
-    for (const std::size_t g : groups) take(try_fit({g}), rows[g]);
+    double least = 0.0;  // that a rival's linear step must take away
+    for (const std::size_t g : groups) {
+      const double linear = rows[g].removed;
+      if (linear < least) break;
+      take(try_fit({g}, nullptr, g == nearest_ && !is_switch(g) ? &*begin_ : nullptr), rows[g]);
+      if (rows[g].passes)
+        least = std::max(least, rows[g].removed - std::max({kAsCurved * (rows[g].removed - linear),
+                                                            kAlikeShare * excess_, kAlikeChi2}));
+    }
   }
 
   /// Writes what a fit by itself found into the row.
@@ -205,13 +247,15 @@ class CauseSearch {
       if (fit.fitted.empty()) continue;  // a switch
       const std::size_t g = tried_[k].groups[0];
       Sensitivity there = fit.sensors;
-      const NormalEquations e =
-          there.equations_at(there.predicted(twin_, fit.fitted, fit.values), columns_, FreePerPixel::nothing);
-      for (std::size_t other = 0; other < groups_.size(); ++other)
-        if (other != g && !is_switch(other))
-          if (const double more = removed_by(e, {g, other}) - removed_by(e, {g});
-              more >= worth_naming(static_cast<double>(groups_[other].at.size())))
-            pairs.push_back({k, other, fit.tried.chi2 - more});
+      const NormalEquations e = there.equations_at(fit.predicted, columns_, FreePerPixel::nothing, kEvery);
+      for (std::size_t other = 0; other < groups_.size(); ++other) {
+        if (other == g || is_switch(other)) continue;
+        const double more = removed_by(e, {g, other}, kEvery) - removed_by(e, {g}, kEvery),
+                     left = fit.tried.chi2 - more;
+        if (more >= worth_naming(static_cast<double>(groups_[other].at.size())) &&
+            (!values_fail_ || before_ - left >= kPairShare * excess_))
+          pairs.push_back({k, other, left});
+      }
     }
     std::ranges::stable_sort(pairs, [](const Pair& a, const Pair& b) { return a.left < b.left; });
     std::size_t n_tried = 0;
@@ -248,11 +292,11 @@ class CauseSearch {
   /// Gives every pixel an offset or a factor of its own besides the groups that then take away most.
   void try_fields_with_groups() {
     for (const FreePerPixel free : {FreePerPixel::offset, FreePerPixel::factor}) {
-      const NormalEquations e = sensitivity_.equations_at(base_, columns_, free);
+      const NormalEquations e = sensitivity_.equations_at(base_, columns_, free, kEvery);
       std::size_t best = groups_.size();
       double most = worth_naming(1.0);
       for (std::size_t g = 0; g < groups_.size(); ++g)
-        if (const double removed = removed_by(e, {g}); !is_switch(g) && removed > most)
+        if (const double removed = removed_by(e, {g}, kEvery); !is_switch(g) && removed > most)
           most = removed, best = g;
       if (best < groups_.size()) try_fit({best}, field_of(free));
     }
@@ -371,7 +415,7 @@ class CauseSearch {
     row.cause = parameter_group(row.group).cause;
     row.removed = removed_by(equations_, {g});
     row.alone = share(row.removed, {});
-    const double inflation = std::sqrt(std::max(1.0, step.chi2 / static_cast<double>(equations_.n)));
+    const double inflation = std::sqrt(std::max(1.0, step.chi2 / static_cast<double>(n_)));
     for (const std::size_t k : groups_[g].at) {
       const Parameter& p = parameters_[k];
       const double value = std::clamp(start_[k] + step.change[k], p.is_switch ? -1e300 : p.smallest,
@@ -392,6 +436,9 @@ class CauseSearch {
   NormalEquations equations_;     ///< there
   std::vector<CauseRegion> regions_before_;
   std::vector<Tried> tried_;
+  std::optional<std::size_t> nearest_;  ///< group whose linear step takes away most
+  std::optional<CauseFit> begin_;       ///< its fit, with the noise of the twin's levels
+  std::uint64_t n_ = 0;                 ///< values
   double own_ = 0.0;                    ///< numbers that pixels have of their own in all fits
   double before_ = 0.0, excess_ = 0.0;  ///< chi2 with gain and black level alone, and beyond noise
   bool values_fail_ = false;

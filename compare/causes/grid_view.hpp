@@ -4,6 +4,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "render/renderer.hpp"
@@ -34,6 +35,8 @@ struct GridSamples {
   std::vector<float> weight;                   ///< 1 / standard deviation; 0 where not usable
   double gain_dn = 1.0, black_level_dn = 0.0;  ///< of the gain fit
   double rendering_dn = 0.0;                   ///< rms rendering error, part of the weights
+  /// Returns the variance of the noise of a gray value of this level; empty: the weights stay as they are.
+  std::function<double(double)> noise_dn2 = {};
   /// The twin's whole images, irradiance but for an offset, which must outlive the samples; null where they
   /// are rounded to gray values.
   const CameraImages* frame = nullptr;

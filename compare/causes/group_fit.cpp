@@ -19,11 +19,13 @@ namespace {
 constexpr double kSettledSigmas = 0.05, kSettledChi2 = 0.5;
 constexpr double kNearlySettled =
     0.5;  ///< standard errors, where derivatives are too rough for a better step
-constexpr double kFirstDamping = 1e-3, kMostDamping = 1e3;
-constexpr double kPoorColumns = 0.5;  ///< of the predicted fall of chi2 that a step must reach
-constexpr int kMostPasses = 6;        ///< over both kinds of groups
-constexpr double kFarSteps = 2.0;     ///< of a parameter: a fiftieth of a fringe
-constexpr double kNotTold = 0.5;      ///< of the prior
+constexpr double kFirstDamping = 0.01, kLittleDamping = 1.0, kMostDamping = 1e3;
+constexpr double kPoorColumns = 0.5;   ///< of the predicted fall of chi2, by which a step's may be off
+constexpr int kMostPasses = 6;         ///< over both kinds of groups
+constexpr double kFarSteps = 2.0;      ///< of a parameter: a fiftieth of a fringe
+constexpr double kTooFarSteps = 10.0;  ///< where a quick derivative at another place stands for that here
+constexpr double kNotNear = 0.1;       ///< of what a fit lacks: less than that more is not worth a step
+constexpr double kNotTold = 0.5;       ///< of the prior
 constexpr std::size_t kFewestBlocks = 12, kFewestImages = 4;
 
 double prior_of(const Parameter& p) { return prior_steps(p.group) * p.step; }
@@ -45,12 +47,12 @@ double prior_steps(const std::string& group) {
 }
 
 GroupFit::GroupFit(Sensitivity& sensitivity, const Twin& twin, std::vector<Parameter> parameters,
-                   GroupFitOptions options)
+                   GroupFitOptions options, const Eigen::VectorXd& begin, Sensitivity::Values base)
     : sensitivity_(sensitivity),
       twin_(twin),
       parameters_(std::move(parameters)),
       options_(options),
-      values_(start_values(parameters_)),
+      values_(begin.size() > 0 ? begin : start_values(parameters_)),
       known_(parameters_.size()) {
   Block geometry{FreePerPixel::factor_and_offset, {}}, others{FreePerPixel::nothing, {}};
   for (std::size_t k = 0; k < parameters_.size(); ++k)
@@ -58,7 +60,10 @@ GroupFit::GroupFit(Sensitivity& sensitivity, const Twin& twin, std::vector<Param
   if (options_.free) others.free = *options_.free;
   if (!geometry.at.empty()) blocks_.push_back(geometry);
   if (!others.at.empty() || blocks_.empty()) blocks_.push_back(others);
-  set_values(values_);
+  if (base.empty())
+    set_values(values_);
+  else
+    base_ = std::move(base);
 }
 
 void GroupFit::set_values(const Eigen::VectorXd& values) {
@@ -119,15 +124,14 @@ bool GroupFit::start_at(const Eigen::VectorXd& values) {
   return true;
 }
 
-void GroupFit::begin_at(const Eigen::VectorXd& values) { set_values(values); }
-
-void GroupFit::use_columns(Sensitivity::Columns columns) {
+void GroupFit::use_columns(Sensitivity::Columns columns, const Eigen::VectorXd& at) {
   columns_ = std::move(columns);
-  columns_at_ = values_;
+  columns_at_ = at;
 }
 
 void GroupFit::render_columns() {
-  columns_ = sensitivity_.columns(twin_, parameters_, values_, derivative_);
+  columns_ = sensitivity_.columns(twin_, parameters_, values_, derivative_,
+                                  columns_ ? columns_->steps : std::vector<double>{});
   columns_at_ = values_;
 }
 
@@ -202,20 +206,33 @@ bool GroupFit::fit(const Block& block) {
       if (solved.sigma[at] > 0.0)
         sigmas = std::max(sigmas, std::abs(solved.change[at]) / solved.sigma[at] / std::sqrt(scale2));
     }
-    if (damping == 0.0 && sigmas <= kSettledSigmas) {
+    if (next == values_) {  // at their bounds
       converged_ = true;
       break;
     }
+    const bool are_fresh = columns_at_ == values_, is_far = is_far_from_columns(kTooFarSteps);
+    if (damping == 0.0 && sigmas <= kSettledSigmas && !is_far) {
+      converged_ = true;
+      break;
+    }
+    if (damping == 0.0 && cannot_come_near(chi2, expected, e.n)) {
+      given_up_ = are_fresh;
+      if (given_up_) break;
+      render_columns();
+      continue;
+    }
     ++n_steps_;
-    const bool are_fresh = columns_at_ == values_;
     if (const double gained = try_values(next, free, chi2); gained > 0.0) {
       chi2 -= gained;
       moved = moved || gained > little;
-      const bool is_poor = gained < kPoorColumns * expected && expected > little;
-      converged_ = gained < little && (are_fresh || damping > 0.0 || !is_poor);
-      if (!converged_ && damping == 0.0 && is_poor) render_columns();
+      // where old columns are too long every step falls short of what they could predict
+      const bool is_poor =
+          std::abs(gained - expected) > kPoorColumns * expected && std::max(gained, expected) > little;
+      converged_ = gained < little && damping <= kLittleDamping && (are_fresh || (!is_poor && !is_far));
+      // at rest over old columns is no rest
+      if (!converged_ && (is_poor || (!are_fresh && gained < little))) render_columns();
       damping = damping > kFirstDamping ? damping / 10.0 : 0.0;
-    } else if (damping == 0.0 && expected < little) {
+    } else if (damping == 0.0 && expected < little && !is_far) {
       converged_ = true;
     } else if (!are_fresh) {
       render_columns();
@@ -247,11 +264,18 @@ double GroupFit::try_values(const Eigen::VectorXd& next, FreePerPixel free, doub
   }
 }
 
-/// Returns whether a derivative may have changed since the columns were rendered.
-bool GroupFit::is_far_from_columns() const {
+/// Returns whether a derivative may have changed since the columns were rendered, so many steps of a
+/// parameter away.
+bool GroupFit::is_far_from_columns(double steps) const {
   for (std::size_t k = 0; k < parameters_.size(); ++k)
-    if (std::abs(values_[k] - columns_at_[k]) > kFarSteps * parameters_[k].step) return true;
+    if (std::abs(values_[k] - columns_at_[k]) > steps * parameters_[k].step) return true;
   return false;
+}
+
+/// Returns whether a step that takes this much off chi2 brings the fit no nearer to what is wanted of it.
+bool GroupFit::cannot_come_near(double chi2, double expected, std::uint64_t n) const {
+  const double lacks = chi2 - options_.wanted_chi2 * static_cast<double>(n);
+  return options_.wanted_chi2 > 0.0 && lacks > 0.0 && expected < kNotNear * lacks;
 }
 
 void GroupFit::run() {
@@ -260,9 +284,10 @@ void GroupFit::run() {
     return;
   }
   do fit_all();
-  while (leave_out_what_is_not_told());
+  while (leave_out_what_is_not_told() && !given_up_);
   covariance_.resize(0, 0);
   sensor_sigma_.resize(0);
+  regions_.clear();
   unexplained_.clear();
   for (const Block& block : blocks_) tell(block);
 }
@@ -288,7 +313,7 @@ void GroupFit::fit_all() {
     if (blocks_.size() == 1 || (pass > 0 && !moved)) break;
     if (pass + 1 == kMostPasses) all_converged = false;
   }
-  if (options_.exact && (derivative_ != Sensitivity::Derivative::exact || is_far_from_columns())) {
+  if (options_.exact && (derivative_ != Sensitivity::Derivative::exact || is_far_from_columns(kFarSteps))) {
     derivative_ = Sensitivity::Derivative::exact;
     render_columns();
     for (const Block& block : blocks_) {
@@ -319,8 +344,10 @@ bool GroupFit::leave_out_what_is_not_told() {
       any = true;
     }
   }
-  if (any) set_values(values);
-  return any;
+  if (!any) return false;
+  set_values(values);
+  chi2_ = settled_chi2(base_, free_of(blocks_.back()), false) / static_cast<double>(n_);
+  return true;
 }
 
 /// Writes down what is known of a block's parameters.
@@ -348,10 +375,13 @@ void GroupFit::tell(const Block& block) {
   };
   hold_against("chi2", chi2, 1.0 + allowed_for(static_cast<double>(n_)));
   const bool is_of_places = is_geometric(parameters_[told[0]].group);
-  for (const CauseRegion& kind : cause_regions(sensitivity_, twin_.fringes, base_, free))
+  regions_ = cause_regions(sensitivity_, twin_.fringes, base_, free);
+  for (const CauseRegion& kind : regions_)
     if (kind.kind != "image" && is_of_places == (kind.kind == "shift"))
       hold_against(kind.kind + " of regions", kind.chi2, kind.limit);
-  const Sensitivity::Scatter scatter = sensitivity_.scatter_at(base_, *columns_, free);
+  Sensitivity::Scatter scatter;
+  if (!(options_.wanted_chi2 > 0.0 && chi2 > options_.wanted_chi2))  // nobody takes its values
+    scatter = sensitivity_.scatter_at(base_, *columns_, free);
   const auto sandwich = [&](const Eigen::MatrixXd& scores, std::size_t n, std::size_t fewest,
                             Eigen::Index i) {
     if (n < fewest) return 0.0;

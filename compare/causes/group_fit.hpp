@@ -25,6 +25,8 @@ struct GroupFitOptions {
   bool keep_scale = false;  ///< Huber's scale of `Sensitivity` stays: chi2 of several fits can be compared
   bool exact = false;       ///< the last columns are central differences (Sensitivity::Derivative)
   int most_steps = 20;      ///< of each block, in each pass
+  /// Chi2 per value that a fit must reach to be of use; one that cannot come near it stops early.
+  double wanted_chi2 = 0.0;
   /// What every pixel has of its own; without: a factor and an offset beside geometric groups, nothing beside
   /// the others. Both kinds together are fitted in turn, geometry first.
   std::optional<FreePerPixel> free = std::nullopt;
@@ -45,15 +47,16 @@ class GroupFit {
     bool told = true;
   };
 
+  /// `begin`: values to begin at whatever they fit; empty: those of the twin. `base`: what is predicted
+  /// there, if it is known.
   GroupFit(Sensitivity& sensitivity, const Twin& twin, std::vector<Parameter> parameters,
-           GroupFitOptions options = {});
+           GroupFitOptions options = {}, const Eigen::VectorXd& begin = {}, Sensitivity::Values base = {});
 
   /// Begins at these values instead, if they fit better; returns whether they do.
   bool start_at(const Eigen::VectorXd& values);
-  /// Begins at these values whatever they fit (the second member of a pair joins the first one's solution).
-  void begin_at(const Eigen::VectorXd& values);
-  /// Uses these derivatives for the first steps instead of rendering them; in the order of the parameters.
-  void use_columns(Sensitivity::Columns columns);
+  /// Uses these derivatives, in the order of the parameters, for the first steps instead of rendering them;
+  /// `at`: the values that they belong to.
+  void use_columns(Sensitivity::Columns columns, const Eigen::VectorXd& at);
 
   /// Fits until the last step is below 0.05 standard errors or lowers chi2 by less than 0.5. Throws
   /// Cancelled.
@@ -64,6 +67,8 @@ class GroupFit {
   Twin twin() const { return with_values(twin_, parameters_, values_); }
   const std::vector<Parameter>& parameters() const { return parameters_; }
   const Eigen::VectorXd& values() const { return values_; }
+  /// Returns the irradiance predicted by them.
+  const Sensitivity::Values& predicted() const { return base_; }
   /// Returns what is known of each parameter after run(), in their order. Sigma grows with the root of what
   /// regions leave beyond their limit: of the shift for geometric groups, of level and contrast for others.
   const std::vector<Known>& known() const { return known_; }
@@ -71,6 +76,8 @@ class GroupFit {
   void hold(const std::vector<std::size_t>& parameters);
   /// Returns what is left of the places of the fringes, in regions, with a factor and an offset per pixel.
   CauseRegion shift_in_regions() const;
+  /// Returns what the last block leaves in regions after run(); empty where nothing was fitted.
+  const std::vector<CauseRegion>& regions() const { return regions_; }
   /// Returns why what is left is not explained, empty where it is: chi2 of the values and of the regions (of
   /// the shift for geometric groups, of level and contrast for others) against their limits.
   const std::string& unexplained() const { return unexplained_; }
@@ -120,7 +127,8 @@ class GroupFit {
   double prior_chi2(const Eigen::VectorXd& values) const;
   double settled_chi2(const Sensitivity::Values& base, FreePerPixel free, bool settle);
   void render_columns();
-  bool is_far_from_columns() const;
+  bool is_far_from_columns(double steps) const;
+  bool cannot_come_near(double chi2, double expected, std::uint64_t n) const;
   NormalEquations equations_with_prior(FreePerPixel free);
   Damped solve(const NormalEquations& e, std::vector<std::size_t> unknowns, FreePerPixel free,
                double damping) const;
@@ -145,11 +153,12 @@ class GroupFit {
   std::vector<Block> blocks_;
   Eigen::MatrixXd covariance_;
   Eigen::VectorXd sensor_sigma_;  ///< as the unknowns of the equations; empty: not fitted with the parameters
+  std::vector<CauseRegion> regions_;
   std::string unexplained_;
   double chi2_ = 0.0;
   std::uint64_t n_ = 0;
   int n_steps_ = 0;
-  bool converged_ = false;
+  bool converged_ = false, given_up_ = false;
 };
 
 }  // namespace fringetwin::compare

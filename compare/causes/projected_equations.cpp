@@ -10,6 +10,7 @@
 namespace fringetwin::compare {
 namespace {
 
+constexpr Eigen::Index kPixelsAtOnce = 32;
 constexpr int kBlockPx = 28;  ///< side of the blocks of pixels whose errors may belong together
 
 FreePerPixel with_factor(FreePerPixel f) {
@@ -98,8 +99,8 @@ NormalEquations Sensitivity::empty_equations(std::size_t n_parameters) const {
   return {Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0.0, 0, n_parameters};
 }
 
-NormalEquations Sensitivity::equations_at(const Values& base, const Columns& columns,
-                                          FreePerPixel free) const {
+NormalEquations Sensitivity::equations_at(const Values& base, const Columns& columns, FreePerPixel free,
+                                          std::size_t every) const {
   if (free_factors_) free = with_factor(free);
   const NormalEquations empty = empty_equations(columns.each.size());
   NormalEquations out = empty;
@@ -108,16 +109,31 @@ NormalEquations Sensitivity::equations_at(const Values& base, const Columns& col
     const std::size_t n_pixels = samples_[c].n_pixels();
     std::vector<NormalEquations> parts(kChunks, empty);
 #pragma omp parallel for schedule(dynamic)
-    for (std::size_t chunk = 0; chunk < kChunks; ++chunk)
-      for (std::size_t p = chunk * n_pixels / kChunks; p < (chunk + 1) * n_pixels / kChunks; ++p) {
+    for (std::size_t chunk = 0; chunk < kChunks; ++chunk) {
+      NormalEquations& part = parts[chunk];
+      const auto k = static_cast<Eigen::Index>(samples_[c].images.size());
+      Eigen::MatrixXd rows(kPixelsAtOnce * k, empty.right.size());  // of several pixels: one product for all
+      Eigen::VectorXd residual(kPixelsAtOnce * k);
+      Eigen::Index filled = 0;
+      const auto add = [&] {
+        const auto some = rows.topRows(filled).transpose();
+        part.normal.selfadjointView<Eigen::Lower>().rankUpdate(some);
+        part.right += some * residual.head(filled);
+        part.chi2 += residual.head(filled).squaredNorm();
+        filled = 0;
+      };
+      const std::size_t first = (chunk * n_pixels / kChunks + every - 1) / every * every;
+      for (std::size_t p = first; p < (chunk + 1) * n_pixels / kChunks; p += every) {
         const PixelRows pixel = pixel_rows(c, p, base, columns, free, empty);
         if (pixel.used == 0) continue;
-        NormalEquations& part = parts[chunk];
-        part.normal.selfadjointView<Eigen::Lower>().rankUpdate(pixel.rows.transpose());
-        part.right += pixel.rows.transpose() * pixel.residual;
-        part.chi2 += pixel.residual.squaredNorm();
+        rows.middleRows(filled, k) = pixel.rows;
+        residual.segment(filled, k) = pixel.residual;
+        filled += k;
         part.n += pixel.used;
+        if (filled == rows.rows()) add();
       }
+      add();
+    }
     for (const NormalEquations& part : parts) {
       out.normal += part.normal;
       out.right += part.right;
@@ -125,7 +141,11 @@ NormalEquations Sensitivity::equations_at(const Values& base, const Columns& col
       out.n += part.n;
     }
   }
-  out.normal = Eigen::MatrixXd(out.normal.selfadjointView<Eigen::Lower>());
+  const auto as_often = static_cast<double>(every);
+  out.normal = as_often * Eigen::MatrixXd(out.normal.selfadjointView<Eigen::Lower>());
+  out.right *= as_often;
+  out.chi2 *= as_often;
+  out.n *= every;
   return out;
 }
 
@@ -165,14 +185,13 @@ Sensitivity::Scatter Sensitivity::scatter_at(const Values& base, const Columns& 
       const auto cell = static_cast<int>(s.cell[p]);
       Eigen::VectorXd& block = blocks[cell / s.grid.width / side * across + cell % s.grid.width / side];
       if (block.size() == 0) block = Eigen::VectorXd::Zero(size);
+      const Eigen::MatrixXd scores = pixel.rows.transpose() * pixel.residual.asDiagonal();
+      block += scores.rowwise().sum();
       for (std::size_t j = 0; j < s.images.size(); ++j) {
-        const auto row = static_cast<Eigen::Index>(j);
         const auto image = static_cast<std::size_t>(s.images[j]);
         if (image_scores.size() <= image) image_scores.resize(image + 1);
         if (image_scores[image].size() == 0) image_scores[image] = Eigen::VectorXd::Zero(size);
-        const Eigen::VectorXd score = pixel.rows.row(row).transpose() * pixel.residual[row];
-        block += score;
-        image_scores[image] += score;
+        image_scores[image] += scores.col(static_cast<Eigen::Index>(j));
       }
     }
     for (const Eigen::VectorXd& block : blocks)

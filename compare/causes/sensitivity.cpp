@@ -31,6 +31,7 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
   out.gain_dn = fit.row.gain_dn;
   out.black_level_dn = fit.row.black_level_dn;
   out.rendering_dn = rendering_dn;
+  out.noise_dn2 = [noise](double gray_dn) { return noise.variance(gray_dn); };
   if (!pair.from_dn && pair.e_scale == 1.0) out.frame = pair.irradiance;
   const auto n_valid =
       static_cast<std::size_t>(std::ranges::count_if(interior.data, [](unsigned char m) { return m != 0; }));
@@ -87,6 +88,17 @@ Sensitivity::Sensitivity(render::Renderer& renderer, std::vector<GridSamples> sa
 void Sensitivity::set_sensor(std::size_t index, double gain_dn, double black_level_dn) {
   samples_.at(index).gain_dn = gain_dn;
   samples_.at(index).black_level_dn = black_level_dn;
+}
+
+void Sensitivity::weigh_at(const Values& predicted) {
+  for (std::size_t c = 0; c < samples_.size(); ++c) {
+    GridSamples& s = samples_[c];
+    for (std::size_t i = 0; s.noise_dn2 && i < s.weight.size(); ++i) {
+      const double level_dn = s.gain_dn * static_cast<double>(predicted[c][i]) + s.black_level_dn,
+                   variance = s.noise_dn2(level_dn) + s.rendering_dn * s.rendering_dn;
+      if (s.weight[i] > 0.0F && variance > 0.0) s.weight[i] = static_cast<float>(1.0 / std::sqrt(variance));
+    }
+  }
 }
 
 std::vector<float> Sensitivity::irradiance_of(const Twin& twin, const GridSamples& s, int points) const {
@@ -196,11 +208,12 @@ Sensitivity::Values Sensitivity::closed_column(const Twin& changed, const Parame
 
 Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Parameter>& parameters,
                                         const Eigen::VectorXd& values, std::size_t at, const Values& base,
-                                        Derivative derivative) const {
+                                        Derivative derivative, double& found) const {
   const Parameter& parameter = parameters[at];
   if (parameter.effect)
     return closed_column(with_values(twin, parameters, values), parameter, values[at], base);
-  const double wanted = derivative == Derivative::exact ? kExactChange : kWantedChange;
+  const double wanted = derivative == Derivative::exact ? kExactChange : kWantedChange,
+               longer = wanted / kWantedChange;  // than a quick derivative's step
   // as far as a step may grow: a thousand times what suits a rig of usual size
   const double longest = 1e3 * parameter.step;
   const auto inside = [&](double value) { return value >= parameter.smallest && value <= parameter.largest; };
@@ -211,7 +224,7 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
   };
   const Values nothing = zeros(base);
   Values out, other;
-  double step = parameter.is_switch ? (values[at] > 0.5 ? -1.0 : 1.0) : parameter.step;
+  double step = parameter.is_switch ? (values[at] > 0.5 ? -1.0 : 1.0) : longer * found;
   try {
     for (int attempt = 0;; ++attempt) {
       if (!inside(values[at] + step)) step = -step;
@@ -227,9 +240,10 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
       const double grown = step * std::clamp(wanted / std::max(change, 1e-12), 1e-3, 1e3);
       step = std::copysign(std::min(std::abs(grown), longest), step);
     }
+    found = step / longer;
     if (derivative == Derivative::exact && !parameter.is_switch) {
       if (!inside(values[at] - step))  // one side only: a short step
-        return column(twin, parameters, values, at, base, Derivative::quick);
+        return column(twin, parameters, values, at, base, Derivative::quick, found);
       other = images_at(values[at] - step);
       step *= 2.0;
     }
@@ -245,10 +259,12 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
 }
 
 Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Parameter>& parameters,
-                                          const Eigen::VectorXd& values, Derivative derivative) const {
-  Columns out{predicted(twin, parameters, values, kDerivativeSamples), {}};
+                                          const Eigen::VectorXd& values, Derivative derivative,
+                                          std::vector<double> steps) const {
+  for (std::size_t k = steps.size(); k < parameters.size(); ++k) steps.push_back(parameters[k].step);
+  Columns out{predicted(twin, parameters, values, kDerivativeSamples), {}, std::move(steps)};
   for (std::size_t k = 0; k < parameters.size(); ++k)
-    out.each.push_back(column(twin, parameters, values, k, out.rough, derivative));
+    out.each.push_back(column(twin, parameters, values, k, out.rough, derivative, out.steps[k]));
   return out;
 }
 

@@ -69,6 +69,9 @@ class Sensitivity {
   /// Sets gain and black level of a camera; `index`: into samples().
   void set_sensor(std::size_t index, double gain_dn, double black_level_dn);
 
+  /// Takes the noise of every value at what is predicted of it, with the gain and black level as they are.
+  void weigh_at(const Values& predicted);
+
   /// Leaves out the pixels where the points of a pixel do not tell its mean, because an edge of a facet or a
   /// shadow crosses it, and those beside them: 3 x 3 and 6 x 6 points differ by 0.2 standard deviations.
   /// Sums over them would jump where an edge passes a point. Leaves all where that would be more than half of
@@ -105,11 +108,15 @@ class Sensitivity {
   struct Columns {
     Values rough;
     std::vector<Values> each;
+    std::vector<double> steps = {};  ///< that changed the images as much as is wanted of a quick derivative
   };
+  /// `steps`: where the search for each step begins; empty: with those of the parameters.
   Columns columns(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
-                  Derivative derivative = Derivative::quick) const;
-  /// Returns the equations of these columns where `base` is predicted, with the robust scale as it is.
-  NormalEquations equations_at(const Values& base, const Columns& columns, FreePerPixel free) const;
+                  Derivative derivative = Derivative::quick, std::vector<double> steps = {}) const;
+  /// Returns the equations of these columns where `base` is predicted, with the robust scale as it is; of
+  /// every `every`-th pixel only, which counts as often.
+  NormalEquations equations_at(const Values& base, const Columns& columns, FreePerPixel free,
+                               std::size_t every = 1) const;
   /// Sums of products of the columns times residuals (scores) over blocks of 28 x 28 px of the image and over
   /// images: their scatter tells standard errors where residuals belong together.
   struct Scatter {
@@ -137,8 +144,9 @@ class Sensitivity {
   static double residual(const GridSamples& s, const std::vector<float>& irradiance, std::size_t i);
 
  private:
+  /// `step`: where the search begins, and where it ended.
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
-                std::size_t at, const Values& base, Derivative derivative) const;
+                std::size_t at, const Values& base, Derivative derivative, double& step) const;
   /// The column of a parameter with an effect of its own: nothing is rendered.
   Values closed_column(const Twin& changed, const Parameter& parameter, double value,
                        const Values& base) const;

@@ -172,8 +172,8 @@ class RefineRefused : public ::testing::Test {
 TEST_F(RefineRefused, UnknownNames) {
   take(small_twin());
   expect_refused(refine("distortion"), 2,
-                 {"--refine distortion", "is not known", "use one or more of pose, rig"});
-  expect_refused(refine("pose,ball.specular"), 2, {"--refine ball.specular", "is not known"});
+                 {"--refine distortion", "is not known", "use one or more of pose, size, rig"});
+  expect_refused(refine("pose,ball.shininess"), 2, {"--refine ball.shininess", "is not known"});
   expect_no_result();
 }
 
