@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "measure/decode/stripe_harmonics.hpp"
 #include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
@@ -21,6 +22,9 @@ constexpr double kQuietest = 1e-4;
 constexpr double kSquareVariance = 4.0;
 /// Times the rounding's variance: less noise than that is rounded alike in many images.
 constexpr double kSmoothRounding = 4.0;
+constexpr int kHarmonicsStride = 3;  // ten numbers need fewer pixels than noise does
+/// Of the sigmas of roughness: harmonics that leave more than half a sigma are not known well enough.
+constexpr double kHarmonicsRough = 2.0 * kRoughSigmas;
 
 using Steps = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostNoiseSteps, 1>;
 
@@ -40,32 +44,39 @@ class StepContrasts {
   std::size_t count() const { return static_cast<std::size_t>(contrasts_.cols()); }
 
   /// Returns the contrasts of about `most` values, or all, evenly spread over the triples of the `n` pixels
-  /// of which `is_wanted(pitch, pixel)` is true. `darkest` falls to the level of the darkest step.
+  /// of which `is_wanted(pitch, pixel)` is true. `darkest` falls to the level of the darkest step. Without
+  /// the harmonics of fringes whose amplitude is `fringes_from` or more.
   std::vector<NoiseValue> of_triples(const std::vector<NoiseInput>& pitches, Axis axis, std::size_t n,
-                                     std::size_t most, auto is_wanted, double& darkest) const {
+                                     std::size_t most, auto is_wanted, double& darkest,
+                                     std::optional<double> fringes_from = {}) const {
     std::vector<NoiseValue> out;
     if (n == 0 || most == 0) return out;
     const double many = static_cast<double>(n * count()) / static_cast<double>(most);
     const int stride = std::max(1, static_cast<int>(std::ceil(std::sqrt(many))));
     // Column patterns vary along camera x (roughly): the stripes run along camera y, and vice versa.
     const int dx = axis == Axis::x ? 0 : 1, dy = axis == Axis::x ? 1 : 0;
+    const Eigen::VectorXd none = Eigen::VectorXd::Zero(contrasts_.cols());
     for (const NoiseInput& in : pitches) {
       const ImageF& size = *in.amplitude;
+      std::optional<StripeHarmonics> harmonics;
+      if (fringes_from) harmonics.emplace(in, contrasts_, axis, kHarmonicsStride * stride, *fringes_from);
+      if (harmonics && !harmonics->matter()) harmonics.reset();
       for (int y = dy; y < size.height - dy; y += stride)
         for (int x = dx; x < size.width - dx; x += stride) {
           const std::size_t before = size.index(x - dx, y - dy), at = size.index(x, y),
                             after = size.index(x + dx, y + dy);
           if (is_wanted(in, at) && is_wanted(in, before) && is_wanted(in, after))
-            darkest = std::min(darkest, add(in, before, at, after, out));
+            darkest = std::min(
+                darkest, add(in, before, at, after, harmonics ? harmonics->remainder(x, y) : none, out));
         }
     }
     return out;
   }
 
  private:
-  /// Appends the contrasts. Returns the level of the darkest step.
+  /// Appends the contrasts less `expected`. Returns the level of the darkest step.
   double add(const NoiseInput& in, std::size_t before, std::size_t at, std::size_t after,
-             std::vector<NoiseValue>& out) const {
+             const Eigen::VectorXd& expected, std::vector<NoiseValue>& out) const {
     Steps second(sinusoids_.rows()), mean(sinusoids_.rows());
     for (Eigen::Index i = 0; i < mean.size(); ++i) {
       const auto& v = in.steps[static_cast<std::size_t>(i)]->data;
@@ -78,7 +89,8 @@ class StepContrasts {
     const Steps level = sinusoids_ * fit;
     for (Eigen::Index j = 0; j < contrasts_.cols(); ++j)
       out.push_back({static_cast<float>(squares_.col(j).dot(level)),
-                     static_cast<float>(contrasts_.col(j).dot(second))});
+                     static_cast<float>(contrasts_.col(j).dot(second) - expected[j]),
+                     static_cast<float>(kHarmonicsRough * std::abs(expected[j]))});
     return level.minCoeff();
   }
 
@@ -189,7 +201,7 @@ std::optional<NoiseModel> estimate_noise(const std::vector<NoiseInput>& pitches,
   }
   double darkest = std::numeric_limits<double>::infinity();
   std::vector<NoiseValue> values =
-      contrasts.of_triples(pitches, axis, n_lit, kMostNoiseValues, is_lit, darkest);
+      contrasts.of_triples(pitches, axis, n_lit, kMostNoiseValues, is_lit, darkest, limits.min_amplitude);
   if (std::isfinite(limits.saturation)) {
     double unused = 0.0;
     const std::vector<NoiseValue> unlit = contrasts.of_triples(
