@@ -7,7 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include "measure/decode/stripe_harmonics.hpp"
 #include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "measure/decode/phase.hpp"
+#include "measure/decode/stripe_harmonics.hpp"
 #include "twin/fringes.hpp"
 
 namespace fringetwin::measure {
@@ -57,13 +58,6 @@ double add_unlit(const std::vector<NoiseValue>& unlit, std::size_t together, con
 /// values.
 std::optional<NoiseModel> fit_noise(const std::vector<NoiseValue>& values, std::size_t together,
                                     double darkest, double least);
-
-/// One pitch of one direction as the estimator sees it.
-struct NoiseInput {
-  std::vector<const ImageF*> steps;
-  const ImageF* phase = nullptr;  ///< NaN where masked
-  const ImageF* amplitude = nullptr;
-};
 
 /// Estimates gray-value noise from the residuals of the N-step fit, N > 3. The steps are differentiated twice
 /// along the stripes, which removes the projector's harmonics where the stripes are straight, and what is

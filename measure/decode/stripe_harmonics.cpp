@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "measure/decode/phase_noise.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/lens/linear.hpp"
 

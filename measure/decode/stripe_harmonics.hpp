@@ -9,7 +9,12 @@
 
 namespace fringetwin::measure {
 
-struct NoiseInput;
+/// One pitch of one direction as the estimator of noise sees it.
+struct NoiseInput {
+  std::vector<const ImageF*> steps;
+  const ImageF* phase = nullptr;  ///< NaN where masked
+  const ImageF* amplitude = nullptr;
+};
 
 /// Harmonics 2 to 6 of one pitch's fringe in the contrasts of its steps: the contrast j of a pixel of phase p
 /// and amplitude a is a sum_k (alpha_kj cos k p + beta_kj sin k p), with the same alpha and beta for all
