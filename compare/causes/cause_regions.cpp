@@ -19,7 +19,7 @@ constexpr double kNoLight = 1e-9;      ///< of the irradiance: rounding, where a
 constexpr double kLeastVariance = 1e-30;  ///< DN^2, of values that are not used
 /// Places of the kinds of sums; from kImage on there is one per image.
 constexpr int kLevel = 0, kContrast = 1, kShift = 2, kImage = 3;
-constexpr const char* kNames[] = {"level", "contrast", "shift", "image"};
+constexpr const char* kRegionKinds[] = {"level", "contrast", "shift", "image"};
 
 /// The images of one pitch. `by_phase` turns their irradiance E into dE/dphase of its first harmonic: with
 /// E = m + c cos d + s sin d by least squares over the steps d, this is s cos d - c sin d.
@@ -147,7 +147,7 @@ std::vector<CauseRegion> cause_regions(const Sensitivity& sensitivity, const Fri
   if (sensitivity.has_free_factors())
     free = frees_offset(free) ? FreePerPixel::factor_and_offset : FreePerPixel::factor;
   std::vector<CauseRegion> out;
-  for (const char* name : kNames) out.push_back({name, 0.0});
+  for (const char* name : kRegionKinds) out.push_back({name, 0.0});
   for (std::size_t c = 0; c < predicted.size(); ++c) {
     const GridSamples& s = sensitivity.samples()[c];
     for (const Square& square : squares_of(s, predicted[c], fringes, free)) {
