@@ -116,6 +116,7 @@ NormalEquations Sensitivity::equations_at(const Values& base, const Columns& col
       Eigen::VectorXd residual(kPixelsAtOnce * k);
       Eigen::Index filled = 0;
       const auto add = [&] {
+        if (filled == 0) return;  // Eigen divides by the length of a product
         const auto some = rows.topRows(filled).transpose();
         part.normal.selfadjointView<Eigen::Lower>().rankUpdate(some);
         part.right += some * residual.head(filled);
