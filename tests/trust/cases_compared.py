@@ -22,7 +22,7 @@ right("right_ball_wall_n4_10bit", dict(scene="ball+wall", bits=10))
 right("right_vertical", dict(projector_above=True, direction="y"), fast=True)
 right("right_gray_code", dict(scene="ball+wall", unwrap="gray"), fast=True)
 right("right_small_ball_wall", dict(scene="ball+wall", small=True))
-right("right_small_groove", dict(scene="groove", small=True, nodes=8))
+right("right_small_groove", dict(scene="groove", small=True, nodes=24))  # its fold cuts a whole column of pixels alike
 right("right_small_two_cameras", dict(scene="ball+wall", small=True, cameras=2))
 right("pov_right_ball_wall", dict(scene="ball+wall", pinhole=True), povray=True)
 right("pov_right_n3_8bit", dict(scene="ball+wall", pinhole=True, steps=3, bits=8), povray=True)

@@ -245,6 +245,6 @@ listed("specular", "Phong's lobe of 0.04 on the sphere is not in the twin", phon
 listed("specular_small", "Phong's lobe of 0.008 on the sphere is not in the twin", phong(0.008), BALL,
        "specular " + PER_PIXEL, gain=False)
 listed("bounce", "a groove; the twin has light that goes from one side to the other, the rig has not", believed_bounce,
-       dict(scene="groove", small=True, nodes=8), "bounce", verdict=GRAY, gain=False)
+       dict(scene="groove", small=True, nodes=24), "bounce", verdict=GRAY, gain=False)
 listed("bounce_small", "sphere and wall; the twin has light that goes from one to the other, the rig has not",
        believed_bounce, BOTH, "bounce", gain=False)
