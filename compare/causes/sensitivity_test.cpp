@@ -124,6 +124,23 @@ TEST(Sensitivity, GainAndReflectivityCannotBeToldApart) {
   EXPECT_NEAR(correlation, 1.0, 1e-8);
 }
 
+TEST(Sensitivity, PixelsThatFillABlockExactlyAreSummed) {
+  constexpr std::size_t kPixels = 1024, kColumns = 60;  // 32 for each of the 32 parts
+  GridSamples s;
+  s.grid = {1, 0, 32, 32};
+  s.images = {0, 1, 2};
+  for (std::size_t i = 0; i < kPixels; ++i) s.cell.push_back(i);
+  s.real_dn.assign(3 * kPixels, 3.0F);
+  s.weight.assign(3 * kPixels, 1.0F);
+  const Sensitivity::Values base{std::vector<float>(3 * kPixels, 1.0F)};
+  const Sensitivity sensitivity(renderer(), {s});
+  const NormalEquations e = sensitivity.equations_at(
+      base, {base, std::vector<Sensitivity::Values>(kColumns, base)}, FreePerPixel::nothing);
+  EXPECT_EQ(e.n, 3 * kPixels);
+  EXPECT_DOUBLE_EQ(e.chi2, 4.0 * 3 * kPixels);
+  EXPECT_DOUBLE_EQ(e.normal(0, kColumns - 1), 3.0 * kPixels);
+}
+
 TEST(Sensitivity, AThinnedViewShowsTheSamePixels) {
   const Twin twin = window_on_the_sphere();
   for (std::size_t camera = 0; camera < 2; ++camera) {
