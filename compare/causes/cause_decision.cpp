@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "compare/causes/parameters.hpp"
-#include "compare/verdict/explained.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -61,8 +60,7 @@ std::string none_sentence(const Causes& causes) {
   const auto less = [](const CauseRow& a, const CauseRow& b) { return a.removed < b.removed; };
   const CauseRow& nearest = *std::ranges::max_element(causes.rows, less);
   return fmt::format("none of the causes tested explains what the budget does not (nearest: {}, {}{})",
-                     nearest.cause, percent(nearest.alone),
-                     left_by(nearest, 1.0 + allowed_for(static_cast<double>(causes.n))));
+                     nearest.cause, percent(nearest.alone), left_by(nearest, causes.chi2_limit));
 }
 
 }  // namespace

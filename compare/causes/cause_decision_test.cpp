@@ -40,7 +40,7 @@ TEST(CauseDecision, WhatTakesAwayNoMoreThanChanceIsNotNamed) {
 /// Causes with rows of four groups.
 Causes four(std::vector<std::string> together) {
   Causes causes;
-  causes.n = 10'000;
+  causes.chi2_limit = 1.16;
   causes.together = std::move(together);
   for (const char* group : {"pose", "size", "blur", "light"}) {
     CauseRow row;

@@ -6,7 +6,6 @@
 
 #include "compare/causes/cause_regions.hpp"
 #include "compare/causes/group_fit.hpp"
-#include "compare/verdict/explained.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -52,7 +51,7 @@ CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::
                {.hold_gain = false,
                 .keep_scale = true,
                 .most_steps = kMostSteps,
-                .wanted_chi2 = 1.0 + allowed_for(static_cast<double>(count_values(sensitivity))),
+                .wanted_chi2 = sensitivity.chi2_limit(static_cast<double>(count_values(sensitivity))),
                 .free = free},
                start.values, std::move(start.predicted));
   if (!start.columns.rough.empty()) fit.use_columns(std::move(start.columns), start_values(out.fitted));
@@ -69,7 +68,7 @@ CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::
   const auto n = static_cast<double>(fit.n());
   out.tried.fitted += static_cast<double>(count_values(sensitivity)) - n;
   out.tried.chi2 = out.chi2 * n + out.tried.fitted;
-  out.tried.passes = out.chi2 <= 1.0 + allowed_for(n) &&
+  out.tried.passes = out.chi2 <= sensitivity.chi2_limit(n) &&
                      std::ranges::any_of(out.regions, [](const CauseRegion& r) { return r.n > 0; }) &&
                      std::ranges::all_of(out.regions, &CauseRegion::passes);
   return out;

@@ -5,7 +5,6 @@
 #include <map>
 #include <utility>
 
-#include "compare/verdict/explained.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/lens/linear.hpp"
 
@@ -165,7 +164,7 @@ std::vector<CauseRegion> cause_regions(const Sensitivity& sensitivity, const Fri
   for (CauseRegion& kind : out) {
     const auto n = static_cast<double>(kind.n);
     kind.chi2 = kind.n > 0 ? kind.chi2 / n : kNaN;
-    kind.limit = kind.n > 0 ? 1.0 + allowed_for(n) : kNaN;
+    kind.limit = kind.n > 0 ? sensitivity.chi2_limit(n) : kNaN;
   }
   return out;
 }

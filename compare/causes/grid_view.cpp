@@ -26,6 +26,9 @@ Camera thinned(const Camera& camera, const GridView& grid) {
   return out;
 }
 
+constexpr std::size_t kScatterPixels = 2'500;
+constexpr int kScatterPoints = 4;
+
 }  // namespace
 
 GridView choose_grid(const Camera& camera, std::size_t n_valid, std::size_t most) {
@@ -45,11 +48,11 @@ GridView choose_grid(const Camera& camera, std::size_t n_valid, std::size_t most
 }
 
 std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, std::size_t index,
-                                const GridView& grid, int samples) {
+                                const GridView& grid, int samples, std::uint64_t seed) {
   Twin view = twin;
   view.cameras = {thinned(twin.cameras.at(index), grid)};
   view.render.pixel_fill /= grid.stride;
-  std::vector<ImageF> images = renderer.render(view, 0, {Sampler::gauss, samples}).irradiance;
+  std::vector<ImageF> images = renderer.render(view, 0, {Sampler::gauss, samples}, seed).irradiance;
   const Camera& camera = twin.cameras[index];
   if (grid.stride == 1 || camera.vignetting.kind == Vignetting::Kind::none) return images;
   for (int y = 0; y < grid.height; ++y)
@@ -59,6 +62,22 @@ std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, st
       for (ImageF& image : images) image(x, y) *= factor;
     }
   return images;
+}
+
+double bounce_scatter(render::Renderer& renderer, const Twin& twin, std::size_t index, int samples) {
+  if (twin.render.bounces == 0) return 0.0;
+  const Lens& lens = twin.cameras.at(index).lens;
+  const std::size_t n_all = static_cast<std::size_t>(lens.width()) * static_cast<std::size_t>(lens.height());
+  const GridView grid = choose_grid(twin.cameras[index], n_all, kScatterPixels);
+  const std::vector<ImageF> one = render_grid(renderer, twin, index, grid, kScatterPoints, 1),
+                            other = render_grid(renderer, twin, index, grid, kScatterPoints, 2);
+  double squares = 0.0, n = 0.0;
+  for (std::size_t k = 0; k < one.size(); ++k)
+    for (std::size_t i = 0; i < one[k].size(); ++i) {
+      const double apart = static_cast<double>(one[k].data[i]) - static_cast<double>(other[k].data[i]);
+      if (apart != 0.0) squares += apart * apart, n += 1.0;
+    }
+  return n > 0.0 ? std::sqrt(0.5 * squares / n * kScatterPoints / samples) : 0.0;
 }
 
 }  // namespace fringetwin::compare

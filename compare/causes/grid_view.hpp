@@ -4,6 +4,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -35,6 +36,7 @@ struct GridSamples {
   std::vector<float> weight;                   ///< 1 / standard deviation; 0 where not usable
   double gain_dn = 1.0, black_level_dn = 0.0;  ///< of the gain fit
   double rendering_dn = 0.0;                   ///< rms rendering error, part of the weights
+  double known_to = 0.05;                      ///< relative standard uncertainty of the noise's variance
   /// Returns the variance of the noise of a gray value of this level; empty: the weights stay as they are.
   std::function<double(double)> noise_dn2 = {};
   /// The twin's whole images, irradiance but for an offset, which must outlive the samples; null where they
@@ -54,6 +56,10 @@ GridView choose_grid(const Camera& camera, std::size_t n_valid, std::size_t most
 /// own pixels by a fixed Gauss rule of `samples` points, so that two twins are sampled alike and their
 /// difference is one of the twins. At 1 rad per pixel 9 points are exact to 1e-6 of the contrast, 4 to 2e-4.
 std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, std::size_t index,
-                                const GridView& grid, int samples);
+                                const GridView& grid, int samples, std::uint64_t seed = 0);
+
+/// Returns the standard deviation that the directions of bounces, taken at random, leave in the irradiance of
+/// a pixel of so many points; 0 without bounces.
+double bounce_scatter(render::Renderer& renderer, const Twin& twin, std::size_t index, int samples);
 
 }  // namespace fringetwin::compare

@@ -9,7 +9,6 @@
 
 #include "compare/causes/cause_regions.hpp"
 #include "compare/causes/scaled_eigen.hpp"
-#include "compare/verdict/explained.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 
@@ -373,7 +372,7 @@ void GroupFit::tell(const Block& block) {
     unexplained_ +=
         fmt::format("{}{} {:.3g}, limit {:.3g}", unexplained_.empty() ? "" : "; ", what, left, limit);
   };
-  hold_against("chi2", chi2, 1.0 + allowed_for(static_cast<double>(n_)));
+  hold_against("chi2", chi2, sensitivity_.chi2_limit(static_cast<double>(n_)));
   const bool is_of_places = is_geometric(parameters_[told[0]].group);
   regions_ = cause_regions(sensitivity_, twin_.fringes, base_, free);
   for (const CauseRegion& kind : regions_)

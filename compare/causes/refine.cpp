@@ -101,6 +101,9 @@ class Refiner {
   Refined run() {
     const Twin as_written = twin_;
     const Eigen::VectorXd begin = values_to_begin_at();
+    Twin scattering = twin_;
+    if (!switches_.empty()) scattering.render.bounces = 1;
+    sensitivity_.add_scatter_of(scattering);
     sensitivity_.choose_scale(twin_);
     const std::vector<double> scale = sensitivity_.scale();
     GroupFit start(sensitivity_, as_written, {}, {.hold_gain = hold_gain_});

@@ -7,6 +7,7 @@
 
 #include "compare/causes/parameters.hpp"
 #include "compare/causes/scaled_eigen.hpp"
+#include "compare/verdict/explained.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/statistics.hpp"
@@ -31,6 +32,7 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
   out.gain_dn = fit.row.gain_dn;
   out.black_level_dn = fit.row.black_level_dn;
   out.rendering_dn = rendering_dn;
+  out.known_to = noise.known_to();
   out.noise_dn2 = [noise](double gray_dn) { return noise.variance(gray_dn); };
   if (!pair.from_dn && pair.e_scale == 1.0) out.frame = pair.irradiance;
   const auto n_valid =
@@ -88,6 +90,21 @@ Sensitivity::Sensitivity(render::Renderer& renderer, std::vector<GridSamples> sa
 void Sensitivity::set_sensor(std::size_t index, double gain_dn, double black_level_dn) {
   samples_.at(index).gain_dn = gain_dn;
   samples_.at(index).black_level_dn = black_level_dn;
+}
+
+void Sensitivity::add_scatter_of(const Twin& twin) {
+  for (GridSamples& s : samples_) {
+    const double scatter_dn = s.gain_dn * bounce_scatter(renderer_, twin, s.camera, kResidualSamples);
+    s.rendering_dn = std::hypot(s.rendering_dn, scatter_dn);
+    for (float& w : s.weight)
+      if (w > 0.0F) w = static_cast<float>(1.0 / std::hypot(1.0 / static_cast<double>(w), scatter_dn));
+  }
+}
+
+double Sensitivity::chi2_limit(double n) const {
+  double known_to = 0.0;
+  for (const GridSamples& s : samples_) known_to = std::max(known_to, s.known_to);
+  return 1.0 + allowed_for(n, known_to);
 }
 
 void Sensitivity::weigh_at(const Values& predicted) {

@@ -69,8 +69,14 @@ class Sensitivity {
   /// Sets gain and black level of a camera; `index`: into samples().
   void set_sensor(std::size_t index, double gain_dn, double black_level_dn);
 
+  /// Returns what a mean of n squares over their noise must not exceed, as in the verdict on the gray values,
+  /// with the noise of the camera that it is known worst of.
+  double chi2_limit(double n) const;
+
   /// Takes the noise of every value at what is predicted of it, with the gain and black level as they are.
   void weigh_at(const Values& predicted);
+  /// Takes the scatter of the bounces of a twin for part of the rendering error, as its samples have it.
+  void add_scatter_of(const Twin& twin);
 
   /// Leaves out the pixels where the points of a pixel do not tell its mean, because an edge of a facet or a
   /// shadow crosses it, and those beside them: 3 x 3 and 6 x 6 points differ by 0.2 standard deviations.

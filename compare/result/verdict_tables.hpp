@@ -265,6 +265,7 @@ struct Causes {
   /// Explanations that pass and cannot be told apart; the groups of each, with kCausesTogether between them.
   std::vector<std::string> together;
   double chi2 = kNaN;
+  double chi2_limit = kNaN;  ///< what explains must leave no more; not written
   double rest = kNaN;
   std::uint64_t n = 0;
   double chi2_after = kNaN;          ///< of a gray value, where the cause was fitted to convergence
