@@ -323,6 +323,22 @@ void GroupFit::fit_all() {
   converged_ = all_converged;
 }
 
+/// Returns which of the lights of which others do the same moved least: one is enough to hold, and the others
+/// are told beside it.
+std::optional<std::size_t> GroupFit::one_of_the_same(const std::vector<std::size_t>& told,
+                                                     const std::vector<bool>& null,
+                                                     const NormalEquations& e) const {
+  std::optional<std::size_t> least;
+  const auto moved = [this](std::size_t k) {
+    return std::abs(values_[k] - parameters_[k].start) / parameters_[k].step;
+  };
+  for (std::size_t i = 0; i < told.size(); ++i)
+    if (null[i] && prior_of(parameters_[told[i]]) == 0.0 && e.normal(told[i], told[i]) > 0.0 &&
+        (!least || moved(told[i]) < moved(*least)))
+      least = told[i];
+  return least;
+}
+
 /// Puts back to the twin's values what these images do not tell; returns whether there was any.
 bool GroupFit::leave_out_what_is_not_told() {
   bool any = false;
@@ -333,11 +349,13 @@ bool GroupFit::leave_out_what_is_not_told() {
     if (told.empty()) continue;
     const NormalEquations e = equations_with_prior(free);
     const Damped solved = solve(e, told, free, 0.0);
+    const std::optional<std::size_t> one = one_of_the_same(told, solved.null, e);
     for (std::size_t i = 0; i < told.size(); ++i) {
       const double prior = prior_of(parameters_[told[i]]);
       if (!solved.null[i] && !(prior > 0.0 && solved.sigma[i] >= kNotTold * prior)) continue;
       // what changes nothing at all has the prior's sigma, too
       const bool changes = e.normal(told[i], told[i]) - (prior > 0.0 ? 1.0 / (prior * prior) : 0.0) > 0.0;
+      if (prior == 0.0 && changes && told[i] != one) continue;
       known_[told[i]] = {parameters_[told[i]].start, changes ? solved.sigma[i] : 0.0, solved.sigma[i], false};
       values[told[i]] = parameters_[told[i]].start;
       any = true;

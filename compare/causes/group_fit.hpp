@@ -135,6 +135,8 @@ class GroupFit {
   double try_values(const Eigen::VectorXd& next, FreePerPixel free, double chi2);
   bool fit(const Block& block);
   void fit_all();
+  std::optional<std::size_t> one_of_the_same(const std::vector<std::size_t>& told,
+                                             const std::vector<bool>& null, const NormalEquations& e) const;
   bool leave_out_what_is_not_told();
   void tell(const Block& block);
   std::string alike_groups(const NormalEquations& e, FreePerPixel free) const;

@@ -164,6 +164,24 @@ TEST(GroupFit, WhatTheImagesDoNotTellStays) {
   EXPECT_EQ(fit.values()[1], 0.0);
 }
 
+TEST(GroupFit, OneReflectivityIsHeldWhereTheGainIsFree) {
+  const SphereShape ball = testing::physical_sphere();
+  const Twin both = testing::with_object(testing::with_object(testing::paper_rig(), "ball", ball, {}), "wall",
+                                         testing::frontal_plane(300.0), {});
+  const Twin truth =
+      testing::crop_around(both, ball.center_mm + Eigen::Vector3d(ball.radius_mm, 0.0, 0.0), kWidth, kHeight);
+  Twin twin = truth;
+  twin.objects[0].material.diffuse *= 0.98;
+  Sensitivity sensitivity(renderer(), measured({truth}));
+  GroupFit fit(sensitivity, twin, parameters_of(twin, "albedo"), {.free = FreePerPixel::nothing});
+  fit.run();
+  EXPECT_TRUE(fit.converged());
+  EXPECT_NEAR(fit.chi2(), 1.0, 0.05);
+  EXPECT_NE(fit.known()[0].told, fit.known()[1].told);
+  const double ratio = fit.values()[0] / fit.values()[1];
+  EXPECT_NEAR(ratio, truth.objects[0].material.diffuse / truth.objects[1].material.diffuse, 1e-3);
+}
+
 TEST(GroupFit, LightAndPlaceAreFittedInTurn) {
   const Twin twin = window_on_the_sphere();
   Twin truth = twin;
