@@ -5,11 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
+#include <utility>
 
 #include "compare/causes/cause_fit.hpp"
 #include "compare/causes/parameters.hpp"
-#include "compare/verdict/explained.hpp"
 #include "report/text.hpp"
 
 namespace fringetwin::compare {
@@ -18,6 +19,7 @@ namespace {
 constexpr double kWorthAdding = 0.02;  ///< share a further cause must explain to be listed in the order
 constexpr std::size_t kMostInOrder = 4;
 constexpr double kWorthATry = 0.25;  ///< of what the best linear step takes away, and of the excess
+constexpr double kAsMuch = 0.8;      ///< of what the best one takes away beside a field: worth a fit
 constexpr double kPairShare = 0.5;   ///< of the excess that the linear step of two must take away
 /// What a linear step leaves of the excess is its model's fault up to so many times what that of a cause
 /// leaves which then explains all; kAlikeShare of the excess does not tell rivals apart, kAlikeChi2 neither.
@@ -105,7 +107,8 @@ class CauseSearch {
     before_ = as_it_is.tried.chi2 - own_;
     excess_ = before_ - static_cast<double>(out.n);
     regions_before_ = as_it_is.regions;
-    values_fail_ = !(out.chi2 <= 1.0 + allowed_for(static_cast<double>(out.n)));
+    out.chi2_limit = sensitivity_.chi2_limit(static_cast<double>(out.n));
+    values_fail_ = !(out.chi2 <= out.chi2_limit);
   }
 
   /// Fits the group whose linear step takes away most, and takes the noise of all values at what it predicts:
@@ -119,11 +122,23 @@ class CauseSearch {
     if (!nearest_) return;
     begin_.emplace(try_fit({*nearest_}));
     tried_.clear();
-    for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c) {
-      const GridSamples& s = begin_->sensors.samples()[c];
-      sensitivity_.set_sensor(c, s.gain_dn, s.black_level_dn);
+    // its gain is for its own light: an albedo that light from surface to surface drives to nothing has one
+    // of a million
+    const std::vector<GridSamples> before = sensitivity_.samples();
+    take_sensors(begin_->sensors.samples());
+    if (is_switch(*nearest_)) {
+      Twin turned = twin_;
+      const Parameter& p = parameters_[groups_[*nearest_].at[0]];
+      p.change(turned, p.start > 0.5 ? -1.0 : 1.0);
+      sensitivity_.add_scatter_of(turned);
     }
     sensitivity_.weigh_at(begin_->predicted);
+    take_sensors(before);
+  }
+
+  void take_sensors(const std::vector<GridSamples>& from) {
+    for (std::size_t c = 0; c < from.size(); ++c)
+      sensitivity_.set_sensor(c, from[c].gain_dn, from[c].black_level_dn);
   }
 
   /// Solves for these groups with gain and black level of every camera.
@@ -161,7 +176,7 @@ class CauseSearch {
   /// Returns those that explain the difference and cannot be told apart.
   std::vector<std::size_t> alike() const {
     std::vector<TriedCause> all;
-    double least = 1.0 + allowed_for(static_cast<double>(n_));
+    double least = sensitivity_.chi2_limit(static_cast<double>(n_));
     for (const Tried& t : tried_) {
       all.push_back(t.fit.tried);
       if (t.fit.tried.passes) least = std::min(least, t.fit.chi2);
@@ -289,16 +304,19 @@ class CauseSearch {
       rows.push_back(std::move(row));
     }
   }
-  /// Gives every pixel an offset or a factor of its own besides the groups that then take away most.
+  /// Gives every pixel an offset or a factor of its own besides the groups that then take away most: a factor
+  /// with a projector's gamma looks like one with a camera's.
   void try_fields_with_groups() {
     for (const FreePerPixel free : {FreePerPixel::offset, FreePerPixel::factor}) {
       const NormalEquations e = sensitivity_.equations_at(base_, columns_, free, kEvery);
-      std::size_t best = groups_.size();
-      double most = worth_naming(1.0);
+      std::vector<std::pair<double, std::size_t>> all;
       for (std::size_t g = 0; g < groups_.size(); ++g)
-        if (const double removed = removed_by(e, {g}, kEvery); !is_switch(g) && removed > most)
-          most = removed, best = g;
-      if (best < groups_.size()) try_fit({best}, field_of(free));
+        if (const double removed = removed_by(e, {g}, kEvery); !is_switch(g) && removed > worth_naming(1.0))
+          all.emplace_back(removed, g);
+      std::ranges::sort(all, std::greater());
+      all.resize(std::min(all.size(), kMostFirst));
+      for (const auto& [removed, g] : all)
+        if (removed >= kAsMuch * all[0].first) try_fit({g}, field_of(free));
     }
   }
   static const PixelField* field_of(FreePerPixel free) {
