@@ -19,6 +19,7 @@ namespace {
 constexpr double kWorthAdding = 0.02;  ///< share a further cause must explain to be listed in the order
 constexpr std::size_t kMostInOrder = 4;
 constexpr double kWorthATry = 0.25;  ///< of what the best linear step takes away, and of the excess
+constexpr double kOtherGain = 2.0;   ///< times the gain: no longer one
 constexpr double kAsMuch = 0.8;      ///< of what the best one takes away beside a field: worth a fit
 constexpr double kPairShare = 0.5;   ///< of the excess that the linear step of two must take away
 /// What a linear step leaves of the excess is its model's fault up to so many times what that of a cause
@@ -122,8 +123,8 @@ class CauseSearch {
     if (!nearest_) return;
     begin_.emplace(try_fit({*nearest_}));
     tried_.clear();
-    // its gain is for its own light: an albedo that light from surface to surface drives to nothing has one
-    // of a million
+    // all fits begin at its gain, but where that is none: an albedo that light from surface to surface drives
+    // to nothing has one of a million
     const std::vector<GridSamples> before = sensitivity_.samples();
     take_sensors(begin_->sensors.samples());
     if (is_switch(*nearest_)) {
@@ -133,7 +134,12 @@ class CauseSearch {
       sensitivity_.add_scatter_of(turned);
     }
     sensitivity_.weigh_at(begin_->predicted);
-    take_sensors(before);
+    const auto is_no_gain = [&](std::size_t c) {
+      const double ratio = begin_->sensors.samples()[c].gain_dn / before[c].gain_dn;
+      return !(ratio > 1.0 / kOtherGain && ratio < kOtherGain);
+    };
+    for (std::size_t c = 0; c < before.size(); ++c)
+      if (is_no_gain(c)) return take_sensors(before);
   }
 
   void take_sensors(const std::vector<GridSamples>& from) {
