@@ -38,7 +38,8 @@ constexpr std::size_t kCausePixels = 10'000;  ///< per camera: enough for causes
 constexpr double kFarPeriods = 0.4;  ///< further than this gray values say nothing of a small change's effect
 constexpr double kManyOrders = 0.01;  ///< share of order disagreements that noise and outlines do not make
 
-/// Adds the scatter of the directions that bounces take to the rendering error of a camera's gray values.
+/// Adds the scatter of the directions that bounces take to what is known of how exactly a camera was
+/// rendered.
 void add_bounces(const Twin& twin, const CompareOptions& options, std::size_t camera, double gain_dn,
                  RenderingError& error) {
   if (!options.renderer || twin.render.bounces == 0) return;
@@ -46,9 +47,7 @@ void add_bounces(const Twin& twin, const CompareOptions& options, std::size_t ca
       render::without_adaptation(render::choose_sampling(twin, options.render.value_or(twin.render)), twin,
                                  twin.cameras[camera])
           .samples;
-  const double scatter_dn = gain_dn * bounce_scatter(*options.renderer, twin, camera, points);
-  error.gray_dn = std::hypot(error.gray_dn, scatter_dn);
-  error.with_edges_dn = std::hypot(error.with_edges_dn, scatter_dn);
+  error.scatter_dn2 = gain_dn * gain_dn * bounce_scatter(*options.renderer, twin, camera, points);
   error.estimated = true;
 }
 
@@ -84,7 +83,6 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
     }
     const ImageU8 interior = interior_mask(pair.mask, real_decode, simulated_decode);
     RenderingError rendering = rendering_error(*pair.camera, options.rendered, fit.row.gain_dn);
-    const double without_scatter_dn = rendering.with_edges_dn;
     add_bounces(twin, options, c, fit.row.gain_dn, rendering);
     ExplainedRow row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
                                     calibration ? &calibration->irradiance[c] : nullptr,
@@ -98,7 +96,7 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
       std::move(parts.rows.begin(), parts.rows.end(), std::back_inserter(out.gain_checks));
     }
     if (!options.renderer) continue;
-    GridSamples grid = grid_samples(pair, c, fit, noise, interior, without_scatter_dn, kCausePixels);
+    GridSamples grid = grid_samples(pair, c, fit, noise, interior, rendering.with_edges_dn, kCausePixels);
     if (grid.n_pixels() > 0) samples.push_back(std::move(grid));
   }
   return samples;

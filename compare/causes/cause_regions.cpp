@@ -102,15 +102,21 @@ Eigen::MatrixXd weights_of(const PixelValues& p, const std::vector<PitchSteps>& 
   return a;
 }
 
-void add_pixel(const PixelValues& p, const Eigen::MatrixXd& weights, Square& square) {
+/// `scatter_dn2`: covariance of the pixel's values besides their own variance; may be empty.
+void add_pixel(const PixelValues& p, const Eigen::MatrixXd& weights, const Eigen::MatrixXd& scatter_dn2,
+               Square& square) {
+  const bool scatters = scatter_dn2.size() > 0;
   square.sums.resize(static_cast<std::size_t>(kImage + p.used.size()));
   ++square.pixels;
   for (Eigen::Index k = 0; weights.cols() == kImage && k < p.used.size(); ++k)
-    if (p.used[k] > 0.0) square.sums[static_cast<std::size_t>(kImage + k)].add(p.residual[k], p.variance[k]);
+    if (p.used[k] > 0.0)
+      square.sums[static_cast<std::size_t>(kImage + k)].add(
+          p.residual[k], p.variance[k] + (scatters ? scatter_dn2(k, k) : 0.0));
   for (Eigen::Index j = 0; j < weights.cols(); ++j) {
     Sum& sum = square.sums[static_cast<std::size_t>(j)];
     sum.residual += weights.col(j).dot(p.residual);
     sum.variance += weights.col(j).cwiseAbs2().dot(p.variance);
+    if (scatters) sum.variance += weights.col(j).dot(scatter_dn2 * weights.col(j));
     sum.weight += weights.col(j).cwiseAbs().sum();
   }
 }
@@ -129,11 +135,11 @@ std::vector<Square> squares_of(const GridSamples& s, const std::vector<float>& i
       const auto w = static_cast<double>(s.weight[i]), e = static_cast<double>(irradiance[i]);
       p.irradiance[k] = e;
       p.used[k] = w > 0.0 ? 1.0 : 0.0;
-      p.variance[k] = w > 0.0 ? 1.0 / (w * w) : 0.0;
+      p.variance[k] = w > 0.0 ? 1.0 / (w * w) - s.scatter_of(static_cast<std::size_t>(k)) : 0.0;
       p.residual[k] = Sensitivity::residual(s, irradiance, i);
     }
     if (p.used.sum() > 0.0)
-      add_pixel(p, weights_of(p, pitches, free),
+      add_pixel(p, weights_of(p, pitches, free), s.scatter_dn2,
                 squares[s.cell[pixel] / width / side * across + s.cell[pixel] % width / side]);
   }
   return squares;

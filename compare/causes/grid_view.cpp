@@ -64,20 +64,25 @@ std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, st
   return images;
 }
 
-double bounce_scatter(render::Renderer& renderer, const Twin& twin, std::size_t index, int samples) {
-  if (twin.render.bounces == 0) return 0.0;
+Eigen::MatrixXd bounce_scatter(render::Renderer& renderer, const Twin& twin, std::size_t index, int samples) {
+  if (twin.render.bounces == 0) return {};
   const Lens& lens = twin.cameras.at(index).lens;
   const std::size_t n_all = static_cast<std::size_t>(lens.width()) * static_cast<std::size_t>(lens.height());
   const GridView grid = choose_grid(twin.cameras[index], n_all, kScatterPixels);
   const std::vector<ImageF> one = render_grid(renderer, twin, index, grid, kScatterPoints, 1),
                             other = render_grid(renderer, twin, index, grid, kScatterPoints, 2);
-  double squares = 0.0, n = 0.0;
-  for (std::size_t k = 0; k < one.size(); ++k)
-    for (std::size_t i = 0; i < one[k].size(); ++i) {
-      const double apart = static_cast<double>(one[k].data[i]) - static_cast<double>(other[k].data[i]);
-      if (apart != 0.0) squares += apart * apart, n += 1.0;
-    }
-  return n > 0.0 ? std::sqrt(0.5 * squares / n * kScatterPoints / samples) : 0.0;
+  const auto n_images = static_cast<Eigen::Index>(one.size());
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(n_images, n_images);
+  Eigen::VectorXd apart(n_images);
+  double n = 0.0;
+  for (std::size_t i = 0; i < one[0].size(); ++i) {
+    for (Eigen::Index k = 0; k < n_images; ++k)
+      apart[k] = static_cast<double>(one[k].data[i]) - static_cast<double>(other[k].data[i]);
+    if (apart.isZero(0.0)) continue;
+    products += apart * apart.transpose();
+    n += 1.0;
+  }
+  return products * (0.5 * kScatterPoints / (samples * std::max(n, 1.0)));
 }
 
 }  // namespace fringetwin::compare

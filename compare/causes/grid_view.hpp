@@ -36,6 +36,7 @@ struct GridSamples {
   std::vector<float> weight;                   ///< 1 / standard deviation; 0 where not usable
   double gain_dn = 1.0, black_level_dn = 0.0;  ///< of the gain fit
   double rendering_dn = 0.0;                   ///< rms rendering error, part of the weights
+  Eigen::MatrixXd scatter_dn2;                 ///< of RenderingError, of these images; part of the weights
   double known_to = 0.05;                      ///< relative standard uncertainty of the noise's variance
   /// Returns the variance of the noise of a gray value of this level; empty: the weights stay as they are.
   std::function<double(double)> noise_dn2 = {};
@@ -45,6 +46,11 @@ struct GridSamples {
   std::vector<Eigen::Vector2f>
       projector_px;  ///< that lights each pixel; empty unless find_projector_places()
   std::size_t n_pixels() const { return cell.size(); }
+  /// Returns the variance that bounces leave in a value of the k-th image.
+  double scatter_of(std::size_t k) const {
+    const auto at = static_cast<Eigen::Index>(k);
+    return scatter_dn2.size() > 0 ? scatter_dn2(at, at) : 0.0;
+  }
 };
 
 /// Returns a grid that keeps at most `most` of `n_valid` pixels. It holds every pixel, of which some are
@@ -58,8 +64,9 @@ GridView choose_grid(const Camera& camera, std::size_t n_valid, std::size_t most
 std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, std::size_t index,
                                 const GridView& grid, int samples, std::uint64_t seed = 0);
 
-/// Returns the standard deviation that the directions of bounces, taken at random, leave in the irradiance of
-/// a pixel of so many points; 0 without bounces.
-double bounce_scatter(render::Renderer& renderer, const Twin& twin, std::size_t index, int samples);
+/// Returns the covariance (sequence order) that the directions of bounces, taken at random, leave in the
+/// irradiance of a pixel of so many points: its images have the same directions, another pixel has others.
+/// Empty without bounces.
+Eigen::MatrixXd bounce_scatter(render::Renderer& renderer, const Twin& twin, std::size_t index, int samples);
 
 }  // namespace fringetwin::compare

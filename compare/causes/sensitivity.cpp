@@ -94,10 +94,13 @@ void Sensitivity::set_sensor(std::size_t index, double gain_dn, double black_lev
 
 void Sensitivity::add_scatter_of(const Twin& twin) {
   for (GridSamples& s : samples_) {
-    const double scatter_dn = s.gain_dn * bounce_scatter(renderer_, twin, s.camera, kResidualSamples);
-    s.rendering_dn = std::hypot(s.rendering_dn, scatter_dn);
-    for (float& w : s.weight)
-      if (w > 0.0F) w = static_cast<float>(1.0 / std::hypot(1.0 / static_cast<double>(w), scatter_dn));
+    const Eigen::MatrixXd scatter = bounce_scatter(renderer_, twin, s.camera, kResidualSamples);
+    if (scatter.size() == 0) continue;
+    s.scatter_dn2 = s.gain_dn * s.gain_dn * scatter(s.images, s.images);
+    for (std::size_t i = 0; i < s.weight.size(); ++i)
+      if (float& w = s.weight[i]; w > 0.0F)
+        w = static_cast<float>(
+            1.0 / std::sqrt(1.0 / std::pow(static_cast<double>(w), 2) + s.scatter_of(i % s.images.size())));
   }
 }
 
@@ -112,7 +115,8 @@ void Sensitivity::weigh_at(const Values& predicted) {
     GridSamples& s = samples_[c];
     for (std::size_t i = 0; s.noise_dn2 && i < s.weight.size(); ++i) {
       const double level_dn = s.gain_dn * static_cast<double>(predicted[c][i]) + s.black_level_dn,
-                   variance = s.noise_dn2(level_dn) + s.rendering_dn * s.rendering_dn;
+                   variance = s.noise_dn2(level_dn) + s.rendering_dn * s.rendering_dn +
+                              s.scatter_of(i % s.images.size());
       if (s.weight[i] > 0.0F && variance > 0.0) s.weight[i] = static_cast<float>(1.0 / std::sqrt(variance));
     }
   }

@@ -75,7 +75,7 @@ class Sensitivity {
 
   /// Takes the noise of every value at what is predicted of it, with the gain and black level as they are.
   void weigh_at(const Values& predicted);
-  /// Takes the scatter of the bounces of a twin for part of the rendering error, as its samples have it.
+  /// Takes the scatter of the bounces of a twin into the weights, as its samples have it.
   void add_scatter_of(const Twin& twin);
 
   /// Leaves out the pixels where the points of a pixel do not tell its mean, because an edge of a facet or a

@@ -6,6 +6,7 @@
 // | derivatives, E u and E/diffuse   | 5e-5 E    | 2 float roundings (6e-8 E) over a step of 0.01, x 4 |
 // | a thinned view, of the brightest | 1e-4      | phase in single precision: 5e-5 rad, both views    |
 // | planted change                   | 1 % of it | steps of 0.3 %: curvature 0.15 %, rounding 0.4 %   |
+// | regional chi2, a kind            | 0.12      | 3 sqrt(2/n), n = 1,280 squares                     |
 // | pixels left out, from the edge   | 3 px      | it slants: its own, one beside it, one of rounding |
 #include "compare/causes/sensitivity.hpp"
 
@@ -13,7 +14,10 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
+#include <random>
 
+#include "compare/causes/cause_regions.hpp"
 #include "compare/causes/parameters.hpp"
 #include "tests/support/paper_rig.hpp"
 
@@ -263,6 +267,48 @@ TEST_P(Planted, AStepFindsASmallChange) {
 
 INSTANTIATE_TEST_SUITE_P(Groups, Planted, ::testing::Values("pose", "vignetting", "albedo", "blur"),
                          [](const auto& tested) { return std::string(tested.param); });
+
+/// A flat field of fringes of four steps, with noise of 3 DN and errors that all images of a pixel share.
+struct ScatteredFringes {
+  Fringes fringes;
+  GridSamples samples;
+  Sensitivity::Values predicted;
+  explicit ScatteredFringes(double shared_dn) {
+    constexpr int kAcross = 320, kDown = 256;
+    constexpr double kNoise = 3.0;
+    fringes.directions.emplace_back().pitches_px = {16.0};
+    samples.grid = {1, 0, kAcross, kDown};
+    samples.images = {0, 1, 2, 3};
+    samples.gain_dn = kGain;
+    samples.black_level_dn = kBlack;
+    samples.scatter_dn2 = Eigen::Matrix4d::Constant(shared_dn * shared_dn);
+    predicted.resize(1);
+    std::mt19937_64 random(3);
+    std::normal_distribution<double> normal;
+    for (std::size_t i = 0; i < std::size_t{kAcross} * kDown; ++i) {
+      samples.cell.push_back(i);
+      const double off = shared_dn * normal(random);
+      for (const int k : samples.images) {
+        const double phase = std::numbers::pi * (static_cast<double>(i % kAcross) / 8.0 + k / 2.0);
+        predicted[0].push_back(static_cast<float>(10.0 + 5.0 * std::cos(phase)));
+        samples.real_dn.push_back(static_cast<float>(kGain * static_cast<double>(predicted[0].back()) +
+                                                     kBlack + off + kNoise * normal(random)));
+        samples.weight.push_back(static_cast<float>(1.0 / std::hypot(kNoise, shared_dn)));
+      }
+    }
+  }
+  std::vector<CauseRegion> regions() const {
+    return cause_regions(Sensitivity(renderer(), {samples}), fringes, predicted);
+  }
+};
+
+TEST(Sensitivity, RegionsAddUpWhatIsOffInAPixelAsAWholeOverItsImagesNotOverPixels) {
+  ScatteredFringes scattered(3.0);
+  for (const CauseRegion& kind : scattered.regions()) EXPECT_NEAR(kind.chi2, 1.0, 0.12) << kind.kind;
+  // 0.9 DN on all values: 64 pixels of 4 add up to (256 0.9)^2, against 64 (4 9 + 16 9)
+  for (float& real : scattered.samples.real_dn) real += 0.9F;
+  EXPECT_NEAR(scattered.regions()[0].chi2, 1.0 + 53'084.0 / 11'520.0, 0.6);
+}
 
 TEST(Sensitivity, StandardErrorsAreThoseOfTheNormalEquations) {
   NormalEquations e{Eigen::MatrixXd(3, 3), Eigen::VectorXd(3), 100.0, 50, 1};

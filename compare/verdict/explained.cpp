@@ -45,6 +45,7 @@ struct BlockSum {
     weight2 += weight_of_one * weight_of_one;
     calibration += calibration_of_one;
   }
+  void add_pixel(double variance_of_its_sum) { variance += variance_of_its_sum, ++pixels; }
   bool usable() const { return pixels >= kFewestInRegion && variance > 0.0; }
   double expected(double shared) const {
     return variance + weight * weight * shared + weight2 * calibration + together * together;
@@ -190,6 +191,9 @@ class GrayExplanation {
       const double step_rad = kTwoPi * p.step / steps_;
       turns_.push_back({std::cos(step_rad), std::sin(step_rad)});
     }
+    if (rendering_.scatter_dn2.size() == 0) return;
+    scatter_dn2_ = rendering_.scatter_dn2(pair.gain_images, pair.gain_images);
+    scatter_of_one_dn2_ = scatter_dn2_.diagonal().mean();
   }
 
   ExplainedRow run() const {
@@ -210,7 +214,7 @@ class GrayExplanation {
         {"noise: " + noise_.source(), noise - rounding},
         {"quantisation", rounding},
         {rendering_.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)",
-         rendering_.gray_dn * rendering_.gray_dn},
+         rendering_.gray_dn * rendering_.gray_dn + scatter_of_one_dn2_},
         {"fit of gain and black level", 2.0 * noise / n * std::pow(fit_.row.sigma_inflation, 2)}};
     if (calibration_) row.lines.push_back({kCalibrationLine, s.calibration / n});
     judge(s, noise_.known_to(), row);
@@ -246,6 +250,8 @@ class GrayExplanation {
     out.n_inside += pair_.gain_images.size();
     double squares = 0.0, noises = 0.0, lights = 0.0, light_noises = 0.0;
     int values = 0;
+    const auto n_images = scatter_dn2_.rows();
+    Eigen::MatrixX3d weights = Eigen::MatrixX3d::Zero(n_images, 3);  // of the images in each sum
     const ImageF* of = nullptr;  // the phase that `at` is of: one sine for all steps of a pitch
     Turn at{0.0, 0.0};
     for (std::size_t k = 0; k < pair_.gain_images.size(); ++k) {
@@ -258,6 +264,7 @@ class GrayExplanation {
       const double light2 = std::pow(predicted - fit_.row.black_level_dn, 2);
       lights += light2, light_noises += light2 * noise;
       level.add(1.0, r, noise, calibration);
+      if (n_images > 0) weights(static_cast<Eigen::Index>(k), 0) = 1.0;
       if (!phases_[k] || std::isnan(phases_[k]->data[i])) continue;
       if (of != phases_[k]) {
         of = phases_[k];
@@ -265,13 +272,16 @@ class GrayExplanation {
         at = {std::cos(phase), std::sin(phase)};
       }
       const Turn& step = turns_[k];
-      contrast.add(at.c * step.c - at.s * step.s, r, noise, calibration);
-      shift.add(at.s * step.c + at.c * step.s, r, noise, calibration);
+      const double cosine = at.c * step.c - at.s * step.s, sine = at.s * step.c + at.c * step.s;
+      contrast.add(cosine, r, noise, calibration);
+      shift.add(sine, r, noise, calibration);
+      if (n_images > 0) weights.row(static_cast<Eigen::Index>(k)).tail<2>() << cosine, sine;
     }
     if (values == 0) return;
-    out.add(squares, noises / values, noises / values, shared, calibration, values);
+    out.add(squares, noises / values, noises / values + scatter_of_one_dn2_, shared, calibration, values);
     if (lights > 0.0) out.factor += light_noises / lights * values / noises;
-    for (BlockSum* b : {&level, &contrast, &shift}) ++b->pixels;
+    const auto scatter_of = [&](int sum) { return weights.col(sum).dot(scatter_dn2_ * weights.col(sum)); };
+    level.add_pixel(scatter_of(0)), contrast.add_pixel(scatter_of(1)), shift.add_pixel(scatter_of(2));
   }
 
   const GrayPair& pair_;
@@ -282,6 +292,8 @@ class GrayExplanation {
   const ImageF* calibration_;  ///< variance of the irradiance; may be null
   SeenPixels seen_;
   bool textured_;
+  Eigen::MatrixXd scatter_dn2_;  ///< of pair.gain_images; empty where nothing scatters
+  double scatter_of_one_dn2_ = 0.0;
   int steps_ = 1;
   struct Turn {
     double c, s;

@@ -2,6 +2,7 @@
 // Judges whether a difference is no larger than the stated uncertainties allow: noise, quantisation,
 // rendering, fit and calibration (docs/metrics/verdict.md, "Explained").
 #pragma once
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
@@ -23,6 +24,9 @@ struct RenderingError {
   double gray_dn = 0.0, phase_rad = 0.0;
   bool estimated = false;
   double with_edges_dn = 0.0;  ///< gray values, over pixels that an edge crosses, too
+  /// Covariance of the gray values that a pixel has in the images (sequence order), which are off together,
+  /// but otherwise in every pixel: the directions of its bounces. Empty: none.
+  Eigen::MatrixXd scatter_dn2 = {};
 };
 /// Returns what the notes say of one camera. The renderer states the gray error of the twin's sensor;
 /// `gain_dn`: of the gain that was fitted.

@@ -6,6 +6,7 @@
 // | chi2 of noise as stated           | 0.05      | two standard errors of 24 bins' medians, N = 4…8 |
 // | chi2 of noise of 1.3 the variance | 0.02      | scatter of a variance over 2e5 values is 0.003   |
 // | regional chi2 of noise            | 0.15      | 3 sqrt(2/n), n > 800 blocks                      |
+// | of scatter not in the budget      | 0.5       | the same, times 3.17                             |
 // | chi2 of a quarter of the variance | 0.005     | scatter of a variance over 1e5 values is 0.0045  |
 // | factor of that, gray              | 0.02      | half of that, times 2                            |
 // | chi2 of phase, a quarter on one   | 0.02      | 4 standard errors, sqrt(2/n) 0.625, n = 40,000   |
@@ -200,6 +201,50 @@ TEST(Explained, TheRenderersOwnErrorIsPartOfTheBudget) {
       gray_of(scene, {.gray_dn = std::sqrt(missing_dn2), .phase_rad = 0.0, .estimated = true});
   EXPECT_TRUE(row.explained());
   EXPECT_NEAR(row.lines.at(2).variance, missing_dn2, 1e-9);
+}
+
+/// Errors of every pixel's own, alike in its images or turning with the fringe: common + a cos d + b sin d,
+/// all normal; a and b of the same sigma. Directions of bounces leave such errors.
+struct Scatter {
+  double common_dn, turning_dn;
+  Eigen::MatrixXd covariance(const std::vector<double>& steps_rad) const {
+    const auto n = static_cast<Eigen::Index>(steps_rad.size());
+    return Eigen::MatrixXd::NullaryExpr(n, n, [&](Eigen::Index k, Eigen::Index l) {
+      return common_dn * common_dn + turning_dn * turning_dn * std::cos(steps_rad[k] - steps_rad[l]);
+    });
+  }
+};
+
+TEST(Explained, WhatIsOffInAPixelAsAWholeAddsUpOverItsImagesNotOverPixels) {
+  const SidesTruth t = deep();
+  const Scatter scatter{2.0, 3.0};
+  SyntheticSides scene = testing::make_sides(t);
+  std::vector<double> steps_rad;
+  for (int k = 0; k < t.steps; ++k) steps_rad.push_back(2.0 * std::numbers::pi * k / t.steps);
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  for (std::size_t i = 0; i < scene.real.images[0].images[0].size(); ++i) {
+    const double common = scatter.common_dn * normal(random), a = scatter.turning_dn * normal(random),
+                 b = scatter.turning_dn * normal(random);
+    for (int k = 0; k < t.steps; ++k)
+      scene.real.images[0].images[k].data[i] +=
+          static_cast<float>(std::round(common + a * std::cos(steps_rad[k]) + b * std::sin(steps_rad[k])));
+  }
+  // a pixel's 8 values add up to a variance of 8 v + 64 c^2, by cos(d + phase) to 4 v + 16 r^2; v = 4^2 + 1/6
+  const double v = t.noise_dn * t.noise_dn + 1.0 / 6.0, level = 8.0 * 4.0 / v, fringe = 4.0 * 9.0 / v;
+  const ExplainedRow unstated = gray_of(scene);
+  EXPECT_NEAR(unstated.regional_chi2, 1.0 + (level + 2.0 * fringe) / 3.0, 0.5);
+  const RenderingError stated{.estimated = true, .scatter_dn2 = scatter.covariance(steps_rad)};
+  const ExplainedRow row = gray_of(scene, stated);
+  EXPECT_NEAR(row.chi2, 1.0, 0.05);
+  EXPECT_NEAR(row.regional_chi2, 1.0, 0.15);
+  EXPECT_EQ(row.state, "explained") << row.why;
+  EXPECT_NEAR(row.lines.at(2).variance, 4.0 + 9.0, 1e-9);
+  // what all pixels have in common shows through it
+  for (ImageF& image : scene.simulated.irradiance[0].images)
+    for (int y = 0; y < image.height; ++y)
+      for (int x = image.width / 2; x < image.width; ++x) image(x, y) *= 1.002F;
+  EXPECT_GT(gray_of(scene, stated).regional_chi2, 1.5 * row.regional_limit);
 }
 
 TEST(Explained, RenderingErrorIsReadFromTheNoteOfItsCamera) {
