@@ -24,8 +24,8 @@ struct Standing {
 std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, const Side& simulated);
 
 /// Returns in words what is worse after a refinement by more than its own standard deviation; empty where
-/// nothing is. Chi2: root of 2/n; regions of shift: two roots of 2/n; rows of coverage and geometry: no
-/// longer explained, the largest |z| larger by 1.
+/// nothing is. Chi2: root of 2/n; regions of shift: two roots of 2/n, below 1 as from 1; rows of coverage and
+/// geometry: no longer explained, the largest |z| larger by 1.
 std::string what_got_worse(const Standing& before, const Standing& after);
 
 /// Puts the twin as it was `before` back and says so in notes and warnings.

@@ -59,6 +59,11 @@ TEST(RefineGuard, WhatIsNoWorseThanByChanceStays) {
   after = before;
   after.shift.chi2 = 1.21;
   EXPECT_THAT(what_got_worse(before, after), HasSubstr("shift in regions"));
+  Standing quiet = before;  // less than the noise: a rise to what the noise explains is none
+  quiet.shift.chi2 = 0.8;
+  EXPECT_THAT(what_got_worse(quiet, after), HasSubstr("shift in regions"));
+  after.shift.chi2 = 1.19;
+  EXPECT_EQ(what_got_worse(quiet, after), "");
 }
 
 ExplainedRow row(const std::string& quantity, const char* state, double chi2) {
