@@ -84,13 +84,12 @@ class StepContrasts {
       second[i] = (a - 2.0 * b + c) / std::sqrt(6.0);
       mean[i] = (a + 4.0 * b + c) / 6.0;  // weighted as the second difference's variance is
     }
-    const Eigen::Vector3d fit = sinusoids_.transpose() * mean;
-    const Steps level = sinusoids_ * fit;
     for (Eigen::Index j = 0; j < contrasts_.cols(); ++j)
-      out.push_back({static_cast<float>(squares_.col(j).dot(level)),
+      out.push_back({static_cast<float>(squares_.col(j).dot(mean)),
                      static_cast<float>(contrasts_.col(j).dot(second) - expected[j]),
                      static_cast<float>(kHarmonicsRough * std::abs(expected[j]))});
-    return level.minCoeff();
+    const Eigen::Vector3d fit = sinusoids_.transpose() * mean;
+    return (sinusoids_ * fit).minCoeff();
   }
 
   Eigen::Matrix<double, Eigen::Dynamic, 3> sinusoids_;  ///< orthonormal: mean, cosine and sine

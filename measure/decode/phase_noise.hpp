@@ -63,8 +63,9 @@ std::optional<NoiseModel> fit_noise(const std::vector<NoiseValue>& values, std::
 /// along the stripes, which removes the projector's harmonics where the stripes are straight, and what is
 /// left of them (StripeHarmonics); of that the N - 3 orthonormal contrasts without mean, cosine and sine,
 /// over sqrt(6), are noise alone. A contrast c has the variance sum c_k^2 v_k of the steps' own variances:
-/// where v is linear in the level, that of the level sum c_k^2 I_k of the fitted sinusoid I. Pixels without
-/// fringes take part, at most as many as with. Returns nothing when there are too few pixels for fit_noise().
+/// where v is linear in the level, that of the level sum c_k^2 I_k of the steps I themselves: with a gamma
+/// they are no sinusoid. Pixels without fringes take part, at most as many as with. Returns nothing when
+/// there are too few pixels for fit_noise().
 std::optional<NoiseModel> estimate_noise(const std::vector<NoiseInput>& pitches, const StepSolver& solver,
                                          Axis axis, const NoiseLimits& limits);
 

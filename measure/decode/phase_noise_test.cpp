@@ -240,6 +240,17 @@ TEST(PhaseNoise, HarmonicsOfBentStripesAreNoNoise) {
   }
 }
 
+TEST(PhaseNoise, HarmonicsMoveNoLevel) {
+  // a gamma of 2: at the sinusoid's own level the darkest tenth has up to 1.25 times the variance drawn
+  for (const int bits : {8, 12})
+    for (const int steps : {6, 7, 8, 12}) {
+      const Ratios r = ratios_of({.steps = steps, .bits = bits, .second_harmonic = 0.25});
+      EXPECT_NEAR(r.chi2, 1.0, 0.02) << steps;
+      EXPECT_NEAR(r.brightest, 1.0, 0.03) << steps;
+      EXPECT_NEAR(r.darkest, 1.0, 0.05) << steps;
+    }
+}
+
 TEST(PhaseNoise, OutliersAreNoNoise) {
   for (const int steps : {4, 8})
     for (const int bits : {8, 12})
