@@ -147,19 +147,8 @@ class StepNoise {
       sine[i] = solver.basis_sin(static_cast<int>(i));
     }
     contrasts_ = complement({ones, cosine, sine}, n_);
-    for (const std::vector<double>& contrast : contrasts_) {
-      levels_.push_back({1.0});
-      for (std::size_t k = 0; k < n_; ++k) {
-        levels_.back().c += contrast[k] * contrast[k] * cosine[k];
-        levels_.back().s += contrast[k] * contrast[k] * sine[k];
-      }
-    }
   }
   std::size_t contrasts() const { return contrasts_.size(); }
-  /// Returns the level whose noise contrast j has, from the fit to the same pixels.
-  double level(std::size_t j, const PixelFit& f) const {
-    return f.mean + levels_[j].c * f.c + levels_[j].s * f.s;
-  }
 
   PixelFit fit(std::size_t i) const {
     PixelFit f;
@@ -187,18 +176,28 @@ class StepNoise {
     }
     return true;
   }
-  /// Contrasts of the second difference, scaled to the noise of one gray value.
-  void residuals(std::size_t before, std::size_t at, std::size_t after, double* out) const {
-    std::array<double, kMaxSteps> d{};
+  /// A contrast of the second difference, scaled to the noise of one gray value, and the level of which that
+  /// is the noise: of the steps themselves, since a projector's gamma makes light that is no sinusoid. The
+  /// pixels weigh as in the second difference's variance: at edges, too.
+  struct Sample {
+    double noise = 0.0, level = 0.0;
+  };
+  void sample(std::size_t before, std::size_t at, std::size_t after, Sample* out) const {
+    std::array<double, kMaxSteps> d{}, mean{};
     for (std::size_t k = 0; k < n_; ++k) {
       const auto& v = steps_[k]->data;
-      d[k] =
-          static_cast<double>(v[before]) - 2.0 * static_cast<double>(v[at]) + static_cast<double>(v[after]);
+      const auto a = static_cast<double>(v[before]), b = static_cast<double>(v[at]),
+                 c = static_cast<double>(v[after]);
+      d[k] = (a - 2.0 * b + c) / std::sqrt(6.0);
+      mean[k] = (a + 4.0 * b + c) / 6.0;
     }
     for (std::size_t j = 0; j < contrasts_.size(); ++j) {
-      double e = 0.0;
-      for (std::size_t k = 0; k < n_; ++k) e += contrasts_[j][k] * d[k];
-      out[j] = e / std::sqrt(6.0);
+      out[j] = {};
+      for (std::size_t k = 0; k < n_; ++k) {
+        const double share = contrasts_[j][k];
+        out[j].noise += share * d[k];
+        out[j].level += share * share * mean[k];
+      }
     }
   }
 
@@ -208,7 +207,6 @@ class StepNoise {
   double saturation_dn_;
   std::size_t n_;
   std::vector<std::vector<double>> contrasts_;
-  std::vector<PixelFit> levels_;  ///< of each contrast: its shares of mean, cosine and sine
 };
 
 }  // namespace
@@ -227,7 +225,7 @@ void add_step_noise(const std::vector<const ImageF*>& steps, const measure::Step
   const int step_x = stride * (1 + dx), step_y = stride * (1 + dy);
   const double mean_unit = std::sqrt(static_cast<double>(steps.size()) / 6.0),
                wave_unit = std::sqrt(static_cast<double>(steps.size()) / 12.0);
-  std::array<double, kMaxSteps> e{};
+  std::array<StepNoise::Sample, kMaxSteps> sample{};
   for (int y = ry; y < h - ry; y += step_y)
     for (int x = rx; x < w - rx; x += step_x) {
       const std::size_t before = steps.front()->index(x - dx, y - dy), at = steps.front()->index(x, y),
@@ -240,11 +238,9 @@ void add_step_noise(const std::vector<const ImageF*>& steps, const measure::Step
       const double roughness = std::max({mean_unit * std::abs(a.mean - 2.0 * b.mean + c.mean),
                                          wave_unit * std::abs(a.c - 2.0 * b.c + c.c),
                                          wave_unit * std::abs(a.s - 2.0 * b.s + c.s)});
-      noise.residuals(before, at, after, e.data());
-      const PixelFit all{(a.mean + 4.0 * b.mean + c.mean) / 6.0, (a.c + 4.0 * b.c + c.c) / 6.0,
-                         (a.s + 4.0 * b.s + c.s) / 6.0};
+      noise.sample(before, at, after, sample.data());
       for (std::size_t j = 0; j < noise.contrasts(); ++j)
-        samples.push_back({static_cast<float>(noise.level(j, all)), static_cast<float>(e[j]),
+        samples.push_back({static_cast<float>(sample[j].level), static_cast<float>(sample[j].noise),
                            static_cast<float>(roughness), block_of(x, y, w, h), static_cast<std::uint16_t>(x),
                            static_cast<std::uint16_t>(y)});
     }
