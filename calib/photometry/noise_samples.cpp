@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "calib/photometry/photon_transfer.hpp"
+#include "measure/decode/stripe_harmonics.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
@@ -14,6 +18,10 @@ namespace {
 constexpr int kMaxSteps = 64;
 // A gray value nearer to the ends of the range than this may have its noise cut off.
 constexpr double kLowMarginDn = 2.0;
+// Fringes weaker than this have no harmonics to speak of.
+constexpr double kLeastAmplitudeDn = 4.0;
+// As rough as the limit is where harmonics leave half a sigma: they are not known well enough.
+constexpr double kRemainderRough = 2.0 * measure::kRoughSigmas;
 double high_margin(double saturation_dn) { return saturation_dn - std::max(2.0, 0.01 * saturation_dn); }
 
 /// Orthonormal rows that are orthogonal to the columns of `known` (Gram-Schmidt on the unit vectors).
@@ -149,6 +157,13 @@ class StepNoise {
     contrasts_ = complement({ones, cosine, sine}, n_);
   }
   std::size_t contrasts() const { return contrasts_.size(); }
+  Eigen::MatrixXd columns() const {
+    Eigen::MatrixXd out(n_, contrasts_.size());
+    for (std::size_t j = 0; j < contrasts_.size(); ++j)
+      out.col(static_cast<Eigen::Index>(j)) =
+          Eigen::Map<const Eigen::VectorXd>(contrasts_[j].data(), static_cast<Eigen::Index>(n_));
+    return out;
+  }
 
   PixelFit fit(std::size_t i) const {
     PixelFit f;
@@ -209,6 +224,38 @@ class StepNoise {
   std::vector<std::vector<double>> contrasts_;
 };
 
+/// What the fringe's harmonics leave in the second differences where the stripes lean.
+class LeaningStripes {
+ public:
+  LeaningStripes(const std::vector<const ImageF*>& steps, const StepNoise& noise, Axis axis, int stride)
+      : amplitude_(steps.front()->width, steps.front()->height, 0.0f),
+        phase_(steps.front()->width, steps.front()->height, std::numeric_limits<float>::quiet_NaN()),
+        input_{steps, &phase_, &amplitude_} {
+    for (std::size_t i = 0; i < phase_.size(); ++i) {
+      if (!noise.usable(i)) continue;
+      const PixelFit f = noise.fit(i);
+      amplitude_.data[i] = static_cast<float>(std::hypot(f.c, f.s));
+      phase_.data[i] = static_cast<float>(std::atan2(f.s, f.c));
+    }
+    harmonics_.emplace(input_, noise.columns(), axis, stride, kLeastAmplitudeDn);
+    none_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(noise.contrasts()));
+  }
+  LeaningStripes(const LeaningStripes&) = delete;
+  LeaningStripes& operator=(const LeaningStripes&) = delete;
+
+  /// Returns that of each contrast.
+  Eigen::VectorXd remainder(int x, int y) const {
+    const bool is_lit = static_cast<double>(amplitude_(x, y)) >= kLeastAmplitudeDn;
+    return is_lit && harmonics_->matter() ? harmonics_->remainder(x, y) : none_;
+  }
+
+ private:
+  ImageF amplitude_, phase_;
+  measure::NoiseInput input_;
+  std::optional<measure::StripeHarmonics> harmonics_;
+  Eigen::VectorXd none_;
+};
+
 }  // namespace
 
 void add_step_noise(const std::vector<const ImageF*>& steps, const measure::StepSolver& solver, Axis axis,
@@ -226,6 +273,7 @@ void add_step_noise(const std::vector<const ImageF*>& steps, const measure::Step
   const double mean_unit = std::sqrt(static_cast<double>(steps.size()) / 6.0),
                wave_unit = std::sqrt(static_cast<double>(steps.size()) / 12.0);
   std::array<StepNoise::Sample, kMaxSteps> sample{};
+  const LeaningStripes stripes(steps, noise, axis, 2 * stride);
   for (int y = ry; y < h - ry; y += step_y)
     for (int x = rx; x < w - rx; x += step_x) {
       const std::size_t before = steps.front()->index(x - dx, y - dy), at = steps.front()->index(x, y),
@@ -239,10 +287,14 @@ void add_step_noise(const std::vector<const ImageF*>& steps, const measure::Step
                                          wave_unit * std::abs(a.c - 2.0 * b.c + c.c),
                                          wave_unit * std::abs(a.s - 2.0 * b.s + c.s)});
       noise.sample(before, at, after, sample.data());
-      for (std::size_t j = 0; j < noise.contrasts(); ++j)
-        samples.push_back({static_cast<float>(sample[j].level), static_cast<float>(sample[j].noise),
-                           static_cast<float>(roughness), block_of(x, y, w, h), static_cast<std::uint16_t>(x),
+      const Eigen::VectorXd remainder = stripes.remainder(x, y);
+      for (std::size_t j = 0; j < noise.contrasts(); ++j) {
+        const double left = remainder[static_cast<Eigen::Index>(j)];
+        samples.push_back({static_cast<float>(sample[j].level), static_cast<float>(sample[j].noise - left),
+                           static_cast<float>(std::max(roughness, kRemainderRough * std::abs(left))),
+                           block_of(x, y, w, h), static_cast<std::uint16_t>(x),
                            static_cast<std::uint16_t>(y)});
+      }
     }
 }
 

@@ -40,10 +40,11 @@ double add_repeat_noise(const std::vector<const ImageF*>& repeats, double satura
                         std::size_t max_samples, std::vector<NoiseSample>& samples);
 
 /// Appends samples from the redundancy of one set of N phase steps, N > 3: the residuals of the fit of mean,
-/// cosine and sine, as second differences along the stripes, where the projector's harmonics are smooth. A
-/// contrast c of the steps has the variance sum c_k^2 v_k, hence, for a variance that is linear in the level,
-/// that of the level sum c_k^2 I_k of the steps I: for N = 4 the mean. roughness_dn is the largest second
-/// difference of the fitted mean, cosine and sine, which for white noise is independent of noise_dn.
+/// cosine and sine, as second differences along the stripes, where the projector's harmonics are smooth, less
+/// what is left of them where the stripes lean. A contrast c of the steps has the variance sum c_k^2 v_k,
+/// hence, for a variance that is linear in the level, that of the level sum c_k^2 I_k of the steps I: for N =
+/// 4 the mean. roughness_dn is the largest second difference of the fitted mean, cosine and sine, which for
+/// white noise is independent of noise_dn, or larger where what is left of the harmonics is.
 void add_step_noise(const std::vector<const ImageF*>& steps, const measure::StepSolver& solver, Axis axis,
                     double saturation_dn, std::size_t max_samples, std::vector<NoiseSample>& samples);
 
