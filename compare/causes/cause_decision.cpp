@@ -44,16 +44,21 @@ std::string in_words(const Causes& causes, const std::string& together) {
 /// Returns what to do about a cause: ". Fit it with --refine pose", or what `--refine` cannot do.
 std::string advice(const std::string& together, const std::vector<std::string>& refined) {
   std::string all;
-  for (const std::string& name : groups_in(together)) {
-    if (std::ranges::find(refined, name) != refined.end())
-      return ". It was fitted just now: to fit it again would not help";
+  const std::vector<std::string> groups = groups_in(together);
+  const auto was_refined = [&](const std::string& name) {
+    return std::ranges::find(refined, name) != refined.end();
+  };
+  if (std::ranges::all_of(groups, was_refined))
+    return fmt::format(". {0} fitted just now: to fit {1} again would not help",
+                       groups.size() > 1 ? "They were" : "It was", groups.size() > 1 ? "them" : "it");
+  for (const std::string& name : groups) {
     const auto group = std::ranges::find(parameter_groups(), name, &ParameterGroup::name);
     if (group != parameter_groups().end() && !group->instead.empty())
       return ". What to do: " + group->instead;
     if (group == parameter_groups().end() && name != "texture") return "";
     all += (all.empty() ? "" : ",") + name;
   }
-  return ". Fit " + std::string(groups_in(together).size() > 1 ? "them" : "it") + " with --refine " + all;
+  return ". Fit " + std::string(groups.size() > 1 ? "them" : "it") + " with --refine " + all;
 }
 
 std::string none_sentence(const Causes& causes) {

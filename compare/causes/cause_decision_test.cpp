@@ -65,6 +65,11 @@ TEST(CauseDecision, SentencesSayWhatWasFound) {
   EXPECT_THAT(sentence(four({"blur"})), HasSubstr("Fit it with --refine blur"));
   EXPECT_THAT(sentence(four({"blur + pose"})), HasSubstr("causes: wrong blur and wrong pose: together they"));
   EXPECT_THAT(sentence(four({"blur + pose"})), HasSubstr("Fit them with --refine blur,pose"));
+  Causes fitted = four({"blur + pose"});
+  fitted.refined = {"blur"};
+  EXPECT_THAT(sentence(fitted), HasSubstr("Fit them with --refine blur,pose"));
+  fitted.refined = {"pose", "blur"};
+  EXPECT_THAT(sentence(fitted), HasSubstr("They were fitted just now"));
   EXPECT_THAT(sentence(four({"light"})), HasSubstr("What to do: record again with a steady lamp"));
   EXPECT_THAT(sentence(four({"pose", "size", "pose + blur"})),
               HasSubstr("wrong pose, wrong size or wrong pose and wrong blur: each explains"));

@@ -174,7 +174,8 @@ class CauseSearch {
     for (std::size_t k = 0; k < after.size(); ++k)
       if (const CauseRegion& was = regions_before_[k]; !was.passes()) {
         excess += static_cast<double>(was.n) * (was.chi2 - 1.0);
-        left += static_cast<double>(was.n) * (after[k].chi2 - 1.0);
+        // of none: what every pixel has of its own takes all of them
+        if (after[k].n > 0) left += static_cast<double>(was.n) * (after[k].chi2 - 1.0);
       }
     return excess > 0.0 ? std::min(1.0, 1.0 - left / excess) : kNaN;
   }
@@ -211,7 +212,7 @@ class CauseSearch {
         fit_cause(sensitivity_, twin_, own, field ? field->free : FreePerPixel::nothing, std::move(start));
     fit.tried.fitted -= own_;
     fit.tried.chi2 -= own_;
-    return tried_.emplace_back(groups, field, std::move(fit)).fit;
+    return tried_.emplace_back(Tried{groups, field, std::move(fit)}).fit;
   }
 
   /// Fits the groups to convergence whose linear steps take away most; once one passes, only those that may
@@ -247,7 +248,10 @@ class CauseSearch {
   static void take_values(const CauseFit& fit, CauseRow& row) {
     for (const CauseParameter& fitted : fit.told)
       for (CauseParameter& p : row.parameters)
-        if (p.name == fitted.name && fitted.sigma > 0.0) p = fitted;
+        if (p.name == fitted.name) {
+          p = fitted;
+          if (!(p.sigma > 0.0)) p.sigma = kNaN;  // held at the twin's value
+        }
   }
 
   /// Fits the groups that take away most together with each that takes most of what they leave; each of the

@@ -22,6 +22,7 @@ constexpr int kFieldOrder = 4;
 constexpr double kFullSignal = 0.75;    ///< of full scale: the middle of the response's polynomials' range is
 constexpr double kLargestSignal = 1.2;  ///< half of it; they stay as they are beyond this many times
 constexpr double kSmallestSignal = 1e-6;  ///< of full scale: below, a power is not taken
+constexpr double kMostBlurPx = 10.0;      ///< its sums take 100 sigma^2 of the pixels around each
 constexpr int kPitchOverWidth = 4;        ///< the phase stays within a quarter of a period
 
 /// Calls f(pixel, its values in the order of the samples' images) for all pixels.
@@ -43,14 +44,15 @@ Vector2d place_px(const GridSamples& s, std::size_t pixel) {
              Vector2d(static_cast<double>(s.cell[pixel] % width), static_cast<double>(s.cell[pixel] / width));
 }
 
-/// One image is brighter, the first one of all by as much darker: the values are relative to the mean.
+/// One image is brighter, the first one of all by as much darker: the values are ln of brightness over the
+/// geometric mean, so that those of several images add up.
 Effect light_effect(int image, int first) {
   return [=](const EffectInput& in, std::vector<float>& irradiance) {
     const std::vector<int>& images = in.samples.images;
     for_pixels(in.samples, irradiance, [&](std::size_t, std::span<float> values) {
       for (std::size_t k = 0; k < values.size(); ++k) {
-        if (images[k] == image) scale(values[k], (1.0 + in.to) / (1.0 + in.from));
-        if (images[k] == first) scale(values[k], (1.0 - in.to) / (1.0 - in.from));
+        if (images[k] == image) scale(values[k], std::exp(in.to - in.from));
+        if (images[k] == first) scale(values[k], std::exp(in.from - in.to));
       }
     });
   };
@@ -278,6 +280,7 @@ class ClosedList {
     Parameter& p = add(camera.name + ".psf_px", "px", start, 0.02, camera_psf_effect(start));
     p.is_variance = true;
     p.smallest = start;
+    p.largest = start + kMostBlurPx * kMostBlurPx;
   }
 
   std::vector<Parameter> list_;

@@ -107,7 +107,7 @@ void expect_effect(const std::string& group, const std::string& name, double val
 
 TEST(ClosedColumns, LightOfOneImageIsRelativeToTheMean) {
   const auto truth = [](double x, double y, int image, double value) {
-    return light(x, y, image) * (image == 6 ? 1.0 + value : image == 0 ? 1.0 - value : 1.0);
+    return light(x, y, image) * std::exp(image == 6 ? value : image == 0 ? -value : 0.0);
   };
   expect_effect("light", "image_6.light", 0.03, truth);
   EXPECT_EQ(parameters_of(two_cameras(), "light").size(), 11u);

@@ -182,18 +182,35 @@ GroupFit::Damped GroupFit::solve(const NormalEquations& e, std::vector<std::size
   return out;
 }
 
+/// Returns whether a parameter lies at a bound that this change would cross.
+bool GroupFit::leads_outside(std::size_t parameter, double change) const {
+  const Parameter& p = parameters_[parameter];
+  const double value = values_[static_cast<Eigen::Index>(parameter)];
+  return (value <= p.smallest && change < 0.0) || (value >= p.largest && change > 0.0);
+}
+
 /// Returns whether the values moved by more than the end of a fit would.
 bool GroupFit::fit(const Block& block) {
   const FreePerPixel free = free_of(block);
-  const std::vector<std::size_t> told = told_of(block);
+  std::vector<std::size_t> told = told_of(block);
   if (!options_.keep_scale) sensitivity_.choose_scale(base_, free);
   double damping = 0.0, chi2 = settled_chi2(base_, free, told.empty()) + prior_chi2(values_);
   bool moved = false, nearly = false;
   converged_ = told.empty();
+  const std::vector<std::size_t> all = told;
   for (int step = 0; step < options_.most_steps && !converged_; ++step) {
     throw_if_cancelled();
+    told = all;
     const NormalEquations e = equations_with_prior(free);
-    const Damped solved = solve(e, told, free, damping);
+    Damped solved = solve(e, told, free, damping);
+    // what its bound stops does not steer the others
+    for (std::vector<std::size_t> inside; !told.empty(); inside.clear()) {
+      for (std::size_t i = 0; i < told.size(); ++i)
+        if (!leads_outside(told[i], solved.change[static_cast<Eigen::Index>(i)])) inside.push_back(told[i]);
+      if (inside.size() == told.size()) break;
+      told = inside;
+      if (!told.empty()) solved = solve(e, told, free, damping);
+    }
     const double scale2 = std::max(1.0, chi2 / static_cast<double>(e.n)), little = kSettledChi2 * scale2,
                  expected = chi2 - (e.chi2 + prior_chi2(values_) - solved.fall);
     double sigmas = 0.0;  // the longest step of a parameter
@@ -315,6 +332,7 @@ void GroupFit::fit_all() {
   if (options_.exact && (derivative_ != Sensitivity::Derivative::exact || is_far_from_columns(kFarSteps))) {
     derivative_ = Sensitivity::Derivative::exact;
     render_columns();
+    all_converged = all_converged || blocks_.size() == 1;  // these derivatives decide
     for (const Block& block : blocks_) {
       fit(block);
       all_converged = all_converged && converged_;
@@ -436,6 +454,10 @@ double GroupFit::chi2_with(FreePerPixel free) {
   const double chi2 = settled_chi2(base_, free_of({free, {}}), false) / static_cast<double>(n_);
   n_ = n;
   return chi2;
+}
+
+std::uint64_t GroupFit::n_of_all() const {
+  return sensitivity_.equations_at(base_, {base_, {}}, free_of({FreePerPixel::nothing, {}})).n;
 }
 
 void GroupFit::settle_sensors() {

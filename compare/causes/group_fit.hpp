@@ -91,6 +91,8 @@ class GroupFit {
   /// Returns chi2 per gray value over all values, with the best gain and black level of each camera: what
   /// fits of different groups are compared by.
   double chi2_of_all() { return chi2_with(FreePerPixel::nothing); }
+  /// Returns how many values that is of.
+  std::uint64_t n_of_all() const;
   /// Returns the same where every pixel has numbers of its own. Neither renders.
   double chi2_with(FreePerPixel free);
   /// Puts the gain and black level that fit all values best into the samples of the sensitivity.
@@ -128,6 +130,7 @@ class GroupFit {
   double settled_chi2(const Sensitivity::Values& base, FreePerPixel free, bool settle);
   void render_columns();
   bool is_far_from_columns(double steps) const;
+  bool leads_outside(std::size_t parameter, double change) const;
   bool cannot_come_near(double chi2, double expected, std::uint64_t n) const;
   NormalEquations equations_with_prior(FreePerPixel free);
   Damped solve(const NormalEquations& e, std::vector<std::size_t> unknowns, FreePerPixel free,

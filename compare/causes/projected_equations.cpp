@@ -75,7 +75,8 @@ Sensitivity::PixelRows Sensitivity::pixel_rows(std::size_t camera, std::size_t p
   }
   double slope = s.gain_dn;
   if (frees_factor(free)) slope += own.factor(value);
-  if (!(slope > 0.0)) {  // no light is negative, or fringes half a period beside would fit as well
+  // no light is negative, or fringes half a period beside would fit as well
+  if (frees_factor(free) && !(slope > 0.0)) {
     slope = 0.0;
     own =
         OwnDirections(weight, weighted_e, frees_offset(free) ? FreePerPixel::offset : FreePerPixel::nothing);

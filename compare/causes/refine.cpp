@@ -238,11 +238,15 @@ class Refiner {
     const bool moved_things =
         std::ranges::any_of(parameters_, [](const Parameter& p) { return is_geometric(p.group); });
     const auto standing = [&](GroupFit& of) {
-      Standing s{.chi2 = of.chi2_of_all(), .n = out.report.n, .shift = of.shift_in_regions()};
+      if (!provisional_) of.settle_sensors();  // Huber's weights: of its own gain, not of the other twin's
+      Standing s{.chi2 = of.chi2_of_all(), .n = of.n_of_all(), .shift = of.shift_in_regions()};
+      s.scatters = std::ranges::any_of(sensitivity_.samples(),
+                                       [](const GridSamples& c) { return c.scatter_dn2.size() > 0; });
       if (moved_things) s.chi2_of_place = of.chi2_with(FreePerPixel::factor_and_offset);
       return s;
     };
     const Standing before = standing(start), after = standing(fit);
+    out.report.n = before.n;
     out.report.chi2_before = before.chi2;
     out.report.chi2_after = after.chi2;
     if (const std::string worse = what_got_worse(before, after); !worse.empty())
@@ -251,7 +255,6 @@ class Refiner {
 
   /// Reports values, standard errors, covariance and what is hardly told apart.
   Refined finish(GroupFit& fit) {
-    report_.n = fit.n();
     std::vector<std::size_t> told;
     for (std::size_t k = 0; k < parameters_.size(); ++k) {
       if (!fit.known()[k].told) continue;

@@ -41,18 +41,27 @@ std::string what_got_worse(const Standing& before, const Standing& after) {
   check("chi2", before.chi2, after.chi2, 1.0, before.n);
   check("chi2 of the fringes' places", before.chi2_of_place, after.chi2_of_place, 1.0, before.n);
   // below 1 before it: the noise has the scatter of bounces, which a twin without them does not make
-  check("chi2 of the fringes' shift in regions", std::max(1.0, before.shift.chi2), after.shift.chi2, 2.0,
+  check("chi2 of the fringes' shift in regions",
+        before.scatters ? std::max(1.0, before.shift.chi2) : before.shift.chi2, after.shift.chi2, 2.0,
         before.shift.n);
-  for (const ExplainedRow& now : after.rows)
-    for (const ExplainedRow& then : before.rows) {
-      if (then.quantity != now.quantity || then.region != now.region || now.state != kNotExplained) continue;
+  for (const ExplainedRow& then : before.rows)
+    for (const ExplainedRow& now : after.rows) {
+      if (then.quantity != now.quantity || then.region != now.region) continue;
       const bool geometry = now.quantity == "geometry";
-      if (geometry && std::sqrt(now.chi2) > std::sqrt(then.chi2) + 1.0)
+      if (geometry && now.state == kNotExplained && std::sqrt(now.chi2) > std::sqrt(then.chi2) + 1.0)
         worse.push_back(fmt::format("the largest |z| of {} would rise from {:.3g} to {:.3g}", now.region,
                                     std::sqrt(then.chi2), std::sqrt(now.chi2)));
-      if (!geometry && then.state == kExplained)
+      if (geometry && now.state == kNotCompared && then.state != kNotCompared)
+        worse.push_back(fmt::format("{} could not be compared any more", now.region));
+      if (!geometry && then.state == kExplained && now.state != kExplained)
         worse.push_back(fmt::format("the coverage of {} would not be explained any more", now.region));
     }
+  for (const ExplainedRow& now : after.rows)  // an object that no camera sees has a row only then
+    if (now.quantity == "coverage" && now.state == kNotCompared &&
+        std::ranges::none_of(before.rows, [&](const ExplainedRow& then) {
+          return then.quantity == now.quantity && then.region == now.region;
+        }))
+      worse.push_back(fmt::format("{} would not be seen any more", now.region));
   return fmt::format("{}", fmt::join(worse, "; "));
 }
 

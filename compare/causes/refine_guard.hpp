@@ -17,6 +17,7 @@ struct Standing {
   double chi2_of_place = kNaN;  ///< the same with a factor and an offset per pixel; NaN: nothing was moved
   std::uint64_t n = 0;          ///< values
   CauseRegion shift = {};       ///< of the places of the fringes
+  bool scatters = false;        ///< its noise has the scatter of bounces
   std::vector<ExplainedRow> rows{};  ///< of coverage and of the objects' fits
 };
 
@@ -24,7 +25,8 @@ struct Standing {
 std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, const Side& simulated);
 
 /// Returns in words what is worse after a refinement by more than its own standard deviation; empty where
-/// nothing is. Chi2: root of 2/n; regions of shift: two roots of 2/n, below 1 as from 1; rows of coverage and
+/// nothing is. Chi2: root of 2/n; regions of shift: two roots of 2/n, below 1 as from 1 where the
+/// noise has the scatter of bounces; rows of coverage and
 /// geometry: no longer explained, the largest |z| larger by 1.
 std::string what_got_worse(const Standing& before, const Standing& after);
 

@@ -61,9 +61,12 @@ TEST(RefineGuard, WhatIsNoWorseThanByChanceStays) {
   EXPECT_THAT(what_got_worse(before, after), HasSubstr("shift in regions"));
   Standing quiet = before;  // less than the noise: a rise to what the noise explains is none
   quiet.shift.chi2 = 0.8;
+  quiet.scatters = true;
   EXPECT_THAT(what_got_worse(quiet, after), HasSubstr("shift in regions"));
   after.shift.chi2 = 1.19;
   EXPECT_EQ(what_got_worse(quiet, after), "");
+  quiet.scatters = false;
+  EXPECT_THAT(what_got_worse(quiet, after), HasSubstr("shift in regions"));
 }
 
 ExplainedRow row(const std::string& quantity, const char* state, double chi2) {
@@ -81,6 +84,10 @@ TEST(RefineGuard, FitsAndCoverageMustNotGetWorse) {
   EXPECT_THAT(what_got_worse(right, {.rows = {row("geometry", kNotExplained, 16.0)}}),
               HasSubstr("|z| of ball would rise from 2 to 4"));
   EXPECT_THAT(what_got_worse(right, {.rows = {row("coverage", kNotExplained, 0.0)}}), HasSubstr("coverage"));
+  EXPECT_THAT(what_got_worse(right, {.rows = {row("geometry", kNotCompared, kNaN)}}),
+              HasSubstr("ball could not be compared any more"));
+  EXPECT_THAT(what_got_worse({.rows = {}}, {.rows = {row("coverage", kNotCompared, kNaN)}}),
+              HasSubstr("not be seen any more"));
   const Standing wrong{.rows = {row("geometry", kNotExplained, 100.0)}};
   EXPECT_EQ(what_got_worse(wrong, {.rows = {row("geometry", kNotExplained, 81.0)}}), "");
 }

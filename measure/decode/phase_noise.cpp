@@ -22,10 +22,17 @@ constexpr double kSquareVariance = 4.0;
 /// Times the rounding's variance: less noise than that is rounded alike in many images.
 constexpr double kSmoothRounding = 4.0;
 constexpr int kHarmonicsStride = 3;  // ten numbers need fewer pixels than noise does
+/// Of the triples: a few outliers and the noise of many valleys reach far below any light.
+constexpr double kDarkestShare = 0.01;
 /// Of the sigmas of roughness: harmonics that leave more than half a sigma are not known well enough.
 constexpr double kHarmonicsRough = 2.0 * kRoughSigmas;
 
 using Steps = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostNoiseSteps, 1>;
+
+/// Of each triple of pixels the levels of the darkest and of the brightest step, by the fitted sinusoid.
+struct Ends {
+  std::vector<float> darkest, brightest;
+};
 
 /// Takes noise from the steps of three neighbouring pixels.
 class StepContrasts {
@@ -38,15 +45,16 @@ class StepContrasts {
     sinusoids_ = all.leftCols(3);
     contrasts_ = all.rightCols(n - 3);
     squares_ = contrasts_.cwiseAbs2();
+    level_ = Eigen::Map<const Eigen::VectorXf>(solver.mean_weights().data(), n).cast<double>().normalized();
   }
 
   std::size_t count() const { return static_cast<std::size_t>(contrasts_.cols()); }
 
   /// Returns the contrasts of about `most` values, or all, evenly spread over the triples of the `n` pixels
-  /// of which `is_wanted(pitch, pixel)` is true. `darkest` falls to the level of the darkest step. Without
-  /// the harmonics of fringes whose amplitude is `fringes_from` or more.
+  /// of which `is_wanted(pitch, pixel)` is true, and their `ends`. Without the harmonics of fringes whose
+  /// amplitude is `fringes_from` or more.
   std::vector<NoiseValue> of_triples(const std::vector<NoiseInput>& pitches, Axis axis, std::size_t n,
-                                     std::size_t most, auto is_wanted, double& darkest,
+                                     std::size_t most, auto is_wanted, Ends& ends,
                                      std::optional<double> fringes_from = {}) const {
     std::vector<NoiseValue> out;
     if (n == 0 || most == 0) return out;
@@ -65,17 +73,16 @@ class StepContrasts {
           const std::size_t before = size.index(x - dx, y - dy), at = size.index(x, y),
                             after = size.index(x + dx, y + dy);
           if (is_wanted(in, at) && is_wanted(in, before) && is_wanted(in, after))
-            darkest = std::min(
-                darkest, add(in, before, at, after, harmonics ? harmonics->remainder(x, y) : none, out));
+            add(in, before, at, after, harmonics ? harmonics->remainder(x, y) : none, out, ends);
         }
     }
     return out;
   }
 
  private:
-  /// Appends the contrasts less `expected`. Returns the level of the darkest step.
-  double add(const NoiseInput& in, std::size_t before, std::size_t at, std::size_t after,
-             const Eigen::VectorXd& expected, std::vector<NoiseValue>& out) const {
+  /// Appends the contrasts less `expected`.
+  void add(const NoiseInput& in, std::size_t before, std::size_t at, std::size_t after,
+           const Eigen::VectorXd& expected, std::vector<NoiseValue>& out, Ends& ends) const {
     Steps second(sinusoids_.rows()), mean(sinusoids_.rows());
     for (Eigen::Index i = 0; i < mean.size(); ++i) {
       const auto& v = in.steps[static_cast<std::size_t>(i)]->data;
@@ -84,21 +91,40 @@ class StepContrasts {
       second[i] = (a - 2.0 * b + c) / std::sqrt(6.0);
       mean[i] = (a + 4.0 * b + c) / 6.0;  // weighted as the second difference's variance is
     }
+    // of the pixel's mean: independent of the contrasts, and no fringe is in it
+    const double texture = std::abs(level_.dot(second));
     for (Eigen::Index j = 0; j < contrasts_.cols(); ++j)
       out.push_back({static_cast<float>(squares_.col(j).dot(mean)),
                      static_cast<float>(contrasts_.col(j).dot(second) - expected[j]),
-                     static_cast<float>(kHarmonicsRough * std::abs(expected[j]))});
+                     static_cast<float>(std::max(texture, kHarmonicsRough * std::abs(expected[j])))});
     const Eigen::Vector3d fit = sinusoids_.transpose() * mean;
-    return (sinusoids_ * fit).minCoeff();
+    const Steps sinusoid = sinusoids_ * fit;
+    ends.darkest.push_back(static_cast<float>(sinusoid.minCoeff()));
+    ends.brightest.push_back(static_cast<float>(sinusoid.maxCoeff()));
   }
 
   Eigen::Matrix<double, Eigen::Dynamic, 3> sinusoids_;  ///< orthonormal: mean, cosine and sine
   Eigen::MatrixXd contrasts_, squares_;
+  Eigen::VectorXd level_;  ///< takes the mean, scaled to the noise of one gray value
 };
+
+/// Leaves out triples whose noise the full scale cuts: pixels that pass below it by chance are quieter.
+void leave_out_clipped(const Ends& ends, std::size_t together, double saturation,
+                       std::vector<NoiseValue>& values) {
+  std::vector<float> sizes;
+  for (const NoiseValue& v : values) sizes.push_back(std::abs(v.value));
+  const double brightest = saturation - kCutSigmas * kMadToSigma * upper_median(sizes);
+  std::vector<NoiseValue> kept;
+  for (std::size_t i = 0; i < ends.brightest.size(); ++i)
+    if (static_cast<double>(ends.brightest[i]) < brightest)
+      kept.insert(kept.end(), &values[i * together], &values[i * together] + together);
+  if (kept.size() >= kFewestNoiseValues) values = std::move(kept);
+}
 
 }  // namespace
 
 double NoiseModel::known_to(const std::vector<float>& levels) const {
+  if (!(height_sigma > 0.0 || slope_sigma > 0.0)) return 0.0;  // nothing was fitted: silent images
   double of_height = 0.0, of_slope = 0.0;
   for (const float at : levels) {
     const double share = 1.0 / (variance(static_cast<double>(at)) * static_cast<double>(levels.size()));
@@ -197,16 +223,18 @@ std::optional<NoiseModel> estimate_noise(const std::vector<NoiseInput>& pitches,
     n += in.amplitude->size();
     for (std::size_t i = 0; i < in.amplitude->size(); ++i) n_lit += is_lit(in, i) ? 1 : 0;
   }
-  double darkest = std::numeric_limits<double>::infinity();
+  Ends ends, unused;
   std::vector<NoiseValue> values =
-      contrasts.of_triples(pitches, axis, n_lit, kMostNoiseValues, is_lit, darkest, limits.min_amplitude);
+      contrasts.of_triples(pitches, axis, n_lit, kMostNoiseValues, is_lit, ends, limits.min_amplitude);
+  double darkest = lower_quantile(ends.darkest, kDarkestShare);
   if (std::isfinite(limits.saturation)) {
-    double unused = 0.0;
+    leave_out_clipped(ends, contrasts.count(), limits.saturation, values);
     const std::vector<NoiseValue> unlit = contrasts.of_triples(
         pitches, axis, n - n_lit, std::min(values.size(), kMostUnlitValues), is_unlit, unused);
-    // outliers take the fitted valleys lower than any light is
     darkest = std::max(darkest, add_unlit(unlit, contrasts.count(), limits, values));
   }
+  if (const auto smooth = fit_noise(values, contrasts.count(), darkest, limits.least)) return smooth;
+  for (NoiseValue& v : values) v.roughness = 0.0f;  // texture everywhere: an upper bound is better than none
   return fit_noise(values, contrasts.count(), darkest, limits.least);
 }
 
