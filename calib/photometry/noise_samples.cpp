@@ -231,6 +231,7 @@ class LeaningStripes {
       : amplitude_(steps.front()->width, steps.front()->height, 0.0f),
         phase_(steps.front()->width, steps.front()->height, std::numeric_limits<float>::quiet_NaN()),
         input_{steps, &phase_, &amplitude_} {
+#pragma omp parallel for schedule(static)
     for (std::size_t i = 0; i < phase_.size(); ++i) {
       if (!noise.usable(i)) continue;
       const PixelFit f = noise.fit(i);
@@ -238,6 +239,7 @@ class LeaningStripes {
       phase_.data[i] = static_cast<float>(std::atan2(f.s, f.c));
     }
     harmonics_.emplace(input_, noise.columns(), axis, stride, kLeastAmplitudeDn);
+    if (!harmonics_->matter()) harmonics_.reset();
     none_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(noise.contrasts()));
   }
   LeaningStripes(const LeaningStripes&) = delete;
@@ -246,13 +248,13 @@ class LeaningStripes {
   /// Returns that of each contrast.
   Eigen::VectorXd remainder(int x, int y) const {
     const bool is_lit = static_cast<double>(amplitude_(x, y)) >= kLeastAmplitudeDn;
-    return is_lit && harmonics_->matter() ? harmonics_->remainder(x, y) : none_;
+    return is_lit && harmonics_ ? harmonics_->remainder(x, y) : none_;
   }
 
  private:
   ImageF amplitude_, phase_;
   measure::NoiseInput input_;
-  std::optional<measure::StripeHarmonics> harmonics_;
+  std::optional<measure::StripeHarmonics> harmonics_;  ///< none that matter: none
   Eigen::VectorXd none_;
 };
 

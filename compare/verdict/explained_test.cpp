@@ -3,7 +3,7 @@
 //
 // | check                             | tolerance | origin                                           |
 // |-----------------------------------|-----------|--------------------------------------------------|
-// | chi2 of noise as stated           | 0.05      | two standard errors of 24 bins' medians, N = 4…8 |
+// | chi2 of noise as stated           | 0.05      | 5 times what the noise is known to, 1 % (N = 4…8) |
 // | chi2 of noise of 1.3 the variance | 0.02      | scatter of a variance over 2e5 values is 0.003   |
 // | regional chi2 of noise            | 0.15      | 3 sqrt(2/n), n > 800 blocks                      |
 // | of scatter not in the budget      | 0.5       | the same, times 3.17                             |
