@@ -19,6 +19,7 @@
 #include "compare/gray/gray_rows.hpp"
 #include "compare/gray/interior_mask.hpp"
 #include "compare/gray/noise_check.hpp"
+#include "compare/pattern/what_is_left.hpp"
 #include "compare/phase/constant_shift.hpp"
 #include "compare/phase/phase_budget.hpp"
 #include "compare/phase/phase_rows.hpp"
@@ -125,6 +126,8 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
   // the factors of the pixels are in the simulated side, not in the twin
   if (options.textured()) sensitivity.free_factors();
   out.causes = find_causes(sensitivity, twin);
+  if (!out.causes.rows.empty() && out.causes.together.empty())
+    out.causes.pattern = pattern_of_rest(sensitivity, twin);
   if (options.refinement) out.causes.refined = options.refinement->asked;
 }
 

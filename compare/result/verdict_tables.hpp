@@ -255,6 +255,48 @@ struct CauseGain {
   }
 };
 
+/// Means of what is left of one camera's gray values over one of the coordinates of PatternRow.
+struct PatternProfile {
+  std::string camera;
+  std::vector<double> at, at_y, mean, n;  ///< at_y: of places only
+
+  static void describe(auto& f) {
+    using Row = PatternProfile;
+    f.name("camera", "camera of the twin", &Row::camera);
+    f.add("at", "the coordinate, in the row's unit; x of a place", &Row::at);
+    f.add("at_y", "y of a place, px; empty for the others", &Row::at_y);
+    f.add("mean", "real - predicted, in standard deviations of a gray value", &Row::mean);
+    f.add("n", "gray values", &Row::n);
+  }
+};
+
+/// How much of what is left follows one coordinate of the gray values.
+struct PatternRow {
+  std::string coordinate, unit;
+  double alone = kNaN;
+  int order = 0;
+  double in_order = kNaN;
+  std::uint64_t harmonic = 0;
+  std::vector<PatternProfile> profile;
+
+  static void describe(auto& f) {
+    using Row = PatternRow;
+    f.name("coordinate", "what the gray values are sorted by", &Row::coordinate)
+        .one_of({"gray_level", "phase", "image", "radius", "place"})
+        .shown({"what is left over"});
+    f.add("unit", "its unit", &Row::unit);
+    f.add("alone", "share of the excess that its means take away", &Row::alone)
+        .shown({"follows it", "% of the excess", Column::fixed, 1, 100.0});
+    f.add("order", "1 for what most follows, the same for those that cannot be told apart, 0: not named",
+          &Row::order)
+        .shown({"order"});
+    f.add("in_order", "share of the excess that its means take away after those before it", &Row::in_order)
+        .shown({"after those before", "%", Column::fixed, 1, 100.0});
+    f.add("harmonic", "phase: the harmonic that holds most of the means' squares, else 0", &Row::harmonic);
+    f.add("profile", "the means, of each camera", &Row::profile);
+  }
+};
+
 /// Stands between groups that explain a difference only together.
 inline constexpr const char* kCausesTogether = " + ";
 
@@ -272,6 +314,7 @@ struct Causes {
   std::vector<CauseGain> gain;       ///< one per camera; empty: not offered
   std::string with;                  ///< what they were fitted together with
   std::string why;                   ///< why not; empty where nothing is named
+  std::vector<PatternRow> pattern;   ///< of what is left, where nothing is named
   std::vector<std::string> refined;  ///< groups that were fitted just before
 
   static void describe(auto& f) {
@@ -287,6 +330,7 @@ struct Causes {
     f.add("gain", "gain and black level fitted together with the cause", &Causes::gain).not_required();
     f.add("with", "the groups of parameters that these were fitted with", &Causes::with).or_absent();
     f.add("why", "why no gain is offered with the cause named", &Causes::why).or_absent();
+    f.add("pattern", "what the rest follows where no cause is named", &Causes::pattern).not_required();
   }
 };
 

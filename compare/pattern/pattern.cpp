@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/pattern/pattern.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstdint>
+
+#include "twin/base/statistics.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+constexpr int kPatternBins = 256;  ///< of gray level, phase and radius: 24 steps of a projector are seen
+constexpr int kCells = 16;         ///< of the map, along each side
+constexpr int kPatternParts = 4;   ///< of the image or the sequence: one is predicted from the others
+constexpr int kMostHarmonic = 7;   ///< as the group `harmonics`
+/// What is named takes away a tenth of the excess, which is a third of the size of what is left, and five
+/// standard deviations of what chance does. The gain of noise in a bin of four parts alike is w - 7/9 v +
+/// 4/3, w and v being chi2 of 1 and 3 degrees of freedom: its variance is 2 + 6 (7/9)^2.
+constexpr double kNamedShare = 0.1, kNamedSigmas = 5.0, kChanceVariance = 2.0 + 6.0 * 49.0 / 81.0;
+
+/// What a coordinate is called, and where its pattern says to look.
+struct CoordinateWords {
+  const char *name, *unit, *words, *look_at;
+};
+constexpr CoordinateWords kCoordinates[] = {
+    {"gray_level", "DN", "the gray level", "response of the camera or the projector"},
+    {"phase", "rad", "the phase of the fringes", "waveform of the fringes"},
+    {"image", "", "the image number", "light that changes from image to image"},
+    {"radius", "px", "the radius from the middle of the image", "lens or vignetting of the camera"},
+    {"place", "px", "the place in the image", "surfaces or light there, see the map"}};
+constexpr std::size_t kPlace = 4;  ///< among these
+constexpr const char* kContrastOrShift = "contrast or shift of the fringes";
+
+/// The values of one camera, sorted into bins.
+struct Bins {
+  std::vector<int> of;           ///< of each value; -1: none
+  std::vector<double> at, at_y;  ///< of each bin
+};
+
+/// Returns bins that hold equally many values.
+Bins bins_of_equal_count(const std::vector<float>& values) {
+  std::vector<float> sorted = values, edges;
+  std::ranges::sort(sorted);
+  for (std::size_t i = 1; i < kPatternBins; ++i)
+    if (const float edge = sorted[i * sorted.size() / kPatternBins];
+        edge > (edges.empty() ? sorted[0] : edges.back()))
+      edges.push_back(edge);
+  Bins bins{{}, std::vector<double>(edges.size() + 1), {}};
+  std::vector<double> n(bins.at.size());
+  for (const float value : values) {
+    const auto bin = static_cast<std::size_t>(std::ranges::upper_bound(edges, value) - edges.begin());
+    bins.of.push_back(static_cast<int>(bin));
+    bins.at[bin] += static_cast<double>(value);
+    n[bin] += 1.0;
+  }
+  for (std::size_t b = 0; b < n.size(); ++b) bins.at[b] /= n[b];
+  return bins;
+}
+
+Bins bins_of_phase(const std::vector<LeftValue>& values) {
+  Bins bins;
+  for (const LeftValue& v : values) {
+    const double turns = static_cast<double>(v.phase_rad) / kTwoPi, within = turns - std::floor(turns);
+    bins.of.push_back(
+        std::isfinite(turns) ? std::min(kPatternBins - 1, static_cast<int>(kPatternBins * within)) : -1);
+  }
+  for (int b = 0; b < kPatternBins; ++b) bins.at.push_back(kTwoPi * (b + 0.5) / kPatternBins);
+  return bins;
+}
+
+/// Returns a bin for each image that there is, in their order.
+Bins bins_of_images(const std::vector<LeftValue>& values) {
+  std::vector<int> images;
+  for (const LeftValue& v : values) images.push_back(v.image);
+  std::ranges::sort(images);
+  images.erase(std::ranges::unique(images).begin(), images.end());
+  Bins bins;
+  for (const LeftValue& v : values)
+    bins.of.push_back(static_cast<int>(std::ranges::lower_bound(images, v.image) - images.begin()));
+  bins.at.assign(images.begin(), images.end());
+  return bins;
+}
+
+/// Returns kCells x kCells cells, row by row, over the part of the image that holds values.
+Bins bins_of_place(const std::vector<LeftValue>& values) {
+  const auto [left, right] = std::ranges::minmax(values, {}, &LeftValue::x_px);
+  const auto [top, bottom] = std::ranges::minmax(values, {}, &LeftValue::y_px);
+  const float x0 = left.x_px, y0 = top.y_px, width = right.x_px - x0 + 1.0F, height = bottom.y_px - y0 + 1.0F;
+  Bins bins;
+  for (const LeftValue& v : values)
+    bins.of.push_back(static_cast<int>(kCells * (v.y_px - y0) / height) * kCells +
+                      static_cast<int>(kCells * (v.x_px - x0) / width));
+  for (int b = 0; b < kCells * kCells; ++b) {
+    bins.at.push_back(static_cast<double>(x0) - 0.5 +
+                      (b % kCells + 0.5) * static_cast<double>(width) / kCells);
+    bins.at_y.push_back(static_cast<double>(y0) - 0.5 +
+                        (b / kCells + 0.5) * static_cast<double>(height) / kCells);
+  }
+  return bins;
+}
+
+Bins bins_of(std::size_t coordinate, const LeftOver& camera) {
+  std::vector<float> numbers;
+  for (const LeftValue& v : camera.values)
+    numbers.push_back(coordinate == 0
+                          ? v.level_dn
+                          : static_cast<float>(std::hypot(static_cast<double>(v.x_px) - camera.middle_x_px,
+                                                          static_cast<double>(v.y_px) - camera.middle_y_px)));
+  return coordinate == 1        ? bins_of_phase(camera.values)
+         : coordinate == 2      ? bins_of_images(camera.values)
+         : coordinate == kPlace ? bins_of_place(camera.values)
+                                : bins_of_equal_count(numbers);
+}
+
+/// Returns the quarter of the camera's values that each lies in: the medians of x, and of y on either side.
+std::vector<std::uint8_t> quarters_of_image(const std::vector<LeftValue>& values) {
+  const auto middle = [](std::vector<float> v) { return static_cast<float>(quantile(v, 0.5)); };
+  std::vector<float> x;
+  std::array<std::vector<float>, 2> y;
+  for (const LeftValue& v : values) x.push_back(v.x_px);
+  const float middle_x = middle(x);
+  for (const LeftValue& v : values) y[v.x_px < middle_x ? 0 : 1].push_back(v.y_px);
+  const std::array<float, 2> middle_y{middle(y[0]), middle(y[1])};
+  std::vector<std::uint8_t> parts;
+  for (const LeftValue& v : values) {
+    const std::size_t side = v.x_px < middle_x ? 0 : 1;
+    parts.push_back(static_cast<std::uint8_t>(2 * side + (v.y_px < middle_y[side] ? 0 : 1)));
+  }
+  return parts;
+}
+
+std::vector<std::uint8_t> quarters_of_sequence(const std::vector<LeftValue>& values) {
+  const Bins images = bins_of_images(values);
+  std::vector<std::uint8_t> parts;
+  for (const int image : images.of)
+    parts.push_back(
+        static_cast<std::uint8_t>(static_cast<std::size_t>(image) * kPatternParts / images.at.size()));
+  return parts;
+}
+
+/// The values of all cameras, sorted by one coordinate; each camera has bins of its own.
+struct SortedValues {
+  PatternRow row;
+  std::vector<int> bin;            ///< of each value
+  std::vector<std::uint8_t> part;  ///< that each value is predicted in from the others
+  std::size_t n_bins = 0;
+};
+
+/// What the means of bins take away.
+struct Taken {
+  double gain = 0.0;            ///< of chi2, where the means come from the other parts; 0 for noise
+  std::vector<double> mean, n;  ///< of all parts
+};
+
+Taken take_means(const std::vector<double>& left, const SortedValues& by) {
+  struct Sum {
+    double sum = 0.0, n = 0.0;
+  };
+  std::vector<std::array<Sum, kPatternParts>> sums(by.n_bins);
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    if (by.bin[i] < 0) continue;
+    Sum& s = sums[static_cast<std::size_t>(by.bin[i])][by.part[i]];
+    s.sum += left[i];
+    s.n += 1.0;
+  }
+  Taken out;
+  for (const auto& parts : sums) {
+    Sum all;
+    for (const Sum& s : parts) all.sum += s.sum, all.n += s.n;
+    for (const Sum& s : parts) {
+      const double others = all.n - s.n;
+      if (others < s.n || others == 0.0) continue;
+      const double mean = (all.sum - s.sum) / others;
+      // sum of z^2 - (z - mean)^2, and what the noise of the mean costs
+      out.gain += mean * (2.0 * s.sum - mean * s.n) + s.n / others;
+    }
+    out.mean.push_back(all.n > 0.0 ? all.sum / all.n : kNaN);
+    out.n.push_back(all.n);
+  }
+  return out;
+}
+
+std::vector<double> without_means(std::vector<double> left, const SortedValues& by, const Taken& taken) {
+  for (std::size_t i = 0; i < left.size(); ++i)
+    if (by.bin[i] >= 0) left[i] -= taken.mean[static_cast<std::size_t>(by.bin[i])];
+  return left;
+}
+
+/// Returns the harmonic that holds half or more of the squares of means over the phase, 0 where none does.
+std::uint64_t main_harmonic(const std::vector<PatternProfile>& profiles) {
+  for (int h = 1; h <= kMostHarmonic; ++h) {
+    double in_it = 0.0, in_all = 0.0;
+    for (const PatternProfile& p : profiles) {
+      std::complex<double> sum = 0.0;
+      double n = 0.0;
+      for (std::size_t b = 0; b < p.at.size(); ++b) {
+        if (!(p.n[b] > 0.0)) continue;
+        sum += p.n[b] * p.mean[b] * std::polar(1.0, h * p.at[b]);
+        in_all += p.n[b] * p.mean[b] * p.mean[b];
+        n += p.n[b];
+      }
+      if (n > 0.0) in_it += 2.0 * std::norm(sum) / n;
+    }
+    if (in_it >= 0.5 * in_all && in_all > 0.0) return static_cast<std::uint64_t>(h);
+  }
+  return 0;
+}
+
+class PatternSearch {
+ public:
+  PatternSearch(const std::vector<LeftOver>& cameras, double excess) : excess_(excess) {
+    for (const CoordinateWords& words : kCoordinates) {
+      SortedValues& by = sorted_.emplace_back();
+      by.row.coordinate = words.name;
+      by.row.unit = words.unit;
+    }
+    for (const LeftOver& camera : cameras)
+      if (!camera.values.empty()) add(camera);
+  }
+
+  std::vector<PatternRow> run() {
+    if (left_.empty()) return {};
+    for (SortedValues& by : sorted_) {
+      const Taken taken = take_means(left_, by);
+      by.row.alone = share(taken.gain);
+      fill_profile(by.row, taken);
+    }
+    sorted_[1].row.harmonic = main_harmonic(sorted_[1].row.profile);
+    for (int order = 1; take_best(order); ++order) {
+    }
+    std::vector<PatternRow> rows;
+    for (SortedValues& by : sorted_) rows.push_back(std::move(by.row));
+    return rows;
+  }
+
+ private:
+  void add(const LeftOver& camera) {
+    double mean = 0.0;  // a constant is no pattern: the black level takes it
+    for (const LeftValue& v : camera.values)
+      mean += static_cast<double>(v.sigmas) / static_cast<double>(camera.values.size());
+    for (const LeftValue& v : camera.values) left_.push_back(static_cast<double>(v.sigmas) - mean);
+    const std::vector<std::uint8_t> by_image = quarters_of_image(camera.values),
+                                    by_sequence = quarters_of_sequence(camera.values);
+    for (std::size_t c = 0; c < sorted_.size(); ++c) {
+      SortedValues& by = sorted_[c];
+      Bins bins = bins_of(c, camera);
+      for (const int bin : bins.of) by.bin.push_back(bin < 0 ? -1 : bin + static_cast<int>(by.n_bins));
+      const auto& part = c == kPlace ? by_sequence : by_image;
+      by.part.insert(by.part.end(), part.begin(), part.end());
+      by.n_bins += bins.at.size();
+      by.row.profile.push_back({camera.camera, std::move(bins.at), std::move(bins.at_y), {}, {}});
+    }
+  }
+  static void fill_profile(PatternRow& row, const Taken& taken) {
+    auto mean = taken.mean.begin(), n = taken.n.begin();
+    for (PatternProfile& p : row.profile) {
+      const auto size = static_cast<std::ptrdiff_t>(p.at.size());
+      p.mean.assign(mean, mean + size), p.n.assign(n, n + size);
+      mean += size, n += size;
+    }
+  }
+  /// Returns what the means must take away to be named.
+  double least(std::size_t c) const {
+    return std::max(kNamedShare * excess_,
+                    kNamedSigmas * std::sqrt(kChanceVariance * static_cast<double>(sorted_[c].n_bins)));
+  }
+  double share(double gain) const { return std::clamp(gain / excess_, 0.0, 1.0); }
+
+  /// Returns what is named and leaves nothing worth naming of what the first one takes: these two cannot be
+  /// told apart.
+  std::vector<std::size_t> alike(std::size_t first, const std::vector<Taken>& taken) const {
+    std::vector<std::size_t> all;
+    for (std::size_t c = 0; c < sorted_.size(); ++c)
+      if (c != first && sorted_[c].row.order == 0 && taken[c].gain >= least(c) &&
+          take_means(without_means(left_, sorted_[c], taken[c]), sorted_[first]).gain < least(first))
+        all.push_back(c);
+    return all;
+  }
+
+  /// Names the coordinate that takes away most of what is left, and takes its means off; returns whether
+  /// there is one. A map holds what follows one number, too: the number is named before it.
+  bool take_best(int order) {
+    std::vector<Taken> taken;
+    for (const SortedValues& by : sorted_) taken.push_back(take_means(left_, by));
+    const auto gain_of = [&](std::size_t c) { return sorted_[c].row.order == 0 ? taken[c].gain : 0.0; };
+    std::size_t best = 0;
+    for (std::size_t c = 1; c < sorted_.size(); ++c)
+      if (gain_of(c) > gain_of(best)) best = c;
+    if (!(gain_of(best) >= least(best))) return false;
+    std::vector<std::size_t> together = alike(best, taken);
+    if (best == kPlace && !together.empty()) {
+      best = *std::ranges::max_element(together, {}, gain_of);
+      together = alike(best, taken);
+    }
+    std::erase(together, kPlace);
+    together.push_back(best);
+    for (const std::size_t c : together) {
+      sorted_[c].row.order = order;
+      sorted_[c].row.in_order = share(taken[c].gain);
+    }
+    left_ = without_means(std::move(left_), sorted_[best], taken[best]);
+    return true;
+  }
+
+  double excess_;
+  std::vector<SortedValues> sorted_;
+  std::vector<double> left_;  ///< of each value, without the means that were taken off
+};
+
+std::string ordinal(std::uint64_t n) {
+  return fmt::format("{}{}", n, n == 1 ? "st" : n == 2 ? "nd" : n == 3 ? "rd" : "th");
+}
+
+/// Returns what is named of one order: "the gray level (81 % of it: response of the camera or the
+/// projector)".
+std::string named_in_words(const std::vector<PatternRow>& rows, int order) {
+  std::string what, look_at;
+  double share = 0.0;
+  int n = 0;
+  for (std::size_t c = 0; c < rows.size(); ++c) {
+    const PatternRow& row = rows[c];
+    if (row.order != order) continue;
+    what += (n > 0 ? " or " : "") + std::string(kCoordinates[c].words);
+    if (row.harmonic > 0) what += fmt::format(" ({} harmonic)", ordinal(row.harmonic));
+    look_at +=
+        (n > 0 ? "; " : "") + std::string(row.harmonic == 1 ? kContrastOrShift : kCoordinates[c].look_at);
+    share = std::max(share, row.in_order);
+    ++n;
+  }
+  if (n == 0) return "";
+  return fmt::format("{}{} ({:.0f} % of it: {})", what, n > 1 ? ", which cannot be told apart here" : "",
+                     100.0 * share, look_at);
+}
+
+}  // namespace
+
+std::vector<PatternRow> find_pattern(const std::vector<LeftOver>& cameras, double excess) {
+  if (!(excess > 0.0)) return {};
+  return PatternSearch(cameras, excess).run();
+}
+
+std::string pattern_sentence(const std::vector<PatternRow>& rows) {
+  if (rows.empty()) return "";
+  std::string named;
+  for (int order = 1;; ++order) {
+    const std::string next = named_in_words(rows, order);
+    if (next.empty()) break;
+    named += (order > 1 ? ", then " : "") + next;
+  }
+  if (named.empty())
+    return "what is left follows none of gray level, phase of the fringes, image number, radius and place: "
+           "no "
+           "pattern found";
+  return "what is left follows " + named + (rows[kPlace].alone < kNamedShare ? ", not the place" : "");
+}
+
+}  // namespace fringetwin::compare

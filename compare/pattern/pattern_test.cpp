@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is left follows what was planted: plain numbers, a camera of 60 x 50 pixels and 12 images, with a
+// noise of one standard deviation.
+//
+// | check        | tolerance | origin |
+// |--------------|-----------|-------------------------------------------------------------------------------|
+// | shares       | 0.05      | chance: an excess of 36,000 to 70,000 is known to sqrt(2 * 36,000) = 270, the
+// | |              |           | gain of up to 256 bins to 2.37 sqrt(256) = 38 |
+#include "compare/pattern/pattern.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+
+namespace fringetwin::compare::pattern_test {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr int kWidth = 60, kHeight = 50, kPitches = 3, kSteps = 4;
+constexpr double kPi = std::numbers::pi;
+
+using Planted = std::function<double(const LeftValue&)>;
+
+/// A surface that is shaded from spot to spot, so that the gray level is no function of phase or place, or
+/// one that is alike everywhere.
+LeftOver camera(const Planted& planted, double noise = 1.0, bool shaded = true, int first_x = 0) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  std::uniform_real_distribution<double> shade(shaded ? 0.3 : 1.0, 1.0);
+  LeftOver out{"left", 0.5 * (kWidth - 1), 0.5 * (kHeight - 1), {}};
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = first_x; x < kWidth; ++x) {
+      const double factor = shade(random);
+      for (int image = 0; image < kPitches * kSteps; ++image) {
+        const double phase = std::remainder(
+            2.0 * kPi * (x / (5.3 + 0.4 * (image / kSteps)) + static_cast<double>(image % kSteps) / kSteps),
+            2.0 * kPi);
+        LeftValue v{.level_dn = static_cast<float>(20.0 + factor * (100.0 + 90.0 * std::cos(phase))),
+                    .phase_rad = static_cast<float>(phase),
+                    .x_px = static_cast<float>(x),
+                    .y_px = static_cast<float>(y),
+                    .image = image};
+        v.sigmas = static_cast<float>(planted(v) + noise * normal(random));
+        out.values.push_back(v);
+      }
+    }
+  return out;
+}
+
+/// Returns chi2 about the mean, which is the black level's, less the number of values.
+double excess_of(const LeftOver& left) {
+  double sum = 0.0, squares = 0.0;
+  for (const LeftValue& v : left.values) {
+    sum += static_cast<double>(v.sigmas);
+    squares += static_cast<double>(v.sigmas * v.sigmas);
+  }
+  const auto n = static_cast<double>(left.values.size());
+  return squares - sum * sum / n - n;
+}
+std::vector<PatternRow> pattern_of(const LeftOver& left) { return find_pattern({left}, excess_of(left)); }
+
+const PatternRow& row_of(const std::vector<PatternRow>& rows, const std::string& coordinate) {
+  return *std::ranges::find(rows, coordinate, &PatternRow::coordinate);
+}
+/// Returns what is named, in order; two of the same order in that of the rows.
+std::vector<std::string> named(const std::vector<PatternRow>& rows) {
+  std::vector<std::string> names;
+  for (int order = 1; order <= 5; ++order)
+    for (const PatternRow& row : rows)
+      if (row.order == order) names.push_back(row.coordinate);
+  return names;
+}
+
+double of_level(const LeftValue& v) {
+  return 1.5 * std::sin(2.0 * kPi * (static_cast<double>(v.level_dn) - 20.0) / 190.0);
+}
+double of_image(const LeftValue& v) { return v.image == 2 ? 3.0 : v.image == 7 ? -3.0 : 0.0; }
+double of_radius(const LeftValue& v) {
+  const double r = std::hypot(static_cast<double>(v.x_px) - 29.5, static_cast<double>(v.y_px) - 24.5) / 38.0;
+  return 2.5 * (0.45 - r * r);
+}
+double of_phase(const LeftValue& v) { return 1.4 * std::sin(2.0 * static_cast<double>(v.phase_rad)); }
+/// A slope along x and one along y.
+double of_place(const LeftValue& v) {
+  return (static_cast<double>(v.x_px) - 29.5) / 15.0 + (static_cast<double>(v.y_px) - 24.5) / 30.0;
+}
+
+TEST(Pattern, GrayLevel) {
+  const auto rows = pattern_of(camera(of_level));
+  EXPECT_THAT(named(rows), ElementsAre("gray_level"));
+  EXPECT_NEAR(row_of(rows, "gray_level").alone, 1.0, 0.05);
+  EXPECT_THAT(pattern_sentence(rows), HasSubstr("what is left follows the gray level ("));
+  EXPECT_THAT(pattern_sentence(rows), HasSubstr(" % of it: response of the camera or the projector)"));
+  EXPECT_THAT(pattern_sentence(rows), HasSubstr(", not the place"));
+}
+
+TEST(Pattern, ImageNumber) {
+  const auto rows = pattern_of(camera(of_image));
+  EXPECT_THAT(named(rows), ElementsAre("image"));
+  const PatternRow& row = row_of(rows, "image");
+  EXPECT_NEAR(row.alone, 1.0, 0.05);
+  ASSERT_EQ(row.profile.size(), 1u);
+  EXPECT_THAT(row.profile[0].at, ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11));
+  EXPECT_NEAR(row.profile[0].mean[2], 3.0, 4.0 / std::sqrt(row.profile[0].n[2]));
+  EXPECT_EQ(row.profile[0].n[2], kWidth * kHeight);
+  EXPECT_THAT(pattern_sentence(rows), HasSubstr("light that changes from image to image"));
+}
+
+TEST(Pattern, RadiusIsNamedBeforeTheMapThatHoldsIt) {
+  const auto rows = pattern_of(camera(of_radius));
+  EXPECT_THAT(named(rows), ElementsAre("radius"));
+  EXPECT_NEAR(row_of(rows, "radius").alone, 1.0, 0.05);
+  EXPECT_GT(row_of(rows, "place").alone, 0.8);
+}
+
+TEST(Pattern, PhaseWithItsHarmonic) {
+  const auto rows = pattern_of(camera(of_phase));
+  EXPECT_THAT(named(rows), ElementsAre("phase"));
+  EXPECT_EQ(row_of(rows, "phase").harmonic, 2u);
+  EXPECT_NEAR(row_of(rows, "phase").alone, 1.0, 0.05);
+  EXPECT_THAT(pattern_sentence(rows), HasSubstr("the phase of the fringes (2nd harmonic)"));
+}
+
+TEST(Pattern, StepsOfTheProjectorsLevelsFollowThePhase) {
+  const auto rows = pattern_of(camera([](const LeftValue& v) {
+    const double level = 12.0 + 12.0 * std::cos(static_cast<double>(v.phase_rad));
+    return 5.0 * (std::round(level) - level);
+  }));
+  EXPECT_THAT(named(rows), ElementsAre("phase"));
+  EXPECT_GT(row_of(rows, "phase").alone, 0.6);  // the steepest have 75 edges a period, in 256 bins
+  EXPECT_EQ(row_of(rows, "phase").harmonic, 0u);
+}
+
+TEST(Pattern, PlaceThatIsNoRadius) {
+  for (const int first_x : {0, 25}) {  // the part that is seen need not lie about the middle
+    const auto rows = pattern_of(camera(of_place, 1.0, true, first_x));
+    EXPECT_THAT(named(rows), ElementsAre("place")) << first_x;
+    EXPECT_GT(row_of(rows, "place").alone, 0.9);
+    // beside the middle a slope is in part one along the radius
+    EXPECT_LT(row_of(rows, "radius").alone, first_x == 0 ? 0.1 : 0.5);
+    EXPECT_EQ(row_of(rows, "place").profile[0].at.size(), row_of(rows, "place").profile[0].at_y.size());
+  }
+}
+
+TEST(Pattern, SpotsAreNoRingsAndNoLevels) {
+  std::mt19937 random(5);
+  std::vector<double> spots;
+  for (int i = 0; i < 20 * 20; ++i)
+    spots.push_back(std::uniform_real_distribution<double>(-3.0, 3.0)(random));
+  const auto rows = pattern_of(camera([&](const LeftValue& v) {
+    return spots[static_cast<std::size_t>(v.y_px) / 3 * 20 + static_cast<std::size_t>(v.x_px) / 3];
+  }));
+  for (const char* one : {"gray_level", "phase", "image", "radius"}) {
+    EXPECT_EQ(row_of(rows, one).order, 0) << one;
+    EXPECT_LT(row_of(rows, one).alone, 0.05) << one;  // means over the same spots would take more
+  }
+}
+
+TEST(Pattern, NoiseFollowsNothing) {
+  LeftOver left = camera([](const LeftValue&) { return 0.0; });
+  for (const PatternRow& row : find_pattern({left}, 2000.0)) {
+    EXPECT_EQ(row.order, 0);
+    EXPECT_LT(row.alone, 0.1) << row.coordinate;
+  }
+  // nor does it where it is thrice what is stated: that is no pattern
+  left = camera([](const LeftValue&) { return 0.0; }, 3.0);
+  const auto rows = pattern_of(left);
+  EXPECT_THAT(named(rows), IsEmpty());
+  EXPECT_EQ(
+      pattern_sentence(rows),
+      "what is left follows none of gray level, phase of the fringes, image number, radius and place: no "
+      "pattern found");
+}
+
+TEST(Pattern, TwoAtOnceAreBothNamedTheLargerOneFirst) {
+  const LeftOver left = camera([](const LeftValue& v) { return of_level(v) + 0.5 * of_image(v); });
+  const auto rows = pattern_of(left);
+  EXPECT_THAT(named(rows), ElementsAre("gray_level", "image"));
+  EXPECT_NEAR(row_of(rows, "gray_level").in_order + row_of(rows, "image").in_order, 1.0, 0.05);
+  // two images of twelve are 1.5 off
+  const double per_value = excess_of(left) / static_cast<double>(left.values.size());
+  EXPECT_NEAR(row_of(rows, "image").in_order, 1.5 * 1.5 * 2.0 / 12.0 / per_value, 0.05);
+  EXPECT_THAT(pattern_sentence(rows), HasSubstr("), then the image number ("));
+}
+
+TEST(Pattern, LevelAndPhaseOfAnEvenSurfaceCannotBeToldApart) {
+  const auto rows = pattern_of(camera(of_level, 1.0, false));
+  EXPECT_THAT(named(rows), ElementsAre("gray_level", "phase"));
+  EXPECT_EQ(row_of(rows, "gray_level").order, row_of(rows, "phase").order);
+  EXPECT_THAT(pattern_sentence(rows), HasSubstr("cannot be told apart here"));
+}
+
+TEST(Pattern, WhatHasNoPhaseAndACameraThatSeesNothingAreNoHindrance) {
+  LeftOver left = camera(of_image), empty{"right", 0.0, 0.0, {}};
+  for (LeftValue& v : left.values) v.phase_rad = NAN;
+  const auto rows = find_pattern({left, empty}, excess_of(left));
+  EXPECT_THAT(named(rows), ElementsAre("image"));
+  EXPECT_EQ(row_of(rows, "phase").alone, 0.0);
+  EXPECT_EQ(row_of(rows, "image").profile.size(), 1u);
+  EXPECT_THAT(find_pattern({empty}, 100.0), IsEmpty());
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::pattern_test
