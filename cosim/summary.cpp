@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "compare/causes/causes.hpp"
+#include "compare/pattern/pattern.hpp"
 
 namespace fringetwin::cosim {
 
@@ -61,7 +62,8 @@ std::vector<std::string> summary_lines(const compare::Comparison& c) {
     out.push_back(fmt::format("{} {}: {}{}{}{}", row.quantity, row.region, told_state(row.state), chi2,
                               regional, row.why.empty() ? "" : ": " + row.why));
   }
-  for (const std::string& line : {compare::sentence(c.causes), compare::gain_sentence(c.causes)})
+  for (const std::string& line : {compare::sentence(c.causes), compare::pattern_sentence(c.causes.pattern),
+                                  compare::gain_sentence(c.causes)})
     if (!line.empty()) out.push_back(line);
   for (const auto& fit : c.fits)
     if (fit.simulated && fit.simulated->usable && fit.simulated->numbers.contains("rms_all_mm"))

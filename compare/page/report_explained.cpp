@@ -8,6 +8,7 @@
 #include "compare/causes/parameters.hpp"
 #include "compare/page/field_table.hpp"
 #include "compare/page/report_parts.hpp"
+#include "compare/pattern/pattern.hpp"
 #include "compare/verdict/explained.hpp"
 #include "report/map.hpp"
 #include "report/table.hpp"
@@ -88,7 +89,8 @@ std::string explained_summary_html(const Comparison& c) {
          chi2_text(row.chi2, row.chi2_limit), chi2_text(row.regional_chi2, row.regional_limit), row.state},
         row.explained() ? "pass" : "fail");
   std::string html = table.html() + reasons_html(c.explained);
-  for (const std::string& line : {sentence(c.causes), gain_sentence(c.causes)})
+  for (const std::string& line :
+       {sentence(c.causes), pattern_sentence(c.causes.pattern), gain_sentence(c.causes)})
     if (!line.empty()) html += "<p><strong>" + report::escape_html(line) + ".</strong></p>";
   return html;
 }

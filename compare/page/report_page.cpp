@@ -113,7 +113,7 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   page.note = options.note;
   page.warnings = comparison.warnings;
   add(page, "refined", "Refined values", refinement_html(comparison));
-  add(page, "causes", "What the budget does not explain", causes_html(comparison));
+  add(page, "causes", "What the budget does not explain", causes_html(comparison) + pattern_html(comparison));
   add(page, "coverage", "Coverage", coverage_html(in));
   add(page, "fits", "Fitted geometry", fits_html(in) + indicators_html(comparison));
   add(page, "gain", "Gain", gain_table_html(comparison) + gain_checks_html(comparison));

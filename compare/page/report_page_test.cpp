@@ -10,6 +10,7 @@
 #include <regex>
 #include <sstream>
 
+#include "compare/pattern/pattern.hpp"
 #include "tests/support/compare/synthetic_sides.hpp"
 
 namespace fringetwin::compare::report_page_test {
@@ -26,9 +27,11 @@ std::filesystem::path folder(const std::string& name) {
   return root / ("fringetwin_report_" + name);
 }
 
-std::string write(const std::string& name, const SyntheticSides& scene, const CompareOptions& options = {}) {
+std::string write(const std::string& name, const SyntheticSides& scene, const CompareOptions& options = {},
+                  const std::vector<PatternRow>& pattern = {}) {
   const auto dir = folder(name);
-  const Comparison c = compare(scene.twin, scene.real, scene.simulated, options);
+  Comparison c = compare(scene.twin, scene.real, scene.simulated, options);
+  c.causes.pattern = pattern;
   const Provenance p{{"fringetwin", "cosim", "twin.toml", "--out", "my run"}, "0.1.0", {}, "llvmpipe", {}, 1};
   write_report(dir, scene.twin, scene.real, scene.simulated, c, options, p,
                {{"render", 1.2}, {"measure", 0.8}});
@@ -97,6 +100,23 @@ TEST(ReportPage, PublishedNumbersOnlyShowsTheSimulationAndSaysSo) {
   EXPECT_THAT(html, Not(HasSubstr("id=\"budget\"")));
   EXPECT_THAT(html, HasSubstr("id=\"phase\""));
   expect_self_contained(html);
+}
+
+TEST(ReportPage, WithoutACauseItShowsWhatTheRestFollows) {
+  LeftOver left{"left", 20.0, 15.0, {}};
+  for (int i = 0; i < 40 * 30 * 6; ++i)
+    left.values.push_back({.sigmas = i % 6 == 4 ? 5.0F : -1.0F,
+                           .level_dn = static_cast<float>(i % 97),
+                           .phase_rad = static_cast<float>(i % 61),
+                           .x_px = static_cast<float>(i / 6 % 40),
+                           .y_px = static_cast<float>(i / 240),
+                           .image = i % 6});
+  const std::string html = write("pattern", testing::make_sides({}), {}, find_pattern({left}, 36000.0));
+  EXPECT_THAT(html, HasSubstr("what is left follows the image number (100 % of it: light"));
+  EXPECT_THAT(html, HasSubstr("id=\"causes\""));
+  EXPECT_THAT(html, HasSubstr("mean of what is left"));
+  expect_self_contained(html);
+  expect_unique_ids(html);
 }
 
 TEST(ReportPage, WithoutLimitsTheBadgeSaysSo) {

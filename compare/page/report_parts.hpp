@@ -51,6 +51,9 @@ std::string refinement_html(const Comparison& c);
 /// Returns "5 076 of 5 317": points used, of those within the gate.
 std::string points_text(const std::optional<measure::ObjectFit>& fit);
 
+// report_pattern.cpp: empty where a cause is named
+std::string pattern_html(const Comparison& c);
+
 // report_gray.cpp, report_phase.cpp, report_geometry.cpp: figures; they also write the maps as files
 std::string gray_figures_html(const ReportInput& in);
 std::string phase_figures_html(const ReportInput& in);
