@@ -73,7 +73,6 @@ struct Ratios {
 
 Ratios ratios_of(const NoiseModel& model, const Rig& rig, std::vector<float> light) {
   std::ranges::sort(light);
-  Ratios out;
   double drawn = 0.0, estimated = 0.0, drawn_factor = 0.0, estimated_factor = 0.0;
   std::vector<double> ratio;
   for (float& value : light) {
