@@ -78,7 +78,7 @@ Bins bins_of_images(const std::vector<LeftValue>& values) {
   std::vector<int> images;
   for (const LeftValue& v : values) images.push_back(v.image);
   std::ranges::sort(images);
-  images.erase(std::ranges::unique(images).begin(), images.end());
+  images.erase(std::unique(images.begin(), images.end()), images.end());
   Bins bins;
   for (const LeftValue& v : values)
     bins.of.push_back(static_cast<int>(std::ranges::lower_bound(images, v.image) - images.begin()));
