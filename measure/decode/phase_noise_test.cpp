@@ -6,7 +6,7 @@
 // | mean chi2, variance of the gray values | 0.02      | 4 standard errors, sqrt(4 / 150,000), N = 4        |
 // | brightest tenth, factor of a pixel     | 0.03      | the slope is known to 0.7 %, N = 4                 |
 // | darkest tenth                          | 0.05      | 4 standard errors, sqrt(4 / 25,000) unlit values   |
-// | rms of the errors over known_to()      | 0.7 … 1.25 | 52 draws: 1 with 0.1; 0.9 where triples are apart  |
+// | rms of the errors over known_to()      | 0.7 … 1.25 | 52 draws: 1 with 0.1; 0.9 where triples are apart |
 // | mean chi2 of a small object            | 0.14      | 4 standard errors, sqrt(4 / 3300)                  |
 #include "measure/decode/phase_noise.hpp"
 

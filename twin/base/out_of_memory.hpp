@@ -4,6 +4,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 
 namespace fringetwin {
 
@@ -20,6 +21,16 @@ class OutOfMemory : public std::bad_alloc {
 
 /// Returns whose memory, or thread, could not be had ("" where nothing is known of it), a text of the fault;
 /// nullptr for a fault of any other kind. Takes no memory.
-const char* want_of_memory(const std::exception& fault);
+inline const char* want_of_memory(const std::exception& fault) {
+  if (const auto* system = dynamic_cast<const std::system_error*>(&fault))  // no thread is "again"
+    return system->code() == std::errc::not_enough_memory ||
+                   system->code() == std::errc::resource_unavailable_try_again
+               ? system->what()
+               : nullptr;
+  if (dynamic_cast<const std::length_error*>(&fault)) return "a size that no memory has";  // a container's
+  if (dynamic_cast<const OutOfMemory*>(&fault)) return fault.what();
+  if (dynamic_cast<const std::bad_alloc*>(&fault)) return "";
+  return nullptr;
+}
 
 }  // namespace fringetwin
