@@ -3,7 +3,7 @@
 """Faults beside files: a full or broken disk, kills, signals, helpers that fail, no memory, no files to be had.
 
 faults.py --program build/fringetwin --faults build/tests/libfaults.so --out DIR [--all] [--only writes,signals,surroundings] [--seed N]
---only surroundings.little_memory: one of the surroundings alone
+--only surroundings.little_memory,writes.cosim: one of the surroundings, the writes of one command
 
 Every command that writes is run on a very small rig, is disturbed, and may then leave nothing that looks complete and is not.
 --all: every call of every command, 500 moments of signals; else a sample, by the seed. Exit code 1 if there is a fault, 77 without

@@ -58,8 +58,8 @@ def disturb(suite, command, kind, n, anew):
     return [f"{where}: {fault} [{run.err[-300:].strip()}]" for fault in faults]
 
 
-def check(suite, everything):
-    for command in suite.commands.values():
+def check(suite, everything, only=""):
+    for command in [c for c in suite.commands.values() if only in ("", c.name)]:
         # Its own numbers: how many calls there are differs from run to run, and would change what all others draw.
         chance = random.Random(f"{suite.seed} {command.name}")
         cases = []
@@ -72,3 +72,5 @@ def check(suite, everything):
             cases = chance.sample(cases, min(1, len(cases)))  # none where a command only prints
         for kind, n, anew in cases:
             suite.report("writes", disturb(suite, command, kind, n, anew))
+        if everything:
+            print(f"writes of {command.name}: {len(cases)} disturbed", flush=True)
