@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/out_of_memory.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/safe_file.hpp"
 
@@ -23,6 +24,14 @@ constexpr int kPauseMs = 10;
 int longest_text() {
   constexpr auto kMost = static_cast<std::uintmax_t>(std::numeric_limits<int>::max());
   return static_cast<int>(std::min(largest_file_bytes(FileKind::text), kMost));
+}
+
+/// Returns whether there is memory for what a sound file takes at a time.
+bool has_memory() {
+  constexpr sqlite3_uint64 kEnough = 64 << 20;
+  void* memory = sqlite3_malloc64(kEnough);
+  sqlite3_free(memory);
+  return memory != nullptr;
 }
 
 /// SQLite calls it while another process holds the file; 0: no more patience.
@@ -93,8 +102,9 @@ void Database::fail(int code) const {
   const bool told = handle_ != nullptr && sqlite3_errcode(handle_) != SQLITE_OK;
   const std::string said = told ? sqlite3_errmsg(handle_) : sqlite3_errstr(code);
   switch (code & 0xff) {
-    case SQLITE_NOMEM:
-      throw std::bad_alloc();
+    case SQLITE_NOMEM:  // also of a damaged file whose header announces a text of gigabytes
+      if (!has_memory()) throw OutOfMemory("SQLite");
+      refuse_damage(fmt::format("is damaged, or wants more memory than there is ({})", said));
     case SQLITE_NOTADB:
       refuse("is no SQLite database", "give another --out, or remove the file if nobody needs it",
              ExitCode::input);
