@@ -26,6 +26,7 @@ import time
 
 import bad_files_binary
 import bad_files_made
+import bad_files_records
 
 MOST_CHARACTERS = 500
 LEAST_CASES = 200
@@ -305,8 +306,11 @@ def cases(files):
             for file in sorted((files / reader).iterdir()):
                 if file.name != "README":
                     yield reader, bad_files_made.file_of(file)
-        for bad in bad_files_made.common(reader, files / "good") + bad_files_made.own(reader) + bad_files_binary.own(reader):
+        for bad in bad_files_made.common(reader, files / "good"):
             yield reader, bad
+        for made in (bad_files_made, bad_files_binary, bad_files_records):
+            for bad in made.own(reader):
+                yield reader, bad
         for bad in bad_files_made.good(reader, files / "good") + bad_files_binary.good(reader):
             yield reader, bad
         if reader in OWN_FILES:
