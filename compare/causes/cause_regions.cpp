@@ -2,8 +2,6 @@
 #include "compare/causes/cause_regions.hpp"
 
 #include <cmath>
-#include <map>
-#include <utility>
 
 #include "twin/base/constants.hpp"
 #include "twin/lens/linear.hpp"
@@ -28,22 +26,15 @@ struct PitchSteps {
 };
 
 std::vector<PitchSteps> pitches_of(const GridSamples& s, const Fringes& fringes) {
-  const std::vector<PatternSpec> sequence = expand_sequence(fringes);
-  std::map<std::pair<int, int>, std::vector<std::pair<Eigen::Index, double>>> steps;
-  for (std::size_t k = 0; k < s.images.size(); ++k) {
-    const PatternSpec& p = sequence.at(static_cast<std::size_t>(s.images[k]));
-    if (p.kind == PatternSpec::Kind::phase_step)
-      steps[{p.direction, p.pitch}].emplace_back(k, kTwoPi * p.step / fringes.steps);
-  }
   std::vector<PitchSteps> out;
-  for (const auto& [pitch, images] : steps) {
+  for (const auto& [pitch, images] : steps_of_pitches(s, fringes)) {
     const auto n = static_cast<Eigen::Index>(images.size());
     if (n < 3) continue;
     PitchSteps of;
     Eigen::MatrixXd waves(n, 3), turned(n, 3);
     for (Eigen::Index j = 0; j < n; ++j) {
       const auto [at, step_rad] = images[static_cast<std::size_t>(j)];
-      of.at.push_back(at);
+      of.at.push_back(static_cast<Eigen::Index>(at));
       waves.row(j) << 1.0, std::cos(step_rad), std::sin(step_rad);
       turned.row(j) << 0.0, -std::sin(step_rad), std::cos(step_rad);
     }

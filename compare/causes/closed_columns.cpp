@@ -110,32 +110,20 @@ Effect field_effect(unsigned i, unsigned j, Vector2d size_px) {
   };
 }
 
-/// Returns the place of each image of the same fringes among the samples' images, and its step's angle.
-std::vector<std::pair<std::size_t, double>> steps_of(const GridSamples& s, const Fringes& fringes,
-                                                     const PatternSpec& pattern) {
-  const std::vector<PatternSpec> patterns = expand_sequence(fringes);
-  std::vector<std::pair<std::size_t, double>> steps;
-  for (std::size_t k = 0; k < s.images.size(); ++k) {
-    const PatternSpec& p = patterns.at(static_cast<std::size_t>(s.images[k]));
-    if (p.kind == PatternSpec::Kind::phase_step && p.direction == pattern.direction &&
-        p.pitch == pattern.pitch)
-      steps.emplace_back(k, 2.0 * std::numbers::pi * p.step / fringes.steps);
-  }
-  return steps;
-}
-
 /// The fringes of one image lie `value` projector pixels further. E over the steps psi of its pitch is
 /// m + A cos psi + B sin psi, fitted; moved by the phase e the first harmonic A cos psi + B sin psi becomes
 /// cos e (A cos psi + B sin psi) + sin e (A sin psi - B cos psi).
 Effect image_shift_effect(int image, PatternSpec pattern, double pitch_px) {
   return [=](const EffectInput& in, std::vector<float>& irradiance) {
     const GridSamples& s = in.samples;
-    const auto steps = steps_of(s, in.twin.fringes, pattern);
+    const std::vector<StepImage> steps =
+        steps_of_pitches(s, in.twin.fringes)[{pattern.direction, pattern.pitch}];
     const auto at = std::ranges::find(s.images, image);
     if (steps.size() < 3 || at == s.images.end()) return;
     Eigen::MatrixXd design(steps.size(), 3);
     for (std::size_t q = 0; q < steps.size(); ++q)
-      design.row(static_cast<Eigen::Index>(q)) << 1.0, std::cos(steps[q].second), std::sin(steps[q].second);
+      design.row(static_cast<Eigen::Index>(q)) << 1.0, std::cos(steps[q].step_rad),
+          std::sin(steps[q].step_rad);
     const double psi = 2.0 * std::numbers::pi * pattern.step / in.twin.fringes.steps,
                  moved = 2.0 * std::numbers::pi * (in.to - in.from) / pitch_px, lost = std::cos(moved) - 1.0,
                  across = std::sin(moved);
@@ -149,7 +137,7 @@ Effect image_shift_effect(int image, PatternSpec pattern, double pitch_px) {
       double change = 0.0;
       for (std::size_t q = 0; q < steps.size(); ++q)
         change += weights[static_cast<Eigen::Index>(q)] *
-                  static_cast<double>(in.before[p * values.size() + steps[q].first]);
+                  static_cast<double>(in.before[p * values.size() + steps[q].at]);
       shift(values[k], change);
     });
   };
@@ -192,10 +180,10 @@ Effect camera_psf_effect(double start) {
 Vector2d size_px(const Lens& lens) { return {lens.width(), lens.height()}; }
 
 /// Lists the parameters of one group.
-class ClosedList {
+class ClosedList : private GroupList {
  public:
   ClosedList(const Twin& twin, std::string group)
-      : twin_(twin), group_(std::move(group)), patterns_(expand_sequence(twin.fringes)) {}
+      : GroupList(std::move(group)), twin_(twin), patterns_(expand_sequence(twin.fringes)) {}
 
   std::vector<Parameter> run() {
     if (group_ == "light") add_light();
@@ -212,15 +200,6 @@ class ClosedList {
   }
 
  private:
-  Parameter& add(const std::string& name, const std::string& unit, double start, double step, Effect effect) {
-    return list_.emplace_back(Parameter{.group = group_,
-                                        .name = name,
-                                        .unit = unit,
-                                        .start = start,
-                                        .step = step,
-                                        .effect = std::move(effect)});
-  }
-
   std::vector<int> phase_steps() const {
     std::vector<int> images;
     for (std::size_t k = 0; k < patterns_.size(); ++k)
@@ -283,9 +262,7 @@ class ClosedList {
     p.largest = start + kMostBlurPx * kMostBlurPx;
   }
 
-  std::vector<Parameter> list_;
   const Twin& twin_;
-  std::string group_;
   std::vector<PatternSpec> patterns_;
 };
 

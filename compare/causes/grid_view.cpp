@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "render/pattern/camera_effects.hpp"
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -30,6 +31,18 @@ constexpr std::size_t kScatterPixels = 2'500;
 constexpr int kScatterPoints = 4;
 
 }  // namespace
+
+std::map<std::pair<int, int>, std::vector<StepImage>> steps_of_pitches(const GridSamples& s,
+                                                                       const Fringes& fringes) {
+  const std::vector<PatternSpec> sequence = expand_sequence(fringes);
+  std::map<std::pair<int, int>, std::vector<StepImage>> pitches;
+  for (std::size_t k = 0; k < s.images.size(); ++k) {
+    const PatternSpec& p = sequence.at(static_cast<std::size_t>(s.images[k]));
+    if (p.kind == PatternSpec::Kind::phase_step)
+      pitches[{p.direction, p.pitch}].push_back({k, kTwoPi * p.step / fringes.steps});
+  }
+  return pitches;
+}
 
 GridView choose_grid(const Camera& camera, std::size_t n_valid, std::size_t most) {
   GridView grid{1, 0, camera.lens.width(), camera.lens.height()};

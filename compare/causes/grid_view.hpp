@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "render/renderer.hpp"
@@ -52,6 +54,15 @@ struct GridSamples {
     return scatter_dn2.size() > 0 ? scatter_dn2(at, at) : 0.0;
   }
 };
+
+/// One image of a pitch: where it stands among the images of the samples, and its step.
+struct StepImage {
+  std::size_t at;
+  double step_rad;
+};
+/// Returns the phase steps among the images of the samples, a list per pitch and direction.
+std::map<std::pair<int, int>, std::vector<StepImage>> steps_of_pitches(const GridSamples& s,
+                                                                       const Fringes& fringes);
 
 /// Returns a grid that keeps at most `most` of `n_valid` pixels. It holds every pixel, of which some are
 /// kept, where the camera cannot be thinned: lens models that are not perspective, a point spread (it needs

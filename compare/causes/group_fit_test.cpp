@@ -15,6 +15,7 @@
 #include <cmath>
 #include <random>
 
+#include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
 namespace fringetwin::compare::group_fit_test {
@@ -26,16 +27,9 @@ using ::testing::HasSubstr;
 constexpr int kWidth = 64, kHeight = 54;
 constexpr double kGain = 20.0, kBlack = 7.0, kNoiseDn = 0.5;
 
-Twin window_on_the_sphere() {
-  const SphereShape ball = testing::physical_sphere();
-  return testing::crop_around(testing::with_object(testing::paper_rig(), "ball", ball, {}), ball.center_mm,
-                              kWidth, kHeight);
-}
+Twin window_on_the_sphere() { return testing::window_on_the_sphere(kWidth, kHeight); }
 
-render::Renderer& renderer() {
-  static render::Renderer shared;
-  return shared;
-}
+render::Renderer& renderer() { return testing::needed_renderer(); }
 
 using Light = double (*)(int x, int y);
 double as_it_is(int, int) { return 1.0; }

@@ -8,6 +8,8 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "compare/causes/grid_view.hpp"
@@ -50,6 +52,27 @@ struct Parameter {
     return value > sigma ? 0.5 * sigma / std::sqrt(value)
                          : std::sqrt(std::max(0.0, value) + sigma) - shown(value);
   }
+};
+
+/// Collects the parameters of one group: what the lists of the groups have in common.
+class GroupList {
+ protected:
+  explicit GroupList(std::string group) : group_(std::move(group)) {}
+
+  /// Adds a parameter whose value changes the twin, (Twin&, double), or the irradiance, as Parameter::effect.
+  template <class Does>
+  Parameter& add(const std::string& name, const std::string& unit, double start, double step, Does does) {
+    Parameter& p = list_.emplace_back(
+        Parameter{.group = group_, .name = name, .unit = unit, .start = start, .step = step});
+    if constexpr (std::is_invocable_v<Does, Twin&, double>)
+      p.change = std::move(does);
+    else
+      p.effect = std::move(does);
+    return p;
+  }
+
+  std::string group_;
+  std::vector<Parameter> list_;
 };
 
 }  // namespace fringetwin::compare

@@ -34,9 +34,9 @@ void add_harmonic(Twin& twin, int order, double amplitude) {
 }
 
 /// Lists what light and surfaces do.
-class ParameterList {
+class ParameterList : private GroupList {
  public:
-  ParameterList(const Twin& twin, std::string group) : twin_(twin), group_(std::move(group)) {}
+  ParameterList(const Twin& twin, std::string group) : GroupList(std::move(group)), twin_(twin) {}
 
   std::vector<Parameter> run() {
     if (group_ == "response") add_response();
@@ -50,15 +50,6 @@ class ParameterList {
   }
 
  private:
-  Parameter& add(const std::string& name, const std::string& unit, double start, double step, Change change) {
-    return list_.emplace_back(Parameter{.group = group_,
-                                        .name = name,
-                                        .unit = unit,
-                                        .start = start,
-                                        .step = step,
-                                        .change = std::move(change)});
-  }
-
   void add_response() {
     if (!twin_.projector || twin_.projector->response.kind == ProjectorResponse::Kind::table) return;
     const ProjectorResponse& r = twin_.projector->response;
@@ -156,9 +147,7 @@ class ParameterList {
     p.largest = 1.0;
   }
 
-  std::vector<Parameter> list_;
   const Twin& twin_;
-  std::string group_;
 };
 
 }  // namespace

@@ -84,9 +84,9 @@ std::vector<Size<MeshShape>> sizes(const MeshShape& shape) {
 }
 
 /// Lists the parameters of one group.
-class GeometryList {
+class GeometryList : private GroupList {
  public:
-  GeometryList(const Twin& twin, std::string group) : twin_(twin), group_(std::move(group)) {}
+  GeometryList(const Twin& twin, std::string group) : GroupList(std::move(group)), twin_(twin) {}
 
   std::vector<Parameter> run() {
     for (std::size_t k = 0; k < twin_.objects.size(); ++k) {
@@ -99,15 +99,6 @@ class GeometryList {
   }
 
  private:
-  Parameter& add(const std::string& name, const std::string& unit, double start, double step, Change change) {
-    return list_.emplace_back(Parameter{.group = group_,
-                                        .name = name,
-                                        .unit = unit,
-                                        .start = start,
-                                        .step = step,
-                                        .change = std::move(change)});
-  }
-
   void add_object(std::size_t k) {
     const Object& object = twin_.objects[k];
     std::visit(
@@ -194,9 +185,7 @@ class GeometryList {
     }
   }
 
-  std::vector<Parameter> list_;
   const Twin& twin_;
-  std::string group_;
 };
 
 }  // namespace

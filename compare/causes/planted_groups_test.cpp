@@ -19,6 +19,7 @@
 #include "compare/causes/sensitivity.hpp"
 #include "render/pattern/camera_effects.hpp"
 #include "render/reference/reference.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
 namespace fringetwin::compare::planted_groups_test {
@@ -27,17 +28,9 @@ namespace {
 constexpr int kWidth = 48, kHeight = 40;
 constexpr double kGain = 20.0, kBlack = 7.0, kNoiseDn = 0.3;
 
-/// The paper's rig, both cameras cropped to a window that a ball fills.
-Twin window_on_the_sphere() {
-  const SphereShape ball = testing::physical_sphere();
-  return testing::crop_around(testing::with_object(testing::paper_rig(), "ball", ball, {}), ball.center_mm,
-                              kWidth, kHeight);
-}
+Twin window_on_the_sphere() { return testing::window_on_the_sphere(kWidth, kHeight); }
 
-render::Renderer& renderer() {
-  static render::Renderer shared;
-  return shared;
-}
+render::Renderer& renderer() { return testing::needed_renderer(); }
 
 using Images = std::vector<std::vector<ImageF>>;  ///< irradiance per camera and image
 

@@ -19,6 +19,7 @@
 
 #include "compare/causes/cause_regions.hpp"
 #include "compare/causes/parameters.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
 namespace fringetwin::compare::sensitivity_test {
@@ -39,10 +40,7 @@ Twin window_on_the_sphere() {
   return twin;
 }
 
-render::Renderer& renderer() {
-  static render::Renderer shared;
-  return shared;
-}
+render::Renderer& renderer() { return testing::needed_renderer(); }
 
 /// Samples of all pixels of a grid; real gray values = kGain E + kBlack of `truth`, no noise.
 GridSamples samples_of(const Twin& truth, std::size_t camera, const GridView& grid) {

@@ -12,30 +12,11 @@ namespace {
 
 constexpr double kNoFringes = 1e-4;  ///< of the mean irradiance: a smaller amplitude has no phase
 
-struct StepImage {
-  std::size_t at;  ///< among the images of the samples
-  double step_rad;
-};
-
-/// Returns the images of each pitch.
-std::vector<std::vector<StepImage>> images_of_pitches(const GridSamples& s, const Fringes& fringes) {
-  const std::vector<PatternSpec> sequence = expand_sequence(fringes);
-  std::map<std::pair<int, int>, std::vector<StepImage>> pitches;
-  for (std::size_t k = 0; k < s.images.size(); ++k) {
-    const PatternSpec& p = sequence.at(static_cast<std::size_t>(s.images[k]));
-    if (p.kind == PatternSpec::Kind::phase_step)
-      pitches[{p.direction, p.pitch}].push_back({k, kTwoPi * p.step / fringes.steps});
-  }
-  std::vector<std::vector<StepImage>> out;
-  for (auto& [pitch, images] : pitches)
-    if (images.size() >= 3) out.push_back(std::move(images));
-  return out;
-}
-
 /// Fills the phases of a pixel's values: E = m + A cos(phase of the place + step), steps spread evenly.
-void add_phases(const std::vector<std::vector<StepImage>>& pitches, const float* irradiance,
+void add_phases(const std::map<std::pair<int, int>, std::vector<StepImage>>& pitches, const float* irradiance,
                 std::vector<LeftValue>& pixel) {
-  for (const auto& images : pitches) {
+  for (const auto& [pitch, images] : pitches) {
+    if (images.size() < 3) continue;
     double mean = 0.0, cosine = 0.0, sine = 0.0;
     for (const auto& [at, step_rad] : images) {
       const auto e = static_cast<double>(irradiance[at]);
@@ -90,7 +71,7 @@ LeftOver what_is_left(const GridSamples& s, const std::vector<float>& irradiance
   const Camera& camera = twin.cameras[s.camera];
   const int width = camera.lens.width(), height = camera.lens.height();
   LeftOver left{camera.name, 0.5 * (width - 1), 0.5 * (height - 1), {}};
-  const auto pitches = images_of_pitches(s, twin.fringes);
+  const auto pitches = steps_of_pitches(s, twin.fringes);
   const auto most = static_cast<float>(scale);
   for (std::size_t first = 0; first < s.real_dn.size(); first += s.images.size()) {
     std::vector<LeftValue> pixel = values_of_pixel(s, irradiance, first, static_cast<std::size_t>(width));

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <memory>
 #include <numbers>
+#include <stdexcept>
 
 #include "twin/base/errors.hpp"
 
@@ -72,6 +73,11 @@ render::Renderer* shared_renderer() {
     }
   }();
   return renderer.get();
+}
+
+render::Renderer& needed_renderer() {
+  if (render::Renderer* renderer = shared_renderer()) return *renderer;
+  throw std::runtime_error("no Vulkan device found");
 }
 
 bool device_required() { return std::getenv("CI") || std::getenv("FRINGETWIN_REQUIRE_DEVICE"); }

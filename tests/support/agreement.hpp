@@ -30,6 +30,8 @@ std::vector<ReferenceBlockPixel> reference_block(const render::Reference& refere
 
 /// The default device's renderer, one per test program; nullptr when there is no Vulkan device.
 render::Renderer* shared_renderer();
+/// The same for helpers of tests; throws where there is no device.
+render::Renderer& needed_renderer();
 /// True when a missing device is a failure: CI or FRINGETWIN_REQUIRE_DEVICE is set.
 bool device_required();
 
