@@ -204,15 +204,17 @@ void state_one(const Object& object, double gate_mm, bool correct, double shared
   const Eigen::MatrixXd inverse = inverse_of(sum.jtj);
   if (inverse.size() == 0) return;
   const Eigen::VectorXd bias = -(inverse * sum.jtr), noise = noise_sigma(used, inverse, bias, shared);
-  const Eigen::VectorXd form =
-      (all_sigma(names, fit).array().square() - noise.array().square()).max(0.0).sqrt();
+  const Eigen::VectorXd all = all_sigma(names, fit);
   write(
       names, bias, [](const std::string& term) { return term; }, fit.bias, fit.bias_vectors);
-  write(
-      names, noise, [](const std::string& term) { return part_key(term, "noise"); }, fit.numbers,
-      fit.vectors);
-  write(
-      names, form, [](const std::string& term) { return part_key(term, "form"); }, fit.numbers, fit.vectors);
+  const auto put_sigma = [&](const std::string& part, const Eigen::VectorXd& sigma) {
+    write(
+        names, sigma, [&part](const std::string& term) { return part_key(term, part); }, fit.numbers,
+        fit.vectors);
+  };
+  put_sigma("noise", noise);
+  put_sigma("form", (all.array().square() - noise.array().square()).max(0.0).sqrt());
+  put_sigma("", all.cwiseMax(noise));
   if (correct) std::visit([&](const auto& shape) { take_off(shape, bias, fit); }, object.shape);
 }
 

@@ -10,7 +10,8 @@
 namespace fringetwin::measure {
 
 /// Fills bias and bias_vectors of each usable fit of a sphere, plane or cylinder, and its standard errors for
-/// noise and for form (docs/metrics/geometry.md, "Method bias"): one linear step -(J^T J)^-1 J^T d over the
+/// noise and for form, and raises the fit's own to that for noise where blocks happen to scatter less
+/// (docs/metrics/geometry.md, "Method bias"): one linear step -(J^T J)^-1 J^T d over the
 /// points the fit used, d the distance of the noise-free point of the same pixel from the nominal surface.
 /// `cloud`: the points that were fitted; `noise_free`: the twin's own. Nothing is stated where more than one
 /// point in twenty has no noise-free one near the nominal surface. With twin.measure.correct_pixel_area the
