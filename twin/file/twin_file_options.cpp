@@ -2,6 +2,8 @@
 // [render], [measure], [real], [uncertainty] and [limits] of twin.toml.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "twin/base/nearest_word.hpp"
@@ -64,8 +66,29 @@ RenderOptions read_render(const TomlTable& root) {
   return render;
 }
 
+/// Returns the least amplitude of a fringe that counts as one: where a sensor states its noise, 6 standard
+/// deviations of an amplitude that is measured in N steps, sigma sqrt(2/N), where the fringe is darkest that
+/// can have it (its mean is its amplitude above black); 5 DN where that is less or nothing is stated.
+double default_min_modulation_dn(const Twin& twin) {
+  constexpr double kSigmas = 6.0, kRounding = 1.0 / 12.0;
+  constexpr int kFewestSteps = 3;  // Gray code alone has none
+  const double of_variance = kSigmas * kSigmas * 2.0 / std::max(twin.fringes.steps, kFewestSteps);
+  double least = MeasureOptions{}.min_modulation_dn;
+  for (const Camera& camera : twin.cameras) {
+    if (!camera.sensor.has_noise()) continue;
+    const double per_dn = camera.sensor.electrons_per_dn ? 1.0 / *camera.sensor.electrons_per_dn : 0.0;
+    // a^2 = of_variance (read^2 + rounding + a per_dn)
+    const double constant =
+                     of_variance * (std::pow(camera.sensor.read_noise_dn.value_or(0.0), 2) + kRounding),
+                 half = 0.5 * of_variance * per_dn;
+    least = std::max(least, half + std::sqrt(half * half + constant));
+  }
+  return least;
+}
+
 MeasureOptions read_measure(const TomlTable& root, const Twin& twin) {
   MeasureOptions measure;
+  measure.min_modulation_dn = default_min_modulation_dn(twin);
   const auto table = root.table("measure");
   if (!table) return measure;
   table->allow({"triangulate", "min_modulation_dn", "smoothing_px", "correct_pixel_area", "fit"});

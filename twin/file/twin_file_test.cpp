@@ -44,6 +44,23 @@ TEST_F(TwinFile, DefaultsOfAMinimalFile) {
   EXPECT_EQ(twin.triangulate(), Triangulate::projector);
 }
 
+// Six standard deviations of an amplitude of N steps at its own darkest level, by hand: 8 bits and read noise
+// 0.8 need no more than the 5 DN of a twin without noise.
+TEST_F(TwinFile, ModulationIsAskedForByTheNoiseThatIsStated) {
+  const auto least = [&](const std::string& sensor, int steps) {
+    const std::string camera = std::string(kCamera) + "[camera.sensor]\n" + sensor;
+    return load(std::string(kHead) + camera +
+                "[fringes]\ndirections = [\"x\"]\npitches_px = [16, 17, 18]\nsteps = " +
+                std::to_string(steps) + "\n")
+        .measure.min_modulation_dn;
+  };
+  EXPECT_EQ(least("read_noise_dn = 0.8\n", 4), 5.0);
+  EXPECT_NEAR(least("bit_depth = 12\nread_noise_dn = 6\n", 3), std::sqrt(24.0 * (36.0 + 1.0 / 12.0)), 1e-9);
+  const double a = least("bit_depth = 12\nread_noise_dn = 6\nelectrons_per_dn = 2\n", 8);
+  EXPECT_NEAR(a * a, 9.0 * (36.0 + 1.0 / 12.0 + 0.5 * a), 1e-9);
+  EXPECT_EQ(least("bit_depth = 16\n", 3), 5.0);
+}
+
 TEST_F(TwinFile, EveryCameraAndProjectorKey) {
   const Twin twin = load(kHead + kCamera + kSensor + kOptics + kRight + kProjector + kFringes);
   ASSERT_EQ(twin.cameras.size(), 2u);
