@@ -302,6 +302,14 @@ class GrayExplanation {
   std::vector<const ImageF*> phases_;  ///< of pair.gain_images; null for codes
 };
 
+/// Returns how well the noise of this side's phases is known: relative, of its variance. `is_drawn`: the side
+/// is simulated, and its noise was drawn from what the twin states.
+double noise_known_to(const DirectionDecode& side, bool is_drawn) {
+  if (side.noise_source == measure::NoiseSource::residuals)
+    return std::hypot(kMeasuredKnownTo, side.noise_known_to);
+  return is_drawn && side.noise_source == measure::NoiseSource::known ? 0.0 : kStatedKnownTo;
+}
+
 /// Returns whether a pixel has fringes to compare: neither saturated nor weak, and more than noise, which may
 /// pass a low min_modulation_dn by chance. Coverage asks for less: a saturated pixel is seen, and should have
 /// been measured. Doubts of the description ask the gray values, as no decode can be believed then.
@@ -416,9 +424,12 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
       {rendering.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)", shared}};
   if (s.texture > 0.0) row.lines.push_back({"texture within a pixel", s.texture / n});
   if (calibration) row.lines.push_back({kCalibrationLine, s.calibration / n});
-  judge(s, kStatedKnownTo, row);
+  const double known_to = std::hypot(real_noise * noise_known_to(real, false),
+                                     simulated_noise * noise_known_to(simulated, true)) /
+                          (real_noise + simulated_noise);
+  judge(s, known_to, row);
   judge_least(s, std::min(real.noise_dn * real.noise_dn, simulated.noise_dn * simulated.noise_dn),
-              kRoundingVariance, 1.0, kStatedKnownTo, row);
+              kRoundingVariance, 1.0, known_to, row);
   // the simulated side has the noise that is stated: only the real one's can be too small
   if (row.noise_chi2 < row.chi2_least) {
     const double seen_noise = row.noise_chi2 * (real_noise + simulated_noise) - simulated_noise;

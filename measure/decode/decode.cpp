@@ -408,11 +408,15 @@ void DirectionDecoder::unwrap_phases() {
       finish_row(y, scratch);
     }
   }
-  std::vector<float> noise;
+  std::vector<float> levels, noise;
   for (std::size_t i = 0; i < flags_.size(); i += 97)
-    if (std::isfinite(out_.wrapped_rad[finest].data[i]))
-      noise.push_back(static_cast<float>(noise_.variance(static_cast<double>(out_.mean_dn.data[i]))));
-  if (!noise.empty()) out_.noise_dn = std::sqrt(upper_median(noise));
+    if (std::isfinite(out_.wrapped_rad[finest].data[i])) {
+      levels.push_back(out_.mean_dn.data[i]);
+      noise.push_back(static_cast<float>(noise_.variance(static_cast<double>(levels.back()))));
+    }
+  if (noise.empty()) return;
+  out_.noise_dn = std::sqrt(upper_median(noise));
+  if (out_.noise_source == NoiseSource::residuals) out_.noise_known_to = noise_.known_to(levels);
 }
 
 void DirectionDecoder::mend_orders() {

@@ -70,6 +70,8 @@ struct DirectionDecode {
   OrderRepair repair;
   NoiseSource noise_source = NoiseSource::quantisation;
   double noise_dn = 0.0;  ///< rms noise of a gray value behind sigma_rad, median over the valid pixels
+  /// Relative standard error of its variance that the estimate from residuals leaves; 0 for other sources.
+  double noise_known_to = 0.0;
 };
 
 struct CameraDecode {
