@@ -2,7 +2,11 @@
 // Are two fits as far apart as their standard errors, and the calibration's covariance, allow?
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <cstdint>
+#include <numbers>
 
 #include "compare/result/fit_keys.hpp"
 #include "compare/verdict/explained.hpp"
@@ -11,6 +15,8 @@ namespace fringetwin::compare {
 namespace {
 
 constexpr double kMostSigmas = 3.0;
+/// Degrees of freedom of a z: each side's standard error is estimated from 20 blocks of the image or more.
+constexpr double kFreedom = 2.0 * (20 - 1);
 
 const char* unit_of(const std::string& key) {
   const auto has = [&key](const char* unit) { return key.find(unit) != std::string::npos; };
@@ -30,7 +36,6 @@ class GeometryExplanation {
   GeometryExplanation(const FitRow& fit, const CalibrationBudget::Fit* moved) : fit_(fit), moved_(moved) {
     row_.quantity = "geometry";
     row_.region = fit.object;
-    row_.chi2_limit = kMostSigmas * kMostSigmas;
   }
 
   /// Returns a row that says why it was not compared where the fit has no z.
@@ -47,6 +52,7 @@ class GeometryExplanation {
       row_.worsen(kNotCompared, "one of the fits states no standard error to hold the difference against");
       return row_;
     }
+    row_.chi2_limit = std::pow(most_sigmas_of(row_.n), 2);
     row_.state = kExplained;
     if (!(row_.chi2 <= row_.chi2_limit)) row_.worsen(kNotExplained);
     return row_;
@@ -120,6 +126,12 @@ class GeometryExplanation {
 };
 
 }  // namespace
+
+double most_sigmas_of(std::uint64_t n) {
+  const double rarity = std::erfc(kMostSigmas / std::numbers::sqrt2),
+               of_one_end = 0.5 * rarity / static_cast<double>(std::max<std::uint64_t>(n, 1));
+  return boost::math::quantile(complement(boost::math::students_t(kFreedom), of_one_end));
+}
 
 std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits,
                                            const CalibrationBudget* calibration) {

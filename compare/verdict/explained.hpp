@@ -3,6 +3,7 @@
 // rendering, fit and calibration (docs/metrics/verdict.md, "Explained").
 #pragma once
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -71,6 +72,10 @@ void judge_ripple(const RippleTest& ripple, const RenderingError& rendering,
 /// Calls the budget too wide in rows that take the twin's sensor noise, where the real images have clearly
 /// less noise than that.
 void hold_against_noise(const std::vector<NoiseRow>& noise, std::vector<ExplainedRow>& rows);
+
+/// Returns the |z| that the largest of n normal numbers exceeds as rarely as one alone exceeds 3
+/// (Bonferroni).
+double most_sigmas_of(std::uint64_t n);
 
 /// Returns one row per object that was fitted on the real side; one without any z was not compared.
 std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits,

@@ -451,13 +451,17 @@ FitRow fit_row(double z_radius, double z_center_y) {
   return row;
 }
 
-TEST(Explained, GeometryWithinThreeStandardErrorsIs) {
-  const auto rows = explain_geometry({fit_row(1.0, -2.9), fit_row(3.1, 0.5)});
+// The limit is 3.21 standard errors of a single number, 3.60 of the largest of three
+// (docs/metrics/verdict.md).
+TEST(Explained, GeometryWithinItsStandardErrorsIs) {
+  EXPECT_NEAR(most_sigmas_of(1), 3.21, 0.005);
+  const auto rows = explain_geometry({fit_row(1.0, -3.5), fit_row(3.7, 0.5)});
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_TRUE(rows[0].explained());
   EXPECT_EQ(rows[0].worst, "center_mm.y");
-  EXPECT_NEAR(rows[0].chi2, 2.9 * 2.9, 1e-12);
-  EXPECT_NEAR(rows[0].observed, std::pow(0.005 * 2.9, 2), 1e-12);
+  EXPECT_NEAR(rows[0].chi2, 3.5 * 3.5, 1e-12);
+  EXPECT_NEAR(std::sqrt(rows[0].chi2_limit), 3.60, 0.005);
+  EXPECT_NEAR(rows[0].observed, std::pow(0.005 * 3.5, 2), 1e-12);
   EXPECT_NEAR(rows[0].expected(), 25e-6, 1e-12);  // 3² + 4² µm²
   EXPECT_EQ(rows[0].n, 3u);                       // the unknown z is not counted
   EXPECT_FALSE(rows[1].explained());
