@@ -9,6 +9,7 @@
 
 #include "compare/causes/causes.hpp"
 #include "compare/causes/closed_columns.hpp"
+#include "compare/causes/parameters.hpp"
 #include "compare/causes/sensitivity.hpp"
 #include "compare/geometry/fit_rows.hpp"
 #include "compare/gray/gain_checks.hpp"
@@ -103,6 +104,20 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
   return samples;
 }
 
+/// Returns what a refinement was asked for, and each group of which it fitted all parameters: those of a ball
+/// are its pose.
+std::vector<std::string> refined_groups(const Refinement& refinement, const Twin& twin) {
+  std::vector<std::string> groups = refinement.asked;
+  const auto is_fitted = [&refinement](const Parameter& p) {
+    return std::ranges::find(refinement.rows, p.name, &RefinedRow::name) != refinement.rows.end();
+  };
+  for (const ParameterGroup& group : parameter_groups()) {
+    const std::vector<Parameter> parameters = parameters_of(twin, group.name);
+    if (!parameters.empty() && std::ranges::all_of(parameters, is_fitted)) groups.push_back(group.name);
+  }
+  return groups;
+}
+
 /// Does nothing where gray values are explained. `other_fringes`: the warnings say that other fringes were
 /// shown than described, or far from where; the best of wrong causes would be named.
 void look_for_causes(const Twin& twin, const CompareOptions& options, std::vector<GridSamples> samples,
@@ -125,10 +140,10 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
   sensitivity.add_scatter_of(twin);
   // the factors of the pixels are in the simulated side, not in the twin
   if (options.textured()) sensitivity.free_factors();
-  out.causes = find_causes(sensitivity, twin);
+  out.causes = find_causes(sensitivity, twin, out.fits);
   if (!out.causes.rows.empty() && out.causes.together.empty())
     out.causes.pattern = pattern_of_rest(sensitivity, twin);
-  if (options.refinement) out.causes.refined = options.refinement->asked;
+  if (options.refinement) out.causes.refined = refined_groups(*options.refinement, twin);
 }
 
 /// Holds against the verdict on a phase that the fringe orders of the two sides disagree on many pixels.

@@ -3,14 +3,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "compare/causes/cause_regions.hpp"
 #include "compare/causes/group_fit.hpp"
+#include "compare/geometry/moved_fits.hpp"
+#include "compare/verdict/explained.hpp"
 
 namespace fringetwin::compare {
 namespace {
 
 constexpr int kMostSteps = 12;
+/// Of the largest |z| of a fit: what the method adds to a fit does not quite move along, so that a right
+/// cause of a large difference may leave more than noise.
+constexpr double kStillApart = 0.25;
 
 void tell(GroupFit& fit, const Twin& twin, CauseFit& out) {
   for (std::size_t k = 0; k < out.fitted.size(); ++k) {
@@ -72,6 +78,29 @@ CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::
                      std::ranges::any_of(out.regions, [](const CauseRegion& r) { return r.n > 0; }) &&
                      std::ranges::all_of(out.regions, &CauseRegion::passes);
   return out;
+}
+
+void hold_against_fits(const std::vector<FitRow>& fits, const Twin& twin, CauseFit& cause) {
+  const auto z_with = [&](const Eigen::VectorXd& values) {
+    Twin changed = twin;
+    for (std::size_t k = 0; k < cause.fitted.size(); ++k)
+      cause.fitted[k].change(changed, values[static_cast<Eigen::Index>(k)] - cause.fitted[k].start);
+    return z_by_name(moved_fits(fits, twin, changed));
+  };
+  const std::map<std::string, double> before = z_with(start_values(cause.fitted)),
+                                      after = z_with(cause.values);
+  std::map<std::string, double> variance;  // of each z, by the errors of the values
+  for (std::size_t k = 0; k < cause.fitted.size(); ++k) {
+    Eigen::VectorXd values = cause.values;
+    values[static_cast<Eigen::Index>(k)] += cause.told[k].sigma;
+    for (const auto& [name, z] : z_with(values)) variance[name] += std::pow(z - after.at(name), 2);
+  }
+  double most_before = 0.0;
+  for (const auto& [name, z] : before) most_before = std::max(most_before, std::abs(z));
+  for (const auto& [name, z] : after)
+    cause.fit_z = std::fmax(cause.fit_z, std::abs(z) / std::sqrt(1.0 + variance[name]));
+  if (cause.fit_z > std::max(most_sigmas_of(after.size()), kStillApart * most_before))
+    cause.tried.passes = false;
 }
 
 }  // namespace fringetwin::compare

@@ -24,6 +24,7 @@ struct CauseFit {
   TriedCause tried = {};
   bool converged = false;
   std::vector<CauseRegion> regions = {};
+  double fit_z = kNaN;  ///< hold_against_fits()
 };
 
 /// Where a fit begins, as far as it is known.
@@ -38,5 +39,10 @@ struct CauseStart {
 /// difference does not go on to its end.
 CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::vector<Parameter>& parameters,
                    FreePerPixel free, CauseStart start = {});
+
+/// Lets a cause pass no more that moves or grows objects and does not bring the fits of both sides together:
+/// with its values the largest |z| of a number, the values' own standard errors counted, must be within the
+/// limit of explain_geometry() or at most a quarter of what it is without. Keeps that |z| as `fit_z`.
+void hold_against_fits(const std::vector<FitRow>& fits, const Twin& twin, CauseFit& cause);
 
 }  // namespace fringetwin::compare

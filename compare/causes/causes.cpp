@@ -60,7 +60,8 @@ struct Tried {
 
 class CauseSearch {
  public:
-  CauseSearch(Sensitivity& sensitivity, const Twin& twin) : sensitivity_(sensitivity), twin_(twin) {
+  CauseSearch(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits)
+      : sensitivity_(sensitivity), twin_(twin), fits_(fits) {
     for (const ParameterGroup& group : parameter_groups()) {
       Group g{group.name, {}};
       for (Parameter& p : parameters_of(twin, group.name)) {
@@ -165,6 +166,7 @@ class CauseSearch {
            static_cast<double>(every) * static_cast<double>(with.n_determined - without.n_determined);
   }
   bool is_switch(std::size_t g) const { return parameters_[groups_[g].at[0]].is_switch; }
+  bool moves_objects(std::size_t g) const { return groups_[g].name == "pose" || groups_[g].name == "size"; }
 
   /// Returns the share of what fails that is taken away: of the excess of single values, or else of that of
   /// the kinds of regions that fail. NaN where only regions fail and what is left in them is not known.
@@ -212,6 +214,8 @@ class CauseSearch {
         fit_cause(sensitivity_, twin_, own, field ? field->free : FreePerPixel::nothing, std::move(start));
     fit.tried.fitted -= own_;
     fit.tried.chi2 -= own_;
+    if (!field && std::ranges::all_of(groups, [this](std::size_t g) { return moves_objects(g); }))
+      hold_against_fits(fits_, twin_, fit);
     return tried_.emplace_back(Tried{groups, field, std::move(fit)}).fit;
   }
 
@@ -241,6 +245,7 @@ class CauseSearch {
     row.chi2_after = fit.chi2;
     row.passes = fit.tried.passes;
     row.regions_after = fit.regions;
+    row.fit_z_after = fit.fit_z;
     row.removed = before_ - fit.tried.chi2;
     row.alone = share(row.removed, fit.regions);
     take_values(fit, row);
@@ -456,6 +461,7 @@ class CauseSearch {
 
   Sensitivity& sensitivity_;
   const Twin& twin_;
+  const std::vector<FitRow>& fits_;
   std::vector<Parameter> parameters_;
   std::vector<Group> groups_;
   Eigen::VectorXd start_;
@@ -474,8 +480,8 @@ class CauseSearch {
 
 }  // namespace
 
-Causes find_causes(Sensitivity& sensitivity, const Twin& twin) {
-  return CauseSearch(sensitivity, twin).run();
+Causes find_causes(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits) {
+  return CauseSearch(sensitivity, twin, fits).run();
 }
 
 std::string gain_sentence(const Causes& causes) {

@@ -9,8 +9,8 @@
 namespace fringetwin::compare {
 
 /// Ranks the causes; leaves the rows empty where noise explains the gray values (no excess). `sensitivity`
-/// holds the samples of all cameras.
-Causes find_causes(Sensitivity& sensitivity, const Twin& twin);
+/// holds the samples of all cameras, `fits` what both sides measured of the objects.
+Causes find_causes(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits = {});
 
 /// Says in one line which gain and black level each camera has with the causes taken, or why none is offered;
 /// empty where no cause is named.

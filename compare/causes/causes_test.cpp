@@ -17,9 +17,13 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <tuple>
 
 #include "compare/causes/cause_fit.hpp"
 #include "compare/causes/parameters.hpp"
+#include "compare/geometry/fit_rows.hpp"
+#include "measure/fit/object_fits.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
 namespace fringetwin::compare::causes_test {
@@ -31,18 +35,12 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 
 constexpr int kWidth = 96, kHeight = 80;
-constexpr double kGain = 20.0, kBlack = 7.0, kNoiseDn = 0.5, kBlurPx = 2.0, kRadiusError = 0.1;
+constexpr double kGain = 20.0, kBlack = 7.0, kNoiseDn = 0.5, kBlurPx = 2.0, kRadiusError = 0.1,
+                 kSmallError = 0.006;
 
-Twin window_on_the_sphere() {
-  const SphereShape ball = testing::physical_sphere();
-  return testing::crop_around(testing::with_object(testing::paper_rig(), "ball", ball, {}), ball.center_mm,
-                              kWidth, kHeight);
-}
+Twin window_on_the_sphere() { return testing::window_on_the_sphere(kWidth, kHeight); }
 
-render::Renderer& renderer() {
-  static render::Renderer shared;
-  return shared;
-}
+render::Renderer& renderer() { return testing::needed_renderer(); }
 
 /// Returns what the second camera saw of `truth` through a sensor of kGain and kBlack, image 3 brighter by
 /// `flicker`; gain and black level begin elsewhere.
@@ -163,6 +161,35 @@ TEST(Causes, ARadiusIsNoPose) {
   const CauseRegion& shift = fit.regions.at(2);
   ASSERT_EQ(shift.kind, "shift");
   EXPECT_GT(shift.chi2, 2.0 * shift.limit);
+}
+
+/// The fits of the ball on both sides, of the twin's and of the true one, known to 1 um.
+std::vector<FitRow> fits_of(const Twin& twin, const Twin& truth) {
+  std::vector<measure::ObjectFit> sides;
+  for (const Twin* side : {&twin, &truth}) {
+    sides.push_back(measure::nominal_fit(side->objects[0]).value());
+    sides.back().numbers["radius_sigma_mm"] = 0.001;
+    sides.back().vectors["center_sigma_mm"] = Eigen::Vector3d::Constant(0.001);
+  }
+  return {make_fit_row(sides[0], sides[1])};
+}
+
+// A window on the middle of the ball does not tell a larger one from a nearer one, but the fits do.
+TEST(Causes, FitsOfTheObjectsTellWhatGrayValuesDoNot) {
+  const Twin twin = window_on_the_sphere();
+  Twin larger = twin, nearer = twin;
+  ball_of(larger).radius_mm += kSmallError;
+  ball_of(nearer).center_mm.z() -= kSmallError;
+  const Causes alike = causes_of(larger);
+  EXPECT_THAT(alike.together, Contains("pose")) << told(alike);
+  EXPECT_TRUE(std::isnan(row_of(alike, "pose").fit_z_after));
+  for (const auto& [truth, right, wrong] : {std::tuple{larger, "size", "pose"}, {nearer, "pose", "size"}}) {
+    Sensitivity sensitivity = seen(truth);
+    const Causes causes = find_causes(sensitivity, twin, fits_of(twin, truth));
+    EXPECT_THAT(causes.together, Contains(right)) << told(causes);
+    EXPECT_THAT(causes.together, Not(Contains(wrong))) << told(causes);
+    EXPECT_LT(row_of(causes, right).fit_z_after, 3.0) << told(causes);
+  }
 }
 
 TEST(Causes, TwoAreNamedTogetherWhereNoneExplainsAll) {

@@ -222,7 +222,8 @@ struct CauseRow {
   double chi2_after = kNaN;  ///< NaN: not fitted to convergence
   bool passes = false;
   std::vector<CauseRegion> regions_after;
-  double removed = 0.0;  ///< of chi2, less the number of parameters
+  double fit_z_after = kNaN;  ///< NaN: not a cause that moves or grows objects, or no fit has a z
+  double removed = 0.0;       ///< of chi2, less the number of parameters
 
   static void describe(auto& f) {
     using Row = CauseRow;
@@ -237,6 +238,9 @@ struct CauseRow {
     f.add("passes", "whether what it then leaves is explained, in values and regions", &Row::passes)
         .not_required();
     f.add("regions_after", "what it then leaves in regions", &Row::regions_after).not_required();
+    f.positive("fit_z_after", "largest |z| of the objects' fits with what it moves and grows",
+               &Row::fit_z_after)
+        .not_required();
   }
 };
 
