@@ -103,6 +103,11 @@ function(fringetwin_alone)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
+# For test files that compute much themselves: optimised where the others are not (FRINGETWIN_TEST_SPEED).
+function(fringetwin_test_computes)
+  set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS -O1 SKIP_PRECOMPILE_HEADERS ON)
+endfunction()
+
 # fringetwin_tests(GROUP SOURCES a_test.cpp ... LINK libs LABELS unit|accuracy|real-data|e2e|device|slow [TIMEOUT s])
 # One executable build/tests/GROUP_tests; each of its files is one CTest test, GROUP/a. A test file has a namespace of
 # its own, named like the file, so that several can be compiled as one (FRINGETWIN_UNITY). What they share is in
