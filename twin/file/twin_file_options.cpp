@@ -68,9 +68,10 @@ RenderOptions read_render(const TomlTable& root) {
 
 /// Returns the least amplitude of a fringe that counts as one: where a sensor states its noise, 6 standard
 /// deviations of an amplitude that is measured in N steps, sigma sqrt(2/N), where the fringe is darkest that
-/// can have it (its mean is its amplitude above black); 5 DN where that is less or nothing is stated.
+/// can have it (its mean is its amplitude above black). 5 DN where that is less or nothing is stated; no more
+/// than 2 % of full scale, so that noise which is stated far too large does not hide what would refute it.
 double default_min_modulation_dn(const Twin& twin) {
-  constexpr double kSigmas = 6.0, kRounding = 1.0 / 12.0;
+  constexpr double kSigmas = 6.0, kRounding = 1.0 / 12.0, kMostOfFullScale = 0.02;
   constexpr int kFewestSteps = 3;  // Gray code alone has none
   const double of_variance = kSigmas * kSigmas * 2.0 / std::max(twin.fringes.steps, kFewestSteps);
   double least = MeasureOptions{}.min_modulation_dn;
@@ -81,7 +82,8 @@ double default_min_modulation_dn(const Twin& twin) {
     const double constant =
                      of_variance * (std::pow(camera.sensor.read_noise_dn.value_or(0.0), 2) + kRounding),
                  half = 0.5 * of_variance * per_dn;
-    least = std::max(least, half + std::sqrt(half * half + constant));
+    const double asked_dn = half + std::sqrt(half * half + constant);
+    least = std::max(least, std::min(asked_dn, kMostOfFullScale * camera.sensor.max_dn()));
   }
   return least;
 }

@@ -59,6 +59,8 @@ TEST_F(TwinFile, ModulationIsAskedForByTheNoiseThatIsStated) {
   const double a = least("bit_depth = 12\nread_noise_dn = 6\nelectrons_per_dn = 2\n", 8);
   EXPECT_NEAR(a * a, 9.0 * (36.0 + 1.0 / 12.0 + 0.5 * a), 1e-9);
   EXPECT_EQ(least("bit_depth = 16\n", 3), 5.0);
+  EXPECT_NEAR(least("bit_depth = 12\nread_noise_dn = 60\n", 3), 0.02 * 4095.0, 1e-9);
+  EXPECT_NEAR(least("read_noise_dn = 60\n", 3), 0.02 * 255.0, 1e-9);
 }
 
 TEST_F(TwinFile, EveryCameraAndProjectorKey) {
