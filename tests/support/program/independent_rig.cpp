@@ -22,8 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kWidth = 170, kHeight = 156;  // the ball is 78 px wide
-constexpr double kShorter = 4.25;
+constexpr int kWidth = 240, kHeight = 220;  // the ball is 111 px wide
 
 /// 12 bit; the brightest value is about 3300 DN.
 Sensor true_sensor(double gain_dn) {
@@ -39,8 +38,7 @@ Sensor true_sensor(double gain_dn) {
 Camera shortened(Camera camera, double gain_dn) {
   std::vector<double> f = camera.lens.intrinsics();
   camera.lens =
-      Lens("LENSMODEL_PINHOLE", {f[0] / kShorter, f[1] / kShorter, f[2] / kShorter, f[3] / kShorter},
-           {339, 254}, camera.name);
+      Lens("LENSMODEL_PINHOLE", {f[0] / 3.0, f[1] / 3.0, f[2] / 3.0, f[3] / 3.0}, {480, 360}, camera.name);
   camera.sensor = true_sensor(gain_dn);
   return camera;
 }
