@@ -36,10 +36,14 @@ build: configure
 demo: program
 	@scripts/demo.sh "$(OUT)" "$(CAPTURES)"
 
-# Unit tests with the sanitizers only, all others as released: `make test-all` has both.
+# Unit tests with the sanitizers only, all others as released: `make test-all` has both. Their build begins beside the
+# released tests, which wait much for devices, workers and virtual machines: it takes only the time that these leave.
 test: configure format-check
 	@cmake --build build -j $(JOBS) --target tested
-	@scripts/run_tests.sh build -LE "slow|unit"
+	@$(call configured,asan,build-asan)
+	@nice -n 19 cmake --build build-asan -j $(JOBS) --target unit_tests >build-asan/beside.log 2>&1 & beside=$$!; \
+	 scripts/run_tests.sh build -LE "slow|unit"; status=$$?; \
+	 if [ $$status -ne 0 ]; then kill $$beside; fi; wait $$beside; exit $$status
 	@$(MAKE) --no-print-directory asan
 
 test-all: build format-check separate
