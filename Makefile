@@ -9,7 +9,8 @@ configured = mkdir -p $(2) && cmake --preset $(1) >$(2)/configure.log 2>&1 || { 
 
 .PHONY: help deps configure program build demo test test-all fuzz trust trust-refine mesa25 test-mesa25 asan separate tidy format-check format studies bench clean
 help:
-	@echo "make demo      install packages, build, run the paper's sphere (and a real capture if present), say where the report is"
+	@echo "make demo      install packages, build, run the paper's sphere, another renderer's images with a right and a wrong twin"
+	@echo "               (and a real capture if present), list the reports in out/index.html"
 	@echo "make test      everything CI runs (format, includes, unit, accuracy, real data, end to end, sanitizers)"
 	@echo "make test-all  the same, the long statistical tests, the benchmarks and every file compiled on its own"
 	@echo "make fuzz MINUTES=10   changed inputs into every reader of foreign files, with the sanitizers, on all cores"

@@ -1,28 +1,53 @@
 #!/usr/bin/env bash
-# scripts/demo.sh OUT CAPTURES: the main job on the paper's sphere and, where its images are, on a real capture.
+# scripts/demo.sh OUT CAPTURES: the main job on the paper's sphere, on images of another renderer with a twin that is
+# right, one that is wrong and one that was mended, and, where its images are, on a real capture. OUT/index.html lists
+# the reports.
 set -uo pipefail
 cd "$(dirname "$0")/.."
 out=$1
 captures=$2
 export FRINGETWIN_CAPTURES=$captures
+mkdir -p "$out"
 
-reports=()
-run() { # NAME: a verdict "fail" (exit 1) is a result, not a broken demo
-  build/fringetwin cosim "datasets/$1/twin.toml" --out "$out/$1"
+rows=()
+# FOLDER TWIN WHAT [option ...]: a verdict "fail" (exit 1) is a result, not a broken demo
+run() {
+  local folder=$1 twin=$2 what=$3
+  shift 3
+  echo "== $what"
+  build/fringetwin cosim "datasets/$twin" --out "$out/$folder" "$@" 2> >(tee "$out/$folder.log" >&2)
   local status=$?
   if [ $status -gt 1 ]; then exit $status; fi
-  reports+=("$out/$1/report.html")
+  wait  # for tee
+  local verdict
+  verdict=$(sed -n 's/^fringetwin: verdict: \(.*\); report: .*/\1/p' "$out/$folder.log" | tail -1)
+  rm "$out/$folder.log"
+  rows+=("<tr><td><a href=\"$folder/report.html\">$folder</a><td>$what<td>$verdict")
 }
 
-run paper-sphere
+run paper-sphere paper-sphere/twin.toml "the published rig and sphere, against the published numbers"
+run foreign povray-ball-wall/twin.toml "images of another renderer (POV-Ray), with sensor noise; the twin's gain is 5 % too large, and the true one is found"
+run foreign-moved povray-ball-wall/twin-moved.toml "the same images, a twin with the ball 0.12 mm elsewhere: not explained, and the cause is named"
+run foreign-refined povray-ball-wall/twin-moved.toml "that twin after --refine pose: the ball is where it was, everything is explained" --refine pose
 if [ -d "$captures/slmaster-mono-relief" ]; then
-  run slmaster-mono-relief
+  run slmaster-mono-relief slmaster-mono-relief/twin.toml "a real capture of a plaster relief"
 else
-  echo "fringetwin: no real captures at $captures (FRINGETWIN_CAPTURES), so only the paper's sphere was run" >&2
+  echo "fringetwin: no real captures at $captures (FRINGETWIN_CAPTURES), so none was run" >&2
 fi
+
+cat > "$out/index.html.part" <<HTML
+<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
+<title>fringetwin demo</title>
+<style>body{font:16px/1.5 system-ui,sans-serif;max-width:60em;margin:2em auto;padding:0 1em}
+td,th{text-align:left;vertical-align:top;padding:.4em 1em .4em 0;border-top:1px solid #ccc}</style></head>
+<body><h1>Reports of the demo</h1>
+<table><tr><th>report<th>what it compares<th>verdict
+$(printf '%s\n' "${rows[@]}")
+</table></body></html>
+HTML
+mv "$out/index.html.part" "$out/index.html"
 
 echo
 echo "Reports (open in any browser, no network needed):"
-for report in "${reports[@]}"; do
-  echo "  file://$(realpath "$report")"
-done
+echo "  file://$(realpath "$out/index.html")"

@@ -27,6 +27,9 @@ constexpr double kLeastShare = 0.5;  ///< of what could have been compared
 constexpr double kSmoothRounding = 4.0;
 /// Standard deviations of chi2 over its degrees of freedom: its tail is longer than a normal one (12: 3e-4).
 constexpr double kRippleCoverage = 5.0;
+/// Of the regional chi2 beyond noise: fringes that lie elsewhere from place to place, as those of an object
+/// that was moved, look like ripples by as much (0.5 % for a ball moved by 0.1 mm).
+constexpr double kRippleOfShifts = 0.01;
 /// A sensor is refuted by a noise this much below 1 and below by `kCoverage` standard errors.
 constexpr double kLeastExcess = 0.1;
 constexpr const char* kOfPixels = "the pixels that a side sees with modulation";
@@ -447,8 +450,10 @@ void judge_ripple(const RippleTest& ripple, const RenderingError& rendering, con
   const auto p = static_cast<double>(ripple.functions);
   row.brightness_chi2 = ripple.brightness_chi2;
   row.harmonic_chi2 = ripple.harmonic_chi2;
+  const double beyond_noise = row.n_regions > 0 ? std::max(0.0, row.regional_chi2 - 1.0) : 0.0;
   row.ripple_limit = 1.0 + kRippleCoverage * std::sqrt(2.0 / p) +
-                     rendering.phase_rad * rendering.phase_rad * ripple.information / p;
+                     rendering.phase_rad * rendering.phase_rad * ripple.information / p +
+                     kRippleOfShifts * beyond_noise;
   if (row.brightness_chi2 > row.ripple_limit)
     row.worsen(kNotExplained,
                fmt::format("the phase ripples with the fringes ({:.3g} times what noise does): "
