@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "compare/causes/parameters.hpp"
+#include "report/text.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -107,6 +108,11 @@ std::vector<std::size_t> explaining_alike(const std::vector<TriedCause>& tried, 
   return alike;
 }
 
+bool scales_the_gain(const std::string& group) {
+  return group.starts_with("texture") || group == "albedo" || group == "vignetting" ||
+         group == "projector_field";
+}
+
 std::string sentence(const Causes& causes) {
   if (causes.rows.empty()) return "";
   if (causes.together.empty()) return none_sentence(causes);
@@ -132,6 +138,17 @@ std::string sentence(const Causes& causes) {
       "most likely cause: {}; it explains {} of the gray difference beyond the budget{}", row.cause,
       std::isfinite(row.alone) ? fmt::format("{:.1f} %", 100.0 * row.alone) : "what regions show",
       advice(only, causes.refined));
+}
+
+std::string gain_sentence(const Causes& causes) {
+  if (!causes.why.empty())
+    return fmt::format("no gain or black level is offered with {}: {}", causes.together[0], causes.why);
+  std::string line = causes.gain.empty() ? "" : "with " + causes.with;
+  for (const CauseGain& g : causes.gain)
+    line += fmt::format("; {}: gain {} DN, black level {} DN", g.camera,
+                        report::with_sigma(g.gain_dn, g.gain_sigma_dn),
+                        report::with_sigma(g.black_level_dn, g.black_level_sigma_dn));
+  return line;
 }
 
 }  // namespace fringetwin::compare

@@ -33,4 +33,12 @@ std::vector<std::string> groups_in(std::string together);
 /// those tested explains the difference, and which is nearest. Empty where nothing was looked for.
 std::string sentence(const Causes& causes);
 
+/// Returns whether a group changes the images as the gain does, here more and there less: then how much of it
+/// is gain, nobody can tell.
+bool scales_the_gain(const std::string& group);
+
+/// Says in one line which gain and black level each camera has with the causes taken, or why none is offered;
+/// empty where no cause is named.
+std::string gain_sentence(const Causes& causes);
+
 }  // namespace fringetwin::compare

@@ -9,6 +9,7 @@
 #include "compare/causes/group_fit.hpp"
 #include "compare/geometry/moved_fits.hpp"
 #include "compare/verdict/explained.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -17,6 +18,7 @@ constexpr int kMostSteps = 12;
 /// Of the largest |z| of a fit: what the method adds to a fit does not quite move along, so that a right
 /// cause of a large difference may leave more than noise.
 constexpr double kStillApart = 0.25;
+constexpr double kSettledZ = 0.01;  ///< a step of the values that changes no z by more is the last
 
 void tell(GroupFit& fit, const Twin& twin, CauseFit& out) {
   for (std::size_t k = 0; k < out.fitted.size(); ++k) {
@@ -38,6 +40,31 @@ std::uint64_t count_values(const Sensitivity& sensitivity) {
   for (const GridSamples& s : sensitivity.samples())
     n += static_cast<std::uint64_t>(std::ranges::count_if(s.weight, [](float w) { return w > 0.0F; }));
   return n;
+}
+
+/// Returns the z of the fits with the objects moved and grown as these values say.
+std::map<std::string, double> z_with(const std::vector<FitRow>& fits, const Twin& twin,
+                                     const std::vector<Parameter>& parameters,
+                                     const Eigen::VectorXd& values) {
+  Twin changed = twin;
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    parameters[k].change(changed, values[static_cast<Eigen::Index>(k)] - parameters[k].start);
+  return z_by_name(moved_fits(fits, twin, changed));
+}
+
+Eigen::VectorXd in_a_vector(const std::map<std::string, double>& z) {
+  Eigen::VectorXd out(z.size());
+  Eigen::Index k = 0;
+  for (const auto& [name, value] : z) out[k++] = value;
+  return out;
+}
+
+double most_of(const Eigen::VectorXd& z) { return z.size() > 0 ? z.cwiseAbs().maxCoeff() : 0.0; }
+
+/// Returns whether both sides' fits agree, or nearly do where they were far apart before.
+bool agrees(const Eigen::VectorXd& z, const Eigen::VectorXd& before) {
+  return most_of(z) <=
+         std::max(most_sigmas_of(static_cast<std::uint64_t>(z.size())), kStillApart * most_of(before));
 }
 
 }  // namespace
@@ -80,27 +107,45 @@ CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::
   return out;
 }
 
-void hold_against_fits(const std::vector<FitRow>& fits, const Twin& twin, CauseFit& cause) {
-  const auto z_with = [&](const Eigen::VectorXd& values) {
-    Twin changed = twin;
-    for (std::size_t k = 0; k < cause.fitted.size(); ++k)
-      cause.fitted[k].change(changed, values[static_cast<Eigen::Index>(k)] - cause.fitted[k].start);
-    return z_by_name(moved_fits(fits, twin, changed));
+std::optional<Eigen::VectorXd> values_of_fits(const std::vector<FitRow>& fits, const Twin& twin,
+                                              const std::vector<Parameter>& parameters) {
+  constexpr int kMostFitSteps = 20;
+  const auto z_at = [&](const Eigen::VectorXd& values) {
+    return in_a_vector(z_with(fits, twin, parameters, values));
   };
-  const std::map<std::string, double> before = z_with(start_values(cause.fitted)),
-                                      after = z_with(cause.values);
-  std::map<std::string, double> variance;  // of each z, by the errors of the values
+  Eigen::VectorXd values = start_values(parameters), z = z_at(values);
+  const Eigen::VectorXd before = z;
+  if (z.size() < values.size() || !(most_of(z) > most_sigmas_of(z.size()))) return std::nullopt;
+  for (int step = 0; step < kMostFitSteps; ++step) {
+    Eigen::MatrixXd by_values(z.size(), values.size());
+    for (Eigen::Index k = 0; k < values.size(); ++k) {
+      Eigen::VectorXd changed = values;
+      changed[k] += parameters[static_cast<std::size_t>(k)].step;
+      by_values.col(k) = (z_at(changed) - z) / parameters[static_cast<std::size_t>(k)].step;
+    }
+    const Eigen::VectorXd change = -least_squares(by_values, z);
+    if (!change.allFinite()) return std::nullopt;
+    values += change;
+    z = z_at(values);
+    if ((by_values * change).cwiseAbs().maxCoeff() < kSettledZ) break;
+  }
+  return agrees(z, before) ? std::optional(values) : std::nullopt;
+}
+
+void hold_against_fits(const std::vector<FitRow>& fits, const Twin& twin, CauseFit& cause) {
+  const auto z_at = [&](const Eigen::VectorXd& values) {
+    return in_a_vector(z_with(fits, twin, cause.fitted, values));
+  };
+  Eigen::VectorXd after = z_at(cause.values), variance = Eigen::VectorXd::Ones(after.size());
   for (std::size_t k = 0; k < cause.fitted.size(); ++k) {
     Eigen::VectorXd values = cause.values;
     values[static_cast<Eigen::Index>(k)] += cause.told[k].sigma;
-    for (const auto& [name, z] : z_with(values)) variance[name] += std::pow(z - after.at(name), 2);
+    variance += (z_at(values) - after).cwiseAbs2();
   }
-  double most_before = 0.0;
-  for (const auto& [name, z] : before) most_before = std::max(most_before, std::abs(z));
-  for (const auto& [name, z] : after)
-    cause.fit_z = std::fmax(cause.fit_z, std::abs(z) / std::sqrt(1.0 + variance[name]));
-  if (cause.fit_z > std::max(most_sigmas_of(after.size()), kStillApart * most_before))
-    cause.tried.passes = false;
+  if (after.size() == 0) return;
+  after.array() /= variance.array().sqrt();
+  cause.fit_z = most_of(after);
+  if (!agrees(after, z_at(start_values(cause.fitted)))) cause.tried.passes = false;
 }
 
 }  // namespace fringetwin::compare

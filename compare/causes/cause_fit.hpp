@@ -2,6 +2,7 @@
 // Fits groups of parameters of a twin to convergence, and says what they leave: one try of the search for
 // causes.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,12 @@ struct CauseStart {
 /// difference does not go on to its end.
 CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::vector<Parameter>& parameters,
                    FreePerPixel free, CauseStart start = {});
+
+/// Returns the values of these parameters, which move or grow objects, that bring the fits of both sides
+/// together (|z| as below): where a linear step of gray values does not reach. Nothing where no values do, or
+/// the fits agree as they are.
+std::optional<Eigen::VectorXd> values_of_fits(const std::vector<FitRow>& fits, const Twin& twin,
+                                              const std::vector<Parameter>& parameters);
 
 /// Lets a cause pass no more that moves or grows objects and does not bring the fits of both sides together:
 /// with its values the largest |z| of a number, the values' own standard errors counted, must be within the

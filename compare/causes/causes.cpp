@@ -44,13 +44,6 @@ constexpr PixelField kFields[] = {
      "a factor per pixel (texture, gloss, a projector that lights unevenly)"},
     {FreePerPixel::factor_and_offset, "texture and offset", "a factor and an offset per pixel"}};
 
-/// Returns whether a group changes the images as the gain does, here more and there less: then how much of it
-/// is gain, nobody can tell.
-bool scales_the_gain(const std::string& group) {
-  return group.starts_with("texture") || group == "albedo" || group == "vignetting" ||
-         group == "projector_field";
-}
-
 /// One explanation that was tried: groups, and a field of what every pixel has of its own.
 struct Tried {
   std::vector<std::size_t> groups;
@@ -229,6 +222,7 @@ class CauseSearch {
       if (rows[g].removed >= std::max(kWorthATry * most, worth_naming(1.0))) groups.push_back(g);
     std::ranges::stable_sort(groups, [&](auto a, auto b) { return rows[a].removed > rows[b].removed; });
     groups.resize(std::min(groups.size(), kMostAlone));
+    try_where_fits_are(rows, groups);
     double least = 0.0;  // that a rival's linear step must take away
     for (const std::size_t g : groups) {
       const double linear = rows[g].removed;
@@ -237,6 +231,22 @@ class CauseSearch {
       if (rows[g].passes)
         least = std::max(least, rows[g].removed - std::max({kAsCurved * (rows[g].removed - linear),
                                                             kAlikeShare * excess_, kAlikeChi2}));
+    }
+  }
+
+  /// Fits the groups to convergence from where the objects' fits put them: too far for a linear step.
+  void try_where_fits_are(std::vector<CauseRow>& rows, std::vector<std::size_t>& not_yet) {
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      if (!moves_objects(g)) continue;
+      std::vector<Parameter> own;
+      for (const std::size_t at : groups_[g].at) own.push_back(parameters_[at]);
+      const std::optional<Eigen::VectorXd> values = values_of_fits(fits_, twin_, own);
+      if (!values) continue;
+      CauseFit begin{.sensors = sensitivity_, .fitted = {}};
+      begin.values = *values;
+      begin.predicted = sensitivity_.predicted(twin_, own, *values);
+      take(try_fit({g}, nullptr, &begin), rows[g]);
+      std::erase(not_yet, g);
     }
   }
 
@@ -482,17 +492,6 @@ class CauseSearch {
 
 Causes find_causes(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits) {
   return CauseSearch(sensitivity, twin, fits).run();
-}
-
-std::string gain_sentence(const Causes& causes) {
-  if (!causes.why.empty())
-    return fmt::format("no gain or black level is offered with {}: {}", causes.together[0], causes.why);
-  std::string line = causes.gain.empty() ? "" : "with " + causes.with;
-  for (const CauseGain& g : causes.gain)
-    line += fmt::format("; {}: gain {} DN, black level {} DN", g.camera,
-                        report::with_sigma(g.gain_dn, g.gain_sigma_dn),
-                        report::with_sigma(g.black_level_dn, g.black_level_sigma_dn));
-  return line;
 }
 
 }  // namespace fringetwin::compare

@@ -12,8 +12,4 @@ namespace fringetwin::compare {
 /// holds the samples of all cameras, `fits` what both sides measured of the objects.
 Causes find_causes(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits = {});
 
-/// Says in one line which gain and black level each camera has with the causes taken, or why none is offered;
-/// empty where no cause is named.
-std::string gain_sentence(const Causes& causes);
-
 }  // namespace fringetwin::compare

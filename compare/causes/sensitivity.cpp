@@ -32,13 +32,13 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
   out.gain_dn = fit.row.gain_dn;
   out.black_level_dn = fit.row.black_level_dn;
   out.rendering_dn = rendering_dn;
-  out.known_to = noise.known_to();
   out.noise_dn2 = [noise](double gray_dn) { return noise.variance(gray_dn); };
   if (!pair.from_dn && pair.e_scale == 1.0) out.frame = pair.irradiance;
   const auto n_valid =
       static_cast<std::size_t>(std::ranges::count_if(interior.data, [](unsigned char m) { return m != 0; }));
   out.grid = choose_grid(*pair.camera, n_valid, most);
   const UsableRange& u = fit.usable;
+  std::vector<float> levels;
   for (int gy = 0; gy < out.grid.height; gy += out.grid.keep)
     for (int gx = 0; gx < out.grid.width; gx += out.grid.keep) {
       const std::size_t i = out.grid.pixel_of(gx, gy, pair.width());
@@ -53,8 +53,10 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
         const double sigma_dn = std::sqrt(noise.variance(predicted) + rendering_dn * rendering_dn);
         out.real_dn.push_back(static_cast<float>(y));
         out.weight.push_back(usable && sigma_dn > 0.0 ? static_cast<float>(1.0 / sigma_dn) : 0.0F);
+        if (out.weight.back() > 0.0F) levels.push_back(static_cast<float>(predicted));
       }
     }
+  if (!levels.empty()) out.known_to = noise.known_to(levels);
   return out;
 }
 

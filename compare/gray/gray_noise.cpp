@@ -71,7 +71,7 @@ GrayNoise::GrayNoise(const GrayPair& pair, const CameraDecode* real, const std::
   for (const PatternSpec& p : pair.patterns) steps_total = std::max(steps_total, p.step + 1);
   const std::vector<int> steps = use_steps.empty() ? measure::all_steps(steps_total) : use_steps;
   if (real && steps.size() >= 3) estimate(pair, *real, steps, steps_total);
-  if (measured_) known_to_ = std::hypot(kMeasuredKnownTo, measured_->known_to(mean_levels(pair)));
+  if (measured_) known_to_ = known_to(mean_levels(pair));
   if (measured_)
     source_ = steps.size() > 3
                   ? fmt::format("redundancy of the {} phase steps of the real images", steps.size())
@@ -85,6 +85,10 @@ GrayNoise::GrayNoise(const GrayPair& pair, const CameraDecode* real, const std::
 }
 
 double GrayNoise::rounding_dn2() const { return (radiance_ ? 0.0 : kRoundingVariance) + added_; }
+
+double GrayNoise::known_to(const std::vector<float>& levels) const {
+  return measured_ ? std::hypot(kMeasuredKnownTo, measured_->known_to(levels)) : kStatedKnownTo;
+}
 
 double GrayNoise::variance(double gray_dn) const {
   if (measured_) return measured_->variance(gray_dn) + added_;

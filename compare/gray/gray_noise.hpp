@@ -31,6 +31,9 @@ class GrayNoise {
   double rounding_dn2() const;
   /// Returns the relative standard uncertainty of the variance, on average over the pixels' mean gray values.
   double known_to() const { return known_to_; }
+  /// The same of single values of these levels, which lie farther from where a line was fitted than the
+  /// means.
+  double known_to(const std::vector<float>& levels) const;
   const std::string& source() const { return source_; }
   /// Returns true where the images or the twin's sensor model say more than rounding.
   bool known() const { return measured() || sensor_.has_noise(); }
