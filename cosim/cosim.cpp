@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cosim/cosim.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 
 #include "compare/causes/refine.hpp"
 #include "compare/causes/refine_guard.hpp"
 #include "compare/verdict/calibration_covariance.hpp"
+#include "cosim/compared_steps.hpp"
 #include "cosim/doubt_description.hpp"
 #include "cosim/load.hpp"
 #include "cosim/measured_shapes.hpp"
@@ -21,19 +20,6 @@
 
 namespace fringetwin::cosim {
 namespace {
-
-/// Returns every second phase step, of those that may be compared.
-std::vector<int> steps_of(const Twin& twin, const std::string& which, const std::vector<int>& allowed) {
-  std::vector<int> steps;
-  for (int n = which == "odd" ? 1 : 0; n < twin.fringes.steps; n += 2)
-    if (allowed.empty() || std::ranges::find(allowed, n) != allowed.end()) steps.push_back(n);
-  if (steps.size() < 3)
-    throw UserError(ExitCode::usage, "--steps " + which,
-                    fmt::format("leaves {} phase steps to compare, and a phase needs 3", steps.size()),
-                    allowed.empty() ? "compare all of them"
-                                    : "a measured object is built from the others: give it steps = \"all\"");
-  return steps;
-}
 
 void check_refine(const Twin& twin, const std::vector<std::string>& asked) {
   compare::check_refine(twin, asked);
@@ -54,7 +40,7 @@ Run load_run(const CosimRequest& request) {
         compare::read_calibration_covariance(run.twin));
   run.options.use_steps = left_over_steps(run.twin);
   if (!request.steps.empty())
-    run.options.use_steps = steps_of(run.twin, request.steps, run.options.use_steps);
+    run.options.use_steps = compared_steps(run.twin, request.steps, run.options.use_steps);
   if (run.twin.real.captures) {
     Captures captures = load_captures(run.twin, *run.twin.real.captures);
     run.real.images = std::move(captures.cameras);

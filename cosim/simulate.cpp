@@ -21,22 +21,6 @@ Sampler sampler_of(const std::string& name) {
                   "use adaptive, gauss, multi-jittered or sobol");
 }
 
-/// Returns what the result records of a camera's rendering: sampler, samples, precision, estimated errors.
-compare::RenderNote note_of(const render::RenderedCamera& rendered) {
-  compare::RenderNote note;
-  note.camera = rendered.camera;
-  note.sampler = render::sampler_name(rendered.sampling.sampler);
-  if (rendered.sampling.sampler != Sampler::adaptive) note.samples = rendered.sampling.samples;
-  note.double_precision = rendered.sampling.precise;
-  note.rays_per_pixel = static_cast<double>(rendered.rays) / static_cast<double>(rendered.object.size());
-  if (rendered.estimate) {
-    note.phase_error_rad = rendered.estimate->phase_rad;
-    note.gray_error = rendered.estimate->gray;
-    note.gray_inside_error = rendered.estimate->gray_inside;
-  }
-  return note;
-}
-
 /// Warns where the estimated error is above twice its target: the estimate is an upper bound, so that a
 /// smaller excess does not mean that the target was missed.
 void warn_of_missed_targets(const compare::RenderNote& note, const render::Sampling& asked) {
@@ -65,6 +49,21 @@ void check_view(const Twin& twin, const std::vector<render::RenderedCamera>& ren
 }
 
 }  // namespace
+
+compare::RenderNote note_of(const render::RenderedCamera& rendered) {
+  compare::RenderNote note;
+  note.camera = rendered.camera;
+  note.sampler = render::sampler_name(rendered.sampling.sampler);
+  if (rendered.sampling.sampler != Sampler::adaptive) note.samples = rendered.sampling.samples;
+  note.double_precision = rendered.sampling.precise;
+  note.rays_per_pixel = static_cast<double>(rendered.rays) / static_cast<double>(rendered.object.size());
+  if (rendered.estimate) {
+    note.phase_error_rad = rendered.estimate->phase_rad;
+    note.gray_error = rendered.estimate->gray;
+    note.gray_inside_error = rendered.estimate->gray_inside;
+  }
+  return note;
+}
 
 RenderOptions render_options(const Twin& twin, const RenderRequest& request) {
   RenderOptions options = twin.render;

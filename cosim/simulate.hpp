@@ -34,6 +34,9 @@ struct Rendering {
   std::vector<compare::RenderNote> notes = {};  ///< order of twin.cameras
 };
 
+/// Returns what the result records of a camera's rendering: sampler, samples, precision, estimated errors.
+compare::RenderNote note_of(const render::RenderedCamera& rendered);
+
 /// The images of the simulated cameras, before and after the sensor; order of twin.cameras.
 struct Simulated {
   std::vector<CameraImages> captures;    ///< DN
