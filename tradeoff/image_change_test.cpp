@@ -76,11 +76,14 @@ TEST(ImageChange, PixelsAreTakenAsGrayValues) {
 
 TEST(ImageChange, DarkPixelsHaveNoPhase) {
   const Fringes fringes = testing::paper_rig().fringes;
-  ChangeSum sum(fringes, 5.0);
-  sum.add({{0, 0, false, 1.0}}, {steps(fringes, 100, 4, 0)}, {steps(fringes, 100, 50, 1)});
-  EXPECT_EQ(sum.result().n_phase, 0u);
-  EXPECT_TRUE(std::isnan(sum.result().phase_rms_rad));
-  EXPECT_EQ(sum.result().n_gray, 1u);
+  const std::vector<double> dark = steps(fringes, 100, 4, 0), lit = steps(fringes, 100, 50, 1);
+  for (const bool dark_first : {true, false}) {
+    ChangeSum sum(fringes, 5.0);
+    sum.add({{0, 0, false, 1.0}}, {dark_first ? dark : lit}, {dark_first ? lit : dark});
+    EXPECT_EQ(sum.result().n_phase, 0u);
+    EXPECT_TRUE(std::isnan(sum.result().phase_rms_rad));
+    EXPECT_EQ(sum.result().n_gray, 1u);
+  }
 }
 
 // Only the finest pitch counts: 13 px comes first in the paper's sequence.

@@ -27,20 +27,6 @@ void scale_images(CameraImages& images, double factor) {
   if (images.black) scale(*images.black);
 }
 
-/// Returns the gray values that the cameras of `model` record, in the DN of the cameras of `units` (another
-/// bit depth of the same range is scaled back), so that both can be compared and measured alike.
-std::vector<CameraImages> expose_in_units_of(const Twin& units, const Twin& model,
-                                             const std::vector<render::RenderedCamera>& rendered,
-                                             std::uint64_t seed) {
-  std::vector<CameraImages> out = render::expose_all(rendered, model, seed);
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const Sensor &from = model.cameras[i].sensor, &to = units.cameras[i].sensor;
-    if (const double factor = to.gain_dn / from.gain_dn; factor != 1.0) scale_images(out[i], factor);
-    out[i].bit_depth = to.bit_depth;
-  }
-  return out;
-}
-
 /// One model of the scene, rendered, exposed and measured; only what the comparison needs is kept.
 struct ModelRun {
   std::vector<PixelValues> light_dn, sensor_dn;  // at the subset's pixels
@@ -193,6 +179,18 @@ void settle_recommendation(const Twin& twin, const ModelBench& bench, const Mode
 }
 
 }  // namespace
+
+std::vector<CameraImages> expose_in_units_of(const Twin& units, const Twin& model,
+                                             const std::vector<render::RenderedCamera>& rendered,
+                                             std::uint64_t seed) {
+  std::vector<CameraImages> out = render::expose_all(rendered, model, seed);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const Sensor &from = model.cameras[i].sensor, &to = units.cameras[i].sensor;
+    if (const double factor = to.gain_dn / from.gain_dn; factor != 1.0) scale_images(out[i], factor);
+    out[i].bit_depth = to.bit_depth;
+  }
+  return out;
+}
 
 double EffectRow::fit_change_mm() const { return largest_mm(fits); }
 

@@ -13,6 +13,7 @@
 #include "tradeoff/pixel_subset.hpp"
 #include "tradeoff/recommend.hpp"
 #include "twin/base/stopwatch.hpp"
+#include "twin/captures/capture_set.hpp"
 #include "twin/effects.hpp"
 #include "twin/twin.hpp"
 
@@ -67,6 +68,12 @@ struct NeedsResult {
 /// Renders and measures the scene with and without each effect. Meshes must be loaded and measured shapes
 /// built. Throws UserError(usage) without a projector or objects, Cancelled.
 NeedsResult run_needs(const Twin& twin, render::Renderer& renderer, const NeedsOptions& options);
+
+/// Returns the gray values that the cameras of `model` record, in the DN of the cameras of `units` (another
+/// bit depth of the same range is scaled back), so that both can be compared and measured alike.
+std::vector<CameraImages> expose_in_units_of(const Twin& units, const Twin& model,
+                                             const std::vector<render::RenderedCamera>& rendered,
+                                             std::uint64_t seed);
 
 /// Returns the table as text, for stdout; the whole as JSON; the page.
 std::string needs_table(const NeedsResult& result, const NeedsOptions& options);

@@ -43,12 +43,6 @@ const ParetoPoint* largest_measured(const std::vector<ParetoPoint>& points, cons
   return best;
 }
 
-/// Returns the ratio of their times, as predicted from their samples.
-double cost_ratio(const ParetoPoint& a, const ParetoPoint& b) {
-  if (a.scheme.is_adaptive()) return 1.0;
-  return static_cast<double>(a.scheme.sampling.samples) / b.scheme.sampling.samples;
-}
-
 /// Returns the larger of both, the second where the first is unknown.
 double largest(double a, double b) { return std::isnan(a) ? b : std::max(a, b); }
 
@@ -64,9 +58,9 @@ class SchemeSurvey {
   }
 
   void measure_point(ParetoPoint& point) {
-    const ParetoPoint* before = largest_measured(result_.points, point);
+    const auto predicted = predict_time(result_.points, point);
     const double n_cameras = static_cast<double>(twin_.cameras.size());
-    const double expected_s = before ? 1e-3 * before->frame_ms * n_cameras * cost_ratio(point, *before) : 0.0;
+    const double expected_s = predicted ? 1e-3 * predicted->frame_ms * n_cameras : 0.0;
     if (expected_s > options_.longest_point_s)
       measure_windows(point, expected_s);
     else
@@ -100,14 +94,6 @@ class SchemeSurvey {
       for (std::size_t k = 0; k < exact.size(); ++k)
         p.fit_shift_mm = largest(p.fit_shift_mm, cosim::fit_distance_mm(own->second[k], exact[k]));
     }
-  }
-  void extrapolate(ParetoPoint& point) const {
-    if (std::isfinite(point.frame_ms)) return;
-    const ParetoPoint* from = largest_measured(result_.points, point);
-    if (!from) return;
-    point.frame_ms = from->frame_ms * cost_ratio(point, *from);
-    point.frame_cpu_ms = from->frame_cpu_ms * cost_ratio(point, *from);
-    point.extrapolated_from = from->scheme.sampling.samples;
   }
 
  private:
@@ -191,6 +177,26 @@ std::string ParetoPoint::name() const {
   return fmt::format("{} {}, {}", scheme.family, scheme.size(), precision());
 }
 
+std::optional<PredictedTime> predict_time(const std::vector<ParetoPoint>& points, const ParetoPoint& point) {
+  const ParetoPoint* from = largest_measured(points, point);
+  if (!from) return std::nullopt;
+  const int samples = from->scheme.sampling.samples;
+  const double ratio =
+      point.scheme.is_adaptive() ? 1.0 : static_cast<double>(point.scheme.sampling.samples) / samples;
+  return PredictedTime{ratio * from->frame_ms, ratio * from->frame_cpu_ms, samples};
+}
+
+void extrapolate_times(std::vector<ParetoPoint>& points) {
+  for (ParetoPoint& point : points) {
+    if (std::isfinite(point.frame_ms)) continue;
+    const auto predicted = predict_time(points, point);
+    if (!predicted) continue;
+    point.frame_ms = predicted->frame_ms;
+    point.frame_cpu_ms = predicted->frame_cpu_ms;
+    point.extrapolated_from = predicted->from_samples;
+  }
+}
+
 void mark_fronts(std::vector<ParetoPoint>& points) {
   const auto mark = [&points](auto cost, auto error, bool ParetoPoint::*flag) {
     std::vector<CostAndError> all;
@@ -250,7 +256,7 @@ ParetoResult run_pareto(const Twin& twin, render::Renderer& renderer, const Pare
       progress.advance();
     }
   survey.compare_fits(result.points);
-  for (ParetoPoint& p : result.points) survey.extrapolate(p);
+  extrapolate_times(result.points);
   std::erase_if(result.points, [](const ParetoPoint& p) { return std::isnan(p.frame_ms); });
   mark_fronts(result.points);
   result.timing_s["schemes"] = watch.elapsed().wall_s;

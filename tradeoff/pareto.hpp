@@ -4,6 +4,7 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,17 @@ struct ParetoResult {
   std::vector<std::string> warnings;
   std::map<std::string, double> timing_s;
 };
+
+/// One camera's whole frame with all its images, as predicted from a measured point.
+struct PredictedTime {
+  double frame_ms = kNaN, frame_cpu_ms = kNaN;
+  int from_samples = 0;  ///< of that point
+};
+/// Returns the time of the largest measured member of the point's family, in proportion to the samples; of
+/// adaptive sampling, whose samples nobody knows before, that time itself. Nothing where none was measured.
+std::optional<PredictedTime> predict_time(const std::vector<ParetoPoint>& points, const ParetoPoint& point);
+/// Gives every point without a time the predicted one, if there is one.
+void extrapolate_times(std::vector<ParetoPoint>& points);
 
 /// Marks the points no other beats: time against interior phase error, against gray error of all pixels,
 /// and chain time against fit shift (the reference of the shifts takes no part).
