@@ -126,5 +126,41 @@ TEST(Refine, SizeAndGlossAreWrittenWhereTheTwinHasThem) {
   EXPECT_THAT(text, ::testing::HasSubstr("[object.material]  # \"ball\"\nspecular = 0.25\n"));
 }
 
+// Every key is the one that changed, with its value afterwards, in the table of its own device or object.
+TEST(Refine, EveryKeyIsWrittenUnderItsTable) {
+  Twin before = ball_at(5.0);
+  const auto lens = [](double f_px) {
+    return Lens("LENSMODEL_PINHOLE", {f_px, f_px + 5.0, 31.5, 23.5}, {64, 48}, "test");
+  };
+  for (const char* name : {"left", "right"})
+    before.cameras.push_back({name, lens(900.0), Pose{}, Sensor{}, std::nullopt});
+  before.projector = Projector{.lens = lens(700.0), .T_proj_world = Pose{}, .response = {}};
+  Twin after = before;
+  Camera& right = after.cameras[1];
+  right.lens = lens(901.0);
+  right.T_cam_world.translation_mm = {1.0, 2.0, 3.0};
+  right.vignetting.a = {0.5, 0.25, 0.125};
+  right.vignetting.tilt = {0.0625, 0.75};
+  right.sensor.gain_dn = 17.5;
+  right.sensor.black_level_dn = 4.5;
+  after.projector->lens = lens(702.0);
+  after.projector->T_proj_world.translation_mm = {4.0, 5.0, 6.0};
+  after.projector->blur_px = 1.5;
+  after.projector->response = {ProjectorResponse::Kind::gamma, 2.25, {}};
+  std::get<SphereShape>(after.objects[0].shape).center_mm = {7.0, 8.0, 271.0};
+  after.objects[0].material.diffuse = 0.625;
+  after.render.bounces = 1;
+  const std::string text = refined_toml({}, before, after);
+  EXPECT_EQ(
+      text.substr(std::min(text.size(), text.find("\n\n") + 2)),
+      "[[camera]]  # \"right\"\nintrinsics = [901, 906, 31.5, 23.5]\nrt_cam_world = [0, 0, 0, 1, 2, 3]\n"
+      "vignetting = [0.5, 0.25, 0.125]\nvignetting_tilt = [0.0625, 0.75]\n\n"
+      "[camera.sensor]  # \"right\"\ngain_dn = 17.5\nblack_level_dn = 4.5\n\n"
+      "[projector]\nintrinsics = [702, 707, 31.5, 23.5]\nrt_cam_world = [0, 0, 0, 4, 5, 6]\n"
+      "blur_px = 1.5\nresponse = { gamma = 2.25 }\n\n"
+      "[[object]]  # \"ball\"\ncenter_mm = [7, 8, 271]\n\n"
+      "[object.material]  # \"ball\"\ndiffuse = 0.625\n\n[render]\nbounces = 1\n\n");
+}
+
 }  // namespace
 }  // namespace fringetwin::compare::refine_test

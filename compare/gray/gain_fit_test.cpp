@@ -11,6 +11,8 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <algorithm>
+
 #include "compare/gray/gray_rows.hpp"
 #include "tests/support/compare/fitted_gray.hpp"
 
@@ -183,6 +185,15 @@ TEST(GrayRows, MatchABruteForcePercentile) {
   EXPECT_NEAR(rows[0].mean_dn, sum / n, 1e-9);
   EXPECT_NEAR(rows[0].rms_dn, std::sqrt(sum2 / n), 1e-9);
   EXPECT_NEAR(rows[0].p99_dn, magnitude[static_cast<std::size_t>(0.99 * n)], 0.02 * rows[0].rms_dn);
+}
+
+// As a camera of 8 bit shows them: between 0 and 255 DN.
+TEST(GrayRows, PredictedImagesStayInTheRangeOfTheCamera) {
+  FittedGray f(testing::make_sides({}));
+  f.fit.row.gain_dn = 1000.0, f.fit.row.black_level_dn = -5.0;
+  const ImageF predicted = predicted_gray(f.pair, f.fit, 0);
+  EXPECT_EQ(*std::ranges::max_element(predicted.data), 255.0F);
+  EXPECT_EQ(*std::ranges::min_element(predicted.data), 0.0F);
 }
 
 }  // namespace

@@ -72,6 +72,8 @@ TEST(NoiseCheck, AModelThatIsTooQuietGivesTheFactor) {
   ASSERT_EQ(rows.size(), 1u);
   expect_ratio(rows[0].gray_ratio, rows[0].gray_ratio_sigma, factor);
   expect_ratio(rows[0].phase_ratio, rows[0].phase_ratio_sigma, factor);
+  EXPECT_NEAR(rows[0].gray_predicted_dn, std::sqrt(1.0 + 1.0 / 12.0), 1e-9);
+  EXPECT_NEAR(rows[0].gray_measured_dn / rows[0].gray_predicted_dn, factor, 4.0 * rows[0].gray_ratio_sigma);
 }
 
 TEST(NoiseCheck, ShotNoiseIsRightAtEveryLevel) {

@@ -36,26 +36,6 @@ std::string coverage_table_html(const std::vector<CoverageRow>& rows) {
   return html;
 }
 
-/// Returns 1 for pixels measured on the simulated side only, -1 for those on the real side only, 0 for those
-/// on both, NaN for the rest; saturated pixels are hatched with the other of 0 and NaN.
-ImageF coverage_map(const Image<PixelState>& real, const Image<PixelState>& simulated) {
-  constexpr int kStripe = 4;
-  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
-  ImageF map(real.width, real.height);
-  for (int y = 0; y < map.height; ++y)
-    for (int x = 0; x < map.width; ++x) {
-      const PixelState r = real(x, y), s = simulated(x, y);
-      const bool on_real = r == PixelState::measured, on_simulated = s == PixelState::measured;
-      const bool saturated = r == PixelState::saturated || s == PixelState::saturated;
-      const bool stripe = saturated && (x + y) / kStripe % 2 == 0;
-      const float value = on_real && on_simulated   ? 0.0F
-                          : on_real || on_simulated ? (on_real ? -1.0F : 1.0F)
-                                                    : kNone;
-      map(x, y) = !stripe ? value : on_real || on_simulated ? kNone : 0.0F;
-    }
-  return map;
-}
-
 std::string coverage_figure_html(const ReportInput& in, const std::string& camera) {
   const std::size_t c = camera_index(in, camera);
   const ImageF map = coverage_map(pixel_states(in.twin, c, in.real), pixel_states(in.twin, c, in.simulated));
@@ -75,6 +55,24 @@ std::string coverage_figure_html(const ReportInput& in, const std::string& camer
 }
 
 }  // namespace
+
+ImageF coverage_map(const Image<PixelState>& real, const Image<PixelState>& simulated) {
+  constexpr int kStripe = 4;
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  ImageF map(real.width, real.height);
+  for (int y = 0; y < map.height; ++y)
+    for (int x = 0; x < map.width; ++x) {
+      const PixelState r = real(x, y), s = simulated(x, y);
+      const bool on_real = r == PixelState::measured, on_simulated = s == PixelState::measured;
+      const bool saturated = r == PixelState::saturated || s == PixelState::saturated;
+      const bool stripe = saturated && (x + y) / kStripe % 2 == 0;
+      const float value = on_real && on_simulated   ? 0.0F
+                          : on_real || on_simulated ? (on_real ? -1.0F : 1.0F)
+                                                    : kNone;
+      map(x, y) = !stripe ? value : on_real || on_simulated ? kNone : 0.0F;
+    }
+  return map;
+}
 
 std::string coverage_html(const ReportInput& in) {
   const std::vector<CoverageRow>& rows = in.comparison.coverage;

@@ -10,6 +10,7 @@
 #include "compare/result/options.hpp"
 #include "compare/result/rows.hpp"
 #include "compare/result/side.hpp"
+#include "compare/verdict/coverage.hpp"
 #include "report/map.hpp"
 #include "report/plot.hpp"
 
@@ -41,6 +42,9 @@ std::string indicators_html(const Comparison& c);
 
 // report_coverage.cpp: also writes the maps as files
 std::string coverage_html(const ReportInput& in);
+/// Returns 1 for pixels measured on the simulated side only, -1 for those on the real side only, 0 for those
+/// on both, NaN for the rest; saturated pixels are hatched with the other of 0 and NaN.
+ImageF coverage_map(const Image<PixelState>& real, const Image<PixelState>& simulated);
 
 // report_explained.cpp
 std::string explained_summary_html(const Comparison& c);

@@ -147,7 +147,15 @@ TEST(Pattern, PlaceThatIsNoRadius) {
     EXPECT_GT(row_of(rows, "place").alone, 0.9);
     // beside the middle a slope is in part one along the radius
     EXPECT_LT(row_of(rows, "radius").alone, first_x == 0 ? 0.1 : 0.5);
-    EXPECT_EQ(row_of(rows, "place").profile[0].at.size(), row_of(rows, "place").profile[0].at_y.size());
+    // the middles of 16 x 16 cells over the pixels from first_x to 59 and from 0 to 49, row by row
+    const PatternProfile& map = row_of(rows, "place").profile[0];
+    ASSERT_EQ(map.at.size(), 256u);
+    ASSERT_EQ(map.at_y.size(), 256u);
+    const double cell_x = (kWidth - first_x) / 16.0, cell_y = kHeight / 16.0;
+    for (std::size_t i = 0; i < 256; ++i) {
+      EXPECT_NEAR(map.at[i], first_x - 0.5 + (static_cast<double>(i % 16) + 0.5) * cell_x, 1e-9);
+      EXPECT_NEAR(map.at_y[i], -0.5 + (static_cast<double>(i / 16) + 0.5) * cell_y, 1e-9);
+    }
   }
 }
 

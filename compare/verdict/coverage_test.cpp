@@ -39,12 +39,12 @@ Eigen::Vector3d point_mm(const Lens& lens, int x, int y) {
   return *lens.unproject({x, y}) / lens.unproject({x, y})->z() * 300.0;
 }
 
-/// One side measures a square, with points, where the other has nothing.
-void plant(SyntheticSides& s, Side& side, std::size_t camera = 0) {
+/// One side measures a rectangle, with points, where the other has nothing.
+void plant(SyntheticSides& s, Side& side, std::size_t camera, int x0, int y0, int width, int height) {
   measure::CameraDecode& decode = side.measurement->cameras[camera];
   measure::PointCloud& cloud = side.measurement->cloud;
-  for (int y = kFirst; y < kFirst + kPatch; ++y)
-    for (int x = kFirst; x < kFirst + kPatch; ++x) {
+  for (int y = y0; y < y0 + height; ++y)
+    for (int x = x0; x < x0 + width; ++x) {
       ASSERT_NE(decode.flags(x, y), measure::kValid);
       decode.flags(x, y) = measure::kValid;
       cloud.p_world_mm.push_back(point_mm(s.twin.cameras[camera].lens, x, y));
@@ -52,6 +52,10 @@ void plant(SyntheticSides& s, Side& side, std::size_t camera = 0) {
       cloud.q_cam_px.emplace_back(static_cast<float>(x), static_cast<float>(y));
       cloud.sigma_mm.push_back(0.01F);
     }
+}
+
+void plant(SyntheticSides& s, Side& side, std::size_t camera = 0) {
+  plant(s, side, camera, kFirst, kFirst, kPatch, kPatch);
 }
 
 std::vector<CoverageRow> rows_of(const SyntheticSides& s) {
@@ -274,6 +278,15 @@ TEST(Coverage, WithoutPointsThereAreRowsOfCamerasOnly) {
   EXPECT_FALSE(rows[0].explained);
   EXPECT_THAT(rows[0].place_box_px, ElementsAre(7.0, 7.0, 22.0, 22.0));
   EXPECT_THAT(rows[0].place_mm, IsEmpty());
+}
+
+// Without the two pixels at its outline; no side of the rectangle is where another one is.
+TEST(Coverage, ThePlaceIsLeftTopRightAndBottom) {
+  SyntheticSides s = scene();
+  plant(s, s.real, 0, 3, 4, 28, 14);
+  const std::vector<CoverageRow> rows = rows_of(s);
+  EXPECT_THAT(rows.at(0).place_box_px, ElementsAre(5.0, 6.0, 28.0, 15.0));
+  EXPECT_THAT(rows[0].why, HasSubstr("the largest area lies in pixels x 5 to 28, y 6 to 15"));
 }
 
 TEST(Coverage, NothingMeasuredIsNotExplained) {

@@ -99,7 +99,9 @@ TEST(Indicators, SpacingIsAlongTheLineOfTheCentres) {
       twin_of({{"a", SphereShape{{0, 0, 300}, 5}, {}}, {"b", SphereShape{{30, 0, 340}, 5}, {}}});
   // the second sphere 0.01 mm further along the line (0.6, 0, 0.8), and off it, which the distance hardly
   // sees
-  const ObjectFit a = sphere("a", {0, 0, 300}, 5), b = sphere("b", {30.006, 0, 340.008}, 5);
+  const ObjectFit a = sphere("a", {0, 0, 300}, 5);
+  ObjectFit b = sphere("b", {30.006, 0, 340.008}, 5);
+  b.vectors["center_sigma_mm"] *= 2.0;
   const ObjectFit beside = sphere("b", {30.0, 0.01, 340.0}, 5);
   const auto rows = indicators(twin, {row(a, a), row(b, beside)});
   const Indicator* spacing = find(rows, "sphere_spacing");
@@ -107,8 +109,8 @@ TEST(Indicators, SpacingIsAlongTheLineOfTheCentres) {
   EXPECT_EQ(spacing->objects, (std::vector<std::string>{"a", "b"}));
   EXPECT_NEAR(spacing->simulated.mm, 0.01, 1e-9);
   EXPECT_NEAR(spacing->real.mm, std::hypot(50.0, 0.01) - 50.0, 1e-9);
-  // both centres: (0.6 * 0.001)^2 + (0.8 * 0.004)^2
-  EXPECT_NEAR(spacing->simulated.sigma_mm, std::sqrt(2.0) * std::hypot(0.0006, 0.0032), 1e-8);
+  // of the first centre (0.6 * 0.001)^2 + (0.8 * 0.004)^2, of the second four times that
+  EXPECT_NEAR(spacing->simulated.sigma_mm, std::sqrt(5.0) * std::hypot(0.0006, 0.0032), 1e-8);
 }
 
 TEST(Indicators, PlanesHaveFlatnessAndNoSize) {
