@@ -201,6 +201,22 @@ TEST(Fringes, WordsOutsideTheCodeWrap) {
   EXPECT_EQ(decode_word(fringes, 1e6 + 15), (100001 % 8));
 }
 
+// A pixel reaches from half a pixel before its centre to half a pixel behind it; the border pixels go on.
+TEST(Fringes, LevelsOfAnImageAreThoseOfThePixelThatHoldsThePlace) {
+  ImageF levels(3, 2);
+  for (std::size_t i = 0; i < levels.size(); ++i) levels.data[i] = 0.125F * static_cast<float>(i);
+  const auto level = [&](double x_px, double y_px) { return image_level(levels, x_px, y_px); };
+  const auto of = [&](int x, int y) { return static_cast<double>(levels(x, y)); };
+  EXPECT_EQ(level(0.0, 0.0), of(0, 0));
+  EXPECT_EQ(level(0.49, 0.49), of(0, 0));
+  EXPECT_EQ(level(0.51, 0.49), of(1, 0));
+  EXPECT_EQ(level(0.49, 0.51), of(0, 1));
+  EXPECT_EQ(level(1.6, 0.9), of(2, 1));
+  EXPECT_EQ(level(-9.0, 0.0), of(0, 0));
+  EXPECT_EQ(level(1.0, -9.0), of(1, 0));
+  EXPECT_EQ(level(9.0, 9.0), of(2, 1));
+}
+
 TEST(Fringes, FinestPitch) {
   const DirectionFringes direction{Axis::y, {64, 16, 32}, {0, 0, 0}, {}};
   EXPECT_EQ(direction.finest(), 1);

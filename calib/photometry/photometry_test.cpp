@@ -151,6 +151,8 @@ void expect_sensor(const CameraPhotometry& c, const TrueSensor& s, double larges
   EXPECT_LT(t.dn_per_electron.sigma * s.electrons_per_dn, largest_sigma);
   EXPECT_LT(std::abs(t.read_noise_dn.value - s.read_noise_dn), 4.0 * t.read_noise_dn.sigma);
   EXPECT_LT(t.read_noise_dn.sigma, 0.05 * s.read_noise_dn);
+  EXPECT_DOUBLE_EQ(t.read_noise_electrons.value, t.read_noise_dn.value * t.electrons_per_dn.value);
+  EXPECT_DOUBLE_EQ(t.read_noise_electrons.sigma, t.read_noise_dn.sigma * t.electrons_per_dn.value);
   EXPECT_LT(std::abs(t.slope_change.value), 4.0 * t.slope_change.sigma);
 }
 
@@ -389,7 +391,10 @@ TEST(FlatField, VignettingUnderUnevenLight) {
   };
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x)
-      flat(x, y) = expose(180.0 * truth(r2_of(x, y)) * (1.0 + 0.06 * (x - 0.5 * kWidth) / kWidth), s, random);
+      flat(x, y) =
+          expose(180.0 * truth(r2_of(x, y)) *
+                     (1.0 + 0.06 * (x - 0.5 * kWidth) / kWidth - 0.04 * (y - 0.5 * kHeight) / kHeight),
+                 s, random);
   const FlatField f = fit_flat_field(flat, 5.0, 255.0, "left");
   for (int y = 0; y < kHeight; y += 10)
     for (int x = 0; x < kWidth; x += 10) {
@@ -397,6 +402,8 @@ TEST(FlatField, VignettingUnderUnevenLight) {
       EXPECT_NEAR(1.0 + r2 * (f.a[0].value + r2 * (f.a[1].value + r2 * f.a[2].value)), truth(r2), 0.005);
     }
   EXPECT_NEAR(f.gradient_x.value, 0.03, 4.0 * f.gradient_x.sigma);
+  EXPECT_NEAR(f.gradient_y.value, -0.02, 4.0 * f.gradient_y.sigma);
+  EXPECT_LT(f.gradient_y.sigma, 0.002) << "else anything would do";
 }
 
 TEST(Photometry, RefusesInOneSentence) {

@@ -160,6 +160,15 @@ TEST_F(Session, LostFramesDoNotDriveTheCamerasApart) {
   expect_whole(twin);
 }
 
+// With several frames of each image the leader has some before and some behind: the nearest is 3 ms away.
+TEST_F(Session, TheSkewIsThatToTheNearestFrameOnEitherSide) {
+  const Twin twin = loop_twin(2);
+  LoopRig rig(twin);
+  CapturePlan plan = plan_for_loop();
+  plan.average = 3;
+  EXPECT_NEAR(record(twin, rig, plan).worst_skew_ms, 3.0, 1e-9);
+}
+
 TEST_F(Session, CamerasTooFarApartAreAFault) {
   const Twin twin = loop_twin(2);
   LoopRig rig(twin);

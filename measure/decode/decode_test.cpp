@@ -90,6 +90,19 @@ TEST(Decode, GrayCodeOnlyGivesTheCentreOfTheWord) {
   }
 }
 
+// With the complementary bit a word is half a period: its centre is known to within 4/sqrt(12) of 4 px.
+TEST(Decode, GrayCodeOnlyWithAComplementaryBitGivesTheCentreOfHalfAPeriod) {
+  const Fringes f = gray_fringes(0, 8, 0.0, {5, false, true, 0.0, GrayCode::Threshold::inverse});
+  FringeScene scene;
+  scene.column_px = ramp(64, 4, 2.0, 254.0);
+  const CameraDecode d = decode(project(f, scene), f, projector_of_width(256));
+  for (std::size_t i = 0; i < scene.column_px.size(); ++i)
+    ASSERT_NEAR(d.directions[0].coordinate_px.data[i], scene.column_px.data[i], 1e-9);
+  const double sigma_px = 4.0 / std::sqrt(12.0);
+  EXPECT_NEAR(static_cast<double>(d.directions[0].coordinate_sigma_px(3, 3)), sigma_px, 1e-6);
+  EXPECT_NEAR(static_cast<double>(d.directions[0].sigma_rad(3, 3)), kTwoPi / 8.0 * sigma_px, 1e-6);
+}
+
 TEST(Decode, GrayCodeOnlyMarksDarkPixelsAndUncertainBits) {
   const Fringes f = gray_fringes(0, 8, 0.0, {5, false, false, 0.0, GrayCode::Threshold::white_black});
   FringeScene scene;

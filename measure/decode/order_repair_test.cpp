@@ -72,6 +72,23 @@ TEST(OrderRepair, JumpsThatCannotBeMendedAreCounted) {
   EXPECT_EQ(r.n_left, 50u);
 }
 
+// Nothing is mended here: all neighbours count, those at the borders, too.
+TEST(OrderRepair, JumpsAtTheBordersAreCounted) {
+  OrderRepairOptions count_only = kOptions;
+  count_only.max_passes = 0;
+  const ImageD truth = testing::ramp(100, 50, 0.0, 400.0);
+  for (const int row : {0, 49}) {
+    ImageD x = truth;
+    for (int u = 0; u < 100; ++u) x(u, row) += kPeriod;
+    EXPECT_EQ(repair_orders(x, count_only).n_left, 100u) << "row " << row;
+  }
+  for (const int column : {0, 99}) {
+    ImageD x = truth;
+    for (int y = 0; y < 50; ++y) x(column, y) += kPeriod;
+    EXPECT_EQ(repair_orders(x, count_only).n_left, 50u) << "column " << column;
+  }
+}
+
 TEST(OrderRepair, HolesAndBordersAreNoNeighbours) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   ImageD x = testing::ramp(60, 60, 0.0, 200.0);

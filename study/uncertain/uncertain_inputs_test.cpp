@@ -101,6 +101,23 @@ TEST(UncertainInputs, AFormIsAFactorOfItsOwn) {
   EXPECT_EQ(keys_of_twin(point.settings).size(), 3u) << "keys alone";
 }
 
+// Two balls have a form each, in places of their own among the factors.
+TEST(UncertainInputs, FormsAreExchangedOneByOne) {
+  UncertainInputs with = inputs();
+  with.forms = {{"form of ball", "ball", {0.0035, 2, 12}}, {"form of other", "other", {0.005, 3, 9}}};
+  const InputDraw a = draw_inputs(with, 7, DrawStream::trials, 1),
+                  b = draw_inputs(with, 7, DrawStream::trials, 2);
+  ASSERT_EQ(a.forms.size(), 2u);
+  EXPECT_NE(a.forms[0], a.forms[1]);
+  for (std::size_t f = 0; f < with.factors().size(); ++f) {
+    const InputDraw x = exchanged(with, a, b, f);
+    EXPECT_EQ(x.forms[0], (f == 2 ? b : a).forms[0]) << with.factors()[f];
+    EXPECT_EQ(x.forms[1], (f == 3 ? b : a).forms[1]) << with.factors()[f];
+    EXPECT_EQ(x.calibration, (f == 4 ? b : a).calibration) << with.factors()[f];
+    EXPECT_EQ(x.noise_seed, (f == 5 ? b : a).noise_seed) << with.factors()[f];
+  }
+}
+
 TEST(UncertainInputs, TheRecordingRigHasTheForm) {
   const auto folder = testing::scratch_folder("rig_with_a_form");
   testing::write_file(folder / "twin.toml", testing::small_twin());
