@@ -45,6 +45,19 @@ TEST(HeatMap, NumbersOnlyWhereTheCellsHaveRoom) {
   EXPECT_THAT(drawing(map).script, Not(HasSubstr("\"0.125\"")));
 }
 
+// Viridis is dark where values are small and bright where they are large.
+TEST(HeatMap, LettersDifferFromTheirCells) {
+  const std::string script = drawing(example()).script;
+  const auto block = [&](const std::string& name) {
+    const std::size_t first = script.find("$" + name + " << EOD\n");
+    return first == std::string::npos ? "" : script.substr(first, script.find("\nEOD", first) - first);
+  };
+  EXPECT_THAT(block("light"), HasSubstr("\"0.00100\""));
+  EXPECT_THAT(block("light"), Not(HasSubstr("\"0.5")));
+  EXPECT_THAT(block("dark"), HasSubstr("\"0.5"));
+  EXPECT_THAT(script, HasSubstr("$light with labels tc rgb \"#ffffff\""));
+}
+
 TEST(HeatMap, LimitsAroundZeroAndOfEqualValues) {
   const MapLimits around = limits_of({{-1.0, 3.0}}, Scale::diverging),
                   equal = limits_of({{2.0, 2.0}}, Scale::viridis);

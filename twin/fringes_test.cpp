@@ -129,6 +129,20 @@ TEST(Fringes, CosineAtKnownPlaces) {
   EXPECT_LT(pattern_value(fringes, p, 4), 0.5);
 }
 
+TEST(Fringes, EveryPitchHasItsOwnOrigin) {
+  Fringes fringes;
+  fringes.directions = {{Axis::x, {13, 14, 15}, {3, -20, 4.5}, {}}};
+  fringes.amplitude = 0.25;
+  for (int pitch = 0; pitch < 3; ++pitch) {
+    const double origin_px = fringes.directions[0].phase_origin_px[static_cast<std::size_t>(pitch)];
+    const double half_px = 0.5 * fringes.directions[0].pitches_px[static_cast<std::size_t>(pitch)];
+    PatternSpec p;
+    p.pitch = pitch;
+    EXPECT_NEAR(pattern_value(fringes, p, origin_px), 0.75, 1e-14);
+    EXPECT_NEAR(pattern_value(fringes, p, origin_px + half_px), 0.25, 1e-14);
+  }
+}
+
 TEST(Fringes, PhaseOfStepZeroIsRecoveredFromTheSteps) {
   for (const int steps : {3, 4, 5, 12}) {
     Fringes fringes;

@@ -195,6 +195,9 @@ TEST_F(ImportFiles, PlainMatrices) {
   const ImportedDevice same = import_matrices({K, {}, RT, {}}, 1.0);
   EXPECT_EQ(same.lensmodel, "LENSMODEL_PINHOLE");
   EXPECT_LT((same.T_device_ref.translation_mm - d.T_device_ref.translation_mm).norm(), 1e-12);
+  const fs::path in_metres = write("RT_m.txt", "0 -1 0 -0.1\n1 0 0 0.02\n0 0 1 0.003\n");
+  const ImportedDevice metres = import_matrices({K, {}, in_metres, {}}, 1000.0);
+  EXPECT_LT((metres.T_device_ref.translation_mm - d.T_device_ref.translation_mm).norm(), 1e-12);
   const fs::path r = write("r.txt", "0 0 1.5707963267948966\n");
   EXPECT_LT((import_matrices({K, D, r, T}, 1.0).T_device_ref.rotation - d.T_device_ref.rotation).norm(),
             1e-12);

@@ -352,6 +352,32 @@ TEST(ProjectorResponse, FourStepsKnowOneHarmonicThreeNone) {
   EXPECT_GT(three.cameras[0].directions[0].mtf.size(), 1u);
 }
 
+// The camera lowers the finer fringes, too: to 0.7, of the coarse ones to 0.95. What is left is the
+// projector's blur of 1.5 px, exp(-2 pi^2 1.5^2 (1/16^2 - 1/64^2)).
+TEST(ProjectorResponse, TheCamerasContrastIsNotCalledBlur) {
+  const double blur =
+      std::exp(-2.0 * std::numbers::pi * std::numbers::pi * 2.25 * (1.0 / 256.0 - 1.0 / 4096.0));
+  const auto pitch = [](double pitch_px, double amplitude, double camera) {
+    PitchHarmonics out;
+    out.pitch_px = pitch_px;
+    out.amplitude = {{amplitude, 1e-4}};
+    out.quadrature = {{0.0, 1e-4}};
+    out.median_dn = {60.0 * amplitude};
+    out.camera_factor = {camera};
+    return out;
+  };
+  FringeHarmonics h;
+  h.steps = 3;
+  h.n = 100000;
+  h.reference = 0;
+  h.pitches = {pitch(64.0, 1.0, 0.95), pitch(16.0, blur * 0.7 / 0.95, 0.7)};
+  const ProjectorPhotometry p = projector_photometry(h, 0.5, 0.5);
+  ASSERT_EQ(p.mtf.size(), 1u);
+  EXPECT_NEAR(p.mtf[0].camera_factor, 0.7 / 0.95, 1e-12);
+  EXPECT_EQ(p.mtf[0].period_px, 16.0);
+  EXPECT_NEAR(p.blur_px.value, 1.5, 1e-9);
+}
+
 // A response that is no power: an s-curve comes back as a table.
 TEST(ProjectorResponse, TableWhereNoGammaFits) {
   FringeHarmonics h;

@@ -62,6 +62,9 @@ TEST_F(CaptureLatency, OfALightThatJumps) {
     EXPECT_EQ(camera.complete_frames.min, 3.0);  // 43 ms / 16.7 ms = 2.6 frames
     EXPECT_EQ(camera.complete_frames.max, 4.0);
   }
+  // The third frame begins 33.4 to 50.1 ms after it was shown: its 10 ms nearly always see the light of 43
+  // ms.
+  EXPECT_EQ(latency.cameras[0].begins_frames.median, 3.0);
   EXPECT_NEAR(latency.cameras[0].black_dn, 4.0, 0.01);
   EXPECT_EQ(latency.settle_frames, 0);
   EXPECT_EQ(latency.settle_without_latency, 3);

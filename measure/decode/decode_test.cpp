@@ -64,6 +64,23 @@ TEST(Decode, EveryUnwrappingIsExactWithoutNoise) {
   }
 }
 
+// The code at 0.4 of the steps' exposure: its brightest value, 84 DN, is below the steps' mean of 110 DN.
+TEST(Decode, GrayImagesOfAnotherExposureAreReadByTheirOwnLevel) {
+  const Fringes f = gray_fringes(4, 20, 0.0, {6, false, true, 0.0, GrayCode::Threshold::mean});
+  FringeScene scene;
+  scene.column_px = ramp(500, 6, 2.0, 1270.0);
+  CameraImages images = project(f, scene);
+  const std::vector<PatternSpec> patterns = expand_sequence(f);
+  for (std::size_t k = 0; k < patterns.size(); ++k)
+    if (patterns[k].is_gray())
+      for (float& v : images.images[k].data) v = std::round(0.4f * v);
+  images.gray_code_exposure = 0.4;
+  const CameraDecode d = decode(images, f, projector_of_width(1280));
+  const DecodeErrors e = decode_errors(d.directions[0], scene.column_px);
+  EXPECT_EQ(e.n_valid, scene.column_px.size());
+  EXPECT_EQ(e.n_wrong, 0u);
+}
+
 TEST(Decode, GrayCodeOnlyGivesTheCentreOfTheWord) {
   // kamino: OpenCV's GrayCodePattern, word k = projector pixel k, so the words begin at -0.5.
   for (const bool lsb_first : {false, true}) {

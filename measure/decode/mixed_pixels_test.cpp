@@ -74,6 +74,14 @@ TEST(MixedPixels, LightThatFadesToNothingDisplacesItsLastPixel) {
   }
 }
 
+// Light that falls by 10 DN per px would be 40 DN at the border: of that 20 DN fill a half, whose centroid
+// lies a quarter off; 38 DN are full but for 0.025, and the slope of 12 DN moves them by 12/(12 * 38).
+TEST(MixedPixels, TheFullAmplitudeIsExtrapolatedFromTheNeighbours) {
+  EXPECT_DOUBLE_EQ(centroid_shift_px(20.0, 50.0, 60.0), 0.25);
+  EXPECT_DOUBLE_EQ(centroid_shift_px(38.0, 50.0, 60.0), 1.0 / 38.0);
+  EXPECT_DOUBLE_EQ(centroid_shift_px(60.0, 60.0, 60.0), 0.0);
+}
+
 TEST(MixedPixels, AHoleHasABorderAllRound) {
   CameraDecode d = edge(1.0, 0.005f);
   DirectionDecode& x = d.directions[0];

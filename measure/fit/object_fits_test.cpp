@@ -69,6 +69,22 @@ struct Bench {
   }
 };
 
+// Every fiftieth point of the ball stands 0.6 mm out, most of them within the gate of 1 mm: none is used.
+TEST(FitObjects, OutliersHaveNoDeviation) {
+  Bench bench;
+  const ObjectFit clean = fit_objects(bench.twin, bench.cloud).at(0);
+  for (std::size_t k = 0; k < clean.index.size(); k += 50) {
+    Eigen::Vector3d& p_mm = bench.cloud.p_world_mm[clean.index[k]];
+    p_mm += 0.6 * (p_mm - Eigen::Vector3d(-20, 0, 240)).normalized();
+  }
+  const ObjectFit ball = fit_objects(bench.twin, bench.cloud).at(0);
+  ASSERT_TRUE(ball.usable) << ball.warning;
+  EXPECT_LT(ball.n, static_cast<std::size_t>(ball.numbers.at("n_gated"))) << "some outliers are gated";
+  EXPECT_EQ(ball.index.size(), ball.n);
+  EXPECT_EQ(ball.deviation_mm.size(), ball.n);
+  for (const float deviation_mm : ball.deviation_mm) ASSERT_LT(std::abs(deviation_mm), 1e-6F);
+}
+
 TEST(FitObjects, EveryShapeIsFoundInOneScene) {
   const Bench bench;
   const auto rows = fit_objects(bench.twin, bench.cloud);

@@ -146,6 +146,7 @@ TEST(Stereo, NothingIsInventedAtDepthSteps) {
         "steps (projector %s): %zu of %zu points, ambiguous %zu, rejected %zu, wrong %zu, largest %.3f mm\n",
         projector_known ? "known" : "unknown", cloud.size(), summary.n_candidates, summary.n_ambiguous,
         summary.n_rejected, wrong, largest);
+    EXPECT_EQ(summary.n_points + summary.n_no_match + summary.n_rejected, summary.n_candidates);
     EXPECT_GT(cloud.size(), 40000u);
     if (projector_known)
       EXPECT_EQ(wrong, 0u);

@@ -66,6 +66,31 @@ TEST(ProjectorTriangulation, PredictedSigmaIsTheScatter) {
   }
 }
 
+// The projector's image moved by a third of its height, up or down, leaves points without light: columns
+// alone do not tell, the rows where the depths put them do.
+TEST(ProjectorTriangulation, PointsBeyondTheProjectorsRowsAreRejected) {
+  const Twin twin = scaled_paper_rig(0.25);
+  const CameraDecode decode = ideal_decode(twin, 0, plane_surface({0, 0, 260}, {0, 0, -1}));
+  const Lens& lens = twin.projector->lens;
+  for (const double share : {-1.0 / 3.0, 1.0 / 3.0}) {
+    Twin moved = twin;
+    std::vector<double> intrinsics = lens.intrinsics();
+    intrinsics[3] += share * lens.height();
+    moved.projector->lens = Lens(lens.model(), intrinsics, {lens.width(), lens.height()}, "moved");
+    TriangulationSummary summary;
+    const PointCloud cloud = triangulate_projector(moved, 0, decode, &summary);
+    ASSERT_GT(cloud.size(), 1000u);
+    EXPECT_GT(summary.n_rejected, 1000u) << share;
+    const double margin_px = 0.05 * lens.height();  // what a wrong calibration may take a point out by
+    for (const Eigen::Vector3d& p_mm : cloud.p_world_mm) {
+      const auto q_px = moved.projector->lens.project(moved.projector->T_proj_world * p_mm);
+      ASSERT_TRUE(q_px);
+      ASSERT_GE(q_px->y(), -0.5 - margin_px - 1e-6) << share;
+      ASSERT_LE(q_px->y(), lens.height() - 0.5 + margin_px + 1e-6) << share;
+    }
+  }
+}
+
 TEST(ProjectorTriangulation, WrongOrdersAreAbsurdAndRejected) {
   const Twin twin = scaled_paper_rig(0.1);
   const RaySurface scene = plane_surface({0, 0, 260}, {0, 0, -1});

@@ -20,6 +20,7 @@ namespace {
 struct Scene {
   double brightest_dn = 3700.0;  ///< of the brightest pixel's fringe
   double fall = 0.3;             ///< of the brightness over the image
+  double contrast = 0.45;        ///< amplitude of the fringes over full light, about a half of it
   double noise_dn = 15.0;        ///< before the well
   double well_dn = 1e9;
   double read_dn = 0.0;  ///< after the well
@@ -48,7 +49,7 @@ CameraImages make_images(const Scene& s, unsigned seed = 1) {
         const double light = s.brightest_dn * (1.0 - s.fall * (x + 0.4 * y) / 260.0);
         const double phase =
             2.0 * std::numbers::pi * (x / (k < s.steps ? 6.3 : 6.9) + (k % s.steps) / double(s.steps));
-        const double dn = light * (0.5 + 0.45 * std::cos(phase)) + s.noise_dn * normal(random);
+        const double dn = light * (0.5 + s.contrast * std::cos(phase)) + s.noise_dn * normal(random);
         image(x, y) = static_cast<float>(
             std::clamp(std::round(std::min(dn, s.well_dn) + s.read_dn * normal(random)), 0.0, full));
       }
@@ -82,6 +83,14 @@ TEST(FindClip, AFullWellBeforeTheReadNoiseIsFound) {
   ASSERT_TRUE(clip);
   EXPECT_NEAR(clip->dn, 3000.0, 3.5 * 3.0 + 0.5 * (1.0 + 4.0 * 3.0));
   EXPECT_LT(clip->dn, 3000.0 - 2.0 * 3.0);  // hardly a clipped value stays
+}
+
+// Three quarters of the pixels are above the well in all steps, and say nothing of fringes that go on above
+// it; the dark corner's do.
+TEST(FindClip, AWellThatMostPixelsAreBeyondIsFound) {
+  const auto clip = clip_of({.brightest_dn = 7500.0, .fall = 0.6, .contrast = 0.1, .well_dn = 2000.0});
+  ASSERT_TRUE(clip);
+  EXPECT_EQ(clip->dn, 2000.0);
 }
 
 TEST(FindClip, ValuesThatJustEndAreNoClip) {
