@@ -62,6 +62,24 @@ TEST(PublishedSigma, OfAWholeSphere) {
   EXPECT_TRUE(row.z_vectors.empty());
 }
 
+// The six ends of the axes: sum of u u^T = 2, of u = 0; six residuals of four parameters leave two degrees of
+// freedom, s^2 = 6/2 rms^2.
+TEST(PublishedSigma, OfFewPointsHasTheirDegreesOfFreedom) {
+  Case c = whole_sphere();
+  const Vector3d center_mm = c.simulated.vectors.at("center_mm");
+  c.cloud.p_world_mm.clear();
+  for (int i = 0; i < 3; ++i)
+    for (const double side : {-19.0, 19.0})
+      c.cloud.p_world_mm.push_back(center_mm + side * Vector3d::Unit(i));
+  c.simulated.index = {0, 1, 2, 3, 4, 5};
+  FitRow row = make_fit_row(c.simulated, c.real);
+  estimate_published_z(c.cloud, row);
+  EXPECT_NEAR(row.real_sigma_estimated.at("radius_sigma_mm"), kRms * std::sqrt(3.0 / 6.0), 1e-12);
+  for (int i = 0; i < 3; ++i)
+    EXPECT_NEAR(row.real_sigma_estimated_vectors.at("center_sigma_mm")[i], kRms * std::sqrt(3.0 / 2.0),
+                1e-12);
+}
+
 TEST(PublishedSigma, GeometryIsJudgedByIt) {
   const Case c = whole_sphere();
   FitRow row = make_fit_row(c.simulated, c.real);

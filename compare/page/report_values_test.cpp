@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <regex>
 
 #include "compare/page/report_parts.hpp"
 #include "tests/support/compare/synthetic_sides.hpp"
@@ -28,8 +27,19 @@ struct Page {
 
 /// Returns the text of the page with a bar between its elements: "left|dx|0.12".
 std::string text_of(const std::string& html) {
-  const std::string bars = std::regex_replace(html, std::regex("<[^>]*>"), "|");
-  return std::regex_replace(bars, std::regex("\\|[|\\s]*"), "|");
+  std::string text;
+  bool inside = false;  // of a tag
+  for (const char c : html) {
+    if (c == '<') {
+      inside = true;
+      if (text.empty() || text.back() != '|') text += '|';
+    } else if (c == '>') {
+      inside = false;
+    } else if (!inside && c != '\n') {
+      text += c;
+    }
+  }
+  return text;
 }
 
 TEST(ReportValues, ShiftTableHasEachNumberUnderItsHeading) {
@@ -58,9 +68,7 @@ TEST(ReportValues, DeviationsAreInMicrometres) {
   page.comparison.fits[0].object = "ball";
   const std::string text = text_of(geometry_figures_html(page.input()));
   EXPECT_THAT(text, HasSubstr("deviation [µm]"));
-  EXPECT_TRUE(std::regex_search(
-      text, std::regex("\\|−2\\.50*\\|−1\\.2[0-9]*\\|0(\\.0*)?\\|\\+1\\.2[0-9]*\\|\\+2\\.50*\\|")))
-      << text.substr(0, 600);
+  EXPECT_THAT(text, HasSubstr("|−2.50|−1.25|0.00|+1.25|+2.50|"));
 }
 
 TEST(ReportValues, CoverageMapTellsTheSidesApart) {

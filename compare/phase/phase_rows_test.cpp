@@ -30,7 +30,8 @@ Sides make_sides(double shift_px) {
 }
 
 TEST(PhaseRows, ConstantShiftHasClosedForm) {
-  const Sides s = make_sides(0.02);
+  Sides s = make_sides(0.02);
+  s.twin.fringes.directions[0].phase_origin_px = {20.0, 25.0, 30.0};
   const std::vector<PhaseRow> rows = phase_rows(s.twin, s.real, s.simulated);
   ASSERT_EQ(rows.size(), 1u);
   const double expected = kTwoPi * 0.02 / 13.0;  // the finest of 13, 14, 15
@@ -39,7 +40,7 @@ TEST(PhaseRows, ConstantShiftHasClosedForm) {
   EXPECT_NEAR(rows[0].p99_rad, expected, 0.01 * expected);
   double sum = 0, n = 0;
   for (double x : s.real.cameras[0].directions[0].coordinate_px.data)
-    if (!std::isnan(x)) sum += std::abs(kTwoPi * x / 13.0), n += 1;
+    if (!std::isnan(x)) sum += std::abs(kTwoPi * (x - 20.0) / 13.0), n += 1;
   EXPECT_NEAR(rows[0].mean_relative, expected / (sum / n), 1e-12);
   EXPECT_EQ(rows[0].n, static_cast<std::uint64_t>(n));
   EXPECT_EQ(rows[0].camera, "left");

@@ -127,6 +127,20 @@ TEST_F(VolumeMapTest, ErrorsOfPlaceSizeFormAndSpacing) {
   EXPECT_EQ(json["spacing"]["worst_mean"], 1);
 }
 
+// Scales of 0.999 and 0.997: 60 mm are short by 0.06 and 0.18 mm.
+TEST_F(VolumeMapTest, TheLargestErrorOfASpacingHasNoSign) {
+  plan_.counts = {3, 1, 1};
+  plan_.size_mm = {60, 0, 0};
+  std::vector<PointOutcome> outcomes;
+  for (int t = 0; t < 2; ++t)
+    for (int p = 0; p < 3; ++p)
+      outcomes.push_back(outcome(
+          3 * t + p, (t == 0 ? 0.999 : 0.997) * plan_.positions()[static_cast<std::size_t>(p)], 19.0, 0.02));
+  const VolumeMap map = volume_map(plan_, outcomes);
+  EXPECT_NEAR(map.spacings.at(1).error_mm.mean, -0.12, 1e-12);
+  EXPECT_NEAR(map.largest_mm.mean, 0.12, 1e-12);
+}
+
 TEST_F(VolumeMapTest, WhatFailsIsCountedWithItsReason) {
   plan_.counts = {2, 1, 1};
   plan_.size_mm = {60, 0, 0};
