@@ -12,6 +12,7 @@
 #include <numbers>
 #include <set>
 
+#include "render/base/quadrature.hpp"
 #include "render/base/sampling.hpp"
 #include "twin/base/errors.hpp"
 
@@ -154,6 +155,45 @@ TEST(ChooseSampling, DoubleWhereSinglePrecisionRoundsTooMuch) {
   EXPECT_TRUE(choose_sampling(rig(), options({}, {}, 4e-5)).precise);
   EXPECT_TRUE(choose_sampling(rig(4 * 1701.22), options({}, {}, 1e-4)).precise);
   EXPECT_FALSE(choose_sampling(rig(0.25 * 1701.22), options({}, {}, 4e-5)).precise);
+}
+
+// The rounding is a share of the focal length; of a wide fringe it is less of a period.
+TEST(ChooseSampling, FinerFringesAskForDoublePrecisionEarlier) {
+  const auto with_pitch = [](double pitch_px) {
+    Twin twin = rig();
+    twin.fringes.directions[0].pitches_px = {pitch_px};
+    return twin;
+  };
+  EXPECT_NEAR(single_precision_error_rad(with_pitch(6.5)), 2.0 * single_precision_error_rad(rig()), 1e-12);
+  EXPECT_TRUE(choose_sampling(with_pitch(6.5), options({}, {}, 9e-5)).precise);
+  EXPECT_FALSE(choose_sampling(with_pitch(26.0), options({}, {}, 4e-5)).precise);
+}
+
+/// Returns by how much the rule of n points a side errs in the contrast of a fringe that turns by this across
+/// the pixel.
+double contrast_error(int n, double swing_rad) {
+  const GaussRule& rule = gauss_rule(n);
+  double mean = 0.0;
+  for (std::size_t i = 0; i < rule.nodes.size(); ++i)
+    mean += 0.5 * rule.weights[i] * std::cos(0.5 * swing_rad * rule.nodes[i]);
+  return std::abs(mean - std::sin(0.5 * swing_rad) / (0.5 * swing_rad));
+}
+
+// A pixel of a camera with a quarter of the projector's focal length sees four of the projector's pixels.
+TEST(ChooseSampling, TheRuleThatStandsInIsTheSmallestThatKeepsTheContrast) {
+  const Twin twin = rig();
+  const Sampling adaptive = choose_sampling(twin, options({}, {}, 1e-4));
+  ASSERT_EQ(adaptive.sampler, Sampler::adaptive);
+  for (const auto& [camera_focal_px, points] : {std::pair{1701.22 / 4.0, 3}, {4.0 * 1701.22, 2}}) {
+    const Lens lens("LENSMODEL_PINHOLE", {camera_focal_px, camera_focal_px, 640, 400}, {1280, 800}, "test");
+    const Camera camera{"left", lens, Pose{}, Sensor{}, std::nullopt};
+    const double swing_rad = 2.0 * std::numbers::pi / 13.0 * 1701.22 / camera_focal_px;
+    EXPECT_LT(contrast_error(points, swing_rad), adaptive.gray_error);
+    if (points > 2) {
+      EXPECT_GT(contrast_error(points - 1, swing_rad), adaptive.gray_error);
+    }
+    EXPECT_EQ(without_adaptation(adaptive, twin, camera).samples, points * points);
+  }
 }
 
 TEST(ChooseSampling, TheUsersChoiceStands) {
