@@ -46,7 +46,7 @@ td,th{text-align:left;vertical-align:top;padding:.4em 1em .4em 0;border-top:1px 
 $(printf '%s\n' "${rows[@]}")
 </table></body></html>
 HTML
-mv "$out/index.html.part" "$out/index.html"
+mv "$out/index.html.part" "$out/index.html" || exit 2
 
 echo
 echo "Reports (open in any browser, no network needed):"

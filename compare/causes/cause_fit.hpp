@@ -48,8 +48,9 @@ std::optional<Eigen::VectorXd> values_of_fits(const std::vector<FitRow>& fits, c
                                               const std::vector<Parameter>& parameters);
 
 /// Lets a cause pass no more that moves or grows objects and does not bring the fits of both sides together:
-/// with its values the largest |z| of a number, the values' own standard errors counted, must be within the
-/// limit of explain_geometry() or at most a quarter of what it is without. Keeps that |z| as `fit_z`.
+/// with its values the largest |z| of a number, the values' own standard errors counted as if independent,
+/// must be within the limit of the largest of all fits' numbers together (most_sigmas_of()) or at most a
+/// quarter of what it is without. Keeps that |z| as `fit_z`.
 void hold_against_fits(const std::vector<FitRow>& fits, const Twin& twin, CauseFit& cause);
 
 }  // namespace fringetwin::compare

@@ -15,7 +15,8 @@ namespace fringetwin::compare {
 namespace {
 
 constexpr double kMostSigmas = 3.0;
-/// Degrees of freedom of a z: each side's standard error is estimated from 20 blocks of the image or more.
+/// Degrees of freedom of a z: each side's standard error is taken as estimated from 20 blocks of the image.
+/// Most objects cover more, those of less than 20 squares of 8 px fewer.
 constexpr double kFreedom = 2.0 * (20 - 1);
 
 const char* unit_of(const std::string& key) {

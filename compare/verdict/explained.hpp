@@ -73,8 +73,8 @@ void judge_ripple(const RippleTest& ripple, const RenderingError& rendering,
 /// less noise than that.
 void hold_against_noise(const std::vector<NoiseRow>& noise, std::vector<ExplainedRow>& rows);
 
-/// Returns the |z| that the largest of n normal numbers exceeds as rarely as one alone exceeds 3
-/// (Bonferroni).
+/// Returns the |z| that the largest of n numbers, Student's t with 38 degrees of freedom, exceeds as rarely
+/// as a normal one exceeds 3 (Bonferroni): 3.21 of one.
 double most_sigmas_of(std::uint64_t n);
 
 /// Returns one row per object that was fitted on the real side; one without any z was not compared.

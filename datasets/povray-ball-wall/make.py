@@ -34,9 +34,10 @@ def write_twin(folder, name, twin, comment):
 def main():
     folder = sys.argv[1] if len(sys.argv) > 1 else HERE
     rig = Rig(scene="ball+wall", pinhole=True)
-    shutil.rmtree(os.path.join(folder, "real"), ignore_errors=True)
+    os.makedirs(folder, exist_ok=True)
     light = povray_light.irradiance(rig, folder)
     recorded = rig.expose(0, light, np.random.default_rng(SEED))
+    shutil.rmtree(os.path.join(folder, "real"), ignore_errors=True)
     files.write_captures(os.path.join(folder, "real"), [recorded], rig.bits)
     right = copy.deepcopy(rig)
     right.sensors[0]["gain_dn"] *= GAIN_ERROR

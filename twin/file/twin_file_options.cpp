@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "twin/base/nearest_word.hpp"
@@ -74,7 +75,10 @@ double default_min_modulation_dn(const Twin& twin) {
   constexpr double kSigmas = 6.0, kRounding = 1.0 / 12.0, kMostOfFullScale = 0.02;
   constexpr int kFewestSteps = 3;  // Gray code alone has none
   const double of_variance = kSigmas * kSigmas * 2.0 / std::max(twin.fringes.steps, kFewestSteps);
-  double least = MeasureOptions{}.min_modulation_dn;
+  const double fewest = MeasureOptions{}.min_modulation_dn;
+  double least = fewest, most = std::numeric_limits<double>::infinity();  // one number for all cameras
+  for (const Camera& camera : twin.cameras)
+    most = std::min(most, std::max(fewest, kMostOfFullScale * camera.sensor.max_dn()));
   for (const Camera& camera : twin.cameras) {
     if (!camera.sensor.has_noise()) continue;
     const double per_dn = camera.sensor.electrons_per_dn ? 1.0 / *camera.sensor.electrons_per_dn : 0.0;
@@ -83,7 +87,7 @@ double default_min_modulation_dn(const Twin& twin) {
                      of_variance * (std::pow(camera.sensor.read_noise_dn.value_or(0.0), 2) + kRounding),
                  half = 0.5 * of_variance * per_dn;
     const double asked_dn = half + std::sqrt(half * half + constant);
-    least = std::max(least, std::min(asked_dn, kMostOfFullScale * camera.sensor.max_dn()));
+    least = std::max(least, std::min(asked_dn, most));
   }
   return least;
 }
