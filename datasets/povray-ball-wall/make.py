@@ -23,14 +23,6 @@ GAIN_ERROR = 1.05  # the twins' gain over the true one: what a user knows of a s
 MOVED_MM = (0.05, -0.03, 0.1)  # where the twin "moved" has the ball, less where it is
 
 
-def write_twin(folder, name, twin, comment):
-    files.write_twin(folder, twin)
-    with open(os.path.join(folder, "twin.toml"), encoding="utf-8") as f:
-        text = f.read().replace('name = "trust"', f'name = "povray-ball-wall{name.removeprefix("twin")}"')
-    with open(os.path.join(folder, f"{name}.toml"), "w", encoding="utf-8") as f:
-        f.write("# SPDX-License-Identifier: Apache-2.0\n" + "".join(f"# {line}\n" for line in comment) + text)
-
-
 def main():
     folder = sys.argv[1] if len(sys.argv) > 1 else HERE
     rig = Rig(scene="ball+wall", pinhole=True)
@@ -44,9 +36,12 @@ def main():
     moved = copy.deepcopy(right)
     moved.thing("ball")["center_mm"] = np.asarray(moved.thing("ball")["center_mm"]) + MOVED_MM
     true_gain = f"The true gain is {rig.sensors[0]['gain_dn']:.6g} DN; here it is 5 % too large: cosim finds the true one."
-    write_twin(folder, "twin-moved", moved, [f"The same twin with its ball moved by {MOVED_MM} mm: cosim says so, and --refine pose finds",
-                                       "the true place, (3, -2, 292). Made by make.py.", true_gain])
-    write_twin(folder, "twin", right, ["A twin that is right but for its gain. Made by make.py.", true_gain])
+    licence, made = "SPDX-License-Identifier: Apache-2.0", "Made by make.py."
+    files.write_twin(folder, right, name="povray-ball-wall",
+                     comment=[licence, f"A twin that is right but for its gain. {made}", true_gain])
+    files.write_twin(folder, moved, file="twin-moved.toml", name="povray-ball-wall-moved",
+                     comment=[licence, f"The same twin with its ball moved by {MOVED_MM} mm: cosim says so, and --refine pose finds",
+                              f"the true place, (3, -2, 292). {made}", true_gain])
 
 
 if __name__ == "__main__":

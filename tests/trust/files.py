@@ -37,8 +37,8 @@ def write_captures(folder, images_of_cameras, bits):
     write_text(os.path.join(folder, "capture.toml"), lines)
 
 
-def write_twin(folder, twin):
-    lines = ['schema = "fringetwin-twin/1"', 'name = "trust"', 'cameramodel_unit = "mm"']
+def write_twin(folder, twin, file="twin.toml", name="trust", comment=()):
+    lines = [*(f"# {line}" for line in comment), 'schema = "fringetwin-twin/1"', f'name = "{name}"', 'cameramodel_unit = "mm"']
     for name, camera, sensor in zip(CAMERA_NAMES, twin.cameras, twin.sensors):
         lines += ["[[camera]]", f'name = "{name}"', *device_lines(camera), "[camera.sensor]", f"bit_depth = {twin.bits}",
                   f'gain_dn = {sensor["gain_dn"]}', f'black_level_dn = {sensor["black_dn"]}',
@@ -64,7 +64,7 @@ def write_twin(folder, twin):
     lines += ["[real]", 'captures = "real"']
     for thing in twin.things:
         lines += ["[[measure.fit]]", f'object = "{thing["name"]}"', f"gate_mm = {twin.gate_mm}"]
-    write_text(os.path.join(folder, "twin.toml"), lines)
+    write_text(os.path.join(folder, file), lines)
 
 
 def device_lines(device):

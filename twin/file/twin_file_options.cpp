@@ -75,21 +75,20 @@ double default_min_modulation_dn(const Twin& twin) {
   constexpr double kSigmas = 6.0, kRounding = 1.0 / 12.0, kMostOfFullScale = 0.02;
   constexpr int kFewestSteps = 3;  // Gray code alone has none
   const double of_variance = kSigmas * kSigmas * 2.0 / std::max(twin.fringes.steps, kFewestSteps);
-  const double fewest = MeasureOptions{}.min_modulation_dn;
-  double least = fewest, most = std::numeric_limits<double>::infinity();  // one number for all cameras
-  for (const Camera& camera : twin.cameras)
-    most = std::min(most, std::max(fewest, kMostOfFullScale * camera.sensor.max_dn()));
+  const double fewest_dn = MeasureOptions{}.min_modulation_dn;
+  double asked_dn = 0.0,
+         full_scale_dn = std::numeric_limits<double>::infinity();  // one number for all cameras
   for (const Camera& camera : twin.cameras) {
+    full_scale_dn = std::min(full_scale_dn, camera.sensor.max_dn());
     if (!camera.sensor.has_noise()) continue;
     const double per_dn = camera.sensor.electrons_per_dn ? 1.0 / *camera.sensor.electrons_per_dn : 0.0;
     // a^2 = of_variance (read^2 + rounding + a per_dn)
     const double constant =
                      of_variance * (std::pow(camera.sensor.read_noise_dn.value_or(0.0), 2) + kRounding),
                  half = 0.5 * of_variance * per_dn;
-    const double asked_dn = half + std::sqrt(half * half + constant);
-    least = std::max(least, std::min(asked_dn, most));
+    asked_dn = std::max(asked_dn, half + std::sqrt(half * half + constant));
   }
-  return least;
+  return std::clamp(asked_dn, fewest_dn, std::max(fewest_dn, kMostOfFullScale * full_scale_dn));
 }
 
 MeasureOptions read_measure(const TomlTable& root, const Twin& twin) {
