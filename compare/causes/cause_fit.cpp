@@ -83,6 +83,7 @@ CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::
   GroupFit fit(out.sensors, changed, out.fitted,
                {.hold_gain = false,
                 .keep_scale = true,
+                .settles_sensors = true,
                 .most_steps = kMostSteps,
                 .wanted_chi2 = sensitivity.chi2_limit(static_cast<double>(count_values(sensitivity))),
                 .free = free},

@@ -400,7 +400,8 @@ void GroupFit::tell(const Block& block) {
     all.insert(all.end(), before.begin(), before.end());
   }
   const Damped solved = solve(equations_with_prior(free), all, free, 0.0);
-  const double chi2 = settled_chi2(base_, free, false) / static_cast<double>(n_);
+  const double chi2 = settled_chi2(base_, free, options_.settles_sensors && free == FreePerPixel::nothing) /
+                      static_cast<double>(n_);
   double inflation2 = std::max(1.0, chi2);
   const auto hold_against = [&](const std::string& what, double left, double limit) {
     if (!(left > limit)) return;

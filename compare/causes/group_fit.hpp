@@ -23,8 +23,10 @@ double prior_steps(const std::string& group);
 struct GroupFitOptions {
   bool hold_gain = false;   ///< the gain of each camera stays as it is
   bool keep_scale = false;  ///< Huber's scale of `Sensitivity` stays: chi2 of several fits can be compared
-  bool exact = false;       ///< the last columns are central differences (Sensitivity::Derivative)
-  int most_steps = 20;      ///< of each block, in each pass
+  /// Gain and black level go into the samples before regions are summed, as they go with the values.
+  bool settles_sensors = false;
+  bool exact = false;   ///< the last columns are central differences (Sensitivity::Derivative)
+  int most_steps = 20;  ///< of each block, in each pass
   /// Chi2 per value that a fit must reach to be of use; one that cannot come near it stops early.
   double wanted_chi2 = 0.0;
   /// What every pixel has of its own; without: a factor and an offset beside geometric groups, nothing beside
