@@ -27,7 +27,7 @@ std::string left_by(const CauseRow& row, double limit) {
     if (!r.passes())
       text += fmt::format("{}{} of regions {:.3g}, limit {:.3g}", text.empty() ? "" : "; ", r.kind, r.chi2,
                           r.limit);
-  if (row.fit_z_after > 3.0)
+  if (!row.fits_agree)
     text += fmt::format("{}fits of objects {:.3g} standard errors apart", text.empty() ? "" : "; ",
                         row.fit_z_after);
   if (!row.regions_after.empty() && row.regions_after[0].n == 0)

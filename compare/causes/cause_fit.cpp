@@ -116,7 +116,7 @@ std::optional<Eigen::VectorXd> values_of_fits(const std::vector<FitRow>& fits, c
   };
   Eigen::VectorXd values = start_values(parameters), z = z_at(values);
   const Eigen::VectorXd before = z;
-  if (z.size() < values.size() || !(most_of(z) > most_sigmas_of(z.size()))) return std::nullopt;
+  if (!(most_of(z) > most_sigmas_of(static_cast<std::uint64_t>(z.size())))) return std::nullopt;
   for (int step = 0; step < kMostFitSteps; ++step) {
     Eigen::MatrixXd by_values(z.size(), values.size());
     for (Eigen::Index k = 0; k < values.size(); ++k) {
@@ -124,10 +124,18 @@ std::optional<Eigen::VectorXd> values_of_fits(const std::vector<FitRow>& fits, c
       changed[k] += parameters[static_cast<std::size_t>(k)].step;
       by_values.col(k) = (z_at(changed) - z) / parameters[static_cast<std::size_t>(k)].step;
     }
-    const Eigen::VectorXd change = -least_squares(by_values, z);
-    if (!change.allFinite()) return std::nullopt;
+    std::vector<Eigen::Index> moving;  // objects without a fit, and meshes, change no z: they stay
+    for (Eigen::Index k = 0; k < values.size(); ++k)
+      if ((by_values.col(k).array() != 0.0).any()) moving.push_back(k);
+    if (moving.empty() || z.size() < static_cast<Eigen::Index>(moving.size())) return std::nullopt;
+    const Eigen::MatrixXd of_moving = by_values(Eigen::all, moving);
+    const Eigen::VectorXd part = -least_squares(of_moving, z);
+    if (!part.allFinite()) return std::nullopt;
+    Eigen::VectorXd change = Eigen::VectorXd::Zero(values.size());
+    for (std::size_t i = 0; i < moving.size(); ++i) change[moving[i]] = part[static_cast<Eigen::Index>(i)];
     values += change;
     z = z_at(values);
+    if (z.size() != before.size()) return std::nullopt;
     if ((by_values * change).cwiseAbs().maxCoeff() < kSettledZ) break;
   }
   return agrees(z, before) ? std::optional(values) : std::nullopt;
@@ -146,7 +154,8 @@ void hold_against_fits(const std::vector<FitRow>& fits, const Twin& twin, CauseF
   if (after.size() == 0) return;
   after.array() /= variance.array().sqrt();
   cause.fit_z = most_of(after);
-  if (!agrees(after, z_at(start_values(cause.fitted)))) cause.tried.passes = false;
+  cause.fits_agree = agrees(after, z_at(start_values(cause.fitted)));
+  cause.tried.passes = cause.tried.passes && cause.fits_agree;
 }
 
 }  // namespace fringetwin::compare

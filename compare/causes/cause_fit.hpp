@@ -26,6 +26,7 @@ struct CauseFit {
   bool converged = false;
   std::vector<CauseRegion> regions = {};
   double fit_z = kNaN;  ///< hold_against_fits()
+  bool fits_agree = true;
 };
 
 /// Where a fit begins, as far as it is known.

@@ -161,7 +161,7 @@ std::vector<CauseRegion> cause_regions(const Sensitivity& sensitivity, const Fri
   for (CauseRegion& kind : out) {
     const auto n = static_cast<double>(kind.n);
     kind.chi2 = kind.n > 0 ? kind.chi2 / n : kNaN;
-    kind.limit = kind.n > 0 ? sensitivity.chi2_limit(n) : kNaN;
+    kind.limit = kind.n > 0 ? sensitivity.regional_limit(n) : kNaN;
   }
   return out;
 }

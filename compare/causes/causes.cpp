@@ -222,20 +222,23 @@ class CauseSearch {
       if (rows[g].removed >= std::max(kWorthATry * most, worth_naming(1.0))) groups.push_back(g);
     std::ranges::stable_sort(groups, [&](auto a, auto b) { return rows[a].removed > rows[b].removed; });
     groups.resize(std::min(groups.size(), kMostAlone));
-    try_where_fits_are(rows, groups);
     double least = 0.0;  // that a rival's linear step must take away
+    try_where_fits_are(rows, groups, least);
     for (const std::size_t g : groups) {
       const double linear = rows[g].removed;
       if (linear < least) break;
       take(try_fit({g}, nullptr, g == nearest_ && !is_switch(g) ? &*begin_ : nullptr), rows[g]);
-      if (rows[g].passes)
-        least = std::max(least, rows[g].removed - std::max({kAsCurved * (rows[g].removed - linear),
-                                                            kAlikeShare * excess_, kAlikeChi2}));
+      raise_least(rows[g], linear, least);
     }
+  }
+  void raise_least(const CauseRow& row, double linear, double& least) const {
+    if (row.passes)
+      least = std::max(least, row.removed - std::max({kAsCurved * (row.removed - linear),
+                                                      kAlikeShare * excess_, kAlikeChi2}));
   }
 
   /// Fits the groups to convergence from where the objects' fits put them: too far for a linear step.
-  void try_where_fits_are(std::vector<CauseRow>& rows, std::vector<std::size_t>& not_yet) {
+  void try_where_fits_are(std::vector<CauseRow>& rows, std::vector<std::size_t>& not_yet, double& least) {
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       if (!moves_objects(g)) continue;
       std::vector<Parameter> own;
@@ -245,7 +248,9 @@ class CauseSearch {
       CauseFit begin{.sensors = sensitivity_, .fitted = {}};
       begin.values = *values;
       begin.predicted = sensitivity_.predicted(twin_, own, *values);
+      const double linear = rows[g].removed;
       take(try_fit({g}, nullptr, &begin), rows[g]);
+      raise_least(rows[g], linear, least);
       std::erase(not_yet, g);
     }
   }
@@ -256,6 +261,7 @@ class CauseSearch {
     row.passes = fit.tried.passes;
     row.regions_after = fit.regions;
     row.fit_z_after = fit.fit_z;
+    row.fits_agree = fit.fits_agree;
     row.removed = before_ - fit.tried.chi2;
     row.alone = share(row.removed, fit.regions);
     take_values(fit, row);

@@ -39,7 +39,8 @@ struct GridSamples {
   double gain_dn = 1.0, black_level_dn = 0.0;  ///< of the gain fit
   double rendering_dn = 0.0;                   ///< rms rendering error, part of the weights
   Eigen::MatrixXd scatter_dn2;                 ///< of RenderingError, of these images; part of the weights
-  double known_to = 0.05;                      ///< relative standard uncertainty of the noise's variance
+  double known_to = 0.05;       ///< relative standard uncertainty of the noise's variance, of single values
+  double mean_known_to = 0.05;  ///< the same on average over the pixels' means: of sums over regions
   /// Returns the variance of the noise of a gray value of this level; empty: the weights stay as they are.
   std::function<double(double)> noise_dn2 = {};
   /// The twin's whole images, irradiance but for an offset, which must outlive the samples; null where they

@@ -57,6 +57,7 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
       }
     }
   if (!levels.empty()) out.known_to = noise.known_to(levels);
+  out.mean_known_to = noise.known_to();
   return out;
 }
 
@@ -109,6 +110,12 @@ void Sensitivity::add_scatter_of(const Twin& twin) {
 double Sensitivity::chi2_limit(double n) const {
   double known_to = 0.0;
   for (const GridSamples& s : samples_) known_to = std::max(known_to, s.known_to);
+  return 1.0 + allowed_for(n, known_to);
+}
+
+double Sensitivity::regional_limit(double n) const {
+  double known_to = 0.0;
+  for (const GridSamples& s : samples_) known_to = std::max(known_to, s.mean_known_to);
   return 1.0 + allowed_for(n, known_to);
 }
 

@@ -72,6 +72,8 @@ class Sensitivity {
   /// Returns what a mean of n squares over their noise must not exceed, as in the verdict on the gray values,
   /// with the noise of the camera that it is known worst of.
   double chi2_limit(double n) const;
+  /// The same of a mean of n squared sums over regions, whose noise is that of the mean level.
+  double regional_limit(double n) const;
 
   /// Takes the noise of every value at what is predicted of it, with the gain and black level as they are.
   void weigh_at(const Values& predicted);

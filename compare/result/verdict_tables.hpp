@@ -222,6 +222,7 @@ struct CauseRow {
   double chi2_after = kNaN;  ///< NaN: not fitted to convergence
   bool passes = false;
   std::vector<CauseRegion> regions_after;
+  bool fits_agree = true;     ///< whether fit_z_after is within its limit; not written
   double fit_z_after = kNaN;  ///< NaN: not a cause that moves or grows objects, or no fit has a z
   double removed = 0.0;       ///< of chi2, less the number of parameters
 
