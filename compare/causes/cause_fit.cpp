@@ -72,6 +72,10 @@ bool agrees(const Eigen::VectorXd& z, const Eigen::VectorXd& before) {
 CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::vector<Parameter>& parameters,
                    FreePerPixel free, CauseStart start) {
   CauseFit out{.sensors = sensitivity, .fitted = {}};
+  if (frees_factor(free)) {
+    out.sensors.leave_out_texture_edges();
+    if (!start.predicted.empty()) out.sensors.weigh_with_factors_at(start.predicted);
+  }
   Twin changed = twin;
   for (const Parameter& p : parameters)
     if (!p.is_switch)

@@ -212,8 +212,7 @@ class CauseSearch {
     return tried_.emplace_back(Tried{groups, field, std::move(fit)}).fit;
   }
 
-  /// Fits the groups to convergence whose linear steps take away most; once one passes, only those that may
-  /// do the same.
+  /// Fits the groups to convergence whose linear steps take away most; once one passes, only its rivals.
   void try_alone(std::vector<CauseRow>& rows) {
     std::vector<std::size_t> groups;
     double most = values_fail_ ? excess_ : 0.0;
@@ -225,13 +224,14 @@ class CauseSearch {
     double least = 0.0;  // that a rival's linear step must take away
     try_where_fits_are(rows, groups, least);
     for (const std::size_t g : groups) {
-      const double linear = rows[g].removed;
-      if (linear < least) break;
-      take(try_fit({g}, nullptr, g == nearest_ && !is_switch(g) ? &*begin_ : nullptr), rows[g]);
-      raise_least(rows[g], linear, least);
+      if (rows[g].removed < least) break;
+      fit_alone(g, g == nearest_ && !is_switch(g) ? &*begin_ : nullptr, rows[g], least);
     }
   }
-  void raise_least(const CauseRow& row, double linear, double& least) const {
+  /// `first`: as in try_fit(). Raises `least` where the group passes.
+  void fit_alone(std::size_t g, const CauseFit* first, CauseRow& row, double& least) {
+    const double linear = row.removed;
+    take(try_fit({g}, nullptr, first), row);
     if (row.passes)
       least = std::max(least, row.removed - std::max({kAsCurved * (row.removed - linear),
                                                       kAlikeShare * excess_, kAlikeChi2}));
@@ -248,9 +248,7 @@ class CauseSearch {
       CauseFit begin{.sensors = sensitivity_, .fitted = {}};
       begin.values = *values;
       begin.predicted = sensitivity_.predicted(twin_, own, *values);
-      const double linear = rows[g].removed;
-      take(try_fit({g}, nullptr, &begin), rows[g]);
-      raise_least(rows[g], linear, least);
+      fit_alone(g, &begin, rows[g], least);
       std::erase(not_yet, g);
     }
   }
@@ -335,8 +333,7 @@ class CauseSearch {
       rows.push_back(std::move(row));
     }
   }
-  /// Gives every pixel an offset or a factor of its own besides the groups that then take away most: a factor
-  /// with a projector's gamma looks like one with a camera's.
+  /// The same besides groups that then take away most: a factor with a projector's gamma is like a camera's.
   void try_fields_with_groups() {
     for (const FreePerPixel free : {FreePerPixel::offset, FreePerPixel::factor}) {
       const NormalEquations e = sensitivity_.equations_at(base_, columns_, free, kEvery);

@@ -7,6 +7,7 @@
 
 #include "compare/causes/parameters.hpp"
 #include "compare/causes/scaled_eigen.hpp"
+#include "compare/gray/texture_steps.hpp"
 #include "compare/verdict/explained.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
@@ -20,6 +21,17 @@ constexpr double kExactChange = 2e-2;   ///< central: 0.01 %
 constexpr int kMostAttempts = 4;
 constexpr double kNoChange = 1e-7;    ///< of the images' size: rounding
 constexpr double kSampledWell = 0.2;  ///< standard deviations
+
+/// Takes the noise of a pixel's values at what is predicted of them, times a factor.
+void weigh_pixel(GridSamples& s, std::size_t pixel, const std::vector<float>& predicted, double factor) {
+  const std::size_t n = s.images.size();
+  for (std::size_t k = 0; s.noise_dn2 && k < n; ++k) {
+    const std::size_t i = pixel * n + k;
+    const double level_dn = factor * s.gain_dn * static_cast<double>(predicted[i]) + s.black_level_dn,
+                 variance = s.noise_dn2(level_dn) + s.rendering_dn * s.rendering_dn + s.scatter_of(k);
+    if (s.weight[i] > 0.0F && variance > 0.0) s.weight[i] = static_cast<float>(1.0 / std::sqrt(variance));
+  }
+}
 
 }  // namespace
 
@@ -38,6 +50,7 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
       static_cast<std::size_t>(std::ranges::count_if(interior.data, [](unsigned char m) { return m != 0; }));
   out.grid = choose_grid(*pair.camera, n_valid, most);
   const UsableRange& u = fit.usable;
+  const TextureSteps texture(pair, u, noise);
   std::vector<float> levels;
   for (int gy = 0; gy < out.grid.height; gy += out.grid.keep)
     for (int gx = 0; gx < out.grid.width; gx += out.grid.keep) {
@@ -45,6 +58,7 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
       if (interior.data[i] == 0) continue;
       out.cell.push_back(static_cast<std::size_t>(gy) * static_cast<std::size_t>(out.grid.width) +
                          static_cast<std::size_t>(gx));
+      out.at_texture_edge.push_back(texture.is_steep(i));
       for (const int image : out.images) {
         const double y = pair.real_at(image, i);
         const double predicted = u.gain_dn * pair.irradiance_at(image, i) + u.black_level_dn;
@@ -120,13 +134,22 @@ double Sensitivity::regional_limit(double n) const {
 }
 
 void Sensitivity::weigh_at(const Values& predicted) {
+  for (std::size_t c = 0; c < samples_.size(); ++c)
+    for (std::size_t p = 0; p < samples_[c].n_pixels(); ++p) weigh_pixel(samples_[c], p, predicted[c], 1.0);
+}
+
+void Sensitivity::weigh_with_factors_at(const Values& predicted) {
   for (std::size_t c = 0; c < samples_.size(); ++c) {
     GridSamples& s = samples_[c];
-    for (std::size_t i = 0; s.noise_dn2 && i < s.weight.size(); ++i) {
-      const double level_dn = s.gain_dn * static_cast<double>(predicted[c][i]) + s.black_level_dn,
-                   variance = s.noise_dn2(level_dn) + s.rendering_dn * s.rendering_dn +
-                              s.scatter_of(i % s.images.size());
-      if (s.weight[i] > 0.0F && variance > 0.0) s.weight[i] = static_cast<float>(1.0 / std::sqrt(variance));
+    const std::size_t k = s.images.size();
+    for (std::size_t p = 0; p < s.n_pixels(); ++p) {
+      double real_dn = 0.0, predicted_dn = 0.0;  // of light, in the values that are used
+      for (std::size_t i = p * k; i < (p + 1) * k; ++i) {
+        if (s.weight[i] == 0.0F) continue;
+        real_dn += static_cast<double>(s.real_dn[i]) - s.black_level_dn;
+        predicted_dn += s.gain_dn * static_cast<double>(predicted[c][i]);
+      }
+      if (predicted_dn > 0.0) weigh_pixel(s, p, predicted[c], std::max(0.0, real_dn / predicted_dn));
     }
   }
 }
@@ -189,6 +212,16 @@ std::size_t Sensitivity::leave_out_edges(const Twin& twin) {
     n_left_out += pixels.size();
   }
   return n_left_out;
+}
+
+void Sensitivity::leave_out_texture_edges() {
+  for (GridSamples& s : samples_) {
+    const std::size_t k = s.images.size();
+    const auto n = static_cast<std::size_t>(std::ranges::count(s.at_texture_edge, true));
+    if (2 * n > s.n_pixels()) continue;
+    for (std::size_t p = 0; p < s.at_texture_edge.size(); ++p)
+      if (s.at_texture_edge[p]) std::fill_n(s.weight.begin() + static_cast<std::ptrdiff_t>(p * k), k, 0.0F);
+  }
 }
 
 double Sensitivity::residual(const GridSamples& s, const std::vector<float>& irradiance, std::size_t i) {

@@ -77,6 +77,8 @@ class Sensitivity {
 
   /// Takes the noise of every value at what is predicted of it, with the gain and black level as they are.
   void weigh_at(const Values& predicted);
+  /// The same with a factor for each pixel, that of its real values: a dark board has bright marks.
+  void weigh_with_factors_at(const Values& predicted);
   /// Takes the scatter of the bounces of a twin into the weights, as its samples have it.
   void add_scatter_of(const Twin& twin);
 
@@ -85,6 +87,10 @@ class Sensitivity {
   /// Sums over them would jump where an edge passes a point. Leaves all where that would be more than half of
   /// a camera's pixels. Returns how many it left out.
   std::size_t leave_out_edges(const Twin& twin);
+
+  /// Leaves out the pixels at_texture_edge, whose images no factor of their own describes; all stay where that
+  /// would be more than half of a camera's pixels.
+  void leave_out_texture_edges();
 
   /// Gives every pixel a brightness of its own in all equations from now on (texture).
   void free_factors() { free_factors_ = true; }

@@ -7,6 +7,7 @@
 
 #include "compare/gray/gray_pair.hpp"
 #include "compare/phase/phase_rows.hpp"
+#include "compare/phase/texture_shift.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/lens/linear.hpp"
 
@@ -18,6 +19,7 @@ using measure::DirectionDecode;
 constexpr int kBlock = 16;  ///< px; slower than this is low frequency
 constexpr std::size_t kFewestInBlock = 64;
 constexpr std::uint64_t kFewestPixels = 1000;
+constexpr double kSteep = 0.1;       ///< of a pixel's noise: a shift by texture that may add up
 constexpr Eigen::Index kBatch = 64;  ///< pixels per update of the normal matrix
 
 /// The pitches whose phases are in the coordinate: heterodyne takes the mean of all, the others the finest.
@@ -99,7 +101,8 @@ class PhaseBudgetFit {
     return out;
   }
 
-  std::optional<RippleTest> test(const ImageU8& interior) {
+  std::optional<RippleTest> test(ImageU8 interior) {
+    leave_out_steep_texture(interior);
     const RippleSums sums = add_rows(&interior);
     if (sums.n < kFewestPixels) return std::nullopt;
     RippleTest out{.order = ripple_.order, .functions = ripple_.per_group(), .information = sums.information};
@@ -111,6 +114,14 @@ class PhaseBudgetFit {
   }
 
  private:
+  /// A texture that changes within a pixel moves its phase with the fringe, and more so at a finer pitch.
+  void leave_out_steep_texture(ImageU8& interior) const {
+    const ImageF shift_rad = texture_shift(real_, simulated_).largest_rad;
+    for (std::size_t i = 0; i < interior.size(); ++i)
+      if (std::pow(static_cast<double>(shift_rad.data[i]), 2) > kSteep * kSteep * noise_variance(i))
+        interior.data[i] = 0;
+  }
+
   /// Solves least squares on the first `used` functions and returns by how much they lower the sum of
   /// squares.
   double solve(const RippleSums& sums, int used) {

@@ -30,7 +30,8 @@ struct RippleTest {
   int functions = 0;              ///< of each of the two groups
   double information = 0.0;       ///< sum of 1/variance, rad^-2
 };
-/// Tests the difference over the interior pixels for ripples, each pixel by the variance of its noise.
+/// Tests the difference over the interior pixels for ripples, each pixel by the variance of its noise. Pixels
+/// that a texture which the simulated side lacks moves are left out: their shift follows the fringes.
 /// nullopt without phase steps or with fewer than 1000 pixels.
 std::optional<RippleTest> test_ripple(const Twin& twin, const measure::DirectionDecode& real,
                                       const measure::DirectionDecode& simulated,
