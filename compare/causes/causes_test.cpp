@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 #include <tuple>
 
@@ -212,6 +213,37 @@ TEST(Causes, NoGainIsOfferedWithWhatIsOne) {
   EXPECT_THAT(causes.together, Contains("texture")) << told(causes);  // one camera: it may be on the ball
   EXPECT_THAT(causes.gain, IsEmpty());
   EXPECT_THAT(causes.why, HasSubstr("cannot be told from it"));
+}
+
+TEST(ValuesOfFits, MoveTheObjectThatHasAFitAndLeaveTheOthers) {
+  constexpr double kSigmaMm = 0.001;
+  Twin twin = window_on_the_sphere(), truth = twin;
+  const auto fit_of = [&](const Twin& of) {
+    measure::ObjectFit fit = measure::nominal_fit(of.objects[0]).value();
+    fit.numbers["radius_sigma_mm"] = kSigmaMm;
+    fit.vectors["center_sigma_mm"] = Eigen::Vector3d::Constant(kSigmaMm);
+    return fit;
+  };
+  ball_of(truth).center_mm.x() += 0.1;
+  // nothing was measured of the wall: what moves it changes no z
+  twin.objects.push_back(
+      {"wall", PlaneShape{{0, 0, 300}, -Eigen::Vector3d::UnitZ(), {}, Eigen::Vector3d::UnitX()}, {}});
+  const std::vector<FitRow> apart{make_fit_row(fit_of(twin), fit_of(truth))},
+      alike{make_fit_row(fit_of(twin), fit_of(twin))};
+  const std::vector<Parameter> pose = parameters_of(twin, "pose");
+  ASSERT_GT(pose.size(), 3u);
+  const std::optional<Eigen::VectorXd> values = values_of_fits(apart, twin, pose);
+  ASSERT_TRUE(values.has_value());
+  Twin moved = twin;
+  for (std::size_t k = 0; k < pose.size(); ++k)
+    pose[k].change(moved, (*values)[static_cast<Eigen::Index>(k)] - pose[k].start);
+  // Gauss-Newton on numbers that are linear in the place: rounding
+  EXPECT_NEAR((ball_of(moved).center_mm - ball_of(truth).center_mm).norm(), 0.0, 1e-6);
+  const auto &wall = std::get<PlaneShape>(twin.objects[1].shape),
+             &still = std::get<PlaneShape>(moved.objects[1].shape);
+  EXPECT_EQ(still.point_mm, wall.point_mm);
+  EXPECT_EQ(still.normal, wall.normal);
+  EXPECT_FALSE(values_of_fits(alike, twin, pose).has_value());
 }
 
 TEST(Causes, WhereNothingIsNamedNothingIsSaid) { EXPECT_EQ(gain_sentence({}), ""); }
