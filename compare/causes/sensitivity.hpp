@@ -88,8 +88,8 @@ class Sensitivity {
   /// a camera's pixels. Returns how many it left out.
   std::size_t leave_out_edges(const Twin& twin);
 
-  /// Leaves out the pixels at_texture_edge, whose images no factor of their own describes; all stay where that
-  /// would be more than half of a camera's pixels.
+  /// Leaves out the pixels at_texture_edge, whose images no factor of their own describes; all stay where
+  /// that would be more than half of a camera's pixels.
   void leave_out_texture_edges();
 
   /// Gives every pixel a brightness of its own in all equations from now on (texture).
