@@ -270,4 +270,11 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
   return out;
 }
 
+std::vector<ExplainedRow> explain_phases(const Twin& twin, const Side& real, const Side& simulated,
+                                         const CompareOptions& options) {
+  Comparison out;
+  if (real.measurement && simulated.measurement) compare_phase(twin, real, simulated, options, nullptr, out);
+  return std::move(out.explained);
+}
+
 }  // namespace fringetwin::compare

@@ -6,6 +6,7 @@
 
 #include "compare/causes/refine.hpp"
 #include "compare/causes/refine_guard.hpp"
+#include "compare/comparison.hpp"
 #include "compare/verdict/calibration_covariance.hpp"
 #include "cosim/compared_steps.hpp"
 #include "cosim/doubt_description.hpp"
@@ -118,8 +119,16 @@ void simulate_side(Run& run, const RenderRequest& request) {
   measure_simulated(run);
 }
 
+/// Returns the rows of the verdict that a refinement must not make worse.
+std::vector<compare::ExplainedRow> guarded_rows(const Run& run) {
+  std::vector<compare::ExplainedRow> rows = compare::measured_rows(run.twin, run.real, run.simulated);
+  for (compare::ExplainedRow& row : compare::explain_phases(run.twin, run.real, run.simulated, run.options))
+    rows.push_back(std::move(row));
+  return rows;
+}
+
 /// Fits the twin to the real images, then renders and measures with the twin as fitted. Takes it back where
-/// coverage or the objects' fits got worse by it.
+/// coverage, phase or the objects' fits got worse by it.
 void refine(Run& run, const CosimRequest& request) {
   run.timer.start("refine");
   compare::CompareOptions options = run.options;
@@ -130,15 +139,20 @@ void refine(Run& run, const CosimRequest& request) {
   const bool is_as_before = refined.report.taken_back;
   run.options.refinement = std::move(refined.report);
   if (is_as_before) return;
-  const std::vector<compare::ExplainedRow> rows = compare::measured_rows(run.twin, run.real, run.simulated);
+  const std::vector<compare::ExplainedRow> before_rows = guarded_rows(run);
   const Twin before = std::exchange(run.twin, std::move(refined.twin));
   const compare::Side simulated = std::exchange(run.simulated, {});
   const Rendering rendering = run.rendering;
   simulate_side(run, request.render);
   measure_real(run, &before);
-  const std::string worse = compare::what_got_worse(
-      {.rows = rows}, {.rows = compare::measured_rows(run.twin, run.real, run.simulated)});
-  if (worse.empty()) return;
+  const std::vector<compare::ExplainedRow> after_rows = guarded_rows(run);
+  const std::string worse = compare::what_got_worse({.rows = before_rows}, {.rows = after_rows});
+  if (worse.empty()) {
+    compare::Refinement& report = *run.options.refinement;
+    if (std::string left = compare::warning_of_what_is_left(report, after_rows); !left.empty())
+      report.warnings.push_back(std::move(left));
+    return;
+  }
   const Twin after = run.twin;
   compare::Refined back{after, *run.options.refinement};
   compare::take_back(back, before, worse);

@@ -450,6 +450,12 @@ CauseRegion GroupFit::shift_in_regions() const {
   return cause_regions(sensitivity_, twin_.fringes, base_, FreePerPixel::factor_and_offset).at(2);
 }
 
+std::vector<CauseRegion> GroupFit::light_in_regions() const {
+  std::vector<CauseRegion> all = cause_regions(sensitivity_, twin_.fringes, base_, FreePerPixel::nothing);
+  all.resize(2);
+  return all;
+}
+
 double GroupFit::chi2_with(FreePerPixel free) {
   const std::uint64_t n = n_;
   const double chi2 = settled_chi2(base_, free_of({free, {}}), false) / static_cast<double>(n_);

@@ -78,6 +78,8 @@ class GroupFit {
   void hold(const std::vector<std::size_t>& parameters);
   /// Returns what is left of the places of the fringes, in regions, with a factor and an offset per pixel.
   CauseRegion shift_in_regions() const;
+  /// The same of level and contrast, with nothing projected out.
+  std::vector<CauseRegion> light_in_regions() const;
   /// Returns what the last block leaves in regions after run(); empty where nothing was fitted.
   const std::vector<CauseRegion>& regions() const { return regions_; }
   /// Returns why what is left is not explained, empty where it is: chi2 of the values and of the regions (of

@@ -44,6 +44,10 @@ std::string what_got_worse(const Standing& before, const Standing& after) {
   check("chi2 of the fringes' shift in regions",
         before.scatters ? std::max(1.0, before.shift.chi2) : before.shift.chi2, after.shift.chi2, 2.0,
         before.shift.n);
+  for (std::size_t k = 0; k < std::min(before.light.size(), after.light.size()); ++k)
+    if (const CauseRegion& then = before.light[k], &now = after.light[k]; then.passes() && !now.passes())
+      worse.push_back(fmt::format("chi2 of the {} in regions would rise from {:.3g} to {:.3g}, limit {:.3g}",
+                                  now.kind, then.chi2, now.chi2, now.limit));
   for (const ExplainedRow& then : before.rows)
     for (const ExplainedRow& now : after.rows) {
       if (then.quantity != now.quantity || then.region != now.region) continue;
@@ -53,8 +57,9 @@ std::string what_got_worse(const Standing& before, const Standing& after) {
                                     std::sqrt(then.chi2), std::sqrt(now.chi2)));
       if (geometry && now.state == kNotCompared && then.state != kNotCompared)
         worse.push_back(fmt::format("{} could not be compared any more", now.region));
-      if (!geometry && then.state == kExplained && now.state != kExplained)
-        worse.push_back(fmt::format("the coverage of {} would not be explained any more", now.region));
+      if (!geometry && then.state == kExplained && now.state != kExplained && now.state != kTooWide)
+        worse.push_back(
+            fmt::format("the {} of {} would not be explained any more", now.quantity, now.region));
     }
   for (const ExplainedRow& now : after.rows)  // an object that no camera sees has a row only then
     if (now.quantity == "coverage" && now.state == kNotCompared &&
@@ -63,6 +68,18 @@ std::string what_got_worse(const Standing& before, const Standing& after) {
         }))
       worse.push_back(fmt::format("{} would not be seen any more", now.region));
   return fmt::format("{}", fmt::join(worse, "; "));
+}
+
+std::string warning_of_what_is_left(const Refinement& refinement, const std::vector<ExplainedRow>& rows) {
+  std::vector<std::string> apart;
+  for (const ExplainedRow& row : rows)
+    if (row.quantity == "geometry" && row.state == kNotExplained)
+      apart.push_back(fmt::format("{} by {:.3g} standard errors", row.region, std::sqrt(row.chi2)));
+  if (apart.empty()) return "";
+  return fmt::format(
+      "--refine {}: the fits of both sides still differ ({}), so something else is wrong besides: the values "
+      "are not to be trusted",
+      fmt::join(refinement.asked, ","), fmt::join(apart, ", "));
 }
 
 void take_back(Refined& refined, const Twin& before, const std::string& why) {

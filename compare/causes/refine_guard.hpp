@@ -17,8 +17,9 @@ struct Standing {
   double chi2_of_place = kNaN;  ///< the same with a factor and an offset per pixel; NaN: nothing was moved
   std::uint64_t n = 0;          ///< values
   CauseRegion shift = {};       ///< of the places of the fringes
-  bool scatters = false;        ///< its noise has the scatter of bounces
-  std::vector<ExplainedRow> rows{};  ///< of coverage and of the objects' fits
+  std::vector<CauseRegion> light = {};  ///< of level and contrast, with gain and black level alone
+  bool scatters = false;                ///< its noise has the scatter of bounces
+  std::vector<ExplainedRow> rows{};     ///< of coverage, phase and the objects' fits
 };
 
 /// Returns the rows of coverage and geometry of two measured sides.
@@ -26,9 +27,13 @@ std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, cons
 
 /// Returns in words what is worse after a refinement by more than its own standard deviation; empty where
 /// nothing is. Chi2: root of 2/n; regions of shift: two roots of 2/n, below 1 as from 1 where the
-/// noise has the scatter of bounces; rows of coverage and
-/// geometry: no longer explained, the largest |z| larger by 1.
+/// noise has the scatter of bounces; regions of light: beyond their limit, and not before; rows of coverage,
+/// phase and geometry: no longer explained, the largest |z| larger by 1.
 std::string what_got_worse(const Standing& before, const Standing& after);
+
+/// Returns a warning where the objects' fits disagree after a refinement: something else is wrong besides,
+/// and the values are not to be trusted. Empty where they agree.
+std::string warning_of_what_is_left(const Refinement& refinement, const std::vector<ExplainedRow>& rows);
 
 /// Puts the twin as it was `before` back and says so in notes and warnings.
 void take_back(Refined& refined, const Twin& before, const std::string& why);

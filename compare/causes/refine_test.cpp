@@ -12,6 +12,7 @@
 namespace fringetwin::compare::refine_test {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
@@ -90,6 +91,36 @@ TEST(RefineGuard, FitsAndCoverageMustNotGetWorse) {
               HasSubstr("not be seen any more"));
   const Standing wrong{.rows = {row("geometry", kNotExplained, 100.0)}};
   EXPECT_EQ(what_got_worse(wrong, {.rows = {row("geometry", kNotExplained, 81.0)}}), "");
+}
+
+TEST(RefineGuard, LightInRegionsMustNotPassItsLimit) {
+  const CauseRegion within{"level", 1.1, 1.2, 500}, beyond{"level", 1.5, 1.2, 500},
+      worse{"level", 9.0, 1.2, 500};
+  EXPECT_EQ(what_got_worse({.light = {within}}, {.light = {within}}), "");
+  EXPECT_THAT(what_got_worse({.light = {within}}, {.light = {beyond}}), HasSubstr("level in regions"));
+  EXPECT_EQ(what_got_worse({.light = {beyond}}, {.light = {worse}}),
+            "");  // a place takes no light into account
+}
+
+TEST(RefineGuard, ThePhaseMustNotGetWorse) {
+  const Standing right{.rows = {row("phase", kExplained, 1.0)}};
+  EXPECT_THAT(what_got_worse(right, {.rows = {row("phase", kNotExplained, 1.0)}}),
+              HasSubstr("the phase of ball"));
+  EXPECT_EQ(what_got_worse(right, {.rows = {row("phase", kTooWide, 0.5)}}), "");
+  EXPECT_EQ(what_got_worse({.rows = {row("phase", kNotExplained, 4.0)}},
+                           {.rows = {row("phase", kNotExplained, 3.0)}}),
+            "");
+}
+
+TEST(RefineGuard, FitsThatStillDifferAreAWarning) {
+  Refinement pose;
+  pose.asked = {"pose"};
+  EXPECT_EQ(
+      warning_of_what_is_left(pose, {row("geometry", kExplained, 4.0), row("phase", kNotExplained, 4.0)}),
+      "");
+  EXPECT_THAT(warning_of_what_is_left(pose, {row("geometry", kNotExplained, 49.0)}),
+              AllOf(StartsWith("--refine pose"), HasSubstr("ball by 7 standard errors"),
+                    HasSubstr("not to be trusted")));
 }
 
 TEST(Refine, WhatNoKeyHoldsIsRefusedWithWhatToDo) {
