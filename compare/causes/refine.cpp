@@ -241,6 +241,7 @@ class Refiner {
       if (!provisional_) of.settle_sensors();  // Huber's weights: of its own gain, not of the other twin's
       Standing s{.chi2 = of.chi2_of_all(), .n = of.n_of_all(), .shift = of.shift_in_regions()};
       s.light = of.light_in_regions();
+      s.fits_light = !moved_things;
       s.scatters = std::ranges::any_of(sensitivity_.samples(),
                                        [](const GridSamples& c) { return c.scatter_dn2.size() > 0; });
       if (moved_things) s.chi2_of_place = of.chi2_with(FreePerPixel::factor_and_offset);

@@ -44,10 +44,15 @@ std::string what_got_worse(const Standing& before, const Standing& after) {
   check("chi2 of the fringes' shift in regions",
         before.scatters ? std::max(1.0, before.shift.chi2) : before.shift.chi2, after.shift.chi2, 2.0,
         before.shift.n);
-  for (std::size_t k = 0; k < std::min(before.light.size(), after.light.size()); ++k)
-    if (const CauseRegion& then = before.light[k], &now = after.light[k]; then.passes() && !now.passes())
-      worse.push_back(fmt::format("chi2 of the {} in regions would rise from {:.3g} to {:.3g}, limit {:.3g}",
-                                  now.kind, then.chi2, now.chi2, now.limit));
+  for (std::size_t k = 0; k < std::min(before.light.size(), after.light.size()); ++k) {
+    const CauseRegion &then = before.light[k], &now = after.light[k];
+    const std::string what = fmt::format("chi2 of the {} in regions", now.kind);
+    if (then.passes() && !now.passes())
+      worse.push_back(fmt::format("{} would rise from {:.3g} to {:.3g}, limit {:.3g}", what, then.chi2,
+                                  now.chi2, now.limit));
+    else if (!now.passes() && before.fits_light)
+      check(what, then.chi2, now.chi2, 2.0, then.n);
+  }
   for (const ExplainedRow& then : before.rows)
     for (const ExplainedRow& now : after.rows) {
       if (then.quantity != now.quantity || then.region != now.region) continue;

@@ -18,8 +18,9 @@ struct Standing {
   std::uint64_t n = 0;          ///< values
   CauseRegion shift = {};       ///< of the places of the fringes
   std::vector<CauseRegion> light = {};  ///< of level and contrast, with gain and black level alone
-  bool scatters = false;                ///< its noise has the scatter of bounces
-  std::vector<ExplainedRow> rows{};     ///< of coverage, phase and the objects' fits
+  bool fits_light = false;  ///< nothing was moved: what is fitted are gray values, and they must get better
+  bool scatters = false;    ///< its noise has the scatter of bounces
+  std::vector<ExplainedRow> rows{};  ///< of coverage, phase and the objects' fits
 };
 
 /// Returns the rows of coverage and geometry of two measured sides.
@@ -27,7 +28,8 @@ std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, cons
 
 /// Returns in words what is worse after a refinement by more than its own standard deviation; empty where
 /// nothing is. Chi2: root of 2/n; regions of shift: two roots of 2/n, below 1 as from 1 where the
-/// noise has the scatter of bounces; regions of light: beyond their limit, and not before; rows of coverage,
+/// noise has the scatter of bounces; regions of light: beyond their limit, and not before, or where light was
+/// fitted two roots of 2/n; rows of coverage,
 /// phase and geometry: no longer explained, the largest |z| larger by 1.
 std::string what_got_worse(const Standing& before, const Standing& after);
 

@@ -100,6 +100,10 @@ TEST(RefineGuard, LightInRegionsMustNotPassItsLimit) {
   EXPECT_THAT(what_got_worse({.light = {within}}, {.light = {beyond}}), HasSubstr("level in regions"));
   EXPECT_EQ(what_got_worse({.light = {beyond}}, {.light = {worse}}),
             "");  // a place takes no light into account
+  EXPECT_THAT(what_got_worse({.light = {beyond}, .fits_light = true}, {.light = {worse}, .fits_light = true}),
+              HasSubstr("level in regions"));
+  EXPECT_EQ(what_got_worse({.light = {worse}, .fits_light = true}, {.light = {beyond}, .fits_light = true}),
+            "");
 }
 
 TEST(RefineGuard, ThePhaseMustNotGetWorse) {
