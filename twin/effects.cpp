@@ -133,6 +133,22 @@ std::vector<Effect> make_effects() {
           [](const Projector& p) { return p.response.kind != ProjectorResponse::Kind::linear; },
           [](Projector& p) { p.response = {}; },
           "[projector] response = { gamma = 2.2 } or { table = [...] }"),
+      {"fringe harmonics",
+       EffectStage::light,
+       "fringes without light besides what is shown",
+       [](const Twin& t) { return t.projector && t.fringes.steps > 0 && t.fringes.has_harmonics(); },
+       [](Twin& t) {
+         for (DirectionFringes& d : t.fringes.directions) d.harmonics.clear();
+       },
+       "[fringes] harmonics = [[a2, b2], ...]"},
+      {"fringe waveform",
+       EffectStage::light,
+       "sinusoidal fringes",
+       [](const Twin& t) {
+         return t.projector && t.fringes.steps > 0 && t.fringes.waveform.kind != Waveform::Kind::sine;
+       },
+       [](Twin& t) { t.fringes.waveform = {}; },
+       "[fringes] waveform = \"binary\", { table = [...] } or { levels = [...] }"},
       of_projector(
           "projector defocus", "the projector's lens without depth of field",
           [](const Projector& p) { return p.optics.has_value(); }, [](Projector& p) { p.optics.reset(); },

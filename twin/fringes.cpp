@@ -53,7 +53,40 @@ double gray_value(const DirectionFringes& direction, const PatternSpec& pattern,
   return pattern.is_inverse() ? 1.0 - bright : bright;
 }
 
+/// Returns the phase of a step at a coordinate, in turns.
+double phase_turns(const Fringes& fringes, const PatternSpec& pattern, double coordinate_px) {
+  const DirectionFringes& direction = fringes.directions.at(pattern.direction);
+  const auto pitch = static_cast<std::size_t>(pattern.pitch);
+  const double periods =
+      (coordinate_px - direction.phase_origin_px.at(pitch)) / direction.pitches_px.at(pitch);
+  return periods + static_cast<double>(pattern.step) / fringes.steps;
+}
+
 }  // namespace
+
+double Waveform::operator()(double turns) const {
+  if (kind == Kind::sine) return std::cos(2.0 * std::numbers::pi * turns);
+  FT_CHECK(!values.empty(), "a waveform has values");
+  const std::size_t n = values.size();
+  const double at = (turns - std::floor(turns)) * static_cast<double>(n);
+  const auto i = std::min(static_cast<std::size_t>(at), n - 1);
+  if (kind == Kind::levels) return 2.0 * values[i] - 1.0;
+  const double part = at - static_cast<double>(i);
+  return 2.0 * ((1.0 - part) * values[i] + part * values[(i + 1) % n]) - 1.0;
+}
+
+const Harmonics& DirectionFringes::harmonics_of(std::size_t pitch) const {
+  static const Harmonics none;
+  return pitch < harmonics.size() ? harmonics[pitch] : none;
+}
+
+bool Fringes::has_harmonics() const {
+  return std::ranges::any_of(directions, [](const DirectionFringes& d) {
+    return std::ranges::any_of(d.harmonics, [](const Harmonics& list) {
+      return std::ranges::any_of(list, [](const Harmonic& h) { return h != Harmonic{}; });
+    });
+  });
+}
 
 int DirectionFringes::finest() const {
   FT_CHECK(!pitches_px.empty(), "a direction needs a pitch");
@@ -124,11 +157,21 @@ double pattern_value(const Fringes& fringes, const PatternSpec& pattern, double 
   FT_CHECK(!pattern.is_image(), "an image is no function of one coordinate");
   const DirectionFringes& direction = fringes.directions.at(pattern.direction);
   if (pattern.is_gray()) return gray_value(direction, pattern, coordinate_px);
-  const auto pitch = static_cast<std::size_t>(pattern.pitch);
-  const double periods =
-      (coordinate_px - direction.phase_origin_px.at(pitch)) / direction.pitches_px.at(pitch);
-  const double shift = static_cast<double>(pattern.step) / fringes.steps;
-  return fringes.mean + fringes.amplitude * std::cos(2.0 * std::numbers::pi * (periods + shift));
+  return fringes.mean + fringes.amplitude * fringes.waveform(phase_turns(fringes, pattern, coordinate_px));
+}
+
+double harmonic_light(const Fringes& fringes, const PatternSpec& pattern, double coordinate_px) {
+  if (pattern.kind != PatternSpec::Kind::phase_step) return 0.0;
+  const Harmonics& harmonics =
+      fringes.directions.at(pattern.direction).harmonics_of(static_cast<std::size_t>(pattern.pitch));
+  if (harmonics.empty()) return 0.0;
+  const double phase_rad = 2.0 * std::numbers::pi * phase_turns(fringes, pattern, coordinate_px);
+  double light = 0.0;
+  for (std::size_t i = 0; i < harmonics.size(); ++i) {
+    const double angle = static_cast<double>(i + 2) * phase_rad;
+    light += harmonics[i].cosine * std::cos(angle) + harmonics[i].sine * std::sin(angle);
+  }
+  return light;
 }
 
 }  // namespace fringetwin

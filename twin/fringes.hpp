@@ -27,11 +27,38 @@ struct GrayCode {
   bool operator==(const GrayCode&) const = default;
 };
 
+/// Light that a projected fringe has besides its shown value, of one order k: cosine cos(k t) + sine sin(k t)
+/// at the phase t of the fringe, fraction of full scale.
+struct Harmonic {
+  double cosine = 0.0, sine = 0.0;
+  bool operator==(const Harmonic&) const = default;
+};
+/// The orders 2, 3, ... of one pitch.
+using Harmonics = std::vector<Harmonic>;
+inline constexpr int kHighestHarmonic = 16;
+
+/// The shape of one period of the shown fringes.
+struct Waveform {
+  enum class Kind {
+    sine,   ///< cos(t)
+    table,  ///< values at equally spaced phases from 0 on, linear between, the last to the first again
+    levels  ///< each value over an equal part of the period, from phase 0 on
+  };
+  Kind kind = Kind::sine;
+  std::vector<double> values;  ///< 0: mean - amplitude, 1: mean + amplitude
+  /// Returns the fringe at a phase in turns, from -1 to 1.
+  double operator()(double turns) const;
+  bool operator==(const Waveform&) const = default;
+};
+
 struct DirectionFringes {
   Axis axis = Axis::x;
   std::vector<double> pitches_px;       ///< projector px per period, in sequence order
   std::vector<double> phase_origin_px;  ///< one per pitch
-  std::optional<GrayCode> gray;         ///< pitch of the code = the (single) pitch
+  std::optional<GrayCode> gray = {};    ///< pitch of the code = the (single) pitch
+  std::vector<Harmonics> harmonics = {};  ///< one list per pitch; none: fringes have no harmonics
+  /// Returns the harmonics of a pitch, an empty list where there are none.
+  const Harmonics& harmonics_of(std::size_t pitch) const;
   /// Returns the index of the smallest pitch.
   int finest() const;
   bool operator==(const DirectionFringes&) const = default;
@@ -50,9 +77,12 @@ struct Fringes {
   Unwrap unwrap = Unwrap::heterodyne;
   double mean = 0.5;  ///< fraction of the projector's full scale
   double amplitude = 0.5;
+  Waveform waveform = {};
   std::vector<PatternImage> images;  ///< shown after all others; no phase comes from them
   /// Returns the smallest pitch of all directions, infinity without any.
   double finest_pitch_px() const;
+  /// Returns whether the light of any fringe has harmonics that are not shown.
+  bool has_harmonics() const;
   bool operator==(const Fringes&) const = default;
 };
 
@@ -85,10 +115,14 @@ std::vector<PatternSpec> expand_sequence(const Fringes& fringes);
 /// Returns whether the sequence needs white and black reference images besides (threshold white-black).
 bool needs_white_black(const Fringes& fringes);
 
-/// Returns the ideal projected value, fraction of full scale, at projector coordinate `coordinate_px` along
-/// the pattern's axis (double-precision truth; before projector response and blur).
+/// Returns the shown value, fraction of full scale, at projector coordinate `coordinate_px` along the
+/// pattern's axis (double-precision truth; before projector response and blur): what `capture` projects.
 /// Gray bits are 1 (bright) or 0. Not for images.
 double pattern_value(const Fringes& fringes, const PatternSpec& pattern, double coordinate_px);
+
+/// Returns the light that a phase step has there besides the response to its shown value (before blur),
+/// fraction of full scale: its harmonics. 0 for all other patterns.
+double harmonic_light(const Fringes& fringes, const PatternSpec& pattern, double coordinate_px);
 
 /// Returns the level of the image's pixel that holds the coordinate; the border pixels continue beyond the
 /// image.

@@ -143,6 +143,43 @@ TEST(Fringes, EveryPitchHasItsOwnOrigin) {
   }
 }
 
+// What is shown stays the sinusoid; the light besides it goes with the phase of the step.
+TEST(Fringes, HarmonicsAreLightThatIsNotShown) {
+  Fringes fringes;
+  fringes.directions = {{Axis::x, {16, 20}, {3, 0}, {}, {{{0.02, -0.01}, {0.0, 0.005}}, {}}}};
+  PatternSpec p;
+  for (int step = 0; step < 4; ++step) {
+    p.step = step;
+    for (double x = -20.0; x < 40.0; x += 0.7) {
+      const double t = 2.0 * std::numbers::pi * ((x - 3.0) / 16.0 + step / 4.0);
+      EXPECT_NEAR(pattern_value(fringes, p, x), 0.5 + 0.5 * std::cos(t), 1e-14);
+      EXPECT_NEAR(harmonic_light(fringes, p, x),
+                  0.02 * std::cos(2 * t) - 0.01 * std::sin(2 * t) + 0.005 * std::sin(3 * t), 1e-15);
+    }
+  }
+  p.pitch = 1;
+  EXPECT_EQ(harmonic_light(fringes, p, 1.0), 0.0);
+  p.kind = PatternSpec::Kind::gray_bit;
+  EXPECT_EQ(harmonic_light(fringes, p, 1.0), 0.0);
+}
+
+TEST(Fringes, WaveformsAtKnownPlaces) {
+  Fringes fringes;
+  fringes.directions = {{Axis::x, {16}, {3}, {}}};
+  fringes.mean = 0.5;
+  fringes.amplitude = 0.4;
+  fringes.waveform = {Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}};
+  PatternSpec p;
+  for (const auto& [x, value] : {std::pair{3.0, 0.9}, {6.9, 0.9}, {7.1, 0.1}, {14.9, 0.1}, {15.1, 0.9}, {-1.1, 0.1}})
+    EXPECT_NEAR(pattern_value(fringes, p, x), value, 1e-15) << x;
+  p.step = 1;  // a quarter of the period on
+  EXPECT_NEAR(pattern_value(fringes, p, 3.1), 0.1, 1e-15);
+  fringes.waveform = {Waveform::Kind::table, {1.0, 0.5, 0.0, 0.25}};
+  p.step = 0;
+  for (const auto& [x, v] : {std::pair{3.0, 1.0}, {5.0, 0.75}, {7.0, 0.5}, {11.0, 0.0}, {13.0, 0.125}, {17.0, 0.625}})
+    EXPECT_NEAR(pattern_value(fringes, p, x), 0.1 + 0.8 * v, 1e-14) << x;
+}
+
 TEST(Fringes, PhaseOfStepZeroIsRecoveredFromTheSteps) {
   for (const int steps : {3, 4, 5, 12}) {
     Fringes fringes;

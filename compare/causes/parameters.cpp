@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "compare/causes/closed_columns.hpp"
 #include "compare/causes/parameters_geometry.hpp"
@@ -16,21 +17,24 @@ namespace {
 using Change = std::function<void(Twin&, double)>;
 
 constexpr int kStepsForHarmonics = 6, kMostHarmonics = 7;
-constexpr std::size_t kTableLevels =
-    1025;  ///< linear between them: the amplitude of harmonic 7 is 0.13 % small
 
-/// The projector's response as a table, with a harmonic added.
-void add_harmonic(Twin& twin, int order, double amplitude) {
-  ProjectorResponse& response = twin.projector->response;
-  const double mean = twin.fringes.mean, swing = twin.fringes.amplitude;
-  std::vector<double> table(kTableLevels);
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    const double level = static_cast<double>(i) / static_cast<double>(table.size() - 1);
-    const double u = std::clamp((level - mean) / swing, -1.0, 1.0);
-    table[i] = response(level) + amplitude * std::cos(order * std::acos(u));
+/// Returns the part of a harmonic that the fringes of a pitch have.
+double harmonic_part(const DirectionFringes& direction, std::size_t pitch, int order, double Harmonic::*part) {
+  const Harmonics& list = direction.harmonics_of(pitch);
+  const auto i = static_cast<std::size_t>(order - 2);
+  return i < list.size() ? list[i].*part : 0.0;
+}
+
+/// Adds to a part of a harmonic of the fringes of every pitch.
+void add_to_harmonic(Twin& twin, int order, double Harmonic::*part, double change) {
+  const auto i = static_cast<std::size_t>(order - 2);
+  for (DirectionFringes& d : twin.fringes.directions) {
+    d.harmonics.resize(d.pitches_px.size());
+    for (Harmonics& list : d.harmonics) {
+      if (list.size() <= i) list.resize(i + 1);
+      list[i].*part += change;
+    }
   }
-  response.kind = ProjectorResponse::Kind::table;
-  response.table = std::move(table);
 }
 
 /// Lists what light and surfaces do.
@@ -64,15 +68,18 @@ class ParameterList : private GroupList {
     p.largest = 5.0;
   }
 
-  /// response(v) + sum a_k T_k((v - mean)/amplitude), k = 2 ...: the Chebyshev polynomial T_k makes cos(t) to
-  /// cos(kt), so a_k is the amplitude of the k-th harmonic of the projected fringe. With few steps their
-  /// orders cannot be told from the fundamental.
+  /// The light a_k cos(kt) + b_k sin(kt), k = 2 ..., that the fringes have besides what is shown, the same of
+  /// all pitches (they are told together; those of a twin that differ stay as far apart). With few steps
+  /// their orders cannot be told from the fundamental.
   void add_harmonics() {
     const int most = std::min(kMostHarmonics, twin_.fringes.steps - 2);
     if (!twin_.projector || twin_.fringes.steps < kStepsForHarmonics) return;
     for (int k = 2; k <= most; ++k)
-      add(fmt::format("projector.harmonic.{}", k), "", 0.0, 1e-3,
-          [k](Twin& t, double d) { add_harmonic(t, k, d); });
+      for (const auto& [name, part] :
+           {std::pair{"", &Harmonic::cosine}, std::pair{".quadrature", &Harmonic::sine}})
+        add(fmt::format("projector.harmonic.{}{}", k, name), "",
+            harmonic_part(twin_.fringes.directions.front(), 0, k, part), 1e-3,
+            [k, part](Twin& t, double d) { add_to_harmonic(t, k, part, d); });
   }
 
   /// Contrast falls with the square of the width, so that is what is fitted.
@@ -161,7 +168,7 @@ const std::vector<ParameterGroup>& parameter_groups() {
        "principal point or focal length of a lens (intrinsics)"},
       {"lens", "radial distortion k1, k2 of every lens", "lens distortion"},
       {"response", "gamma of the projector", "the projector's response (gamma)"},
-      {"harmonics", "harmonics 2 to 7 of the projected fringe (6 steps or more)",
+      {"harmonics", "harmonics 2 to 7 of the projected fringe, in phase and in quadrature (6 steps or more)",
        "harmonics of the projected fringe"},
       {"blur", "width of the projector's blur", "blur of the projected pattern"},
       {"vignetting", "gain over each camera's image: tilt and r^2",

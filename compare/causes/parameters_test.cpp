@@ -61,6 +61,8 @@ Twin rich_twin() {
                   {"wall", plane, {}},
                   {"tube", cylinder, {}},
                   {"part", mesh, {}}};
+  twin.fringes.steps = 6;
+  twin.fringes.directions = {{Axis::x, {13, 14, 15}, {0, 0, 0}, {}}};
   return twin;
 }
 
@@ -119,6 +121,11 @@ Numbers numbers_of(const Twin& twin) {
   out["projector.blur"] = p.blur_px;
   out["projector.gamma"] = p.response.gamma;
   out["projector.ambient"] = p.ambient;
+  const Harmonics& harmonics = twin.fringes.directions[0].harmonics_of(0);
+  for (std::size_t i = 0; i < harmonics.size(); ++i) {
+    out[fmt::format("projector.harmonic{}", i + 2)] = harmonics[i].cosine;
+    out[fmt::format("projector.quadrature{}", i + 2)] = harmonics[i].sine;
+  }
   for (const Object& object : twin.objects) {
     put(out, object.name, object.shape);
     out[object.name + ".diffuse"] = object.material.diffuse;
@@ -187,6 +194,9 @@ TEST(Parameters, EveryNumberIsMovedByTheChangeItself) {
       {"projector.k1", "projector.lens.intrinsics4"},
       {"projector.k2", "projector.lens.intrinsics5"},
       {"projector.gamma", "projector.gamma"},
+      {"projector.harmonic.2", "projector.harmonic2"},
+      {"projector.harmonic.4", "projector.harmonic4"},
+      {"projector.harmonic.3.quadrature", "projector.quadrature3"},
       {"left.vignetting_tilt.x", "left.tilt.x"},
       {"right.vignetting_tilt.y", "right.tilt.y"},
       {"left.vignetting.a1", "left.a1"},
@@ -214,6 +224,23 @@ TEST(Parameters, AParameterMovesItsOwnThingOnly) {
     EXPECT_FALSE(m.empty());
     for (const auto& [name, change] : m) EXPECT_EQ(name.substr(0, name.find('.')), thing) << name;
   }
+}
+
+// Of six steps 5 and 7 cannot be told from the fundamental; what pitches have apart they keep.
+TEST(Parameters, HarmonicsOfAllPitchesMoveTogether) {
+  Twin twin = rich_twin();
+  EXPECT_THAT(names_of(twin, "harmonics"),
+              UnorderedElementsAre("projector.harmonic.2", "projector.harmonic.2.quadrature", "projector.harmonic.3",
+                                   "projector.harmonic.3.quadrature", "projector.harmonic.4",
+                                   "projector.harmonic.4.quadrature"));
+  twin.fringes.directions[0].harmonics = {{{0.25, 0.5}}, {}, {{0.0, 0.0}, {0.125, 0.0}}};
+  const Parameter p = named(twin, "projector.harmonic.2.quadrature");
+  EXPECT_EQ(p.start, 0.5);
+  const DirectionFringes moved_fringes = with_change(twin, p, 0.25).fringes.directions[0];
+  EXPECT_EQ(moved_fringes.harmonics,
+            (std::vector<Harmonics>{{{0.25, 0.75}}, {{0.0, 0.25}}, {{0.0, 0.25}, {0.125, 0.0}}}));
+  twin.fringes.steps = 5;
+  EXPECT_THAT(names_of(twin, "harmonics"), ::testing::IsEmpty());
 }
 
 TEST(Parameters, PlanesMoveAlongTheirNormalAndTiltAboutTheirPoint) {

@@ -197,5 +197,21 @@ TEST(Refine, EveryKeyIsWrittenUnderItsTable) {
       "[object.material]  # \"ball\"\ndiffuse = 0.625\n\n[render]\nbounces = 1\n\n");
 }
 
+TEST(Refine, HarmonicsAreWrittenAsTheTwinHasThem) {
+  Twin before = ball_at(5.0);
+  before.fringes.directions = {{Axis::x, {13, 14}, {0, 0}, {}}};
+  Twin after = before;
+  after.fringes.directions[0].harmonics.assign(2, {{0.0125, -0.5}, {0.0, 0.25}});
+  EXPECT_THAT(refined_toml({}, before, after),
+              ::testing::HasSubstr("[fringes]\nharmonics = [[0.0125, -0.5], [0, 0.25]]\n"));
+  EXPECT_THAT(refined_toml({}, after, after), ::testing::Not(::testing::HasSubstr("harmonics")));
+  after.fringes.directions[0].harmonics[1] = {};
+  EXPECT_THAT(refined_toml({}, before, after),
+              ::testing::HasSubstr("[fringes]\nharmonics = [[[0.0125, -0.5], [0, 0.25]], []]\n"));
+  before.fringes.directions.push_back({Axis::y, {13}, {0}, {}, {{{0.5, 0.0}}}});
+  after.fringes.directions.push_back({Axis::y, {13}, {0}, {}, {{{0.5, 0.125}}}});
+  EXPECT_THAT(refined_toml({}, before, after), ::testing::HasSubstr("[fringes.y]\nharmonics = [[0.5, 0.125]]\n"));
+}
+
 }  // namespace
 }  // namespace fringetwin::compare::refine_test

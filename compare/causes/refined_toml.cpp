@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "compare/causes/parameters_geometry.hpp"
 #include "compare/causes/refine.hpp"
 #include "twin/base/plain_text.hpp"
@@ -67,6 +69,36 @@ std::string projector_text(const Projector& before, const Projector& after) {
   return t.text();
 }
 
+std::string harmonics_text(const Harmonics& list) {
+  std::vector<std::string> pairs;
+  for (const Harmonic& h : list) pairs.push_back(numbers(std::vector<double>{h.cosine, h.sine}));
+  return fmt::format("[{}]", fmt::join(pairs, ", "));
+}
+/// One list of pairs where all pitches have the same, else one per pitch.
+std::string harmonics_text(const DirectionFringes& direction) {
+  std::vector<std::string> lists;
+  for (std::size_t p = 0; p < direction.pitches_px.size(); ++p)
+    lists.push_back(harmonics_text(direction.harmonics_of(p)));
+  if (std::ranges::count(lists, lists.front()) == std::ssize(lists)) return lists.front();
+  return fmt::format("[{}]", fmt::join(lists, ", "));
+}
+
+/// The key of [fringes] where all directions have the same harmonics, else of each direction.
+std::string fringes_text(const Fringes& before, const Fringes& after) {
+  std::vector<std::string> old, now;
+  for (const DirectionFringes& d : before.directions) old.push_back(harmonics_text(d));
+  for (const DirectionFringes& d : after.directions) now.push_back(harmonics_text(d));
+  if (old == now) return "";
+  const auto is_one = [](const std::vector<std::string>& texts) {
+    return std::ranges::count(texts, texts.front()) == std::ssize(texts);
+  };
+  if (is_one(old) && is_one(now)) return fmt::format("[fringes]\nharmonics = {}\n\n", now.front());
+  std::string text;
+  for (std::size_t d = 0; d < now.size(); ++d)
+    text += fmt::format("[fringes.{}]\nharmonics = {}\n\n", axis_name(after.directions[d].axis), now[d]);
+  return text;
+}
+
 std::string object_text(const Object& before, const Object& after) {
   TableText t("[[object]]  # \"" + after.name + "\"");
   std::visit(
@@ -100,6 +132,7 @@ std::string refined_toml(const Refinement& r, const Twin& before, const Twin& af
   for (std::size_t c = 0; c < after.cameras.size(); ++c)
     text += camera_text(before.cameras[c], after.cameras[c]);
   if (after.projector) text += projector_text(*before.projector, *after.projector);
+  text += fringes_text(before.fringes, after.fringes);
   for (std::size_t k = 0; k < after.objects.size(); ++k)
     text += object_text(before.objects[k], after.objects[k]);
   TableText render("[render]");

@@ -41,6 +41,21 @@ double gauss_contrast_error(int n, double swing_rad) {
   return error;
 }
 
+// Returns the sum of what the rule leaves too much of the higher harmonics of one pixel's fringes, fraction of
+// full scale; nothing of the waveforms with edges and bends, which no rule of points serves.
+double harmonics_error(const Fringes& fringes, int n, double swing_rad) {
+  double most = 0.0;
+  for (const DirectionFringes& d : fringes.directions)
+    for (const Harmonics& list : d.harmonics) {
+      double error = 0.0;
+      for (std::size_t i = 0; i < list.size(); ++i)
+        error += std::hypot(list[i].cosine, list[i].sine) *
+                 std::min(1.0, gauss_contrast_error(n, static_cast<double>(i + 2) * swing_rad));
+      most = std::max(most, error);
+    }
+  return most;
+}
+
 }  // namespace
 
 double single_precision_error_rad(const Twin& twin) {
@@ -102,7 +117,9 @@ Sampling without_adaptation(const Sampling& sampling, const Twin& twin, const Ca
   const double swing_rad = kTwoPi / twin.fringes.finest_pitch_px() * twin.projector->lens.intrinsics().at(0) /
                            camera.lens.intrinsics().at(0);
   int n = static_cast<int>(std::lround(std::sqrt(static_cast<double>(fixed.samples))));
-  while (n < 6 && gauss_contrast_error(n, swing_rad) > sampling.gray_error) ++n;
+  while (n < 6 && std::max(gauss_contrast_error(n, swing_rad),
+                           harmonics_error(twin.fringes, n, swing_rad)) > sampling.gray_error)
+    ++n;
   fixed.samples = n * n;
   return fixed;
 }

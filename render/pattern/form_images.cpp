@@ -40,15 +40,17 @@ Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSp
   FT_CHECK(!spec.is_gray() && !transport.cosine.empty(), "transport without the image's sums");
   const auto d = static_cast<std::size_t>(spec.direction), p = static_cast<std::size_t>(spec.pitch);
   const double delta = kTwoPi * spec.step / twin.fringes.steps;
-  const std::vector<double>& a = transport.series[d][p].a;
+  const PhaseSeries& series = transport.series[d][p];
+  const std::vector<double>& a = series.a;
   FT_CHECK(a.size() >= 2, "a response has a mean and a fundamental");
   recipe.level = static_cast<float>(a[0]);
   for (std::size_t h = 1; h < a.size(); ++h) {
     const ImageF& cosine = h == 1 ? transport.cosine[d][p] : transport.harmonics[d][p][h - 2].cosine;
     const ImageF& sine = h == 1 ? transport.sine[d][p] : transport.harmonics[d][p][h - 2].sine;
-    const double angle = static_cast<double>(h) * delta;
-    recipe.terms.push_back({cosine.data.data(), sine.data.data(), static_cast<float>(a[h] * std::cos(angle)),
-                            static_cast<float>(a[h] * std::sin(angle))});
+    const double c = std::cos(static_cast<double>(h) * delta), s = std::sin(static_cast<double>(h) * delta);
+    const double b = series.sine(h);
+    recipe.terms.push_back({cosine.data.data(), sine.data.data(), static_cast<float>(a[h] * c + b * s),
+                            static_cast<float>(a[h] * s - b * c)});
   }
   return recipe;
 }
@@ -83,8 +85,8 @@ void follow(const Recipe& recipe, const Transport& transport, std::ptrdiff_t fir
 
 }  // namespace
 
-// Forms E = ambient + a_0 mean + sum_k a_k (C_k cos k d - S_k sin k d), or ambient + the image evaluated
-// directly.
+// Forms E = ambient + a_0 mean + sum_k ((a_k cos k d + b_k sin k d) C_k - (a_k sin k d - b_k cos k d) S_k), or
+// ambient + the image evaluated directly.
 std::vector<ImageF> form_images(const Twin& twin, const Transport& transport) {
   const auto sequence = expand_sequence(twin.fringes);
   const auto n_pixels = static_cast<std::ptrdiff_t>(transport.mean.size());
@@ -127,7 +129,7 @@ RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Tra
 }
 
 bool holds_any_steps(const Twin& twin) {
-  if (!twin.projector || !is_linear(twin.projector->response) || twin.projector->pixel_structure ||
+  if (!throws_pure_cosines(twin) || twin.projector->pixel_structure ||
       twin.fringes.steps == 0 || !twin.fringes.images.empty())
     return false;
   return std::ranges::none_of(twin.fringes.directions,

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 #include "render/pattern/waveform.hpp"
 #include "render/shaders/shared.h"
@@ -11,6 +13,7 @@ namespace fringetwin::render {
 namespace {
 
 constexpr int kExamined = 64;  // harmonics looked at
+static_assert(kHighestHarmonic <= MAX_PITCHES);
 // Costs of a pair, of a pitch's cosine and sine, and of the trace of a pass, in units of one direct
 // evaluation, on lavapipe with an analytic scene. A mesh's trace costs more, so that fewer passes count even
 // more there.
@@ -26,7 +29,7 @@ double series_cost(const Twin& twin, const SeriesTable& table) {
     images += carried ? 0 : 1;
   }
   for (const auto& direction : table)
-    for (const CosineSeries& series : direction) {
+    for (const PhaseSeries& series : direction) {
       if (series.a.size() < 2) continue;
       const std::size_t harmonics = series.a.size() - 1;
       if (pairs + harmonics > MAX_PITCHES) {
@@ -40,27 +43,44 @@ double series_cost(const Twin& twin, const SeriesTable& table) {
   return cost + static_cast<double>(images) + kPassCost * static_cast<double>(passes);
 }
 
+/// Returns the sum over k > `harmonics` of what a blur leaves of amplitudes 1/k; infinite where it ends late.
+double left_beyond(int harmonics, double sigma_px, double pitch_px) {
+  constexpr int kMostTerms = 4096;
+  double sum = 0.0;
+  for (int k = harmonics + 1; k <= harmonics + kMostTerms; ++k) {
+    const double left = blur_attenuation(k, sigma_px, pitch_px);
+    if (left < 1e-20) return sum;
+    sum += left / k;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
-CosineSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
-                          double relative_bound, int most) {
-  if (is_linear(projector.response)) return {{fringes.mean, fringes.amplitude}};
-  const int harmonics = count_harmonics(projector, fringes, pitch_px, relative_bound);
+PhaseSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
+                         double relative_bound, int most, const Harmonics& added) {
+  const int harmonics = count_harmonics(projector, fringes, pitch_px, relative_bound, added);
   if (harmonics > most) return {};
-  return cosine_series(projector.response, fringes.mean, fringes.amplitude, harmonics);
+  return fringe_series(projector.response, fringes, added, harmonics);
 }
 
 int count_harmonics(const Projector& projector, const Fringes& fringes, double pitch_px,
-                    double relative_bound) {
-  if (is_linear(projector.response)) return 1;
-  const CosineSeries series = cosine_series(projector.response, fringes.mean, fringes.amplitude, kExamined);
+                    double relative_bound, const Harmonics& added) {
+  const bool sine = fringes.waveform.kind == Waveform::Kind::sine;
+  if (is_linear(projector.response) && sine && added.empty()) return 1;
+  const PhaseSeries series = fringe_series(projector.response, fringes, added, kExamined);
   std::vector<double> size;
   for (int k = 0; k <= kExamined; ++k)
-    size.push_back(std::abs(series.a[k]) * blur_attenuation(k, projector.blur_px, pitch_px));
-  // Beyond: coefficients fall at least as 1/k^2 (the response is continuous), so all harmonics after 64
-  // sum up to what 33 ... 64 do; twice that is safe.
+    size.push_back(series.size(k) * blur_attenuation(k, projector.blur_px, pitch_px));
   double dropped = 0.0;
-  for (int k = kExamined / 2 + 1; k <= kExamined; ++k) dropped += 2.0 * size[k];
+  if (sine) {
+    // Beyond: coefficients fall at least as 1/k^2 (the response is continuous), so all harmonics after 64
+    // sum up to what 33 ... 64 do; twice that is safe.
+    for (int k = kExamined / 2 + 1; k <= kExamined; ++k) dropped += 2.0 * size[k];
+  } else {
+    dropped = total_variation(projector.response, fringes) / std::numbers::pi *
+              left_beyond(kExamined, projector.blur_px, pitch_px);
+  }
   int harmonics = kExamined;
   while (harmonics > 1 && dropped + size[harmonics] <= relative_bound * size[1]) dropped += size[harmonics--];
   return harmonics;
@@ -69,16 +89,17 @@ int count_harmonics(const Projector& projector, const Fringes& fringes, double p
 SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<double> phase_error_rad) {
   const double bound = kShareOfPhaseError * phase_error_rad.value_or(twin.render.phase_error_rad);
   SeriesTable direct, carried;
-  const bool linear = is_linear(twin.projector->response);
+  const bool pure = throws_pure_cosines(twin);
   for (const DirectionFringes& d : twin.fringes.directions) {
     direct.emplace_back(d.pitches_px.size());
     carried.emplace_back(d.pitches_px.size());
     if (twin.projector->pixel_structure || twin.fringes.steps == 0) continue;
     for (std::size_t p = 0; p < d.pitches_px.size(); ++p)
-      carried.back()[p] = short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, MAX_PITCHES);
+      carried.back()[p] = short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, MAX_PITCHES,
+                                       d.harmonics_of(p));
   }
   // The direct way of a defocused pattern is a quadrature for each step and sample.
-  const bool carry = linear || method == PatternMethod::harmonics ||
+  const bool carry = pure || method == PatternMethod::harmonics ||
                      (method == PatternMethod::automatic &&
                       (twin.projector->optics || series_cost(twin, carried) < series_cost(twin, direct)));
   return carry ? carried : direct;

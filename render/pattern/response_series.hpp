@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides how the phase steps behind the projector's response are made. Such a step is a short cosine series:
-// carried as a cosine/sine pair per harmonic, one trace holds every step; or each step is evaluated directly
-// in the trace. The cheaper way is taken.
+// Decides how phase steps are made that are no pure cosines: behind the projector's response, of a waveform
+// of their own, with harmonics. Such a step is a short Fourier series: carried as a cosine/sine pair per
+// harmonic, one trace holds every step; or each step is evaluated directly in the trace. The cheaper way is
+// taken.
 #pragma once
 #include <optional>
 
-#include "render/base/cosine_series.hpp"
+#include "render/base/phase_series.hpp"
 #include "render/base/renderer_tuning.hpp"
 #include "twin/twin.hpp"
 
@@ -13,13 +14,13 @@ namespace fringetwin::render {
 
 /// Returns the shortest series whose dropped harmonics, after the constant blur, sum up to at most
 /// `relative_bound` of the fundamental; empty when that takes more than `most` harmonics. With N steps a
-/// dropped amplitude b shifts the phase by at most b / |a_1| rad.
-CosineSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
-                          double relative_bound, int most);
+/// dropped amplitude b shifts the phase by at most b / |a_1| rad. `added`: the harmonics of the pitch.
+PhaseSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
+                         double relative_bound, int most, const Harmonics& added = {});
 
 /// Returns the number of harmonics of that shortest series; 64 when the bound takes more.
 int count_harmonics(const Projector& projector, const Fringes& fringes, double pitch_px,
-                    double relative_bound);
+                    double relative_bound, const Harmonics& added = {});
 
 /// Returns the series of all pitches, an empty one where the steps are evaluated directly. Automatic takes
 /// the cheaper way for all pitches together; `harmonics` insists where the series is short enough. With pixel

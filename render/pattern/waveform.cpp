@@ -15,6 +15,7 @@ using std::numbers::pi;
 constexpr double kReachSigmas = 8.5;  // a Gaussian beyond holds 2e-17
 constexpr int kMostHarmonics = 512;   // smaller blurs are convolved directly
 constexpr int kPanelNodes = 16;
+constexpr int kPartsOfASample = 64;  // of a period's table: an edge is 1/128 of a sample away at most
 
 // Evaluates a response, which is defined on [0, 1]; the cosine may leave that range by a rounding error.
 double respond(const ProjectorResponse& response, double value) {
@@ -83,11 +84,77 @@ void integrate(double a, double b, const std::vector<double>& breaks, double wid
 
 bool is_power(const ProjectorResponse& response) { return response.kind == ProjectorResponse::Kind::gamma; }
 
+// A part of a waveform's period in which the shown value runs linearly.
+struct Stretch {
+  double from_rad, to_rad, from, to;
+};
+
+// Cuts one period of a waveform that is no sine into its stretches.
+std::vector<Stretch> stretches_of(const Fringes& fringes) {
+  const std::vector<double>& values = fringes.waveform.values;
+  const std::size_t n = values.size();
+  const auto shown = [&](std::size_t i) {
+    return fringes.mean + fringes.amplitude * (2.0 * values[i % n] - 1.0);
+  };
+  const auto phase = [&](std::size_t i) {
+    return 2.0 * pi * static_cast<double>(i) / static_cast<double>(n);
+  };
+  const std::size_t next = fringes.waveform.kind == Waveform::Kind::levels ? 0 : 1;
+  std::vector<Stretch> all;
+  for (std::size_t i = 0; i < n; ++i) all.push_back({phase(i), phase(i + 1), shown(i), shown(i + next)});
+  return all;
+}
+
+// Returns where the response to a stretch has kinks, ascending.
+std::vector<double> kinks_in(const Stretch& s, const ProjectorResponse& response) {
+  std::vector<double> kinks;
+  for (const double t : find_kinks(response, 0.5 * (s.from + s.to), 0.5 * std::abs(s.to - s.from))) {
+    const double part = 0.5 * (1.0 + (s.to > s.from ? 1.0 : -1.0) * std::cos(t));
+    kinks.push_back(s.from_rad + part * (s.to_rad - s.from_rad));
+  }
+  std::ranges::sort(kinks);
+  return kinks;
+}
+
+// Adds the Fourier integrals over a stretch whose light runs linearly: in closed form.
+void add_linear_stretch(const Stretch& s, double light_from, double light_to, PhaseSeries* series) {
+  const double width = s.to_rad - s.from_rad, slope = (light_to - light_from) / width;
+  series->a[0] += 0.5 * (light_from + light_to) * width / (2.0 * pi);
+  for (std::size_t k = 1; k < series->a.size(); ++k) {
+    const auto order = static_cast<double>(k);
+    const double c0 = std::cos(order * s.from_rad), s0 = std::sin(order * s.from_rad);
+    const double c1 = std::cos(order * s.to_rad), s1 = std::sin(order * s.to_rad);
+    series->a[k] += ((light_to * s1 - light_from * s0) + slope / order * (c1 - c0)) / (pi * order);
+    series->b[k] += (-(light_to * c1 - light_from * c0) + slope / order * (s1 - s0)) / (pi * order);
+  }
+}
+
+// Adds them over a stretch behind a response that bends: by quadrature, as cosine_series().
+void add_bent_stretch(const Stretch& s, const ProjectorResponse& response, PhaseSeries* series) {
+  const double widest = std::min(pi / 8.0, 8.0 / static_cast<double>(series->a.size()));
+  const bool graded =
+      is_power(response) && std::min(s.from, s.to) < 0.1 * std::max(s.from, s.to);  // towards value 0
+  integrate(s.from_rad, s.to_rad, kinks_in(s, response), widest, graded, [&](double t, double weight) {
+    const double part = (t - s.from_rad) / (s.to_rad - s.from_rad);
+    const double wf = weight / pi * respond(response, s.from + part * (s.to - s.from));
+    series->a[0] += 0.5 * wf;
+    for (std::size_t k = 1; k < series->a.size(); ++k) {
+      series->a[k] += wf * std::cos(static_cast<double>(k) * t);
+      series->b[k] += wf * std::sin(static_cast<double>(k) * t);
+    }
+  });
+}
+
 }  // namespace
 
 bool is_linear(const ProjectorResponse& response) {
   return response.kind == ProjectorResponse::Kind::linear ||
          (response.kind == ProjectorResponse::Kind::gamma && response.gamma == 1.0);
+}
+
+bool throws_pure_cosines(const Twin& twin) {
+  return twin.projector && is_linear(twin.projector->response) &&
+         twin.fringes.waveform.kind == Waveform::Kind::sine && !twin.fringes.has_harmonics();
 }
 
 double pattern_margin_px(const Projector& projector) {
@@ -103,9 +170,9 @@ double blur_attenuation(int harmonic, double sigma_px, double pitch_px) {
   return std::exp(-2.0 * u * u);
 }
 
-CosineSeries cosine_series(const ProjectorResponse& response, double mean, double amplitude, int harmonics) {
+PhaseSeries cosine_series(const ProjectorResponse& response, double mean, double amplitude, int harmonics) {
   FT_CHECK(harmonics >= 0, "number of harmonics");
-  CosineSeries series;
+  PhaseSeries series;
   series.a.assign(static_cast<std::size_t>(harmonics) + 1, 0.0);
   if (is_linear(response)) {
     series.a[0] = mean;
@@ -120,6 +187,48 @@ CosineSeries cosine_series(const ProjectorResponse& response, double mean, doubl
                 series.a[k] += (k == 0 ? wf : 2.0 * wf) * std::cos(static_cast<double>(k) * t);
             });
   return series;
+}
+
+PhaseSeries fringe_series(const ProjectorResponse& response, const Fringes& fringes, const Harmonics& added,
+                          int harmonics) {
+  PhaseSeries series;
+  if (fringes.waveform.kind == Waveform::Kind::sine) {
+    series = cosine_series(response, fringes.mean, fringes.amplitude, harmonics);
+    if (added.empty()) return series;
+    series.b.assign(series.a.size(), 0.0);
+  } else {
+    series.a.assign(static_cast<std::size_t>(harmonics) + 1, 0.0);
+    series.b = series.a;
+    for (const Stretch& s : stretches_of(fringes)) {
+      if (is_linear(response) || s.from == s.to)
+        add_linear_stretch(s, respond(response, s.from), respond(response, s.to), &series);
+      else
+        add_bent_stretch(s, response, &series);
+    }
+  }
+  for (std::size_t i = 0; i < added.size() && i + 2 < series.a.size(); ++i) {
+    series.a[i + 2] += added[i].cosine;
+    series.b[i + 2] += added[i].sine;
+  }
+  return series;
+}
+
+double total_variation(const ProjectorResponse& response, const Fringes& fringes) {
+  FT_CHECK(fringes.waveform.kind != Waveform::Kind::sine, "the variation of a waveform that is a table");
+  const std::vector<Stretch> all = stretches_of(fringes);
+  double sum = 0.0, before = respond(response, all.back().to);
+  for (const Stretch& s : all) {
+    std::vector<double> at = kinks_in(s, response);
+    at.insert(at.begin(), s.from_rad);
+    at.push_back(s.to_rad);
+    for (const double t : at) {  // monotonic between the kinks
+      const double part = (t - s.from_rad) / (s.to_rad - s.from_rad);
+      const double light = respond(response, s.from + part * (s.to - s.from));
+      sum += std::abs(light - before);
+      before = light;
+    }
+  }
+  return sum;
 }
 
 EffectivePattern::EffectivePattern(const Twin& twin, const PatternSpec& pattern)
@@ -145,24 +254,60 @@ EffectivePattern::EffectivePattern(const Twin& twin, const PatternSpec& pattern)
     return;
   }
   shift_rad_ = 2.0 * pi * pattern.step / fringes_.steps;
-  kinks_ = find_kinks(response_, fringes_.mean, fringes_.amplitude);
+  const Harmonics& added = d.harmonics_of(p);
+  const bool sine = fringes_.waveform.kind == Waveform::Kind::sine;
   // exp(-2 u^2) < 1e-17 at u = 4.43
-  const double needed = is_linear(response_) ? 1.0 : std::ceil(4.43 * pitch_px_ / (pi * sigma_px_));
-  if (needed > kMostHarmonics) {
-    method_ = Method::convolution;
+  double needed = is_linear(response_) && sine ? 1.0 : std::ceil(4.43 * pitch_px_ / (pi * sigma_px_));
+  method_ = needed > kMostHarmonics ? Method::convolution : Method::series;
+  if (!added.empty()) needed = std::max(needed, static_cast<double>(added.size() + 1));
+  if (method_ == Method::convolution) {
+    find_breaks();
+    if (added.empty()) return;
+    series_.a.assign(added.size() + 2, 0.0);
+    series_.b = series_.a;
+    for (std::size_t i = 0; i < added.size(); ++i) {
+      series_.a[i + 2] = added[i].cosine;
+      series_.b[i + 2] = added[i].sine;
+    }
+  } else {
+    series_ = fringe_series(response_, fringes_, added, std::max(1, static_cast<int>(needed)));
+  }
+  for (std::size_t k = 1; k < series_.a.size(); ++k) {
+    const double left = blur_attenuation(static_cast<int>(k), sigma_px_, pitch_px_);
+    series_.a[k] *= left;
+    if (!series_.b.empty()) series_.b[k] *= left;
+  }
+}
+
+// Finds where the light of one turn is not smooth.
+void EffectivePattern::find_breaks() {
+  if (fringes_.waveform.kind != Waveform::Kind::sine) {
+    for (const Stretch& s : stretches_of(fringes_)) {
+      breaks_.push_back(s.from_rad);
+      for (const double kink : kinks_in(s, response_)) breaks_.push_back(kink);
+    }
     return;
   }
-  method_ = Method::series;
-  series_ =
-      cosine_series(response_, fringes_.mean, fringes_.amplitude, std::max(1, static_cast<int>(needed)));
-  for (std::size_t k = 1; k < series_.a.size(); ++k)
-    series_.a[k] *= blur_attenuation(static_cast<int>(k), sigma_px_, pitch_px_);
+  for (const double kink : find_kinks(response_, fringes_.mean, fringes_.amplitude)) {
+    breaks_.push_back(kink);
+    breaks_.push_back(-kink);
+  }
+  breaks_.push_back(pi);  // where the value is lowest
+}
+
+// Returns the response to the shown value at a phase.
+double EffectivePattern::light(double phase_rad) const {
+  const double wave = fringes_.waveform.kind == Waveform::Kind::sine
+                          ? std::cos(phase_rad)
+                          : fringes_.waveform(phase_rad / (2.0 * pi));
+  return respond(response_, fringes_.mean + fringes_.amplitude * wave);
 }
 
 double EffectivePattern::operator()(double coordinate_px) const {
   switch (method_) {
     case Method::direct:
-      return respond(response_, pattern_value(fringes_, pattern_, coordinate_px));
+      return respond(response_, pattern_value(fringes_, pattern_, coordinate_px)) +
+             harmonic_light(fringes_, pattern_, coordinate_px);
     case Method::series:
       return series_(2.0 * pi * (coordinate_px - origin_px_) / pitch_px_ + shift_rad_);
     case Method::convolution:
@@ -183,20 +328,15 @@ double EffectivePattern::convolve(double coordinate_px) const {
   std::vector<double> breaks;
   for (int turn = static_cast<int>(std::floor(lowest / (2.0 * pi)));
        turn <= static_cast<int>(std::ceil(highest / (2.0 * pi))); ++turn) {
-    for (double k : kinks_) {
-      breaks.push_back(2.0 * pi * turn + k);
-      breaks.push_back(2.0 * pi * turn - k);
-    }
-    breaks.push_back(2.0 * pi * turn + pi);  // where the value is lowest
+    for (const double t : breaks_) breaks.push_back(2.0 * pi * turn + t);
   }
   std::ranges::sort(breaks);
   double sum = 0.0;
   integrate(lowest, highest, breaks, s, is_power(response_), [&](double t, double weight) {
     const double u = (t - t0) / s;
-    sum += weight * std::exp(-0.5 * u * u) *
-           respond(response_, fringes_.mean + fringes_.amplitude * std::cos(t));
+    sum += weight * std::exp(-0.5 * u * u) * light(t);
   });
-  return sum / (s * std::sqrt(2.0 * pi));
+  return sum / (s * std::sqrt(2.0 * pi)) + (series_.a.empty() ? 0.0 : series_(t0));
 }
 
 // Finds the edges of a Gray image: it is constant on half words, and an edge is where two neighbours differ.
@@ -240,7 +380,7 @@ double EffectivePattern::sum_edges(double coordinate_px) const {
 double EffectivePattern::pixel_value(double center_px) const {
   double value = pattern_value(fringes_, pattern_, center_px);
   if (levels_ > 0.0) value = std::round(value * levels_) / levels_;
-  return respond(response_, value);
+  return respond(response_, value) + harmonic_light(fringes_, pattern_, center_px);
 }
 
 // Returns the mean of the pixels around, each weighted with the part of the blur spot on its lit square: the
@@ -266,9 +406,19 @@ std::vector<float> periodic_waveform(const Twin& twin, const PatternSpec& patter
   const EffectivePattern effective(twin, pattern);
   const DirectionFringes& d = twin.fringes.directions.at(pattern.direction);
   const auto p = static_cast<std::size_t>(pattern.pitch);
+  // Between samples the shader interpolates: an edge at any place among them must leave the right mean.
+  const bool has_edges =
+      twin.fringes.waveform.kind == Waveform::Kind::levels && twin.projector->blur_px == 0.0;
+  const int parts = has_edges ? kPartsOfASample : 1;
   std::vector<float> values(samples);
-  for (int i = 0; i < samples; ++i)
-    values[i] = static_cast<float>(effective(d.phase_origin_px.at(p) + d.pitches_px.at(p) * i / samples));
+  for (int i = 0; i < samples; ++i) {
+    double sum = 0.0;
+    for (int j = 0; j < parts; ++j) {
+      const double at = i + (has_edges ? (j + 0.5) / parts - 0.5 : 0.0);
+      sum += effective(d.phase_origin_px.at(p) + d.pitches_px.at(p) * at / samples);
+    }
+    values[i] = static_cast<float>(sum / parts);
+  }
   return values;
 }
 

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // Computes the light that the projector really throws for a pattern, in double precision: pattern value ->
-// response -> blur (docs/CONVENTIONS.md), as a function of the projector coordinate and as tables for the
-// shaders.
+// response, and harmonics beside it -> blur (docs/CONVENTIONS.md), as a function of the projector coordinate
+// and as tables for the shaders.
 #pragma once
 #include <vector>
 
-#include "render/base/cosine_series.hpp"
+#include "render/base/phase_series.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::render {
 
-/// Returns true when the response maps every value onto itself: phase steps are then pure cosines.
+/// Returns true when the response maps every value onto itself.
 bool is_linear(const ProjectorResponse& response);
+/// Returns true when the light of every phase step is mean + amplitude cos(phase): the waveform is a sine, the
+/// response linear, and there are no harmonics.
+bool throws_pure_cosines(const Twin& twin);
 
 /// Returns the factor by which a Gaussian blur multiplies harmonic k of a period of `pitch_px`,
 /// exp(-2 (pi k sigma / pitch)^2): the Fourier transform of a unit Gaussian of sigma `sigma_px`.
@@ -23,12 +26,21 @@ double pattern_margin_px(const Projector& projector);
 /// Returns the even Fourier series of response(mean + amplitude cos t) up to `harmonics`, each coefficient to
 /// about 1e-15: Gauss-Legendre panels split at the kinks of the response and graded towards the
 /// branch point of a power law at value 0.
-CosineSeries cosine_series(const ProjectorResponse& response, double mean, double amplitude, int harmonics);
+PhaseSeries cosine_series(const ProjectorResponse& response, double mean, double amplitude, int harmonics);
+
+/// Returns the Fourier series of the light of a phase step before blur, up to `harmonics`: the response to the
+/// fringes' waveform, and the added harmonics. Its sines are left out where there can be none.
+PhaseSeries fringe_series(const ProjectorResponse& response, const Fringes& fringes, const Harmonics& added,
+                          int harmonics);
+
+/// Returns the total variation of the response to one period of the waveform: harmonic k of a waveform of
+/// total variation V is at most V/(pi k) in size.
+double total_variation(const ProjectorResponse& response, const Fringes& fringes);
 
 /// One image of the sequence after response and Gaussian blur, as a function of the projector coordinate.
-/// Build once, evaluate often. Without blur: response(pattern_value(x)). With pixel structure x is that
-/// of the pixel's centre, rounded to the frame buffer's levels; with gaps between the pixels the value
-/// is relative to a white image there (gap_waveform).
+/// Build once, evaluate often. Without blur: response(pattern_value(x)) + harmonic_light(x). With pixel
+/// structure x is that of the pixel's centre, the value rounded to the frame buffer's levels; with gaps
+/// between the pixels it is relative to a white image there (gap_waveform).
 class EffectivePattern {
  public:
   EffectivePattern(const Twin& twin, const PatternSpec& pattern);
@@ -43,11 +55,13 @@ class EffectivePattern {
     double before = 0.0;  ///< value left of it
     double step = 0.0;
   };
+  double light(double phase_rad) const;
   double convolve(double coordinate_px) const;
   double sum_edges(double coordinate_px) const;
   double mix_pixels(double coordinate_px) const;
   double pixel_value(double center_px) const;
   void find_edges(double size_px);
+  void find_breaks();
 
   Method method_ = Method::direct;
   Fringes fringes_;
@@ -55,8 +69,8 @@ class EffectivePattern {
   ProjectorResponse response_;
   double sigma_px_ = 0.0, pitch_px_ = 1.0, origin_px_ = 0.0, shift_rad_ = 0.0;
   double margin_px_ = 0.0, pixel_fill_ = 1.0, levels_ = 0.0;
-  CosineSeries series_;        ///< blurred, phase steps
-  std::vector<double> kinks_;  ///< t in [0, pi] where the response is not smooth
+  PhaseSeries series_;          ///< blurred, phase steps; with convolution the added harmonics alone
+  std::vector<double> breaks_;  ///< t within one turn where the light is not smooth
   std::vector<Edge> edges_;    ///< ascending, Gray images
   double first_value_ = 0.0;   ///< left of all edges
 };

@@ -81,14 +81,14 @@ TEST(Quadrature, IntegratesPolynomialsOfDegree2nMinus1) {
 }
 
 TEST(CosineSeriesTest, LinearIsMeanAndAmplitude) {
-  const CosineSeries s = cosine_series({}, 0.5, 0.4, 3);
+  const PhaseSeries s = cosine_series({}, 0.5, 0.4, 3);
   EXPECT_EQ(s.a, (std::vector<double>{0.5, 0.4, 0.0, 0.0}));
 }
 
 // (m + a cos t)^2 = m^2 + a^2/2 + 2 m a cos t + a^2/2 cos 2t
 TEST(CosineSeriesTest, GammaTwoHasThreeTerms) {
   for (const auto& [m, a] : {std::pair{0.5, 0.5}, {0.45, 0.3}, {0.6, 0.4}}) {
-    const CosineSeries s = cosine_series(gamma_response(2.0), m, a, 8);
+    const PhaseSeries s = cosine_series(gamma_response(2.0), m, a, 8);
     EXPECT_NEAR(s.a[0], m * m + a * a / 2, 1e-14);
     EXPECT_NEAR(s.a[1], 2 * m * a, 1e-14);
     EXPECT_NEAR(s.a[2], a * a / 2, 1e-14);
@@ -100,7 +100,7 @@ TEST(CosineSeriesTest, GammaTwoHasThreeTerms) {
 // a_(k+1)/a_k = (g - k)/(g + k + 1) (the first ratio doubles, as a_0 is not doubled).
 TEST(CosineSeriesTest, FullContrastPowerLawAgainstGammaFunctions) {
   for (double g : {2.2, 1.8, 0.45, 2.6}) {
-    const CosineSeries s = cosine_series(gamma_response(g), 0.5, 0.5, 60);
+    const PhaseSeries s = cosine_series(gamma_response(g), 0.5, 0.5, 60);
     double expected = std::tgamma(2 * g + 1) / (std::pow(4.0, g) * std::pow(std::tgamma(g + 1), 2));
     EXPECT_NEAR(s.a[0], expected, 1e-13) << g;
     expected *= 2.0;
@@ -114,13 +114,13 @@ TEST(CosineSeriesTest, FullContrastPowerLawAgainstGammaFunctions) {
 // A two-level table {0, 1} is linear; {1, 0} is 1 - v.
 TEST(CosineSeriesTest, TablesIntegratePiecewise) {
   const ProjectorResponse inverse{ProjectorResponse::Kind::table, 1.0, {1.0, 0.0}};
-  const CosineSeries s = cosine_series(inverse, 0.5, 0.4, 5);
+  const PhaseSeries s = cosine_series(inverse, 0.5, 0.4, 5);
   EXPECT_NEAR(s.a[0], 0.5, 1e-15);
   EXPECT_NEAR(s.a[1], -0.4, 1e-15);
   for (int k = 2; k <= 5; ++k) EXPECT_NEAR(s.a[k], 0.0, 1e-15);
   // {0, 0, 1}: max(0, 2v - 1) at m = a = 1/2 is max(0, cos t): the half-wave rectifier
   const ProjectorResponse rectifier{ProjectorResponse::Kind::table, 1.0, {0.0, 0.0, 1.0}};
-  const CosineSeries r = cosine_series(rectifier, 0.5, 0.5, 6);
+  const PhaseSeries r = cosine_series(rectifier, 0.5, 0.5, 6);
   EXPECT_NEAR(r.a[0], 1 / pi, 1e-15);
   EXPECT_NEAR(r.a[1], 0.5, 1e-15);
   EXPECT_NEAR(r.a[2], 2 / (3 * pi), 1e-15);
@@ -129,7 +129,7 @@ TEST(CosineSeriesTest, TablesIntegratePiecewise) {
 }
 
 TEST(CosineSeriesTest, ClenshawEqualsTheSum) {
-  const CosineSeries s{{0.3, -0.2, 0.5, 0.125}};
+  const PhaseSeries s{{0.3, -0.2, 0.5, 0.125}};
   for (double t : {-2.0, 0.0, 0.7, pi, 9.0})
     EXPECT_NEAR(s(t), 0.3 - 0.2 * std::cos(t) + 0.5 * std::cos(2 * t) + 0.125 * std::cos(3 * t), 1e-15);
 }

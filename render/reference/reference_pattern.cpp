@@ -11,7 +11,7 @@ namespace fringetwin::render {
 namespace {
 
 using std::numbers::pi;
-constexpr int kDiskNodes = 64, kPanelsWithKinks = 6, kFourierSamples = 4096;
+constexpr int kDiskNodes = 64, kPanelsWithKinks = 6, kFourierSamples = 4096, kPanelNodes = 16;
 
 double normal_cdf(double t) { return 0.5 * std::erfc(-t / std::numbers::sqrt2); }
 
@@ -72,7 +72,9 @@ ReferencePattern::ReferencePattern(const Twin& twin, const PatternSpec& pattern)
   const std::size_t p = spec_.is_gray() ? 0 : static_cast<std::size_t>(spec_.pitch);
   pitch_px_ = d.pitches_px.at(p);
   origin_px_ = d.phase_origin_px.at(p);
-  if (spec_.is_gray() || projector_.pixel_structure || projector_.blur_px == 0.0) return;
+  if (spec_.is_gray() || projector_.pixel_structure || projector_.blur_px == 0.0 ||
+      fringes_.waveform.kind != Waveform::Kind::sine)
+    return;
   // The discrete cosine sum of one period; what blur leaves of harmonic k falls below 1e-17 soon.
   for (int k = 0; k < kFourierSamples / 4; ++k) {
     const double u = pi * k * projector_.blur_px / pitch_px_;
@@ -96,7 +98,43 @@ double ReferencePattern::frame_buffer(long pixel) const {
     const double levels = std::exp2(*projector_.quantise_bits) - 1.0;
     value = std::round(value * levels) / levels;
   }
-  return response(value);
+  return response(value) + (spec_.is_gray() ? 0.0 : harmonics(static_cast<double>(pixel), 0.0, 0.0));
+}
+
+// The added harmonics, each a wave of its own with the blur's and the disk's Fourier transforms.
+double ReferencePattern::harmonics(double x, double radius, double sigma) const {
+  const Harmonics& list = fringes_.directions[spec_.direction].harmonics_of(spec_.pitch);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const double wave_px = pitch_px_ / static_cast<double>(i + 2);  // wavelength
+    const double crest_px = origin_px_ - pitch_px_ * spec_.step / fringes_.steps +
+                            wave_px * std::atan2(list[i].sine, list[i].cosine) / (2.0 * pi);
+    const double u = pi * sigma / wave_px, v = 2.0 * pi * radius / wave_px;
+    const double disk = v == 0.0 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, v) / v;
+    sum += std::hypot(list[i].cosine, list[i].sine) * std::exp(-2.0 * u * u) * disk *
+           std::cos(2.0 * pi * (x - crest_px) / wave_px);
+  }
+  return sum;
+}
+
+// The convolution integral of a table with the Gaussian, stretch by stretch, panels of a sigma at most.
+double ReferencePattern::convolve(double x) const {
+  const double sigma = projector_.blur_px, lowest = x - 9.0 * sigma, highest = x + 9.0 * sigma;
+  const double width = pitch_px_ / static_cast<double>(fringes_.waveform.values.size());
+  const double start = origin_px_ - pitch_px_ * spec_.step / fringes_.steps;
+  const GaussRule& rule = gauss_rule(kPanelNodes);
+  double sum = 0.0;
+  for (double i = std::floor((lowest - start) / width); start + i * width < highest; i += 1.0) {
+    const double a = std::max(lowest, start + i * width), b = std::min(highest, start + (i + 1.0) * width);
+    const int panels = std::max(1, static_cast<int>(std::ceil((b - a) / sigma)));
+    for (int p = 0; p < panels; ++p)
+      for (std::size_t j = 0; j < rule.nodes.size(); ++j) {
+        const double half = 0.5 * (b - a) / panels, t = a + half * (2.0 * p + 1.0 + rule.nodes[j]);
+        const double u = (x - t) / sigma;
+        sum += half * rule.weights[j] * std::exp(-0.5 * u * u) * response(pattern_value(fringes_, spec_, t));
+      }
+  }
+  return sum / (sigma * std::sqrt(2.0 * pi));
 }
 
 // Pieces [start + i width, start + (i + 1) width) of constant value; with gaps only the middle of each
@@ -136,11 +174,23 @@ double ReferencePattern::smooth(double x, double radius) const {
   return sum;
 }
 
+// Levels are pieces of constant light; a table is integrated numerically.
+double ReferencePattern::waveform(double x, double radius) const {
+  if (fringes_.waveform.kind == Waveform::Kind::levels)
+    return sum_pieces(x, radius, pitch_px_ / static_cast<double>(fringes_.waveform.values.size()),
+                      origin_px_ - pitch_px_ * spec_.step / fringes_.steps);
+  if (projector_.blur_px > 0.0) return over_disk(radius, [&](double o) { return convolve(x - o); });
+  return over_disk(
+      radius, [&](double o) { return response(pattern_value(fringes_, spec_, x - o)); }, kPanelsWithKinks);
+}
+
 double ReferencePattern::operator()(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const {
   const double x = axis_ == Axis::x ? q_px.x() : q_px.y();
   const double radius = axis_ == Axis::x ? defocus_px.x() : defocus_px.y();
   if (projector_.pixel_structure) return sum_pieces(x, radius, 1.0, -0.5);
-  if (!spec_.is_gray()) return smooth(x, radius);
+  if (!spec_.is_gray())
+    return (fringes_.waveform.kind == Waveform::Kind::sine ? smooth(x, radius) : waveform(x, radius)) +
+           harmonics(x, radius, projector_.blur_px);
   const DirectionFringes& d = fringes_.directions[spec_.direction];
   return sum_pieces(x, radius, 0.5 * pitch_px_,
                     origin_px_ + (d.gray ? d.gray->offset_periods : 0.0) * pitch_px_);

@@ -26,8 +26,11 @@ class ReferencePattern {
  private:
   double response(double value) const;
   double frame_buffer(long pixel) const;
+  double harmonics(double x, double radius, double sigma) const;
   double sum_pieces(double x, double radius, double width, double start) const;
+  double convolve(double x) const;
   double smooth(double x, double radius) const;
+  double waveform(double x, double radius) const;
 
   Projector projector_;
   Fringes fringes_;

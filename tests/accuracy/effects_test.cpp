@@ -383,6 +383,8 @@ Twin everything() {
   p.optics = Optics{2.0, 15.0, 270.0};
   p.pixel_structure = true;
   p.quantise_bits = 8;
+  for (DirectionFringes& d : twin.fringes.directions) d.harmonics.assign(3, {{0.01, 0.02}});
+  twin.fringes.waveform = {Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}};
   twin.render.bounces = 1;
   std::get<PlaneShape>(twin.objects[1].shape).albedo_map = std::make_shared<ImageF>(2, 2, 0.5F);
   return twin;

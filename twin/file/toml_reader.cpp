@@ -290,6 +290,51 @@ std::optional<std::vector<double>> TomlTable::numbers(const std::string& key,
   return values;
 }
 
+std::optional<std::vector<std::vector<std::vector<double>>>> TomlTable::lists_of_rows(
+    const std::string& key, std::size_t columns, const NumberRange& range) const {
+  const auto* array = find<toml::array>(key, "an array of arrays of numbers");
+  if (array == nullptr) return std::nullopt;
+  const auto fail_at = [&](const toml::node& node, const std::string& name, const std::string& what) {
+    throw UserError(impl_->code, place(node, impl_->file), full_key(key) + name + " " + what);
+  };
+  const auto as_array = [&](const toml::node& node, const std::string& name) -> const toml::array& {
+    if (!node.is_array()) fail_at(node, name, fmt::format("must be an array, is {}", type_name(node)));
+    return *node.as_array();
+  };
+  const auto read_rows = [&](const toml::array& rows, const std::string& name) {
+    std::vector<std::vector<double>> out;
+    for (const toml::node& node : rows) {
+      const std::string row_name = fmt::format("{}[{}]", name, out.size());
+      const toml::array& row = as_array(node, row_name);
+      if (row.size() != columns)
+        fail_at(node, row_name, fmt::format("must have {} numbers, has {}", columns, row.size()));
+      std::vector<double> values(columns);
+      for (std::size_t i = 0; i < columns; ++i) {
+        const std::string fault = number_fault(*row.get(i), range, &values[i]);
+        if (!fault.empty()) fail_at(*row.get(i), fmt::format("{}[{}]", row_name, i), fault);
+      }
+      out.push_back(std::move(values));
+    }
+    return out;
+  };
+  // Rows hold no arrays, lists of rows do.
+  const bool lists = std::any_of(array->begin(), array->end(), [](const toml::node& entry) {
+    const toml::array* inner = entry.as_array();
+    return inner != nullptr && std::any_of(inner->begin(), inner->end(),
+                                           [](const toml::node& node) { return node.is_array(); });
+  });
+  std::vector<std::vector<std::vector<double>>> all;
+  if (!lists) {
+    all.push_back(read_rows(*array, ""));
+    return all;
+  }
+  for (const toml::node& entry : *array) {
+    const std::string name = fmt::format("[{}]", all.size());
+    all.push_back(read_rows(as_array(entry, name), name));
+  }
+  return all;
+}
+
 std::optional<std::vector<std::string>> TomlTable::strings(const std::string& key) const {
   const auto* array = find<toml::array>(key, "an array of strings");
   if (array == nullptr) return std::nullopt;

@@ -39,7 +39,8 @@ TEST_F(TwinFileErrors, SchemaAndSyntax) {
 // In every table of the file one misspelt key.
 TEST_F(TwinFileErrors, UnknownKeysNameTheNearest) {
   const std::string all =
-      kHead + kCamera + kSensor + kOptics + kProjector + kGray + kBall +
+      kHead + kCamera + kSensor + kOptics + kProjector +
+      with(kGray, "phase_origin_px", "phase_origin_px = 30\nharmonics = [[0, 0]]\nwaveform = \"sine\"") + kBall +
       "[object.material]\ndiffuse = 0.5\n[render]\nsamples = 4\n[measure]\nmin_modulation_dn = 5\n"
       "[[measure.fit]]\nobject = \"ball\"\n[real.results]\nsource = \"s\"\n"
       "[[real.results.fit]]\nobject = \"ball\"\nrms_mm = 1\n[uncertainty]\ncalibration = \"twin.toml\"\n"
@@ -77,7 +78,9 @@ TEST_F(TwinFileErrors, UnknownKeysNameTheNearest) {
 
 TEST_F(TwinFileErrors, TypesAndRangesOfEveryNumber) {
   const std::string all =
-      kHead + kCamera + kSensor + kOptics + kProjector + kGray + kBall +
+      kHead + kCamera + kSensor + kOptics + kProjector +
+      with(kGray, "phase_origin_px", "phase_origin_px = 30\nharmonics = [[0, 0]]\nwaveform = \"sine\"") +
+      kBall +
       "[object.material]\ndiffuse = 0.5\nspecular = 0\nshininess = 3\n"
       "[render]\nsamples = 4\npixel_fill = 1\nphase_error_rad = 1e-4\n"
       "[measure]\nmin_modulation_dn = 5\n[[measure.fit]]\nobject = \"ball\"\ngate_mm = 2\n";
@@ -123,6 +126,22 @@ TEST_F(TwinFileErrors, TypesAndRangesOfEveryNumber) {
                {"pitches_px", "60", "must be an array of numbers, is an integer"},
                {"pitches_px", "[60, 61]", "must be one pitch with unwrap = \"gray\", are 2"},
                {"phase_origin_px", "[1, 2]", "2 values for 1 pitches"},
+               {"harmonics", "0.1", "must be an array of arrays of numbers, is a number"},
+               {"harmonics", "[0.1, 0.2]", "fringes.harmonics[0] must be an array, is a number"},
+               {"harmonics", "[[0.1, 0, 0]]", "fringes.harmonics[0] must have 2 numbers, has 3"},
+               {"harmonics", "[[0, 0.1], [0, 1.1]]", "fringes.harmonics[1][1] must be >= -1 and <= 1, is 1.1"},
+               {"harmonics", "[[[0, 0]], [[0, \"1\"]]]", "fringes.harmonics[1][0][1] must be a number"},
+               {"harmonics", "[[[0, 0]], [[0, 0]]]", "2 lists for 1 pitches"},
+               {"harmonics", "[[0.8, 0], [0, 0.8]]", "add up to 1.6 of the full scale"},
+               {"harmonics",
+                "[[0,0],[0,0],[0,0],[0,0],[0,0],[0,0],[0,0],[0,0],[0,0],[0,0],[0,0],[0,0],[0,0],[0,0],[0,0],[0,0]]",
+                "has 16 pairs: the harmonics 2 ... 16 are 15"},
+               {"waveform", "\"square\"", "must be one of \"sine\", \"binary\", is \"square\""},
+               {"waveform", "[0, 1]", "must be \"sine\", \"binary\", { table = [...] } or { levels = [...] }"},
+               {"waveform", "{ table = [0, 1], levels = [0, 1] }", "must have either table or levels"},
+               {"waveform", "{ table = [1] }", "must have 2 ... 4096 values, has 1"},
+               {"waveform", "{ levels = [1, 0, 1, 0] }", "has no first harmonic"},
+               {"waveform", "{ levels = [0, 1.5] }", "levels[1] must be >= 0 and <= 1, is 1.5"},
                {"phase_origin_px", "\"0\"", "must be a number, is a string"},
                {"bits", "0", "fringes.gray.bits must be 1 ... 16, is 0"},
                {"order", "\"msb\"", "must be one of \"msb-first\", \"lsb-first\", is \"msb\""},

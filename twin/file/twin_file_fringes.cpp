@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
 
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
@@ -51,10 +54,73 @@ std::vector<double> read_pitches(const TomlTable& table) {
   return pitches;
 }
 
+/// One list of pairs for all pitches, or one per pitch.
+std::vector<Harmonics> read_harmonics(const TomlTable& table, std::size_t n_pitches) {
+  static const std::string key = "harmonics";
+  const auto lists = table.lists_of_rows(key, 2, NumberRange::between(-1.0, 1.0));
+  if (!lists) return {};
+  if (lists->size() != 1 && lists->size() != n_pitches)
+    table.fail(key, fmt::format("must be one list of pairs or one per pitch: {} lists for {} pitches",
+                                lists->size(), n_pitches));
+  std::vector<Harmonics> harmonics;
+  for (const auto& rows : *lists) {
+    if (rows.size() + 1 > static_cast<std::size_t>(kHighestHarmonic))
+      table.fail(key, fmt::format("has {} pairs: the harmonics 2 ... {} are {}", rows.size(), kHighestHarmonic,
+                                  kHighestHarmonic - 1));
+    Harmonics& list = harmonics.emplace_back();
+    double sum = 0.0;
+    for (const std::vector<double>& row : rows) {
+      list.push_back({row[0], row[1]});
+      sum += std::hypot(row[0], row[1]);
+    }
+    if (sum > 1.0)
+      table.fail(key, fmt::format("add up to {:.3g} of the full scale, at most 1", sum),
+                 "amplitudes are fractions of the full scale, as mean and amplitude are");
+  }
+  harmonics.resize(n_pitches, harmonics.front());
+  return harmonics;
+}
+
+/// Returns the size of the first Fourier coefficient of a period.
+double first_harmonic(const std::vector<double>& values) {
+  const auto n = static_cast<double>(values.size());
+  std::complex<double> sum = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    sum += std::polar(values[i], -2.0 * std::numbers::pi * static_cast<double>(i) / n);
+  return std::abs(sum) / n;
+}
+
+Waveform read_waveform(const TomlTable& table) {
+  static const std::string key = "waveform";
+  if (!table.has(key)) return {};
+  if (table.is_string(key)) {
+    const std::string word = *table.choice(key, {"sine", "binary"});
+    if (word == "sine") return {};
+    return {Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}};
+  }
+  if (!table.is_table(key))
+    table.fail(key, "must be \"sine\", \"binary\", { table = [...] } or { levels = [...] }");
+  const TomlTable inner = *table.table(key);
+  inner.allow({"table", "levels"});
+  if (inner.has("table") == inner.has("levels"))
+    table.fail(key, "must have either table or levels",
+               "{ table = [...] } is linear between its values, { levels = [...] } constant");
+  const std::string kind = inner.has("table") ? "table" : "levels";
+  Waveform waveform{kind == "table" ? Waveform::Kind::table : Waveform::Kind::levels,
+                    *inner.numbers(kind, NumberRange::between(0.0, 1.0))};
+  constexpr std::size_t kFewest = 2, kMost = 4096;
+  if (waveform.values.size() < kFewest || waveform.values.size() > kMost)
+    inner.fail(kind, fmt::format("must have {} ... {} values, has {}", kFewest, kMost, waveform.values.size()));
+  constexpr double kLeast = 1e-3;
+  if (first_harmonic(waveform.values) < kLeast)
+    inner.fail(kind, "has no first harmonic: such a fringe has no phase", "give the values of one period");
+  return waveform;
+}
+
 DirectionFringes read_direction(const TomlTable& table, Axis axis) {
   const std::string key = axis_name(axis);
   const std::optional<TomlTable> own = table.table(key);
-  if (own) own->allow({"pitches_px", "phase_origin_px", "gray"});
+  if (own) own->allow({"pitches_px", "phase_origin_px", "harmonics", "gray"});
   const auto source = [&](const std::string& name) -> const TomlTable& {
     return own && own->has(name) ? *own : table;
   };
@@ -64,6 +130,7 @@ DirectionFringes read_direction(const TomlTable& table, Axis axis) {
     table.fail("pitches_px", fmt::format("is missing (direction \"{}\")", key));
   direction.pitches_px = read_pitches(source("pitches_px"));
   direction.phase_origin_px = read_phase_origin(source("phase_origin_px"), direction.pitches_px.size());
+  direction.harmonics = read_harmonics(source("harmonics"), direction.pitches_px.size());
   if (const auto gray = table.table("gray")) direction.gray = read_gray(*gray, {}, false);
   if (own)
     if (const auto gray = own->table("gray"))
@@ -133,8 +200,8 @@ Fringes read_fringes(const TomlTable& root) {
   const auto found = root.table("fringes");
   if (!found) root.fail("fringes", "is missing", "a twin needs [fringes]");
   const TomlTable& table = *found;
-  table.allow({"directions", "pitches_px", "steps", "unwrap", "mean", "amplitude", "phase_origin_px", "gray",
-               "images", "x", "y"});
+  table.allow({"directions", "pitches_px", "steps", "unwrap", "mean", "amplitude", "phase_origin_px", "waveform",
+               "harmonics", "gray", "images", "x", "y"});
   Fringes fringes;
   fringes.steps = table.required_integer("steps", 0, 1000);
   if (fringes.steps == 1 || fringes.steps == 2)
@@ -148,6 +215,7 @@ Fringes read_fringes(const TomlTable& root) {
     table.fail(table.has("amplitude") ? "amplitude" : "mean",
                fmt::format("leaves the projector's range: mean {} +- amplitude {} must lie within 0 ... 1",
                            fringes.mean, fringes.amplitude));
+  fringes.waveform = read_waveform(table);
   const auto directions = table.strings("directions");
   if (!directions || directions->empty())
     table.fail("directions", directions ? "must not be empty" : "is missing", "e.g. directions = [\"x\"]");

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fringes that are no sinusoids of their own: harmonics that are added to the light, and waveforms. Against
+// the reference (which convolves and sums where the renderer has Fourier series and tables), against plain
+// formulas, and off without a trace.
+// | tolerance | unit           | origin                                                              |
+// |-----------|----------------|----------------------------------------------------------------------|
+// | 4e-5      | rad rms        | as for the shapes (shapes_test.cpp)                                   |
+// | 5e-5      | full scale rms | as for the shapes; smooth patterns                                    |
+// | 1e-5      | of fundamental | bound of the dropped harmonics: a tenth of phase_error_rad            |
+// | 3e-4      | full scale rms | patterns with edges, both sides at the same sample points: some fall   |
+// |           |                | on the other side of an edge by rounding (projector_test.cpp)          |
+// | 2e-6      | of the light   | fp32 sums at a pixel's centre                                         |
+// | 0         |                | off = bitwise the same image                                          |
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <iostream>
+#include <numbers>
+
+#include "render/pattern/form_images.hpp"
+#include "render/pattern/response_series.hpp"
+#include "tests/support/expect_agreement.hpp"
+#include "tests/support/paper_rig.hpp"
+
+namespace fringetwin::testing::harmonics_test {
+namespace {
+
+using render::PatternMethod;
+constexpr double pi = std::numbers::pi;
+
+/// Those of a real projector, orders 2 to 6 (fraction of full scale), mostly in quadrature with the fringe.
+const Harmonics kHarmonics{{0.004, -0.011}, {-0.003, 0.008}, {0.001, 0.005}, {0.002, -0.003}, {-0.001, 0.002}};
+
+/// A tilted plane in a window of the left camera around a point, 12 steps.
+Twin window(const Eigen::Vector3d& at_mm = {0, 0, 290}) {
+  Twin twin = with_object(left_window(at_mm, 80, 60), "plane", tilted_plane());
+  twin.fringes.steps = 12;
+  return twin;
+}
+
+Twin with_harmonics(Twin twin, const Harmonics& harmonics = kHarmonics) {
+  for (DirectionFringes& d : twin.fringes.directions) d.harmonics.assign(d.pitches_px.size(), harmonics);
+  return twin;
+}
+
+Twin with_axis(Twin twin, Axis axis) {
+  twin.fringes.directions[0].axis = axis;
+  return twin;
+}
+
+Twin with_waveform(Twin twin, Waveform::Kind kind, const std::vector<double>& values) {
+  twin.fringes.waveform = {kind, values};
+  return twin;
+}
+Twin binary(Twin twin) { return with_waveform(std::move(twin), Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}); }
+
+render::RenderedCamera render_with(const Twin& twin, PatternMethod method) {
+  shared_renderer()->set_tuning({.pattern_method = method});
+  auto out = render_fixed(twin);
+  shared_renderer()->set_tuning({});
+  return out;
+}
+
+/// Both at the same 4x4 points of each pixel: no quadrature error between them.
+void expect_agreement_point_by_point(const Twin& twin, const std::string& what, double limit) {
+  const Agreement a =
+      agreement(twin, 0, {Sampler::gauss, 16}, whole_image(twin, 0, 5), Pixels::interior, {.gauss_n = 4});
+  std::cout << what << ": " << a.text() << "\n";
+  EXPECT_GE(a.n, 100) << what;
+  EXPECT_LE(a.gray_rms, limit) << what;
+}
+
+// ---------------------------------------------------------------- off
+
+TEST(FringeHarmonics, OffChangesNoBit) {
+  REQUIRE_RENDERER();
+  Twin twin = window();
+  for (const double blur_px : {0.0, 1.2}) {
+    twin.projector->blur_px = blur_px;
+    expect_same_bits(twin, with_harmonics(twin, {}));
+    expect_same_bits(twin, with_harmonics(twin, {{0.0, 0.0}, {0.0, 0.0}}));
+  }
+  // the adaptive trace, too, and its estimate
+  const auto off = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
+  const auto zero = shared_renderer()->render(with_harmonics(twin, {{0.0, 0.0}}), 0, render::choose_sampling(twin));
+  EXPECT_EQ(zero.sampling.sampler, Sampler::adaptive);
+  expect_same_bits(off, zero);
+}
+
+// ---------------------------------------------------------------- harmonics
+
+TEST(FringeHarmonics, AreAddedAtThePhaseOfTheStep) {
+  REQUIRE_RENDERER();
+  const Twin without = window(), twin = with_harmonics(without);
+  const render::Sampling one_ray{Sampler::gauss, 1};
+  const auto with = shared_renderer()->render(twin, 0, one_ray);
+  const auto plain = shared_renderer()->render(without, 0, one_ray);
+  const render::Reference reference(without);
+  const auto sequence = expand_sequence(twin.fringes);
+  double largest = 0.0;
+  for (int x = 4; x < 80; x += 9) {
+    const auto s = reference.sample(0, {static_cast<double>(x), 30.0});
+    ASSERT_TRUE(s.lit);
+    for (std::size_t i = 0; i < sequence.size(); ++i) {
+      const double t = 2.0 * pi *
+                       (s.projector_px.x() / twin.fringes.directions[0].pitches_px[sequence[i].pitch] +
+                        sequence[i].step / 12.0);
+      double added = 0.0;
+      for (int k = 2; k <= 6; ++k)
+        added += kHarmonics[k - 2].cosine * std::cos(k * t) + kHarmonics[k - 2].sine * std::sin(k * t);
+      const double more = with.irradiance[i](x, 30) - plain.irradiance[i](x, 30);
+      EXPECT_NEAR(more, s.weight * added, 2e-6 * s.weight);
+      largest = std::max(largest, std::abs(more) / s.weight);
+    }
+  }
+  EXPECT_GT(largest, 0.015);
+}
+
+TEST(FringeHarmonics, AgreeWithTheReferenceOnTheAxisAndAtTheCorners) {
+  REQUIRE_RENDERER();
+  for (const Axis axis : {Axis::x, Axis::y})
+    for (const Eigen::Vector3d& at_mm :
+         {Eigen::Vector3d(0, 0, 290), {-60, -45, 290}, {60, -45, 290}, {-60, 45, 290}, {60, 45, 290}}) {
+      Twin twin = with_harmonics(with_axis(window(at_mm), axis));
+      const std::string where = fmt::format("{} at {}, {}", axis_name(axis), at_mm.x(), at_mm.y());
+      expect_agreement(twin, where, 50, 7);
+      twin.projector->blur_px = 1.2;
+      expect_agreement(twin, where + ", blur", 50, 7);
+    }
+}
+
+TEST(FringeHarmonics, AgreeWithTheReferenceThroughTheProjector) {
+  REQUIRE_RENDERER();
+  for (const Axis axis : {Axis::x, Axis::y}) {
+    Twin twin = with_harmonics(with_axis(window(), axis));
+    twin.projector->response = {ProjectorResponse::Kind::gamma, 2.2, {}};
+    expect_agreement(twin, "harmonics and gamma", 100, 6);
+    twin.projector->response = {};
+    twin.projector->optics = Optics{2.0, 16.0, 240.0};
+    expect_agreement(twin, "harmonics and defocus", 100, 6);
+    twin.projector->optics.reset();
+    twin.projector->pixel_structure = true;
+    twin.projector->quantise_bits = 8;
+    expect_agreement_point_by_point(twin, "harmonics of pixels", 3e-4);
+    twin.projector->blur_px = 0.6;
+    expect_agreement_point_by_point(twin, "harmonics of blurred pixels", kGrayLimit);
+  }
+}
+
+TEST(FringeHarmonics, ArePitchesOwn) {
+  REQUIRE_RENDERER();
+  const Twin without = window();
+  Twin twin = without;
+  twin.fringes.directions[0].harmonics = {{}, kHarmonics, {{0.02, 0.0}}};
+  expect_agreement(twin, "of two pitches", 100, 6);
+  const auto with = render_with(twin, PatternMethod::harmonics), plain = render_with(without, PatternMethod::harmonics);
+  for (std::size_t i = 0; i < 12; ++i) EXPECT_EQ(with.irradiance[i].data, plain.irradiance[i].data);
+  EXPECT_NE(with.irradiance[12].data, plain.irradiance[12].data);
+  EXPECT_NE(with.irradiance[24].data, plain.irradiance[24].data);
+}
+
+TEST(FringeHarmonics, EqualTheStepsEvaluatedOneByOne) {
+  REQUIRE_RENDERER();
+  for (const int steps : {4, 12}) {
+    Twin twin = with_harmonics(window());
+    twin.fringes.steps = steps;
+    ASSERT_FALSE(render::choose_series(twin, PatternMethod::harmonics)[0][0].a.empty());
+    const auto series = render_with(twin, PatternMethod::harmonics);
+    const auto direct = render_with(twin, PatternMethod::direct);
+    EXPECT_LE(largest_difference(series, direct), 10.0 * (1e-5 + 2e-6));  // E is up to 10
+    const auto automatic = render_with(twin, PatternMethod::automatic);
+    expect_same_bits(automatic, render::choose_series(twin)[0][0].a.empty() ? direct : series);
+  }
+}
+
+// A harmonic that the blur takes away is not carried.
+TEST(FringeHarmonics, AsManyAreCarriedAsShow) {
+  Twin twin = with_harmonics(window());
+  EXPECT_EQ(render::choose_series(twin, PatternMethod::harmonics)[0][0].a.size(), 7u);
+  twin.projector->blur_px = 1.4;  // at pitch 13 harmonic 6 keeps 2.6e-4 of 2e-3
+  EXPECT_EQ(render::choose_series(twin, PatternMethod::harmonics)[0][0].a.size(), 6u);
+  EXPECT_FALSE(render::holds_any_steps(twin));
+  EXPECT_TRUE(render::holds_any_steps(window()));
+}
+
+// ---------------------------------------------------------------- waveforms
+
+TEST(FringeWaveform, BlurredBinaryFringesAgreeWithTheReference) {
+  REQUIRE_RENDERER();
+  for (const Axis axis : {Axis::x, Axis::y})
+    for (const double blur_px : {0.5, 1.0, 2.0, 3.0}) {
+      Twin twin = binary(with_axis(window(), axis));
+      twin.projector->blur_px = blur_px;
+      expect_agreement_point_by_point(twin, fmt::format("binary {}, blur {} px", axis_name(axis), blur_px),
+                                      kGrayLimit);
+    }
+  // the whole pixel by the sampling that the renderer chooses
+  Twin twin = binary(window());
+  twin.projector->blur_px = 1.0;
+  expect_agreement(twin, "binary, blur 1 px, chosen sampling", 100, 6);
+}
+
+TEST(FringeWaveform, SharpBinaryFringesAndPixelsAgreeWithTheReference) {
+  REQUIRE_RENDERER();
+  Twin twin = binary(window());
+  twin.fringes.directions[0].phase_origin_px = {0.3, -1.2, 0.0};  // edges anywhere
+  expect_agreement_point_by_point(twin, "sharp binary", 3e-4);
+  twin.projector->response = {ProjectorResponse::Kind::gamma, 2.2, {}};
+  expect_agreement_point_by_point(twin, "sharp binary, gamma", 3e-4);
+  twin.projector->pixel_structure = true;
+  expect_agreement_point_by_point(twin, "binary pixels", 3e-4);
+  twin.projector->blur_px = 0.7;
+  expect_agreement_point_by_point(twin, "blurred binary pixels", kGrayLimit);
+}
+
+TEST(FringeWaveform, TablesAgreeWithTheReference) {
+  REQUIRE_RENDERER();
+  Twin twin = with_waveform(window(), Waveform::Kind::table, {1.0, 0.9, 0.2, 0.1, 0.0, 0.3, 0.7});
+  expect_agreement_point_by_point(twin, "table", kGrayLimit);
+  twin.projector->blur_px = 0.8;
+  expect_agreement_point_by_point(twin, "blurred table", kGrayLimit);
+  twin = with_harmonics(twin);
+  expect_agreement_point_by_point(twin, "blurred table with harmonics", kGrayLimit);
+  twin.projector->response = {ProjectorResponse::Kind::gamma, 1.8, {}};
+  expect_agreement_point_by_point(twin, "blurred table, gamma", kGrayLimit);
+}
+
+TEST(FringeWaveform, DefocusedBinaryFringesAgreeWithTheReference) {
+  REQUIRE_RENDERER();
+  Twin twin = binary(window());
+  twin.projector->blur_px = 0.9;
+  twin.projector->optics = Optics{2.0, 16.0, 240.0};
+  expect_agreement_point_by_point(twin, "defocused and blurred binary", kGrayLimit);
+}
+
+// With steps enough a blurred binary fringe is a short series, which one trace holds.
+TEST(FringeWaveform, BlurDecidesHowItIsCarried) {
+  Twin twin = binary(window());
+  EXPECT_TRUE(render::choose_series(twin, PatternMethod::harmonics)[0][0].a.empty());
+  twin.projector->blur_px = 2.0;
+  const auto series = render::choose_series(twin, PatternMethod::harmonics)[0][0];
+  ASSERT_FALSE(series.a.empty());
+  // a square wave: 2/pi (cos t - cos 3t / 3 + ...) times the amplitude 1/2, no sines, no even orders
+  EXPECT_NEAR(series.a[0], 0.5, 1e-14);
+  EXPECT_NEAR(series.a[1], 2.0 / pi, 1e-14);
+  EXPECT_NEAR(series.a[2], 0.0, 1e-14);
+  EXPECT_NEAR(series.a[3], -2.0 / (3.0 * pi), 1e-14);
+  for (const double b : series.b) EXPECT_NEAR(b, 0.0, 1e-14);
+}
+
+}  // namespace
+}  // namespace fringetwin::testing::harmonics_test
