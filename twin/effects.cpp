@@ -129,6 +129,10 @@ std::vector<Effect> make_effects() {
           "projector blur", "a sharp projector", [](const Projector& p) { return p.blur_px > 0.0; },
           [](Projector& p) { p.blur_px = 0.0; }, "[projector] blur_px")),
       of_projector(
+          "blur field", "the same blur all over the projector's image",
+          [](const Projector& p) { return p.has_blur_field(); },
+          [](Projector& p) { p.blur_field_px2 = {}; }, "[projector] blur_field_px2"),
+      of_projector(
           "projector response", "a linear projector",
           [](const Projector& p) { return p.response.kind != ProjectorResponse::Kind::linear; },
           [](Projector& p) { p.response = {}; },

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 
 #include "twin/base/errors.hpp"
 #include "twin/base/paths.hpp"
@@ -60,6 +61,25 @@ class Loader {
 };
 
 }  // namespace
+
+double Projector::blur_variance_px2(const Eigen::Vector2d& q_px) const {
+  const double u = (2.0 * q_px.x() + 1.0) / lens.width() - 1.0, v = (2.0 * q_px.y() + 1.0) / lens.height() - 1.0;
+  const auto& b = blur_field_px2;
+  const double more = b[0] * u + b[1] * v + b[2] * u * u + b[3] * u * v + b[4] * v * v;
+  return std::max(0.0, blur_px * blur_px + more);
+}
+
+double Projector::least_blur_px() const {
+  if (!has_blur_field()) return blur_px;
+  constexpr int kNodes = 65;  // along each side: a quadratic is no lower between them than 1/4000 of its bend
+  double least = std::numeric_limits<double>::infinity();
+  for (int j = 0; j < kNodes; ++j)
+    for (int i = 0; i < kNodes; ++i) {
+      const Eigen::Vector2d q_px(lens.width() * i / (kNodes - 1.0) - 0.5, lens.height() * j / (kNodes - 1.0) - 0.5);
+      least = std::min(least, blur_variance_px2(q_px));
+    }
+  return std::sqrt(least);
+}
 
 double ProjectorResponse::operator()(double value) const {
   switch (kind) {

@@ -101,14 +101,22 @@ struct Projector {
   /// Side of the pixel's square that gives light, with pixel_structure; the mean is kept.
   double pixel_fill = 1.0;
   std::optional<int> quantise_bits = std::nullopt;  ///< of the frame buffer, with pixel_structure
+  /// What the blur's variance has more at (u, v) than in the middle, px^2: b0 u + b1 v + b2 u^2 + b3 uv +
+  /// b4 v^2, u and v from -1 to 1 across the projector's image.
+  std::array<double, 5> blur_field_px2 = {};
   Eigen::Vector3d center_world_mm() const { return T_proj_world.inverse().translation_mm; }
+  bool has_blur_field() const { return blur_field_px2 != std::array<double, 5>{}; }
+  /// Returns the variance of the blur at a place of the projector's image; 0 at least.
+  double blur_variance_px2(const Eigen::Vector2d& q_px) const;
+  /// Returns the smallest blur over the image.
+  double least_blur_px() const;
 };
 template <class Keys>
 void list_keys(Keys& keys, const Projector*) {
   keys("intensity", &Projector::intensity, NumberRange::positive());
   keys("falloff"), keys("reference_distance_mm");
   keys("blur_px", &Projector::blur_px, NumberRange{.min = 0.0, .largest = 1e4});
-  keys("response");
+  keys("blur_field_px2"), keys("response");
   keys("ambient", &Projector::ambient, NumberRange::not_negative());
   keys("optics");
   keys("pixel_structure", &Projector::pixel_structure);

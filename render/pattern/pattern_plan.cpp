@@ -23,6 +23,13 @@ Double4 along(Axis axis, double scale, double offset) {
   return {scale, offset, axis == Axis::x ? 1.0 : 0.0, axis == Axis::x ? 0.0 : 1.0};
 }
 
+// Returns the largest blur, or a little more.
+double widest_blur_px(const Projector& p) {
+  double variance = p.blur_px * p.blur_px;
+  for (const double more : p.blur_field_px2) variance += std::abs(more);
+  return p.has_blur_field() ? std::sqrt(variance) : p.blur_px;
+}
+
 double turn_fraction(double turns) { return turns - std::floor(turns); }
 
 // Tables of one period per [direction, pitch]: the steps are shifts of it.
@@ -174,9 +181,20 @@ void refuse_combinations(const Twin& twin) {
            "describe the blur of the gaps by blur_px");
   if (p.optics && images)
     refuse("pattern images cannot be combined with the projector's defocus", "describe the blur by blur_px");
+  if (p.has_blur_field() && (p.pixel_structure || p.optics))
+    refuse("a blur that varies over the projector's image cannot be combined with its pixels or its defocus",
+           "leave out blur_field_px2");
   if (p.blur_px > 0.0 && gaps && images)
     refuse("pattern images with gaps between the pixels cannot be blurred",
            "use blur_px = 0 or pixel_fill = 1");
+}
+
+// Throws where a pattern would have to be tabulated and the blur varies.
+void refuse_table_of_varying_blur(const Twin& twin, const char* why) {
+  if (twin.projector->has_blur_field())
+    throw UserError(ExitCode::usage, twin.file.string(),
+                    std::string("a blur that varies over the projector's image cannot be rendered here: ") + why,
+                    "leave out blur_field_px2, or blur the pattern more");
 }
 
 // Distributes the chains over the passes in even shares; returns false when some pass would hold too many.
@@ -229,12 +247,15 @@ std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, d
       direct.push_back(twin.projector->blur_px > 0.0 ? axis_slot(twin, spec, i, center)
                                                      : pixel_slot(twin, spec, i, center));
     } else if (!spec.is_gray()) {
-      if (series[d][p].a.empty()) direct.push_back(periodic_slot(twin, spec, i, center, &tables));
+      if (!series[d][p].a.empty()) continue;
+      refuse_table_of_varying_blur(twin, "the fringes have more harmonics than one trace carries");
+      direct.push_back(periodic_slot(twin, spec, i, center, &tables));
     } else {
       DirectSlot slot = gray_slot(twin, spec, i, center);
       // Defocus of blurred edges is made from a table, too.
-      const bool overlap = twin.projector->blur_px * slot.a[0] > kWidestEdgeWords ||
+      const bool overlap = widest_blur_px(*twin.projector) * slot.a[0] > kWidestEdgeWords ||
                            (twin.projector->optics && twin.projector->blur_px > 0.0);
+      if (overlap) refuse_table_of_varying_blur(twin, "the edges of the Gray code overlap");
       direct.push_back(overlap ? axis_slot(twin, spec, i, center) : std::move(slot));
     }
   }

@@ -11,7 +11,7 @@ namespace fringetwin::render {
 namespace {
 
 using std::numbers::pi;
-constexpr int kDiskNodes = 64, kPanelsWithKinks = 6, kFourierSamples = 4096, kPanelNodes = 16;
+constexpr int kDiskNodes = 64, kPanelsWithKinks = 6, kFourierSamples = 4096, kPanelNodes = 16, kPartsOfASine = 8;
 
 double normal_cdf(double t) { return 0.5 * std::erfc(-t / std::numbers::sqrt2); }
 
@@ -117,10 +117,11 @@ double ReferencePattern::harmonics(double x, double radius, double sigma) const 
   return sum;
 }
 
-// The convolution integral of a table with the Gaussian, stretch by stretch, panels of a sigma at most.
-double ReferencePattern::convolve(double x) const {
-  const double sigma = projector_.blur_px, lowest = x - 9.0 * sigma, highest = x + 9.0 * sigma;
-  const double width = pitch_px_ / static_cast<double>(fringes_.waveform.values.size());
+// The convolution integral of a table or a sine with the Gaussian, stretch by stretch, panels of a sigma at most.
+double ReferencePattern::convolve(double x, double sigma) const {
+  const double lowest = x - 9.0 * sigma, highest = x + 9.0 * sigma;
+  const std::size_t n = fringes_.waveform.values.size();
+  const double width = pitch_px_ / static_cast<double>(n > 0 ? n : kPartsOfASine);
   const double start = origin_px_ - pitch_px_ * spec_.step / fringes_.steps;
   const GaussRule& rule = gauss_rule(kPanelNodes);
   double sum = 0.0;
@@ -139,8 +140,9 @@ double ReferencePattern::convolve(double x) const {
 
 // Pieces [start + i width, start + (i + 1) width) of constant value; with gaps only the middle of each
 // piece (a pixel) gives light, and the mean over what arrives is taken.
-double ReferencePattern::sum_pieces(double x, double radius, double width, double start) const {
-  const double sigma = projector_.blur_px, reach = radius + 9.0 * sigma;
+double ReferencePattern::sum_pieces(double x, double radius, double width, double start,
+                                    double sigma) const {
+  const double reach = radius + 9.0 * sigma;
   const auto first = static_cast<long>(std::floor((x - reach - start) / width)) - 1;
   const auto last = static_cast<long>(std::floor((x + reach - start) / width)) + 1;
   const bool pixels = projector_.pixel_structure;
@@ -175,11 +177,11 @@ double ReferencePattern::smooth(double x, double radius) const {
 }
 
 // Levels are pieces of constant light; a table is integrated numerically.
-double ReferencePattern::waveform(double x, double radius) const {
+double ReferencePattern::waveform(double x, double radius, double sigma) const {
   if (fringes_.waveform.kind == Waveform::Kind::levels)
     return sum_pieces(x, radius, pitch_px_ / static_cast<double>(fringes_.waveform.values.size()),
-                      origin_px_ - pitch_px_ * spec_.step / fringes_.steps);
-  if (projector_.blur_px > 0.0) return over_disk(radius, [&](double o) { return convolve(x - o); });
+                      origin_px_ - pitch_px_ * spec_.step / fringes_.steps, sigma);
+  if (sigma > 0.0) return over_disk(radius, [&](double o) { return convolve(x - o, sigma); });
   return over_disk(
       radius, [&](double o) { return response(pattern_value(fringes_, spec_, x - o)); }, kPanelsWithKinks);
 }
@@ -187,13 +189,19 @@ double ReferencePattern::waveform(double x, double radius) const {
 double ReferencePattern::operator()(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const {
   const double x = axis_ == Axis::x ? q_px.x() : q_px.y();
   const double radius = axis_ == Axis::x ? defocus_px.x() : defocus_px.y();
-  if (projector_.pixel_structure) return sum_pieces(x, radius, 1.0, -0.5);
-  if (!spec_.is_gray())
-    return (fringes_.waveform.kind == Waveform::Kind::sine ? smooth(x, radius) : waveform(x, radius)) +
-           harmonics(x, radius, projector_.blur_px);
+  const double sigma =
+      projector_.has_blur_field() ? std::sqrt(projector_.blur_variance_px2(q_px)) : projector_.blur_px;
+  if (projector_.pixel_structure) return sum_pieces(x, radius, 1.0, -0.5, sigma);
+  if (!spec_.is_gray()) {
+    const bool sine = fringes_.waveform.kind == Waveform::Kind::sine;
+    return (!sine                        ? waveform(x, radius, sigma)
+            : projector_.has_blur_field() ? convolve(x, sigma)
+                                          : smooth(x, radius)) +
+           harmonics(x, radius, sigma);
+  }
   const DirectionFringes& d = fringes_.directions[spec_.direction];
   return sum_pieces(x, radius, 0.5 * pitch_px_,
-                    origin_px_ + (d.gray ? d.gray->offset_periods : 0.0) * pitch_px_);
+                    origin_px_ + (d.gray ? d.gray->offset_periods : 0.0) * pitch_px_, sigma);
 }
 
 }  // namespace fringetwin::render

@@ -27,10 +27,10 @@ class ReferencePattern {
   double response(double value) const;
   double frame_buffer(long pixel) const;
   double harmonics(double x, double radius, double sigma) const;
-  double sum_pieces(double x, double radius, double width, double start) const;
-  double convolve(double x) const;
+  double sum_pieces(double x, double radius, double width, double start, double sigma) const;
+  double convolve(double x, double sigma) const;
   double smooth(double x, double radius) const;
-  double waveform(double x, double radius) const;
+  double waveform(double x, double radius, double sigma) const;
 
   Projector projector_;
   Fringes fringes_;

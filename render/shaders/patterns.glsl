@@ -44,12 +44,23 @@ float share_left(float d, float wide, float narrow, float sigma) {
   return d > 0.0 ? 1.0 - tail : tail;
 }
 
+// What the variance of the blur has more at u than in the middle of the projector's image, px^2.
+float more_blur(vec2 u) {
+  vec4 edge = params.projector_edge, b = params.blur_field;
+  vec2 at = (2.0 * u - (edge.xz + edge.yw)) / (edge.yw - edge.xz);
+  float more = b.x * at.x + b.y * at.y + b.z * at.x * at.x + b.w * at.x * at.y + params.blur_field_rest.x * at.y * at.y;
+  return max(more, params.blur_field_rest.y);
+}
+// Sigma of the blur of images that are evaluated directly, px of the projector; set by set_blur().
+float blur_px = 0.0;
+void set_blur(vec2 u) { blur_px = BLUR_FIELD != 0 ? sqrt(params.light.z * params.light.z + more_blur(u)) : params.light.z; }
+
 // Mean of a Gray image over the footprint; x in code words.
 float gray_value(real x, vec2 axis, float words_per_px, vec4 b) {
   float m = float(dot(axis, footprint_middle)) * words_per_px;
   float hx = abs(dot(axis, footprint_x)) * words_per_px, hy = abs(dot(axis, footprint_y)) * words_per_px;
   float most = MOST_FOOTPRINT_WORDS / max(hx + hy, MOST_FOOTPRINT_WORDS);
-  float wide = max(hx, hy) * most, narrow = min(hx, hy) * most, sigma = params.light.z * words_per_px;
+  float wide = max(hx, hy) * most, narrow = min(hx, hy) * most, sigma = blur_px * words_per_px;
   real start = floor(x);
   float middle = float(x - start) + m, reach = wide + narrow + (GRAY_BLUR != 0 ? 5.5 * sigma : 0.0);
   int base = int(start), last = int(floor(middle + reach));
@@ -69,7 +80,7 @@ float image_value(vec2 u, vec4 b) {
   vec2 middle = u - params.projector_edge.xz + footprint_middle;  // from the raster's corner, px
   vec2 fx = abs(footprint_x), fy = abs(footprint_y), sum_f = max(fx + fy, MOST_FOOTPRINT_PX);
   vec2 wide = max(fx, fy) * (MOST_FOOTPRINT_PX / sum_f), narrow = min(fx, fy) * (MOST_FOOTPRINT_PX / sum_f);
-  float sigma = params.light.z;
+  float sigma = blur_px;
   vec2 reach = wide + narrow + (GRAY_BLUR != 0 ? 5.5 * sigma : 0.0);
   ivec2 start = ivec2(floor(middle - reach)), last = ivec2(floor(middle + reach)), size = ivec2(b.yz);
   float sum = 0.0, before_y = 0.0;
@@ -159,6 +170,8 @@ float pitch_contrast(int i) {
 void add_patterns(float w, real2 u, inout float cosine[MAX_PITCHES], inout float sine[MAX_PITCHES],
                   inout float direct[MAX_DIRECT]) {
   float c1 = 1.0, s1 = 0.0, c = 1.0, s = 0.0;  // of the pitch; of the pair
+  float more = BLUR_FIELD != 0 && N_PITCHES > 0 ? -0.5 * TWO_PI * TWO_PI * more_blur(vec2(u)) : 0.0;
+  if (N_GRAY + N_IMAGES > 0) set_blur(vec2(u));
   if (DEFOCUS != 0 && w == 0.0) defocus = 0.0;
 #define ADD_PITCH(i)                                                            \
   if (i < N_PITCHES) {                                                          \
@@ -175,6 +188,7 @@ void add_patterns(float w, real2 u, inout float cosine[MAX_PITCHES], inout float
     }                                                                           \
     float v = w;                                                                \
     if (DEFOCUS != 0) v *= pitch_contrast(i);                                   \
+    if (BLUR_FIELD != 0) v *= exp(more * params.pitch[i].x * params.pitch[i].x); \
     cosine[i] += v * c;                                                         \
     sine[i] += v * s;                                                           \
   }

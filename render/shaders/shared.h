@@ -78,7 +78,7 @@ struct uvec4 {
   X(14, N_PERIODIC, 0, pass.count(DirectSlot::Kind::periodic)) \
   X(15, N_AXIS, 0, pass.count(DirectSlot::Kind::axis)) \
   X(16, N_GRAY, 0, pass.count(DirectSlot::Kind::gray)) \
-  X(17, GRAY_BLUR, 0, projector.blur_px > 0.0) /* Gaussian edges of Gray images */ \
+  X(17, GRAY_BLUR, 0, projector.least_blur_px() > 0.0) /* Gaussian edges of Gray images */ \
   X(18, N_IMAGES, 0, pass.count(DirectSlot::Kind::image)) \
   X(19, PIXEL_LIST, 0, 0) /* pixels from the list instead of whole blocks: set per dispatch */ \
   X(20, FUNDAMENTALS, -1, pass.fundamentals()) /* bit i: pair i starts a pitch; the others are the next harmonic of the pair before */ \
@@ -87,7 +87,8 @@ struct uvec4 {
   X(23, N_PIXEL, 0, pass.count(DirectSlot::Kind::pixel)) \
   X(24, ALBEDO_MAPS, 0, !scene.maps.empty()) \
   X(25, BOUNCES, 0, scene.one_convex ? 0 : directions(twin.render)) /* directions per sample, 0: none */ \
-  X(26, LINKS, 0, links) /* LINKS_ bits */
+  X(26, LINKS, 0, links) /* LINKS_ bits */ \
+  X(27, BLUR_FIELD, 0, projector.has_blur_field()) /* the blur varies over the projector's image */
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
 #define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
@@ -145,6 +146,9 @@ struct uvec4 {
   X(light, projector.reference_distance_mm * projector.reference_distance_mm, kShadowOffset, projector.blur_px, pass.table_size()) \
   /* lens radius mm, 1/focus distance */ \
   X(projector_optics, lens_radius_mm(projector.optics), per_focus_mm(projector.optics), 0.0, 0.0) \
+  /* what the variance of the blur has more at (u, v) of the projector's image: of u, v, u^2, uv; of v^2, the least that there can be */ \
+  X(blur_field, projector.blur_field_px2[0], projector.blur_field_px2[1], projector.blur_field_px2[2], projector.blur_field_px2[3]) \
+  X(blur_field_rest, projector.blur_field_px2[4], -projector.blur_px * projector.blur_px, 0.0, 0.0) \
   /* samples of the table, lit side of a pixel, phase of the pixel raster at the principal point x, y */ \
   X(projector_gaps, gap_samples(pass), projector.pixel_fill, raster_phase(setup.cx), raster_phase(setup.cy))
 #define DECLARE_NUMBERS(member, x, y, z, w) vec4 member;
@@ -192,9 +196,9 @@ struct Push {
 
 #ifdef __cplusplus
 static_assert(sizeof(vec4) == 16 && sizeof(uvec4) == 16);
-static_assert(offsetof(Params, pitch) == 22 * 16);
-static_assert(offsetof(Params, direct) == (22 + MAX_PITCHES) * 16);
-static_assert(sizeof(Params) == (22 + MAX_PITCHES + 2 * MAX_DIRECT) * 16);
+static_assert(offsetof(Params, pitch) == 24 * 16);
+static_assert(offsetof(Params, direct) == (24 + MAX_PITCHES) * 16);
+static_assert(sizeof(Params) == (24 + MAX_PITCHES + 2 * MAX_DIRECT) * 16);
 static_assert(sizeof(Push) == 32);
 static_assert(2 * sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);

@@ -379,6 +379,7 @@ Twin everything() {
   p.inverse_square = true;
   p.reference_distance_mm = 270.0;
   p.blur_px = 1.0;
+  p.blur_field_px2 = {0.1, 0.0, 0.2, 0.0, 0.0};
   p.response = {ProjectorResponse::Kind::gamma, 2.2, {}};
   p.optics = Optics{2.0, 15.0, 270.0};
   p.pixel_structure = true;

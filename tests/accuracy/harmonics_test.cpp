@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fringes that are no sinusoids of their own: harmonics that are added to the light, and waveforms. Against
+// Fringes that are no sinusoids of their own: harmonics that are added to the light, waveforms, and a blur
+// that varies over the projector's image. Against
 // the reference (which convolves and sums where the renderer has Fourier series and tables), against plain
 // formulas, and off without a trace.
 // | tolerance | unit           | origin                                                              |
@@ -22,6 +23,7 @@
 #include "render/pattern/response_series.hpp"
 #include "tests/support/expect_agreement.hpp"
 #include "tests/support/paper_rig.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::testing::harmonics_test {
 namespace {
@@ -247,6 +249,72 @@ TEST(FringeWaveform, BlurDecidesHowItIsCarried) {
   EXPECT_NEAR(series.a[2], 0.0, 1e-14);
   EXPECT_NEAR(series.a[3], -2.0 / (3.0 * pi), 1e-14);
   for (const double b : series.b) EXPECT_NEAR(b, 0.0, 1e-14);
+}
+
+// ---------------------------------------------------------------- blur that varies over the image
+
+/// From 1.0 px in the middle to 1.9 px in a corner.
+Twin with_blur_field(Twin twin) {
+  twin.projector->blur_px = 1.0;
+  twin.projector->blur_field_px2 = {0.1, -0.2, 1.2, 0.3, 0.9};
+  return twin;
+}
+
+TEST(BlurField, OffChangesNoBit) {
+  REQUIRE_RENDERER();
+  Twin twin = window();
+  twin.projector->blur_px = 1.2;
+  const auto before = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
+  twin.projector->blur_field_px2 = {0.0, 0.0, 0.0, 0.0, 0.0};
+  const auto after = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
+  EXPECT_EQ(after.sampling.sampler, Sampler::adaptive);
+  expect_same_bits(before, after);
+}
+
+TEST(BlurField, TakesContrastByItsVariance) {
+  REQUIRE_RENDERER();
+  const render::Sampling one_ray{Sampler::gauss, 1};
+  for (const Eigen::Vector3d& at_mm : {Eigen::Vector3d(0, 0, 290), {-60, -45, 290}, {60, 45, 290}}) {
+    const Twin sharp = window(at_mm);
+    Twin soft = with_blur_field(sharp);
+    const auto s = render::Reference(sharp).sample(0, {40.0, 30.0});
+    ASSERT_TRUE(s.lit);
+    const double u = (s.projector_px.x() + 0.5) / 640.0 - 1.0, v = (s.projector_px.y() + 0.5) / 360.0 - 1.0;
+    const double variance = 1.0 + 0.1 * u - 0.2 * v + 1.2 * u * u + 0.3 * u * v + 0.9 * v * v;
+    const auto a = shared_renderer()->trace(sharp, 0, one_ray), b = shared_renderer()->trace(soft, 0, one_ray);
+    for (std::size_t p = 0; p < 3; ++p) {
+      const auto contrast = [&](const render::Transport& t) {
+        return std::hypot(t.cosine[0][p](40, 30), t.sine[0][p](40, 30)) / t.mean(40, 30);
+      };
+      const double wave = 2.0 * pi / (13.0 + static_cast<double>(p));
+      EXPECT_NEAR(contrast(b) / contrast(a), std::exp(-0.5 * wave * wave * variance), 2e-6);
+    }
+  }
+}
+
+TEST(BlurField, AgreesWithTheReferenceOnTheAxisAndAtTheCorners) {
+  REQUIRE_RENDERER();
+  for (const Axis axis : {Axis::x, Axis::y})
+    for (const Eigen::Vector3d& at_mm : {Eigen::Vector3d(0, 0, 290), {-60, -45, 290}, {60, 45, 290}}) {
+      Twin twin = with_blur_field(with_axis(window(at_mm), axis));
+      const std::string where = fmt::format("blur field, {} at {}, {}", axis_name(axis), at_mm.x(), at_mm.y());
+      expect_agreement(twin, where, 50, 7);
+      expect_agreement(with_harmonics(twin), where + ", harmonics", 50, 7);
+      expect_agreement_point_by_point(binary(twin), where + ", binary", kGrayLimit);
+    }
+}
+
+TEST(BlurField, OfGrayCodeAndWhereThereIsNone) {
+  REQUIRE_RENDERER();
+  Twin twin = with_blur_field(window({60, 45, 290}));
+  twin.fringes.directions[0] = {Axis::x, {40.0}, {-0.5}, GrayCode{.bits = 5, .complementary = true}};
+  twin.fringes.unwrap = Unwrap::gray;
+  expect_agreement_point_by_point(twin, "blur field, Gray code", 3e-4);
+  twin.fringes.directions[0].pitches_px = {2.0};  // its edges overlap
+  EXPECT_THROW(render_fixed(twin), UserError);
+  twin = with_blur_field(window());
+  twin.projector->pixel_structure = true;
+  EXPECT_THROW(render_fixed(twin), UserError);
 }
 
 }  // namespace

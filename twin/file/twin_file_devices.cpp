@@ -210,6 +210,21 @@ void check_pixels(const TomlTable& table, const Projector& projector) {
                "describe the blur of the gaps by blur_px");
 }
 
+/// Reads the field of the blur and refuses what it cannot go with.
+void read_blur_field(const TomlTable& table, Projector& projector) {
+  static const std::string key = "blur_field_px2";
+  const auto field = table.vector(key, 5);
+  if (!field) return;
+  std::copy_n(field->data(), 5, projector.blur_field_px2.begin());
+  if (!projector.has_blur_field()) return;
+  if (projector.pixel_structure || projector.optics)
+    table.fail(key, "cannot be combined with pixel_structure or [projector.optics]");
+  if (!(projector.least_blur_px() > 0.0))
+    table.fail(key, fmt::format("leaves no blur somewhere in the projector's image: blur_px^2 = {:.6g} is too small",
+                                projector.blur_px * projector.blur_px),
+               "the variance must be positive everywhere");
+}
+
 }  // namespace
 
 std::vector<Camera> read_cameras(const TomlTable& root, const TwinFileContext& context) {
@@ -243,6 +258,7 @@ std::optional<Projector> read_projector(const TomlTable& root, const TwinFileCon
     table->fail("reference_distance_mm", "has no effect without falloff = \"inverse-square\"");
   if (const auto optics = table->table("optics")) projector.optics = read_optics(*optics);
   check_pixels(*table, projector);
+  read_blur_field(*table, projector);
   return projector;
 }
 

@@ -305,6 +305,24 @@ TEST_F(TwinFile, HarmonicsOfTheFringes) {
     EXPECT_EQ(each.directions[1].harmonics_of(pitch), (Harmonics{{0.1, 0.2}, {0.3, 0.4}}));
 }
 
+TEST_F(TwinFile, BlurFieldOfTheProjector) {
+  const std::string head = kHead + kCamera + kFringes;
+  EXPECT_FALSE(load(head + kProjector).projector->has_blur_field());
+  const Projector p = *load(head + with(kProjector, "blur_px", "blur_px = 1\nblur_field_px2 = [0.1, 0, 1, 0, -0.5]")).projector;
+  EXPECT_EQ(p.blur_field_px2, (std::array<double, 5>{0.1, 0.0, 1.0, 0.0, -0.5}));
+  const double right = p.lens.width() - 0.5, top = -0.5, middle = 0.5 * (p.lens.height() - 1);
+  EXPECT_NEAR(p.blur_variance_px2({right, middle}), 1.0 + 0.1 + 1.0, 1e-12);
+  EXPECT_NEAR(p.blur_variance_px2({right, top}), 1.0 + 0.1 + 1.0 - 0.5, 1e-12);
+  EXPECT_NEAR(p.least_blur_px(), std::sqrt(0.5 - 0.0025), 1e-3);  // at u = -0.05, v = 1
+  const auto wrong = [&](const std::string& lines) {
+    return error(head + with(kProjector, "blur_px", "blur_px = 1\n" + lines), "blur_field_px2");
+  };
+  EXPECT_THAT(wrong("blur_field_px2 = [0, 0, 0, 0]"), HasSubstr("must have 5 numbers, has 4"));
+  EXPECT_THAT(wrong("blur_field_px2 = [0, 0, -1, 0, 0]"), HasSubstr("leaves no blur somewhere"));
+  EXPECT_THAT(wrong("pixel_structure = true\nblur_field_px2 = [0, 0, 1, 0, 0]"),
+              HasSubstr("cannot be combined with pixel_structure"));
+}
+
 TEST_F(TwinFile, WaveformOfTheFringes) {
   const std::string head = kHead + kCamera + kFringes;
   const auto waveform = [&](const std::string& value) {
