@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_render: sampling schemes (time and error) and the cost of each effect, one camera of the
+// bench_render [fringes]: sampling schemes (time and error) and the cost of each effect, one camera of the
 // paper's rig, 12 patterns. Times are the smallest of three runs after a warm-up; CPU time is that of
-// all threads, so on a loaded machine read that. Errors against the double-precision reference.
+// all threads, so on a loaded machine read that. Errors against the double-precision reference. `fringes`:
+// what harmonics and waveforms cost, alone.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -225,9 +226,57 @@ void compare_pattern_methods(const Twin& base) {
     }
 }
 
+// One pitch of 60 px, 12 steps; with Gray code as the real sets have it.
+Twin twelve_steps(Twin twin, bool gray_code) {
+  twin.fringes.steps = 12;
+  twin.fringes.unwrap = gray_code ? Unwrap::gray : Unwrap::none;
+  twin.fringes.directions[0] = {Axis::x, {60.0}, {30.0}, {}};
+  if (gray_code)
+    twin.fringes.directions[0].gray = GrayCode{.bits = 5, .complementary = true, .offset_periods = -0.5};
+  return twin;
+}
+
+// Fringes that are no sinusoids beside those that are, in turns.
+void compare_fringes(const std::string& name, const Twin& base) {
+  const Harmonics five{{0.004, -0.011}, {-0.003, 0.008}, {0.001, 0.005}, {0.002, -0.003}, {-0.001, 0.002}};
+  const std::vector<Effect> fringes{{"harmonics 2 to 6",
+                                     [&](Twin& t) {
+                                       for (DirectionFringes& d : t.fringes.directions)
+                                         d.harmonics.assign(d.pitches_px.size(), five);
+                                     }},
+                                    {"binary, blur 1 px",
+                                     [](Twin& t) {
+                                       t.projector->blur_px = 1.0;
+                                       t.fringes.waveform = {Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}};
+                                     }},
+                                    {"blur field", [](Twin& t) {
+                                       t.projector->blur_px = 1.0;
+                                       t.projector->blur_field_px2 = {0.1, -0.2, 1.2, 0.3, 0.9};
+                                     }}};
+  fmt::print("\nFringes that are no sinusoids, {}, 1440x1080, default sampling\n", name);
+  fmt::print("{:<44}{:>9}{:>9}{:>8}{:>8}\n", "", "wall ms", "CPU ms", "x plain", "samples");
+  for (const auto& [sequence, plain] :
+       {std::pair{"3 pitches, 4 steps", base}, std::pair{"1 pitch, 12 steps", twelve_steps(base, false)},
+        std::pair{"1 pitch, 12 steps, Gray code", twelve_steps(base, true)}})
+    for (const Effect& fringe : fringes) {
+      Twin twin = plain;
+      fringe.switch_on(twin);
+      const Sampling with = render::choose_sampling(twin), without = render::choose_sampling(plain);
+      Timing t = measure(twin, with, 1), p = measure(plain, without, 1);
+      for (int round = 0; round < 4; ++round) {
+        const Timing a = measure(plain, without, 1), b = measure(twin, with, 1);
+        p.cpu_ms = round == 0 ? a.cpu_ms : std::min(p.cpu_ms, a.cpu_ms);
+        t = {round == 0 ? b.wall_ms : std::min(t.wall_ms, b.wall_ms),
+             round == 0 ? b.cpu_ms : std::min(t.cpu_ms, b.cpu_ms), b.rendered};
+      }
+      fmt::print("{:<44}{:>9.1f}{:>9.1f}{:>8.2f}{:>8}\n", fmt::format("{}, {}", sequence, fringe.name),
+                 t.wall_ms, t.cpu_ms, t.cpu_ms / p.cpu_ms, t.rendered.sampling.samples);
+    }
+}
+
 }  // namespace
 
-int main() {
+int main(int n_arguments, char** arguments) {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);  // rows appear as they are measured
   try {
     if (!testing::shared_renderer()) {
@@ -238,6 +287,11 @@ int main() {
     fmt::print("device {} ({}, Vulkan {})\n", device.name, device.driver, device.api_version);
 
     const Twin left = testing::only_camera(testing::paper_rig(), 0);
+    if (n_arguments > 1 && std::string(arguments[1]) == "fringes") {
+      compare_fringes("sphere R 19 mm", testing::with_object(left, "ball", testing::physical_sphere()));
+      compare_fringes("mesh of 81,920 triangles", testing::with_object(left, "mesh", freeform()));
+      return 0;
+    }
     compare_sampling("sphere R 5 mm, window",
                      testing::with_object(testing::crop_around(left, {0, 0, 250}, 128, 112), "sphere",
                                           testing::ideal_sphere()),

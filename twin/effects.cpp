@@ -130,24 +130,20 @@ std::vector<Effect> make_effects() {
           [](Projector& p) { p.blur_px = 0.0; }, "[projector] blur_px")),
       of_projector(
           "blur field", "the same blur all over the projector's image",
-          [](const Projector& p) { return p.has_blur_field(); },
-          [](Projector& p) { p.blur_field_px2 = {}; }, "[projector] blur_field_px2"),
+          [](const Projector& p) { return p.has_blur_field(); }, [](Projector& p) { p.blur_field_px2 = {}; },
+          "[projector] blur_field_px2"),
       of_projector(
           "projector response", "a linear projector",
           [](const Projector& p) { return p.response.kind != ProjectorResponse::Kind::linear; },
           [](Projector& p) { p.response = {}; },
           "[projector] response = { gamma = 2.2 } or { table = [...] }"),
-      {"fringe harmonics",
-       EffectStage::light,
-       "fringes without light besides what is shown",
+      {"fringe harmonics", EffectStage::light, "fringes without light besides what is shown",
        [](const Twin& t) { return t.projector && t.fringes.steps > 0 && t.fringes.has_harmonics(); },
        [](Twin& t) {
          for (DirectionFringes& d : t.fringes.directions) d.harmonics.clear();
        },
        "[fringes] harmonics = [[a2, b2], ...]"},
-      {"fringe waveform",
-       EffectStage::light,
-       "sinusoidal fringes",
+      {"fringe waveform", EffectStage::light, "sinusoidal fringes",
        [](const Twin& t) {
          return t.projector && t.fringes.steps > 0 && t.fringes.waveform.kind != Waveform::Kind::sine;
        },

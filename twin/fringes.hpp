@@ -53,9 +53,9 @@ struct Waveform {
 
 struct DirectionFringes {
   Axis axis = Axis::x;
-  std::vector<double> pitches_px;       ///< projector px per period, in sequence order
-  std::vector<double> phase_origin_px;  ///< one per pitch
-  std::optional<GrayCode> gray = {};    ///< pitch of the code = the (single) pitch
+  std::vector<double> pitches_px;         ///< projector px per period, in sequence order
+  std::vector<double> phase_origin_px;    ///< one per pitch
+  std::optional<GrayCode> gray = {};      ///< pitch of the code = the (single) pitch
   std::vector<Harmonics> harmonics = {};  ///< one list per pitch; none: fringes have no harmonics
   /// Returns the harmonics of a pitch, an empty list where there are none.
   const Harmonics& harmonics_of(std::size_t pitch) const;

@@ -170,13 +170,15 @@ TEST(Fringes, WaveformsAtKnownPlaces) {
   fringes.amplitude = 0.4;
   fringes.waveform = {Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}};
   PatternSpec p;
-  for (const auto& [x, value] : {std::pair{3.0, 0.9}, {6.9, 0.9}, {7.1, 0.1}, {14.9, 0.1}, {15.1, 0.9}, {-1.1, 0.1}})
+  for (const auto& [x, value] :
+       {std::pair{3.0, 0.9}, {6.9, 0.9}, {7.1, 0.1}, {14.9, 0.1}, {15.1, 0.9}, {-1.1, 0.1}})
     EXPECT_NEAR(pattern_value(fringes, p, x), value, 1e-15) << x;
   p.step = 1;  // a quarter of the period on
   EXPECT_NEAR(pattern_value(fringes, p, 3.1), 0.1, 1e-15);
   fringes.waveform = {Waveform::Kind::table, {1.0, 0.5, 0.0, 0.25}};
   p.step = 0;
-  for (const auto& [x, v] : {std::pair{3.0, 1.0}, {5.0, 0.75}, {7.0, 0.5}, {11.0, 0.0}, {13.0, 0.125}, {17.0, 0.625}})
+  for (const auto& [x, v] :
+       {std::pair{3.0, 1.0}, {5.0, 0.75}, {7.0, 0.5}, {11.0, 0.0}, {13.0, 0.125}, {17.0, 0.625}})
     EXPECT_NEAR(pattern_value(fringes, p, x), 0.1 + 0.8 * v, 1e-14) << x;
 }
 

@@ -63,7 +63,8 @@ class Loader {
 }  // namespace
 
 double Projector::blur_variance_px2(const Eigen::Vector2d& q_px) const {
-  const double u = (2.0 * q_px.x() + 1.0) / lens.width() - 1.0, v = (2.0 * q_px.y() + 1.0) / lens.height() - 1.0;
+  const double u = (2.0 * q_px.x() + 1.0) / lens.width() - 1.0,
+               v = (2.0 * q_px.y() + 1.0) / lens.height() - 1.0;
   const auto& b = blur_field_px2;
   const double more = b[0] * u + b[1] * v + b[2] * u * u + b[3] * u * v + b[4] * v * v;
   return std::max(0.0, blur_px * blur_px + more);
@@ -75,7 +76,8 @@ double Projector::least_blur_px() const {
   double least = std::numeric_limits<double>::infinity();
   for (int j = 0; j < kNodes; ++j)
     for (int i = 0; i < kNodes; ++i) {
-      const Eigen::Vector2d q_px(lens.width() * i / (kNodes - 1.0) - 0.5, lens.height() * j / (kNodes - 1.0) - 0.5);
+      const Eigen::Vector2d q_px(lens.width() * i / (kNodes - 1.0) - 0.5,
+                                 lens.height() * j / (kNodes - 1.0) - 0.5);
       least = std::min(least, blur_variance_px2(q_px));
     }
   return std::sqrt(least);

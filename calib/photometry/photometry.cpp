@@ -192,7 +192,8 @@ void measure_projector(const Twin& twin, std::size_t camera, const CameraFrames&
                              .psf_px = twin.cameras[camera].psf_px};
     const std::string where = fmt::format("camera {}, direction {}", out.camera, axis_name(direction.axis));
     if (twin.fringes.waveform.kind != Waveform::Kind::sine) {
-      warnings.push_back(where + ": the projector's response is found from sinusoids alone, [fringes] waveform is none");
+      warnings.push_back(
+          where + ": the projector's response is found from sinusoids alone, [fringes] waveform is none");
       continue;
     }
     FringeHarmonics harmonics = fringe_harmonics(images.steps, direction, options);

@@ -19,7 +19,8 @@ using Change = std::function<void(Twin&, double)>;
 constexpr int kStepsForHarmonics = 6, kMostHarmonics = 7;
 
 /// Returns the part of a harmonic that the fringes of a pitch have.
-double harmonic_part(const DirectionFringes& direction, std::size_t pitch, int order, double Harmonic::*part) {
+double harmonic_part(const DirectionFringes& direction, std::size_t pitch, int order,
+                     double Harmonic::*part) {
   const Harmonics& list = direction.harmonics_of(pitch);
   const auto i = static_cast<std::size_t>(order - 2);
   return i < list.size() ? list[i].*part : 0.0;

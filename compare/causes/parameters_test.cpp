@@ -230,9 +230,9 @@ TEST(Parameters, AParameterMovesItsOwnThingOnly) {
 TEST(Parameters, HarmonicsOfAllPitchesMoveTogether) {
   Twin twin = rich_twin();
   EXPECT_THAT(names_of(twin, "harmonics"),
-              UnorderedElementsAre("projector.harmonic.2", "projector.harmonic.2.quadrature", "projector.harmonic.3",
-                                   "projector.harmonic.3.quadrature", "projector.harmonic.4",
-                                   "projector.harmonic.4.quadrature"));
+              UnorderedElementsAre("projector.harmonic.2", "projector.harmonic.2.quadrature",
+                                   "projector.harmonic.3", "projector.harmonic.3.quadrature",
+                                   "projector.harmonic.4", "projector.harmonic.4.quadrature"));
   twin.fringes.directions[0].harmonics = {{{0.25, 0.5}}, {}, {{0.0, 0.0}, {0.125, 0.0}}};
   const Parameter p = named(twin, "projector.harmonic.2.quadrature");
   EXPECT_EQ(p.start, 0.5);

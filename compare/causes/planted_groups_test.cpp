@@ -207,8 +207,8 @@ TEST(PlantedGroups, BlurOfACamera) {
   expect_found(twin, "camera_psf", {{"right.psf_px", variance}}, truth, same);
 }
 
-// In phase and in quadrature, beside harmonics that the twin knows, by the fit to convergence; the truth is the
-// double-precision reference's, which knows no Fourier series of a pattern. What is found is a twin's.
+// In phase and in quadrature, beside harmonics that the twin knows, by the fit to convergence; the truth is
+// the double-precision reference's, which knows no Fourier series of a pattern. What is found is a twin's.
 TEST(PlantedGroups, HarmonicsOfTheFringes) {
   Twin twin = window_on_the_sphere();
   twin.fringes.steps = 8;

@@ -210,7 +210,8 @@ TEST(Refine, HarmonicsAreWrittenAsTheTwinHasThem) {
               ::testing::HasSubstr("[fringes]\nharmonics = [[[0.0125, -0.5], [0, 0.25]], []]\n"));
   before.fringes.directions.push_back({Axis::y, {13}, {0}, {}, {{{0.5, 0.0}}}});
   after.fringes.directions.push_back({Axis::y, {13}, {0}, {}, {{{0.5, 0.125}}}});
-  EXPECT_THAT(refined_toml({}, before, after), ::testing::HasSubstr("[fringes.y]\nharmonics = [[0.5, 0.125]]\n"));
+  EXPECT_THAT(refined_toml({}, before, after),
+              ::testing::HasSubstr("[fringes.y]\nharmonics = [[0.5, 0.125]]\n"));
 }
 
 }  // namespace

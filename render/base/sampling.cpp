@@ -41,16 +41,31 @@ double gauss_contrast_error(int n, double swing_rad) {
   return error;
 }
 
-// Returns the sum of what the rule leaves too much of the higher harmonics of one pixel's fringes, fraction of
-// full scale; nothing of the waveforms with edges and bends, which no rule of points serves.
-double harmonics_error(const Fringes& fringes, int n, double swing_rad) {
+// Returns the size of a harmonic of a pitch, fraction of full scale: of the added light, or of a blurred
+// waveform at most what a binary one has. A waveform without blur has edges or bends, which no rule of points
+// serves.
+double harmonic_size(const Twin& twin, const DirectionFringes& direction, std::size_t pitch, int order) {
+  const Harmonics& added = direction.harmonics_of(pitch);
+  const auto i = static_cast<std::size_t>(order - 2);
+  double size = i < added.size() ? std::hypot(added[i].cosine, added[i].sine) : 0.0;
+  const double blur_px = twin.projector->least_blur_px();
+  if (twin.fringes.waveform.kind != Waveform::Kind::sine && blur_px > 0.0) {
+    const double u = 0.5 * kTwoPi * order * blur_px / direction.pitches_px[pitch];
+    size += 8.0 / kTwoPi * twin.fringes.amplitude / order * std::exp(-2.0 * u * u);
+  }
+  return size;
+}
+
+// Returns the sum of what the rule leaves too much of the higher harmonics of the fringes of a pitch, the
+// largest of all pitches. `swing_rad`: of the finest fringe in a pixel.
+double harmonics_error(const Twin& twin, int n, double swing_rad) {
   double most = 0.0;
-  for (const DirectionFringes& d : fringes.directions)
-    for (const Harmonics& list : d.harmonics) {
+  for (const DirectionFringes& d : twin.fringes.directions)
+    for (std::size_t p = 0; p < d.pitches_px.size(); ++p) {
+      const double swing = swing_rad * twin.fringes.finest_pitch_px() / d.pitches_px[p];
       double error = 0.0;
-      for (std::size_t i = 0; i < list.size(); ++i)
-        error += std::hypot(list[i].cosine, list[i].sine) *
-                 std::min(1.0, gauss_contrast_error(n, static_cast<double>(i + 2) * swing_rad));
+      for (int k = 2; k <= kHighestHarmonic; ++k)
+        error += harmonic_size(twin, d, p, k) * std::min(1.0, gauss_contrast_error(n, k * swing));
       most = std::max(most, error);
     }
   return most;
@@ -117,8 +132,8 @@ Sampling without_adaptation(const Sampling& sampling, const Twin& twin, const Ca
   const double swing_rad = kTwoPi / twin.fringes.finest_pitch_px() * twin.projector->lens.intrinsics().at(0) /
                            camera.lens.intrinsics().at(0);
   int n = static_cast<int>(std::lround(std::sqrt(static_cast<double>(fixed.samples))));
-  while (n < 6 && std::max(gauss_contrast_error(n, swing_rad),
-                           harmonics_error(twin.fringes, n, swing_rad)) > sampling.gray_error)
+  while (n < 6 && std::max(gauss_contrast_error(n, swing_rad), harmonics_error(twin, n, swing_rad)) >
+                      sampling.gray_error)
     ++n;
   fixed.samples = n * n;
   return fixed;

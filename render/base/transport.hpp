@@ -45,8 +45,8 @@ struct StageCost {
 /// Per-pixel transport of one camera (all images W x H, irradiance per unit pattern value).
 /// w is the irradiance that a ray brings where the pattern value is 1, theta the phase of the fringe that it
 /// meets. A pattern whose series has the coefficients a_k (response and blur included) and that is shifted by
-/// delta gives E = ambient_hit + a_0 mean + sum_k a_k (cosine_k cos(k delta) - sine_k sin(k delta)); sines b_k
-/// add sum_k b_k (cosine_k sin(k delta) + sine_k cos(k delta)).
+/// delta gives E = ambient_hit + a_0 mean + sum_k a_k (cosine_k cos(k delta) - sine_k sin(k delta)); sines
+/// b_k add sum_k b_k (cosine_k sin(k delta) + sine_k cos(k delta)).
 struct Transport : TraceRecord {
   ImageF mean;     ///< mean of w over the pixel (pattern value 1 everywhere)
   ImageF ambient;  ///< ambient irradiance x hit fraction
@@ -58,7 +58,8 @@ struct Transport : TraceRecord {
     ImageF cosine, sine;
   };
   std::vector<std::vector<std::vector<Pair>>> harmonics;
-  /// [direction][pitch]: a_k, b_k of the form above before blur; empty where the steps are evaluated directly.
+  /// [direction][pitch]: a_k, b_k of the form above before blur; empty where the steps are evaluated
+  /// directly.
   SeriesTable series;
   /// Images evaluated directly in the trace (mean of w * value), by sequence index; empty elsewhere.
   std::vector<ImageF> direct;

@@ -85,8 +85,8 @@ void follow(const Recipe& recipe, const Transport& transport, std::ptrdiff_t fir
 
 }  // namespace
 
-// Forms E = ambient + a_0 mean + sum_k ((a_k cos k d + b_k sin k d) C_k - (a_k sin k d - b_k cos k d) S_k), or
-// ambient + the image evaluated directly.
+// Forms E = ambient + a_0 mean + sum_k ((a_k cos k d + b_k sin k d) C_k - (a_k sin k d - b_k cos k d) S_k),
+// or ambient + the image evaluated directly.
 std::vector<ImageF> form_images(const Twin& twin, const Transport& transport) {
   const auto sequence = expand_sequence(twin.fringes);
   const auto n_pixels = static_cast<std::ptrdiff_t>(transport.mean.size());
@@ -129,8 +129,8 @@ RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Tra
 }
 
 bool holds_any_steps(const Twin& twin) {
-  if (!throws_pure_cosines(twin) || twin.projector->pixel_structure ||
-      twin.fringes.steps == 0 || !twin.fringes.images.empty())
+  if (!throws_pure_cosines(twin) || twin.projector->pixel_structure || twin.fringes.steps == 0 ||
+      !twin.fringes.images.empty())
     return false;
   return std::ranges::none_of(twin.fringes.directions,
                               [](const DirectionFringes& d) { return d.gray.has_value(); });

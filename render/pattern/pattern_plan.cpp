@@ -55,7 +55,8 @@ DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t 
   slot.b[1] = kPeriodSamples;
   // Nodes over a circle of confusion of one turn: half the phase of the highest harmonic.
   if (twin.projector->optics)
-    slot.b[2] = std::numbers::pi * count_harmonics(*twin.projector, twin.fringes, d.pitches_px[p], 1e-6, d.harmonics_of(p));
+    slot.b[2] = std::numbers::pi *
+                count_harmonics(*twin.projector, twin.fringes, d.pitches_px[p], 1e-6, d.harmonics_of(p));
   return slot;
 }
 
@@ -192,9 +193,10 @@ void refuse_combinations(const Twin& twin) {
 // Throws where a pattern would have to be tabulated and the blur varies.
 void refuse_table_of_varying_blur(const Twin& twin, const char* why) {
   if (twin.projector->has_blur_field())
-    throw UserError(ExitCode::usage, twin.file.string(),
-                    std::string("a blur that varies over the projector's image cannot be rendered here: ") + why,
-                    "leave out blur_field_px2, or blur the pattern more");
+    throw UserError(
+        ExitCode::usage, twin.file.string(),
+        std::string("a blur that varies over the projector's image cannot be rendered here: ") + why,
+        "leave out blur_field_px2, or blur the pattern more");
 }
 
 // Distributes the chains over the passes in even shares; returns false when some pass would hold too many.

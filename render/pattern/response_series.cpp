@@ -69,9 +69,10 @@ int count_harmonics(const Projector& projector, const Fringes& fringes, double p
   const bool sine = fringes.waveform.kind == Waveform::Kind::sine;
   if (is_linear(projector.response) && sine && added.empty()) return 1;
   const PhaseSeries series = fringe_series(projector.response, fringes, added, kExamined);
+  const double blur_px = projector.least_blur_px();
   std::vector<double> size;
   for (int k = 0; k <= kExamined; ++k)
-    size.push_back(series.size(k) * blur_attenuation(k, projector.least_blur_px(), pitch_px));
+    size.push_back(series.size(k) * blur_attenuation(k, blur_px, pitch_px));
   double dropped = 0.0;
   if (sine) {
     // Beyond: coefficients fall at least as 1/k^2 (the response is continuous), so all harmonics after 64
@@ -79,7 +80,7 @@ int count_harmonics(const Projector& projector, const Fringes& fringes, double p
     for (int k = kExamined / 2 + 1; k <= kExamined; ++k) dropped += 2.0 * size[k];
   } else {
     dropped = total_variation(projector.response, fringes) / std::numbers::pi *
-              left_beyond(kExamined, projector.least_blur_px(), pitch_px);
+              left_beyond(kExamined, blur_px, pitch_px);
   }
   int harmonics = kExamined;
   while (harmonics > 1 && dropped + size[harmonics] <= relative_bound * size[1]) dropped += size[harmonics--];
@@ -95,14 +96,15 @@ SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<
     carried.emplace_back(d.pitches_px.size());
     if (twin.projector->pixel_structure || twin.fringes.steps == 0) continue;
     for (std::size_t p = 0; p < d.pitches_px.size(); ++p)
-      carried.back()[p] = short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, MAX_PITCHES,
-                                       d.harmonics_of(p));
+      carried.back()[p] =
+          short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, MAX_PITCHES, d.harmonics_of(p));
   }
-  // The direct way of a defocused pattern is a quadrature for each step and sample; a blur that varies has none.
-  const bool carry = pure || method == PatternMethod::harmonics ||
-                     (method == PatternMethod::automatic &&
-                      (twin.projector->optics || twin.projector->has_blur_field() ||
-                       series_cost(twin, carried) < series_cost(twin, direct)));
+  // The direct way of a defocused pattern is a quadrature for each step and sample; a blur that varies has
+  // none.
+  const bool carry =
+      pure || method == PatternMethod::harmonics ||
+      (method == PatternMethod::automatic && (twin.projector->optics || twin.projector->has_blur_field() ||
+                                              series_cost(twin, carried) < series_cost(twin, direct)));
   return carry ? carried : direct;
 }
 

@@ -12,8 +12,8 @@ namespace fringetwin::render {
 
 /// Returns true when the response maps every value onto itself.
 bool is_linear(const ProjectorResponse& response);
-/// Returns true when the light of every phase step is mean + amplitude cos(phase): the waveform is a sine, the
-/// response linear, and there are no harmonics.
+/// Returns true when the light of every phase step is mean + amplitude cos(phase): the waveform is a sine,
+/// the response linear, and there are no harmonics.
 bool throws_pure_cosines(const Twin& twin);
 
 /// Returns the factor by which a Gaussian blur multiplies harmonic k of a period of `pitch_px`,
@@ -28,8 +28,8 @@ double pattern_margin_px(const Projector& projector);
 /// branch point of a power law at value 0.
 PhaseSeries cosine_series(const ProjectorResponse& response, double mean, double amplitude, int harmonics);
 
-/// Returns the Fourier series of the light of a phase step before blur, up to `harmonics`: the response to the
-/// fringes' waveform, and the added harmonics. Its sines are left out where there can be none.
+/// Returns the Fourier series of the light of a phase step before blur, up to `harmonics`: the response to
+/// the fringes' waveform, and the added harmonics. Its sines are left out where there can be none.
 PhaseSeries fringe_series(const ProjectorResponse& response, const Fringes& fringes, const Harmonics& added,
                           int harmonics);
 
@@ -71,8 +71,8 @@ class EffectivePattern {
   double margin_px_ = 0.0, pixel_fill_ = 1.0, levels_ = 0.0;
   PhaseSeries series_;          ///< blurred, phase steps; with convolution the added harmonics alone
   std::vector<double> breaks_;  ///< t within one turn where the light is not smooth
-  std::vector<Edge> edges_;    ///< ascending, Gray images
-  double first_value_ = 0.0;   ///< left of all edges
+  std::vector<Edge> edges_;     ///< ascending, Gray images
+  double first_value_ = 0.0;    ///< left of all edges
 };
 
 /// Tabulates one period of a phase step: sample i at theta = 2 pi (x - origin)/pitch = 2 pi i / samples, i.e.

@@ -288,5 +288,75 @@ TEST(Waveforms, TheAxisIsCoveredWithMargin) {
   }
 }
 
+// Coefficients of a period by the midpoint rule, whose error is of second order between the kinks.
+TEST(FringeSeriesTest, WaveformsAgainstPlainSums) {
+  Fringes fringes;
+  fringes.mean = 0.45;
+  fringes.amplitude = 0.4;
+  const Harmonics added{{0.01, -0.02}, {0.0, 0.03}};
+  constexpr int kSamples = 280'000;  // no edge of 5, 7 or 8 parts lies inside an interval
+  for (const Waveform& waveform : {Waveform{Waveform::Kind::levels, {0.9, 0.1, 0.3, 1.0, 0.0}},
+                                   Waveform{Waveform::Kind::table, {1.0, 0.9, 0.2, 0.1, 0.0, 0.3, 0.7}},
+                                   Waveform{Waveform::Kind::sine, {}}})
+    for (const ProjectorResponse& response : {ProjectorResponse{}, gamma_response(2.2), table_response()}) {
+      fringes.waveform = waveform;
+      const PhaseSeries s = fringe_series(response, fringes, added, 12);
+      for (const int k : {0, 1, 3, 12}) {
+        double a = 0.0, b = 0.0;
+        for (int i = 0; i < kSamples; ++i) {
+          const double turns = (i + 0.5) / kSamples, t = 2.0 * pi * turns;
+          const double light = response(0.45 + 0.4 * waveform(turns)) + 0.01 * std::cos(2 * t) -
+                               0.02 * std::sin(2 * t) + 0.03 * std::sin(3 * t);
+          a += light * std::cos(k * t);
+          b += light * std::sin(k * t);
+        }
+        EXPECT_NEAR(s.a[static_cast<std::size_t>(k)], (k == 0 ? 1.0 : 2.0) * a / kSamples, 1e-9) << k;
+        EXPECT_NEAR(s.sine(static_cast<std::size_t>(k)), 2.0 * b / kSamples, 1e-9) << k;
+      }
+      EXPECT_NEAR(
+          s(1.3),
+          [&] {
+            double sum = s.a[0];
+            for (std::size_t k = 1; k < s.a.size(); ++k) {
+              const double angle = 1.3 * static_cast<double>(k);
+              sum += s.a[k] * std::cos(angle) + s.sine(k) * std::sin(angle);
+            }
+            return sum;
+          }(),
+          1e-14);
+    }
+}
+
+TEST(FringeSeriesTest, VariationOfAPeriod) {
+  Fringes fringes;
+  fringes.waveform = {Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}};
+  EXPECT_NEAR(total_variation({}, fringes), 2.0, 1e-15);
+  fringes.waveform = {Waveform::Kind::table, {1.0, 0.25, 0.75, 0.0}};
+  EXPECT_NEAR(total_variation({}, fringes), 0.75 + 0.5 + 0.75 + 1.0, 1e-15);
+  const ProjectorResponse peak{ProjectorResponse::Kind::table, 1.0, {0.0, 1.0, 0.0}};
+  fringes.waveform = {Waveform::Kind::table, {1.0, 0.0}};
+  EXPECT_NEAR(total_variation(peak, fringes), 4.0, 1e-15);
+}
+
+// Each edge of a binary fringe becomes an error function; from 0.02 px on it is a series, below a
+// convolution.
+TEST(EffectivePatternTest, BinaryFringesAreErrorFunctions) {
+  for (const double blur_px : {0.01, 0.5, 1.0, 3.0}) {
+    Twin twin = fringe_twin({}, blur_px);
+    twin.fringes.waveform = {Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}};
+    for (const int step : {0, 3})
+      for (double x = 100.0; x < 130.0; x += 0.37) {
+        const PatternSpec p = phase_step(1, step);
+        const double bright = 2.25 - 14.0 * step / 4.0;  // the middle of a bright half
+        double value = 0.0;
+        for (int k = 0; k < 20; ++k) {
+          const double middle = bright + 14.0 * k, scale = 1.0 / (blur_px * std::numbers::sqrt2);
+          value += 0.5 * (std::erf((x - middle + 3.5) * scale) - std::erf((x - middle - 3.5) * scale));
+        }
+        EXPECT_NEAR(effective_pattern_value(twin, p, x), value, 1e-12) << blur_px << " " << x;
+      }
+  }
+}
+
 }  // namespace
 }  // namespace fringetwin::render::waveform_test

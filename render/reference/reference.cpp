@@ -325,7 +325,8 @@ void Reference::Impl::add_light(const IndirectLight& s, ReferencePixel& pixel) c
     const double x = fringes.axis == Axis::x ? s.projector_px.x() : s.projector_px.y();
     for (std::size_t p = 0; p < pixel.cosine[d].size(); ++p) {
       const double theta = 2.0 * pi * (x - fringes.phase_origin_px[p]) / fringes.pitches_px[p];
-      const double u = pi * std::sqrt(twin.projector->blur_variance_px2(s.projector_px)) / fringes.pitches_px[p];
+      const double u =
+          pi * std::sqrt(twin.projector->blur_variance_px2(s.projector_px)) / fringes.pitches_px[p];
       const double r = fringes.axis == Axis::x ? s.defocus_px.x() : s.defocus_px.y();
       const double v = 2.0 * pi * r / fringes.pitches_px[p];
       const double contrast = std::exp(-2.0 * u * u) * (v == 0.0 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, v) / v);

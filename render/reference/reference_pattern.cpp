@@ -11,7 +11,8 @@ namespace fringetwin::render {
 namespace {
 
 using std::numbers::pi;
-constexpr int kDiskNodes = 64, kPanelsWithKinks = 6, kFourierSamples = 4096, kPanelNodes = 16, kPartsOfASine = 8;
+constexpr int kDiskNodes = 64, kPanelsWithKinks = 6, kFourierSamples = 4096, kPanelNodes = 16,
+              kPartsOfASine = 8;
 
 double normal_cdf(double t) { return 0.5 * std::erfc(-t / std::numbers::sqrt2); }
 
@@ -117,7 +118,8 @@ double ReferencePattern::harmonics(double x, double radius, double sigma) const 
   return sum;
 }
 
-// The convolution integral of a table or a sine with the Gaussian, stretch by stretch, panels of a sigma at most.
+// The convolution integral of a table or a sine with the Gaussian, stretch by stretch, panels of a sigma at
+// most.
 double ReferencePattern::convolve(double x, double sigma) const {
   const double lowest = x - 9.0 * sigma, highest = x + 9.0 * sigma;
   const std::size_t n = fringes_.waveform.values.size();
@@ -140,8 +142,7 @@ double ReferencePattern::convolve(double x, double sigma) const {
 
 // Pieces [start + i width, start + (i + 1) width) of constant value; with gaps only the middle of each
 // piece (a pixel) gives light, and the mean over what arrives is taken.
-double ReferencePattern::sum_pieces(double x, double radius, double width, double start,
-                                    double sigma) const {
+double ReferencePattern::sum_pieces(double x, double radius, double width, double start, double sigma) const {
   const double reach = radius + 9.0 * sigma;
   const auto first = static_cast<long>(std::floor((x - reach - start) / width)) - 1;
   const auto last = static_cast<long>(std::floor((x + reach - start) / width)) + 1;
@@ -194,7 +195,7 @@ double ReferencePattern::operator()(const Eigen::Vector2d& q_px, const Eigen::Ve
   if (projector_.pixel_structure) return sum_pieces(x, radius, 1.0, -0.5, sigma);
   if (!spec_.is_gray()) {
     const bool sine = fringes_.waveform.kind == Waveform::Kind::sine;
-    return (!sine                        ? waveform(x, radius, sigma)
+    return (!sine                         ? waveform(x, radius, sigma)
             : projector_.has_blur_field() ? convolve(x, sigma)
                                           : smooth(x, radius)) +
            harmonics(x, radius, sigma);

@@ -170,7 +170,8 @@ float pitch_contrast(int i) {
 void add_patterns(float w, real2 u, inout float cosine[MAX_PITCHES], inout float sine[MAX_PITCHES],
                   inout float direct[MAX_DIRECT]) {
   float c1 = 1.0, s1 = 0.0, c = 1.0, s = 0.0;  // of the pitch; of the pair
-  float more = BLUR_FIELD != 0 && N_PITCHES > 0 ? -0.5 * TWO_PI * TWO_PI * more_blur(vec2(u)) : 0.0;
+  float more = 0.0;
+  if (BLUR_FIELD != 0) more = -0.5 * TWO_PI * TWO_PI * more_blur(vec2(u));
   if (N_GRAY + N_IMAGES > 0) set_blur(vec2(u));
   if (DEFOCUS != 0 && w == 0.0) defocus = 0.0;
 #define ADD_PITCH(i)                                                            \

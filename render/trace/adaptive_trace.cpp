@@ -247,9 +247,11 @@ bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedSc
   const std::size_t n_pixels = static_cast<std::size_t>(lens.width()) * lens.height();
   if (n_pixels * sizeof(gpu::vec4) > limits.maxStorageBufferRange || n_pixels > limits.maxTexelBufferElements)
     return false;
-  // The closed form and the scan lines know neither defocus, a blur that varies, raster or texture nor light from elsewhere.
+  // The closed form and the scan lines know neither defocus, a blur that varies, raster or texture nor light
+  // from elsewhere.
   const Projector& projector = *twin.projector;
-  if (projector.optics || projector.pixel_structure || projector.has_blur_field() || !scene.maps.empty() || twin.render.bounces > 0)
+  if (projector.optics || projector.pixel_structure || projector.has_blur_field() || !scene.maps.empty() ||
+      twin.render.bounces > 0)
     return false;
   return !camera.optics && twin.render.pixel_fill > 0.0 && lens.width() < kListLimitPx &&
          lens.height() < kListLimitPx && scene.n_surfaces < kExactFloat;

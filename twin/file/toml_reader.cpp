@@ -320,8 +320,8 @@ std::optional<std::vector<std::vector<std::vector<double>>>> TomlTable::lists_of
   // Rows hold no arrays, lists of rows do.
   const bool lists = std::any_of(array->begin(), array->end(), [](const toml::node& entry) {
     const toml::array* inner = entry.as_array();
-    return inner != nullptr && std::any_of(inner->begin(), inner->end(),
-                                           [](const toml::node& node) { return node.is_array(); });
+    return inner != nullptr &&
+           std::any_of(inner->begin(), inner->end(), [](const toml::node& node) { return node.is_array(); });
   });
   std::vector<std::vector<std::vector<double>>> all;
   if (!lists) {

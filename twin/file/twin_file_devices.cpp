@@ -2,6 +2,7 @@
 // [[camera]] and [projector] of twin.toml.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "twin/file/cameramodel.hpp"
@@ -220,9 +221,11 @@ void read_blur_field(const TomlTable& table, Projector& projector) {
   if (projector.pixel_structure || projector.optics)
     table.fail(key, "cannot be combined with pixel_structure or [projector.optics]");
   if (!(projector.least_blur_px() > 0.0))
-    table.fail(key, fmt::format("leaves no blur somewhere in the projector's image: blur_px^2 = {:.6g} is too small",
-                                projector.blur_px * projector.blur_px),
-               "the variance must be positive everywhere");
+    table.fail(
+        key,
+        fmt::format("leaves no blur somewhere in the projector's image: blur_px^2 = {:.6g} is too small",
+                    projector.blur_px * projector.blur_px),
+        "the variance must be positive everywhere");
 }
 
 }  // namespace

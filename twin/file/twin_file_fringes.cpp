@@ -65,8 +65,8 @@ std::vector<Harmonics> read_harmonics(const TomlTable& table, std::size_t n_pitc
   std::vector<Harmonics> harmonics;
   for (const auto& rows : *lists) {
     if (rows.size() + 1 > static_cast<std::size_t>(kHighestHarmonic))
-      table.fail(key, fmt::format("has {} pairs: the harmonics 2 ... {} are {}", rows.size(), kHighestHarmonic,
-                                  kHighestHarmonic - 1));
+      table.fail(key, fmt::format("has {} pairs: the harmonics 2 ... {} are {}", rows.size(),
+                                  kHighestHarmonic, kHighestHarmonic - 1));
     Harmonics& list = harmonics.emplace_back();
     double sum = 0.0;
     for (const std::vector<double>& row : rows) {
@@ -110,7 +110,8 @@ Waveform read_waveform(const TomlTable& table) {
                     *inner.numbers(kind, NumberRange::between(0.0, 1.0))};
   constexpr std::size_t kFewest = 2, kMost = 4096;
   if (waveform.values.size() < kFewest || waveform.values.size() > kMost)
-    inner.fail(kind, fmt::format("must have {} ... {} values, has {}", kFewest, kMost, waveform.values.size()));
+    inner.fail(kind,
+               fmt::format("must have {} ... {} values, has {}", kFewest, kMost, waveform.values.size()));
   constexpr double kLeast = 1e-3;
   if (first_harmonic(waveform.values) < kLeast)
     inner.fail(kind, "has no first harmonic: such a fringe has no phase", "give the values of one period");
@@ -200,8 +201,8 @@ Fringes read_fringes(const TomlTable& root) {
   const auto found = root.table("fringes");
   if (!found) root.fail("fringes", "is missing", "a twin needs [fringes]");
   const TomlTable& table = *found;
-  table.allow({"directions", "pitches_px", "steps", "unwrap", "mean", "amplitude", "phase_origin_px", "waveform",
-               "harmonics", "gray", "images", "x", "y"});
+  table.allow({"directions", "pitches_px", "steps", "unwrap", "mean", "amplitude", "phase_origin_px",
+               "waveform", "harmonics", "gray", "images", "x", "y"});
   Fringes fringes;
   fringes.steps = table.required_integer("steps", 0, 1000);
   if (fringes.steps == 1 || fringes.steps == 2)

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// What [fringes] says beside pitches and steps, and how the projector's image is blurred: harmonics,
+// waveforms, a field. Values are those written; of the blur's field: 1e-12 px^2 for rounding, 1e-3 px for its
+// least value, which is looked for on nodes 1/32 of the image apart.
+#include <cmath>
+
+#include "tests/support/twin/twin_file_fixture.hpp"
+
+namespace fringetwin::testing::twin_file_fringes_test {
+namespace {
+
+using ::testing::HasSubstr;
+
+class TwinFileFringes : public TwinFile {};
+
+// Harmonics for all pitches, for each, and of one direction alone.
+TEST_F(TwinFileFringes, HarmonicsOfTheFringes) {
+  const std::string head = kHead + kCamera +
+                           "[fringes]\ndirections = [\"x\", \"y\"]\npitches_px = [64, 16]\nsteps = 8\n"
+                           "unwrap = \"hierarchical\"\n";
+  const Fringes none = load(head).fringes;
+  EXPECT_FALSE(none.has_harmonics());
+  EXPECT_TRUE(none.directions[0].harmonics_of(1).empty());
+  EXPECT_FALSE(load(head + "harmonics = []\n").fringes.has_harmonics());
+  EXPECT_FALSE(load(head + "harmonics = [[0, 0]]\n").fringes.has_harmonics());
+  const Fringes all = load(head + "harmonics = [[0.01, -0.02], [0, 0.003]]\n").fringes;
+  EXPECT_TRUE(all.has_harmonics());
+  const Harmonics expected{{0.01, -0.02}, {0.0, 0.003}};
+  for (const DirectionFringes& d : all.directions)
+    for (const std::size_t pitch : {0, 1}) EXPECT_EQ(d.harmonics_of(pitch), expected);
+  const Fringes each =
+      load(head + "harmonics = [[[0.01, 0.02]], []]\n[fringes.y]\nharmonics = [[0.1, 0.2], [0.3, 0.4]]\n")
+          .fringes;
+  EXPECT_EQ(each.directions[0].harmonics_of(0), (Harmonics{{0.01, 0.02}}));
+  EXPECT_TRUE(each.directions[0].harmonics_of(1).empty());
+  for (const std::size_t pitch : {0, 1})
+    EXPECT_EQ(each.directions[1].harmonics_of(pitch), (Harmonics{{0.1, 0.2}, {0.3, 0.4}}));
+}
+
+TEST_F(TwinFileFringes, BlurFieldOfTheProjector) {
+  const std::string head = kHead + kCamera + kFringes;
+  EXPECT_FALSE(load(head + kProjector).projector->has_blur_field());
+  const Projector p =
+      *load(head + with(kProjector, "blur_px", "blur_px = 1\nblur_field_px2 = [0.1, 0, 1, 0, -0.5]"))
+           .projector;
+  EXPECT_EQ(p.blur_field_px2, (std::array<double, 5>{0.1, 0.0, 1.0, 0.0, -0.5}));
+  const double right = p.lens.width() - 0.5, top = -0.5, middle = 0.5 * (p.lens.height() - 1);
+  EXPECT_NEAR(p.blur_variance_px2({right, middle}), 1.0 + 0.1 + 1.0, 1e-12);
+  EXPECT_NEAR(p.blur_variance_px2({right, top}), 1.0 + 0.1 + 1.0 - 0.5, 1e-12);
+  EXPECT_NEAR(p.least_blur_px(), std::sqrt(0.5 - 0.0025), 1e-3);  // at u = -0.05, v = 1
+  const auto wrong = [&](const std::string& lines) {
+    return error(head + with(kProjector, "blur_px", "blur_px = 1\n" + lines), "blur_field_px2");
+  };
+  EXPECT_THAT(wrong("blur_field_px2 = [0, 0, 0, 0]"), HasSubstr("must have 5 numbers, has 4"));
+  EXPECT_THAT(wrong("blur_field_px2 = [0, 0, -1, 0, 0]"), HasSubstr("leaves no blur somewhere"));
+  EXPECT_THAT(wrong("pixel_structure = true\nblur_field_px2 = [0, 0, 1, 0, 0]"),
+              HasSubstr("cannot be combined with pixel_structure"));
+}
+
+TEST_F(TwinFileFringes, WaveformOfTheFringes) {
+  const std::string head = kHead + kCamera + kFringes;
+  const auto waveform = [&](const std::string& value) {
+    return load(with(head, "steps", "steps = 4\nwaveform = " + value)).fringes.waveform;
+  };
+  EXPECT_EQ(load(head).fringes.waveform, Waveform{});
+  EXPECT_EQ(waveform("\"sine\""), Waveform{});
+  EXPECT_EQ(waveform("\"binary\""), (Waveform{Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}}));
+  EXPECT_EQ(waveform("{ table = [1, 0.25] }"), (Waveform{Waveform::Kind::table, {1.0, 0.25}}));
+  EXPECT_EQ(waveform("{ levels = [0, 1, 1] }"), (Waveform{Waveform::Kind::levels, {0.0, 1.0, 1.0}}));
+}
+
+}  // namespace
+}  // namespace fringetwin::testing::twin_file_fringes_test
