@@ -151,18 +151,25 @@ std::vector<Chain> harmonic_chains(const Twin& twin, const SeriesTable& series, 
                                    double center_y_px) {
   std::vector<Chain> chains;
   if (twin.fringes.steps == 0) return chains;
+  const double blur_px = twin.projector->least_blur_px();
   for (std::size_t d = 0; d < twin.fringes.directions.size(); ++d) {
     const DirectionFringes& direction = twin.fringes.directions[d];
     const double center = direction.axis == Axis::x ? center_x_px : center_y_px;
     for (std::size_t p = 0; p < direction.pitches_px.size(); ++p) {
-      const int harmonics = static_cast<int>(series[d][p].a.size()) - 1;
+      const PhaseSeries& light = series[d][p];
+      const int harmonics = static_cast<int>(light.a.size()) - 1;
       if (harmonics < 1) continue;
       FT_CHECK(harmonics <= MAX_PITCHES, "harmonics of one pitch");
       Chain chain;
       for (int k = 1; k <= harmonics; ++k) {
         const double pitch = direction.pitches_px[p] / k;
         const double turns = turn_fraction((center - direction.phase_origin_px[p]) / pitch);
-        chain.push_back({d, p, k, along(direction.axis, 1.0 / pitch, turns)});
+        PitchSlot slot{d, p, k, along(direction.axis, 1.0 / pitch, turns)};
+        if (k > 1)
+          slot.share = light.size(static_cast<std::size_t>(k)) / light.size(1) *
+                       blur_attenuation(k, blur_px, direction.pitches_px[p]) /
+                       blur_attenuation(1, blur_px, direction.pitches_px[p]);
+        chain.push_back(slot);
       }
       chains.push_back(std::move(chain));
     }

@@ -17,6 +17,8 @@ struct PitchSlot {
   std::size_t direction, pitch;
   int harmonic;    ///< 1, then 2, 3 ... of the same pitch in the slots that follow
   Double4 values;  ///< Params::pitch
+  /// Size of the harmonic in the light that arrives, of the fundamental's: what an error of it counts.
+  double share = 1.0;
 };
 /// One image that the trace evaluates directly, with the table from which it does.
 struct DirectSlot {

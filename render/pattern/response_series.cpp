@@ -55,6 +55,13 @@ double left_beyond(int harmonics, double sigma_px, double pitch_px) {
   return std::numeric_limits<double>::infinity();
 }
 
+/// Returns whether the sequence has no other images, and fringes between the projector's pixels.
+bool all_are_phase_steps(const Twin& twin) {
+  return !twin.projector->pixel_structure && twin.fringes.steps > 0 && twin.fringes.images.empty() &&
+         std::ranges::none_of(twin.fringes.directions,
+                              [](const DirectionFringes& d) { return d.gray.has_value(); });
+}
+
 }  // namespace
 
 PhaseSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
@@ -99,12 +106,15 @@ SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<
       carried.back()[p] =
           short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, MAX_PITCHES, d.harmonics_of(p));
   }
+  // The adaptive trace takes added harmonics as pairs alone.
+  const bool adds_alone = is_linear(twin.projector->response) && all_are_phase_steps(twin) &&
+                          twin.fringes.waveform.kind == Waveform::Kind::sine;
   // The direct way of a defocused pattern is a quadrature for each step and sample; a blur that varies has
   // none.
-  const bool carry =
-      pure || method == PatternMethod::harmonics ||
-      (method == PatternMethod::automatic && (twin.projector->optics || twin.projector->has_blur_field() ||
-                                              series_cost(twin, carried) < series_cost(twin, direct)));
+  const bool carry = pure || method == PatternMethod::harmonics ||
+                     (method == PatternMethod::automatic &&
+                      (adds_alone || twin.projector->optics || twin.projector->has_blur_field() ||
+                       series_cost(twin, carried) < series_cost(twin, direct)));
   return carry ? carried : direct;
 }
 

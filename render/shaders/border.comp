@@ -33,7 +33,7 @@ void main() {
     swing = max(swing, seen.w > 0.0 && c.w > 0.0 ? length(vec2(seen.u - centre.u)) : 0.0);
   }
   // Several fringes in the pixel ask for scan lines as an edge does.
-  swing *= 2.0 * finest_fringe();
+  swing *= 2.0 * finest_swing();
   bool dense = swing > (mesh ? MOST_FACET_SWING : 4.0);
   objects[slot] = crossed ? BORDER_CROSSED : dense ? BORDER_DENSE : mesh ? BORDER_FACETS : BORDER_SMOOTH;
   report_status(uvec2(pixel), shadow_rays);

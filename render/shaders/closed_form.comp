@@ -126,7 +126,8 @@ void main() {
   // in the second differences 1/2160; 1/300 leaves a margin for what grows with the order), and products
   // of lower ones.
   float shading_error = (abs(d.fourth_x.z) + abs(d.fourth_y.z)) / 300.0;
-  float phase_error = 0.0, gray_error = shading_error, swing_sq = 0.0;
+  // Those of a pitch and its harmonics add up.
+  float phase_error = 0.0, gray_error = shading_error, swing_sq = 0.0, chain = 0.0;
 #define FORM_PITCH(i)                                                                                    \
   if (i < N_PITCHES) {                                                                                   \
     vec4 pitch = params.pitch[i];                                                                        \
@@ -153,11 +154,13 @@ void main() {
               bend * (abs(gx) * abs(d.x.z) + abs(gy) * abs(d.y.z)) / (160.0 * w0);                       \
     /* Where Gauss-Legendre of order n stands in for the closed form, its error in the phase gradient. */ \
     float g2 = max(gx * gx, gy * gy) * fill * fill;                                                      \
-    swing_sq = max(swing_sq, g2);                                                                        \
+    swing_sq = max(swing_sq, SHARE(i) * g2);                                                             \
     if (params.adaptive.w == 2.0) a += g2 * g2 / 2160.0;                                                 \
     if (params.adaptive.w == 3.0) a += g2 * g2 * g2 / 1.0e6;                                             \
-    phase_error = max(phase_error, e);                                                                   \
-    gray_error = max(gray_error, shading_error + w0 * (e + a));                                          \
+    phase_error = max(phase_error, SHARE(i) * e);                                                        \
+    if ((FUNDAMENTALS & (1 << i)) != 0) chain = 0.0;                                                     \
+    chain += SHARE(i) * (e + a);                                                                         \
+    gray_error = max(gray_error, shading_error + w0 * chain);                                            \
   }
   REPEAT16(FORM_PITCH)
   // Also catches NaN and infinity.

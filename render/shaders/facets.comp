@@ -179,7 +179,7 @@ void main() {
   float half_fill = 0.5 * params.sampling.x, part = half_fill / float(parts);
   vec2 center = (vec2(square % parts, square / parts) + 0.5) * (2.0 * part) - half_fill;
   float reach = outline ? half_fill + SEARCH_MARGIN : part;
-  float hits = 0.0, finest = finest_fringe();
+  float hits = 0.0, finest = finest_swing();
   load_sums(false, slot, stride, mean, hits, cosine, sine, direct);
 
 #define NO_FACET(k) facets[k] = -1;

@@ -77,7 +77,7 @@ void main() {
   borders[0] = -0.5;
   int n_pieces = 1;
   uint shadow_rays = 0, rays_cast = 0;
-  float unresolved = 0.0, finest = finest_fringe();
+  float unresolved = 0.0, finest = finest_fringe(), finest_to_sample = finest_swing();
   float low = 0.0, high = 0.0, slope = 0.0, position_before = -0.5;
   Seen at_low = Seen(0.0, 0.0, real2(0.0)), at_high = at_low, last = at_low;
   int next = 0, halvings = 0;
@@ -136,7 +136,7 @@ void main() {
          edge_right = piece < n_pieces - 1 || slot % stretches < stretches - 1u;
     float a = borders[piece], b = borders[piece + 1];
     float limit = MOST_SWING[(edge_left ? 1 : 0) + (edge_right ? 1 : 0)];
-    int wanted = int(ceil(min(finest * slope * (b - a) / limit, 1e6)));
+    int wanted = int(ceil(min(finest_to_sample * slope * (b - a) / limit, 1e6)));
     int parts = clamp(wanted, 1, max(1, MOST_PARTS - parts_used));
     parts_used += parts;
     too_few = too_few || wanted > parts;
@@ -155,7 +155,7 @@ void main() {
   }
   float error = UNRESOLVED * stretch * sqrt(unresolved);
   // Lines that the fringe passes by too fast may agree by chance.
-  if (finest * fill * px_across(ivec2(pixel.xy), pixel.z != 0 ? ivec2(1, 0) : ivec2(0, 1)) > 4.0 * float(panels)) too_few = true;
+  if (finest_to_sample * fill * px_across(ivec2(pixel.xy), pixel.z != 0 ? ivec2(1, 0) : ivec2(0, 1)) > 4.0 * float(panels)) too_few = true;
   error = too_few ? max(error, mean) : error;
   store_sums(slot, stride, mean, hits, cosine, sine, direct);
   sums[slot + (2 + 2 * N_PITCHES + N_DIRECT) * stride] = error;

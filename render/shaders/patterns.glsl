@@ -10,12 +10,23 @@ const float MOST_FOOTPRINT_PX = 16.0;     // of an image
 // two half sides. All 0: a point. Set by footprint.glsl.
 vec2 footprint_middle = vec2(0.0), footprint_x = vec2(0.0), footprint_y = vec2(0.0);
 
-// rad per projector px of the finest fringe.
+// What an error of a pair counts, of one of its fundamental.
+#define SHARE(i) ((FUNDAMENTALS & (1 << i)) != 0 ? 1.0 : params.pitch_share[i / 4][i % 4])
+
+// rad per projector px of the finest fringe, harmonics by what they change in the light.
 float finest_fringe() {
   float finest = 0.0;
 #define FINEST(i) \
-  if (i < N_PITCHES) finest = max(finest, TWO_PI * params.pitch[i].x);
+  if (i < N_PITCHES) finest = max(finest, SHARE(i) * TWO_PI * params.pitch[i].x);
   REPEAT16(FINEST)
+  return finest;
+}
+// The same for rules whose error grows with the fourth power of the swing.
+float finest_swing() {
+  float finest = 0.0;
+#define FINEST_SWING(i) \
+  if (i < N_PITCHES) finest = max(finest, sqrt(sqrt(SHARE(i))) * TWO_PI * params.pitch[i].x);
+  REPEAT16(FINEST_SWING)
   return finest;
 }
 

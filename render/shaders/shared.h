@@ -176,6 +176,7 @@ struct Params {
   uvec4 starts;               // log2 of a tile's side in px, tiles in x, tiles, 0
   NUMBERS_OF_EFFECTS(DECLARE_NUMBERS)
   vec4 pitch[MAX_PITCHES];    // harmonic/pitch, turns at the principal point, axis x, axis y
+  vec4 pitch_share[MAX_PITCHES / 4];  // size in the light of each pair that is no fundamental, of its fundamental's
   vec4 direct[MAX_DIRECT];    // scale, offset (table: in samples; pixel: in px; gray: in words), axis x, axis y
   // table: first, count, nodes per unit of defocus; pixel: first, count; gray: bit shift, word mask, value at 0, at 1;
   // image: first, width, height
@@ -197,8 +198,8 @@ struct Push {
 #ifdef __cplusplus
 static_assert(sizeof(vec4) == 16 && sizeof(uvec4) == 16);
 static_assert(offsetof(Params, pitch) == 24 * 16);
-static_assert(offsetof(Params, direct) == (24 + MAX_PITCHES) * 16);
-static_assert(sizeof(Params) == (24 + MAX_PITCHES + 2 * MAX_DIRECT) * 16);
+static_assert(offsetof(Params, direct) == (24 + MAX_PITCHES + MAX_PITCHES / 4) * 16);
+static_assert(sizeof(Params) == (24 + MAX_PITCHES + MAX_PITCHES / 4 + 2 * MAX_DIRECT) * 16);
 static_assert(sizeof(Push) == 32);
 static_assert(2 * sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);

@@ -34,10 +34,13 @@ AdaptiveTrace::LineErrors AdaptiveTrace::add_lines(const Sums& sums, std::size_t
   };
   const double mean = channel_error(0);
   const double hit = channel_error(1);
-  double fringe = 0.0, phase = 0.0;
+  double fringe = 0.0, phase = 0.0, chain = 0.0;  // the errors of a pitch and its harmonics add up
   for (std::size_t p = 0; p < pass_->pitches.size(); ++p) {
+    const PitchSlot& pitch = pass_->pitches[p];
     const double cosine = channel_error(2 + 2 * p), sine = channel_error(3 + 2 * p);
-    fringe = std::max(fringe, std::hypot(cosine, sine));
+    chain = (pitch.harmonic == 1 ? 0.0 : chain) + pitch.share * std::hypot(cosine, sine);
+    fringe = std::max(fringe, chain);
+    if (pitch.harmonic > 1) continue;
     const double amplitude =
         std::hypot(static_cast<double>(values[2 + 2 * p]), static_cast<double>(values[3 + 2 * p]));
     if (amplitude > 0.0) phase = std::max(phase, std::hypot(cosine, sine) / amplitude);

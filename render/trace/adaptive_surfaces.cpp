@@ -53,13 +53,15 @@ void AdaptiveTrace::run_checked(const std::vector<std::uint32_t>& list) {
     for (std::size_t i = 0; i < n; ++i) {
       const std::size_t e = first + i;
       const auto old = [&](std::size_t c) { return static_cast<double>(before[c * list.size() + e]); };
-      double fringe = 0.0;
+      double fringe = 0.0, chain = 0.0;
       for (std::size_t p = 0; p < pass_->pitches.size(); ++p) {
+        const PitchSlot& pitch = pass_->pitches[p];
         const std::complex<double> a(old(1 + 2 * p), old(2 + 2 * p)),
             b(sums.at(2 + 2 * p, i), sums.at(3 + 2 * p, i));
-        if (std::norm(b) > 0.0)
+        if (std::norm(b) > 0.0 && pitch.harmonic == 1)
           phase[e] = std::max(phase[e], kOrderSafety * std::abs(std::arg(a * std::conj(b))));
-        fringe = std::max(fringe, std::abs(a - b));
+        chain = (pitch.harmonic == 1 ? 0.0 : chain) + pitch.share * std::abs(a - b);
+        fringe = std::max(fringe, chain);
       }
       gray[e] = kOrderSafety * irradiance_error(old(0) - sums.at(0, i), fringe);
       worse[e] = std::max(phase[e] / phase_target_rad_, gray[e] / irradiance_target_);
@@ -111,7 +113,8 @@ AdaptiveTrace::FacetErrors AdaptiveTrace::add_squares(const Sums& sums, std::siz
   for (std::size_t c = 0; c < n_channels; ++c) values[c] = static_cast<float>(sum(c));
   double amplitude = static_cast<double>(values[0]);
   for (std::size_t p = 0; by_piece && p < pass_->pitches.size(); ++p)
-    amplitude = std::min(amplitude, static_cast<double>(std::hypot(values[2 + 2 * p], values[3 + 2 * p])));
+    if (pass_->pitches[p].harmonic == 1)
+      amplitude = std::min(amplitude, static_cast<double>(std::hypot(values[2 + 2 * p], values[3 + 2 * p])));
   const double error = sum(n_channels);
   return {irradiance_error(error, error), sum(n_channels + 1) / std::max(amplitude, 1e-30)};
 }

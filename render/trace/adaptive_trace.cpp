@@ -6,6 +6,7 @@
 //   an edge                               scan lines that find it, more of them until they agree
 #include "render/trace/adaptive_trace.hpp"
 
+#include "render/pattern/waveform.hpp"
 #include "render/trace/pixel_blocks.hpp"
 #include "twin/base/errors.hpp"
 
@@ -238,10 +239,11 @@ void AdaptiveTrace::note_estimate() {
 bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedScene& scene,
                           const std::vector<PassPlan>& passes, const VkPhysicalDeviceLimits& limits) {
   // Images that are no cosines (gray code, pattern images, a response that is not linear) have edges of their
-  // own in the pixels, which nothing here looks for.
+  // own in the pixels, which nothing here looks for. Harmonics that are added are few and weak.
+  const bool weak = is_linear(twin.projector->response) && twin.fringes.waveform.kind == Waveform::Kind::sine;
   for (const PassPlan& pass : passes)
     if (!pass.direct.empty() ||
-        std::ranges::any_of(pass.pitches, [](const PitchSlot& p) { return p.harmonic > 1; }))
+        (!weak && std::ranges::any_of(pass.pitches, [](const PitchSlot& p) { return p.harmonic > 1; })))
       return false;
   const Lens& lens = camera.lens;
   const std::size_t n_pixels = static_cast<std::size_t>(lens.width()) * lens.height();

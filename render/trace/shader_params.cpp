@@ -184,6 +184,10 @@ ParamsBlock make_params(const TraceJob& job, const SampleSetup& samples, const P
     g.values.pitch[i] = rounded(pass.pitches[i].values);
     g.rest.pitch[i] = rest_of(pass.pitches[i].values);
   }
+  for (std::size_t i = 0; i < MAX_PITCHES; i += 4) {
+    const auto share = [&](std::size_t k) { return k < pass.pitches.size() ? pass.pitches[k].share : 0.0; };
+    g.values.pitch_share[i / 4] = rounded({share(i), share(i + 1), share(i + 2), share(i + 3)});
+  }
   for (std::size_t i = 0; i < pass.direct.size(); ++i) {
     g.values.direct[i] = rounded(pass.direct[i].a);
     g.rest.direct[i] = rest_of(pass.direct[i].a);

@@ -208,6 +208,13 @@ TEST(Adaptive, EstimateBoundsTheErrorWithEachEffect) {
   for (DirectionFringes& d : twin.fringes.directions) d.phase_origin_px.assign(9, 0.0);
   expect_bounded("two directions, nine pitches", twin, 4);
   twin = ball_before_wall();
+  for (DirectionFringes& d : twin.fringes.directions)
+    d.harmonics.assign(3,
+                       {{0.004, -0.011}, {-0.003, 0.008}, {0.001, 0.005}, {0.002, -0.003}, {-0.001, 0.002}});
+  expect_bounded("harmonics", twin, 4);
+  twin.fringes.directions[0].harmonics.assign(3, {{0.1, -0.1}, {0.05, 0.0}});
+  expect_bounded("strong harmonics", twin, 4);
+  twin = ball_before_wall();
   twin.render.phase_error_rad = 1e-5;
   expect_bounded("double precision", twin, 4);
 }
@@ -239,6 +246,14 @@ TEST(Adaptive, ScanLinesInStretches) {
 }
 
 // Facets of a few pixels, fringes of about a radian per pixel: no ray beyond the first is needed inside.
+TEST(Adaptive, EstimateBoundsTheErrorOfHarmonicsOnFacets) {
+  REQUIRE_RENDERER();
+  Twin twin = only_camera(paper_rig(), 0);
+  twin.objects = {bumpy_part(5)};
+  twin.fringes.directions[0].harmonics.assign(3, {{0.02, -0.03}, {-0.01, 0.02}, {0.0, 0.01}});
+  expect_bounded("facets, harmonics", crop_around(twin, {-20, 10, 260}, 80, 60), 4);
+}
+
 TEST(Adaptive, SmallFacetsAreIntegratedPieceByPiece) {
   REQUIRE_RENDERER();
   Twin twin = only_camera(paper_rig(), 0);
@@ -289,6 +304,13 @@ TEST(Adaptive, StandsBackWhereItDoesNotApply) {
   twin.fringes.directions[0].gray = GrayCode{};
   twin.fringes.directions[0].gray->bits = 6;
   twin.fringes.unwrap = Unwrap::gray;
+  EXPECT_EQ(sampler(twin), Sampler::gauss);
+  twin = ball_before_wall(24, 16);
+  twin.fringes.waveform = {Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}};
+  twin.projector->blur_px = 1.5;
+  EXPECT_EQ(sampler(twin), Sampler::gauss);
+  twin = ball_before_wall(24, 16);
+  twin.projector->blur_field_px2 = {0.0, 0.0, 1.0, 0.0, 0.0};
   EXPECT_EQ(sampler(twin), Sampler::gauss);
 }
 
