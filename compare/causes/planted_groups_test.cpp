@@ -241,7 +241,7 @@ TEST(PlantedGroups, HarmonicsOfTheFringes) {
     EXPECT_LT(known.sigma, 1e-3) << fit.parameters()[k].name;
   }
   EXPECT_LT(fit.chi2(), 1.05);
-  const Harmonics& found = fit.twin().fringes.directions[0].harmonics_of(2);
+  const Harmonics found = fit.twin().fringes.directions[0].harmonics_of(2);
   ASSERT_EQ(found.size(), 5u);
   EXPECT_EQ(found[0].cosine, fit.known()[0].value);
   EXPECT_EQ(found[4].sine, fit.known()[9].value);
