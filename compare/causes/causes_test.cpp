@@ -6,6 +6,7 @@
 // |------------------------|-----------|------------------------------------------------|
 // | gain, black level      | 4 sigma   | two numbers, normal: one seed in 8,000         |
 // | blur                   | 1 %       | far beyond its sigma of 0.1 %                   |
+// | harmonics              | 4 sigma   | ten numbers, normal: one seed in 1,600           |
 // | pose, blur, gamma      | 4 sigma   | normal: one seed in 5,000                       |
 // | chi2 with a radius     | 1.15      | the limit of single values: 3 sigma of 5 %      |
 #include "compare/causes/causes.hpp"
@@ -24,6 +25,7 @@
 #include "compare/causes/parameters.hpp"
 #include "compare/geometry/fit_rows.hpp"
 #include "measure/fit/object_fits.hpp"
+#include "render/reference/reference.hpp"
 #include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
@@ -43,15 +45,14 @@ Twin window_on_the_sphere() { return testing::window_on_the_sphere(kWidth, kHeig
 
 render::Renderer& renderer() { return testing::needed_renderer(); }
 
-/// Returns what the second camera saw of `truth` through a sensor of kGain and kBlack, image 3 brighter by
-/// `flicker`; gain and black level begin elsewhere.
-Sensitivity seen(const Twin& truth, double flicker = 0.0) {
+/// Returns what the second camera saw of these images through a sensor of kGain and kBlack, image 3 brighter
+/// by `flicker`; gain and black level begin elsewhere.
+Sensitivity seen(const std::vector<ImageF>& images, double flicker = 0.0) {
   GridSamples s;
   s.camera = 1;
   s.grid = {1, 0, kWidth, kHeight};
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0.0, kNoiseDn);
-  const std::vector<ImageF> images = render_grid(renderer(), truth, s.camera, s.grid, 9);
   for (int k = 0; k < static_cast<int>(images.size()); ++k) s.images.push_back(k);
   for (std::size_t i = 0; i < images[0].size(); ++i) {
     s.cell.push_back(i);
@@ -65,6 +66,10 @@ Sensitivity seen(const Twin& truth, double flicker = 0.0) {
   s.gain_dn = 0.8 * kGain;
   s.black_level_dn = kBlack + 10.0;
   return {renderer(), {std::move(s)}};
+}
+
+Sensitivity seen(const Twin& truth, double flicker = 0.0) {
+  return seen(render_grid(renderer(), truth, 1, {1, 0, kWidth, kHeight}, 9), flicker);
 }
 
 Causes causes_of(const Twin& truth, double flicker = 0.0) {
@@ -134,6 +139,30 @@ TEST(Causes, WhatLeavesADifferenceIsNotNamed) {
   EXPECT_THAT(causes.gain, IsEmpty());
   EXPECT_THAT(gain_sentence(causes), IsEmpty());
   EXPECT_THAT(sentence(causes), HasSubstr("none of the causes tested explains"));
+}
+
+// 1 % of full scale in quadrature, in the double-precision reference's images.
+TEST(Causes, AHarmonicInQuadratureIsNamedWithItsValue) {
+  Twin twin = window_on_the_sphere();
+  twin.fringes.steps = 8;
+  Twin truth = twin;
+  truth.fringes.directions[0].harmonics.assign(truth.fringes.directions[0].pitches_px.size(), {{0.0, 0.01}});
+  const render::Reference reference(truth);
+  std::vector<ImageF> images(expand_sequence(truth.fringes).size(), ImageF(kWidth, kHeight, 0.0F));
+#pragma omp parallel for schedule(dynamic)
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    const auto pixel = reference.pixel(1, i % kWidth, i / kWidth, {.gauss_n = 3});
+    for (std::size_t k = 0; k < images.size(); ++k)
+      images[k].data[static_cast<std::size_t>(i)] = static_cast<float>(pixel.irradiance[k]);
+  }
+  Sensitivity sensitivity = seen(images);
+  const Causes causes = find_causes(sensitivity, twin);
+  EXPECT_THAT(causes.together, Contains("harmonics")) << told(causes);
+  for (const CauseParameter& p : row_of(causes, "harmonics").parameters) {
+    const double planted = p.name == "projector.harmonic.2.quadrature" ? 0.01 : 0.0;
+    EXPECT_NEAR(p.estimate, planted, 4.0 * p.sigma) << p.name;
+    EXPECT_LT(p.sigma, 1e-3) << p.name;
+  }
 }
 
 TEST(Causes, APoseIsNamedWithItsValue) {
