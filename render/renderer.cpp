@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "render/pattern/form_images.hpp"
+#include "render/pattern/formed_harmonics.hpp"
 #include "render/pattern/response_series.hpp"
 #include "render/pattern/transport_images.hpp"
 #include "render/scene/pack_scene.hpp"
@@ -91,7 +92,11 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   const ProjectorSetup projector = setup_projector(*twin.projector);
   const std::vector<std::uint32_t> blocks = active_blocks(camera, scene, lens);
   const SeriesTable series = choose_series(twin, tuning_.pattern_method, sampling.phase_error_rad);
-  const std::vector<PassPlan> passes = plan_passes(twin, series, projector.cx, projector.cy);
+  HarmonicsPlan harmonics;
+  if (sampling.sampler == Sampler::adaptive && scene.maps.empty())
+    harmonics = plan_harmonics(twin, camera, series, sampling.phase_error_rad, projector.cx, projector.cy);
+  const std::vector<PassPlan> passes =
+      plan_passes(twin, harmonics.formed() ? fundamentals_of(series) : series, projector.cx, projector.cy);
 
   Transport out = empty_transport(twin, passes, series, camera.lens.width(), camera.lens.height());
   bool adaptive = sampling.sampler == Sampler::adaptive &&
@@ -101,12 +106,13 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
       tuning_.search_always ? Shortcuts{}
                             : make_shortcuts(twin, camera, scene, per_pixel * blocks.size() * BLOCK_PIXELS,
                                              stores_->visibility);
-  const TraceJob job{twin, camera, scene, lens, projector, blocks, shortcuts, tuning_, seed, &out};
+  const TraceJob job{twin, camera, scene, lens, projector, blocks, shortcuts, tuning_, seed, &out, harmonics};
   out.sampling = adaptive ? sampling : without_adaptation(sampling, twin, camera);
   if (!blocks.empty()) {
     device_->upload_scene(job);
     adaptive = adaptive && trace_adaptively_if_possible(*device_, job, passes, sampling);
     if (!adaptive) trace_by_fixed_rule(*device_, job, passes);
+    sort_harmonics(&out);
   }
   device_->kernels().stop_soon();
   out.sampling.precise = device_->precise();

@@ -58,6 +58,13 @@ struct Transport : TraceRecord {
     ImageF cosine, sine;
   };
   std::vector<std::vector<std::vector<Pair>>> harmonics;
+  /// [direction][pitch]: the sums of these pixels where `harmonics` has none but `series` does: those of the
+  /// others are formed from mean and fundamental (pattern/formed_harmonics.hpp).
+  struct OwnHarmonics {
+    std::vector<std::uint32_t> places;  ///< in the image, rising
+    std::vector<float> sums;            ///< per place and order 2, 3 ...: cosine, sine
+  };
+  std::vector<std::vector<OwnHarmonics>> own_harmonics;
   /// [direction][pitch]: a_k, b_k of the form above before blur; empty where the steps are evaluated
   /// directly.
   SeriesTable series;

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "render/pattern/camera_effects.hpp"
+#include "render/pattern/formed_harmonics.hpp"
 #include "render/pattern/response_series.hpp"
 #include "render/pattern/transport_images.hpp"
 #include "render/pattern/waveform.hpp"
@@ -16,9 +18,10 @@ namespace {
 
 // All images are formed for so many pixels at a time: what they read in common then stays in the cache.
 constexpr std::ptrdiff_t kPixelsAtATime = 8192;
+constexpr std::ptrdiff_t kFormedAtATime = 512;  // with their harmonics
 
 struct Term {
-  const float *cosine, *sine;
+  const float *cosine, *sine;  ///< nullptr: formed
   float c, s;
 };
 
@@ -28,7 +31,13 @@ struct Recipe {
   const float* direct = nullptr;  ///< instead of all others
   float level = 0.0F;
   std::vector<Term> terms;
+  std::size_t direction = 0, pitch = 0;
 };
+
+// Returns whether the harmonics of a pitch are formed from its fundamental.
+bool is_formed(const Transport& transport, std::size_t direction, std::size_t pitch) {
+  return transport.series[direction][pitch].a.size() > 2 && transport.harmonics[direction][pitch].empty();
+}
 
 // Returns the recipe of an image of the sequence; its `out` is still to be set.
 Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSpec& spec, std::size_t index) {
@@ -44,13 +53,22 @@ Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSp
   const std::vector<double>& a = series.a;
   FT_CHECK(a.size() >= 2, "a response has a mean and a fundamental");
   recipe.level = static_cast<float>(a[0]);
+  recipe.direction = d;
+  recipe.pitch = p;
+  const bool formed = is_formed(transport, d, p);
   for (std::size_t h = 1; h < a.size(); ++h) {
-    const ImageF& cosine = h == 1 ? transport.cosine[d][p] : transport.harmonics[d][p][h - 2].cosine;
-    const ImageF& sine = h == 1 ? transport.sine[d][p] : transport.harmonics[d][p][h - 2].sine;
+    const float *cosine = nullptr, *sine = nullptr;
+    if (h == 1) {
+      cosine = transport.cosine[d][p].data.data();
+      sine = transport.sine[d][p].data.data();
+    } else if (!formed) {
+      cosine = transport.harmonics[d][p][h - 2].cosine.data.data();
+      sine = transport.harmonics[d][p][h - 2].sine.data.data();
+    }
     const double c = std::cos(static_cast<double>(h) * delta), s = std::sin(static_cast<double>(h) * delta);
     const double b = series.sine(h);
-    recipe.terms.push_back({cosine.data.data(), sine.data.data(), static_cast<float>(a[h] * c + b * s),
-                            static_cast<float>(a[h] * s - b * c)});
+    recipe.terms.push_back(
+        {cosine, sine, static_cast<float>(a[h] * c + b * s), static_cast<float>(a[h] * s - b * c)});
   }
   return recipe;
 }
@@ -65,8 +83,9 @@ bool all_dark(const Transport& transport, std::ptrdiff_t first, std::ptrdiff_t e
   return dark(transport.mean) && dark(transport.ambient);
 }
 
-// Forms the pixels first ... end - 1 of one image.
-void follow(const Recipe& recipe, const Transport& transport, std::ptrdiff_t first, std::ptrdiff_t end) {
+// Forms the pixels first ... end - 1 of one image. `formed`: the pairs of its pitch for these pixels, if any.
+void follow(const Recipe& recipe, const Transport& transport, std::span<const FormedPair> formed,
+            std::ptrdiff_t first, std::ptrdiff_t end) {
   const float *ambient = transport.ambient.data.data(), *mean = transport.mean.data.data();
   float* out = recipe.out;
   if (recipe.direct) {
@@ -79,9 +98,40 @@ void follow(const Recipe& recipe, const Transport& transport, std::ptrdiff_t fir
     out[k] = ambient[k] + level * mean[k] + one.c * one.cosine[k] - one.s * one.sine[k];
   for (std::size_t h = 1; h < recipe.terms.size(); ++h) {
     const Term term = recipe.terms[h];
-    for (std::ptrdiff_t k = first; k < end; ++k) out[k] += term.c * term.cosine[k] - term.s * term.sine[k];
+    if (formed.empty())
+      for (std::ptrdiff_t k = first; k < end; ++k) out[k] += term.c * term.cosine[k] - term.s * term.sine[k];
+    else
+      add_formed(formed[h - 1], term.c, term.s, end - first, out + first);
   }
 }
+
+// Holds the formed pairs of one pitch for a few pixels at a time.
+class FormedPairs {
+ public:
+  std::span<const FormedPair> of(const Twin& twin, const Transport& transport, const Recipe& recipe,
+                                 std::ptrdiff_t first, std::ptrdiff_t end) {
+    const std::size_t d = recipe.direction, p = recipe.pitch;
+    if (recipe.direct || !is_formed(transport, d, p)) return {};
+    if (d == direction_ && p == pitch_ && first == first_) return pairs_;
+    const std::size_t n_pairs = transport.series[d][p].a.size() - 2;
+    values_.resize(2 * n_pairs * kFormedAtATime);
+    pairs_.clear();
+    for (std::size_t i = 0; i < n_pairs; ++i)
+      pairs_.push_back({&values_[2 * i * kFormedAtATime], &values_[(2 * i + 1) * kFormedAtATime]});
+    form_harmonics(transport, d, p, twin.fringes.directions[d].pitches_px[p], twin.projector->blur_px, first,
+                   end - first, pairs_);
+    direction_ = d;
+    pitch_ = p;
+    first_ = first;
+    return pairs_;
+  }
+
+ private:
+  std::size_t direction_ = 0, pitch_ = 0;
+  std::ptrdiff_t first_ = -1;
+  std::vector<float> values_;
+  std::vector<FormedPair> pairs_;
+};
 
 }  // namespace
 
@@ -99,11 +149,20 @@ std::vector<ImageF> form_images(const Twin& twin, const Transport& transport) {
     recipes.push_back(make_recipe(twin, transport, sequence[i], i));
     recipes.back().out = images[i].data.data();
   }
-#pragma omp parallel for
-  for (std::ptrdiff_t first = 0; first < n_pixels; first += kPixelsAtATime) {
-    const std::ptrdiff_t end = std::min(n_pixels, first + kPixelsAtATime);
-    if (all_dark(transport, first, end)) continue;
-    for (const Recipe& recipe : recipes) follow(recipe, transport, first, end);
+  const bool formed = std::ranges::any_of(
+      recipes, [&](const Recipe& r) { return !r.direct && is_formed(transport, r.direction, r.pitch); });
+  const std::ptrdiff_t at_a_time = formed ? kFormedAtATime : kPixelsAtATime;
+#pragma omp parallel
+  {
+    FormedPairs pairs;
+    const std::span<const FormedPair> none;
+#pragma omp for
+    for (std::ptrdiff_t first = 0; first < n_pixels; first += at_a_time) {
+      const std::ptrdiff_t end = std::min(n_pixels, first + at_a_time);
+      if (all_dark(transport, first, end)) continue;
+      for (const Recipe& recipe : recipes)
+        follow(recipe, transport, formed ? pairs.of(twin, transport, recipe, first, end) : none, first, end);
+    }
   }
   return images;
 }

@@ -159,7 +159,7 @@ std::vector<Chain> harmonic_chains(const Twin& twin, const SeriesTable& series, 
       const PhaseSeries& light = series[d][p];
       const int harmonics = static_cast<int>(light.a.size()) - 1;
       if (harmonics < 1) continue;
-      FT_CHECK(harmonics <= MAX_PITCHES, "harmonics of one pitch");
+      FT_CHECK(harmonics <= kMostPairs, "harmonics of one pitch");
       Chain chain;
       for (int k = 1; k <= harmonics; ++k) {
         const double pitch = direction.pitches_px[p] / k;
@@ -207,7 +207,7 @@ void refuse_table_of_varying_blur(const Twin& twin, const char* why) {
 }
 
 // Distributes the chains over the passes in even shares; returns false when some pass would hold too many.
-bool distribute(const std::vector<Chain>& chains, std::vector<PassPlan>* passes) {
+bool distribute(const std::vector<Chain>& chains, std::size_t most_pairs, std::vector<PassPlan>* passes) {
   std::size_t total = 0, placed = 0;
   for (const Chain& c : chains) total += c.size();
   for (PassPlan& pass : *passes) pass.pitches.clear();
@@ -216,7 +216,7 @@ bool distribute(const std::vector<Chain>& chains, std::vector<PassPlan>* passes)
         std::min(placed * passes->size() / std::max<std::size_t>(1, total), passes->size() - 1);
     auto& slots = (*passes)[k].pitches;
     slots.insert(slots.end(), c.begin(), c.end());
-    if (slots.size() > MAX_PITCHES) return false;
+    if (slots.size() > most_pairs) return false;
     placed += c.size();
   }
   return true;
@@ -230,6 +230,12 @@ std::size_t PassPlan::table_size() const {
   return n;
 }
 
+PassPlan PassPlan::without_harmonics() const {
+  PassPlan out = *this;
+  std::erase_if(out.pitches, [](const PitchSlot& p) { return p.harmonic > 1; });
+  return out;
+}
+
 std::uint32_t PassPlan::fundamentals() const {
   std::uint32_t mask = ~0U;
   for (std::size_t i = 0; i < pitches.size(); ++i)
@@ -238,7 +244,7 @@ std::uint32_t PassPlan::fundamentals() const {
 }
 
 std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, double center_x_px,
-                                  double center_y_px) {
+                                  double center_y_px, std::size_t most_pairs) {
   refuse_combinations(twin);
   const std::vector<Chain> chains = harmonic_chains(twin, series, center_x_px, center_y_px);
   std::vector<DirectSlot> direct;
@@ -276,7 +282,7 @@ std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, d
     most_direct =
         std::clamp<std::size_t>(kMostTexels / twin.fringes.images.front().levels->size(), 1, MAX_DIRECT);
   std::vector<PassPlan> passes(std::max<std::size_t>(1, (direct.size() + most_direct - 1) / most_direct));
-  while (!distribute(chains, &passes)) passes.emplace_back();
+  while (!distribute(chains, most_pairs, &passes)) passes.emplace_back();
   for (std::size_t k = 0; k < passes.size(); ++k) {
     const auto share = [&](std::size_t i) { return direct.size() * i / passes.size(); };
     for (std::size_t i = share(k); i < share(k + 1); ++i) passes[k].direct.push_back(std::move(direct[i]));

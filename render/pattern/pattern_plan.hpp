@@ -37,13 +37,15 @@ struct PassPlan {
   std::size_t table_size() const;      ///< samples of all tables together
   std::uint32_t fundamentals() const;  ///< bit i: pitches[i] is a fundamental
   std::size_t channels() const { return 2 + 2 * pitches.size() + direct.size(); }
+  PassPlan without_harmonics() const;
 };
 
 /// Returns the passes, at least one. `center_x_px`, `center_y_px`: the projector's principal point, from
 /// which the shaders measure. `series`: choose_series() of the twin; an empty one means that each step is
 /// evaluated directly. Throws UserError(usage) for combinations of projector effects that no trace can
 /// render, and for tables that are too large.
+/// `most_pairs`: of a pass, MAX_PITCHES at most.
 std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, double center_x_px,
-                                  double center_y_px);
+                                  double center_y_px, std::size_t most_pairs = kMostPairs);
 
 }  // namespace fringetwin::render

@@ -13,7 +13,7 @@ namespace fringetwin::render {
 namespace {
 
 constexpr int kExamined = 64;  // harmonics looked at
-static_assert(kHighestHarmonic <= MAX_PITCHES);
+static_assert(kHighestHarmonic <= kMostPairs && kMostPairs <= MAX_PITCHES);
 // Costs of a pair, of a pitch's cosine and sine, and of the trace of a pass, in units of one direct
 // evaluation, on lavapipe with an analytic scene. A mesh's trace costs more, so that fewer passes count even
 // more there.
@@ -23,7 +23,7 @@ constexpr double kShareOfPhaseError = 0.1;
 /// Estimates the cost of the trace in direct evaluations per sample, passes included (docs/PHYSICS.md).
 double series_cost(const Twin& twin, const SeriesTable& table) {
   double cost = 0.0;
-  std::size_t pair_passes = 0, pairs = MAX_PITCHES, images = 0;
+  std::size_t pair_passes = 0, pairs = kMostPairs, images = 0;
   for (const PatternSpec& p : expand_sequence(twin.fringes)) {
     const bool carried = p.kind == PatternSpec::Kind::phase_step && !table[p.direction][p.pitch].a.empty();
     images += carried ? 0 : 1;
@@ -32,7 +32,7 @@ double series_cost(const Twin& twin, const SeriesTable& table) {
     for (const PhaseSeries& series : direction) {
       if (series.a.size() < 2) continue;
       const std::size_t harmonics = series.a.size() - 1;
-      if (pairs + harmonics > MAX_PITCHES) {
+      if (pairs + harmonics > kMostPairs) {
         ++pair_passes;
         pairs = 0;
       }
@@ -53,13 +53,6 @@ double left_beyond(int harmonics, double sigma_px, double pitch_px) {
     sum += left / k;
   }
   return std::numeric_limits<double>::infinity();
-}
-
-/// Returns whether the sequence has no other images, and fringes between the projector's pixels.
-bool all_are_phase_steps(const Twin& twin) {
-  return !twin.projector->pixel_structure && twin.fringes.steps > 0 && twin.fringes.images.empty() &&
-         std::ranges::none_of(twin.fringes.directions,
-                              [](const DirectionFringes& d) { return d.gray.has_value(); });
 }
 
 }  // namespace
@@ -104,16 +97,16 @@ SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<
     if (twin.projector->pixel_structure || twin.fringes.steps == 0) continue;
     for (std::size_t p = 0; p < d.pitches_px.size(); ++p)
       carried.back()[p] =
-          short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, MAX_PITCHES, d.harmonics_of(p));
+          short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, kMostPairs, d.harmonics_of(p));
   }
-  // The adaptive trace takes added harmonics as pairs alone.
-  const bool adds_alone = is_linear(twin.projector->response) && all_are_phase_steps(twin) &&
-                          twin.fringes.waveform.kind == Waveform::Kind::sine;
+  // Added harmonics cost no pairs where they are formed from the fundamental (formed_harmonics.hpp).
+  const bool added_alone = is_linear(twin.projector->response) && !twin.projector->pixel_structure &&
+                           twin.fringes.steps > 0 && twin.fringes.waveform.kind == Waveform::Kind::sine;
   // The direct way of a defocused pattern is a quadrature for each step and sample; a blur that varies has
   // none.
   const bool carry = pure || method == PatternMethod::harmonics ||
                      (method == PatternMethod::automatic &&
-                      (adds_alone || twin.projector->optics || twin.projector->has_blur_field() ||
+                      (added_alone || twin.projector->optics || twin.projector->has_blur_field() ||
                        series_cost(twin, carried) < series_cost(twin, direct)));
   return carry ? carried : direct;
 }

@@ -12,6 +12,9 @@
 
 namespace fringetwin::render {
 
+/// Cosine/sine pairs that a pass over all pixels takes: more are worth a second one.
+inline constexpr int kMostPairs = 16;
+
 /// Returns the shortest series whose dropped harmonics, after the constant blur, sum up to at most
 /// `relative_bound` of the fundamental; empty when that takes more than `most` harmonics. With N steps a
 /// dropped amplitude b shifts the phase by at most b / |a_1| rad. `added`: the harmonics of the pitch.

@@ -24,9 +24,11 @@ Transport empty_transport(const Twin& twin, const std::vector<PassPlan>& passes,
       out.cosine.resize(n_directions);
       out.sine.resize(n_directions);
       out.harmonics.resize(n_directions);
+      out.own_harmonics.resize(n_directions);
       out.cosine[p.direction].resize(n_pitches);
       out.sine[p.direction].resize(n_pitches);
       out.harmonics[p.direction].resize(n_pitches);
+      out.own_harmonics[p.direction].resize(n_pitches);
       auto& higher = out.harmonics[p.direction][p.pitch];
       if (p.harmonic > 1) higher.resize(std::max(higher.size(), static_cast<std::size_t>(p.harmonic) - 1));
     }

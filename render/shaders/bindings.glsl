@@ -132,3 +132,4 @@ layout(std430, binding = BIND_STATUS) buffer StatusBlock { uint status[]; };
 #define REPEAT16(F) REPEAT8(F) F(8) F(9) F(10) F(11) F(12) F(13) F(14) F(15)
 #define REPEAT16_ON(F) \
   F(16) F(17) F(18) F(19) F(20) F(21) F(22) F(23) F(24) F(25) F(26) F(27) F(28) F(29) F(30) F(31)
+#define REPEAT32(F) REPEAT16(F) REPEAT16_ON(F)

@@ -162,7 +162,7 @@ void main() {
     chain += SHARE(i) * (e + a);                                                                         \
     gray_error = max(gray_error, shading_error + w0 * chain);                                            \
   }
-  REPEAT16(FORM_PITCH)
+  REPEAT32(FORM_PITCH)
   // Also catches NaN and infinity.
   bool good = phase_error <= params.adaptive.x && gray_error <= params.adaptive.y;
   if (lit && !good) kind = PIXEL_SMOOTH;
@@ -178,7 +178,7 @@ void main() {
     sums[slot + (2 + 2 * i) * stride] = done ? cosine[i] : 0.0;  \
     sums[slot + (3 + 2 * i) * stride] = done ? sine[i] : 0.0;    \
   }
-  REPEAT16(STORE_FORMED)
+  REPEAT32(STORE_FORMED)
   sums[slot + (2 + 2 * N_PITCHES + N_DIRECT) * stride] = done && lit ? phase_error : 0.0;
   sums[slot + (3 + 2 * N_PITCHES + N_DIRECT) * stride] = done && lit ? gray_error : 0.0;
   objects[slot] = kind;

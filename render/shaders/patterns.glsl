@@ -18,7 +18,7 @@ float finest_fringe() {
   float finest = 0.0;
 #define FINEST(i) \
   if (i < N_PITCHES) finest = max(finest, SHARE(i) * TWO_PI * params.pitch[i].x);
-  REPEAT16(FINEST)
+  REPEAT32(FINEST)
   return finest;
 }
 // The same for rules whose error grows with the fourth power of the swing.
@@ -26,7 +26,7 @@ float finest_swing() {
   float finest = 0.0;
 #define FINEST_SWING(i) \
   if (i < N_PITCHES) finest = max(finest, sqrt(sqrt(SHARE(i))) * TWO_PI * params.pitch[i].x);
-  REPEAT16(FINEST_SWING)
+  REPEAT32(FINEST_SWING)
   return finest;
 }
 
@@ -206,7 +206,7 @@ void add_patterns(float w, real2 u, inout float cosine[MAX_PITCHES], inout float
   }
 #define ADD_DIRECT(i) \
   if (i < N_DIRECT) direct[i] += w * direct_value(i, u);
-  REPEAT16(ADD_PITCH)
+  REPEAT32(ADD_PITCH)
   REPEAT16(ADD_DIRECT)
 }
 
@@ -221,7 +221,7 @@ void load_sums(bool resume, uint slot, uint stride, out float mean, out float hi
   }
 #define LOAD_DIRECT(i) \
   if (i < N_DIRECT) direct[i] = resume ? sums[slot + (2 + 2 * N_PITCHES + i) * stride] : 0.0;
-  REPEAT16(LOAD_PITCH)
+  REPEAT32(LOAD_PITCH)
   REPEAT16(LOAD_DIRECT)
 }
 
@@ -236,6 +236,6 @@ void store_sums(uint slot, uint stride, float mean, float hits, float cosine[MAX
   }
 #define STORE_DIRECT(i) \
   if (i < N_DIRECT) sums[slot + (2 + 2 * N_PITCHES + i) * stride] = direct[i];
-  REPEAT16(STORE_PITCH)
+  REPEAT32(STORE_PITCH)
   REPEAT16(STORE_DIRECT)
 }

@@ -22,7 +22,7 @@ struct uvec4 {
 #define BLOCK_HEIGHT 8
 #define BLOCK_PIXELS 256
 #define PRIMITIVE_TEXELS 8
-#define MAX_PITCHES 16  // cosine/sine pairs in one pass: one per pitch and harmonic
+#define MAX_PITCHES 32  // cosine/sine pairs in one pass: one per pitch and harmonic
 #define MAX_DIRECT 16  // directly evaluated images in one pass
 #define MOST_COLUMNS 16  // of a Gauss rule
 #define STACK_SIZE 32

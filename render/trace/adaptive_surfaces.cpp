@@ -157,11 +157,9 @@ std::vector<std::uint32_t> AdaptiveTrace::run_facets(const std::vector<std::uint
   return rest;
 }
 
-// Averages over all facets the quick way; pixels that it does not serve piece by piece, then in quarters and
-// in sixteenths of the pixel; the rest goes to the scan lines.
-void AdaptiveTrace::run_all_facets() {
-  std::vector<std::uint32_t> rest;
-  stage("facets", facets_.size(), [&] { rest = run_facets(facets_, PIXELS_LISTED, 0.25); });
+// Averages over facets that the quick way does not serve piece by piece, then in quarters and in sixteenths
+// of the pixel; the rest goes to the scan lines.
+void AdaptiveTrace::run_pieces(std::vector<std::uint32_t> rest) {
   for (; panels_ <= kMostParts && !rest.empty(); panels_ *= 2)
     stage("pieces", rest.size(), [&] { rest = run_facets(rest, PIXELS_PIECES, 0.125 / panels_); });
   panels_ = 1;

@@ -18,6 +18,9 @@ constexpr std::size_t kExactFloat = 1 << 24;  // identities travel as floats
 // The errors of rounding, as shares of single_precision_error_rad: on the paper's rig 3.0e-5 and 3e-6 rad on
 // average over the scenes of adaptive_test.
 constexpr double kRoundingSingle = 0.6, kRoundingDouble = 0.06;
+// Bounds of formed harmonics, of the targets: of a pixel that is never taken back, of one that always is, and
+// the sum of their squares per pixel.
+constexpr double kAlwaysFormed = 0.4, kMostFormed = 8.0, kShareOfFormed = 0.25;
 
 }  // namespace
 
@@ -31,24 +34,48 @@ AdaptiveTrace::AdaptiveTrace(TraceDevice& device, const TraceJob& job, const Sam
   phase_target_rad_ = left > 0.0 ? std::sqrt(left) : 0.25 * sampling.phase_error_rad;
 }
 
-void AdaptiveTrace::run(const std::vector<PassPlan>& passes) {
-  if (!passes.empty()) foresee_kernels(passes.front());
+void AdaptiveTrace::run(const std::vector<PassPlan>& without_harmonics) {
+  const std::vector<PassPlan>& passes = formed() ? job_.harmonics.own : without_harmonics;
+  if (!passes.empty()) plan(passes.front());
   stage("probe", job_.blocks.size() * BLOCK_PIXELS, [&] { probe(); });
   for (std::size_t i = 0; i < passes.size(); ++i) {
-    if (i > 0) foresee_kernels(passes[i]);
-    pass_ = &passes[i];
-    targets_ = sum_targets(job_.twin, *pass_, i == 0, job_.out);
+    if (i > 0) plan(passes[i]);
+    first_pass_ = i == 0;
     run_pass();
     note_estimate();
   }
 }
 
+// Takes up a pass: that of most pixels, and that of pixels with harmonics of their own.
+void AdaptiveTrace::plan(const PassPlan& pass) {
+  whole_ = pass;
+  plain_ = formed() ? pass.without_harmonics() : PassPlan{};
+  foresee_kernels();
+}
+
+// Traces the pairs that most pixels need from here on: all, or the fundamentals alone.
+void AdaptiveTrace::use_plain_sums(PixelState written) {
+  written_ = written;
+  pass_ = formed() ? &plain_ : &whole_;
+  weight_ = formed() ? job_.harmonics.worst() : 1.0;
+  targets_ = sum_targets(job_.twin, *pass_, first_pass_, job_.out);
+}
+
+// Traces all pairs from here on.
+void AdaptiveTrace::use_own_sums() {
+  written_ = PixelState::own;
+  pass_ = &whole_;
+  weight_ = 1.0;
+  targets_ = sum_targets(job_.twin, *pass_, first_pass_, job_.out);
+}
+
 // Has the kernels made in the background that most scenes need, in the order of their use.
-void AdaptiveTrace::foresee_kernels(const PassPlan& pass) {
-  pass_ = &pass;
+void AdaptiveTrace::foresee_kernels() {
   const SampleSetup samples;
   std::vector<KernelStore::Key> keys;
   const auto add = [&](Kernel kernel, std::uint32_t list) {
+    const bool plain = kernel == Kernel::closed_form || (kernel == Kernel::facets && list == PIXELS_LISTED);
+    pass_ = plain && formed() ? &plain_ : &whole_;
     keys.push_back(device_.kernel_key(kernel, constants(samples, list)));
   };
   add(Kernel::closed_form, 0);
@@ -159,16 +186,62 @@ void AdaptiveTrace::run_pass() {
   facets_.clear();
   outlines_.clear();
   mixed_.clear();
+  if (formed()) states_.assign(job_.out->mean.size(), PixelState::plain);
+  use_plain_sums(PixelState::plain);
   stage("classify", job_.blocks.size() * BLOCK_PIXELS, [&] { classify(); });
   n_smooth_ = smooth_.size();
   n_facets_ = facets_.size();
   if (!regular_.empty()) stage("gauss", regular_.size(), [&] { run_gauss(regular_, base_order()); });
+  use_own_sums();
   if (!outlines_.empty()) stage("outlines", outlines_.size(), [&] { run_outlines(outlines_); });
   if (!mixed_.empty()) stage("border", mixed_.size(), [&] { sort_out_uncrossed(); });
-  if (!facets_.empty()) run_all_facets();
+  std::vector<std::uint32_t> pieces;
+  use_plain_sums(PixelState::facets);
+  if (!facets_.empty())
+    stage("facets", facets_.size(), [&] { pieces = run_facets(facets_, PIXELS_LISTED, 0.25); });
+  use_own_sums();
+  if (formed()) stage("unformed", job_.blocks.size() * BLOCK_PIXELS, [&] { take_back_unformed(&pieces); });
+  if (!pieces.empty()) run_pieces(std::move(pieces));
   if (!smooth_.empty()) stage("smooth", smooth_.size(), [&] { run_checked(smooth_); });
   n_mixed_ = mixed_.size();
   run_lines();
+}
+
+// Finds the pixels whose harmonics cannot be formed from what has been written, and puts them into the lists:
+// the largest bounds, until those of the others fit into the budget.
+void AdaptiveTrace::take_back_unformed(std::vector<std::uint32_t>* pieces) {
+  const FormedLimits limits{kAlwaysFormed * irradiance_target_, kAlwaysFormed * phase_target_rad_,
+                            job_.twin.render.pixel_fill};
+  std::vector<std::vector<FormedError>> found(job_.blocks.size());
+  double irradiance_squares = 0.0, phase_squares = 0.0;
+#pragma omp parallel for schedule(dynamic, 16) reduction(+ : irradiance_squares, phase_squares)
+  for (std::size_t b = 0; b < job_.blocks.size(); ++b) {
+    const auto [x0, y0] = corner_of(job_.blocks[b]);
+    const FormedErrors kept = find_unformed(*job_.out, job_.harmonics, states_, x0, y0, limits, &found[b]);
+    irradiance_squares += kept.irradiance_squares;
+    phase_squares += kept.phase_squares;
+  }
+  std::vector<FormedError> large;
+  for (const auto& f : found) large.insert(large.end(), f.begin(), f.end());
+  std::vector<double> worse;
+  for (const FormedError& e : large)
+    worse.push_back(std::max(e.irradiance / irradiance_target_, e.phase_rad / phase_target_rad_));
+  const double most = largest_error_to_keep(worse, kShareOfFormed * static_cast<double>(n_lit_), kMostFormed);
+  const auto width = static_cast<std::uint32_t>(job_.out->mean.width);
+  for (std::size_t i = 0; i < large.size(); ++i) {
+    if (worse[i] <= most) {
+      irradiance_squares += large[i].irradiance * large[i].irradiance;
+      phase_squares += large[i].phase_rad * large[i].phase_rad;
+      continue;
+    }
+    const std::uint32_t place = large[i].place;
+    const std::uint32_t code =
+        list_code(static_cast<int>(place % width), static_cast<int>(place / width), false);
+    (states_[place] == PixelState::facets ? *pieces : smooth_).push_back(code);
+    --n_lit_;  // counted again with its own sums
+  }
+  gray_squares_ += irradiance_squares;
+  phase_squares_ += phase_squares;
 }
 
 // Evaluates the closed form over all blocks and sorts the pixels that need more into the lists.
@@ -199,7 +272,7 @@ void AdaptiveTrace::classify() {
           const int kind = kinds[slot];
           if (kind == PIXEL_DONE) {
             if (sums.values[slot] == 0.0F) continue;
-            count_error(sums.at(channels, slot), sums.at(channels + 1, slot));
+            count_error(sums.at(channels, slot), weight_ * sums.at(channels + 1, slot));
             if (!closed_form_) regular_.push_back(list_code(x0 + x, y0 + y, false));
           } else {
             const bool outline = kind == PIXEL_OUTLINE || kind == PIXEL_OUTLINE_Y;

@@ -59,7 +59,7 @@ class AdaptiveTrace {
  public:
   AdaptiveTrace(TraceDevice& device, const TraceJob& job, const Sampling& sampling);
   /// Throws LoopLimit where the driver cuts an invocation short.
-  void run(const std::vector<PassPlan>& passes);
+  void run(const std::vector<PassPlan>& without_harmonics);
 
  private:
   SpecConstants constants(const SampleSetup& samples, std::uint32_t list) const {
@@ -70,8 +70,8 @@ class AdaptiveTrace {
 
   AdaptiveTargets limits() const {
     const double share = std::sqrt(1.0 - kShareOfBudget);  // the closed form's
-    return {share * phase_target_rad_, share * irradiance_target_, closed_form_ ? 0 : base_order(), panels_,
-            stretches_};
+    return {share * phase_target_rad_, share * irradiance_target_ / weight_, closed_form_ ? 0 : base_order(),
+            panels_, stretches_};
   }
 
   int base_order() const { return device_.precise() ? 3 : 2; }
@@ -89,7 +89,13 @@ class AdaptiveTrace {
     job_.out->stages.push_back({name, pixels, job_.out->rays - rays, 1e3 * watch.elapsed().cpu_s});
   }
 
-  void foresee_kernels(const PassPlan& pass);
+  /// True where harmonics are formed from the fundamental but for pixels in lists.
+  bool formed() const { return job_.harmonics.formed(); }
+  void plan(const PassPlan& pass);
+  void use_plain_sums(PixelState written);
+  void use_own_sums();
+  void take_back_unformed(std::vector<std::uint32_t>* pieces);
+  void foresee_kernels();
   void probe();
   void run_pass();
   void classify();
@@ -104,7 +110,7 @@ class AdaptiveTrace {
                           float* values) const;
   std::vector<std::uint32_t> run_facets(const std::vector<std::uint32_t>& list, std::uint32_t kind,
                                         double share);
-  void run_all_facets();
+  void run_pieces(std::vector<std::uint32_t> rest);
   void run_outlines(const std::vector<std::uint32_t>& list);
   void run_lines();
   struct LineErrors {
@@ -142,6 +148,16 @@ class AdaptiveTrace {
     for (std::size_t c = 0; c < targets_.size(); ++c)
       if (targets_[c].image)
         (*targets_[c].image)(x, y) = sums.values[c * sums.stride + slot] * targets_[c].factor;
+    if (formed()) note_sums(x, y, slot, sums);
+  }
+  // Keeps the harmonics of a pixel with sums of its own, and remembers which pixels have them.
+  void note_sums(int x, int y, std::size_t slot, const Sums& sums) {
+    const std::size_t place =
+        static_cast<std::size_t>(y) * job_.out->mean.width + static_cast<std::size_t>(x);
+    states_[place] = written_;
+    if (written_ != PixelState::own) return;
+    keep_harmonics(whole_, static_cast<std::uint32_t>(place), job_.out,
+                   [&](std::size_t c) { return sums.values[c * sums.stride + slot] * targets_[c].factor; });
   }
 
   bool changes_along_y(std::uint32_t code) const;
@@ -151,9 +167,10 @@ class AdaptiveTrace {
     mixed_.push_back((code & 0x3fffffffU) | mark | (changes_along_y(code) ? 1U << 31 : 0U));
   }
 
-  // Returns the error of an irradiance image, given those of its mean and of its cosine and sine.
+  // Returns the error of an irradiance image, given those of its mean and of its cosine and sine (with what
+  // is formed from them).
   double irradiance_error(double mean, double fringe) const {
-    return job_.twin.fringes.mean * std::abs(mean) + job_.twin.fringes.amplitude * fringe;
+    return job_.twin.fringes.mean * std::abs(mean) + job_.twin.fringes.amplitude * weight_ * fringe;
   }
 
   void count_error(double phase_rad, double irradiance) {
@@ -165,6 +182,11 @@ class AdaptiveTrace {
   TraceDevice& device_;
   const TraceJob& job_;
   const PassPlan* pass_ = nullptr;
+  PassPlan whole_, plain_;  // all pairs; the fundamentals alone, where harmonics are formed
+  bool first_pass_ = true;
+  double weight_ = 1.0;  // of an error of the contrast, with that of the harmonics that are formed
+  PixelState written_ = PixelState::plain;
+  std::vector<PixelState> states_;
   const gpu::vec4* seen_ = nullptr;  // the probe buffer as the host sees it
   bool closed_form_ = true;
   std::uint32_t panels_ = 1, stretches_;

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::uint32_t kMeshChunk = 64, kAnalyticChunk = 4096;  // samples per dispatch
 constexpr std::uint64_t kSamplesPerDispatch = 4U << 20;          // over all pixels: a fraction of a second
+constexpr std::size_t kLongestList = 65536;                      // texels that every device takes
 constexpr std::uint64_t kSamplesWorthAProgressBar = 400U << 20;
 
 // Traces all samples of one band of blocks, in chunks that stay below the device's loop limit.
@@ -87,6 +88,54 @@ void run_pass(TraceDevice& device, const TraceJob& job, const PassPlan& pass, bo
   }
 }
 
+// Traces the pixels whose harmonics cannot be formed from their fundamental, with a pair for each.
+void run_own_harmonics(TraceDevice& device, const TraceJob& job, const SampleSetup& samples,
+                       std::uint32_t* chunk) {
+  const Sensor& sensor = job.camera.sensor;
+  const FormedLimits limits{0.5 * job.out->sampling.gray_error * sensor.max_dn() / sensor.gain_dn,
+                            0.5 * job.out->sampling.phase_error_rad, job.twin.render.pixel_fill};
+  std::vector<std::vector<FormedError>> found(job.blocks.size());
+#pragma omp parallel for schedule(dynamic, 16)
+  for (std::size_t b = 0; b < job.blocks.size(); ++b) {
+    const auto [x0, y0] = corner_of(job.blocks[b]);
+    find_unformed(*job.out, job.harmonics, {}, x0, y0, limits, &found[b]);
+  }
+  const auto width = static_cast<std::uint32_t>(job.out->mean.width);
+  std::vector<std::uint32_t> places, codes;
+  for (const auto& f : found)
+    for (const FormedError& e : f) places.push_back(e.place);
+  for (const std::uint32_t place : places) codes.push_back(place % width | place / width << 15);
+  for (const PassPlan& pass : job.harmonics.own) {
+    device.upload_pass(job, pass, samples, {});
+    const std::size_t band =
+        std::min(blocks_per_band(pass, std::min(*chunk, samples.n)) * BLOCK_PIXELS, kLongestList);
+    const std::size_t most = std::min(band, codes.size() + BLOCK_PIXELS);
+    device.reserve(BIND_OUTPUT, most * pass.channels() * sizeof(float));
+    device.reserve(BIND_OBJECTS, most * sizeof(std::int32_t));
+    SpecConstants constants = make_constants(job, samples, pass);
+    constants[SPEC_PIXEL_LIST] = PIXELS_LISTED;
+    const auto targets = sum_targets(job.twin, pass, false, job.out);
+    for (std::size_t first = 0; first < codes.size(); first += band) {
+      const std::size_t n = std::min(band, codes.size() - first);
+      const std::size_t groups = (n + BLOCK_PIXELS - 1) / BLOCK_PIXELS, stride = groups * BLOCK_PIXELS;
+      device.fill(BIND_PIXELS,
+                  std::vector<std::uint32_t>(codes.begin() + static_cast<std::ptrdiff_t>(first),
+                                             codes.begin() + static_cast<std::ptrdiff_t>(first + n)));
+      ComputePipeline& kernel = device.bound_kernel(Kernel::trace, constants);
+      gpu::Push push{};
+      push.n_blocks_band = static_cast<gpu::uint>(groups);
+      push.sentinel = SENTINEL_LOOPS;
+      push.n_pixels = static_cast<gpu::uint>(n);
+      run_band(device, kernel, push, samples.n, static_cast<std::uint32_t>(groups), chunk, job.out);
+      const float* sums = device.read<float>(BIND_OUTPUT, pass.channels() * stride);
+      for (std::size_t i = 0; i < n; ++i)
+        keep_harmonics(pass, places[first + i], job.out,
+                       [&](std::size_t c) { return sums[c * stride + i] * targets[c].factor; });
+    }
+  }
+  job.out->rays += std::uint64_t{samples.n} * job.harmonics.own.size() * codes.size();
+}
+
 }  // namespace
 
 void trace_by_fixed_rule(TraceDevice& device, const TraceJob& job, const std::vector<PassPlan>& passes) {
@@ -101,6 +150,7 @@ void trace_by_fixed_rule(TraceDevice& device, const TraceJob& job, const std::ve
                                                            : kAnalyticChunk;
   for (std::size_t i = 0; i < passes.size(); ++i)
     run_pass(device, job, passes[i], i == 0, samples, &chunk, progress.get());
+  if (job.harmonics.formed()) run_own_harmonics(device, job, samples, &chunk);
   const int width = job.out->mean.width, height = job.out->mean.height;
   for (const std::uint32_t block : job.blocks) {
     const auto [x, y] = corner_of(block);

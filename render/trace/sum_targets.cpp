@@ -16,7 +16,8 @@ std::vector<SumTarget> sum_targets(const Twin& twin, const PassPlan& pass, bool 
   for (const PitchSlot& p : pass.pitches) {
     const double pitch_px = twin.fringes.directions[p.direction].pitches_px[p.pitch];
     const auto blur = static_cast<float>(blur_attenuation(p.harmonic, twin.projector->blur_px, pitch_px));
-    const PairImages images = pair_images(out, p);
+    const bool no_image = p.harmonic > 1 && out->harmonics[p.direction][p.pitch].empty();
+    const PairImages images = no_image ? PairImages{} : pair_images(out, p);
     targets.push_back({images.cosine, blur});
     targets.push_back({images.sine, blur});
   }

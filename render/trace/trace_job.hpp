@@ -6,6 +6,7 @@
 
 #include "render/base/renderer_tuning.hpp"
 #include "render/base/transport.hpp"
+#include "render/pattern/formed_harmonics.hpp"
 #include "render/scene/scene.hpp"
 #include "render/scene/shortcuts.hpp"
 #include "render/trace/lens_table.hpp"
@@ -26,6 +27,7 @@ struct TraceJob {
   const RendererTuning& tuning;
   std::uint64_t seed;
   Transport* out;
+  const HarmonicsPlan& harmonics;
 };
 
 }  // namespace fringetwin::render

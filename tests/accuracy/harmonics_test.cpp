@@ -13,6 +13,7 @@
 // |           |                | in one, 0.3 of the light off; 16 points a pixel: 1.6e-3               |
 // | 1e-5      | of the light   | phase in fp32, 5e-5 rad, times the sum of order times amplitude, 0.1   |
 // | 2e-6      | relative       | attenuation against its formula, fp32; 2 ulp of an irradiance of 10    |
+// | 1e-4      | full scale     | required of formed harmonics, of any pixel                            |
 // | 0         |                | off = bitwise the same image                                          |
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -184,6 +185,70 @@ TEST(FringeHarmonics, EqualTheStepsEvaluatedOneByOne) {
     const auto automatic = render_with(twin, PatternMethod::automatic);
     expect_same_bits(automatic, render::choose_series(twin)[0][0].a.empty() ? direct : series);
   }
+}
+
+// ---------------------------------------------------------------- harmonics from the fundamental
+
+/// A ball before a wall, 5 % of the pixels on its outline and its shadow's.
+Twin ball_before_wall() {
+  Twin twin = only_camera(paper_rig(), 0);
+  PlaneShape wall;
+  wall.point_mm = {0, 0, 300};
+  wall.normal = Eigen::Vector3d(0.1, 0, -1).normalized();
+  twin.objects = {Object{"ball", SphereShape{{0, 0, 250}, 5.0}, {}}, Object{"wall", wall, {}}};
+  return crop_around(std::move(twin), {-4, 0, 250}, 140, 100);
+}
+
+Twin with_gray_code(Twin twin, double pitch_px) {
+  twin.fringes.steps = 12;
+  twin.fringes.directions[0] = {Axis::x, {pitch_px}, {0.0}, GrayCode{.bits = 6}};
+  twin.fringes.unwrap = Unwrap::gray;
+  return twin;
+}
+
+std::size_t own_pixels(const Twin& twin) {
+  const auto transport = shared_renderer()->trace(twin, 0, render::choose_sampling(twin));
+  EXPECT_TRUE(transport.harmonics[0][0].empty());
+  return transport.own_harmonics[0][0].places.size();
+}
+
+// By the adaptive trace and by a fixed rule, with few steps (which confuse orders) and with many.
+TEST(FringeHarmonics, FormedOnesAgreeWithTheReference) {
+  REQUIRE_RENDERER();
+  for (const int steps : {4, 12}) {
+    Twin twin = with_harmonics(window());
+    twin.fringes.steps = steps;
+    EXPECT_LT(own_pixels(twin), 800u);  // of 4800, those on the border of the image among them
+    expect_agreement(twin, fmt::format("formed, {} steps", steps), 100, 6);
+  }
+  Twin twin = with_harmonics(with_gray_code(window(), 20.0));
+  EXPECT_LT(own_pixels(twin), 100u);
+  const render::RenderedCamera formed = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
+  EXPECT_EQ(formed.sampling.sampler, Sampler::gauss);
+  const render::Reference reference(twin);
+  double squares = 0.0, n = 0.0;
+  for (int y = 3; y < 60; y += 9)
+    for (int x = 3; x < 80; x += 9) {
+      const auto truth = reference.pixel(0, x, y, {.gauss_n = 8});
+      for (std::size_t i = 0; i < 12; ++i, ++n)
+        squares += std::pow(formed.irradiance[i](x, y) - truth.irradiance[i], 2);
+    }
+  const Sensor& sensor = twin.cameras[0].sensor;
+  const double rms = std::sqrt(squares / n) * sensor.gain_dn / sensor.max_dn();
+  std::cout << "formed, beside Gray code: " << rms << " of full scale\n";
+  EXPECT_LE(rms, kGrayLimit);
+}
+
+// At edges the sums are the pixel's own: the same as where the same rule sums up every harmonic everywhere.
+TEST(FringeHarmonics, EdgesHaveSumsOfTheirOwn) {
+  REQUIRE_RENDERER();
+  const Twin twin = with_harmonics(with_gray_code(ball_before_wall(), 40.0));
+  const auto formed = shared_renderer()->render(twin, 0, render::choose_sampling(twin));
+  const auto summed = shared_renderer()->render(twin, 0, {Sampler::gauss, formed.sampling.samples});
+  EXPECT_GT(own_pixels(twin), 100u);
+  EXPECT_LT(own_pixels(twin), 3500u);
+  const Sensor& sensor = twin.cameras[0].sensor;
+  EXPECT_LE(largest_difference(formed, summed) * sensor.gain_dn / sensor.max_dn(), 1e-4);
 }
 
 // A harmonic that the blur takes away is not carried.
