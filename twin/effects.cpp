@@ -88,6 +88,25 @@ Effect of_projector(const std::string& name, const std::string& without,
           switch_on};
 }
 
+Effect light_per_image() {
+  return {"light per image",
+          EffectStage::light,
+          "light and exposures that are the same in all images",
+          [](const Twin& t) {
+            const bool projector =
+                t.projector && !(t.projector->light_factors.empty() && t.projector->ambient_factors.empty());
+            return projector || std::ranges::any_of(
+                                    t.cameras, [](const Camera& c) { return !c.exposure_factors.empty(); });
+          },
+          [](Twin& t) {
+            for (Camera& camera : t.cameras) camera.exposure_factors.clear();
+            if (!t.projector) return;
+            t.projector->light_factors.clear();
+            t.projector->ambient_factors.clear();
+          },
+          "[projector] light_factors, ambient_factors; [[camera]] exposure_factors"};
+}
+
 /// Says of an effect that the closed form of the noise counts with it.
 Effect in_noise_theory(Effect effect) {
   effect.in_noise_theory = true;
@@ -121,6 +140,7 @@ std::vector<Effect> make_effects() {
       in_noise_theory(of_projector(
           "ambient light", "a dark room", [](const Projector& p) { return p.ambient > 0.0; },
           [](Projector& p) { p.ambient = 0.0; }, "[projector] ambient")),
+      light_per_image(),
       in_noise_theory(of_projector(
           "projector falloff", "the same light at every distance",
           [](const Projector& p) { return p.inverse_square; }, [](Projector& p) { p.inverse_square = false; },

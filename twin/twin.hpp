@@ -61,6 +61,11 @@ struct Vignetting {
   std::array<double, 2> tilt{};
 };
 
+/// Returns the factor of an image out of a list with one for each image of the sequence, 1 of an empty list.
+inline double factor_of(const std::vector<double>& factors, std::size_t image) {
+  return factors.empty() ? 1.0 : factors.at(image);
+}
+
 struct Camera {
   std::string name;
   Lens lens;
@@ -69,13 +74,15 @@ struct Camera {
   std::optional<Optics> optics;
   double psf_px = 0.0;  ///< Gaussian sigma of the lens's point spread, camera px
   Vignetting vignetting = {};
+  /// Of each image of the sequence: what its exposure makes of all light; empty: 1.
+  std::vector<double> exposure_factors = {};
   Eigen::Vector3d center_world_mm() const { return T_cam_world.inverse().translation_mm; }
 };
 template <class Keys>
 void list_keys(Keys& keys, const Camera*) {
   keys("name"), keys("sensor"), keys("optics");
   keys("psf_px", &Camera::psf_px, NumberRange::between(0.0, 20.0));
-  keys("vignetting"), keys("vignetting_tilt");
+  keys("vignetting"), keys("vignetting_tilt"), keys("exposure_factors");
 }
 
 struct ProjectorResponse {
@@ -104,6 +111,9 @@ struct Projector {
   /// What the blur's variance has more at (u, v) than in the middle, px^2: b0 u + b1 v + b2 u^2 + b3 uv +
   /// b4 v^2, u and v from -1 to 1 across the projector's image.
   std::array<double, 5> blur_field_px2 = {};
+  /// Of each image of the sequence (a lamp that flickers or drifts): the projector's light, and the ambient
+  /// light; empty: 1.
+  std::vector<double> light_factors = {}, ambient_factors = {};
   Eigen::Vector3d center_world_mm() const { return T_proj_world.inverse().translation_mm; }
   bool has_blur_field() const { return blur_field_px2 != std::array<double, 5>{}; }
   /// Returns the variance of the blur at a place of the projector's image; 0 at least.
@@ -123,6 +133,7 @@ void list_keys(Keys& keys, const Projector*) {
   keys("pixel_fill", &Projector::pixel_fill,
        NumberRange{.min = 0.0, .max = 1.0, .min_excluded = true, .smallest = 0.01});
   keys("quantise_bits", &Projector::quantise_bits, 1, 16);
+  keys("light_factors"), keys("ambient_factors");
 }
 
 struct Material {
@@ -181,6 +192,7 @@ struct MeasureOptions {
   std::optional<Triangulate> triangulate;  ///< default: stereo with two cameras, else projector
   double min_modulation_dn = 5.0;
   double smoothing_px = 0.0;        ///< radius of the local fit of coordinates before triangulation; 0 = off
+  bool correct_light = false;       ///< light = "corrected": factors of the images are taken out first
   bool correct_pixel_area = false;  ///< fits are stated without their bias (measure/fit/method_bias.hpp)
   std::vector<FitRequest> fits;
 };

@@ -47,7 +47,7 @@ std::string in_words(const Causes& causes, const std::string& together) {
 
 /// Returns what to do about a cause: ". Fit it with --refine pose", or what `--refine` cannot do.
 std::string advice(const std::string& together, const std::vector<std::string>& refined) {
-  std::string all;
+  std::string all, besides;
   const std::vector<std::string> groups = groups_in(together);
   const auto was_refined = [&](const std::string& name) {
     return std::ranges::find(refined, name) != refined.end();
@@ -61,8 +61,9 @@ std::string advice(const std::string& together, const std::vector<std::string>& 
       return ". What to do: " + group->instead;
     if (group == parameter_groups().end() && name != "texture") return "";
     all += (all.empty() ? "" : ",") + name;
+    if (group != parameter_groups().end() && !group->besides.empty()) besides += "; or " + group->besides;
   }
-  return ". Fit " + std::string(groups.size() > 1 ? "them" : "it") + " with --refine " + all;
+  return ". Fit " + std::string(groups.size() > 1 ? "them" : "it") + " with --refine " + all + besides;
 }
 
 std::string none_sentence(const Causes& causes) {

@@ -37,12 +37,12 @@ TEST(CauseDecision, WhatTakesAwayNoMoreThanChanceIsNotNamed) {
   EXPECT_THAT(explaining_alike({{kBefore - 226, 800, true}}, kBefore, 1.0), ElementsAre(0));
 }
 
-/// Causes with rows of four groups.
-Causes four(std::vector<std::string> together) {
+/// Causes with rows of some groups.
+Causes some(std::vector<std::string> together) {
   Causes causes;
   causes.chi2_limit = 1.16;
   causes.together = std::move(together);
-  for (const char* group : {"pose", "size", "blur", "light"}) {
+  for (const char* group : {"pose", "size", "blur", "light", "room_light"}) {
     CauseRow row;
     row.group = group;
     row.cause = std::string("wrong ") + group;
@@ -58,22 +58,24 @@ Causes four(std::vector<std::string> together) {
 TEST(CauseDecision, SentencesSayWhatWasFound) {
   EXPECT_EQ(sentence(Causes{}), "");
   EXPECT_THAT(
-      sentence(four({})),
+      sentence(some({})),
       HasSubstr("nearest: wrong size, 40 % of it, which leaves chi2 1.3, limit 1.16; shift of regions "
                 "5.66, limit 1.4)"));
-  EXPECT_THAT(sentence(four({"blur"})), HasSubstr("most likely cause: wrong blur; it explains 40.0 %"));
-  EXPECT_THAT(sentence(four({"blur"})), HasSubstr("Fit it with --refine blur"));
-  EXPECT_THAT(sentence(four({"blur + pose"})), HasSubstr("causes: wrong blur and wrong pose: together they"));
-  EXPECT_THAT(sentence(four({"blur + pose"})), HasSubstr("Fit them with --refine blur,pose"));
-  Causes fitted = four({"blur + pose"});
+  EXPECT_THAT(sentence(some({"blur"})), HasSubstr("most likely cause: wrong blur; it explains 40.0 %"));
+  EXPECT_THAT(sentence(some({"blur"})), HasSubstr("Fit it with --refine blur"));
+  EXPECT_THAT(sentence(some({"blur + pose"})), HasSubstr("causes: wrong blur and wrong pose: together they"));
+  EXPECT_THAT(sentence(some({"blur + pose"})), HasSubstr("Fit them with --refine blur,pose"));
+  Causes fitted = some({"blur + pose"});
   fitted.refined = {"blur"};
   EXPECT_THAT(sentence(fitted), HasSubstr("Fit them with --refine blur,pose"));
   fitted.refined = {"pose", "blur"};
   EXPECT_THAT(sentence(fitted), HasSubstr("They were fitted just now"));
-  EXPECT_THAT(sentence(four({"light"})), HasSubstr("What to do: record again with a steady lamp"));
-  EXPECT_THAT(sentence(four({"pose", "size", "pose + blur"})),
+  EXPECT_THAT(sentence(some({"light"})),
+              HasSubstr("Fit it with --refine light; or have it taken out by [measure] light"));
+  EXPECT_THAT(sentence(some({"room_light"})), HasSubstr("What to do: record again in the dark"));
+  EXPECT_THAT(sentence(some({"pose", "size", "pose + blur"})),
               HasSubstr("wrong pose, wrong size or wrong pose and wrong blur: each explains"));
-  EXPECT_THAT(sentence(four({"pose", "size"})), HasSubstr("their images differ by less than the noise"));
+  EXPECT_THAT(sentence(some({"pose", "size"})), HasSubstr("their images differ by less than the noise"));
 }
 
 }  // namespace

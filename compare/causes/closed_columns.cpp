@@ -44,18 +44,40 @@ Vector2d place_px(const GridSamples& s, std::size_t pixel) {
              Vector2d(static_cast<double>(s.cell[pixel] % width), static_cast<double>(s.cell[pixel] / width));
 }
 
-/// One image is brighter, the first one of all by as much darker: the values are ln of brightness over the
-/// geometric mean, so that those of several images add up.
+/// The projector's light is brighter in one image, and as much darker in the first one of all: the values are
+/// ln of brightness over the geometric mean, so that those of several images add up. Ambient light stays.
 Effect light_effect(int image, int first) {
   return [=](const EffectInput& in, std::vector<float>& irradiance) {
     const std::vector<int>& images = in.samples.images;
-    for_pixels(in.samples, irradiance, [&](std::size_t, std::span<float> values) {
+    const Camera& camera = in.twin.cameras[in.samples.camera];
+    const Projector& projector = *in.twin.projector;
+    for_pixels(in.samples, irradiance, [&](std::size_t pixel, std::span<float> values) {
+      double ambient = projector.ambient;
+      if (ambient > 0.0) {
+        const Vector2d at = place_px(in.samples, pixel);
+        ambient *= render::vignetting_factor(camera, at.x(), at.y());
+      }
       for (std::size_t k = 0; k < values.size(); ++k) {
-        if (images[k] == image) scale(values[k], std::exp(in.to - in.from));
-        if (images[k] == first) scale(values[k], std::exp(in.from - in.to));
+        if (images[k] != image && images[k] != first) continue;
+        const auto i = static_cast<std::size_t>(images[k]);
+        const double factor = std::exp(images[k] == image ? in.to - in.from : in.from - in.to),
+                     constant = ambient * factor_of(projector.ambient_factors, i) *
+                                factor_of(camera.exposure_factors, i);
+        if (constant == 0.0)
+          scale(values[k], factor);
+        else
+          shift(values[k], (factor - 1.0) * (static_cast<double>(values[k]) - constant));
       }
     });
   };
+}
+
+/// Does the same to a twin whose sequence has so many images.
+void change_light(Twin& twin, int image, int first, std::size_t n_images, double by) {
+  std::vector<double>& factors = twin.projector->light_factors;
+  if (factors.empty()) factors.assign(n_images, 1.0);
+  factors.at(static_cast<std::size_t>(image)) *= std::exp(by);
+  factors.at(static_cast<std::size_t>(first)) *= std::exp(-by);
 }
 
 /// Gray values grow by a polynomial's term over the image: x from -1 to 1 across it, y in the same unit.
@@ -182,8 +204,11 @@ Vector2d size_px(const Lens& lens) { return {lens.width(), lens.height()}; }
 /// Lists the parameters of one group.
 class ClosedList : private GroupList {
  public:
-  ClosedList(const Twin& twin, std::string group)
-      : GroupList(std::move(group)), twin_(twin), patterns_(expand_sequence(twin.fringes)) {}
+  ClosedList(const Twin& twin, std::string group, const std::vector<int>& use_steps)
+      : GroupList(std::move(group)),
+        twin_(twin),
+        use_steps_(use_steps),
+        patterns_(expand_sequence(twin.fringes)) {}
 
   std::vector<Parameter> run() {
     if (group_ == "light") add_light();
@@ -207,10 +232,29 @@ class ClosedList : private GroupList {
     return images;
   }
 
+  /// Of the images that are compared: the others say nothing of theirs.
   void add_light() {
-    const std::vector<int> images = phase_steps();
-    for (std::size_t k = 1; k < images.size(); ++k)
-      add(fmt::format("image_{}.light", images[k]), "", 0.0, 3e-3, light_effect(images[k], images[0]));
+    if (!twin_.projector) return;
+    std::vector<int> images = phase_steps();
+    std::erase_if(images, [this](int image) {
+      return !use_steps_.empty() &&
+             std::ranges::find(use_steps_, patterns_[static_cast<std::size_t>(image)].step) ==
+                 use_steps_.end();
+    });
+    const auto log_factor = [this](int image) {
+      return std::log(factor_of(twin_.projector->light_factors, static_cast<std::size_t>(image)));
+    };
+    double mean = 0.0;
+    for (const int image : images) mean += log_factor(image) / static_cast<double>(images.size());
+    for (std::size_t k = 1; k < images.size(); ++k) {
+      const int image = images[k], first = images[0];
+      Parameter& p = add(fmt::format("image_{}.light", image), "", log_factor(image) - mean, 3e-3,
+                         light_effect(image, first));
+      p.change = [image, first, n = patterns_.size()](Twin& t, double d) {
+        change_light(t, image, first, n, d);
+      };
+      p.is_closed = true;
+    }
   }
 
   /// As far as two terms of the second order, with the black level as the constant.
@@ -263,13 +307,15 @@ class ClosedList : private GroupList {
   }
 
   const Twin& twin_;
+  const std::vector<int>& use_steps_;
   std::vector<PatternSpec> patterns_;
 };
 
 }  // namespace
 
-std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group) {
-  return ClosedList(twin, group).run();
+std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
+                                         const std::vector<int>& use_steps) {
+  return ClosedList(twin, group, use_steps).run();
 }
 
 Effect vignetting_effect(std::size_t camera, std::function<void(Twin&, double)> change) {
@@ -297,7 +343,7 @@ void find_projector_places(render::Renderer& renderer, const Twin& twin, std::ve
   view.projector =
       Projector{.lens = twin.projector->lens, .T_proj_world = twin.projector->T_proj_world, .response = {}};
   view.render.bounces = 0;
-  for (Camera& camera : view.cameras) camera.vignetting = {};
+  for (Camera& camera : view.cameras) camera.vignetting = {}, camera.exposure_factors.clear();
   const Vector2d pitch_px = kPitchOverWidth * size_px(twin.projector->lens);
   view.fringes = {.directions = {{Axis::x, {pitch_px.x()}, {0.0}, {}}, {Axis::y, {pitch_px.y()}, {0.0}, {}}},
                   .steps = 4,

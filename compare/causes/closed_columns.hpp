@@ -7,9 +7,11 @@
 
 namespace fringetwin::compare {
 
-/// Returns the parameters of the groups light, room_light, camera_response, projector_field, image_shift and
-/// camera_psf, whose `change` is empty, and `instead` too; none of others.
-std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group);
+/// Returns the parameters of the groups light (of the phase steps `use_steps`, all where it is empty),
+/// room_light, camera_response, projector_field, image_shift and camera_psf, whose `instead` is empty; none
+/// of others. `change` is empty, too, but for light, which is closed.
+std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
+                                         const std::vector<int>& use_steps);
 
 /// Returns the effect of a parameter of a camera's vignetting, which `change` changes.
 std::function<void(const EffectInput&, std::vector<float>&)> vignetting_effect(

@@ -82,8 +82,10 @@ void expect_effect(const std::string& group, const std::string& name, double val
   }
   for (const Parameter& parameter : parameters_of(twin, group)) {
     if (parameter.name != name) continue;
-    EXPECT_FALSE(parameter.instead.empty());
-    ASSERT_TRUE(!parameter.change && parameter.effect);
+    ASSERT_TRUE(parameter.effect);
+    EXPECT_EQ(parameter.instead.empty(), group == "light");
+    EXPECT_EQ(parameter.is_closed, group == "light");
+    EXPECT_EQ(parameter.is_closed, static_cast<bool>(parameter.change));
     std::vector<float> after = before;
     parameter.effect({twin, s, before, parameter.start, value}, after);
     const std::vector<float> between = after;

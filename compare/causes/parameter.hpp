@@ -39,8 +39,9 @@ struct Parameter {
   /// a twin has no such number: then `effect` alone says what the value does.
   std::function<void(Twin&, double)> change = {};
   /// Changes a predicted irradiance from one value to another without rendering. Beside `change` it only
-  /// gives derivatives, to 1e-3 of them.
+  /// gives derivatives, to 1e-3 of them, unless `is_closed`.
   std::function<void(const EffectInput&, std::vector<float>&)> effect = {};
+  bool is_closed = false;  ///< `effect` is all that `change` does to the images: nothing is rendered for it
   std::optional<std::size_t> camera = {};  ///< the only one whose images change; all without
   std::string instead = {};  ///< what to do where refined.toml cannot hold the value; empty where it can
 

@@ -179,7 +179,10 @@ const std::vector<ParameterGroup>& parameter_groups() {
       {"bounce", "light that reaches a surface by way of another",
        "a second bounce of the light (interreflection)"},
       {"light", "brightness of each image", "the light differed from image to image (lamp flicker or drift)",
-       "record again with a steady lamp, with exposures of whole periods of the mains, or with more repeats"},
+       "",
+       "have it taken out by [measure] light = \"corrected\", or record again with a steady lamp or "
+       "exposures of "
+       "whole periods of the mains"},
       {"room_light", "light over each camera's image that is the same in all images",
        "light that is no projector's (room light, a lamp, scattering)",
        "record again in the dark, or subtract an image of the dark room"},
@@ -205,10 +208,11 @@ const ParameterGroup& parameter_group(const std::string& name) {
   return parameter_groups().front();
 }
 
-std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group) {
+std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
+                                     const std::vector<int>& use_steps) {
   std::vector<Parameter> all = geometry_parameters(twin, group);
   for (Parameter& p : ParameterList(twin, group).run()) all.push_back(std::move(p));
-  for (Parameter& p : closed_parameters(twin, group)) {
+  for (Parameter& p : closed_parameters(twin, group, use_steps)) {
     p.instead = parameter_group(group).instead;
     all.push_back(std::move(p));
   }

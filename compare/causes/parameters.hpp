@@ -18,14 +18,17 @@ struct ParameterGroup {
   std::string cause;    ///< how a report names it when the twin is wrong about it
   /// What to do about it where `--refine` does not fit it, because no key of twin.toml holds it.
   std::string instead = {};
+  std::string besides = {};  ///< what else helps than `--refine`
 };
 /// Returns the groups in which the causes are looked for. Gain and black level of each camera come besides.
 const std::vector<ParameterGroup>& parameter_groups();
 const ParameterGroup& parameter_group(const std::string& name);
 
 /// Returns all parameters of a group that this twin has; none where it lacks what they describe (a response
-/// given as a table, objects that cannot light each other ...).
-std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group);
+/// given as a table, objects that cannot light each other ...). `use_steps`: the phase steps that are
+/// compared; empty: all.
+std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
+                                     const std::vector<int>& use_steps = {});
 
 /// Returns the twin with these values in place of the start values; parameters change it one after the other,
 /// those that change no twin leave it (Sensitivity::predicted() knows them).

@@ -39,11 +39,12 @@ bool matches(const Parameter& p, const std::string& asked) {
 }
 
 /// Returns the parameters asked for, in the order of the groups. Throws for a name that means nothing here.
-std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std::string>& asked) {
+std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std::string>& asked,
+                                         const std::vector<int>& use_steps = {}) {
   std::vector<Parameter> chosen;
   std::vector<bool> met(asked.size(), false);
   for (const ParameterGroup& group : parameter_groups())
-    for (Parameter& p : parameters_of(twin, group.name)) {
+    for (Parameter& p : parameters_of(twin, group.name, use_steps)) {
       bool wanted = false;
       for (std::size_t i = 0; i < asked.size(); ++i)
         if (matches(p, asked[i])) wanted = met[i] = true;
@@ -84,7 +85,7 @@ class Refiner {
     keeps_gain_ = is_asked(asked, "gain");
     keeps_black_ = is_asked(asked, "black");
     report_.asked = asked;
-    for (Parameter& p : chosen_parameters(twin, asked)) {
+    for (Parameter& p : chosen_parameters(twin, asked, options.use_steps)) {
       hold_gain_ = hold_gain_ || p.group == "albedo";
       (p.is_switch ? switches_ : parameters_).push_back(std::move(p));
     }
@@ -207,8 +208,10 @@ class Refiner {
       const Parameter& p = parameters_[k];
       const GroupFit::Known& known = fit.known()[k];
       const double sigma = p.shown_sigma(known.value, known.sigma), value = p.shown(known.value);
-      const bool is_place = is_geometric(p.group) && p.group != "lens";
-      if (known.told && (is_place || sigma <= std::max(std::abs(value), std::abs(value - p.shown(p.start)))))
+      // a place, and the light of an image beside that of the others: nothing may be its finding
+      const bool may_be_none = (is_geometric(p.group) && p.group != "lens") || p.group == "light";
+      if (known.told &&
+          (may_be_none || sigma <= std::max(std::abs(value), std::abs(value - p.shown(p.start)))))
         continue;
       if (known.told) hardly.push_back(k);
       report_.notes.push_back(

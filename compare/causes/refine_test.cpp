@@ -146,9 +146,39 @@ TEST(Refine, WhatNoKeyHoldsIsRefusedWithWhatToDo) {
       EXPECT_THAT(message(group.name), ::testing::HasSubstr(group.instead));
       EXPECT_THAT(refine_names(), ::testing::Not(::testing::HasSubstr(group.name)));
     }
-  EXPECT_THAT(message("image_3.light"), ::testing::HasSubstr("steady lamp"));
-  for (const char* asked : {"size", "intrinsics", "specular", "left", "ball", "projector"})
+  EXPECT_THAT(message("left.room_light.x"), ::testing::HasSubstr("in the dark"));
+  for (const char* asked :
+       {"light", "image_3.light", "size", "intrinsics", "specular", "left", "ball", "projector"})
     EXPECT_EQ(message(asked), "") << asked;
+}
+
+TEST(Refine, LightOfImagesIsWrittenAsItIsRead) {
+  const Lens lens("LENSMODEL_PINHOLE", {900, 905, 31.5, 23.5}, {64, 48}, "test");
+  Twin before = ball_at(5.0);
+  before.projector = Projector{.lens = lens, .T_proj_world = Pose{}, .response = {}};
+  before.fringes.directions = {{Axis::x, {13}, {0}, {}}};
+  before.fringes.unwrap = Unwrap::none;
+  std::vector<Parameter> light = parameters_of(before, "light");
+  ASSERT_EQ(light.size(), 3u);
+  const Twin after = with_values(before, light, Eigen::Vector3d(std::log(1.02), std::log(0.98), 0.0));
+  const std::vector<double>& factors = after.projector->light_factors;
+  EXPECT_NEAR(factors[0], 1.0 / (1.02 * 0.98), 1e-15);  // the geometric mean stays 1
+  EXPECT_NEAR(factors[1], 1.02, 1e-15);
+  EXPECT_EQ(factors[3], 1.0);
+  EXPECT_THAT(refined_toml({}, before, after),
+              ::testing::HasSubstr("[projector]\nlight_factors = [1.0004001600640255, 1.02, 0.98, 1]\n"));
+  // a twin that has factors: the values go on from there
+  light = parameters_of(after, "light");
+  EXPECT_NEAR(light[0].start, std::log(1.02), 1e-15);
+  const Twin back = with_values(after, light, Eigen::Vector3d::Zero());
+  for (const double factor : back.projector->light_factors) EXPECT_NEAR(factor, 1.0, 1e-15);
+  // steps that are not compared keep theirs
+  light = parameters_of(before, "light", {1, 3});
+  ASSERT_EQ(light.size(), 1u);
+  EXPECT_EQ(light[0].name, "image_3.light");
+  const Twin odd = with_values(before, light, Eigen::VectorXd::Constant(1, std::log(1.1)));
+  EXPECT_EQ(odd.projector->light_factors[0], 1.0);
+  EXPECT_NEAR(odd.projector->light_factors[1], 1.0 / 1.1, 1e-15);
 }
 
 TEST(Refine, SizeAndGlossAreWrittenWhereTheTwinHasThem) {

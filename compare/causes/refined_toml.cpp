@@ -66,6 +66,7 @@ std::string projector_text(const Projector& before, const Projector& after) {
   t.key("rt_cam_world", numbers(before.T_proj_world), numbers(after.T_proj_world));
   t.key("blur_px", fmt::format("{}", before.blur_px), fmt::format("{}", after.blur_px));
   t.key("response", response_text(before.response), response_text(after.response));
+  t.key("light_factors", numbers(before.light_factors), numbers(after.light_factors));
   return t.text();
 }
 

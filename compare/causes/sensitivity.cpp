@@ -173,7 +173,10 @@ Sensitivity::Values Sensitivity::irradiance(const Twin& twin, int samples) const
 Sensitivity::Values Sensitivity::predicted(const Twin& twin, const std::vector<Parameter>& parameters,
                                            const Eigen::VectorXd& values, int samples,
                                            std::optional<std::size_t> camera, const Values* others) const {
-  const Twin changed = with_values(twin, parameters, values);
+  Eigen::VectorXd rendered = values;
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    if (parameters[k].is_closed) rendered[k] = parameters[k].start;
+  const Twin changed = with_values(twin, parameters, rendered);
   const auto is_other = [&](std::size_t c) { return camera && *camera != samples_[c].camera; };
   Values before;
   for (std::size_t c = 0; c < samples_.size(); ++c)
@@ -181,7 +184,7 @@ Sensitivity::Values Sensitivity::predicted(const Twin& twin, const std::vector<P
   Values out = before;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const Parameter& p = parameters[k];
-    if (p.change || values[k] == p.start) continue;
+    if ((p.change && !p.is_closed) || values[k] == p.start) continue;
     for (std::size_t c = 0; c < samples_.size(); ++c)
       if (!is_other(c) && (!p.camera || *p.camera == samples_[c].camera))
         p.effect({changed, samples_[c], before[c], p.start, values[k]}, out[c]);

@@ -25,6 +25,28 @@ struct Term {
   float c, s;
 };
 
+// What an image has of the projector's light and of the ambient light, over what all images have.
+struct LightOfImage {
+  double projector = 1.0, ambient = 1.0;
+};
+
+// Returns the factors of all images; empty where each is 1.
+std::vector<LightOfImage> light_of_images(const Twin& twin, const Camera& camera, std::size_t n_images) {
+  const Projector& projector = *twin.projector;
+  const std::vector<double>* lists[] = {&projector.light_factors, &projector.ambient_factors,
+                                        &camera.exposure_factors};
+  if (std::ranges::all_of(lists, [](const auto* list) { return list->empty(); })) return {};
+  for (const auto* list : lists)
+    FT_CHECK(list->empty() || list->size() == n_images, "a factor for each image of the sequence");
+  std::vector<LightOfImage> out;
+  for (std::size_t i = 0; i < n_images; ++i) {
+    const double exposure = factor_of(camera.exposure_factors, i);
+    out.push_back({exposure * factor_of(projector.light_factors, i),
+                   exposure * factor_of(projector.ambient_factors, i)});
+  }
+  return out;
+}
+
 // Describes one image as a sum over arrays of the transport.
 struct Recipe {
   float* out = nullptr;
@@ -32,6 +54,7 @@ struct Recipe {
   float level = 0.0F;
   std::vector<Term> terms;
   std::size_t direction = 0, pitch = 0;
+  float of_direct = 1.0F, of_ambient = 1.0F;  ///< LightOfImage; the level and the terms hold theirs
 };
 
 // Returns whether the harmonics of a pitch are formed from its fundamental.
@@ -40,8 +63,11 @@ bool is_formed(const Transport& transport, std::size_t direction, std::size_t pi
 }
 
 // Returns the recipe of an image of the sequence; its `out` is still to be set.
-Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSpec& spec, std::size_t index) {
+Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSpec& spec, std::size_t index,
+                   const LightOfImage& light) {
   Recipe recipe;
+  recipe.of_direct = static_cast<float>(light.projector);
+  recipe.of_ambient = static_cast<float>(light.ambient);
   if (index < transport.direct.size() && !transport.direct[index].empty()) {
     recipe.direct = transport.direct[index].data.data();
     return recipe;
@@ -52,7 +78,7 @@ Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSp
   const PhaseSeries& series = transport.series[d][p];
   const std::vector<double>& a = series.a;
   FT_CHECK(a.size() >= 2, "a response has a mean and a fundamental");
-  recipe.level = static_cast<float>(a[0]);
+  recipe.level = static_cast<float>(light.projector * a[0]);
   recipe.direction = d;
   recipe.pitch = p;
   const bool formed = is_formed(transport, d, p);
@@ -66,9 +92,9 @@ Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSp
       sine = transport.harmonics[d][p][h - 2].sine.data.data();
     }
     const double c = std::cos(static_cast<double>(h) * delta), s = std::sin(static_cast<double>(h) * delta);
-    const double b = series.sine(h);
+    const double even = light.projector * a[h], odd = light.projector * series.sine(h);
     recipe.terms.push_back(
-        {cosine, sine, static_cast<float>(a[h] * c + b * s), static_cast<float>(a[h] * s - b * c)});
+        {cosine, sine, static_cast<float>(even * c + odd * s), static_cast<float>(even * s - odd * c)});
   }
   return recipe;
 }
@@ -133,20 +159,33 @@ class FormedPairs {
   std::vector<FormedPair> pairs_;
 };
 
+// Gives the pixels of one image its own light, besides what the level and the terms hold.
+void light_up(const Recipe& recipe, const Transport& transport, std::ptrdiff_t first, std::ptrdiff_t end) {
+  const float more_ambient = recipe.of_ambient - 1.0F, more_direct = recipe.of_direct - 1.0F;
+  if (recipe.direct && more_direct != 0.0F)
+    for (std::ptrdiff_t k = first; k < end; ++k) recipe.out[k] += more_direct * recipe.direct[k];
+  if (more_ambient != 0.0F)
+    for (std::ptrdiff_t k = first; k < end; ++k)
+      recipe.out[k] += more_ambient * transport.ambient.data[static_cast<std::size_t>(k)];
+}
+
 }  // namespace
 
 // Forms E = ambient + a_0 mean + sum_k ((a_k cos k d + b_k sin k d) C_k - (a_k sin k d - b_k cos k d) S_k),
-// or ambient + the image evaluated directly.
-std::vector<ImageF> form_images(const Twin& twin, const Transport& transport) {
+// or ambient + the image evaluated directly, each with the factors of its image.
+std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, const Transport& transport) {
   const auto sequence = expand_sequence(twin.fringes);
   const auto n_pixels = static_cast<std::ptrdiff_t>(transport.mean.size());
   std::vector<ImageF> images(sequence.size());
   std::vector<ImageF*> blank;
   for (ImageF& image : images) blank.push_back(&image);
   make_blank(blank, transport.mean.width, transport.mean.height);
+  const std::vector<LightOfImage> light =
+      light_of_images(twin, twin.cameras.at(camera_index), sequence.size());
   std::vector<Recipe> recipes;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
-    recipes.push_back(make_recipe(twin, transport, sequence[i], i));
+    recipes.push_back(
+        make_recipe(twin, transport, sequence[i], i, light.empty() ? LightOfImage{} : light[i]));
     recipes.back().out = images[i].data.data();
   }
   const bool formed = std::ranges::any_of(
@@ -160,8 +199,10 @@ std::vector<ImageF> form_images(const Twin& twin, const Transport& transport) {
     for (std::ptrdiff_t first = 0; first < n_pixels; first += at_a_time) {
       const std::ptrdiff_t end = std::min(n_pixels, first + at_a_time);
       if (all_dark(transport, first, end)) continue;
-      for (const Recipe& recipe : recipes)
+      for (const Recipe& recipe : recipes) {
         follow(recipe, transport, formed ? pairs.of(twin, transport, recipe, first, end) : none, first, end);
+        if (!light.empty()) light_up(recipe, transport, first, end);
+      }
     }
   }
   return images;
@@ -171,7 +212,7 @@ RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Tra
                            bool references) {
   RenderedCamera out;
   out.camera = twin.cameras[camera_index].name;
-  out.irradiance = form_images(twin, transport);
+  out.irradiance = form_images(twin, camera_index, transport);
   if (references || needs_white_black(twin.fringes)) {
     const auto level = [&](double value) {
       const auto factor = static_cast<float>(twin.projector->response(value));

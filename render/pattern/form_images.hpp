@@ -10,9 +10,9 @@
 
 namespace fringetwin::render {
 
-/// Returns the irradiance images of the twin's sequence, in sequence order, without the camera lens's
-/// effects.
-std::vector<ImageF> form_images(const Twin& twin, const Transport& transport);
+/// Returns the irradiance images of the twin's sequence, in sequence order, as a camera gathers them: with
+/// the factors of light and exposure of each image, without the effects of the camera's lens.
+std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, const Transport& transport);
 
 /// Returns the images of a traced camera as Renderer::render() makes them: patterns, then the lens's effects.
 /// `references` asks for white and black images also where the sequence needs none.

@@ -311,7 +311,10 @@ void Reference::Impl::add(const PixelSample& s, double weight, ReferencePixel& p
   if (s.object < 0 || !twin.projector) return;
   const double ambient = weight * twin.projector->ambient;
   pixel.ambient += ambient;
-  for (double& e : pixel.irradiance) e += ambient;
+  for (std::size_t i = 0; i < pixel.irradiance.size(); ++i) {
+    const std::vector<double>& room = twin.projector->ambient_factors;
+    pixel.irradiance[i] += room.empty() ? ambient : ambient * room.at(i);
+  }
   for (const IndirectLight& l : s.indirect)
     add_light({weight * l.weight, l.projector_px, l.defocus_px}, pixel);
   if (s.lit) add_light({weight * s.weight, s.projector_px, s.defocus_px}, pixel);
@@ -335,13 +338,15 @@ void Reference::Impl::add_light(const IndirectLight& s, ReferencePixel& pixel) c
     }
   }
   for (std::size_t i = 0; i < sequence.size(); ++i) {
+    const std::vector<double>& lamp = twin.projector->light_factors;
+    const double now = lamp.empty() ? w : w * lamp.at(i);
     if (sequence[i].is_image()) {
       const auto k = static_cast<std::size_t>(sequence[i].image);
       pixel.irradiance[i] +=
-          w * shown_level(*twin.projector, *twin.fringes.images.at(k).levels, s.projector_px);
+          now * shown_level(*twin.projector, *twin.fringes.images.at(k).levels, s.projector_px);
       continue;
     }
-    pixel.irradiance[i] += w * patterns[i](s.projector_px, s.defocus_px);
+    pixel.irradiance[i] += now * patterns[i](s.projector_px, s.defocus_px);
   }
 }
 
@@ -406,6 +411,8 @@ ReferencePixel Reference::pixel(std::size_t camera, int x, int y,
           impl_->add(impl_->trace(*ray, twin.render.bounces > 0 ? quadrature.bounce_n : 0),
                      wx * wy * lens_weight * reference_vignetting(twin.cameras[camera], q), out);
       }
+  const std::vector<double>& exposures = twin.cameras[camera].exposure_factors;
+  for (std::size_t i = 0; i < exposures.size(); ++i) out.irradiance.at(i) *= exposures[i];
   return out;
 }
 

@@ -36,9 +36,13 @@ bool is_after_the_light(std::string_view path) {
                     "sensor.black_level_dn", "sensor.electrons_per_dn", "sensor.read_noise_dn"});
 }
 
+// The key of a list, or of one number in it.
+std::string_view without_index(std::string_view key) { return key.substr(0, key.find('[')); }
+
 bool is_after_the_trace(std::string_view path) {
-  const std::string_view key = key_of_camera(path);
-  return is_one_of(key, {"psf_px", "vignetting", "vignetting_tilt"});
+  const std::string_view key = without_index(key_of_camera(path));
+  return is_one_of(key, {"psf_px", "vignetting", "vignetting_tilt", "exposure_factors"}) ||
+         is_one_of(without_index(path), {"projector.light_factors", "projector.ambient_factors"});
 }
 
 bool is_of_the_steps(std::string_view path) {

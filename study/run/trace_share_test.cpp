@@ -2,6 +2,7 @@
 // tolerance: none, sharing is decided, not measured. That shared light is the same light: point_runner_test.
 #include "study/run/trace_share.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -43,6 +44,17 @@ TEST(TraceShare, SensorStepsAndMeasurementLeaveTheLightAlone) {
                                            {"measure.min_modulation_dn", "2"},
                                            {"name", "\"other\""}})
     EXPECT_TRUE(share(small_twin(), {}, {{key, value}})) << key << " = " << value;
+}
+
+TEST(TraceShare, LightOfImagesLeavesTheTraceAlone) {
+  const auto factors = [](double third) {
+    return fmt::format("[1, 1, {}, 1, 1, 1, 1, 1, 1, 1, 1, 1]", third);
+  };
+  EXPECT_TRUE(share(small_twin(), {}, {{"projector.light_factors", factors(1.02)}}));
+  EXPECT_TRUE(share(small_twin(), {}, {{"camera.left.exposure_factors", factors(0.97)}}));
+  const std::string flickers =
+      small_twin({{"intensity = 40", "intensity = 40\nlight_factors = " + factors(1.01)}});
+  EXPECT_TRUE(share(flickers, {}, {{"projector.light_factors[2]", "0.99"}}));
 }
 
 TEST(TraceShare, EverythingElseSeparates) {

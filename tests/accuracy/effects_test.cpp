@@ -361,6 +361,43 @@ TEST(Effects, VertexAlbedo) {
   expect_agreement(twin, "vertex albedo", 201, 3, kMeshPhaseLimit_rad);
 }
 
+/// What each image of the twelve of the paper's rig has of lamp, room light and exposure.
+void give_light_factors(Twin& twin) {
+  for (int i = 0; i < 12; ++i) {
+    twin.projector->light_factors.push_back(1.0 + 0.02 * std::cos(1.0 + 1.7 * i));
+    twin.projector->ambient_factors.push_back(1.0 + 0.3 * std::sin(0.4 * i));
+    twin.cameras[0].exposure_factors.push_back(1.0 + 0.05 * std::sin(2.0 + i));
+  }
+}
+
+TEST(Effects, LightPerImage) {
+  REQUIRE_RENDERER();
+  Twin twin = sphere_window();
+  twin.projector->ambient = 0.5;
+  for (const double gamma : {1.0, 2.2}) {  // by transport sums, and evaluated image by image
+    if (gamma != 1.0) twin.projector->response = {ProjectorResponse::Kind::gamma, gamma, {}};
+    Twin steady = twin, changed = twin;
+    steady.projector->light_factors = steady.projector->ambient_factors = steady.cameras[0].exposure_factors =
+        std::vector<double>(12, 1.0);
+    expect_same_bits(twin, steady);
+    give_light_factors(changed);
+    expect_agreement(changed, "light per image", 300);
+    // what was asked for, and in these images: c (f (E - ambient) + r ambient) where an object fills the
+    // pixel
+    const render::RenderedCamera before = render_fixed(twin), after = render_fixed(changed);
+    const Projector& p = *changed.projector;
+    for (std::size_t i = 0; i < 12; ++i)
+      for (std::size_t k = 0; k < before.object.size(); k += 7) {
+        if (before.object.data[k] < 0 || before.irradiance[i].data[k] < 0.5F) continue;
+        const double projected = static_cast<double>(before.irradiance[i].data[k]) - 0.5;
+        EXPECT_NEAR(static_cast<double>(after.irradiance[i].data[k]),
+                    changed.cameras[0].exposure_factors[i] *
+                        (p.light_factors[i] * projected + p.ambient_factors[i] * 0.5),
+                    1e-5 * (projected + 0.5));
+      }
+  }
+}
+
 /// A twin with every effect of twin/effects.hpp on.
 Twin everything() {
   Twin twin = with_object(paper_rig(), "ball", ideal_sphere());
@@ -387,6 +424,7 @@ Twin everything() {
   for (DirectionFringes& d : twin.fringes.directions) d.harmonics.assign(3, {{0.01, 0.02}});
   twin.fringes.waveform = {Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}};
   twin.render.bounces = 1;
+  give_light_factors(twin);
   std::get<PlaneShape>(twin.objects[1].shape).albedo_map = std::make_shared<ImageF>(2, 2, 0.5F);
   return twin;
 }

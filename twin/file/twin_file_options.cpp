@@ -96,7 +96,7 @@ MeasureOptions read_measure(const TomlTable& root, const Twin& twin) {
   measure.min_modulation_dn = default_min_modulation_dn(twin);
   const auto table = root.table("measure");
   if (!table) return measure;
-  table->allow({"triangulate", "min_modulation_dn", "smoothing_px", "correct_pixel_area", "fit"});
+  table->allow({"triangulate", "min_modulation_dn", "smoothing_px", "light", "correct_pixel_area", "fit"});
   if (const auto name = table->choice("triangulate", {"stereo", "projector"})) {
     measure.triangulate = *name == "stereo" ? Triangulate::stereo : Triangulate::projector;
     if (*name == "stereo" && twin.cameras.size() < 2)
@@ -108,6 +108,7 @@ MeasureOptions read_measure(const TomlTable& root, const Twin& twin) {
       table->number_or("min_modulation_dn", measure.min_modulation_dn, NumberRange::not_negative());
   measure.smoothing_px =
       table->number_or("smoothing_px", measure.smoothing_px, NumberRange::between(0.0, 50.0));
+  measure.correct_light = table->choice("light", {"as_is", "corrected"}) == "corrected";
   measure.correct_pixel_area = table->boolean("correct_pixel_area").value_or(false);
   std::set<std::string> names;
   for (const TomlTable& fit : table->tables("fit")) {

@@ -156,6 +156,38 @@ TEST_F(TwinFile, CameraLens) {
   EXPECT_THAT(wrong("psf_px = -1\n"), HasSubstr("must be >= 0 and <= 20, is -1"));
 }
 
+TEST_F(TwinFile, LightOfImages) {
+  const std::string kSteps = with(kFringes, "steps", "steps = 3"), ten = "[1, 1, 1, 1, 1, 1, 1, 1, 0.9, 1.1]",
+                    nine = "[1, 1, 1, 1.02, 1, 1, 0.98, 1, 1]";
+  const auto text = [&](const std::string& camera, const std::string& projector) {
+    return kHead + kCamera + camera + kProjector + projector + kSteps;
+  };
+  const Twin none = load(text("", ""));
+  EXPECT_TRUE(none.cameras[0].exposure_factors.empty() && none.projector->light_factors.empty() &&
+              none.projector->ambient_factors.empty());
+  const Twin twin =
+      load(text("exposure_factors = " + nine + "\n",
+                "light_factors = " + nine + "\nambient_factors = [1, 0, 1, 1, 1, 1, 1, 1, 2]\n"));
+  EXPECT_EQ(twin.cameras[0].exposure_factors[6], 0.98);
+  EXPECT_EQ(twin.projector->light_factors[3], 1.02);
+  EXPECT_EQ(twin.projector->ambient_factors[1], 0.0);
+  for (const std::string key : {"light_factors", "ambient_factors"}) {
+    EXPECT_THAT(error(text("", key + " = " + ten + "\n"), key),
+                HasSubstr(key + " has 10 numbers, the sequence has 9 images"));
+    EXPECT_THAT(error(text("", key + " = [1, 1, 1, 1, -1, 1, 1, 1, 1]\n"), key), HasSubstr("must be >= 0"));
+  }
+  EXPECT_THAT(error(text("exposure_factors = " + ten + "\n", ""), "exposure_factors"),
+              HasSubstr("exposure_factors has 10 numbers, the sequence has 9 images"));
+  EXPECT_FALSE(load(kMinimal).measure.correct_light);
+  EXPECT_FALSE(load(kMinimal + "[measure]\nlight = \"as_is\"\n").measure.correct_light);
+  EXPECT_TRUE(load(kMinimal + "[measure]\nlight = \"corrected\"\n").measure.correct_light);
+  EXPECT_THAT(error(kMinimal + "[measure]\nlight = \"correct\"\n", "light"), HasSubstr("corrected"));
+  EXPECT_THAT(error(text("exposure_factors = 1.0\n", ""), "exposure_factors"), HasSubstr("exposure_factors"));
+  EXPECT_THAT(error(kHead + kCamera + kProjectorLens + "ambient_factors = " + nine + "\n" + kSteps,
+                    "ambient_factors"),
+              HasSubstr("has no effect without ambient > 0"));
+}
+
 TEST_F(TwinFile, GgxMaterial) {
   const auto material = [&](const std::string& keys) {
     return load(kMinimal + kBall + "[object.material]\n" + keys).objects[0].material;
