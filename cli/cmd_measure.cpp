@@ -7,6 +7,7 @@
 #include "compare/result/result_json.hpp"
 #include "cosim/load.hpp"
 #include "cosim/simulate.hpp"
+#include "cosim/summary.hpp"
 #include "cosim/write_results.hpp"
 #include "measure/description_warnings.hpp"
 #include "twin/base/out_folder.hpp"
@@ -51,6 +52,9 @@ int run_measure(const MeasureCommand& o, const Invocation& invocation) {
                   compare::measurement_json(twin, measurement, provenance, timer.seconds));
 
   for (const auto& warning : measurement.warnings) warn(warning);
+  std::vector<compare::LightRow> light;
+  compare::add_light_rows(measurement, "", light);
+  for (const std::string& line : cosim::light_lines(light)) say(line);
   for (const auto& camera : measurement.cameras)
     for (const auto& direction : camera.directions)
       say(fmt::format("{} {}: {} pixels checked for fringe order, {} moved by a period, {} jumps left",

@@ -2,6 +2,7 @@
 // photometry: gray values of real captures -> sensor, projector response, fringe contrast, vignetting.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -131,6 +132,14 @@ void print_summary(const calib::Photometry& p) {
       fmt::print("{}: level against exposure straight to {:.2f} % (worst)\n", c.camera,
                  c.linearity->worst_percent);
     if (c.flat) fmt::print("{}: {:.4f} of the light at the corners\n", c.camera, c.flat->corner);
+    if (c.light) {
+      const auto [least, most] = std::ranges::minmax(c.light->factor);
+      fmt::print("{}: light of the images {:+.2f} ... {:+.2f} % (± {:.2g} %){}\n", c.camera,
+                 100.0 * (least - 1.0), 100.0 * (most - 1.0), 100.0 * std::ranges::max(c.light->sigma),
+                 c.light->differ()
+                     ? fmt::format(", which moves the phase by {:.2g} rad rms", c.light->phase_rms_rad)
+                     : ", no more than chance");
+    }
   }
   if (const auto* q = p.projector()) {
     if (q->response_known)

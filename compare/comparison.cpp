@@ -171,6 +171,21 @@ std::string shift_text(const PhaseRow& phase, double shift_px, const DirectionDe
       origin_px);
 }
 
+/// Puts what the light of the real images predicts into the phase budget, beside the ripple of brightness
+/// that is in the difference.
+void predict_brightness(const Twin& twin, std::size_t camera, const Side& real, const DirectionDecode& decode,
+                        const CompareOptions& options, Comparison& out) {
+  if (out.phase_budget.empty() || real.images.empty() || real.images[camera].radiance ||
+      real.measurement->cameras[camera].light_taken_out)
+    return;
+  const auto light = measure::estimate_light(real.images[camera], twin.fringes,
+                                             {.black_level_dn = twin.cameras[camera].sensor.black_level_dn,
+                                              .min_amplitude = twin.measure.min_modulation_dn});
+  PhaseBudget& budget = out.phase_budget.back();
+  if (light && budget.camera == twin.cameras[camera].name && budget.direction == axis_name(decode.axis))
+    budget.light_rad2 = predicted_brightness_rad2(twin, camera, decode, options.use_steps, *light);
+}
+
 /// Fills the phase tables. Returns whether the real fringes lie so far beside the twin's that no cause can be
 /// fitted to gray values.
 bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
@@ -198,6 +213,8 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
                                             calibration ? &calibration->phase_rad2[c][d] : nullptr, seen));
       if (const auto ripple = test_ripple(twin, r, *s, options.use_steps, interior))
         judge_ripple(*ripple, rendering, r, *s, out.explained.back());
+      if (out.explained.back().brightness_chi2 > out.explained.back().ripple_limit)
+        predict_brightness(twin, c, real, r, options, out);
       judge_orders(*phase, out.explained.back(), out.warnings);
       if (const auto shift_px = r.unwrapped && s->unwrapped ? constant_shift_px(r, *s) : std::nullopt) {
         const double pitch_px = r.pitches_px[r.finest];
@@ -244,6 +261,8 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
     out.warnings.insert(out.warnings.end(), out.refinement->warnings.begin(), out.refinement->warnings.end());
   out.fits = fit_rows(twin, real, simulated, out.warnings);
   out.indicators = indicators(twin, out.fits);
+  if (real.measurement) add_light_rows(*real.measurement, "real", out.light);
+  if (simulated.measurement) add_light_rows(*simulated.measurement, "simulated", out.light);
   const std::optional<CalibrationBudget> budget = calibration_of(twin, real, simulated, options, out);
   const CalibrationBudget* calibration = budget ? &*budget : nullptr;
   std::vector<GridSamples> samples = compare_gray(twin, real, simulated, options, calibration, out);

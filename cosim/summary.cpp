@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "compare/causes/causes.hpp"
@@ -21,6 +22,22 @@ std::string told_state(const std::string& state) {
 
 }  // namespace
 
+std::vector<std::string> light_lines(const std::vector<compare::LightRow>& rows) {
+  std::vector<std::string> out;
+  for (const compare::LightRow& row : rows) {
+    if (row.factor.empty()) continue;
+    const auto [least, most] = std::ranges::minmax(row.factor);
+    const double sigma = std::ranges::max(row.sigma);
+    out.push_back(fmt::format(
+        "{}{}: light of the images {:+.2f} ... {:+.2f} % (standard errors up to {:.3f} %): {}",
+        row.side.empty() ? "" : row.side + " ", row.camera, 100.0 * (least - 1.0), 100.0 * (most - 1.0),
+        100.0 * sigma,
+        row.corrected ? fmt::format("taken out, it moved the phase by {:.4f} rad rms", row.phase_rms_rad)
+                      : "no more than chance, nothing is taken out"));
+  }
+  return out;
+}
+
 std::vector<std::string> summary_lines(const compare::Comparison& c) {
   std::vector<std::string> out;
   for (const auto& gain : c.gain) {
@@ -35,16 +52,20 @@ std::vector<std::string> summary_lines(const compare::Comparison& c) {
                     std::isfinite(gain.rms_before_dn) ? fmt::format("{:.2f}", gain.rms_before_dn) : "-",
                     gain.rms_after_dn, gain.r2));
   }
+  for (std::string& line : light_lines(c.light)) out.push_back(std::move(line));
   for (const auto& phase : c.phase)
     out.push_back(fmt::format("{} {}: phase difference {:.5f} rad rms, {:.4f} % relative mean, n {}",
                               phase.camera, phase.direction, phase.rms_rad, 100.0 * phase.mean_relative,
                               phase.n));
   for (const auto& budget : c.phase_budget)
     out.push_back(fmt::format(
-        "{} {}: brightness {:.4f}, harmonics {:.4f}, noise {:.4f} rad rms: {:.0f} % of the difference's "
+        "{} {}: brightness {:.4f}{}, harmonics {:.4f}, noise {:.4f} rad rms: {:.0f} % of the difference's "
         "variance",
-        budget.camera, budget.direction, std::sqrt(budget.brightness_rad2), std::sqrt(budget.harmonic_rad2),
-        std::sqrt(budget.noise_rad2), 100.0 * budget.explained()));
+        budget.camera, budget.direction, std::sqrt(budget.brightness_rad2),
+        std::isfinite(budget.light_rad2)
+            ? fmt::format(" (light of the images predicts {:.4f})", std::sqrt(budget.light_rad2))
+            : "",
+        std::sqrt(budget.harmonic_rad2), std::sqrt(budget.noise_rad2), 100.0 * budget.explained()));
   for (const auto& row : c.coverage)
     if (row.object.empty())
       out.push_back(fmt::format(

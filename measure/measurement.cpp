@@ -50,6 +50,17 @@ void warn_of_clip(const Camera& camera, const CameraDecode& decode, std::vector<
         camera.name, decode.clip->dn, camera.sensor.max_dn(), decode.clip->n));
 }
 
+/// Says where the steps do not tell the light that was to be taken out.
+void warn_of_light(const Twin& twin, const CameraDecode& decode, std::vector<std::string>& warnings) {
+  if (!twin.measure.correct_light || decode.light) return;
+  warnings.push_back(fmt::format(
+      "camera \"{}\": [measure] light = \"corrected\" has no effect: {}", decode.camera,
+      twin.fringes.steps < 4
+          ? fmt::format("{} phase steps do not tell the light of their images, 4 or more do",
+                        twin.fringes.steps)
+          : "the lit pixels are too few, or too alike in phase, to tell the light of the images"));
+}
+
 /// Returns the decodes that points are made of, without their mixed pixels.
 std::vector<CameraDecode> unmixed(const Twin& twin, const std::vector<CameraDecode>& decodes,
                                   std::size_t& n_mixed) {
@@ -110,6 +121,7 @@ DecodeOptions decode_options(const Twin& twin, const Camera& camera, const Camer
     options.projector_height_px = twin.projector->lens.height();
   }
   const Sensor& sensor = camera.sensor;
+  if (twin.measure.correct_light) options.light_above_dn = images.radiance ? 0.0 : sensor.black_level_dn;
   if (sensor.has_noise() && !images.radiance) {
     // docs/CONVENTIONS.md, "Light": variance = gain E / electrons_per_dn + read_noise^2; decode() adds the
     // rounding
@@ -156,6 +168,7 @@ Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
   for (std::size_t i = 0; i < m.cameras.size(); ++i) {
     warn_of_black_level(twin.cameras[i], m.cameras[i], m.warnings);
     warn_of_clip(twin.cameras[i], m.cameras[i], m.warnings);
+    warn_of_light(twin, m.cameras[i], m.warnings);
   }
   if (!can_triangulate(twin)) {
     m.warnings.push_back("decoded only: this rig and these fringes cannot be triangulated");

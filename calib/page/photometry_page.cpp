@@ -159,6 +159,17 @@ std::string projector_section(const Photometry& p) {
   return out;
 }
 
+/// Factors of the images' light, a row per camera and image; empty where no camera tells any.
+std::string light_section(const Photometry& p) {
+  report::Table t;
+  t.columns = {text_column("camera"), {"image"}, {"light", "% of the mean"}};
+  for (const CameraPhotometry& c : p.cameras)
+    for (std::size_t k = 0; c.light && k < c.light->factor.size(); ++k)
+      if (c.light->sigma[k] > 0.0)
+        t.add_row({c.camera, std::to_string(k), pm({100.0 * c.light->factor[k], 100.0 * c.light->sigma[k]})});
+  return t.rows.empty() ? "" : t.html();
+}
+
 }  // namespace
 
 std::string photometry_html(const Photometry& photometry, const Origin& origin) {
@@ -178,6 +189,8 @@ std::string photometry_html(const Photometry& photometry, const Origin& origin) 
     page.sections.push_back({"transfer", "Photon transfer", s});
   if (const std::string s = projector_section(photometry); !s.empty())
     page.sections.push_back({"projector", "Projector", s});
+  if (const std::string s = light_section(photometry); !s.empty())
+    page.sections.push_back({"light", "Light of the images", s});
   page.footer_html = origin_html(origin);
   return page.html();
 }

@@ -58,8 +58,14 @@ std::string sensor_toml(const CameraPhotometry& c) {
   return out;
 }
 
-std::string camera_toml(const CameraPhotometry& c) {
+std::string factors_toml(const std::string& name, const std::vector<double>& factors) {
+  return fmt::format("{} = [{:.6f}]\n", name, fmt::join(factors, ", "));
+}
+
+/// `exposure_factors`: empty where the camera has none of its own.
+std::string camera_toml(const CameraPhotometry& c, const std::vector<double>& exposure_factors) {
   std::string out = fmt::format("[[camera]]\nname = \"{}\"\n", c.camera);
+  if (!exposure_factors.empty()) out += factors_toml("exposure_factors", exposure_factors);
   if (c.flat) {
     const auto& a = c.flat->a;
     out += key("vignetting", fmt::format("[{}, {}, {}]", digits(a[0]), digits(a[1]), digits(a[2])),
@@ -86,12 +92,23 @@ std::string response_toml(const ProjectorPhotometry& p) {
          fmt::format("response = {{ table = [{:.5g}] }}\n", fmt::join(p.response.table, ", "));
 }
 
+std::string light_toml(const LightOfImages& light) {
+  double sigma = 0.0;
+  for (const double s : light.sigma) sigma = std::max(sigma, s);
+  return fmt::format("# ± {:.2g} (largest), one for each image of the first capture; another has others\n",
+                     sigma) +
+         factors_toml("light_factors", light.light_factors);
+}
+
 std::string projector_toml(const Photometry& photometry) {
   const ProjectorPhotometry* p = photometry.projector();
-  if (p == nullptr || (!p->response_known && !std::isfinite(p->blur_px.value))) return "";
+  const std::optional<LightOfImages> light = light_of_images(photometry);
+  const bool has_keys = p != nullptr && (p->response_known || std::isfinite(p->blur_px.value));
+  if (!has_keys) return light ? "\n[projector]\n" + light_toml(*light) : "";
   std::string out =
       fmt::format("\n# Keys of [projector], from camera \"{}\", direction {}\n[projector]\n",
                   photometry.cameras[photometry.projector_camera].camera, axis_name(p->harmonics.axis));
+  if (light) out += light_toml(*light);
   if (p->response_known) out += response_toml(*p);
   if (std::isfinite(p->blur_px.value))
     out += key("blur_px", digits(p->blur_px),
@@ -179,6 +196,18 @@ Json flat_json(const CameraPhotometry& c) {
   return out;
 }
 
+Json light_json(const CameraPhotometry& c) {
+  if (!c.light) return nullptr;
+  const measure::LightFactors& l = *c.light;
+  return {{"differ", l.differ()},
+          {"factor", json_numbers(l.factor)},
+          {"factor_sigma", json_numbers(l.sigma)},
+          {"phase_rms_rad", json_number(l.phase_rms_rad)},
+          {"residual_ratio",
+           l.residual_before > 0.0 ? json_number(l.residual_after / l.residual_before) : Json(nullptr)},
+          {"n", l.n_pixels}};
+}
+
 Json values(const std::vector<Estimate>& estimates, double Estimate::*part) {
   Json out = Json::array();
   for (const Estimate& e : estimates) out.push_back(json_number(e.*part));
@@ -237,7 +266,11 @@ std::string photometry_toml(const Photometry& photometry) {
   std::string out =
       "# Measured by fringetwin photometry: put these keys into the tables of the same name in twin.toml.\n"
       "# ± is one standard error.\n";
-  for (const CameraPhotometry& c : photometry.cameras) out += "\n" + camera_toml(c);
+  const std::optional<LightOfImages> light = light_of_images(photometry);
+  for (std::size_t c = 0; c < photometry.cameras.size(); ++c)
+    out += "\n" + camera_toml(photometry.cameras[c], light && !light->exposure_factors.empty()
+                                                         ? light->exposure_factors[c]
+                                                         : std::vector<double>());
   return out + projector_toml(photometry);
 }
 
@@ -255,6 +288,7 @@ std::string photometry_json(const Photometry& photometry, const Origin& origin) 
     camera["saturation"] = saturation_json(c);
     camera["exposure_linearity"] = linearity_json(c);
     camera["flat_field"] = flat_json(c);
+    camera["light"] = light_json(c);
     camera["projector"] = Json::array();
     for (const ProjectorPhotometry& p : c.directions) camera["projector"].push_back(direction_json(p));
     out["cameras"].push_back(camera);

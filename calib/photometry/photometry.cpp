@@ -245,6 +245,31 @@ void measure_flat(const CameraFrames& frames, double saturation_dn, CameraPhotom
                             saturation_dn, "camera " + out.camera);
 }
 
+/// The light of each image, by the phase steps; black level and noise as far as they are known by now.
+void measure_light(const Twin& twin, const CameraFrames& frames, CameraPhotometry& out) {
+  if (frames.captures.empty()) return;
+  const Sensor& s = out.sensor;
+  measure::LightOptions options{.black_level_dn = s.black_level_dn,
+                                .min_amplitude = twin.measure.min_modulation_dn};
+  if (s.has_noise()) {
+    options.variance_per_dn = s.electrons_per_dn ? 1.0 / *s.electrons_per_dn : 0.0;
+    options.variance_offset_dn2 = std::pow(s.read_noise_dn.value_or(0.0), 2) + kRoundingVariance -
+                                  options.variance_per_dn * s.black_level_dn;
+  }
+  CameraImages images = frames.captures[0];
+  images.clip = Clip{out.saturation.level_dn, 0};
+  out.light = measure::estimate_light(images, twin.fringes, options);
+}
+
+/// Returns whether two cameras say the same of every image, but for chance.
+bool say_the_same(const measure::LightFactors& a, const measure::LightFactors& b) {
+  constexpr double kSigmas = 4.0;
+  for (std::size_t k = 0; k < a.factor.size(); ++k)
+    if (std::abs(std::log(a.factor[k] / b.factor[k])) > kSigmas * std::hypot(a.sigma[k], b.sigma[k]))
+      return false;
+  return true;
+}
+
 void choose_projector(Photometry& out) {
   double best = std::numeric_limits<double>::infinity();
   for (std::size_t c = 0; c < out.cameras.size(); ++c)
@@ -265,6 +290,40 @@ void choose_projector(Photometry& out) {
 const ProjectorPhotometry* Photometry::projector() const {
   if (projector_camera < 0) return nullptr;
   return &cameras[projector_camera].directions[projector_direction];
+}
+
+std::optional<LightOfImages> light_of_images(const Photometry& photometry) {
+  std::vector<const measure::LightFactors*> told;
+  bool differ = false, same = true;
+  for (const CameraPhotometry& c : photometry.cameras) {
+    told.push_back(c.light ? &*c.light : nullptr);
+    differ = differ || (c.light && c.light->differ());
+    same =
+        same && (!c.light || !photometry.cameras[0].light || say_the_same(*photometry.cameras[0].light, *c.light));
+  }
+  if (!differ) return std::nullopt;
+  LightOfImages out;
+  if (!same) {
+    out.light_factors = told[0]->factor, out.sigma = told[0]->sigma;
+    for (const measure::LightFactors* camera : told) {
+      std::vector<double>& exposure = out.exposure_factors.emplace_back();
+      for (std::size_t k = 0; camera && camera != told[0] && k < camera->factor.size(); ++k)
+        exposure.push_back(camera->factor[k] / told[0]->factor[k]);
+    }
+    return out;
+  }
+  std::erase(told, nullptr);
+  for (std::size_t k = 0; k < told[0]->factor.size(); ++k) {
+    double weights = 0.0, sum = 0.0;
+    for (const measure::LightFactors* camera : told)
+      if (camera->sigma[k] > 0.0) {
+        const double weight = 1.0 / (camera->sigma[k] * camera->sigma[k]);
+        weights += weight, sum += weight * std::log(camera->factor[k]);
+      }
+    out.light_factors.push_back(weights > 0.0 ? std::exp(sum / weights) : 1.0);
+    out.sigma.push_back(weights > 0.0 ? 1.0 / std::sqrt(weights) : 0.0);
+  }
+  return out;
 }
 
 Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>& frames) {
@@ -293,6 +352,7 @@ Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>&
     measure_flat(frames[c], saturation, camera);
     measure_projector(twin, c, frames[c], saturation, camera, out.warnings);
     update_sensor(camera);
+    measure_light(twin, frames[c], camera);
     anything =
         anything || camera.transfer || camera.flat || camera.black_measured || !camera.directions.empty();
     out.cameras.push_back(std::move(camera));

@@ -8,6 +8,7 @@
 #include "calib/photometry/flat_field.hpp"
 #include "calib/photometry/photon_transfer.hpp"
 #include "calib/photometry/projector_response.hpp"
+#include "measure/decode/light_factors.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 
@@ -46,6 +47,8 @@ struct CameraPhotometry {
   std::optional<ExposureLinearity> linearity;
   std::optional<FlatField> flat;
   std::vector<ProjectorPhotometry> directions;  ///< what this camera says of the projector
+  /// The light of each image of the first capture; nothing where its steps do not tell.
+  std::optional<measure::LightFactors> light;
 };
 
 struct Photometry {
@@ -55,6 +58,17 @@ struct Photometry {
   std::vector<std::string> warnings;
   const ProjectorPhotometry* projector() const;
 };
+
+/// The factors of the images as a twin has them.
+struct LightOfImages {
+  std::vector<double> light_factors, sigma;  ///< of the projector
+  /// Per camera: what its exposures do besides; empty where all cameras say the same.
+  std::vector<std::vector<double>> exposure_factors;
+};
+/// Returns the mean of what the cameras say, weighted by their standard errors; where a camera's image
+/// differs from the first one's by more than chance, that of the first, and what the others differ by.
+/// Nothing where no image differs from the others by more than chance.
+std::optional<LightOfImages> light_of_images(const Photometry& photometry);
 
 /// frames: one per camera of the twin. Throws UserError(input) when nothing at all can be told; what cannot
 /// be told beside other things is a warning.

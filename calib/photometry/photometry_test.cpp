@@ -13,6 +13,7 @@
 // |                                        | 0.01 and 0.03 px    |                                          |
 // | response curve                         | 0.004               | closed form; 8 steps show 4 orders       |
 // | vignetting over the image              | 0.005               | 4 times a cell mean's noise of 1.2e-3    |
+// | light of the images                    | 4 sigma             | its own sigma                            |
 // | levels of exposures                    | 0.1 %               | drawn                                    |
 #include "calib/photometry/photometry.hpp"
 
@@ -57,6 +58,7 @@ struct TrueFringes {
   bool edges = false;
   double lean_px = 0.0;  ///< of the stripes, per row
   double flicker = 0.0;
+  std::vector<double> lamp = {};  ///< of each image, instead of a flicker at random
 };
 
 constexpr int kWidth = 320, kHeight = 200;
@@ -123,7 +125,9 @@ CameraImages draw(const TrueFringes& f, const TrueSensor& s, std::mt19937_64& ra
   for (const double pitch : f.pitches_px)
     for (int n = 0; n < f.steps; ++n) {
       ImageF image(kWidth, kHeight);
-      const double lamp = f.flicker > 0.0 ? flicker(random) : 1.0;
+      const double lamp = !f.lamp.empty()   ? f.lamp.at(out.images.size())
+                          : f.flicker > 0.0 ? flicker(random)
+                                            : 1.0;
       std::vector<double> row(kWidth);
       for (int y = 0; y < kHeight; ++y) {
         if (y == 0 || f.lean_px > 0.0)
@@ -430,6 +434,41 @@ TEST(FlatField, VignettingUnderUnevenLight) {
   EXPECT_NEAR(f.gradient_x.value, 0.03, 4.0 * f.gradient_x.sigma);
   EXPECT_NEAR(f.gradient_y.value, -0.02, 4.0 * f.gradient_y.sigma);
   EXPECT_LT(f.gradient_y.sigma, 0.002) << "else anything would do";
+}
+
+TEST(Photometry, LightOfTheImages) {
+  TrueFringes f;
+  f.gamma = 1.4;
+  f.steps = 5;
+  f.pitches_px = {16.0, 4.0};
+  const TrueSensor s;
+  std::mt19937_64 random(17);
+  EXPECT_FALSE(light_of_images({.cameras = {measure(f, s, {draw(f, s, random)})}, .warnings = {}}));
+  f.lamp = {0.98, 0.99, 1.0, 1.01, 1.02, 1.02, 0.98, 1.01, 0.99, 1.0};  // a drift, then flicker
+  double mean = 0.0;
+  for (const double lamp : f.lamp) mean += std::log(lamp) / 10.0;
+  Photometry both{.cameras = {measure(f, s, {draw(f, s, random)}), measure(f, s, {draw(f, s, random)})},
+                  .warnings = {}};
+  ASSERT_TRUE(both.cameras[0].light && both.cameras[1].light);
+  const std::optional<LightOfImages> light = light_of_images(both);
+  ASSERT_TRUE(light);
+  EXPECT_TRUE(light->exposure_factors.empty());
+  for (std::size_t k = 0; k < 10; ++k) {
+    EXPECT_NEAR(std::log(light->light_factors[k]), std::log(f.lamp[k]) - mean, 4.0 * light->sigma[k]) << k;
+    EXPECT_LT(light->sigma[k], 1e-3);
+    EXPECT_LT(light->sigma[k], both.cameras[0].light->sigma[k]);
+  }
+  // a camera whose third exposure was 1 % longer
+  std::vector<double> lamp = f.lamp;
+  lamp[2] *= 1.01;
+  std::swap(lamp, f.lamp);
+  both.cameras[1] = measure(f, s, {draw(f, s, random)});
+  const std::optional<LightOfImages> differing = light_of_images(both);
+  ASSERT_TRUE(differing);
+  ASSERT_EQ(differing->exposure_factors.size(), 2u);
+  EXPECT_TRUE(differing->exposure_factors[0].empty());
+  EXPECT_NEAR(differing->exposure_factors[1].at(2), std::pow(1.01, 0.9), 3e-3);
+  EXPECT_EQ(differing->light_factors, both.cameras[0].light->factor);
 }
 
 TEST(Photometry, RefusesInOneSentence) {

@@ -8,7 +8,9 @@
 #include "compare/gray/gray_pair.hpp"
 #include "compare/phase/phase_rows.hpp"
 #include "compare/phase/texture_shift.hpp"
+#include "measure/decode/phase.hpp"
 #include "twin/base/constants.hpp"
+#include "twin/base/statistics.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::compare {
@@ -271,6 +273,51 @@ std::optional<RippleTest> test_ripple(const Twin& twin, const DirectionDecode& r
   Ripple ripple = ripple_of(twin, real, use_steps);
   if (ripple.pitch_px.empty()) return std::nullopt;
   return PhaseBudgetFit(real, simulated, std::move(ripple)).test(interior);
+}
+
+namespace {
+
+/// Returns the ratio of mean over black and amplitude of most valid fringes of a pitch.
+double mean_over_amplitude(const DirectionDecode& d, std::size_t pitch, double black_dn) {
+  constexpr std::size_t kEvery = 7;
+  std::vector<float> ratios;
+  for (std::size_t i = 0; i < d.mean_dn.size(); i += kEvery)
+    if (std::isfinite(d.wrapped_rad[pitch].data[i]))
+      ratios.push_back((d.mean_dn.data[i] - static_cast<float>(black_dn)) / d.amplitude_dn[pitch].data[i]);
+  return ratios.empty() ? kNaN : upper_median(ratios);
+}
+
+}  // namespace
+
+double predicted_brightness_rad2(const Twin& twin, std::size_t camera, const DirectionDecode& real,
+                                 const std::vector<int>& use_steps, const measure::LightFactors& light) {
+  const std::vector<int> steps = use_steps.empty() ? measure::all_steps(twin.fringes.steps) : use_steps;
+  if (real.wrapped_rad.empty() || alias_order(steps, twin.fringes.steps) != static_cast<int>(steps.size()))
+    return kNaN;
+  const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
+  const bool all_pitches = twin.fringes.unwrap == Unwrap::heterodyne;
+  const auto n_pitches = static_cast<double>(real.pitches_px.size());
+  double sum = 0.0;
+  for (std::size_t p = 0; p < real.pitches_px.size(); ++p) {
+    if (!all_pitches && static_cast<int>(p) != real.finest) continue;
+    std::vector<double> factors;
+    for (std::size_t i = 0; i < sequence.size(); ++i) {
+      const PatternSpec& image = sequence[i];
+      if (image.kind != PatternSpec::Kind::phase_step || image.pitch != static_cast<int>(p) ||
+          twin.fringes.directions[static_cast<std::size_t>(image.direction)].axis != real.axis ||
+          std::ranges::find(steps, image.step) == steps.end())
+        continue;
+      factors.push_back(light.factor.at(i) / factor_of(twin.cameras[camera].exposure_factors, i) /
+                        (twin.projector ? factor_of(twin.projector->light_factors, i) : 1.0));
+    }
+    // of the coordinate, in phase of the finest pitch: the mean of all where all are in it
+    const double share =
+        all_pitches ? real.pitches_px[p] / real.pitches_px[static_cast<std::size_t>(real.finest)] / n_pitches
+                    : 1.0;
+    const double ratio = mean_over_amplitude(real, p, twin.cameras[camera].sensor.black_level_dn);
+    sum += std::pow(share * measure::light_phase_rms_rad(factors, ratio), 2);
+  }
+  return sum;
 }
 
 }  // namespace fringetwin::compare

@@ -21,6 +21,13 @@ std::optional<PhaseBudget> phase_budget(const Twin& twin, const measure::Directi
                                         const measure::DirectionDecode& simulated,
                                         const std::vector<int>& use_steps);
 
+/// Returns the part of brightness_rad2 that the factors of the real images' light predict, over those that
+/// the twin's camera has by its keys: of the pitches in the coordinate, rms over all phases
+/// (measure::light_phase_rms_rad). NaN where the steps used are not equally spaced over the period, or no
+/// pixel is valid. `real`: decoded from images whose light was not taken out.
+double predicted_brightness_rad2(const Twin& twin, std::size_t camera, const measure::DirectionDecode& real,
+                                 const std::vector<int>& use_steps, const measure::LightFactors& light);
+
 /// Holds how much of the whitened difference the ripples take away that a faulty light leaves, per function
 /// fitted: 1 is expected of noise.
 struct RippleTest {

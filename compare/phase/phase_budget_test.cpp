@@ -22,6 +22,7 @@
 #include <random>
 
 #include "measure/decode/decode.hpp"
+#include "measure/decode/phase.hpp"
 
 namespace fringetwin::compare::phase_budget_test {
 namespace {
@@ -209,6 +210,27 @@ TEST(RippleTest, AnImageThatIsALittleTooBrightIsSeen) {
   const RippleTest t = ripple_between(wrong, all);
   EXPECT_GT(t.brightness_chi2, 2.0 * (1.0 + 5.0 * std::sqrt(2.0 / 4.0)));
   EXPECT_LT(t.harmonic_chi2, 1.0 + 5.0 * std::sqrt(2.0 / 4.0));
+}
+
+// One of twelve images 2 % too bright: what its factor predicts is what the ripple has.
+TEST(RippleTest, LightPredictsTheBrightness) {
+  for (const std::vector<int>& steps : {measure::all_steps(12), kOdd}) {
+    Bench real, simulated;
+    real.fifth_dn = simulated.fifth_dn = 0.0;
+    real.flicker = 0.02;
+    simulated.seed = 11;
+    const measure::DirectionDecode a = real.decoded(steps), b = simulated.decoded(steps);
+    const Lens lens("LENSMODEL_PINHOLE", {900, 900, 119.5, 89.5}, {kWidth, kHeight}, "test");
+    real.twin.cameras.push_back({"camera", lens, Pose{}, Sensor{}, std::nullopt});
+    measure::LightFactors light;
+    light.factor.assign(expand_sequence(real.twin.fringes).size(), 1.0);
+    light.factor[3] = 1.02;
+    const double predicted = predicted_brightness_rad2(real.twin, 0, a, steps, light);
+    EXPECT_NEAR(predicted / phase_budget(real.twin, a, b, steps)->brightness_rad2, 1.0, 0.05) << steps.size();
+    real.twin.cameras[0].exposure_factors = light.factor;  // a twin that knows it
+    EXPECT_EQ(predicted_brightness_rad2(real.twin, 0, a, steps, light), 0.0);
+    EXPECT_TRUE(std::isnan(predicted_brightness_rad2(real.twin, 0, a, {0, 1, 2, 3}, light)));
+  }
 }
 
 }  // namespace

@@ -57,6 +57,7 @@ struct PhaseBudget {
   double total_rad2 = 0, offset_rad2 = 0, brightness_rad2 = 0, harmonic_rad2 = 0, noise_rad2 = 0,
          low_frequency_rad2 = 0, high_frequency_rad2 = 0;
   double harmonic_amplitude_rad = 0;
+  double light_rad2 = kNaN;
   std::uint64_t n = 0;
   double explained() const {
     return (brightness_rad2 + harmonic_rad2 + noise_rad2) / (total_rad2 - offset_rad2);
@@ -72,6 +73,11 @@ struct PhaseBudget {
     f.positive("offset_rad2", "square of the mean difference", &Row::offset_rad2);
     f.positive("brightness_rad2", "part of the ripple that brightness changes between the images leave",
                &Row::brightness_rad2)
+        .not_required();
+    f.positive("light_rad2",
+               "what the factors of the real images' light, told by the steps, predict for brightness_rad2; "
+               "known where its ripple fails",
+               &Row::light_rad2)
         .not_required();
     f.positive("harmonic_rad2", "part of the ripple that projector harmonics leave", &Row::harmonic_rad2);
     f.positive("noise_rad2", "part that the phase sigmas of both sides predict", &Row::noise_rad2);

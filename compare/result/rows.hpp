@@ -10,13 +10,20 @@
 #include "compare/result/coverage_tables.hpp"
 #include "compare/result/geometry_tables.hpp"
 #include "compare/result/gray_tables.hpp"
+#include "compare/result/light_table.hpp"
 #include "compare/result/phase_tables.hpp"
 #include "compare/result/verdict_tables.hpp"
 
 namespace fringetwin::compare {
 
 /// All tables, the verdict on the limits, and the warnings.
-struct Comparison : GeometryTables, GrayTables, PhaseTables, BlockTables, CoverageTables, VerdictTables {
+struct Comparison : GeometryTables,
+                    GrayTables,
+                    PhaseTables,
+                    BlockTables,
+                    CoverageTables,
+                    VerdictTables,
+                    LightTables {
   bool pass = true;
   std::vector<std::string> warnings;
 };

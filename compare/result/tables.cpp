@@ -110,6 +110,19 @@ std::vector<Table> make_tables() {
        .is_list = false,
        .fields = &fields<TriangulationRow>,
        .of_measurement = [](const Measurement& m) { return row_json(TriangulationRow{m.triangulation}); }});
+  // without rows there is no such table: results are the same where nobody asked for it
+  const auto rows_or_none = [](const std::vector<LightRow>& rows) {
+    return rows.empty() ? Json(nullptr) : rows_json(rows);
+  };
+  all.add({.key = "light",
+           .fields = &fields<LightRow>,
+           .of_comparison = [=](const Comparison& c) { return rows_or_none(c.light); },
+           .of_measurement =
+               [=](const Measurement& m) {
+                 std::vector<LightRow> rows;
+                 add_light_rows(m, "", rows);
+                 return rows_or_none(rows);
+               }});
   GrayTables::describe(all);
   PhaseTables::describe(all);
   BlockTables::describe(all);

@@ -218,6 +218,62 @@ TEST(DecodeNoise, FringesFinerThanThePixelsLoseTheirModulation) {
   EXPECT_TRUE(std::isfinite(d.directions[0].wrapped_rad[0](100, 2)));
 }
 
+/// Four steps of three pitches, and eight of others: a lamp that drifts by 2 % either way and flickers by 1
+/// %.
+std::vector<std::pair<Fringes, std::vector<double>>> flickering() {
+  std::vector<std::pair<Fringes, std::vector<double>>> all{
+      {one_direction(Unwrap::heterodyne, 4, {13, 14, 15}, {0, 1, 2}), {}},
+      {one_direction(Unwrap::hierarchical, 8, {1280, 160, 20}, {640, 80, 10}), {}}};
+  for (auto& [fringes, light] : all) {
+    const auto n = static_cast<double>(expand_sequence(fringes).size());
+    for (int k = 0; k < static_cast<int>(n); ++k)
+      light.push_back((0.98 + 0.04 * k / (n - 1.0)) * (k % 3 == 1 ? 1.01 : 1.0));
+  }
+  return all;
+}
+
+TEST(DecodeNoise, LightThatChangesIsTakenOut) {
+  for (const auto& [fringes, light] : flickering()) {
+    FringeScene scene = noisy_scene(0.7);
+    scene.light = light;
+    const CameraImages images = project(fringes, scene);
+    DecodeOptions o = projector_of_width(1280);
+    const CameraDecode as_it_is = decode(images, fringes, o);
+    EXPECT_FALSE(as_it_is.light || as_it_is.light_taken_out);
+    EXPECT_GT(normalised_rms(as_it_is.directions[0], scene.column_px), 1.3) << fringes.steps;
+    o.light_above_dn = scene.black_dn;
+    const CameraDecode d = decode(images, fringes, o);
+    ASSERT_TRUE(d.light && d.light_taken_out);
+    EXPECT_NEAR(normalised_rms(d.directions[0], scene.column_px), 1.0, 0.05) << fringes.steps;
+    EXPECT_NEAR(d.directions[0].noise_dn, std::sqrt(0.49 + 1.0 / 12.0), 0.05) << fringes.steps;
+    EXPECT_FALSE(d.clip);
+  }
+}
+
+// A steady lamp: not a bit changes. Were the factors taken out that chance makes, no phase would move by more
+// than a tenth of its noise.
+TEST(DecodeNoise, SteadyLightIsLeftAlone) {
+  for (const auto& [fringes, light] : flickering()) {
+    const FringeScene scene = noisy_scene(0.7);
+    const CameraImages images = project(fringes, scene);
+    DecodeOptions o = projector_of_width(1280);
+    const CameraDecode as_it_is = decode(images, fringes, o);
+    o.light_above_dn = scene.black_dn;
+    const CameraDecode d = decode(images, fringes, o);
+    ASSERT_TRUE(d.light);
+    EXPECT_FALSE(d.light_taken_out);
+    o.light_above_dn.reset();
+    const CameraDecode forced = decode(with_steady_light(images, *d.light, scene.black_dn), fringes, o);
+    const DirectionDecode &a = as_it_is.directions[0], &b = d.directions[0], &c = forced.directions[0];
+    for (std::size_t i = 0; i < a.coordinate_px.size(); ++i) {
+      if (!std::isfinite(a.coordinate_px.data[i])) continue;
+      ASSERT_EQ(a.coordinate_px.data[i], b.coordinate_px.data[i]);
+      ASSERT_NEAR(a.coordinate_px.data[i], c.coordinate_px.data[i],
+                  0.1 * static_cast<double>(a.coordinate_sigma_px.data[i]));
+    }
+  }
+}
+
 TEST(DecodeNoise, TheNumberOfThreadsChangesNoBit) {
   const Fringes f = gray_fringes(4, 40, 0, {5, false, false, 0.0, GrayCode::Threshold::mean});
   FringeScene scene = noisy_scene(4.0);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <random>
+#include <vector>
 
 #include "measure/decode/decode.hpp"
 
@@ -20,6 +21,7 @@ struct FringeScene {
   /// Gray bits are averaged over +-footprint/2 projector px, as a real pixel does.
   double footprint_px = 1.0;
   unsigned seed = 1;
+  std::vector<double> light;  ///< of each image, over a steady lamp's; empty = 1
 };
 
 inline double bit_average(const Fringes& fringes, const PatternSpec& spec, double x_px, double footprint_px) {
@@ -38,10 +40,11 @@ inline CameraImages project(const Fringes& fringes, const FringeScene& scene) {
   out.radiance = !scene.quantised;
   const int w = scene.column_px.width, h = scene.column_px.height;
   const auto expose = [&](const std::function<double(std::size_t)>& value) {
+    const double light = scene.light.empty() ? 1.0 : scene.light.at(out.images.size());
     ImageF image(w, h);
     for (std::size_t i = 0; i < image.size(); ++i) {
       const double albedo = scene.albedo.empty() ? 1.0 : static_cast<double>(scene.albedo.data[i]);
-      double dn = scene.black_dn + albedo * (scene.white_dn - scene.black_dn) * value(i);
+      double dn = scene.black_dn + light * albedo * (scene.white_dn - scene.black_dn) * value(i);
       if (scene.noise_dn > 0.0) dn += scene.noise_dn * normal(random);
       if (scene.quantised) dn = std::clamp(std::round(dn), 0.0, 255.0);
       image.data[i] = static_cast<float>(dn);

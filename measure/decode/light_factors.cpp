@@ -1,0 +1,423 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "measure/decode/light_factors.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+
+#include "measure/decode/light_steps.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/base/statistics.hpp"
+
+namespace fringetwin::measure {
+namespace {
+
+constexpr int kFewestLightSteps = 4, kMostLightSteps = 64, kLightIterations = 12;
+constexpr std::size_t kFewestLightPixels = 200, kMostLightPixels = 20'000;
+constexpr std::size_t kCandidates = 4;  ///< looked at for each pixel that takes part
+constexpr double kMostProducts = 1e7;   ///< of one pass over the pixels of a pitch
+constexpr int kLightBlocks = 16;        ///< each way: what belongs together lies in one
+constexpr int kLeastBlockPx = 8;
+constexpr std::size_t kFewestLightBlocks = 12;
+constexpr int kWaveformFirst = 2;        ///< iterations before factors are fitted
+constexpr double kSettledFactor = 1e-6;  ///< of a factor
+constexpr double kCut2 = 9.0;            ///< squared robust scales of a pixel's residual
+constexpr double kNotTold = 0.05;        ///< standard error of a factor that is not told
+constexpr double kNull = 1e-9;           ///< of the largest eigenvalue of the scaled normal matrix
+constexpr double kLeastVariance = 1e-6, kRelativeAmplitude = 1e-3;
+constexpr double kDiffer = 4.0;  ///< standard errors
+
+/// One pitch of one direction: its images' indices and images.
+struct PitchSteps {
+  std::vector<std::size_t> index;
+  std::vector<const ImageF*> image;
+};
+
+std::vector<PitchSteps> pitches_of(const CameraImages& images, const Fringes& fringes) {
+  std::vector<PitchSteps> pitches;
+  const std::vector<PatternSpec> sequence = expand_sequence(fringes);
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    if (sequence[i].kind != PatternSpec::Kind::phase_step) continue;
+    if (sequence[i].step == 0) pitches.emplace_back();
+    pitches.back().index.push_back(i);
+    pitches.back().image.push_back(&images.images.at(i));
+  }
+  return pitches;
+}
+
+/// Says which pixels of a pitch take part: lit fringes without a clipped value, evenly spread, block by
+/// block.
+struct Chosen {
+  std::vector<std::vector<std::size_t>> blocks;  ///< pixels of each block that has any
+  std::size_t n = 0;
+};
+
+/// Returns about `most` of the numbers below n, evenly spread but not evenly spaced: every seventh pixel may
+/// meet the same place of each fringe.
+std::vector<std::size_t> spread_over(std::size_t n, std::size_t most) {
+  constexpr std::size_t kScatter = 7919;
+  const std::size_t stride = std::max<std::size_t>(1, (n + most - 1) / most);
+  std::vector<std::size_t> out;
+  for (std::size_t j = 0; j * stride < n; ++j)
+    out.push_back(std::min(n - 1, j * stride + j * kScatter % stride));
+  return out;
+}
+
+/// Sums over the pixels of one block.
+struct LightSums {
+  Eigen::MatrixXd normal;
+  Eigen::VectorXd right;
+  double squares = 0.0, weight = 0.0;
+  std::vector<float> of_pixels = {};  ///< weighted squares of what each leaves
+};
+
+/// Finds the factors of the steps of one pitch.
+class PitchLight {
+ public:
+  PitchLight(const PitchSteps& pitch, const LightOptions& options, double saturation)
+      : pitch_(pitch), options_(options), steps_(static_cast<int>(pitch.image.size())) {
+    choose(saturation);
+  }
+
+  /// Returns false where these pixels do not tell.
+  bool run() {
+    if (chosen_.n < kFewestLightPixels) return false;
+    const Eigen::Index n = steps_.count(), m = steps_.of_harmonics();
+    log_factor_ = Eigen::VectorXd::Zero(n);
+    Eigen::VectorXd solution;
+    for (int i = 0; i < kLightIterations; ++i) {
+      throw_if_cancelled();
+      sum_up();
+      if (i < kWaveformFirst) {
+        steps_.waveform += of_waveform().tail(m);
+        continue;
+      }
+      if (i == kWaveformFirst) before_ = mean_square(of_waveform());
+      solution = solve();
+      if (solution.size() == 0) return false;
+      const Eigen::VectorXd step = solution.head(n);
+      if (step.cwiseAbs().maxCoeff() < kSettledFactor) break;
+      log_factor_ += step.cwiseMax(-0.5).cwiseMin(0.5);
+      steps_.waveform += solution.tail(m);
+    }
+    after_ = mean_square(solution);
+    set_sigma(solution);
+    return sigma_.maxCoeff() < kNotTold;
+  }
+
+  const Eigen::VectorXd& log_factor() const { return log_factor_; }
+  const Eigen::VectorXd& sigma() const { return sigma_; }
+  double before() const { return before_; }
+  double after() const { return after_; }
+  const Chosen& chosen() const { return chosen_; }
+  /// Returns whether no value of a pixel is clipped, at either end.
+  bool is_whole(std::size_t pixel, double saturation) const {
+    return std::ranges::all_of(pitch_.image, [&](const ImageF* image) {
+      return static_cast<double>(image->data[pixel]) < saturation && image->data[pixel] > 0.0F;
+    });
+  }
+  /// Returns the mean of a pixel over black with a steady light.
+  double mean_of(std::size_t pixel) const { return values(pixel).mean(); }
+  /// Returns the ratio of mean and amplitude of most pixels.
+  double mean_over_amplitude() const {
+    std::vector<float> ratios;
+    for (const std::vector<std::size_t>& block : chosen_.blocks)
+      for (const std::size_t pixel : block) {
+        const StepFringe f = steps_.sinusoid(values(pixel));
+        ratios.push_back(static_cast<float>(f.mean / f.amplitude));
+      }
+    return upper_median(ratios);
+  }
+
+ private:
+  /// Returns a pixel's values over black as they would be with a steady light, by the factors so far.
+  Eigen::VectorXd values(std::size_t pixel) const {
+    Eigen::VectorXd out(steps_.count());
+    for (Eigen::Index k = 0; k < out.size(); ++k) {
+      out[k] = static_cast<double>(pitch_.image[static_cast<std::size_t>(k)]->data[pixel]) -
+               options_.black_level_dn;
+      if (log_factor_.size() > 0) out[k] *= std::exp(-log_factor_[k]);
+    }
+    return out;
+  }
+
+  void choose(double saturation) {
+    const ImageF& size = *pitch_.image.front();
+    const double products = static_cast<double>(steps_.count()) * steps_.unknowns();
+    const auto most = std::clamp(static_cast<std::size_t>(kMostProducts / products), 10 * kFewestLightPixels,
+                                 kMostLightPixels);
+    std::vector<std::size_t> lit;
+    std::vector<double> amplitude;
+    for (const std::size_t i : spread_over(size.size(), kCandidates * most))
+      if (is_whole(i, saturation)) {
+        lit.push_back(i);
+        amplitude.push_back(steps_.sinusoid(values(i)).amplitude);
+      }
+    if (lit.empty()) return;
+    const double least =
+        std::isfinite(saturation) ? options_.min_amplitude : kRelativeAmplitude * std::ranges::max(amplitude);
+    std::size_t n_lit = 0;
+    for (std::size_t j = 0; j < lit.size(); ++j)
+      if (amplitude[j] >= least) lit[n_lit++] = lit[j];
+    lit.resize(n_lit);
+    const int side_x = std::max(kLeastBlockPx, (size.width + kLightBlocks - 1) / kLightBlocks),
+              side_y = std::max(kLeastBlockPx, (size.height + kLightBlocks - 1) / kLightBlocks);
+    chosen_.blocks.resize(static_cast<std::size_t>(kLightBlocks) * kLightBlocks);
+    for (const std::size_t j : spread_over(lit.size(), most)) {
+      const auto x = static_cast<int>(lit[j] % static_cast<std::size_t>(size.width)),
+                 y = static_cast<int>(lit[j] / static_cast<std::size_t>(size.width));
+      chosen_.blocks[static_cast<std::size_t>(y / side_y * kLightBlocks + x / side_x)].push_back(lit[j]);
+      ++chosen_.n;
+    }
+    std::erase_if(chosen_.blocks, [](const auto& block) { return block.empty(); });
+    for (const std::vector<std::size_t>& block : chosen_.blocks) {
+      fringes_.emplace_back();
+      for (const std::size_t pixel : block) fringes_.back().push_back(steps_.sinusoid(values(pixel)));
+    }
+  }
+
+  double weight(const StepFringe& f) const {
+    const double level = f.mean + options_.black_level_dn,
+                 variance = options_.variance_offset_dn2 + options_.variance_per_dn * level;
+    return 1.0 / std::max(variance, kLeastVariance);
+  }
+
+  /// Sets the scale of a pixel's residual beyond which it weighs less, from the middle of all.
+  void robust_scale() {
+    std::vector<float> all;
+    for (const LightSums& block : sums_)
+      all.insert(all.end(), block.of_pixels.begin(), block.of_pixels.end());
+    // the median of chi2 of nu degrees of freedom is nu (1 - 2/(9 nu))^3 (Wilson and Hilferty)
+    const double nu = steps_.freedom();
+    scale2_ = upper_median(all) / (nu * std::pow(1.0 - 2.0 / (9.0 * nu), 3));
+  }
+
+  /// Returns what a pixel counts whose weighted squares add up to this.
+  double trust(double squares) const {
+    const double q = squares / steps_.freedom();
+    return q > kCut2 * scale2_ ? kCut2 * scale2_ / q : 1.0;
+  }
+
+  /// Sums up the equations where the fit is, each pixel's own fringe fitted once more before. The pixels of
+  /// the pass before tell which of them to trust.
+  void sum_up() {
+    if (!sums_.empty()) robust_scale();
+    sums_.assign(chosen_.blocks.size(), {});
+    const auto n_blocks = static_cast<std::ptrdiff_t>(chosen_.blocks.size());
+#pragma omp parallel for schedule(dynamic)
+    for (std::ptrdiff_t b = 0; b < n_blocks; ++b) sum_up_block(static_cast<std::size_t>(b));
+    total_ = {Eigen::MatrixXd::Zero(steps_.unknowns(), steps_.unknowns()),
+              Eigen::VectorXd::Zero(steps_.unknowns())};
+    for (const LightSums& s : sums_) {
+      total_.normal += s.normal;
+      total_.right += s.right;
+      total_.squares += s.squares;
+      total_.weight += s.weight;
+    }
+  }
+
+  void sum_up_block(std::size_t block) {
+    const Eigen::Index n = steps_.count(), m = steps_.of_harmonics();
+    LightSums& out = sums_[block];
+    out.normal = Eigen::MatrixXd::Zero(n + m, n + m);
+    out.right = Eigen::VectorXd::Zero(n + m);
+    for (std::size_t i = 0; i < chosen_.blocks[block].size(); ++i) {
+      const Eigen::VectorXd y = values(chosen_.blocks[block][i]);
+      StepFringe& fringe = fringes_[block][i];
+      fringe = PixelEquations(steps_, fringe, y).better(fringe);
+      const PixelEquations e(steps_, fringe, y);
+      const Eigen::VectorXd left = e.contrasts(e.residual);
+      const Eigen::MatrixXd harmonics = e.contrasts(e.harmonics),
+                            free = Eigen::MatrixXd::Identity(n, n) - e.own * e.own.transpose();
+      const double noise = weight(fringe), squares = noise * left.squaredNorm(), w = noise * trust(squares);
+      // a factor changes its step by the signal there: (P diag s)^T (P diag s) = P s s^T, entry by entry
+      out.normal.topLeftCorner(n, n) += w * free.cwiseProduct(e.signal * e.signal.transpose());
+      out.normal.topRightCorner(n, m).noalias() += w * e.signal.asDiagonal() * harmonics;
+      out.normal.bottomRightCorner(m, m).noalias() += w * harmonics.transpose() * harmonics;
+      out.right.head(n) += w * e.signal.cwiseProduct(left);
+      out.right.tail(m).noalias() += w * harmonics.transpose() * left;
+      out.squares += w * left.squaredNorm();
+      out.weight += w / noise;
+      out.of_pixels.push_back(static_cast<float>(squares));
+    }
+    out.normal.bottomLeftCorner(m, n) = out.normal.topRightCorner(n, m).transpose().eval();
+  }
+
+  /// Solves the equations, all factors alike left out: no steps tell them. Empty where more is not told.
+  Eigen::VectorXd solve() {
+    const Eigen::VectorXd size = total_.normal.diagonal().cwiseSqrt();
+    if (!(size.head(steps_.count()).minCoeff() > 0.0)) return {};
+    // what no pixel shows of a harmonic stays 0
+    const Eigen::VectorXd scale = size.cwiseMax(1e-300).cwiseInverse();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * total_.normal *
+                                                               scale.asDiagonal());
+    const double least = kNull * eigen.eigenvalues().maxCoeff();
+    Eigen::VectorXd inverse = Eigen::VectorXd::Zero(scale.size());
+    int null = 0;
+    for (Eigen::Index i = 0; i < inverse.size(); ++i)
+      if (eigen.eigenvalues()[i] > least)
+        inverse[i] = 1.0 / eigen.eigenvalues()[i];
+      else
+        ++null;
+    if (null > 1) return {};
+    covariance_ = scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
+                  eigen.eigenvectors().transpose() * scale.asDiagonal();
+    // relative to the mean of the factors
+    Eigen::MatrixXd centre = Eigen::MatrixXd::Identity(scale.size(), scale.size());
+    centre.topLeftCorner(steps_.count(), steps_.count()).array() -= 1.0 / steps_.count();
+    covariance_ = centre * covariance_ * centre.transpose();
+    return covariance_ * total_.right;
+  }
+
+  /// Returns the solution of the waveform alone, the factors held.
+  Eigen::VectorXd of_waveform() const {
+    const Eigen::Index n = steps_.count(), m = steps_.unknowns() - n;
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(n + m);
+    if (m > 0) out.tail(m) = total_.normal.bottomRightCorner(m, m).ldlt().solve(total_.right.tail(m));
+    return out;
+  }
+
+  /// Returns the mean square that a solution leaves, per degree of freedom.
+  double mean_square(const Eigen::VectorXd& solution) const {
+    const double left =
+        total_.squares - 2.0 * solution.dot(total_.right) + solution.dot(total_.normal * solution);
+    return std::max(0.0, left) / (total_.weight * steps_.freedom());
+  }
+
+  /// Sets the standard errors: those of the noise that is left, or of the scatter of blocks where that is
+  /// more than chance makes of it.
+  void set_sigma(const Eigen::VectorXd& solution) {
+    const int n = steps_.count();
+    const Eigen::MatrixXd noise = std::max(after_, std::numeric_limits<double>::min()) * covariance_;
+    Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(steps_.unknowns(), steps_.unknowns());
+    for (const LightSums& s : sums_) {
+      const Eigen::VectorXd score = s.right - s.normal * solution;
+      scores += score * score.transpose();
+    }
+    const auto blocks = static_cast<double>(sums_.size());
+    const Eigen::MatrixXd sandwich = blocks / (blocks - 1.0) * covariance_ * scores * covariance_;
+    const double chance = 1.0 + 3.0 * std::sqrt(2.0 / (blocks - 1.0));
+    sigma_.resize(n);
+    for (int k = 0; k < n; ++k) {
+      const bool scatters = sums_.size() >= kFewestLightBlocks && sandwich(k, k) > chance * noise(k, k);
+      sigma_[k] = std::sqrt(scatters ? sandwich(k, k) : noise(k, k));
+    }
+  }
+
+  const PitchSteps& pitch_;
+  const LightOptions& options_;
+  LightSteps steps_;
+  Chosen chosen_;
+  double scale2_ = std::numeric_limits<double>::infinity(), before_ = 0.0, after_ = 0.0;
+  std::vector<std::vector<StepFringe>> fringes_;  ///< of the chosen pixels
+  std::vector<LightSums> sums_;
+  LightSums total_;
+  Eigen::MatrixXd covariance_;  ///< for noise of variance 1 over the weights
+  Eigen::VectorXd log_factor_, sigma_;
+};
+
+/// Finds by how much brighter each pitch was shown than the first, ln, from the means of the first one's
+/// pixels (their squares: noise adds the same to both), and the standard errors by the scatter of blocks.
+class PitchLevels {
+ public:
+  PitchLevels(const std::vector<PitchLight>& pitches, double saturation) {
+    const std::size_t n = pitches.size();
+    log_level.assign(n, 0.0);
+    sigma.assign(n, 0.0);
+    for (std::size_t p = 1; p < n; ++p) {
+      std::vector<Eigen::Vector2d> squares;  // of each block, in both
+      for (const std::vector<std::size_t>& block : pitches[0].chosen().blocks) {
+        squares.emplace_back(0.0, 0.0);
+        for (const std::size_t pixel : block)
+          if (pitches[p].is_whole(pixel, saturation))
+            squares.back() +=
+                Eigen::Vector2d(pitches[0].mean_of(pixel), pitches[p].mean_of(pixel)).cwiseAbs2();
+      }
+      Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+      for (const Eigen::Vector2d& s : squares) sum += s;
+      if (!(sum.minCoeff() > 0.0)) continue;  // no pixel that both light
+      const double ratio = sum[1] / sum[0];
+      double scatter = 0.0;
+      for (const Eigen::Vector2d& s : squares) scatter += std::pow(s[1] - ratio * s[0], 2);
+      log_level[p] = 0.5 * std::log(ratio);
+      sigma[p] = 0.5 * std::sqrt(scatter) / sum[1];
+    }
+  }
+  std::vector<double> log_level, sigma;
+};
+
+}  // namespace
+
+bool LightFactors::differ() const {
+  for (std::size_t i = 0; i < factor.size(); ++i)
+    if (sigma[i] > 0.0 && std::abs(std::log(factor[i])) > kDiffer * sigma[i]) return true;
+  return false;
+}
+
+double light_phase_rms_rad(const std::vector<double>& factors, double mean_over_amplitude) {
+  std::complex<double> first, second;
+  const auto n = static_cast<double>(factors.size());
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    const double angle = kTwoPi * static_cast<double>(k) / n;
+    first += (factors[k] - 1.0) / n * std::polar(1.0, -angle);
+    second += (factors[k] - 1.0) / n * std::polar(1.0, -2.0 * angle);
+  }
+  return std::sqrt(2.0 * std::pow(mean_over_amplitude, 2) * std::norm(first) + 0.5 * std::norm(second));
+}
+
+std::optional<LightFactors> estimate_light(const CameraImages& images, const Fringes& fringes,
+                                           const LightOptions& options) {
+  if (fringes.steps < kFewestLightSteps || fringes.steps > kMostLightSteps) return std::nullopt;
+  const std::vector<PitchSteps> steps = pitches_of(images, fringes);
+  std::vector<PitchLight> pitches;
+  for (const PitchSteps& pitch : steps) {
+    pitches.emplace_back(pitch, options, images.saturation_dn());
+    if (!pitches.back().run()) return std::nullopt;
+  }
+  const PitchLevels levels(pitches, images.saturation_dn());
+  double mean = 0.0;
+  for (const double level : levels.log_level) mean += level / static_cast<double>(pitches.size());
+  LightFactors out{.factor = std::vector<double>(images.images.size(), 1.0),
+                   .sigma = std::vector<double>(images.images.size(), 0.0)};
+  for (std::size_t p = 0; p < pitches.size(); ++p) {
+    const PitchLight& light = pitches[p];
+    std::vector<double> of_steps;
+    for (std::size_t k = 0; k < steps[p].index.size(); ++k) {
+      const auto at = static_cast<Eigen::Index>(k);
+      of_steps.push_back(std::exp(light.log_factor()[at]));
+      out.factor[steps[p].index[k]] = std::exp(light.log_factor()[at] + levels.log_level[p] - mean);
+      out.sigma[steps[p].index[k]] = std::hypot(light.sigma()[at], levels.sigma[p]);
+    }
+    const double share = 1.0 / static_cast<double>(pitches.size());
+    out.residual_before += share * light.before();
+    out.residual_after += share * light.after();
+    out.n_pixels += light.chosen().n;
+    out.phase_rms_rad =
+        std::max(out.phase_rms_rad, light_phase_rms_rad(of_steps, light.mean_over_amplitude()));
+  }
+  return out;
+}
+
+CameraImages with_steady_light(CameraImages images, const LightFactors& light, double black_level_dn) {
+  FT_CHECK(light.factor.size() == images.images.size(), "a factor for each image");
+  const double saturation = images.saturation_dn(), darkest = std::ranges::min(light.factor),
+               top = black_level_dn + (saturation - black_level_dn) / std::min(darkest, 1.0);
+  const auto clipped = static_cast<float>(top);
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t i = 0; i < images.images.size(); ++i) {
+    const auto divisor = static_cast<float>(1.0 / light.factor[i]),
+               black = static_cast<float>(black_level_dn);
+    for (float& v : images.images[i].data)
+      v = static_cast<double>(v) >= saturation ? clipped : black + divisor * (v - black);
+  }
+  if (!images.radiance) images.clip = Clip{top, images.clip ? images.clip->n : 0};
+  return images;
+}
+
+}  // namespace fringetwin::measure

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Estimates from the phase steps of one camera what light each image got: a lamp that flickers or drifts, an
+// exposure that is not kept (docs/metrics/measure.md, "Light of the images").
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "twin/captures/capture_set.hpp"
+#include "twin/fringes.hpp"
+
+namespace fringetwin::measure {
+
+/// Says which pixels tell the light, and what they weigh.
+struct LightOptions {
+  double black_level_dn = 0.0;  ///< what a pixel shows without any light
+  double min_amplitude = 5.0;   ///< of a fringe that counts
+  /// Variance of a gray value, var = a + b DN; its scale does not matter.
+  double variance_offset_dn2 = 1.0, variance_per_dn = 0.0;
+};
+
+/// Holds the factors of one camera's images: I = black + factor * (what a steady light would show).
+struct LightFactors {
+  /// Per image of the sequence, geometric mean 1 over the phase steps; 1 of what is no phase step.
+  std::vector<double> factor;
+  std::vector<double> sigma;  ///< relative standard errors; 0 of what is no phase step
+  /// Mean square of the residuals of the N-step fits per degree of freedom, with a steady light and with
+  /// these factors, DN^2 (times 1/var where the options have a line). Harmonics of the fringe stay out of
+  /// both.
+  double residual_before = 0.0, residual_after = 0.0;
+  std::size_t n_pixels = 0;  ///< that told it, all pitches
+  /// Rms phase that the factors move, largest of all pitches (light_phase_rms_rad()).
+  double phase_rms_rad = 0.0;
+  /// Returns whether a factor differs from 1 by more than chance lets the farthest of them.
+  bool differ() const;
+};
+
+/// Returns the rms over all phases of what factors 1 + e_k of the N steps of a pitch move the phase by, to
+/// first order, where the fringe's mean over black is `mean_over_amplitude` times its amplitude: sqrt(2 |m
+/// e_1|^2 + |e_2|^2 / 2) with e_j = (1/N) sum e_k exp(-2 pi i j k/N), m = mean_over_amplitude.
+double light_phase_rms_rad(const std::vector<double>& factors_of_steps, double mean_over_amplitude);
+
+/// Estimates the factors from the images alone. Every pixel has its mean, its amplitude and its phase, and
+/// the fringes have harmonics in common; what the N steps hold besides, N - 3 contrasts of every pixel, is
+/// told by N factors common to all pixels (least squares, Huber weights by pixel). Between pitches it is the
+/// means that tell. Returns nothing with fewer than four steps or more than 64, with fewer than 200 pixels
+/// that are lit and not saturated, and where their phases vary too little to tell. Any number of threads
+/// gives the same.
+std::optional<LightFactors> estimate_light(const CameraImages& images, const Fringes& fringes,
+                                           const LightOptions& options);
+
+/// Returns the images with the factors taken out of all that is above black, those of the reference images
+/// and of what is no phase step untouched. What was saturated is so afterwards, and nothing else.
+CameraImages with_steady_light(CameraImages images, const LightFactors& light, double black_level_dn);
+
+}  // namespace fringetwin::measure

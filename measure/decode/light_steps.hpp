@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fits one pixel's fringe over the steps of a pitch, whose waveform all pixels have in common, and says what
+// its values owe to it to first order: the equations of light_factors.cpp.
+#pragma once
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <vector>
+
+#include "twin/base/constants.hpp"
+
+namespace fringetwin::measure {
+
+/// A fringe over the steps: mean + amplitude w(phase + d_k) with w(t) = cos t + harmonics.
+struct StepFringe {
+  double mean = 0.0, amplitude = 0.0, phase = 0.0;
+};
+
+/// All steps of a pitch, and the waveform that its fringes have in common.
+class LightSteps {
+ public:
+  static constexpr int kMostHarmonic = 7;
+
+  explicit LightSteps(int n) : n_(n), turn_(static_cast<std::size_t>(n)) {
+    for (int k = 0; k < n; ++k) turn_[static_cast<std::size_t>(k)] = std::polar(1.0, kTwoPi * k / n);
+    waveform = Eigen::VectorXd::Zero(of_harmonics());
+  }
+
+  int count() const { return n_; }
+  /// Cosine and sine of the harmonics 2, 3, ... that the steps tell.
+  int of_harmonics() const { return 2 * (std::min(kMostHarmonic, n_ - 2) - 1); }
+  int unknowns() const { return n_ + of_harmonics(); }
+  double freedom() const { return n_ - 3.0; }
+
+  /// Returns the sinusoid nearest to the values.
+  StepFringe sinusoid(const Eigen::VectorXd& values) const {
+    std::complex<double> sum;
+    for (int k = 0; k < n_; ++k) sum += values[k] * std::conj(turn_[static_cast<std::size_t>(k)]);
+    return {values.mean(), 2.0 / n_ * std::abs(sum), std::arg(sum)};
+  }
+
+  Eigen::VectorXd waveform;  ///< cosine and sine of each harmonic, over the amplitude
+
+ private:
+  friend struct PixelEquations;
+  int n_;
+  std::vector<std::complex<double>> turn_;  ///< e^(i d_k)
+};
+
+/// What a pixel's values owe to its own fringe, to the factors and to the waveform, to first order.
+struct PixelEquations {
+  Eigen::VectorXd residual, signal;  ///< values less the fringe; the fringe
+  Eigen::MatrixXd harmonics;         ///< by the waveform
+  Eigen::MatrixXd own;               ///< orthonormal, of what mean, amplitude and phase do
+  Eigen::Matrix3d own_size;          ///< own * own_size: by mean, amplitude and phase
+
+  PixelEquations(const LightSteps& steps, const StepFringe& fringe, const Eigen::VectorXd& values) {
+    const int n = steps.count(), m = steps.of_harmonics();
+    harmonics.resize(n, m);
+    Eigen::MatrixXd by_own(n, 3);
+    for (int k = 0; k < n; ++k) {
+      const std::complex<double> first =
+          std::polar(1.0, fringe.phase) * steps.turn_[static_cast<std::size_t>(k)];
+      std::complex<double> power = first;
+      double w = first.real(), by_phase = -first.imag();
+      for (int h = 0; h < m; h += 2) {
+        power *= first;
+        const double order = 2.0 + h / 2, a = steps.waveform[h], b = steps.waveform[h + 1];
+        w += a * power.real() + b * power.imag();
+        by_phase += order * (b * power.real() - a * power.imag());
+        harmonics(k, h) = fringe.amplitude * power.real();
+        harmonics(k, h + 1) = fringe.amplitude * power.imag();
+      }
+      by_own.row(k) << 1.0, w, fringe.amplitude * by_phase;
+    }
+    signal = fringe.mean + fringe.amplitude * by_own.col(1).array();
+    residual = values - signal;
+    own = by_own;
+    own_size.setZero();
+    for (int c = 0; c < 3; ++c) {  // Gram and Schmidt
+      for (int b = 0; b < c; ++b) {
+        own_size(b, c) = own.col(b).dot(own.col(c));
+        own.col(c) -= own_size(b, c) * own.col(b);
+      }
+      own_size(c, c) = std::max(own.col(c).norm(), std::numeric_limits<double>::min());
+      own.col(c) /= own_size(c, c);
+    }
+  }
+
+  /// Returns the fringe that fits the values better.
+  StepFringe better(const StepFringe& fringe) const {
+    const Eigen::Vector3d step = own_size.triangularView<Eigen::Upper>().solve(own.transpose() * residual);
+    const bool is_wild = !(std::abs(step[1]) < 0.5 * fringe.amplitude && std::abs(step[2]) < 0.5);
+    return is_wild ? fringe
+                   : StepFringe{fringe.mean + step[0], fringe.amplitude + step[1], fringe.phase + step[2]};
+  }
+  /// Takes out of columns over the steps what the pixel's own fringe may take.
+  template <class Columns>
+  Eigen::MatrixXd contrasts(const Columns& columns) const {
+    return columns - own * (own.transpose() * columns);
+  }
+};
+
+}  // namespace fringetwin::measure
