@@ -416,7 +416,7 @@ CameraImages with_steady_light(CameraImages images, const LightFactors& light, d
     for (float& v : images.images[i].data)
       v = static_cast<double>(v) >= saturation ? clipped : black + divisor * (v - black);
   }
-  if (!images.radiance) images.clip = Clip{top, images.clip ? images.clip->n : 0};
+  if (!images.radiance) images.clip = Clip{static_cast<double>(clipped), images.clip ? images.clip->n : 0};
   return images;
 }
 

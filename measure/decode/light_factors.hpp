@@ -41,11 +41,11 @@ struct LightFactors {
 double light_phase_rms_rad(const std::vector<double>& factors_of_steps, double mean_over_amplitude);
 
 /// Estimates the factors from the images alone. Every pixel has its mean, its amplitude and its phase, and
-/// the fringes have harmonics in common; what the N steps hold besides, N - 3 contrasts of every pixel, is
-/// told by N factors common to all pixels (least squares, Huber weights by pixel). Between pitches it is the
-/// means that tell. Returns nothing with fewer than four steps or more than 64, with fewer than 200 pixels
-/// that are lit and not saturated, and where their phases vary too little to tell. Any number of threads
-/// gives the same.
+/// the fringes of a pitch have their waveform in common; what the N steps hold besides, N - 3 contrasts of
+/// every pixel, is told by N factors common to all pixels (least squares, Huber weights by pixel). Between
+/// pitches it is the means that tell. Returns nothing with fewer than four steps or more than 64, with fewer
+/// than 200 pixels that are lit and not saturated, and where their phases vary too little to tell. Any number
+/// of threads gives the same.
 std::optional<LightFactors> estimate_light(const CameraImages& images, const Fringes& fringes,
                                            const LightOptions& options);
 
