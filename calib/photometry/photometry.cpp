@@ -298,8 +298,8 @@ std::optional<LightOfImages> light_of_images(const Photometry& photometry) {
   for (const CameraPhotometry& c : photometry.cameras) {
     told.push_back(c.light ? &*c.light : nullptr);
     differ = differ || (c.light && c.light->differ());
-    same =
-        same && (!c.light || !photometry.cameras[0].light || say_the_same(*photometry.cameras[0].light, *c.light));
+    same = same &&
+           (!c.light || !photometry.cameras[0].light || say_the_same(*photometry.cameras[0].light, *c.light));
   }
   if (!differ) return std::nullopt;
   LightOfImages out;
