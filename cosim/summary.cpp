@@ -27,7 +27,7 @@ std::vector<std::string> light_lines(const std::vector<compare::LightRow>& rows)
   for (const compare::LightRow& row : rows) {
     if (row.factor.empty()) continue;
     const auto [least, most] = std::ranges::minmax(row.factor);
-    const double sigma = std::ranges::max(row.sigma);
+    const double sigma = std::ranges::max(row.factor_sigma);
     out.push_back(fmt::format(
         "{}{}: light of the images {:+.2f} ... {:+.2f} % (standard errors up to {:.3f} %): {}",
         row.side.empty() ? "" : row.side + " ", row.camera, 100.0 * (least - 1.0), 100.0 * (most - 1.0),

@@ -55,9 +55,9 @@ void warn_of_light(const Twin& twin, const CameraDecode& decode, std::vector<std
   if (!twin.measure.correct_light || decode.light) return;
   warnings.push_back(fmt::format(
       "camera \"{}\": [measure] light = \"corrected\" has no effect: {}", decode.camera,
-      twin.fringes.steps < 4
-          ? fmt::format("{} phase steps do not tell the light of their images, 4 or more do",
-                        twin.fringes.steps)
+      twin.fringes.steps < kFewestLightSteps || twin.fringes.steps > kMostLightSteps
+          ? fmt::format("{} phase steps do not tell the light of their images, {} to {} do",
+                        twin.fringes.steps, kFewestLightSteps, kMostLightSteps)
           : "the lit pixels are too few, or too alike in phase, to tell the light of the images"));
 }
 

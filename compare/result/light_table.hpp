@@ -16,7 +16,7 @@ namespace fringetwin::compare {
 struct LightRow {
   std::string side, camera;  ///< side: empty in a measurement, which has one
   bool corrected = false;
-  std::vector<double> factor, sigma;
+  std::vector<double> factor, factor_sigma;
   double phase_rms_rad = 0, residual_ratio = 0;
   std::uint64_t n_pixels = 0;
 
@@ -29,7 +29,8 @@ struct LightRow {
     f.add("factor",
           "of each image of the sequence, geometric mean 1 over the phase steps; 1 of all other images",
           &Row::factor);
-    f.add("sigma", "standard errors of the factors; 0 of what is no phase step", &Row::sigma);
+    f.add("factor_sigma", "standard errors of the factors; 0 of what is no phase step", &Row::factor_sigma)
+        .error();
     f.positive("phase_rms_rad",
                "what the factors move the phase by, rms over all phases, largest of the pitches",
                &Row::phase_rms_rad);

@@ -18,8 +18,8 @@
 namespace fringetwin::measure {
 namespace {
 
-constexpr int kFewestLightSteps = 4, kMostLightSteps = 64, kLightIterations = 12;
-constexpr std::size_t kFewestLightPixels = 200, kMostLightPixels = 20'000;
+constexpr int kLightIterations = 12;
+constexpr std::size_t kFewestLightPixels = 200, kMostLightPixels = 12'000;
 constexpr std::size_t kCandidates = 4;  ///< looked at for each pixel that takes part
 constexpr double kMostProducts = 1e7;   ///< of one pass over the pixels of a pitch
 constexpr int kLightBlocks = 16;        ///< each way: what belongs together lies in one

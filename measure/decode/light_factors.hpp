@@ -11,6 +11,9 @@
 
 namespace fringetwin::measure {
 
+/// Phase steps of a pitch that tell the light: three leave nothing over, and more than 64 are not looked at.
+inline constexpr int kFewestLightSteps = 4, kMostLightSteps = 64;
+
 /// Says which pixels tell the light, and what they weigh.
 struct LightOptions {
   double black_level_dn = 0.0;  ///< what a pixel shows without any light
@@ -43,7 +46,7 @@ double light_phase_rms_rad(const std::vector<double>& factors_of_steps, double m
 /// Estimates the factors from the images alone. Every pixel has its mean, its amplitude and its phase, and
 /// the fringes of a pitch have their waveform in common; what the N steps hold besides, N - 3 contrasts of
 /// every pixel, is told by N factors common to all pixels (least squares, Huber weights by pixel). Between
-/// pitches it is the means that tell. Returns nothing with fewer than four steps or more than 64, with fewer
+/// pitches it is the means that tell. Returns nothing with other numbers of steps than these, with fewer
 /// than 200 pixels that are lit and not saturated, and where their phases vary too little to tell. Any number
 /// of threads gives the same.
 std::optional<LightFactors> estimate_light(const CameraImages& images, const Fringes& fringes,

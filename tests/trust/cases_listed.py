@@ -163,6 +163,21 @@ def flicker(share):
     return plant
 
 
+DRIFT = np.linspace(-1, 1, 12)  # over the images
+
+
+def light_drift(share):
+    def plant(rig, twin, random):
+        rig.image_factor = 1 + share * DRIFT
+    return plant
+
+
+def light_values(share):
+    """ln of each image's light over the geometric mean, by the program's names."""
+    ln = np.log(1 + share * DRIFT)
+    return {f"image_{k}.light": float(ln[k] - ln.mean()) for k in range(1, len(ln))}
+
+
 def side_lamp(rig, twin, random):
     rig.lamp = vector(0.5, -0.4, -0.77) / np.linalg.norm((0.5, -0.4, -0.77)), 0.6
 
@@ -187,6 +202,10 @@ listed("side_lamp", "a lamp at the side shines on the sphere, 6 % of the full li
 listed("side_lamp_wall", "a lamp at the side shines on sphere and wall, 6 % of the full light", side_lamp, BOTH, ROOM,
        **VARIES)
 listed("flicker_small", "the light flickers by 0.3 %", flicker(0.003), WALL, "light flicker")
+listed("light_drift", "the light rises by 4 % from the first image to the last", light_drift(0.02), BALL, "light flicker",
+       verdict=GRAY, values=light_values(0.02))
+listed("light_drift_small", "the light rises by 1 % from the first image to the last", light_drift(0.005), WALL,
+       "light flicker", values=light_values(0.005))
 listed("knee", "the sensor's line bends by 10 % at 55 % of its scale", knee(0.9), BALL, SENSOR, **VARIES)
 listed("knee_small", "the sensor's line bends by 3 % at 55 % of its scale", knee(0.97), WALL, SENSOR, gain=False)
 listed("camera_gamma_small", "the camera's gamma is 0.99", camera_gamma(0.99), WALL, SENSOR, gain=False)
