@@ -126,6 +126,8 @@ Numbers numbers_of(const Twin& twin) {
     out[fmt::format("projector.harmonic{}", i + 2)] = harmonics[i].cosine;
     out[fmt::format("projector.quadrature{}", i + 2)] = harmonics[i].sine;
   }
+  for (std::size_t i = 0; i < expand_sequence(twin.fringes).size(); ++i)
+    out[fmt::format("image_{}.light", i)] = factor_of(p.light_factors, i);
   for (const Object& object : twin.objects) {
     put(out, object.name, object.shape);
     out[object.name + ".diffuse"] = object.material.diffuse;
@@ -222,7 +224,9 @@ TEST(Parameters, AParameterMovesItsOwnThingOnly) {
     const std::string thing = p.name.substr(0, p.name.find('.'));
     const Numbers m = moved(twin, with_change(twin, p, p.is_switch ? 1.0 : 0.01));
     EXPECT_FALSE(m.empty());
-    for (const auto& [name, change] : m) EXPECT_EQ(name.substr(0, name.find('.')), thing) << name;
+    Numbers own = m;
+    own.erase("image_0.light");  // gives way to that of another image: the mean is the gain's
+    for (const auto& [name, change] : own) EXPECT_EQ(name.substr(0, name.find('.')), thing) << name;
   }
 }
 
