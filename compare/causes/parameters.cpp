@@ -80,7 +80,7 @@ class ParameterList : private GroupList {
            {std::pair{"", &Harmonic::cosine}, std::pair{".quadrature", &Harmonic::sine}})
         add(fmt::format("projector.harmonic.{}{}", k, name), "",
             harmonic_part(twin_.fringes.directions.front(), 0, k, part), 1e-3,
-            [k, part](Twin& t, double d) { add_to_harmonic(t, k, part, d); });
+            [k, part = part](Twin& t, double d) { add_to_harmonic(t, k, part, d); });
   }
 
   /// Contrast falls with the square of the width, so that is what is fitted.
