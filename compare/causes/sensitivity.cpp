@@ -33,6 +33,21 @@ void weigh_pixel(GridSamples& s, std::size_t pixel, const std::vector<float>& pr
   }
 }
 
+/// Leaves out these pixels, unless they are more than half of all. Returns how many it left out.
+std::size_t leave_out(GridSamples& s, const std::vector<std::size_t>& pixels) {
+  if (2 * pixels.size() > s.n_pixels()) return 0;
+  const std::size_t n = s.images.size();
+  for (const std::size_t p : pixels) std::fill_n(s.weight.data() + p * n, n, 0.0F);
+  return pixels.size();
+}
+
+/// Returns the limit of a mean of n squares with the noise of the camera whose `known_to` is the largest.
+double limit_of(const std::vector<GridSamples>& samples, double GridSamples::*known_to, double n) {
+  double most = 0.0;
+  for (const GridSamples& s : samples) most = std::max(most, s.*known_to);
+  return 1.0 + allowed_for(n, most);
+}
+
 }  // namespace
 
 GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const GainFit& fit,
@@ -121,16 +136,10 @@ void Sensitivity::add_scatter_of(const Twin& twin) {
   }
 }
 
-double Sensitivity::chi2_limit(double n) const {
-  double known_to = 0.0;
-  for (const GridSamples& s : samples_) known_to = std::max(known_to, s.known_to);
-  return 1.0 + allowed_for(n, known_to);
-}
+double Sensitivity::chi2_limit(double n) const { return limit_of(samples_, &GridSamples::known_to, n); }
 
 double Sensitivity::regional_limit(double n) const {
-  double known_to = 0.0;
-  for (const GridSamples& s : samples_) known_to = std::max(known_to, s.mean_known_to);
-  return 1.0 + allowed_for(n, known_to);
+  return limit_of(samples_, &GridSamples::mean_known_to, n);
 }
 
 void Sensitivity::weigh_at(const Values& predicted) {
@@ -210,20 +219,17 @@ std::size_t Sensitivity::leave_out_edges(const Twin& twin) {
     std::vector<std::size_t> pixels;
     for (std::size_t p = 0; p < s.n_pixels(); ++p)
       if (near_edge.data[s.cell[p]] != 0) pixels.push_back(p);
-    if (2 * pixels.size() > s.n_pixels()) continue;
-    for (const std::size_t p : pixels) std::fill_n(s.weight.data() + p * k, k, 0.0F);
-    n_left_out += pixels.size();
+    n_left_out += leave_out(s, pixels);
   }
   return n_left_out;
 }
 
 void Sensitivity::leave_out_texture_edges() {
   for (GridSamples& s : samples_) {
-    const std::size_t k = s.images.size();
-    const auto n = static_cast<std::size_t>(std::ranges::count(s.at_texture_edge, true));
-    if (2 * n > s.n_pixels()) continue;
+    std::vector<std::size_t> pixels;
     for (std::size_t p = 0; p < s.at_texture_edge.size(); ++p)
-      if (s.at_texture_edge[p]) std::fill_n(s.weight.begin() + static_cast<std::ptrdiff_t>(p * k), k, 0.0F);
+      if (s.at_texture_edge[p]) pixels.push_back(p);
+    leave_out(s, pixels);
   }
 }
 
