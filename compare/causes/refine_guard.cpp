@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "compare/geometry/fit_rows.hpp"
 #include "compare/verdict/coverage.hpp"
@@ -14,12 +15,58 @@
 namespace fringetwin::compare {
 namespace {
 
-constexpr double kSameChi2 = 1e-6;  ///< solving again from the minimum moves it by 1e-7
+constexpr double kSameChi2 = 1e-6;    ///< solving again from the minimum moves it by 1e-7
+constexpr double kSameBudget = 1.02;  ///< another modulation allows the same difference that much less
 
-/// Returns how far a mean of n squares may rise by chance; of none: not at all.
-double by_chance(double chi2, double sigmas, std::uint64_t n) {
-  const double relative = n > 0 ? sigmas * std::sqrt(2.0 / static_cast<double>(n)) : 0.0;
-  return std::max(1.0, chi2) * std::max(kSameChi2, relative);
+/// Collects sentences on what got worse.
+class Complaints {
+ public:
+  /// Adds one where a mean of n squares rises by more than it may by chance.
+  void rise(const std::string& what, double from, double to, double sigmas, std::uint64_t n) {
+    const double relative = n > 0 ? sigmas * std::sqrt(2.0 / static_cast<double>(n)) : 0.0;
+    if (to > from + std::max(1.0, from) * std::max(kSameChi2, relative))
+      add("{} would rise from {:.5g} to {:.5g}", what, from, to);
+  }
+  template <class... Values>
+  void add(fmt::format_string<Values...> sentence, Values&&... values) {
+    sentences_.push_back(fmt::format(sentence, std::forward<Values>(values)...));
+  }
+  std::string joined() const { return fmt::format("{}", fmt::join(sentences_, "; ")); }
+
+ private:
+  std::vector<std::string> sentences_;
+};
+
+bool is_of_same(const ExplainedRow& a, const ExplainedRow& b) {
+  return a.quantity == b.quantity && a.region == b.region;
+}
+
+void compare_light(const CauseRegion& then, const CauseRegion& now, bool fits_light, Complaints& worse) {
+  const std::string what = fmt::format("chi2 of the {} in regions", now.kind);
+  if (then.passes() && !now.passes())
+    worse.add("{} would rise from {:.3g} to {:.3g}, limit {:.3g}", what, then.chi2, now.chi2, now.limit);
+  else if (!now.passes() && fits_light)
+    worse.rise(what, then.chi2, now.chi2, 2.0, then.n);
+}
+
+void compare_fits(const ExplainedRow& then, const ExplainedRow& now, Complaints& worse) {
+  const double z_then = std::sqrt(then.chi2), z_now = std::sqrt(now.chi2);
+  if (now.state == kNotExplained && z_now > z_then + 1.0)
+    worse.add("the largest |z| of {} would rise from {:.3g} to {:.3g}", now.region, z_then, z_now);
+  if (now.state == kNotCompared && then.state != kNotCompared)
+    worse.add("{} could not be compared any more", now.region);
+}
+
+/// Compares rows of phase or coverage.
+void compare_places(const ExplainedRow& then, const ExplainedRow& now, Complaints& worse) {
+  if (then.state == kExplained && now.state != kExplained && now.state != kTooWide)
+    worse.add("the {} of {} would not be explained any more", now.quantity, now.region);
+  if (now.quantity != "phase" || then.state == kExplained) return;
+  const std::string what = fmt::format("chi2 of the phase of {}", now.region);
+  if (now.chi2 > now.chi2_limit) worse.rise(what, kSameBudget * then.chi2, now.chi2, 2.0, then.n);
+  if (now.regional_chi2 > now.regional_limit)
+    worse.rise(what + " in regions", kSameBudget * then.regional_chi2, now.regional_chi2, 2.0,
+               then.n_regions);
 }
 
 }  // namespace
@@ -33,46 +80,28 @@ std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, cons
 }
 
 std::string what_got_worse(const Standing& before, const Standing& after) {
-  std::vector<std::string> worse;
-  const auto check = [&](const std::string& what, double from, double to, double sigmas, std::uint64_t n) {
-    if (to > from + by_chance(from, sigmas, n))
-      worse.push_back(fmt::format("{} would rise from {:.5g} to {:.5g}", what, from, to));
-  };
-  check("chi2", before.chi2, after.chi2, 1.0, before.n);
-  check("chi2 of the fringes' places", before.chi2_of_place, after.chi2_of_place, 1.0, before.n);
+  Complaints worse;
+  worse.rise("chi2", before.chi2, after.chi2, 1.0, before.n);
+  worse.rise("chi2 of the fringes' places", before.chi2_of_place, after.chi2_of_place, 1.0, before.n);
   // below 1 before it: the noise has the scatter of bounces, which a twin without them does not make
-  check("chi2 of the fringes' shift in regions",
-        before.scatters ? std::max(1.0, before.shift.chi2) : before.shift.chi2, after.shift.chi2, 2.0,
-        before.shift.n);
-  for (std::size_t k = 0; k < std::min(before.light.size(), after.light.size()); ++k) {
-    const CauseRegion &then = before.light[k], &now = after.light[k];
-    const std::string what = fmt::format("chi2 of the {} in regions", now.kind);
-    if (then.passes() && !now.passes())
-      worse.push_back(fmt::format("{} would rise from {:.3g} to {:.3g}, limit {:.3g}", what, then.chi2,
-                                  now.chi2, now.limit));
-    else if (!now.passes() && before.fits_light)
-      check(what, then.chi2, now.chi2, 2.0, then.n);
-  }
+  worse.rise("chi2 of the fringes' shift in regions",
+             before.scatters ? std::max(1.0, before.shift.chi2) : before.shift.chi2, after.shift.chi2, 2.0,
+             before.shift.n);
+  for (std::size_t k = 0; k < std::min(before.light.size(), after.light.size()); ++k)
+    compare_light(before.light[k], after.light[k], before.fits_light, worse);
   for (const ExplainedRow& then : before.rows)
     for (const ExplainedRow& now : after.rows) {
-      if (then.quantity != now.quantity || then.region != now.region) continue;
-      const bool geometry = now.quantity == "geometry";
-      if (geometry && now.state == kNotExplained && std::sqrt(now.chi2) > std::sqrt(then.chi2) + 1.0)
-        worse.push_back(fmt::format("the largest |z| of {} would rise from {:.3g} to {:.3g}", now.region,
-                                    std::sqrt(then.chi2), std::sqrt(now.chi2)));
-      if (geometry && now.state == kNotCompared && then.state != kNotCompared)
-        worse.push_back(fmt::format("{} could not be compared any more", now.region));
-      if (!geometry && then.state == kExplained && now.state != kExplained && now.state != kTooWide)
-        worse.push_back(
-            fmt::format("the {} of {} would not be explained any more", now.quantity, now.region));
+      if (!is_of_same(then, now)) continue;
+      if (now.quantity == "geometry")
+        compare_fits(then, now, worse);
+      else
+        compare_places(then, now, worse);
     }
   for (const ExplainedRow& now : after.rows)  // an object that no camera sees has a row only then
     if (now.quantity == "coverage" && now.state == kNotCompared &&
-        std::ranges::none_of(before.rows, [&](const ExplainedRow& then) {
-          return then.quantity == now.quantity && then.region == now.region;
-        }))
-      worse.push_back(fmt::format("{} would not be seen any more", now.region));
-  return fmt::format("{}", fmt::join(worse, "; "));
+        std::ranges::none_of(before.rows, [&](const ExplainedRow& then) { return is_of_same(then, now); }))
+      worse.add("{} would not be seen any more", now.region);
+  return worse.joined();
 }
 
 std::string warning_of_what_is_left(const Refinement& refinement, const std::vector<ExplainedRow>& rows) {

@@ -29,8 +29,8 @@ std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, cons
 /// Returns in words what is worse after a refinement by more than its own standard deviation; empty where
 /// nothing is. Chi2: root of 2/n; regions of shift: two roots of 2/n, below 1 as from 1 where the
 /// noise has the scatter of bounces; regions of light: beyond their limit, and not before, or where light was
-/// fitted two roots of 2/n; rows of coverage,
-/// phase and geometry: no longer explained, the largest |z| larger by 1.
+/// fitted two roots of 2/n; rows of coverage and phase: no longer explained; of phase that was not explained:
+/// beyond its limit two roots of 2/n and 2 %; geometry: the largest |z| larger by 1.
 std::string what_got_worse(const Standing& before, const Standing& after);
 
 /// Returns a warning where the objects' fits disagree after a refinement: something else is wrong besides,

@@ -116,6 +116,21 @@ TEST(RefineGuard, ThePhaseMustNotGetWorse) {
             "");
 }
 
+TEST(RefineGuard, AFailingPhaseMustNotFailByMore) {
+  const auto failing = [](double chi2, double regional_chi2) {
+    ExplainedRow r = row("phase", kNotExplained, chi2);
+    r.chi2_limit = 1.1, r.n = 10000, r.regional_chi2 = regional_chi2, r.regional_limit = 1.5,
+    r.n_regions = 100;
+    return Standing{.rows = {r}};
+  };
+  // 2 % and two roots of 2/n are 4.9 % of single values and 30.8 % of regions
+  EXPECT_EQ(what_got_worse(failing(1.53, 2.0), failing(1.60, 2.6)), "");
+  EXPECT_THAT(what_got_worse(failing(1.53, 2.0), failing(1.64, 2.0)),
+              StartsWith("chi2 of the phase of ball"));
+  EXPECT_THAT(what_got_worse(failing(1.53, 2.0), failing(1.53, 2.7)), HasSubstr("phase of ball in regions"));
+  EXPECT_EQ(what_got_worse(failing(1.53, 0.5), failing(1.53, 1.4)), "") << "within its limit";
+}
+
 TEST(RefineGuard, FitsThatStillDifferAreAWarning) {
   Refinement pose;
   pose.asked = {"pose"};
