@@ -30,6 +30,7 @@
 #include "compare/verdict/explained.hpp"
 #include "compare/verdict/indicators.hpp"
 #include "compare/verdict/limits.hpp"
+#include "twin/captures/measured_steps.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -105,14 +106,14 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
 }
 
 /// Returns what a refinement was asked for, and each group of which it fitted all parameters: those of a ball
-/// are its pose.
+/// are its pose. A refinement knows all steps that no object was built from, whichever are compared.
 std::vector<std::string> refined_groups(const Refinement& refinement, const Twin& twin) {
   std::vector<std::string> groups = refinement.asked;
   const auto is_fitted = [&refinement](const Parameter& p) {
     return std::ranges::find(refinement.rows, p.name, &RefinedRow::name) != refinement.rows.end();
   };
   for (const ParameterGroup& group : parameter_groups()) {
-    const std::vector<Parameter> parameters = parameters_of(twin, group.name);
+    const std::vector<Parameter> parameters = parameters_of(twin, group.name, left_over_steps(twin));
     if (!parameters.empty() && std::ranges::all_of(parameters, is_fitted)) groups.push_back(group.name);
   }
   return groups;
@@ -140,7 +141,7 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
   sensitivity.add_scatter_of(twin);
   // the factors of the pixels are in the simulated side, not in the twin
   if (options.textured()) sensitivity.free_factors();
-  out.causes = find_causes(sensitivity, twin, out.fits);
+  out.causes = find_causes(sensitivity, twin, out.fits, options.use_steps);
   if (!out.causes.rows.empty() && out.causes.together.empty())
     out.causes.pattern = pattern_of_rest(sensitivity, twin);
   if (options.refinement) out.causes.refined = refined_groups(*options.refinement, twin);

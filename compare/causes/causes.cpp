@@ -53,11 +53,12 @@ struct Tried {
 
 class CauseSearch {
  public:
-  CauseSearch(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits)
+  CauseSearch(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits,
+              const std::vector<int>& steps)
       : sensitivity_(sensitivity), twin_(twin), fits_(fits) {
     for (const ParameterGroup& group : parameter_groups()) {
       Group g{group.name, {}};
-      for (Parameter& p : parameters_of(twin, group.name)) {
+      for (Parameter& p : parameters_of(twin, group.name, steps)) {
         g.at.push_back(parameters_.size());
         parameters_.push_back(std::move(p));
       }
@@ -493,8 +494,9 @@ class CauseSearch {
 
 }  // namespace
 
-Causes find_causes(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits) {
-  return CauseSearch(sensitivity, twin, fits).run();
+Causes find_causes(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits,
+                   const std::vector<int>& steps) {
+  return CauseSearch(sensitivity, twin, fits, steps).run();
 }
 
 }  // namespace fringetwin::compare

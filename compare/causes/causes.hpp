@@ -9,7 +9,9 @@
 namespace fringetwin::compare {
 
 /// Ranks the causes; leaves the rows empty where noise explains the gray values (no excess). `sensitivity`
-/// holds the samples of all cameras, `fits` what both sides measured of the objects.
-Causes find_causes(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits = {});
+/// holds the samples of all cameras, `fits` what both sides measured of the objects; `steps`: the phase steps
+/// that the samples hold (empty: all), over which factors of light are one in the mean.
+Causes find_causes(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits = {},
+                   const std::vector<int>& steps = {});
 
 }  // namespace fringetwin::compare

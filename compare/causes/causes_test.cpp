@@ -46,17 +46,20 @@ Twin window_on_the_sphere() { return testing::window_on_the_sphere(kWidth, kHeig
 render::Renderer& renderer() { return testing::needed_renderer(); }
 
 /// Returns what the second camera saw of these images through a sensor of kGain and kBlack, image 3 brighter
-/// by `flicker`; gain and black level begin elsewhere.
-Sensitivity seen(const std::vector<ImageF>& images, double flicker = 0.0) {
+/// by `flicker`; gain and black level begin elsewhere. `steps`: the phase steps that are compared; empty:
+/// all.
+Sensitivity seen(const std::vector<ImageF>& images, double flicker = 0.0,
+                 const std::vector<int>& steps = {}) {
   GridSamples s;
   s.camera = 1;
   s.grid = {1, 0, kWidth, kHeight};
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0.0, kNoiseDn);
-  for (int k = 0; k < static_cast<int>(images.size()); ++k) s.images.push_back(k);
+  for (int k = 0; k < static_cast<int>(images.size()); ++k)
+    if (steps.empty() || std::ranges::find(steps, k % 4) != steps.end()) s.images.push_back(k);
   for (std::size_t i = 0; i < images[0].size(); ++i) {
     s.cell.push_back(i);
-    for (std::size_t k = 0; k < images.size(); ++k) {
+    for (const int k : s.images) {
       const double bright = k == 3 ? 1.0 + flicker : 1.0;
       s.real_dn.push_back(static_cast<float>(kGain * bright * static_cast<double>(images[k].data[i]) +
                                              kBlack + noise(random)));
@@ -276,6 +279,23 @@ TEST(ValuesOfFits, MoveTheObjectThatHasAFitAndLeaveTheOthers) {
 }
 
 TEST(Causes, WhereNothingIsNamedNothingIsSaid) { EXPECT_EQ(gain_sentence({}), ""); }
+
+// Of some steps only, the factors are one in the mean of those, whichever the first is.
+TEST(Causes, LightOfTheStepsThatAreCompared) {
+  constexpr double kFlicker = 0.05;
+  const Twin twin = window_on_the_sphere();
+  const std::vector<int> steps{1, 3};
+  Sensitivity sensitivity =
+      seen(render_grid(renderer(), twin, 1, {1, 0, kWidth, kHeight}, 9), kFlicker, steps);
+  const Causes causes = find_causes(sensitivity, twin, {}, steps);
+  const auto light = std::ranges::find(causes.rows, "light", &CauseRow::group);
+  ASSERT_NE(light, causes.rows.end());
+  ASSERT_EQ(light->parameters.size(), 5u);  // of six images
+  const double mean = std::log(1.0 + kFlicker) / 6.0;
+  for (const CauseParameter& p : light->parameters)
+    EXPECT_NEAR(p.estimate, (p.name.ends_with("3") ? std::log(1.0 + kFlicker) : 0.0) - mean, 4.0 * p.sigma)
+        << p.name;
+}
 
 }  // namespace
 }  // namespace fringetwin::compare::causes_test

@@ -17,6 +17,7 @@ namespace {
 using Change = std::function<void(Twin&, double)>;
 
 constexpr int kStepsForHarmonics = 6, kMostHarmonics = 7;
+constexpr double kLeastBlurPx2 = 1e-6;  ///< where the field of a blur is narrowest
 
 /// Returns the part of a harmonic that the fringes of a pitch have.
 double harmonic_part(const DirectionFringes& direction, std::size_t pitch, int order,
@@ -92,7 +93,10 @@ class ParameterList : private GroupList {
       blur_px = std::sqrt(std::max(0.0, blur_px * blur_px + d));
     });
     p.is_variance = true;
-    p.smallest = 0.0;
+    // with a field, the narrowest place must keep a blur
+    const double least_px = twin_.projector->least_blur_px();
+    p.smallest =
+        twin_.projector->has_blur_field() ? sigma_px * sigma_px - least_px * least_px + kLeastBlurPx2 : 0.0;
   }
 
   void add_vignetting() {

@@ -59,6 +59,8 @@ void compare_fits(const ExplainedRow& then, const ExplainedRow& now, Complaints&
 
 /// Compares rows of phase or coverage.
 void compare_places(const ExplainedRow& then, const ExplainedRow& now, Complaints& worse) {
+  if (now.state == kNotCompared && then.state != kNotCompared)
+    return worse.add("the {} of {} could not be compared any more", now.quantity, now.region);
   if (then.state == kExplained && now.state != kExplained && now.state != kTooWide)
     worse.add("the {} of {} would not be explained any more", now.quantity, now.region);
   if (now.quantity != "phase" || then.state == kExplained) return;
@@ -97,6 +99,10 @@ std::string what_got_worse(const Standing& before, const Standing& after) {
       else
         compare_places(then, now, worse);
     }
+  for (const ExplainedRow& then : before.rows)
+    if (then.quantity == "phase" && then.state != kNotCompared &&
+        std::ranges::none_of(after.rows, [&](const ExplainedRow& now) { return is_of_same(then, now); }))
+      worse.add("the phase of {} could not be compared any more", then.region);
   for (const ExplainedRow& now : after.rows)  // an object that no camera sees has a row only then
     if (now.quantity == "coverage" && now.state == kNotCompared &&
         std::ranges::none_of(before.rows, [&](const ExplainedRow& then) { return is_of_same(then, now); }))

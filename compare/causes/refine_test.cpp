@@ -129,6 +129,9 @@ TEST(RefineGuard, AFailingPhaseMustNotFailByMore) {
               StartsWith("chi2 of the phase of ball"));
   EXPECT_THAT(what_got_worse(failing(1.53, 2.0), failing(1.53, 2.7)), HasSubstr("phase of ball in regions"));
   EXPECT_EQ(what_got_worse(failing(1.53, 0.5), failing(1.53, 1.4)), "") << "within its limit";
+  EXPECT_THAT(what_got_worse(failing(1.53, 2.0), {.rows = {row("phase", kNotCompared, kNaN)}}),
+              HasSubstr("the phase of ball could not be compared"));
+  EXPECT_THAT(what_got_worse(failing(1.53, 2.0), {}), HasSubstr("the phase of ball could not be compared"));
 }
 
 TEST(RefineGuard, FitsThatStillDifferAreAWarning) {
@@ -248,11 +251,11 @@ TEST(Refine, HarmonicsAreWrittenAsTheTwinHasThem) {
   Twin after = before;
   after.fringes.directions[0].harmonics.assign(2, {{0.0125, -0.5}, {0.0, 0.25}});
   EXPECT_THAT(refined_toml({}, before, after),
-              ::testing::HasSubstr("[fringes]\nharmonics = [[0.0125, -0.5], [0, 0.25]]\n"));
+              ::testing::HasSubstr("[fringes.x]\nharmonics = [[0.0125, -0.5], [0, 0.25]]\n"));
   EXPECT_THAT(refined_toml({}, after, after), ::testing::Not(::testing::HasSubstr("harmonics")));
   after.fringes.directions[0].harmonics[1] = {};
   EXPECT_THAT(refined_toml({}, before, after),
-              ::testing::HasSubstr("[fringes]\nharmonics = [[[0.0125, -0.5], [0, 0.25]], []]\n"));
+              ::testing::HasSubstr("[fringes.x]\nharmonics = [[[0.0125, -0.5], [0, 0.25]], []]\n"));
   before.fringes.directions.push_back({Axis::y, {13}, {0}, {}, {{{0.5, 0.0}}}});
   after.fringes.directions.push_back({Axis::y, {13}, {0}, {}, {{{0.5, 0.125}}}});
   EXPECT_THAT(refined_toml({}, before, after),

@@ -84,19 +84,14 @@ std::string harmonics_text(const DirectionFringes& direction) {
   return fmt::format("[{}]", fmt::join(lists, ", "));
 }
 
-/// The key of [fringes] where all directions have the same harmonics, else of each direction.
+/// The key of each direction that differs: it wins over the one of [fringes].
 std::string fringes_text(const Fringes& before, const Fringes& after) {
-  std::vector<std::string> old, now;
-  for (const DirectionFringes& d : before.directions) old.push_back(harmonics_text(d));
-  for (const DirectionFringes& d : after.directions) now.push_back(harmonics_text(d));
-  if (old == now) return "";
-  const auto is_one = [](const std::vector<std::string>& texts) {
-    return std::ranges::count(texts, texts.front()) == std::ssize(texts);
-  };
-  if (is_one(old) && is_one(now)) return fmt::format("[fringes]\nharmonics = {}\n\n", now.front());
   std::string text;
-  for (std::size_t d = 0; d < now.size(); ++d)
-    text += fmt::format("[fringes.{}]\nharmonics = {}\n\n", axis_name(after.directions[d].axis), now[d]);
+  for (std::size_t d = 0; d < after.directions.size(); ++d) {
+    const std::string now = harmonics_text(after.directions[d]);
+    if (now != harmonics_text(before.directions[d]))
+      text += fmt::format("[fringes.{}]\nharmonics = {}\n\n", axis_name(after.directions[d].axis), now);
+  }
   return text;
 }
 

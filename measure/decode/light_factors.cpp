@@ -8,6 +8,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <numeric>
 
 #include "measure/decode/light_steps.hpp"
 #include "twin/base/constants.hpp"
@@ -28,8 +29,9 @@ constexpr std::size_t kFewestLightBlocks = 12;
 constexpr int kWaveformFirst = 2;        ///< iterations before factors are fitted
 constexpr double kSettledFactor = 1e-6;  ///< of a factor
 constexpr double kCut2 = 9.0;            ///< squared robust scales of a pixel's residual
-constexpr double kNotTold = 0.05;        ///< standard error of a factor that is not told
-constexpr double kNull = 1e-9;           ///< of the largest eigenvalue of the scaled normal matrix
+/// Standard error of a factor that is not told: taken out, it would move a phase by 0.005 rad.
+constexpr double kNotTold = 0.005;
+constexpr double kNull = 1e-9;  ///< of the largest eigenvalue of the scaled normal matrix
 constexpr double kLeastVariance = 1e-6, kRelativeAmplitude = 1e-3;
 constexpr double kDiffer = 4.0;  ///< standard errors
 
@@ -322,34 +324,55 @@ class PitchLight {
   Eigen::VectorXd log_factor_, sigma_;
 };
 
-/// Finds by how much brighter each pitch was shown than the first, ln, from the means of the first one's
-/// pixels (their squares: noise adds the same to both), and the standard errors by the scatter of blocks.
+/// Finds by how much brighter each pitch was shown than all in the mean, ln, from the means of the first
+/// one's pixels (their squares: noise adds the same to both), and the standard errors by the scatter of
+/// blocks: unknown, infinite, where a pitch shares no pixel with the first.
 class PitchLevels {
  public:
   PitchLevels(const std::vector<PitchLight>& pitches, double saturation) {
-    const std::size_t n = pitches.size();
+    const std::size_t n = pitches.size(), n_blocks = pitches[0].chosen().blocks.size();
     log_level.assign(n, 0.0);
     sigma.assign(n, 0.0);
+    Eigen::MatrixXd errors =
+        Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(n_blocks),
+                              static_cast<Eigen::Index>(n));  // of ln, by block and pitch
     for (std::size_t p = 1; p < n; ++p) {
-      std::vector<Eigen::Vector2d> squares;  // of each block, in both
-      for (const std::vector<std::size_t>& block : pitches[0].chosen().blocks) {
-        squares.emplace_back(0.0, 0.0);
-        for (const std::size_t pixel : block)
-          if (pitches[p].is_whole(pixel, saturation))
-            squares.back() +=
-                Eigen::Vector2d(pitches[0].mean_of(pixel), pitches[p].mean_of(pixel)).cwiseAbs2();
+      const Eigen::MatrixX2d squares = squares_of(pitches, p, saturation);
+      const Eigen::RowVector2d sum = squares.colwise().sum();
+      if (!(sum.minCoeff() > 0.0)) {
+        sigma[p] = std::numeric_limits<double>::infinity();
+        continue;
       }
-      Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-      for (const Eigen::Vector2d& s : squares) sum += s;
-      if (!(sum.minCoeff() > 0.0)) continue;  // no pixel that both light
       const double ratio = sum[1] / sum[0];
-      double scatter = 0.0;
-      for (const Eigen::Vector2d& s : squares) scatter += std::pow(s[1] - ratio * s[0], 2);
       log_level[p] = 0.5 * std::log(ratio);
-      sigma[p] = 0.5 * std::sqrt(scatter) / sum[1];
+      errors.col(static_cast<Eigen::Index>(p)) = 0.5 * (squares.col(1) - ratio * squares.col(0)) / sum[1];
+    }
+    const double mean = std::accumulate(log_level.begin(), log_level.end(), 0.0) / static_cast<double>(n);
+    errors.colwise() -= errors.rowwise().mean().eval();
+    const auto blocks = static_cast<double>(n_blocks);
+    for (std::size_t p = 0; p < n; ++p) {
+      log_level[p] -= mean;
+      const double scatter = errors.col(static_cast<Eigen::Index>(p)).norm();
+      sigma[p] = n == 1 ? 0.0 : std::max(sigma[p], std::sqrt(blocks / (blocks - 1.0)) * scatter);
     }
   }
+
   std::vector<double> log_level, sigma;
+
+ private:
+  /// Returns the sums of squares of the first pitch and of pitch p over the pixels of each block that are
+  /// whole in both.
+  static Eigen::MatrixX2d squares_of(const std::vector<PitchLight>& pitches, std::size_t p,
+                                     double saturation) {
+    const std::vector<std::vector<std::size_t>>& blocks = pitches[0].chosen().blocks;
+    Eigen::MatrixX2d squares = Eigen::MatrixX2d::Zero(static_cast<Eigen::Index>(blocks.size()), 2);
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+      for (const std::size_t pixel : blocks[b])
+        if (pitches[p].is_whole(pixel, saturation))
+          squares.row(static_cast<Eigen::Index>(b)) +=
+              Eigen::RowVector2d(pitches[0].mean_of(pixel), pitches[p].mean_of(pixel)).cwiseAbs2();
+    return squares;
+  }
 };
 
 }  // namespace
@@ -381,8 +404,6 @@ std::optional<LightFactors> estimate_light(const CameraImages& images, const Fri
     if (!pitches.back().run()) return std::nullopt;
   }
   const PitchLevels levels(pitches, images.saturation_dn());
-  double mean = 0.0;
-  for (const double level : levels.log_level) mean += level / static_cast<double>(pitches.size());
   LightFactors out{.factor = std::vector<double>(images.images.size(), 1.0),
                    .sigma = std::vector<double>(images.images.size(), 0.0)};
   for (std::size_t p = 0; p < pitches.size(); ++p) {
@@ -391,7 +412,7 @@ std::optional<LightFactors> estimate_light(const CameraImages& images, const Fri
     for (std::size_t k = 0; k < steps[p].index.size(); ++k) {
       const auto at = static_cast<Eigen::Index>(k);
       of_steps.push_back(std::exp(light.log_factor()[at]));
-      out.factor[steps[p].index[k]] = std::exp(light.log_factor()[at] + levels.log_level[p] - mean);
+      out.factor[steps[p].index[k]] = std::exp(light.log_factor()[at] + levels.log_level[p]);
       out.sigma[steps[p].index[k]] = std::hypot(light.sigma()[at], levels.sigma[p]);
     }
     const double share = 1.0 / static_cast<double>(pitches.size());
