@@ -7,6 +7,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
+#include "capture/genicam/genicam_camera.hpp"
+#include "capture/genicam/genicam_list.hpp"
 #include "capture/open_display.hpp"
 #include "capture/rehearse/simulated_rig.hpp"
 #include "capture/v4l2/v4l2_camera.hpp"
@@ -109,6 +111,52 @@ std::vector<std::pair<std::string, std::string>> controls_of(const Camera& camer
   return controls;
 }
 
+std::unique_ptr<capture::CameraDevice> open_v4l2(const Camera& camera, const std::string& device,
+                                                 const Twin& twin, const RigFlags& flags) {
+  capture::V4l2CameraOptions options;
+  options.device = device;
+  if (!flags.format.empty()) options.format.format = capture::required_pixel_format(flags.format, "--format");
+  options.format.width = camera.lens.width();
+  options.format.height = camera.lens.height();
+  options.format.rate_hz = flags.rate_hz;
+  options.format.shift = flags.shift;
+  options.gain = flags.gain;
+  options.controls = controls_of(camera, twin, flags);
+  options.buffers = flags.buffers;
+  auto opened = std::make_unique<capture::V4l2Camera>(options);
+  const auto provenance = opened->info().provenance;
+  if (const auto range = provenance.find("range"); range != provenance.end())
+    warn(fmt::format("{}: the driver says that its values are {}; prefer GREY or a deeper format", device,
+                     range->second));
+  return opened;
+}
+
+std::unique_ptr<capture::CameraDevice> open_genicam(const Camera& camera, const std::string& device,
+                                                    const Twin& twin, const RigFlags& flags) {
+  capture::GenicamCameraOptions options;
+  options.name = device;
+  options.format = flags.format;
+  options.stored_bits = camera.sensor.bit_depth;
+  options.width = camera.lens.width();
+  options.height = camera.lens.height();
+  options.rate_hz = flags.rate_hz;
+  options.shift = flags.shift;
+  options.gain = flags.gain;
+  options.controls = controls_of(camera, twin, flags);
+  if (flags.trigger == "off") options.trigger = capture::GenicamTrigger::off;
+  options.buffers = flags.buffers;
+  std::map<std::string, std::string> provenance;
+  auto opened = capture::open_genicam(device, &provenance);
+  auto made = std::make_unique<capture::GenicamCamera>(options, std::move(opened), provenance);
+  const capture::CameraInfo info = made->info();
+  if (info.provenance.contains("mosaic"))
+    warn(fmt::format("{}: the images are the raw mosaic of a colour sensor, which no twin's camera has",
+                     device));
+  if (!info.triggered && flags.trigger != "off")
+    say(fmt::format("{}: has no software trigger, frames come by themselves", device));
+  return made;
+}
+
 OpenedRig open_devices(const Twin& twin, const RigFlags& flags) {
   if (flags.display.empty())
     throw UserError(ExitCode::usage, "capture", "no display given",
@@ -116,28 +164,17 @@ OpenedRig open_devices(const Twin& twin, const RigFlags& flags) {
   check_camera_names(twin, flags);
   OpenedRig opened;
   for (const Camera& camera : twin.cameras) {
-    capture::V4l2CameraOptions options;
-    options.device = device_of(camera, twin, flags);
-    if (!flags.format.empty())
-      options.format.format = capture::required_pixel_format(flags.format, "--format");
-    options.format.width = camera.lens.width();
-    options.format.height = camera.lens.height();
-    options.format.rate_hz = flags.rate_hz;
-    options.format.shift = flags.shift;
-    options.gain = flags.gain;
-    options.controls = controls_of(camera, twin, flags);
-    options.buffers = flags.buffers;
-    opened.cameras.push_back(rig_camera(camera, std::make_unique<capture::V4l2Camera>(options)));
-    const auto provenance = opened.cameras.back().device->info().provenance;
-    if (const auto range = provenance.find("range"); range != provenance.end())
-      warn(fmt::format("{}: the driver says that its values are {}; prefer GREY or a deeper format",
-                       options.device, range->second));
+    const std::string device = device_of(camera, twin, flags);
+    const bool genicam = device.starts_with(capture::kGenicamPrefix);
+    opened.cameras.push_back(rig_camera(camera, genicam ? open_genicam(camera, device, twin, flags)
+                                                        : open_v4l2(camera, device, twin, flags)));
   }
   opened.identity = {{"format", flags.format},
                      {"shift", std::to_string(flags.shift)},
                      {"gain", flags.gain ? std::to_string(*flags.gain) : ""},
                      {"rate", flags.rate_hz ? fmt::format("{}", *flags.rate_hz) : ""},
                      {"control", fmt::format("{}", fmt::join(flags.controls, " "))}};
+  if (!flags.trigger.empty()) opened.identity["trigger"] = flags.trigger;
   const Lens& projector = twin.projector->lens;
   opened.display = capture::open_display(flags.display, projector.width(), projector.height());
   if (!opened.display->info().timed)
@@ -145,9 +182,15 @@ OpenedRig open_devices(const Twin& twin, const RigFlags& flags) {
   return opened;
 }
 
-void add_v4l2_flags(CLI::App& sub, RigFlags& flags) {
-  sub.add_option("--format", flags.format,
-                 "Pixel format: GREY, Y10, Y12, Y16, Y16-BE, YUYV, MJPG (default: the deepest offered)");
+void add_device_flags(CLI::App& sub, RigFlags& flags) {
+  sub.add_option(
+      "--format", flags.format,
+      "Pixel format: GREY, Y10, Y12, Y16, Y16-BE, YUYV, MJPG (default: the deepest offered); of GenICam "
+      "cameras: Mono8, Mono12p, BayerRG8 ... (default: of the twin's depth, else the deepest Mono)");
+  sub.add_option(
+         "--trigger", flags.trigger,
+         "GenICam cameras: software (default), each frame is asked for; off, frames come by themselves")
+      ->check(CLI::IsMember({"software", "off"}));
   sub.add_option("--rate", flags.rate_hz, "Frames per second");
   sub.add_option("--gain", flags.gain, "Gain, in the camera's own units");
   sub.add_option("--control", flags.controls, "[CAMERA:]NAME=VALUE: any other control; once per control")
@@ -163,12 +206,14 @@ void add_v4l2_flags(CLI::App& sub, RigFlags& flags) {
 }  // namespace
 
 void add_rig_flags(CLI::App& sub, RigFlags& flags) {
-  sub.add_option("--camera", flags.cameras,
-                 "[NAME=]DEVICE, e.g. left=/dev/video0, once per camera; or twin:TWIN.toml: a simulated rig")
+  sub.add_option(
+         "--camera", flags.cameras,
+         "[NAME=]DEVICE, e.g. left=/dev/video0 or left=genicam:SERIAL, once per camera; or twin:TWIN.toml: a "
+         "simulated rig")
       ->allow_extra_args(false);
   sub.add_option("--display", flags.display,
                  "The projector: kms[:CARD[:CONNECTOR]], window[:N], v4l2:DEVICE; several with +");
-  add_v4l2_flags(sub, flags);
+  add_device_flags(sub, flags);
   add_render_flags(sub, flags.render);
   sub.add_option("--simulated-latency-ms", flags.simulated_latency_ms,
                  "twin: from a pattern's showing until its light")
@@ -177,8 +222,9 @@ void add_rig_flags(CLI::App& sub, RigFlags& flags) {
 
 OpenedRig open_rig(const Twin& twin, const RigFlags& flags) {
   if (flags.cameras.empty())
-    throw UserError(ExitCode::usage, "capture", "no camera given",
-                    "add --camera left=/dev/video0, or --camera twin:TWIN.toml for a rehearsal");
+    throw UserError(
+        ExitCode::usage, "capture", "no camera given",
+        "add --camera left=/dev/video0 or left=genicam:SERIAL, or --camera twin:TWIN.toml for a rehearsal");
   const auto simulated =
       std::ranges::find_if(flags.cameras, [](const std::string& c) { return c.starts_with(kTwinPrefix); });
   if (simulated == flags.cameras.end()) return open_devices(twin, flags);

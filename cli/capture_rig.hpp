@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opens the devices that `capture` works with, from its options: V4L2 cameras and a projector, or a twin's.
+// Opens the devices that `capture` works with, from its options: V4L2 and GenICam cameras and a projector, or
+// a twin's.
 #pragma once
 #include <map>
 #include <memory>
@@ -21,7 +22,8 @@ namespace fringetwin::cli {
 struct RigFlags {
   std::vector<std::string> cameras;  ///< "[NAME=]DEVICE", or one "twin:TWIN.toml" for all
   std::string display;  ///< "kms…", "window…", "v4l2:DEVICE", several with '+'; none with twin:
-  std::string format;   ///< of V4L2 cameras; "" = the deepest offered
+  std::string format;   ///< "" = chosen among those offered
+  std::string trigger;  ///< of GenICam cameras: "software", "off"
   std::optional<double> rate_hz;
   std::optional<std::int64_t> gain;
   std::vector<std::string> controls;  ///< "[NAME:]KEY=VALUE"

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "capture/adjust/exposure_choice.hpp"
 #include "capture/adjust/latency.hpp"
 #include "capture/adjust/preview.hpp"
+#include "capture/genicam/genicam_list.hpp"
 #include "capture/open_display.hpp"
 #include "capture/record/journal.hpp"
 #include "capture/record/session.hpp"
@@ -34,6 +36,7 @@ struct CaptureCommand {
   double saturated_share = 0.001;
   std::optional<double> exposure_unit_ms;
   int timeout_ms = 2000;
+  std::optional<int> settle_frames;
   capture::CapturePlan plan;
   RigFlags rig;
   capture::Existing existing() const {
@@ -61,6 +64,13 @@ void print_summary(const CaptureCommand& o, const capture::SessionSummary& summa
   if (summary.worst_skew_ms > 0.0)
     say(fmt::format("the cameras' exposures began at most {:.2f} ms apart", summary.worst_skew_ms));
   say("capture set: " + (fs::path(o.out) / "capture.toml").string());
+}
+
+/// Settling frames cover a latency that nobody knows; a triggered camera waits for one that is known.
+void choose_settling(CaptureCommand& o, const OpenedRig& rig) {
+  const bool triggered = std::ranges::all_of(
+      rig.cameras, [](const capture::RigCamera& camera) { return camera.device->info().triggered; });
+  if (!o.settle_frames && triggered && o.plan.latency_ms > 0.0) o.plan.settle_frames = 0;
 }
 
 /// --auto-exposure and --calibrate-latency, for the recording that follows.
@@ -129,6 +139,7 @@ int run_record(CaptureCommand& o, const Invocation& invocation) {
   }
   const OpenedRig rig = open_rig(twin, o.rig);
   check_rig(twin, rig.cameras, *rig.display, o.plan);
+  choose_settling(o, rig);
   prepare(o, rig, found == capture::Found::unfinished);
   std::map<std::string, std::string> identity = recording_identity(twin, rig.cameras, o.plan);
   identity.insert(rig.identity.begin(), rig.identity.end());
@@ -153,6 +164,7 @@ int run_verify(const CaptureCommand& o) {
 
 int run_list() {
   for (const capture::V4l2Listed& listed : capture::list_v4l2_devices()) fmt::print("{}\n", describe(listed));
+  for (const std::string& text : capture::list_genicam_cameras()) fmt::print("{}\n", plain_lines(text));
   for (const capture::DisplayChoice& choice : capture::list_displays())
     fmt::print("{}\t{}\n", choice.name, choice.facts);
   return static_cast<int>(ExitCode::ok);
@@ -160,6 +172,7 @@ int run_list() {
 
 int run_capture(CaptureCommand o, const Invocation& invocation) {
   o.plan.timeout = std::chrono::milliseconds(o.timeout_ms);
+  if (o.settle_frames) o.plan.settle_frames = *o.settle_frames;
   if (o.list) return run_list();
   if (!o.verify.empty()) return run_verify(o);
   if (o.preview) return run_preview(o);
@@ -168,8 +181,9 @@ int run_capture(CaptureCommand o, const Invocation& invocation) {
 
 void add_plan_options(CLI::App& sub, CaptureCommand& o) {
   capture::CapturePlan& plan = o.plan;
-  sub.add_option("--settle", plan.settle_frames, "Frames left out after a pattern has come on")
-      ->capture_default_str();
+  sub.add_option("--settle", o.settle_frames,
+                 "Frames left out after a pattern has come on (default: 2; 0 with triggered cameras where "
+                 "--latency-ms is given)");
   sub.add_option("--latency-ms", plan.latency_ms,
                  "From a pattern's showing until its light (see --calibrate-latency)")
       ->capture_default_str();
@@ -205,7 +219,8 @@ void add_plan_options(CLI::App& sub, CaptureCommand& o) {
 void add_capture(CLI::App& app, Invocation& invocation) {
   auto o = std::make_shared<CaptureCommand>();
   CLI::App* sub = app.add_subcommand(
-      "capture", "Project the sequence and record it: V4L2 cameras and a projector, or a simulated rig");
+      "capture",
+      "Project the sequence and record it: V4L2 or GenICam cameras and a projector, or a simulated rig");
   sub->add_option("twin", o->twin, "The twin.toml: the sequence, image sizes, bit depths");
   sub->add_option("--out", o->out, "Folder for the capture set (made if missing)");
   sub->add_option("--verify", o->verify,

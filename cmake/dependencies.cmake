@@ -13,6 +13,7 @@ pkg_check_modules(TurboJPEG REQUIRED IMPORTED_TARGET libturbojpeg)
 pkg_check_modules(DRM REQUIRED IMPORTED_TARGET libdrm)
 pkg_check_modules(SDL2 REQUIRED IMPORTED_TARGET sdl2)
 find_package(X11 REQUIRED)
+pkg_check_modules(ARAVIS IMPORTED_TARGET aravis-0.8>=0.8.20) # without it: no GenICam cameras
 find_package(ZLIB REQUIRED)
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(assimp REQUIRED)

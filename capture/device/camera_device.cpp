@@ -24,6 +24,8 @@ const char* frame_fault_name(FrameFault fault) {
       return "wrong length";
     case FrameFault::undecodable:
       return "undecodable";
+    case FrameFault::missing_packets:
+      return "missing packets";
   }
   return "?";
 }

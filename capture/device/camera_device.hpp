@@ -28,17 +28,18 @@ inline TimeNs to_ns(double ms) { return static_cast<TimeNs>(std::llround(ms * kN
 /// The faults that make a single frame useless; the stream goes on.
 enum class FrameFault {
   none,
-  error_flag,    ///< the driver marked its data as corrupt
-  wrong_length,  ///< fewer or more bytes than the format has
-  undecodable,   ///< a damaged JPEG
+  error_flag,       ///< the driver marked its data as corrupt
+  wrong_length,     ///< fewer or more bytes than the format has
+  undecodable,      ///< a damaged JPEG
+  missing_packets,  ///< a network or USB camera's data came with holes
 };
-const char* frame_fault_name(FrameFault fault);  ///< "none", "error flag", "wrong length", "undecodable"
+const char* frame_fault_name(FrameFault fault);  ///< "none", "error flag", "wrong length" ...
 
 struct Frame {
   ImageU16 dn = {};            ///< empty when faulty or not asked for
   std::uint32_t sequence = 0;  ///< the driver's own count: a gap is a lost frame
   TimeNs timestamp_ns = 0;     ///< the driver's, start or end of the exposure (CameraInfo)
-  std::uint32_t flags = 0;     ///< V4L2_BUF_FLAG_...
+  std::uint32_t flags = 0;     ///< V4L2_BUF_FLAG_..., or Aravis' buffer status
   FrameFault fault = FrameFault::none;
 };
 
@@ -80,6 +81,7 @@ struct CameraInfo {
   int bit_depth = 8;                ///< of Frame::dn
   std::optional<double> period_ms;  ///< between frames, where the driver says
   bool timestamp_at_exposure_start = false;
+  bool triggered = false;  ///< an exposure begins when trigger() or next_frame() asks for it, not before
   std::map<std::string, std::string> provenance;  ///< driver, card, bus, format, rate, each control's value
 };
 
@@ -100,6 +102,9 @@ class CameraDevice {
   virtual void start() = 0;
   /// Never throws; a stopped or lost device stays so.
   virtual void stop() noexcept = 0;
+
+  /// Begins the exposure of a triggered camera's next frame; next_frame() does it where nobody has.
+  virtual void trigger() {}
 
   enum class Pixels { keep, drop };
   /// The next frame in order of time. `drop` leaves Frame::dn empty and costs no conversion.

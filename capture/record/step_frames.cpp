@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
 
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
@@ -128,6 +129,19 @@ double worst_skew_ms(const std::vector<FrameJudge>& judges, std::size_t average)
 
 }  // namespace
 
+namespace {
+
+/// Triggered cameras begin together, once the light has changed.
+void trigger_all(const Rig& rig, TimeNs from_ns) {
+  if (std::ranges::none_of(rig, [](const RigCamera& camera) { return camera.device->info().triggered; }))
+    return;
+  const TimeNs wait_ns = from_ns - rig.front().device->now_ns();
+  if (wait_ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(wait_ns));
+  for (const RigCamera& camera : rig) camera.device->trigger();
+}
+
+}  // namespace
+
 StepImages take_step_frames(const Rig& rig, const Step& step, const CapturePlan& plan, StepRecord* record) {
   const TimeNs from_ns = record->shown.at_ns + to_ns(plan.latency_ms);
   std::vector<FrameJudge> judges;
@@ -137,6 +151,7 @@ StepImages take_step_frames(const Rig& rig, const Step& step, const CapturePlan&
   const int most = plan.settle_frames + kFewestFrames + plan.attempts * wanted;
   std::vector<int> taken(rig.size(), 0);
   bool paired = false;
+  trigger_all(rig, from_ns);
   for (std::size_t c; (c = next_camera(judges)) < rig.size();) {
     throw_if_cancelled();
     if (taken[c]++ == most)

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/support/capture/fake_gige.hpp"
+
+#include <arv.h>
+
+#include <mutex>
+#include <random>
+
+#include "capture/device/pfnc_format.hpp"
+#include "tests/support/twin/child_process.hpp"
+
+namespace fringetwin::testing {
+namespace {
+
+using namespace fringetwin::capture;
+
+ImageU16 noise(const GigeFrame& frame) {
+  std::mt19937 random(static_cast<unsigned>(frame.block_id));
+  ImageU16 dn(frame.width, frame.height);
+  for (std::uint16_t& value : dn.data)
+    value = static_cast<std::uint16_t>(random() & ((1u << frame.bit_depth) - 1u));
+  return dn;
+}
+
+/// Aravis' description of its camera with all formats that we know, and features that it lacks.
+std::string description() {
+  ArvFakeCamera* plain = arv_fake_camera_new("plain");
+  std::size_t size = 0;
+  const char* text = arv_fake_camera_get_genicam_xml(plain, &size);
+  std::string xml(text, size);
+  g_object_unref(plain);
+  std::string entries;
+  for (const PfncFormat& format : pfnc_formats())
+    if (xml.find("\"" + std::string(format.name) + "\"") == std::string::npos)
+      entries += "<EnumEntry Name=\"" + std::string(format.name) + "\" NameSpace=\"Standard\"><Value>" +
+                 std::to_string(format.code) + "</Value></EnumEntry>\n";
+  const auto formats = xml.find("<Enumeration Name=\"PixelFormat\"");
+  xml.insert(xml.find("<pValue>", formats), entries);
+  return xml;
+}
+
+}  // namespace
+
+struct FakeGige::World {
+  std::string serial;
+  ScratchFolder folder;
+  std::filesystem::path xml;
+  ArvGvFakeCamera* camera = nullptr;
+  double lost_share = 0.0;
+  unsigned period_us = 2000;
+
+  mutable std::mutex mutex;
+  Picture picture = noise;
+  std::map<std::uint64_t, ImageU16> sent;
+
+  ArvFakeCamera* inner() const { return arv_gv_fake_camera_get_fake_camera(camera); }
+  std::uint32_t read(std::uint32_t address) const {
+    guint32 value = 0;
+    arv_fake_camera_read_register(inner(), address, &value);
+    return value;
+  }
+  static void fill(ArvBuffer* buffer, void* data, guint32, guint32, ArvPixelFormat pixel_format) {
+    static_cast<World*>(data)->fill_buffer(buffer, pixel_format);
+  }
+  void fill_buffer(ArvBuffer* buffer, std::uint32_t code) {
+    std::size_t received = 0;  // nothing yet: it is about to be sent
+    const void* bytes = arv_buffer_get_data(buffer, &received);
+    const std::size_t size = arv_fake_camera_get_payload(inner());
+    const PfncFormat* format = pfnc_format_of_code(code);
+    const std::lock_guard lock(mutex);
+    if (format == nullptr) return;
+    const GigeFrame frame{arv_buffer_get_frame_id(buffer),
+                          static_cast<int>(read(ARV_FAKE_CAMERA_REGISTER_WIDTH)),
+                          static_cast<int>(read(ARV_FAKE_CAMERA_REGISTER_HEIGHT)), format->bit_depth};
+    const PfncLayout layout{.format = format, .width = frame.width, .height = frame.height};
+    if (size < layout.used_bytes()) return;
+    ImageU16 dn = picture(frame);
+    pack_pfnc(dn, layout, {static_cast<std::byte*>(const_cast<void*>(bytes)), size});
+    sent[frame.block_id] = std::move(dn);
+  }
+  void start() {
+    camera = arv_gv_fake_camera_new_full("127.0.0.1", serial.c_str(), xml.c_str());
+    arv_fake_camera_set_fill_pattern(inner(), fill, this);
+    g_object_set(camera, "gvsp-lost-ratio", lost_share, nullptr);
+    set_period();
+  }
+  void set_period() {
+    arv_fake_camera_write_register(inner(), ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, period_us);
+    arv_fake_camera_set_trigger_frequency(inner(), 1e6 / period_us);  // it looks for triggers that often
+  }
+  void end() {
+    if (camera != nullptr) g_object_unref(camera);
+    camera = nullptr;
+  }
+};
+
+FakeGige::FakeGige(std::string serial) : world_(std::make_unique<World>()) {
+  world_->serial = std::move(serial);
+  world_->xml = world_->folder.write("camera.xml", description());
+  world_->start();
+}
+FakeGige::~FakeGige() { world_->end(); }
+
+bool FakeGige::running() const {
+  return world_->camera != nullptr && arv_gv_fake_camera_is_running(world_->camera) != 0;
+}
+void FakeGige::lose(double share) {
+  world_->lost_share = share;
+  g_object_set(world_->camera, "gvsp-lost-ratio", share, nullptr);
+}
+void FakeGige::show(Picture picture) {
+  const std::lock_guard lock(world_->mutex);
+  world_->picture = std::move(picture);
+}
+void FakeGige::set_period_us(unsigned period_us) {
+  world_->period_us = period_us;
+  world_->set_period();
+}
+void FakeGige::kill() { world_->end(); }
+void FakeGige::revive() { world_->start(); }
+
+ImageU16 FakeGige::sent(std::uint64_t block_id) const {
+  const std::lock_guard lock(world_->mutex);
+  const auto found = world_->sent.find(block_id);
+  return found == world_->sent.end() ? ImageU16() : found->second;
+}
+std::size_t FakeGige::n_sent() const {
+  const std::lock_guard lock(world_->mutex);
+  return world_->sent.size();
+}
+
+}  // namespace fringetwin::testing
