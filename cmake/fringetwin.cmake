@@ -9,6 +9,8 @@ target_compile_options(fringetwin_options INTERFACE
   # g++ 12 warns falsely on std::string + and on strings in vectors (GCC bugs 105329, 105651)
   -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread
   $<$<BOOL:${FRINGETWIN_UNITY}>:-Wno-use-after-free -Wno-maybe-uninitialized>) # and on Eigen's temporaries, once several files are compiled as one
+# No path of the machine that built it is in the program: an internal fault names its place from the root of the sources.
+target_compile_options(fringetwin_options INTERFACE -fmacro-prefix-map=${CMAKE_SOURCE_DIR}/=)
 # x86-64-v3 is not assumed: the binary must run on any amd64 machine. No -ffast-math: NaN marks
 # invalid pixels everywhere.
 target_include_directories(fringetwin_options INTERFACE ${CMAKE_SOURCE_DIR})

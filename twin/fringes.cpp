@@ -53,6 +53,17 @@ double gray_value(const DirectionFringes& direction, const PatternSpec& pattern,
   return pattern.is_inverse() ? 1.0 - bright : bright;
 }
 
+/// Returns "gray bit 1/6 (most significant)": counted from the most significant one whatever the order of the
+/// files, and the two ends are told by name, for others count from the other end.
+std::string gray_bit_name(const DirectionFringes& direction, int bit) {
+  FT_CHECK(direction.gray.has_value(), "a Gray bit of a direction without Gray code");
+  const int bits = direction.gray->bits;
+  return fmt::format("gray bit {}/{}{}", bit + 1, bits,
+                     bit == 0          ? " (most significant)"
+                     : bit == bits - 1 ? " (least significant)"
+                                       : "");
+}
+
 /// Returns the phase of a step at a coordinate, in turns.
 double phase_turns(const Fringes& fringes, const PatternSpec& pattern, double coordinate_px) {
   const DirectionFringes& direction = fringes.directions.at(pattern.direction);
@@ -111,9 +122,9 @@ std::string PatternSpec::label(const Fringes& fringes) const {
     case Kind::phase_step:
       return fmt::format("{} pitch {} step {}/{}", axis, d.pitches_px.at(pitch), step + 1, fringes.steps);
     case Kind::gray_bit:
-      return fmt::format("{} gray bit {}", axis, bit);
+      return fmt::format("{} {}", axis, gray_bit_name(d, bit));
     case Kind::gray_bit_inverse:
-      return fmt::format("{} gray bit {} inverse", axis, bit);
+      return fmt::format("{} {} inverse", axis, gray_bit_name(d, bit));
     case Kind::complementary:
       return fmt::format("{} complementary bit", axis);
     case Kind::complementary_inverse:

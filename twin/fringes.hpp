@@ -99,7 +99,8 @@ struct PatternSpec {
   bool is_gray() const { return kind != Kind::phase_step && kind != Kind::image; }
   bool is_complementary() const { return kind == Kind::complementary || kind == Kind::complementary_inverse; }
   bool is_inverse() const { return kind == Kind::gray_bit_inverse || kind == Kind::complementary_inverse; }
-  /// Returns what messages and tables call it, e.g. "x pitch 13 step 2/4", "x gray bit 3".
+  /// Returns what messages and tables call it, e.g. "x pitch 13 step 2/4", "x gray bit 3/6", where bit 1 is
+  /// the most significant one whatever the order of the files.
   std::string label(const Fringes& fringes) const;
 };
 

@@ -13,6 +13,7 @@
 
 #include "tests/support/twin/random_values.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/sequence_outline.hpp"
 
 namespace fringetwin::fringes_test {
 namespace {
@@ -73,8 +74,9 @@ TEST(Fringes, GrayFollowsTheStepsOfItsDirection) {
   gray.bits = 2;
   gray.complementary = true;
   fringes.directions = {{Axis::x, {16}, {0}, gray}, {Axis::y, {16}, {0}, {}}};
-  EXPECT_THAT(labels(fringes), ElementsAre("x pitch 16 step 1/1", "x gray bit 0", "x gray bit 1",
-                                           "x complementary bit", "y pitch 16 step 1/1"));
+  EXPECT_THAT(labels(fringes), ElementsAre("x pitch 16 step 1/1", "x gray bit 1/2 (most significant)",
+                                           "x gray bit 2/2 (least significant)", "x complementary bit",
+                                           "y pitch 16 step 1/1"));
 }
 
 TEST(Fringes, LsbFirstReversesTheBitsOnly) {
@@ -83,7 +85,8 @@ TEST(Fringes, LsbFirstReversesTheBitsOnly) {
   gray.lsb_first = true;
   gray.complementary = true;
   EXPECT_THAT(labels(gray_fringes(8, gray)),
-              ElementsAre("x gray bit 2", "x gray bit 1", "x gray bit 0", "x complementary bit"));
+              ElementsAre("x gray bit 3/3 (least significant)", "x gray bit 2/3",
+                          "x gray bit 1/3 (most significant)", "x complementary bit"));
 }
 
 TEST(Fringes, InverseThresholdGivesPairs) {
@@ -93,13 +96,34 @@ TEST(Fringes, InverseThresholdGivesPairs) {
   gray.threshold = GrayCode::Threshold::inverse;
   const Fringes fringes = gray_fringes(8, gray);
   EXPECT_THAT(labels(fringes),
-              ElementsAre("x gray bit 0", "x gray bit 0 inverse", "x gray bit 1", "x gray bit 1 inverse",
+              ElementsAre("x gray bit 1/2 (most significant)", "x gray bit 1/2 (most significant) inverse",
+                          "x gray bit 2/2 (least significant)", "x gray bit 2/2 (least significant) inverse",
                           "x complementary bit", "x complementary bit inverse"));
   const auto sequence = expand_sequence(fringes);
   for (std::size_t i = 0; i < sequence.size(); i += 2)
     for (double x = -20; x < 40; x += 0.5)
       EXPECT_EQ(pattern_value(fringes, sequence[i], x) + pattern_value(fringes, sequence[i + 1], x), 1.0);
   EXPECT_FALSE(needs_white_black(fringes));
+}
+
+// A miscounted set is answered with what the numbers mean, not with a line per image.
+TEST(Fringes, OutlineNamesBlocksByNumber) {
+  GrayCode gray;
+  gray.bits = 6;
+  gray.complementary = true;
+  gray.threshold = GrayCode::Threshold::inverse;
+  Fringes fringes = gray_fringes(16, gray, 4);
+  EXPECT_EQ(sequence_outline(fringes),
+            "0-3: x pitch 16 in 4 steps; 4-17: x 6 gray bits, most significant first, and the complementary "
+            "bit, each with its inverse");
+  gray = {.bits = 3, .lsb_first = true};
+  fringes.directions = {{Axis::x, {13, 14, 15}, {0, 0, 0}, {}}, {Axis::y, {16}, {0}, gray}};
+  EXPECT_EQ(sequence_outline(fringes),
+            "0-3: x pitch 13 in 4 steps; 4-7: x pitch 14 in 4 steps; 8-11: x pitch 15 in 4 steps; 12-15: y "
+            "pitch 16 in 4 steps; 16-18: y 3 gray bits, least significant first");
+  fringes.directions.pop_back();
+  fringes.images = {{}};
+  EXPECT_THAT(sequence_outline(fringes), ::testing::EndsWith("; 12: images"));
 }
 
 TEST(Fringes, WhiteBlackThresholdNeedsReferences) {

@@ -163,8 +163,9 @@ TEST_F(ImportCaptures, WrongMapsAreRefused) {
   refused({"--map", "up=" + path("raw/*.png")}, 2, {"names no camera of the twin", "left="});
   refused({"--map", left, "--map", "right=" + path("raw/no*.png")}, 3, {"matches no image"});
   refused({"--map", left, "--map", "right=" + path("raw/img*.png")}, 3, {"is an image of both camera"});
-  refused({"--map", "left=" + path("raw/img?.png"), "--map", right}, 3,
-          {"gives 9 images, the sequence has 12", "0 x pitch 13 step 1/4", "11 x pitch 15 step 4/4"});
+  refused(
+      {"--map", "left=" + path("raw/img?.png"), "--map", right}, 3,
+      {"gives 9 images, the sequence has 12", "0-3: x pitch 13 in 4 steps", "8-11: x pitch 15 in 4 steps"});
   refused({"--map", "left=" + path("raw/img%d.png@2"), "--map", right}, 3,
           {"gives 11 images, the sequence has 12"});
   refused({"--map", "left=" + path("raw/img%d.png"), "--map", right}, 3, {"img0.png: no such image", "@1"});

@@ -4,27 +4,28 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
-#include <algorithm>
+#include "twin/base/sha256.hpp"
 
 namespace fringetwin {
 namespace fs = std::filesystem;
 
-std::vector<fs::path> module_folders(const fs::path& program, const fs::path& build_tree) {
+std::vector<fs::path> module_folders(const fs::path& program, const std::string& build_tree_sha256) {
   if (!program.has_parent_path()) return {};  // /proc is missing; dlopen would search the system's folders
   const fs::path folder = program.parent_path();
   std::vector<fs::path> folders = {folder};
   if (folder.filename() == "bin") folders.push_back(folder.parent_path() / "lib" / "fringetwin");
-  const bool within = std::ranges::mismatch(build_tree, folder).in1 == build_tree.end();
-  if (!build_tree.empty() && within && folder != build_tree)  // empty: it may not be looked at
-    folders.push_back(build_tree);
+  for (fs::path above = folder; above != above.parent_path();) {
+    above = above.parent_path();
+    if (sha256_of_text(above.native()) == build_tree_sha256) folders.push_back(above);
+  }
   return folders;
 }
 
 void* find_in_module(const std::string& file, const std::string& name, const ModuleRefusal& refusal) {
   std::error_code ignored;
   std::string fault;
-  for (const fs::path& folder : module_folders(fs::read_symlink("/proc/self/exe", ignored),
-                                               fs::weakly_canonical(FRINGETWIN_BINARY_DIR, ignored))) {
+  for (const fs::path& folder :
+       module_folders(fs::read_symlink("/proc/self/exe", ignored), FRINGETWIN_BUILD_TREE_SHA256)) {
     const fs::path path = folder / file;
     if (void* module = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL)) {
       if (void* address = ::dlsym(module, name.c_str())) return address;

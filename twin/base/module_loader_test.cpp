@@ -4,26 +4,28 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "twin/base/sha256.hpp"
+
 namespace fringetwin::module_loader_test {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
+const std::string kBuild = sha256_of_text("/home/me/build");
+
 TEST(ModuleLoader, LooksBesideTheProgramAndInItsInstallation) {
-  EXPECT_THAT(module_folders("/usr/bin/fringetwin", "/home/me/build"),
-              ElementsAre("/usr/bin", "/usr/lib/fringetwin"));
-  EXPECT_THAT(module_folders("/opt/fringetwin", "/home/me/build"), ElementsAre("/opt"));
-  EXPECT_THAT(module_folders("", "/home/me/build"), IsEmpty());
+  EXPECT_THAT(module_folders("/usr/bin/fringetwin", kBuild), ElementsAre("/usr/bin", "/usr/lib/fringetwin"));
+  EXPECT_THAT(module_folders("/opt/fringetwin", kBuild), ElementsAre("/opt"));
+  EXPECT_THAT(module_folders("", kBuild), IsEmpty());
   EXPECT_THAT(module_folders("/opt/fringetwin", ""), ElementsAre("/opt")) << "not the system's folders";
 }
 
 TEST(ModuleLoader, LooksIntoTheBuildTreeOnlyFromWithin) {
-  EXPECT_THAT(module_folders("/home/me/build/fringetwin", "/home/me/build"), ElementsAre("/home/me/build"));
-  EXPECT_THAT(module_folders("/home/me/build/tests/twin_tests", "/home/me/build"),
+  EXPECT_THAT(module_folders("/home/me/build/fringetwin", kBuild), ElementsAre("/home/me/build"));
+  EXPECT_THAT(module_folders("/home/me/build/tests/twin_tests", kBuild),
               ElementsAre("/home/me/build/tests", "/home/me/build"));
-  EXPECT_THAT(module_folders("/home/me/build-dev/fringetwin", "/home/me/build"),
-              ElementsAre("/home/me/build-dev"));
+  EXPECT_THAT(module_folders("/home/me/build-dev/fringetwin", kBuild), ElementsAre("/home/me/build-dev"));
 }
 
 TEST(ModuleLoader, SaysWhatIsMissing) {

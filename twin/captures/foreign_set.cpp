@@ -9,20 +9,11 @@
 #include "twin/base/parallel.hpp"
 #include "twin/base/plain_text.hpp"
 #include "twin/base/sha256.hpp"
+#include "twin/sequence_outline.hpp"
 
 namespace fringetwin {
 namespace fs = std::filesystem;
 namespace {
-
-std::string sequence_text(const Fringes& fringes) {
-  std::string text;
-  int number = 0;
-  for (const PatternSpec& pattern : expand_sequence(fringes)) {
-    text += fmt::format("{}{} {}", number == 0 ? "" : ", ", number, pattern.label(fringes));
-    ++number;
-  }
-  return text;
-}
 
 /// Returns the innermost folder that holds all the files.
 fs::path common_folder(const std::vector<fs::path>& files) {
@@ -77,7 +68,7 @@ void check_foreign_set(const CaptureSet& set, const Twin& twin) {
     if (camera.files.size() != n)
       throw UserError(ExitCode::input, camera.pattern,
                       fmt::format("gives {} images, the sequence has {}", camera.files.size(), n),
-                      "the sequence is " + sequence_text(twin.fringes));
+                      "by number: " + sequence_outline(twin.fringes));
   check_not_shared(set);
   for (const Camera& camera : twin.cameras) load_camera_images(set, camera, twin.fringes);
 }

@@ -108,6 +108,11 @@ TEST(BadImages, TheSizeIsComparedBeforeAnythingIsDecoded) {
   for (const char* name : {"png/bomb.png", "tiff/bomb.tif", "tiff/bomb.bmp", "tiff/bomb.pgm"})
     expect_user_error(ExitCode::input, "is 60000 x 60000 px, at most 67 million pixels and 65535 a side",
                       [&] { check_gray(bad_files() / name); });
+  const RightSize upright{640, 480, "camera \"left\"", "check imagersize"};
+  const ScratchFolder folder;
+  const fs::path swapped = folder.write("swapped.png", png(480, 640));
+  expect_user_error(ExitCode::input, "640 x 480; width and height are swapped; check imagersize",
+                    [&] { read_gray(swapped, upright); });
   expect_user_error(ExitCode::input, "is 60000 x 60000 px", [&] { check_exr(bad_files() / "exr/bomb.exr"); });
 }
 

@@ -35,6 +35,11 @@ Decoding& decoding() {
   return one;
 }
 
+bool has_swapped_sides(const PromisedImage& image, const RightSize& right) {
+  return !right.hint.empty() && image.width == static_cast<std::uint64_t>(right.height) &&
+         image.height == static_cast<std::uint64_t>(right.width);
+}
+
 }  // namespace
 
 std::uintmax_t check_image_file(const fs::path& file) {
@@ -54,7 +59,8 @@ std::uint64_t check_promise(const fs::path& file, const PromisedImage& image, st
   const std::string size = fmt::format("{} x {} px", image.width, image.height);
   if (right && (image.width != static_cast<std::uint64_t>(right->width) ||
                 image.height != static_cast<std::uint64_t>(right->height)))
-    refuse(fmt::format("is {}, {} has {} x {}", size, right->of, right->width, right->height), right->hint);
+    refuse(fmt::format("is {}, {} has {} x {}", size, right->of, right->width, right->height),
+           has_swapped_sides(image, *right) ? "width and height are swapped; " + right->hint : right->hint);
   if (image.width == 0 || image.height == 0) refuse(fmt::format("is {}, it has no pixels", size), "");
   const double factor = file_limits_factor();
   const double values = static_cast<double>(image.width * image.height) * static_cast<double>(image.channels);
