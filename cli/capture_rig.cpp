@@ -184,21 +184,26 @@ OpenedRig open_devices(const Twin& twin, const RigFlags& flags) {
 
 void add_device_flags(CLI::App& sub, RigFlags& flags) {
   sub.add_option(
-      "--format", flags.format,
-      "Pixel format: GREY, Y10, Y12, Y16, Y16-BE, YUYV, MJPG (default: the deepest offered); of GenICam "
-      "cameras: Mono8, Mono12p, BayerRG8 ... (default: of the twin's depth, else the deepest Mono)");
+         "--format", flags.format,
+         "Pixel format: GREY, Y10, Y12, Y16, Y16-BE, YUYV, MJPG (default: the deepest offered); of GenICam "
+         "cameras: Mono8, Mono12p, BayerRG8 ... (default: of the twin's depth, else the deepest Mono)")
+      ->type_name("NAME");
   sub.add_option(
          "--trigger", flags.trigger,
          "GenICam cameras: software (default), each frame is asked for; off, frames come by themselves")
+      ->type_name("NAME")
       ->check(CLI::IsMember({"software", "off"}));
-  sub.add_option("--rate", flags.rate_hz, "Frames per second");
-  sub.add_option("--gain", flags.gain, "Gain, in the camera's own units");
+  sub.add_option("--rate", flags.rate_hz, "Frames per second")->type_name("HZ");
+  sub.add_option("--gain", flags.gain, "Gain, in the camera's own units")->type_name("N");
   sub.add_option("--control", flags.controls, "[CAMERA:]NAME=VALUE: any other control; once per control")
+      ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
   sub.add_option("--shift", flags.shift,
                  "Lowest bits of a word that carry nothing (12 bit values in the high bits of Y16: 4)")
+      ->type_name("BITS")
       ->check(CLI::Range(0, 8));
   sub.add_option("--buffers", flags.buffers, "Frames that the driver may hold")
+      ->type_name("N")
       ->check(CLI::Range(2, 32))
       ->capture_default_str();
 }
@@ -210,13 +215,16 @@ void add_rig_flags(CLI::App& sub, RigFlags& flags) {
          "--camera", flags.cameras,
          "[NAME=]DEVICE, e.g. left=/dev/video0 or left=genicam:SERIAL, once per camera; or twin:TWIN.toml: a "
          "simulated rig")
+      ->type_name("DEVICE")
       ->allow_extra_args(false);
   sub.add_option("--display", flags.display,
-                 "The projector: kms[:CARD[:CONNECTOR]], window[:N], v4l2:DEVICE; several with +");
+                 "The projector: kms[:CARD[:CONNECTOR]], window[:N], v4l2:DEVICE; several with +")
+      ->type_name("NAME");
   add_device_flags(sub, flags);
   add_render_flags(sub, flags.render);
   sub.add_option("--simulated-latency-ms", flags.simulated_latency_ms,
                  "twin: from a pattern's showing until its light")
+      ->type_name("MS")
       ->capture_default_str();
 }
 

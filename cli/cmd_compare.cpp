@@ -3,6 +3,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/tell_comparison.hpp"
+#include "cli/twin_argument.hpp"
 #include "cosim/compare_captures.hpp"
 #include "cosim/write_results.hpp"
 #include "twin/base/out_folder.hpp"
@@ -26,10 +27,12 @@ int run_compare(const CompareCommand& o, const Invocation& invocation) {
 void add_compare(CLI::App& app, Invocation& invocation) {
   auto options = std::make_shared<CompareCommand>();
   CLI::App* sub = app.add_subcommand("compare", "Measure two capture sets and compare them");
-  sub->add_option("twin", options->twin, "The twin.toml")->required();
-  sub->add_option("--real", options->real, "Capture set of the rig")->required();
-  sub->add_option("--sim", options->sim, "Capture set of the twin")->required();
-  sub->add_option("--out", options->out, "Folder for result.json, report.html and the maps")->required();
+  add_twin_argument(*sub, options->twin, "The twin.toml")->required();
+  sub->add_option("--real", options->real, "Capture set of the rig")->type_name("DIR")->required();
+  sub->add_option("--sim", options->sim, "Capture set of the twin")->type_name("DIR")->required();
+  sub->add_option("--out", options->out, "Folder for result.json, report.html and the maps")
+      ->type_name("DIR")
+      ->required();
   run_when_chosen(*sub, invocation, options, run_compare);
 }
 

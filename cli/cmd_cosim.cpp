@@ -5,6 +5,7 @@
 #include "cli/commands.hpp"
 #include "cli/render_flags.hpp"
 #include "cli/tell_comparison.hpp"
+#include "cli/twin_argument.hpp"
 #include "compare/causes/refine.hpp"
 #include "cosim/cosim.hpp"
 #include "cosim/write_results.hpp"
@@ -42,14 +43,17 @@ int run_cosim(CosimCommand& o, const Invocation& invocation) {
 void add_cosim(CLI::App& app, Invocation& invocation) {
   auto options = std::make_shared<CosimCommand>();
   CLI::App* sub = app.add_subcommand("cosim", "The main job: render, measure both, compare, report");
-  sub->add_option("twin", options->twin, "The twin.toml");
+  add_twin_argument(*sub, options->twin, "The twin.toml");
   sub->add_option("--out", options->out,
-                  "Folder for result.json, report.html, maps and the simulated capture set");
+                  "Folder for result.json, report.html, maps and the simulated capture set")
+      ->type_name("DIR");
   sub->add_option("--refine", options->request.refine,
                   "Fit these to the real images first: " + compare::refine_names() +
                       ", or a parameter by its name (projector.k1)")
+      ->type_name("NAMES")
       ->delimiter(',');
   sub->add_option("--steps", options->request.steps, "Compare every second phase step only")
+      ->type_name("NAME")
       ->check(CLI::IsMember({"even", "odd"}));
   add_render_flags(*sub, options->request.render);
   sub->add_flag("--radiance", options->radiance, "Also write float32 EXR images (E before the sensor)");

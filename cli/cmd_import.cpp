@@ -156,6 +156,7 @@ CLI::App* add(CLI::App& import, Invocation& invocation, const char* name, const 
 
 void add_unit(CLI::App& sub, ImportCommand& options) {
   sub.add_option("--unit", options.unit, "Unit of the translations in the files: mm or m")
+      ->type_name("UNIT")
       ->check(CLI::IsMember({"mm", "m"}))
       ->capture_default_str();
 }
@@ -169,12 +170,15 @@ void add_import(CLI::App& app, Invocation& invocation) {
   auto o = std::make_shared<ImportCommand>();
   CLI::App* opencv =
       add(*import, invocation, "opencv", "OpenCV YAML/XML files (cv::FileStorage)", o, run_opencv);
-  opencv->add_option("files", o->files, "YAML or XML files")->required();
+  opencv->add_option("files", o->files, "YAML or XML files")->type_name("FILE")->required();
   opencv->add_flag("--list", o->list, "List the matrices in the files and stop");
-  opencv->add_option("--camera", o->cameras,
-                     "NAME=MATRIX,DISTORTION[,ROTATION,TRANSLATION]@WIDTHxHEIGHT; once per camera; x_cam = R "
-                     "x_ref + T; only the first may leave out its place");
-  opencv->add_option("--projector", o->projector, "MATRIX,DISTORTION,ROTATION,TRANSLATION@WIDTHxHEIGHT");
+  opencv
+      ->add_option("--camera", o->cameras,
+                   "NAME=MATRIX,DISTORTION[,ROTATION,TRANSLATION]@WIDTHxHEIGHT; once per camera; x_cam = R "
+                   "x_ref + T; only the first may leave out its place")
+      ->type_name("DEVICE");
+  opencv->add_option("--projector", o->projector, "MATRIX,DISTORTION,ROTATION,TRANSLATION@WIDTHxHEIGHT")
+      ->type_name("DEVICE");
   add_unit(*opencv, *o);
 
   o = std::make_shared<ImportCommand>();
@@ -185,22 +189,29 @@ void add_import(CLI::App& app, Invocation& invocation) {
           "--camera", o->cameras,
           "NAME=K.txt,D.txt[,R.txt[,T.txt]]@WIDTHxHEIGHT; once per camera; \"none\" for no distortion; R "
           "3x3, Rodrigues, or 3x4 and 4x4 with the translation in it; only the first may leave out its place")
+      ->type_name("DEVICE")
       ->required();
-  matrices->add_option("--projector", o->projector, "K.txt,D.txt,R.txt[,T.txt]@WIDTHxHEIGHT");
+  matrices->add_option("--projector", o->projector, "K.txt,D.txt,R.txt[,T.txt]@WIDTHxHEIGHT")
+      ->type_name("DEVICE");
   add_unit(*matrices, *o);
 
   o = std::make_shared<ImportCommand>();
   CLI::App* kalibr = add(*import, invocation, "kalibr", "A Kalibr camchain (YAML)", o, run_kalibr);
-  kalibr->add_option("file", o->files, "The camchain")->required()->expected(1);
-  kalibr->add_option("--projector", o->projector, "The cam that is the projector, e.g. cam2");
-  kalibr->add_option("--names", o->names, "Names of the cameras: left,right (default: cam0,cam1)");
+  kalibr->add_option("file", o->files, "The camchain")->type_name("FILE")->required()->expected(1);
+  kalibr->add_option("--projector", o->projector, "The cam that is the projector, e.g. cam2")
+      ->type_name("DEVICE");
+  kalibr->add_option("--names", o->names, "Names of the cameras: left,right (default: cam0,cam1)")
+      ->type_name("NAMES");
 
   o = std::make_shared<ImportCommand>();
   o->unit = "m";
   CLI::App* mrcal = add(*import, invocation, "mrcal", "mrcal's .cameramodel files", o, run_mrcal);
-  mrcal->add_option("files", o->files, "The cameras' models, the reference first")->required();
-  mrcal->add_option("--projector", o->projector, "The projector's model");
-  mrcal->add_option("--names", o->names, "Names of the cameras (default: those of the files)");
+  mrcal->add_option("files", o->files, "The cameras' models, the reference first")
+      ->type_name("FILE")
+      ->required();
+  mrcal->add_option("--projector", o->projector, "The projector's model")->type_name("DEVICE");
+  mrcal->add_option("--names", o->names, "Names of the cameras (default: those of the files)")
+      ->type_name("NAMES");
   add_unit(*mrcal, *o);
 
   add_import_captures(*import, invocation);

@@ -10,6 +10,7 @@
 #include "capture/record/journal.hpp"
 #include "cli/commands.hpp"
 #include "cli/option_values.hpp"
+#include "cli/twin_argument.hpp"
 #include "compare/verdict/limits.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
@@ -192,19 +193,24 @@ void add_import_captures(CLI::App& import, Invocation& invocation) {
   auto o = std::make_shared<ImportCaptures>();
   CLI::App* sub = import.add_subcommand(
       "captures", "Images that another program recorded: described where they lie, not copied");
-  sub->add_option("twin", o->twin, "The twin.toml: its cameras and its sequence")->required();
+  add_twin_argument(*sub, o->twin, "The twin.toml: its cameras and its sequence")->required();
   sub->add_option("--map", o->maps,
                   "CAMERA=GLOB, in natural order (img2 before img10), or CAMERA=NAME%02dNAME[@FIRST], "
                   "numbered from FIRST (0); once per camera, quoted")
+      ->type_name("CAMERA=FILES")
       ->required();
   sub->add_option("--order", o->orders,
                   "[CAMERA=]LIST: which image is each of the sequence, e.g. 0-11,14,12: places in the glob "
-                  "from 0, or numbers in the names");
-  sub->add_option("--white", o->white, "CAMERA=FILE: the image with the projector's white field");
-  sub->add_option("--black", o->black, "CAMERA=FILE: the image with the projector's black field");
+                  "from 0, or numbers in the names")
+      ->type_name("LIST");
+  sub->add_option("--white", o->white, "CAMERA=FILE: the image with the projector's white field")
+      ->type_name("FILE");
+  sub->add_option("--black", o->black, "CAMERA=FILE: the image with the projector's black field")
+      ->type_name("FILE");
   sub->add_option("--gray-code-exposure", o->gray_code_exposure,
-                  "Exposure of the Gray-code images relative to the phase steps, or \"different\"");
-  sub->add_option("--out", o->out, "Folder for capture.toml")->required();
+                  "Exposure of the Gray-code images relative to the phase steps, or \"different\"")
+      ->type_name("FACTOR");
+  sub->add_option("--out", o->out, "Folder for capture.toml")->type_name("DIR")->required();
   sub->add_flag("--overwrite", o->overwrite, "Replace a capture.toml that is there");
   run_when_chosen(*sub, invocation, o, run_import_captures);
 }

@@ -4,6 +4,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/tell_comparison.hpp"
+#include "cli/twin_argument.hpp"
 #include "compare/result/result_json.hpp"
 #include "cosim/load.hpp"
 #include "cosim/simulate.hpp"
@@ -81,9 +82,12 @@ void add_measure(CLI::App& app, Invocation& invocation) {
   auto options = std::make_shared<MeasureCommand>();
   CLI::App* sub =
       app.add_subcommand("measure", "Capture set -> phase, points, fits (real and simulated alike)");
-  sub->add_option("twin", options->twin, "The twin.toml")->required();
-  sub->add_option("--captures", options->captures, "Folder with a capture.toml")->required();
+  add_twin_argument(*sub, options->twin, "The twin.toml")->required();
+  sub->add_option("--captures", options->captures, "Folder with a capture.toml")
+      ->type_name("DIR")
+      ->required();
   sub->add_option("--out", options->out, "Folder for points.ply, phase_<camera>.exr, result.json")
+      ->type_name("DIR")
       ->required();
   sub->add_flag("--method-bias", options->method_bias,
                 "Render the twin once and state what the method itself adds to each fit");

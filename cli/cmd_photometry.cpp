@@ -9,6 +9,7 @@
 #include "calib/page/photometry_page.hpp"
 #include "cli/commands.hpp"
 #include "cli/option_values.hpp"
+#include "cli/twin_argument.hpp"
 #include "compare/result/provenance.hpp"
 #include "compare/verdict/limits.hpp"
 #include "cosim/load.hpp"
@@ -172,15 +173,18 @@ void add_photometry(CLI::App& app, Invocation& invocation) {
   auto o = std::make_shared<PhotometryCommand>();
   CLI::App* sub = app.add_subcommand(
       "photometry", "Captures -> sensor noise and gain, projector response, fringe contrast, vignetting");
-  sub->add_option("twin", o->twin, "The twin.toml: image sizes, bit depths, fringes")->required();
-  sub->add_option(
-      "--captures", o->captures,
-      "Folder with a capture.toml; several folders: repeats of one still scene (default: the twin's [real])");
+  add_twin_argument(*sub, o->twin, "The twin.toml: image sizes, bit depths, fringes")->required();
+  sub->add_option("--captures", o->captures,
+                  "Folder with a capture.toml; several folders: repeats of one still scene (default: the "
+                  "twin's [real])")
+      ->type_name("DIR");
   sub->add_option("--series", o->series,
-                  "[CAMERA=]GLOB[@EXPOSURE_MS]: repeated images of one level of light; once per level");
-  sub->add_option("--dark", o->dark, "[CAMERA=]GLOB: images with the lens covered");
-  sub->add_option("--flat", o->flat, "[CAMERA=]GLOB: images of an evenly lit surface");
+                  "[CAMERA=]GLOB[@EXPOSURE_MS]: repeated images of one level of light; once per level")
+      ->type_name("FILES");
+  sub->add_option("--dark", o->dark, "[CAMERA=]GLOB: images with the lens covered")->type_name("FILES");
+  sub->add_option("--flat", o->flat, "[CAMERA=]GLOB: images of an evenly lit surface")->type_name("FILES");
   sub->add_option("--out", o->out, "Folder for photometry.toml, photometry.json, photometry.html")
+      ->type_name("DIR")
       ->required();
   run_when_chosen(*sub, invocation, o, run_photometry);
 }

@@ -4,6 +4,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/render_flags.hpp"
+#include "cli/twin_argument.hpp"
 #include "cosim/load.hpp"
 #include "cosim/measured_shapes.hpp"
 #include "cosim/write_results.hpp"
@@ -50,8 +51,8 @@ void add_render(CLI::App& app, Invocation& invocation) {
   auto options = std::make_shared<RenderCommand>();
   CLI::App* sub =
       app.add_subcommand("render", "Render every image of the sequence as each camera would record it");
-  sub->add_option("twin", options->twin, "The twin.toml");
-  sub->add_option("--out", options->out, "Folder for the capture set (made if missing)");
+  add_twin_argument(*sub, options->twin, "The twin.toml");
+  sub->add_option("--out", options->out, "Folder for the capture set (made if missing)")->type_name("DIR");
   add_render_flags(*sub, options->request);
   sub->add_flag("--radiance", options->radiance, "Also write float32 EXR images (E before the sensor)");
   run_when_chosen(*sub, invocation, options, run_render);

@@ -81,21 +81,28 @@ void add_study(CLI::App& app, Invocation& invocation) {
   CLI::App* sub = app.add_subcommand("study",
                                      "Many virtual measurements: varies keys of a twin over a design and "
                                      "records results; run again, it goes on where it stopped");
-  sub->add_option("study", o->study, "The STUDY.toml")->required();
-  sub->add_option("--out", o->out, "Folder for study.db, study.csv and report.html")->required();
+  sub->add_option("study", o->study, "The STUDY.toml")->type_name("STUDY.toml")->required();
+  sub->add_option("--out", o->out, "Folder for study.db, study.csv and report.html")
+      ->type_name("DIR")
+      ->required();
   sub->add_option("--engine", o->engine,
                   "local: this machine; slurm: job arrays of a cluster (docs/CLUSTER.md)")
+      ->type_name("NAME")
       ->check(CLI::IsMember({"local", "slurm"}));
   sub->add_option("--jobs", o->jobs,
                   "Points at a time; default: one per core. slurm: of a task, a core each; default 1")
+      ->type_name("N")
       ->check(CLI::Range(1, 1024));
-  sub->add_option("--device", o->device, "A part of a Vulkan device's name");
+  sub->add_option("--device", o->device, "A part of a Vulkan device's name")->type_name("NAME");
   sub->add_option("--shards", o->shards, "slurm: tasks of an array; default: one per 16 points, at most 64")
+      ->type_name("N")
       ->check(CLI::Range(1, 10000));
   sub->add_option("--slurm-args", o->slurm_args,
-                  "slurm: further arguments of sbatch, \"--partition=long --time=4:00:00\"");
+                  "slurm: further arguments of sbatch, \"--partition=long --time=4:00:00\"")
+      ->type_name("WORDS");
   sub->add_option("--slurm-dir", o->slurm_dir,
-                  "slurm: folder on a disk that the nodes share; default: slurm in --out");
+                  "slurm: folder on a disk that the nodes share; default: slurm in --out")
+      ->type_name("DIR");
   sub->add_flag("--figures", o->figures, "Write the report's drawings as SVG files, too (DIR/figures)");
   run_when_chosen(*sub, invocation, o, run_study);
 
@@ -106,8 +113,8 @@ void add_study(CLI::App& app, Invocation& invocation) {
   auto task = std::make_shared<study::ShardTask>();
   CLI::App* shard = app.add_subcommand("study-shard", "A task of `study --engine slurm`");
   shard->group("");
-  shard->add_option("round", task->round)->required();
-  shard->add_option("index", task->index)->required();
+  shard->add_option("round", task->round)->type_name("N")->required();
+  shard->add_option("index", task->index)->type_name("N")->required();
   shard->callback([task, &invocation] {
     task->version = version_string();
     invocation.run = [task] {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
+#include "cli/twin_argument.hpp"
 #include "cosim/measured_shapes.hpp"
 #include "cosim/write_results.hpp"
 #include "tradeoff/needs.hpp"
@@ -71,12 +72,17 @@ int run_pareto(TradeoffCommand<tradeoff::ParetoOptions> o, const Invocation& inv
 template <class Options>
 void add_sampling_options(CLI::App& sub, TradeoffCommand<Options>& o, const std::string& rounds) {
   sub.add_option("--windows", o.options.subset.windows_per_camera, "Windows of pixels looked at per camera")
+      ->type_name("N")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
-  sub.add_option("--rounds", o.options.rounds, rounds)->check(CLI::Range(1, 100))->capture_default_str();
-  sub.add_option("--seed", o.options.seed, "Seed of the pixel choice, of noise and random samplers")
+  sub.add_option("--rounds", o.options.rounds, rounds)
+      ->type_name("N")
+      ->check(CLI::Range(1, 100))
       ->capture_default_str();
-  sub.add_option("--device", o.device, "A part of a Vulkan device's name");
+  sub.add_option("--seed", o.options.seed, "Seed of the pixel choice, of noise and random samplers")
+      ->type_name("N")
+      ->capture_default_str();
+  sub.add_option("--device", o.device, "A part of a Vulkan device's name")->type_name("NAME");
 }
 
 }  // namespace
@@ -85,14 +91,19 @@ void add_needs(CLI::App& app, Invocation& invocation) {
   auto o = std::make_shared<TradeoffCommand<tradeoff::NeedsOptions>>();
   CLI::App* sub = app.add_subcommand(
       "needs", "What each effect changes and costs on this scene; the smallest model for a tolerance");
-  sub->add_option("twin", o->twin, "The twin.toml")->required();
-  sub->add_option("--out", o->out, "Folder for needs.json and needs.html")->required();
+  add_twin_argument(*sub, o->twin, "The twin.toml")->required();
+  sub->add_option("--out", o->out, "Folder for needs.json and needs.html")->type_name("DIR")->required();
   tradeoff::Tolerance& tolerance = o->options.tolerance;
   for (const auto& [name, value, text] :
        {std::tuple{"--phase-tolerance", &tolerance.phase_rad, "Largest change of the phase, rad rms"},
         std::tuple{"--gray-tolerance", &tolerance.gray_dn, "Largest change of the gray value, DN rms"},
         std::tuple{"--fit-tolerance", &tolerance.fit_mm, "Largest change of a fitted quantity, mm"}})
-    sub->add_option(name, *value, text)->check(CLI::NonNegativeNumber)->capture_default_str();
+    sub->add_option(name, *value, text)
+        ->type_name(name[2] == 'p'   ? "RAD"
+                    : name[2] == 'g' ? "DN"
+                                     : "MM")
+        ->check(CLI::Validator(CLI::NonNegativeNumber).description("0 or more"))
+        ->capture_default_str();
   add_sampling_options(*sub, *o, "Timed renders of each side");
   run_when_chosen(*sub, invocation, o, run_needs);
 }
@@ -101,13 +112,14 @@ void add_pareto(CLI::App& app, Invocation& invocation) {
   auto o = std::make_shared<TradeoffCommand<tradeoff::ParetoOptions>>();
   CLI::App* sub = app.add_subcommand(
       "pareto", "Error against time for every sampling scheme, sample count and precision on this scene");
-  sub->add_option("twin", o->twin, "The twin.toml")->required();
-  sub->add_option("--out", o->out, "Folder for pareto.json and pareto.html")->required();
+  add_twin_argument(*sub, o->twin, "The twin.toml")->required();
+  sub->add_option("--out", o->out, "Folder for pareto.json and pareto.html")->type_name("DIR")->required();
   sub->add_flag("--quick", o->options.quick, "Few schemes, few pixels, one timing");
   sub->add_option(
          "--longest", o->options.longest_point_s,
          "A point that takes longer (s, all cameras) is rendered in windows only, its time extrapolated")
-      ->check(CLI::PositiveNumber)
+      ->type_name("S")
+      ->check(CLI::Validator(CLI::PositiveNumber).description("above 0"))
       ->capture_default_str();
   add_sampling_options(*sub, *o, "Timed renders of each point that is fast enough");
   run_when_chosen(*sub, invocation, o, run_pareto);

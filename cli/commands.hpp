@@ -49,6 +49,8 @@ void add_pareto(CLI::App& app, Invocation& invocation);
 void add_study(CLI::App& app, Invocation& invocation);
 void add_photometry(CLI::App& app, Invocation& invocation);
 void add_capture(CLI::App& app, Invocation& invocation);
+void add_help(CLI::App& app, Invocation& invocation);
+void add_version(CLI::App& app, Invocation& invocation);
 void add_info(CLI::App& app, Invocation& invocation);
 
 }  // namespace fringetwin::cli

@@ -98,15 +98,18 @@ void write_model(const std::filesystem::path& file, const calib::ImportedDevice&
 }  // namespace
 
 void add_rig_options(CLI::App& sub, RigOptions& options) {
-  sub.add_option("--out", options.out, "Folder for the .cameramodel files and twin.toml");
+  sub.add_option("--out", options.out, "Folder for the .cameramodel files and twin.toml")->type_name("DIR");
   sub.add_option("--check", options.check,
                  "Observations of the same points (.vnl corner file, or a table of two columns per device): "
-                 "says which way R, T fit, and refuses when it is not as given");
+                 "says which way R, T fit, and refuses when it is not as given")
+      ->type_name("FILE");
   sub.add_option("--check-max-px", options.check_max_px,
                  "Largest rms distance from the epipolar lines that fits")
+      ->type_name("PX")
       ->capture_default_str();
   sub.add_option("--poses", options.poses,
                  "What R, T of the files map: device-from-ref (x_device = R x_ref + T), or ref-from-device")
+      ->type_name("NAME")
       ->check(CLI::IsMember({kForward, kBackward}))
       ->capture_default_str();
 }

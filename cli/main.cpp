@@ -19,6 +19,9 @@
 
 #include "cli/commands.hpp"
 #include "cli/exit_guard.hpp"
+#include "cli/manual/argument_fault.hpp"
+#include "cli/manual/command_text.hpp"
+#include "cli/manual/help_page.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_of_memory.hpp"
 #include "twin/base/plain_text.hpp"
@@ -133,15 +136,12 @@ int run(const fringetwin::cli::Invocation& invocation) {
   }
 }
 
-/// Prints help or version, or the error and a hint.
-int tell(const CLI::App& app, const CLI::ParseError& error) {
-  std::ostringstream out, err;
-  const int code = app.exit(error, out, err);
+/// Prints help or version.
+int tell(const CLI::App& app, const CLI::ParseError& answer) {
+  std::ostringstream out;
+  app.exit(answer, out, out);
   std::fputs(out.str().c_str(), stdout);
-  std::istringstream lines(err.str());
-  for (std::string line; std::getline(lines, line);)
-    std::fprintf(stderr, "%s\n", fringetwin::plain_sentence(line).c_str());
-  return code == 0 ? 0 : static_cast<int>(ExitCode::usage);
+  return 0;
 }
 
 }  // namespace
@@ -161,28 +161,35 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.fallthrough();  // -q is understood after the subcommand, too
   app.set_version_flag("--version", fringetwin::cli::version_string());
-  app.footer(
-      "Exit codes: 0 pass, 1 limits not met, 2 usage or configuration, 3 input data, 4 device,\n"
-      "5 no convergence, 70 internal, 130 cancelled.");
+  app.formatter(fringetwin::cli::help_formatter());
   bool quiet = false;
-  app.add_flag("-q,--quiet", quiet, "No narration on stderr (warnings and errors stay)");
+  app.add_flag("-q,--quiet", quiet, "No narration on stderr (warnings and errors stay)")
+      ->group(fringetwin::cli::kCommonOptions);
   double limits = 1.0;
   app.add_option("--limits", limits,
                  "Factor on every limit of what is read from files (docs/FORMATS.md, \"Limits\"); for files "
                  "that you trust")
-      ->check(CLI::Range(1.0, 1e6));
+      ->check(CLI::Range(1.0, 1e6).description("1 ... 1e6"))
+      ->type_name("FACTOR")
+      ->group(fringetwin::cli::kCommonOptions);
 
   fringetwin::cli::Invocation invocation;
   invocation.argv.assign(argv, argv + argc);
   using namespace fringetwin::cli;
-  for (auto* add : {add_cosim, add_render, add_measure, add_compare, add_diff, add_import, add_calibrate,
-                    add_photometry, add_capture, add_needs, add_pareto, add_study, add_info})
+  for (auto* add :
+       {add_cosim, add_render, add_measure, add_compare, add_diff, add_import, add_calibrate, add_photometry,
+        add_capture, add_needs, add_pareto, add_study, add_info, add_help, add_version})
     add(app, invocation);
+  app.footer(  // last: commands would take it over
+      "Exit codes: 0 pass, 1 limits not met, 2 usage or configuration, 3 input data, 4 device, "
+      "5 no convergence, 70 internal, 130 cancelled.");
 
   try {
     app.parse(argc, argv);
+  } catch (const CLI::Success& e) {
+    invocation.run = [&app, answer = CLI::ParseError(e)] { return tell(app, answer); };
   } catch (const CLI::ParseError& e) {
-    invocation.run = [&app, error = e] { return tell(app, error); };
+    invocation.run = [fault = argument_fault(app, {argv + 1, argv + argc}, e)]() -> int { throw fault; };
   }
   fringetwin::set_quiet(quiet);
   if (limits > 1.0) fringetwin::raise_file_limits(limits);  // not where it is "nan"

@@ -25,19 +25,24 @@ CLI::Validator in_range(double min, double max) {
 }  // namespace
 
 void add_render_flags(CLI::App& sub, cosim::RenderRequest& request) {
-  sub.add_option("--samples", request.samples, "Samples per pixel (gauss: a square number)");
+  sub.add_option("--samples", request.samples, "Samples per pixel (gauss: a square number)")->type_name("N");
   sub.add_option("--sampler", request.sampler, "adaptive, gauss, multi-jittered or sobol")
+      ->type_name("NAME")
       ->check(CLI::IsMember({"adaptive", "gauss", "multi-jittered", "sobol"}));
   sub.add_option("--phase-error", request.phase_error_rad,
                  "Target rms phase error, rad (picks the cheapest scheme)")
+      ->type_name("RAD")
       ->check(in_range(1e-8, 1.0));
   sub.add_option("--gray-error", request.gray_error,
                  "Target rms gray error over all pixels, fraction of full scale (adaptive)")
+      ->type_name("SHARE")
       ->check(in_range(1e-8, 1.0));
   sub.add_option("--seed", request.seed, "Seed of noise and random samplers")
+      ->type_name("N")
       ->check(in_range(0.0, 18446744073709551615.0))
       ->capture_default_str();
-  sub.add_option("--device", request.device, "A part of a Vulkan device's name, or \"list\"");
+  sub.add_option("--device", request.device, "A part of a Vulkan device's name, or \"list\"")
+      ->type_name("NAME");
 }
 
 int print_devices() {

@@ -176,6 +176,63 @@ TEST(Options, ValuesOutOfRange) {
   EXPECT_FALSE(fs::exists(out));
 }
 
+TEST(CommandLine, NamesWhatWasMeant) {
+  for (const auto& [words, sentence] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"cosin", "twin.toml"}, "cosin: no such command; did you mean \"cosim\"?"},
+           {{"import", "opnecv"}, "import opnecv: no such command; did you mean \"opencv\"?"},
+           {{"help", "mesure"}, "mesure: no such command; did you mean \"measure\"?"},
+           {{"cosim", "a", "--ouput", "b"}, "cosim --ouput: no such option; did you mean \"--out\"?"},
+           {{"cosim", "a", "--output=b"}, "cosim --output: no such option; did you mean \"--out\"?"},
+           {{"measure", "a", "--out", "b"}, "measure: --captures DIR is missing; fringetwin measure"},
+           {{"diff", "a"}, "diff: RUN is missing"},
+           {{"render", "--out"}, "render: --out DIR has no value"},
+           {{"render", "a", "--samples", "many"}, "render --samples: \"many\" is no number"},
+           {{"render", "a", "--samples", "1.5"}, "render --samples: \"1.5\" is no whole number"},
+           {{"info", "x"}, "info: \"x\" is one argument too many"},
+           {{}, "fringetwin: no command given"}}) {
+    const RunResult run = run_fringetwin(words);
+    expect_refused(run, 2, {sentence});
+    EXPECT_EQ(std::ranges::count(run.err, '\n'), 1);
+  }
+}
+
+TEST(CommandLine, HelpAndVersionAreCommands) {
+  EXPECT_EQ(run_fringetwin({"version"}).out, run_fringetwin({"--version"}).out);
+  for (const std::vector<std::string>& path :
+       {std::vector<std::string>{}, {"measure"}, {"import"}, {"import", "opencv"}}) {
+    std::vector<std::string> help{"help"}, flag = path;
+    help.insert(help.end(), path.begin(), path.end());
+    flag.emplace_back("--help");
+    const RunResult run = run_fringetwin(help);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(run.out, run_fringetwin(flag).out);
+    EXPECT_THAT(run.out, HasSubstr("Usage: fringetwin"));
+  }
+}
+
+// Every value has a name that says what it is, not how the program keeps it.
+TEST(CommandLine, HelpNamesValuesAndDefaults) {
+  for (const char* command : {"cosim", "render", "measure", "compare", "diff", "calibrate", "photometry",
+                              "capture", "needs", "pareto", "study", "info"}) {
+    const std::string page = run_fringetwin({command, "--help"}).out;
+    for (const char* type : {" TEXT", " INT", " UINT", " FLOAT"})
+      EXPECT_THAT(page, Not(HasSubstr(type))) << command;
+  }
+  for (const char* command : {"opencv", "kalibr", "matrices", "mrcal", "captures"})
+    EXPECT_THAT(run_fringetwin({"import", command, "--help"}).out, Not(HasSubstr(" TEXT"))) << command;
+  const std::string needs = run_fringetwin({"needs", "--help"}).out;
+  EXPECT_THAT(needs, HasSubstr("--windows N"));
+  EXPECT_THAT(needs, HasSubstr("(1 ... 10000; default: 12)"));
+  EXPECT_THAT(needs, HasSubstr("--limits FACTOR"));
+}
+
+TEST(CommandLine, AFolderStandsForItsTwin) {
+  const auto dir = scratch_folder("folder");
+  written_twin(dir, small_twin({{"radius_mm = 19", "radius_mm = 0"}}));
+  expect_refused(run_fringetwin({"render", dir.string(), "--out", (dir / "out").string()}), 2,
+                 {(dir / "twin.toml").string(), "radius_mm"});
+}
+
 TEST(Options, QuietBeforeAndAfterTheSubcommand) {
   FT_NEED_DEVICE();
   const auto dir = scratch_folder("quiet");

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/twin_argument.hpp"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+
+namespace fringetwin::cli {
+
+CLI::Option* add_twin_argument(CLI::App& sub, std::string& twin, const std::string& meaning) {
+  const auto file_of_folder = [](std::string& text) -> std::string {
+    std::error_code ignored;
+    const std::filesystem::path file = std::filesystem::path(text) / "twin.toml";
+    if (std::filesystem::is_regular_file(file, ignored)) text = file.string();
+    return "";
+  };
+  return sub.add_option("twin", twin, meaning + ", or the folder that holds it")
+      ->transform(CLI::Validator(file_of_folder, ""))
+      ->type_name("TWIN.toml");
+}
+
+}  // namespace fringetwin::cli
