@@ -184,7 +184,7 @@ TEST(CommandLine, NamesWhatWasMeant) {
            {{"cosim", "a", "--ouput", "b"}, "cosim --ouput: no such option; did you mean \"--out\"?"},
            {{"cosim", "a", "--output=b"}, "cosim --output: no such option; did you mean \"--out\"?"},
            {{"measure", "a", "--out", "b"}, "measure: --captures DIR is missing; fringetwin measure"},
-           {{"diff", "a"}, "diff: RUN is missing"},
+           {{"diff", "a"}, "diff: RUN_B is missing; fringetwin diff RUN_A RUN_B"},
            {{"render", "--out"}, "render: --out DIR has no value"},
            {{"render", "a", "--samples", "many"}, "render --samples: \"many\" is no number"},
            {{"render", "a", "--samples", "1.5"}, "render --samples: \"1.5\" is no whole number"},
