@@ -185,8 +185,8 @@ TEST(BoardDetector, PicturesOfAnotherSizeAreRefused) {
     FAIL();
   } catch (const UserError& e) {
     EXPECT_EQ(e.code(), ExitCode::input);
-    EXPECT_THAT(e.what(), ::testing::HasSubstr(
-                              "a.png: is 40 x 30 px, device \"left\" has 30 x 40; check --imagersize"));
+    EXPECT_THAT(e.what(), ::testing::HasSubstr("a.png: is 40 x 30 px, device \"left\" has 30 x 40; width and "
+                                               "height are swapped; check --imagersize"));
   }
 }
 
