@@ -38,13 +38,15 @@ demo: program
 	@scripts/demo.sh "$(OUT)" "$(CAPTURES)"
 
 # Unit tests with the sanitizers only, all others as released: `make test-all` has both. Their build begins beside the
-# released tests, which wait much for devices, workers and virtual machines: it takes only the time that these leave.
+# released tests, which wait much for devices, workers and virtual machines: it takes only the time that these leave. A group of its own, so that
+# it ends with them.
 test: configure format-check
 	@cmake --build build -j $(JOBS) --target tested
 	@$(call configured,asan,build-asan)
-	@nice -n 19 cmake --build build-asan -j $(JOBS) --target unit_tests >build-asan/beside.log 2>&1 & beside=$$!; \
+	@setsid nice -n 19 cmake --build build-asan -j $(JOBS) --target unit_tests >build-asan/beside.log 2>&1 & beside=$$!; \
+	 end_beside() { kill -- -$$beside 2>/dev/null; }; trap end_beside INT TERM; \
 	 scripts/run_tests.sh build -LE "slow|unit"; status=$$?; \
-	 if [ $$status -ne 0 ]; then kill $$beside; fi; wait $$beside; exit $$status
+	 if [ $$status -ne 0 ]; then end_beside; fi; wait $$beside; exit $$status
 	@$(MAKE) --no-print-directory asan
 
 test-all: build format-check separate
