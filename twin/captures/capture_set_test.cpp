@@ -284,8 +284,8 @@ TEST_F(CaptureSetTest, ImagesOfSeveralSizes) {
   write_set();
   write_gray_png(folder_ / "left" / "0001.png", ImageF(kHeight, kWidth), 8);
   write_gray_png(folder_ / "left" / "0003.png", ImageF(1, 1), 8);
-  EXPECT_THAT(load_error(),
-              HasSubstr("0001.png: is 10 x 20 px, camera \"left\" has 20 x 10; check imagersize"));
+  EXPECT_THAT(load_error(), HasSubstr("0001.png: is 10 x 20 px, camera \"left\" has 20 x 10; width and "
+                                      "height are swapped; check imagersize"));
 }
 
 TEST_F(CaptureSetTest, WhiteImageAmongTheSequence) {
