@@ -101,11 +101,14 @@ void EpipolarTable::set_bins() {
   std::vector<double> steps;
   for (int y = 0; y + step_y_ < map_.height; ++y)
     for (int x = 0; x + step_x_ < map_.width; ++x) {
-      const double a = map_(x, y);
+      const double a = map_(x, y), b = map_(x + step_x_, y + step_y_);
+      for (const double value : {a, b}) {  // a step into the last column ends there
+        if (!std::isfinite(value)) continue;
+        value_low_ = std::min(value_low_, value);
+        value_high = std::max(value_high, value);
+      }
       if (!std::isfinite(a)) continue;
-      value_low_ = std::min(value_low_, a);
-      value_high = std::max(value_high, a);
-      const double d = std::abs(map_(x + step_x_, y + step_y_) - a);
+      const double d = std::abs(b - a);
       if ((x + 5 * y) % 16 == 0 && std::isfinite(d)) steps.push_back(d);
     }
   if (!(angle_high > angle_low_) || !(value_high >= value_low_) || steps.empty()) return;
