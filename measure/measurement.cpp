@@ -11,6 +11,7 @@
 #include "measure/decode/smooth_coordinates.hpp"
 #include "measure/decode/unwrap.hpp"
 #include "measure/fit/method_bias.hpp"
+#include "measure/noise_free_coordinates.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/stopwatch.hpp"
@@ -81,15 +82,6 @@ PointCloud find_points(const Twin& twin, std::vector<CameraDecode> cameras, doub
 /// Returns whether a fit is of a shape whose method bias is known (measure/fit/method_bias.cpp).
 bool can_have_bias(const ObjectFit& fit) {
   return fit.usable && fit.kind != MeshShape::kKind && fit.kind != MeasuredShape::kKind;
-}
-
-/// Puts the coordinates of another decode in the place of those that there are; their sigmas stay.
-void replace_coordinates(const CameraDecode& from, CameraDecode& to) {
-  for (DirectionDecode& d : to.directions) {
-    const DirectionDecode* other = from.direction(d.axis);
-    for (std::size_t i = 0; i < d.coordinate_px.size(); ++i)
-      if (std::isfinite(d.coordinate_px.data[i])) d.coordinate_px.data[i] = other->coordinate_px.data[i];
-  }
 }
 
 void triangulate(const Twin& twin, double smoothing_px, Measurement& m) {
@@ -194,15 +186,10 @@ void state_method_bias(const Twin& twin, const std::vector<CameraImages>& noise_
   if (!std::ranges::any_of(m.fits, can_have_bias) || !can_triangulate(twin)) return;
   std::size_t n_mixed = 0;
   std::vector<CameraDecode> cameras = unmixed(twin, m.cameras, n_mixed);
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    throw_if_cancelled();
-    DecodeOptions options = decode_options(twin, twin.cameras[i], noise_free[i], use_steps);
-    options.min_modulation_dn *= 0.5;  // the measurement has chosen the pixels
-    replace_coordinates(decode(noise_free[i], twin.fringes, options), cameras[i]);
-  }
+  const double smoothing = smoothing_px.value_or(twin.measure.smoothing_px);
+  take_noise_free_coordinates(twin, noise_free, m.cloud, m.fits, use_steps, smoothing, cameras);
   TriangulationSummary summary;
-  const PointCloud points =
-      find_points(twin, std::move(cameras), smoothing_px.value_or(twin.measure.smoothing_px), summary);
+  const PointCloud points = find_points(twin, std::move(cameras), smoothing, summary);
   state_method_bias(twin, points, m.cloud, m.fits);
   if (!twin.measure.correct_pixel_area) return;
   for (const ObjectFit& fit : m.fits)

@@ -35,20 +35,59 @@ struct OwnDirections {
   double factor(const Eigen::VectorXd& values) const {
     return factor_norm > 0.0 ? q.rightCols(1).col(0).dot(values) / factor_norm : 0.0;
   }
-  void take_from(Eigen::MatrixXd& m) const { m -= q * (q.transpose() * m); }
-  Eigen::VectorXd without(const Eigen::VectorXd& v) const { return v - q * (q.transpose() * v); }
+  void take_from(Eigen::Ref<Eigen::MatrixXd> m) const { m -= q * (q.transpose() * m); }
+  /// Writes what is left of v.
+  void take_from(const Eigen::VectorXd& v, Eigen::Ref<Eigen::VectorXd> left) const {
+    left = v;
+    if (q.cols() > 0) left -= q * (q.transpose() * v);
+  }
 };
 
 }  // namespace
 
-Sensitivity::PixelRows Sensitivity::pixel_rows(std::size_t camera, std::size_t pixel, const Values& base,
-                                               const Columns& columns, FreePerPixel free,
+Sensitivity::Unknowns Sensitivity::unknowns_of(std::size_t camera, const Columns& columns, FreePerPixel free,
                                                const NormalEquations& layout) const {
+  Unknowns out;
+  const auto changes = [](const std::vector<float>& column) {
+    return std::ranges::any_of(column, [](float v) { return v != 0.0F; });
+  };
+  for (std::size_t c = 0; c < columns.each.size(); ++c)
+    if (changes(columns.each[c][camera])) {
+      out.parameters.push_back(columns.each[c][camera].data());
+      out.at.push_back(static_cast<Eigen::Index>(c));
+    }
+  if (!frees_factor(free)) {
+    out.of_gain = columns.rough[camera].data();
+    out.at.push_back(static_cast<Eigen::Index>(layout.gain_at(camera)));
+  }
+  out.has_black = !frees_offset(free);
+  if (out.has_black) out.at.push_back(static_cast<Eigen::Index>(layout.black_at(camera)));
+  return out;
+}
+
+void Sensitivity::fill_rows(const Unknowns& unknowns, std::size_t first, double slope,
+                            const Eigen::VectorXd& weight, Eigen::Ref<Eigen::MatrixXd> rows) {
+  const Eigen::Index k = weight.size();
+  Eigen::Index c = 0;
+  const auto put = [&](const float* column, double times) {
+    for (Eigen::Index j = 0; j < k; ++j)
+      rows(j, c) = weight[j] > 0.0 ? weight[j] * times * static_cast<double>(column[j]) : 0.0;
+    ++c;
+  };
+  for (const float* column : unknowns.parameters) put(column + first, slope);
+  if (unknowns.of_gain) put(unknowns.of_gain + first, 1.0);
+  if (unknowns.has_black) rows.col(c) = weight;
+}
+
+std::uint64_t Sensitivity::pixel_rows(std::size_t camera, std::size_t pixel, const Values& base,
+                                      const Unknowns& unknowns, FreePerPixel free, PixelScratch& scratch,
+                                      Eigen::Ref<Eigen::MatrixXd> rows,
+                                      Eigen::Ref<Eigen::VectorXd> residuals) const {
   const GridSamples& s = samples_[camera];
   const auto k = static_cast<Eigen::Index>(s.images.size());
   const std::size_t first = pixel * s.images.size();
-  PixelRows out{Eigen::MatrixXd::Zero(k, layout.right.size()), Eigen::VectorXd::Zero(k), 0};
-  Eigen::VectorXd weight(k), weighted_e(k), value(k);
+  auto& [weight, weighted_e, value] = scratch;
+  weight.resize(k), weighted_e.resize(k), value.resize(k);
   std::uint64_t used = 0;
   for (Eigen::Index j = 0; j < k; ++j) {
     const std::size_t i = first + static_cast<std::size_t>(j);
@@ -59,19 +98,18 @@ Sensitivity::PixelRows Sensitivity::pixel_rows(std::size_t camera, std::size_t p
   }
   OwnDirections own(weight, weighted_e, free);
   const auto n_own = static_cast<std::uint64_t>(own.q.cols());
-  if (used <= n_own) return out;
-  out.used = used - n_own;
-  out.residual = own.without(value);
+  if (used <= n_own) return 0;
+  own.take_from(value, residuals);
   bool any_beyond = false;
   for (Eigen::Index j = 0; j < k; ++j)
-    if (const double size = std::abs(out.residual[j]); size > threshold_[camera]) {
+    if (const double size = std::abs(residuals[j]); size > threshold_[camera]) {
       const double root = std::sqrt(threshold_[camera] / size);
       weight[j] *= root, weighted_e[j] *= root, value[j] *= root;
       any_beyond = true;
     }
   if (any_beyond) {
     own = OwnDirections(weight, weighted_e, free);
-    out.residual = own.without(value);
+    own.take_from(value, residuals);
   }
   double slope = s.gain_dn;
   if (frees_factor(free)) slope += own.factor(value);
@@ -80,19 +118,12 @@ Sensitivity::PixelRows Sensitivity::pixel_rows(std::size_t camera, std::size_t p
     slope = 0.0;
     own =
         OwnDirections(weight, weighted_e, frees_offset(free) ? FreePerPixel::offset : FreePerPixel::nothing);
-    out.residual = own.without(value + s.gain_dn * weighted_e);
+    value += s.gain_dn * weighted_e;
+    own.take_from(value, residuals);
   }
-  for (Eigen::Index j = 0; j < k; ++j) {
-    if (weight[j] == 0.0) continue;
-    const std::size_t i = first + static_cast<std::size_t>(j);
-    for (std::size_t c = 0; c < columns.each.size(); ++c)
-      out.rows(j, c) = weight[j] * slope * static_cast<double>(columns.each[c][camera][i]);
-    if (!frees_factor(free))
-      out.rows(j, layout.gain_at(camera)) = weight[j] * static_cast<double>(columns.rough[camera][i]);
-    if (!frees_offset(free)) out.rows(j, layout.black_at(camera)) = weight[j];
-  }
-  own.take_from(out.rows);
-  return out;
+  fill_rows(unknowns, first, slope, weight, rows);
+  if (n_own > 0) own.take_from(rows);
+  return used - n_own;
 }
 
 NormalEquations Sensitivity::empty_equations(std::size_t n_parameters) const {
@@ -103,42 +134,48 @@ NormalEquations Sensitivity::empty_equations(std::size_t n_parameters) const {
 NormalEquations Sensitivity::equations_at(const Values& base, const Columns& columns, FreePerPixel free,
                                           std::size_t every) const {
   if (free_factors_) free = with_factor(free);
-  const NormalEquations empty = empty_equations(columns.each.size());
-  NormalEquations out = empty;
+  NormalEquations out = empty_equations(columns.each.size());
   constexpr std::size_t kChunks = 32;  // a fixed number: sums that do not depend on the threads
   for (std::size_t c = 0; c < samples_.size(); ++c) {
     const std::size_t n_pixels = samples_[c].n_pixels();
-    std::vector<NormalEquations> parts(kChunks, empty);
+    const Unknowns unknowns = unknowns_of(c, columns, free, out);
+    const auto size = static_cast<Eigen::Index>(unknowns.at.size());
+    std::vector<NormalEquations> parts(
+        kChunks, {Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0.0, 0, 0});
 #pragma omp parallel for schedule(dynamic)
     for (std::size_t chunk = 0; chunk < kChunks; ++chunk) {
       NormalEquations& part = parts[chunk];
       const auto k = static_cast<Eigen::Index>(samples_[c].images.size());
-      Eigen::MatrixXd rows(kPixelsAtOnce * k, empty.right.size());  // of several pixels: one product for all
+      Eigen::MatrixXd rows(kPixelsAtOnce * k, size);  // of several pixels: one product for all
       Eigen::VectorXd residual(kPixelsAtOnce * k);
+      PixelScratch scratch;
       Eigen::Index filled = 0;
       const auto add = [&] {
         if (filled == 0) return;  // Eigen divides by the length of a product
         const auto some = rows.topRows(filled).transpose();
-        part.normal.selfadjointView<Eigen::Lower>().rankUpdate(some);
-        part.right += some * residual.head(filled);
+        if (size > 0) {
+          part.normal.selfadjointView<Eigen::Lower>().rankUpdate(some);
+          part.right += some * residual.head(filled);
+        }
         part.chi2 += residual.head(filled).squaredNorm();
         filled = 0;
       };
       const std::size_t first = (chunk * n_pixels / kChunks + every - 1) / every * every;
       for (std::size_t p = first; p < (chunk + 1) * n_pixels / kChunks; p += every) {
-        const PixelRows pixel = pixel_rows(c, p, base, columns, free, empty);
-        if (pixel.used == 0) continue;
-        rows.middleRows(filled, k) = pixel.rows;
-        residual.segment(filled, k) = pixel.residual;
+        const std::uint64_t used = pixel_rows(c, p, base, unknowns, free, scratch,
+                                              rows.middleRows(filled, k), residual.segment(filled, k));
+        if (used == 0) continue;
         filled += k;
-        part.n += pixel.used;
+        part.n += used;
         if (filled == rows.rows()) add();
       }
       add();
     }
     for (const NormalEquations& part : parts) {
-      out.normal += part.normal;
-      out.right += part.right;
+      for (Eigen::Index i = 0; i < size; ++i) {
+        for (Eigen::Index j = 0; j <= i; ++j) out.normal(unknowns.at[i], unknowns.at[j]) += part.normal(i, j);
+        out.right[unknowns.at[i]] += part.right[i];
+      }
       out.chi2 += part.chi2;
       out.n += part.n;
     }
@@ -153,17 +190,18 @@ NormalEquations Sensitivity::equations_at(const Values& base, const Columns& col
 
 void Sensitivity::choose_scale(const Values& base, FreePerPixel free) {
   if (free_factors_) free = with_factor(free);
-  const NormalEquations layout = empty_equations(0);
-  const Columns none{base, {}};
+  PixelScratch scratch;
   for (std::size_t c = 0; c < samples_.size(); ++c) {
     threshold_[c] = 1e300;
     std::vector<float> size;
     const std::size_t k = samples_[c].images.size();
+    Eigen::MatrixXd no_rows(static_cast<Eigen::Index>(k), 0);
+    Eigen::VectorXd residual(static_cast<Eigen::Index>(k));
     for (std::size_t p = 0; p < samples_[c].n_pixels(); ++p) {
-      const PixelRows pixel = pixel_rows(c, p, base, none, free, layout);
-      for (std::size_t j = 0; pixel.used > 0 && j < k; ++j)
+      const std::uint64_t used = pixel_rows(c, p, base, {}, free, scratch, no_rows, residual);
+      for (std::size_t j = 0; used > 0 && j < k; ++j)
         if (samples_[c].weight[p * k + j] > 0.0F)
-          size.push_back(static_cast<float>(std::abs(pixel.residual[static_cast<Eigen::Index>(j)])));
+          size.push_back(static_cast<float>(std::abs(residual[static_cast<Eigen::Index>(j)])));
     }
     threshold_[c] = kHuberSigmas * std::max(1.0, kMadToSigma * upper_median(size));  // 1 when there is none
   }
@@ -176,24 +214,28 @@ Sensitivity::Scatter Sensitivity::scatter_at(const Values& base, const Columns& 
   const Eigen::Index size = layout.right.size();
   Scatter out{Eigen::MatrixXd::Zero(size, size), Eigen::MatrixXd::Zero(size, size)};
   std::vector<Eigen::VectorXd> image_scores;
+  PixelScratch scratch;
   for (std::size_t c = 0; c < samples_.size(); ++c) {
     const GridSamples& s = samples_[c];
+    const Unknowns unknowns = unknowns_of(c, columns, free, layout);
+    const auto k = static_cast<Eigen::Index>(s.images.size());
+    Eigen::MatrixXd rows(k, static_cast<Eigen::Index>(unknowns.at.size()));
+    Eigen::VectorXd residual(k);
     const int side = std::max(1, kBlockPx / s.grid.stride), across = s.grid.width / side + 1;
     std::vector<Eigen::VectorXd> blocks(static_cast<std::size_t>(across) *
                                         static_cast<std::size_t>(s.grid.height / side + 1));
     for (std::size_t p = 0; p < s.n_pixels(); ++p) {
-      const PixelRows pixel = pixel_rows(c, p, base, columns, free, layout);
-      if (pixel.used == 0) continue;
+      if (pixel_rows(c, p, base, unknowns, free, scratch, rows, residual) == 0) continue;
       const auto cell = static_cast<int>(s.cell[p]);
       Eigen::VectorXd& block = blocks[cell / s.grid.width / side * across + cell % s.grid.width / side];
       if (block.size() == 0) block = Eigen::VectorXd::Zero(size);
-      const Eigen::MatrixXd scores = pixel.rows.transpose() * pixel.residual.asDiagonal();
-      block += scores.rowwise().sum();
+      const Eigen::MatrixXd scores = rows.transpose() * residual.asDiagonal();
+      block(unknowns.at) += scores.rowwise().sum();
       for (std::size_t j = 0; j < s.images.size(); ++j) {
         const auto image = static_cast<std::size_t>(s.images[j]);
         if (image_scores.size() <= image) image_scores.resize(image + 1);
         if (image_scores[image].size() == 0) image_scores[image] = Eigen::VectorXd::Zero(size);
-        image_scores[image] += scores.col(static_cast<Eigen::Index>(j));
+        image_scores[image](unknowns.at) += scores.col(static_cast<Eigen::Index>(j));
       }
     }
     for (const Eigen::VectorXd& block : blocks)

@@ -167,15 +167,28 @@ class Sensitivity {
   std::vector<float> irradiance_of(const Twin& twin, const GridSamples& samples, int points) const;
   /// Returns the change of the images of one camera, or of all, as part of their size.
   double relative_change(const Values& from, const Values& to, std::optional<std::size_t> camera) const;
-  /// The weighted values of one pixel, without what it has of its own: a row per image. `used`: how many
-  /// numbers are left in them, 0 where none.
-  struct PixelRows {
-    Eigen::MatrixXd rows;
-    Eigen::VectorXd residual;
-    std::uint64_t used = 0;
+  /// The unknowns that change the images of one camera: its gain and black level, where pixels have none of
+  /// their own, behind the parameters whose columns are not zero there.
+  struct Unknowns {
+    std::vector<const float*> parameters = {};  ///< their columns, laid out as GridSamples::real_dn
+    const float* of_gain = nullptr;             ///< the irradiance; null: the gain is none of them
+    bool has_black = false;
+    std::vector<Eigen::Index> at = {};  ///< place of each in the equations
   };
-  PixelRows pixel_rows(std::size_t camera, std::size_t pixel, const Values& base, const Columns& columns,
-                       FreePerPixel free, const NormalEquations& layout) const;
+  Unknowns unknowns_of(std::size_t camera, const Columns& columns, FreePerPixel free,
+                       const NormalEquations& layout) const;
+  struct PixelScratch {
+    Eigen::VectorXd weight, weighted_e, value;
+  };
+  /// Writes the weighted values of one pixel without what it has of its own, a row per image and a column per
+  /// unknown, and their residuals. Returns how many numbers are left in them; where that is 0 nothing is
+  /// written.
+  std::uint64_t pixel_rows(std::size_t camera, std::size_t pixel, const Values& base,
+                           const Unknowns& unknowns, FreePerPixel free, PixelScratch& scratch,
+                           Eigen::Ref<Eigen::MatrixXd> rows, Eigen::Ref<Eigen::VectorXd> residuals) const;
+  /// Writes the derivatives of a pixel's values, the first of which is the `first` of the camera's.
+  static void fill_rows(const Unknowns& unknowns, std::size_t first, double slope,
+                        const Eigen::VectorXd& weight, Eigen::Ref<Eigen::MatrixXd> rows);
   NormalEquations empty_equations(std::size_t n_parameters) const;
 
   render::Renderer& renderer_;
