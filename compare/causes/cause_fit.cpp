@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <tuple>
 
 #include "compare/causes/cause_regions.hpp"
 #include "compare/causes/group_fit.hpp"
@@ -92,7 +93,9 @@ CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::
                 .wanted_chi2 = sensitivity.chi2_limit(static_cast<double>(count_values(sensitivity))),
                 .free = free},
                start.values, std::move(start.predicted));
-  if (!start.columns.rough.empty()) fit.use_columns(std::move(start.columns), start_values(out.fitted));
+  if (!start.columns.rough.empty())
+    fit.use_columns(std::move(start.columns),
+                    start.columns_at.size() > 0 ? start.columns_at : start_values(out.fitted));
   fit.run();
   if (free == FreePerPixel::nothing) fit.settle_sensors();  // else those that go with what pixels have
   out.values = fit.values();
@@ -101,6 +104,7 @@ CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::
   out.n = fit.n();
   tell(fit, twin, out);
   out.predicted = fit.predicted();
+  if (auto columns = fit.give_columns()) std::tie(out.columns, out.columns_at) = std::move(*columns);
   out.regions = fit.regions();
   if (out.regions.empty()) out.regions = cause_regions(out.sensors, twin.fringes, out.predicted, free);
   const auto n = static_cast<double>(fit.n());

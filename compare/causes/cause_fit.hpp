@@ -17,6 +17,8 @@ struct CauseFit {
   std::vector<Parameter> fitted;       ///< without switches
   Eigen::VectorXd values = {};         ///< of them
   Sensitivity::Values predicted = {};  ///< by them
+  Sensitivity::Columns columns = {};   ///< the derivatives by them that were used last; may be empty
+  Eigen::VectorXd columns_at = {};     ///< the values that those belong to
   std::vector<CauseParameter> told =
       {};  ///< of them, as a user reads them; sigma 0: not told by these images
   std::vector<CauseGain> gain = {};
@@ -33,7 +35,8 @@ struct CauseFit {
 struct CauseStart {
   Eigen::VectorXd values = {};         ///< of the parameters that are no switches; empty: those of the twin
   Sensitivity::Values predicted = {};  ///< there
-  Sensitivity::Columns columns = {};   ///< of these parameters at the twin
+  Sensitivity::Columns columns = {};   ///< derivatives by these parameters; empty: to be rendered
+  Eigen::VectorXd columns_at = {};     ///< the values that those belong to; empty: those of the twin
 };
 
 /// Fits parameters with the gain and black level of each camera, and with what every pixel has of its own;

@@ -202,6 +202,10 @@ class CauseSearch {
       start.values = start_values(own);
       start.values.head(first->values.size()) = first->values;
       start.predicted = first->predicted;
+      if (first->columns.each.size() == own.size()) {
+        start.columns = first->columns;
+        start.columns_at = first->columns_at;
+      }
     }
     if (std::ranges::any_of(groups, [this](std::size_t g) { return is_switch(g); })) start = {};
     CauseFit fit =

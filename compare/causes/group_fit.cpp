@@ -128,6 +128,11 @@ void GroupFit::use_columns(Sensitivity::Columns columns, const Eigen::VectorXd& 
   columns_at_ = at;
 }
 
+std::optional<std::pair<Sensitivity::Columns, Eigen::VectorXd>> GroupFit::give_columns() {
+  if (!columns_) return std::nullopt;
+  return std::pair{std::move(*columns_), columns_at_};
+}
+
 void GroupFit::render_columns() {
   columns_ = sensitivity_.columns(twin_, parameters_, values_, derivative_,
                                   columns_ ? columns_->steps : std::vector<double>{});

@@ -59,6 +59,9 @@ class GroupFit {
   /// Uses these derivatives, in the order of the parameters, for the first steps instead of rendering them;
   /// `at`: the values that they belong to.
   void use_columns(Sensitivity::Columns columns, const Eigen::VectorXd& at);
+  /// Gives away the derivatives that were used last, and the values that they belong to; to be called after
+  /// all else. Nothing where there are none.
+  std::optional<std::pair<Sensitivity::Columns, Eigen::VectorXd>> give_columns();
 
   /// Fits until the last step is below 0.05 standard errors or lowers chi2 by less than 0.5. Throws
   /// Cancelled.
