@@ -47,11 +47,12 @@ Run measure_both(const CompareRequest& request) {
   run.timer.start("measure");
   run.simulated.measurement = measure::measure(run.twin, run.simulated.images, run.options.use_steps);
   run.real.measurement = measure::measure(run.twin, run.real.images, run.options.use_steps);
-  if (!run.simulated.irradiance.empty())
+  if (!run.simulated.irradiance.empty()) {
+    run.noise_free = measure::noise_free_points(run.twin, run.simulated.irradiance,
+                                                *run.simulated.measurement, run.options.use_steps);
     for (compare::Side* side : {&run.simulated, &run.real})
-      measure::state_method_bias(run.twin, run.simulated.irradiance, *side->measurement,
-                                 run.options.use_steps);
-  else if (run.twin.measure.correct_pixel_area)
+      measure::state_method_bias(run.twin, run.noise_free, *side->measurement);
+  } else if (run.twin.measure.correct_pixel_area)
     run.real.measurement->warnings.emplace_back(
         "[measure] correct_pixel_area has no effect: the simulated side has no images without noise (render "
         "--radiance writes them)");

@@ -69,8 +69,9 @@ void keep_times(Run& run, const measure::Measurement& measurement, const std::st
 void measure_simulated(Run& run) {
   run.timer.start("measure_simulated");
   run.simulated.measurement = measure::measure(run.twin, run.simulated.images, run.options.use_steps);
-  measure::state_method_bias(run.twin, run.simulated.irradiance, *run.simulated.measurement,
-                             run.options.use_steps);
+  run.noise_free = measure::noise_free_points(run.twin, run.simulated.irradiance, *run.simulated.measurement,
+                                              run.options.use_steps);
+  measure::state_method_bias(run.twin, run.noise_free, *run.simulated.measurement);
   run.timer.stop();
   keep_times(run, *run.simulated.measurement, "simulated");
 }
@@ -88,7 +89,7 @@ void measure_real(Run& run, const Twin* before = nullptr) {
   } else {
     real = measure::measure(run.twin, run.real.images, run.options.use_steps);
   }
-  measure::state_method_bias(run.twin, run.simulated.irradiance, *real, run.options.use_steps);
+  measure::state_method_bias(run.twin, run.noise_free, *real);
   run.timer.stop();
   keep_times(run, *real, "real");
 }
@@ -142,6 +143,7 @@ void refine(Run& run, const CosimRequest& request) {
   const std::vector<compare::ExplainedRow> before_rows = guarded_rows(run);
   const Twin before = std::exchange(run.twin, std::move(refined.twin));
   const compare::Side simulated = std::exchange(run.simulated, {});
+  const measure::PointCloud noise_free = run.noise_free;
   const Rendering rendering = run.rendering;
   simulate_side(run, request.render);
   measure_real(run, &before);
@@ -160,6 +162,7 @@ void refine(Run& run, const CosimRequest& request) {
   run.options.refinement = std::move(back.report);
   run.refined_toml = compare::refined_toml(*run.options.refinement, before, before);
   run.simulated = simulated;
+  run.noise_free = noise_free;
   run.rendering = rendering;
   run.options.rendered = rendering.notes;
   measure_real(run, &after);

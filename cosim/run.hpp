@@ -9,6 +9,7 @@
 #include "compare/result/options.hpp"
 #include "compare/result/side.hpp"
 #include "cosim/simulate.hpp"
+#include "measure/points/points.hpp"
 #include "render/renderer.hpp"
 #include "twin/base/stopwatch.hpp"
 #include "twin/twin.hpp"
@@ -21,6 +22,7 @@ struct Run {
   compare::CompareOptions options;                   ///< for compare::compare() on these sides
   std::vector<std::filesystem::path> capture_files;  ///< read besides those of the twin
   Rendering rendering;                               ///< of the simulated side; without a device: none
+  measure::PointCloud noise_free;                    ///< measure::noise_free_points() of the simulated side
   std::unique_ptr<render::Renderer> renderer;        ///< that options.renderer points to
   std::string refined_toml;  ///< the text of refined.toml; empty when nothing was refined
   StageTimer timer;

@@ -181,16 +181,21 @@ Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
   return m;
 }
 
-void state_method_bias(const Twin& twin, const std::vector<CameraImages>& noise_free, Measurement& m,
-                       const std::vector<int>& use_steps, std::optional<double> smoothing_px) {
-  if (!std::ranges::any_of(m.fits, can_have_bias) || !can_triangulate(twin)) return;
+PointCloud noise_free_points(const Twin& twin, const std::vector<CameraImages>& noise_free,
+                             const Measurement& of_twin, const std::vector<int>& use_steps,
+                             std::optional<double> smoothing_px) {
+  if (!std::ranges::any_of(of_twin.fits, can_have_bias) || !can_triangulate(twin)) return {};
   std::size_t n_mixed = 0;
-  std::vector<CameraDecode> cameras = unmixed(twin, m.cameras, n_mixed);
+  std::vector<CameraDecode> cameras = unmixed(twin, of_twin.cameras, n_mixed);
   const double smoothing = smoothing_px.value_or(twin.measure.smoothing_px);
-  take_noise_free_coordinates(twin, noise_free, m.cloud, m.fits, use_steps, smoothing, cameras);
+  take_noise_free_coordinates(twin, noise_free, of_twin.cloud, of_twin.fits, use_steps, smoothing, cameras);
   TriangulationSummary summary;
-  const PointCloud points = find_points(twin, std::move(cameras), smoothing, summary);
-  state_method_bias(twin, points, m.cloud, m.fits);
+  return find_points(twin, std::move(cameras), smoothing, summary);
+}
+
+void state_method_bias(const Twin& twin, const PointCloud& noise_free, Measurement& m) {
+  if (!std::ranges::any_of(m.fits, can_have_bias) || !can_triangulate(twin)) return;
+  state_method_bias(twin, noise_free, m.cloud, m.fits);
   if (!twin.measure.correct_pixel_area) return;
   for (const ObjectFit& fit : m.fits)
     if (can_have_bias(fit) && fit.bias.empty() && fit.bias_vectors.empty())

@@ -49,11 +49,19 @@ bool decodes_alike(const Twin& a, const Twin& b, const std::vector<CameraImages>
 Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
                             std::optional<double> smoothing_px = {});
 
-/// States the method bias of a measurement's fits (measure/fit/method_bias.hpp) with the twin's own images
-/// without noise, irradiance or gray values, read at the same pixels. Nothing happens without fits.
-void state_method_bias(const Twin& twin, const std::vector<CameraImages>& noise_free,
-                       Measurement& measurement, const std::vector<int>& use_steps = {},
-                       std::optional<double> smoothing_px = {});
+/// Returns the points that the twin's own images without noise, irradiance or gray values, give at the pixels
+/// of this measurement of the twin; none where its fits have no method bias.
+PointCloud noise_free_points(const Twin& twin, const std::vector<CameraImages>& noise_free,
+                             const Measurement& of_twin, const std::vector<int>& use_steps = {},
+                             std::optional<double> smoothing_px = {});
+/// States the method bias of a measurement's fits (measure/fit/method_bias.hpp) with these points. Nothing
+/// happens without fits.
+void state_method_bias(const Twin& twin, const PointCloud& noise_free, Measurement& measurement);
+/// The same with the points at the pixels of the measurement itself.
+inline void state_method_bias(const Twin& twin, const std::vector<CameraImages>& noise_free,
+                              Measurement& measurement, const std::vector<int>& use_steps = {}) {
+  state_method_bias(twin, noise_free_points(twin, noise_free, measurement, use_steps), measurement);
+}
 
 /// Writes points.ply and phase_<camera>.exr (channels: docs/formats/results.md). result.json is the caller's.
 void write_measurement(const std::filesystem::path& dir, const Measurement& measurement);

@@ -117,15 +117,13 @@ void take_noise_free_coordinates(const Twin& twin, const std::vector<CameraImage
   const int margin_px = kMarginPx + static_cast<int>(std::ceil(smoothing_px));
   std::vector<PixelBox> boxes;
   for (std::size_t i = 0; i < decodes.size(); ++i) {
-    const PixelBox box =
-        i == 0 ? box_of(cloud, fits) : box_in_other_camera(decodes[0], boxes[0], decodes[i]);
+    const PixelBox box = i == 0 ? box_of(cloud, fits) : box_in_other_camera(decodes[0], boxes[0], decodes[i]);
     boxes.push_back(widened(box, margin_px, decodes[i].width(), decodes[i].height()));
   }
   for (std::size_t i = 0; i < decodes.size(); ++i) {
     throw_if_cancelled();
     if (boxes[i].empty()) {
-      for (DirectionDecode& d : decodes[i].directions)
-        std::ranges::fill(d.coordinate_px.data, std::nan(""));
+      for (DirectionDecode& d : decodes[i].directions) std::ranges::fill(d.coordinate_px.data, std::nan(""));
       continue;
     }
     DecodeOptions options = decode_options(twin, twin.cameras[i], noise_free[i], use_steps);

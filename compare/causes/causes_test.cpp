@@ -52,7 +52,7 @@ Sensitivity seen(const std::vector<ImageF>& images, double flicker = 0.0,
                  const std::vector<int>& steps = {}) {
   GridSamples s;
   s.camera = 1;
-  s.grid = {1, 0, kWidth, kHeight};
+  s.grid = {1, 0, 0, kWidth, kHeight};
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0.0, kNoiseDn);
   for (int k = 0; k < static_cast<int>(images.size()); ++k)
@@ -72,7 +72,7 @@ Sensitivity seen(const std::vector<ImageF>& images, double flicker = 0.0,
 }
 
 Sensitivity seen(const Twin& truth, double flicker = 0.0) {
-  return seen(render_grid(renderer(), truth, 1, {1, 0, kWidth, kHeight}, 9), flicker);
+  return seen(render_grid(renderer(), truth, 1, {1, 0, 0, kWidth, kHeight}, 9), flicker);
 }
 
 Causes causes_of(const Twin& truth, double flicker = 0.0) {
@@ -286,7 +286,7 @@ TEST(Causes, LightOfTheStepsThatAreCompared) {
   const Twin twin = window_on_the_sphere();
   const std::vector<int> steps{1, 3};
   Sensitivity sensitivity =
-      seen(render_grid(renderer(), twin, 1, {1, 0, kWidth, kHeight}, 9), kFlicker, steps);
+      seen(render_grid(renderer(), twin, 1, {1, 0, 0, kWidth, kHeight}, 9), kFlicker, steps);
   const Causes causes = find_causes(sensitivity, twin, {}, steps);
   const auto light = std::ranges::find(causes.rows, "light", &CauseRow::group);
   ASSERT_NE(light, causes.rows.end());

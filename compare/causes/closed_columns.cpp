@@ -39,7 +39,7 @@ void shift(float& value, double by) { value = static_cast<float>(static_cast<dou
 /// Returns the pixel of the camera that a sample stands for.
 Vector2d place_px(const GridSamples& s, std::size_t pixel) {
   const auto width = static_cast<std::size_t>(s.grid.width);
-  return Vector2d::Constant(s.grid.first) +
+  return Vector2d(s.grid.first_x, s.grid.first_y) +
          s.grid.stride *
              Vector2d(static_cast<double>(s.cell[pixel] % width), static_cast<double>(s.cell[pixel] / width));
 }
@@ -189,13 +189,16 @@ Effect camera_psf_effect(double start) {
       return variance > start ? render::psf_kernel(std::sqrt(variance - start)) : std::vector<double>{1.0};
     };
     const std::vector<double> now = kernel_of(in.to), then = kernel_of(in.from);
-    for_pixels(s, irradiance, [&](std::size_t p, std::span<float> values) {
-      const Eigen::Vector2i at = place_px(s, p).cast<int>();
-      for (std::size_t k = 0; k < values.size(); ++k) {
-        const ImageF& image = s.frame->images[static_cast<std::size_t>(s.images[k])];
-        shift(values[k], blurred_at(image, at.x(), at.y(), now) - blurred_at(image, at.x(), at.y(), then));
+    const std::size_t n = s.images.size();
+#pragma omp parallel for schedule(static)
+    for (std::size_t k = 0; k < n; ++k) {  // image by image: the rows of one stay in the cache
+      const ImageF& image = s.frame->images[static_cast<std::size_t>(s.images[k])];
+      for (std::size_t p = 0; p < s.n_pixels(); ++p) {
+        const Eigen::Vector2i at = place_px(s, p).cast<int>();
+        shift(irradiance[p * n + k],
+              blurred_at(image, at.x(), at.y(), now) - blurred_at(image, at.x(), at.y(), then));
       }
-    });
+    }
   };
 }
 

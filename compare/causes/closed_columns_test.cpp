@@ -49,7 +49,7 @@ Eigen::Vector2d projector_px(double x, double y) { return {300.0 + 2.1 * x + 0.3
 GridSamples samples() {
   GridSamples s;
   s.camera = 1;
-  s.grid = {3, 1, 21, 16};
+  s.grid = {3, 1, 1, 21, 16};
   s.images = {3, 0, 1, 2, 4, 6, 7, 8, 9, 10, 5};
   s.gain_dn = kGain;
   for (std::size_t i = 0; i < 21 * 16; i += 5) s.cell.push_back(i);

@@ -10,18 +10,25 @@
 namespace fringetwin::compare {
 namespace {
 
-/// Returns the camera of a grid: pixel (i, j) of the result looks where pixel (first + k i, first + k j) of
-/// the camera does.
+/// Returns whether the rays of a camera can be had without those between or around them.
+bool can_be_thinned(const Camera& camera) { return camera.lens.is_perspective() && camera.psf_px == 0.0; }
+
+bool is_whole(const GridView& grid, const Camera& camera) {
+  return grid.width == camera.lens.width() && grid.height == camera.lens.height();
+}
+
+/// Returns the camera of a grid: pixel (i, j) of the result looks where pixel (first_x + k i, first_y + k j)
+/// of the camera does.
 Camera thinned(const Camera& camera, const GridView& grid) {
-  if (grid.stride == 1) return camera;
+  if (is_whole(grid, camera)) return camera;
   Camera out = camera;
   out.vignetting = {};  // follows the whole image: applied afterwards
   std::vector<double> intrinsics = camera.lens.intrinsics();
   const double k = grid.stride;
   intrinsics[0] /= k;
   intrinsics[1] /= k;
-  intrinsics[2] = (intrinsics[2] - grid.first) / k;
-  intrinsics[3] = (intrinsics[3] - grid.first) / k;
+  intrinsics[2] = (intrinsics[2] - grid.first_x) / k;
+  intrinsics[3] = (intrinsics[3] - grid.first_y) / k;
   out.lens =
       Lens(camera.lens.model(), intrinsics, {grid.width, grid.height}, "the thinned camera " + camera.name);
   return out;
@@ -45,19 +52,36 @@ std::map<std::pair<int, int>, std::vector<StepImage>> steps_of_pitches(const Gri
 }
 
 GridView choose_grid(const Camera& camera, std::size_t n_valid, std::size_t most) {
-  GridView grid{1, 0, camera.lens.width(), camera.lens.height()};
+  GridView grid{1, 0, 0, camera.lens.width(), camera.lens.height()};
   if (n_valid <= most) return grid;
   const int k =
       static_cast<int>(std::ceil(std::sqrt(static_cast<double>(n_valid) / static_cast<double>(most))));
-  if (!camera.lens.is_perspective() || camera.psf_px > 0.0) {
+  if (!can_be_thinned(camera)) {
     grid.keep = k;
     return grid;
   }
   grid.stride = std::min({k, camera.lens.width(), camera.lens.height()});
-  grid.first = grid.stride / 2;
-  grid.width = (camera.lens.width() - 1 - grid.first) / grid.stride + 1;
-  grid.height = (camera.lens.height() - 1 - grid.first) / grid.stride + 1;
+  grid.first_x = grid.first_y = grid.stride / 2;
+  grid.width = (camera.lens.width() - 1 - grid.first_x) / grid.stride + 1;
+  grid.height = (camera.lens.height() - 1 - grid.first_y) / grid.stride + 1;
   return grid;
+}
+
+GridView cut_to(const GridView& grid, const Camera& camera, const ImageU8& mask) {
+  int x0 = grid.width, y0 = grid.height, x1 = 0, y1 = 0;
+  for (int y = 0; y < grid.height; ++y)
+    for (int x = 0; x < grid.width; ++x)
+      if (mask.data[grid.pixel_of(x, y, mask.width)] != 0) {
+        x0 = std::min(x0, x), x1 = std::max(x1, x + 1);
+        y0 = std::min(y0, y), y1 = y + 1;
+      }
+  if (x1 == 0 || !can_be_thinned(camera)) return grid;
+  GridView part = grid;
+  part.first_x += grid.stride * x0;
+  part.first_y += grid.stride * y0;
+  part.width = x1 - x0;
+  part.height = y1 - y0;
+  return part;
 }
 
 std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, std::size_t index,
@@ -67,11 +91,11 @@ std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, st
   view.render.pixel_fill /= grid.stride;
   std::vector<ImageF> images = renderer.render(view, 0, {Sampler::gauss, samples}, seed).irradiance;
   const Camera& camera = twin.cameras[index];
-  if (grid.stride == 1 || camera.vignetting.kind == Vignetting::Kind::none) return images;
+  if (is_whole(grid, camera) || camera.vignetting.kind == Vignetting::Kind::none) return images;
   for (int y = 0; y < grid.height; ++y)
     for (int x = 0; x < grid.width; ++x) {
       const auto factor = static_cast<float>(
-          render::vignetting_factor(camera, grid.first + grid.stride * x, grid.first + grid.stride * y));
+          render::vignetting_factor(camera, grid.first_x + grid.stride * x, grid.first_y + grid.stride * y));
       for (ImageF& image : images) image(x, y) *= factor;
     }
   return images;

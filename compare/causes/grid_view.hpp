@@ -16,14 +16,14 @@
 
 namespace fringetwin::compare {
 
-/// Stands for the pixels (first + k i, first + k j) of a camera.
+/// Stands for the pixels (first_x + k i, first_y + k j) of a camera.
 struct GridView {
-  int stride = 1, first = 0;
+  int stride = 1, first_x = 0, first_y = 0;
   int width = 0, height = 0;  ///< of the grid
   int keep = 1;               ///< of the grid's pixels every keep-th along each axis is worth keeping
   std::size_t pixel_of(int gx, int gy, int full_width) const {
-    return static_cast<std::size_t>(first + stride * gy) * static_cast<std::size_t>(full_width) +
-           static_cast<std::size_t>(first + stride * gx);
+    return static_cast<std::size_t>(first_y + stride * gy) * static_cast<std::size_t>(full_width) +
+           static_cast<std::size_t>(first_x + stride * gx);
   }
 };
 
@@ -70,6 +70,9 @@ std::map<std::pair<int, int>, std::vector<StepImage>> steps_of_pitches(const Gri
 /// kept, where the camera cannot be thinned: lens models that are not perspective, a point spread (it needs
 /// the neighbours).
 GridView choose_grid(const Camera& camera, std::size_t n_valid, std::size_t most);
+/// Returns the part of a grid that holds its pixels in `mask` (size of the camera's image); the whole grid
+/// where there are none, or the camera cannot be cut.
+GridView cut_to(const GridView& grid, const Camera& camera, const ImageU8& mask);
 
 /// Renders the irradiance images (sequence order, grid size) of camera `index`: the rays of the whole image's
 /// own pixels by a fixed Gauss rule of `samples` points, so that two twins are sampled alike and their

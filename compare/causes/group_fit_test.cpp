@@ -49,7 +49,7 @@ std::vector<GridSamples> measured(const std::vector<Twin>& truths, Light light =
   for (std::size_t camera = 0; camera < truths[0].cameras.size(); ++camera) {
     GridSamples s;
     s.camera = camera;
-    s.grid = {1, 0, kWidth, kHeight};
+    s.grid = {1, 0, 0, kWidth, kHeight};
     std::vector<std::vector<ImageF>> images;
     for (const Twin& truth : truths) images.push_back(render_grid(renderer(), truth, camera, s.grid, 9));
     for (int k = 0; k < static_cast<int>(images[0].size()); ++k) s.images.push_back(k);

@@ -42,7 +42,7 @@ using Images = std::vector<std::vector<ImageF>>;  ///< irradiance per camera and
 Images rendered(const Twin& twin) {
   Images out;
   for (std::size_t c = 0; c < twin.cameras.size(); ++c)
-    out.push_back(render_grid(renderer(), twin, c, {1, 0, kWidth, kHeight}, 9));
+    out.push_back(render_grid(renderer(), twin, c, {1, 0, 0, kWidth, kHeight}, 9));
   return out;
 }
 
@@ -58,7 +58,7 @@ std::vector<GridSamples> samples_of(const Images& truth, const Error& error,
   for (std::size_t c = 0; c < truth.size(); ++c) {
     GridSamples s;
     s.camera = c;
-    s.grid = {1, 0, kWidth, kHeight};
+    s.grid = {1, 0, 0, kWidth, kHeight};
     s.gain_dn = kGain;
     s.black_level_dn = kBlack;
     s.frame = &frames[c];

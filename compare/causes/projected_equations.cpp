@@ -162,8 +162,8 @@ NormalEquations Sensitivity::equations_at(const Values& base, const Columns& col
       };
       const std::size_t first = (chunk * n_pixels / kChunks + every - 1) / every * every;
       for (std::size_t p = first; p < (chunk + 1) * n_pixels / kChunks; p += every) {
-        const std::uint64_t used = pixel_rows(c, p, base, unknowns, free, scratch,
-                                              rows.middleRows(filled, k), residual.segment(filled, k));
+        const std::uint64_t used = pixel_rows(c, p, base, unknowns, free, scratch, rows.middleRows(filled, k),
+                                              residual.segment(filled, k));
         if (used == 0) continue;
         filled += k;
         part.n += used;

@@ -63,7 +63,7 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
   if (!pair.from_dn && pair.e_scale == 1.0) out.frame = pair.irradiance;
   const auto n_valid =
       static_cast<std::size_t>(std::ranges::count_if(interior.data, [](unsigned char m) { return m != 0; }));
-  out.grid = choose_grid(*pair.camera, n_valid, most);
+  out.grid = cut_to(choose_grid(*pair.camera, n_valid, most), *pair.camera, interior);
   const UsableRange& u = fit.usable;
   const TextureSteps texture(pair, u, noise);
   std::vector<float> levels;

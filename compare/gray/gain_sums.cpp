@@ -36,6 +36,7 @@ struct Lane {
 
 /// Returns false when no value of the row is used.
 bool fill_lane(const RowSpan& row, const GrayPair& pair, const UsableRange& u, double e_center, Lane& lane) {
+  if (std::none_of(row.mask, row.mask + row.n, [](unsigned char m) { return m != 0; })) return false;
   const Sensor& sensor = pair.camera->sensor;
   const double gain = sensor.gain_dn, black = sensor.black_level_dn, max = sensor.max_dn();
   double used = 0.0;

@@ -41,7 +41,7 @@ struct Light {
 Light light(double rest_dn) {
   Light out;
   GridSamples& s = out.samples;
-  s.grid = {3, 1, 21, 16};
+  s.grid = {3, 1, 1, 21, 16};
   s.images = {2, 0, 1, 3, 4, 6, 5};
   s.cell = {4, 30};
   s.gain_dn = kGain;

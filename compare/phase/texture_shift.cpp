@@ -24,9 +24,10 @@ Weights weights_of(const DirectionDecode& real, const DirectionDecode& simulated
   Weights out{ImageF(a.width, a.height), ImageF(a.width, a.height)};
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < a.size(); ++i) {
-    out.log.data[i] = std::log(a.data[i] / b.data[i]);
     const float r = real.sigma_rad.data[i], s = simulated.sigma_rad.data[i];
     out.variance.data[i] = r * r + s * s;
+    // dark pixels tell nothing, and most images have many
+    out.log.data[i] = std::isfinite(out.variance.data[i]) ? std::log(a.data[i] / b.data[i]) : std::nanf("");
   }
   return out;
 }
@@ -64,6 +65,7 @@ TextureShift texture_shift(const DirectionDecode& real, const DirectionDecode& s
   for (int y = 1; y < x_px.height - 1; ++y)
     for (int x = 1; x < x_px.width - 1; ++x) {
       const std::size_t i = x_px.index(x, y);
+      if (!std::isfinite(w.log.data[i])) continue;
       double largest = 0.0, with_sign = 0.0;
       for (const std::size_t distance : {std::size_t{1}, row}) {
         const double step = largest_step(w, i, distance);
