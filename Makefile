@@ -38,8 +38,8 @@ demo: program
 	@scripts/demo.sh "$(OUT)" "$(CAPTURES)"
 
 # Unit tests with the sanitizers only, all others as released: `make test-all` has both. Their build begins beside the
-# released tests, which wait much for devices, workers and virtual machines: it takes only the time that these leave. A group of its own, so that
-# it ends with them.
+# released tests, which wait much for devices, workers and virtual machines: it takes only the time that these leave. A
+# group of its own, so that it ends with them.
 test: configure format-check
 	@cmake --build build -j $(JOBS) --target tested
 	@$(call configured,asan,build-asan)

@@ -135,11 +135,12 @@ void print_summary(const calib::Photometry& p) {
     if (c.flat) fmt::print("{}: {:.4f} of the light at the corners\n", c.camera, c.flat->corner);
     if (c.light) {
       const auto [least, most] = std::ranges::minmax(c.light->factor);
-      fmt::print("{}: light of the images {:+.2f} ... {:+.2f} % (± {:.2g} %){}\n", c.camera,
-                 100.0 * (least - 1.0), 100.0 * (most - 1.0), 100.0 * std::ranges::max(c.light->sigma),
-                 c.light->differ()
-                     ? fmt::format(", which moves the phase by {:.2g} rad rms", c.light->phase_rms_rad)
-                     : ", no more than chance");
+      const double sigma = std::ranges::max(c.light->sigma);
+      fmt::print(
+          "{}: light of the images {:+.2f} ... {:+.2f} % (± {}){}\n", c.camera, 100.0 * (least - 1.0),
+          100.0 * (most - 1.0), std::isfinite(sigma) ? fmt::format("{:.2g} %", 100.0 * sigma) : "unknown",
+          c.light->differ() ? fmt::format(", which moves the phase by {:.2g} rad rms", c.light->phase_rms_rad)
+                            : ", no more than chance");
     }
   }
   if (const auto* q = p.projector()) {

@@ -155,6 +155,14 @@ function(fringetwin_tests group)
   fringetwin_add_test(${group}/others ${name} "*-${others}" "${A_LABELS}" "${A_TIMEOUT}")
 endfunction()
 
+# fringetwin_skipped(GROUP/a LABEL REASON): the test that is not built here says why.
+function(fringetwin_skipped test label reason)
+  if(FRINGETWIN_TESTS)
+    add_test(NAME ${test} COMMAND ${CMAKE_COMMAND} -E echo "SKIPPED: ${reason}")
+    set_tests_properties(${test} PROPERTIES LABELS ${label} SKIP_REGULAR_EXPRESSION "SKIPPED")
+  endif()
+endfunction()
+
 # The names of the test suites in a source file.
 function(fringetwin_suites out source)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${source})

@@ -100,7 +100,9 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
     }
     if (!options.renderer) continue;
     GridSamples grid = grid_samples(pair, c, fit, noise, interior, rendering.with_edges_dn, kCausePixels);
-    if (grid.n_pixels() > 0) samples.push_back(std::move(grid));
+    if (grid.n_pixels() == 0) continue;
+    find_texture_edges(pair, fit.usable, noise, grid);
+    samples.push_back(std::move(grid));
   }
   return samples;
 }
@@ -179,9 +181,9 @@ void predict_brightness(const Twin& twin, std::size_t camera, const Side& real, 
   if (out.phase_budget.empty() || real.images.empty() || real.images[camera].radiance ||
       real.measurement->cameras[camera].light_taken_out)
     return;
-  const auto light = measure::estimate_light(real.images[camera], twin.fringes,
-                                             {.black_level_dn = twin.cameras[camera].sensor.black_level_dn,
-                                              .min_amplitude = twin.measure.min_modulation_dn});
+  const auto light = measure::estimate_light(
+      real.images[camera], twin.fringes,
+      measure::light_options(twin.cameras[camera].sensor, twin.measure.min_modulation_dn));
   PhaseBudget& budget = out.phase_budget.back();
   if (light && budget.camera == twin.cameras[camera].name && budget.direction == axis_name(decode.axis))
     budget.light_rad2 = predicted_brightness_rad2(twin, camera, decode, options.use_steps, *light);

@@ -29,9 +29,10 @@ std::vector<std::string> light_lines(const std::vector<compare::LightRow>& rows)
     const auto [least, most] = std::ranges::minmax(row.factor);
     const double sigma = std::ranges::max(row.factor_sigma);
     out.push_back(fmt::format(
-        "{}{}: light of the images {:+.2f} ... {:+.2f} % (standard errors up to {:.3f} %): {}",
-        row.side.empty() ? "" : row.side + " ", row.camera, 100.0 * (least - 1.0), 100.0 * (most - 1.0),
-        100.0 * sigma,
+        "{}{}: light of the images {:+.2f} ... {:+.2f} % ({}): {}", row.side.empty() ? "" : row.side + " ",
+        row.camera, 100.0 * (least - 1.0), 100.0 * (most - 1.0),
+        std::isfinite(sigma) ? fmt::format("standard errors up to {:.3f} %", 100.0 * sigma)
+                             : "standard errors unknown",
         row.corrected ? fmt::format("taken out, it moved the phase by {:.4f} rad rms", row.phase_rms_rad)
                       : "no more than chance, nothing is taken out"));
   }

@@ -113,7 +113,10 @@ DecodeOptions decode_options(const Twin& twin, const Camera& camera, const Camer
     options.projector_height_px = twin.projector->lens.height();
   }
   const Sensor& sensor = camera.sensor;
-  if (twin.measure.correct_light) options.light_above_dn = images.radiance ? 0.0 : sensor.black_level_dn;
+  if (twin.measure.correct_light)
+    options.light = images.radiance
+                        ? LightOptions{.black_level_dn = 0.0, .min_amplitude = options.min_modulation_dn}
+                        : light_options(sensor, options.min_modulation_dn);
   if (sensor.has_noise() && !images.radiance) {
     // docs/CONVENTIONS.md, "Light": variance = gain E / electrons_per_dn + read_noise^2; decode() adds the
     // rounding

@@ -248,17 +248,10 @@ void measure_flat(const CameraFrames& frames, double saturation_dn, CameraPhotom
 /// The light of each image, by the phase steps; black level and noise as far as they are known by now.
 void measure_light(const Twin& twin, const CameraFrames& frames, CameraPhotometry& out) {
   if (frames.captures.empty()) return;
-  const Sensor& s = out.sensor;
-  measure::LightOptions options{.black_level_dn = s.black_level_dn,
-                                .min_amplitude = twin.measure.min_modulation_dn};
-  if (s.has_noise()) {
-    options.variance_per_dn = s.electrons_per_dn ? 1.0 / *s.electrons_per_dn : 0.0;
-    options.variance_offset_dn2 = std::pow(s.read_noise_dn.value_or(0.0), 2) + kRoundingVariance -
-                                  options.variance_per_dn * s.black_level_dn;
-  }
   CameraImages images = frames.captures[0];
   images.clip = Clip{out.saturation.level_dn, 0};
-  out.light = measure::estimate_light(images, twin.fringes, options);
+  out.light = measure::estimate_light(images, twin.fringes,
+                                      measure::light_options(out.sensor, twin.measure.min_modulation_dn));
 }
 
 /// Returns whether two cameras say the same of every image, but for chance.
@@ -315,13 +308,15 @@ std::optional<LightOfImages> light_of_images(const Photometry& photometry) {
   std::erase(told, nullptr);
   for (std::size_t k = 0; k < told[0]->factor.size(); ++k) {
     double weights = 0.0, sum = 0.0;
+    bool is_step = false;
     for (const measure::LightFactors* camera : told)
       if (camera->sigma[k] > 0.0) {
+        is_step = true;
         const double weight = 1.0 / (camera->sigma[k] * camera->sigma[k]);
         weights += weight, sum += weight * std::log(camera->factor[k]);
       }
     out.light_factors.push_back(weights > 0.0 ? std::exp(sum / weights) : 1.0);
-    out.sigma.push_back(weights > 0.0 ? 1.0 / std::sqrt(weights) : 0.0);
+    out.sigma.push_back(is_step ? 1.0 / std::sqrt(weights) : 0.0);
   }
   return out;
 }

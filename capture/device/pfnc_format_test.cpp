@@ -10,20 +10,13 @@
 #include <set>
 
 #include "capture/device/pfnc_unpack.hpp"
+#include "tests/support/capture/bytes.hpp"
 
 namespace fringetwin::testing::pfnc_format_test {
 namespace {
 
 using namespace fringetwin::capture;
 using ::testing::ElementsAre;
-
-using Bytes = std::vector<std::byte>;
-
-Bytes bytes_of(std::initializer_list<int> values) {
-  Bytes bytes;
-  for (const int value : values) bytes.push_back(static_cast<std::byte>(value));
-  return bytes;
-}
 
 Bytes noise(std::size_t n, unsigned seed) {
   std::mt19937 random(seed);

@@ -9,19 +9,13 @@
 #include <memory>
 #include <random>
 
+#include "tests/support/capture/bytes.hpp"
+
 namespace fringetwin::testing::pixel_format_test {
 namespace {
 
 using namespace fringetwin::capture;
 using ::testing::ElementsAre;
-
-using Bytes = std::vector<std::byte>;
-
-Bytes bytes_of(std::initializer_list<int> values) {
-  Bytes bytes;
-  for (const int value : values) bytes.push_back(static_cast<std::byte>(value));
-  return bytes;
-}
 
 FrameLayout layout_of(PixelFormat format, int width, int height, std::size_t padding = 0) {
   const std::size_t line = static_cast<std::size_t>(width * traits(format).bytes_per_pixel) + padding;

@@ -69,8 +69,8 @@ const GenicamListed& find_genicam(const std::vector<GenicamListed>& all, const s
 }
 
 std::unique_ptr<GenicamDevice> open_genicam(const std::string& name,
-                                            std::map<std::string, std::string>* provenance) {
-  GenicamModule& module = genicam_module();
+                                            std::map<std::string, std::string>* provenance,
+                                            GenicamModule& module) {
   const std::vector<GenicamListed> all = module.devices();
   const GenicamListed& listed = find_genicam(all, name);
   *provenance = {{"vendor", listed.vendor},     {"model", listed.model},     {"serial", listed.serial},

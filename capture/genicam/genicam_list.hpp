@@ -14,7 +14,8 @@ const GenicamListed& find_genicam(const std::vector<GenicamListed>& all, const s
 /// Opens the camera that the name asks for, and waits for one whose last program was killed to be free again.
 /// Throws UserError(device) that says which cameras there are.
 std::unique_ptr<GenicamDevice> open_genicam(const std::string& name,
-                                            std::map<std::string, std::string>* provenance);
+                                            std::map<std::string, std::string>* provenance,
+                                            GenicamModule& module = genicam_module());
 
 /// Some lines of text on one camera: formats, ranges, triggers.
 std::string describe(GenicamModule& module, const GenicamListed& listed);

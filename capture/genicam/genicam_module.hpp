@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The border between the program and its module that knows Aravis: GenICam cameras (USB3 Vision, GigE Vision)
-// with their features by name, and the buffers that they send. A test's fake stands in for it.
+// with their features by name, and the buffers that they send. A fake stands in for
+// it where no camera is needed (tests/support/capture/fake_genicam.hpp).
 #pragma once
 #include <algorithm>
 #include <memory>

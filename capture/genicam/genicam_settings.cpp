@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "twin/base/nearest_word.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/number/parse_number.hpp"
 
@@ -26,6 +27,8 @@ std::string boolean_of(const std::string& text) {
   return "";
 }
 
+/// Returns the names of a family: "gain" asks for Gain, GainRaw and GainAuto, of which did_you_mean() says
+/// one.
 std::vector<std::string> names_like(const std::vector<std::string>& all, const std::string& name) {
   const std::string wanted = lower_case(name);
   std::vector<std::string> like;
@@ -77,9 +80,11 @@ std::string GenicamSettings::own_name(const std::string& name) const {
   for (const std::string& other : all)
     if (lower_case(other) == lower_case(name) && device_.feature(other).there()) return other;
   const std::vector<std::string> like = names_like(all, name);
+  const std::string close = did_you_mean(name, all);  // letters that were exchanged or left out
   throw refusal("has no feature '" + name + "' now",
-                like.empty() ? fmt::format("none of its {} features has a name like it", all.size())
-                             : fmt::format("it has {}", fmt::join(like, ", ")));
+                !like.empty()    ? fmt::format("it has {}", fmt::join(like, ", "))
+                : !close.empty() ? close
+                                 : fmt::format("none of its {} features has a name like it", all.size()));
 }
 
 std::string GenicamSettings::first_of(const std::vector<std::string>& names) const {

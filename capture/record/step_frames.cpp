@@ -127,10 +127,6 @@ double worst_skew_ms(const std::vector<FrameJudge>& judges, std::size_t average)
   return static_cast<double>(worst) / kNsPerMs;
 }
 
-}  // namespace
-
-namespace {
-
 /// Triggered cameras begin together, once the light has changed.
 void trigger_all(const Rig& rig, TimeNs from_ns) {
   if (std::ranges::none_of(rig, [](const RigCamera& camera) { return camera.device->info().triggered; }))

@@ -55,17 +55,20 @@ void add_options(const CLI::App& app, CommandText& command) {
   }
 }
 
+const CLI::App& program_of(const CLI::App& app) {
+  return app.get_parent() != nullptr ? program_of(*app.get_parent()) : app;
+}
+
 /// Options of the program are understood behind its commands, too; its version is not asked for there.
 void add_common_options(const CLI::App& app, CommandText& command) {
   if (const CLI::Option* help = app.get_help_ptr()) {
     command.options.push_back(option_text(*help));
     command.options.back().group = kCommonOptions;
   }
-  const CLI::App* program = &app;
-  while (program->get_parent() != nullptr) program = program->get_parent();
-  for (const CLI::Option* option : program->get_options([&](const CLI::Option* o) {
+  const CLI::App& program = program_of(app);
+  for (const CLI::Option* option : program.get_options([&](const CLI::Option* o) {
          return o->nonpositional() && o->get_group() == kCommonOptions &&
-                (program == &app || o != program->get_version_ptr());
+                (&program == &app || o != program.get_version_ptr());
        }))
     command.options.push_back(option_text(*option));
 }
@@ -131,10 +134,9 @@ CommandText command_text(const CLI::App& app) {
   command.meaning = app.get_description();
   add_options(app, command);
   add_common_options(app, command);
-  const CLI::App* program = &app;
-  while (program->get_parent() != nullptr) program = program->get_parent();
-  command.exit_codes = program->get_footer();
-  if (program != &app) command.examples = lines_of(app.get_footer());
+  const CLI::App& program = program_of(app);
+  command.exit_codes = program.get_footer();
+  if (&program != &app) command.examples = lines_of(app.get_footer());
   for (const CLI::App* child : app.get_subcommands(
            [](const CLI::App* a) { return !a->get_name().empty() && !a->get_group().empty(); }))
     command.commands.push_back(command_text(*child));

@@ -115,6 +115,44 @@ TEST(ClosedColumns, LightOfOneImageIsRelativeToTheMean) {
   EXPECT_EQ(parameters_of(two_cameras(), "light").size(), 11u);
 }
 
+// The lamp's light alone grows: the room's, which has factors of its own and the lens's vignetting, stays.
+// The exposure is of both.
+TEST(ClosedColumns, LightOfOneImageLeavesTheRoomsLight) {
+  constexpr double kAmbient = 1.5, kVignetting = -0.3;
+  const std::string name = "image_6.light";
+  Twin twin = two_cameras();
+  for (int image = 0; image < 12; ++image) {
+    twin.projector->ambient_factors.push_back(1.0 + 0.3 * std::sin(0.4 * image));
+    twin.cameras[1].exposure_factors.push_back(1.0 + 0.05 * std::sin(2.0 + image));
+  }
+  twin.projector->ambient = kAmbient;
+  twin.cameras[1].vignetting = {.kind = Vignetting::Kind::polynomial, .a = {kVignetting, 0.0, 0.0}};
+  const auto light_of = [&](double x, double y, int image, double factor) {
+    // r is 1 in the corners of the 64 x 48 px, 40 px from the middle
+    const double r2 = (std::pow(x - 31.5, 2) + std::pow(y - 23.5, 2)) / (40.0 * 40.0);
+    const double room = kAmbient * (1.0 + kVignetting * r2) * (1.0 + 0.3 * std::sin(0.4 * image));
+    return (1.0 + 0.05 * std::sin(2.0 + image)) * (factor * light(x, y, image) + room);
+  };
+  const GridSamples s = samples();
+  std::vector<float> before;
+  for (std::size_t p = 0; p < s.n_pixels(); ++p)
+    for (const int image : s.images)
+      before.push_back(static_cast<float>(light_of(place(s, p).x, place(s, p).y, image, 1.0)));
+  std::vector<float> after = before;
+  const std::vector<Parameter> all = parameters_of(twin, "light");
+  const auto parameter = std::ranges::find(all, name, &Parameter::name);
+  ASSERT_NE(parameter, all.end());
+  parameter->effect({twin, s, before, 0.0, 0.03}, after);
+  for (std::size_t p = 0, i = 0; p < s.n_pixels(); ++p)
+    for (const int image : s.images) {
+      const double factor = std::exp(image == 6   ? 0.03
+                                     : image == 0 ? -0.03
+                                                  : 0.0),
+                   truth = light_of(place(s, p).x, place(s, p).y, image, factor);
+      ASSERT_NEAR(static_cast<double>(after[i++]), truth, 5e-6 * (truth + 1.0)) << image;
+    }
+}
+
 TEST(ClosedColumns, RoomLightIsAPolynomialOverTheImage) {
   const std::pair<std::string, std::pair<int, int>> terms[] = {
       {"x", {1, 0}}, {"y", {0, 1}}, {"xx", {2, 0}}, {"xy", {1, 1}}, {"yy", {0, 2}}};

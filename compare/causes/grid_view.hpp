@@ -36,7 +36,7 @@ struct GridSamples {
   std::vector<int> images;        ///< sequence indices
   std::vector<float> real_dn;
   std::vector<float> weight;                   ///< 1 / standard deviation; 0 where not usable
-  std::vector<bool> at_texture_edge;           ///< of each pixel: TextureSteps; may be empty
+  std::vector<bool> at_texture_edge;           ///< of each pixel: find_texture_edges(); may be empty
   double gain_dn = 1.0, black_level_dn = 0.0;  ///< of the gain fit
   double rendering_dn = 0.0;                   ///< rms rendering error, part of the weights
   Eigen::MatrixXd scatter_dn2;                 ///< of RenderingError, of these images; part of the weights

@@ -37,8 +37,18 @@ class Complaints {
   std::vector<std::string> sentences_;
 };
 
-bool is_of_same(const ExplainedRow& a, const ExplainedRow& b) {
-  return a.quantity == b.quantity && a.region == b.region;
+/// Returns the row of the same quantity and region; null where there is none.
+const ExplainedRow* row_like(const std::vector<ExplainedRow>& rows, const ExplainedRow& row) {
+  const auto like = std::ranges::find_if(rows, [&row](const ExplainedRow& other) {
+    return other.quantity == row.quantity && other.region == row.region;
+  });
+  return like != rows.end() ? &*like : nullptr;
+}
+
+/// Returns whether a row that was compared is no longer: a phase may have no row then.
+bool is_lost(const ExplainedRow& then, const ExplainedRow* now) {
+  return then.state != kNotCompared &&
+         (now != nullptr ? now->state == kNotCompared : then.quantity == "phase");
 }
 
 void compare_light(const CauseRegion& then, const CauseRegion& now, bool fits_light, Complaints& worse) {
@@ -53,14 +63,10 @@ void compare_fits(const ExplainedRow& then, const ExplainedRow& now, Complaints&
   const double z_then = std::sqrt(then.chi2), z_now = std::sqrt(now.chi2);
   if (now.state == kNotExplained && z_now > z_then + 1.0)
     worse.add("the largest |z| of {} would rise from {:.3g} to {:.3g}", now.region, z_then, z_now);
-  if (now.state == kNotCompared && then.state != kNotCompared)
-    worse.add("{} could not be compared any more", now.region);
 }
 
 /// Compares rows of phase or coverage.
 void compare_places(const ExplainedRow& then, const ExplainedRow& now, Complaints& worse) {
-  if (now.state == kNotCompared && then.state != kNotCompared)
-    return worse.add("the {} of {} could not be compared any more", now.quantity, now.region);
   if (then.state == kExplained && now.state != kExplained && now.state != kTooWide)
     worse.add("the {} of {} would not be explained any more", now.quantity, now.region);
   if (now.quantity != "phase" || then.state == kExplained) return;
@@ -91,21 +97,18 @@ std::string what_got_worse(const Standing& before, const Standing& after) {
              before.shift.n);
   for (std::size_t k = 0; k < std::min(before.light.size(), after.light.size()); ++k)
     compare_light(before.light[k], after.light[k], before.fits_light, worse);
-  for (const ExplainedRow& then : before.rows)
-    for (const ExplainedRow& now : after.rows) {
-      if (!is_of_same(then, now)) continue;
-      if (now.quantity == "geometry")
-        compare_fits(then, now, worse);
-      else
-        compare_places(then, now, worse);
-    }
-  for (const ExplainedRow& then : before.rows)
-    if (then.quantity == "phase" && then.state != kNotCompared &&
-        std::ranges::none_of(after.rows, [&](const ExplainedRow& now) { return is_of_same(then, now); }))
-      worse.add("the phase of {} could not be compared any more", then.region);
+  for (const ExplainedRow& then : before.rows) {
+    const ExplainedRow* now = row_like(after.rows, then);
+    if (is_lost(then, now))
+      worse.add("{}{} could not be compared any more",
+                then.quantity == "geometry" ? "" : "the " + then.quantity + " of ", then.region);
+    else if (now != nullptr && now->quantity == "geometry")
+      compare_fits(then, *now, worse);
+    else if (now != nullptr)
+      compare_places(then, *now, worse);
+  }
   for (const ExplainedRow& now : after.rows)  // an object that no camera sees has a row only then
-    if (now.quantity == "coverage" && now.state == kNotCompared &&
-        std::ranges::none_of(before.rows, [&](const ExplainedRow& then) { return is_of_same(then, now); }))
+    if (now.quantity == "coverage" && now.state == kNotCompared && row_like(before.rows, now) == nullptr)
       worse.add("{} would not be seen any more", now.region);
   return worse.joined();
 }

@@ -65,7 +65,6 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
       static_cast<std::size_t>(std::ranges::count_if(interior.data, [](unsigned char m) { return m != 0; }));
   out.grid = cut_to(choose_grid(*pair.camera, n_valid, most), *pair.camera, interior);
   const UsableRange& u = fit.usable;
-  const TextureSteps texture(pair, u, noise);
   std::vector<float> levels;
   for (int gy = 0; gy < out.grid.height; gy += out.grid.keep)
     for (int gx = 0; gx < out.grid.width; gx += out.grid.keep) {
@@ -73,7 +72,6 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
       if (interior.data[i] == 0) continue;
       out.cell.push_back(static_cast<std::size_t>(gy) * static_cast<std::size_t>(out.grid.width) +
                          static_cast<std::size_t>(gx));
-      out.at_texture_edge.push_back(texture.is_steep(i));
       for (const int image : out.images) {
         const double y = pair.real_at(image, i);
         const double predicted = u.gain_dn * pair.irradiance_at(image, i) + u.black_level_dn;
@@ -88,6 +86,17 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
   if (!levels.empty()) out.known_to = noise.known_to(levels);
   out.mean_known_to = noise.known_to();
   return out;
+}
+
+void find_texture_edges(const GrayPair& pair, const UsableRange& usable, const GrayNoise& noise,
+                        GridSamples& samples) {
+  const TextureSteps texture(pair, usable, noise);
+  samples.at_texture_edge.clear();
+  for (const std::size_t cell : samples.cell) {
+    const int x = static_cast<int>(cell) % samples.grid.width,
+              y = static_cast<int>(cell) / samples.grid.width;
+    samples.at_texture_edge.push_back(texture.is_steep(samples.grid.pixel_of(x, y, pair.width())));
+  }
 }
 
 Eigen::MatrixXd NormalEquations::normal_of(const std::vector<std::size_t>& unknowns) const {

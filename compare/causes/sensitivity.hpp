@@ -20,6 +20,10 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
                          const GrayNoise& noise, const ImageU8& interior, double rendering_dn,
                          std::size_t most);
 
+/// Fills GridSamples::at_texture_edge of samples of this pair.
+void find_texture_edges(const GrayPair& pair, const UsableRange& usable, const GrayNoise& noise,
+                        GridSamples& samples);
+
 /// What every pixel has of its own and no parameter therefore explains: a factor (texture, shading, light
 /// that varies), an offset (room light, scattering). It is projected out of the pixel's values and columns.
 enum class FreePerPixel { nothing, factor, offset, factor_and_offset };

@@ -30,7 +30,8 @@ struct LightRow {
           "of each image of the sequence, geometric mean 1 over the phase steps; 1 of all other images",
           &Row::factor)
         .sigma = "factor_sigma";
-    f.add("factor_sigma", "standard errors of the factors; 0 of what is no phase step", &Row::factor_sigma)
+    f.add("factor_sigma", "standard errors of the factors; 0 of what is no phase step, null: unknown",
+          &Row::factor_sigma)
         .error();
     f.positive("phase_rms_rad",
                "what the factors move the phase by, rms over all phases, largest of the pitches",

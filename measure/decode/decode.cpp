@@ -470,18 +470,13 @@ static CameraDecode decode_as_they_are(const CameraImages& images, const Fringes
 
 CameraDecode decode(const CameraImages& images, const Fringes& fringes, const DecodeOptions& options) {
   check_decode_input(images, fringes);
-  if (!options.light_above_dn) return decode_as_they_are(images, fringes, options);
-  LightOptions of_light{.black_level_dn = *options.light_above_dn,
-                        .min_amplitude = options.min_modulation_dn};
-  if (options.variance_offset_dn2 || options.variance_per_dn) {
-    of_light.variance_offset_dn2 = options.variance_offset_dn2.value_or(0.0) + kRoundingVariance;
-    of_light.variance_per_dn = options.variance_per_dn.value_or(0.0);
-  }
-  std::optional<LightFactors> light = estimate_light(images, fringes, of_light);
+  if (!options.light) return decode_as_they_are(images, fringes, options);
+  std::optional<LightFactors> light = estimate_light(images, fringes, *options.light);
   const bool differs = light && light->differ();
-  CameraDecode out = differs ? decode_as_they_are(with_steady_light(images, *light, *options.light_above_dn),
-                                                  fringes, options)
-                             : decode_as_they_are(images, fringes, options);
+  CameraDecode out =
+      differs ? decode_as_they_are(with_steady_light(images, *light, options.light->black_level_dn), fringes,
+                                   options)
+              : decode_as_they_are(images, fringes, options);
   out.clip = images.clip;
   out.light = std::move(light);
   out.light_taken_out = differs;

@@ -242,7 +242,7 @@ TEST(DecodeNoise, LightThatChangesIsTakenOut) {
     EXPECT_FALSE(as_it_is.light || as_it_is.light_taken_out);
     // the sigma of residuals holds a part of the flicker, too
     EXPECT_GT(normalised_rms(as_it_is.directions[0], scene.column_px), 1.15) << fringes.steps;
-    o.light_above_dn = scene.black_dn;
+    o.light = LightOptions{.black_level_dn = scene.black_dn};
     const CameraDecode d = decode(images, fringes, o);
     ASSERT_TRUE(d.light && d.light_taken_out);
     EXPECT_NEAR(normalised_rms(d.directions[0], scene.column_px), 1.0, 0.05) << fringes.steps;
@@ -259,11 +259,11 @@ TEST(DecodeNoise, SteadyLightIsLeftAlone) {
     const CameraImages images = project(fringes, scene);
     DecodeOptions o = projector_of_width(1280);
     const CameraDecode as_it_is = decode(images, fringes, o);
-    o.light_above_dn = scene.black_dn;
+    o.light = LightOptions{.black_level_dn = scene.black_dn};
     const CameraDecode d = decode(images, fringes, o);
     ASSERT_TRUE(d.light);
     EXPECT_FALSE(d.light_taken_out);
-    o.light_above_dn.reset();
+    o.light.reset();
     const CameraDecode forced = decode(with_steady_light(images, *d.light, scene.black_dn), fringes, o);
     const DirectionDecode &a = as_it_is.directions[0], &b = d.directions[0], &c = forced.directions[0];
     std::size_t n_lost = 0;

@@ -41,9 +41,9 @@ struct DecodeOptions {
   double least_variance_dn2 = 0.0;
   /// Size of the projector image along x/y when known: coordinates outside [-0.5, size-0.5) are invalid.
   std::optional<double> projector_width_px, projector_height_px;
-  /// When set, the light of the images is estimated (estimate_light) and taken out of what is above this
-  /// level before anything else, where it differs by more than chance.
-  std::optional<double> light_above_dn;
+  /// When set, the light of the images is estimated (estimate_light) and taken out of what is above black
+  /// before anything else, where it differs by more than chance.
+  std::optional<LightOptions> light;
   bool repair_orders = true;  ///< false: n_left still counts the jumps
   bool operator==(const DecodeOptions&) const = default;
 };
@@ -83,7 +83,7 @@ struct CameraDecode {
   std::vector<DirectionDecode> directions;
   ImageU8 flags;             ///< PixelFlag, all directions or-ed
   std::optional<Clip> clip;  ///< of the images, where they stop below full scale
-  /// What DecodeOptions::light_above_dn found; nothing where the steps do not tell.
+  /// What DecodeOptions::light found; nothing where the steps do not tell.
   std::optional<LightFactors> light;
   bool light_taken_out = false;
   int width() const { return flags.width; }

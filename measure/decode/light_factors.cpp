@@ -26,9 +26,10 @@ constexpr double kMostProducts = 1e7;   ///< of one pass over the pixels of a pi
 constexpr int kLightBlocks = 16;        ///< each way: what belongs together lies in one
 constexpr int kLeastBlockPx = 8;
 constexpr std::size_t kFewestLightBlocks = 12;
-constexpr int kWaveformFirst = 2;        ///< iterations before factors are fitted
-constexpr double kSettledFactor = 1e-6;  ///< of a factor
-constexpr double kCut2 = 9.0;            ///< squared robust scales of a pixel's residual
+constexpr Eigen::Index kFewestLevelBlocks = 2;  ///< that a pitch shares with the first
+constexpr int kWaveformFirst = 2;               ///< iterations before factors are fitted
+constexpr double kSettledFactor = 1e-6;         ///< of a factor
+constexpr double kCut2 = 9.0;                   ///< squared robust scales of a pixel's residual
 /// Standard error of a factor that is not told: taken out, it would move a phase by 0.005 rad.
 constexpr double kNotTold = 0.005;
 constexpr double kNull = 1e-9;  ///< of the largest eigenvalue of the scaled normal matrix
@@ -326,23 +327,22 @@ class PitchLight {
 
 /// Finds by how much brighter each pitch was shown than all in the mean, ln, from the means of the first
 /// one's pixels (their squares: noise adds the same to both), and the standard errors by the scatter of
-/// blocks: unknown, infinite, where a pitch shares no pixel with the first.
+/// blocks. They are unknown, infinite, of all pitches where one shares fewer blocks than two with the first:
+/// nothing scatters then, and the mean of all is as unknown as that pitch.
 class PitchLevels {
  public:
   PitchLevels(const std::vector<PitchLight>& pitches, double saturation) {
     const std::size_t n = pitches.size(), n_blocks = pitches[0].chosen().blocks.size();
     log_level.assign(n, 0.0);
-    sigma.assign(n, 0.0);
+    bool scatters = true;
     Eigen::MatrixXd errors =
         Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(n_blocks),
                               static_cast<Eigen::Index>(n));  // of ln, by block and pitch
     for (std::size_t p = 1; p < n; ++p) {
       const Eigen::MatrixX2d squares = squares_of(pitches, p, saturation);
       const Eigen::RowVector2d sum = squares.colwise().sum();
-      if (!(sum.minCoeff() > 0.0)) {
-        sigma[p] = std::numeric_limits<double>::infinity();
-        continue;
-      }
+      scatters = scatters && (squares.rowwise().minCoeff().array() > 0.0).count() >= kFewestLevelBlocks;
+      if (!(sum.minCoeff() > 0.0)) continue;
       const double ratio = sum[1] / sum[0];
       log_level[p] = 0.5 * std::log(ratio);
       errors.col(static_cast<Eigen::Index>(p)) = 0.5 * (squares.col(1) - ratio * squares.col(0)) / sum[1];
@@ -353,7 +353,9 @@ class PitchLevels {
     for (std::size_t p = 0; p < n; ++p) {
       log_level[p] -= mean;
       const double scatter = errors.col(static_cast<Eigen::Index>(p)).norm();
-      sigma[p] = n == 1 ? 0.0 : std::max(sigma[p], std::sqrt(blocks / (blocks - 1.0)) * scatter);
+      sigma.push_back(n == 1     ? 0.0
+                      : scatters ? std::sqrt(blocks / (blocks - 1.0)) * scatter
+                                 : std::numeric_limits<double>::infinity());
     }
   }
 
@@ -376,6 +378,15 @@ class PitchLevels {
 };
 
 }  // namespace
+
+LightOptions light_options(const Sensor& sensor, double min_modulation_dn) {
+  LightOptions options{.black_level_dn = sensor.black_level_dn, .min_amplitude = min_modulation_dn};
+  if (!sensor.has_noise()) return options;
+  options.variance_per_dn = sensor.electrons_per_dn ? 1.0 / *sensor.electrons_per_dn : 0.0;
+  options.variance_offset_dn2 = std::pow(sensor.read_noise_dn.value_or(0.0), 2) -
+                                options.variance_per_dn * sensor.black_level_dn + kRoundingVariance;
+  return options;
+}
 
 bool LightFactors::differ() const {
   for (std::size_t i = 0; i < factor.size(); ++i)

@@ -8,6 +8,7 @@
 
 #include "twin/captures/capture_set.hpp"
 #include "twin/fringes.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::measure {
 
@@ -20,13 +21,19 @@ struct LightOptions {
   double min_amplitude = 5.0;   ///< of a fringe that counts
   /// Variance of a gray value, var = a + b DN; its scale does not matter.
   double variance_offset_dn2 = 1.0, variance_per_dn = 0.0;
+  bool operator==(const LightOptions&) const = default;
 };
+
+/// Returns those of a camera's gray values: its black level, and the noise that its sensor states, with the
+/// rounding.
+LightOptions light_options(const Sensor& sensor, double min_modulation_dn);
 
 /// Holds the factors of one camera's images: I = black + factor * (what a steady light would show).
 struct LightFactors {
   /// Per image of the sequence, geometric mean 1 over the phase steps; 1 of what is no phase step.
   std::vector<double> factor;
-  std::vector<double> sigma;  ///< relative standard errors; 0 of what is no phase step
+  /// Relative standard errors; 0 of what is no phase step, infinite where none can be told.
+  std::vector<double> sigma;
   /// Mean square of the residuals of the N-step fits per degree of freedom, with a steady light and with
   /// these factors, DN^2 (times 1/var where the options have a line). Harmonics of the fringe stay out of
   /// both.

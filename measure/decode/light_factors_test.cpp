@@ -14,6 +14,7 @@
 
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -169,6 +170,45 @@ TEST(LightFactors, WhatTheStepsDoNotTell) {
   LightOptions dark = of(scene);
   dark.min_amplitude = 500.0;
   EXPECT_FALSE(estimate_light(record(scene, fringes, four, 1), fringes, dark));
+}
+
+// Fringes that lie within one block of the image: their means tell the pitches' levels, but nothing tells how
+// well.
+TEST(LightFactors, LevelsOfOneBlockHaveNoStandardError) {
+  constexpr int kLit = 40;  // px of 640: a block
+  const Fringes fringes = fringes_of(6, {13.0, 17.0});
+  Scene scene{.width = 640, .height = 8};
+  CameraImages images = record(scene, fringes, flicker(12, 6), 3);
+  for (ImageF& image : images.images) {
+    ImageF lit(scene.width, scene.height, static_cast<float>(scene.black_dn));
+    for (int y = 0; y < scene.height; ++y)
+      for (int x = 0; x < kLit; ++x) lit(x, y) = image(200 + x, y);
+    image = lit;
+  }
+  const auto found = estimate_light(images, fringes, of(scene));
+  ASSERT_TRUE(found);
+  for (const double sigma : found->sigma) EXPECT_EQ(sigma, std::numeric_limits<double>::infinity());
+  EXPECT_FALSE(found->differ());
+  images.images.resize(6);  // one pitch has no level to tell: its factors are of themselves
+  const auto one = estimate_light(images, fringes_of(6, {13.0}), of(scene));
+  ASSERT_TRUE(one);
+  for (const double sigma : one->sigma) EXPECT_LT(sigma, 5e-3);
+  EXPECT_TRUE(one->differ());
+}
+
+TEST(LightFactors, OptionsHaveTheBlackLevelAndTheNoiseOfTheSensor) {
+  Sensor sensor;
+  sensor.black_level_dn = 12.0;
+  EXPECT_EQ(light_options(sensor, 3.0), (LightOptions{.black_level_dn = 12.0, .min_amplitude = 3.0}));
+  sensor.read_noise_dn = 0.5;
+  sensor.electrons_per_dn = 40.0;
+  const LightOptions stated = light_options(sensor, 3.0);
+  EXPECT_EQ(stated.black_level_dn, 12.0);
+  EXPECT_EQ(stated.min_amplitude, 3.0);
+  const auto variance = [&](double dn) { return stated.variance_offset_dn2 + stated.variance_per_dn * dn; };
+  // read noise and rounding at black, shot noise of 40 electrons per DN above it
+  EXPECT_NEAR(variance(12.0), 0.25 + 1.0 / 12.0, 1e-12);
+  EXPECT_NEAR(variance(212.0), 0.25 + 1.0 / 12.0 + 200.0 / 40.0, 1e-12);
 }
 
 TEST(LightFactors, AnyNumberOfThreadsTellsTheSame) {

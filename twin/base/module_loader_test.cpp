@@ -38,5 +38,19 @@ TEST(ModuleLoader, SaysWhatIsMissing) {
   }
 }
 
+// A module of another version has its function under another name.
+TEST(ModuleLoader, AModuleWithoutTheFunctionIsRefused) {
+  try {
+    find_in_module("libfringetwin_image_codecs.so", "fringetwin_decode_image_0",
+                   {ExitCode::device, "images", "reads them", "build it anew"});
+    FAIL();
+  } catch (const UserError& e) {
+    EXPECT_EQ(e.code(), ExitCode::device);
+    EXPECT_THAT(e.what(), ::testing::StartsWith("images: the module that reads them cannot be loaded (/"));
+    EXPECT_THAT(e.what(), ::testing::HasSubstr("undefined symbol: fringetwin_decode_image_0"));
+    EXPECT_THAT(e.what(), ::testing::EndsWith("build it anew"));
+  }
+}
+
 }  // namespace
 }  // namespace fringetwin::module_loader_test
