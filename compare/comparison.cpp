@@ -30,6 +30,7 @@
 #include "compare/verdict/explained.hpp"
 #include "compare/verdict/indicators.hpp"
 #include "compare/verdict/limits.hpp"
+#include "twin/base/parallel.hpp"
 #include "twin/captures/measured_steps.hpp"
 
 namespace fringetwin::compare {
@@ -61,11 +62,14 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
                                       Comparison& out) {
   std::vector<GridSamples> samples;
   const std::vector<GrayPair> pairs = pair_gray(twin, real, simulated, options, out.warnings);
+  std::vector<std::optional<GrayNoise>> noises(pairs.size());
+  for_each_parallel(static_cast<int>(pairs.size()),
+                    [&](int c) { noises[c].emplace(pairs[c], decode_of(real, c), options.use_steps); });
   for (std::size_t c = 0; c < pairs.size(); ++c) {
     const GrayPair& pair = pairs[c];
     const measure::CameraDecode *real_decode = decode_of(real, c),
                                 *simulated_decode = decode_of(simulated, c);
-    const GrayNoise noise(pair, real_decode, options.use_steps);
+    const GrayNoise& noise = *noises[c];
     const GainFit fit = fit_gain(pair, out.warnings, &noise);
     out.gain.push_back(published_row(fit));
     if (!fit.has_line()) {
@@ -251,6 +255,20 @@ std::optional<CalibrationBudget> calibration_of(const Twin& twin, const Side& re
   return budget;
 }
 
+std::vector<NoiseRow> all_noise_rows(const Twin& twin, const Side& real, const Side& simulated,
+                                     const CompareOptions& options) {
+  std::vector<NoiseRow> all;
+  if (!real.measurement || real.images.empty()) return all;
+  std::vector<std::vector<NoiseRow>> of_camera(twin.cameras.size());
+  for_each_parallel(static_cast<int>(of_camera.size()), [&](int c) {
+    of_camera[c] =
+        noise_rows(twin.cameras[c], twin.fringes, real.images[c], real.measurement->cameras[c],
+                   options.use_steps, simulated.irradiance.empty() ? nullptr : &simulated.irradiance[c]);
+  });
+  for (std::vector<NoiseRow>& rows : of_camera) std::ranges::move(rows, std::back_inserter(all));
+  return all;
+}
+
 }  // namespace
 
 Comparison compare(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options) {
@@ -269,12 +287,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
   const std::optional<CalibrationBudget> budget = calibration_of(twin, real, simulated, options, out);
   const CalibrationBudget* calibration = budget ? &*budget : nullptr;
   std::vector<GridSamples> samples = compare_gray(twin, real, simulated, options, calibration, out);
-  if (real.measurement && !real.images.empty())
-    for (std::size_t c = 0; c < twin.cameras.size(); ++c)
-      for (NoiseRow& row :
-           noise_rows(twin.cameras[c], twin.fringes, real.images[c], real.measurement->cameras[c],
-                      options.use_steps, simulated.irradiance.empty() ? nullptr : &simulated.irradiance[c]))
-        out.noise.push_back(std::move(row));
+  out.noise = all_noise_rows(twin, real, simulated, options);
   const bool is_far_off = real.measurement && simulated.measurement &&
                           compare_phase(twin, real, simulated, options, calibration, out);
   out.coverage = coverage_rows(twin, real, simulated);

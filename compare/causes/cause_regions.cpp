@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "twin/base/constants.hpp"
+#include "twin/base/parallel.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::compare {
@@ -144,9 +145,13 @@ std::vector<CauseRegion> cause_regions(const Sensitivity& sensitivity, const Fri
     free = frees_offset(free) ? FreePerPixel::factor_and_offset : FreePerPixel::factor;
   std::vector<CauseRegion> out;
   for (const char* name : kRegionKinds) out.push_back({name, 0.0});
+  std::vector<std::vector<Square>> of_camera(predicted.size());
+  for_each_parallel(static_cast<int>(of_camera.size()), [&](int c) {
+    of_camera[c] = squares_of(sensitivity.samples()[c], predicted[c], fringes, free);
+  });
   for (std::size_t c = 0; c < predicted.size(); ++c) {
     const GridSamples& s = sensitivity.samples()[c];
-    for (const Square& square : squares_of(s, predicted[c], fringes, free)) {
+    for (const Square& square : of_camera[c]) {
       if (square.pixels < kFewestInSquare) continue;
       for (std::size_t j = 0; j < square.sums.size(); ++j) {
         const Sum& sum = square.sums[j];

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "compare/verdict/explained.hpp"
 #include "compare/verdict/mask_areas.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/parallel.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -337,8 +339,10 @@ std::vector<CoverageRow> coverage_rows(const Twin& twin, const Side& real, const
   if (!real.measurement || !simulated.measurement) return out;
   FT_CHECK(real.measurement->cameras.size() == simulated.measurement->cameras.size(),
            "both sides measure the same cameras");
-  for (std::size_t c = 0; c < real.measurement->cameras.size(); ++c)
-    for (CoverageRow& row : CameraCoverage(twin, c, real, simulated).rows()) out.push_back(std::move(row));
+  std::vector<std::vector<CoverageRow>> of_camera(real.measurement->cameras.size());
+  for_each_parallel(static_cast<int>(of_camera.size()),
+                    [&](int c) { of_camera[c] = CameraCoverage(twin, c, real, simulated).rows(); });
+  for (std::vector<CoverageRow>& rows : of_camera) std::ranges::move(rows, std::back_inserter(out));
   return out;
 }
 
