@@ -56,6 +56,7 @@ class CauseSearch {
   CauseSearch(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits,
               const std::vector<int>& steps)
       : sensitivity_(sensitivity), twin_(twin), fits_(fits) {
+    sensitivity_.find_pose_slopes(twin);
     for (const ParameterGroup& group : parameter_groups()) {
       Group g{group.name, {}};
       for (Parameter& p : parameters_of(twin, group.name, steps)) {

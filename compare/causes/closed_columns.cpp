@@ -8,6 +8,7 @@
 #include <numbers>
 #include <span>
 
+#include "compare/causes/parameters_geometry.hpp"
 #include "render/pattern/camera_effects.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/lens/linear.hpp"
@@ -179,6 +180,22 @@ double blurred_at(const ImageF& image, int x, int y, const std::vector<double>& 
   return sum / weights;
 }
 
+/// An object moves along one of its degrees of freedom at constant speed while the n images are taken, by
+/// `value` from the first to the last, about its place in the twin. The pose's derivatives say what that
+/// does.
+Effect motion_effect(std::size_t pose_parameter, std::size_t n_images) {
+  return [=](const EffectInput& in, std::vector<float>& irradiance) {
+    const GridSamples& s = in.samples;
+    if (pose_parameter >= s.pose_slopes.size()) return;
+    const std::vector<float>& slope = s.pose_slopes[pose_parameter];
+    std::vector<double> moved;  // by when the image is taken
+    for (const int image : s.images)
+      moved.push_back((in.to - in.from) * (image / static_cast<double>(n_images - 1) - 0.5));
+    for (std::size_t i = 0; i < irradiance.size(); ++i)
+      shift(irradiance[i], moved[i % moved.size()] * static_cast<double>(slope[i]));
+  };
+}
+
 /// The camera's image is blurred by a Gaussian of variance value - start besides: what that changes in the
 /// twin's own whole images is added.
 Effect camera_psf_effect(double start) {
@@ -217,6 +234,7 @@ class ClosedList : private GroupList {
     if (group_ == "light") add_light();
     if (group_ == "projector_field") add_field();
     if (group_ == "image_shift") add_image_shifts();
+    if (group_ == "motion") add_motion();
     for (std::size_t c = 0; c < twin_.cameras.size(); ++c) {
       const std::size_t first = list_.size();
       if (group_ == "room_light") add_room_light(twin_.cameras[c]);
@@ -299,6 +317,14 @@ class ClosedList : private GroupList {
       add(fmt::format("image_{}.shift_px", image), "px", 0.0, 0.03,
           image_shift_effect(image, pattern, direction.pitches_px[static_cast<std::size_t>(pattern.pitch)]));
     }
+  }
+
+  /// Of all degrees of freedom that the group pose has, in its order.
+  void add_motion() {
+    if (!twin_.projector || patterns_.size() < 2) return;
+    const std::vector<Parameter> pose = geometry_parameters(twin_, "pose");
+    for (std::size_t k = 0; k < pose.size(); ++k)
+      add(pose[k].name + ".motion", pose[k].unit, 0.0, pose[k].step, motion_effect(k, patterns_.size()));
   }
 
   void add_psf(const Camera& camera) {

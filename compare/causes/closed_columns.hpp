@@ -8,8 +8,8 @@
 namespace fringetwin::compare {
 
 /// Returns the parameters of the groups light (of the phase steps `use_steps`, all where it is empty),
-/// room_light, camera_response, projector_field, image_shift and camera_psf, whose `instead` is empty; none
-/// of others. `change` is empty, too, but for light, which is closed.
+/// room_light, camera_response, projector_field, image_shift, motion and camera_psf, whose `instead` is
+/// empty; none of others. `change` is empty, too, but for light, which is closed.
 std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
                                          const std::vector<int>& use_steps);
 

@@ -42,6 +42,7 @@ double prior_steps(const std::string& group) {
   if (group == "intrinsics") return 250.0;               // 5 px of a principal point, 12 px of a focal length
   if (group == "lens") return 100.0;                     // 0.1
   if (group == "image_shift") return 30.0;
+  if (group == "motion") return 50.0;  // 0.5 mm, 5 mrad
   return 0.0;
 }
 

@@ -199,6 +199,8 @@ const std::vector<ParameterGroup>& parameter_groups() {
       {"image_shift", "shift of the fringes of each image",
        "the fringes moved from image to image (vibration, wrong phase steps)",
        "record again on a firm base; check the projector's phase steps"},
+      {"motion", "steady motion of each object while the images are taken",
+       "an object moved while the images were taken", "record again with everything at rest, or faster"},
       {"camera_psf", "width of each camera's blur", "blur of a camera's image (out of focus)",
        "put the width that the causes name into psf_px of the camera"},
   };

@@ -100,6 +100,7 @@ void expect_found(const Twin& twin, const std::string& group, const std::vector<
   std::vector<GridSamples> samples = samples_of(truth, error, frames);
   find_projector_places(renderer(), twin, samples);
   Sensitivity sensitivity(renderer(), std::move(samples));
+  sensitivity.find_pose_slopes(twin);
   const NormalEquations e = sensitivity.equations(twin, parameters, start_values(parameters));
   std::vector<std::size_t> unknowns;
   for (std::size_t k = 0; k < parameters.size() + 4; ++k) unknowns.push_back(k);
@@ -235,6 +236,26 @@ TEST(PlantedGroups, ShiftOfImages) {
     planted.push_back({"image_" + std::to_string(image) + ".shift_px", shift_px});
   }
   expect_found(twin, "image_shift", planted, truth, same);
+}
+
+// The ball is elsewhere in every image; each is rendered with its own twin.
+TEST(PlantedGroups, MotionOfTheBall) {
+  const Twin twin = window_on_the_sphere();
+  Images truth = rendered(twin);
+  const Eigen::Vector3d moved_mm(0.004, 0.02, -0.006);  // the fringes run along y
+  const std::size_t n = truth[0].size();
+  for (std::size_t k = 0; k < n; ++k) {
+    Twin then = twin;
+    std::get<SphereShape>(then.objects[0].shape).center_mm +=
+        (static_cast<double>(k) / static_cast<double>(n - 1) - 0.5) * moved_mm;
+    const Images all = rendered(then);
+    for (std::size_t c = 0; c < truth.size(); ++c) truth[c][k] = all[c][k];
+  }
+  expect_found(twin, "motion",
+               {{"ball.center_mm.x.motion", moved_mm.x()},
+                {"ball.center_mm.y.motion", moved_mm.y()},
+                {"ball.center_mm.z.motion", moved_mm.z()}},
+               truth, same);
 }
 
 TEST(PlantedGroups, BlurOfACamera) {

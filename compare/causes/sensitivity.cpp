@@ -349,6 +349,15 @@ Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Pa
   return out;
 }
 
+void Sensitivity::find_pose_slopes(const Twin& twin) {
+  const std::vector<Parameter> pose = parameters_of(twin, "pose");
+  Columns found = columns(twin, pose, start_values(pose));
+  for (std::size_t c = 0; c < samples_.size(); ++c) {
+    samples_[c].pose_slopes.clear();
+    for (Values& column : found.each) samples_[c].pose_slopes.push_back(std::move(column[c]));
+  }
+}
+
 NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Parameter>& parameters,
                                        const Eigen::VectorXd& values, bool keep_scale,
                                        Derivative derivative) {

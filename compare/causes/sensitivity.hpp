@@ -158,6 +158,9 @@ class Sensitivity {
   NormalEquations equations_without_parameters(const Twin& twin, const std::vector<Parameter>& parameters,
                                                const Eigen::VectorXd& values) const;
 
+  /// Fills GridSamples::pose_slopes of all samples, for the group motion.
+  void find_pose_slopes(const Twin& twin);
+
   /// Returns what a predicted irradiance leaves of the i-th gray value, DN.
   static double residual(const GridSamples& s, const std::vector<float>& irradiance, std::size_t i);
 

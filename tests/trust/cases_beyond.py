@@ -68,11 +68,6 @@ def subsurface(rig, twin, random):
     rig.scatter = 0.08
 
 
-@unlisted("the sphere moves by 0.05 mm while the images are taken", BALL, "image_shift")
-def moving_sphere(rig, twin, random):
-    rig.motion_mm = vector(0.04, 0.0, 0.03)
-
-
 @unlisted("a lamp of 6 % of the full light at the side flickers by a tenth", BALL, one.ROOM, verdict=GRAY)
 def flickering_lamp(rig, twin, random):
     one.side_lamp(rig, twin, random)

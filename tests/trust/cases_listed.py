@@ -238,6 +238,16 @@ def drift(rig, twin, random):
     rig.fringe_shift_px = np.linspace(0, 0.4, len(rig.patterns()))
 
 
+def moving(x, y, z):
+    def plant(rig, twin, random):
+        rig.motion_mm = vector(x, y, z)
+    return plant
+
+
+def way(*mm):
+    return {f"ball.center_mm.{axis}.motion": moved for axis, moved in zip("xyz", mm)}
+
+
 def phong(specular):
     def plant(rig, twin, random):
         rig.specular = specular
@@ -259,6 +269,10 @@ listed("camera_defocus_large", "the camera is out of focus by 1.5 px", defocus(1
 listed("vibration", "the fringes of each image are shifted at random by 0.1 px rms", vibration(0.1), BALL, SHIFT)
 listed("step_errors", "the phase steps are wrong by 0.02 rad rms", vibration(0.02 * 15 / (2 * np.pi)), BALL, SHIFT)
 listed("fringe_drift", "the fringes drift by 0.4 px from the first image to the last", drift, BALL, SHIFT)
+listed("motion", "the sphere moves by 0.05 mm while the images are taken", moving(0.04, 0.0, 0.03), BALL, "motion",
+       values=way(0.04, 0.0, 0.03))
+listed("motion_small", "the sphere moves by 0.03 mm while the images are taken", moving(0.02, 0.01, -0.02), BALL, "motion",
+       values=way(0.02, 0.01, -0.02))
 listed("specular", "Phong's lobe of 0.04 on the sphere is not in the twin", phong(0.04), BALL, "specular " + PER_PIXEL,
        **VARIES)
 listed("specular_small", "Phong's lobe of 0.008 on the sphere is not in the twin", phong(0.008), BALL,
