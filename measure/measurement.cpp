@@ -191,7 +191,13 @@ PointCloud noise_free_points(const Twin& twin, const std::vector<CameraImages>& 
   std::size_t n_mixed = 0;
   std::vector<CameraDecode> cameras = unmixed(twin, of_twin.cameras, n_mixed);
   const double smoothing = smoothing_px.value_or(twin.measure.smoothing_px);
-  take_noise_free_coordinates(twin, noise_free, of_twin.cloud, of_twin.fits, use_steps, smoothing, cameras);
+  std::vector<DecodeOptions> options;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    options.push_back(decode_options(twin, twin.cameras[i], noise_free[i], use_steps));
+    options.back().min_modulation_dn *= 0.5;  // the measurement has chosen the pixels
+  }
+  take_noise_free_coordinates(twin.fringes, noise_free, options, of_twin.cloud, of_twin.fits, smoothing,
+                              cameras);
   TriangulationSummary summary;
   return find_points(twin, std::move(cameras), smoothing, summary);
 }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "measure/measurement.hpp"
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::measure {
@@ -110,9 +109,9 @@ void replace_coordinates(const CameraDecode& of_box, const PixelBox& box, Camera
 
 }  // namespace
 
-void take_noise_free_coordinates(const Twin& twin, const std::vector<CameraImages>& noise_free,
-                                 const PointCloud& cloud, const std::vector<ObjectFit>& fits,
-                                 const std::vector<int>& use_steps, double smoothing_px,
+void take_noise_free_coordinates(const Fringes& fringes, const std::vector<CameraImages>& noise_free,
+                                 const std::vector<DecodeOptions>& options, const PointCloud& cloud,
+                                 const std::vector<ObjectFit>& fits, double smoothing_px,
                                  std::vector<CameraDecode>& decodes) {
   const int margin_px = kMarginPx + static_cast<int>(std::ceil(smoothing_px));
   std::vector<PixelBox> boxes;
@@ -126,9 +125,7 @@ void take_noise_free_coordinates(const Twin& twin, const std::vector<CameraImage
       for (DirectionDecode& d : decodes[i].directions) std::ranges::fill(d.coordinate_px.data, std::nan(""));
       continue;
     }
-    DecodeOptions options = decode_options(twin, twin.cameras[i], noise_free[i], use_steps);
-    options.min_modulation_dn *= 0.5;  // the measurement has chosen the pixels
-    replace_coordinates(decode(crop(noise_free[i], boxes[i]), twin.fringes, options), boxes[i], decodes[i]);
+    replace_coordinates(decode(crop(noise_free[i], boxes[i]), fringes, options[i]), boxes[i], decodes[i]);
   }
 }
 

@@ -14,7 +14,7 @@ GROUPS = ("pose", "rig", "lens", "response", "blur")
 RIGS = ("right_sphere_n4", "right_plane_n4", "right_small_two_cameras", "pose_40um", "size_6um_wall", "rig_turned", "lens_k1",
         "camera_middle", "gamma_n4", "blur_missing", "vignetting", "albedo", "texture_small", "side_lamp", "flicker", "knee",
         "camera_gamma", "hot_spot", "camera_defocus", "vibration", "gloss", "subsurface", "pose_and_gamma_wall",
-        "moving_sphere")
+        "motion")
 FARTHEST = 4.0  # standard errors between a refined value and the truth
 WARNED = r"refine|converge|not told|told apart|not to be trusted"
 PLACES = ("pose", "size", "rig", "intrinsics", "lens")  # a factor and an offset per pixel are projected out of their fits
