@@ -28,6 +28,13 @@ TEST(ModuleLoader, LooksIntoTheBuildTreeOnlyFromWithin) {
   EXPECT_THAT(module_folders("/home/me/build-dev/fringetwin", kBuild), ElementsAre("/home/me/build-dev"));
 }
 
+TEST(ModuleLoader, KnowsItsBuildTreeOnlyFromWithin) {
+  EXPECT_EQ(build_tree_of("/home/me/build/fringetwin", kBuild), "/home/me/build");
+  EXPECT_EQ(build_tree_of("/home/me/build/tests/twin_tests", kBuild), "/home/me/build");
+  EXPECT_EQ(build_tree_of("/home/me/moved/fringetwin", kBuild), "");
+  EXPECT_EQ(build_tree_of("", kBuild), "");
+}
+
 TEST(ModuleLoader, SaysWhatIsMissing) {
   try {
     find_in_module("libfringetwin_none.so", "none", {ExitCode::usage, "window", "shows it", "install it"});
