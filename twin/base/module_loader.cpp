@@ -13,7 +13,7 @@ std::vector<fs::path> module_folders(const fs::path& program, const std::string&
   if (!program.has_parent_path()) return {};  // /proc is missing; dlopen would search the system's folders
   const fs::path folder = program.parent_path();
   std::vector<fs::path> folders = {folder};
-  if (folder.filename() == "bin") folders.push_back(folder.parent_path() / "lib" / "fringetwin");
+  if (folder.filename() == "bin") folders.push_back(folder.parent_path() / "lib" / "fringetwin" / "modules");
   const fs::path tree = build_tree_of(program, build_tree_sha256);
   if (!tree.empty() && tree != folder) folders.push_back(tree);
   return folders;

@@ -15,7 +15,8 @@ using ::testing::IsEmpty;
 const std::string kBuild = sha256_of_text("/home/me/build");
 
 TEST(ModuleLoader, LooksBesideTheProgramAndInItsInstallation) {
-  EXPECT_THAT(module_folders("/usr/bin/fringetwin", kBuild), ElementsAre("/usr/bin", "/usr/lib/fringetwin"));
+  EXPECT_THAT(module_folders("/usr/bin/fringetwin", kBuild),
+              ElementsAre("/usr/bin", "/usr/lib/fringetwin/modules"));
   EXPECT_THAT(module_folders("/opt/fringetwin", kBuild), ElementsAre("/opt"));
   EXPECT_THAT(module_folders("", kBuild), IsEmpty());
   EXPECT_THAT(module_folders("/opt/fringetwin", ""), ElementsAre("/opt")) << "not the system's folders";
