@@ -7,6 +7,8 @@ install_test.py CHECK --build build --source .
             an installed example, and is all of it in the list that an uninstaller goes by
   package   the Debian package, unpacked: fields, dependencies (against what the loader resolves here), files, the program
   lintian   what lintian says of the package: nothing
+  library   the component "development", moved, too: a program of somebody else (example/) finds headers and libraries there
+            by find_package and measures to the last bit what the program does
 Exit code 77: lintian or a Vulkan device is missing.
 """
 import argparse
@@ -20,6 +22,9 @@ import stat
 import subprocess
 import sys
 import tempfile
+
+
+TWIN = "datasets/povray-ball-wall/twin.toml"  # with its images, and quick
 
 
 class Fault(Exception):
@@ -54,7 +59,7 @@ def project_version(source):
 
 
 def binaries(prefix):
-    return [prefix / "bin/fringetwin", *(prefix / "lib/fringetwin/modules").glob("*.so")]
+    return [*prefix.glob("bin/fringetwin"), *prefix.glob("lib/fringetwin/modules/*.so")]
 
 
 def check_places(prefix, forbidden):
@@ -90,7 +95,7 @@ def check_files(prefix, build, source):
 
 
 def check_program(prefix):
-    """The program beside its data: returns what `info` says."""
+    """The program finds its data and modules beside itself."""
     program = prefix / "bin/fringetwin"
     info = json.loads(run([program, "info", "--json"], bare()))
     expect(info["datasets_root"] == str(prefix / "share/fringetwin/datasets"), f"data sets at {info['datasets_root']}")
@@ -103,12 +108,18 @@ def check_program(prefix):
     without = run(lists, bare(), codes=(0, 2, 3, 4))
     (prefix / "lib/away").rename(prefix / "lib/fringetwin")
     expect("cannot be loaded" in without, f"modules come from elsewhere: {without}")
-    return info
+
+
+def need_device(program):
+    devices = json.loads(run([program, "info", "--json"], bare()))["devices"]
+    if not devices and not (os.environ.get("CI") or os.environ.get("FRINGETWIN_REQUIRE_DEVICE")):
+        print("skipped: no Vulkan device for the example")
+        sys.exit(77)
 
 
 def check_cosim(prefix, scratch):
     before = files_below(prefix)
-    twin = prefix / "share/fringetwin/datasets/povray-ball-wall/twin.toml"
+    twin = prefix / "share/fringetwin" / TWIN
     run([prefix / "bin/fringetwin", "cosim", twin, "--out", scratch / "out"], bare())
     verdicts = [row["state"] for row in json.loads((scratch / "out/result.json").read_text(encoding="utf-8"))["explained"]]
     expect(set(verdicts) == {"explained"}, f"the installed example is {verdicts}")
@@ -125,10 +136,8 @@ def check_install(build, source, scratch):
     first.rename(second)
     check_places(second, [str(build), str(source), str(first)])
     check_files(second, build, source)
-    info = check_program(second)
-    if not info["devices"] and not (os.environ.get("CI") or os.environ.get("FRINGETWIN_REQUIRE_DEVICE")):
-        print("skipped: no Vulkan device for the installed example")
-        sys.exit(77)
+    check_program(second)
+    need_device(second / "bin/fringetwin")
     check_cosim(second, scratch)
 
 
@@ -177,6 +186,27 @@ def check_package(build, source, scratch):
         expect((prefix / "share/doc/fringetwin" / name).is_file(), f"no {name}")
 
 
+def check_library(build, source, scratch):
+    first, second, own, twin = scratch / "first", scratch / "second", scratch / "own", source / TWIN
+    run(["cmake", "--install", build, "--component", "development", "--prefix", first])
+    first.rename(second)
+    check_places(second, [str(build), str(source), str(first)])
+    shutil.copytree(source / "tests/package/example", own)
+    public = re.search(r"set\(headers (.*?)\)", (source / "cmake/development.cmake").read_text(encoding="utf-8"), re.DOTALL)[1]
+    included = re.findall(r'#include "(.*)"', (own / "every_header.cpp").read_text(encoding="utf-8"))
+    expect(sorted(public.split()) == included, "example/every_header.cpp includes other headers than cmake/development.cmake installs")
+    run(["cmake", "-S", own, "-B", own / "build", f"-DCMAKE_PREFIX_PATH={second}", "-DCMAKE_BUILD_TYPE=Release"])
+    run(["cmake", "--build", own / "build"])
+    need_device(build / "fringetwin")
+    printed = run([own / "build/example", twin], bare())
+    run([build / "fringetwin", "cosim", twin, "--out", scratch / "out"], bare())
+    fits = json.loads((scratch / "out/result.json").read_text(encoding="utf-8"))["fits"]
+    radii = {fit["object"]: fit["simulated"]["radius_mm"] for fit in fits if "radius_mm" in fit["simulated"]}
+    expect(radii, "no sphere was measured")
+    own_radii = {line.split()[0]: float(line.split()[1]) for line in printed.splitlines()}
+    expect(own_radii == radii, f"the example measures {own_radii}, the program {radii}")
+
+
 def check_lintian(build, _source, scratch):
     if not shutil.which("lintian"):
         print("skipped: lintian is not installed")
@@ -187,11 +217,11 @@ def check_lintian(build, _source, scratch):
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("check", choices=["install", "package", "lintian"])
+    parser.add_argument("check", choices=["install", "package", "lintian", "library"])
     parser.add_argument("--build", required=True)
     parser.add_argument("--source", required=True)
     chosen = parser.parse_args()
-    check = {"install": check_install, "package": check_package, "lintian": check_lintian}[chosen.check]
+    check = {"install": check_install, "package": check_package, "lintian": check_lintian, "library": check_library}[chosen.check]
     with tempfile.TemporaryDirectory() as scratch:
         try:
             check(pathlib.Path(chosen.build).resolve(), pathlib.Path(chosen.source).resolve(), pathlib.Path(scratch))
