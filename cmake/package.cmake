@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # The Debian package of the program (`make package`): what cmake/install.cmake installs, with the dependencies that
 # dpkg-shlibdeps finds in the program and its modules, and those below that are started or loaded by name.
-set(FRINGETWIN_MAINTAINER "fringetwin maintainers <maintainers@fringetwin.org>" CACHE STRING "who answers for the package")
+set(FRINGETWIN_MAINTAINER "fringetwin maintainers <maintainers@fringetwin.example>" CACHE STRING "who answers for the package")
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME fringetwin)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
