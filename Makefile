@@ -7,7 +7,7 @@ OUT ?= out
 # $(call configured,PRESET,FOLDER): quiet unless it fails; the log goes with the build.
 configured = mkdir -p $(2) && cmake --preset $(1) >$(2)/configure.log 2>&1 || { cat $(2)/configure.log; exit 2; }
 
-.PHONY: help deps configure program build demo test test-all fuzz trust trust-refine mesa25 test-mesa25 asan separate tidy format-check format studies bench clean
+.PHONY: help deps configure program package build demo test test-all fuzz trust trust-refine mesa25 test-mesa25 asan separate tidy format-check format studies bench clean
 help:
 	@echo "make demo      install packages, build, run the paper's sphere, another renderer's images with a right and a wrong twin"
 	@echo "               (and a real capture if present), list the reports in out/index.html"
@@ -19,6 +19,7 @@ help:
 	@echo "make mesa25    a newer, faster software driver beside the system's; test-mesa25: the device tests on it"
 	@echo "make studies   the studies of docs/STUDIES.md with their pages (half an hour)"
 	@echo "make tidy      clang-tidy over DIRS=\"twin cli\": naming rules, bug patterns (slow)"
+	@echo "make package   the program as a Debian package, build/fringetwin_VERSION_ARCHITECTURE.deb"
 	@echo "make build | program | bench | format | clean"
 
 deps:
@@ -30,6 +31,11 @@ configure: deps
 # The program alone, without tests and benchmarks.
 program: configure
 	@cmake --build build -j $(JOBS) --target fringetwin_binary
+
+# The Debian package, in build/. It has the program, its pages and data sets; docs and dependencies: cmake/package.cmake.
+package: program
+	@cmake -E chdir build cpack >build/package.log 2>&1 || { cat build/package.log; exit 2; }
+	@ls build/fringetwin_*.deb
 
 build: configure
 	@cmake --build build -j $(JOBS)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Adds the command `info`, which prints the versions of the program and of its libraries, the Vulkan devices,
-// and where real captures are looked for, as text or JSON.
+// where real captures are looked for and where the data sets are, as text or JSON.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -28,6 +28,7 @@ int run_info(bool as_json) {
                                {"kind", device.is_cpu ? "cpu" : "gpu"}});
   info["captures_root"] = captures_root().string();
   info["captures_present"] = std::filesystem::is_directory(captures_root());
+  info["datasets_root"] = datasets_root().string();
   if (as_json) {
     fmt::print("{}\n", info.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     return 0;
@@ -43,6 +44,8 @@ int run_info(bool as_json) {
   if (info["devices"].empty()) fmt::print("Vulkan device   none (install mesa-vulkan-drivers)\n");
   fmt::print("captures        {} ({})\n", plain_text(captures_root().string()),
              info["captures_present"].get<bool>() ? "present" : "absent; set FRINGETWIN_CAPTURES");
+  fmt::print("data sets       {}\n",
+             datasets_root().empty() ? "none beside the program" : plain_text(datasets_root().string()));
   return 0;
 }
 
@@ -50,7 +53,8 @@ int run_info(bool as_json) {
 
 void add_info(CLI::App& app, Invocation& invocation) {
   auto as_json = std::make_shared<bool>(false);
-  CLI::App* sub = app.add_subcommand("info", "Versions, Vulkan devices, where real captures are looked for");
+  CLI::App* sub = app.add_subcommand(
+      "info", "Versions, Vulkan devices, where real captures are looked for, where the data sets are");
   sub->add_flag("--json", *as_json, "As JSON");
   run_when_chosen(*sub, invocation, as_json, run_info);
 }

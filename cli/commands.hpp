@@ -10,10 +10,9 @@
 
 namespace fringetwin::cli {
 
-/// Returns this program's version, e.g. "0.1.0 (Release, g++ 12.2.0)".
-inline std::string version_string() {
-  return FRINGETWIN_VERSION " (" FRINGETWIN_BUILD_TYPE ", g++ " __VERSION__ ")";
-}
+/// Returns this program's version with the commit it was built from, where it was built from a checkout:
+/// "0.2.0 (1a2b3c4d5e6f, Release, g++ 12.2.0)"; with "-dirty" behind the commit where files differed from it.
+std::string version_string();
 
 /// What main() runs after parsing, and the facts every result records.
 struct Invocation {
@@ -51,6 +50,8 @@ void add_photometry(CLI::App& app, Invocation& invocation);
 void add_capture(CLI::App& app, Invocation& invocation);
 void add_help(CLI::App& app, Invocation& invocation);
 void add_version(CLI::App& app, Invocation& invocation);
+void add_man(CLI::App& app, Invocation& invocation);
+void add_completions(CLI::App& app, Invocation& invocation);
 void add_info(CLI::App& app, Invocation& invocation);
 
 }  // namespace fringetwin::cli

@@ -10,10 +10,10 @@ target_compile_options(fringetwin_options INTERFACE
   -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread
   $<$<BOOL:${FRINGETWIN_UNITY}>:-Wno-use-after-free -Wno-maybe-uninitialized>) # and on Eigen's temporaries, once several files are compiled as one
 # No path of the machine that built it is in the program: an internal fault names its place from the root of the sources.
-target_compile_options(fringetwin_options INTERFACE -fmacro-prefix-map=${CMAKE_SOURCE_DIR}/=)
+target_compile_options(fringetwin_options INTERFACE $<BUILD_INTERFACE:-fmacro-prefix-map=${CMAKE_SOURCE_DIR}/=>)
 # x86-64-v3 is not assumed: the binary must run on any amd64 machine. No -ffast-math: NaN marks
 # invalid pixels everywhere.
-target_include_directories(fringetwin_options INTERFACE ${CMAKE_SOURCE_DIR})
+target_include_directories(fringetwin_options INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>)
 # OpenMP for all of them: a precompiled header serves only files of the same flags.
 target_link_libraries(fringetwin_options INTERFACE fmt::fmt OpenMP::OpenMP_CXX)
 if(NOT FRINGETWIN_ASAN)
@@ -88,7 +88,7 @@ function(fringetwin_library name)
   add_library(fringetwin_${name} STATIC ${A_SOURCES})
   add_library(fringetwin::${name} ALIAS fringetwin_${name})
   target_link_libraries(fringetwin_${name} PUBLIC ${A_PUBLIC} PRIVATE fringetwin_options ${A_PRIVATE})
-  target_include_directories(fringetwin_${name} PUBLIC ${CMAKE_SOURCE_DIR})
+  target_include_directories(fringetwin_${name} PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}> $<INSTALL_INTERFACE:include/fringetwin>)
   fringetwin_precompile(fringetwin_${name} library)
   fringetwin_unity(fringetwin_${name})
 endfunction()

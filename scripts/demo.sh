@@ -1,13 +1,20 @@
 #!/usr/bin/env bash
-# scripts/demo.sh OUT CAPTURES: the main job on the paper's sphere, on images of another renderer with a twin that is
+# demo.sh [OUT [CAPTURES]]: the main job on the paper's sphere, on images of another renderer with a twin that is
 # right, one that is wrong and one that was mended, and, where its images are, on a real capture. OUT/index.html lists
 # the reports.
+# In a checkout it runs the program of build/, from the checkout; installed (share/fringetwin/demo.sh), the one installed.
 set -uo pipefail
-cd "$(dirname "$0")/.."
-out=$1
-captures=$2
+here=$(cd "$(dirname "$0")" && pwd)
+if [ -d "$here/datasets" ]; then
+  program=$here/../../bin/fringetwin data=$here/datasets
+else
+  cd "$here/.." || exit 2
+  program=build/fringetwin data=datasets
+fi
+out=${1:-fringetwin-demo}
+captures=${2:-${FRINGETWIN_CAPTURES:-../shared/captures}}
 export FRINGETWIN_CAPTURES=$captures
-mkdir -p "$out"
+mkdir -p "$out" || exit 2
 
 rows=()
 # FOLDER TWIN WHAT [option ...]: a verdict "fail" (exit 1) is a result, not a broken demo
@@ -15,7 +22,7 @@ run() {
   local folder=$1 twin=$2 what=$3
   shift 3
   echo "== $what"
-  build/fringetwin cosim "datasets/$twin" --out "$out/$folder" "$@" 2> >(tee "$out/$folder.log" >&2)
+  "$program" cosim "$data/$twin" --out "$out/$folder" "$@" 2> >(tee "$out/$folder.log" >&2)
   local status=$?
   if [ $status -gt 1 ]; then exit $status; fi
   wait  # for tee

@@ -8,11 +8,12 @@
 #include <limits>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/module_loader.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/image/image_io.hpp"
 
-#ifndef FRINGETWIN_SOURCE_DIR
-#error "FRINGETWIN_SOURCE_DIR: folder of the checkout, set in twin/CMakeLists.txt"
+#ifndef FRINGETWIN_SOURCE_FROM_BUILD
+#error "FRINGETWIN_SOURCE_FROM_BUILD: the checkout as seen from the build tree, set in twin/CMakeLists.txt"
 #endif
 
 namespace fringetwin {
@@ -121,10 +122,22 @@ void load_meshes(Twin& twin, const Twin* known) {
 fs::path captures_root() {
   if (const char* variable = std::getenv("FRINGETWIN_CAPTURES"); variable != nullptr && *variable != '\0')
     return tidy_path(variable);
-  const fs::path beside_checkout = tidy_path(fs::path(FRINGETWIN_SOURCE_DIR) / "../shared/captures");
+  const fs::path checkout = own_checkout(), captures = "../shared/captures";
   std::error_code error;
-  if (fs::is_directory(beside_checkout, error)) return beside_checkout;
-  return tidy_path("../shared/captures");
+  if (!checkout.empty() && fs::is_directory(checkout / captures, error))
+    return tidy_path(checkout / captures);
+  return tidy_path(captures);
+}
+
+fs::path own_checkout() {
+  const fs::path build_tree = own_build_tree();
+  return build_tree.empty() ? build_tree : tidy_path(build_tree / FRINGETWIN_SOURCE_FROM_BUILD);
+}
+
+fs::path datasets_root() {
+  const fs::path checkout = own_checkout(), folder = own_program().parent_path();
+  if (!checkout.empty()) return checkout / "datasets";
+  return folder.filename() == "bin" ? folder.parent_path() / "share" / "fringetwin" / "datasets" : fs::path{};
 }
 
 }  // namespace fringetwin

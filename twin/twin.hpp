@@ -241,7 +241,13 @@ Twin load_twin(const std::filesystem::path& file, const std::map<std::string, st
 /// shared. The meshes that `known` has read already are taken from there.
 void load_meshes(Twin& twin, const Twin* known = nullptr);
 
-/// Returns the root of the real captures: $FRINGETWIN_CAPTURES or the default.
+/// Returns the root of the real captures: $FRINGETWIN_CAPTURES, or shared/captures beside the checkout of a
+/// program that lies in its build tree, or beside the working folder's parent.
 std::filesystem::path captures_root();
+/// Returns the checkout that the running program was built from, while it lies in its build tree; else empty.
+std::filesystem::path own_checkout();
+/// Returns the folder of the data sets: the checkout's, or share/fringetwin/datasets of an installed program
+/// (PREFIX/bin/fringetwin); empty for a program that lies elsewhere.
+std::filesystem::path datasets_root();
 
 }  // namespace fringetwin

@@ -91,9 +91,9 @@ OptionText option_text(const CLI::Option& option) {
 
 ValueKind OptionText::kind() const {
   if (!choices.empty()) return ValueKind::choice;
-  if (value.find("DIR") != std::string::npos) return ValueKind::folder;
   for (const char* file : {"FILE", ".toml", "GLOB", "RUN"})
     if (value.find(file) != std::string::npos) return ValueKind::file;
+  if (value.find("DIR") != std::string::npos) return ValueKind::folder;
   return ValueKind::none;
 }
 
@@ -120,6 +120,10 @@ std::string CommandText::usage() const {
     if (option.required) line += " " + option.usage();
   if (!commands.empty()) line += " COMMAND";
   return line + " [OPTIONS]";
+}
+
+std::string own_name(const CommandText& command) {
+  return command.path.substr(command.path.rfind(' ') + 1);  // npos + 1 is 0
 }
 
 std::string command_path(const CLI::App& app) {

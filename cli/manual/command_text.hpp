@@ -13,7 +13,7 @@ class Option;
 namespace fringetwin::cli {
 
 /// What a shell can offer for a value.
-enum class ValueKind { none, file, folder, choice };
+enum class ValueKind { none, file /**< or a folder */, folder, choice };
 
 /// An option, or an argument without a name.
 struct OptionText {
@@ -54,6 +54,9 @@ inline constexpr const char* kCommonOptions = "Common options";
 /// examples; the name of an option's type is that of its value; a check is described by its range ("1 ...
 /// 10"), or by {its,choices}.
 CommandText command_text(const CLI::App& app);
+
+/// Returns the last word of a command's path: what is typed for it, "opencv".
+std::string own_name(const CommandText& command);
 
 /// Describes one option as command_text() does.
 OptionText option_text(const CLI::Option& option);

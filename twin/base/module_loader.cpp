@@ -13,19 +13,28 @@ std::vector<fs::path> module_folders(const fs::path& program, const std::string&
   if (!program.has_parent_path()) return {};  // /proc is missing; dlopen would search the system's folders
   const fs::path folder = program.parent_path();
   std::vector<fs::path> folders = {folder};
-  if (folder.filename() == "bin") folders.push_back(folder.parent_path() / "lib" / "fringetwin");
-  for (fs::path above = folder; above != above.parent_path();) {
-    above = above.parent_path();
-    if (sha256_of_text(above.native()) == build_tree_sha256) folders.push_back(above);
-  }
+  if (folder.filename() == "bin") folders.push_back(folder.parent_path() / "lib" / "fringetwin" / "modules");
+  const fs::path tree = build_tree_of(program, build_tree_sha256);
+  if (!tree.empty() && tree != folder) folders.push_back(tree);
   return folders;
 }
 
-void* find_in_module(const std::string& file, const std::string& name, const ModuleRefusal& refusal) {
+fs::path build_tree_of(const fs::path& program, const std::string& build_tree_sha256) {
+  for (fs::path above = program.parent_path(); above != above.parent_path(); above = above.parent_path())
+    if (sha256_of_text(above.native()) == build_tree_sha256) return above;
+  return {};
+}
+
+fs::path own_program() {
   std::error_code ignored;
+  return fs::read_symlink("/proc/self/exe", ignored);
+}
+
+fs::path own_build_tree() { return build_tree_of(own_program(), FRINGETWIN_BUILD_TREE_SHA256); }
+
+void* find_in_module(const std::string& file, const std::string& name, const ModuleRefusal& refusal) {
   std::string fault;
-  for (const fs::path& folder :
-       module_folders(fs::read_symlink("/proc/self/exe", ignored), FRINGETWIN_BUILD_TREE_SHA256)) {
+  for (const fs::path& folder : module_folders(own_program(), FRINGETWIN_BUILD_TREE_SHA256)) {
     const fs::path path = folder / file;
     if (void* module = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL)) {
       if (void* address = ::dlsym(module, name.c_str())) return address;

@@ -15,7 +15,8 @@ using ::testing::IsEmpty;
 const std::string kBuild = sha256_of_text("/home/me/build");
 
 TEST(ModuleLoader, LooksBesideTheProgramAndInItsInstallation) {
-  EXPECT_THAT(module_folders("/usr/bin/fringetwin", kBuild), ElementsAre("/usr/bin", "/usr/lib/fringetwin"));
+  EXPECT_THAT(module_folders("/usr/bin/fringetwin", kBuild),
+              ElementsAre("/usr/bin", "/usr/lib/fringetwin/modules"));
   EXPECT_THAT(module_folders("/opt/fringetwin", kBuild), ElementsAre("/opt"));
   EXPECT_THAT(module_folders("", kBuild), IsEmpty());
   EXPECT_THAT(module_folders("/opt/fringetwin", ""), ElementsAre("/opt")) << "not the system's folders";
@@ -26,6 +27,13 @@ TEST(ModuleLoader, LooksIntoTheBuildTreeOnlyFromWithin) {
   EXPECT_THAT(module_folders("/home/me/build/tests/twin_tests", kBuild),
               ElementsAre("/home/me/build/tests", "/home/me/build"));
   EXPECT_THAT(module_folders("/home/me/build-dev/fringetwin", kBuild), ElementsAre("/home/me/build-dev"));
+}
+
+TEST(ModuleLoader, KnowsItsBuildTreeOnlyFromWithin) {
+  EXPECT_EQ(build_tree_of("/home/me/build/fringetwin", kBuild), "/home/me/build");
+  EXPECT_EQ(build_tree_of("/home/me/build/tests/twin_tests", kBuild), "/home/me/build");
+  EXPECT_EQ(build_tree_of("/home/me/moved/fringetwin", kBuild), "");
+  EXPECT_EQ(build_tree_of("", kBuild), "");
 }
 
 TEST(ModuleLoader, SaysWhatIsMissing) {
