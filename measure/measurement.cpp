@@ -185,21 +185,19 @@ Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
 }
 
 PointCloud noise_free_points(const Twin& twin, const std::vector<CameraImages>& noise_free,
-                             const Measurement& of_twin, const std::vector<int>& use_steps,
-                             std::optional<double> smoothing_px) {
+                             const Measurement& of_twin, const std::vector<int>& use_steps) {
   if (!std::ranges::any_of(of_twin.fits, can_have_bias) || !can_triangulate(twin)) return {};
   std::size_t n_mixed = 0;
   std::vector<CameraDecode> cameras = unmixed(twin, of_twin.cameras, n_mixed);
-  const double smoothing = smoothing_px.value_or(twin.measure.smoothing_px);
   std::vector<DecodeOptions> options;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     options.push_back(decode_options(twin, twin.cameras[i], noise_free[i], use_steps));
     options.back().min_modulation_dn *= 0.5;  // the measurement has chosen the pixels
   }
-  take_noise_free_coordinates(twin.fringes, noise_free, options, of_twin.cloud, of_twin.fits, smoothing,
-                              cameras);
+  take_noise_free_coordinates(twin.fringes, noise_free, options, of_twin.cloud, of_twin.fits,
+                              twin.measure.smoothing_px, cameras);
   TriangulationSummary summary;
-  return find_points(twin, std::move(cameras), smoothing, summary);
+  return find_points(twin, std::move(cameras), twin.measure.smoothing_px, summary);
 }
 
 void state_method_bias(const Twin& twin, const PointCloud& noise_free, Measurement& m) {

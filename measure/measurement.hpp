@@ -52,8 +52,7 @@ Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
 /// Returns the points that the twin's own images without noise, irradiance or gray values, give at the pixels
 /// of this measurement of the twin; none where its fits have no method bias.
 PointCloud noise_free_points(const Twin& twin, const std::vector<CameraImages>& noise_free,
-                             const Measurement& of_twin, const std::vector<int>& use_steps = {},
-                             std::optional<double> smoothing_px = {});
+                             const Measurement& of_twin, const std::vector<int>& use_steps = {});
 /// States the method bias of a measurement's fits (measure/fit/method_bias.hpp) with these points. Nothing
 /// happens without fits.
 void state_method_bias(const Twin& twin, const PointCloud& noise_free, Measurement& measurement);

@@ -56,7 +56,6 @@ class CauseSearch {
   CauseSearch(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits,
               const std::vector<int>& steps)
       : sensitivity_(sensitivity), twin_(twin), fits_(fits) {
-    sensitivity_.find_pose_slopes(twin);
     for (const ParameterGroup& group : parameter_groups()) {
       Group g{group.name, {}};
       for (Parameter& p : parameters_of(twin, group.name, steps)) {
@@ -73,6 +72,7 @@ class CauseSearch {
     Causes out;
     judge_twin(out);
     if (!values_fail_ && std::ranges::all_of(regions_before_, &CauseRegion::passes)) return out;
+    sensitivity_.find_pose_slopes(twin_);  // for the columns of motion
     columns_ = sensitivity_.columns(twin_, parameters_, start_);
     weigh_by_the_nearest();
     judge_twin(out);
