@@ -43,6 +43,18 @@ std::uint64_t count_values(const Sensitivity& sensitivity) {
   return n;
 }
 
+/// Returns the sum over the values of the logarithm of their variance over that of the others' weights.
+double log_variance_over(const Sensitivity& others, const Sensitivity& sensors) {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < sensors.samples().size(); ++c) {
+    const std::vector<float>&weight = sensors.samples()[c].weight, &other = others.samples()[c].weight;
+    for (std::size_t i = 0; i < weight.size(); ++i)
+      if (weight[i] > 0.0F && weight[i] != other[i])
+        sum += 2.0 * std::log(static_cast<double>(other[i]) / static_cast<double>(weight[i]));
+  }
+  return sum;
+}
+
 /// Returns the z of the fits with the objects moved and grown as these values say.
 std::map<std::string, double> z_with(const std::vector<FitRow>& fits, const Twin& twin,
                                      const std::vector<Parameter>& parameters,
@@ -73,10 +85,10 @@ bool agrees(const Eigen::VectorXd& z, const Eigen::VectorXd& before) {
 CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::vector<Parameter>& parameters,
                    FreePerPixel free, CauseStart start) {
   CauseFit out{.sensors = sensitivity, .fitted = {}};
-  if (frees_factor(free)) {
-    out.sensors.leave_out_texture_edges();
-    if (!start.predicted.empty()) out.sensors.weigh_with_factors_at(start.predicted);
-  }
+  if (frees_factor(free)) out.sensors.leave_out_texture_edges();
+  if (free != FreePerPixel::nothing && !start.predicted.empty())
+    out.sensors.weigh_with_field_at(start.predicted, free);
+  out.tried.log_variance = log_variance_over(sensitivity, out.sensors);
   Twin changed = twin;
   for (const Parameter& p : parameters)
     if (!p.is_switch)

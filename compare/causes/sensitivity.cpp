@@ -21,14 +21,41 @@ constexpr double kExactChange = 2e-2;   ///< central: 0.01 %
 constexpr int kMostAttempts = 4;
 constexpr double kNoChange = 1e-7;    ///< of the images' size: rounding
 constexpr double kSampledWell = 0.2;  ///< standard deviations
+constexpr double kNoSpread = 1e-6;    ///< of a sum of squares: the values are all alike
 
-/// Takes the noise of a pixel's values at what is predicted of them, times a factor.
-void weigh_pixel(GridSamples& s, std::size_t pixel, const std::vector<float>& predicted, double factor) {
+/// What a pixel's real values are of those predicted, both without black level.
+struct PixelLine {
+  double factor = 1.0, offset_dn = 0.0;
+};
+
+/// Returns what `free` leaves open of the line through the used values of a pixel by least squares without
+/// weights; its factor is at least 0, and 1 where the predicted values are all alike.
+PixelLine line_of(const GridSamples& s, std::size_t pixel, const std::vector<float>& predicted,
+                  FreePerPixel free) {
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+  const std::size_t k = s.images.size();
+  for (std::size_t i = pixel * k; i < (pixel + 1) * k; ++i) {
+    if (s.weight[i] == 0.0F) continue;
+    const double light_dn = s.gain_dn * static_cast<double>(predicted[i]),
+                 real_dn = static_cast<double>(s.real_dn[i]) - s.black_level_dn;
+    n += 1.0, x += light_dn, y += real_dn, xx += light_dn * light_dn, xy += light_dn * real_dn;
+  }
+  PixelLine line;
+  if (free == FreePerPixel::factor && x > 0.0) line.factor = std::max(0.0, y / x);
+  if (free == FreePerPixel::factor_and_offset && xx - x * x / n > kNoSpread * xx)
+    line.factor = std::max(0.0, (xy - x * y / n) / (xx - x * x / n));
+  if (frees_offset(free) && n > 0.0) line.offset_dn = (y - line.factor * x) / n;
+  return line;
+}
+
+/// Takes the noise of a pixel's values at what is predicted of them with a factor and an offset.
+void weigh_pixel(GridSamples& s, std::size_t pixel, const std::vector<float>& predicted, PixelLine line) {
   const std::size_t n = s.images.size();
   for (std::size_t k = 0; s.noise_dn2 && k < n; ++k) {
     const std::size_t i = pixel * n + k;
-    const double level_dn = factor * s.gain_dn * static_cast<double>(predicted[i]) + s.black_level_dn,
-                 variance = s.noise_dn2(level_dn) + s.rendering_dn * s.rendering_dn + s.scatter_of(k);
+    const double light_dn = line.factor * s.gain_dn * static_cast<double>(predicted[i]) + line.offset_dn,
+                 variance = s.noise_dn2(std::max(0.0, light_dn) + s.black_level_dn) +
+                            s.rendering_dn * s.rendering_dn + s.scatter_of(k);
     if (s.weight[i] > 0.0F && variance > 0.0) s.weight[i] = static_cast<float>(1.0 / std::sqrt(variance));
   }
 }
@@ -153,23 +180,13 @@ double Sensitivity::regional_limit(double n) const {
 
 void Sensitivity::weigh_at(const Values& predicted) {
   for (std::size_t c = 0; c < samples_.size(); ++c)
-    for (std::size_t p = 0; p < samples_[c].n_pixels(); ++p) weigh_pixel(samples_[c], p, predicted[c], 1.0);
+    for (std::size_t p = 0; p < samples_[c].n_pixels(); ++p) weigh_pixel(samples_[c], p, predicted[c], {});
 }
 
-void Sensitivity::weigh_with_factors_at(const Values& predicted) {
-  for (std::size_t c = 0; c < samples_.size(); ++c) {
-    GridSamples& s = samples_[c];
-    const std::size_t k = s.images.size();
-    for (std::size_t p = 0; p < s.n_pixels(); ++p) {
-      double real_dn = 0.0, predicted_dn = 0.0;  // of light, in the values that are used
-      for (std::size_t i = p * k; i < (p + 1) * k; ++i) {
-        if (s.weight[i] == 0.0F) continue;
-        real_dn += static_cast<double>(s.real_dn[i]) - s.black_level_dn;
-        predicted_dn += s.gain_dn * static_cast<double>(predicted[c][i]);
-      }
-      if (predicted_dn > 0.0) weigh_pixel(s, p, predicted[c], std::max(0.0, real_dn / predicted_dn));
-    }
-  }
+void Sensitivity::weigh_with_field_at(const Values& predicted, FreePerPixel free) {
+  for (std::size_t c = 0; c < samples_.size(); ++c)
+    for (std::size_t p = 0; p < samples_[c].n_pixels(); ++p)
+      weigh_pixel(samples_[c], p, predicted[c], line_of(samples_[c], p, predicted[c], free));
 }
 
 std::vector<float> Sensitivity::irradiance_of(const Twin& twin, const GridSamples& s, int points) const {

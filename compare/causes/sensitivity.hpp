@@ -81,8 +81,8 @@ class Sensitivity {
 
   /// Takes the noise of every value at what is predicted of it, with the gain and black level as they are.
   void weigh_at(const Values& predicted);
-  /// The same with a factor for each pixel, that of its real values: a dark board has bright marks.
-  void weigh_with_factors_at(const Values& predicted);
+  /// The same with what each pixel has of its own: a dark board has bright marks, the light of a lamp noise.
+  void weigh_with_field_at(const Values& predicted, FreePerPixel free);
   /// Takes the scatter of the bounces of a twin into the weights, as its samples have it.
   void add_scatter_of(const Twin& twin);
 
