@@ -72,8 +72,9 @@ class CauseSearch {
     Causes out;
     judge_twin(out);
     if (!values_fail_ && std::ranges::all_of(regions_before_, &CauseRegion::passes)) return out;
-    sensitivity_.find_pose_slopes(twin_);  // for the columns of motion
-    columns_ = sensitivity_.columns(twin_, parameters_, start_);
+    const auto pose = std::ranges::find(groups_, "pose", &Group::name);
+    columns_ = sensitivity_.columns_of_all_groups(
+        twin_, parameters_, start_, pose == groups_.end() ? std::vector<std::size_t>{} : pose->at);
     weigh_by_the_nearest();
     judge_twin(out);
     equations_ = sensitivity_.equations_at(base_, columns_, FreePerPixel::nothing);

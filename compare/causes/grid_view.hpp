@@ -50,7 +50,7 @@ struct GridSamples {
   std::vector<Eigen::Vector2f>
       projector_px;  ///< that lights each pixel; empty unless find_projector_places()
   /// Derivatives of the irradiance by each parameter of the group pose, laid out as real_dn; empty unless
-  /// Sensitivity::find_pose_slopes().
+  /// Sensitivity::take_pose_slopes().
   std::vector<std::vector<float>> pose_slopes = {};
   std::size_t n_pixels() const { return cell.size(); }
   /// Returns the variance that bounces leave in a value of the k-th image.

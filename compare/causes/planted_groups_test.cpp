@@ -16,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "compare/causes/closed_columns.hpp"
@@ -100,7 +101,10 @@ void expect_found(const Twin& twin, const std::string& group, const std::vector<
   std::vector<GridSamples> samples = samples_of(truth, error, frames);
   find_projector_places(renderer(), twin, samples);
   Sensitivity sensitivity(renderer(), std::move(samples));
-  sensitivity.find_pose_slopes(twin);
+  const std::vector<Parameter> pose = parameters_of(twin, "pose");
+  std::vector<std::size_t> places(pose.size());
+  std::iota(places.begin(), places.end(), 0);
+  sensitivity.take_pose_slopes(sensitivity.columns(twin, pose, start_values(pose)), places);
   const NormalEquations e = sensitivity.equations(twin, parameters, start_values(parameters));
   std::vector<std::size_t> unknowns;
   for (std::size_t k = 0; k < parameters.size() + 4; ++k) unknowns.push_back(k);

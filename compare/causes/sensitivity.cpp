@@ -366,13 +366,29 @@ Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Pa
   return out;
 }
 
-void Sensitivity::find_pose_slopes(const Twin& twin) {
-  const std::vector<Parameter> pose = parameters_of(twin, "pose");
-  Columns found = columns(twin, pose, start_values(pose));
+void Sensitivity::take_pose_slopes(const Columns& columns, const std::vector<std::size_t>& pose) {
   for (std::size_t c = 0; c < samples_.size(); ++c) {
     samples_[c].pose_slopes.clear();
-    for (Values& column : found.each) samples_[c].pose_slopes.push_back(std::move(column[c]));
+    for (const std::size_t at : pose) samples_[c].pose_slopes.push_back(columns.each[at][c]);
   }
+}
+
+Sensitivity::Columns Sensitivity::columns_of_all_groups(const Twin& twin,
+                                                        const std::vector<Parameter>& parameters,
+                                                        const Eigen::VectorXd& values,
+                                                        const std::vector<std::size_t>& pose) {
+  Columns out{predicted(twin, parameters, values, kDerivativeSamples), {}, {}};
+  for (const Parameter& p : parameters) out.steps.push_back(p.step);
+  out.each.resize(parameters.size());
+  const auto fill = [&](bool closed) {
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+      if (static_cast<bool>(parameters[k].effect) == closed)
+        out.each[k] = column(twin, parameters, values, k, out.rough, Derivative::quick, out.steps[k]);
+  };
+  fill(false);
+  take_pose_slopes(out, pose);
+  fill(true);
+  return out;
 }
 
 NormalEquations Sensitivity::equations(const Twin& twin, const std::vector<Parameter>& parameters,

@@ -131,6 +131,13 @@ class Sensitivity {
   /// `steps`: where the search for each step begins; empty: with those of the parameters.
   Columns columns(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                   Derivative derivative = Derivative::quick, std::vector<double> steps = {}) const;
+  /// Fills GridSamples::pose_slopes of all samples, which the columns of motion need, with the columns of a
+  /// pose; `pose`: their places among the columns.
+  void take_pose_slopes(const Columns& columns, const std::vector<std::size_t>& pose);
+  /// Returns the columns of the parameters of all groups, those of motion with the slopes of `pose`, the
+  /// places of a pose's parameters among them.
+  Columns columns_of_all_groups(const Twin& twin, const std::vector<Parameter>& parameters,
+                                const Eigen::VectorXd& values, const std::vector<std::size_t>& pose);
   /// Returns the equations of these columns where `base` is predicted, with the robust scale as it is; of
   /// every `every`-th pixel only, which counts as often.
   NormalEquations equations_at(const Values& base, const Columns& columns, FreePerPixel free,
@@ -157,9 +164,6 @@ class Sensitivity {
   }
   NormalEquations equations_without_parameters(const Twin& twin, const std::vector<Parameter>& parameters,
                                                const Eigen::VectorXd& values) const;
-
-  /// Fills GridSamples::pose_slopes of all samples, for the group motion.
-  void find_pose_slopes(const Twin& twin);
 
   /// Returns what a predicted irradiance leaves of the i-th gray value, DN.
   static double residual(const GridSamples& s, const std::vector<float>& irradiance, std::size_t i);
