@@ -55,6 +55,10 @@ void add_cosim(CLI::App& app, Invocation& invocation) {
   sub->add_option("--steps", options->request.steps, "Compare every second phase step only")
       ->type_name("NAME")
       ->check(CLI::IsMember({"even", "odd"}));
+  sub->add_option("--hold-out", options->request.hold_out,
+                  "Deal the phase steps to K folds and predict each from a fit to the others")
+      ->type_name("K")
+      ->check(CLI::Range(2, 64));
   add_render_flags(*sub, options->request.render);
   sub->add_flag("--radiance", options->radiance, "Also write float32 EXR images (E before the sensor)");
   run_when_chosen(*sub, invocation, options, run_cosim);

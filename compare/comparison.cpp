@@ -274,6 +274,7 @@ std::vector<NoiseRow> all_noise_rows(const Twin& twin, const Side& real, const S
 Comparison compare(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options) {
   Comparison out;
   out.refinement = options.refinement;
+  out.held_out = options.held_out;
   for (const Side* side : {&real, &simulated})
     if (side->measurement)
       for (const std::string& warning : side->measurement->warnings)

@@ -10,6 +10,7 @@
 #include "compare/verdict/calibration_covariance.hpp"
 #include "cosim/compared_steps.hpp"
 #include "cosim/doubt_description.hpp"
+#include "cosim/hold_out.hpp"
 #include "cosim/load.hpp"
 #include "cosim/measured_shapes.hpp"
 #include "cosim/notes.hpp"
@@ -51,8 +52,11 @@ Run load_run(const CosimRequest& request) {
                     "--refine needs real images, but [real] names no captures",
                     "add [real] captures = \"FOLDER\"");
   }
+  if (request.hold_out > 0) run.twin.compare.hold_out = request.hold_out;
+  check_hold_out(run);
   run.options.note = published_results_note(run.twin);
   check_measured_shapes(run.twin);
+  if (run.twin.compare.hold_out > 0) run.as_written = run.twin;
   if (has_measured_shape(run.twin)) {
     run.timer.start("build_object");
     run.options.note = measured_shape_note(run.twin, run.options.use_steps);
@@ -182,6 +186,7 @@ Run run_cosim(const CosimRequest& request) {
   const std::vector<measure::Doubt> doubts = doubts_about_real_side(run);
   run.options.shows_other_fringes = std::ranges::any_of(doubts, &measure::Doubt::shows_other_fringes);
   try {
+    hold_out(run, request.render, request.refine);
     if (!request.refine.empty()) refine(run, request);
   } catch (const UserError&) {
     for (const measure::Doubt& doubt : doubts) warn(doubt.sentence);

@@ -14,6 +14,7 @@ struct CosimRequest {
   std::filesystem::path twin;       ///< the twin.toml
   std::vector<std::string> refine;  ///< what to fit to the real images first (compare/causes/refine.hpp)
   std::string steps;                ///< "even" | "odd": compare these phase steps; empty = all that may be
+  int hold_out = 0;                 ///< folds; 0: what the twin's [compare] says
   RenderRequest render;
 };
 

@@ -24,10 +24,23 @@ void check_measured_shapes(const Twin& twin) {
 }
 
 void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real) {
+  build_measured_shapes(twin, real, {});
+}
+
+double measured_shape_leverage(const Twin& twin) {
+  double leverage = 0.0;
+  for (const Object& object : twin.objects)
+    if (const auto* shape = std::get_if<MeasuredShape>(&object.shape))
+      leverage = std::max(leverage, measure::smoothing_leverage(shape->smoothing_px));
+  return leverage;
+}
+
+void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real, const std::vector<int>& steps) {
   for (Object& object : twin.objects) {
     const auto* measured = std::get_if<MeasuredShape>(&object.shape);
     if (!measured) continue;
-    const measure::Measurement m = measure::measure(twin, real, built_from_steps(twin, object, *measured));
+    const measure::Measurement m =
+        measure::measure(twin, real, steps.empty() ? built_from_steps(twin, object, *measured) : steps);
     MeshShape mesh{.smooth = true, .mesh = measure::build_surface(twin, 0, m.cloud, measured->smoothing_px)};
     object.shape = mesh;
   }

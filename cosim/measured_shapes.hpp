@@ -18,6 +18,10 @@ void check_measured_shapes(const Twin& twin);
 /// Replaces every MeasuredShape by the surface measured from `real`. The steps a comparison may use then:
 /// left_over_steps() (twin/captures/measured_steps.hpp), to be asked before.
 void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real);
+/// The same from these phase steps instead of those that the objects name.
+void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real, const std::vector<int>& steps);
+/// Returns the largest smoothing_leverage() (measure/surface.hpp) of the measured shapes; 0 without one.
+double measured_shape_leverage(const Twin& twin);
 
 /// Reads a twin with everything a renderer needs: its meshes, and measured shapes built from the captures
 /// that [real] names.

@@ -3,6 +3,7 @@
 #pragma once
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,8 @@ namespace fringetwin::cosim {
 struct Run {
   Twin twin;  ///< ready to be rendered; refined where that was asked for
   compare::Side real, simulated;
-  compare::CompareOptions options;                   ///< for compare::compare() on these sides
+  std::optional<Twin> as_written;   ///< with its measured shapes still to be built; where images are held out
+  compare::CompareOptions options;  ///< for compare::compare() on these sides
   std::vector<std::filesystem::path> capture_files;  ///< read besides those of the twin
   Rendering rendering;                               ///< of the simulated side; without a device: none
   measure::PointCloud noise_free;                    ///< measure::noise_free_points() of the simulated side

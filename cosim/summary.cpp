@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "compare/causes/causes.hpp"
+#include "compare/held_out/held_out.hpp"
 #include "compare/pattern/pattern.hpp"
 
 namespace fringetwin::cosim {
@@ -54,6 +55,7 @@ std::vector<std::string> summary_lines(const compare::Comparison& c) {
                     gain.rms_after_dn, gain.r2));
   }
   for (std::string& line : light_lines(c.light)) out.push_back(std::move(line));
+  for (std::string& sentence : compare::held_out_sentences(c.held_out)) out.push_back(std::move(sentence));
   for (const auto& phase : c.phase)
     out.push_back(fmt::format("{} {}: phase difference {:.5f} rad rms, {:.4f} % relative mean, n {}",
                               phase.camera, phase.direction, phase.rms_rad, 100.0 * phase.mean_relative,

@@ -4,6 +4,7 @@
 #include "measure/surface.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -219,6 +220,22 @@ std::shared_ptr<const Mesh> build_surface(const Twin& twin, std::size_t camera, 
                     "check that the captures belong to this twin");
   mesh->vertex_normals = compute_vertex_normals(*mesh);
   return mesh;
+}
+
+double smoothing_leverage(double smoothing_px) {
+  const std::vector<Offset> offsets = disc(smoothing_px);
+  if (offsets.size() < static_cast<std::size_t>(kPlanePoints)) return 1.0;
+  const bool quadratic = offsets.size() >= static_cast<std::size_t>(kQuadraticPoints);
+  if (!quadratic) return 1.0 / static_cast<double>(offsets.size());  // a plane's centre is the mean
+  double n = 0.0, xx = 0.0, xxxx = 0.0, xxyy = 0.0;
+  for (const Offset& o : offsets) {
+    const double x2 = o.dx * o.dx, y2 = o.dy * o.dy;
+    n += 1.0, xx += x2, xxxx += x2 * x2, xxyy += x2 * y2;
+  }
+  // of 1, x^2 and y^2; the odd terms and xy are orthogonal to them
+  Eigen::Matrix3d normal;
+  normal << n, xx, xx, xx, xxxx, xxyy, xx, xxyy, xxxx;
+  return normal.inverse()(0, 0);
 }
 
 }  // namespace fringetwin::measure

@@ -17,4 +17,8 @@ namespace fringetwin::measure {
 std::shared_ptr<const Mesh> build_surface(const Twin& twin, std::size_t camera, const PointCloud& cloud,
                                           double smoothing_px);
 
+/// Returns the variance of a smoothed inverse depth over that of a single one, where the whole window is
+/// measured: 1 without smoothing.
+double smoothing_leverage(double smoothing_px);
+
 }  // namespace fringetwin::measure

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tolerances
 //   3e-5 mm    noiseless plane: vertices are floats near 260 (rounding 1.5e-5)
+//   1e-12      rounding of a 3 x 3 inverse
 //   noise / 2  a quadratic on a disc of radius 3 (29 points) leaves 0.45 of the noise at its centre
 #include "measure/surface.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <Eigen/QR>
 #include <cmath>
 #include <cstdio>
 
@@ -85,6 +87,24 @@ TEST(Surface, DepthStepsStayOpenAndPinholesAreFilled) {
     for (int k = 0; k < 3; ++k)
       ASSERT_LT(std::abs(mesh->vertices_mm[t[k]].z() - mesh->vertices_mm[t[(k + 1) % 3]].z()), 6.0f);
   EXPECT_LT(std::abs(MeshDistance(*mesh).query(lost).signed_distance_mm), 1e-3);
+}
+
+// The response of the whole quadratic's centre to one value each, squared and summed.
+TEST(Surface, SmoothingLeavesThisMuchOfTheVariance) {
+  EXPECT_EQ(smoothing_leverage(0.0), 1.0);
+  EXPECT_DOUBLE_EQ(smoothing_leverage(1.0), 1.0 / 5.0);  // a plane through five points
+  std::vector<Eigen::Vector2d> at;
+  for (int y = -3; y <= 3; ++y)
+    for (int x = -3; x <= 3; ++x)
+      if (x * x + y * y <= 9) at.emplace_back(x, y);
+  Eigen::MatrixXd design(at.size(), 6);
+  for (std::size_t k = 0; k < at.size(); ++k) {
+    const double x = at[k].x(), y = at[k].y();
+    design.row(static_cast<Eigen::Index>(k)) << 1.0, x, y, x * x, x * y, y * y;
+  }
+  const Eigen::MatrixXd response =
+      design.colPivHouseholderQr().solve(Eigen::MatrixXd::Identity(design.rows(), design.rows()));
+  EXPECT_NEAR(smoothing_leverage(3.0), response.row(0).squaredNorm(), 1e-12);
 }
 
 TEST(Surface, NothingToBuildFrom) {

@@ -197,6 +197,11 @@ struct MeasureOptions {
   std::vector<FitRequest> fits;
 };
 
+/// How the two sides are compared.
+struct ComparisonOptions {
+  int hold_out = 0;  ///< folds that the phase steps are dealt to, each predicted from the others; 0 = none
+};
+
 /// A published physical result where no images exist. Keys as in result.json fits.
 struct PublishedFit {
   std::string object;
@@ -218,6 +223,7 @@ struct Twin {
   std::vector<Object> objects;
   RenderOptions render;
   MeasureOptions measure;
+  ComparisonOptions compare;
   RealSource real;
   std::optional<std::filesystem::path> calibration_uncertainty;  ///< a calibration.json; resolved
   std::map<std::string, double> limits;                          ///< name -> limit; names: docs/FORMATS.md

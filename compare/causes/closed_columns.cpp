@@ -50,20 +50,11 @@ Vector2d place_px(const GridSamples& s, std::size_t pixel) {
 Effect light_effect(int image, int first) {
   return [=](const EffectInput& in, std::vector<float>& irradiance) {
     const std::vector<int>& images = in.samples.images;
-    const Camera& camera = in.twin.cameras[in.samples.camera];
-    const Projector& projector = *in.twin.projector;
     for_pixels(in.samples, irradiance, [&](std::size_t pixel, std::span<float> values) {
-      double ambient = projector.ambient;
-      if (ambient > 0.0) {
-        const Vector2d at = place_px(in.samples, pixel);
-        ambient *= render::vignetting_factor(camera, at.x(), at.y());
-      }
       for (std::size_t k = 0; k < values.size(); ++k) {
         if (images[k] != image && images[k] != first) continue;
-        const auto i = static_cast<std::size_t>(images[k]);
         const double factor = std::exp(images[k] == image ? in.to - in.from : in.from - in.to),
-                     constant = ambient * factor_of(projector.ambient_factors, i) *
-                                factor_of(camera.exposure_factors, i);
+                     constant = unprojected_light(in.twin, in.samples, pixel, images[k]);
         if (constant == 0.0)
           scale(values[k], factor);
         else
@@ -341,6 +332,16 @@ class ClosedList : private GroupList {
 };
 
 }  // namespace
+
+double unprojected_light(const Twin& twin, const GridSamples& samples, std::size_t pixel, int image) {
+  const Camera& camera = twin.cameras[samples.camera];
+  const Projector& projector = *twin.projector;
+  if (!(projector.ambient > 0.0)) return 0.0;
+  const Vector2d at = place_px(samples, pixel);
+  const auto i = static_cast<std::size_t>(image);
+  return projector.ambient * render::vignetting_factor(camera, at.x(), at.y()) *
+         factor_of(projector.ambient_factors, i) * factor_of(camera.exposure_factors, i);
+}
 
 std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
                                          const std::vector<int>& use_steps) {

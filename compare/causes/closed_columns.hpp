@@ -13,6 +13,10 @@ namespace fringetwin::compare {
 std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
                                          const std::vector<int>& use_steps);
 
+/// Returns the irradiance of a pixel in an image of the sequence that the projector's light factor leaves as
+/// it is: the twin's ambient light.
+double unprojected_light(const Twin& twin, const GridSamples& samples, std::size_t pixel, int image);
+
 /// Returns the effect of a parameter of a camera's vignetting, which `change` changes.
 std::function<void(const EffectInput&, std::vector<float>&)> vignetting_effect(
     std::size_t camera, std::function<void(Twin&, double)> change);

@@ -99,7 +99,7 @@ class Refiner {
     }
   }
 
-  Refined run() {
+  Refined run(WhatIsWorse worse) {
     const Twin as_written = twin_;
     const Eigen::VectorXd begin = values_to_begin_at();
     Twin scattering = twin_;
@@ -118,6 +118,11 @@ class Refiner {
     fit_what_is_told(fit);
     refuse_what_cannot_be_told(fit);
     Refined out = finish(fit);
+    if (worse == WhatIsWorse::stays) {
+      out.report.n = parameters_.empty() ? fit.n_of_all() : fit.n();
+      out.report.chi2_after = parameters_.empty() ? fit.chi2_of_all() : fit.chi2();
+      return out;
+    }
     // both with the scale of the start, or the robust sums would not compare
     sensitivity_.set_scale(scale);
     keep_what_is_better(start, fit, as_written, out);
@@ -273,15 +278,16 @@ class Refiner {
     Refined out{fit.twin(), {}};
     for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c)
       keep_sensor(c, fit.sensor_sigma(c), out.twin);
+    report_.lines.resize(twin_.cameras.size());
+    for (const GridSamples& s : sensitivity_.samples())
+      report_.lines[s.camera] = Refinement::Line{s.gain_dn, s.black_level_dn};
     if (textured_) note_texture();
     out.report = std::move(report_);
     return out;
   }
 
   void note_texture() {
-    report_.texture.resize(twin_.cameras.size());
-    for (const GridSamples& s : sensitivity_.samples())
-      report_.texture[s.camera] = Refinement::Line{s.gain_dn, s.black_level_dn};
+    report_.texture = report_.lines;
     report_.notes.push_back(
         "every pixel's brightness is taken from the capture: the gain is held at the twin's, and neither it "
         "nor what is common to all images of a pixel is evidence");
@@ -337,9 +343,9 @@ std::string refine_names() {
 void check_refine(const Twin& twin, const std::vector<std::string>& asked) { chosen_parameters(twin, asked); }
 
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
-               const std::vector<std::string>& asked) {
+               const std::vector<std::string>& asked, WhatIsWorse worse) {
   FT_CHECK(options.renderer != nullptr, "refinement renders");
-  return Refiner(twin, real, simulated, options, asked).run();
+  return Refiner(twin, real, simulated, options, asked).run(worse);
 }
 
 void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,

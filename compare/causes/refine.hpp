@@ -18,18 +18,22 @@ std::string refine_names();
 /// and for gain with albedo: what needs no image to be refused.
 void check_refine(const Twin& twin, const std::vector<std::string>& asked);
 
+/// Whether a refinement that makes something worse is taken back (refine_guard.hpp) or stays.
+enum class WhatIsWorse { taken_back, stays };
+
 /// Fits the twin by GroupFit through the renderer, on the gray values of all phase
 /// steps of the interior pixels that both sides see (grid_samples), from the places that fits to the real
 /// points give where those fit better. The twin stays as it is where anything gets worse
-/// (refine_guard.hpp). What these images do not tell, or of light no better than by its own size, stays at
-/// the twin's value and has no row. `asked`: groups, names of parameters ("projector.k1") or what stands
-/// before their dot ("projector"). Gain and black level of each camera are fitted besides and kept only where
-/// asked for; with "albedo" the gain is held at the twin's, because the two enter as a product. "texture"
-/// gives every pixel a factor of its own. `simulated`: the twin as it is, rendered and measured. Throws
-/// UserError(usage) as check_refine(), for parameters that change nothing and for those that the data cannot
-/// tell apart, naming them; Cancelled after Ctrl-C.
+/// (refine_guard.hpp), unless it `stays`; the report has chi2 and n of the fit's own equations then. What
+/// these images do not tell, or of light no better than by its own size, stays at the twin's value and has no
+/// row. `asked`: groups, names of parameters ("projector.k1") or what stands before their dot ("projector").
+/// Gain and black level of each camera are fitted besides and kept only where asked for; with "albedo" the
+/// gain is held at the twin's, because the two enter as a product. "texture" gives every pixel a factor of
+/// its own. `simulated`: the twin as it is, rendered and measured. Throws UserError(usage) as check_refine(),
+/// for parameters that change nothing and for those that the data cannot tell apart, naming them; Cancelled
+/// after Ctrl-C.
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
-               const std::vector<std::string>& asked);
+               const std::vector<std::string>& asked, WhatIsWorse worse = WhatIsWorse::taken_back);
 
 /// Multiplies every pixel of the simulated irradiance by the factor that brings it closest to the real gray
 /// values of `images` (sequence indices): the per-pixel albedo map of a refinement with "texture". Nothing

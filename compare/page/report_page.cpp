@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "compare/held_out/held_out.hpp"
 #include "compare/page/field_table.hpp"
 #include "compare/page/report_gain.hpp"
 #include "compare/page/report_parts.hpp"
@@ -90,9 +91,12 @@ std::string subtitle(const Twin& twin, const ReportInput& in) {
   for (const Camera& c : twin.cameras)
     cameras += fmt::format("{}“{}” {} × {} px", cameras.empty() ? "" : ", ", c.name, c.lens.width(),
                            c.lens.height());
-  return fmt::format(
-      "Simulated against {} measurement · {} · {} images each", in.has_real_images() ? "real" : "published",
-      (twin.cameras.size() == 1 ? "camera " : "cameras ") + cameras, expand_sequence(twin.fringes).size());
+  std::string held_out;  // of a real capture what says most about the twin
+  for (const std::string& sentence : held_out_sentences(in.comparison.held_out)) held_out += sentence + " · ";
+  return held_out + fmt::format("Simulated against {} measurement · {} · {} images each",
+                                in.has_real_images() ? "real" : "published",
+                                (twin.cameras.size() == 1 ? "camera " : "cameras ") + cameras,
+                                expand_sequence(twin.fringes).size());
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "compare/result/held_out_table.hpp"
 #include "compare/result/provenance.hpp"
 #include "compare/result/rows.hpp"
 #include "twin/twin.hpp"
@@ -42,6 +43,7 @@ struct CompareOptions {
   std::shared_ptr<const CalibrationCovariance> calibration;
   /// Of the twin, where it was refined before; passed on to the result.
   std::optional<Refinement> refinement;
+  std::vector<HeldOutRow> held_out;  ///< what images were predicted to that took no part in a fit; passed on
   /// Returns whether the simulated side has a factor per pixel from that refinement.
   bool textured() const { return refinement && !refinement->texture.empty(); }
 };

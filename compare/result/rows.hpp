@@ -10,6 +10,7 @@
 #include "compare/result/coverage_tables.hpp"
 #include "compare/result/geometry_tables.hpp"
 #include "compare/result/gray_tables.hpp"
+#include "compare/result/held_out_table.hpp"
 #include "compare/result/light_table.hpp"
 #include "compare/result/phase_tables.hpp"
 #include "compare/result/verdict_tables.hpp"
@@ -23,7 +24,8 @@ struct Comparison : GeometryTables,
                     BlockTables,
                     CoverageTables,
                     VerdictTables,
-                    LightTables {
+                    LightTables,
+                    HeldOutTables {
   bool pass = true;
   std::vector<std::string> warnings;
 };

@@ -124,6 +124,15 @@ std::vector<Table> make_tables() {
                  return rows_or_none(rows);
                }});
   GrayTables::describe(all);
+  all.add({.key = "held_out",
+           .fields = &fields<HeldOutRow>,
+           .of_comparison =
+               [](const Comparison& c) { return c.held_out.empty() ? Json(nullptr) : rows_json(c.held_out); },
+           .heading = "Held-out images",
+           .caption =
+               "Predicted − real gray value of images that took no part in the fit: the twin was fitted "
+               "to the phase steps of the other folds.",
+           .rows_of_comparison = [](const Comparison& c) { return row_addresses(c.held_out); }});
   PhaseTables::describe(all);
   BlockTables::describe(all);
   CoverageTables::describe(all);

@@ -50,6 +50,8 @@ struct Refinement {
     double gain_dn = 0.0, black_level_dn = 0.0;
   };
   std::vector<std::optional<Line>> texture;  ///< order of twin.cameras; empty without
+  /// The same of any refinement, of the fit before anything is taken back; none where a camera had no part.
+  std::vector<std::optional<Line>> lines;
 
   static void describe(auto& f) {
     using Row = Refinement;

@@ -15,9 +15,9 @@ Twin load_twin(const fs::path& file) { return load_twin(file, {}); }
 
 Twin load_twin(const fs::path& file, const std::map<std::string, std::string>& settings) {
   const TomlTable root = TomlTable::parse_file(file, ExitCode::usage, settings);
-  const std::vector<std::string> keys = {"schema",    "name",    "cameramodel_unit", "camera",
-                                         "projector", "fringes", "object",           "render",
-                                         "measure",   "real",    "uncertainty",      "limits"};
+  const std::vector<std::string> keys = {
+      "schema", "name",    "cameramodel_unit", "camera", "projector",   "fringes", "object",
+      "render", "measure", "compare",          "real",   "uncertainty", "limits"};
   if (!root.has("schema")) root.allow(keys);  // a misspelt "schema" is named as such
   if (root.required_string("schema") != kTwinSchema)
     root.fail("schema",
@@ -38,6 +38,7 @@ Twin load_twin(const fs::path& file, const std::map<std::string, std::string>& s
   twin.objects = read_objects(root, context);
   twin.render = read_render(root);
   twin.measure = read_measure(root, twin);
+  twin.compare = read_comparison(root);
   twin.real = read_real(root, twin, context);
   twin.calibration_uncertainty = read_uncertainty(root, context);
   twin.limits = read_limits(root);

@@ -35,6 +35,7 @@ std::vector<Object> read_objects(const TomlTable& root, const TwinFileContext& c
 RenderOptions read_render(const TomlTable& root);
 /// `twin`: cameras, projector and objects are already there and are checked against.
 MeasureOptions read_measure(const TomlTable& root, const Twin& twin);
+ComparisonOptions read_comparison(const TomlTable& root);
 RealSource read_real(const TomlTable& root, const Twin& twin, const TwinFileContext& context);
 /// [uncertainty]: a file that is there; compare/ reads it.
 std::optional<std::filesystem::path> read_uncertainty(const TomlTable& root, const TwinFileContext& context);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// [render], [measure], [real], [uncertainty] and [limits] of twin.toml.
+// [render], [measure], [compare], [real], [uncertainty] and [limits] of twin.toml.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -121,6 +121,15 @@ MeasureOptions read_measure(const TomlTable& root, const Twin& twin) {
     measure.fits.push_back(request);
   }
   return measure;
+}
+
+ComparisonOptions read_comparison(const TomlTable& root) {
+  ComparisonOptions compare;
+  const auto table = root.table("compare");
+  if (!table) return compare;
+  table->allow({"hold_out"});
+  compare.hold_out = table->integer("hold_out", 2, 64).value_or(0);
+  return compare;
 }
 
 RealSource read_real(const TomlTable& root, const Twin& twin, const TwinFileContext& context) {

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/held_out/held_out.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "compare/causes/closed_columns.hpp"
+#include "compare/causes/refine.hpp"
+#include "compare/causes/sensitivity.hpp"
+#include "compare/gray/interior_mask.hpp"
+#include "compare/verdict/explained.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+constexpr std::size_t kFewestSteps = 3;
+constexpr std::size_t kPixels = 40'000;  ///< per camera, as of refine()
+
+bool is_asked(const std::vector<std::string>& asked, const char* name) {
+  return std::ranges::find(asked, name) != asked.end();
+}
+
+/// Returns where the images of these steps stand among those of the samples.
+std::vector<std::size_t> images_of(const GridSamples& s, const std::vector<PatternSpec>& patterns,
+                                   const std::vector<int>& steps) {
+  std::vector<std::size_t> at;
+  for (std::size_t k = 0; k < s.images.size(); ++k)
+    if (std::ranges::find(steps, patterns[static_cast<std::size_t>(s.images[k])].step) != steps.end())
+      at.push_back(k);
+  return at;
+}
+
+/// What one pixel has of its own, from its fitted values.
+struct PixelFactor {
+  double value = 1.0;
+  double relative_variance = 0.0;
+};
+
+/// Predicts the gray values of one camera.
+class Prediction {
+ public:
+  Prediction(const HeldOutInput& in, const Refined& refined, GridSamples samples, std::vector<float> e)
+      : in_(in), twin_(refined.twin), s_(std::move(samples)), e_(std::move(e)) {
+    const std::vector<PatternSpec> patterns = expand_sequence(twin_.fringes);
+    fitted_ = images_of(s_, patterns, in.fold.fitted);
+    held_out_ = images_of(s_, patterns, in.fold.held_out);
+    const auto values = static_cast<double>(std::max<std::uint64_t>(refined.report.n, 1));
+    const double unknowns = static_cast<double>(refined.report.rows.size()) + 2.0;
+    common_ = unknowns / values * std::max(1.0, refined.report.chi2_after);
+    for (std::size_t p = 0; p < s_.n_pixels(); ++p)
+      factors_.push_back(is_asked(in.asked, "texture") ? factor_of_pixel(p) : PixelFactor{});
+  }
+
+  std::vector<HeldOutRow> rows() const {
+    std::vector<HeldOutRow> rows;
+    const std::vector<PatternSpec> patterns = expand_sequence(twin_.fringes);
+    for (const std::size_t k : held_out_) {
+      HeldOutRow row = row_of(k);
+      row.camera = twin_.cameras[s_.camera].name;
+      row.pattern = patterns[static_cast<std::size_t>(s_.images[k])].label(twin_.fringes);
+      rows.push_back(std::move(row));
+    }
+    return rows;
+  }
+
+ private:
+  std::size_t at(std::size_t pixel, std::size_t k) const { return pixel * s_.images.size() + k; }
+  double light_dn(std::size_t pixel, std::size_t k) const {
+    return s_.gain_dn * static_cast<double>(e_[at(pixel, k)]);
+  }
+  double variance_dn2(double gray_dn) const {
+    return s_.noise_dn2(std::max(0.0, gray_dn)) + s_.rendering_dn * s_.rendering_dn;
+  }
+
+  /// Returns the factor of apply_texture(), from the fitted images alone.
+  PixelFactor factor_of_pixel(std::size_t pixel) const {
+    double ye = 0.0, ee = 0.0, vee = 0.0;
+    for (const std::size_t k : fitted_) {
+      if (s_.weight[at(pixel, k)] == 0.0F) continue;
+      const double light = light_dn(pixel, k), y = static_cast<double>(s_.real_dn[at(pixel, k)]);
+      ye += (y - s_.black_level_dn) * light;
+      ee += light * light;
+      vee += variance_dn2(y) * light * light;
+    }
+    if (!(ee > 0.0)) return {};
+    const double value = std::max(0.0, ye / ee);
+    return {value, value > 0.0 ? vee / (ee * ee) / (value * value) : 0.0};
+  }
+
+  /// Returns the factor of an image's light by which the prediction comes closest to it.
+  double own_light(std::size_t k) const {
+    double yl = 0.0, ll = 0.0;
+    for (std::size_t p = 0; p < s_.n_pixels(); ++p) {
+      if (s_.weight[at(p, k)] == 0.0F) continue;
+      const double all = factors_[p].value * light_dn(p, k),
+                   room = factors_[p].value * s_.gain_dn * unprojected_light(twin_, s_, p, s_.images[k]),
+                   w2 = 1.0 / variance_dn2(all + s_.black_level_dn);
+      yl += w2 * (static_cast<double>(s_.real_dn[at(p, k)]) - s_.black_level_dn - room) * (all - room);
+      ll += w2 * (all - room) * (all - room);
+    }
+    return ll > 0.0 ? yl / ll : 1.0;
+  }
+
+  HeldOutRow row_of(std::size_t k) const {
+    HeldOutRow row;
+    double sum = 0.0, sum2 = 0.0, noise2 = 0.0, fitted2 = 0.0;
+    const double light = is_asked(in_.asked, "light") ? own_light(k) : 1.0;
+    if (is_asked(in_.asked, "light")) row.light_factor = light;
+    const double of_shape = in_.shape_leverage / static_cast<double>(in_.fold.fitted.size());
+    for (std::size_t p = 0; p < s_.n_pixels(); ++p) {
+      if (s_.weight[at(p, k)] == 0.0F) continue;
+      const double room = s_.gain_dn * unprojected_light(twin_, s_, p, s_.images[k]),
+                   shown = factors_[p].value * (room + light * (light_dn(p, k) - room)),
+                   d = shown + s_.black_level_dn - static_cast<double>(s_.real_dn[at(p, k)]),
+                   variance = variance_dn2(shown + s_.black_level_dn);
+      sum += d;
+      sum2 += d * d;
+      noise2 += variance;
+      fitted2 += shown * shown * factors_[p].relative_variance + (common_ + of_shape) * variance;
+      ++row.n;
+    }
+    if (row.n == 0) return row;
+    const auto n = static_cast<double>(row.n);
+    row.mean_dn = sum / n;
+    row.rms_dn = std::sqrt(sum2 / n);
+    row.noise_dn = std::sqrt(noise2 / n);
+    row.fitted_dn = std::sqrt(fitted2 / n);
+    row.predicted_dn = std::hypot(row.noise_dn, row.fitted_dn);
+    row.ratio = row.rms_dn / row.predicted_dn;
+    row.ratio_sigma = 0.5 * std::hypot(std::sqrt(2.0 / n), s_.known_to);
+    return row;
+  }
+
+  const HeldOutInput& in_;
+  const Twin& twin_;
+  GridSamples s_;
+  std::vector<float> e_;
+  std::vector<std::size_t> fitted_, held_out_;
+  double common_ = 0.0;  ///< share of a value's variance that the parameters common to all pixels add
+  std::vector<PixelFactor> factors_;
+};
+
+/// Returns samples of all phase steps of one camera, on the pixels and with the noise that the fitted steps
+/// tell; none where there is no line to compare along.
+std::vector<GridSamples> samples_of(const HeldOutInput& in, const Side& real, const Refinement& report,
+                                    const CompareOptions& of_fitted, const CompareOptions& of_all) {
+  std::vector<std::string> warnings;  // those of the comparison say the same
+  const std::vector<GrayPair> fitted = pair_gray(in.twin, real, in.simulated, of_fitted, warnings),
+                              all = pair_gray(in.twin, real, in.simulated, of_all, warnings);
+  std::vector<GridSamples> out;
+  for (std::size_t c = 0; c < fitted.size(); ++c) {
+    if (c >= report.lines.size() || !report.lines[c]) continue;
+    const measure::CameraDecode *real_decode = decode_of(real, c), *sim_decode = decode_of(in.simulated, c);
+    const GrayNoise noise(fitted[c], real_decode, in.fold.fitted);
+    const GainFit fit = fit_gain(fitted[c], warnings, &noise);
+    GridSamples s = grid_samples(
+        all[c], c, fit, noise, interior_mask(fitted[c].mask, real_decode, sim_decode),
+        rendering_error(*all[c].camera, of_all.rendered, fit.row.gain_dn).with_edges_dn, kPixels);
+    s.gain_dn = report.lines[c]->gain_dn;
+    s.black_level_dn = report.lines[c]->black_level_dn;
+    if (s.n_pixels() > 0) out.push_back(std::move(s));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<Fold> folds_of(int steps, int n_folds) {
+  if (n_folds < 2 || n_folds > steps)
+    throw UserError(ExitCode::usage, fmt::format("--hold-out {}", n_folds),
+                    fmt::format("deals {} phase steps to {} folds", steps, n_folds),
+                    "use 2 folds or more, and no more than there are steps");
+  std::vector<Fold> folds(static_cast<std::size_t>(n_folds));
+  for (int n = 0; n < steps; ++n)
+    for (int f = 0; f < n_folds; ++f) {
+      Fold& fold = folds[static_cast<std::size_t>(f)];
+      (n % n_folds == f ? fold.held_out : fold.fitted).push_back(n);
+    }
+  for (const Fold& fold : folds)
+    if (fold.fitted.size() < kFewestSteps)
+      throw UserError(ExitCode::usage, fmt::format("--hold-out {}", n_folds),
+                      fmt::format("leaves {} of the {} phase steps to fit, and a phase needs {}",
+                                  fold.fitted.size(), steps, kFewestSteps),
+                      "use more folds, or record more phase steps");
+  return folds;
+}
+
+std::vector<HeldOutRow> predict_held_out(const HeldOutInput& in) {
+  Side real;
+  real.images = in.real;
+  real.measurement = measure::measure(in.twin, in.real, in.fold.fitted);
+  CompareOptions of_fitted = in.options, of_all = in.options;
+  of_fitted.use_steps = in.fold.fitted;
+  of_all.use_steps.clear();
+  const Refined refined = refine(in.twin, real, in.simulated, of_fitted, in.asked, WhatIsWorse::stays);
+  Sensitivity sensitivity(*in.options.renderer, samples_of(in, real, refined.report, of_fitted, of_all));
+  sensitivity.leave_out_edges(refined.twin);
+  const Sensitivity::Values e = sensitivity.irradiance(refined.twin, Sensitivity::kResidualSamples);
+  std::vector<HeldOutRow> rows;
+  for (std::size_t c = 0; c < e.size(); ++c)
+    for (HeldOutRow& row : Prediction(in, refined, sensitivity.samples()[c], e[c]).rows())
+      rows.push_back(std::move(row));
+  return rows;
+}
+
+double held_out_ratio(const std::vector<HeldOutRow>& rows, const std::string& camera) {
+  double left = 0.0, predicted = 0.0;
+  for (const HeldOutRow& row : rows) {
+    if (row.camera != camera || row.n == 0) continue;
+    left += static_cast<double>(row.n) * row.rms_dn * row.rms_dn;
+    predicted += static_cast<double>(row.n) * row.predicted_dn * row.predicted_dn;
+  }
+  return predicted > 0.0 ? std::sqrt(left / predicted) : kNaN;
+}
+
+std::vector<std::string> held_out_sentences(const std::vector<HeldOutRow>& rows) {
+  std::vector<std::string> cameras, sentences;
+  for (const HeldOutRow& row : rows)
+    if (std::ranges::find(cameras, row.camera) == cameras.end()) cameras.push_back(row.camera);
+  for (const std::string& camera : cameras) {
+    double least = kNaN, most = kNaN;
+    std::size_t n = 0;
+    for (const HeldOutRow& row : rows) {
+      if (row.camera != camera || row.n == 0) continue;
+      least = std::fmin(least, row.ratio), most = std::fmax(most, row.ratio);
+      ++n;
+    }
+    if (n > 0)
+      sentences.push_back(
+          fmt::format("{}: {} held-out images ({} folds) are predicted to {:.3f} times their predicted noise "
+                      "({:.3f} to {:.3f} per image)",
+                      camera, n, rows.front().folds, held_out_ratio(rows, camera), least, most));
+  }
+  return sentences;
+}
+
+}  // namespace fringetwin::compare

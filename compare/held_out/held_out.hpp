@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fits a twin to some phase steps of the real images and says how well it predicts the others, which took no
+// part in that (docs/metrics/gray.md, "Held-out images").
+#pragma once
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "compare/result/held_out_table.hpp"
+#include "compare/result/options.hpp"
+#include "compare/result/side.hpp"
+
+namespace fringetwin::compare {
+
+/// Phase steps that are predicted, and those that are fitted for it.
+struct Fold {
+  std::vector<int> held_out, fitted;
+};
+
+/// Deals the steps to so many folds in turn: step n is held out with fold n mod n_folds. Throws
+/// UserError(usage) where less than two folds are asked for, more than there are steps, or where a fold
+/// leaves fewer than 3 steps to fit, which a phase needs.
+std::vector<Fold> folds_of(int steps, int n_folds);
+
+/// What the images of one fold are predicted from.
+struct HeldOutInput {
+  const Twin& twin;  ///< as written; of a measured object, its shape from the fitted steps alone
+  const std::vector<CameraImages>& real;
+  const Side& simulated;  ///< the twin, rendered and measured
+  const CompareOptions& options;
+  const std::vector<std::string>& asked;  ///< what is fitted: as `--refine`; empty: gain and black level
+  const Fold& fold;
+  /// Share of a gray value's variance that the shape has from each fitted step: 0 where no object is
+  /// measured, else smoothing_leverage() (measure/surface.hpp).
+  double shape_leverage = 0.0;
+};
+
+/// Returns a row per camera and image that is held out, without the number of the fold. Everything is
+/// decoded, fitted and chosen by the fitted steps (and the images of a code); of a held-out image only its
+/// factor of light is taken from itself, and that only with "light". A fit counts as it is: nothing is taken
+/// back. Throws as refine().
+std::vector<HeldOutRow> predict_held_out(const HeldOutInput& input);
+
+/// Returns the root of the mean square of what is left over that of what is predicted, of all rows of a
+/// camera; NaN without rows.
+double held_out_ratio(const std::vector<HeldOutRow>& rows, const std::string& camera);
+
+/// Returns a sentence per camera with that ratio and those of its images.
+std::vector<std::string> held_out_sentences(const std::vector<HeldOutRow>& rows);
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// Images that took no part in a fit are predicted to the noise by a right twin, worse by a wrong one, and
+// hold nothing of themselves. The real images are the double-precision reference's, with noise.
+//
+// | check                  | tolerance     | origin                                                        |
+// |------------------------|---------------|---------------------------------------------------------------|
+// | ratio of a right twin  | 4 sigma       | printed; 16 images, normal: one seed in 1000                  |
+// | all of it              | 2 %           | noise put in; 1/sqrt(2 n) = 0.4 %, factors in two images each: 4
+// sigma | | ratio of a wrong twin  | > 1.2         | planted: 1.5 x noise rms, 1.8 expected | | a brighter
+// held image  | 1e-3 DN       | single precision of 200 DN, summed: 2e-5                      | | own light
+// | 4 sigma       | 1.5 DN / (60 DN x root of 1500) = 7e-4                       |
+#include "compare/held_out/held_out.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "measure/measurement.hpp"
+#include "render/reference/reference.hpp"
+#include "render/sensor/sensor.hpp"
+#include "tests/support/agreement.hpp"
+#include "tests/support/paper_rig.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::compare::held_out_test {
+namespace {
+
+using testing::shared_renderer;
+
+constexpr int kWidth = 48, kHeight = 40;
+constexpr double kNoiseDn = 1.5;
+
+class HeldOut : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    REQUIRE_RENDERER();
+    twin_ = testing::left_window(testing::physical_sphere().center_mm, kWidth, kHeight);
+    twin_ = testing::with_object(twin_, "ball", testing::physical_sphere());
+    twin_.measure.triangulate = Triangulate::projector;
+    twin_.fringes.steps = 8;
+    twin_.cameras[0].sensor.bit_depth = 12;
+    twin_.cameras[0].sensor.gain_dn = 20.0;
+    twin_.cameras[0].sensor.read_noise_dn = kNoiseDn;
+  }
+
+  /// What the reference says this rig records; pixel i of image k reflects `texture` times as much.
+  std::vector<CameraImages> recorded(const Twin& rig, bool textured = false) const {
+    const render::Reference reference(rig);
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal(0.0, 1.0);
+    CameraImages out;
+    out.camera = rig.cameras[0].name;
+    out.bit_depth = 12;
+    out.images.assign(expand_sequence(rig.fringes).size(), ImageF(kWidth, kHeight, 0.0F));
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      const auto pixel = reference.pixel(0, i % kWidth, i / kWidth, {.gauss_n = 4});
+      const double factor = textured ? std::exp(0.1 * normal(random)) : 1.0;
+      for (std::size_t k = 0; k < out.images.size(); ++k)
+        out.images[k].data[static_cast<std::size_t>(i)] =
+            static_cast<float>(std::round(20.0 * factor * pixel.irradiance[k] + kNoiseDn * normal(random)));
+    }
+    return {out};
+  }
+
+  Side simulated(const Twin& twin) const {
+    const render::RenderedCamera rendered =
+        shared_renderer()->render(twin, 0, render::choose_sampling(twin), 0);
+    Side out;
+    out.images.push_back(render::expose(rendered, twin.cameras[0], 0, 1));
+    out.irradiance.push_back(render::as_radiance(rendered));
+    out.measurement = measure::measure(twin, out.images);
+    return out;
+  }
+
+  /// Returns the rows of all folds.
+  std::vector<HeldOutRow> held_out(const std::vector<CameraImages>& real,
+                                   const std::vector<std::string>& asked, int n_folds = 4) const {
+    const Side side = simulated(twin_);
+    CompareOptions options;
+    options.renderer = shared_renderer();
+    std::vector<HeldOutRow> all;
+    for (const Fold& fold : folds_of(twin_.fringes.steps, n_folds))
+      for (HeldOutRow& row : predict_held_out({twin_, real, side, options, asked, fold}))
+        all.push_back(std::move(row));
+    return all;
+  }
+
+  void expect_right(const std::vector<HeldOutRow>& rows) const {
+    ASSERT_EQ(rows.size(), expand_sequence(twin_.fringes).size());
+    for (const HeldOutRow& row : rows) {
+      EXPECT_GT(row.n, 1000u) << row.pattern;
+      EXPECT_NEAR(row.ratio, 1.0, 4.0 * row.ratio_sigma) << row.pattern;
+    }
+    // the noise that was put in stands for the one that the images tell to 4 % of its variance
+    std::vector<HeldOutRow> truth = rows;
+    for (HeldOutRow& row : truth)
+      row.predicted_dn = std::hypot(row.fitted_dn, kNoiseDn, 1.0 / std::sqrt(12.0));
+    EXPECT_NEAR(held_out_ratio(truth, twin_.cameras[0].name), 1.0, 0.02);
+  }
+
+  Twin twin_;
+};
+
+TEST(Folds, TakeEveryStepOnceInTurn) {
+  const std::vector<Fold> folds = folds_of(8, 3);
+  ASSERT_EQ(folds.size(), 3u);
+  EXPECT_THAT(folds[0].held_out, ::testing::ElementsAre(0, 3, 6));
+  EXPECT_THAT(folds[0].fitted, ::testing::ElementsAre(1, 2, 4, 5, 7));
+  EXPECT_THAT(folds[2].held_out, ::testing::ElementsAre(2, 5));
+  EXPECT_THROW(folds_of(8, 1), UserError);
+  EXPECT_THROW(folds_of(4, 5), UserError);
+  EXPECT_THROW(folds_of(4, 2), UserError);  // 2 of 4 steps make no phase
+}
+
+TEST_F(HeldOut, OfARightTwinArePredictedToTheNoise) { expect_right(held_out(recorded(twin_), {})); }
+
+// The factor of each pixel is told by six values: what is held out misses by more than its noise.
+TEST_F(HeldOut, CountWhatTheFactorsOfPixelsAreNotKnownBy) {
+  const std::vector<HeldOutRow> rows = held_out(recorded(twin_, true), {"texture"});
+  expect_right(rows);
+  for (const HeldOutRow& row : rows) EXPECT_GT(row.fitted_dn, 0.2 * row.noise_dn) << row.pattern;
+}
+
+TEST_F(HeldOut, SayThatAHarmonicIsLackingAndThatItIsNot) {
+  Twin rig = twin_;
+  rig.fringes.directions[0].harmonics.assign(3, {{0.0, 0.0}, {0.03, 0.0}});
+  const std::vector<CameraImages> real = recorded(rig);
+  EXPECT_GT(held_out_ratio(held_out(real, {}), twin_.cameras[0].name), 1.2);
+  expect_right(held_out(real, {"harmonics"}));
+}
+
+TEST_F(HeldOut, TakeTheirOwnLightAlone) {
+  const std::vector<PatternSpec> patterns = expand_sequence(twin_.fringes);
+  std::vector<CameraImages> real = recorded(twin_);
+  for (float& value : real[0].images[3].data) value = std::round(1.05F * value);
+  for (const HeldOutRow& row : held_out(real, {"light"})) {
+    const bool is_brighter = row.pattern == patterns[3].label(twin_.fringes);
+    if (is_brighter) {
+      EXPECT_NEAR(row.light_factor, 1.05, 4.0 * 7e-4);
+      EXPECT_LT(row.ratio, 1.1);  // its noise is 1.05 times as large
+    } else {
+      EXPECT_NEAR(row.ratio, 1.0, 4.0 * row.ratio_sigma) << row.pattern;
+    }
+  }
+}
+
+// An image that is brighter by 8 DN is missed by 8 DN more and scatters as before; the others of its fold do
+// not change. With any of its values in the fit, the decode or the noise they would.
+TEST_F(HeldOut, HaveNoPartInTheirPrediction) {
+  const std::vector<CameraImages> real = recorded(twin_, true);
+  std::vector<CameraImages> brighter = real;
+  for (const int step : {1, 5})  // one whole fold, all pitches
+    for (std::size_t k = 0; k < real[0].images.size(); ++k)
+      if (expand_sequence(twin_.fringes)[k].step == step)
+        for (float& value : brighter[0].images[k].data) value += 8.0F;
+  const std::vector<std::string> asked{"harmonics", "texture"};
+  const std::vector<HeldOutRow> a = held_out(real, asked), b = held_out(brighter, asked);
+  ASSERT_EQ(a.size(), b.size());
+  std::size_t n_brighter = 0;
+  const std::vector<PatternSpec> patterns = expand_sequence(twin_.fringes);
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    const auto spec = std::ranges::find_if(
+        patterns, [&](const PatternSpec& p) { return p.label(twin_.fringes) == a[k].pattern; });
+    if (spec->step % 4 != 1) continue;
+    ++n_brighter;
+    EXPECT_EQ(a[k].n, b[k].n);
+    EXPECT_NEAR(b[k].mean_dn, a[k].mean_dn - 8.0, 1e-3) << a[k].pattern;
+    const auto spread = [](const HeldOutRow& r) { return r.rms_dn * r.rms_dn - r.mean_dn * r.mean_dn; };
+    EXPECT_NEAR(spread(b[k]), spread(a[k]), 1e-3) << a[k].pattern;
+    EXPECT_EQ(b[k].predicted_dn, a[k].predicted_dn) << a[k].pattern;
+  }
+  EXPECT_EQ(n_brighter, 6u);
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::held_out_test
