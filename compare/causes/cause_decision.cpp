@@ -94,17 +94,17 @@ std::vector<std::size_t> explaining_alike(const std::vector<TriedCause>& tried, 
   std::vector<std::size_t> alike;
   double best = before;
   for (std::size_t k = 0; k < tried.size(); ++k)
-    if (tried[k].passes && before - tried[k].deviance() >= worth_naming(tried[k].fitted)) {
+    if (tried[k].passes && before - tried[k].deviance(per_value) >= worth_naming(tried[k].fitted)) {
       alike.push_back(k);
-      best = std::min(best, tried[k].deviance());
+      best = std::min(best, tried[k].deviance(per_value));
     }
   std::erase_if(alike, [&](std::size_t k) {
     const double many = tried[k].fitted > 2.0 * kClearlyBetter ? worth_naming(tried[k].fitted) : 0.0;
-    return tried[k].deviance() - best >= std::max(1.0, per_value) * std::max(kClearlyBetter, many);
+    return tried[k].deviance(per_value) - best >= std::max(1.0, per_value) * std::max(kClearlyBetter, many);
   });
   std::ranges::stable_sort(alike, [&](auto a, auto b) {
     return tried[a].fitted != tried[b].fitted ? tried[a].fitted < tried[b].fitted
-                                              : tried[a].deviance() < tried[b].deviance();
+                                              : tried[a].deviance(per_value) < tried[b].deviance(per_value);
   });
   return alike;
 }

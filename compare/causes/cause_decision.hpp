@@ -16,9 +16,12 @@ struct TriedCause {
   bool passes = false;  ///< what it leaves is explained
   /// Sum over the values of ln(variance over that of the twin's own weights): more light has more noise.
   double log_variance = 0.0;
-  /// Returns -2 ln of the likelihood of normal noise, but for what is the same of all fits: a fit that
-  /// predicts more noise has less chi2 without being better.
-  double deviance() const { return chi2 + log_variance; }
+  /// Returns -2 ln of the likelihood of normal noise `per_value` times what is stated (variance), times
+  /// `per_value`, but for what is the same of all fits: a fit that predicts more noise has less chi2 without
+  /// being better, and each number fitted takes as much off chi2 as a value's noise has.
+  double deviance(double per_value) const {
+    return chi2 + (per_value - 1.0) * fitted + per_value * log_variance;
+  }
 };
 
 /// Returns by how much more than by its own number of parameters a cause must lower chi2 to be named: nearly
@@ -27,7 +30,7 @@ double worth_naming(double parameters);
 
 /// Returns the fits that explain the difference and cannot be told apart: of those that pass and have a
 /// deviance enough below `before`, the ones that are less above the best than a further cause must lower it,
-/// noise being `per_value` (at least 1) times what is stated. The fewest parameters come first.
+/// the variance of the noise being `per_value` times what is stated. The fewest parameters come first.
 std::vector<std::size_t> explaining_alike(const std::vector<TriedCause>& tried, double before,
                                           double per_value);
 

@@ -37,6 +37,14 @@ TEST(CauseDecision, MoreNoisePredictedIsNoBetterFit) {
   EXPECT_THAT(explaining_alike({exact, noisier}, kBefore, 1.0), UnorderedElementsAre(0, 1));
 }
 
+TEST(CauseDecision, NumbersOfAFieldTakeOffAsMuchNoiseAsThereIs) {
+  // 10,000 values with 8 % more noise than stated: the right cause of 3 numbers leaves 10,800 and one for
+  // each number, a field of 4000 numbers 1.08 * 6000 and one for each, which is the same but for chance
+  const TriedCause right{10803, 3, true}, field{1.08 * 6000 + 4000, 4000, true};
+  EXPECT_THAT(explaining_alike({right, field}, 60000, 1.08), ElementsAre(0, 1));
+  EXPECT_THAT(explaining_alike({right, field}, 60000, 1.0), ElementsAre(1));  // if noise were as stated
+}
+
 TEST(CauseDecision, WhatTakesAwayNoMoreThanChanceIsNotNamed) {
   EXPECT_THAT(explaining_alike({{kBefore - 27.9, 3, true}}, kBefore, 1.0), IsEmpty());
   EXPECT_THAT(explaining_alike({{kBefore - 28.1, 3, true}}, kBefore, 1.0), ElementsAre(0));
