@@ -107,6 +107,20 @@ void replace_coordinates(const CameraDecode& of_box, const PixelBox& box, Camera
   }
 }
 
+/// Decodes the box alone, with the light that the whole image tells: a small object does not tell it.
+CameraDecode decode_box(const CameraImages& images, const Fringes& fringes, const DecodeOptions& options,
+                        const PixelBox& box) {
+  CameraImages part = crop(images, box);
+  DecodeOptions of_part = options;
+  of_part.light.reset();
+  of_part.variance_offset_dn2 = of_part.variance_per_dn = 0.0;  // nothing to estimate
+  if (!options.light) return decode(part, fringes, of_part);
+  const std::optional<LightFactors> light = estimate_light(images, fringes, *options.light);
+  if (light && light->differ())
+    part = with_steady_light(std::move(part), *light, options.light->black_level_dn);
+  return decode(part, fringes, of_part);
+}
+
 }  // namespace
 
 void take_noise_free_coordinates(const Fringes& fringes, const std::vector<CameraImages>& noise_free,
@@ -125,7 +139,7 @@ void take_noise_free_coordinates(const Fringes& fringes, const std::vector<Camer
       for (DirectionDecode& d : decodes[i].directions) std::ranges::fill(d.coordinate_px.data, std::nan(""));
       continue;
     }
-    replace_coordinates(decode(crop(noise_free[i], boxes[i]), fringes, options[i]), boxes[i], decodes[i]);
+    replace_coordinates(decode_box(noise_free[i], fringes, options[i], boxes[i]), boxes[i], decodes[i]);
   }
 }
 
