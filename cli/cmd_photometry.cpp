@@ -135,7 +135,7 @@ void print_summary(const calib::Photometry& p) {
     if (c.flat) fmt::print("{}: {:.4f} of the light at the corners\n", c.camera, c.flat->corner);
     if (c.light) {
       const auto [least, most] = std::ranges::minmax(c.light->factor);
-      const double sigma = std::ranges::max(c.light->sigma);
+      const double sigma = measure::largest_told(c.light->sigma);
       fmt::print(
           "{}: light of the images {:+.2f} ... {:+.2f} % (± {}){}\n", c.camera, 100.0 * (least - 1.0),
           100.0 * (most - 1.0), std::isfinite(sigma) ? fmt::format("{:.2g} %", 100.0 * sigma) : "unknown",

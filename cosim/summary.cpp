@@ -9,6 +9,7 @@
 #include "compare/causes/causes.hpp"
 #include "compare/held_out/held_out.hpp"
 #include "compare/pattern/pattern.hpp"
+#include "measure/decode/light_factors.hpp"
 
 namespace fringetwin::cosim {
 
@@ -28,7 +29,7 @@ std::vector<std::string> light_lines(const std::vector<compare::LightRow>& rows)
   for (const compare::LightRow& row : rows) {
     if (row.factor.empty()) continue;
     const auto [least, most] = std::ranges::minmax(row.factor);
-    const double sigma = std::ranges::max(row.factor_sigma);
+    const double sigma = measure::largest_told(row.factor_sigma);
     out.push_back(fmt::format(
         "{}{}: light of the images {:+.2f} ... {:+.2f} % ({}): {}", row.side.empty() ? "" : row.side + " ",
         row.camera, 100.0 * (least - 1.0), 100.0 * (most - 1.0),

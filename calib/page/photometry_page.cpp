@@ -165,7 +165,7 @@ std::string light_section(const Photometry& p) {
   t.columns = {text_column("camera"), {"image"}, {"light", "% of the mean"}};
   for (const CameraPhotometry& c : p.cameras)
     for (std::size_t k = 0; c.light && k < c.light->factor.size(); ++k)
-      if (c.light->sigma[k] > 0.0)
+      if (c.light->sigma[k] > 0.0 && std::isfinite(c.light->sigma[k]))
         t.add_row({c.camera, std::to_string(k), pm({100.0 * c.light->factor[k], 100.0 * c.light->sigma[k]})});
   return t.rows.empty() ? "" : t.html();
 }

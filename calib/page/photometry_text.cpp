@@ -93,10 +93,8 @@ std::string response_toml(const ProjectorPhotometry& p) {
 }
 
 std::string light_toml(const LightOfImages& light) {
-  double sigma = 0.0;
-  for (const double s : light.sigma) sigma = std::max(sigma, s);
   return fmt::format("# ± {:.2g} (largest), one for each image of the first capture; another has others\n",
-                     sigma) +
+                     measure::largest_told(light.sigma)) +
          factors_toml("light_factors", light.light_factors);
 }
 

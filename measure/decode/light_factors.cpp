@@ -38,8 +38,9 @@ constexpr double kDiffer = 4.0;  ///< standard errors
 
 /// One pitch of one direction: its images' indices and images.
 struct PitchSteps {
-  std::vector<std::size_t> index;
-  std::vector<const ImageF*> image;
+  bool is_finest = false;  ///< of its direction
+  std::vector<std::size_t> index = {};
+  std::vector<const ImageF*> image = {};
 };
 
 std::vector<PitchSteps> pitches_of(const CameraImages& images, const Fringes& fringes) {
@@ -47,7 +48,9 @@ std::vector<PitchSteps> pitches_of(const CameraImages& images, const Fringes& fr
   const std::vector<PatternSpec> sequence = expand_sequence(fringes);
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     if (sequence[i].kind != PatternSpec::Kind::phase_step) continue;
-    if (sequence[i].step == 0) pitches.emplace_back();
+    if (sequence[i].step == 0)
+      pitches.push_back({fringes.directions[static_cast<std::size_t>(sequence[i].direction)].finest() ==
+                         sequence[i].pitch});
     pitches.back().index.push_back(i);
     pitches.back().image.push_back(&images.images.at(i));
   }
@@ -76,6 +79,7 @@ std::vector<std::size_t> spread_over(std::size_t n, std::size_t most) {
 struct LightSums {
   Eigen::MatrixXd normal;
   Eigen::VectorXd right;
+  Eigen::MatrixXd scores;  ///< squares of what each pixel adds to `right`
   double squares = 0.0, weight = 0.0;
   std::vector<float> of_pixels = {};  ///< weighted squares of what each leaves
 };
@@ -215,8 +219,9 @@ class PitchLight {
     const auto n_blocks = static_cast<std::ptrdiff_t>(chosen_.blocks.size());
 #pragma omp parallel for schedule(dynamic)
     for (std::ptrdiff_t b = 0; b < n_blocks; ++b) sum_up_block(static_cast<std::size_t>(b));
-    total_ = {Eigen::MatrixXd::Zero(steps_.unknowns(), steps_.unknowns()),
-              Eigen::VectorXd::Zero(steps_.unknowns())};
+    total_ = {.normal = Eigen::MatrixXd::Zero(steps_.unknowns(), steps_.unknowns()),
+              .right = Eigen::VectorXd::Zero(steps_.unknowns()),
+              .scores = {}};
     for (const LightSums& s : sums_) {
       total_.normal += s.normal;
       total_.right += s.right;
@@ -230,6 +235,8 @@ class PitchLight {
     LightSums& out = sums_[block];
     out.normal = Eigen::MatrixXd::Zero(n + m, n + m);
     out.right = Eigen::VectorXd::Zero(n + m);
+    out.scores = out.normal;
+    Eigen::VectorXd score(n + m);
     for (std::size_t i = 0; i < chosen_.blocks[block].size(); ++i) {
       const Eigen::VectorXd y = values(chosen_.blocks[block][i]);
       StepFringe& fringe = fringes_[block][i];
@@ -243,8 +250,9 @@ class PitchLight {
       out.normal.topLeftCorner(n, n) += w * free.cwiseProduct(e.signal * e.signal.transpose());
       out.normal.topRightCorner(n, m).noalias() += w * e.signal.asDiagonal() * harmonics;
       out.normal.bottomRightCorner(m, m).noalias() += w * harmonics.transpose() * harmonics;
-      out.right.head(n) += w * e.signal.cwiseProduct(left);
-      out.right.tail(m).noalias() += w * harmonics.transpose() * left;
+      score << w * e.signal.cwiseProduct(left), w * harmonics.transpose() * left;
+      out.right += score;
+      out.scores.noalias() += score * score.transpose();
       out.squares += w * left.squaredNorm();
       out.weight += w / noise;
       out.of_pixels.push_back(static_cast<float>(squares));
@@ -293,16 +301,19 @@ class PitchLight {
     return std::max(0.0, left) / (total_.weight * steps_.freedom());
   }
 
-  /// Sets the standard errors: those of the noise that is left, or of the scatter of blocks where that is
-  /// more than chance makes of it.
+  /// Sets the standard errors: those of the scatter of pixels, whose noise is not the same at all levels, or
+  /// of the scatter of blocks where that is more than chance makes of it.
   void set_sigma(const Eigen::VectorXd& solution) {
     const int n = steps_.count();
-    const Eigen::MatrixXd noise = std::max(after_, std::numeric_limits<double>::min()) * covariance_;
-    Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(steps_.unknowns(), steps_.unknowns());
+    Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(steps_.unknowns(), steps_.unknowns()), of_pixels = scores;
     for (const LightSums& s : sums_) {
+      of_pixels += s.scores;
       const Eigen::VectorXd score = s.right - s.normal * solution;
       scores += score * score.transpose();
     }
+    // a hair more than nothing, where images are without any noise
+    const Eigen::MatrixXd noise =
+        covariance_ * of_pixels * covariance_ + std::numeric_limits<double>::min() * covariance_;
     const auto blocks = static_cast<double>(sums_.size());
     const Eigen::MatrixXd sandwich = blocks / (blocks - 1.0) * covariance_ * scores * covariance_;
     const double chance = 1.0 + 3.0 * std::sqrt(2.0 / (blocks - 1.0));
@@ -394,6 +405,13 @@ bool LightFactors::differ() const {
   return false;
 }
 
+double largest_told(const std::vector<double>& sigma) {
+  double most = 0.0;
+  for (const double s : sigma)
+    if (std::isfinite(s)) most = std::max(most, s);
+  return most > 0.0 ? most : std::numeric_limits<double>::infinity();
+}
+
 double light_phase_rms_rad(const std::vector<double>& factors, double mean_over_amplitude) {
   std::complex<double> first, second;
   const auto n = static_cast<double>(factors.size());
@@ -410,21 +428,31 @@ std::optional<LightFactors> estimate_light(const CameraImages& images, const Fri
   if (fringes.steps < kFewestLightSteps || fringes.steps > kMostLightSteps) return std::nullopt;
   const std::vector<PitchSteps> steps = pitches_of(images, fringes);
   std::vector<PitchLight> pitches;
-  for (const PitchSteps& pitch : steps) {
-    pitches.emplace_back(pitch, options, images.saturation_dn());
-    if (!pitches.back().run()) return std::nullopt;
-  }
-  const PitchLevels levels(pitches, images.saturation_dn());
+  std::vector<const PitchSteps*> of_pitch;
   LightFactors out{.factor = std::vector<double>(images.images.size(), 1.0),
                    .sigma = std::vector<double>(images.images.size(), 0.0)};
+  for (const PitchSteps& pitch : steps) {
+    PitchLight light(pitch, options, images.saturation_dn());
+    if (light.run()) {
+      pitches.push_back(std::move(light));
+      of_pitch.push_back(&pitch);
+      continue;
+    }
+    // a wide pitch, seen at few phases, only unwraps the finest one
+    if (pitch.is_finest) return std::nullopt;
+    for (const std::size_t i : pitch.index) out.sigma[i] = std::numeric_limits<double>::infinity();
+  }
+  if (pitches.empty()) return std::nullopt;
+  const PitchLevels levels(pitches, images.saturation_dn());
   for (std::size_t p = 0; p < pitches.size(); ++p) {
     const PitchLight& light = pitches[p];
     std::vector<double> of_steps;
-    for (std::size_t k = 0; k < steps[p].index.size(); ++k) {
+    const std::vector<std::size_t>& index = of_pitch[p]->index;
+    for (std::size_t k = 0; k < index.size(); ++k) {
       const auto at = static_cast<Eigen::Index>(k);
       of_steps.push_back(std::exp(light.log_factor()[at]));
-      out.factor[steps[p].index[k]] = std::exp(light.log_factor()[at] + levels.log_level[p]);
-      out.sigma[steps[p].index[k]] = std::hypot(light.sigma()[at], levels.sigma[p]);
+      out.factor[index[k]] = std::exp(light.log_factor()[at] + levels.log_level[p]);
+      out.sigma[index[k]] = std::hypot(light.sigma()[at], levels.sigma[p]);
     }
     const double share = 1.0 / static_cast<double>(pitches.size());
     out.residual_before += share * light.before();

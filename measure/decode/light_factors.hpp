@@ -45,6 +45,10 @@ struct LightFactors {
   bool differ() const;
 };
 
+/// Returns the largest of standard errors of factors but those that are infinite; infinity where none is
+/// told.
+double largest_told(const std::vector<double>& sigma);
+
 /// Returns the rms over all phases of what factors 1 + e_k of the N steps of a pitch move the phase by, to
 /// first order, where the fringe's mean over black is `mean_over_amplitude` times its amplitude: sqrt(2 |m
 /// e_1|^2 + |e_2|^2 / 2) with e_j = (1/N) sum e_k exp(-2 pi i j k/N), m = mean_over_amplitude.
@@ -53,9 +57,10 @@ double light_phase_rms_rad(const std::vector<double>& factors_of_steps, double m
 /// Estimates the factors from the images alone. Every pixel has its mean, its amplitude and its phase, and
 /// the fringes of a pitch have their waveform in common; what the N steps hold besides, N - 3 contrasts of
 /// every pixel, is told by N factors common to all pixels (least squares, Huber weights by pixel). Between
-/// pitches it is the means that tell. Returns nothing with other numbers of steps than these, with fewer
-/// than 200 pixels that are lit and not saturated, and where their phases vary too little to tell. Any number
-/// of threads gives the same.
+/// pitches it is the means that tell. A pitch is not told by fewer than 200 pixels that are lit and not
+/// saturated, nor where their phases vary too little: its images keep the factor 1, with an infinite standard
+/// error. Returns nothing with other numbers of steps than these, and where the finest pitch of a direction
+/// is not told. Any number of threads gives the same.
 std::optional<LightFactors> estimate_light(const CameraImages& images, const Fringes& fringes,
                                            const LightOptions& options);
 
