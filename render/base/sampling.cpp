@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
@@ -41,31 +42,56 @@ double gauss_contrast_error(int n, double swing_rad) {
   return error;
 }
 
-// Returns the size of a harmonic of a pitch, fraction of full scale: of the added light, or of a blurred
-// waveform at most what a binary one has. A waveform without blur has edges or bends, which no rule of points
-// serves.
-double harmonic_size(const Twin& twin, const DirectionFringes& direction, std::size_t pitch, int order) {
+// Returns the sizes of the harmonics 2, 3, ... that the shown fringes have behind the projector's response,
+// fraction of full scale, before blur. Empty where they have none, and of a waveform without blur: it has
+// edges or bends, which no rule of points serves.
+std::vector<double> shown_harmonics(const Twin& twin) {
+  constexpr int kPoints = 1024;  // an edge lies half a point off at most: 1e-3 of its height
+  const Fringes& fringes = twin.fringes;
+  const ProjectorResponse& response = twin.projector->response;
+  const bool is_sine = fringes.waveform.kind == Waveform::Kind::sine;
+  if (is_sine ? response.kind == ProjectorResponse::Kind::linear : !(twin.projector->least_blur_px() > 0.0))
+    return {};
+  std::vector<std::complex<double>> sums(kHighestHarmonic + 1);
+  for (int i = 0; i < kPoints; ++i) {
+    const double turns = (i + 0.5) / kPoints,
+                 light = response(fringes.mean + fringes.amplitude * fringes.waveform(turns));
+    const std::complex<double> turn = std::polar(1.0, kTwoPi * turns);
+    std::complex<double> power = 1.0;
+    for (std::complex<double>& sum : sums) {
+      sum += light * power;
+      power *= turn;
+    }
+  }
+  std::vector<double> sizes;
+  for (std::size_t k = 2; k < sums.size(); ++k) sizes.push_back(2.0 / kPoints * std::abs(sums[k]));
+  return sizes;
+}
+
+// Returns the size of a harmonic of a pitch at most, fraction of full scale: of the added light, and of the
+// shown fringes behind their blur.
+double harmonic_size(const Twin& twin, const std::vector<double>& shown, const DirectionFringes& direction,
+                     std::size_t pitch, int order) {
   const Harmonics& added = direction.harmonics_of(pitch);
   const auto i = static_cast<std::size_t>(order - 2);
   double size = i < added.size() ? std::hypot(added[i].cosine, added[i].sine) : 0.0;
-  const double blur_px = twin.projector->least_blur_px();
-  if (twin.fringes.waveform.kind != Waveform::Kind::sine && blur_px > 0.0) {
-    const double u = 0.5 * kTwoPi * order * blur_px / direction.pitches_px[pitch];
-    size += 8.0 / kTwoPi * twin.fringes.amplitude / order * std::exp(-2.0 * u * u);
+  if (i < shown.size()) {
+    const double u = 0.5 * kTwoPi * order * twin.projector->least_blur_px() / direction.pitches_px[pitch];
+    size += shown[i] * std::exp(-2.0 * u * u);
   }
   return size;
 }
 
 // Returns the sum of what the rule leaves too much of the higher harmonics of the fringes of a pitch, the
 // largest of all pitches. `swing_rad`: of the finest fringe in a pixel.
-double harmonics_error(const Twin& twin, int n, double swing_rad) {
+double harmonics_error(const Twin& twin, const std::vector<double>& shown, int n, double swing_rad) {
   double most = 0.0;
   for (const DirectionFringes& d : twin.fringes.directions)
     for (std::size_t p = 0; p < d.pitches_px.size(); ++p) {
       const double swing = swing_rad * twin.fringes.finest_pitch_px() / d.pitches_px[p];
       double error = 0.0;
       for (int k = 2; k <= kHighestHarmonic; ++k)
-        error += harmonic_size(twin, d, p, k) * std::min(1.0, gauss_contrast_error(n, k * swing));
+        error += harmonic_size(twin, shown, d, p, k) * std::min(1.0, gauss_contrast_error(n, k * swing));
       most = std::max(most, error);
     }
   return most;
@@ -131,8 +157,9 @@ Sampling without_adaptation(const Sampling& sampling, const Twin& twin, const Ca
   // Taken for a surface that faces both and is as far from the camera as from the projector.
   const double swing_rad = kTwoPi / twin.fringes.finest_pitch_px() * twin.projector->lens.intrinsics().at(0) /
                            camera.lens.intrinsics().at(0);
+  const std::vector<double> shown = shown_harmonics(twin);
   int n = static_cast<int>(std::lround(std::sqrt(static_cast<double>(fixed.samples))));
-  while (n < 6 && std::max(gauss_contrast_error(n, swing_rad), harmonics_error(twin, n, swing_rad)) >
+  while (n < 6 && std::max(gauss_contrast_error(n, swing_rad), harmonics_error(twin, shown, n, swing_rad)) >
                       sampling.gray_error)
     ++n;
   fixed.samples = n * n;

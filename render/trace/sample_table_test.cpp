@@ -196,6 +196,38 @@ TEST(ChooseSampling, TheRuleThatStandsInIsTheSmallestThatKeepsTheContrast) {
   }
 }
 
+// Levels 0, 1, 0, 1 are a square wave of half the period: harmonics 2, 6, 10, ... of 4 A / pi over 1, 3, 5.
+// A wave of one period of the same height has at most half of that in harmonic 2.
+TEST(ChooseSampling, TheRuleThatStandsInHoldsHarmonicsOfAnyWaveform) {
+  Twin twin = rig();
+  twin.projector->blur_px = 1.2;
+  twin.fringes.waveform = {Waveform::Kind::levels, {0.0, 1.0, 0.0, 1.0}};
+  const Sampling adaptive = choose_sampling(twin, options({}, {}, 1e-4));
+  const auto error = [&](int points, double swing_rad) {
+    double sum = 0.0;
+    for (const int m : {1, 3, 5, 7}) {
+      const double turns_px = 2 * m * 1.2 / 13.0,
+                   size = 4.0 * twin.fringes.amplitude / std::numbers::pi / m *
+                          std::exp(-2.0 * std::pow(std::numbers::pi * turns_px, 2));
+      sum += size * contrast_error(points, 2 * m * swing_rad);
+    }
+    return sum;
+  };
+  int n_larger = 0;
+  for (const double camera_focal_px : {400.0, 600.0, 800.0, 1000.0, 1400.0, 2000.0, 3000.0}) {
+    const Lens lens("LENSMODEL_PINHOLE", {camera_focal_px, camera_focal_px, 640, 400}, {1280, 800}, "test");
+    const Camera camera{"left", lens, Pose{}, Sensor{}, std::nullopt};
+    const double swing_rad = 2.0 * std::numbers::pi / 13.0 * 1701.22 / camera_focal_px;
+    const int points =
+        static_cast<int>(std::lround(std::sqrt(without_adaptation(adaptive, twin, camera).samples)));
+    if (points == 6) continue;  // the largest that is taken
+    EXPECT_LT(error(points, swing_rad), adaptive.gray_error) << camera_focal_px;
+    EXPECT_LT(contrast_error(points, swing_rad), adaptive.gray_error) << camera_focal_px;
+    n_larger += points > 2 ? 1 : 0;
+  }
+  EXPECT_GT(n_larger, 0);
+}
+
 TEST(ChooseSampling, TheUsersChoiceStands) {
   EXPECT_EQ(choose_sampling(rig(), options(9, Sampler::gauss)).samples, 9);
   const Sampling paper = choose_sampling(rig(), options(1024, {}));
