@@ -178,25 +178,47 @@ std::string shift_text(const PhaseRow& phase, double shift_px, const DirectionDe
       origin_px);
 }
 
+/// The light of one camera's real images, told from them when it is first asked for.
+class LightOfReal {
+ public:
+  LightOfReal(const Twin& twin, std::size_t camera, const Side& real)
+      : twin_(twin), camera_(camera), real_(real) {}
+  const std::optional<measure::LightFactors>& operator()() {
+    if (is_known_) return light_;
+    is_known_ = true;
+    light_ = real_.measurement->cameras[camera_].light;  // where the decode looked for it
+    if (!light_)
+      light_ = measure::estimate_light(
+          real_.images[camera_], twin_.fringes,
+          measure::light_options(twin_.cameras[camera_].sensor, twin_.measure.min_modulation_dn));
+    return light_;
+  }
+
+ private:
+  const Twin& twin_;
+  std::size_t camera_;
+  const Side& real_;
+  bool is_known_ = false;
+  std::optional<measure::LightFactors> light_;
+};
+
 /// Puts what the light of the real images predicts into the phase budget, beside the ripple of brightness
 /// that is in the difference.
 void predict_brightness(const Twin& twin, std::size_t camera, const Side& real, const DirectionDecode& decode,
-                        const CompareOptions& options, Comparison& out) {
+                        const CompareOptions& options, LightOfReal& light_of_real, Comparison& out) {
   if (out.phase_budget.empty() || real.images.empty() || real.images[camera].radiance ||
       real.measurement->cameras[camera].light_taken_out)
     return;
-  const auto light = measure::estimate_light(
-      real.images[camera], twin.fringes,
-      measure::light_options(twin.cameras[camera].sensor, twin.measure.min_modulation_dn));
+  const std::optional<measure::LightFactors>& light = light_of_real();
   PhaseBudget& budget = out.phase_budget.back();
   if (light && budget.camera == twin.cameras[camera].name && budget.direction == axis_name(decode.axis))
     budget.light_rad2 = predicted_brightness_rad2(twin, camera, decode, options.use_steps, *light);
 }
 
-/// Fills the phase tables. Returns whether the real fringes lie so far beside the twin's that no cause can be
-/// fitted to gray values.
+/// Fills the phase tables, with their budgets or without. Returns whether the real fringes lie so far beside
+/// the twin's that no cause can be fitted to gray values.
 bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
-                   const CalibrationBudget* calibration, Comparison& out) {
+                   const CalibrationBudget* calibration, bool with_budgets, Comparison& out) {
   bool is_far_off = false;
   out.phase = phase_rows(twin, *real.measurement, *simulated.measurement);
   auto phase = out.phase.cbegin();  // has the same cameras and directions in the same order
@@ -207,11 +229,12 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
         interior_mask(valid_in_both(twin.cameras[c], c, real, simulated), real_decode, simulated_decode);
     const SeenPixels seen = seen_pixels(real_decode, simulated_decode);
     const RenderingError rendering = rendering_error(twin.cameras[c], options.rendered, 1.0);
+    LightOfReal light(twin, c, real);
     for (std::size_t d = 0; d < real_decode->directions.size(); ++d) {
       const DirectionDecode& r = real_decode->directions[d];
       const DirectionDecode* s = simulated_decode->direction(r.axis);
       if (!s || r.coordinate_px.empty() || s->coordinate_px.empty() || r.pitches_px.empty()) continue;
-      if (auto budget = phase_budget(twin, r, *s, options.use_steps)) {
+      if (auto budget = with_budgets ? phase_budget(twin, r, *s, options.use_steps) : std::nullopt) {
         budget->camera = real_decode->camera;
         budget->direction = axis_name(r.axis);
         out.phase_budget.push_back(std::move(*budget));
@@ -221,7 +244,7 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
       if (const auto ripple = test_ripple(twin, r, *s, options.use_steps, interior))
         judge_ripple(*ripple, rendering, r, *s, out.explained.back());
       if (out.explained.back().brightness_chi2 > out.explained.back().ripple_limit)
-        predict_brightness(twin, c, real, r, options, out);
+        predict_brightness(twin, c, real, r, options, light, out);
       judge_orders(*phase, out.explained.back(), out.warnings);
       if (const auto shift_px = r.unwrapped && s->unwrapped ? constant_shift_px(r, *s) : std::nullopt) {
         const double pitch_px = r.pitches_px[r.finest];
@@ -290,7 +313,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
   std::vector<GridSamples> samples = compare_gray(twin, real, simulated, options, calibration, out);
   out.noise = all_noise_rows(twin, real, simulated, options);
   const bool is_far_off = real.measurement && simulated.measurement &&
-                          compare_phase(twin, real, simulated, options, calibration, out);
+                          compare_phase(twin, real, simulated, options, calibration, true, out);
   out.coverage = coverage_rows(twin, real, simulated);
   for (ExplainedRow& row : explain_coverage(twin, out.coverage)) out.explained.push_back(std::move(row));
   for (std::string& warning : coverage_warnings(out.coverage)) out.warnings.push_back(std::move(warning));
@@ -309,7 +332,8 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
 std::vector<ExplainedRow> explain_phases(const Twin& twin, const Side& real, const Side& simulated,
                                          const CompareOptions& options) {
   Comparison out;
-  if (real.measurement && simulated.measurement) compare_phase(twin, real, simulated, options, nullptr, out);
+  if (real.measurement && simulated.measurement)
+    compare_phase(twin, real, simulated, options, nullptr, false, out);
   return std::move(out.explained);
 }
 
