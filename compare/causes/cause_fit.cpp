@@ -19,16 +19,22 @@ constexpr int kMostSteps = 12;
 /// Of the largest |z| of a fit: what the method adds to a fit does not quite move along, so that a right
 /// cause of a large difference may leave more than noise.
 constexpr double kStillApart = 0.25;
-constexpr double kSettledZ = 0.01;  ///< a step of the values that changes no z by more is the last
+constexpr double kFarthestApart = 3.0;  ///< times the limit, however far they were apart
+constexpr double kSettledZ = 0.01;      ///< a step of the values that changes no z by more is the last
 
 void tell(GroupFit& fit, const Twin& twin, CauseFit& out) {
+  Eigen::VectorXd beyond_noise = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(out.fitted.size()));
   for (std::size_t k = 0; k < out.fitted.size(); ++k) {
     const Parameter& p = out.fitted[k];
     const GroupFit::Known& known = fit.known()[k];
     out.told.push_back({p.name, p.unit, p.shown(p.start), p.shown(known.value),
                         known.told ? p.shown_sigma(known.value, known.sigma) : 0.0});
     out.tried.fitted += known.told ? 1.0 : 0.0;
+    if (known.told && known.noise_sigma > 0.0)
+      beyond_noise[static_cast<Eigen::Index>(k)] = known.sigma / known.noise_sigma;
   }
+  if (!out.fitted.empty())
+    out.covariance = beyond_noise.asDiagonal() * fit.covariance() * beyond_noise.asDiagonal();
   for (std::size_t c = 0; c < out.sensors.samples().size(); ++c) {
     const GridSamples& s = out.sensors.samples()[c];
     const Eigen::Vector2d sigma = fit.sensor_sigma(c);
@@ -76,8 +82,8 @@ double most_of(const Eigen::VectorXd& z) { return z.size() > 0 ? z.cwiseAbs().ma
 
 /// Returns whether both sides' fits agree, or nearly do where they were far apart before.
 bool agrees(const Eigen::VectorXd& z, const Eigen::VectorXd& before) {
-  return most_of(z) <=
-         std::max(most_sigmas_of(static_cast<std::uint64_t>(z.size())), kStillApart * most_of(before));
+  const double limit = most_sigmas_of(static_cast<std::uint64_t>(z.size()));
+  return most_of(z) <= std::clamp(kStillApart * most_of(before), limit, kFarthestApart * limit);
 }
 
 }  // namespace
@@ -101,6 +107,7 @@ CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::
                {.hold_gain = false,
                 .keep_scale = true,
                 .settles_sensors = true,
+                .tells = !start.only_values,
                 .most_steps = kMostSteps,
                 .wanted_chi2 = sensitivity.chi2_limit(static_cast<double>(count_values(sensitivity))),
                 .free = free},
@@ -114,9 +121,10 @@ CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::
   out.converged = fit.converged();
   out.chi2 = fit.chi2();
   out.n = fit.n();
-  tell(fit, twin, out);
   out.predicted = fit.predicted();
+  if (!start.only_values) tell(fit, twin, out);
   if (auto columns = fit.give_columns()) std::tie(out.columns, out.columns_at) = std::move(*columns);
+  if (start.only_values) return out;
   out.regions = fit.regions();
   if (out.regions.empty()) out.regions = cause_regions(out.sensors, twin.fringes, out.predicted, free);
   const auto n = static_cast<double>(fit.n());
@@ -165,16 +173,19 @@ void hold_against_fits(const std::vector<FitRow>& fits, const Twin& twin, CauseF
   const auto z_at = [&](const Eigen::VectorXd& values) {
     return in_a_vector(z_with(fits, twin, cause.fitted, values));
   };
-  Eigen::VectorXd after = z_at(cause.values), variance = Eigen::VectorXd::Ones(after.size());
-  for (std::size_t k = 0; k < cause.fitted.size(); ++k) {
-    Eigen::VectorXd values = cause.values;
-    values[static_cast<Eigen::Index>(k)] += cause.told[k].sigma;
-    variance += (z_at(values) - after).cwiseAbs2();
-  }
+  const Eigen::VectorXd after = z_at(cause.values);
   if (after.size() == 0) return;
-  after.array() /= variance.array().sqrt();
-  cause.fit_z = most_of(after);
-  cause.fits_agree = agrees(after, z_at(start_values(cause.fitted)));
+  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(after.size(), cause.values.size());
+  for (Eigen::Index k = 0; k < cause.values.size(); ++k) {
+    const double sigma = std::sqrt(cause.covariance(k, k));
+    if (!(sigma > 0.0)) continue;
+    Eigen::VectorXd values = cause.values;
+    values[k] += sigma;
+    slopes.col(k) = (z_at(values) - after) / sigma;
+  }
+  const Eigen::VectorXd z = with_uncertain_values(after, slopes, cause.covariance);
+  cause.fit_z = most_of(z);
+  cause.fits_agree = agrees(z, z_at(start_values(cause.fitted)));
   cause.tried.passes = cause.tried.passes && cause.fits_agree;
 }
 

@@ -16,6 +16,7 @@ struct CauseFit {
   Sensitivity sensors;                 ///< with the gain and black level that go with the values
   std::vector<Parameter> fitted;       ///< without switches
   Eigen::VectorXd values = {};         ///< of them
+  Eigen::MatrixXd covariance = {};     ///< of the values; 0 of what is not told
   Sensitivity::Values predicted = {};  ///< by them
   Sensitivity::Columns columns = {};   ///< the derivatives by them that were used last; may be empty
   Eigen::VectorXd columns_at = {};     ///< the values that those belong to
@@ -37,6 +38,7 @@ struct CauseStart {
   Sensitivity::Values predicted = {};  ///< there
   Sensitivity::Columns columns = {};   ///< derivatives by these parameters; empty: to be rendered
   Eigen::VectorXd columns_at = {};     ///< the values that those belong to; empty: those of the twin
+  bool only_values = false;  ///< nothing is asked of the fit but values, what they predict, gain and black
 };
 
 /// Fits parameters with the gain and black level of each camera, and with what every pixel has of its own;
@@ -52,9 +54,9 @@ std::optional<Eigen::VectorXd> values_of_fits(const std::vector<FitRow>& fits, c
                                               const std::vector<Parameter>& parameters);
 
 /// Lets a cause pass no more that moves or grows objects and does not bring the fits of both sides together:
-/// with its values the largest |z| of a number, the values' own standard errors counted as if independent,
-/// must be within the limit of the largest of all fits' numbers together (most_sigmas_of()) or at most a
-/// quarter of what it is without. Keeps that |z| as `fit_z`.
+/// with its values the largest |z| of a number, the values' own covariance counted, must be within the limit
+/// of the largest of all fits' numbers together (most_sigmas_of()), or at most a quarter of what it is
+/// without and within three times that limit. Keeps that |z| as `fit_z`.
 void hold_against_fits(const std::vector<FitRow>& fits, const Twin& twin, CauseFit& cause);
 
 }  // namespace fringetwin::compare

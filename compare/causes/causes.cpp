@@ -118,8 +118,7 @@ class CauseSearch {
     for (std::size_t g = 0; g < groups_.size(); ++g)
       if (const double removed = removed_by(e, {g}, kEvery); removed > most) most = removed, nearest_ = g;
     if (!nearest_) return;
-    begin_.emplace(try_fit({*nearest_}));
-    tried_.clear();
+    begin_.emplace(fit({*nearest_}, nullptr, nullptr, true));
     // all fits begin at its gain, but where that is none: an albedo that light from surface to surface drives
     // to nothing has one of a million
     const std::vector<GridSamples> before = sensitivity_.samples();
@@ -190,8 +189,8 @@ class CauseSearch {
   }
 
   /// Fits groups to convergence, in a field or without; `first`: begins where this fit ended.
-  const CauseFit& try_fit(const std::vector<std::size_t>& groups, const PixelField* field = nullptr,
-                          const CauseFit* first = nullptr) {
+  CauseFit fit(const std::vector<std::size_t>& groups, const PixelField* field, const CauseFit* first,
+               bool only_values = false) const {
     std::vector<Parameter> own;
     CauseStart start{.predicted = base_, .columns = {columns_.rough, {}}};
     for (const std::size_t g : groups)
@@ -210,13 +209,17 @@ class CauseSearch {
       }
     }
     if (std::ranges::any_of(groups, [this](std::size_t g) { return is_switch(g); })) start = {};
-    CauseFit fit =
-        fit_cause(sensitivity_, twin_, own, field ? field->free : FreePerPixel::nothing, std::move(start));
-    fit.tried.fitted -= own_;
-    fit.tried.chi2 -= own_;
+    start.only_values = only_values;
+    return fit_cause(sensitivity_, twin_, own, field ? field->free : FreePerPixel::nothing, std::move(start));
+  }
+  const CauseFit& try_fit(const std::vector<std::size_t>& groups, const PixelField* field = nullptr,
+                          const CauseFit* first = nullptr) {
+    CauseFit fitted = fit(groups, field, first);
+    fitted.tried.fitted -= own_;
+    fitted.tried.chi2 -= own_;
     if (!field && std::ranges::all_of(groups, [this](std::size_t g) { return moves_objects(g); }))
-      hold_against_fits(fits_, twin_, fit);
-    return tried_.emplace_back(Tried{groups, field, std::move(fit)}).fit;
+      hold_against_fits(fits_, twin_, fitted);
+    return tried_.emplace_back(Tried{groups, field, std::move(fitted)}).fit;
   }
 
   /// Fits the groups to convergence whose linear steps take away most; once one passes, only its rivals.
@@ -398,9 +401,10 @@ class CauseSearch {
     CauseRow row;
     row.group = texture.name;
     row.cause = texture.cause;
-    const NormalEquations e = sensitivity_.equations_at(base_, {base_, {}}, texture.free);
-    row.removed = before_ - solve(e, {}).chi2 - static_cast<double>(equations_.n - e.n);
-    row.alone = share(row.removed, {});
+    CauseFit fit = fit_cause(sensitivity_, twin_, {}, texture.free, {.predicted = base_});
+    fit.tried.fitted -= own_;
+    fit.tried.chi2 -= own_;
+    take(fit, row);
     out.rows.push_back(std::move(row));
   }
 

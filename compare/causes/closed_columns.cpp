@@ -177,8 +177,8 @@ double blurred_at(const ImageF& image, int x, int y, const std::vector<double>& 
 Effect motion_effect(std::size_t pose_parameter, std::size_t n_images) {
   return [=](const EffectInput& in, std::vector<float>& irradiance) {
     const GridSamples& s = in.samples;
-    if (pose_parameter >= s.pose_slopes.size()) return;
-    const std::vector<float>& slope = s.pose_slopes[pose_parameter];
+    if (!s.pose_slopes || pose_parameter >= s.pose_slopes->size()) return;
+    const std::vector<float>& slope = (*s.pose_slopes)[pose_parameter];
     std::vector<double> moved;  // by when the image is taken
     for (const int image : s.images)
       moved.push_back((in.to - in.from) * (image / static_cast<double>(n_images - 1) - 0.5));

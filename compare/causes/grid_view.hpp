@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -49,9 +50,9 @@ struct GridSamples {
   const CameraImages* frame = nullptr;
   std::vector<Eigen::Vector2f>
       projector_px;  ///< that lights each pixel; empty unless find_projector_places()
-  /// Derivatives of the irradiance by each parameter of the group pose, laid out as real_dn; empty unless
-  /// Sensitivity::take_pose_slopes().
-  std::vector<std::vector<float>> pose_slopes = {};
+  /// Derivatives of the irradiance by each parameter of the group pose, laid out as real_dn, which copies
+  /// share; null unless Sensitivity::take_pose_slopes().
+  std::shared_ptr<const std::vector<std::vector<float>>> pose_slopes = {};
   std::size_t n_pixels() const { return cell.size(); }
   /// Returns the variance that bounces leave in a value of the k-th image.
   double scatter_of(std::size_t k) const {

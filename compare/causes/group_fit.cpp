@@ -311,7 +311,8 @@ void GroupFit::run() {
   sensor_sigma_.resize(0);
   regions_.clear();
   unexplained_.clear();
-  for (const Block& block : blocks_) tell(block);
+  for (const Block& block : blocks_)
+    if (options_.tells) tell(block);
 }
 
 void GroupFit::hold(const std::vector<std::size_t>& parameters) {

@@ -25,6 +25,7 @@ struct GroupFitOptions {
   bool keep_scale = false;  ///< Huber's scale of `Sensitivity` stays: chi2 of several fits can be compared
   /// Gain and black level go into the samples before regions are summed, as they go with the values.
   bool settles_sensors = false;
+  bool tells = true;    ///< what is known of the parameters; else run() ends with their values
   bool exact = false;   ///< the last columns are central differences (Sensitivity::Derivative)
   int most_steps = 20;  ///< of each block, in each pass
   /// Chi2 per value that a fit must reach to be of use; one that cannot come near it stops early.

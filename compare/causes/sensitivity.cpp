@@ -368,8 +368,9 @@ Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Pa
 
 void Sensitivity::take_pose_slopes(const Columns& columns, const std::vector<std::size_t>& pose) {
   for (std::size_t c = 0; c < samples_.size(); ++c) {
-    samples_[c].pose_slopes.clear();
-    for (const std::size_t at : pose) samples_[c].pose_slopes.push_back(columns.each[at][c]);
+    std::vector<std::vector<float>> slopes;
+    for (const std::size_t at : pose) slopes.push_back(columns.each[at][c]);
+    samples_[c].pose_slopes = std::make_shared<const std::vector<std::vector<float>>>(std::move(slopes));
   }
 }
 

@@ -70,4 +70,10 @@ std::map<std::string, double> z_by_name(const std::vector<FitRow>& rows) {
   return out;
 }
 
+Eigen::VectorXd with_uncertain_values(const Eigen::VectorXd& z, const Eigen::MatrixXd& slopes,
+                                      const Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd more = (slopes * covariance).cwiseProduct(slopes).rowwise().sum();
+  return z.array() / (1.0 + more.array().max(0.0)).sqrt();
+}
+
 }  // namespace fringetwin::compare

@@ -2,6 +2,7 @@
 // Says what the fits of both sides would differ by if the twin's objects stood elsewhere or had other sizes,
 // without rendering or measuring anything.
 #pragma once
+#include <Eigen/Core>
 #include <map>
 #include <string>
 #include <vector>
@@ -18,5 +19,10 @@ std::vector<FitRow> moved_fits(const std::vector<FitRow>& rows, const Twin& twin
 
 /// Returns the z of every number of these rows that has one, by "ball.radius_mm", "ball.center_mm.x".
 std::map<std::string, double> z_by_name(const std::vector<FitRow>& rows);
+
+/// Returns z of fits that were moved by values which are themselves not known exactly: each over the root of
+/// 1 + s' C s, with its derivatives s by the values (a row of `slopes`) and the values' covariance C.
+Eigen::VectorXd with_uncertain_values(const Eigen::VectorXd& z, const Eigen::MatrixXd& slopes,
+                                      const Eigen::MatrixXd& covariance);
 
 }  // namespace fringetwin::compare

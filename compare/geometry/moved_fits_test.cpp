@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "compare/geometry/fit_rows.hpp"
 #include "measure/fit/object_fits.hpp"
 
@@ -96,6 +98,18 @@ TEST(MovedFits, MeshesAndObjectsWithoutAFitAreLeftOut) {
   row = make_fit_row(fit_of(twin), fit_of(twin));
   twin.objects[0].shape = MeshShape{};
   EXPECT_TRUE(moved_fits({row}, twin, twin).empty());
+}
+
+// A ball that may be nearer and larger: each alone is known to 1, their difference to 0.1. A fit that tells
+// the difference is as far off as it looks; one that tells the sum is not.
+TEST(MovedFits, ValuesThatAreUncertainTogetherExcuseOnlyWhatTheyMove) {
+  Eigen::Matrix2d covariance;
+  covariance << 1.0, 0.995, 0.995, 1.0;  // of the difference 0.01, of the sum 3.99
+  Eigen::Matrix2d slopes;
+  slopes << 1.0, -1.0, 1.0, 1.0;
+  const Eigen::VectorXd z = with_uncertain_values(Eigen::Vector2d(5.0, 5.0), slopes, covariance);
+  EXPECT_NEAR(z[0], 5.0 / std::sqrt(1.01), 1e-12);
+  EXPECT_NEAR(z[1], 5.0 / std::sqrt(4.99), 1e-12);
 }
 
 }  // namespace
