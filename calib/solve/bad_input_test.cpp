@@ -42,6 +42,26 @@ class BadInput : public ::testing::Test {
 
 TEST_F(BadInput, TheGoodOnesPass) { EXPECT_LT(calibrate(good_, {}).fit.rms_px, 0.16); }
 
+TEST_F(BadInput, AFifthOfADevicesCornersMayBeOutliers) {
+  Calibration c = calibrate(good_, {});
+  const int n = c.devices[1].fit.n_corners + c.devices[1].fit.n_outliers;
+  const auto with_outliers = [&](int n_outliers) {
+    c.devices[1].fit.n_outliers = n_outliers;
+    c.devices[1].fit.n_corners = n - n_outliers;
+  };
+  with_outliers(n / 5);
+  EXPECT_NO_THROW(check_solution(c, {}));
+  with_outliers(n / 5 + 1);
+  try {
+    check_solution(c, {});
+    ADD_FAILURE() << "accepted";
+  } catch (const UserError& e) {
+    EXPECT_EQ(e.code(), ExitCode::no_convergence);
+    EXPECT_THAT(e.what(), AllOf(HasSubstr(c.devices[1].name),
+                                HasSubstr(std::to_string(n / 5 + 1) + " of its " + std::to_string(n))));
+  }
+}
+
 TEST_F(BadInput, ReversedBoardInOneDevice) {
   for (const int device : {0, 1, 2}) {
     Observations o = good_;

@@ -58,6 +58,22 @@ TEST(ExposureChoice, ACameraThatAppliesExposuresLate) {
   EXPECT_EQ(choice.limit, ExposureChoice::Limit::light);
 }
 
+// Every other frame gets half as much light again: whether it is the first or the last of those looked at, it
+// is the one that saturates.
+TEST(ExposureChoice, TheWorstFrameCounts) {
+  EvenRig rig;
+  for (const int flash_at : {0, 1})
+    rig.add(flash_at == 0 ? "even" : "odd",
+            {.width = 100, .height = 50, .dn_per_ms = 15.0, .flash_at = flash_at, .flash = 1.5});
+  const auto choices = choose_exposures(rig.cameras, rig.display);
+  for (std::size_t c = 0; c < 2; ++c) {
+    const double best_ms = closed_form_ms(rig.camera(c), rig.camera(c).options(), 0.001) / 1.5;
+    EXPECT_LE(choices[c].exposure_ms, best_ms) << choices[c].camera;
+    EXPECT_GE(choices[c].exposure_ms, 0.98 * best_ms - 0.01) << choices[c].camera;  // as above
+    EXPECT_LE(choices[c].saturated_share, 0.001);
+  }
+}
+
 RC_GTEST_PROP(ExposureChoiceProperty, AnyStartAnyLightAnyShare, ()) {
   EvenRig rig;
   EvenCameraOptions o;

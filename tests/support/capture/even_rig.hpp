@@ -53,6 +53,8 @@ struct EvenCameraOptions {
   std::set<std::uint32_t> lost = {};
   capture::ExposureRange range = {0.1, 100.0, 0.01};
   int exposure_late_frames = 0;  ///< frames still taken with the exposure before
+  int flash_at = -1;  ///< frames with an even number (0) or an odd one (1) get `flash` times the light
+  double flash = 1.0;
 };
 
 class EvenCamera : public capture::CameraDevice {
@@ -101,9 +103,10 @@ class EvenCamera : public capture::CameraDevice {
     capture::Frame frame;
     frame.sequence = sequence_;
     frame.timestamp_ns = capture::to_ns(o_.stamped_at_begin ? next_ms_ : end_ms);
+    const double flash = static_cast<int>(sequence_ % 2) == o_.flash_at ? o_.flash : 1.0;
     const double light =
-        o_.ambient * taken_ms_ +
-        (world_->lamp_on ? world_->light_until(end_ms) - world_->light_until(next_ms_) : 0.0);
+        flash * (o_.ambient * taken_ms_ +
+                 (world_->lamp_on ? world_->light_until(end_ms) - world_->light_until(next_ms_) : 0.0));
     frame.dn = capture::ImageU16(o_.width, o_.height);
     std::normal_distribution<double> noise(0.0, 1.0);
     for (std::size_t i = 0; i < frame.dn.size(); ++i) {
