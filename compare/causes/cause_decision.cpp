@@ -92,6 +92,7 @@ double worth_naming(double parameters) {
 std::vector<std::size_t> explaining_alike(const std::vector<TriedCause>& tried, double before,
                                           double per_value) {
   std::vector<std::size_t> alike;
+  per_value = std::max(1.0, per_value);  // where noise is less than stated, fewer numbers are preferred
   double best = before;
   for (std::size_t k = 0; k < tried.size(); ++k)
     if (tried[k].passes && before - tried[k].deviance(per_value) >= worth_naming(tried[k].fitted)) {
@@ -100,7 +101,7 @@ std::vector<std::size_t> explaining_alike(const std::vector<TriedCause>& tried, 
     }
   std::erase_if(alike, [&](std::size_t k) {
     const double many = tried[k].fitted > 2.0 * kClearlyBetter ? worth_naming(tried[k].fitted) : 0.0;
-    return tried[k].deviance(per_value) - best >= std::max(1.0, per_value) * std::max(kClearlyBetter, many);
+    return tried[k].deviance(per_value) - best >= per_value * std::max(kClearlyBetter, many);
   });
   std::ranges::stable_sort(alike, [&](auto a, auto b) {
     return tried[a].fitted != tried[b].fitted ? tried[a].fitted < tried[b].fitted

@@ -61,6 +61,15 @@ double log_variance_over(const Sensitivity& others, const Sensitivity& sensors) 
   return sum;
 }
 
+/// Takes the noise of the values at what they have with the field, and with the gain and black level that go
+/// with it: those of a twin without it may be a quarter off, and so the noise.
+void weigh_with_field(Sensitivity& sensors, const Twin& twin, const Sensitivity::Values& predicted,
+                      FreePerPixel free) {
+  sensors.weigh_with_field_at(predicted, free);
+  GroupFit(sensors, twin, {}, {.keep_scale = true, .free = free}, {}, predicted).run();
+  sensors.weigh_with_field_at(predicted, free);
+}
+
 /// Returns the z of the fits with the objects moved and grown as these values say.
 std::map<std::string, double> z_with(const std::vector<FitRow>& fits, const Twin& twin,
                                      const std::vector<Parameter>& parameters,
@@ -93,7 +102,7 @@ CauseFit fit_cause(const Sensitivity& sensitivity, const Twin& twin, const std::
   CauseFit out{.sensors = sensitivity, .fitted = {}};
   if (frees_factor(free)) out.sensors.leave_out_texture_edges();
   if (free != FreePerPixel::nothing && !start.predicted.empty())
-    out.sensors.weigh_with_field_at(start.predicted, free);
+    weigh_with_field(out.sensors, twin, start.predicted, free);
   out.tried.log_variance = log_variance_over(sensitivity, out.sensors);
   Twin changed = twin;
   for (const Parameter& p : parameters)

@@ -196,6 +196,31 @@ TEST(Causes, ARadiusIsNoPose) {
   EXPECT_GT(shift.chi2, 2.0 * shift.limit);
 }
 
+// Light of a lamp beside, an offset of each pixel, and shot noise: what noise the values have is known only
+// with the gain that goes with the offset, whatever it was before. At 0.4 times the gain the dark values
+// would be given too much noise and the bright ones too little.
+TEST(Causes, AnOffsetOfEachPixelHasTheNoiseOfItsOwnGain) {
+  constexpr double kPerDn = 0.2;
+  const Twin twin = window_on_the_sphere();
+  GridSamples s = seen(twin).samples()[0];
+  s.noise_dn2 = [](double dn) { return 0.1 + kPerDn * std::max(0.0, dn - kBlack); };
+  const Sensitivity as_seen(renderer(), {s});
+  const Sensitivity::Values predicted = as_seen.predicted(twin, {}, {});
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  for (std::size_t i = 0; i < s.real_dn.size(); ++i) {
+    const double lamp_dn = 20.0 + 15.0 * std::sin(0.001 * static_cast<double>(i / s.images.size())),
+                 dn = kBlack + lamp_dn + kGain * static_cast<double>(predicted[0][i]);
+    s.real_dn[i] = static_cast<float>(dn + std::sqrt(s.noise_dn2(dn)) * normal(random));
+  }
+  s.gain_dn = 0.4 * kGain;
+  const Sensitivity sensitivity(renderer(), {s});
+  const CauseFit fit = fit_cause(sensitivity, twin, {}, FreePerPixel::offset, {.predicted = predicted});
+  // of 84,000 values 1 +- 0.005; the noise of a level that is known to 5 % makes 0.01 more of it
+  EXPECT_NEAR(fit.chi2, 1.0, 0.02);
+  EXPECT_NEAR(fit.gain.at(0).gain_dn, kGain, 4.0 * fit.gain.at(0).gain_sigma_dn);
+}
+
 /// The fits of the ball on both sides, of the twin's and of the true one, known to 1 um.
 std::vector<FitRow> fits_of(const Twin& twin, const Twin& truth) {
   std::vector<measure::ObjectFit> sides;
