@@ -25,10 +25,11 @@ namespace {
 
 void check_refine(const Twin& twin, const std::vector<std::string>& asked) {
   compare::check_refine(twin, asked);
-  if (needs_white_black(twin.fringes) && std::ranges::find(asked, "texture") != asked.end())
-    throw UserError(ExitCode::usage, "--refine texture",
-                    "white and black reference images have no factors of their own",
-                    "use threshold = \"mean\" or \"inverse\"");
+  for (const char* own : {"texture", "offset"})
+    if (needs_white_black(twin.fringes) && std::ranges::find(asked, own) != asked.end())
+      throw UserError(ExitCode::usage, std::string("--refine ") + own,
+                      "white and black reference images have no factors of their own",
+                      "use threshold = \"mean\" or \"inverse\"");
 }
 
 /// Loads everything that is read and checks everything that can be checked before a device is opened.
@@ -98,7 +99,7 @@ void measure_real(Run& run, const Twin* before = nullptr) {
   keep_times(run, *real, "real");
 }
 
-/// Gives every pixel the factor that was refined; the sensor then sees the images anew.
+/// Gives every pixel the factor and the offset that were refined; the sensor then sees the images anew.
 void apply_texture(Run& run) {
   std::vector<int> images;
   const std::vector<PatternSpec> patterns = expand_sequence(run.twin.fringes);

@@ -64,9 +64,21 @@ Effect light_effect(int image, int first) {
   };
 }
 
-/// Does the same to a twin whose sequence has so many images.
-void change_light(Twin& twin, int image, int first, std::size_t n_images, double by) {
-  std::vector<double>& factors = twin.projector->light_factors;
+/// The same of all light of a camera: its exposure is longer in one image, and as much shorter in the first.
+Effect exposure_effect(int image, int first) {
+  return [=](const EffectInput& in, std::vector<float>& irradiance) {
+    const std::vector<int>& images = in.samples.images;
+    const double longer = std::exp(in.to - in.from);
+    for_pixels(in.samples, irradiance, [&](std::size_t, std::span<float> values) {
+      for (std::size_t k = 0; k < values.size(); ++k)
+        if (images[k] == image || images[k] == first)
+          scale(values[k], images[k] == image ? longer : 1.0 / longer);
+    });
+  };
+}
+
+/// Does the same to the factors of a sequence of so many images.
+void change_factors(std::vector<double>& factors, int image, int first, std::size_t n_images, double by) {
   if (factors.empty()) factors.assign(n_images, 1.0);
   factors.at(static_cast<std::size_t>(image)) *= std::exp(by);
   factors.at(static_cast<std::size_t>(first)) *= std::exp(-by);
@@ -228,6 +240,7 @@ class ClosedList : private GroupList {
     if (group_ == "motion") add_motion();
     for (std::size_t c = 0; c < twin_.cameras.size(); ++c) {
       const std::size_t first = list_.size();
+      if (group_ == "exposure") add_exposure(c);
       if (group_ == "room_light") add_room_light(twin_.cameras[c]);
       if (group_ == "camera_response") add_response(twin_.cameras[c]);
       if (group_ == "camera_psf") add_psf(twin_.cameras[c]);
@@ -244,29 +257,49 @@ class ClosedList : private GroupList {
     return images;
   }
 
-  /// Of the images that are compared: the others say nothing of theirs.
-  void add_light() {
-    if (!twin_.projector) return;
+  /// Returns the images of the steps that are compared: the others say nothing of their light.
+  std::vector<int> compared_images() const {
     std::vector<int> images = phase_steps();
     std::erase_if(images, [this](int image) {
       return !use_steps_.empty() &&
              std::ranges::find(use_steps_, patterns_[static_cast<std::size_t>(image)].step) ==
                  use_steps_.end();
     });
-    const auto log_factor = [this](int image) {
-      return std::log(factor_of(twin_.projector->light_factors, static_cast<std::size_t>(image)));
+    return images;
+  }
+
+  /// Adds ln of a factor over the geometric mean for all of these images but the first, which has minus the
+  /// sum of the others.
+  void add_factors(const std::string& of, const std::string& what, const std::vector<double>& factors,
+                   Effect (*effect)(int image, int first),
+                   const std::function<std::vector<double>&(Twin&)>& of_twin) {
+    const std::vector<int> images = compared_images();
+    const auto log_factor = [&](int image) {
+      return std::log(factor_of(factors, static_cast<std::size_t>(image)));
     };
     double mean = 0.0;
     for (const int image : images) mean += log_factor(image) / static_cast<double>(images.size());
     for (std::size_t k = 1; k < images.size(); ++k) {
       const int image = images[k], first = images[0];
-      Parameter& p = add(fmt::format("image_{}.light", image), "", log_factor(image) - mean, 3e-3,
-                         light_effect(image, first));
-      p.change = [image, first, n = patterns_.size()](Twin& t, double d) {
-        change_light(t, image, first, n, d);
+      Parameter& p = add(fmt::format("{}image_{}.{}", of, image, what), "", log_factor(image) - mean, 3e-3,
+                         effect(image, first));
+      p.change = [image, first, of_twin, n = patterns_.size()](Twin& t, double d) {
+        change_factors(of_twin(t), image, first, n, d);
       };
       p.is_closed = true;
     }
+  }
+
+  void add_light() {
+    if (twin_.projector)
+      add_factors("", "light", twin_.projector->light_factors, light_effect,
+                  [](Twin& t) -> std::vector<double>& { return t.projector->light_factors; });
+  }
+
+  void add_exposure(std::size_t camera) {
+    add_factors(twin_.cameras[camera].name + ".", "exposure", twin_.cameras[camera].exposure_factors,
+                exposure_effect,
+                [camera](Twin& t) -> std::vector<double>& { return t.cameras[camera].exposure_factors; });
   }
 
   /// As far as two terms of the second order, with the black level as the constant.

@@ -7,9 +7,9 @@
 
 namespace fringetwin::compare {
 
-/// Returns the parameters of the groups light (of the phase steps `use_steps`, all where it is empty),
-/// room_light, camera_response, projector_field, image_shift, motion and camera_psf, whose `instead` is
-/// empty; none of others. `change` is empty, too, but for light, which is closed.
+/// Returns the parameters of the groups light and exposure (of the phase steps `use_steps`, all where it is
+/// empty), room_light, camera_response, projector_field, image_shift, motion and camera_psf, whose `instead`
+/// is empty; none of others. `change` is empty, too, but for light and exposure, which are closed.
 std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
                                          const std::vector<int>& use_steps);
 

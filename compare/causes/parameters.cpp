@@ -203,6 +203,8 @@ const std::vector<ParameterGroup>& parameter_groups() {
        "an object moved while the images were taken", "record again with everything at rest, or faster"},
       {"camera_psf", "width of each camera's blur", "blur of a camera's image (out of focus)",
        "put the width that the causes name into psf_px of the camera"},
+      {"exposure", "exposure of each image of each camera", "the exposure differed from image to image", "",
+       "hold the exposure, and trigger it by the projector", false},
   };
   return groups;
 }
