@@ -145,7 +145,7 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
   find_projector_places(*options.renderer, twin, samples);
   Sensitivity sensitivity(*options.renderer, std::move(samples));
   sensitivity.add_scatter_of(twin);
-  // what the pixels have of their own is in the simulated side, not in the twin
+  // what the pixels have of their own is taken from these images: no evidence
   if (options.textured()) sensitivity.free_in_all(free_per_pixel(options.refinement->own));
   out.causes = find_causes(sensitivity, twin, out.fits, options.use_steps);
   if (!out.causes.rows.empty() && out.causes.together.empty())

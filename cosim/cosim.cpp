@@ -105,7 +105,8 @@ void apply_texture(Run& run) {
   const std::vector<PatternSpec> patterns = expand_sequence(run.twin.fringes);
   for (std::size_t k = 0; k < patterns.size(); ++k)
     if (!patterns[k].is_gray() && !patterns[k].is_image()) images.push_back(static_cast<int>(k));
-  compare::apply_texture(*run.options.refinement, run.real.images, images, run.simulated.irradiance);
+  compare::apply_texture(*run.options.refinement, run.real.images, images, run.twin,
+                         run.simulated.irradiance);
   for (std::size_t c = 0; c < run.twin.cameras.size(); ++c)
     for (std::size_t k = 0; k < patterns.size(); ++k)
       run.simulated.images[c].images[k] =

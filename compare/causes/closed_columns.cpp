@@ -45,6 +45,21 @@ Vector2d place_px(const GridSamples& s, std::size_t pixel) {
              Vector2d(static_cast<double>(s.cell[pixel] % width), static_cast<double>(s.cell[pixel] / width));
 }
 
+/// Scales what a value has over a constant.
+void scale_over(float& value, double factor, double constant) {
+  if (constant == 0.0)
+    scale(value, factor);
+  else
+    shift(value, (factor - 1.0) * (static_cast<double>(value) - constant));
+}
+
+/// Returns where a pixel's texture stands in its camera's.
+std::size_t texture_pixel(const Camera& camera, const GridSamples& s, std::size_t pixel) {
+  const Eigen::Vector2i at = place_px(s, pixel).cast<int>();
+  return static_cast<std::size_t>(at.y()) * static_cast<std::size_t>(camera.lens.width()) +
+         static_cast<std::size_t>(at.x());
+}
+
 /// The projector's light is brighter in one image, and as much darker in the first one of all: the values are
 /// ln of brightness over the geometric mean, so that those of several images add up. Ambient light stays.
 Effect light_effect(int image, int first) {
@@ -55,10 +70,7 @@ Effect light_effect(int image, int first) {
         if (images[k] != image && images[k] != first) continue;
         const double factor = std::exp(images[k] == image ? in.to - in.from : in.from - in.to),
                      constant = unprojected_light(in.twin, in.samples, pixel, images[k]);
-        if (constant == 0.0)
-          scale(values[k], factor);
-        else
-          shift(values[k], (factor - 1.0) * (static_cast<double>(values[k]) - constant));
+        scale_over(values[k], factor, constant);
       }
     });
   };
@@ -69,10 +81,11 @@ Effect exposure_effect(int image, int first) {
   return [=](const EffectInput& in, std::vector<float>& irradiance) {
     const std::vector<int>& images = in.samples.images;
     const double longer = std::exp(in.to - in.from);
-    for_pixels(in.samples, irradiance, [&](std::size_t, std::span<float> values) {
+    for_pixels(in.samples, irradiance, [&](std::size_t pixel, std::span<float> values) {
+      const double offset = texture_offset(in.twin, in.samples, pixel);
       for (std::size_t k = 0; k < values.size(); ++k)
         if (images[k] == image || images[k] == first)
-          scale(values[k], images[k] == image ? longer : 1.0 / longer);
+          scale_over(values[k], images[k] == image ? longer : 1.0 / longer, offset);
     });
   };
 }
@@ -369,11 +382,19 @@ class ClosedList : private GroupList {
 double unprojected_light(const Twin& twin, const GridSamples& samples, std::size_t pixel, int image) {
   const Camera& camera = twin.cameras[samples.camera];
   const Projector& projector = *twin.projector;
-  if (!(projector.ambient > 0.0)) return 0.0;
+  const double offset = texture_offset(twin, samples, pixel);
+  if (!(projector.ambient > 0.0)) return offset;
   const Vector2d at = place_px(samples, pixel);
   const auto i = static_cast<std::size_t>(image);
-  return projector.ambient * render::vignetting_factor(camera, at.x(), at.y()) *
-         factor_of(projector.ambient_factors, i) * factor_of(camera.exposure_factors, i);
+  const double ambient = projector.ambient * render::vignetting_factor(camera, at.x(), at.y()) *
+                         factor_of(projector.ambient_factors, i) * factor_of(camera.exposure_factors, i);
+  return camera.texture ? camera.texture->factor_at(texture_pixel(camera, samples, pixel)) * ambient + offset
+                        : ambient;
+}
+
+double texture_offset(const Twin& twin, const GridSamples& samples, std::size_t pixel) {
+  const Camera& camera = twin.cameras[samples.camera];
+  return camera.texture ? camera.texture->offset_at(texture_pixel(camera, samples, pixel)) : 0.0;
 }
 
 std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
@@ -389,7 +410,8 @@ Effect vignetting_effect(std::size_t camera, std::function<void(Twin&, double)> 
       const Vector2d at = place_px(in.samples, pixel);
       const double factor = render::vignetting_factor(changed.cameras[camera], at.x(), at.y()) /
                             render::vignetting_factor(in.twin.cameras[camera], at.x(), at.y());
-      for (float& value : values) scale(value, factor);
+      const double offset = texture_offset(in.twin, in.samples, pixel);
+      for (float& value : values) scale_over(value, factor, offset);
     });
   };
 }
@@ -406,7 +428,8 @@ void find_projector_places(render::Renderer& renderer, const Twin& twin, std::ve
   view.projector =
       Projector{.lens = twin.projector->lens, .T_proj_world = twin.projector->T_proj_world, .response = {}};
   view.render.bounces = 0;
-  for (Camera& camera : view.cameras) camera.vignetting = {}, camera.exposure_factors.clear();
+  for (Camera& camera : view.cameras)
+    camera.vignetting = {}, camera.texture = nullptr, camera.exposure_factors.clear();
   const Vector2d pitch_px = kPitchOverWidth * size_px(twin.projector->lens);
   view.fringes = {.directions = {{Axis::x, {pitch_px.x()}, {0.0}, {}}, {Axis::y, {pitch_px.y()}, {0.0}, {}}},
                   .steps = 4,

@@ -134,7 +134,8 @@ class ParameterList : private GroupList {
   bool all_light_is_diffuse() const {
     return twin_.objects.size() == 1 && twin_.objects[0].material.specular == 0.0 &&
            twin_.objects[0].material.diffuse > 0.0 && twin_.render.bounces == 0 && twin_.projector &&
-           twin_.projector->ambient == 0.0;
+           twin_.projector->ambient == 0.0 &&
+           std::ranges::none_of(twin_.cameras, [](const Camera& c) { return c.texture != nullptr; });
   }
 
   /// The shininess is held: of a weak gloss it cannot be told.

@@ -288,12 +288,16 @@ class Refiner {
     report_.lines.resize(twin_.cameras.size());
     for (const GridSamples& s : sensitivity_.samples())
       report_.lines[s.camera] = Refinement::Line{s.gain_dn, s.black_level_dn};
-    if (report_.own.any()) note_texture();
+    if (report_.own.any()) note_texture(out.twin);
     out.report = std::move(report_);
     return out;
   }
 
-  void note_texture() {
+  void note_texture(Twin& twin) {
+    for (const GridSamples& s : sensitivity_.samples()) {
+      Camera& camera = twin.cameras[s.camera];
+      camera.texture_file = "texture_" + camera.name + ".exr";  // beside refined.toml
+    }
     const OwnKinds& own = report_.own;
     report_.texture = report_.lines;
     report_.notes.push_back(fmt::format(
@@ -364,13 +368,20 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
 }
 
 void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,
-                   const std::vector<int>& images, std::vector<CameraImages>& irradiance) {
+                   const std::vector<int>& images, Twin& twin, std::vector<CameraImages>& irradiance) {
   for (std::size_t c = 0; c < refinement.texture.size(); ++c) {
     if (!refinement.texture[c]) continue;
     const double gain_dn = refinement.texture[c]->gain_dn,
                  black_level_dn = refinement.texture[c]->black_level_dn;
     const double saturation_dn = real[c].saturation_dn();
     std::vector<ImageF>& e = irradiance[c].images;
+    const PixelTexture before = twin.cameras[c].texture ? *twin.cameras[c].texture : PixelTexture{};
+    PixelTexture now, all;
+    for (PixelTexture* texture : {&now, &all}) {
+      texture->factor = ImageF(e.front().width, e.front().height, 1.0F);
+      if (refinement.own.offset || !before.offset.empty())
+        texture->offset = ImageF(e.front().width, e.front().height, 0.0F);
+    }
 #pragma omp parallel for schedule(static)
     for (std::size_t i = 0; i < e.front().size(); ++i) {
       OwnLightSums sums;
@@ -380,10 +391,15 @@ void apply_texture(const Refinement& refinement, const std::vector<CameraImages>
         if (y < saturation_dn) sums.add(x, y - black_level_dn);
       }
       const OwnLight own = sums.line(refinement.own, gain_dn);
-      for (ImageF& image : e)
-        image.data[i] =
-            static_cast<float>(own.factor * static_cast<double>(image.data[i]) + own.offset_dn / gain_dn);
+      now.factor.data[i] = static_cast<float>(own.factor);
+      all.factor.data[i] = static_cast<float>(own.factor * before.factor_at(i));
+      if (!now.offset.empty()) {
+        now.offset.data[i] = static_cast<float>(own.offset_dn / gain_dn);
+        all.offset.data[i] = static_cast<float>(own.factor * before.offset_at(i) + own.offset_dn / gain_dn);
+      }
+      for (ImageF& image : e) image.data[i] = now.of(image.data[i], i);
     }
+    twin.cameras[c].texture = std::make_shared<const PixelTexture>(std::move(all));
   }
 }
 

@@ -35,11 +35,12 @@ enum class WhatIsWorse { taken_back, stays };
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                const std::vector<std::string>& asked, WhatIsWorse worse = WhatIsWorse::taken_back);
 
-/// Multiplies every pixel of the simulated irradiance by the factor, and adds the offset, that bring it
-/// closest to the real gray values of `images` (sequence indices): the maps of a refinement with "texture"
-/// and "offset". Nothing without.
+/// Gives every camera of the refined twin the factor and the offset of each pixel, of those that "texture"
+/// and "offset" asked for, that bring the irradiance of that twin closest to the real gray values of `images`
+/// (sequence indices), and the irradiance the same. A texture that a camera has already is part of the new
+/// one. Nothing without.
 void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,
-                   const std::vector<int>& images, std::vector<CameraImages>& irradiance);
+                   const std::vector<int>& images, Twin& twin, std::vector<CameraImages>& irradiance);
 
 /// Returns what to write into twin.toml: every key that differs, in the words of that file, under its table;
 /// the refined values with their standard errors as comments above.

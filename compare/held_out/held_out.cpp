@@ -101,8 +101,8 @@ class Prediction {
   }
   /// Returns the light of the twin in an image with these factors.
   double light_with(std::size_t pixel, std::size_t k, const ImageOwn& image) const {
-    const double room = room_dn(pixel, k);
-    return image.exposure * (room + image.light * (light_dn(pixel, k) - room));
+    const double room = room_dn(pixel, k), offset = s_.gain_dn * texture_offset(twin_, s_, pixel);
+    return image.exposure * (room - offset + image.light * (light_dn(pixel, k) - room)) + offset;
   }
   /// Returns what is predicted of a value over black.
   double shown_dn(std::size_t pixel, std::size_t k, const ImageOwn& image) const {
@@ -121,11 +121,13 @@ class Prediction {
     for (std::size_t p = 0; p < s_.n_pixels(); ++p) {
       if (s_.weight[at(p, k)] == 0.0F) continue;
       const OwnLight& own = own_[p].light;
-      const double room = own.factor * room_dn(p, k),
+      const double of_texture = own.factor * s_.gain_dn * texture_offset(twin_, s_, p),
+                   room = own.factor * room_dn(p, k),
                    w2 = 1.0 / variance_dn2(shown_dn(p, k, {}) + s_.black_level_dn);
-      const Eigen::Vector2d parts(room, own.factor * light_dn(p, k) - room);
+      const Eigen::Vector2d parts(room - of_texture, own.factor * light_dn(p, k) - room);
       normal += w2 * parts * parts.transpose();
-      right += w2 * parts * (static_cast<double>(s_.real_dn[at(p, k)]) - s_.black_level_dn - own.offset_dn);
+      right += w2 * parts *
+               (static_cast<double>(s_.real_dn[at(p, k)]) - s_.black_level_dn - own.offset_dn - of_texture);
     }
     if (!exposure) return {.light = normal(1, 1) > 0.0 ? (right[1] - normal(1, 0)) / normal(1, 1) : 1.0};
     const bool told_apart = normal.determinant() > kAlike * normal(0, 0) * normal(1, 1);
