@@ -403,7 +403,8 @@ TEST(Effects, LightPerImage) {
   }
 }
 
-// Each pixel of the image is a line of what it would be without; one of the grid's pixels, too.
+// Each pixel of the image is a line of what it would be without, to rounding, and that of the reference to
+// three times the 4e-5 rad that phases agree to, of an amplitude of 4.
 TEST(Effects, TextureOfPixelsIsALineOfEach) {
   REQUIRE_RENDERER();
   const Twin plain = with_object(left_window(ideal_sphere().center_mm, 24, 16), "ball", ideal_sphere());
@@ -425,7 +426,7 @@ TEST(Effects, TextureOfPixelsIsALineOfEach) {
         const double expected =
             static_cast<double>(texture.factor.data[i] * without[k].data[i] + texture.offset.data[i]);
         EXPECT_NEAR(static_cast<double>(images[k].data[i]), expected, 1e-6 * (1.0 + expected));
-        EXPECT_NEAR(static_cast<double>(images[k].data[i]), pixel.irradiance[k], 1e-4) << x << ' ' << y;
+        EXPECT_NEAR(static_cast<double>(images[k].data[i]), pixel.irradiance[k], 5e-4) << x << ' ' << y;
       }
     }
 }
