@@ -17,6 +17,7 @@
 #include <cmath>
 #include <random>
 
+#include "compare/causes/refine.hpp"
 #include "measure/measurement.hpp"
 #include "render/reference/reference.hpp"
 #include "render/sensor/sensor.hpp"
@@ -159,6 +160,35 @@ TEST_F(HeldOut, SayThatExposuresDifferAndTakeTheirOwn) {
     const double gain = rows.empty() ? 1.0 : std::exp(mean / static_cast<double>(n));
     EXPECT_NEAR(row.exposure_factor, rig.cameras[0].exposure_factors[k] / gain, 4.0 * 9e-4) << row.pattern;
     EXPECT_TRUE(std::isnan(row.light_factor));
+  }
+}
+
+// What a refinement gives every pixel goes with the twin: it is rendered to the same bits, and a second
+// refinement is put upon the first.
+TEST_F(HeldOut, TextureOfARefinementGoesWithTheTwin) {
+  const std::vector<CameraImages> real = recorded(twin_, true, 20.0);
+  Side measured;
+  measured.images = real;
+  measured.measurement = measure::measure(twin_, real);
+  CompareOptions options;
+  options.renderer = shared_renderer();
+  std::vector<int> images(real[0].images.size());
+  for (std::size_t k = 0; k < images.size(); ++k) images[k] = static_cast<int>(k);
+  Twin twin = twin_;
+  for (const double tolerance : {0.0, 1e-5}) {  // the second's factors are rounded as products
+    const Side side = simulated(twin);
+    Refined refined = refine(twin, measured, side, options, {"texture", "offset"}, WhatIsWorse::stays);
+    EXPECT_EQ(refined.twin.cameras[0].texture_file, "texture_" + twin.cameras[0].name + ".exr");
+    std::vector<CameraImages> applied = side.irradiance;
+    apply_texture(refined.report, real, images, refined.twin, applied);
+    const std::vector<CameraImages> rendered = simulated(refined.twin).irradiance;
+    double most = 0.0;
+    for (std::size_t k = 0; k < images.size(); ++k)
+      for (std::size_t i = 0; i < applied[0].images[k].size(); ++i)
+        most = std::max(most, std::abs(static_cast<double>(applied[0].images[k].data[i]) -
+                                       static_cast<double>(rendered[0].images[k].data[i])));
+    EXPECT_LE(most, tolerance);
+    twin = refined.twin;
   }
 }
 
