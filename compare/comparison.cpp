@@ -145,8 +145,8 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
   find_projector_places(*options.renderer, twin, samples);
   Sensitivity sensitivity(*options.renderer, std::move(samples));
   sensitivity.add_scatter_of(twin);
-  // the factors of the pixels are in the simulated side, not in the twin
-  if (options.textured()) sensitivity.free_factors();
+  // what the pixels have of their own is taken from these images: no evidence
+  if (options.textured()) sensitivity.free_in_all(free_per_pixel(options.refinement->own));
   out.causes = find_causes(sensitivity, twin, out.fits, options.use_steps);
   if (!out.causes.rows.empty() && out.causes.together.empty())
     out.causes.pattern = pattern_of_rest(sensitivity, twin);

@@ -25,10 +25,11 @@ namespace {
 
 void check_refine(const Twin& twin, const std::vector<std::string>& asked) {
   compare::check_refine(twin, asked);
-  if (needs_white_black(twin.fringes) && std::ranges::find(asked, "texture") != asked.end())
-    throw UserError(ExitCode::usage, "--refine texture",
-                    "white and black reference images have no factors of their own",
-                    "use threshold = \"mean\" or \"inverse\"");
+  for (const char* own : {"texture", "offset"})
+    if (needs_white_black(twin.fringes) && std::ranges::find(asked, own) != asked.end())
+      throw UserError(ExitCode::usage, std::string("--refine ") + own,
+                      "white and black reference images have no factors of their own",
+                      "use threshold = \"mean\" or \"inverse\"");
 }
 
 /// Loads everything that is read and checks everything that can be checked before a device is opened.
@@ -98,13 +99,14 @@ void measure_real(Run& run, const Twin* before = nullptr) {
   keep_times(run, *real, "real");
 }
 
-/// Gives every pixel the factor that was refined; the sensor then sees the images anew.
+/// Gives every pixel the factor and the offset that were refined; the sensor then sees the images anew.
 void apply_texture(Run& run) {
   std::vector<int> images;
   const std::vector<PatternSpec> patterns = expand_sequence(run.twin.fringes);
   for (std::size_t k = 0; k < patterns.size(); ++k)
     if (!patterns[k].is_gray() && !patterns[k].is_image()) images.push_back(static_cast<int>(k));
-  compare::apply_texture(*run.options.refinement, run.real.images, images, run.simulated.irradiance);
+  compare::apply_texture(*run.options.refinement, run.real.images, images, run.twin,
+                         run.simulated.irradiance);
   for (std::size_t c = 0; c < run.twin.cameras.size(); ++c)
     for (std::size_t k = 0; k < patterns.size(); ++k)
       run.simulated.images[c].images[k] =

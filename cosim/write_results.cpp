@@ -35,6 +35,18 @@ std::vector<const CameraImages*> pointers_to(const std::vector<CameraImages>& ca
   return out;
 }
 
+/// Writes the textures that a refinement gave the cameras, under the names that refined.toml has.
+void write_textures(const std::filesystem::path& dir, const Twin& twin,
+                    const compare::Refinement& refinement) {
+  for (std::size_t c = 0; c < refinement.texture.size(); ++c) {
+    const Camera& camera = twin.cameras[c];
+    if (!refinement.texture[c] || !camera.texture) continue;
+    std::vector<NamedChannel> channels{{"factor", &camera.texture->factor}};
+    if (!camera.texture->offset.empty()) channels.emplace_back("offset", &camera.texture->offset);
+    write_exr(dir / camera.texture_file, channels);
+  }
+}
+
 }  // namespace
 
 compare::Provenance make_provenance(const Origin& origin, const Twin& twin,
@@ -70,6 +82,7 @@ void write_simulated_side(const std::filesystem::path& dir, Run& run, bool radia
   begin_output(dir, {"result.json", "refined.toml", "report.html"});
   write_simulated(dir / "simulated", run.twin, run.simulated.images,
                   radiance ? &run.simulated.irradiance : nullptr, run.rendering);
+  if (run.options.textured()) write_textures(dir, run.twin, *run.options.refinement);
   if (run.options.refinement) write_text_file(dir / "refined.toml", run.refined_toml);
   run.timer.stop();
 }

@@ -130,6 +130,10 @@ std::vector<Effect> make_effects() {
           [](const Camera& c) { return c.vignetting.kind != Vignetting::Kind::none; },
           [](Camera& c) { c.vignetting = {}; }, "[camera.NAME] vignetting"),
       of_each(
+          &Twin::cameras, EffectStage::light, "texture of pixels",
+          "pixels that all see the same of the light", [](const Camera& c) { return c.texture != nullptr; },
+          [](Camera& c) { c.texture = nullptr; }, "[camera.NAME] texture = \"FILE.exr\""),
+      of_each(
           &Twin::objects, EffectStage::light, "specular lobe", "diffuse surfaces",
           [](const Object& o) { return o.material.specular > 0.0; },
           [](Object& o) { o.material.specular = 0.0; },

@@ -2,6 +2,8 @@
 // The small methods of twin.hpp. Reading the file: twin_file.cpp.
 #include "twin/twin.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -10,6 +12,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/module_loader.hpp"
 #include "twin/base/paths.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/image/image_io.hpp"
 
 #ifndef FRINGETWIN_SOURCE_FROM_BUILD
@@ -20,6 +23,8 @@ namespace fringetwin {
 namespace fs = std::filesystem;
 
 namespace {
+
+constexpr float kLargestTexture = 1e9F;  ///< beyond that it is no factor and no irradiance
 
 // Reads the files of the shapes that have some, each once. A shape with files and without a load() does not
 // compile.
@@ -52,6 +57,29 @@ class Loader {
 
   template <WithoutFiles S>
   void load(S&) {}
+
+  void load_texture(Camera& camera) {
+    if (camera.texture_file.empty() || camera.texture) return;
+    const auto fail = [&](const std::string& what) {
+      throw UserError(
+          ExitCode::input, camera.texture_file.string(), what,
+          "a texture is an EXR of camera \"" + camera.name +
+              "\"'s size with the channels factor, offset or both, as `cosim --refine texture` writes it");
+    };
+    PixelTexture texture;
+    for (auto& [name, image] : read_exr(camera.texture_file)) {
+      if (name != "factor" && name != "offset") fail("has a channel \"" + plain_text(name) + "\"");
+      if (image.width != camera.lens.width() || image.height != camera.lens.height())
+        fail(fmt::format("has {} x {} px, the camera {} x {}", image.width, image.height, camera.lens.width(),
+                         camera.lens.height()));
+      const float least = name == "factor" ? 0.0F : -kLargestTexture;
+      if (!std::ranges::all_of(image.data, [&](float v) { return v >= least && v <= kLargestTexture; }))
+        fail("has a value in its channel \"" + name + "\" that is none");
+      (name == "factor" ? texture.factor : texture.offset) = std::move(image);
+    }
+    map_files.push_back(camera.texture_file);
+    camera.texture = std::make_shared<const PixelTexture>(std::move(texture));
+  }
 
   /// Takes over a mesh that is read already.
   void know(const MeshShape& shape) { meshes_[{shape.file, shape.unit}] = shape.mesh; }
@@ -115,6 +143,7 @@ void load_meshes(Twin& twin, const Twin* known) {
     for (const Object& object : known->objects)
       if (const auto* shape = std::get_if<MeshShape>(&object.shape)) loader.know(*shape);
   for (Object& object : twin.objects) std::visit([&](auto& shape) { loader.load(shape); }, object.shape);
+  for (Camera& camera : twin.cameras) loader.load_texture(camera);
   for (const auto& files : {loader.mesh_files, loader.map_files})
     twin.input_files.insert(twin.input_files.end(), files.begin(), files.end());
 }

@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -66,6 +67,22 @@ inline double factor_of(const std::vector<double>& factors, std::size_t image) {
   return factors.empty() ? 1.0 : factors.at(image);
 }
 
+/// What each pixel of a camera makes of the light that it gets: factor * light + offset. Of the camera's
+/// size, or empty: 1 and 0.
+struct PixelTexture {
+  ImageF factor, offset;  ///< offset: irradiance
+  double factor_at(std::size_t pixel) const {
+    return factor.empty() ? 1.0 : static_cast<double>(factor.data[pixel]);
+  }
+  double offset_at(std::size_t pixel) const {
+    return offset.empty() ? 0.0 : static_cast<double>(offset.data[pixel]);
+  }
+  /// Returns the light of a pixel with this texture.
+  float of(float light, std::size_t pixel) const {
+    return static_cast<float>(factor_at(pixel) * static_cast<double>(light) + offset_at(pixel));
+  }
+};
+
 struct Camera {
   std::string name;
   Lens lens;
@@ -76,13 +93,15 @@ struct Camera {
   Vignetting vignetting = {};
   /// Of each image of the sequence: what its exposure makes of all light; empty: 1.
   std::vector<double> exposure_factors = {};
+  std::filesystem::path texture_file = {};                ///< an EXR; empty: none
+  std::shared_ptr<const PixelTexture> texture = nullptr;  ///< filled by load_meshes()
   Eigen::Vector3d center_world_mm() const { return T_cam_world.inverse().translation_mm; }
 };
 template <class Keys>
 void list_keys(Keys& keys, const Camera*) {
   keys("name"), keys("sensor"), keys("optics");
   keys("psf_px", &Camera::psf_px, NumberRange::between(0.0, 20.0));
-  keys("vignetting"), keys("vignetting_tilt"), keys("exposure_factors");
+  keys("vignetting"), keys("vignetting_tilt"), keys("exposure_factors"), keys("texture");
 }
 
 struct ProjectorResponse {
@@ -243,8 +262,8 @@ Twin load_twin(const std::filesystem::path& file);
 /// "camera[0]"), "fringes.pitches_px[0]". A path that leads nowhere is an UnknownKey.
 Twin load_twin(const std::filesystem::path& file, const std::map<std::string, std::string>& settings);
 
-/// Loads the files of all MeshShapes and albedo maps that are not there yet; one file is read once and
-/// shared. The meshes that `known` has read already are taken from there.
+/// Loads the files of all MeshShapes, albedo maps and textures of cameras that are not there yet; one file is
+/// read once and shared. The meshes that `known` has read already are taken from there.
 void load_meshes(Twin& twin, const Twin* known = nullptr);
 
 /// Returns the root of the real captures: $FRINGETWIN_CAPTURES, or shared/captures beside the checkout of a

@@ -141,8 +141,7 @@ std::vector<Square> squares_of(const GridSamples& s, const std::vector<float>& i
 
 std::vector<CauseRegion> cause_regions(const Sensitivity& sensitivity, const Fringes& fringes,
                                        const Sensitivity::Values& predicted, FreePerPixel free) {
-  if (sensitivity.has_free_factors())
-    free = frees_offset(free) ? FreePerPixel::factor_and_offset : FreePerPixel::factor;
+  free = sensitivity.with_own(free);
   std::vector<CauseRegion> out;
   for (const char* name : kRegionKinds) out.push_back({name, 0.0});
   std::vector<std::vector<Square>> of_camera(predicted.size());

@@ -57,6 +57,7 @@ class CauseSearch {
               const std::vector<int>& steps)
       : sensitivity_(sensitivity), twin_(twin), fits_(fits) {
     for (const ParameterGroup& group : parameter_groups()) {
+      if (!group.is_searched) continue;
       Group g{group.name, {}};
       for (Parameter& p : parameters_of(twin, group.name, steps)) {
         g.at.push_back(parameters_.size());

@@ -45,6 +45,21 @@ Vector2d place_px(const GridSamples& s, std::size_t pixel) {
              Vector2d(static_cast<double>(s.cell[pixel] % width), static_cast<double>(s.cell[pixel] / width));
 }
 
+/// Scales what a value has over a constant.
+void scale_over(float& value, double factor, double constant) {
+  if (constant == 0.0)
+    scale(value, factor);
+  else
+    shift(value, (factor - 1.0) * (static_cast<double>(value) - constant));
+}
+
+/// Returns where a pixel's texture stands in its camera's.
+std::size_t texture_pixel(const Camera& camera, const GridSamples& s, std::size_t pixel) {
+  const Eigen::Vector2i at = place_px(s, pixel).cast<int>();
+  return static_cast<std::size_t>(at.y()) * static_cast<std::size_t>(camera.lens.width()) +
+         static_cast<std::size_t>(at.x());
+}
+
 /// The projector's light is brighter in one image, and as much darker in the first one of all: the values are
 /// ln of brightness over the geometric mean, so that those of several images add up. Ambient light stays.
 Effect light_effect(int image, int first) {
@@ -55,18 +70,28 @@ Effect light_effect(int image, int first) {
         if (images[k] != image && images[k] != first) continue;
         const double factor = std::exp(images[k] == image ? in.to - in.from : in.from - in.to),
                      constant = unprojected_light(in.twin, in.samples, pixel, images[k]);
-        if (constant == 0.0)
-          scale(values[k], factor);
-        else
-          shift(values[k], (factor - 1.0) * (static_cast<double>(values[k]) - constant));
+        scale_over(values[k], factor, constant);
       }
     });
   };
 }
 
-/// Does the same to a twin whose sequence has so many images.
-void change_light(Twin& twin, int image, int first, std::size_t n_images, double by) {
-  std::vector<double>& factors = twin.projector->light_factors;
+/// The same of all light of a camera: its exposure is longer in one image, and as much shorter in the first.
+Effect exposure_effect(int image, int first) {
+  return [=](const EffectInput& in, std::vector<float>& irradiance) {
+    const std::vector<int>& images = in.samples.images;
+    const double longer = std::exp(in.to - in.from);
+    for_pixels(in.samples, irradiance, [&](std::size_t pixel, std::span<float> values) {
+      const double offset = texture_offset(in.twin, in.samples, pixel);
+      for (std::size_t k = 0; k < values.size(); ++k)
+        if (images[k] == image || images[k] == first)
+          scale_over(values[k], images[k] == image ? longer : 1.0 / longer, offset);
+    });
+  };
+}
+
+/// Does the same to the factors of a sequence of so many images.
+void change_factors(std::vector<double>& factors, int image, int first, std::size_t n_images, double by) {
   if (factors.empty()) factors.assign(n_images, 1.0);
   factors.at(static_cast<std::size_t>(image)) *= std::exp(by);
   factors.at(static_cast<std::size_t>(first)) *= std::exp(-by);
@@ -228,6 +253,7 @@ class ClosedList : private GroupList {
     if (group_ == "motion") add_motion();
     for (std::size_t c = 0; c < twin_.cameras.size(); ++c) {
       const std::size_t first = list_.size();
+      if (group_ == "exposure") add_exposure(c);
       if (group_ == "room_light") add_room_light(twin_.cameras[c]);
       if (group_ == "camera_response") add_response(twin_.cameras[c]);
       if (group_ == "camera_psf") add_psf(twin_.cameras[c]);
@@ -244,29 +270,49 @@ class ClosedList : private GroupList {
     return images;
   }
 
-  /// Of the images that are compared: the others say nothing of theirs.
-  void add_light() {
-    if (!twin_.projector) return;
+  /// Returns the images of the steps that are compared: the others say nothing of their light.
+  std::vector<int> compared_images() const {
     std::vector<int> images = phase_steps();
     std::erase_if(images, [this](int image) {
       return !use_steps_.empty() &&
              std::ranges::find(use_steps_, patterns_[static_cast<std::size_t>(image)].step) ==
                  use_steps_.end();
     });
-    const auto log_factor = [this](int image) {
-      return std::log(factor_of(twin_.projector->light_factors, static_cast<std::size_t>(image)));
+    return images;
+  }
+
+  /// Adds ln of a factor over the geometric mean for all of these images but the first, which has minus the
+  /// sum of the others.
+  void add_factors(const std::string& of, const std::string& what, const std::vector<double>& factors,
+                   Effect (*effect)(int image, int first),
+                   const std::function<std::vector<double>&(Twin&)>& of_twin) {
+    const std::vector<int> images = compared_images();
+    const auto log_factor = [&](int image) {
+      return std::log(factor_of(factors, static_cast<std::size_t>(image)));
     };
     double mean = 0.0;
     for (const int image : images) mean += log_factor(image) / static_cast<double>(images.size());
     for (std::size_t k = 1; k < images.size(); ++k) {
       const int image = images[k], first = images[0];
-      Parameter& p = add(fmt::format("image_{}.light", image), "", log_factor(image) - mean, 3e-3,
-                         light_effect(image, first));
-      p.change = [image, first, n = patterns_.size()](Twin& t, double d) {
-        change_light(t, image, first, n, d);
+      Parameter& p = add(fmt::format("{}image_{}.{}", of, image, what), "", log_factor(image) - mean, 3e-3,
+                         effect(image, first));
+      p.change = [image, first, of_twin, n = patterns_.size()](Twin& t, double d) {
+        change_factors(of_twin(t), image, first, n, d);
       };
       p.is_closed = true;
     }
+  }
+
+  void add_light() {
+    if (twin_.projector)
+      add_factors("", "light", twin_.projector->light_factors, light_effect,
+                  [](Twin& t) -> std::vector<double>& { return t.projector->light_factors; });
+  }
+
+  void add_exposure(std::size_t camera) {
+    add_factors(twin_.cameras[camera].name + ".", "exposure", twin_.cameras[camera].exposure_factors,
+                exposure_effect,
+                [camera](Twin& t) -> std::vector<double>& { return t.cameras[camera].exposure_factors; });
   }
 
   /// As far as two terms of the second order, with the black level as the constant.
@@ -336,11 +382,19 @@ class ClosedList : private GroupList {
 double unprojected_light(const Twin& twin, const GridSamples& samples, std::size_t pixel, int image) {
   const Camera& camera = twin.cameras[samples.camera];
   const Projector& projector = *twin.projector;
-  if (!(projector.ambient > 0.0)) return 0.0;
+  const double offset = texture_offset(twin, samples, pixel);
+  if (!(projector.ambient > 0.0)) return offset;
   const Vector2d at = place_px(samples, pixel);
   const auto i = static_cast<std::size_t>(image);
-  return projector.ambient * render::vignetting_factor(camera, at.x(), at.y()) *
-         factor_of(projector.ambient_factors, i) * factor_of(camera.exposure_factors, i);
+  const double ambient = projector.ambient * render::vignetting_factor(camera, at.x(), at.y()) *
+                         factor_of(projector.ambient_factors, i) * factor_of(camera.exposure_factors, i);
+  return camera.texture ? camera.texture->factor_at(texture_pixel(camera, samples, pixel)) * ambient + offset
+                        : ambient;
+}
+
+double texture_offset(const Twin& twin, const GridSamples& samples, std::size_t pixel) {
+  const Camera& camera = twin.cameras[samples.camera];
+  return camera.texture ? camera.texture->offset_at(texture_pixel(camera, samples, pixel)) : 0.0;
 }
 
 std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
@@ -356,7 +410,8 @@ Effect vignetting_effect(std::size_t camera, std::function<void(Twin&, double)> 
       const Vector2d at = place_px(in.samples, pixel);
       const double factor = render::vignetting_factor(changed.cameras[camera], at.x(), at.y()) /
                             render::vignetting_factor(in.twin.cameras[camera], at.x(), at.y());
-      for (float& value : values) scale(value, factor);
+      const double offset = texture_offset(in.twin, in.samples, pixel);
+      for (float& value : values) scale_over(value, factor, offset);
     });
   };
 }
@@ -373,7 +428,8 @@ void find_projector_places(render::Renderer& renderer, const Twin& twin, std::ve
   view.projector =
       Projector{.lens = twin.projector->lens, .T_proj_world = twin.projector->T_proj_world, .response = {}};
   view.render.bounces = 0;
-  for (Camera& camera : view.cameras) camera.vignetting = {}, camera.exposure_factors.clear();
+  for (Camera& camera : view.cameras)
+    camera.vignetting = {}, camera.texture = nullptr, camera.exposure_factors.clear();
   const Vector2d pitch_px = kPitchOverWidth * size_px(twin.projector->lens);
   view.fringes = {.directions = {{Axis::x, {pitch_px.x()}, {0.0}, {}}, {Axis::y, {pitch_px.y()}, {0.0}, {}}},
                   .steps = 4,

@@ -7,15 +7,18 @@
 
 namespace fringetwin::compare {
 
-/// Returns the parameters of the groups light (of the phase steps `use_steps`, all where it is empty),
-/// room_light, camera_response, projector_field, image_shift, motion and camera_psf, whose `instead` is
-/// empty; none of others. `change` is empty, too, but for light, which is closed.
+/// Returns the parameters of the groups light and exposure (of the phase steps `use_steps`, all where it is
+/// empty), room_light, camera_response, projector_field, image_shift, motion and camera_psf, whose `instead`
+/// is empty; none of others. `change` is empty, too, but for light and exposure, which are closed.
 std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
                                          const std::vector<int>& use_steps);
 
 /// Returns the irradiance of a pixel in an image of the sequence that the projector's light factor leaves as
-/// it is: the twin's ambient light.
+/// it is: the twin's ambient light, and the offset of the camera's texture.
 double unprojected_light(const Twin& twin, const GridSamples& samples, std::size_t pixel, int image);
+
+/// Returns the offset of the pixel's texture, which an exposure leaves as it is; 0 without.
+double texture_offset(const Twin& twin, const GridSamples& samples, std::size_t pixel);
 
 /// Returns the effect of a parameter of a camera's vignetting, which `change` changes.
 std::function<void(const EffectInput&, std::vector<float>&)> vignetting_effect(

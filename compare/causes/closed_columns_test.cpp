@@ -80,11 +80,12 @@ void expect_effect(const std::string& group, const std::string& name, double val
     s.projector_px[p] = projector_px(x, y).cast<float>();
     for (const int image : s.images) before.push_back(static_cast<float>(light(x, y, image)));
   }
+  const bool is_kept = group == "light" || group == "exposure";  // by a key of twin.toml
   for (const Parameter& parameter : parameters_of(twin, group)) {
     if (parameter.name != name) continue;
     ASSERT_TRUE(parameter.effect);
-    EXPECT_EQ(parameter.instead.empty(), group == "light");
-    EXPECT_EQ(parameter.is_closed, group == "light");
+    EXPECT_EQ(parameter.instead.empty(), is_kept);
+    EXPECT_EQ(parameter.is_closed, is_kept);
     EXPECT_EQ(parameter.is_closed, static_cast<bool>(parameter.change));
     std::vector<float> after = before;
     parameter.effect({twin, s, before, parameter.start, value}, after);
@@ -113,6 +114,17 @@ TEST(ClosedColumns, LightOfOneImageIsRelativeToTheMean) {
   };
   expect_effect("light", "image_6.light", 0.03, truth);
   EXPECT_EQ(parameters_of(two_cameras(), "light").size(), 11u);
+}
+
+TEST(ClosedColumns, ExposureOfOneImageIsOfOneCamera) {
+  const auto truth = [](double x, double y, int image, double value) {
+    return light(x, y, image) * std::exp(image == 6 ? value : image == 0 ? -value : 0.0);
+  };
+  expect_effect("exposure", "right.image_6.exposure", 0.03, truth);
+  const std::vector<Parameter> all = parameters_of(two_cameras(), "exposure");
+  EXPECT_EQ(all.size(), 22u);
+  EXPECT_EQ(all.front().camera, 0u);
+  EXPECT_EQ(all.back().camera, 1u);
 }
 
 // The lamp's light alone grows: the room's, which has factors of its own and the lens's vignetting, stays.

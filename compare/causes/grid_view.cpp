@@ -22,7 +22,8 @@ bool is_whole(const GridView& grid, const Camera& camera) {
 Camera thinned(const Camera& camera, const GridView& grid) {
   if (is_whole(grid, camera)) return camera;
   Camera out = camera;
-  out.vignetting = {};  // follows the whole image: applied afterwards
+  out.vignetting = {};  // these follow the whole image: applied afterwards
+  out.texture = nullptr;
   std::vector<double> intrinsics = camera.lens.intrinsics();
   const double k = grid.stride;
   intrinsics[0] /= k;
@@ -91,12 +92,17 @@ std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, st
   view.render.pixel_fill /= grid.stride;
   std::vector<ImageF> images = renderer.render(view, 0, {Sampler::gauss, samples}, seed).irradiance;
   const Camera& camera = twin.cameras[index];
-  if (is_whole(grid, camera) || camera.vignetting.kind == Vignetting::Kind::none) return images;
+  const bool vignetting = camera.vignetting.kind != Vignetting::Kind::none;
+  if (is_whole(grid, camera) || (!vignetting && !camera.texture)) return images;
   for (int y = 0; y < grid.height; ++y)
     for (int x = 0; x < grid.width; ++x) {
       const auto factor = static_cast<float>(
           render::vignetting_factor(camera, grid.first_x + grid.stride * x, grid.first_y + grid.stride * y));
-      for (ImageF& image : images) image(x, y) *= factor;
+      const std::size_t pixel = grid.pixel_of(x, y, camera.lens.width());
+      for (ImageF& image : images) {
+        if (vignetting) image(x, y) *= factor;
+        if (camera.texture) image(x, y) = camera.texture->of(image(x, y), pixel);
+      }
     }
   return images;
 }

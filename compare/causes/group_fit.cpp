@@ -71,10 +71,7 @@ void GroupFit::set_values(const Eigen::VectorXd& values) {
   base_ = sensitivity_.predicted(twin_, parameters_, values_);
 }
 
-FreePerPixel GroupFit::free_of(const Block& block) const {
-  if (!sensitivity_.has_free_factors()) return block.free;
-  return frees_offset(block.free) ? FreePerPixel::factor_and_offset : FreePerPixel::factor;
-}
+FreePerPixel GroupFit::free_of(const Block& block) const { return sensitivity_.with_own(block.free); }
 
 std::vector<std::size_t> GroupFit::sensors_of(FreePerPixel free) const {
   std::vector<std::size_t> all;

@@ -134,7 +134,8 @@ class ParameterList : private GroupList {
   bool all_light_is_diffuse() const {
     return twin_.objects.size() == 1 && twin_.objects[0].material.specular == 0.0 &&
            twin_.objects[0].material.diffuse > 0.0 && twin_.render.bounces == 0 && twin_.projector &&
-           twin_.projector->ambient == 0.0;
+           twin_.projector->ambient == 0.0 &&
+           std::ranges::none_of(twin_.cameras, [](const Camera& c) { return c.texture != nullptr; });
   }
 
   /// The shininess is held: of a weak gloss it cannot be told.
@@ -203,6 +204,8 @@ const std::vector<ParameterGroup>& parameter_groups() {
        "an object moved while the images were taken", "record again with everything at rest, or faster"},
       {"camera_psf", "width of each camera's blur", "blur of a camera's image (out of focus)",
        "put the width that the causes name into psf_px of the camera"},
+      {"exposure", "exposure of each image of each camera", "the exposure differed from image to image", "",
+       "hold the exposure, and trigger it by the projector", false},
   };
   return groups;
 }

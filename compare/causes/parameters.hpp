@@ -19,6 +19,7 @@ struct ParameterGroup {
   /// What to do about it where `--refine` does not fit it, because no key of twin.toml holds it.
   std::string instead = {};
   std::string besides = {};  ///< what else helps than `--refine`
+  bool is_searched = true;   ///< as a cause; else only `--refine` fits it
 };
 /// Returns the groups in which the causes are looked for. Gain and black level of each camera come besides.
 const std::vector<ParameterGroup>& parameter_groups();

@@ -111,6 +111,8 @@ Numbers numbers_of(const Twin& twin) {
     out[c.name + ".gain"] = c.sensor.gain_dn;
     out[c.name + ".black"] = c.sensor.black_level_dn;
     out[c.name + ".psf"] = c.psf_px;
+    for (std::size_t i = 0; i < expand_sequence(twin.fringes).size(); ++i)
+      out[fmt::format("{}.image_{}.exposure", c.name, i)] = factor_of(c.exposure_factors, i);
     for (std::size_t i = 0; i < 3; ++i) out[fmt::format("{}.a{}", c.name, i + 1)] = c.vignetting.a[i];
     for (std::size_t i = 0; i < 2; ++i) out[c.name + ".tilt." + "xy"[i]] = c.vignetting.tilt[i];
   }

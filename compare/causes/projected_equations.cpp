@@ -13,10 +13,6 @@ namespace {
 constexpr Eigen::Index kPixelsAtOnce = 32;
 constexpr int kBlockPx = 28;  ///< side of the blocks of pixels whose errors may belong together
 
-FreePerPixel with_factor(FreePerPixel f) {
-  return frees_offset(f) ? FreePerPixel::factor_and_offset : FreePerPixel::factor;
-}
-
 /// An orthonormal basis of what a pixel has of its own, offset first.
 struct OwnDirections {
   Eigen::MatrixXd q;
@@ -133,7 +129,7 @@ NormalEquations Sensitivity::empty_equations(std::size_t n_parameters) const {
 
 NormalEquations Sensitivity::equations_at(const Values& base, const Columns& columns, FreePerPixel free,
                                           std::size_t every) const {
-  if (free_factors_) free = with_factor(free);
+  free = with_own(free);
   NormalEquations out = empty_equations(columns.each.size());
   constexpr std::size_t kChunks = 32;  // a fixed number: sums that do not depend on the threads
   for (std::size_t c = 0; c < samples_.size(); ++c) {
@@ -189,7 +185,7 @@ NormalEquations Sensitivity::equations_at(const Values& base, const Columns& col
 }
 
 void Sensitivity::choose_scale(const Values& base, FreePerPixel free) {
-  if (free_factors_) free = with_factor(free);
+  free = with_own(free);
   PixelScratch scratch;
   for (std::size_t c = 0; c < samples_.size(); ++c) {
     threshold_[c] = 1e300;
@@ -209,7 +205,7 @@ void Sensitivity::choose_scale(const Values& base, FreePerPixel free) {
 
 Sensitivity::Scatter Sensitivity::scatter_at(const Values& base, const Columns& columns,
                                              FreePerPixel free) const {
-  if (free_factors_) free = with_factor(free);
+  free = with_own(free);
   const NormalEquations layout = empty_equations(columns.each.size());
   const Eigen::Index size = layout.right.size();
   Scatter out{Eigen::MatrixXd::Zero(size, size), Eigen::MatrixXd::Zero(size, size)};

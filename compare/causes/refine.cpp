@@ -11,6 +11,7 @@
 #include "compare/causes/refine_guard.hpp"
 #include "compare/causes/refine_start.hpp"
 #include "compare/gray/interior_mask.hpp"
+#include "compare/gray/own_light.hpp"
 #include "compare/verdict/explained.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
@@ -23,7 +24,7 @@ constexpr std::size_t kPixels = 40'000;  ///< per camera
 constexpr double kHighCorrelation = 0.98;
 
 bool is_no_parameter(const std::string& name) {
-  return name == "gain" || name == "black" || name == "texture";
+  return name == "gain" || name == "black" || name == "texture" || name == "offset";
 }
 
 bool is_asked(const std::vector<std::string>& asked, const char* name) {
@@ -74,6 +75,10 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
         ExitCode::usage, "--refine",
         fmt::format("gain and {} enter the gray values only as a product", texture ? "texture" : "albedo"),
         "refine one of them; the other stays at the twin's value");
+  if (is_asked(asked, "offset") && is_asked(asked, "black"))
+    throw UserError(ExitCode::usage, "--refine",
+                    "an offset per pixel contains the black level: the images cannot tell them apart",
+                    "refine one of them");
   return chosen;
 }
 
@@ -89,13 +94,14 @@ class Refiner {
       hold_gain_ = hold_gain_ || p.group == "albedo";
       (p.is_switch ? switches_ : parameters_).push_back(std::move(p));
     }
-    if (is_asked(asked, "texture")) {
-      textured_ = hold_gain_ = true;
-      sensitivity_.free_factors();
-    }
-    for (std::size_t c = 0; hold_gain_ && c < sensitivity_.samples().size(); ++c) {
+    report_.own = {.factor = is_asked(asked, "texture"), .offset = is_asked(asked, "offset")};
+    hold_gain_ = hold_gain_ || report_.own.factor;
+    sensitivity_.free_in_all(free_per_pixel(report_.own));
+    for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c) {
       const GridSamples& s = sensitivity_.samples()[c];
-      sensitivity_.set_sensor(c, twin.cameras[s.camera].sensor.gain_dn, s.black_level_dn);
+      const Sensor& sensor = twin.cameras[s.camera].sensor;
+      sensitivity_.set_sensor(c, hold_gain_ ? sensor.gain_dn : s.gain_dn,
+                              report_.own.offset ? sensor.black_level_dn : s.black_level_dn);
     }
   }
 
@@ -214,7 +220,8 @@ class Refiner {
       const GroupFit::Known& known = fit.known()[k];
       const double sigma = p.shown_sigma(known.value, known.sigma), value = p.shown(known.value);
       // a place, and the light of an image beside that of the others: nothing may be its finding
-      const bool may_be_none = (is_geometric(p.group) && p.group != "lens") || p.group == "light";
+      const bool may_be_none =
+          (is_geometric(p.group) && p.group != "lens") || p.group == "light" || p.group == "exposure";
       if (known.told &&
           (may_be_none || sigma <= std::max(std::abs(value), std::abs(value - p.shown(p.start)))))
         continue;
@@ -281,16 +288,28 @@ class Refiner {
     report_.lines.resize(twin_.cameras.size());
     for (const GridSamples& s : sensitivity_.samples())
       report_.lines[s.camera] = Refinement::Line{s.gain_dn, s.black_level_dn};
-    if (textured_) note_texture();
+    if (report_.own.any()) note_texture(out.twin);
     out.report = std::move(report_);
     return out;
   }
 
-  void note_texture() {
+  void note_texture(Twin& twin) {
+    for (const GridSamples& s : sensitivity_.samples()) {
+      Camera& camera = twin.cameras[s.camera];
+      camera.texture_file = "texture_" + camera.name + ".exr";  // beside refined.toml
+    }
+    const OwnKinds& own = report_.own;
     report_.texture = report_.lines;
-    report_.notes.push_back(
-        "every pixel's brightness is taken from the capture: the gain is held at the twin's, and neither it "
-        "nor what is common to all images of a pixel is evidence");
+    report_.notes.push_back(fmt::format(
+        "every pixel's {} taken from the capture: {} held at the twin's, and neither {} nor what is "
+        "common to all images of a pixel is evidence",
+        own.factor && own.offset ? "brightness and offset are"
+        : own.factor             ? "brightness is"
+                                 : "offset is",
+        own.factor && own.offset ? "gain and black level are"
+        : own.factor             ? "the gain is"
+                                 : "the black level is",
+        own.factor && own.offset ? "they" : "it"));
   }
 
   void note_correlations(const GroupFit& fit, const std::vector<std::size_t>& told) {
@@ -327,7 +346,7 @@ class Refiner {
   bool provisional_ = false;  ///< a camera's line comes from its amplitudes; collect() sets it
   Sensitivity sensitivity_;
   std::vector<Parameter> parameters_, switches_;
-  bool keeps_gain_ = false, keeps_black_ = false, hold_gain_ = false, textured_ = false;
+  bool keeps_gain_ = false, keeps_black_ = false, hold_gain_ = false;
   Refinement report_;
 };
 
@@ -337,7 +356,7 @@ std::string refine_names() {
   std::string names;
   for (const ParameterGroup& group : parameter_groups())
     if (group.instead.empty()) names += group.name + ", ";
-  return names + "texture, gain, black";
+  return names + "texture, offset, gain, black";
 }
 
 void check_refine(const Twin& twin, const std::vector<std::string>& asked) { chosen_parameters(twin, asked); }
@@ -349,26 +368,38 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
 }
 
 void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,
-                   const std::vector<int>& images, std::vector<CameraImages>& irradiance) {
+                   const std::vector<int>& images, Twin& twin, std::vector<CameraImages>& irradiance) {
   for (std::size_t c = 0; c < refinement.texture.size(); ++c) {
     if (!refinement.texture[c]) continue;
     const double gain_dn = refinement.texture[c]->gain_dn,
                  black_level_dn = refinement.texture[c]->black_level_dn;
     const double saturation_dn = real[c].saturation_dn();
     std::vector<ImageF>& e = irradiance[c].images;
+    const PixelTexture before = twin.cameras[c].texture ? *twin.cameras[c].texture : PixelTexture{};
+    PixelTexture now, all;
+    for (PixelTexture* texture : {&now, &all}) {
+      texture->factor = ImageF(e.front().width, e.front().height, 1.0F);
+      if (refinement.own.offset || !before.offset.empty())
+        texture->offset = ImageF(e.front().width, e.front().height, 0.0F);
+    }
 #pragma omp parallel for schedule(static)
     for (std::size_t i = 0; i < e.front().size(); ++i) {
-      double ye = 0.0, ee = 0.0;
+      OwnLightSums sums;
       for (const int image : images) {
         const auto k = static_cast<std::size_t>(image);
         const auto y = static_cast<double>(real[c].images[k].data[i]), x = static_cast<double>(e[k].data[i]);
-        if (!(y < saturation_dn)) continue;
-        ye += (y - black_level_dn) * x;
-        ee += x * x;
+        if (y < saturation_dn) sums.add(x, y - black_level_dn);
       }
-      const double factor = ee > 0.0 ? std::max(0.0, ye / (gain_dn * ee)) : 1.0;
-      for (ImageF& image : e) image.data[i] = static_cast<float>(factor * static_cast<double>(image.data[i]));
+      const OwnLight own = sums.line(refinement.own, gain_dn);
+      now.factor.data[i] = static_cast<float>(own.factor);
+      all.factor.data[i] = static_cast<float>(own.factor * before.factor_at(i));
+      if (!now.offset.empty()) {
+        now.offset.data[i] = static_cast<float>(own.offset_dn / gain_dn);
+        all.offset.data[i] = static_cast<float>(own.factor * before.offset_at(i) + own.offset_dn / gain_dn);
+      }
+      for (ImageF& image : e) image.data[i] = now.of(image.data[i], i);
     }
+    twin.cameras[c].texture = std::make_shared<const PixelTexture>(std::move(all));
   }
 }
 

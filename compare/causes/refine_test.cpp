@@ -170,6 +170,21 @@ TEST(Refine, WhatNoKeyHoldsIsRefusedWithWhatToDo) {
     EXPECT_EQ(message(asked), "") << asked;
 }
 
+TEST(Refine, ExposuresAreWrittenAsTheyAreRead) {
+  Twin before = ball_at(5.0);
+  const Lens lens("LENSMODEL_PINHOLE", {900, 905, 31.5, 23.5}, {64, 48}, "test");
+  before.cameras = {{"left", lens, Pose{}, Sensor{}, std::nullopt}};
+  before.fringes.directions = {{Axis::x, {13}, {0}, {}}};
+  before.fringes.unwrap = Unwrap::none;
+  const std::vector<Parameter> exposure = parameters_of(before, "exposure");
+  ASSERT_EQ(exposure.size(), 3u);
+  EXPECT_EQ(exposure[0].name, "left.image_1.exposure");
+  const Twin after = with_values(before, exposure, Eigen::Vector3d(std::log(1.02), std::log(0.98), 0.0));
+  EXPECT_THAT(refined_toml({}, before, after),
+              ::testing::HasSubstr("[[camera]]  # \"left\"\nexposure_factors = [1.0004001600640255, 1.02, "
+                                   "0.98, 1]\n"));
+}
+
 TEST(Refine, LightOfImagesIsWrittenAsItIsRead) {
   const Lens lens("LENSMODEL_PINHOLE", {900, 905, 31.5, 23.5}, {64, 48}, "test");
   Twin before = ball_at(5.0);

@@ -50,6 +50,9 @@ std::string camera_text(const Camera& before, const Camera& after) {
   const auto tilt = [](const Camera& c) {
     return numbers(std::vector<double>(c.vignetting.tilt.begin(), c.vignetting.tilt.end()));
   };
+  t.key("exposure_factors", numbers(before.exposure_factors), numbers(after.exposure_factors));
+  t.key("texture", fmt::format("\"{}\"", plain_text(before.texture_file.string())),
+        fmt::format("\"{}\"", plain_text(after.texture_file.string())));
   t.key("vignetting", polynomial(before), polynomial(after));
   t.key("vignetting_tilt", tilt(before), tilt(after));
   TableText sensor("[camera.sensor]  # \"" + after.name + "\"");

@@ -11,6 +11,7 @@
 #include "compare/causes/parameter.hpp"
 #include "compare/gray/gain_fit.hpp"
 #include "compare/gray/gray_noise.hpp"
+#include "compare/result/own_kinds.hpp"
 
 namespace fringetwin::compare {
 
@@ -32,6 +33,15 @@ inline bool frees_factor(FreePerPixel f) {
 }
 inline bool frees_offset(FreePerPixel f) {
   return f == FreePerPixel::offset || f == FreePerPixel::factor_and_offset;
+}
+inline FreePerPixel free_per_pixel(const OwnKinds& own) {
+  if (own.factor) return own.offset ? FreePerPixel::factor_and_offset : FreePerPixel::factor;
+  return own.offset ? FreePerPixel::offset : FreePerPixel::nothing;
+}
+/// Returns what is free where one of the two frees it.
+inline FreePerPixel together(FreePerPixel a, FreePerPixel b) {
+  return free_per_pixel(
+      {.factor = frees_factor(a) || frees_factor(b), .offset = frees_offset(a) || frees_offset(b)});
 }
 
 /// Normal equations of r = y - (gain E + black) in the parameters, then gain and black level of each camera:
@@ -96,9 +106,11 @@ class Sensitivity {
   /// that would be more than half of a camera's pixels.
   void leave_out_texture_edges();
 
-  /// Gives every pixel a brightness of its own in all equations from now on (texture).
-  void free_factors() { free_factors_ = true; }
-  bool has_free_factors() const { return free_factors_; }
+  /// Gives every pixel numbers of its own in all equations from now on: a brightness (texture), an offset.
+  void free_in_all(FreePerPixel own) { own_ = own; }
+  bool has_free_factors() const { return frees_factor(own_); }
+  /// Returns what is free in equations that free so much themselves.
+  FreePerPixel with_own(FreePerPixel free) const { return together(free, own_); }
   /// Returns the robust scale of each camera; to compare two sums of squares, set the scale of one for the
   /// other.
   const std::vector<double>& scale() const { return threshold_; }
@@ -204,7 +216,7 @@ class Sensitivity {
 
   render::Renderer& renderer_;
   std::vector<GridSamples> samples_;
-  bool free_factors_ = false;
+  FreePerPixel own_ = FreePerPixel::nothing;
   std::vector<double> threshold_;  ///< of Huber's weights, standard deviations, per camera
 };
 

@@ -7,8 +7,8 @@
 namespace fringetwin::compare {
 namespace {
 
-constexpr double kClearSigmas = 3.0;  ///< of a difference between neighbours that is no noise
-constexpr double kMatters = 0.1;      ///< of a gray value's noise
+constexpr double kClearStepSigmas = 3.0;  ///< of a difference between neighbours that is no noise
+constexpr double kMatters = 0.1;          ///< of a gray value's noise
 
 }  // namespace
 
@@ -32,7 +32,7 @@ bool TextureSteps::is_steep(std::size_t pixel) const {
     for (const std::size_t other : {pixel - (axis == 0 ? 1 : width), pixel + (axis == 0 ? 1 : width)}) {
       const Weight there = weight_of(other);
       const double difference = std::abs(there.log - here.log);
-      if (difference * difference > kClearSigmas * kClearSigmas * (there.variance + here.variance))
+      if (difference * difference > kClearStepSigmas * kClearStepSigmas * (there.variance + here.variance))
         step[axis] = std::max(step[axis], difference);
     }
   if (step[0] == 0.0 && step[1] == 0.0) return false;

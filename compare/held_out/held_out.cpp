@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -11,6 +12,7 @@
 #include "compare/causes/refine.hpp"
 #include "compare/causes/sensitivity.hpp"
 #include "compare/gray/interior_mask.hpp"
+#include "compare/gray/own_light.hpp"
 #include "compare/verdict/explained.hpp"
 #include "twin/base/errors.hpp"
 
@@ -18,6 +20,7 @@ namespace fringetwin::compare {
 namespace {
 
 constexpr std::size_t kFewestSteps = 3;
+constexpr double kAlike = 1e-6;          ///< of a determinant: light and exposure are one
 constexpr std::size_t kPixels = 40'000;  ///< per camera, as of refine()
 
 bool is_asked(const std::vector<std::string>& asked, const char* name) {
@@ -35,9 +38,14 @@ std::vector<std::size_t> images_of(const GridSamples& s, const std::vector<Patte
 }
 
 /// What one pixel has of its own, from its fitted values.
-struct PixelFactor {
-  double value = 1.0;
-  double relative_variance = 0.0;
+struct PixelOwn {
+  OwnLight light;
+  OwnLightSums sums;
+};
+
+/// The factors that are taken from a held-out image itself.
+struct ImageOwn {
+  double light = 1.0, exposure = 1.0;
 };
 
 /// Predicts the gray values of one camera.
@@ -46,13 +54,13 @@ class Prediction {
   Prediction(const HeldOutInput& in, const Refined& refined, GridSamples samples, std::vector<float> e)
       : in_(in), twin_(refined.twin), s_(std::move(samples)), e_(std::move(e)) {
     const std::vector<PatternSpec> patterns = expand_sequence(twin_.fringes);
+    kinds_ = refined.report.own;
     fitted_ = images_of(s_, patterns, in.fold.fitted);
     held_out_ = images_of(s_, patterns, in.fold.held_out);
     const auto values = static_cast<double>(std::max<std::uint64_t>(refined.report.n, 1));
     const double unknowns = static_cast<double>(refined.report.rows.size()) + 2.0;
     common_ = unknowns / values * std::max(1.0, refined.report.chi2_after);
-    for (std::size_t p = 0; p < s_.n_pixels(); ++p)
-      factors_.push_back(is_asked(in.asked, "texture") ? factor_of_pixel(p) : PixelFactor{});
+    for (std::size_t p = 0; p < s_.n_pixels(); ++p) own_.push_back(own_of_pixel(p));
   }
 
   std::vector<HeldOutRow> rows() const {
@@ -76,51 +84,76 @@ class Prediction {
     return s_.noise_dn2(std::max(0.0, gray_dn)) + s_.rendering_dn * s_.rendering_dn;
   }
 
-  /// Returns the factor of apply_texture(), from the fitted images alone.
-  PixelFactor factor_of_pixel(std::size_t pixel) const {
-    double ye = 0.0, ee = 0.0, vee = 0.0;
+  /// Returns the line of apply_texture(), from the fitted images alone.
+  PixelOwn own_of_pixel(std::size_t pixel) const {
+    PixelOwn own;
     for (const std::size_t k : fitted_) {
       if (s_.weight[at(pixel, k)] == 0.0F) continue;
-      const double light = light_dn(pixel, k), y = static_cast<double>(s_.real_dn[at(pixel, k)]);
-      ye += (y - s_.black_level_dn) * light;
-      ee += light * light;
-      vee += variance_dn2(y) * light * light;
+      const auto y = static_cast<double>(s_.real_dn[at(pixel, k)]);
+      own.sums.add(light_dn(pixel, k), y - s_.black_level_dn, variance_dn2(y));
     }
-    if (!(ee > 0.0)) return {};
-    const double value = std::max(0.0, ye / ee);
-    return {value, value > 0.0 ? vee / (ee * ee) / (value * value) : 0.0};
+    own.light = own.sums.line(kinds_);
+    return own;
   }
 
-  /// Returns the factor of an image's light by which the prediction comes closest to it.
-  double own_light(std::size_t k) const {
-    double yl = 0.0, ll = 0.0;
+  double room_dn(std::size_t pixel, std::size_t k) const {
+    return s_.gain_dn * unprojected_light(twin_, s_, pixel, s_.images[k]);
+  }
+  /// Returns the light of the twin in an image with these factors.
+  double light_with(std::size_t pixel, std::size_t k, const ImageOwn& image) const {
+    const double room = room_dn(pixel, k), offset = s_.gain_dn * texture_offset(twin_, s_, pixel);
+    return image.exposure * (room - offset + image.light * (light_dn(pixel, k) - room)) + offset;
+  }
+  /// Returns what is predicted of a value over black.
+  double shown_dn(std::size_t pixel, std::size_t k, const ImageOwn& image) const {
+    const OwnLight& own = own_[pixel].light;
+    return own.factor * light_with(pixel, k, image) + own.offset_dn;
+  }
+
+  /// Returns the factors, of those asked for, by which the prediction of an image comes closest to it: light
+  /// is that of the projector alone, exposure that of the room, too, and neither is that of the pixels'
+  /// offsets.
+  ImageOwn own_of_image(std::size_t k) const {
+    const bool light = is_asked(in_.asked, "light"), exposure = is_asked(in_.asked, "exposure");
+    if (!light && !exposure) return {};
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();  // of the factors of the room and of the projector
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
     for (std::size_t p = 0; p < s_.n_pixels(); ++p) {
       if (s_.weight[at(p, k)] == 0.0F) continue;
-      const double all = factors_[p].value * light_dn(p, k),
-                   room = factors_[p].value * s_.gain_dn * unprojected_light(twin_, s_, p, s_.images[k]),
-                   w2 = 1.0 / variance_dn2(all + s_.black_level_dn);
-      yl += w2 * (static_cast<double>(s_.real_dn[at(p, k)]) - s_.black_level_dn - room) * (all - room);
-      ll += w2 * (all - room) * (all - room);
+      const OwnLight& own = own_[p].light;
+      const double of_texture = own.factor * s_.gain_dn * texture_offset(twin_, s_, p),
+                   room = own.factor * room_dn(p, k),
+                   w2 = 1.0 / variance_dn2(shown_dn(p, k, {}) + s_.black_level_dn);
+      const Eigen::Vector2d parts(room - of_texture, own.factor * light_dn(p, k) - room);
+      normal += w2 * parts * parts.transpose();
+      right += w2 * parts *
+               (static_cast<double>(s_.real_dn[at(p, k)]) - s_.black_level_dn - own.offset_dn - of_texture);
     }
-    return ll > 0.0 ? yl / ll : 1.0;
+    if (!exposure) return {.light = normal(1, 1) > 0.0 ? (right[1] - normal(1, 0)) / normal(1, 1) : 1.0};
+    const bool told_apart = normal.determinant() > kAlike * normal(0, 0) * normal(1, 1);
+    if (light && told_apart) {
+      const Eigen::Vector2d factors = normal.inverse() * right;
+      if (factors[0] > 0.0) return {.light = factors[1] / factors[0], .exposure = factors[0]};
+    }
+    return {.exposure = normal.sum() > 0.0 ? right.sum() / normal.sum() : 1.0};
   }
 
   HeldOutRow row_of(std::size_t k) const {
     HeldOutRow row;
     double sum = 0.0, sum2 = 0.0, noise2 = 0.0, fitted2 = 0.0;
-    const double light = is_asked(in_.asked, "light") ? own_light(k) : 1.0;
-    if (is_asked(in_.asked, "light")) row.light_factor = light;
+    const ImageOwn image = own_of_image(k);
+    if (is_asked(in_.asked, "light")) row.light_factor = image.light;
+    if (is_asked(in_.asked, "exposure")) row.exposure_factor = image.exposure;
     const double of_shape = in_.shape_leverage / static_cast<double>(in_.fold.fitted.size());
     for (std::size_t p = 0; p < s_.n_pixels(); ++p) {
       if (s_.weight[at(p, k)] == 0.0F) continue;
-      const double room = s_.gain_dn * unprojected_light(twin_, s_, p, s_.images[k]),
-                   shown = factors_[p].value * (room + light * (light_dn(p, k) - room)),
-                   d = shown + s_.black_level_dn - static_cast<double>(s_.real_dn[at(p, k)]),
-                   variance = variance_dn2(shown + s_.black_level_dn);
+      const double predicted = shown_dn(p, k, image) + s_.black_level_dn,
+                   d = predicted - static_cast<double>(s_.real_dn[at(p, k)]),
+                   variance = variance_dn2(predicted);
       sum += d;
       sum2 += d * d;
       noise2 += variance;
-      fitted2 += shown * shown * factors_[p].relative_variance + (common_ + of_shape) * variance;
+      fitted2 += own_[p].sums.variance_at(kinds_, light_with(p, k, image)) + (common_ + of_shape) * variance;
       ++row.n;
     }
     if (row.n == 0) return row;
@@ -141,7 +174,8 @@ class Prediction {
   std::vector<float> e_;
   std::vector<std::size_t> fitted_, held_out_;
   double common_ = 0.0;  ///< share of a value's variance that the parameters common to all pixels add
-  std::vector<PixelFactor> factors_;
+  OwnKinds kinds_;       ///< what is fitted of each pixel
+  std::vector<PixelOwn> own_;
 };
 
 /// Returns samples of all phase steps of one camera, on the pixels and with the noise that the fitted steps

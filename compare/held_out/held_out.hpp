@@ -37,8 +37,8 @@ struct HeldOutInput {
 
 /// Returns a row per camera and image that is held out, without the number of the fold. Everything is
 /// decoded, fitted and chosen by the fitted steps (and the images of a code); of a held-out image only its
-/// factor of light is taken from itself, and that only with "light". A fit counts as it is: nothing is taken
-/// back. Throws as refine().
+/// factors of light and exposure are taken from itself, with "light" and "exposure" alone. A fit counts as it
+/// is: nothing is taken back. Throws as refine().
 std::vector<HeldOutRow> predict_held_out(const HeldOutInput& input);
 
 /// Returns the root of the mean square of what is left over that of what is predicted, of all rows of a

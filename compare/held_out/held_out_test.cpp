@@ -17,6 +17,7 @@
 #include <cmath>
 #include <random>
 
+#include "compare/causes/refine.hpp"
 #include "measure/measurement.hpp"
 #include "render/reference/reference.hpp"
 #include "render/sensor/sensor.hpp"
@@ -45,8 +46,9 @@ class HeldOut : public ::testing::Test {
     twin_.cameras[0].sensor.read_noise_dn = kNoiseDn;
   }
 
-  /// What the reference says this rig records; pixel i of image k reflects `texture` times as much.
-  std::vector<CameraImages> recorded(const Twin& rig, bool textured = false) const {
+  /// What the reference says this rig records; a pixel reflects a factor of its own where it is `textured`,
+  /// and shows up to `offset_dn` besides.
+  std::vector<CameraImages> recorded(const Twin& rig, bool textured = false, double offset_dn = 0.0) const {
     const render::Reference reference(rig);
     std::mt19937 random(7);
     std::normal_distribution<double> normal(0.0, 1.0);
@@ -56,10 +58,12 @@ class HeldOut : public ::testing::Test {
     out.images.assign(expand_sequence(rig.fringes).size(), ImageF(kWidth, kHeight, 0.0F));
     for (int i = 0; i < kWidth * kHeight; ++i) {
       const auto pixel = reference.pixel(0, i % kWidth, i / kWidth, {.gauss_n = 4});
-      const double factor = textured ? std::exp(0.1 * normal(random)) : 1.0;
+      const double factor = textured ? std::exp(0.1 * normal(random)) : 1.0,
+                   offset =
+                       offset_dn > 0.0 ? std::uniform_real_distribution<double>(0.0, offset_dn)(random) : 0.0;
       for (std::size_t k = 0; k < out.images.size(); ++k)
-        out.images[k].data[static_cast<std::size_t>(i)] =
-            static_cast<float>(std::round(20.0 * factor * pixel.irradiance[k] + kNoiseDn * normal(random)));
+        out.images[k].data[static_cast<std::size_t>(i)] = static_cast<float>(
+            std::round(20.0 * factor * pixel.irradiance[k] + offset + kNoiseDn * normal(random)));
     }
     return {out};
   }
@@ -121,6 +125,71 @@ TEST_F(HeldOut, CountWhatTheFactorsOfPixelsAreNotKnownBy) {
   const std::vector<HeldOutRow> rows = held_out(recorded(twin_, true), {"texture"});
   expect_right(rows);
   for (const HeldOutRow& row : rows) EXPECT_GT(row.fitted_dn, 0.2 * row.noise_dn) << row.pattern;
+}
+
+// Light of up to 20 DN that is in no proportion to the projector's: a factor cannot stand for it.
+TEST_F(HeldOut, SayThatAnOffsetOfEachPixelIsLackingAndThatItIsNot) {
+  const std::vector<CameraImages> real = recorded(twin_, true, 20.0);
+  EXPECT_GT(held_out_ratio(held_out(real, {"texture"}), twin_.cameras[0].name), 1.2);
+  const std::vector<HeldOutRow> rows = held_out(real, {"texture", "offset"});
+  expect_right(rows);
+  for (const HeldOutRow& row : rows) EXPECT_GT(row.fitted_dn, 0.3 * row.noise_dn) << row.pattern;
+  expect_right(held_out(recorded(twin_, false, 20.0), {"offset"}));
+}
+
+// The exposures differ by up to 5 %, those of the room's light with the projector's: the light of a lamp
+// alone is another picture, and told from it.
+TEST_F(HeldOut, SayThatExposuresDifferAndTakeTheirOwn) {
+  const std::vector<PatternSpec> patterns = expand_sequence(twin_.fringes);
+  twin_.projector->ambient = 4.0;
+  Twin rig = twin_;
+  for (std::size_t k = 0; k < patterns.size(); ++k)
+    rig.cameras[0].exposure_factors.push_back(1.0 + 0.05 * std::sin(2.0 + 1.7 * static_cast<double>(k)));
+  const std::vector<CameraImages> real = recorded(rig);
+  EXPECT_GT(held_out_ratio(held_out(real, {"light"}), twin_.cameras[0].name), 1.2);
+  const std::vector<HeldOutRow> rows = held_out(real, {"exposure"});
+  expect_right(rows);
+  for (const HeldOutRow& row : rows) {
+    const auto at = std::ranges::find_if(
+        patterns, [&](const PatternSpec& p) { return p.label(twin_.fringes) == row.pattern; });
+    const auto k = static_cast<std::size_t>(at - patterns.begin());
+    double mean = 0.0;  // of the images fitted: theirs have the geometric mean 1
+    std::size_t n = 0;
+    for (std::size_t j = 0; j < patterns.size(); ++j)
+      if (patterns[j].step % 4 != at->step % 4) mean += std::log(rig.cameras[0].exposure_factors[j]), ++n;
+    const double gain = rows.empty() ? 1.0 : std::exp(mean / static_cast<double>(n));
+    EXPECT_NEAR(row.exposure_factor, rig.cameras[0].exposure_factors[k] / gain, 4.0 * 9e-4) << row.pattern;
+    EXPECT_TRUE(std::isnan(row.light_factor));
+  }
+}
+
+// What a refinement gives every pixel goes with the twin: it is rendered to the same bits, and a second
+// refinement is put upon the first.
+TEST_F(HeldOut, TextureOfARefinementGoesWithTheTwin) {
+  const std::vector<CameraImages> real = recorded(twin_, true, 20.0);
+  Side measured;
+  measured.images = real;
+  measured.measurement = measure::measure(twin_, real);
+  CompareOptions options;
+  options.renderer = shared_renderer();
+  std::vector<int> images(real[0].images.size());
+  for (std::size_t k = 0; k < images.size(); ++k) images[k] = static_cast<int>(k);
+  Twin twin = twin_;
+  for (const double tolerance : {0.0, 1e-5}) {  // the second's factors are rounded as products
+    const Side side = simulated(twin);
+    Refined refined = refine(twin, measured, side, options, {"texture", "offset"}, WhatIsWorse::stays);
+    EXPECT_EQ(refined.twin.cameras[0].texture_file, "texture_" + twin.cameras[0].name + ".exr");
+    std::vector<CameraImages> applied = side.irradiance;
+    apply_texture(refined.report, real, images, refined.twin, applied);
+    const std::vector<CameraImages> rendered = simulated(refined.twin).irradiance;
+    double most = 0.0;
+    for (std::size_t k = 0; k < images.size(); ++k)
+      for (std::size_t i = 0; i < applied[0].images[k].size(); ++i)
+        most = std::max(most, std::abs(static_cast<double>(applied[0].images[k].data[i]) -
+                                       static_cast<double>(rendered[0].images[k].data[i])));
+    EXPECT_LE(most, tolerance);
+    twin = refined.twin;
+  }
 }
 
 TEST_F(HeldOut, SayThatAHarmonicIsLackingAndThatItIsNot) {

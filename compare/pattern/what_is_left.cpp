@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "compare/causes/cause_fit.hpp"
@@ -30,19 +31,31 @@ void add_phases(const std::map<std::pair<int, int>, std::vector<StepImage>>& pit
   }
 }
 
-/// Takes out what a factor of the pixel's own explains.
-void take_factor_out(const GridSamples& s, const float* irradiance, std::size_t first,
-                     std::vector<LeftValue>& pixel) {
-  double product = 0.0, size = 0.0;
-  const auto weighted = [&](std::size_t k) {
-    return static_cast<double>(s.weight[first + k] * irradiance[k]);
-  };
+/// Takes out what numbers of the pixel's own explain: of its values, and of the light that a factor is of.
+void take_own_out(const GridSamples& s, const float* irradiance, std::size_t first, FreePerPixel own,
+                  std::vector<LeftValue>& pixel) {
+  std::vector<double> light, weight;
   for (std::size_t k = 0; k < pixel.size(); ++k) {
-    product += weighted(k) * static_cast<double>(pixel[k].sigmas);
-    size += weighted(k) * weighted(k);
+    light.push_back(static_cast<double>(s.weight[first + k] * irradiance[k]));
+    weight.push_back(static_cast<double>(s.weight[first + k]));
   }
-  for (std::size_t k = 0; size > 0.0 && k < pixel.size(); ++k)
-    pixel[k].sigmas -= static_cast<float>(weighted(k) * product / size);
+  const auto product = [](const auto& a, const auto& b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+  };
+  const auto take_out = [&](const std::vector<double>& direction) {
+    double along = 0.0;
+    for (std::size_t k = 0; k < pixel.size(); ++k)
+      along += direction[k] * static_cast<double>(pixel[k].sigmas);
+    const double size = product(direction, direction);
+    for (std::size_t k = 0; size > 0.0 && k < pixel.size(); ++k)
+      pixel[k].sigmas -= static_cast<float>(direction[k] * along / size);
+  };
+  if (frees_offset(own)) {
+    take_out(weight);
+    const double size = product(weight, weight), along = size > 0.0 ? product(weight, light) / size : 0.0;
+    for (std::size_t k = 0; k < light.size(); ++k) light[k] -= along * weight[k];
+  }
+  if (frees_factor(own)) take_out(light);
 }
 
 /// Returns what is left of a pixel's values; `irradiance`: what is predicted of them, `first`: place of the
@@ -67,7 +80,7 @@ std::vector<LeftValue> values_of_pixel(const GridSamples& s, const std::vector<f
 }  // namespace
 
 LeftOver what_is_left(const GridSamples& s, const std::vector<float>& irradiance, const Twin& twin,
-                      double scale, bool has_free_factors) {
+                      double scale, FreePerPixel own) {
   const Camera& camera = twin.cameras[s.camera];
   const int width = camera.lens.width(), height = camera.lens.height();
   LeftOver left{camera.name, 0.5 * (width - 1), 0.5 * (height - 1), {}};
@@ -76,7 +89,7 @@ LeftOver what_is_left(const GridSamples& s, const std::vector<float>& irradiance
   for (std::size_t first = 0; first < s.real_dn.size(); first += s.images.size()) {
     std::vector<LeftValue> pixel = values_of_pixel(s, irradiance, first, static_cast<std::size_t>(width));
     add_phases(pitches, irradiance.data() + first, pixel);
-    if (has_free_factors) take_factor_out(s, irradiance.data() + first, first, pixel);
+    if (own != FreePerPixel::nothing) take_own_out(s, irradiance.data() + first, first, own, pixel);
     for (std::size_t k = 0; k < pixel.size(); ++k) {
       if (!(s.weight[first + k] > 0.0F)) continue;
       if (const float size = std::abs(pixel[k].sigmas); size > most)
@@ -98,8 +111,8 @@ std::vector<PatternRow> pattern_of_rest(const Sensitivity& sensitivity, const Tw
   const std::vector<GridSamples>& samples = as_it_is.sensors.samples();
   std::vector<LeftOver> left;
   for (std::size_t c = 0; c < samples.size(); ++c)
-    left.push_back(
-        what_is_left(samples[c], predicted[c], twin, sensitivity.scale()[c], sensitivity.has_free_factors()));
+    left.push_back(what_is_left(samples[c], predicted[c], twin, sensitivity.scale()[c],
+                                sensitivity.with_own(FreePerPixel::nothing)));
   return find_pattern(left, excess);
 }
 

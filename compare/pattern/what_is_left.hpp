@@ -9,9 +9,9 @@ namespace fringetwin::compare {
 
 /// Returns what a predicted irradiance (laid out as the samples) leaves of a camera's values, with gain and
 /// black level as they are set. What is beyond `scale`, in standard deviations, counts as Huber's weights
-/// have it; `has_free_factors`: what a factor of each pixel takes is no rest.
+/// have it; `own`: what numbers of each pixel take is no rest.
 LeftOver what_is_left(const GridSamples& samples, const std::vector<float>& irradiance, const Twin& twin,
-                      double scale, bool has_free_factors);
+                      double scale, FreePerPixel own);
 
 /// Returns the pattern of what the twin as given leaves, with the gain and black level that fit best and the
 /// weights and the scale that find_causes() left.

@@ -59,7 +59,8 @@ Light light(double rest_dn) {
 
 TEST(WhatIsLeft, ValuesStandWhereTheyAre) {
   const Light made = light(0.8);
-  const LeftOver left = what_is_left(made.samples, made.irradiance, twin_of_five_steps(), 3.0, false);
+  const LeftOver left =
+      what_is_left(made.samples, made.irradiance, twin_of_five_steps(), 3.0, FreePerPixel::nothing);
   EXPECT_EQ(left.camera, "left");
   EXPECT_EQ(left.middle_x_px, 31.5);
   EXPECT_EQ(left.middle_y_px, 23.5);
@@ -83,7 +84,7 @@ TEST(WhatIsLeft, ValuesStandWhereTheyAre) {
 TEST(WhatIsLeft, OutliersCountAsTheirWeightsHaveIt) {
   const Light made = light(20.0);  // 10 standard deviations: 3 * 10 of chi2
   for (const LeftValue& v :
-       what_is_left(made.samples, made.irradiance, twin_of_five_steps(), 3.0, false).values)
+       what_is_left(made.samples, made.irradiance, twin_of_five_steps(), 3.0, FreePerPixel::nothing).values)
     EXPECT_NEAR(v.sigmas, std::sqrt(30.0), 1e-3);
 }
 
@@ -92,8 +93,25 @@ TEST(WhatIsLeft, AFactorOfThePixelsOwnTakesItsPart) {
   for (std::size_t i = 0; i < made.irradiance.size(); ++i)
     made.samples.real_dn[i] += i < 7 ? 2.0F * made.irradiance[i] : -made.irradiance[i];
   for (const LeftValue& v :
-       what_is_left(made.samples, made.irradiance, twin_of_five_steps(), 30.0, true).values)
+       what_is_left(made.samples, made.irradiance, twin_of_five_steps(), 30.0, FreePerPixel::factor).values)
     EXPECT_NEAR(v.sigmas, 0.0, 1e-3);
+}
+
+// Of a value without weight nothing is asked: a pixel's own line is that of the others.
+TEST(WhatIsLeft, AFactorAndAnOffsetOfThePixelsOwnTakeTheirPart) {
+  Light made = light(0.0);
+  for (std::size_t i = 0; i < made.irradiance.size(); ++i)
+    made.samples.real_dn[i] += i < 7 ? 2.0F * made.irradiance[i] + 5.0F : -made.irradiance[i] - 3.0F;
+  const auto most_left = [&](FreePerPixel own) {
+    double most = 0.0;
+    for (const LeftValue& v :
+         what_is_left(made.samples, made.irradiance, twin_of_five_steps(), 30.0, own).values)
+      most = std::max(most, std::abs(static_cast<double>(v.sigmas)));
+    return most;
+  };
+  EXPECT_NEAR(most_left(FreePerPixel::factor_and_offset), 0.0, 1e-3);
+  EXPECT_GT(most_left(FreePerPixel::factor), 0.5);
+  EXPECT_GT(most_left(FreePerPixel::offset), 0.5);
 }
 
 }  // namespace

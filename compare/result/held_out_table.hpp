@@ -15,7 +15,7 @@ namespace fringetwin::compare {
 struct HeldOutRow {
   std::string camera, pattern;
   std::uint64_t fold = 0, folds = 0;
-  double light_factor = kNaN;  ///< NaN: none was fitted
+  double light_factor = kNaN, exposure_factor = kNaN;  ///< NaN: none was fitted
   double mean_dn = kNaN, rms_dn = kNaN, noise_dn = kNaN, fitted_dn = kNaN, predicted_dn = kNaN;
   double ratio = kNaN, ratio_sigma = kNaN;
   std::uint64_t n = 0;
@@ -27,10 +27,15 @@ struct HeldOutRow {
     f.add("fold", "the fold that it is held out with, from 1", &Row::fold).shown({"fold"});
     f.add("folds", "how many folds the phase steps were dealt to", &Row::folds);
     f.add("light_factor",
-          "the only number that is taken from the image itself: its light over that of the images fitted; "
-          "null where light was not asked for",
+          "the only number that is taken from the image itself, with exposure_factor: its light over that of "
+          "the images fitted; null where light was not asked for",
           &Row::light_factor)
         .shown({"own light", "", Column::fixed, 4});
+    f.add(
+         "exposure_factor",
+         "the same of its exposure, which is of the room's light, too; null where exposure was not asked for",
+         &Row::exposure_factor)
+        .shown({"own exposure", "", Column::fixed, 4});
     f.add("mean_dn", "mean of predicted - real", &Row::mean_dn)
         .shown({"mean", "DN", Column::signed_fixed, 3});
     f.positive("rms_dn", "rms of predicted - real", &Row::rms_dn).shown({"rms", "DN", Column::fixed, 3});

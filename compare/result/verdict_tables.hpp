@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "compare/result/field_options.hpp"
+#include "compare/result/own_kinds.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/image/image.hpp"
 
@@ -44,8 +45,8 @@ struct Refinement {
   std::vector<std::string> notes;
   std::vector<std::string> warnings;  ///< for those of the result
   bool taken_back = false;            ///< the twin is as it was
-  /// With "texture": gain and black level of each camera that the pixels' factors refer to; see
-  /// apply_texture().
+  OwnKinds own;                       ///< what "texture" and "offset" gave every pixel
+  /// With either: gain and black level of each camera that the pixels' numbers refer to; see apply_texture().
   struct Line {
     double gain_dn = 0.0, black_level_dn = 0.0;
   };

@@ -78,7 +78,7 @@ ImageF vignetting_map(const Camera& camera) {
 
 void apply_camera_effects(const Camera& camera, RenderedCamera* rendered) {
   const bool vignetting = camera.vignetting.kind != Vignetting::Kind::none;
-  if (!vignetting && camera.psf_px == 0.0) return;
+  if (!vignetting && camera.psf_px == 0.0 && !camera.texture) return;
   const ImageF map = vignetting ? vignetting_map(camera) : ImageF();
   const std::vector<double> kernel = camera.psf_px > 0.0 ? psf_kernel(camera.psf_px) : std::vector<double>();
   std::vector<ImageF*> images;
@@ -89,6 +89,8 @@ void apply_camera_effects(const Camera& camera, RenderedCamera* rendered) {
     if (vignetting)
       for (std::size_t i = 0; i < image->size(); ++i) image->data[i] *= map.data[i];
     if (!kernel.empty()) *image = convolve_separable(*image, kernel);
+    for (std::size_t i = 0; camera.texture && i < image->size(); ++i)
+      image->data[i] = camera.texture->of(image->data[i], i);
   }
 }
 

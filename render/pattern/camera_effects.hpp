@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Applies to finished irradiance images what the camera's lens does to them: vignetting, then point spread.
+// Applies to finished irradiance images what the camera does to them: vignetting, then point spread, then the
+// texture of its pixels.
 #pragma once
 #include <vector>
 

@@ -413,6 +413,12 @@ ReferencePixel Reference::pixel(std::size_t camera, int x, int y,
       }
   const std::vector<double>& exposures = twin.cameras[camera].exposure_factors;
   for (std::size_t i = 0; i < exposures.size(); ++i) out.irradiance.at(i) *= exposures[i];
+  if (const PixelTexture* texture = twin.cameras[camera].texture.get()) {
+    const auto at =
+        static_cast<std::size_t>(y) * static_cast<std::size_t>(twin.cameras[camera].lens.width()) +
+        static_cast<std::size_t>(x);
+    for (double& e : out.irradiance) e = e * texture->factor_at(at) + texture->offset_at(at);
+  }
   return out;
 }
 

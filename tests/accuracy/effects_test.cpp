@@ -403,6 +403,34 @@ TEST(Effects, LightPerImage) {
   }
 }
 
+// Each pixel of the image is a line of what it would be without, to rounding, and that of the reference to
+// three times the 4e-5 rad that phases agree to, of an amplitude of 4.
+TEST(Effects, TextureOfPixelsIsALineOfEach) {
+  REQUIRE_RENDERER();
+  const Twin plain = with_object(left_window(ideal_sphere().center_mm, 24, 16), "ball", ideal_sphere());
+  Twin twin = plain;
+  PixelTexture texture{ImageF(24, 16), ImageF(24, 16)};
+  for (std::size_t i = 0; i < texture.factor.size(); ++i) {
+    texture.factor.data[i] = 0.5F + 0.003F * static_cast<float>(i);
+    texture.offset.data[i] = 0.02F * static_cast<float>(i % 7) - 0.05F;
+  }
+  twin.cameras[0].texture = std::make_shared<const PixelTexture>(texture);
+  const auto images = shared_renderer()->render(twin, 0, {Sampler::gauss, 9}, 0).irradiance,
+             without = shared_renderer()->render(plain, 0, {Sampler::gauss, 9}, 0).irradiance;
+  const render::Reference reference(twin);
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 24; ++x) {
+      const auto pixel = reference.pixel(0, x, y, {.gauss_n = 3});
+      const std::size_t i = without[0].index(x, y);
+      for (std::size_t k = 0; k < images.size(); ++k) {
+        const double expected =
+            static_cast<double>(texture.factor.data[i] * without[k].data[i] + texture.offset.data[i]);
+        EXPECT_NEAR(static_cast<double>(images[k].data[i]), expected, 1e-6 * (1.0 + expected));
+        EXPECT_NEAR(static_cast<double>(images[k].data[i]), pixel.irradiance[k], 5e-4) << x << ' ' << y;
+      }
+    }
+}
+
 /// A twin with every effect of twin/effects.hpp on.
 Twin everything() {
   Twin twin = with_object(paper_rig(), "ball", ideal_sphere());
@@ -415,6 +443,7 @@ Twin everything() {
     c.sensor.black_level_dn = 3.0;
     c.psf_px = 0.4;
     c.vignetting.kind = Vignetting::Kind::cos4;
+    c.texture = std::make_shared<const PixelTexture>();
   }
   Projector& p = *twin.projector;
   p.ambient = 0.1;

@@ -174,6 +174,7 @@ Camera read_camera(const TomlTable& table, const TwinFileContext& context, bool 
   if (const auto optics = table.table("optics")) camera.optics = read_optics(*optics);
   read_plain_keys(table, camera);
   camera.vignetting = read_vignetting(table);
+  if (table.has("texture")) camera.texture_file = context.resolve(table, "texture");
   return camera;
 }
 

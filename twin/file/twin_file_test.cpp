@@ -225,6 +225,40 @@ TEST_F(TwinFile, AlbedoMap) {
               HasSubstr("needs size_mm"));
 }
 
+TEST_F(TwinFile, TextureOfACamera) {
+  const auto with = [](const std::string& file) {
+    std::string text = kMinimal;
+    const std::string head = "[[camera]]\n";
+    return text.insert(text.find(head) + head.size(), "texture = \"" + file + "\"\n");
+  };
+  const Twin plain = load(kMinimal);
+  EXPECT_TRUE(plain.cameras[0].texture_file.empty());
+  const int width = plain.cameras[0].lens.width(), height = plain.cameras[0].lens.height();
+  const ImageF factor(width, height, 0.5F), offset(width, height, -0.25F), small(width - 1, height, 1.0F);
+  write_exr(folder_ / "both.exr", {{"factor", &factor}, {"offset", &offset}});
+  write_exr(folder_ / "small.exr", {{"factor", &small}});
+  write_exr(folder_ / "other.exr", {{"phase", &factor}});
+  write_exr(folder_ / "negative.exr", {{"factor", &offset}});
+  Twin twin = load(with("both.exr"));
+  load_meshes(twin);
+  ASSERT_TRUE(twin.cameras[0].texture);
+  EXPECT_EQ(twin.cameras[0].texture->of(2.0F, 7), 0.75F);
+  EXPECT_EQ(twin.input_files.back(), folder_ / "both.exr");
+  for (const auto& [file, says] : {std::pair{"small.exr", "the camera"},
+                                   {"other.exr", "phase"},
+                                   {"negative.exr", "factor"},
+                                   {"none.exr", "none.exr"}}) {
+    Twin bad = load(with(file));
+    try {
+      load_meshes(bad);
+      ADD_FAILURE() << file << " is taken";
+    } catch (const UserError& e) {
+      EXPECT_EQ(e.code(), ExitCode::input) << file;
+      EXPECT_THAT(e.what(), HasSubstr(says)) << file;
+    }
+  }
+}
+
 TEST_F(TwinFile, Bounces) {
   EXPECT_EQ(load(kMinimal).render.bounces, 0);
   const RenderOptions r = load(kMinimal + "[render]\nbounces = 1\nbounce_samples = 16\n").render;
