@@ -86,8 +86,10 @@ class CauseSearch {
     if (named.empty()) named = alike();
     if (named.empty() && !sensitivity_.has_free_factors()) try_fields(out.rows);
     if (named.empty()) named = alike();
-    if (named.empty() && !sensitivity_.has_free_factors()) try_fields_with_groups();
-    if (named.empty()) named = alike();
+    if (all_is_free(named) && !sensitivity_.has_free_factors()) {
+      try_fields_with_groups();
+      named = alike();
+    }
     if (named.empty())
       list_in_order(out);
     else
@@ -332,6 +334,14 @@ class CauseSearch {
       if (rows[both[1]].removed > rows[both[0]].removed)
         std::swap(tried_.back().groups[0], tried_.back().groups[1]);
     }
+  }
+
+  /// Returns whether nothing is named but what explains all that is common to a pixel's images: light of two
+  /// kinds at once, of which a group of few numbers may tell one.
+  bool all_is_free(const std::vector<std::size_t>& named) const {
+    return std::ranges::all_of(named, [this](std::size_t k) {
+      return tried_[k].field && tried_[k].field->free == FreePerPixel::factor_and_offset;
+    });
   }
 
   /// Gives every pixel an offset, a factor or both of its own.
