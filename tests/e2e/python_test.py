@@ -172,12 +172,13 @@ class Python(unittest.TestCase):
                   "t = fringetwin.Twin(sys.argv[1])\n"
                   "fine = t.render(samples=1, sampler='gauss')\n"
                   "threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
-                  "try:\n  t.render(samples=256, sampler='gauss')\n"
+                  "large = fringetwin.Twin(sys.argv[2])\n"
+                  "try:\n  for _ in range(100):\n    large.render(samples=256, sampler='gauss')\n"
                   "except KeyboardInterrupt:\n  print('interrupted', flush=True)\n"
                   "again = t.render(samples=1, sampler='gauss')\n"
                   "assert (again['left'][0] == fine['left'][0]).all()\n"
                   "print('goes on')\n")
-        done = subprocess.run([sys.executable, "-c", script, self.file], capture_output=True, text=True, check=False,
+        done = subprocess.run([sys.executable, "-c", script, self.file, OPTIONS["source"] + "/datasets/paper-sphere"], capture_output=True, text=True, check=False,
                               timeout=120, env=os.environ | {"PYTHONPATH": OPTIONS["package"]})
         self.assertEqual(done.stdout, "interrupted\ngoes on\n", done.stderr)
 
