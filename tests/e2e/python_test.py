@@ -228,7 +228,9 @@ class Python(unittest.TestCase):
             self.assertTrue(getattr(fringetwin, name).__doc__, name)
 
     def test_examples_run(self):
-        for example in sorted(glob.glob(os.path.join(OPTIONS["source"], "python/examples/*.py"))):
+        examples = sorted(glob.glob(os.path.join(OPTIONS["source"], "python/examples/*.py")))
+        self.assertTrue(examples)
+        for example in examples:
             with self.subTest(example=os.path.basename(example)):
                 subprocess.run([sys.executable, example, self.file, self.dir + "/example"], check=True, timeout=120,
                                stdout=subprocess.DEVNULL, env=os.environ | {"PYTHONPATH": OPTIONS["package"]})
