@@ -7,13 +7,10 @@
 #include "cli/twin_argument.hpp"
 #include "compare/result/result_json.hpp"
 #include "cosim/load.hpp"
-#include "cosim/simulate.hpp"
+#include "cosim/measure_captures.hpp"
 #include "cosim/summary.hpp"
-#include "cosim/write_results.hpp"
-#include "measure/description_warnings.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
-#include "twin/image/image_io.hpp"
 
 namespace fringetwin::cli {
 namespace {
@@ -30,27 +27,11 @@ int run_measure(const MeasureCommand& o, const Invocation& invocation) {
   StageTimer timer;
   timer.start("load");
   const Twin twin = cosim::load_for_run(o.twin);
-  const bool renders = o.method_bias || twin.measure.correct_pixel_area;
-  if (renders) cosim::check_renderable(twin);
+  cosim::measuring_renders(twin, o.method_bias);  // may be refused, before the images are read
   const cosim::Captures captures = cosim::load_captures(twin, o.captures);
-  timer.start("measure");
-  measure::Measurement measurement = measure::measure(twin, captures.cameras);
-  if (renders) {
-    timer.start("method_bias");
-    render::Renderer renderer;
-    const cosim::Simulated simulated = cosim::simulate(twin, {}, renderer);
-    measure::state_method_bias(twin, simulated.irradiance, measurement);
-  }
-  for (measure::Doubt& doubt : measure::description_warnings(twin, captures.cameras, measurement, nullptr))
-    measurement.warnings.push_back(std::move(doubt.sentence));
-  timer.start("write");
-  begin_output(o.out, {"result.json"});
-  measure::write_measurement(o.out, measurement);
-  timer.stop();
-  timer.seconds.insert(measurement.timing_s.begin(), measurement.timing_s.end());
-  const auto provenance = cosim::make_provenance({invocation.argv, version_string()}, twin, captures.files);
-  write_text_file(std::filesystem::path(o.out) / "result.json",
-                  compare::measurement_json(twin, measurement, provenance, timer.seconds));
+  const measure::Measurement measurement =
+      cosim::measure_captures(twin, captures.cameras, o.method_bias, timer);
+  cosim::write_measured(o.out, twin, measurement, captures.files, {invocation.argv, version_string()}, timer);
 
   for (const auto& warning : measurement.warnings) warn(warning);
   std::vector<compare::LightRow> light;

@@ -8,11 +8,9 @@
 #include <type_traits>
 #include <vector>
 
-namespace fringetwin::cli {
+#include "cli/version.hpp"
 
-/// Returns this program's version with the commit it was built from, where it was built from a checkout:
-/// "0.2.0 (1a2b3c4d5e6f, Release, g++ 12.2.0)"; with "-dirty" behind the commit where files differed from it.
-std::string version_string();
+namespace fringetwin::cli {
 
 /// What main() runs after parsing, and the facts every result records.
 struct Invocation {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Says which version this is. Alone in its file: the commit changes oftener than anything else.
-#include "cli/commands.hpp"
+#include "cli/version.hpp"
+
 #include "fringetwin_commit.h"  // made by cmake/commit.cmake
 
 namespace fringetwin::cli {

@@ -19,8 +19,8 @@ target_link_libraries(fringetwin_options INTERFACE fmt::fmt OpenMP::OpenMP_CXX)
 if(NOT FRINGETWIN_ASAN)
   # The program reads files of strangers (docs/SECURITY.md): what a hole in a reader could be used for. Debian's g++ makes
   # programs independent of their position by itself; others are told to. Fortified functions need an optimised build.
-  target_compile_options(fringetwin_options INTERFACE -fstack-protector-strong
-    $<$<NOT:$<STREQUAL:$<TARGET_PROPERTY:TYPE>,MODULE_LIBRARY>>:-fPIE>
+  # The libraries are linked into programs and into the Python module (python/), which nobody interposes functions of.
+  target_compile_options(fringetwin_options INTERFACE -fstack-protector-strong -fPIC -fno-semantic-interposition
     $<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE$<SEMICOLON>-D_FORTIFY_SOURCE=3>)
   target_link_options(fringetwin_options INTERFACE -Wl,-z,relro,-z,now
     $<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:-pie>)

@@ -36,7 +36,7 @@ void check_refine(const Twin& twin, const std::vector<std::string>& asked) {
 Run load_run(const CosimRequest& request) {
   Run run;
   run.timer.start("load");
-  run.twin = load_for_run(request.twin);
+  run.twin = load_for_run(request.twin, request.settings);
   check_renderable(run.twin);
   if (run.twin.calibration_uncertainty)  // may be refused, before the work
     run.options.calibration = std::make_shared<const compare::CalibrationCovariance>(

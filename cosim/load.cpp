@@ -7,8 +7,8 @@
 
 namespace fringetwin::cosim {
 
-Twin load_for_run(const std::filesystem::path& file) {
-  Twin twin = compare::load_checked_twin(file);
+Twin load_for_run(const std::filesystem::path& file, const std::map<std::string, std::string>& settings) {
+  Twin twin = compare::load_checked_twin(file, settings);
   measure::check_fringes(twin);
   load_meshes(twin);
   return twin;

@@ -2,6 +2,8 @@
 // Reads what a run works on: the twin, checked before any work, and the captures of its cameras.
 #pragma once
 #include <filesystem>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "twin/captures/capture_set.hpp"
@@ -10,8 +12,9 @@
 namespace fringetwin::cosim {
 
 /// Reads the twin and its meshes. It also refuses names in [limits] that no comparison has, and fringes that
-/// a measurement could not unwrap over the projector's image, before anything is rendered.
-Twin load_for_run(const std::filesystem::path& file);
+/// a measurement could not unwrap over the projector's image, before anything is rendered. `settings`: values
+/// in the place of some keys, as load_twin() takes them.
+Twin load_for_run(const std::filesystem::path& file, const std::map<std::string, std::string>& settings = {});
 
 /// Throws UserError(usage) for a twin without a projector or objects, which nothing can be rendered of.
 void check_renderable(const Twin& twin);

@@ -46,8 +46,9 @@ void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real, co
   }
 }
 
-Twin load_renderable_twin(const std::filesystem::path& file) {
-  Twin twin = load_for_run(file);
+Twin load_renderable_twin(const std::filesystem::path& file,
+                          const std::map<std::string, std::string>& settings) {
+  Twin twin = load_for_run(file, settings);
   check_measured_shapes(twin);
   if (has_measured_shape(twin)) build_measured_shapes(twin, load_captures(twin, *twin.real.captures).cameras);
   return twin;

@@ -2,6 +2,8 @@
 // Builds the objects with shape = "measured" from the real captures of the scene they stand in.
 #pragma once
 #include <filesystem>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "twin/captures/capture_set.hpp"
@@ -24,7 +26,8 @@ void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real, co
 double measured_shape_leverage(const Twin& twin);
 
 /// Reads a twin with everything a renderer needs: its meshes, and measured shapes built from the captures
-/// that [real] names.
-Twin load_renderable_twin(const std::filesystem::path& file);
+/// that [real] names. `settings`: as load_for_run() takes them.
+Twin load_renderable_twin(const std::filesystem::path& file,
+                          const std::map<std::string, std::string>& settings = {});
 
 }  // namespace fringetwin::cosim

@@ -164,9 +164,9 @@ fs::path own_checkout() {
 }
 
 fs::path datasets_root() {
-  const fs::path checkout = own_checkout(), folder = own_program().parent_path();
+  const fs::path checkout = own_checkout(), prefix = prefix_of(own_program());
   if (!checkout.empty()) return checkout / "datasets";
-  return folder.filename() == "bin" ? folder.parent_path() / "share" / "fringetwin" / "datasets" : fs::path{};
+  return prefix.empty() ? fs::path{} : prefix / "share" / "fringetwin" / "datasets";
 }
 
 }  // namespace fringetwin

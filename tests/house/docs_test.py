@@ -12,7 +12,7 @@ import sys
 import tempfile
 
 PAGES = ("docs", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "datasets/README.md")
-FOLDERS = ("bench", "calib", "capture", "cli", "cmake", "compare", "cosim", "datasets", "docs", "measure", "render",
+FOLDERS = ("bench", "calib", "capture", "cli", "cmake", "compare", "cosim", "datasets", "docs", "measure", "python", "render",
            "report", "scripts", "study", "tests", "tradeoff", "twin")
 TESTS = ("accuracy", "e2e", "hard")  # groups of tests in tests/
 SOURCES = re.compile(r"(\.(cpp|hpp|h|comp|glsl|py|sh|cmake|toml|yml)|CMakeLists\.txt|\.clang-tidy)$")

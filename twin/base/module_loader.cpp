@@ -3,6 +3,7 @@
 
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <link.h>
 
 #include "twin/base/sha256.hpp"
 
@@ -13,10 +14,22 @@ std::vector<fs::path> module_folders(const fs::path& program, const std::string&
   if (!program.has_parent_path()) return {};  // /proc is missing; dlopen would search the system's folders
   const fs::path folder = program.parent_path();
   std::vector<fs::path> folders = {folder};
-  if (folder.filename() == "bin") folders.push_back(folder.parent_path() / "lib" / "fringetwin" / "modules");
+  if (const fs::path prefix = prefix_of(program); !prefix.empty())
+    folders.push_back(prefix / "lib" / "fringetwin" / "modules");
   const fs::path tree = build_tree_of(program, build_tree_sha256);
   if (!tree.empty() && tree != folder) folders.push_back(tree);
   return folders;
+}
+
+fs::path prefix_of(const fs::path& program) {
+  const fs::path folder = program.parent_path();
+  if (folder.filename() == "bin") return folder.parent_path();
+  fs::path above = folder;  // PREFIX/lib/python3/dist-packages/fringetwin
+  for (const char* name : {"fringetwin", "dist-packages", "python3", "lib"}) {
+    if (above.filename() != name) return {};
+    above = above.parent_path();
+  }
+  return above;
 }
 
 fs::path build_tree_of(const fs::path& program, const std::string& build_tree_sha256) {
@@ -27,6 +40,11 @@ fs::path build_tree_of(const fs::path& program, const std::string& build_tree_sh
 
 fs::path own_program() {
   std::error_code ignored;
+  Dl_info library = {};
+  link_map* map = nullptr;
+  static const char here = 0;
+  const bool known = ::dladdr1(&here, &library, reinterpret_cast<void**>(&map), RTLD_DL_LINKMAP) != 0;
+  if (known && map && map->l_name && *map->l_name) return fs::canonical(map->l_name, ignored);  // of Python
   return fs::read_symlink("/proc/self/exe", ignored);
 }
 

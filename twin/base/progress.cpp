@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "twin/base/progress.hpp"
 
-#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -48,6 +47,8 @@ extern "C" void on_interrupt(int signal) {
   (void)!::write(STDERR_FILENO, kLine.data(), kLine.size());
   ::_exit(130);
 }
+
+extern "C" void on_interrupt_in_scope(int signal) { cancel_request.store(signal); }
 
 }  // namespace
 
@@ -130,6 +131,19 @@ int cancel_signal() noexcept { return cancel_request.load(); }
 
 void throw_if_cancelled() {
   if (cancelled()) throw Cancelled();
+}
+
+CancelScope::CancelScope() {
+  cancel_request.store(0);
+  struct sigaction action = {};
+  action.sa_handler = on_interrupt_in_scope;
+  sigemptyset(&action.sa_mask);
+  action.sa_flags = SA_RESTART;
+  FT_CHECK(sigaction(SIGINT, &action, &before_) == 0, "cannot install the SIGINT handler");
+}
+CancelScope::~CancelScope() {
+  sigaction(SIGINT, &before_, nullptr);
+  cancel_request.store(0);
 }
 
 EndsOnCancel::EndsOnCancel() {

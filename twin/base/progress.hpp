@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shows progress (a bar on a terminal, else a line per 10 %) and warnings on stderr, and notices Ctrl-C.
 #pragma once
+#include <signal.h>
+
 #include <atomic>
 #include <chrono>
 #include <cstddef>
@@ -43,6 +45,18 @@ bool cancelled() noexcept;
 int cancel_signal() noexcept;
 /// Throws Cancelled if the user pressed Ctrl-C.
 void throw_if_cancelled();
+
+/// Cancels long calls in a process that is not the program's own, as Python's. While it lives a Ctrl-C makes
+/// cancelled() true and kills nothing; afterwards the handler from before is there again, and nothing is
+/// cancelled any more. One at a time.
+class CancelScope : NotCopyable {
+ public:
+  CancelScope();
+  ~CancelScope();
+
+ private:
+  struct sigaction before_;
+};
 
 /// While it lives a Ctrl-C ends the process at once, with exit code 130: for calls of libraries that may take
 /// long and write no files. Its constructor throws Cancelled where it came before.

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cosim/measure_captures.hpp"
+
+#include "compare/result/result_json.hpp"
+#include "cosim/load.hpp"
+#include "cosim/simulate.hpp"
+#include "measure/description_warnings.hpp"
+#include "twin/base/out_folder.hpp"
+#include "twin/image/image_io.hpp"
+
+namespace fringetwin::cosim {
+
+bool measuring_renders(const Twin& twin, bool method_bias) {
+  const bool renders = method_bias || twin.measure.correct_pixel_area;
+  if (renders) check_renderable(twin);
+  return renders;
+}
+
+measure::Measurement measure_captures(const Twin& twin, const std::vector<CameraImages>& images,
+                                      bool method_bias, StageTimer& timer) {
+  timer.start("measure");
+  measure::Measurement measurement = measure::measure(twin, images);
+  if (measuring_renders(twin, method_bias)) {
+    timer.start("method_bias");
+    render::Renderer renderer;
+    const Simulated simulated = simulate(twin, {}, renderer);
+    measure::state_method_bias(twin, simulated.irradiance, measurement);
+  }
+  for (measure::Doubt& doubt : measure::description_warnings(twin, images, measurement, nullptr))
+    measurement.warnings.push_back(std::move(doubt.sentence));
+  timer.stop();
+  return measurement;
+}
+
+void write_measured(const std::filesystem::path& dir, const Twin& twin,
+                    const measure::Measurement& measurement,
+                    const std::vector<std::filesystem::path>& capture_files, const Origin& origin,
+                    StageTimer& timer) {
+  timer.start("write");
+  begin_output(dir, {"result.json"});
+  measure::write_measurement(dir, measurement);
+  timer.stop();
+  timer.seconds.insert(measurement.timing_s.begin(), measurement.timing_s.end());
+  const compare::Provenance provenance = make_provenance(origin, twin, capture_files);
+  write_text_file(dir / "result.json",
+                  compare::measurement_json(twin, measurement, provenance, timer.seconds));
+}
+
+}  // namespace fringetwin::cosim

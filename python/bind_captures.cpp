@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// Binds capture sets: the images of each camera, as arrays over the program's own memory.
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <cstring>
+
+#include "cosim/load.hpp"
+#include "python/arrays.hpp"
+#include "python/long_call.hpp"
+#include "python/types.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::python {
+namespace {
+
+using InArray = py::array_t<float, py::array::c_style | py::array::forcecast>;
+
+/// The camera's images, which keep the whole set alive.
+std::shared_ptr<CameraImages> images_of(const std::shared_ptr<std::vector<CameraImages>>& set,
+                                        const std::string& camera) {
+  for (CameraImages& images : *set)
+    if (images.camera == camera) return {set, &images};
+  throw py::key_error(camera);
+}
+
+std::vector<std::string> names_of(const std::vector<CameraImages>& set) {
+  std::vector<std::string> names;
+  for (const CameraImages& images : set) names.push_back(images.camera);
+  return names;
+}
+
+ImageF image_of(const InArray& array, const std::string& camera) {
+  if (array.ndim() != 2)
+    throw UserError(ExitCode::input, "camera \"" + camera + "\"",
+                    "an image has " + std::to_string(array.ndim()) + " dimensions, not 2",
+                    "give arrays of shape (height, width)");
+  ImageF image(static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0)));
+  std::memcpy(image.data.data(), array.data(), image.size() * sizeof(float));
+  return image;
+}
+
+/// Returns a copy of the arrays, checked as the images of a folder are.
+PyCaptures captures_from(const PyTwin& twin, const std::map<std::string, std::vector<InArray>>& arrays) {
+  auto cameras = std::make_shared<std::vector<CameraImages>>();
+  const std::size_t n = expand_sequence(twin.twin->fringes).size();
+  for (const Camera& camera : twin.twin->cameras) {
+    const auto given = arrays.find(camera.name);
+    if (given == arrays.end())
+      throw UserError(ExitCode::input, twin.file.string(), "camera \"" + camera.name + "\" has no images",
+                      "give a list of arrays for each camera of the twin");
+    if (given->second.size() != n)
+      throw UserError(ExitCode::input, "camera \"" + camera.name + "\"",
+                      "has " + std::to_string(given->second.size()) + " images, the twin's sequence has " +
+                          std::to_string(n));
+    CameraImages& images = cameras->emplace_back();
+    images.camera = camera.name;
+    images.bit_depth = camera.sensor.bit_depth;
+    for (const InArray& array : given->second) {
+      images.images.push_back(image_of(array, camera.name));
+      const ImageF& image = images.images.back();
+      if (image.width != camera.lens.width() || image.height != camera.lens.height())
+        throw UserError(ExitCode::input, "camera \"" + camera.name + "\"",
+                        "an image is " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+                            " pixels, the camera's imagersize " + std::to_string(camera.lens.width()) +
+                            " x " + std::to_string(camera.lens.height()));
+    }
+  }
+  return {cameras};
+}
+
+PyCaptures load(const PyTwin& twin, const std::filesystem::path& folder) {
+  return long_call([&] {
+    cosim::Captures loaded = cosim::load_captures(*twin.twin, folder);
+    return PyCaptures{std::make_shared<std::vector<CameraImages>>(std::move(loaded.cameras)),
+                      std::move(loaded.files)};
+  });
+}
+
+void bind_camera(py::module_& module) {
+  const auto optional_image = [](std::optional<ImageF> CameraImages::*member) {
+    return [member](const py::object& self) -> py::object {
+      std::optional<ImageF>& image = self.cast<CameraImages&>().*member;
+      return image ? py::object(array_over(*image, self)) : py::none();
+    };
+  };
+  py::class_<CameraImages, std::shared_ptr<CameraImages>>(
+      module, "CameraImages",
+      "The images of one camera in the order of the sequence: a sequence of float32 arrays (height, width), "
+      "in DN (irradiance E where `radiance`). The arrays lie in the program's memory; nothing is copied.")
+      .def_readonly("camera", &CameraImages::camera, "Name of the camera.")
+      .def_readonly("bit_depth", &CameraImages::bit_depth, "Bits of a gray value.")
+      .def_readonly("radiance", &CameraImages::radiance, "True: values are irradiance, before the sensor.")
+      .def_property_readonly("white", optional_image(&CameraImages::white),
+                             "The white reference (height, width), DN; None without.")
+      .def_property_readonly("black", optional_image(&CameraImages::black),
+                             "The black reference (height, width), DN; None without.")
+      .def("__len__", [](const CameraImages& images) { return images.images.size(); })
+      .def(
+          "__getitem__",
+          [](const py::object& self, py::ssize_t i) {
+            std::vector<ImageF>& images = self.cast<CameraImages&>().images;
+            const auto n = static_cast<py::ssize_t>(images.size());
+            if (i < 0) i += n;
+            if (i < 0 || i >= n) throw py::index_error();
+            return array_over(images[static_cast<std::size_t>(i)], self);
+          },
+          py::arg("index"), "Returns image `index` of the sequence, float32 (height, width).");
+}
+
+}  // namespace
+
+void bind_captures(py::module_& module) {
+  bind_camera(module);
+  py::class_<PyCaptures>(module, "Captures",
+                         "The images of all cameras of a twin by the cameras' names: a mapping to "
+                         "CameraImages. Real and simulated captures are the same.")
+      .def(
+          "keys", [](const PyCaptures& set) { return names_of(*set.cameras); },
+          "Returns the names of the cameras.")
+      .def("__len__", [](const PyCaptures& set) { return set.cameras->size(); })
+      .def("__iter__", [](const PyCaptures& set) { return py::iter(py::cast(names_of(*set.cameras))); })
+      .def(
+          "__getitem__",
+          [](const PyCaptures& set, const std::string& camera) { return images_of(set.cameras, camera); },
+          py::arg("camera"), "Returns the CameraImages of a camera.")
+      .def_readonly("files", &PyCaptures::files, "The files they were read from; empty where rendered.");
+  py::class_<PyRendering, PyCaptures>(module, "Rendering",
+                                      "What Twin.render() returns: Captures in DN, with how they came about.")
+      .def_property_readonly(
+          "irradiance", [](const PyRendering& r) { return PyCaptures{r.irradiance}; },
+          "The same images before the sensor: Captures of irradiance E, float32.")
+      .def_property_readonly(
+          "device", [](const PyRendering& r) { return r.rendering.device; }, "The Vulkan device.")
+      .def_property_readonly(
+          "seed", [](const PyRendering& r) { return r.rendering.seed; }, "The seed of noise and sampling.")
+      .def_property_readonly(
+          "notes",
+          [](const PyRendering& r) {
+            std::map<std::string, std::string> notes;
+            for (const compare::RenderNote& note : r.rendering.notes) notes[note.camera] = note.text();
+            return notes;
+          },
+          "By camera: sampler, rays and estimated errors, in words.")
+      .def(
+          "write",
+          [](const PyRendering& r, const std::filesystem::path& out, bool radiance) {
+            long_call([&] {
+              cosim::write_simulated(out, *r.twin, *r.cameras, radiance ? r.irradiance.get() : nullptr,
+                                     r.rendering);
+            });
+          },
+          py::arg("out"), py::arg("radiance") = false,
+          "Writes the capture set as `fringetwin render --out` does (`radiance`: EXR images, too).");
+  module.def("load_captures", &load, py::arg("twin"), py::arg("folder"),
+             "Reads the capture set in a folder (capture.toml and its images).");
+  module.def("captures_from", &captures_from, py::arg("twin"), py::arg("images"),
+             "Returns Captures with a copy of the arrays (height, width), DN, of each camera.");
+}
+
+}  // namespace fringetwin::python

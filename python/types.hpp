@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// The objects that Python holds: a twin with its settings, capture sets, measurements; and what binds them.
+#pragma once
+#include <pybind11/pybind11.h>
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "cosim/simulate.hpp"
+#include "cosim/write_results.hpp"
+#include "measure/measurement.hpp"
+#include "render/renderer.hpp"
+#include "twin/base/stopwatch.hpp"
+#include "twin/captures/capture_set.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::python {
+namespace py = pybind11;
+
+using Settings = std::map<std::string, std::string>;  ///< values (TOML text) by the paths of their keys
+
+/// A twin.toml with settings. It is read again when they change; what was made of it before stays as it was.
+class PyTwin {
+ public:
+  explicit PyTwin(std::filesystem::path file);
+
+  /// Puts values at their keys; where they are refused all settings stay as they were.
+  void set(const Settings& values);
+  /// Returns the twin with what a renderer needs, made when it is first asked for.
+  std::shared_ptr<const Twin> renderable();
+  /// Returns the renderer on a device, which is opened when it is first asked for.
+  render::Renderer& renderer(const std::string& device);
+
+  std::filesystem::path file;
+  Settings settings;
+  std::shared_ptr<const Twin> twin;  ///< as cosim::load_for_run() reads it
+  std::mutex busy;                   ///< one thread renders at a time
+
+ private:
+  std::shared_ptr<const Twin> renderable_;
+  std::unique_ptr<render::Renderer> renderer_;
+  std::string device_;
+};
+
+/// The images of all cameras, in the twin's order.
+struct PyCaptures {
+  std::shared_ptr<std::vector<CameraImages>> cameras;
+  std::vector<std::filesystem::path> files = {};  ///< they were read from
+};
+
+/// What was rendered: gray values, and the irradiance before the sensor.
+struct PyRendering : PyCaptures {
+  std::shared_ptr<const Twin> twin;
+  std::shared_ptr<std::vector<CameraImages>> irradiance;
+  cosim::Rendering rendering;
+};
+
+struct PyMeasurement {
+  std::shared_ptr<const Twin> twin;
+  measure::Measurement measurement;
+  std::vector<std::filesystem::path> capture_files;
+  StageTimer timer;
+};
+
+/// Returns what a result says of a call from Python: its name, the twin's file and the settings.
+cosim::Origin origin_of(const std::string& call, const std::filesystem::path& file, const Settings& settings);
+
+void bind_captures(py::module_& module);
+void bind_twin(py::module_& module);
+void bind_measure(py::module_& module);
+void bind_cosim(py::module_& module);
+
+}  // namespace fringetwin::python

@@ -1,0 +1,253 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""The Python package does what the command line does: same numbers, same images, same sentences.
+
+python_test.py --program build/fringetwin --package build/python --source .
+
+Tolerances: none. Both ways run the same code on the same device, so images and numbers are equal bit by bit; the
+readers are held against numpy's, OpenCV's and SQLite's own reading, which is exact, too. A Ctrl-C
+leaves a call without its last file, and a thread counts while another measures.
+"""
+import argparse
+import ast
+import glob
+import inspect
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy as np
+
+OPTIONS = {}
+SMALL = 0.25  # of the paper's images
+NO_FACTS_OF_THE_RUN = ("command", "argv", "timing_s", "created", "created_utc", "host", "provenance", "inputs_sha256")
+
+
+def small_twin(source):
+    """The text of the paper's sphere with cameras of a quarter of the pixels a side."""
+    with open(os.path.join(source, "datasets/paper-sphere/twin.toml"), encoding="utf-8") as file:
+        cameras, rest = file.read().split("[projector]")
+    def smaller(found):
+        numbers = [float(x) for x in found[2].split(",")]
+        scaled = [numbers[0] * SMALL, numbers[1] * SMALL, *((c + 0.5) * SMALL - 0.5 for c in numbers[2:4]), *numbers[4:]]
+        return f"{found[1]}{scaled}"
+    cameras = cameras.replace("[1440, 1080]", "[360, 270]")
+    return re.sub(r"(intrinsics = )\[([^\]]+)\]", smaller, cameras) + "[projector]" + rest
+
+
+def program(*args, code=None):
+    done = subprocess.run([OPTIONS["program"], *map(str, args)], capture_output=True, text=True, check=False)
+    if code is None:
+        assert done.returncode in (0, 1), done.stderr
+    else:
+        assert done.returncode == code, (done.returncode, done.stderr)
+    return done
+
+
+def of_the_result(result):
+    return {key: value for key, value in result.items() if key not in NO_FACTS_OF_THE_RUN}
+
+
+class Python(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = tempfile.TemporaryDirectory()
+        cls.dir = cls.scratch.name
+        cls.file = os.path.join(cls.dir, "twin.toml")
+        with open(cls.file, "w", encoding="utf-8") as file:
+            file.write(small_twin(OPTIONS["source"]))
+        program("render", cls.file, "--out", cls.dir + "/cli", "--samples", 4, "--sampler", "gauss", "--radiance")
+        program("measure", cls.file, "--captures", cls.dir + "/cli", "--out", cls.dir + "/cli-measured")
+        cls.twin = fringetwin.Twin(cls.file)
+        cls.rendered = cls.twin.render(samples=4, sampler="gauss")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.scratch.cleanup()
+
+    def test_images_are_those_of_the_command_line(self):
+        loaded = fringetwin.load_captures(self.twin, self.dir + "/cli")
+        self.assertEqual(list(self.rendered.keys()), ["left", "right"])
+        for camera in self.rendered:
+            self.assertEqual(len(self.rendered[camera]), self.twin.n_images)
+            for k, image in enumerate(self.rendered[camera]):
+                self.assertEqual((image.shape, image.dtype), ((270, 360), np.float32))
+                np.testing.assert_array_equal(image, loaded[camera][k])
+                exr = fringetwin.read_exr(f"{self.dir}/cli/{camera}/{k:04d}.exr")["Y"]
+                np.testing.assert_array_equal(self.rendered.irradiance[camera][k], exr)
+        self.assertGreater(self.rendered["left"][0].max(), 20)
+
+    def test_arrays_own_the_programs_memory(self):
+        first = self.rendered["left"][0]
+        self.assertFalse(first.flags.owndata)
+        self.assertTrue(np.shares_memory(first, self.rendered["left"][0]))
+        points = fringetwin.measure(self.twin, self.rendered).points.p_world_mm  # all else is gone
+        self.assertTrue(np.isfinite(points).all() and len(points) > 1000)
+
+    def test_measurement_is_that_of_the_command_line(self):
+        run = fringetwin.measure(self.twin, self.dir + "/cli").write(self.dir + "/py-measured")
+        there = fringetwin.Run(self.dir + "/cli-measured")
+        self.assertEqual(of_the_result(run.result), of_the_result(there.result))
+        self.assertTrue(run.result["fits"])
+        for name in ("points.ply", "phase_left.exr", "phase_right.exr"):
+            with open(run.file(name), "rb") as ours, open(there.file(name), "rb") as theirs:
+                self.assertEqual(ours.read(), theirs.read(), name)
+        from_arrays = fringetwin.measure(self.twin, {c: list(self.rendered[c]) for c in self.rendered})
+        self.assertEqual(from_arrays.fits, there.result["fits"])
+
+    def test_stages_alone_are_the_measurement(self):
+        measured = fringetwin.measure(self.twin, self.rendered)
+        decodes = [fringetwin.decode(self.twin, self.rendered[c]) for c in self.twin.cameras]
+        points = fringetwin.triangulate(self.twin, decodes)
+        np.testing.assert_array_equal(points.p_world_mm, measured.points.p_world_mm)
+        np.testing.assert_array_equal(points.sigma_mm, measured.points.sigma_mm)
+        exr = fringetwin.read_exr(self.dir + "/cli-measured/phase_left.exr")
+        for name, channel in decodes[0].channels().items():
+            np.testing.assert_array_equal(channel, exr[name])
+        fit = fringetwin.fit_sphere([[1, 0, 5], [-1, 0, 5], [0, 1, 5], [0, -1, 5], [0, 0, 6]], [0, 0, 4.9], 0.9)
+        np.testing.assert_allclose([*fit["center_mm"], fit["radius_mm"]], [0, 0, 5, 1], atol=1e-9)  # converged to 1e-9
+
+    def test_cosim_is_that_of_the_command_line(self):
+        program("cosim", self.file, "--out", self.dir + "/cli-cosim", "--samples", 1, "--sampler", "gauss")
+        run = fringetwin.cosim(self.twin, self.dir + "/py-cosim", samples=1, sampler="gauss")
+        there = fringetwin.read_result(self.dir + "/cli-cosim")
+        self.assertEqual(of_the_result(run.result), of_the_result(there))
+        self.assertTrue(os.path.isfile(run.report))
+        again = program("diff", self.dir + "/cli-cosim", self.dir + "/py-cosim", code=None)
+        self.assertEqual(again.returncode, 0, again.stdout + again.stderr)
+
+    def test_settings_are_those_of_a_changed_file(self):
+        changed = os.path.join(self.dir, "blurred.toml")
+        with open(changed, "w", encoding="utf-8") as file:
+            file.write(small_twin(OPTIONS["source"]).replace("intensity = 40.0", "intensity = 40.0\nblur_px = 1"))
+        program("render", changed, "--out", self.dir + "/blurred", "--samples", 4, "--sampler", "gauss")
+        twin = fringetwin.Twin(self.dir).set("projector.blur_px", 1)  # the folder stands for its twin.toml
+        blurred = twin.render(samples=4, sampler="gauss")
+        there = fringetwin.load_captures(twin, self.dir + "/blurred")
+        np.testing.assert_array_equal(blurred["left"][0], there["left"][0])
+        self.assertFalse(np.array_equal(blurred["left"][0], self.rendered["left"][0]))
+        self.assertEqual(twin.settings, {"projector.blur_px": "1"})
+
+    def test_errors_are_exceptions_with_the_same_sentence(self):
+        missing = program("render", self.dir + "/none.toml", "--out", self.dir + "/none", code=2)
+        with self.assertRaises(fringetwin.UserError) as refused:
+            fringetwin.Twin(self.dir + "/none.toml")
+        self.assertEqual(missing.stderr.strip(), f"fringetwin: error: {refused.exception}")
+        self.assertEqual(refused.exception.exit_code, 2)
+        twin = fringetwin.Twin(self.file)
+        with self.assertRaisesRegex(fringetwin.UnknownKey, "blur_px"):
+            twin.set("projector.blurr_px", 1)
+        with self.assertRaises(fringetwin.UserError):
+            twin.set({"projector.blur_px": 1, "projector.intensity": "bright"})
+        self.assertEqual(twin.settings, {})  # a refused setting changes nothing
+        with self.assertRaisesRegex(fringetwin.UserError, "camera \"right\" has no images"):
+            fringetwin.measure(twin, {"left": [np.zeros((270, 360))] * 12})
+        with self.assertRaisesRegex(fringetwin.UserError, "10 x 10 pixels"):
+            fringetwin.measure(twin, {c: [np.zeros((10, 10))] * 12 for c in twin.cameras})
+
+    def test_other_threads_run_meanwhile(self):
+        counted, done = [0], threading.Event()
+        def count():
+            while not done.is_set():
+                counted[0] += 1
+                time.sleep(0.001)
+        thread = threading.Thread(target=count)
+        thread.start()
+        before = counted[0]
+        fringetwin.measure(self.twin, self.rendered)
+        during = counted[0] - before
+        done.set()
+        thread.join()
+        self.assertGreater(during, 5)  # with the lock held it is 0, or 1 where the thread was about to count
+
+    def test_ctrl_c_ends_a_call_and_nothing_else(self):
+        script = ("import fringetwin, sys, threading, os, signal, time\n"
+                  "t = fringetwin.Twin(sys.argv[1])\n"
+                  "fine = t.render(samples=1, sampler='gauss')\n"
+                  "threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
+                  "try:\n  fringetwin.cosim(sys.argv[2], sys.argv[3], samples=256, sampler='gauss')\n"
+                  "except KeyboardInterrupt:\n  print('interrupted', flush=True)\n"
+                  "again = t.render(samples=1, sampler='gauss')\n"
+                  "assert (again['left'][0] == fine['left'][0]).all()\n"
+                  "print('goes on')\n")
+        done = subprocess.run([sys.executable, "-c", script, self.file, OPTIONS["source"] + "/datasets/paper-sphere",
+                               self.dir + "/interrupted"], capture_output=True, text=True, check=False,
+                              timeout=120, env=os.environ | {"PYTHONPATH": OPTIONS["package"]})
+        self.assertEqual(done.stdout, "interrupted\ngoes on\n", done.stderr)
+        # Python alone would have raised the same once the whole call had ended, with all its files written.
+        self.assertFalse(os.path.exists(self.dir + "/interrupted/result.json"))
+
+    def test_readers_agree_with_others(self):
+        file = self.dir + "/cli-measured/points.ply"
+        with open(file, "rb") as ply:
+            head, body = ply.read().split(b"end_header\n", 1)
+        record = np.dtype([("p", "<f8", 3), ("rest", "<f4", 6)])
+        plain = np.frombuffer(body, record)
+        points = fringetwin.read_points(file)
+        self.assertEqual(len(points), int(re.search(rb"element vertex (\d+)", head)[1]))
+        np.testing.assert_array_equal(np.stack([points[a] for a in "xyz"], 1), plain["p"])
+        np.testing.assert_array_equal(points["sigma_mm"], plain["rest"][:, 5])
+        with open(self.dir + "/cli-measured/result.json", encoding="utf-8") as result:
+            self.assertEqual(fringetwin.read_result(self.dir + "/cli-measured"), json.load(result))
+
+    def test_study_tables(self):
+        import sqlite3
+        with sqlite3.connect(self.dir + "/study.db") as database:
+            database.execute("CREATE TABLE point (id INTEGER, note TEXT)")
+            database.execute("INSERT INTO point VALUES (1, 'a'), (2, NULL)")
+        database.close()
+        self.assertEqual(fringetwin.read_study(self.dir), {"point": [{"id": 1, "note": "a"}, {"id": 2, "note": None}]})
+
+    def test_stubs_cover_every_public_name(self):
+        from fringetwin import _core
+        folder = os.path.dirname(fringetwin.__file__)
+        with open(os.path.join(folder, "_core.pyi"), encoding="utf-8") as file:
+            tree = ast.parse(file.read())
+        stubs = {}
+        for node in tree.body:
+            if isinstance(node, ast.ClassDef):
+                stubs[node.name] = {n.name for n in node.body if isinstance(n, ast.FunctionDef)} | {
+                    n.target.id for n in node.body if isinstance(n, ast.AnnAssign)}
+            elif isinstance(node, ast.FunctionDef):
+                stubs[node.name] = None
+        public = {name for name in dir(_core) if not name.startswith("_")}
+        self.assertEqual(public, set(stubs) - {"_Path"})
+        for name in public:
+            if inspect.isclass(getattr(_core, name)) and not issubclass(getattr(_core, name), Exception):
+                members = {m for m in vars(getattr(_core, name)) if not m.startswith("_")}
+                self.assertEqual(members, {m for m in stubs[name] if not m.startswith("_")}, name)
+        self.assertTrue(os.path.exists(os.path.join(folder, "py.typed")))
+        for name in fringetwin.__all__:
+            self.assertTrue(getattr(fringetwin, name).__doc__, name)
+
+    def test_examples_run(self):
+        examples = sorted(glob.glob(os.path.join(OPTIONS["source"], "python/examples/*.py")))
+        self.assertTrue(examples)
+        for example in examples:
+            with self.subTest(example=os.path.basename(example)):
+                subprocess.run([sys.executable, example, self.file, self.dir + "/example"], check=True, timeout=120,
+                               stdout=subprocess.DEVNULL, env=os.environ | {"PYTHONPATH": OPTIONS["package"]})
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    for name in ("program", "package", "source"):
+        parser.add_argument("--" + name, required=True, type=os.path.abspath)
+    arguments, rest = parser.parse_known_args()
+    OPTIONS.update(vars(arguments))
+    sys.path.insert(0, OPTIONS["package"])
+    globals()["fringetwin"] = __import__("fringetwin")
+    if "no Vulkan device" in program("info").stdout and not os.environ.get("FRINGETWIN_REQUIRE_DEVICE"):
+        print("skipped: the program finds no Vulkan device")
+        sys.exit(77)
+    unittest.main(argv=[sys.argv[0], *rest])
+
+
+main()
