@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "render/pattern/form_images.hpp"
 #include "render/pattern/formed_harmonics.hpp"
 #include "render/pattern/response_series.hpp"
@@ -17,6 +20,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/stopwatch.hpp"
+#include "twin/moving.hpp"
 
 namespace fringetwin::render {
 
@@ -61,6 +65,14 @@ bool trace_adaptively_if_possible(TraceDevice& device, const TraceJob& job,
     job.out->sampling = fixed;
     return false;
   }
+}
+
+// Raises an estimate to that of another trace, where both have one.
+void take_larger(const std::optional<ErrorEstimate>& other, std::optional<ErrorEstimate>& estimate) {
+  if (!other || !estimate) return;
+  for (double ErrorEstimate::*part :
+       {&ErrorEstimate::phase_rad, &ErrorEstimate::gray, &ErrorEstimate::gray_inside})
+    (*estimate).*part = std::max((*estimate).*part, (*other).*part);
 }
 
 }  // namespace
@@ -123,9 +135,27 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
 RenderedCamera Renderer::render(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                                 std::uint64_t seed, bool references) {
   const Stopwatch watch;
-  const Transport transport = trace(twin, camera_index, sampling, seed);
-  RenderedCamera out = form_camera(twin, camera_index, transport, references);
+  RenderedCamera out = has_motion(twin) ? render_moving(twin, camera_index, sampling, seed, references)
+                                        : form_camera(twin, camera_index,
+                                                      trace(twin, camera_index, sampling, seed), references);
   out.total_ms = 1e3 * watch.elapsed().wall_s;
+  return out;
+}
+
+RenderedCamera Renderer::render_moving(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
+                                       std::uint64_t seed, bool references) {
+  RenderedCamera out = form_camera(twin, camera_index, trace(twin, camera_index, sampling, seed), references);
+  const std::size_t n_images = out.irradiance.size();
+  for (std::size_t image = 0; image < n_images; ++image) {
+    throw_if_cancelled();
+    const Twin at_image = twin_at_image(twin, image, n_images);
+    const Transport transport = trace(at_image, camera_index, sampling, seed);
+    out.irradiance[image] =
+        std::move(form_camera(at_image, camera_index, transport, false, image).irradiance[0]);
+    out.trace_ms += transport.trace_ms;
+    out.rays += transport.rays;
+    take_larger(transport.estimate, out.estimate);
+  }
   return out;
 }
 

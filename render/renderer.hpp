@@ -33,7 +33,8 @@ class Renderer : NotCopyable {
   Transport trace(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                   std::uint64_t seed = 0);
   /// Traces a camera and forms its images; with `references` also white and black images where the sequence
-  /// needs none.
+  /// needs none. Where an object moves (Object::motion) every image has a trace of its own; all else is that
+  /// of the twin as it is, the middle of the sequence, the error the largest of all traces.
   RenderedCamera render(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                         std::uint64_t seed = 0, bool references = false);
 
@@ -44,6 +45,8 @@ class Renderer : NotCopyable {
   int validation_messages() const;
 
  private:
+  RenderedCamera render_moving(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
+                               std::uint64_t seed, bool references);
   void choose_precision(const Twin& twin, const Sampling& sampling);
 
   std::unique_ptr<TraceDevice> device_;

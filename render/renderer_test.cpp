@@ -213,6 +213,29 @@ INSTANTIATE_TEST_SUITE_P(SingleAndDouble, RendererPrecisionTest, ::testing::Bool
 
 // lavapipe 22.3 cuts an invocation's loops at 65,535 iterations without a word. 4096 samples of a
 // mesh in one dispatch exceed that: the renderer must notice, repeat, and get the same bits.
+// Every image of a moving ball is that of a ball at rest where it then is, and all else that of the middle.
+TEST_F(RendererTest, EachImageOfAMovingBallIsThatOfABallAtItsPlace) {
+  Twin twin = on_sphere();
+  const Eigen::Vector3d way_mm(0.8, -0.4, 2.0);
+  twin.objects[0].motion = {way_mm.x(), way_mm.y(), way_mm.z()};
+  const RenderedCamera moving = renderer().render(twin, 0, {Sampler::gauss, 4}, 0, true);
+  const std::size_t n = moving.irradiance.size();
+  const auto at_rest = [&](const Eigen::Vector3d& center_mm) {
+    return renderer().render(with_object(simple_rig(), "ball", SphereShape{center_mm, 20.0}), 0,
+                             {Sampler::gauss, 4}, 0, true);
+  };
+  const RenderedCamera middle = at_rest({0, 0, 280});
+  for (const std::size_t k : {std::size_t{0}, n / 3, n - 1}) {
+    const Eigen::Vector3d place_mm =
+        Eigen::Vector3d(0, 0, 280) + (static_cast<double>(k) / static_cast<double>(n - 1) - 0.5) * way_mm;
+    EXPECT_TRUE(same_bits(moving.irradiance[k], at_rest(place_mm).irradiance[k])) << k;
+    EXPECT_FALSE(same_bits(moving.irradiance[k], middle.irradiance[k])) << k;
+  }
+  EXPECT_TRUE(same_bits(*moving.white, *middle.white) && moving.object.data == middle.object.data);
+  twin.objects[0].motion = {0.0, 0.0, 0.0};
+  EXPECT_TRUE(same_bits(renderer().render(twin, 0, {Sampler::gauss, 4}).irradiance[1], middle.irradiance[1]));
+}
+
 TEST_F(RendererTest, LoopLimitIsNoticed) {
   VulkanDevice device("");
   EXPECT_EQ(testing::count_loop_iterations(device, 1000), 1000u);

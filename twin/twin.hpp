@@ -175,6 +175,9 @@ struct Object {
   std::string name;
   Shape shape;
   Material material;
+  /// By how far each of the shape's motions() goes at constant speed from the first image of the sequence to
+  /// the last (moving.hpp); empty: at rest.
+  std::vector<double> motion = {};
 };
 
 enum class Sampler { gauss, multi_jittered, sobol, adaptive };

@@ -359,9 +359,11 @@ class ClosedList : private GroupList {
   /// Of all degrees of freedom that the group pose has, in its order.
   void add_motion() {
     if (!twin_.projector || patterns_.size() < 2) return;
-    const std::vector<Parameter> pose = geometry_parameters(twin_, "pose");
-    for (std::size_t k = 0; k < pose.size(); ++k)
-      add(pose[k].name + ".motion", pose[k].unit, 0.0, pose[k].step, motion_effect(k, patterns_.size()));
+    list_ = motion_parameters(twin_);
+    for (std::size_t k = 0; k < list_.size(); ++k) {
+      list_[k].change = {};
+      list_[k].effect = motion_effect(k, patterns_.size());
+    }
   }
 
   void add_psf(const Camera& camera) {

@@ -201,7 +201,7 @@ const std::vector<ParameterGroup>& parameter_groups() {
        "the fringes moved from image to image (vibration, wrong phase steps)",
        "record again on a firm base; check the projector's phase steps"},
       {"motion", "steady motion of each object while the images are taken",
-       "an object moved while the images were taken", "record again with everything at rest, or faster"},
+       "an object moved while the images were taken", "", "record again with everything at rest, or faster"},
       {"camera_psf", "width of each camera's blur", "blur of a camera's image (out of focus)",
        "put the width that the causes name into psf_px of the camera"},
       {"exposure", "exposure of each image of each camera", "the exposure differed from image to image", "",
@@ -226,6 +226,11 @@ std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
     all.push_back(std::move(p));
   }
   return all;
+}
+
+std::vector<Parameter> refinable_parameters_of(const Twin& twin, const std::string& group,
+                                               const std::vector<int>& use_steps) {
+  return group == "motion" ? motion_parameters(twin) : parameters_of(twin, group, use_steps);
 }
 
 Twin with_values(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values) {

@@ -31,6 +31,10 @@ const ParameterGroup& parameter_group(const std::string& name);
 std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
                                      const std::vector<int>& use_steps = {});
 
+/// Returns the same as `--refine` fits them: it renders motions, of which the search takes the first order.
+std::vector<Parameter> refinable_parameters_of(const Twin& twin, const std::string& group,
+                                               const std::vector<int>& use_steps = {});
+
 /// Returns the twin with these values in place of the start values; parameters change it one after the other,
 /// those that change no twin leave it (Sensitivity::predicted() knows them).
 Twin with_values(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values);

@@ -92,6 +92,7 @@ class GeometryList : private GroupList {
     for (std::size_t k = 0; k < twin_.objects.size(); ++k) {
       if (group_ == "pose") add_object(k);
       if (group_ == "size") add_size(k);
+      if (group_ == "motion") add_motion(k);
     }
     if (group_ == "rig") add_rig();
     if (group_ == "intrinsics" || group_ == "lens") add_lenses();
@@ -107,6 +108,23 @@ class GeometryList : private GroupList {
             add(object.name + "." + m.name, m.unit, m.start, m.unit == "mm" ? kStepMm : kStepRad,
                 [k, move_by = m.move_by](Twin& t, double d) {
                   move_by(std::get<S>(t.objects.at(k).shape), d);
+                });
+        },
+        object.shape);
+  }
+
+  void add_motion(std::size_t k) {
+    const Object& object = twin_.objects[k];
+    std::visit(
+        [&]<class S>(const S& shape) {
+          const std::vector<Motion<S>> ways = motions(shape);
+          for (std::size_t i = 0; i < ways.size(); ++i)
+            add(fmt::format("{}.{}.motion", object.name, ways[i].name), ways[i].unit,
+                i < object.motion.size() ? object.motion[i] : 0.0, ways[i].unit == "mm" ? kStepMm : kStepRad,
+                [k, i, n = ways.size()](Twin& t, double d) {
+                  std::vector<double>& motion = t.objects.at(k).motion;
+                  motion.resize(n, 0.0);
+                  motion[i] += d;
                 });
         },
         object.shape);
@@ -191,8 +209,10 @@ class GeometryList : private GroupList {
 }  // namespace
 
 std::vector<Parameter> geometry_parameters(const Twin& twin, const std::string& group) {
-  return GeometryList(twin, group).run();
+  return group == "motion" ? std::vector<Parameter>{} : GeometryList(twin, group).run();
 }
+
+std::vector<Parameter> motion_parameters(const Twin& twin) { return GeometryList(twin, "motion").run(); }
 
 std::vector<PlaceKey> size_keys(const Shape& shape) {
   std::vector<PlaceKey> keys;

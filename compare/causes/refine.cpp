@@ -32,9 +32,10 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
 }
 
 /// A device's or an object's name alone asks for what is told apart from the rest of it: not for its size,
-/// its gloss or its intrinsics, nor for what no key holds.
+/// its gloss, its intrinsics or its motion, nor for what no key holds.
 bool matches(const Parameter& p, const std::string& asked) {
-  const bool by_itself = p.group == "size" || p.group == "specular" || p.group == "intrinsics" || !p.change;
+  const bool by_itself = p.group == "size" || p.group == "specular" || p.group == "intrinsics" ||
+                         p.group == "motion" || !p.change;
   return p.group == asked || p.name == asked ||
          (p.name.starts_with(asked + ".") && (!by_itself || asked.find('.') != std::string::npos));
 }
@@ -45,7 +46,7 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
   std::vector<Parameter> chosen;
   std::vector<bool> met(asked.size(), false);
   for (const ParameterGroup& group : parameter_groups())
-    for (Parameter& p : parameters_of(twin, group.name, use_steps)) {
+    for (Parameter& p : refinable_parameters_of(twin, group.name, use_steps)) {
       bool wanted = false;
       for (std::size_t i = 0; i < asked.size(); ++i)
         if (matches(p, asked[i])) wanted = met[i] = true;

@@ -8,6 +8,7 @@
 #include "compare/causes/parameters_geometry.hpp"
 #include "compare/causes/refine.hpp"
 #include "twin/base/plain_text.hpp"
+#include "twin/moving.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -110,6 +111,7 @@ std::string object_text(const Object& before, const Object& after) {
   const std::vector<PlaceKey> old_size = size_keys(before.shape), size = size_keys(after.shape);
   for (std::size_t i = 0; i < size.size(); ++i)
     t.key(size[i].key, fmt::format("{}", old_size.at(i).values[0]), fmt::format("{}", size[i].values[0]));
+  t.key("motion", motion_text(before), motion_text(after));
   TableText material("[object.material]  # \"" + after.name + "\"");
   material.key("diffuse", fmt::format("{}", before.material.diffuse),
                fmt::format("{}", after.material.diffuse));

@@ -173,20 +173,22 @@ void light_up(const Recipe& recipe, const Transport& transport, std::ptrdiff_t f
 
 // Forms E = ambient + a_0 mean + sum_k ((a_k cos k d + b_k sin k d) C_k - (a_k sin k d - b_k cos k d) S_k),
 // or ambient + the image evaluated directly, each with the factors of its image.
-std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, const Transport& transport) {
+std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, const Transport& transport,
+                                std::optional<std::size_t> image) {
   const auto sequence = expand_sequence(twin.fringes);
   const auto n_pixels = static_cast<std::ptrdiff_t>(transport.mean.size());
-  std::vector<ImageF> images(sequence.size());
+  const std::size_t first_image = image.value_or(0);
+  std::vector<ImageF> images(image ? 1 : sequence.size());
   std::vector<ImageF*> blank;
-  for (ImageF& image : images) blank.push_back(&image);
+  for (ImageF& formed_image : images) blank.push_back(&formed_image);
   make_blank(blank, transport.mean.width, transport.mean.height);
   const std::vector<LightOfImage> light =
       light_of_images(twin, twin.cameras.at(camera_index), sequence.size());
   std::vector<Recipe> recipes;
-  for (std::size_t i = 0; i < sequence.size(); ++i) {
+  for (std::size_t i = first_image; i < first_image + images.size(); ++i) {
     recipes.push_back(
-        make_recipe(twin, transport, sequence[i], i, light.empty() ? LightOfImage{} : light[i]));
-    recipes.back().out = images[i].data.data();
+        make_recipe(twin, transport, sequence.at(i), i, light.empty() ? LightOfImage{} : light[i]));
+    recipes.back().out = images[i - first_image].data.data();
   }
   const bool formed = std::ranges::any_of(
       recipes, [&](const Recipe& r) { return !r.direct && is_formed(transport, r.direction, r.pitch); });
@@ -209,16 +211,16 @@ std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, cons
 }
 
 RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Transport& transport,
-                           bool references) {
+                           bool references, std::optional<std::size_t> image) {
   RenderedCamera out;
   out.camera = twin.cameras[camera_index].name;
-  out.irradiance = form_images(twin, camera_index, transport);
-  if (references || needs_white_black(twin.fringes)) {
+  out.irradiance = form_images(twin, camera_index, transport, image);
+  if (references || (!image && needs_white_black(twin.fringes))) {
     const auto level = [&](double value) {
       const auto factor = static_cast<float>(twin.projector->response(value));
-      ImageF image = transport.ambient;
-      for (std::size_t i = 0; i < image.size(); ++i) image.data[i] += factor * transport.mean.data[i];
-      return image;
+      ImageF even = transport.ambient;
+      for (std::size_t i = 0; i < even.size(); ++i) even.data[i] += factor * transport.mean.data[i];
+      return even;
     };
     out.white = level(1.0);
     out.black = level(0.0);

@@ -2,6 +2,7 @@
 // Forms a camera's irradiance images, all patterns of a sequence, from the transport of a single trace.
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "render/base/rendered_camera.hpp"
@@ -11,13 +12,16 @@
 namespace fringetwin::render {
 
 /// Returns the irradiance images of the twin's sequence, in sequence order, as a camera gathers them: with
-/// the factors of light and exposure of each image, without the effects of the camera's lens.
-std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, const Transport& transport);
+/// the factors of light and exposure of each image, without the effects of the camera's lens; with `image`
+/// that one alone.
+std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, const Transport& transport,
+                                std::optional<std::size_t> image = {});
 
 /// Returns the images of a traced camera as Renderer::render() makes them: patterns, then the lens's effects.
-/// `references` asks for white and black images also where the sequence needs none.
+/// `references` asks for white and black images also where the sequence needs none; with `image` only that
+/// one of the sequence is formed.
 RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Transport& transport,
-                           bool references = false);
+                           bool references = false, std::optional<std::size_t> image = {});
 
 /// Returns true when the trace of a camera does not depend on the fringes' mean, amplitude and number of
 /// steps: all images are phase steps behind a linear response.

@@ -15,6 +15,7 @@
 #include "study/run/image_results.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/moving.hpp"
 
 namespace fringetwin::study {
 namespace {
@@ -65,6 +66,7 @@ void PointRunner::load(const StudyPoint& point) {
 }
 
 void PointRunner::trace(const PlannedPoint& planned) {
+  if (has_motion(*twin_)) return;  // every image has a trace of its own
   Twin lit = *twin_;
   planned.demand.apply(&lit);
   const render::Sampling sampling = render::choose_sampling(lit);
@@ -87,6 +89,7 @@ std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, 
   if (!keys_ || keys_->form != planned.keys.form) {
     keys_.reset();
     rendered_.clear();
+    if (has_motion(*twin_)) rendered_ = render::render_all(renderer_, *twin_, planned.point.seed);
     for (std::size_t i = 0; i < traces_.size(); ++i) {
       if (render::holds_any_steps(*twin_)) render::set_pattern(*twin_, &traces_[i]);
       rendered_.push_back(render::form_camera(*twin_, i, traces_[i]));

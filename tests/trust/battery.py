@@ -61,7 +61,7 @@ def refined(name, program, folder, keep):
     started = time.monotonic()
     _, known = build(case, folder)
     runs = {}
-    for group in ("", *refinements.GROUPS):
+    for group in ("", *refinements.groups_of(name)):
         out = os.path.join(folder, "refined_" + group if group else "out")
         run = run_program(program, "cosim", os.path.join(folder, "twin.toml"), "--out", out,
                           *(["--refine", group] if group else []))
@@ -71,7 +71,7 @@ def refined(name, program, folder, keep):
                 shutil.rmtree(os.path.join(out, heavy), ignore_errors=True)
     if runs[""][1] is None:
         raise OSError(f"no result without a refinement: {runs[''][0].stderr}")
-    rows = [refinements.row_of(case, known, group, runs[""][1], *runs[group]) for group in refinements.GROUPS]
+    rows = [refinements.row_of(case, known, group, runs[""][1], *runs[group]) for group in refinements.groups_of(name)]
     with open(os.path.join(folder, "rows.json"), "w", encoding="utf-8") as f:
         json.dump(rows, f, indent=1)
     told = "; ".join(f"{row['group']} {refinements.cell(row)}" for row in rows)
@@ -154,7 +154,7 @@ def refine_all(selected, options):
             try:
                 rows += done.result()
             except (subprocess.SubprocessError, OSError) as error:  # a run that does not end, or leaves no result
-                rows += [refinements.row_without_run(name, group, error) for group in refinements.GROUPS]
+                rows += [refinements.row_without_run(name, group, error) for group in refinements.groups_of(name)]
                 print(f"{name}: {error}", flush=True)
     publish(refinements.table(selected, rows), "refinements.md", page.REFINEMENTS, options)
     faulty = sum(bool(row["faults"]) for row in rows)

@@ -15,10 +15,16 @@ RIGS = ("right_sphere_n4", "right_plane_n4", "right_small_two_cameras", "pose_40
         "camera_middle", "gamma_n4", "blur_missing", "vignetting", "albedo", "texture_small", "side_lamp", "flicker", "knee",
         "camera_gamma", "hot_spot", "camera_defocus", "vibration", "gloss", "subsurface", "pose_and_gamma_wall",
         "motion")
+ALSO = {"motion": ("motion", "pose_40um", "right_sphere_n4")}  # a group that only these rigs are refined by
+COLUMNS = (*GROUPS, *ALSO)
 FARTHEST = 4.0  # standard errors between a refined value and the truth
 WARNED = r"refine|converge|not told|told apart|not to be trusted"
-PLACES = ("pose", "size", "rig", "intrinsics", "lens")  # a factor and an offset per pixel are projected out of their fits
+PLACES = ("pose", "size", "rig", "intrinsics", "lens", "motion")  # a factor and an offset per pixel are projected out of their fits
 RANK = {"explained": 0, "budget too wide": 1, "not compared": 2, "not explained": 2}
+
+
+def groups_of(rig):
+    return (*GROUPS, *(group for group, rigs in ALSO.items() if rig in rigs))
 
 
 def row_of(case, known, group, before, run, after):
@@ -115,8 +121,8 @@ def cell(row):
 def table(cases, rows):
     """Rigs down, groups across: the farthest parameter in standard errors, whether there is a warning, and the faults."""
     lines = [f"{sum(not row['faults'] for row in rows)} of {len(rows)} refinements are as they must be.", "",
-             "| rig | planted | " + " | ".join(GROUPS) + " |", "|---" * (2 + len(GROUPS)) + "|"]
+             "| rig | planted | " + " | ".join(COLUMNS) + " |", "|---" * (2 + len(COLUMNS)) + "|"]
     for name in dict.fromkeys(row["name"] for row in rows):
         of_rig = {row["group"]: cell(row) for row in rows if row["name"] == name}
-        lines.append(f"| `{name}` | {cases[name].planted} | " + " | ".join(of_rig.get(group, "-") for group in GROUPS) + " |")
+        lines.append(f"| `{name}` | {cases[name].planted} | " + " | ".join(of_rig.get(group, "-") for group in COLUMNS) + " |")
     return "\n".join(lines) + "\n"

@@ -8,10 +8,13 @@
 
 #include "twin/file/plain_keys.hpp"
 #include "twin/file/twin_file.hpp"
+#include "twin/moving.hpp"
 
 namespace fringetwin {
 namespace {
 
+// A sequence takes seconds: what goes a metre meanwhile is no object of a measurement.
+const NumberRange kMotionRange = NumberRange::between(-1e3, 1e3);
 constexpr std::size_t kMostObjects = 1000;  // each pixel asks each of them; every fit looks for its name
 
 Eigen::Vector3d read_unit_vector(const TomlTable& table, const std::string& key) {
@@ -93,7 +96,7 @@ void read_keys(const TomlTable& table, const TwinFileContext&, MeasuredShape& me
 void allow_keys(const TomlTable& table, const std::string& shape) {
   std::map<std::string, std::vector<std::string>> of_kind;
   for_every_shape([&](const auto& s) { of_kind[s.kKind] = keys_of(s); });
-  std::vector<std::string> keys = {"name", "shape", "material"};
+  std::vector<std::string> keys = {"name", "shape", "material", "motion"};
   for (const auto& [kind, own] : of_kind)
     if (shape.empty() || kind == shape) keys.insert(keys.end(), own.begin(), own.end());
   table.allow(keys);
@@ -132,6 +135,33 @@ Material read_material(const TomlTable& table) {
   return material;
 }
 
+std::vector<double> read_motion(const TomlTable& table, const Shape& shape) {
+  const auto motion = table.table("motion");
+  if (!motion) return {};
+  const std::vector<MotionKey> keys = motion_keys(shape);
+  if (keys.empty())
+    table.fail("motion", fmt::format("is not possible for a {} shape", shape_kind(shape)),
+               "its place is that of the capture");
+  std::vector<std::string> names;
+  std::size_t n_ways = 0;
+  for (const MotionKey& key : keys) {
+    names.push_back(key.key);
+    n_ways += key.at.size();
+  }
+  motion->allow(names);
+  std::vector<double> ways(n_ways, 0.0);
+  for (const MotionKey& key : keys) {
+    if (!motion->has(key.key)) continue;
+    if (key.at.size() == 1) {
+      ways[key.at[0]] = motion->required_number(key.key, kMotionRange);
+      continue;
+    }
+    const auto given = motion->vector(key.key, static_cast<int>(key.at.size()), kMotionRange);
+    for (std::size_t i = 0; i < key.at.size(); ++i) ways[key.at[i]] = (*given)[static_cast<Eigen::Index>(i)];
+  }
+  return ways;
+}
+
 }  // namespace
 
 std::vector<Object> read_objects(const TomlTable& root, const TwinFileContext& context) {
@@ -149,6 +179,7 @@ std::vector<Object> read_objects(const TomlTable& root, const TwinFileContext& c
     if (!names.insert(object.name).second)
       table.fail("name", fmt::format("\"{}\" is the name of an earlier object, too", object.name));
     if (const auto material = table.table("material")) object.material = read_material(*material);
+    object.motion = read_motion(table, object.shape);
     objects.push_back(object);
   }
   return objects;

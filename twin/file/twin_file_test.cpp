@@ -16,6 +16,7 @@
 #include "twin/file/cameramodel.hpp"
 #include "twin/file/toml_reader.hpp"
 #include "twin/image/image_io.hpp"
+#include "twin/moving.hpp"
 
 namespace fringetwin::testing::twin_file_test {
 namespace {
@@ -186,6 +187,37 @@ TEST_F(TwinFile, LightOfImages) {
   EXPECT_THAT(error(kHead + kCamera + kProjectorLens + "ambient_factors = " + nine + "\n" + kSteps,
                     "ambient_factors"),
               HasSubstr("has no effect without ambient > 0"));
+}
+
+TEST_F(TwinFile, MotionOfObjects) {
+  const auto motion = [&](const std::string& keys) { return load(kMinimal + keys).objects.at(0); };
+  EXPECT_TRUE(motion(kBall).motion.empty());
+  const Object ball = motion(kBall + "motion = { center_mm = [0.05, 0, -0.01] }\n");
+  EXPECT_THAT(ball.motion, ElementsAre(0.05, 0.0, -0.01));
+  EXPECT_EQ(motion_text(ball), "{ center_mm = [0.05, 0, -0.01] }");
+  const std::string pole =
+      "[[object]]\nname = \"pole\"\nshape = \"cylinder\"\npoint_mm = [0, 0, 300]\naxis = [0, 1, "
+      "0]\nradius_mm = 5\n";
+  const Object turned = motion(pole + "motion = { tilt_rad = [0.001, 0.002], shift_mm = [3, 4] }\n");
+  EXPECT_THAT(turned.motion, ElementsAre(3.0, 0.001, 4.0, 0.002));  // in the order of the shape's motions()
+  EXPECT_EQ(motion_text(turned), "{ shift_mm = [3, 4], tilt_rad = [0.001, 0.002] }");
+  const std::string wall =
+      "[[object]]\nname = \"wall\"\nshape = \"plane\"\npoint_mm = [0, 0, 300]\nnormal = [0, 0, -1]\n";
+  const Object pushed = motion(wall + "motion = { offset_mm = 0.2 }\n");
+  EXPECT_THAT(pushed.motion, ElementsAre(0.2, 0.0, 0.0));
+  EXPECT_EQ(motion_text(pushed), "{ offset_mm = 0.2 }");
+  EXPECT_EQ(motion_text(motion(kBall)), "{}");
+  const auto wrong = [&](const std::string& object, const std::string& line) {
+    return error(kMinimal + object + line, line);
+  };
+  EXPECT_THAT(wrong(kBall, "motion = { centre_mm = [1, 2, 3] }\n"), HasSubstr("did you mean \"center_mm\"?"));
+  EXPECT_THAT(wrong(kBall, "motion = { center_mm = [1, 2] }\n"), HasSubstr("must have 3 numbers, has 2"));
+  EXPECT_THAT(wrong(kBall, "motion = { center_mm = [1, 2, 3000] }\n"),
+              HasSubstr("must be >= -1000 and <= 1000"));
+  EXPECT_THAT(wrong(wall, "motion = { offset_mm = [1] }\n"), HasSubstr("must be a number"));
+  EXPECT_THAT(
+      wrong("[[object]]\nname = \"o\"\nshape = \"measured\"\n", "motion = { shift_mm = [1, 2, 3] }\n"),
+      HasSubstr("is not possible for a measured shape"));
 }
 
 TEST_F(TwinFile, GgxMaterial) {
