@@ -57,6 +57,23 @@ void add_bounces(const Twin& twin, const CompareOptions& options, std::size_t ca
 
 /// Fills the gray tables. It also collects the samples for a search for causes. A camera whose gain cannot be
 /// fitted is judged along its provisional line: that is when budget and causes are needed.
+/// Returns what every pixel of a camera has of its own, and what that was fitted to: by the refinement of
+/// this run, or in the twin's own texture, which may be of these images or of others.
+OwnOfPixels own_of_pixels(const Twin& twin, const CompareOptions& options, std::size_t camera) {
+  OwnOfPixels own;
+  const std::vector<PatternSpec> patterns = expand_sequence(twin.fringes);
+  for (std::size_t k = 0; k < patterns.size(); ++k)
+    if (patterns[k].kind == PatternSpec::Kind::phase_step) own.images.push_back(static_cast<int>(k));
+  const PixelTexture* texture = twin.cameras[camera].texture.get();
+  if (options.textured() && options.refinement->texture[camera])
+    own.kinds = options.refinement->own;
+  else if (texture) {
+    own.kinds = {.factor = !texture->factor.empty(), .offset = !texture->offset.empty()};
+    own.from_here = false;
+  }
+  return own;
+}
+
 std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const Side& simulated,
                                       const CompareOptions& options, const CalibrationBudget* calibration,
                                       Comparison& out) {
@@ -91,9 +108,10 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
     const ImageU8 interior = interior_mask(pair.mask, real_decode, simulated_decode);
     RenderingError rendering = rendering_error(*pair.camera, options.rendered, fit.row.gain_dn);
     add_bounces(twin, options, c, fit.row.gain_dn, rendering);
-    ExplainedRow row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
-                                    calibration ? &calibration->irradiance[c] : nullptr,
-                                    seen_pixels(real_decode, simulated_decode), options.textured());
+    ExplainedRow row =
+        explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
+                     calibration ? &calibration->irradiance[c] : nullptr,
+                     seen_pixels(real_decode, simulated_decode), own_of_pixels(twin, options, c));
     if (!fit.row.usable && row.state != kNotCompared)  // along a provisional line nothing is explained
       row.worsen(kNotExplained, fit.row.why);
     out.explained.push_back(std::move(row));
@@ -269,11 +287,10 @@ std::optional<CalibrationBudget> calibration_of(const Twin& twin, const Side& re
         "makes");
     return std::nullopt;
   }
-  const std::vector<CameraImages> none, &nominal = options.textured() ? none : simulated.irradiance;
   CalibrationBudget budget = calibration_budget(
       twin, options.calibration ? *options.calibration : read_calibration_covariance(twin), *options.renderer,
       render::choose_sampling(twin, options.render.value_or(twin.render)), options.seed, options.use_steps,
-      nominal);
+      simulated.irradiance);
   out.warnings.insert(out.warnings.end(), budget.warnings.begin(), budget.warnings.end());
   return budget;
 }
@@ -319,7 +336,11 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
   for (std::string& warning : coverage_warnings(out.coverage)) out.warnings.push_back(std::move(warning));
   for (ExplainedRow& row : explain_geometry(out.fits, calibration)) out.explained.push_back(std::move(row));
   hold_against_noise(out.noise, out.explained);
-  trust_gains(out);
+  std::vector<OwnKinds> own;
+  for (const GainRow& row : out.gain)
+    for (std::size_t c = 0; c < twin.cameras.size(); ++c)
+      if (twin.cameras[c].name == row.camera) own.push_back(own_of_pixels(twin, options, c).kinds);
+  trust_gains(out, own);
   look_for_causes(twin, options, std::move(samples), options.shows_other_fringes || is_far_off, out);
   out.limits = check_limits(twin.limits, out);
   for (const LimitRow& row : out.limits)

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "compare/held_out/held_out.hpp"
@@ -14,25 +15,43 @@
 namespace fringetwin::cosim {
 namespace {
 
-/// Returns the rows of one fold. A measured object's shape is told by the steps that are fitted alone.
+/// Returns whether what is asked for gives the pixels numbers of their own.
+bool refits_texture(const std::vector<std::string>& asked) {
+  return std::ranges::any_of(asked, [](const std::string& a) { return a == "texture" || a == "offset"; });
+}
+
+/// Returns the twin of one fold: a measured object's shape is told by the steps that are fitted alone; a
+/// texture that is fitted anew has nothing of the one before, which may come from the images held out; and no
+/// light is taken out of the images, which all of a pitch would tell.
+Twin twin_of_fold(const Run& run, const std::vector<std::string>& asked, const compare::Fold& fold) {
+  Twin twin = has_measured_shape(*run.as_written) ? *run.as_written : run.twin;
+  twin.measure.correct_light = false;
+  if (refits_texture(asked))
+    for (Camera& camera : twin.cameras) camera.texture = nullptr;
+  if (has_measured_shape(twin)) build_measured_shapes(twin, run.real.images, fold.fitted);
+  return twin;
+}
+
+/// Returns the rows of one fold.
 std::vector<compare::HeldOutRow> rows_of(const Run& run, const RenderRequest& render,
                                          const std::vector<std::string>& asked, const compare::Fold& fold) {
-  Twin rebuilt;
+  const Twin twin = twin_of_fold(run, asked, fold);
+  const bool is_as_it_was =
+      !has_measured_shape(*run.as_written) && !run.twin.measure.correct_light &&
+      (!refits_texture(asked) ||
+       std::ranges::none_of(run.twin.cameras, [](const Camera& c) { return c.texture != nullptr; }));
   compare::Side anew;
   compare::CompareOptions options = run.options;
-  const bool is_measured = has_measured_shape(*run.as_written);
-  if (is_measured) {
-    rebuilt = *run.as_written;
-    build_measured_shapes(rebuilt, run.real.images, fold.fitted);
-    Simulated simulated = simulate(rebuilt, render, *run.renderer);
+  if (!is_as_it_was) {
+    Simulated simulated = simulate(twin, render, *run.renderer);
     anew.images = std::move(simulated.captures);
     anew.irradiance = std::move(simulated.irradiance);
-    anew.measurement = measure::measure(rebuilt, anew.images, fold.fitted);
+    anew.measurement = measure::measure(twin, anew.images, fold.fitted);
     options.rendered = simulated.rendering.notes;
   }
-  return compare::predict_held_out({.twin = is_measured ? rebuilt : run.twin,
+  return compare::predict_held_out({.twin = twin,
                                     .real = run.real.images,
-                                    .simulated = is_measured ? anew : run.simulated,
+                                    .simulated = is_as_it_was ? run.simulated : anew,
                                     .options = options,
                                     .asked = asked,
                                     .fold = fold,
@@ -54,6 +73,13 @@ void check_hold_out(const Run& run) {
 void hold_out(Run& run, const RenderRequest& render, const std::vector<std::string>& asked) {
   if (run.twin.compare.hold_out == 0) return;
   run.timer.start("hold_out");
+  if (!refits_texture(asked))
+    for (const Camera& camera : run.twin.cameras)
+      if (camera.texture)
+        warn(fmt::format(
+            "{}: the twin's texture is not fitted anew for each fold: if it comes from these images, "
+            "those held out are no independent ones",
+            camera.name));
   const std::vector<compare::Fold> folds =
       compare::folds_of(run.twin.fringes.steps, run.twin.compare.hold_out);
   std::vector<compare::HeldOutRow> all;

@@ -35,6 +35,24 @@ std::vector<const CameraImages*> pointers_to(const std::vector<CameraImages>& ca
   return out;
 }
 
+/// Throws UserError(usage) where a texture would be written over a file that the run has read.
+void check_textures(const std::filesystem::path& dir, const Twin& twin,
+                    const compare::Refinement& refinement) {
+  for (std::size_t c = 0; c < refinement.texture.size(); ++c) {
+    if (!refinement.texture[c]) continue;
+    const std::filesystem::path file = dir / twin.cameras[c].texture_file;
+    for (const std::filesystem::path& input : twin.input_files) {
+      std::error_code error;
+      if (std::filesystem::equivalent(input, file, error))
+        throw UserError(
+            ExitCode::usage, fmt::format("--out {}", dir.string()),
+            fmt::format("{} is an input of this run, and the refined texture would take its place",
+                        twin.cameras[c].texture_file.string()),
+            "choose another folder");
+    }
+  }
+}
+
 /// Writes the textures that a refinement gave the cameras, under the names that refined.toml has.
 void write_textures(const std::filesystem::path& dir, const Twin& twin,
                     const compare::Refinement& refinement) {
@@ -79,6 +97,7 @@ void write_simulated(const std::filesystem::path& dir, const Twin& twin,
 
 void write_simulated_side(const std::filesystem::path& dir, Run& run, bool radiance) {
   run.timer.start("write");
+  if (run.options.textured()) check_textures(dir, run.twin, *run.options.refinement);
   begin_output(dir, {"result.json", "refined.toml", "report.html"});
   write_simulated(dir / "simulated", run.twin, run.simulated.images,
                   radiance ? &run.simulated.irradiance : nullptr, run.rendering);

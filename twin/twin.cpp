@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -60,6 +61,11 @@ class Loader {
 
   void load_texture(Camera& camera) {
     if (camera.texture_file.empty() || camera.texture) return;
+    if (const auto known = textures_.find(camera.texture_file);
+        known != textures_.end() && is_of(*known->second, camera)) {
+      camera.texture = known->second;
+      return;
+    }
     const auto fail = [&](const std::string& what) {
       throw UserError(
           ExitCode::input, camera.texture_file.string(), what,
@@ -81,12 +87,23 @@ class Loader {
     camera.texture = std::make_shared<const PixelTexture>(std::move(texture));
   }
 
-  /// Takes over a mesh that is read already.
+  /// Takes over a mesh or a texture that is read already.
   void know(const MeshShape& shape) { meshes_[{shape.file, shape.unit}] = shape.mesh; }
+  void know(const Camera& camera) {
+    if (camera.texture && !camera.texture_file.empty()) textures_[camera.texture_file] = camera.texture;
+  }
 
  private:
   std::map<std::pair<fs::path, std::string>, std::shared_ptr<const Mesh>> meshes_;
   std::map<fs::path, std::shared_ptr<const ImageF>> maps_;
+  std::map<fs::path, std::shared_ptr<const PixelTexture>> textures_;
+
+  /// Returns whether a texture has the size of the camera.
+  static bool is_of(const PixelTexture& texture, const Camera& camera) {
+    return std::ranges::all_of(std::array{&texture.factor, &texture.offset}, [&](const ImageF* image) {
+      return image->empty() || (image->width == camera.lens.width() && image->height == camera.lens.height());
+    });
+  }
 };
 
 }  // namespace
@@ -142,6 +159,8 @@ void load_meshes(Twin& twin, const Twin* known) {
   if (known)
     for (const Object& object : known->objects)
       if (const auto* shape = std::get_if<MeshShape>(&object.shape)) loader.know(*shape);
+  if (known)
+    for (const Camera& camera : known->cameras) loader.know(camera);
   for (Object& object : twin.objects) std::visit([&](auto& shape) { loader.load(shape); }, object.shape);
   for (Camera& camera : twin.cameras) loader.load_texture(camera);
   for (const auto& files : {loader.mesh_files, loader.map_files})

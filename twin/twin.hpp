@@ -70,16 +70,17 @@ inline double factor_of(const std::vector<double>& factors, std::size_t image) {
 /// What each pixel of a camera makes of the light that it gets: factor * light + offset. Of the camera's
 /// size, or empty: 1 and 0.
 struct PixelTexture {
-  ImageF factor, offset;  ///< offset: irradiance
+  ImageF factor, offset;  ///< offset: irradiance, light of the room that is exposed as the other is
   double factor_at(std::size_t pixel) const {
     return factor.empty() ? 1.0 : static_cast<double>(factor.data[pixel]);
   }
   double offset_at(std::size_t pixel) const {
     return offset.empty() ? 0.0 : static_cast<double>(offset.data[pixel]);
   }
-  /// Returns the light of a pixel with this texture.
-  float of(float light, std::size_t pixel) const {
-    return static_cast<float>(factor_at(pixel) * static_cast<double>(light) + offset_at(pixel));
+  /// Returns the light of a pixel with this texture; `exposure`: factor of the image, which `light` has
+  /// already.
+  float of(float light, std::size_t pixel, double exposure) const {
+    return static_cast<float>(factor_at(pixel) * static_cast<double>(light) + exposure * offset_at(pixel));
   }
 };
 

@@ -423,7 +423,8 @@ class CauseSearch {
     const auto scales = [](const std::string& name) {
       return std::ranges::any_of(groups_in(name), scales_the_gain);
     };
-    if (std::ranges::any_of(out.together, scales) || sensitivity_.has_free_factors())
+    if (std::ranges::any_of(out.together, scales) ||
+        sensitivity_.with_own(FreePerPixel::nothing) != FreePerPixel::nothing)
       out.why = "what changes the images as the gain does (reflectivity, vignetting) cannot be told from it";
     if (std::ranges::any_of(first.groups, [this](std::size_t g) { return is_switch(g); }))
       out.why = "it is either on or off: set it in the twin and compare again";

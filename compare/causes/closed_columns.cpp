@@ -60,6 +60,14 @@ std::size_t texture_pixel(const Camera& camera, const GridSamples& s, std::size_
          static_cast<std::size_t>(at.x());
 }
 
+/// Returns what the offset of the pixel's texture is in an image of the sequence; 0 without.
+double texture_offset(const Twin& twin, const GridSamples& s, std::size_t pixel, int image) {
+  const Camera& camera = twin.cameras[s.camera];
+  if (!camera.texture) return 0.0;
+  return factor_of(camera.exposure_factors, static_cast<std::size_t>(image)) *
+         camera.texture->offset_at(texture_pixel(camera, s, pixel));
+}
+
 /// The projector's light is brighter in one image, and as much darker in the first one of all: the values are
 /// ln of brightness over the geometric mean, so that those of several images add up. Ambient light stays.
 Effect light_effect(int image, int first) {
@@ -81,11 +89,10 @@ Effect exposure_effect(int image, int first) {
   return [=](const EffectInput& in, std::vector<float>& irradiance) {
     const std::vector<int>& images = in.samples.images;
     const double longer = std::exp(in.to - in.from);
-    for_pixels(in.samples, irradiance, [&](std::size_t pixel, std::span<float> values) {
-      const double offset = texture_offset(in.twin, in.samples, pixel);
+    for_pixels(in.samples, irradiance, [&](std::size_t, std::span<float> values) {
       for (std::size_t k = 0; k < values.size(); ++k)
         if (images[k] == image || images[k] == first)
-          scale_over(values[k], images[k] == image ? longer : 1.0 / longer, offset);
+          scale(values[k], images[k] == image ? longer : 1.0 / longer);
     });
   };
 }
@@ -144,7 +151,9 @@ Effect field_effect(unsigned i, unsigned j, Vector2d size_px) {
           (in.samples.projector_px[pixel].cast<double>().array() + 0.5) / size_px.array() * 2.0 - 1.0;
       const Eigen::Array2d inside = at.max(-1.0).min(1.0);
       const double term = std::legendre(i, inside.x()) * std::legendre(j, inside.y());
-      for (float& value : values) scale(value, (1.0 + in.to * term) / (1.0 + in.from * term));
+      const double factor = (1.0 + in.to * term) / (1.0 + in.from * term);
+      for (std::size_t k = 0; k < values.size(); ++k)
+        scale_over(values[k], factor, unprojected_light(in.twin, in.samples, pixel, in.samples.images[k]));
     });
   };
 }
@@ -384,7 +393,7 @@ class ClosedList : private GroupList {
 double unprojected_light(const Twin& twin, const GridSamples& samples, std::size_t pixel, int image) {
   const Camera& camera = twin.cameras[samples.camera];
   const Projector& projector = *twin.projector;
-  const double offset = texture_offset(twin, samples, pixel);
+  const double offset = texture_offset(twin, samples, pixel, image);
   if (!(projector.ambient > 0.0)) return offset;
   const Vector2d at = place_px(samples, pixel);
   const auto i = static_cast<std::size_t>(image);
@@ -392,11 +401,6 @@ double unprojected_light(const Twin& twin, const GridSamples& samples, std::size
                          factor_of(projector.ambient_factors, i) * factor_of(camera.exposure_factors, i);
   return camera.texture ? camera.texture->factor_at(texture_pixel(camera, samples, pixel)) * ambient + offset
                         : ambient;
-}
-
-double texture_offset(const Twin& twin, const GridSamples& samples, std::size_t pixel) {
-  const Camera& camera = twin.cameras[samples.camera];
-  return camera.texture ? camera.texture->offset_at(texture_pixel(camera, samples, pixel)) : 0.0;
 }
 
 std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
@@ -412,8 +416,8 @@ Effect vignetting_effect(std::size_t camera, std::function<void(Twin&, double)> 
       const Vector2d at = place_px(in.samples, pixel);
       const double factor = render::vignetting_factor(changed.cameras[camera], at.x(), at.y()) /
                             render::vignetting_factor(in.twin.cameras[camera], at.x(), at.y());
-      const double offset = texture_offset(in.twin, in.samples, pixel);
-      for (float& value : values) scale_over(value, factor, offset);
+      for (std::size_t k = 0; k < values.size(); ++k)
+        scale_over(values[k], factor, texture_offset(in.twin, in.samples, pixel, in.samples.images[k]));
     });
   };
 }

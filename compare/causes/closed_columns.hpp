@@ -17,9 +17,6 @@ std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& gr
 /// it is: the twin's ambient light, and the offset of the camera's texture.
 double unprojected_light(const Twin& twin, const GridSamples& samples, std::size_t pixel, int image);
 
-/// Returns the offset of the pixel's texture, which an exposure leaves as it is; 0 without.
-double texture_offset(const Twin& twin, const GridSamples& samples, std::size_t pixel);
-
 /// Returns the effect of a parameter of a camera's vignetting, which `change` changes.
 std::function<void(const EffectInput&, std::vector<float>&)> vignetting_effect(
     std::size_t camera, std::function<void(Twin&, double)> change);

@@ -99,9 +99,10 @@ std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, st
       const auto factor = static_cast<float>(
           render::vignetting_factor(camera, grid.first_x + grid.stride * x, grid.first_y + grid.stride * y));
       const std::size_t pixel = grid.pixel_of(x, y, camera.lens.width());
-      for (ImageF& image : images) {
-        if (vignetting) image(x, y) *= factor;
-        if (camera.texture) image(x, y) = camera.texture->of(image(x, y), pixel);
+      for (std::size_t k = 0; k < images.size(); ++k) {
+        float& e = images[k](x, y);
+        if (vignetting) e *= factor;
+        if (camera.texture) e = camera.texture->of(e, pixel, factor_of(camera.exposure_factors, k));
       }
     }
   return images;

@@ -66,9 +66,14 @@ GroupFit::GroupFit(Sensitivity& sensitivity, const Twin& twin, std::vector<Param
     base_ = std::move(base);
 }
 
+Sensitivity::Values GroupFit::predict(const Eigen::VectorXd& values) {
+  sensitivity_.take_exposures(with_values(twin_, parameters_, values));
+  return sensitivity_.predicted(twin_, parameters_, values);
+}
+
 void GroupFit::set_values(const Eigen::VectorXd& values) {
   values_ = values;
-  base_ = sensitivity_.predicted(twin_, parameters_, values_);
+  base_ = predict(values_);
 }
 
 FreePerPixel GroupFit::free_of(const Block& block) const { return sensitivity_.with_own(block.free); }
@@ -96,6 +101,7 @@ double GroupFit::prior_chi2(const Eigen::VectorXd& values) const {
 
 /// Returns chi2 of a prediction with the best gain and black level, and puts them into the samples.
 double GroupFit::settled_chi2(const Sensitivity::Values& base, FreePerPixel free, bool settle) {
+  if (&base == &base_) sensitivity_.take_exposures(twin());  // others come from predict()
   NormalEquations e = sensitivity_.equations_at(base, {base, {}}, free);
   std::vector<std::size_t> sensors = sensors_of(free);
   for (std::size_t& at : sensors) at -= parameters_.size();
@@ -112,9 +118,12 @@ double GroupFit::settled_chi2(const Sensitivity::Values& base, FreePerPixel free
 bool GroupFit::start_at(const Eigen::VectorXd& values) {
   const FreePerPixel free = free_of(blocks_.front());
   chi2_ = settled_chi2(base_, free, false) / static_cast<double>(n_);
-  Sensitivity::Values base = sensitivity_.predicted(twin_, parameters_, values);
+  Sensitivity::Values base = predict(values);
   const double chi2 = settled_chi2(base, free, false) / static_cast<double>(n_);
-  if (!(chi2 < chi2_)) return false;
+  if (!(chi2 < chi2_)) {
+    sensitivity_.take_exposures(twin());
+    return false;
+  }
   values_ = values;
   base_ = std::move(base);
   chi2_ = chi2;
@@ -271,9 +280,12 @@ bool GroupFit::fit(const Block& block) {
 /// Moves to these values if chi2 falls there; returns by how much.
 double GroupFit::try_values(const Eigen::VectorXd& next, FreePerPixel free, double chi2) {
   try {
-    Sensitivity::Values base = sensitivity_.predicted(twin_, parameters_, next);
+    Sensitivity::Values base = predict(next);
     const double now = settled_chi2(base, free, false) + prior_chi2(next);
-    if (!(now < chi2)) return 0.0;
+    if (!(now < chi2)) {
+      sensitivity_.take_exposures(twin());
+      return 0.0;
+    }
     if (!sensors_of(free).empty()) settled_chi2(base, free, true);
     values_ = next;
     base_ = std::move(base);

@@ -135,6 +135,8 @@ class GroupFit {
   std::vector<std::size_t> told_of(const Block& block) const;
   double null_of(const std::vector<std::size_t>& parameters) const;
   double prior_chi2(const Eigen::VectorXd& values) const;
+  /// Returns what is predicted with these values, whose exposures the equations count with from now on.
+  Sensitivity::Values predict(const Eigen::VectorXd& values);
   double settled_chi2(const Sensitivity::Values& base, FreePerPixel free, bool settle);
   void render_columns();
   bool is_far_from_columns(double steps) const;

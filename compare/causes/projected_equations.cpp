@@ -17,10 +17,15 @@ constexpr int kBlockPx = 28;  ///< side of the blocks of pixels whose errors may
 struct OwnDirections {
   Eigen::MatrixXd q;
   double factor_norm = 0.0;  ///< of the irradiance, less its mean where the offset is free; 0: none
+  double offset_norm = 0.0;  ///< of what an offset does; 0: none is free
 
-  OwnDirections(const Eigen::VectorXd& weight, const Eigen::VectorXd& weighted_e, FreePerPixel free)
-      : q(weight.size(), (frees_offset(free) ? 1 : 0) + (frees_factor(free) ? 1 : 0)) {
-    if (frees_offset(free)) q.col(0) = weight.normalized();
+  /// `weighted_offset`: what an offset of 1 does to the weighted values of the images.
+  OwnDirections(const Eigen::VectorXd& weighted_offset, const Eigen::VectorXd& weighted_e, FreePerPixel free)
+      : q(weighted_e.size(), (frees_offset(free) ? 1 : 0) + (frees_factor(free) ? 1 : 0)) {
+    if (frees_offset(free)) {
+      q.col(0) = weighted_offset.normalized();
+      offset_norm = weighted_offset.norm();
+    }
     if (!frees_factor(free)) return;
     Eigen::VectorXd e = weighted_e;
     if (frees_offset(free)) e -= q.col(0) * q.col(0).dot(e);
@@ -30,6 +35,12 @@ struct OwnDirections {
   /// Returns the factor that the values ask for, in the units of value over irradiance.
   double factor(const Eigen::VectorXd& values) const {
     return factor_norm > 0.0 ? q.rightCols(1).col(0).dot(values) / factor_norm : 0.0;
+  }
+  /// Returns the offset that the values ask for, with that factor.
+  double offset(const Eigen::VectorXd& values, const Eigen::VectorXd& weighted_e) const {
+    if (!(offset_norm > 0.0)) return 0.0;
+    const double of_factor = q.cols() > 1 ? factor(values) * q.col(0).dot(weighted_e) : 0.0;
+    return (q.col(0).dot(values) - of_factor) / offset_norm;
   }
   void take_from(Eigen::Ref<Eigen::MatrixXd> m) const { m -= q * (q.transpose() * m); }
   /// Writes what is left of v.
@@ -50,6 +61,7 @@ Sensitivity::Unknowns Sensitivity::unknowns_of(std::size_t camera, const Columns
   for (std::size_t c = 0; c < columns.each.size(); ++c)
     if (changes(columns.each[c][camera])) {
       out.parameters.push_back(columns.each[c][camera].data());
+      out.exposes.push_back(c < columns.exposes.size() && columns.exposes[c]);
       out.at.push_back(static_cast<Eigen::Index>(c));
     }
   if (!frees_factor(free)) {
@@ -61,8 +73,9 @@ Sensitivity::Unknowns Sensitivity::unknowns_of(std::size_t camera, const Columns
   return out;
 }
 
-void Sensitivity::fill_rows(const Unknowns& unknowns, std::size_t first, double slope,
-                            const Eigen::VectorXd& weight, Eigen::Ref<Eigen::MatrixXd> rows) {
+void Sensitivity::fill_rows(const Unknowns& unknowns, std::size_t first, double slope, const float* e,
+                            const Eigen::VectorXd& own_offset, const Eigen::VectorXd& weight,
+                            Eigen::Ref<Eigen::MatrixXd> rows) {
   const Eigen::Index k = weight.size();
   Eigen::Index c = 0;
   const auto put = [&](const float* column, double times) {
@@ -70,7 +83,15 @@ void Sensitivity::fill_rows(const Unknowns& unknowns, std::size_t first, double 
       rows(j, c) = weight[j] > 0.0 ? weight[j] * times * static_cast<double>(column[j]) : 0.0;
     ++c;
   };
-  for (const float* column : unknowns.parameters) put(column + first, slope);
+  for (std::size_t p = 0; p < unknowns.parameters.size(); ++p) {
+    const float* column = unknowns.parameters[p] + first;
+    put(column, slope);
+    if (!unknowns.exposes[p]) continue;
+    // the same share of the pixel's own light as of the twin's
+    for (Eigen::Index j = 0; j < k; ++j)
+      if (e[j] > 0.0F)
+        rows(j, c - 1) += own_offset[j] * static_cast<double>(column[j]) / static_cast<double>(e[j]);
+  }
   if (unknowns.of_gain) put(unknowns.of_gain + first, 1.0);
   if (unknowns.has_black) rows.col(c) = weight;
 }
@@ -82,17 +103,18 @@ std::uint64_t Sensitivity::pixel_rows(std::size_t camera, std::size_t pixel, con
   const GridSamples& s = samples_[camera];
   const auto k = static_cast<Eigen::Index>(s.images.size());
   const std::size_t first = pixel * s.images.size();
-  auto& [weight, weighted_e, value] = scratch;
-  weight.resize(k), weighted_e.resize(k), value.resize(k);
+  auto& [weight, weighted_e, value, weighted_offset] = scratch;
+  weight.resize(k), weighted_e.resize(k), value.resize(k), weighted_offset.resize(k);
   std::uint64_t used = 0;
   for (Eigen::Index j = 0; j < k; ++j) {
     const std::size_t i = first + static_cast<std::size_t>(j);
     weight[j] = static_cast<double>(s.weight[i]);
     used += s.weight[i] > 0.0F ? 1u : 0u;
     weighted_e[j] = weight[j] * static_cast<double>(base[camera][i]);
+    weighted_offset[j] = weight[j] * exposure_of(camera, static_cast<std::size_t>(j));
     value[j] = weight[j] > 0.0 ? weight[j] * residual(s, base[camera], i) : 0.0;
   }
-  OwnDirections own(weight, weighted_e, free);
+  OwnDirections own(weighted_offset, weighted_e, free);
   const auto n_own = static_cast<std::uint64_t>(own.q.cols());
   if (used <= n_own) return 0;
   own.take_from(value, residuals);
@@ -100,11 +122,11 @@ std::uint64_t Sensitivity::pixel_rows(std::size_t camera, std::size_t pixel, con
   for (Eigen::Index j = 0; j < k; ++j)
     if (const double size = std::abs(residuals[j]); size > threshold_[camera]) {
       const double root = std::sqrt(threshold_[camera] / size);
-      weight[j] *= root, weighted_e[j] *= root, value[j] *= root;
+      weight[j] *= root, weighted_e[j] *= root, value[j] *= root, weighted_offset[j] *= root;
       any_beyond = true;
     }
   if (any_beyond) {
-    own = OwnDirections(weight, weighted_e, free);
+    own = OwnDirections(weighted_offset, weighted_e, free);
     own.take_from(value, residuals);
   }
   double slope = s.gain_dn;
@@ -112,12 +134,13 @@ std::uint64_t Sensitivity::pixel_rows(std::size_t camera, std::size_t pixel, con
   // no light is negative, or fringes half a period beside would fit as well
   if (frees_factor(free) && !(slope > 0.0)) {
     slope = 0.0;
-    own =
-        OwnDirections(weight, weighted_e, frees_offset(free) ? FreePerPixel::offset : FreePerPixel::nothing);
+    own = OwnDirections(weighted_offset, weighted_e,
+                        frees_offset(free) ? FreePerPixel::offset : FreePerPixel::nothing);
     value += s.gain_dn * weighted_e;
     own.take_from(value, residuals);
   }
-  fill_rows(unknowns, first, slope, weight, rows);
+  weighted_offset *= own.offset(value, weighted_e);
+  fill_rows(unknowns, first, slope, base[camera].data() + first, weighted_offset, weight, rows);
   if (n_own > 0) own.take_from(rows);
   return used - n_own;
 }

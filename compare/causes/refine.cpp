@@ -360,6 +360,15 @@ std::string refine_names() {
   return names + "texture, offset, gain, black";
 }
 
+std::vector<Parameter> refinable_parameters(const Twin& twin, const std::vector<std::string>& asked,
+                                            const std::vector<int>& use_steps) {
+  if (!asked.empty()) return chosen_parameters(twin, asked, use_steps);
+  std::vector<Parameter> all;
+  for (const ParameterGroup& group : parameter_groups())
+    for (Parameter& p : refinable_parameters_of(twin, group.name, use_steps)) all.push_back(std::move(p));
+  return all;
+}
+
 void check_refine(const Twin& twin, const std::vector<std::string>& asked) { chosen_parameters(twin, asked); }
 
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
@@ -375,6 +384,7 @@ void apply_texture(const Refinement& refinement, const std::vector<CameraImages>
     const double gain_dn = refinement.texture[c]->gain_dn,
                  black_level_dn = refinement.texture[c]->black_level_dn;
     const double saturation_dn = real[c].saturation_dn();
+    const std::vector<double>& exposures = twin.cameras[c].exposure_factors;
     std::vector<ImageF>& e = irradiance[c].images;
     const PixelTexture before = twin.cameras[c].texture ? *twin.cameras[c].texture : PixelTexture{};
     PixelTexture now, all;
@@ -389,7 +399,8 @@ void apply_texture(const Refinement& refinement, const std::vector<CameraImages>
       for (const int image : images) {
         const auto k = static_cast<std::size_t>(image);
         const auto y = static_cast<double>(real[c].images[k].data[i]), x = static_cast<double>(e[k].data[i]);
-        if (y < saturation_dn) sums.add(x, y - black_level_dn);
+        const double exposure = factor_of(exposures, k);  // lets in what the pixel has of its own, too
+        if (y < saturation_dn) sums.add(x / exposure, (y - black_level_dn) / exposure);
       }
       const OwnLight own = sums.line(refinement.own, gain_dn);
       now.factor.data[i] = static_cast<float>(own.factor);
@@ -398,7 +409,8 @@ void apply_texture(const Refinement& refinement, const std::vector<CameraImages>
         now.offset.data[i] = static_cast<float>(own.offset_dn / gain_dn);
         all.offset.data[i] = static_cast<float>(own.factor * before.offset_at(i) + own.offset_dn / gain_dn);
       }
-      for (ImageF& image : e) image.data[i] = now.of(image.data[i], i);
+      for (std::size_t k = 0; k < e.size(); ++k)
+        e[k].data[i] = now.of(e[k].data[i], i, factor_of(exposures, k));
     }
     twin.cameras[c].texture = std::make_shared<const PixelTexture>(std::move(all));
   }

@@ -5,11 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "compare/causes/parameter.hpp"
 #include "compare/result/options.hpp"
 #include "compare/result/refined.hpp"
 #include "compare/result/side.hpp"
 
 namespace fringetwin::compare {
+
+/// Returns the parameters that `--refine` fits for these words, compared on these phase steps (empty: all);
+/// without words all that there are. Throws UserError(usage) for a word that means nothing here.
+std::vector<Parameter> refinable_parameters(const Twin& twin, const std::vector<std::string>& asked,
+                                            const std::vector<int>& use_steps = {});
 
 /// Returns the words that `--refine` takes, for messages: groups, "texture", "offset", "gain", "black".
 std::string refine_names();

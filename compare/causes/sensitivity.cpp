@@ -160,6 +160,16 @@ void Sensitivity::set_sensor(std::size_t index, double gain_dn, double black_lev
   samples_.at(index).black_level_dn = black_level_dn;
 }
 
+void Sensitivity::take_exposures(const Twin& twin) {
+  exposures_.clear();
+  for (const GridSamples& s : samples_) {
+    exposures_.emplace_back();
+    for (const int image : s.images)
+      exposures_.back().push_back(
+          factor_of(twin.cameras[s.camera].exposure_factors, static_cast<std::size_t>(image)));
+  }
+}
+
 void Sensitivity::add_scatter_of(const Twin& twin) {
   for (GridSamples& s : samples_) {
     const Eigen::MatrixXd scatter = bounce_scatter(renderer_, twin, s.camera, kResidualSamples);
@@ -363,6 +373,7 @@ Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Pa
   Columns out{predicted(twin, parameters, values, kDerivativeSamples), {}, std::move(steps)};
   for (std::size_t k = 0; k < parameters.size(); ++k)
     out.each.push_back(column(twin, parameters, values, k, out.rough, derivative, out.steps[k]));
+  for (const Parameter& p : parameters) out.exposes.push_back(p.group == "exposure");
   return out;
 }
 

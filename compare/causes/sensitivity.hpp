@@ -106,6 +106,8 @@ class Sensitivity {
   /// that would be more than half of a camera's pixels.
   void leave_out_texture_edges();
 
+  /// Takes the exposures of the images from a twin: what a pixel has of its own in offset they let in, too.
+  void take_exposures(const Twin& twin);
   /// Gives every pixel numbers of its own in all equations from now on: a brightness (texture), an offset.
   void free_in_all(FreePerPixel own) { own_ = own; }
   bool has_free_factors() const { return frees_factor(own_); }
@@ -139,6 +141,8 @@ class Sensitivity {
     Values rough;
     std::vector<Values> each;
     std::vector<double> steps = {};  ///< that changed the images as much as is wanted of a quick derivative
+    std::vector<bool> exposes =
+        {};  ///< of each: all light is in proportion to it, a pixel's own, too; or empty
   };
   /// `steps`: where the search for each step begins; empty: with those of the parameters.
   Columns columns(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
@@ -194,6 +198,7 @@ class Sensitivity {
   /// their own, behind the parameters whose columns are not zero there.
   struct Unknowns {
     std::vector<const float*> parameters = {};  ///< their columns, laid out as GridSamples::real_dn
+    std::vector<bool> exposes = {};             ///< of these
     const float* of_gain = nullptr;             ///< the irradiance; null: the gain is none of them
     bool has_black = false;
     std::vector<Eigen::Index> at = {};  ///< place of each in the equations
@@ -201,7 +206,7 @@ class Sensitivity {
   Unknowns unknowns_of(std::size_t camera, const Columns& columns, FreePerPixel free,
                        const NormalEquations& layout) const;
   struct PixelScratch {
-    Eigen::VectorXd weight, weighted_e, value;
+    Eigen::VectorXd weight, weighted_e, value, weighted_offset;
   };
   /// Writes the weighted values of one pixel without what it has of its own, a row per image and a column per
   /// unknown, and their residuals. Returns how many numbers are left in them; where that is 0 nothing is
@@ -209,15 +214,21 @@ class Sensitivity {
   std::uint64_t pixel_rows(std::size_t camera, std::size_t pixel, const Values& base,
                            const Unknowns& unknowns, FreePerPixel free, PixelScratch& scratch,
                            Eigen::Ref<Eigen::MatrixXd> rows, Eigen::Ref<Eigen::VectorXd> residuals) const;
-  /// Writes the derivatives of a pixel's values, the first of which is the `first` of the camera's.
-  static void fill_rows(const Unknowns& unknowns, std::size_t first, double slope,
-                        const Eigen::VectorXd& weight, Eigen::Ref<Eigen::MatrixXd> rows);
+  /// Writes the derivatives of a pixel's values, the first of which is the `first` of the camera's. `e`: what
+  /// is predicted of them; `own_offset`: what the pixel's own offset adds to the weighted values.
+  static void fill_rows(const Unknowns& unknowns, std::size_t first, double slope, const float* e,
+                        const Eigen::VectorXd& own_offset, const Eigen::VectorXd& weight,
+                        Eigen::Ref<Eigen::MatrixXd> rows);
+  double exposure_of(std::size_t camera, std::size_t k) const {
+    return exposures_.empty() ? 1.0 : exposures_[camera][k];
+  }
   NormalEquations empty_equations(std::size_t n_parameters) const;
 
   render::Renderer& renderer_;
   std::vector<GridSamples> samples_;
   FreePerPixel own_ = FreePerPixel::nothing;
-  std::vector<double> threshold_;  ///< of Huber's weights, standard deviations, per camera
+  std::vector<std::vector<double>> exposures_;  ///< per camera and image of its samples; empty: 1
+  std::vector<double> threshold_;               ///< of Huber's weights, standard deviations, per camera
 };
 
 }  // namespace fringetwin::compare

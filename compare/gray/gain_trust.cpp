@@ -195,11 +195,31 @@ class GainTrust {
   bool judged_ = false, explained_ = false;
 };
 
+/// Returns why a line is no finding where the pixels have such numbers of their own.
+std::string why_held(const OwnKinds& own) {
+  const char* numbers = own.factor && own.offset ? "a factor and an offset"
+                        : own.factor             ? "a factor"
+                                                 : "an offset";
+  const char* held = own.factor && own.offset ? "gain and black level"
+                     : own.factor             ? "the gain"
+                                              : "the black level";
+  return fmt::format("every pixel has {} of its own, for which {} of the twin {} held", numbers, held,
+                     own.factor && own.offset ? "were" : "was");
+}
+
 }  // namespace
 
-void trust_gains(Comparison& comparison) {
-  for (GainRow& row : comparison.gain) {
+void trust_gains(Comparison& comparison, const std::vector<OwnKinds>& own) {
+  for (std::size_t c = 0; c < comparison.gain.size(); ++c) {
+    GainRow& row = comparison.gain[c];
     if (!row.usable || row.state != "not fitted") continue;
+    if (c < own.size() && own[c].any()) {
+      row.state = "not offered";
+      row.why = why_held(own[c]);
+      comparison.warnings.push_back(
+          fmt::format("{}: gain and black level are not offered as sensor values: {}", row.camera, row.why));
+      continue;
+    }
     GainTrust trust(comparison, row);
     trust.judge();
     if (row.state != "sensor value") comparison.warnings.push_back(trust.warning());

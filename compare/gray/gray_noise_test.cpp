@@ -35,10 +35,10 @@ SidesTruth right_twin(int steps, int bits, double contrast) {
   return t;
 }
 
-ExplainedRow explained(const FittedGray& gray, bool textured = false) {
+ExplainedRow explained(const FittedGray& gray, const OwnKinds& own = {}) {
   const measure::CameraDecode *real = gray.real_decode(), *simulated = gray.simulated_decode();
   return explain_gray(gray.pair, gray.fit, gray.noise(), interior_mask(gray.pair.mask, real, simulated),
-                      simulated, {}, nullptr, {}, textured);
+                      simulated, {}, nullptr, {}, {.kinds = own, .images = gray.pair.images});
 }
 
 void expect_right(int steps, int bits, double contrast) {
@@ -77,7 +77,7 @@ TEST(GrayNoise, AFactorPerPixelTakesMoreThanOneValuesNoise) {
     for (ImageF& image : light) image.data[i] *= static_cast<float>(ye / (200.0 * ee));
   }
   const FittedGray gray(std::move(sides), testing::Margins::noise);
-  const ExplainedRow row = explained(gray, true);
+  const ExplainedRow row = explained(gray, {.factor = true});
   EXPECT_LT(row.noise_chi2, 0.86);  // 8/9 were all values as noisy
   EXPECT_NEAR(row.chi2_least / (1.0 - allowed_for(static_cast<double>(row.n), gray.noise().known_to())),
               row.noise_chi2, 0.02);

@@ -33,4 +33,11 @@ double OwnLightSums::variance_at(const OwnKinds& kinds, double light) const {
   return v_ / (n_ * n_) + 2.0 * slope * about_mean / n_ + slope * slope * about_mean2;
 }
 
+double OwnLightSums::leverage_at(const OwnKinds& kinds, double light) const {
+  if (kinds.factor && !kinds.offset) return xx_ > 0.0 ? light * light / xx_ : 0.0;
+  if (!kinds.offset || !(n_ > 0.0)) return 0.0;
+  const double off = light - x_ / n_;
+  return 1.0 / n_ + (kinds.factor && spread() > 0.0 ? off * off / spread() : 0.0);
+}
+
 }  // namespace fringetwin::compare

@@ -27,6 +27,10 @@ class OwnLightSums {
   /// Returns the variance that the noise of the values gives this line at a predicted light.
   double variance_at(const OwnKinds& kinds, double light) const;
 
+  /// Returns the share of a value's own weight in what the line says at its light (its leverage), which a fit
+  /// takes of the square of its residual.
+  double leverage_at(const OwnKinds& kinds, double light) const;
+
  private:
   /// Returns the sum of squares of the light about its mean; 0 where that is none that tells a factor.
   double spread() const;

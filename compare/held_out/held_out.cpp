@@ -23,10 +23,6 @@ constexpr std::size_t kFewestSteps = 3;
 constexpr double kAlike = 1e-6;          ///< of a determinant: light and exposure are one
 constexpr std::size_t kPixels = 40'000;  ///< per camera, as of refine()
 
-bool is_asked(const std::vector<std::string>& asked, const char* name) {
-  return std::ranges::find(asked, name) != asked.end();
-}
-
 /// Returns where the images of these steps stand among those of the samples.
 std::vector<std::size_t> images_of(const GridSamples& s, const std::vector<PatternSpec>& patterns,
                                    const std::vector<int>& steps) {
@@ -55,6 +51,10 @@ class Prediction {
       : in_(in), twin_(refined.twin), s_(std::move(samples)), e_(std::move(e)) {
     const std::vector<PatternSpec> patterns = expand_sequence(twin_.fringes);
     kinds_ = refined.report.own;
+    for (const Parameter& p : refinable_parameters(in.twin, in.asked)) {
+      takes_light_ = takes_light_ || p.group == "light";
+      takes_exposure_ = takes_exposure_ || (p.group == "exposure" && p.camera == s_.camera);
+    }
     fitted_ = images_of(s_, patterns, in.fold.fitted);
     held_out_ = images_of(s_, patterns, in.fold.held_out);
     const auto values = static_cast<double>(std::max<std::uint64_t>(refined.report.n, 1));
@@ -84,13 +84,20 @@ class Prediction {
     return s_.noise_dn2(std::max(0.0, gray_dn)) + s_.rendering_dn * s_.rendering_dn;
   }
 
+  /// Returns the exposure of an image in the refined twin.
+  double exposure_of(std::size_t k) const {
+    return factor_of(twin_.cameras[s_.camera].exposure_factors, static_cast<std::size_t>(s_.images[k]));
+  }
+
   /// Returns the line of apply_texture(), from the fitted images alone.
   PixelOwn own_of_pixel(std::size_t pixel) const {
     PixelOwn own;
     for (const std::size_t k : fitted_) {
       if (s_.weight[at(pixel, k)] == 0.0F) continue;
       const auto y = static_cast<double>(s_.real_dn[at(pixel, k)]);
-      own.sums.add(light_dn(pixel, k), y - s_.black_level_dn, variance_dn2(y));
+      const double exposure = exposure_of(k);
+      own.sums.add(light_dn(pixel, k) / exposure, (y - s_.black_level_dn) / exposure,
+                   variance_dn2(y) / (exposure * exposure));
     }
     own.light = own.sums.line(kinds_);
     return own;
@@ -101,33 +108,30 @@ class Prediction {
   }
   /// Returns the light of the twin in an image with these factors.
   double light_with(std::size_t pixel, std::size_t k, const ImageOwn& image) const {
-    const double room = room_dn(pixel, k), offset = s_.gain_dn * texture_offset(twin_, s_, pixel);
-    return image.exposure * (room - offset + image.light * (light_dn(pixel, k) - room)) + offset;
+    const double room = room_dn(pixel, k);
+    return image.exposure * (room + image.light * (light_dn(pixel, k) - room));
   }
   /// Returns what is predicted of a value over black.
   double shown_dn(std::size_t pixel, std::size_t k, const ImageOwn& image) const {
     const OwnLight& own = own_[pixel].light;
-    return own.factor * light_with(pixel, k, image) + own.offset_dn;
+    return own.factor * light_with(pixel, k, image) + image.exposure * exposure_of(k) * own.offset_dn;
   }
 
   /// Returns the factors, of those asked for, by which the prediction of an image comes closest to it: light
-  /// is that of the projector alone, exposure that of the room, too, and neither is that of the pixels'
-  /// offsets.
+  /// is that of the projector alone, exposure that of all there is.
   ImageOwn own_of_image(std::size_t k) const {
-    const bool light = is_asked(in_.asked, "light"), exposure = is_asked(in_.asked, "exposure");
+    const bool light = takes_light_, exposure = takes_exposure_;
     if (!light && !exposure) return {};
     Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();  // of the factors of the room and of the projector
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
     for (std::size_t p = 0; p < s_.n_pixels(); ++p) {
       if (s_.weight[at(p, k)] == 0.0F) continue;
       const OwnLight& own = own_[p].light;
-      const double of_texture = own.factor * s_.gain_dn * texture_offset(twin_, s_, p),
-                   room = own.factor * room_dn(p, k),
+      const double room = own.factor * room_dn(p, k) + exposure_of(k) * own.offset_dn,
                    w2 = 1.0 / variance_dn2(shown_dn(p, k, {}) + s_.black_level_dn);
-      const Eigen::Vector2d parts(room - of_texture, own.factor * light_dn(p, k) - room);
+      const Eigen::Vector2d parts(room, own.factor * (light_dn(p, k) - room_dn(p, k)));
       normal += w2 * parts * parts.transpose();
-      right += w2 * parts *
-               (static_cast<double>(s_.real_dn[at(p, k)]) - s_.black_level_dn - own.offset_dn - of_texture);
+      right += w2 * parts * (static_cast<double>(s_.real_dn[at(p, k)]) - s_.black_level_dn);
     }
     if (!exposure) return {.light = normal(1, 1) > 0.0 ? (right[1] - normal(1, 0)) / normal(1, 1) : 1.0};
     const bool told_apart = normal.determinant() > kAlike * normal(0, 0) * normal(1, 1);
@@ -142,8 +146,9 @@ class Prediction {
     HeldOutRow row;
     double sum = 0.0, sum2 = 0.0, noise2 = 0.0, fitted2 = 0.0;
     const ImageOwn image = own_of_image(k);
-    if (is_asked(in_.asked, "light")) row.light_factor = image.light;
-    if (is_asked(in_.asked, "exposure")) row.exposure_factor = image.exposure;
+    if (takes_light_) row.light_factor = image.light;
+    if (takes_exposure_) row.exposure_factor = image.exposure;
+    const double exposure = image.exposure * exposure_of(k);
     const double of_shape = in_.shape_leverage / static_cast<double>(in_.fold.fitted.size());
     for (std::size_t p = 0; p < s_.n_pixels(); ++p) {
       if (s_.weight[at(p, k)] == 0.0F) continue;
@@ -153,7 +158,8 @@ class Prediction {
       sum += d;
       sum2 += d * d;
       noise2 += variance;
-      fitted2 += own_[p].sums.variance_at(kinds_, light_with(p, k, image)) + (common_ + of_shape) * variance;
+      fitted2 += exposure * exposure * own_[p].sums.variance_at(kinds_, light_with(p, k, image) / exposure) +
+                 (common_ + of_shape) * variance;
       ++row.n;
     }
     if (row.n == 0) return row;
@@ -175,6 +181,7 @@ class Prediction {
   std::vector<std::size_t> fitted_, held_out_;
   double common_ = 0.0;  ///< share of a value's variance that the parameters common to all pixels add
   OwnKinds kinds_;       ///< what is fitted of each pixel
+  bool takes_light_ = false, takes_exposure_ = false;  ///< of a held-out image, from itself
   std::vector<PixelOwn> own_;
 };
 
@@ -197,6 +204,20 @@ std::vector<GridSamples> samples_of(const HeldOutInput& in, const Side& real, co
     s.gain_dn = report.lines[c]->gain_dn;
     s.black_level_dn = report.lines[c]->black_level_dn;
     if (s.n_pixels() > 0) out.push_back(std::move(s));
+  }
+  return out;
+}
+
+/// Returns what of a request can be fitted to these steps: the factor of a single image that is held out
+/// cannot.
+std::vector<std::string> without_images(const Twin& twin, const std::vector<std::string>& asked,
+                                        const std::vector<int>& steps) {
+  std::vector<std::string> out;
+  const std::vector<Parameter> told = refinable_parameters(twin, {}, steps),
+                               all = refinable_parameters(twin, {});
+  for (const std::string& name : asked) {
+    const auto is = [&](const Parameter& p) { return p.name == name; };
+    if (!std::ranges::any_of(all, is) || std::ranges::any_of(told, is)) out.push_back(name);
   }
   return out;
 }
@@ -230,7 +251,8 @@ std::vector<HeldOutRow> predict_held_out(const HeldOutInput& in) {
   CompareOptions of_fitted = in.options, of_all = in.options;
   of_fitted.use_steps = in.fold.fitted;
   of_all.use_steps.clear();
-  const Refined refined = refine(in.twin, real, in.simulated, of_fitted, in.asked, WhatIsWorse::stays);
+  const Refined refined = refine(in.twin, real, in.simulated, of_fitted,
+                                 without_images(in.twin, in.asked, in.fold.fitted), WhatIsWorse::stays);
   Sensitivity sensitivity(*in.options.renderer, samples_of(in, real, refined.report, of_fitted, of_all));
   sensitivity.leave_out_edges(refined.twin);
   const Sensitivity::Values e = sensitivity.irradiance(refined.twin, Sensitivity::kResidualSamples);

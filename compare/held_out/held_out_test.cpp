@@ -5,10 +5,10 @@
 // | check                  | tolerance     | origin                                                        |
 // |------------------------|---------------|---------------------------------------------------------------|
 // | ratio of a right twin  | 4 sigma       | printed; 16 images, normal: one seed in 1000                  |
-// | all of it              | 2 %           | noise put in; 1/sqrt(2 n) = 0.4 %, factors in two images each: 4
-// sigma | | ratio of a wrong twin  | > 1.2         | planted: 1.5 x noise rms, 1.8 expected | | a brighter
-// held image  | 1e-3 DN       | single precision of 200 DN, summed: 2e-5                      | | own light
-// | 4 sigma       | 1.5 DN / (60 DN x root of 1500) = 7e-4                       |
+// | all of it              | 2 %           | noise put in; 1/sqrt(2 n) = 0.4 %, factors in 2 images: 4 sigma|
+// | ratio of a wrong twin  | > 1.2         | planted: 1.5 x noise rms, 1.8 expected                        |
+// | a brighter held image  | 1e-3 DN       | single precision of 200 DN, summed: 2e-5                      |
+// | own light              | 4 sigma       | 1.5 DN / (60 DN x root of 1500) = 7e-4                        |
 #include "compare/held_out/held_out.hpp"
 
 #include <gmock/gmock.h>
@@ -18,6 +18,7 @@
 #include <random>
 
 #include "compare/causes/refine.hpp"
+#include "compare/comparison.hpp"
 #include "measure/measurement.hpp"
 #include "render/reference/reference.hpp"
 #include "render/sensor/sensor.hpp"
@@ -104,6 +105,23 @@ class HeldOut : public ::testing::Test {
     EXPECT_NEAR(held_out_ratio(truth, twin_.cameras[0].name), 1.0, 0.02);
   }
 
+  /// Refines the twin by these images and compares them with it, as a run of `cosim --refine` does.
+  Comparison refined_and_compared(const std::vector<CameraImages>& real,
+                                  const std::vector<std::string>& asked) const {
+    Side measured;
+    measured.images = real;
+    measured.measurement = measure::measure(twin_, real);
+    CompareOptions options;
+    options.renderer = shared_renderer();
+    Refined refined = refine(twin_, measured, simulated(twin_), options, asked, WhatIsWorse::stays);
+    std::vector<int> images(real[0].images.size());
+    for (std::size_t k = 0; k < images.size(); ++k) images[k] = static_cast<int>(k);
+    std::vector<CameraImages> applied = simulated(refined.twin).irradiance;
+    apply_texture(refined.report, real, images, refined.twin, applied);
+    options.refinement = refined.report;
+    return compare(refined.twin, measured, simulated(refined.twin), options);
+  }
+
   Twin twin_;
 };
 
@@ -137,6 +155,36 @@ TEST_F(HeldOut, SayThatAnOffsetOfEachPixelIsLackingAndThatItIsNot) {
   expect_right(held_out(recorded(twin_, false, 20.0), {"offset"}));
 }
 
+// What every pixel has of its own is fitted to the very values that it is held against: they scatter less.
+// And what was held for it, gain and black level, is no measured one.
+TEST_F(HeldOut, ARightTwinWithFactorsOrOffsetsOfItsPixelsIsExplained) {
+  twin_.fringes.steps = 4;
+  for (const std::vector<std::string>& asked :
+       {std::vector<std::string>{"texture"}, {"offset"}, {"texture", "offset"}}) {
+    const bool factor = asked.front() == "texture", offset = asked.back() == "offset";
+    const Comparison c = refined_and_compared(recorded(twin_, factor, offset ? 20.0 : 0.0), asked);
+    const auto gray = std::ranges::find(c.explained, "gray", &ExplainedRow::quantity);
+    ASSERT_NE(gray, c.explained.end());
+    EXPECT_EQ(gray->state, "explained")
+        << asked.front() << ": noise_chi2 " << gray->noise_chi2 << ", least " << gray->chi2_least;
+    ASSERT_EQ(c.gain.size(), 1u);
+    EXPECT_EQ(c.gain[0].state, "not offered");
+    EXPECT_THAT(c.gain[0].why, ::testing::HasSubstr("held"));
+  }
+}
+
+// An offset stands for light of the room that the twin lacks, which an exposure lets in as it does the
+// fringes.
+TEST_F(HeldOut, OffsetsAreLightThatIsExposed) {
+  Twin rig = twin_;
+  rig.projector->ambient = 4.0;
+  const std::size_t n = expand_sequence(twin_.fringes).size();
+  for (std::size_t k = 0; k < n; ++k)
+    rig.cameras[0].exposure_factors.push_back(1.0 + 0.05 * std::sin(2.0 + 1.7 * static_cast<double>(k)));
+  expect_right(held_out(recorded(rig), {"exposure", "offset"}));
+  expect_right(held_out(recorded(rig, true), {"exposure", "texture", "offset"}));
+}
+
 // The exposures differ by up to 5 %, those of the room's light with the projector's: the light of a lamp
 // alone is another picture, and told from it.
 TEST_F(HeldOut, SayThatExposuresDifferAndTakeTheirOwn) {
@@ -161,6 +209,23 @@ TEST_F(HeldOut, SayThatExposuresDifferAndTakeTheirOwn) {
     EXPECT_NEAR(row.exposure_factor, rig.cameras[0].exposure_factors[k] / gain, 4.0 * 9e-4) << row.pattern;
     EXPECT_TRUE(std::isnan(row.light_factor));
   }
+}
+
+// A camera's name asks for its exposures, and that of an image for one, which the fold that holds it out
+// cannot fit.
+TEST_F(HeldOut, TakeTheNamesThatRefineTakes) {
+  twin_.projector->ambient = 4.0;
+  Twin rig = twin_;
+  for (std::size_t k = 0; k < expand_sequence(twin_.fringes).size(); ++k)
+    rig.cameras[0].exposure_factors.push_back(k == 1 ? 1.05 : 1.0);
+  const std::vector<CameraImages> real = recorded(rig);
+  const std::string camera = twin_.cameras[0].name;
+  for (const std::string& asked : {camera, camera + ".image_1.exposure"})
+    for (const HeldOutRow& row : held_out(real, {asked})) {
+      EXPECT_FALSE(std::isnan(row.exposure_factor)) << asked;
+      EXPECT_LT(row.ratio, 1.1) << asked << row.pattern;
+    }
+  EXPECT_THROW(held_out(real, {camera + ".image_99.exposure"}), UserError);
 }
 
 // What a refinement gives every pixel goes with the twin: it is rendered to the same bits, and a second

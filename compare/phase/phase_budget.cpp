@@ -301,15 +301,18 @@ double predicted_brightness_rad2(const Twin& twin, std::size_t camera, const Dir
   for (std::size_t p = 0; p < real.pitches_px.size(); ++p) {
     if (!all_pitches && static_cast<int>(p) != real.finest) continue;
     std::vector<double> factors;
+    bool told = false;  // else the factors of this pitch are 1, and nobody knows them
     for (std::size_t i = 0; i < sequence.size(); ++i) {
       const PatternSpec& image = sequence[i];
       if (image.kind != PatternSpec::Kind::phase_step || image.pitch != static_cast<int>(p) ||
           twin.fringes.directions[static_cast<std::size_t>(image.direction)].axis != real.axis ||
           std::ranges::find(steps, image.step) == steps.end())
         continue;
+      told = told || std::isfinite(light.sigma.at(i)) || light.factor.at(i) != 1.0;
       factors.push_back(light.factor.at(i) / factor_of(twin.cameras[camera].exposure_factors, i) /
                         (twin.projector ? factor_of(twin.projector->light_factors, i) : 1.0));
     }
+    if (!told) return kNaN;
     // of the coordinate, in phase of the finest pitch: the mean of all where all are in it
     const double share =
         all_pitches ? real.pitches_px[p] / real.pitches_px[static_cast<std::size_t>(real.finest)] / n_pitches

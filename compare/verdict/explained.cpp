@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "compare/gray/own_light.hpp"
 #include "compare/phase/phase_rows.hpp"
 #include "compare/phase/texture_shift.hpp"
 #include "twin/base/constants.hpp"
@@ -62,7 +63,7 @@ struct Sums {
   double r2 = 0.0, chi2 = 0.0, noise = 0.0, regional = 0.0;
   double noise_chi2 = 0.0;  ///< against noise and quantisation alone
   double texture = 0.0;     ///< of the phase: moved by texture within a pixel
-  double factor = 0.0;      ///< of the noise chi2 of gray values: what a fit of a factor per pixel takes
+  double taken = 0.0;  ///< of the noise chi2 of gray values: what a fit of each pixel's own numbers takes
   double calibration = 0.0, share = 0.0, regional_share = 0.0;  ///< shares: of the expected chi2
   std::uint64_t n = 0, n_regions = 0;
   std::uint64_t n_inside = 0;  ///< values that interior pixels have, usable or not
@@ -99,7 +100,7 @@ Sums sum_blocks(int width, int height, ImageF& regions, Block block) {
     total.r2 += part.r2, total.chi2 += part.chi2, total.noise += part.noise, total.regional += part.regional;
     total.calibration += part.calibration, total.share += part.share;
     total.regional_share += part.regional_share;
-    total.noise_chi2 += part.noise_chi2, total.texture += part.texture, total.factor += part.factor;
+    total.noise_chi2 += part.noise_chi2, total.texture += part.texture, total.taken += part.taken;
     total.n += part.n, total.n_regions += part.n_regions, total.n_inside += part.n_inside;
   }
   return total;
@@ -127,12 +128,13 @@ bool take_sums(const Sums& s, ExplainedRow& row) {
 
 /// Judges a row whose sums are in it by its upper limits. The shares are those of the expected chi2 that the
 /// calibration makes: its error is one draw for all of the image, not an average over many, so `kCoverage`
-/// standard uncertainties of it must pass.
-void judge(const Sums& s, double known_to, ExplainedRow& row) {
+/// standard uncertainties of it must pass. `kept`: share of the noise that fits to these values have left in
+/// them.
+void judge(const Sums& s, double known_to, double kept, ExplainedRow& row) {
   constexpr double kMore = kCoverage * kCoverage - 1.0;
   const auto n = static_cast<double>(s.n);
   row.state = kExplained;
-  row.chi2_limit = 1.0 + allowed_for(n, known_to) + kMore * s.share / n;
+  row.chi2_limit = kept * (1.0 + allowed_for(n, known_to)) + kMore * s.share / n;
   if (!(row.chi2 <= row.chi2_limit)) row.worsen(kNotExplained);
   if (row.n_regions == 0) return;
   const auto n_regions = static_cast<double>(s.n_regions);
@@ -177,7 +179,7 @@ class GrayExplanation {
  public:
   GrayExplanation(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise, const ImageU8& interior,
                   const CameraDecode* simulated, const RenderingError& rendering, const ImageF* calibration,
-                  const SeenPixels& seen, bool textured)
+                  const SeenPixels& seen, const OwnOfPixels& own)
       : pair_(pair),
         fit_(fit),
         noise_(noise),
@@ -185,7 +187,7 @@ class GrayExplanation {
         rendering_(rendering),
         calibration_(calibration),
         seen_(seen),
-        textured_(textured) {
+        own_(own) {
     for (const PatternSpec& p : pair.patterns) steps_ = std::max(steps_, p.step + 1);
     for (const int image : pair.gain_images) {
       const PatternSpec& p = pair.patterns[image];
@@ -220,8 +222,8 @@ class GrayExplanation {
          rendering_.gray_dn * rendering_.gray_dn + scatter_of_one_dn2_},
         {"fit of gain and black level", 2.0 * noise / n * std::pow(fit_.row.sigma_inflation, 2)}};
     if (calibration_) row.lines.push_back({kCalibrationLine, s.calibration / n});
-    judge(s, noise_.known_to(), row);
-    const double kept = textured_ ? 1.0 - s.factor / n : 1.0;
+    const double kept = 1.0 - s.taken / n;
+    judge(s, noise_.known_to(), own_.from_here ? kept : 1.0, row);
     judge_least(s, noise, rounding, kept, noise_.known_to(), row);
     if (row.noise_chi2 < row.chi2_least) row.too_wide_factor = std::sqrt(kept / row.noise_chi2);
     const double usable = share_of(s.n, s.n_inside),
@@ -251,7 +253,8 @@ class GrayExplanation {
     const double calibration =
         calibration_ ? std::pow(fit_.row.gain_dn, 2) * static_cast<double>(calibration_->data[i]) : 0.0;
     out.n_inside += pair_.gain_images.size();
-    double squares = 0.0, noises = 0.0, lights = 0.0, light_noises = 0.0;
+    double squares = 0.0, noises = 0.0, taken = 0.0;
+    const OwnLightSums line = line_of(i);
     int values = 0;
     const auto n_images = scatter_dn2_.rows();
     Eigen::MatrixX3d weights = Eigen::MatrixX3d::Zero(n_images, 3);  // of the images in each sum
@@ -264,8 +267,7 @@ class GrayExplanation {
       if (!is_usable(u, y, pair_.source_at(image, i), predicted)) continue;
       const double r = y - predicted, noise = noise_.variance(predicted);
       squares += r * r, noises += noise, ++values;
-      const double light2 = std::pow(predicted - fit_.row.black_level_dn, 2);
-      lights += light2, light_noises += light2 * noise;
+      taken += noise * line.leverage_at(own_.kinds, pair_.irradiance_at(image, i));
       level.add(1.0, r, noise, calibration);
       if (n_images > 0) weights(static_cast<Eigen::Index>(k), 0) = 1.0;
       if (!phases_[k] || std::isnan(phases_[k]->data[i])) continue;
@@ -282,9 +284,20 @@ class GrayExplanation {
     }
     if (values == 0) return;
     out.add(squares, noises / values, noises / values + scatter_of_one_dn2_, shared, calibration, values);
-    if (lights > 0.0) out.factor += light_noises / lights * values / noises;
+    out.taken += taken * values / noises;
     const auto scatter_of = [&](int sum) { return weights.col(sum).dot(scatter_dn2_ * weights.col(sum)); };
     level.add_pixel(scatter_of(0)), contrast.add_pixel(scatter_of(1)), shift.add_pixel(scatter_of(2));
+  }
+
+  /// Returns the sums of the fit of what the pixel has of its own. What it has already shifts and scales its
+  /// light, which changes no leverage.
+  OwnLightSums line_of(std::size_t i) const {
+    OwnLightSums line;
+    if (own_.kinds.any())
+      for (const int image : own_.images)
+        if (const double y = pair_.real_at(image, i); y < pair_.real->saturation_dn())
+          line.add(pair_.irradiance_at(image, i), y);
+    return line;
   }
 
   const GrayPair& pair_;
@@ -294,7 +307,7 @@ class GrayExplanation {
   RenderingError rendering_;
   const ImageF* calibration_;  ///< variance of the irradiance; may be null
   SeenPixels seen_;
-  bool textured_;
+  const OwnOfPixels& own_;
   Eigen::MatrixXd scatter_dn2_;  ///< of pair.gain_images; empty where nothing scatters
   double scatter_of_one_dn2_ = 0.0;
   int steps_ = 1;
@@ -362,8 +375,8 @@ ExplainedRow not_compared(const std::string& quantity, const std::string& region
 ExplainedRow explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
                           const ImageU8& interior, const CameraDecode* simulated,
                           const RenderingError& rendering, const ImageF* calibration, const SeenPixels& seen,
-                          bool textured) {
-  return GrayExplanation(pair, fit, noise, interior, simulated, rendering, calibration, seen, textured).run();
+                          const OwnOfPixels& own) {
+  return GrayExplanation(pair, fit, noise, interior, simulated, rendering, calibration, seen, own).run();
 }
 
 ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& real,
@@ -430,7 +443,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
   const double known_to = std::hypot(real_noise * noise_known_to(real, false),
                                      simulated_noise * noise_known_to(simulated, true)) /
                           (real_noise + simulated_noise);
-  judge(s, known_to, row);
+  judge(s, known_to, 1.0, row);
   judge_least(s, std::min(real.noise_dn * real.noise_dn, simulated.noise_dn * simulated.noise_dn),
               kRoundingVariance, 1.0, known_to, row);
   // the simulated side has the noise that is stated: only the real one's can be too small

@@ -10,6 +10,7 @@
 #include "compare/gray/gain_fit.hpp"
 #include "compare/gray/gray_noise.hpp"
 #include "compare/phase/phase_budget.hpp"
+#include "compare/result/own_kinds.hpp"
 #include "compare/verdict/calibration_budget.hpp"
 
 namespace fringetwin::compare {
@@ -33,6 +34,13 @@ struct RenderingError {
 /// `gain_dn`: of the gain that was fitted.
 RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes, double gain_dn);
 
+/// What every pixel of the simulated side has of its own.
+struct OwnOfPixels {
+  OwnKinds kinds = {};
+  std::vector<int> images = {};  ///< that it was fitted to, of the sequence
+  bool from_here = true;         ///< false: from images that may have been these or others
+};
+
 /// Holds how many pixels of a camera both sides decoded, and how many at least one of them sees with
 /// modulation, unsaturated. Without both decodes: 0, nothing is known.
 struct SeenPixels {
@@ -49,12 +57,13 @@ ExplainedRow not_compared(const std::string& quantity, const std::string& region
 /// `seen`: a row that took less than half of what either side sees is not called explained.
 
 /// Judges the gray values of the interior pixels after the gain fit. `simulated`: its phases tell level,
-/// contrast and shift of the fringe apart; null: levels only. `textured`: the simulated side has a factor per
-/// pixel that was fitted to these gray values.
+/// contrast and shift of the fringe apart; null: levels only. `own`: what of each pixel was
+/// fitted to the real phase steps, all of them: then the values scatter less than their noise, which both
+/// limits count.
 ExplainedRow explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
                           const ImageU8& interior, const measure::CameraDecode* simulated,
                           const RenderingError& rendering, const ImageF* calibration = nullptr,
-                          const SeenPixels& seen = {}, bool textured = false);
+                          const SeenPixels& seen = {}, const OwnOfPixels& own = {});
 
 /// Judges the phase difference of one direction over the interior pixels.
 ExplainedRow explain_phase(const std::string& camera, const measure::DirectionDecode& real,

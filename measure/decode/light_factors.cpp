@@ -438,8 +438,8 @@ std::optional<LightFactors> estimate_light(const CameraImages& images, const Fri
       of_pitch.push_back(&pitch);
       continue;
     }
-    // a wide pitch, seen at few phases, only unwraps the finest one
-    if (pitch.is_finest) return std::nullopt;
+    // a wide pitch, seen at few phases, only unwraps the finest one, but where all are in the coordinate
+    if (pitch.is_finest || fringes.unwrap == Unwrap::heterodyne) return std::nullopt;
     for (const std::size_t i : pitch.index) out.sigma[i] = std::numeric_limits<double>::infinity();
   }
   if (pitches.empty()) return std::nullopt;

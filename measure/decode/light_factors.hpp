@@ -60,7 +60,8 @@ double light_phase_rms_rad(const std::vector<double>& factors_of_steps, double m
 /// pitches it is the means that tell. A pitch is not told by fewer than 200 pixels that are lit and not
 /// saturated, nor where their phases vary too little: its images keep the factor 1, with an infinite standard
 /// error. Returns nothing with other numbers of steps than these, and where the finest pitch of a direction
-/// is not told. Any number of threads gives the same.
+/// is not told, or any where heterodyne fringes have all of them in the coordinate. Any number of threads
+/// gives the same.
 std::optional<LightFactors> estimate_light(const CameraImages& images, const Fringes& fringes,
                                            const LightOptions& options);
 

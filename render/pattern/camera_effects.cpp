@@ -76,7 +76,7 @@ ImageF vignetting_map(const Camera& camera) {
   return map;
 }
 
-void apply_camera_effects(const Camera& camera, RenderedCamera* rendered) {
+void apply_camera_effects(const Camera& camera, RenderedCamera* rendered, std::size_t first_image) {
   const bool vignetting = camera.vignetting.kind != Vignetting::Kind::none;
   if (!vignetting && camera.psf_px == 0.0 && !camera.texture) return;
   const ImageF map = vignetting ? vignetting_map(camera) : ImageF();
@@ -85,12 +85,15 @@ void apply_camera_effects(const Camera& camera, RenderedCamera* rendered) {
   for (ImageF& image : rendered->irradiance) images.push_back(&image);
   for (auto* image : {&rendered->white, &rendered->black})
     if (*image) images.push_back(&**image);
-  for (ImageF* image : images) {
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    ImageF* image = images[k];
+    const bool is_of_sequence = k < rendered->irradiance.size();  // references have no exposure of their own
+    const double exposure = is_of_sequence ? factor_of(camera.exposure_factors, first_image + k) : 1.0;
     if (vignetting)
       for (std::size_t i = 0; i < image->size(); ++i) image->data[i] *= map.data[i];
     if (!kernel.empty()) *image = convolve_separable(*image, kernel);
     for (std::size_t i = 0; camera.texture && i < image->size(); ++i)
-      image->data[i] = camera.texture->of(image->data[i], i);
+      image->data[i] = camera.texture->of(image->data[i], i, exposure);
   }
 }
 

@@ -25,7 +25,9 @@ double vignetting_factor(const Camera& camera, double x_px, double y_px);
 /// Returns the vignetting_factor() at each pixel's centre.
 ImageF vignetting_map(const Camera& camera);
 
-/// Applies what the camera asks for to all images, the white and black ones included; nothing otherwise.
-void apply_camera_effects(const Camera& camera, RenderedCamera* rendered);
+/// Applies what the camera asks for to all images, the white and black ones included; nothing otherwise. The
+/// images are those of the sequence from `first_image` on: an exposure factor makes a texture's offset
+/// larger, too.
+void apply_camera_effects(const Camera& camera, RenderedCamera* rendered, std::size_t first_image = 0);
 
 }  // namespace fringetwin::render

@@ -225,7 +225,7 @@ RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Tra
     out.white = level(1.0);
     out.black = level(0.0);
   }
-  apply_camera_effects(twin.cameras[camera_index], &out);
+  apply_camera_effects(twin.cameras[camera_index], &out, image.value_or(0));
   static_cast<TraceRecord&>(out) = transport;
   return out;
 }

@@ -417,7 +417,9 @@ ReferencePixel Reference::pixel(std::size_t camera, int x, int y,
     const auto at =
         static_cast<std::size_t>(y) * static_cast<std::size_t>(twin.cameras[camera].lens.width()) +
         static_cast<std::size_t>(x);
-    for (double& e : out.irradiance) e = e * texture->factor_at(at) + texture->offset_at(at);
+    for (std::size_t i = 0; i < out.irradiance.size(); ++i)
+      out.irradiance[i] = out.irradiance[i] * texture->factor_at(at) +
+                          (exposures.empty() ? 1.0 : exposures[i]) * texture->offset_at(at);
   }
   return out;
 }

@@ -407,7 +407,10 @@ TEST(Effects, LightPerImage) {
 // three times the 4e-5 rad that phases agree to, of an amplitude of 4.
 TEST(Effects, TextureOfPixelsIsALineOfEach) {
   REQUIRE_RENDERER();
-  const Twin plain = with_object(left_window(ideal_sphere().center_mm, 24, 16), "ball", ideal_sphere());
+  Twin plain = with_object(left_window(ideal_sphere().center_mm, 24, 16), "ball", ideal_sphere());
+  std::vector<double>& exposures = plain.cameras[0].exposure_factors;  // of the offsets, too
+  for (std::size_t k = 0; k < expand_sequence(plain.fringes).size(); ++k)
+    exposures.push_back(k % 2 == 0 ? 0.8 : 1.3);
   Twin twin = plain;
   PixelTexture texture{ImageF(24, 16), ImageF(24, 16)};
   for (std::size_t i = 0; i < texture.factor.size(); ++i) {
@@ -423,8 +426,8 @@ TEST(Effects, TextureOfPixelsIsALineOfEach) {
       const auto pixel = reference.pixel(0, x, y, {.gauss_n = 3});
       const std::size_t i = without[0].index(x, y);
       for (std::size_t k = 0; k < images.size(); ++k) {
-        const double expected =
-            static_cast<double>(texture.factor.data[i] * without[k].data[i] + texture.offset.data[i]);
+        const double expected = static_cast<double>(texture.factor.data[i] * without[k].data[i]) +
+                                exposures[k] * static_cast<double>(texture.offset.data[i]);
         EXPECT_NEAR(static_cast<double>(images[k].data[i]), expected, 1e-6 * (1.0 + expected));
         EXPECT_NEAR(static_cast<double>(images[k].data[i]), pixel.irradiance[k], 5e-4) << x << ' ' << y;
       }
@@ -443,7 +446,10 @@ Twin everything() {
     c.sensor.black_level_dn = 3.0;
     c.psf_px = 0.4;
     c.vignetting.kind = Vignetting::Kind::cos4;
-    c.texture = std::make_shared<const PixelTexture>();
+    const auto texture = std::make_shared<PixelTexture>();
+    texture->factor = ImageF(c.lens.width(), c.lens.height(), 0.9F);
+    texture->offset = ImageF(c.lens.width(), c.lens.height(), 0.05F);
+    c.texture = texture;
   }
   Projector& p = *twin.projector;
   p.ambient = 0.1;

@@ -274,7 +274,7 @@ TEST_F(TwinFile, TextureOfACamera) {
   Twin twin = load(with("both.exr"));
   load_meshes(twin);
   ASSERT_TRUE(twin.cameras[0].texture);
-  EXPECT_EQ(twin.cameras[0].texture->of(2.0F, 7), 0.75F);
+  EXPECT_EQ(twin.cameras[0].texture->of(2.0F, 7, 1.0), 0.75F);
   EXPECT_EQ(twin.input_files.back(), folder_ / "both.exr");
   for (const auto& [file, says] : {std::pair{"small.exr", "the camera"},
                                    {"other.exr", "phase"},
