@@ -1,15 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cosim/measured_shapes.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <utility>
 
 #include "cosim/load.hpp"
+#include "measure/decode/plain_fringes.hpp"
 #include "measure/measurement.hpp"
 #include "measure/surface.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/progress.hpp"
 #include "twin/captures/measured_steps.hpp"
 
 namespace fringetwin::cosim {
+namespace {
+
+/// Returns the images that the object is measured from with the light and the waveform taken out that all
+/// their phase steps tell. Warns where they do not, and leaves a camera's images as they are.
+std::vector<CameraImages> with_plain_fringes(const Twin& twin, const Object& object,
+                                             const std::vector<CameraImages>& real,
+                                             const std::vector<int>& steps) {
+  std::vector<CameraImages> out = real;
+  for (std::size_t c = 0; c < out.size(); ++c) {
+    const measure::LightOptions options =
+        measure::light_options(twin.cameras[c].sensor, twin.measure.min_modulation_dn);
+    const auto light = measure::estimate_light(real[c], twin.fringes, options);
+    if (light)
+      out[c] = measure::with_plain_fringes(std::move(out[c]), twin.fringes, *light, options, steps);
+    else
+      warn(
+          fmt::format("object \"{}\", camera \"{}\": the phase steps do not tell light and waveform of the "
+                      "fringes, which correct_fringes is to take out: the shape is measured without",
+                      object.name, twin.cameras[c].name));
+  }
+  return out;
+}
+
+}  // namespace
 
 bool has_measured_shape(const Twin& twin) {
   return std::ranges::any_of(
@@ -39,8 +68,11 @@ void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real, co
   for (Object& object : twin.objects) {
     const auto* measured = std::get_if<MeasuredShape>(&object.shape);
     if (!measured) continue;
+    const std::vector<int> used = steps.empty() ? built_from_steps(twin, object, *measured) : steps;
     const measure::Measurement m =
-        measure::measure(twin, real, steps.empty() ? built_from_steps(twin, object, *measured) : steps);
+        measured->correct_fringes && steps.empty()
+            ? measure::measure(twin, with_plain_fringes(twin, object, real, used), used)
+            : measure::measure(twin, real, used);
     MeshShape mesh{.smooth = true, .mesh = measure::build_surface(twin, 0, m.cloud, measured->smoothing_px)};
     object.shape = mesh;
   }

@@ -18,6 +18,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -224,12 +225,16 @@ TEST(RippleTest, LightPredictsTheBrightness) {
     real.twin.cameras.push_back({"camera", lens, Pose{}, Sensor{}, std::nullopt});
     measure::LightFactors light;
     light.factor.assign(expand_sequence(real.twin.fringes).size(), 1.0);
+    light.sigma.assign(light.factor.size(), 1e-3);
     light.factor[3] = 1.02;
     const double predicted = predicted_brightness_rad2(real.twin, 0, a, steps, light);
     EXPECT_NEAR(predicted / phase_budget(real.twin, a, b, steps)->brightness_rad2, 1.0, 0.05) << steps.size();
     real.twin.cameras[0].exposure_factors = light.factor;  // a twin that knows it
     EXPECT_EQ(predicted_brightness_rad2(real.twin, 0, a, steps, light), 0.0);
     EXPECT_TRUE(std::isnan(predicted_brightness_rad2(real.twin, 0, a, {0, 1, 2, 3}, light)));
+    light.factor.assign(light.factor.size(), 1.0);
+    light.sigma.assign(light.factor.size(), std::numeric_limits<double>::infinity());
+    EXPECT_TRUE(std::isnan(predicted_brightness_rad2(real.twin, 0, a, steps, light))) << "nobody knows them";
   }
 }
 

@@ -120,6 +120,7 @@ class PitchLight {
 
   const Eigen::VectorXd& log_factor() const { return log_factor_; }
   const Eigen::VectorXd& sigma() const { return sigma_; }
+  std::vector<double> waveform() const { return {steps_.waveform.begin(), steps_.waveform.end()}; }
   double before() const { return before_; }
   double after() const { return after_; }
   const Chosen& chosen() const { return chosen_; }
@@ -434,6 +435,7 @@ std::optional<LightFactors> estimate_light(const CameraImages& images, const Fri
   for (const PitchSteps& pitch : steps) {
     PitchLight light(pitch, options, images.saturation_dn());
     if (light.run()) {
+      out.waveform.push_back(light.waveform());
       pitches.push_back(std::move(light));
       of_pitch.push_back(&pitch);
       continue;
@@ -441,6 +443,7 @@ std::optional<LightFactors> estimate_light(const CameraImages& images, const Fri
     // a wide pitch, seen at few phases, only unwraps the finest one, but where all are in the coordinate
     if (pitch.is_finest || fringes.unwrap == Unwrap::heterodyne) return std::nullopt;
     for (const std::size_t i : pitch.index) out.sigma[i] = std::numeric_limits<double>::infinity();
+    out.waveform.emplace_back();
   }
   if (pitches.empty()) return std::nullopt;
   const PitchLevels levels(pitches, images.saturation_dn());

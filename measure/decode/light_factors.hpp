@@ -34,6 +34,9 @@ struct LightFactors {
   std::vector<double> factor;
   /// Relative standard errors; 0 of what is no phase step, infinite where none can be told.
   std::vector<double> sigma;
+  /// Of each pitch, in the order of the sequence: cosine and sine of the harmonics 2, 3 ... that its fringes
+  /// have besides their cosine, over the amplitude; empty where it is not told.
+  std::vector<std::vector<double>> waveform = {};
   /// Mean square of the residuals of the N-step fits per degree of freedom, with a steady light and with
   /// these factors, DN^2 (times 1/var where the options have a line). Harmonics of the fringe stay out of
   /// both.

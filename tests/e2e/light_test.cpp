@@ -166,5 +166,26 @@ TEST_F(Light, IsNamedAndRefined) {
   EXPECT_THAT(mended["budget_verdict"], ::testing::Not(Contains("not explained")));
 }
 
+TEST_F(Light, ATextureIsNotWrittenOverOneThatWasRead) {
+  write_file(dir_ / "compared.toml", noisy_twin("", "", "[real]\ncaptures = \"out\"\n"));
+  const auto refined = [&](const std::string& twin) {
+    return run_fringetwin(
+        {"cosim", (dir_ / twin).string(), "--refine", "texture", "--out", (dir_ / "first").string()});
+  };
+  EXPECT_EQ(refined("compared.toml").exit_code, 0);
+  fs::path texture;
+  for (const auto& entry : fs::directory_iterator(dir_ / "first"))
+    if (entry.path().extension() == ".exr") texture = entry.path();
+  ASSERT_FALSE(texture.empty());
+  const std::string before = read_file(texture), result = read_file(dir_ / "first" / "result.json");
+  std::string again = read_file(dir_ / "compared.toml");
+  again.insert(again.find("imagersize"), "texture = \"first/" + texture.filename().string() + "\"\n");
+  write_file(dir_ / "again.toml", again);
+  expect_refused(refined("again.toml"), 2,
+                 {texture.filename().string(), "is an input of this run", "choose another folder"});
+  EXPECT_EQ(read_file(texture), before);
+  EXPECT_EQ(read_file(dir_ / "first" / "result.json"), result);
+}
+
 }  // namespace
 }  // namespace fringetwin::testing::light_test

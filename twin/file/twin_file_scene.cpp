@@ -84,12 +84,15 @@ void read_keys(const TomlTable& table, const TwinFileContext& context, MeshShape
   mesh.smooth = table.choice("shading", {"facet", "smooth"}) == "smooth";
 }
 
-std::vector<std::string> keys_of(const MeasuredShape&) { return {"steps", "smoothing_px"}; }
+std::vector<std::string> keys_of(const MeasuredShape&) {
+  return {"steps", "smoothing_px", "correct_fringes"};
+}
 
 void read_keys(const TomlTable& table, const TwinFileContext&, MeasuredShape& measured) {
   measured.steps = table.choice("steps", {"even", "odd", "all"}).value_or(measured.steps);
   measured.smoothing_px =
       table.number_or("smoothing_px", measured.smoothing_px, NumberRange::between(0.0, 100.0));
+  measured.correct_fringes = table.boolean("correct_fringes").value_or(measured.correct_fringes);
 }
 
 /// Keys of the shape (of every shape while it is not known) and those every object has.

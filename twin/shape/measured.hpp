@@ -16,6 +16,9 @@ struct MeasuredShape {
   static constexpr bool kHasFiles = false, kLightsItself = false;
   std::string steps = "even";  ///< "even" | "odd" | "all": phase steps the surface is built from
   double smoothing_px = 3.0;   ///< radius of the local fit that removes pixel noise
+  /// Light that differs from image to image, and the harmonics of the fringes, are taken out of the images
+  /// first, as all phase steps together tell them: they would stand in the surface as ripples.
+  bool correct_fringes = false;
 };
 
 // It has no place of its own before it is built, so nothing moves it.

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "measure/decode/plain_fringes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <utility>
+
+#include "measure/decode/phase.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::measure {
+namespace {
+
+/// Each is some percent of the one before, as the harmonics are.
+constexpr int kPasses = 4;
+constexpr std::size_t kMostSteps = kMostLightSteps;
+
+/// Takes the harmonics out of one pitch's steps.
+class PitchPlain {
+ public:
+  PitchPlain(const std::vector<int>& steps, int steps_total, const std::vector<double>& waveform,
+             std::vector<ImageF*> images)
+      : solver_(steps, steps_total), waveform_(waveform), images_(std::move(images)) {
+    for (int i = 0; i < solver_.count(); ++i) turn_.emplace_back(solver_.basis_cos(i), -solver_.basis_sin(i));
+  }
+
+  void run(double clipped_dn, double min_amplitude) {
+    const auto n_pixels = static_cast<std::ptrdiff_t>(images_.front()->size());
+#pragma omp parallel for schedule(static)
+    for (std::ptrdiff_t i = 0; i < n_pixels; ++i)
+      run_pixel(static_cast<std::size_t>(i), clipped_dn, min_amplitude);
+  }
+
+ private:
+  void run_pixel(std::size_t pixel, double clipped_dn, double min_amplitude) const {
+    double value[kMostSteps], added[kMostSteps] = {};
+    const std::size_t n = images_.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      value[i] = static_cast<double>(images_[i]->data[pixel]);
+      if (!(value[i] < clipped_dn)) return;
+    }
+    for (int pass = 0; pass < kPasses; ++pass) {
+      double c = 0.0, s = 0.0;
+      for (std::size_t i = 0; i < n; ++i) {
+        c += static_cast<double>(solver_.cos_weights()[i]) * (value[i] - added[i]);
+        s += static_cast<double>(solver_.sin_weights()[i]) * (value[i] - added[i]);
+      }
+      const double amplitude = std::hypot(c, s);
+      if (!(amplitude >= min_amplitude)) return;
+      const std::complex<double> at_first = std::complex<double>(c, s) / amplitude;
+      for (std::size_t i = 0; i < n; ++i) added[i] = amplitude * harmonics_at(at_first * turn_[i]);
+    }
+    for (std::size_t i = 0; i < n; ++i) images_[i]->data[pixel] = static_cast<float>(value[i] - added[i]);
+  }
+
+  /// Returns what the waveform has besides its cosine where that has this phase e^it.
+  double harmonics_at(const std::complex<double>& first) const {
+    std::complex<double> power = first;
+    double sum = 0.0;
+    for (std::size_t h = 0; h + 1 < waveform_.size(); h += 2) {
+      power *= first;
+      sum += waveform_[h] * power.real() + waveform_[h + 1] * power.imag();
+    }
+    return sum;
+  }
+
+  StepSolver solver_;
+  const std::vector<double>& waveform_;
+  std::vector<ImageF*> images_;             ///< of these steps
+  std::vector<std::complex<double>> turn_;  ///< e^(i 2 pi n/N)
+};
+
+}  // namespace
+
+CameraImages with_plain_fringes(CameraImages images, const Fringes& fringes, const LightFactors& light,
+                                const LightOptions& options, std::vector<int> steps) {
+  if (steps.empty()) steps = all_steps(fringes.steps);
+  images = with_steady_light(std::move(images), light, options.black_level_dn);
+  const std::vector<PatternSpec> sequence = expand_sequence(fringes);
+  std::vector<std::vector<ImageF*>> of_pitch;
+  for (std::size_t k = 0; k < sequence.size(); ++k) {
+    if (sequence[k].kind != PatternSpec::Kind::phase_step) continue;
+    if (sequence[k].step == 0) of_pitch.emplace_back();
+    if (std::ranges::find(steps, sequence[k].step) != steps.end())
+      of_pitch.back().push_back(&images.images.at(k));
+  }
+  FT_CHECK(light.waveform.size() == of_pitch.size(), "a waveform of each pitch");
+  for (std::size_t p = 0; p < of_pitch.size(); ++p)
+    if (!light.waveform[p].empty())
+      PitchPlain(steps, fringes.steps, light.waveform[p], of_pitch[p])
+          .run(images.saturation_dn(), options.min_amplitude);
+  return images;
+}
+
+}  // namespace fringetwin::measure
