@@ -146,7 +146,7 @@ class Python(unittest.TestCase):
                          ["fringetwin.cosim", self.file, "radiance=True", "samples=1", "sampler=gauss", "seed=3"])
         with self.assertRaisesRegex(fringetwin.UserError, "--steps some: is not known"):
             fringetwin.cosim(self.twin, self.dir + "/options", steps="some")
-        with self.assertRaisesRegex(fringetwin.UserError, "samples must be 1 ... 65536, is 0"):
+        with self.assertRaisesRegex(fringetwin.UserError, "samples: must be 1 ... 65536, is 0"):
             self.twin.render(samples=0)
 
     def test_a_folder_is_given_back_after_each_call(self):
