@@ -22,7 +22,9 @@ find_package(SPIRV-Tools-opt REQUIRED)
 # libmrcal ships neither a CMake config nor a .pc file.
 find_path(MRCAL_INCLUDE_DIR mrcal/mrcal.h REQUIRED)
 find_library(MRCAL_LIBRARY mrcal REQUIRED)
-add_library(mrcal::mrcal UNKNOWN IMPORTED)
-set_target_properties(mrcal::mrcal PROPERTIES
-  IMPORTED_LOCATION ${MRCAL_LIBRARY}
-  INTERFACE_SYSTEM_INCLUDE_DIRECTORIES ${MRCAL_INCLUDE_DIR})
+if(NOT TARGET mrcal::mrcal) # a project may look for us twice
+  add_library(mrcal::mrcal UNKNOWN IMPORTED)
+  set_target_properties(mrcal::mrcal PROPERTIES
+    IMPORTED_LOCATION ${MRCAL_LIBRARY}
+    INTERFACE_SYSTEM_INCLUDE_DIRECTORIES ${MRCAL_INCLUDE_DIR})
+endif()

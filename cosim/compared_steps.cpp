@@ -10,6 +10,8 @@
 namespace fringetwin::cosim {
 
 std::vector<int> compared_steps(const Twin& twin, const std::string& which, const std::vector<int>& allowed) {
+  if (which != "even" && which != "odd")
+    throw UserError(ExitCode::usage, "--steps " + which, "is not known", "use even or odd");
   std::vector<int> steps;
   for (int n = which == "odd" ? 1 : 0; n < twin.fringes.steps; n += 2)
     if (allowed.empty() || std::ranges::find(allowed, n) != allowed.end()) steps.push_back(n);

@@ -21,6 +21,12 @@ Sampler sampler_of(const std::string& name) {
                   "use adaptive, gauss, multi-jittered or sobol");
 }
 
+template <class Number>
+void check_range(const char* what, const std::optional<Number>& asked, Number min, Number max) {
+  if (asked && !(*asked >= min && *asked <= max))
+    throw UserError(ExitCode::usage, what, fmt::format("must be {} ... {}, is {}", min, max, *asked));
+}
+
 /// Warns where the estimated error is above twice its target: the estimate is an upper bound, so that a
 /// smaller excess does not mean that the target was missed.
 void warn_of_missed_targets(const compare::RenderNote& note, const render::Sampling& asked) {
@@ -66,6 +72,9 @@ compare::RenderNote note_of(const render::RenderedCamera& rendered) {
 }
 
 RenderOptions render_options(const Twin& twin, const RenderRequest& request) {
+  check_range("samples", request.samples, 1, 65536);
+  check_range("phase error", request.phase_error_rad, 1e-8, 1.0);
+  check_range("gray error", request.gray_error, 1e-8, 1.0);
   RenderOptions options = twin.render;
   if (request.phase_error_rad || request.gray_error) {
     options.phase_error_rad = request.phase_error_rad.value_or(options.phase_error_rad);

@@ -24,7 +24,7 @@ struct RenderRequest {
 };
 
 /// Returns the twin's own options of rendering with those of the request in their place. Throws
-/// UserError(usage) for an unknown sampler.
+/// UserError(usage) for an unknown sampler, and for numbers that the keys of [render] may not have.
 RenderOptions render_options(const Twin& twin, const RenderRequest& request);
 
 /// What rendered the simulated images, and how exact they are.

@@ -11,6 +11,7 @@
 #include "python/long_call.hpp"
 #include "python/types.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
 
 namespace fringetwin::python {
 namespace {
@@ -44,8 +45,9 @@ ImageF image_of(const InArray& array, const std::string& camera) {
 /// Returns a copy of the arrays, checked as the images of a folder are.
 PyCaptures captures_from(const PyTwin& twin, const std::map<std::string, std::vector<InArray>>& arrays) {
   auto cameras = std::make_shared<std::vector<CameraImages>>();
-  const std::size_t n = expand_sequence(twin.twin->fringes).size();
-  for (const Camera& camera : twin.twin->cameras) {
+  const std::shared_ptr<const Twin> rig = twin.state().twin;
+  const std::size_t n = expand_sequence(rig->fringes).size();
+  for (const Camera& camera : rig->cameras) {
     const auto given = arrays.find(camera.name);
     if (given == arrays.end())
       throw UserError(ExitCode::input, twin.file.string(), "camera \"" + camera.name + "\" has no images",
@@ -72,7 +74,7 @@ PyCaptures captures_from(const PyTwin& twin, const std::map<std::string, std::ve
 
 PyCaptures load(const PyTwin& twin, const std::filesystem::path& folder) {
   return long_call([&] {
-    cosim::Captures loaded = cosim::load_captures(*twin.twin, folder);
+    cosim::Captures loaded = cosim::load_captures(*twin.state().twin, folder);
     return PyCaptures{std::make_shared<std::vector<CameraImages>>(std::move(loaded.cameras)),
                       std::move(loaded.files)};
   });
@@ -147,6 +149,7 @@ void bind_captures(py::module_& module) {
           "write",
           [](const PyRendering& r, const std::filesystem::path& out, bool radiance) {
             long_call([&] {
+              const FoldersOfCall folders;
               cosim::write_simulated(out, *r.twin, *r.cameras, radiance ? r.irradiance.get() : nullptr,
                                      r.rendering);
             });

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Binds the main job: render, measure both sides, compare, write.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include "cli/version.hpp"
 #include "cosim/cosim.hpp"
 #include "python/long_call.hpp"
 #include "python/types.hpp"
@@ -12,17 +13,39 @@
 namespace fringetwin::python {
 namespace {
 
+/// Returns the options that are not the defaults as Python writes them: "samples=4".
+std::vector<std::string> given_options(const cosim::CosimRequest& request, bool radiance) {
+  std::vector<std::string> given;
+  const cosim::RenderRequest& render = request.render;
+  if (!request.refine.empty()) given.push_back(fmt::format("refine={}", fmt::join(request.refine, ",")));
+  if (!request.steps.empty()) given.push_back("steps=" + request.steps);
+  if (request.hold_out != 0) given.push_back(fmt::format("hold_out={}", request.hold_out));
+  if (radiance) given.emplace_back("radiance=True");
+  if (render.samples) given.push_back(fmt::format("samples={}", *render.samples));
+  if (render.sampler) given.push_back("sampler=" + *render.sampler);
+  if (render.phase_error_rad) given.push_back(fmt::format("phase_error_rad={}", *render.phase_error_rad));
+  if (render.gray_error) given.push_back(fmt::format("gray_error={}", *render.gray_error));
+  if (render.seed != 0) given.push_back(fmt::format("seed={}", render.seed));
+  if (!render.device.empty()) given.push_back("device=" + render.device);
+  return given;
+}
+
 void run(const PyTwin& twin, const std::filesystem::path& out, const std::vector<std::string>& refine,
          const std::string& steps, int hold_out, bool radiance, std::optional<int> samples,
          std::optional<std::string> sampler, std::optional<double> phase_error_rad,
          std::optional<double> gray_error, std::uint64_t seed, const std::string& device) {
-  cosim::Origin origin = origin_of("fringetwin.cosim", twin.file, twin.settings);
-  origin.version = cli::version_string();
+  const PyTwin::State state = twin.state();
   const cosim::CosimRequest request{
-      twin.file, twin.settings,
-      refine,    steps,
-      hold_out,  {std::move(samples), std::move(sampler), phase_error_rad, gray_error, seed, device}};
+      .twin = twin.file,
+      .settings = state.settings,
+      .refine = refine,
+      .steps = steps,
+      .hold_out = hold_out,
+      .render = {std::move(samples), std::move(sampler), phase_error_rad, gray_error, seed, device}};
+  const cosim::Origin origin =
+      origin_of("fringetwin.cosim", twin.file, state.settings, given_options(request, radiance));
   long_call([&] {
+    const FoldersOfCall folders;
     check_out_folder(out);
     cosim::Run run = cosim::run_cosim(request);
     cosim::write_simulated_side(out, run, radiance);

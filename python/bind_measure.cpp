@@ -4,7 +4,6 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include "cli/version.hpp"
 #include "compare/result/result_json.hpp"
 #include "cosim/measure_captures.hpp"
 #include "measure/decode/phase_exr.hpp"
@@ -13,6 +12,7 @@
 #include "python/long_call.hpp"
 #include "python/types.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
 
 namespace fringetwin::python {
 namespace {
@@ -23,7 +23,11 @@ using measure::PointCloud;
 std::shared_ptr<PyMeasurement> measure_set(const PyTwin& twin, const PyCaptures& captures, bool method_bias) {
   return long_call([&] {
     auto out = std::make_shared<PyMeasurement>();
-    out->twin = twin.twin;
+    const PyTwin::State state = twin.state();
+    out->twin = state.twin;
+    out->origin =
+        origin_of("fringetwin.measure", twin.file, state.settings,
+                  method_bias ? std::vector<std::string>{"method_bias=True"} : std::vector<std::string>{});
     out->capture_files = captures.files;
     cosim::measuring_renders(*out->twin, method_bias);  // may be refused, before the work
     out->measurement = cosim::measure_captures(*out->twin, *captures.cameras, method_bias, out->timer);
@@ -31,31 +35,31 @@ std::shared_ptr<PyMeasurement> measure_set(const PyTwin& twin, const PyCaptures&
   });
 }
 
-void write(PyMeasurement& self, const PyTwin& twin, const std::filesystem::path& out) {
-  cosim::Origin origin = origin_of("fringetwin.measure", twin.file, twin.settings);
-  origin.version = cli::version_string();
+void write(PyMeasurement& self, const std::filesystem::path& out) {
   long_call([&] {
-    cosim::write_measured(out, *self.twin, self.measurement, self.capture_files, origin, self.timer);
+    const FoldersOfCall folders;
+    cosim::write_measured(out, *self.twin, self.measurement, self.capture_files, self.origin, self.timer);
   });
 }
 
 CameraDecode decode(const PyTwin& twin, const CameraImages& images) {
   return long_call([&] {
-    for (const Camera& camera : twin.twin->cameras)
+    const std::shared_ptr<const Twin> rig = twin.state().twin;
+    for (const Camera& camera : rig->cameras)
       if (camera.name == images.camera)
-        return measure::decode(images, twin.twin->fringes,
-                               measure::decode_options(*twin.twin, camera, images));
+        return measure::decode(images, rig->fringes, measure::decode_options(*rig, camera, images));
     throw UserError(ExitCode::usage, twin.file.string(), "has no camera \"" + images.camera + "\"");
   });
 }
 
 std::shared_ptr<PointCloud> triangulate(const PyTwin& twin, const std::vector<CameraDecode>& decodes) {
   return long_call([&] {
-    if (decodes.size() != twin.twin->cameras.size())
+    const std::shared_ptr<const Twin> rig = twin.state().twin;
+    if (decodes.size() != rig->cameras.size())
       throw UserError(ExitCode::usage, twin.file.string(),
-                      "the twin has " + std::to_string(twin.twin->cameras.size()) + " cameras, " +
+                      "the twin has " + std::to_string(rig->cameras.size()) + " cameras, " +
                           std::to_string(decodes.size()) + " were decoded");
-    return std::make_shared<PointCloud>(std::move(measure::measure_decoded(*twin.twin, decodes).cloud));
+    return std::make_shared<PointCloud>(std::move(measure::measure_decoded(*rig, decodes).cloud));
   });
 }
 
@@ -152,8 +156,7 @@ void bind_measure(py::module_& module) {
             return compare::measurement_json(*self.twin, self.measurement, {}, self.timer.seconds);
           },
           "Returns result.json without its provenance.")
-      .def("_write", &write, py::arg("twin"), py::arg("out"),
-           "Writes what `fringetwin measure --out` writes.");
+      .def("_write", &write, py::arg("out"), "Writes what `fringetwin measure --out` writes.");
   module.def("measure", &measure_set, py::arg("twin"), py::arg("captures"), py::arg("method_bias") = false,
              "Measures Captures; see fringetwin.measure.");
   module.def("decode", &decode, py::arg("twin"), py::arg("images"),

@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "cli/version.hpp"
 #include "cosim/load.hpp"
 #include "cosim/measured_shapes.hpp"
 #include "python/long_call.hpp"
@@ -39,23 +40,30 @@ std::vector<std::string> names_of(const std::vector<Named>& all) {
 }  // namespace
 
 PyTwin::PyTwin(std::filesystem::path of_file)
-    : file(std::move(of_file)), twin(std::make_shared<const Twin>(cosim::load_for_run(file))) {}
+    : file(std::move(of_file)), state_{{}, std::make_shared<const Twin>(cosim::load_for_run(file))} {}
+
+PyTwin::State PyTwin::state() const {
+  const std::lock_guard lock(state_mutex_);
+  return state_;
+}
 
 void PyTwin::set(const Settings& values) {
-  Settings merged = settings;
-  for (const auto& [key, value] : values) merged[key] = value;
-  auto changed = std::make_shared<const Twin>(cosim::load_for_run(file, merged));
-  settings = std::move(merged);
-  twin = std::move(changed);
+  const std::lock_guard lock(busy);
+  State changed = state();
+  for (const auto& [key, value] : values) changed.settings[key] = value;
+  changed.twin = std::make_shared<const Twin>(cosim::load_for_run(file, changed.settings));
   renderable_.reset();
+  const std::lock_guard state_lock(state_mutex_);
+  std::swap(state_, changed);
 }
 
 std::shared_ptr<const Twin> PyTwin::renderable() {
   if (!renderable_) {
-    cosim::check_renderable(*twin);
-    renderable_ = cosim::has_measured_shape(*twin)
-                      ? std::make_shared<const Twin>(cosim::load_renderable_twin(file, settings))
-                      : twin;
+    const State now = state();
+    cosim::check_renderable(*now.twin);
+    renderable_ = cosim::has_measured_shape(*now.twin)
+                      ? std::make_shared<const Twin>(cosim::load_renderable_twin(file, now.settings))
+                      : now.twin;
   }
   return renderable_;
 }
@@ -69,11 +77,12 @@ render::Renderer& PyTwin::renderer(const std::string& device) {
   return *renderer_;
 }
 
-cosim::Origin origin_of(const std::string& call, const std::filesystem::path& file,
-                        const Settings& settings) {
+cosim::Origin origin_of(const std::string& call, const std::filesystem::path& file, const Settings& settings,
+                        const std::vector<std::string>& options) {
   std::vector<std::string> argv = {call, file.string()};
   for (const auto& [key, value] : settings) argv.push_back(key + "=" + value);
-  return {argv, {}};
+  argv.insert(argv.end(), options.begin(), options.end());
+  return {argv, cli::version_string()};
 }
 
 void bind_twin(py::module_& module) {
@@ -83,13 +92,7 @@ void bind_twin(py::module_& module) {
            }),
            py::arg("file"))
       .def(
-          "_set",
-          [](PyTwin& self, const Settings& values) {
-            long_call([&] {
-              const std::lock_guard lock(self.busy);
-              self.set(values);
-            });
-          },
+          "_set", [](PyTwin& self, const Settings& values) { long_call([&] { self.set(values); }); },
           py::arg("values"), "Puts TOML texts at the paths of their keys.")
       .def("render", &render, py::kw_only(), py::arg("samples") = py::none(), py::arg("sampler") = py::none(),
            py::arg("phase_error_rad") = py::none(), py::arg("gray_error") = py::none(), py::arg("seed") = 0,
@@ -100,14 +103,18 @@ void bind_twin(py::module_& module) {
            "`device` (a part of its name).")
       .def_readonly("file", &PyTwin::file, "The twin.toml.")
       .def_property_readonly(
-          "name", [](const PyTwin& self) { return self.twin->name; }, "Its name.")
-      .def_readonly("settings", &PyTwin::settings, "What was set: TOML text by the path of its key.")
+          "name", [](const PyTwin& self) { return self.state().twin->name; }, "Its name.")
       .def_property_readonly(
-          "cameras", [](const PyTwin& self) { return names_of(self.twin->cameras); }, "Names, in order.")
+          "settings", [](const PyTwin& self) { return self.state().settings; },
+          "What was set: TOML text by the path of its key.")
       .def_property_readonly(
-          "objects", [](const PyTwin& self) { return names_of(self.twin->objects); }, "Names, in order.")
+          "cameras", [](const PyTwin& self) { return names_of(self.state().twin->cameras); },
+          "Names, in order.")
       .def_property_readonly(
-          "n_images", [](const PyTwin& self) { return expand_sequence(self.twin->fringes).size(); },
+          "objects", [](const PyTwin& self) { return names_of(self.state().twin->objects); },
+          "Names, in order.")
+      .def_property_readonly(
+          "n_images", [](const PyTwin& self) { return expand_sequence(self.state().twin->fringes).size(); },
           "Images of each camera: the length of the fringe sequence.");
 }
 

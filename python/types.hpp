@@ -24,23 +24,33 @@ namespace py = pybind11;
 using Settings = std::map<std::string, std::string>;  ///< values (TOML text) by the paths of their keys
 
 /// A twin.toml with settings. It is read again when they change; what was made of it before stays as it was.
+/// Its functions may be called on several threads.
 class PyTwin {
  public:
+  /// What a call works with; it stays as it is when another thread sets something.
+  struct State {
+    Settings settings;
+    std::shared_ptr<const Twin> twin;  ///< as cosim::load_for_run() reads it with these settings
+  };
+
   explicit PyTwin(std::filesystem::path file);
+
+  /// Returns the settings and the twin that belong together now.
+  State state() const;
 
   /// Puts values at their keys; where they are refused all settings stay as they were.
   void set(const Settings& values);
-  /// Returns the twin with what a renderer needs, made when it is first asked for.
+  /// Returns the twin with what a renderer needs, made when it is first asked for; `busy` must be held.
   std::shared_ptr<const Twin> renderable();
-  /// Returns the renderer on a device, which is opened when it is first asked for.
+  /// Returns the renderer on a device, which is opened when it is first asked for; `busy` must be held.
   render::Renderer& renderer(const std::string& device);
 
-  std::filesystem::path file;
-  Settings settings;
-  std::shared_ptr<const Twin> twin;  ///< as cosim::load_for_run() reads it
-  std::mutex busy;                   ///< one thread renders at a time
+  const std::filesystem::path file;
+  std::mutex busy;  ///< one thread renders, or sets something, at a time
 
  private:
+  mutable std::mutex state_mutex_;  ///< held for moments only, so that nobody waits for it with Python's lock
+  State state_;
   std::shared_ptr<const Twin> renderable_;
   std::unique_ptr<render::Renderer> renderer_;
   std::string device_;
@@ -63,11 +73,14 @@ struct PyMeasurement {
   std::shared_ptr<const Twin> twin;
   measure::Measurement measurement;
   std::vector<std::filesystem::path> capture_files;
+  cosim::Origin origin;  ///< the call and the settings that it was measured with
   StageTimer timer;
 };
 
-/// Returns what a result says of a call from Python: its name, the twin's file and the settings.
-cosim::Origin origin_of(const std::string& call, const std::filesystem::path& file, const Settings& settings);
+/// Returns what a result says of a call from Python: its name, the twin's file, the settings and the options
+/// ("samples=4") that are not the defaults.
+cosim::Origin origin_of(const std::string& call, const std::filesystem::path& file, const Settings& settings,
+                        const std::vector<std::string>& options);
 
 void bind_captures(py::module_& module);
 void bind_twin(py::module_& module);

@@ -51,8 +51,8 @@ class Measurement:
     decodes: Decode of each camera, by name; warnings: sentences; timing_s: wall time by stage, s.
     """
 
-    def __init__(self, core: _Measurement, twin: Twin) -> None:
-        self._core, self._twin = core, twin
+    def __init__(self, core: _Measurement) -> None:
+        self._core = core
         self.result: Dict[str, Any] = json.loads(core._result_json())
         self.fits = self.result["fits"]
         self.points = core.points
@@ -62,7 +62,7 @@ class Measurement:
 
     def write(self, out: PathLike) -> Run:
         """Writes points.ply, phase_CAM.exr and result.json as `fringetwin measure --out` does."""
-        self._core._write(self._twin, out)
+        self._core._write(out)
         return Run(out)
 
 
@@ -77,7 +77,7 @@ def measure(twin: Twin, captures: Union[PathLike, Captures, Mapping[str, Sequenc
         captures = load_captures(twin, captures)
     elif not isinstance(captures, Captures):
         captures = _captures_from(twin, {name: list(captures[name]) for name in captures})
-    measurement = Measurement(_measure(twin, captures, method_bias), twin)
+    measurement = Measurement(_measure(twin, captures, method_bias))
     if out is not None:
         measurement.write(out)
     return measurement

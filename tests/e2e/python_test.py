@@ -135,6 +135,49 @@ class Python(unittest.TestCase):
         self.assertFalse(np.array_equal(blurred["left"][0], self.rendered["left"][0]))
         self.assertEqual(twin.settings, {"projector.blur_px": "1"})
 
+    def test_results_name_the_settings_and_options_they_were_made_with(self):
+        twin = fringetwin.Twin(self.file).set("projector.blur_px", 1)
+        measured = fringetwin.measure(twin, self.rendered)
+        twin.set("projector.blur_px", 2)
+        argv = measured.write(self.dir + "/set-later").result["provenance"]["argv"]
+        self.assertEqual(argv, ["fringetwin.measure", self.file, "projector.blur_px=1"])
+        run = fringetwin.cosim(self.twin, self.dir + "/options", radiance=True, samples=1, sampler="gauss", seed=3)
+        self.assertEqual(run.result["provenance"]["argv"],
+                         ["fringetwin.cosim", self.file, "radiance=True", "samples=1", "sampler=gauss", "seed=3"])
+        with self.assertRaisesRegex(fringetwin.UserError, "--steps some: is not known"):
+            fringetwin.cosim(self.twin, self.dir + "/options", steps="some")
+        with self.assertRaisesRegex(fringetwin.UserError, "samples: must be 1 ... 65536, is 0"):
+            self.twin.render(samples=0)
+
+    def test_a_folder_is_given_back_after_each_call(self):
+        folder = self.dir + "/shared"
+        measured = fringetwin.measure(self.twin, self.rendered)
+        measured.write(folder)
+        subprocess.run([OPTIONS["program"], "measure", self.file, "--captures", self.dir + "/cli", "--out", folder],
+                       check=True, capture_output=True, timeout=60)  # it would wait for as long as this process lives
+        measured.write(folder)
+        there = fringetwin.read_result(self.dir + "/cli-measured")
+        self.assertEqual(of_the_result(fringetwin.read_result(folder))["fits"], there["fits"])
+
+    def test_settings_change_while_others_measure(self):
+        twin, wrong = fringetwin.Twin(self.file), []
+        points = len(fringetwin.measure(twin, self.rendered).points)
+        done = threading.Event()
+        def change():
+            k = 0
+            while not done.is_set():
+                k += 1
+                twin.set("projector.blur_px", k % 7 + 1)
+                if twin.settings != {"projector.blur_px": str(k % 7 + 1)}:
+                    wrong.append(k)
+        thread = threading.Thread(target=change)
+        thread.start()
+        for _ in range(3):
+            self.assertEqual(len(fringetwin.measure(twin, self.rendered).points), points)
+        done.set()
+        thread.join()
+        self.assertEqual(wrong, [])
+
     def test_errors_are_exceptions_with_the_same_sentence(self):
         missing = program("render", self.dir + "/none.toml", "--out", self.dir + "/none", code=2)
         with self.assertRaises(fringetwin.UserError) as refused:
@@ -196,6 +239,39 @@ class Python(unittest.TestCase):
         np.testing.assert_array_equal(points["sigma_mm"], plain["rest"][:, 5])
         with open(self.dir + "/cli-measured/result.json", encoding="utf-8") as result:
             self.assertEqual(fringetwin.read_result(self.dir + "/cli-measured"), json.load(result))
+
+    def test_bad_files_are_refused_in_one_sentence(self):
+        good = {}
+        for name in ("points.ply", "phase_left.exr", "result.json"):
+            with open(f"{self.dir}/cli-measured/{name}", "rb") as file:
+                good[name] = file.read()
+        ply_head = b"ply\nformat binary_little_endian 1.0\nelement vertex %s\nproperty float x\nend_header\n"
+        window = good["phase_left.exr"].index(b"dataWindow\0box2i\0") + len(b"dataWindow\0box2i\0") + 4
+        wide = bytearray(good["phase_left.exr"])
+        wide[window + 8:window + 16] = b"\xff\xff\xff\x7e" * 2
+        bad = {
+            fringetwin.read_points: [b"", b"ply\n", good["points.ply"][:-1], good["points.ply"][:40], ply_head % b"-1",
+                                     ply_head % b"many", ply_head % b"9999999999999",
+                                     (ply_head % b"1").replace(b"float", b"long")],
+            fringetwin.read_exr: [b"", b"\x76\x2f\x31\x01", good["phase_left.exr"][:-100], good["phase_left.exr"][:200],
+                                  bytes(wide), good["phase_left.exr"].replace(b"channels\0", b"cannels\0\0")],
+            fringetwin.read_result: [b"", b"[1]", b"\xff\xfe", good["result.json"][:-4], b"[" * 100000],
+            fringetwin.read_study: [b"no database", b"SQLite format 3\0" + b"\xff" * 200],
+        }
+        path = os.path.join(self.dir, "bad")
+        os.mkdir(self.dir + "/empty")
+        for read, contents in bad.items():
+            for content in contents:
+                with open(path, "wb") as file:
+                    file.write(content)
+                with self.subTest(read=read.__name__, content=content[:60]):
+                    with self.assertRaisesRegex(fringetwin.UserError, "^[^\n]*bad: is not an? [^\n]*; let [^\n]*$") as refused:
+                        read(path)
+                    self.assertEqual(refused.exception.exit_code, 3)
+            with self.assertRaisesRegex(fringetwin.UserError, "none: is not there; give"):
+                read(self.dir + "/none")
+            with self.assertRaises(fringetwin.UserError):
+                read(self.dir + "/empty")  # a folder is no file, and has none
 
     def test_study_tables(self):
         import sqlite3

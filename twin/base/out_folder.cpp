@@ -10,8 +10,8 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <map>
 #include <mutex>
-#include <set>
 #include <thread>
 #include <utility>
 
@@ -23,6 +23,23 @@ namespace fringetwin {
 namespace fs = std::filesystem;
 namespace {
 
+/// The folders that this process holds. Their files stay open meanwhile: that keeps the locks.
+struct HeldFolders {
+  struct Folder {
+    int fd = -1;
+    const FoldersOfCall* call = nullptr;  ///< null: until the process ends, for all of it
+  };
+  std::mutex mutex;
+  std::map<std::pair<dev_t, ino_t>, Folder> all;
+};
+
+HeldFolders& held_folders() {
+  static HeldFolders held;
+  return held;
+}
+
+thread_local const FoldersOfCall* call_of_thread = nullptr;
+
 [[noreturn]] void refuse(const fs::path& dir, const std::string& what) {
   throw UserError(ExitCode::usage, fmt::format("--out {}", dir.string()), what,
                   "choose a folder that can be written");
@@ -31,7 +48,7 @@ namespace {
 /// Waits until this process holds the folder.
 void wait_for_folder(const fs::path& dir) {
   for (bool told = false; !hold_folder(dir); told = true) {
-    if (!told) warn(fmt::format("{}: another process writes into this folder; waiting for it", dir.string()));
+    if (!told) warn(fmt::format("{}: another run writes into this folder; waiting for it", dir.string()));
     throw_if_cancelled();
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
@@ -50,23 +67,44 @@ void check_out_folder(const fs::path& dir) {
 }
 
 bool hold_folder(const fs::path& dir) {
-  static std::mutex mutex;
-  static std::set<std::pair<dev_t, ino_t>> held;  // and open until the process ends: that keeps the locks
   const int fd = ::open(dir.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   struct stat status {};
   if (fd < 0 || ::fstat(fd, &status) != 0) {
     if (fd >= 0) ::close(fd);
     return true;
   }
-  const std::lock_guard lock(mutex);
-  const bool is_ours = held.contains({status.st_dev, status.st_ino});
-  const bool locked = !is_ours && ::flock(fd, LOCK_EX | LOCK_NB) == 0;
-  const bool is_others = !is_ours && !locked && errno == EWOULDBLOCK;
-  if (locked)
-    held.emplace(status.st_dev, status.st_ino);
-  else
+  HeldFolders& held = held_folders();
+  const std::lock_guard lock(held.mutex);
+  const std::pair<dev_t, ino_t> folder{status.st_dev, status.st_ino};
+  if (const auto known = held.all.find(folder); known != held.all.end()) {
     ::close(fd);
+    return known->second.call == nullptr || known->second.call == call_of_thread;
+  }
+  if (::flock(fd, LOCK_EX | LOCK_NB) == 0) {
+    held.all[folder] = {fd, call_of_thread};
+    return true;
+  }
+  const bool is_others = errno == EWOULDBLOCK;
+  ::close(fd);
   return !is_others;
+}
+
+FoldersOfCall::FoldersOfCall() {
+  if (!call_of_thread) call_of_thread = this;
+}
+
+FoldersOfCall::~FoldersOfCall() {
+  if (call_of_thread != this) return;
+  call_of_thread = nullptr;
+  HeldFolders& held = held_folders();
+  const std::lock_guard lock(held.mutex);
+  std::erase_if(held.all, [&](const auto& entry) {
+    const HeldFolders::Folder& folder = entry.second;
+    if (folder.call != this) return false;
+    ::flock(folder.fd, LOCK_UN);  // for a child of this process, too, which has the file open
+    ::close(folder.fd);
+    return true;
+  });
 }
 
 void begin_output(const fs::path& dir, const std::vector<std::string>& last_files, Writers writers) {

@@ -78,5 +78,37 @@ TEST(OutFolder, IsOfOneProcessAtATime) {
   EXPECT_TRUE(hold_folder(scratch / "nowhere")) << "what cannot be locked belongs to everybody";
 }
 
+/// Returns whether another process could take the folder now.
+bool is_free(const std::filesystem::path& folder) {
+  const int other = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const bool taken = ::flock(other, LOCK_EX | LOCK_NB) == 0;
+  ::close(other);
+  return taken;
+}
+
+TEST(OutFolder, IsGivenBackAtTheEndOfACall) {
+  const fringetwin::testing::ScratchFolder of_process, of_call;
+  begin_output(of_process.path(), {});
+  {
+    const FoldersOfCall call;
+    {
+      const FoldersOfCall inner;
+      begin_output(of_call.path(), {});
+    }
+    begin_output(of_call.path(), {});
+    begin_output(of_process.path(), {});
+    EXPECT_FALSE(is_free(of_call.path()));
+    std::thread([&] {
+      EXPECT_FALSE(hold_folder(of_call.path())) << "another call of the same process waits, too";
+      const FoldersOfCall other;
+      EXPECT_FALSE(hold_folder(of_call.path()));
+      EXPECT_TRUE(hold_folder(of_process.path()));
+    }).join();
+    EXPECT_FALSE(is_free(of_call.path())) << "the other call gave back what was not its own";
+  }
+  EXPECT_TRUE(is_free(of_call.path()));
+  EXPECT_FALSE(is_free(of_process.path())) << "what a process takes outside a call it keeps";
+}
+
 }  // namespace
 }  // namespace fringetwin::paths_test
