@@ -36,10 +36,14 @@ std::string measured_shape_note(const Twin& twin, const std::vector<int>& compar
         "and is compared with the other steps ({}). This can show photometric errors (gain, response, noise, "
         "reflectivity), phase noise, harmonics and errors of the rendering chain. It cannot show errors of "
         "the calibration or of the shape that are common to all steps: those moved the object along with the "
-        "images. A harmonic of the projected fringe one order beside the number of steps used leaves a "
-        "ripple of opposite sign in even and odd steps, so it shows here with twice its size (table \"phase "
-        "difference, split\").",
-        object.name, measured->steps, measured->smoothing_px, fmt::join(compared_steps, ", "));
+        "images. {}",
+        object.name, measured->steps, measured->smoothing_px, fmt::join(compared_steps, ", "),
+        measured->correct_fringes
+            ? "Light that differs from image to image and the harmonics of the fringes, as all steps tell "
+              "them together, were taken out of the images before the object was built."
+            : "A harmonic of the projected fringe one order beside the number of steps used leaves a ripple "
+              "of opposite sign in even and odd steps, so it shows here with twice its size (table "
+              "\"phase difference, split\").");
   }
   return "";
 }
