@@ -73,7 +73,7 @@ void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real, co
         measured->correct_fringes && steps.empty()
             ? measure::measure(twin, with_plain_fringes(twin, object, real, used), used)
             : measure::measure(twin, real, used);
-    MeshShape mesh{.smooth = true, .mesh = measure::build_surface(twin, 0, m.cloud, measured->smoothing_px)};
+    MeshShape mesh{.smooth = true, .mesh = measure::build_surface(twin, 0, m.cloud, *measured).mesh};
     object.shape = mesh;
   }
 }

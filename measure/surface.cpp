@@ -3,85 +3,24 @@
 // vertices stay on the rays of their pixels.
 #include "measure/surface.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <optional>
+#include <utility>
 #include <vector>
 
-#include "measure/fit/robust.hpp"
+#include "measure/depth_fit.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
 namespace {
 
-constexpr double kSteepest = 6.0;        ///< depth over lateral step of neighbours on one surface
-constexpr double kFilledFraction = 0.7;  ///< of the window that must be known to fill a missing pixel
-constexpr int kQuadraticPoints = 10;     ///< fewest points for a quadratic, else a plane
-constexpr int kPlanePoints = 5;
-
-struct Offset {
-  int dx, dy;
-  double length;  ///< px
-};
-
-/// Returns the offsets of the pixels within this radius.
-std::vector<Offset> disc(double radius_px) {
-  std::vector<Offset> offsets;
-  const int r = static_cast<int>(std::floor(radius_px));
-  for (int dy = -r; dy <= r; ++dy)
-    for (int dx = -r; dx <= r; ++dx)
-      if (dx * dx + dy * dy <= radius_px * radius_px) offsets.push_back({dx, dy, std::hypot(dx, dy)});
-  return offsets;
-}
-
-struct DepthMap {
-  ImageD z_mm;  ///< depth along the optical axis, NaN = unknown
-  ImageF sigma_mm;
-  double step = 0.0;  ///< lateral step to the next pixel per mm of depth
-  /// Returns whether the two depths, `pixels` apart, may lie on one surface.
-  bool joined(double z0, double z1, double pixels, double sigma) const {
-    return std::abs(z0 - z1) <= kSteepest * pixels * step * z0 + 6.0 * sigma;
-  }
-};
-
-/// Returns the value at the centre of a weighted polynomial fit to (dx, dy, value); NaN when underdetermined.
-template <int Terms>
-double fit_at_centre(const std::vector<Offset>& at, const std::vector<double>& value, RobustLoss loss,
-                     double smallest_scale) {
-  using Vector = Eigen::Matrix<double, Terms, 1>;
-  using Matrix = Eigen::Matrix<double, Terms, Terms>;
-  const auto row = [](const Offset& o) {
-    Vector v;
-    const double x = o.dx, y = o.dy;
-    if constexpr (Terms == 6)
-      v << 1.0, x, y, x * x, x * y, y * y;
-    else
-      v << 1.0, x, y;
-    return v;
-  };
-  std::vector<double> weight(at.size(), 1.0), residual(at.size());
-  Vector solution = Vector::Zero();
-  const int passes = loss == RobustLoss::none ? 1 : 3;
-  for (int pass = 0; pass < passes; ++pass) {
-    Matrix a = Matrix::Zero();
-    Vector b = Vector::Zero();
-    for (std::size_t k = 0; k < at.size(); ++k) {
-      const Vector v = row(at[k]);
-      a.noalias() += weight[k] * v * v.transpose();
-      b += weight[k] * value[k] * v;
-    }
-    const Eigen::LDLT<Matrix> ldlt(a);
-    if (ldlt.info() != Eigen::Success || !(ldlt.rcond() > 1e-8)) return std::nan("");
-    solution = ldlt.solve(b);
-    for (std::size_t k = 0; k < at.size(); ++k) residual[k] = value[k] - row(at[k]).dot(solution);
-    std::vector<double> size = residual;
-    const double scale = std::max(mad_sigma(size), smallest_scale);
-    for (std::size_t k = 0; k < at.size(); ++k) weight[k] = robust_weight(loss, residual[k] / scale);
-  }
-  return solution[0];
-}
+constexpr double kMostSmoothing = 50.0;  ///< px
 
 /// Sorts the points into the camera's pixels as depths.
 DepthMap make_depth_map(const Camera& camera, const PointCloud& cloud) {
@@ -91,72 +30,15 @@ DepthMap make_depth_map(const Camera& camera, const PointCloud& cloud) {
   for (std::size_t i = 0; i < grid.size(); ++i) {
     const int k = grid.data[i];
     if (k < 0) continue;
-    map.z_mm.data[i] = (camera.T_cam_world * cloud.p_world_mm[k]).z();
-    if (!cloud.sigma_mm.empty()) map.sigma_mm.data[i] = cloud.sigma_mm[k];
+    const Eigen::Vector3d p_cam_mm = camera.T_cam_world * cloud.p_world_mm[k];
+    map.z_mm.data[i] = p_cam_mm.z();
+    if (!cloud.sigma_mm.empty())  // along the ray, of which the depth is a part
+      map.sigma_mm.data[i] = cloud.sigma_mm[k] * static_cast<float>(p_cam_mm.z() / p_cam_mm.norm());
   }
   const double cx = 0.5 * (width - 1), cy = 0.5 * (height - 1);
   const auto a = camera.lens.unproject({cx, cy}), b = camera.lens.unproject({cx + 1, cy});
   map.step = a && b ? (*a - *b).norm() : 1e-3;
   return map;
-}
-
-/// Returns the smoothed depth at a pixel, from a fit to the inverse depths of its surroundings on the same
-/// surface. A pixel without a depth gets one when enough of its surroundings have one, else NaN. `at` and
-/// `inverse_depth` are working memory.
-double smoothed_depth(const DepthMap& map, const std::vector<Offset>& offsets, int x, int y,
-                      std::vector<Offset>& at, std::vector<double>& inverse_depth) {
-  double centre = map.z_mm(x, y), sigma = static_cast<double>(map.sigma_mm(x, y));
-  const bool missing = !std::isfinite(centre);
-  const auto inside = [&](int i, int j) {
-    return i >= 0 && j >= 0 && i < map.z_mm.width && j < map.z_mm.height;
-  };
-  if (missing) {
-    std::vector<double> around;
-    for (const Offset& o : offsets)
-      if (inside(x + o.dx, y + o.dy) && std::isfinite(map.z_mm(x + o.dx, y + o.dy)))
-        around.push_back(map.z_mm(x + o.dx, y + o.dy));
-    if (static_cast<double>(around.size()) < kFilledFraction * static_cast<double>(offsets.size()))
-      return std::nan("");
-    centre = upper_median(around);
-  }
-  at.clear();
-  inverse_depth.clear();
-  for (const Offset& o : offsets) {
-    const int i = x + o.dx, j = y + o.dy;
-    if (!inside(i, j)) continue;
-    const double z = map.z_mm(i, j);
-    if (missing) sigma = static_cast<double>(map.sigma_mm(std::clamp(i, 0, map.z_mm.width - 1), j));
-    if (!std::isfinite(z) || !map.joined(centre, z, std::max(o.length, 1.0), sigma)) continue;
-    at.push_back(o);
-    inverse_depth.push_back(1.0 / z);
-  }
-  if (missing && static_cast<double>(at.size()) < kFilledFraction * static_cast<double>(offsets.size()))
-    return std::nan("");
-  const double rounding = 1e-12 / centre;
-  double fitted = std::nan("");
-  if (at.size() >= kQuadraticPoints)
-    fitted = fit_at_centre<6>(at, inverse_depth, RobustLoss::tukey, rounding);
-  if (!std::isfinite(fitted) && at.size() >= kPlanePoints)
-    fitted = fit_at_centre<3>(at, inverse_depth, RobustLoss::none, rounding);
-  // With too few neighbours to smooth, the depth stays as measured.
-  if (!std::isfinite(fitted) || !(fitted > 0.0)) return missing ? std::nan("") : centre;
-  return 1.0 / fitted;
-}
-
-DepthMap smooth(const DepthMap& map, double smoothing_px) {
-  DepthMap out = map;
-  const std::vector<Offset> offsets = disc(smoothing_px);
-  if (offsets.size() < 2) return out;
-#pragma omp parallel
-  {
-    std::vector<Offset> at;
-    std::vector<double> inverse_depth;
-#pragma omp for schedule(dynamic, 8)
-    for (int y = 0; y < map.z_mm.height; ++y)
-      for (int x = 0; x < map.z_mm.width; ++x)
-        out.z_mm(x, y) = smoothed_depth(map, offsets, x, y, at, inverse_depth);
-  }
-  return out;
 }
 
 /// Adds the triangles of one pixel cell, counter-clockwise for the viewer: the normals face the camera.
@@ -191,44 +73,144 @@ void add_cell(const DepthMap& map, const Image<int>& vertex, int x, int y,
     add(0, 1, 2) || add(0, 2, 3);
 }
 
+/// A place of the surface in the camera's frame: on the ray of a pixel (z = 1), with the ray's derivatives
+/// along the image's axes.
+struct RayOfPixel {
+  Eigen::Vector3d ray, along_x, along_y;
+};
+
+std::optional<RayOfPixel> ray_of_pixel(const Lens& lens, const Eigen::Vector2d& q_px) {
+  const auto ray = lens.unproject(q_px), right = lens.unproject({q_px.x() + 1.0, q_px.y()}),
+             below = lens.unproject({q_px.x(), q_px.y() + 1.0});
+  if (!ray || !right || !below || !(ray->z() > 0.0) || !(right->z() > 0.0) || !(below->z() > 0.0))
+    return std::nullopt;
+  const Eigen::Vector3d r = *ray / ray->z();
+  return RayOfPixel{r, *right / right->z() - r, *below / below->z() - r};
+}
+
+/// The normal of r(x, y)/(1/z): (dr/dx u - r du/dx) x (dr/dy u - r du/dy) over u^3, u = 1/z.
+struct NormalOfFit {
+  Eigen::Vector3d normal, per_slope_x, per_slope_y;  ///< of any length; towards the camera
+
+  NormalOfFit(const RayOfPixel& at, const DepthFit& fit)
+      : per_slope_x(at.ray.cross(at.along_y)), per_slope_y(at.along_x.cross(at.ray)) {
+    normal = fit.slope_x * per_slope_x + fit.slope_y * per_slope_y -
+             fit.inverse_depth * at.along_x.cross(at.along_y);
+  }
+
+  /// Returns the relative variance of the cosine between the normal and a direction, per variance of a single
+  /// pixel's inverse depth.
+  double shading_variance(const DepthFit& fit, const Eigen::Vector3d& to_light) const {
+    const auto relative = [&](const Eigen::Vector3d& d) {
+      return d.dot(to_light) / normal.dot(to_light) - d.dot(normal) / normal.squaredNorm();
+    };
+    const double x = relative(per_slope_x), y = relative(per_slope_y);
+    return x * x * static_cast<double>(fit.slope_xx) + 2.0 * x * y * static_cast<double>(fit.slope_xy) +
+           y * y * static_cast<double>(fit.slope_yy);
+  }
+};
+
+/// Collects the vertices of a surface, a pixel each, and what noise they have.
+class Vertices {
+ public:
+  Vertices(const Twin& twin, const Camera& camera, const DepthMap& map)
+      : lens_(camera.lens), T_world_cam_(camera.T_cam_world.inverse()), map_(map), mesh_(new Mesh) {
+    if (twin.projector)
+      light_mm_ = camera.T_cam_world * twin.projector->T_proj_world.inverse() * Eigen::Vector3d::Zero();
+  }
+
+  /// Adds a vertex. Returns its index, -1 where the lens sees no such pixel.
+  int add(int x, int y, const DepthFit& fit) {
+    const auto at = ray_of_pixel(lens_, {static_cast<double>(x), static_cast<double>(y)});
+    if (!at) return -1;
+    const Eigen::Vector3d p_cam_mm = at->ray / fit.inverse_depth;
+    Eigen::Vector3d normal_world = Eigen::Vector3d::Constant(std::nan(""));
+    if (std::isfinite(fit.slope_x)) {
+      const NormalOfFit normal(*at, fit);
+      normal_world = T_world_cam_.rotation * normal.normal.normalized();
+      note_noise(x, y, fit, normal, p_cam_mm);
+    }
+    mesh_->vertices_mm.push_back((T_world_cam_ * p_cam_mm).cast<float>());
+    normals_.push_back(normal_world.cast<float>());
+    return static_cast<int>(mesh_->vertices_mm.size()) - 1;
+  }
+
+  /// Returns the surface that these triangles make. Vertices whose slopes nothing tells have the normals of
+  /// their triangles.
+  MeasuredSurface surface(std::vector<std::array<int, 3>> triangles) && {
+    mesh_->triangles = std::move(triangles);
+    mesh_->vertex_normals = compute_vertex_normals(*mesh_);
+    for (std::size_t i = 0; i < normals_.size(); ++i)
+      if (std::isfinite(normals_[i].x())) mesh_->vertex_normals[i] = normals_[i];
+    SurfaceNoise noise;
+    if (n_ > 0) {
+      const auto n = static_cast<double>(n_);
+      noise = {.leverage = leverage_ / n, .shading = std::sqrt(shading_ / n), .radius_px = radius_ / n};
+    }
+    return {std::move(mesh_), noise};
+  }
+
+ private:
+  void note_noise(int x, int y, const DepthFit& fit, const NormalOfFit& normal,
+                  const Eigen::Vector3d& p_cam_mm) {
+    if (!light_mm_ || !std::isfinite(map_.z_mm(x, y))) return;
+    const Eigen::Vector3d to_light = *light_mm_ - p_cam_mm;
+    if (!(normal.normal.dot(to_light) > kLeastCosine * normal.normal.norm() * to_light.norm())) return;
+    const double of_one =
+        std::pow(static_cast<double>(map_.sigma_mm(x, y)) * fit.inverse_depth * fit.inverse_depth, 2);
+    leverage_ += static_cast<double>(fit.leverage);
+    shading_ += of_one * normal.shading_variance(fit, to_light);
+    radius_ += static_cast<double>(fit.radius_px);
+    ++n_;
+  }
+
+  static constexpr double kLeastCosine = 0.1;  ///< of the normal and the light: flatter ones have hardly any
+  const Lens& lens_;
+  Pose T_world_cam_;
+  const DepthMap& map_;
+  std::shared_ptr<Mesh> mesh_;
+  std::vector<Eigen::Vector3f> normals_;
+  std::optional<Eigen::Vector3d> light_mm_;  ///< in the camera's frame
+  double leverage_ = 0.0, shading_ = 0.0, radius_ = 0.0;
+  std::size_t n_ = 0;
+};
+
 }  // namespace
 
-std::shared_ptr<const Mesh> build_surface(const Twin& twin, std::size_t camera, const PointCloud& cloud,
-                                          double smoothing_px) {
+MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointCloud& cloud,
+                              const MeasuredShape& shape) {
   FT_CHECK(camera < twin.cameras.size(), "camera index");
-  if (!(smoothing_px >= 0.0) || smoothing_px > 50.0)
+  if (!(shape.smoothing_px >= 0.0) || shape.smoothing_px > kMostSmoothing ||
+      shape.most_smoothing_px > kMostSmoothing)
     throw UserError(ExitCode::usage, twin.file.string(), "smoothing_px must lie between 0 and 50");
   const Camera& cam = twin.cameras[camera];
-  const DepthMap map = smooth(make_depth_map(cam, cloud), smoothing_px);
-  const int width = map.z_mm.width, height = map.z_mm.height;
-  auto mesh = std::make_shared<Mesh>();
+  DepthMap map = make_depth_map(cam, cloud);
+  const Image<DepthFit> fits = fit_depths(map, shape.smoothing_px, shape.most_smoothing_px);
+  Vertices vertices(twin, cam, map);
+  const int width = fits.width, height = fits.height;
   Image<int> vertex(width, height, -1);
-  const Pose T_world_cam = cam.T_cam_world.inverse();
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      if (!std::isfinite(map.z_mm(x, y))) continue;
-      const auto ray = cam.lens.unproject({static_cast<double>(x), static_cast<double>(y)});
-      if (!ray || !(ray->z() > 0.0)) continue;
-      vertex(x, y) = static_cast<int>(mesh->vertices_mm.size());
-      mesh->vertices_mm.push_back((T_world_cam * (*ray * (map.z_mm(x, y) / ray->z()))).cast<float>());
-    }
+    for (int x = 0; x < width; ++x)
+      if (fits(x, y).known()) vertex(x, y) = vertices.add(x, y, fits(x, y));
+  for (std::size_t i = 0; i < fits.size(); ++i)
+    map.z_mm.data[i] = fits.data[i].known() ? 1.0 / fits.data[i].inverse_depth : DepthFit::kUnknown;
+  std::vector<std::array<int, 3>> triangles;
   for (int y = 0; y + 1 < height; ++y)
-    for (int x = 0; x + 1 < width; ++x) add_cell(map, vertex, x, y, mesh->triangles);
-  if (mesh->triangles.empty())
+    for (int x = 0; x + 1 < width; ++x) add_cell(map, vertex, x, y, triangles);
+  if (triangles.empty())
     throw UserError(ExitCode::input, twin.file.string(),
                     "the measured depth map has no two neighbouring points",
                     "check that the captures belong to this twin");
-  mesh->vertex_normals = compute_vertex_normals(*mesh);
-  return mesh;
+  return std::move(vertices).surface(std::move(triangles));
 }
 
 double smoothing_leverage(double smoothing_px) {
-  const std::vector<Offset> offsets = disc(smoothing_px);
+  const std::vector<WindowOffset> offsets = window_of(smoothing_px);
   if (offsets.size() < static_cast<std::size_t>(kPlanePoints)) return 1.0;
   const bool quadratic = offsets.size() >= static_cast<std::size_t>(kQuadraticPoints);
   if (!quadratic) return 1.0 / static_cast<double>(offsets.size());  // a plane's centre is the mean
   double n = 0.0, xx = 0.0, xxxx = 0.0, xxyy = 0.0;
-  for (const Offset& o : offsets) {
+  for (const WindowOffset& o : offsets) {
     const double x2 = o.dx * o.dx, y2 = o.dy * o.dy;
     n += 1.0, xx += x2, xxxx += x2 * x2, xxyy += x2 * y2;
   }

@@ -11,11 +11,23 @@
 
 namespace fringetwin::measure {
 
-/// Returns the measured depth map of a camera as a mesh in the world frame, mm: smoothed locally over
-/// smoothing_px, with triangles between neighbouring pixels without a depth jump. Throws UserError(input)
-/// when the cloud does not make a surface.
-std::shared_ptr<const Mesh> build_surface(const Twin& twin, std::size_t camera, const PointCloud& cloud,
-                                          double smoothing_px);
+/// What the noise of the measured points leaves in a surface, over the vertices that the projector lights.
+struct SurfaceNoise {
+  double leverage = 1.0;   ///< mean variance of a vertex' inverse depth over that of a single pixel's
+  double shading = 0.0;    ///< rms relative error of the light that a normal catches from the projector
+  double radius_px = 0.0;  ///< mean radius of the windows: neighbours within share their errors
+};
+
+struct MeasuredSurface {
+  std::shared_ptr<const Mesh> mesh;
+  SurfaceNoise noise;
+};
+
+/// Returns the measured depth map of a camera as a mesh in the world frame, mm: smoothed locally as `shape`
+/// says, with triangles between neighbouring pixels without a depth jump, and the normals of the local fits.
+/// Throws UserError(input) when the cloud does not make a surface.
+MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointCloud& cloud,
+                              const MeasuredShape& shape);
 
 /// Returns the variance of a smoothed inverse depth over that of a single one, where the whole window is
 /// measured: 1 without smoothing.

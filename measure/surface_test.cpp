@@ -26,7 +26,7 @@ TEST(Surface, PlaneStaysPlaneAndFacesTheCamera) {
   const Twin twin = scaled_paper_rig(0.25);
   const Eigen::Vector3d n = Eigen::Vector3d(0.5, -0.2, -1).normalized(), at(0, 0, 260);
   const PointCloud cloud = triangulate_projector(twin, 0, ideal_decode(twin, 0, plane_surface(at, n)));
-  const auto mesh = build_surface(twin, 0, cloud, 3.0);
+  const auto mesh = build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 3.0});
   EXPECT_GE(mesh->vertices_mm.size(), cloud.size());
   EXPECT_GT(mesh->triangles.size(), 19 * cloud.size() / 10);
   for (const auto& v : mesh->vertices_mm) ASSERT_LT(std::abs(n.dot(v.cast<double>() - at)), 3e-5);
@@ -60,9 +60,9 @@ TEST(Surface, SmoothingTakesTheNoiseNotTheShape) {
     }
     return std::sqrt(sum / static_cast<double>(n));
   };
-  const double raw = rms(*build_surface(twin, 0, cloud, 0.0)),
-               smoothed = rms(*build_surface(twin, 0, cloud, 3.0)),
-               bias = rms(*build_surface(twin, 0, clean, 3.0));
+  const double raw = rms(*build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 0.0})),
+               smoothed = rms(*build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 3.0})),
+               bias = rms(*build_surface(twin, 0, clean, MeasuredShape{.smoothing_px = 3.0}));
   std::printf("surface: raw %.4f, smoothed %.4f, bias %.1e mm\n", raw, smoothed, bias);
   EXPECT_LT(smoothed, 0.55 * raw);
   EXPECT_LT(bias, 1e-4);
@@ -82,7 +82,7 @@ TEST(Surface, DepthStepsStayOpenAndPinholesAreFilled) {
   cloud.p_world_mm.erase(cloud.p_world_mm.begin() + static_cast<std::ptrdiff_t>(hole));
   cloud.q_cam_px.erase(cloud.q_cam_px.begin() + static_cast<std::ptrdiff_t>(hole));
   cloud.sigma_mm.erase(cloud.sigma_mm.begin() + static_cast<std::ptrdiff_t>(hole));
-  const auto mesh = build_surface(twin, 0, cloud, 3.0);
+  const auto mesh = build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 3.0});
   for (const auto& t : mesh->triangles)
     for (int k = 0; k < 3; ++k)
       ASSERT_LT(std::abs(mesh->vertices_mm[t[k]].z() - mesh->vertices_mm[t[(k + 1) % 3]].z()), 6.0f);
@@ -109,12 +109,12 @@ TEST(Surface, SmoothingLeavesThisMuchOfTheVariance) {
 
 TEST(Surface, NothingToBuildFrom) {
   const Twin twin = scaled_paper_rig(0.1);
-  EXPECT_THROW(build_surface(twin, 0, {}, 3.0), UserError);
+  EXPECT_THROW(build_surface(twin, 0, {}, MeasuredShape{.smoothing_px = 3.0}), UserError);
   PointCloud one;
   one.p_world_mm = {{0, 0, 250}};
   one.q_cam_px = {{70, 50}};
-  EXPECT_THROW(build_surface(twin, 0, one, 3.0), UserError);
-  EXPECT_THROW(build_surface(twin, 0, one, -1.0), UserError);
+  EXPECT_THROW(build_surface(twin, 0, one, MeasuredShape{.smoothing_px = 3.0}), UserError);
+  EXPECT_THROW(build_surface(twin, 0, one, MeasuredShape{.smoothing_px = -1.0}), UserError);
 }
 
 }  // namespace

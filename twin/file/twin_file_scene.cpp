@@ -85,13 +85,15 @@ void read_keys(const TomlTable& table, const TwinFileContext& context, MeshShape
 }
 
 std::vector<std::string> keys_of(const MeasuredShape&) {
-  return {"steps", "smoothing_px", "correct_fringes"};
+  return {"steps", "smoothing_px", "most_smoothing_px", "correct_fringes"};
 }
 
 void read_keys(const TomlTable& table, const TwinFileContext&, MeasuredShape& measured) {
   measured.steps = table.choice("steps", {"even", "odd", "all"}).value_or(measured.steps);
   measured.smoothing_px =
       table.number_or("smoothing_px", measured.smoothing_px, NumberRange::between(0.0, 100.0));
+  measured.most_smoothing_px =
+      table.number_or("most_smoothing_px", measured.most_smoothing_px, NumberRange::between(0.0, 50.0));
   measured.correct_fringes = table.boolean("correct_fringes").value_or(measured.correct_fringes);
 }
 

@@ -16,6 +16,9 @@ struct MeasuredShape {
   static constexpr bool kHasFiles = false, kLightsItself = false;
   std::string steps = "even";  ///< "even" | "odd" | "all": phase steps the surface is built from
   double smoothing_px = 3.0;   ///< radius of the local fit that removes pixel noise
+  /// Radius up to which the window of a pixel may grow, as far as its surface is a quadratic within the
+  /// noise; not above smoothing_px: it does not grow.
+  double most_smoothing_px = 0.0;
   /// Light that differs from image to image, and the harmonics of the fringes, are taken out of the images
   /// first, as all phase steps together tell them: they would stand in the surface as ripples.
   bool correct_fringes = false;

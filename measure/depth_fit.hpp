@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fits a surface to every pixel of a measured depth map from its surroundings: its depth and slopes without
+// most of the noise, and what noise is left in them, come out (docs/metrics/measure.md, "Measured shapes").
+#pragma once
+#include <limits>
+#include <vector>
+
+#include "twin/image/image.hpp"
+
+namespace fringetwin::measure {
+
+/// Fewest points of a window for a quadratic, and for a plane where there are less.
+inline constexpr int kQuadraticPoints = 10, kPlanePoints = 5;
+
+/// The depths that one camera's pixels measured.
+struct DepthMap {
+  ImageD z_mm;        ///< along the optical axis, NaN = unknown
+  ImageF sigma_mm;    ///< its noise; 0 = unknown
+  double step = 0.0;  ///< lateral step to the next pixel per mm of depth
+  /// Returns whether the two depths, `pixels` apart, may lie on one surface.
+  bool joined(double z0, double z1, double pixels, double sigma) const;
+};
+
+/// What the surroundings of a pixel say of its surface: 1/z = inverse_depth + slope_x dx + slope_y dy + ...
+/// over the pixel grid, in which a plane is linear whatever its tilt.
+struct DepthFit {
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  double inverse_depth = kUnknown;                ///< 1/mm; NaN: no surface here
+  double slope_x = kUnknown, slope_y = kUnknown;  ///< 1/mm per px; NaN: too few pixels around to tell
+  float leverage = 1.0F;                          ///< variance of inverse_depth over that of a single pixel's
+  /// Covariance of the slopes (xx, xy, yy) over the variance of a single pixel's inverse depth, 1/px^2.
+  float slope_xx = 0.0F, slope_xy = 0.0F, slope_yy = 0.0F;
+  float radius_px = 0.0F;  ///< of the window; 0: the pixel alone
+  bool known() const { return inverse_depth == inverse_depth; }
+};
+
+/// An offset within a window.
+struct WindowOffset {
+  int dx, dy;
+  double length;  ///< px
+};
+/// Returns the offsets of the pixels within this radius.
+std::vector<WindowOffset> window_of(double radius_px);
+
+/// Fits a quadratic, robustly, to the pixels within smoothing_px that lie on the surface of the middle one; a
+/// plane where there are few; a pixel without a depth is filled where most of its window has one. With
+/// most_smoothing_px > smoothing_px the window of each pixel then grows up to that radius, as far as the
+/// quadratics of all windows agree within their noise (intersection of confidence intervals: Katkovnik,
+/// Egiazarian and Astola, "Adaptive window size image de-noising based on intersection of confidence
+/// intervals (ICI) rule", J. Math. Imaging and Vision 16, 2002).
+Image<DepthFit> fit_depths(const DepthMap& map, double smoothing_px, double most_smoothing_px);
+
+/// Lets windows grow as fit_depths() says, from what is fitted with smoothing_px.
+void grow_windows(const DepthMap& map, double smoothing_px, double most_smoothing_px, Image<DepthFit>& fits);
+
+}  // namespace fringetwin::measure

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sums of a disc are sums of its rows, and these are differences of running sums: a window costs as many
+// steps as it has rows. Running sums cancel; in whole numbers they are exact.
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "measure/depth_fit.hpp"
+
+namespace fringetwin::measure {
+namespace {
+
+constexpr int kTile = 128;              ///< px: side of what one thread works on
+constexpr double kGrowth = 1.41;        ///< of the radius from one window to the next
+constexpr double kAgree = 2.0;          ///< standard errors: intervals of so much must meet
+constexpr double kKnownFraction = 0.7;  ///< of a window that must be measured
+/// Inverse depths as whole numbers below 2^30: times the square of a place in a tile (2^18) and added up
+/// over its row (2^9), 2^57.
+constexpr double kWhole = 1073741824.0;
+
+/// Running sums over the known pixels of a row up to a place x, counted from the left of the tile.
+struct RunningSums {
+  std::array<std::int64_t, 5> x = {};  ///< of x^0 ... x^4
+  std::array<std::int64_t, 3> z = {};  ///< of x^0 ... x^2 times the inverse depth
+  double variance = 0.0;               ///< of the inverse depth
+};
+
+/// Sums over a window, powers of x and y counted from its middle.
+struct WindowSums {
+  std::array<std::array<std::int64_t, 5>, 5> xy = {};  ///< of x^i y^j, i + j <= 4
+  std::array<std::array<std::int64_t, 3>, 3> z = {};   ///< the same times the inverse depth, i + j <= 2
+  double variance = 0.0;
+};
+
+/// The inverse depths of a map with their variances.
+struct InverseDepths {
+  ImageD value;
+  ImageF variance;
+  double largest = 0.0;
+
+  explicit InverseDepths(const DepthMap& map)
+      : value(map.z_mm.width, map.z_mm.height, DepthFit::kUnknown),
+        variance(map.z_mm.width, map.z_mm.height, 0.0F) {
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      const double z = map.z_mm.data[i];
+      if (!std::isfinite(z) || !(z > 0.0)) continue;
+      value.data[i] = 1.0 / z;
+      largest = std::max(largest, 1.0 / z);
+      variance.data[i] = static_cast<float>(std::pow(static_cast<double>(map.sigma_mm.data[i]) / (z * z), 2));
+    }
+  }
+};
+
+/// Half the width of each row of a disc, from the middle row down.
+std::vector<int> half_widths(int radius) {
+  std::vector<int> half;
+  for (int dy = 0; dy <= radius; ++dy)
+    half.push_back(static_cast<int>(std::floor(std::sqrt(static_cast<double>(radius * radius - dy * dy)))));
+  return half;
+}
+
+/// Running sums of a tile and of what its windows reach beside it.
+class Tile {
+ public:
+  Tile(const InverseDepths& depths, int x0, int y0, int reach)
+      : x0_(x0 - reach),
+        y0_(y0 - reach),
+        side_(kTile + 2 * reach),
+        scale_(kWhole / (depths.largest * 1.001)) {
+    sums_.resize(static_cast<std::size_t>(side_) * (static_cast<std::size_t>(side_) + 1));
+    const ImageD& value = depths.value;
+    for (int j = 0; j < side_; ++j) {
+      RunningSums sum;
+      RunningSums* row = &sums_[static_cast<std::size_t>(j) * (static_cast<std::size_t>(side_) + 1)];
+      const int y = y0_ + j;
+      for (int i = 0; i < side_; ++i) {
+        row[i] = sum;
+        const int x = x0_ + i;
+        if (x < 0 || y < 0 || x >= value.width || y >= value.height || !std::isfinite(value(x, y))) continue;
+        const auto z = static_cast<std::int64_t>(std::llround(value(x, y) * scale_));
+        std::int64_t power = 1;
+        for (std::size_t k = 0; k < 5; ++k, power *= i) {
+          sum.x[k] += power;
+          if (k < 3) sum.z[k] += power * z;
+        }
+        sum.variance += static_cast<double>(depths.variance(x, y));
+      }
+      row[side_] = sum;
+    }
+  }
+
+  double scale() const { return scale_; }
+
+  /// Returns the sums of the disc around a pixel of the image.
+  WindowSums window(int x, int y, const std::vector<int>& half) const {
+    WindowSums out;
+    const int radius = static_cast<int>(half.size()) - 1;
+    const std::int64_t c = x - x0_;
+    for (int dy = -radius; dy <= radius; ++dy) {
+      const int w = half[static_cast<std::size_t>(std::abs(dy))];
+      const RunningSums* row =
+          &sums_[static_cast<std::size_t>(y - y0_ + dy) * (static_cast<std::size_t>(side_) + 1)];
+      add_row(row[c - w], row[c + w + 1], c, dy, out);
+    }
+    return out;
+  }
+
+ private:
+  /// Adds what lies between two running sums of a row, powers of x counted from c.
+  static void add_row(const RunningSums& from, const RunningSums& to, std::int64_t c, std::int64_t dy,
+                      WindowSums& out) {
+    std::array<std::int64_t, 5> d;
+    for (std::size_t k = 0; k < 5; ++k) d[k] = to.x[k] - from.x[k];
+    if (d[0] == 0) return;
+    const std::int64_t c2 = c * c;
+    const std::array<std::int64_t, 5> m = {
+        d[0], d[1] - c * d[0], d[2] - 2 * c * d[1] + c2 * d[0],
+        d[3] - 3 * c * d[2] + 3 * c2 * d[1] - c2 * c * d[0],
+        d[4] - 4 * c * d[3] + 6 * c2 * d[2] - 4 * c2 * c * d[1] + c2 * c2 * d[0]};
+    const std::array<std::int64_t, 3> e = {to.z[0] - from.z[0], to.z[1] - from.z[1], to.z[2] - from.z[2]};
+    const std::array<std::int64_t, 3> n = {e[0], e[1] - c * e[0], e[2] - 2 * c * e[1] + c2 * e[0]};
+    std::int64_t power = 1;
+    for (std::size_t j = 0; j < 5; ++j, power *= dy) {
+      for (std::size_t i = 0; i + j < 5; ++i) out.xy[i][j] += m[i] * power;
+      if (j < 3)
+        for (std::size_t i = 0; i + j < 3; ++i) out.z[i][j] += n[i] * power;
+    }
+    out.variance += to.variance - from.variance;
+  }
+
+  int x0_, y0_, side_;
+  double scale_;
+  std::vector<RunningSums> sums_;  ///< rows of side_ + 1
+};
+
+/// Returns the quadratic of a window of this radius, by least squares.
+DepthFit quadratic(const WindowSums& sums, int radius, double scale) {
+  constexpr std::array<std::array<std::size_t, 2>, 6> kPowers = {
+      {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
+  using Matrix = Eigen::Matrix<double, 6, 6>;
+  const double r = radius;
+  const std::array<double, 5> per = {1.0, 1.0 / r, 1.0 / (r * r), 1.0 / (r * r * r), 1.0 / (r * r * r * r)};
+  Matrix a;
+  Eigen::Matrix<double, 6, 1> b;
+  for (std::size_t i = 0; i < 6; ++i) {
+    const auto [px, py] = kPowers[i];
+    b[static_cast<Eigen::Index>(i)] = static_cast<double>(sums.z[px][py]) * per[px + py] / scale;
+    for (std::size_t j = 0; j < 6; ++j) {
+      const std::size_t qx = px + kPowers[j][0], qy = py + kPowers[j][1];
+      a(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          static_cast<double>(sums.xy[qx][qy]) * per[qx + qy];
+    }
+  }
+  const Eigen::LDLT<Matrix> ldlt(a);
+  if (ldlt.info() != Eigen::Success || !ldlt.isPositive()) return {};
+  const Eigen::Matrix<double, 6, 1> solution = ldlt.solve(b);
+  const Eigen::Matrix<double, 6, 3> inverse = ldlt.solve(Eigen::Matrix<double, 6, 3>::Identity());
+  return {.inverse_depth = solution[0],
+          .slope_x = solution[1] * per[1],
+          .slope_y = solution[2] * per[1],
+          .leverage = static_cast<float>(inverse(0, 0)),
+          .slope_xx = static_cast<float>(inverse(1, 1) * per[2]),
+          .slope_xy = static_cast<float>(inverse(1, 2) * per[2]),
+          .slope_yy = static_cast<float>(inverse(2, 2) * per[2]),
+          .radius_px = static_cast<float>(r)};
+}
+
+/// What all windows so far allow a number to be.
+struct Interval {
+  double least = -std::numeric_limits<double>::infinity(), most = std::numeric_limits<double>::infinity();
+  /// Returns whether something is left after `value` +- `halfwidth` is allowed only.
+  bool narrow(double value, double halfwidth) {
+    least = std::max(least, value - halfwidth);
+    most = std::min(most, value + halfwidth);
+    return least <= most;
+  }
+};
+
+/// What a pixel's windows allow its depth and slopes to be.
+struct Allowed {
+  Interval depth, slope_x, slope_y;
+  bool narrow(const DepthFit& fit, double variance) {
+    const auto width = [&](float of_fit) {
+      return kAgree * std::sqrt(static_cast<double>(of_fit) * variance);
+    };
+    const bool depth_left = depth.narrow(fit.inverse_depth, width(fit.leverage)),
+               x_left = slope_x.narrow(fit.slope_x, width(fit.slope_xx)),
+               y_left = slope_y.narrow(fit.slope_y, width(fit.slope_yy));
+    return depth_left && x_left && y_left;
+  }
+};
+
+}  // namespace
+
+void grow_windows(const DepthMap& map, double smoothing_px, double most_smoothing_px, Image<DepthFit>& fits) {
+  std::vector<std::vector<int>> discs;
+  std::vector<double> pixels;
+  for (double r = std::max(2.0, smoothing_px * kGrowth); r <= most_smoothing_px + 0.5; r *= kGrowth) {
+    discs.push_back(half_widths(static_cast<int>(std::lround(std::min(r, most_smoothing_px)))));
+    pixels.push_back(0.0);
+    for (std::size_t dy = 0; dy < discs.back().size(); ++dy)
+      pixels.back() += (dy == 0 ? 1.0 : 2.0) * (2.0 * discs.back()[dy] + 1.0);
+  }
+  if (discs.empty()) return;
+  const int reach = static_cast<int>(discs.back().size()) - 1;
+  const InverseDepths depths(map);
+  const int across = (fits.width + kTile - 1) / kTile, down = (fits.height + kTile - 1) / kTile;
+#pragma omp parallel for schedule(dynamic)
+  for (int t = 0; t < across * down; ++t) {
+    const int x0 = t % across * kTile, y0 = t / across * kTile;
+    const int x1 = std::min(x0 + kTile, fits.width), y1 = std::min(y0 + kTile, fits.height);
+    bool any = false;
+    for (int y = y0; y < y1; ++y)
+      for (int x = x0; x < x1; ++x) any = any || fits(x, y).slope_x == fits(x, y).slope_x;
+    if (!any) continue;
+    const Tile tile(depths, x0, y0, reach);
+    for (int y = y0; y < y1; ++y)
+      for (int x = x0; x < x1; ++x) {
+        DepthFit& best = fits(x, y);
+        if (!std::isfinite(best.slope_x) || !std::isfinite(map.z_mm(x, y))) continue;
+        Allowed allowed;
+        for (std::size_t k = 0; k < discs.size(); ++k) {
+          const WindowSums sums = tile.window(x, y, discs[k]);
+          const auto n = static_cast<double>(sums.xy[0][0]);
+          const double variance = sums.variance / n;
+          if (n < kKnownFraction * pixels[k] || !(variance > 0.0)) break;
+          if (k == 0) allowed.narrow(best, variance);
+          const DepthFit fit = quadratic(sums, static_cast<int>(discs[k].size()) - 1, tile.scale());
+          if (!fit.known() || !allowed.narrow(fit, variance)) break;
+          best = fit;
+        }
+      }
+  }
+}
+
+}  // namespace fringetwin::measure
