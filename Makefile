@@ -7,10 +7,11 @@ OUT ?= out
 # $(call configured,PRESET,FOLDER): quiet unless it fails; the log goes with the build.
 configured = mkdir -p $(2) && cmake --preset $(1) >$(2)/configure.log 2>&1 || { cat $(2)/configure.log; exit 2; }
 
-.PHONY: help deps configure program package build demo test test-all fuzz trust trust-refine mesa25 test-mesa25 asan separate tidy format-check format studies bench clean
+.PHONY: help deps configure program package build demo captures test test-all fuzz trust trust-refine mesa25 test-mesa25 asan separate tidy format-check format studies bench clean
 help:
 	@echo "make demo      install packages, build, run the paper's sphere, another renderer's images with a right and a wrong twin"
 	@echo "               (and a real capture if present), list the reports in out/index.html"
+	@echo "make captures  the public real captures from their repositories, checked, into $(CAPTURES)"
 	@echo "make test      everything CI runs (format, includes, unit, accuracy, real data, end to end, sanitizers)"
 	@echo "make test-all  the same, the long statistical tests, the benchmarks and every file compiled on its own"
 	@echo "make fuzz MINUTES=10   changed inputs into every reader of foreign files, with the sanitizers, on all cores"
@@ -42,6 +43,10 @@ build: configure
 
 demo: program
 	@scripts/demo.sh "$(OUT)" "$(CAPTURES)"
+
+# Real captures: what is there already is compared, never overwritten.
+captures:
+	@scripts/get_captures.sh --target "$(CAPTURES)"
 
 # Unit tests with the sanitizers only, all others as released: `make test-all` has both. Their build begins beside the
 # released tests, which wait much for devices, workers and virtual machines: it takes only the time that these leave. A

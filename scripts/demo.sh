@@ -39,7 +39,7 @@ run foreign-refined povray-ball-wall/twin-moved.toml "that twin after --refine p
 if [ -d "$captures/slmaster-mono-relief" ]; then
   run slmaster-mono-relief slmaster-mono-relief/twin.toml "a real capture of a plaster relief"
 else
-  echo "fringetwin: no real captures at $captures (FRINGETWIN_CAPTURES), so none was run" >&2
+  echo "fringetwin: no real captures at $captures (FRINGETWIN_CAPTURES), so none was run; make captures, in a checkout, fetches them" >&2
 fi
 
 cat > "$out/index.html.part" <<HTML
