@@ -4,15 +4,24 @@
 #include <fmt/format.h>
 
 namespace fringetwin::cli {
+namespace {
+
+// Paper (diffuse 0.8) that faces both devices has the irradiance 800 * 0.8 / pi = 204 in white, and as many
+// gray values with the sensor's gain of 1 DN: 80 % of full scale (docs/HOW_BRIGHT.md).
+constexpr const char* kBrightness =
+    "# White on paper (diffuse 0.8) is 204 of 255 gray values: intensity * diffuse / pi * gain_dn, gain_dn = "
+    "1.\n"
+    "intensity = 800.0\n";
+
+}  // namespace
 
 std::string starting_twin_toml(const std::string& name,
                                const std::vector<std::pair<std::string, bool>>& devices) {
   std::string toml =
       fmt::format("schema = \"fringetwin-twin/1\"\nname = \"{}\"\ncameramodel_unit = \"m\"\n", name);
   for (const auto& [device, is_projector] : devices)
-    toml += is_projector
-                ? fmt::format("\n[projector]\nmodel = \"{}.cameramodel\"\nintensity = 40.0\n", device)
-                : fmt::format("\n[[camera]]\nname = \"{0}\"\nmodel = \"{0}.cameramodel\"\n", device);
+    toml += is_projector ? fmt::format("\n[projector]\nmodel = \"{}.cameramodel\"\n{}", device, kBrightness)
+                         : fmt::format("\n[[camera]]\nname = \"{0}\"\nmodel = \"{0}.cameramodel\"\n", device);
   return toml +
          "\n# Describe the projected sequence (docs/FORMATS.md), then the part and what to fit.\n"
          "[fringes]\ndirections = [\"x\"]\npitches_px = [13, 14, 15]\nsteps = 4\nunwrap = \"heterodyne\"\n";

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "cosim/brightness.hpp"
 #include "cosim/doubt_description.hpp"
 #include "cosim/load.hpp"
 #include "cosim/measured_shapes.hpp"
@@ -58,6 +59,7 @@ Run measure_both(const CompareRequest& request) {
         "--radiance writes them)");
   run.timer.stop();
   add_to_warnings(run, doubts_about_real_side(run));
+  add_brightness_warnings(run);
   return run;
 }
 

@@ -195,6 +195,7 @@ Run run_cosim(const CosimRequest& request) {
     throw;
   }
   add_to_warnings(run, doubts);
+  add_brightness_warnings(run);
   return run;
 }
 

@@ -4,9 +4,12 @@
 // | check                      | tolerance | unit | origin                                     |
 // |----------------------------|-----------|------|--------------------------------------------|
 // | translation, mm and m      | 1e-12     | mm   | one multiplication by 1000, one by 0.001   |
+// | brightness                 | 1         | DN   | intensity is written with two digits       |
 // | chained, inverted          | 1e-9      | mm   | products of numbers of 1e2, typed in       |
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <numbers>
 
 #include "tests/support/program/small_twin.hpp"
 #include "twin/twin.hpp"
@@ -72,6 +75,9 @@ TEST_F(Import, ARigOfTwoCamerasAndAProjector) {
     EXPECT_LT((twin.cameras[1].T_cam_world.translation_mm - t).norm(), 1e-12 * scale);
     EXPECT_LT((twin.projector->T_proj_world.translation_mm - t).norm(), 1e-12 * scale);
     EXPECT_EQ(twin.projector->lens.intrinsics().at(4), -0.1);
+    // Paper (diffuse 0.8) that faces both in white: about 80 % of full scale, and read as it is written.
+    EXPECT_NEAR(twin.cameras[0].sensor.gain_dn * twin.projector->intensity * 0.8 / std::numbers::pi,
+                0.8 * 255, 1.0);
   }
 }
 
