@@ -18,8 +18,8 @@ struct CompareCommand {
 int run_compare(const CompareCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
   cosim::Run run = cosim::measure_both({o.twin, o.real, o.sim});
-  return tell_comparison(o.out, run,
-                         cosim::compare_and_write(o.out, run, {invocation.argv, version_string()}));
+  return tell_comparison(
+      o.out, run, cosim::compare_and_write(o.out, run, {invocation.argv, version_string()}), invocation.argv);
 }
 
 }  // namespace

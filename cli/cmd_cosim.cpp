@@ -34,8 +34,8 @@ int run_cosim(CosimCommand& o, const Invocation& invocation) {
                   run.simulated.images.size() * run.simulated.images.front().images.size(),
                   run.timer.seconds["render"], run.timer.seconds["measure_simulated"], run.rendering.device));
   cosim::write_simulated_side(o.out, run, o.radiance);
-  return tell_comparison(o.out, run,
-                         cosim::compare_and_write(o.out, run, {invocation.argv, version_string()}));
+  return tell_comparison(
+      o.out, run, cosim::compare_and_write(o.out, run, {invocation.argv, version_string()}), invocation.argv);
 }
 
 }  // namespace

@@ -41,6 +41,7 @@ std::string figure_html(const std::string& body_html, const std::string& caption
 std::string Page::html() const {
   mustache::data data;
   data.set("title", title);
+  set_if(data, "answer", answer);
   data.set("subtitle", subtitle);
   set_if(data, "verdict", verdict);
   data.set("verdict_class", !verdict_class.empty()                   ? verdict_class

@@ -20,6 +20,7 @@ struct Section {
 
 struct Page {
   std::string title, subtitle;
+  std::string answer;   ///< one sentence, first below the title; may be empty
   std::string verdict;  ///< the badge's words; empty: none
   std::string
       verdict_class;  ///< "pass", "fail", "none" (neutral); empty: the words, where they are one of these

@@ -26,6 +26,8 @@ body { margin: 0; color: var(--ink); background: var(--paper); line-height: 1.5;
 header { display: flex; align-items: flex-start; justify-content: space-between; gap: 24px; padding: 34px 0 16px;
   border-bottom: 3px solid var(--ink); }
 h1 { font-size: 28px; line-height: 1.2; margin: 0; font-weight: 650; letter-spacing: -0.01em; }
+.answer { font-size: 17px; margin: 8px 0 0; }
+.next code { overflow-wrap: anywhere; }
 .subtitle { color: var(--soft); margin: 6px 0 0; }
 .verdict { font-weight: 700; letter-spacing: .08em; text-transform: uppercase; font-size: 17px; padding: 9px 20px;
   border-radius: 5px; color: #fff; white-space: nowrap; }
@@ -104,7 +106,7 @@ footer details { margin-top: 8px; } summary { cursor: pointer; }
 </head>
 <body>
 <div class="page">
-<header><div><h1>{{title}}</h1><p class="subtitle">{{subtitle}}</p></div>{{#verdict}}<div class="verdict {{verdict_class}}">{{verdict}}</div>{{/verdict}}</header>
+<header><div><h1>{{title}}</h1>{{#answer}}<p class="answer">{{answer}}</p>{{/answer}}<p class="subtitle">{{subtitle}}</p></div>{{#verdict}}<div class="verdict {{verdict_class}}">{{verdict}}</div>{{/verdict}}</header>
 <nav aria-label="Contents">{{#sections}}<a href="#{{id}}">{{title}}</a>{{/sections}}<a href="#provenance">Provenance</a></nav>
 {{{summary}}}
 {{#note}}<div class="note"><p>{{note}}</p></div>

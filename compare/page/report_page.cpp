@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "compare/held_out/held_out.hpp"
+#include "compare/page/answer.hpp"
 #include "compare/page/field_table.hpp"
 #include "compare/page/report_gain.hpp"
 #include "compare/page/report_parts.hpp"
@@ -99,6 +100,16 @@ std::string subtitle(const Twin& twin, const ReportInput& in) {
                                 expand_sequence(twin.fringes).size());
 }
 
+/// Returns what to do next, with the command to type.
+std::string next_html(const ReportInput& in, const std::vector<std::string>& argv) {
+  const NextStep next = next_step(in.comparison, in.twin, argv);
+  if (next.text.empty()) return "";
+  const std::string command =
+      next.argv.empty() ? "" : ": <code>" + report::escape_html(report::shell_command(next.argv)) + "</code>";
+  return "<p class=\"next\"><strong>What to do next:</strong> " + report::escape_html(next.text) + command +
+         "</p>\n";
+}
+
 }  // namespace
 
 void write_report(const std::filesystem::path& dir, const Twin& twin, const Side& real, const Side& simulated,
@@ -109,11 +120,13 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
       dir, twin, real, simulated, comparison, options, report::shell_command(provenance.argv)};
   Page page;
   page.title = twin.name.empty() ? twin.file.stem().string() : twin.name;
+  if (const std::string answer = answer_sentence(comparison); !answer.empty()) page.answer = answer + ".";
   page.subtitle = subtitle(twin, in);
   const OverallVerdict overall = overall_verdict(comparison);
   page.verdict = overall.text;
   page.verdict_class = overall.badge;
-  page.summary_html = verdict_html(comparison) + explained_summary_html(comparison) + glance_html(comparison);
+  page.summary_html = next_html(in, provenance.argv) + verdict_html(comparison) +
+                      explained_summary_html(comparison) + glance_html(comparison);
   page.note = options.note;
   page.warnings = comparison.warnings;
   add(page, "refined", "Refined values", refinement_html(comparison));

@@ -72,6 +72,8 @@ TEST(ReportPage, HasEverySectionAndTheMaps) {
                          "coverage", "timing", "provenance"})
     EXPECT_THAT(html, HasSubstr(std::string("id=\"") + id + "\"")) << id;
   EXPECT_LT(html.find("phase_rms_rad"), html.find("id=\"fits\""));  // the verdict comes first
+  EXPECT_LT(html.find("<p class=\"answer\">Twin and rig agree in "), html.find("class=\"verdict"));
+  EXPECT_LT(html.find("class=\"verdict"), html.find("What to do next:"));
   EXPECT_THAT(html, HasSubstr("class=\"verdict fail\""));
   EXPECT_THAT(html, HasSubstr("What this comparison &lt;can&gt; show."));
   EXPECT_THAT(html, HasSubstr("fringetwin cosim twin.toml --out &#39;my run&#39;"));

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/page/answer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "compare/causes/cause_decision.hpp"
+#include "compare/causes/parameters.hpp"
+#include "report/text.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+constexpr const char* kQuantities[] = {"coverage", "phase", "gray", "geometry"};
+constexpr int kFolds = 4;
+
+/// Returns "a", "a and b", "a, b and c".
+std::string listed(const std::vector<std::string>& names, const char* last = " and ") {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 < names.size() ? ", " : last) + names[i];
+  return text;
+}
+
+/// Returns by how much a row is beyond its limits; of those that state no chi2, 0.
+double excess(const ExplainedRow& row) {
+  const double values = row.chi2 / row.chi2_limit, regions = row.regional_chi2 / row.regional_limit;
+  return std::fmax(0.0, std::fmax(values, regions));
+}
+
+/// Returns the row that speaks for its quantity: of those in the worst state the one furthest off; null
+/// without any.
+const ExplainedRow* worst_row(const Comparison& c, const std::string& quantity) {
+  const ExplainedRow* worst = nullptr;
+  for (const ExplainedRow& row : c.explained) {
+    if (row.quantity != quantity) continue;
+    const bool worse =
+                   !worst || (worst->state != row.state && worse_state(worst->state, row.state) == row.state),
+               further = worst && worst->state == row.state && excess(row) > excess(*worst);
+    if (worse || further) worst = &row;
+  }
+  return worst;
+}
+
+std::string size_text(const ExplainedRow& row) {
+  const double rms = std::sqrt(row.observed);
+  return row.unit == "mm" ? report::number(1000.0 * rms, 3) + " µm"
+                          : report::number(rms, 3) + (row.unit.empty() ? "" : " " + row.unit);
+}
+
+/// Returns the first of the sentences on the row's state.
+std::string first_reason(const ExplainedRow& row) { return row.why.substr(0, row.why.find("; ")); }
+
+std::string difference_text(const ExplainedRow& row) {
+  if (row.quantity == "geometry" && std::isfinite(row.chi2))
+    return fmt::format("{} of {} differs by {}, {} standard errors", row.worst, row.region, size_text(row),
+                       report::number(std::sqrt(row.chi2), 2));
+  const std::string differs = fmt::format("{} differs", row.quantity);
+  if (row.chi2 > row.chi2_limit)
+    return fmt::format("{} by {} rms, {} times what noise and budget allow", differs, size_text(row),
+                       report::number(std::sqrt(row.chi2), 2));
+  if (row.regional_chi2 > row.regional_limit)
+    return fmt::format("{} by {} rms, no more than noise in single values, but {} times as much in regions",
+                       differs, size_text(row), report::number(std::sqrt(row.regional_chi2), 2));
+  return row.why.empty() ? row.quantity + " is not explained" : differs + ": " + first_reason(row);
+}
+
+std::string fault_text(const ExplainedRow& row) {
+  if (row.state == kNotExplained) return difference_text(row);
+  if (row.state == kNotCompared) return row.quantity + " could not be compared";
+  return std::isfinite(row.too_wide_factor)
+             ? fmt::format("the budget of {} is too wide to tell: {} times the noise of the images",
+                           row.quantity, report::number(row.too_wide_factor, 2))
+             : fmt::format("the budget of {} is too wide to tell", row.quantity);
+}
+
+/// Returns the causes that explain the difference, in words; those that cannot be told apart with "or".
+std::string causes_text(const Causes& causes) {
+  std::vector<std::string> alike;
+  for (const std::string& together : causes.together) {
+    std::vector<std::string> words;
+    for (const std::string& group : groups_in(together)) {
+      const auto row = std::ranges::find(causes.rows, group, &CauseRow::group);
+      words.push_back(row == causes.rows.end() ? group : row->cause);
+    }
+    alike.push_back(listed(words));
+  }
+  return listed(alike, " or ");
+}
+
+std::string worst_of_all(const Comparison& c) {
+  std::string worst;
+  for (const ExplainedRow& row : c.explained) worst = worse_state(worst, row.state);
+  return worst;
+}
+
+/// Returns the command again with an option set to a value, written into FOLDER-`suffix`.
+std::vector<std::string> again(const Twin& twin, std::vector<std::string> argv, const std::string& option,
+                               const std::string& value, const std::string& suffix) {
+  if (argv.size() < 2 || argv[1] != "cosim") {  // of compare, or from Python
+    const auto out = std::ranges::find(argv, "--out");
+    const bool named = out != argv.end() && out + 1 != argv.end();
+    argv = {"fringetwin", "cosim", twin.file.string(), "--out", named ? *(out + 1) : "out"};
+  }
+  std::vector<std::string> command;
+  for (std::size_t i = 0; i < argv.size(); ++i) {
+    const auto is = [&](const std::string& name) {
+      return argv[i] == name || argv[i].starts_with(name + "=");
+    };
+    const bool joined = argv[i].find('=') != std::string::npos;
+    if (is(option)) {
+      if (!joined) ++i;
+    } else if (is("--out")) {
+      std::string folder = joined ? argv[i].substr(6) : i + 1 < argv.size() ? argv[++i] : "out";
+      while (folder.size() > 1 && folder.back() == '/') folder.pop_back();
+      command.insert(command.end(), {"--out", folder + suffix});
+    } else
+      command.push_back(argv[i]);
+  }
+  command.insert(command.end(), {option, value});
+  return command;
+}
+
+/// Returns the groups of an explanation as `--refine` takes them, those of this run's first; empty where it
+/// does not fit one of them, or has just fitted all.
+std::string refine_value(const Comparison& c, const std::string& together) {
+  std::vector<std::string> names = c.refinement ? c.refinement->asked : std::vector<std::string>{};
+  const std::size_t before = names.size();
+  for (const std::string& name : groups_in(together)) {
+    const auto group = std::ranges::find(parameter_groups(), name, &ParameterGroup::name);
+    if (group == parameter_groups().end() ? name != "texture" : !group->instead.empty()) return "";
+    if (std::ranges::find(names, name) == names.end() &&
+        std::ranges::find(c.causes.refined, name) == c.causes.refined.end())
+      names.push_back(name);
+  }
+  std::string value;
+  if (names.size() > before)
+    for (const std::string& name : names) value += (value.empty() ? "" : ",") + name;
+  return value;
+}
+
+NextStep after_difference(const Comparison& c, const Twin& twin, const std::vector<std::string>& argv) {
+  for (const std::string& together : c.causes.together) {
+    if (const std::string value = refine_value(c, together); !value.empty())
+      return {"fit the likely cause to the real images and compare again",
+              again(twin, argv, "--refine", value, "-refined")};
+    for (const std::string& name : groups_in(together)) {
+      const auto group = std::ranges::find(parameter_groups(), name, &ParameterGroup::name);
+      if (group != parameter_groups().end() && !group->instead.empty()) return {group->instead, {}};
+    }
+  }
+  if (!c.warnings.empty()) return {"read the warnings: " + c.warnings.front(), {}};
+  if (!c.causes.rows.empty())
+    return {
+        "no single cause that was tested explains it: see which is nearest, and where on the images the "
+        "difference is largest",
+        {}};
+  return {"see in the uncertainty budget where the difference is beyond it", {}};
+}
+
+}  // namespace
+
+std::string answer_sentence(const Comparison& c) {
+  std::vector<std::string> agree, faults;
+  for (const char* quantity : kQuantities) {
+    const ExplainedRow* row = worst_row(c, quantity);
+    if (!row) continue;
+    if (row->explained())
+      agree.emplace_back(quantity);
+    else
+      faults.push_back(fault_text(*row));
+  }
+  if (agree.empty() && faults.empty()) return "";
+  std::string text = agree.empty() ? "" : "Twin and rig agree in " + listed(agree);
+  if (faults.empty()) return text + ", within what noise and budget allow";
+  std::string against;
+  for (const std::string& fault : faults) against += (against.empty() ? "" : "; ") + fault;
+  const std::string causes = causes_text(c.causes);
+  if (!causes.empty()) against += "; most likely cause: " + causes;
+  return (text.empty() ? "Twin and rig agree in nothing that was compared: " : text + "; ") + against;
+}
+
+NextStep next_step(const Comparison& c, const Twin& twin, const std::vector<std::string>& argv) {
+  const std::string worst = worst_of_all(c);
+  if (worst == kNotExplained) return after_difference(c, twin, argv);
+  if (worst == kNotCompared) {
+    const auto row = std::ranges::find(c.explained, worst, &ExplainedRow::state);
+    return {fmt::format("mend what kept {} of {} from being compared{}", row->quantity, row->region,
+                        row->why.empty() ? "" : ": " + row->why),
+            {}};
+  }
+  if (worst == kTooWide) {
+    NextStep step{"measure the sensor's noise, and state what the images have", {}};
+    if (twin.real.captures)
+      step.argv = {
+          "fringetwin", "photometry",    twin.file.string(), "--captures", twin.real.captures->string(),
+          "--out",      "out/photometry"};
+    return step;
+  }
+  const bool can_hold_out = worst == kExplained && c.held_out.empty() && twin.fringes.steps >= kFolds &&
+                            twin.real.captures.has_value();
+  if (!can_hold_out) return {};
+  return {"see how well the twin predicts images that took no part in any fit",
+          again(twin, argv, "--hold-out", std::to_string(kFolds), "-held-out")};
+}
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// No tolerances: sentences. The numbers in them differ from each other everywhere, so that an exchange shows.
+#include "compare/page/answer.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "report/text.hpp"
+
+namespace fringetwin::compare::answer_test {
+namespace {
+
+using ::testing::HasSubstr;
+
+ExplainedRow row_of(const std::string& quantity, const std::string& state, double rms = 0.0,
+                    double chi2 = 1.0) {
+  ExplainedRow row;
+  row.quantity = quantity, row.state = state, row.region = "left";
+  row.unit = quantity == "gray" ? "DN" : quantity == "phase" ? "rad" : "mm";
+  row.observed = rms * rms;
+  row.chi2 = chi2, row.chi2_limit = 1.02, row.regional_chi2 = 1.0, row.regional_limit = 1.1;
+  return row;
+}
+
+Comparison gray_differs() {
+  Comparison c;
+  c.explained = {row_of("gray", kNotExplained, 1.5, 1.44), row_of("gray", kNotExplained, 4.7, 5.29),
+                 row_of("phase", kExplained), row_of("geometry", kExplained)};
+  return c;
+}
+
+/// `causes`: each an explanation of its own.
+Comparison caused_by(std::vector<std::string> causes) {
+  Comparison c = gray_differs();
+  c.causes.together = std::move(causes);
+  for (const char* group : {"blur", "pose", "response"}) {
+    CauseRow& row = c.causes.rows.emplace_back();
+    row.group = group, row.cause = std::string("the ") + group;
+  }
+  return c;
+}
+
+std::string command(const NextStep& next) { return report::shell_command(next.argv); }
+
+const std::vector<std::string> kCosim{"build/fringetwin", "cosim", "my twin.toml", "--out", "out/a/"};
+
+TEST(Answer, NothingJudgedIsNothingSaid) {
+  EXPECT_EQ(answer_sentence({}), "");
+  EXPECT_EQ(next_step({}, {}, kCosim).text, "");
+}
+
+TEST(Answer, SaysInWhatTheyAgreeAndByHowMuchTheyDiffer) {
+  EXPECT_EQ(answer_sentence(gray_differs()),
+            "Twin and rig agree in phase and geometry; gray differs by 4.7 DN rms, 2.3 times what noise and "
+            "budget allow");
+  Comparison c;
+  c.explained = {row_of("gray", kExplained), row_of("phase", kExplained), row_of("coverage", kExplained)};
+  EXPECT_EQ(answer_sentence(c),
+            "Twin and rig agree in coverage, phase and gray, within what noise and budget "
+            "allow");
+  c.explained = {row_of("phase", kNotExplained, 0.03, 4.0), row_of("gray", kNotCompared)};
+  EXPECT_EQ(answer_sentence(c),
+            "Twin and rig agree in nothing that was compared: phase differs by 0.03 rad "
+            "rms, 2 times what noise and budget allow; gray could not be compared");
+}
+
+TEST(Answer, SaysWhatIsBeyondALimitThatSingleValuesAreWithin) {
+  Comparison c;
+  ExplainedRow regions = row_of("gray", kNotExplained, 1.3, 1.01);
+  regions.regional_chi2 = 9.0;
+  c.explained = {regions};
+  EXPECT_THAT(answer_sentence(c),
+              HasSubstr("gray differs by 1.3 DN rms, no more than noise in single values, "
+                        "but 3 times as much in regions"));
+  ExplainedRow ripple = row_of("phase", kNotExplained, 0.02);
+  ripple.why = "the phase ripples 4 times per fringe; more";
+  c.explained = {ripple};
+  EXPECT_THAT(answer_sentence(c), HasSubstr("phase differs: the phase ripples 4 times per fringe"));
+  ExplainedRow ball = row_of("geometry", kNotExplained, 0.0123, 49.0);
+  ball.worst = "radius_mm", ball.region = "ball";
+  c.explained = {ball};
+  EXPECT_THAT(answer_sentence(c), HasSubstr("radius_mm of ball differs by 12.3 µm, 7 standard errors"));
+  ExplainedRow wide = row_of("gray", kTooWide);
+  wide.too_wide_factor = 6.0;
+  c.explained = {wide};
+  EXPECT_THAT(answer_sentence(c), HasSubstr("the budget of gray is too wide to tell: 6 times the noise"));
+}
+
+TEST(Answer, NamesTheCauseAndTheCommandThatFitsIt) {
+  const Comparison one = caused_by({"blur"});
+  EXPECT_THAT(answer_sentence(one), HasSubstr("budget allow; most likely cause: the blur"));
+  EXPECT_EQ(command(next_step(one, {}, kCosim)),
+            "build/fringetwin cosim 'my twin.toml' --out out/a-refined --refine blur");
+  const Comparison two = caused_by({"pose + response", "blur"});
+  EXPECT_THAT(answer_sentence(two), HasSubstr("most likely cause: the pose and the response or the blur"));
+  EXPECT_EQ(command(next_step(two, {}, kCosim)),
+            "build/fringetwin cosim 'my twin.toml' --out out/a-refined --refine pose,response");
+}
+
+TEST(Answer, ARefinementGoesOnWithWhatItFitted) {
+  Comparison c = caused_by({"blur"});
+  c.refinement.emplace().asked = {"pose"};
+  c.causes.refined = {"pose"};
+  Twin twin;
+  twin.file = "rig/twin.toml";
+  EXPECT_EQ(command(next_step(c, twin, {"fringetwin", "cosim", "t.toml", "--refine=pose", "--out=o"})),
+            "fringetwin cosim t.toml --out o-refined --refine pose,blur");
+  c.causes.refined = {"pose", "blur"};  // to fit it again would not help
+  EXPECT_EQ(command(next_step(c, twin, kCosim)), "");
+  EXPECT_EQ(
+      command(next_step(caused_by({"blur"}), twin,
+                        {"fringetwin", "compare", "x.toml", "--real", "r", "--sim", "s", "--out", "o"})),
+      "fringetwin cosim rig/twin.toml --out o-refined --refine blur");
+}
+
+TEST(Answer, WithoutACauseTheWarningsComeFirst) {
+  Comparison c = gray_differs();
+  c.warnings = {"left: another order of the images", "second"};
+  EXPECT_EQ(next_step(c, {}, kCosim).text, "read the warnings: left: another order of the images");
+}
+
+TEST(Answer, AnAgreementIsTriedOnImagesThatAreHeldOut) {
+  Comparison c;
+  c.explained = {row_of("gray", kExplained)};
+  Twin twin;
+  twin.fringes.steps = 4;
+  EXPECT_EQ(next_step(c, twin, kCosim).text, "");  // no captures
+  twin.real.captures = "real";
+  EXPECT_EQ(command(next_step(c, twin, kCosim)),
+            "build/fringetwin cosim 'my twin.toml' --out out/a-held-out --hold-out 4");
+  twin.fringes.steps = 3;  // a fold leaves two, which give no phase
+  EXPECT_EQ(next_step(c, twin, kCosim).text, "");
+  c.explained = {row_of("gray", kTooWide)};
+  EXPECT_THAT(command(next_step(c, twin, kCosim)), HasSubstr("photometry"));
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::answer_test
