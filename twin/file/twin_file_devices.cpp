@@ -9,14 +9,18 @@
 #include "twin/file/opencv_import.hpp"
 #include "twin/file/plain_keys.hpp"
 #include "twin/file/twin_file.hpp"
+#include "twin/lens/look_at.hpp"
 #include "twin/lens/pose_fault.hpp"
 
 namespace fringetwin {
 namespace {
 
 /// Where lens and pose come from: a .cameramodel file, an OpenCV calibration, or the twin itself.
-const std::vector<std::string> kDeviceKeys = {"model",      "opencv",     "lensmodel",
-                                              "imagersize", "intrinsics", "rt_cam_world"};
+const std::vector<std::string> kDeviceKeys = {"model",       "opencv",     "lensmodel",
+                                              "imagersize",  "intrinsics", "rt_cam_world",
+                                              "position_mm", "look_at_mm", "up"};
+/// The pose, in two ways of which a device has one.
+const std::vector<std::string> kPoseKeys = {"rt_cam_world", "position_mm", "look_at_mm", "up"};
 
 std::vector<std::string> with_device_keys(std::vector<std::string> keys) {
   keys.insert(keys.end(), kDeviceKeys.begin(), kDeviceKeys.end());
@@ -41,12 +45,29 @@ Eigen::Vector2i read_imagersize(const TomlTable& table) {
   return size->cast<int>();
 }
 
+Pose read_look_at(const TomlTable& table) {
+  refuse_beside(table, "position_mm", {"rt_cam_world"});
+  const auto position = table.vector("position_mm", 3), target = table.vector("look_at_mm", 3),
+             up = table.vector("up", 3);
+  if (!position)
+    table.fail("position_mm", "is missing", "look_at_mm and up need it: where the device stands");
+  if (!target) table.fail("look_at_mm", "is missing", "position_mm needs it: a point on the optical axis");
+  const auto pose = look_at_pose(*position, *target, up ? Eigen::Vector3d(*up) : kUpByDefault);
+  if (pose) return *pose;
+  if ((*target - *position).norm() < 1e-3)
+    table.fail("look_at_mm", "is where it stands", "it must be another point of the optical axis");
+  table.fail("look_at_mm", "is straight above or below, so that no direction of the image is up",
+             "give up = [x, y, z], not along the optical axis");
+}
+
 /// The world is normally the first camera, so only that one may leave its pose out.
 Pose read_pose(const TomlTable& table, bool may_be_world) {
+  if (table.has("position_mm") || table.has("look_at_mm") || table.has("up")) return read_look_at(table);
   const auto rt = table.vector("rt_cam_world", 6);
   if (!rt && !may_be_world)
     table.fail("rt_cam_world", "is missing",
-               "it must be 6 numbers: rotation vector (rad), then translation (mm), world to this device");
+               "it must be 6 numbers: rotation vector (rad), then translation (mm), world to this device; or "
+               "give position_mm and look_at_mm");
   return rt ? pose_from_rt(RotTrans(*rt)) : Pose{};
 }
 
@@ -57,7 +78,8 @@ void check_pose(const Pose& T, const std::string& where) {
 }
 
 Device read_model_file(const TomlTable& table, const TwinFileContext& context) {
-  refuse_beside(table, "model", {"opencv", "lensmodel", "imagersize", "intrinsics", "rt_cam_world"});
+  refuse_beside(table, "model", {"opencv", "lensmodel", "imagersize", "intrinsics"});
+  refuse_beside(table, "model", kPoseKeys);
   const std::filesystem::path file = context.resolve(table, "model");
   const CameraModelFile model = read_cameramodel(file);
   context.files->push_back(file);
@@ -83,7 +105,7 @@ Device read_opencv(const TomlTable& table, const TwinFileContext& context, bool 
   const double mm_per_unit = source.choice("unit", {"mm", "m"}) == "m" ? 1000.0 : 1.0;
   const bool has_pose = source.has("rotation");
   if (has_pose) {
-    refuse_beside(table, "opencv.rotation", {"rt_cam_world"});
+    refuse_beside(table, "opencv.rotation", kPoseKeys);
     keys.rotation_key = source.required_string("rotation");
     keys.translation_key = source.required_string("translation");
   }

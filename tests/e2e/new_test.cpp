@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// new: what it writes is a twin as asked for, and the commands it prints measure its ball.
+//
+// | check          | tolerance | unit | origin                                                             |
+// |----------------|-----------|------|--------------------------------------------------------------------|
+// | places         | 1e-9      | mm   | rounding of a pose and its inverse at 250 mm                       |
+// | width seen     | 0.1       | mm   | the focal length is written to 0.1 px of 1280                      |
+// | white          | 1         | DN   | intensity is written as a whole number                             |
+// | radius         | 6 sigma   | mm   | the fit's own standard error, wrong once in 5e8, and 2 um for the  |
+// |                |           |      | mean over a pixel's area, which the fit does not count             |
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+
+#include "tests/support/program/small_twin.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::testing::new_test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+fs::path folder(const std::string& name) {
+  const fs::path dir = fs::temp_directory_path() / ("fringetwin_new_" + name);
+  fs::remove_all(dir);
+  return dir;
+}
+
+TEST(New, TheRigIsAsAskedFor) {
+  const fs::path dir = folder("two");
+  const RunResult run =
+      run_fringetwin({"new", "--out", dir.string(), "--camera", "1.3MP", "--cameras", "2", "--distance",
+                      "300", "--baseline", "120", "--projector", "1920x1080"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Twin twin = load_twin(dir / "twin.toml");
+  ASSERT_EQ(twin.cameras.size(), 2u);
+  const auto stands = [](const Pose& T) { return T.inverse().translation_mm; };
+  const Eigen::Vector3d target(0, 0, 300);
+  EXPECT_EQ(twin.cameras[0].T_cam_world.translation_mm.norm(), 0.0);
+  EXPECT_LT((stands(twin.cameras[1].T_cam_world) - Eigen::Vector3d(120, 0, 0)).norm(), 1e-9);
+  EXPECT_LT((stands(twin.projector->T_proj_world) - Eigen::Vector3d(60, 0, 0)).norm(), 1e-9);
+  for (const Pose& T : {twin.cameras[1].T_cam_world, twin.projector->T_proj_world})
+    EXPECT_LT((T * target).head<2>().norm(), 1e-9);
+  EXPECT_NEAR(1280.0 * 300.0 / twin.cameras[0].lens.intrinsics()[0], 150.0, 0.1);
+  EXPECT_NEAR(twin.projector->intensity * 0.8 / std::numbers::pi, 0.8 * 255.0, 1.0);
+  // unambiguous over 1920 px: checked by the reader, too
+  EXPECT_GE(twin.fringes.directions[0].pitches_px[0], 14.0);
+}
+
+TEST(New, WhatIsThereIsNotOverwritten) {
+  const fs::path dir = folder("mine");
+  write_file(dir / "twin.toml", "mine\n");
+  const RunResult run = run_fringetwin({"new", "--out", dir.string()});
+  expect_refused(run, 2, {"twin.toml: exists"});
+  std::ifstream in(dir / "twin.toml");
+  std::string line;
+  std::getline(in, line);
+  EXPECT_EQ(line, "mine");
+  for (const char* size : {"5", "4MP", "100000x10", "0x0"})
+    expect_refused(run_fringetwin({"new", "--out", folder("bad").string(), "--camera", size}), 2,
+                   {"--camera", "is no size"});
+}
+
+TEST(New, ThePrintedCommandsMeasureTheBall) {
+  const fs::path dir = folder("small");
+  const RunResult made = run_fringetwin({"new", "--out", dir.string(), "--camera", "320x256"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  std::istringstream lines(made.out);
+  int commands = 0;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    if (word != "fringetwin") continue;
+    std::vector<std::string> arguments;
+    while (words >> word) arguments.push_back(word);
+    const RunResult run = run_fringetwin(arguments);
+    ASSERT_EQ(run.exit_code, 0) << line << run.err;
+    ++commands;
+  }
+  EXPECT_EQ(commands, 2);
+  std::ifstream in(dir / "measured" / "result.json");
+  const nlohmann::json fit = nlohmann::json::parse(in).at("fits").at(0);
+  const Twin twin = load_twin(dir / "twin.toml");
+  const double radius = std::get<SphereShape>(twin.objects[0].shape).radius_mm;
+  EXPECT_NEAR(fit.at("radius_mm").get<double>(), radius, 6.0 * fit.at("radius_sigma_mm").get<double>() + 2e-3)
+      << fit.dump(1);
+}
+
+}  // namespace
+}  // namespace fringetwin::testing::new_test
