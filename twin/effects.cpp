@@ -167,6 +167,12 @@ std::vector<Effect> make_effects() {
          for (DirectionFringes& d : t.fringes.directions) d.harmonics.clear();
        },
        "[fringes] harmonics = [[a2, b2], ...]"},
+      {"fringe contrast", EffectStage::light, "fringes whose light swings as far as what is shown",
+       [](const Twin& t) { return t.projector && t.fringes.steps > 0 && t.fringes.has_contrast(); },
+       [](Twin& t) {
+         for (DirectionFringes& d : t.fringes.directions) d.contrast.clear();
+       },
+       "[fringes] contrast = [c1, c2, ...], one per pitch"},
       {"fringe waveform", EffectStage::light, "sinusoidal fringes",
        [](const Twin& t) {
          return t.projector && t.fringes.steps > 0 && t.fringes.waveform.kind != Waveform::Kind::sine;

@@ -91,6 +91,23 @@ const Harmonics& DirectionFringes::harmonics_of(std::size_t pitch) const {
   return pitch < harmonics.size() ? harmonics[pitch] : none;
 }
 
+double DirectionFringes::contrast_of(std::size_t pitch) const {
+  return pitch < contrast.size() ? contrast[pitch] : 1.0;
+}
+
+bool Fringes::has_contrast() const {
+  return std::ranges::any_of(directions, [](const DirectionFringes& d) {
+    return std::ranges::any_of(d.contrast, [](double c) { return c != 1.0; });
+  });
+}
+
+double Fringes::largest_contrast() const {
+  double largest = 1.0;
+  for (const DirectionFringes& d : directions)
+    for (const double c : d.contrast) largest = std::max(largest, c);
+  return largest;
+}
+
 bool Fringes::has_harmonics() const {
   return std::ranges::any_of(directions, [](const DirectionFringes& d) {
     return std::ranges::any_of(d.harmonics, [](const Harmonics& list) {

@@ -36,6 +36,7 @@ struct Harmonic {
 /// The orders 2, 3, ... of one pitch.
 using Harmonics = std::vector<Harmonic>;
 inline constexpr int kHighestHarmonic = 16;
+inline constexpr double kLargestContrast = 2.0;
 
 /// The shape of one period of the shown fringes.
 struct Waveform {
@@ -57,8 +58,11 @@ struct DirectionFringes {
   std::vector<double> phase_origin_px;    ///< one per pitch
   std::optional<GrayCode> gray = {};      ///< pitch of the code = the (single) pitch
   std::vector<Harmonics> harmonics = {};  ///< one list per pitch; none: fringes have no harmonics
+  std::vector<double> contrast = {};      ///< one per pitch; none: each has all of it
   /// Returns the harmonics of a pitch, an empty list where there are none.
   const Harmonics& harmonics_of(std::size_t pitch) const;
+  /// Returns what is left of the swing of a pitch's light about its mean, 1 unless stated.
+  double contrast_of(std::size_t pitch) const;
   /// Returns the index of the smallest pitch.
   int finest() const;
   bool operator==(const DirectionFringes&) const = default;
@@ -81,6 +85,10 @@ struct Fringes {
   std::vector<PatternImage> images;  ///< shown after all others; no phase comes from them
   /// Returns the smallest pitch of all directions, infinity without any.
   double finest_pitch_px() const;
+  /// Returns whether any fringe has less, or more, contrast than what is shown.
+  bool has_contrast() const;
+  /// Returns the largest contrast of all pitches, and 1 at least.
+  double largest_contrast() const;
   /// Returns whether the light of any fringe has harmonics that are not shown.
   bool has_harmonics() const;
   bool operator==(const Fringes&) const = default;

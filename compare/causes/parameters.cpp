@@ -17,6 +17,7 @@ namespace {
 using Change = std::function<void(Twin&, double)>;
 
 constexpr int kStepsForHarmonics = 6, kMostHarmonics = 7;
+constexpr double kLeastContrast = 1e-3;
 constexpr double kLeastBlurPx2 = 1e-6;  ///< where the field of a blur is narrowest
 
 /// Returns the part of a harmonic that the fringes of a pitch have.
@@ -47,6 +48,7 @@ class ParameterList : private GroupList {
   std::vector<Parameter> run() {
     if (group_ == "response") add_response();
     if (group_ == "harmonics") add_harmonics();
+    if (group_ == "contrast") add_contrast();
     if (group_ == "blur") add_blur();
     if (group_ == "vignetting") add_vignetting();
     if (group_ == "albedo") add_albedo();
@@ -82,6 +84,28 @@ class ParameterList : private GroupList {
         add(fmt::format("projector.harmonic.{}{}", k, name), "",
             harmonic_part(twin_.fringes.directions.front(), 0, k, part), 1e-3,
             [k, part = part](Twin& t, double d) { add_to_harmonic(t, k, part, d); });
+  }
+
+  /// Of every pitch but the widest one of the first direction: what all pitches share is the gain's, and the
+  /// black level's.
+  void add_contrast() {
+    if (!twin_.projector || twin_.fringes.steps == 0) return;
+    for (std::size_t d = 0; d < twin_.fringes.directions.size(); ++d) {
+      const DirectionFringes& direction = twin_.fringes.directions[d];
+      const auto widest = std::ranges::max_element(direction.pitches_px) - direction.pitches_px.begin();
+      for (std::size_t p = 0; p < direction.pitches_px.size(); ++p) {
+        if (d == 0 && static_cast<std::ptrdiff_t>(p) == widest) continue;
+        Parameter& parameter =
+            add(fmt::format("projector.contrast.{}.{}", axis_name(direction.axis), direction.pitches_px[p]),
+                "", direction.contrast_of(p), 0.01, [d, p](Twin& t, double change) {
+                  DirectionFringes& changed = t.fringes.directions[d];
+                  changed.contrast.resize(changed.pitches_px.size(), 1.0);
+                  changed.contrast[p] += change;
+                });
+        parameter.smallest = kLeastContrast;
+        parameter.largest = kLargestContrast;
+      }
+    }
   }
 
   /// Contrast falls with the square of the width, so that is what is fitted.
@@ -206,6 +230,9 @@ const std::vector<ParameterGroup>& parameter_groups() {
        "put the width that the causes name into psf_px of the camera"},
       {"exposure", "exposure of each image of each camera", "the exposure differed from image to image", "",
        "hold the exposure, and trigger it by the projector", false},
+      {"contrast", "contrast of each pitch's fringes, of that of the widest pitch",
+       "the contrast of the fringes falls from pitch to pitch in another way than by blur (veiling glare)",
+       "", "", false},
   };
   return groups;
 }

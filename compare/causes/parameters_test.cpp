@@ -128,6 +128,9 @@ Numbers numbers_of(const Twin& twin) {
     out[fmt::format("projector.harmonic{}", i + 2)] = harmonics[i].cosine;
     out[fmt::format("projector.quadrature{}", i + 2)] = harmonics[i].sine;
   }
+  const DirectionFringes& fringes = twin.fringes.directions[0];
+  for (std::size_t i = 0; i < fringes.pitches_px.size(); ++i)
+    out[fmt::format("projector.contrast{}", i)] = fringes.contrast_of(i);
   for (std::size_t i = 0; i < expand_sequence(twin.fringes).size(); ++i)
     out[fmt::format("image_{}.light", i)] = factor_of(p.light_factors, i);
   for (const Object& object : twin.objects) {
@@ -247,6 +250,18 @@ TEST(Parameters, HarmonicsOfAllPitchesMoveTogether) {
             (std::vector<Harmonics>{{{0.25, 0.75}}, {{0.0, 0.25}}, {{0.0, 0.25}, {0.125, 0.0}}}));
   twin.fringes.steps = 5;
   EXPECT_THAT(names_of(twin, "harmonics"), ::testing::IsEmpty());
+}
+
+// What the widest pitch has is the gain's.
+TEST(Parameters, ContrastOfEachPitchButTheWidest) {
+  Twin twin = rich_twin();
+  twin.fringes.directions[0].pitches_px = {16, 64, 4.5};
+  EXPECT_THAT(names_of(twin, "contrast"),
+              UnorderedElementsAre("projector.contrast.x.16", "projector.contrast.x.4.5"));
+  const Parameter p = named(twin, "projector.contrast.x.4.5");
+  EXPECT_EQ(p.start, 1.0);
+  EXPECT_EQ(with_change(twin, p, -0.25).fringes.directions[0].contrast,
+            (std::vector<double>{1.0, 1.0, 0.75}));
 }
 
 TEST(Parameters, PlanesMoveAlongTheirNormalAndTiltAboutTheirPoint) {

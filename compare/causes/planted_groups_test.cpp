@@ -9,6 +9,8 @@
 // | planted value         | 4 sigma        | 30 numbers, normal: one seed in 500                   |
 // | harmonics             | 3 sigma        | required; ten numbers, normal: one seed in 40         |
 // | their sigma           | 1e-3           | 0.3 DN of 200 DN, blur leaves order 6 a fifteenth     |
+// | contrast              | 3 sigma        | required; two numbers, normal: one seed in 185        |
+// | its sigma             | 2e-3           | a tenth of the least that is planted, 0.02            |
 // | sigma                 | 0.1 planted    | 0.3 DN of 200: planted are 17 sigma and more          |
 // | light refined back    | 3 sigma        | required; 11 numbers: one seed in 34                  |
 // | motion refined back   | 3 sigma        | required; 3 numbers: one seed in 120                  |
@@ -16,6 +18,7 @@
 // | projector's pixel     | 0.1 px         | phase in single precision: 5e-5 rad of 5120 px: 0.04  |
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -77,6 +80,21 @@ std::vector<GridSamples> samples_of(const Images& truth, const Error& error,
     all.push_back(std::move(s));
   }
   return all;
+}
+
+/// Returns irradiance by the double-precision reference, which knows no Fourier series of a pattern.
+Images traced_by_reference(const Twin& truth) {
+  const render::Reference reference(truth);
+  Images images(truth.cameras.size(),
+                std::vector<ImageF>(expand_sequence(truth.fringes).size(), ImageF(kWidth, kHeight, 0.0F)));
+  for (std::size_t c = 0; c < images.size(); ++c)
+#pragma omp parallel for schedule(dynamic)
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      const auto pixel = reference.pixel(c, i % kWidth, i / kWidth, {.gauss_n = 4});
+      for (std::size_t k = 0; k < images[c].size(); ++k)
+        images[c][k].data[static_cast<std::size_t>(i)] = static_cast<float>(pixel.irradiance[k]);
+    }
+  return images;
 }
 
 std::vector<CameraImages> frames_of(const Images& images) {
@@ -334,16 +352,7 @@ TEST(PlantedGroups, HarmonicsOfTheFringes) {
   Twin truth = twin;
   const Harmonics planted{{0.008, -0.011}, {-0.003, 0.009}, {0.0, 0.005}, {0.004, -0.003}, {-0.004, 0.006}};
   truth.fringes.directions[0].harmonics.assign(3, planted);
-  const render::Reference reference(truth);
-  Images images(truth.cameras.size(),
-                std::vector<ImageF>(expand_sequence(truth.fringes).size(), ImageF(kWidth, kHeight, 0.0F)));
-  for (std::size_t c = 0; c < images.size(); ++c)
-#pragma omp parallel for schedule(dynamic)
-    for (int i = 0; i < kWidth * kHeight; ++i) {
-      const auto pixel = reference.pixel(c, i % kWidth, i / kWidth, {.gauss_n = 4});
-      for (std::size_t k = 0; k < images[c].size(); ++k)
-        images[c][k].data[static_cast<std::size_t>(i)] = static_cast<float>(pixel.irradiance[k]);
-    }
+  const Images images = traced_by_reference(truth);
   const std::vector<CameraImages> frames = frames_of(rendered(twin));
   Sensitivity sensitivity(renderer(), samples_of(images, same, frames));
   GroupFit fit(sensitivity, twin, parameters_of(twin, "harmonics"), {.exact = true});
@@ -361,6 +370,39 @@ TEST(PlantedGroups, HarmonicsOfTheFringes) {
   ASSERT_EQ(found.size(), 5u);
   EXPECT_EQ(found[0].cosine, fit.known()[0].value);
   EXPECT_EQ(found[4].sine, fit.known()[9].value);
+}
+
+// Of two pitches, beside that of the widest, which is not asked for; a response bends the fringes.
+TEST(PlantedGroups, ContrastOfThePitches) {
+  Twin twin = window_on_the_sphere();
+  twin.projector->response = {ProjectorResponse::Kind::gamma, 1.6, {}};
+  DirectionFringes& fringes = twin.fringes.directions[0];
+  fringes.contrast = {1.0, 1.0, 1.0};
+  const auto widest =
+      static_cast<std::size_t>(std::ranges::max_element(fringes.pitches_px) - fringes.pitches_px.begin());
+  Twin truth = twin;
+  std::vector<double>& planted = truth.fringes.directions[0].contrast;
+  for (std::size_t p = 0; p < 3; ++p)
+    if (p != widest) planted[p] = 0.98 - 0.03 * static_cast<double>(p);
+  const Images images = traced_by_reference(truth);
+  const std::vector<CameraImages> frames = frames_of(rendered(twin));
+  Sensitivity sensitivity(renderer(), samples_of(images, same, frames));
+  GroupFit fit(sensitivity, twin, parameters_of(twin, "contrast"), {.exact = true});
+  fit.run();
+  EXPECT_TRUE(fit.converged());
+  ASSERT_EQ(fit.parameters().size(), 2u);
+  for (std::size_t p = 0, k = 0; p < 3; ++p) {
+    const double found = fit.twin().fringes.directions[0].contrast_of(p);
+    if (p == widest) {
+      EXPECT_EQ(found, 1.0);
+      continue;
+    }
+    const GroupFit::Known& known = fit.known()[k++];
+    EXPECT_EQ(found, known.value);
+    EXPECT_NEAR(found, planted[p], 3.0 * known.sigma) << p;
+    EXPECT_LT(known.sigma, 2e-3) << p;
+  }
+  EXPECT_LT(fit.chi2(), 1.05);
 }
 
 }  // namespace

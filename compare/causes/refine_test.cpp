@@ -275,6 +275,9 @@ TEST(Refine, HarmonicsAreWrittenAsTheTwinHasThem) {
   after.fringes.directions.push_back({Axis::y, {13}, {0}, {}, {{{0.5, 0.125}}}});
   EXPECT_THAT(refined_toml({}, before, after),
               ::testing::HasSubstr("[fringes.y]\nharmonics = [[0.5, 0.125]]\n"));
+  after.fringes.directions[0].contrast = {1.0, 0.9375};
+  EXPECT_THAT(refined_toml({}, before, after),
+              ::testing::HasSubstr("[0, 0.25]], []]\ncontrast = [1, 0.9375]\n"));
 }
 
 }  // namespace

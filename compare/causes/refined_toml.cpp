@@ -88,13 +88,21 @@ std::string harmonics_text(const DirectionFringes& direction) {
   return fmt::format("[{}]", fmt::join(lists, ", "));
 }
 
-/// The key of each direction that differs: it wins over the one of [fringes].
+std::vector<double> contrasts(const DirectionFringes& direction) {
+  std::vector<double> all;
+  for (std::size_t p = 0; p < direction.pitches_px.size(); ++p) all.push_back(direction.contrast_of(p));
+  return all;
+}
+
+/// The keys of each direction that differ: they win over those of [fringes].
 std::string fringes_text(const Fringes& before, const Fringes& after) {
   std::string text;
   for (std::size_t d = 0; d < after.directions.size(); ++d) {
-    const std::string now = harmonics_text(after.directions[d]);
-    if (now != harmonics_text(before.directions[d]))
-      text += fmt::format("[fringes.{}]\nharmonics = {}\n\n", axis_name(after.directions[d].axis), now);
+    const DirectionFringes &now = after.directions[d], &then = before.directions[d];
+    TableText t(fmt::format("[fringes.{}]", axis_name(now.axis)));
+    t.key("harmonics", harmonics_text(then), harmonics_text(now));
+    t.key("contrast", numbers(contrasts(then)), numbers(contrasts(now)));
+    text += t.text();
   }
   return text;
 }

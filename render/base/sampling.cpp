@@ -79,7 +79,7 @@ double harmonic_size(const Twin& twin, const std::vector<double>& shown, const D
     const double u = 0.5 * kTwoPi * order * twin.projector->least_blur_px() / direction.pitches_px[pitch];
     size += shown[i] * std::exp(-2.0 * u * u);
   }
-  return size;
+  return size * direction.contrast_of(pitch);
 }
 
 // Returns the sum of what the rule leaves too much of the higher harmonics of the fringes of a pitch, the

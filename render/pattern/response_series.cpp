@@ -55,6 +55,13 @@ double left_beyond(int harmonics, double sigma_px, double pitch_px) {
   return std::numeric_limits<double>::infinity();
 }
 
+/// Scales all that varies with the phase; 1 changes no bit.
+void give_contrast(double contrast, PhaseSeries* series) {
+  if (contrast == 1.0) return;
+  for (std::size_t k = 1; k < series->a.size(); ++k) series->a[k] *= contrast;
+  for (std::size_t k = 1; k < series->b.size(); ++k) series->b[k] *= contrast;
+}
+
 }  // namespace
 
 PhaseSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
@@ -95,9 +102,11 @@ SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<
     direct.emplace_back(d.pitches_px.size());
     carried.emplace_back(d.pitches_px.size());
     if (twin.projector->pixel_structure || twin.fringes.steps == 0) continue;
-    for (std::size_t p = 0; p < d.pitches_px.size(); ++p)
+    for (std::size_t p = 0; p < d.pitches_px.size(); ++p) {
       carried.back()[p] =
           short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, kMostPairs, d.harmonics_of(p));
+      give_contrast(d.contrast_of(p), &carried.back()[p]);
+    }
   }
   // Added harmonics cost no pairs where they are formed from the fundamental (formed_harmonics.hpp).
   const bool added_alone = is_linear(twin.projector->response) && !twin.projector->pixel_structure &&

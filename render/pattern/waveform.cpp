@@ -241,6 +241,10 @@ EffectivePattern::EffectivePattern(const Twin& twin, const PatternSpec& pattern)
   const std::size_t p = pattern.is_gray() ? 0 : static_cast<std::size_t>(pattern.pitch);
   pitch_px_ = d.pitches_px.at(p);
   origin_px_ = d.phase_origin_px.at(p);
+  if (!pattern.is_gray() && d.contrast_of(p) != 1.0) {
+    contrast_ = d.contrast_of(p);
+    mean_light_ = fringe_series(response_, fringes_, {}, 0).a[0];
+  }
   if (twin.projector->pixel_structure) {
     method_ = Method::pixels;
     pixel_fill_ = twin.projector->pixel_fill;
@@ -304,6 +308,12 @@ double EffectivePattern::light(double phase_rad) const {
 }
 
 double EffectivePattern::operator()(double coordinate_px) const {
+  const double light = full_contrast(coordinate_px);
+  return contrast_ == 1.0 ? light : mean_light_ + contrast_ * (light - mean_light_);
+}
+
+// Returns the light of a fringe whose contrast is 1.
+double EffectivePattern::full_contrast(double coordinate_px) const {
   switch (method_) {
     case Method::direct:
       return respond(response_, pattern_value(fringes_, pattern_, coordinate_px)) +

@@ -38,9 +38,10 @@ PhaseSeries fringe_series(const ProjectorResponse& response, const Fringes& frin
 double total_variation(const ProjectorResponse& response, const Fringes& fringes);
 
 /// One image of the sequence after response and Gaussian blur, as a function of the projector coordinate.
-/// Build once, evaluate often. Without blur: response(pattern_value(x)) + harmonic_light(x). With pixel
-/// structure x is that of the pixel's centre, the value rounded to the frame buffer's levels; with gaps
-/// between the pixels it is relative to a white image there (gap_waveform).
+/// Build once, evaluate often. Without blur: response(pattern_value(x)) + harmonic_light(x), its swing about
+/// the mean over a period times the contrast of the pitch. With pixel structure x is that of the pixel's
+/// centre, the value rounded to the frame buffer's levels; with gaps between the pixels it is relative to a
+/// white image there (gap_waveform).
 class EffectivePattern {
  public:
   EffectivePattern(const Twin& twin, const PatternSpec& pattern);
@@ -55,6 +56,7 @@ class EffectivePattern {
     double before = 0.0;  ///< value left of it
     double step = 0.0;
   };
+  double full_contrast(double coordinate_px) const;
   double light(double phase_rad) const;
   double convolve(double coordinate_px) const;
   double sum_edges(double coordinate_px) const;
@@ -69,6 +71,7 @@ class EffectivePattern {
   ProjectorResponse response_;
   double sigma_px_ = 0.0, pitch_px_ = 1.0, origin_px_ = 0.0, shift_rad_ = 0.0;
   double margin_px_ = 0.0, pixel_fill_ = 1.0, levels_ = 0.0;
+  double contrast_ = 1.0, mean_light_ = 0.0;  ///< the mean: over a period, where there is a contrast
   PhaseSeries series_;          ///< blurred, phase steps; with convolution the added harmonics alone
   std::vector<double> breaks_;  ///< t within one turn where the light is not smooth
   std::vector<Edge> edges_;     ///< ascending, Gray images

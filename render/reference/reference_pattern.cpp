@@ -73,6 +73,10 @@ ReferencePattern::ReferencePattern(const Twin& twin, const PatternSpec& pattern)
   const std::size_t p = spec_.is_gray() ? 0 : static_cast<std::size_t>(spec_.pitch);
   pitch_px_ = d.pitches_px.at(p);
   origin_px_ = d.phase_origin_px.at(p);
+  if (!spec_.is_gray() && !d.contrast.empty()) {
+    contrast_ = d.contrast.at(p);
+    mean_ = mean_over_a_period();
+  }
   if (spec_.is_gray() || projector_.pixel_structure || projector_.blur_px == 0.0 ||
       fringes_.waveform.kind != Waveform::Kind::sine)
     return;
@@ -187,7 +191,22 @@ double ReferencePattern::waveform(double x, double radius, double sigma) const {
       radius, [&](double o) { return response(pattern_value(fringes_, spec_, x - o)); }, kPanelsWithKinks);
 }
 
+// The plain mean of the light before blur, at the middles of parts of a period.
+double ReferencePattern::mean_over_a_period() const {
+  constexpr int kParts = 1 << 16;
+  double sum = 0.0;
+  for (int i = 0; i < kParts; ++i)
+    sum += response(pattern_value(fringes_, spec_, origin_px_ + pitch_px_ * (i + 0.5) / kParts));
+  return sum / kParts;
+}
+
 double ReferencePattern::operator()(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const {
+  const double light = full_contrast(q_px, defocus_px);
+  return contrast_ == 1.0 ? light : contrast_ * light + (1.0 - contrast_) * mean_;
+}
+
+// The light of a fringe that has all its contrast.
+double ReferencePattern::full_contrast(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const {
   const double x = axis_ == Axis::x ? q_px.x() : q_px.y();
   const double radius = axis_ == Axis::x ? defocus_px.x() : defocus_px.y();
   const double sigma =

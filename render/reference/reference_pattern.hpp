@@ -27,6 +27,8 @@ class ReferencePattern {
   double response(double value) const;
   double frame_buffer(long pixel) const;
   double harmonics(double x, double radius, double sigma) const;
+  double full_contrast(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const;
+  double mean_over_a_period() const;
   double sum_pieces(double x, double radius, double width, double start, double sigma) const;
   double convolve(double x, double sigma) const;
   double smooth(double x, double radius) const;
@@ -37,7 +39,8 @@ class ReferencePattern {
   PatternSpec spec_;
   Axis axis_ = Axis::x;
   double pitch_px_ = 1.0, origin_px_ = 0.0;
-  std::vector<double> fourier_;  ///< of the response over one period
+  double contrast_ = 1.0, mean_ = 0.0;  ///< of the pitch; the mean over a period, where a contrast is stated
+  std::vector<double> fourier_;         ///< of the response over one period
 };
 
 }  // namespace fringetwin::render

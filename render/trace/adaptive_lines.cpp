@@ -50,7 +50,7 @@ AdaptiveTrace::LineErrors AdaptiveTrace::add_lines(const Sums& sums, std::size_t
   for (std::size_t p = 0; p < panels_; ++p)
     for (std::size_t l = 0; l < LINES_PER_PANEL; ++l)
       open = std::hypot(open, kPanelWeights[l] * at(pass_->channels(), LINES_PER_PANEL * p + l));
-  open *= std::max(1.0, job_.twin.fringes.mean + job_.twin.fringes.amplitude) / panels_;
+  open *= std::max(1.0, job_.twin.fringes.mean + job_.twin.fringes.amplitude * contrast_) / panels_;
   const double gray = std::hypot(irradiance_error(mean, fringe) + job_.twin.projector->ambient * hit, open);
   if (!std::isfinite(gray + phase)) return {HUGE_VAL, HUGE_VAL, open > 0.0};
   return {gray, phase, open > 0.0};

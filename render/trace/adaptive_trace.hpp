@@ -170,7 +170,8 @@ class AdaptiveTrace {
   // Returns the error of an irradiance image, given those of its mean and of its cosine and sine (with what
   // is formed from them).
   double irradiance_error(double mean, double fringe) const {
-    return job_.twin.fringes.mean * std::abs(mean) + job_.twin.fringes.amplitude * weight_ * fringe;
+    return job_.twin.fringes.mean * std::abs(mean) +
+           job_.twin.fringes.amplitude * contrast_ * weight_ * fringe;
   }
 
   void count_error(double phase_rad, double irradiance) {
@@ -184,6 +185,7 @@ class AdaptiveTrace {
   const PassPlan* pass_ = nullptr;
   PassPlan whole_, plain_;  // all pairs; the fundamentals alone, where harmonics are formed
   bool first_pass_ = true;
+  double contrast_ = job_.twin.fringes.largest_contrast();
   double weight_ = 1.0;  // of an error of the contrast, with that of the harmonics that are formed
   PixelState written_ = PixelState::plain;
   std::vector<PixelState> states_;

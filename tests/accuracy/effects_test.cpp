@@ -461,7 +461,10 @@ Twin everything() {
   p.optics = Optics{2.0, 15.0, 270.0};
   p.pixel_structure = true;
   p.quantise_bits = 8;
-  for (DirectionFringes& d : twin.fringes.directions) d.harmonics.assign(3, {{0.01, 0.02}});
+  for (DirectionFringes& d : twin.fringes.directions) {
+    d.harmonics.assign(3, {{0.01, 0.02}});
+    d.contrast = {1.0, 0.95, 0.9};
+  }
   twin.fringes.waveform = {Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}};
   twin.render.bounces = 1;
   give_light_factors(twin);

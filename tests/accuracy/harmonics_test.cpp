@@ -50,6 +50,11 @@ Twin with_harmonics(Twin twin, const Harmonics& harmonics = kHarmonics) {
   return twin;
 }
 
+Twin with_contrast(Twin twin, const std::vector<double>& contrast) {
+  for (DirectionFringes& d : twin.fringes.directions) d.contrast = contrast;
+  return twin;
+}
+
 Twin with_axis(Twin twin, Axis axis) {
   twin.fringes.directions[0].axis = axis;
   return twin;
@@ -95,6 +100,37 @@ TEST(FringeHarmonics, OffChangesNoBit) {
       shared_renderer()->render(with_harmonics(twin, {{0.0, 0.0}}), 0, render::choose_sampling(twin));
   EXPECT_EQ(zero.sampling.sampler, Sampler::adaptive);
   expect_same_bits(off, zero);
+}
+
+TEST(FringeContrast, OffChangesNoBit) {
+  REQUIRE_RENDERER();
+  Twin twin = window();
+  for (const double blur_px : {0.0, 1.2}) {
+    twin.projector->blur_px = blur_px;
+    expect_same_bits(twin, with_contrast(twin, {1.0, 1.0, 1.0}));
+    expect_same_bits(with_harmonics(twin), with_contrast(with_harmonics(twin), {1.0, 1.0, 1.0}));
+  }
+}
+
+// Each pitch its own, over all ways a fringe is carried: cosines, harmonics formed and summed up, steps
+// evaluated one by one behind a response, pixels, binary fringes with and without blur.
+TEST(FringeContrast, AgreesWithTheReference) {
+  REQUIRE_RENDERER();
+  const std::vector<double> contrast{1.0, 0.7, 0.9};
+  const Twin plain = with_contrast(window(), contrast);
+  expect_agreement(plain, "contrast", 50, 7);
+  expect_agreement(with_harmonics(plain), "contrast, harmonics", 50, 7);
+  Twin bent = with_harmonics(plain);
+  bent.projector->response = {ProjectorResponse::Kind::gamma, 2.2, {}};
+  expect_agreement(bent, "contrast, harmonics, gamma", 50, 7);
+  bent.projector->blur_px = 1.2;
+  expect_agreement(bent, "contrast, harmonics, gamma, blur", 50, 7);
+  Twin pixels = plain;
+  pixels.projector->pixel_structure = true;
+  expect_agreement_point_by_point(pixels, "contrast, pixels", 3e-4);
+  Twin blurred = binary(plain);
+  blurred.projector->blur_px = 1.2;
+  expect_agreement(blurred, "contrast, binary, blur", 50, 7);
 }
 
 // ---------------------------------------------------------------- harmonics

@@ -81,6 +81,19 @@ std::vector<Harmonics> read_harmonics(const TomlTable& table, std::size_t n_pitc
   return harmonics;
 }
 
+/// A number for all pitches, or one per pitch; none where each is 1.
+std::vector<double> read_contrast(const TomlTable& table, std::size_t n_pitches) {
+  static const std::string key = "contrast";
+  static const NumberRange range{.min = 0.0, .max = kLargestContrast, .min_excluded = true};
+  if (!table.has(key)) return {};
+  if (!table.is_array(key)) return std::vector<double>(n_pitches, table.number_or(key, 1.0, range));
+  const std::vector<double> values = *table.numbers(key, range);
+  if (values.size() != n_pitches)
+    table.fail(key, fmt::format("must be a number or one per pitch: {} values for {} pitches", values.size(),
+                                n_pitches));
+  return values;
+}
+
 /// Returns the size of the first Fourier coefficient of a period.
 double first_harmonic(const std::vector<double>& values) {
   const auto n = static_cast<double>(values.size());
@@ -121,7 +134,7 @@ Waveform read_waveform(const TomlTable& table) {
 DirectionFringes read_direction(const TomlTable& table, Axis axis) {
   const std::string key = axis_name(axis);
   const std::optional<TomlTable> own = table.table(key);
-  if (own) own->allow({"pitches_px", "phase_origin_px", "harmonics", "gray"});
+  if (own) own->allow({"pitches_px", "phase_origin_px", "harmonics", "contrast", "gray"});
   const auto source = [&](const std::string& name) -> const TomlTable& {
     return own && own->has(name) ? *own : table;
   };
@@ -132,6 +145,7 @@ DirectionFringes read_direction(const TomlTable& table, Axis axis) {
   direction.pitches_px = read_pitches(source("pitches_px"));
   direction.phase_origin_px = read_phase_origin(source("phase_origin_px"), direction.pitches_px.size());
   direction.harmonics = read_harmonics(source("harmonics"), direction.pitches_px.size());
+  direction.contrast = read_contrast(source("contrast"), direction.pitches_px.size());
   if (const auto gray = table.table("gray")) direction.gray = read_gray(*gray, {}, false);
   if (own)
     if (const auto gray = own->table("gray"))
@@ -202,7 +216,7 @@ Fringes read_fringes(const TomlTable& root) {
   if (!found) root.fail("fringes", "is missing", "a twin needs [fringes]");
   const TomlTable& table = *found;
   table.allow({"directions", "pitches_px", "steps", "unwrap", "mean", "amplitude", "phase_origin_px",
-               "waveform", "harmonics", "gray", "images", "x", "y"});
+               "waveform", "harmonics", "contrast", "gray", "images", "x", "y"});
   Fringes fringes;
   fringes.steps = table.required_integer("steps", 0, 1000);
   if (fringes.steps == 1 || fringes.steps == 2)

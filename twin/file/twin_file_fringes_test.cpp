@@ -37,6 +37,23 @@ TEST_F(TwinFileFringes, HarmonicsOfTheFringes) {
     EXPECT_EQ(each.directions[1].harmonics_of(pitch), (Harmonics{{0.1, 0.2}, {0.3, 0.4}}));
 }
 
+// A contrast for all pitches, for each, and of one direction alone; out of range, or not one per pitch.
+TEST_F(TwinFileFringes, ContrastOfTheFringes) {
+  const std::string head = kHead + kCamera +
+                           "[fringes]\ndirections = [\"x\", \"y\"]\npitches_px = [64, 16]\nsteps = 8\n"
+                           "unwrap = \"hierarchical\"\n";
+  const Fringes none = load(head).fringes;
+  EXPECT_FALSE(none.has_contrast());
+  EXPECT_EQ(none.directions[0].contrast_of(1), 1.0);
+  EXPECT_FALSE(load(head + "contrast = 1\n").fringes.has_contrast());
+  const Fringes each = load(head + "contrast = 0.75\n[fringes.y]\ncontrast = [1, 0.5]\n").fringes;
+  EXPECT_TRUE(each.has_contrast());
+  EXPECT_EQ(each.directions[0].contrast, (std::vector<double>{0.75, 0.75}));
+  EXPECT_EQ(each.directions[1].contrast, (std::vector<double>{1.0, 0.5}));
+  for (const char* bad : {"0", "2.5", "[1]", "[1, -0.5]", "\"much\""})
+    EXPECT_THROW(load(head + "contrast = " + bad + "\n"), UserError) << bad;
+}
+
 TEST_F(TwinFileFringes, BlurFieldOfTheProjector) {
   const std::string head = kHead + kCamera + kFringes;
   EXPECT_FALSE(load(head + kProjector).projector->has_blur_field());
