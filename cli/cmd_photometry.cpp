@@ -132,6 +132,16 @@ void print_summary(const calib::Photometry& p) {
     if (c.linearity)
       fmt::print("{}: level against exposure straight to {:.2f} % (worst)\n", c.camera,
                  c.linearity->worst_percent);
+    if (c.response) {
+      const calib::ResponseFit& r = *c.response;
+      fmt::print(
+          "{}: response {}; every second exposure predicted to {:.3f} DN rms ({:.3f} with its own light)\n",
+          c.camera,
+          r.has_knee ? fmt::format("with a knee at {} DN, slope times {}", pm(r.knee_dn, 4),
+                                   pm(r.knee_slope_ratio, 3))
+                     : "without a knee",
+          r.held_out_rms_dn, r.held_out_rms_own_light_dn);
+    }
     if (c.flat) fmt::print("{}: {:.4f} of the light at the corners\n", c.camera, c.flat->corner);
     if (c.light) {
       const auto [least, most] = std::ranges::minmax(c.light->factor);

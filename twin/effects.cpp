@@ -15,6 +15,7 @@ void widen_sensor(Sensor& sensor) {
   sensor.black_level_dn *= scale;
   if (sensor.electrons_per_dn) *sensor.electrons_per_dn /= scale;
   if (sensor.read_noise_dn) *sensor.read_noise_dn *= scale;
+  sensor.response = sensor.response.scaled(scale);
 }
 
 /// True for one analytic object that cannot shade itself: the renderer leaves the shadow rays off by itself.
@@ -191,6 +192,11 @@ std::vector<Effect> make_effects() {
           "pattern rounding", "patterns of any gray value",
           [](const Projector& p) { return p.quantise_bits.has_value(); },
           [](Projector& p) { p.quantise_bits.reset(); }, "[projector] quantise_bits = 8"),
+      of_each(
+          &Twin::cameras, EffectStage::sensor, "camera response", "gray values straight over the light",
+          [](const Camera& c) { return !c.sensor.response.straight(); },
+          [](Camera& c) { c.sensor.response = {}; },
+          "[camera.sensor] response = { knee_dn = 120.0, slope = 0.85 } or { table = [[...], ...] }"),
       in_noise_theory(of_each(
           &Twin::cameras, EffectStage::sensor, "sensor noise", "a sensor without shot and read noise",
           [](const Camera& c) { return c.sensor.has_noise(); },

@@ -33,6 +33,8 @@ std::vector<Way> all_ways() {
        [](Twin& t) {
          second(t).optics = Optics{8.0, 10.0, 270.0};
        }},
+      {"camera response", "of the second camera alone",
+       [](Twin& t) { second(t).sensor.response = knee_response(90.0, 0.8); }},
       {"sensor noise", "electrons alone", [](Twin& t) { second(t).sensor.electrons_per_dn = 40.0; }},
       {"sensor noise", "read noise alone", [](Twin& t) { second(t).sensor.read_noise_dn = 0.5; }},
       {"sensor rounding", "of the second camera alone", [](Twin& t) { second(t).sensor.bit_depth = 12; }},

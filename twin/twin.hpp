@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "twin/camera_response.hpp"
 #include "twin/fringes.hpp"
 #include "twin/image/image.hpp"
 #include "twin/lens/lens.hpp"
@@ -27,10 +28,11 @@ namespace fringetwin {
 struct Sensor {
   int bit_depth = 8;  ///< 8...16
   std::optional<double> exposure_ms;
-  double gain_dn = 1.0;  ///< photoelectric gain coefficient, DN per unit irradiance
+  double gain_dn = 1.0;  ///< photoelectric gain coefficient, DN per unit irradiance: slope at the origin
   double black_level_dn = 0.0;
   std::optional<double> electrons_per_dn;  ///< shot noise on when given
   std::optional<double> read_noise_dn;
+  CameraResponse response = {};  ///< of the signal gain_dn E, before black level and noise
   double max_dn() const { return static_cast<double>((1 << bit_depth) - 1); }
   bool has_noise() const { return electrons_per_dn.has_value() || read_noise_dn.value_or(0.0) > 0.0; }
 };
@@ -42,6 +44,7 @@ void list_keys(Keys& keys, const Sensor*) {
   keys("black_level_dn");
   keys("electrons_per_dn", &Sensor::electrons_per_dn, NumberRange::positive());
   keys("read_noise_dn", &Sensor::read_noise_dn, NumberRange::not_negative());
+  keys("response");
 }
 
 /// Thin lens; the aperture diameter is focal_length_mm / f_number, the focus plane lies at camera

@@ -58,6 +58,16 @@ std::string sensor_toml(const CameraPhotometry& c) {
   return out;
 }
 
+/// The camera's response as a key of [camera.sensor].
+std::string camera_response_toml(const ResponseFit& fit) {
+  std::string points;
+  for (const CameraResponse::Corner& c : fit.response.corners)
+    points += fmt::format("{}[{:.3f}, {:.3f}]", points.empty() ? "" : ", ", c.in_dn, c.out_dn);
+  return fmt::format("# predicts every second exposure to {:.2g} DN rms from the others\n",
+                     fit.held_out_rms_dn) +
+         "response = { table = [" + points + "] }\n";
+}
+
 std::string factors_toml(const std::string& name, const std::vector<double>& factors) {
   return fmt::format("{} = [{:.6f}]\n", name, fmt::join(factors, ", "));
 }
@@ -72,7 +82,7 @@ std::string camera_toml(const CameraPhotometry& c, const std::vector<double>& ex
                fmt::format("± {:.2g}, {:.2g}, {:.2g}; {:.3f} at the corners", a[0].sigma, a[1].sigma,
                            a[2].sigma, c.flat->corner));
   }
-  return out + sensor_toml(c);
+  return out + sensor_toml(c) + (c.response ? camera_response_toml(*c.response) : "");
 }
 
 std::string response_toml(const ProjectorPhotometry& p) {
@@ -174,6 +184,29 @@ Json linearity_json(const CameraPhotometry& c) {
     out["points"].push_back({{"exposure_ms", l.exposure_ms[i]},
                              {"level_dn", json_number(l.level_dn[i])},
                              {"residual_percent", json_number(l.residual_percent[i])}});
+  return out;
+}
+
+Json camera_response_json(const CameraPhotometry& c) {
+  if (!c.response) return nullptr;
+  const ResponseFit& r = *c.response;
+  Json out = {{"has_knee", r.has_knee}};
+  put(out, "slope_at_origin", "dn_per_ms", r.dn_per_ms);
+  put(out, "delay", "ms", r.delay_ms);
+  put(out, "knee", "dn", r.knee_dn);
+  put(out, "knee_slope_ratio", "", r.knee_slope_ratio);
+  out["held_out_rms_dn"] = json_number(r.held_out_rms_dn);
+  out["held_out_rms_own_light_dn"] = json_number(r.held_out_rms_own_light_dn);
+  out["table"] = Json::array();
+  for (std::size_t i = 0; i < r.response.corners.size(); ++i)
+    out["table"].push_back({{"in_dn", json_number(r.response.corners[i].in_dn)},
+                            {"out_dn", json_number(r.response.corners[i].out_dn)},
+                            {"out_sigma_dn", json_number(r.corner_sigma_dn[i])}});
+  out["held_out"] = Json::array();
+  for (std::size_t i = 0; i < r.held_out_ms.size(); ++i)
+    out["held_out"].push_back({{"exposure_ms", json_number(r.held_out_ms[i])},
+                               {"rms_dn", json_number(r.held_out_image_dn[i])},
+                               {"own_light", json_number(r.own_light[i])}});
   return out;
 }
 
@@ -285,6 +318,7 @@ std::string photometry_json(const Photometry& photometry, const Origin& origin) 
     camera["photon_transfer"] = transfer_json(c);
     camera["saturation"] = saturation_json(c);
     camera["exposure_linearity"] = linearity_json(c);
+    camera["camera_response"] = camera_response_json(c);
     camera["flat_field"] = flat_json(c);
     camera["light"] = light_json(c);
     camera["projector"] = Json::array();

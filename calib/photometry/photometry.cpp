@@ -161,6 +161,23 @@ std::optional<ExposureLinearity> exposure_linearity(const CameraFrames& frames) 
   return l;
 }
 
+/// Fits the camera's response to the series with an exposure; a warning where their curve is none.
+void measure_response(const CameraFrames& frames, double saturation_dn, CameraPhotometry& out,
+                      std::vector<std::string>& warnings) {
+  std::vector<ExposedBlocks> images;
+  for (const StillSeries& series : frames.series)
+    if (series.exposure_ms)
+      images.push_back(exposed_blocks(series.images, *series.exposure_ms, saturation_dn));
+  const double black_dn = out.black_measured ? out.black_level_dn.value : out.sensor.black_level_dn;
+  try {
+    out.response = fit_response(std::move(images), black_dn, "camera " + out.camera);
+  } catch (const UserError& e) {
+    if (e.code() != ExitCode::input) throw;
+    warnings.push_back(std::string("no camera response: ") + e.what());
+  }
+  if (out.response) out.sensor.response = out.response->response;
+}
+
 void warn_of_fringes(const ProjectorPhotometry& p, const std::string& where,
                      std::vector<std::string>& warnings) {
   for (const PitchHarmonics& pitch : p.harmonics.pitches)
@@ -344,12 +361,13 @@ Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>&
     add_dark(frames[c].dark, saturation, camera, out.warnings);
     measure_transfer(twin, frames[c], saturation, camera, out.warnings);
     camera.linearity = exposure_linearity(frames[c]);
+    measure_response(frames[c], saturation, camera, out.warnings);
     measure_flat(frames[c], saturation, camera);
     measure_projector(twin, c, frames[c], saturation, camera, out.warnings);
     update_sensor(camera);
     measure_light(twin, frames[c], camera);
-    anything =
-        anything || camera.transfer || camera.flat || camera.black_measured || !camera.directions.empty();
+    anything = anything || camera.transfer || camera.response || camera.flat || camera.black_measured ||
+               !camera.directions.empty();
     out.cameras.push_back(std::move(camera));
   }
   if (!anything)

@@ -8,6 +8,7 @@
 #include "calib/photometry/flat_field.hpp"
 #include "calib/photometry/photon_transfer.hpp"
 #include "calib/photometry/projector_response.hpp"
+#include "calib/photometry/response_fit.hpp"
 #include "measure/decode/light_factors.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
@@ -45,6 +46,7 @@ struct CameraPhotometry {
   double flicker = 0.0;    ///< rms of the gain between repeats
   Saturation saturation;
   std::optional<ExposureLinearity> linearity;
+  std::optional<ResponseFit> response;
   std::optional<FlatField> flat;
   std::vector<ProjectorPhotometry> directions;  ///< what this camera says of the projector
   /// The light of each image of the first capture; nothing where its steps do not tell.

@@ -92,7 +92,14 @@ double GrayNoise::known_to(const std::vector<float>& levels) const {
 
 double GrayNoise::variance(double gray_dn) const {
   if (measured_) return measured_->variance(gray_dn) + added_;
-  return sensor_variance_dn2(sensor_, gray_dn) - (radiance_ ? kRoundingVariance : 0.0) + added_;
+  const CameraResponse& response = sensor_.response;
+  if (response.straight())
+    return sensor_variance_dn2(sensor_, gray_dn) - (radiance_ ? kRoundingVariance : 0.0) + added_;
+  // The pair's values are straightened: noise of the values as they were taken is divided by the slope.
+  const double light = gray_dn - sensor_.black_level_dn;
+  return (sensor_variance_dn2(sensor_, response(light) + sensor_.black_level_dn) -
+          (radiance_ ? kRoundingVariance : 0.0) + added_) /
+         std::pow(response.slope(light), 2);
 }
 
 void GrayNoise::estimate(const GrayPair& pair, const CameraDecode& real, const std::vector<int>& steps,

@@ -68,7 +68,33 @@ void check_images(const CameraImages& images, const GrayPair& pair, const char* 
                       "use captures of this rig");
 }
 
+/// Puts straightened images in the place of those that were taken; irradiance is straight.
+void straighten(GrayPair& pair) {
+  const Sensor& sensor = pair.camera->sensor;
+  if (!pair.real->radiance) {
+    pair.straight_real = straightened(*pair.real, sensor);
+    pair.real = pair.straight_real.get();
+  }
+  if (pair.simulated && !pair.simulated->radiance) {
+    pair.straight_simulated = straightened(*pair.simulated, sensor);
+    pair.simulated = pair.straight_simulated.get();
+  }
+}
+
 }  // namespace
+
+std::shared_ptr<const CameraImages> straightened(const CameraImages& images, const Sensor& sensor) {
+  const auto straight = [&](double dn) {
+    return sensor.black_level_dn + sensor.response.inverse(dn - sensor.black_level_dn);
+  };
+  auto out = std::make_shared<CameraImages>(images);
+  for (ImageF& image : out->images)
+    for (float& value : image.data) value = static_cast<float>(straight(static_cast<double>(value)));
+  // Compared with straightened values, which are floats: the bound is rounded as they are.
+  const auto saturated = static_cast<float>(straight(images.saturation_dn()));
+  out->clip = Clip{static_cast<double>(saturated), images.clip ? images.clip->n : 0};
+  return out;
+}
 
 ImageU8 valid_in_both(const Camera& camera, std::size_t index, const Side& real, const Side& simulated) {
   ImageU8 mask(camera.lens.width(), camera.lens.height(), 1);
@@ -109,6 +135,7 @@ std::vector<GrayPair> pair_gray(const Twin& twin, const Side& real, const Side& 
     pair.camera = &twin.cameras[c];
     pair.real = &real.images[c];
     if (!simulated.images.empty()) pair.simulated = &simulated.images.at(c);
+    if (!pair.camera->sensor.response.straight()) straighten(pair);
     pair.irradiance = has_irradiance ? &simulated.irradiance.at(c) : pair.simulated;
     const Sensor& sensor = pair.camera->sensor;
     if (!pair.irradiance->radiance) {

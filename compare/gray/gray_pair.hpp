@@ -4,6 +4,7 @@
 #pragma once
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,9 @@ namespace fringetwin::compare {
 /// Holds what both sides have of one camera. Points into Twin and Side, which must outlive it.
 struct GrayPair {
   const Camera* camera = nullptr;
-  const CameraImages* real = nullptr;
-  const CameraImages* simulated = nullptr;   ///< DN as rendered with the twin's sensor; may be null
+  const CameraImages* real = nullptr;  ///< straightened where the twin's camera has a response
+  const CameraImages* simulated =
+      nullptr;  ///< DN as rendered with the twin's sensor, straightened; may be null
   const CameraImages* irradiance = nullptr;  ///< never null: irradiance, or the simulated DN themselves
   /// Irradiance E = e_scale * (value of `irradiance`) + e_offset.
   double e_scale = 1.0, e_offset = 0.0;
@@ -26,6 +28,8 @@ struct GrayPair {
   std::vector<int> images;            ///< sequence indices compared (phase steps and Gray code)
   std::vector<int> gain_images;       ///< those the gain is fitted on
   ImageU8 mask;                       ///< 1 where both decodes call the pixel valid
+  /// Own what `real` and `simulated` point to where gray values are straightened.
+  std::shared_ptr<const CameraImages> straight_real = {}, straight_simulated = {};
 
   int width() const { return mask.width; }
   int height() const { return mask.height; }
@@ -38,6 +42,9 @@ struct GrayPair {
   /// Returns the irradiance E there.
   double irradiance_at(int image, std::size_t i) const { return e_scale * source_at(image, i) + e_offset; }
 };
+
+/// Returns the images as a camera whose response is straight would have taken them: black + f^-1(DN - black).
+std::shared_ptr<const CameraImages> straightened(const CameraImages& images, const Sensor& sensor);
 
 /// Returns a mask that is 1 where no decode of either side calls the pixel invalid.
 ImageU8 valid_in_both(const Camera& camera, std::size_t index, const Side& real, const Side& simulated);

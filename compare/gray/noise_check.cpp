@@ -266,7 +266,10 @@ void check_phase(const Camera& camera, const measure::DirectionDecode& d, const 
 
 double sensor_variance_dn2(const Sensor& sensor, double dn) {
   double v = kRoundingVariance;
-  if (sensor.electrons_per_dn) v += std::max(dn - sensor.black_level_dn, 0.0) / *sensor.electrons_per_dn;
+  if (sensor.electrons_per_dn) {
+    const double light = std::max(sensor.response.inverse(dn - sensor.black_level_dn), 0.0);
+    v += std::pow(sensor.response.slope(light), 2) * light / *sensor.electrons_per_dn;
+  }
   const double read = sensor.read_noise_dn.value_or(0.0);
   return v + read * read;
 }

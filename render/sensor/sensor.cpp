@@ -25,38 +25,68 @@ float stored(double dn, double max_dn) {
   return dn == dn ? rounded : std::numeric_limits<float>::quiet_NaN();
 }
 
+/// The signal of a sensor whose gray values are straight over the light.
+struct StraightLine {
+  explicit StraightLine(const Sensor&) {}
+  double signal_dn(double light_dn) const { return light_dn; }
+  double shot_variance(double light_dn, double per_light) const {
+    return std::max(0.0, light_dn) * per_light;
+  }
+};
+
+/// The signal of a sensor with a response: shot noise is the light's, and goes through the curve as it does.
+struct Curve {
+  const CameraResponse& response;
+  explicit Curve(const Sensor& sensor) : response(sensor.response) {}
+  double signal_dn(double light_dn) const { return response(light_dn); }
+  double shot_variance(double light_dn, double per_light) const {
+    const double slope = response.slope(light_dn);
+    return slope * slope * std::max(0.0, light_dn) * per_light;
+  }
+};
+
 /// The formula of sensor.hpp with a sensor's numbers.
+template <class Response>
 struct Formula {
-  double gain_dn, black_level_dn, shot_per_signal, read_variance, max_dn;
+  double gain_dn, black_level_dn, shot_per_light, read_variance, max_dn;
+  Response response;
 
   explicit Formula(const Sensor& sensor)
       : gain_dn(sensor.gain_dn),
         black_level_dn(sensor.black_level_dn),
-        shot_per_signal(sensor.electrons_per_dn ? 1.0 / *sensor.electrons_per_dn : 0.0),
+        shot_per_light(sensor.electrons_per_dn ? 1.0 / *sensor.electrons_per_dn : 0.0),
         read_variance(std::pow(sensor.read_noise_dn.value_or(0.0), 2)),
-        max_dn(sensor.max_dn()) {}
+        max_dn(sensor.max_dn()),
+        response(sensor) {}
 
-  double signal_dn(float irradiance) const { return gain_dn * static_cast<double>(irradiance); }
-  float noiseless(float irradiance) const { return stored(signal_dn(irradiance) + black_level_dn, max_dn); }
-  double sigma_dn(double signal) const {
-    return std::sqrt(std::max(0.0, signal) * shot_per_signal + read_variance);
+  double light_dn(float irradiance) const { return gain_dn * static_cast<double>(irradiance); }
+  double signal_dn(double light) const { return response.signal_dn(light); }
+  float noiseless(float irradiance) const {
+    return stored(signal_dn(light_dn(irradiance)) + black_level_dn, max_dn);
+  }
+  double sigma_dn(double light) const {
+    return std::sqrt(response.shot_variance(light, shot_per_light) + read_variance);
   }
 };
 
 using Block = std::array<double, kMostDeviates>;
 
-float exact_value(const Formula& formula, float irradiance, double deviate) {
-  const double signal = formula.signal_dn(irradiance);
-  return stored(signal + formula.black_level_dn + formula.sigma_dn(signal) * deviate, formula.max_dn);
+template <class Response>
+float exact_value(const Formula<Response>& formula, float irradiance, double deviate) {
+  const double light = formula.light_dn(irradiance);
+  return stored(formula.signal_dn(light) + formula.black_level_dn + formula.sigma_dn(light) * deviate,
+                formula.max_dn);
 }
 
 /// Computes gray values from near deviates, NaN where another one is possible with the exact deviate.
 /// Rounding is monotone: a value is sure where both ends of the deviate's error are stored alike.
-void near_values(const Formula& formula, std::span<const float> irradiance, const Block& deviates,
+template <class Response>
+void near_values(const Formula<Response>& formula, std::span<const float> irradiance, const Block& deviates,
                  float* gray) {
   constexpr double kArithmetic = 1e-14;  // of the formula's own rounding, a few units of 1.1e-16 of each term
   for (std::size_t i = 0; i < irradiance.size(); ++i) {
-    const double signal = formula.signal_dn(irradiance[i]), sigma = formula.sigma_dn(signal);
+    const double light = formula.light_dn(irradiance[i]), sigma = formula.sigma_dn(light),
+                 signal = formula.signal_dn(light);
     const double dn = signal + formula.black_level_dn + sigma * deviates[i];
     const double error =
         kDeviateError * sigma + kArithmetic * (std::abs(signal) + std::abs(formula.black_level_dn));
@@ -66,7 +96,8 @@ void near_values(const Formula& formula, std::span<const float> irradiance, cons
 }
 
 /// Exposes up to kMostDeviates pixels from pixel `first` on.
-void expose_block(const Formula& formula, const DeviateSource& source, std::uint64_t first,
+template <class Response>
+void expose_block(const Formula<Response>& formula, const DeviateSource& source, std::uint64_t first,
                   std::span<const float> irradiance, float* gray) {
   Block deviates;
   near_deviates(source, first, &deviates);
@@ -79,14 +110,12 @@ bool dark(std::span<const float> irradiance) {
   return std::ranges::all_of(irradiance, [](float e) { return e == 0.0F; });
 }
 
-}  // namespace
-
-ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
-              std::uint32_t image) {
-  FT_CHECK(sensor.bit_depth >= 1 && sensor.bit_depth <= 16, "sensor bit depth");
+template <class Response>
+ImageF expose_by(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
+                 std::uint32_t image) {
   ImageF gray(irradiance.width, irradiance.height);
   const auto n = static_cast<std::int64_t>(irradiance.size());
-  const Formula formula(sensor);
+  const Formula<Response> formula(sensor);
   if (!sensor.has_noise()) {
 #pragma omp parallel for schedule(static)
     for (std::int64_t i = 0; i < n; ++i) gray.data[i] = formula.noiseless(irradiance.data[i]);
@@ -106,6 +135,15 @@ ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed
       expose_block(formula, source, at, lit, gray.data.data() + at);
   }
   return gray;
+}
+
+}  // namespace
+
+ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
+              std::uint32_t image) {
+  FT_CHECK(sensor.bit_depth >= 1 && sensor.bit_depth <= 16, "sensor bit depth");
+  return sensor.response.straight() ? expose_by<StraightLine>(irradiance, sensor, seed, camera, image)
+                                    : expose_by<Curve>(irradiance, sensor, seed, camera, image);
 }
 
 CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::size_t camera_index,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Turns the irradiance E at the sensor into gray values (docs/CONVENTIONS.md, "Light"):
-// DN = clamp(round(gain E + black + noise), 0, 2^bits - 1).
+// DN = clamp(round(f(gain E) + black + noise), 0, 2^bits - 1), f the camera's response, f(x) = x without one.
 #pragma once
 #include <cstdint>
 

@@ -132,6 +132,29 @@ TEST(Expose, MeanAndVarianceFollowTheModel) {
   }
 }
 
+// DN = black + f(gain E), f written out by hand: slope 1 to 100 DN, 0.8 beyond. The light's shot noise goes
+// through the curve: its variance is f'^2 times that of the light.
+TEST(Expose, ResponseBendsSignalAndShotNoiseAlike) {
+  Sensor sensor = make_sensor(8, 20.0, 10.0);
+  sensor.response = knee_response(100.0, 0.8);
+  ImageF e(5, 1);
+  e.data = {0.0F, 2.5F, 5.0F, 7.5F, 20.0F};
+  EXPECT_THAT(expose(e, sensor, 1, 0, 0).data, ::testing::ElementsAre(10.0F, 60.0F, 110.0F, 150.0F, 255.0F));
+  sensor.electrons_per_dn = 8.0, sensor.read_noise_dn = 2.0;
+  const Statistics s = statistics(expose(uniform(7.5), sensor, 7, 0, 3));
+  const double variance = 0.8 * 0.8 * 150.0 / 8.0 + 2.0 * 2.0 + 1.0 / 12.0;
+  EXPECT_NEAR(s.mean, 150.0, 4.5 * std::sqrt(variance / n_pixels));
+  EXPECT_NEAR(s.variance, variance, 4.5 * variance * std::sqrt(2.0 / n_pixels));
+}
+
+// A response that bends nowhere on the way is no response: the same bits.
+TEST(Expose, ResponseBelowItsKneeChangesNoBit) {
+  Sensor sensor = make_sensor(8, 20.0, 10.0, 8.0, 2.0);
+  const ImageF without = expose(uniform(5.0), sensor, 7, 0, 3);
+  sensor.response = knee_response(250.0, 0.5);
+  EXPECT_EQ(expose(uniform(5.0), sensor, 7, 0, 3).data, without.data);
+}
+
 TEST(Expose, ShotAndReadNoiseEachAlone) {
   const Sensor shot = make_sensor(12, 1.0, 0.0, 2.0);
   EXPECT_NEAR(statistics(expose(uniform(1000), shot, 1, 0, 0)).variance, 500.0 + 1.0 / 12,

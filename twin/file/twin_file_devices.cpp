@@ -130,12 +130,57 @@ Device read_device(const TomlTable& table, const TwinFileContext& context, bool 
   return {Lens(lensmodel, *intrinsics, read_imagersize(table), where), read_pose(table, may_be_world)};
 }
 
+/// Reads the corners of a curve that is straight, with slope 1, up to the first of them.
+CameraResponse read_response_table(const TomlTable& table) {
+  CameraResponse response;
+  const auto lists = *table.lists_of_rows("table", 2);
+  if (lists.size() != 1) table.fail("table", "must be one list of points", "e.g. [[60, 60], [240, 200]]");
+  for (const std::vector<double>& point : lists[0]) {
+    const CameraResponse::Corner last =
+        response.corners.empty() ? CameraResponse::Corner{} : response.corners.back();
+    if (!(point[0] > last.in_dn) || !(point[1] > last.out_dn))
+      table.fail(
+          "table",
+          fmt::format("does not rise from [{}, {}] to [{}, {}]", last.in_dn, last.out_dn, point[0], point[1]),
+          "each point must lie above the one before, the first above [0, 0]");
+    response.corners.push_back({point[0], point[1]});
+  }
+  if (response.corners.size() < 2) table.fail("table", "must have 2 points or more");
+  const CameraResponse::Corner first = response.corners[0], last = response.corners.back(),
+                               before = response.corners[response.corners.size() - 2];
+  if (std::abs(first.out_dn - first.in_dn) > 1e-9 * first.in_dn)
+    table.fail("table", fmt::format("starts with the slope {:.6g}", first.out_dn / first.in_dn),
+               "gain_dn is the slope at the origin: divide the light (first column) by that slope, multiply "
+               "gain_dn by it; the first point then has two equal numbers");
+  response.last_slope = (last.out_dn - before.out_dn) / (last.in_dn - before.in_dn);
+  return response;
+}
+
+CameraResponse read_camera_response(const TomlTable& sensor) {
+  if (!sensor.has("response")) return {};
+  if (sensor.is_string("response")) {
+    sensor.choice("response", {"linear"});
+    return {};
+  }
+  if (!sensor.is_table("response"))
+    sensor.fail("response", "must be \"linear\", { knee_dn = ..., slope = ... } or { table = [...] }");
+  const TomlTable table = *sensor.table("response");
+  table.allow({"knee_dn", "slope", "table"});
+  if (!table.has("table"))
+    return knee_response(table.required_number("knee_dn", NumberRange::positive()),
+                         table.required_number("slope", NumberRange::positive()));
+  if (table.has("knee_dn") || table.has("slope"))
+    table.fail("table", "cannot be combined with knee_dn and slope");
+  return read_response_table(table);
+}
+
 Sensor read_sensor(const TomlTable& table) {
   table.allow(names_of_keys<Sensor>());
   Sensor sensor;
   read_plain_keys(table, sensor);
   sensor.black_level_dn =
       table.number_or("black_level_dn", sensor.black_level_dn, NumberRange::between(0.0, sensor.max_dn()));
+  sensor.response = read_camera_response(table);
   return sensor;
 }
 
