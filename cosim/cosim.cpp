@@ -8,6 +8,7 @@
 #include "compare/causes/refine_guard.hpp"
 #include "compare/comparison.hpp"
 #include "compare/verdict/calibration_covariance.hpp"
+#include "compare/verdict/shape_noise.hpp"
 #include "cosim/compared_steps.hpp"
 #include "cosim/doubt_description.hpp"
 #include "cosim/hold_out.hpp"
@@ -61,7 +62,13 @@ Run load_run(const CosimRequest& request) {
   if (has_measured_shape(run.twin)) {
     run.timer.start("build_object");
     run.options.note = measured_shape_note(run.twin, run.options.use_steps);
-    build_measured_shapes(run.twin, run.real.images);
+    const auto built_from = static_cast<double>(steps_of_measured_shape(run.twin));
+    if (const auto noise = build_measured_shapes(run.twin, run.real.images)) {
+      const std::size_t n = run.options.use_steps.size();
+      const double compared = n > 0 ? static_cast<double>(n) : run.twin.fringes.steps;
+      run.options.shape_noise = std::make_shared<compare::ShapeNoise>(
+          compare::ShapeNoise{*noise, built_from > 0.0 ? compared / built_from : 1.0});
+    }
   }
   check_refine(run.twin, request.refine);
   return run;

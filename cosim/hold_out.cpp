@@ -22,20 +22,24 @@ bool refits_texture(const std::vector<std::string>& asked) {
 
 /// Returns the twin of one fold: a measured object's shape is told by the steps that are fitted alone; a
 /// texture that is fitted anew has nothing of the one before, which may come from the images held out; and no
-/// light is taken out of the images, which all of a pitch would tell.
-Twin twin_of_fold(const Run& run, const std::vector<std::string>& asked, const compare::Fold& fold) {
+/// light is taken out of the images, which all of a pitch would tell. Besides, the leverage of a measured
+/// shape.
+std::pair<Twin, double> twin_of_fold(const Run& run, const std::vector<std::string>& asked,
+                                     const compare::Fold& fold) {
+  double leverage = 0.0;
   Twin twin = has_measured_shape(*run.as_written) ? *run.as_written : run.twin;
   twin.measure.correct_light = false;
   if (refits_texture(asked))
     for (Camera& camera : twin.cameras) camera.texture = nullptr;
-  if (has_measured_shape(twin)) build_measured_shapes(twin, run.real.images, fold.fitted);
-  return twin;
+  if (const auto noise = build_measured_shapes(twin, run.real.images, fold.fitted))
+    leverage = noise->leverage;
+  return {std::move(twin), leverage};
 }
 
 /// Returns the rows of one fold.
 std::vector<compare::HeldOutRow> rows_of(const Run& run, const RenderRequest& render,
                                          const std::vector<std::string>& asked, const compare::Fold& fold) {
-  const Twin twin = twin_of_fold(run, asked, fold);
+  const auto [twin, leverage] = twin_of_fold(run, asked, fold);
   const bool is_as_it_was =
       !has_measured_shape(*run.as_written) && !run.twin.measure.correct_light &&
       (!refits_texture(asked) ||
@@ -55,7 +59,7 @@ std::vector<compare::HeldOutRow> rows_of(const Run& run, const RenderRequest& re
                                     .options = options,
                                     .asked = asked,
                                     .fold = fold,
-                                    .shape_leverage = measured_shape_leverage(*run.as_written)});
+                                    .shape_leverage = leverage});
 }
 
 }  // namespace

@@ -17,8 +17,9 @@
 namespace fringetwin::cosim {
 namespace {
 
-/// Returns the images that the object is measured from with the light and the waveform taken out that all
-/// their phase steps tell. Warns where they do not, and leaves a camera's images as they are.
+/// Returns the images that the object is measured from with the light, where it differs by more than chance,
+/// and the waveform taken out that all their phase steps tell. Warns where they do not, and leaves a camera's
+/// images as they are.
 std::vector<CameraImages> with_plain_fringes(const Twin& twin, const Object& object,
                                              const std::vector<CameraImages>& real,
                                              const std::vector<int>& steps) {
@@ -26,7 +27,9 @@ std::vector<CameraImages> with_plain_fringes(const Twin& twin, const Object& obj
   for (std::size_t c = 0; c < out.size(); ++c) {
     const measure::LightOptions options =
         measure::light_options(twin.cameras[c].sensor, twin.measure.min_modulation_dn);
-    const auto light = measure::estimate_light(real[c], twin.fringes, options);
+    auto light = measure::estimate_light(real[c], twin.fringes, options);
+    // what differs by chance alone would stand in the shape as a ripple
+    if (light && !light->differ()) std::ranges::fill(light->factor, 1.0);
     if (light)
       out[c] = measure::with_plain_fringes(std::move(out[c]), twin.fringes, *light, options, steps);
     else
@@ -52,19 +55,9 @@ void check_measured_shapes(const Twin& twin) {
                     "add [real] captures = \"FOLDER\"");
 }
 
-void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real) {
-  build_measured_shapes(twin, real, {});
-}
-
-double measured_shape_leverage(const Twin& twin) {
-  double leverage = 0.0;
-  for (const Object& object : twin.objects)
-    if (const auto* shape = std::get_if<MeasuredShape>(&object.shape))
-      leverage = std::max(leverage, measure::smoothing_leverage(shape->smoothing_px));
-  return leverage;
-}
-
-void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real, const std::vector<int>& steps) {
+std::optional<measure::SurfaceNoise> build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real,
+                                                           const std::vector<int>& steps) {
+  std::optional<measure::SurfaceNoise> noise;
   for (Object& object : twin.objects) {
     const auto* measured = std::get_if<MeasuredShape>(&object.shape);
     if (!measured) continue;
@@ -73,9 +66,21 @@ void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real, co
         measured->correct_fringes && steps.empty()
             ? measure::measure(twin, with_plain_fringes(twin, object, real, used), used)
             : measure::measure(twin, real, used);
-    MeshShape mesh{.smooth = true, .mesh = measure::build_surface(twin, 0, m.cloud, *measured).mesh};
-    object.shape = mesh;
+    const measure::MeasuredSurface surface = measure::build_surface(twin, 0, m.cloud, *measured);
+    if (!noise) noise = measure::SurfaceNoise{.leverage = 0.0, .shading = 0.0, .radius_px = 0.0};
+    noise->leverage = std::max(noise->leverage, surface.noise.leverage);
+    noise->shading = std::max(noise->shading, surface.noise.shading);
+    noise->radius_px = std::max(noise->radius_px, surface.noise.radius_px);
+    object.shape = MeshShape{.smooth = true, .mesh = surface.mesh};
   }
+  return noise;
+}
+
+std::size_t steps_of_measured_shape(const Twin& twin) {
+  for (const Object& object : twin.objects)
+    if (const auto* measured = std::get_if<MeasuredShape>(&object.shape))
+      return built_from_steps(twin, object, *measured).size();
+  return 0;
 }
 
 Twin load_renderable_twin(const std::filesystem::path& file,

@@ -3,9 +3,11 @@
 #pragma once
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "measure/surface.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 
@@ -17,13 +19,15 @@ bool has_measured_shape(const Twin& twin);
 /// Throws UserError(usage) when an object is to be built from real captures and the twin names none.
 void check_measured_shapes(const Twin& twin);
 
-/// Replaces every MeasuredShape by the surface measured from `real`. The steps a comparison may use then:
-/// left_over_steps() (twin/captures/measured_steps.hpp), to be asked before.
-void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real);
-/// The same from these phase steps instead of those that the objects name.
-void build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real, const std::vector<int>& steps);
-/// Returns the largest smoothing_leverage() (measure/surface.hpp) of the measured shapes; 0 without one.
-double measured_shape_leverage(const Twin& twin);
+/// Replaces every MeasuredShape by the surface measured from `real`, from these phase steps; without any from
+/// those that the objects name. The steps a comparison may use then: left_over_steps()
+/// (twin/captures/measured_steps.hpp), to be asked before. Returns what noise the shapes have, the largest of
+/// each kind; nothing without a measured shape.
+std::optional<measure::SurfaceNoise> build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real,
+                                                           const std::vector<int>& steps = {});
+
+/// Returns over how many phase steps the first measured shape of the twin is built.
+std::size_t steps_of_measured_shape(const Twin& twin);
 
 /// Reads a twin with everything a renderer needs: its meshes, and measured shapes built from the captures
 /// that [real] names. `settings`: as load_for_run() takes them.

@@ -261,7 +261,7 @@ TEST(Slmaster, ReliefLiesWhereItShould) {
   EXPECT_NEAR(percentile(z, 0.001), 694.0, 5.0);
   EXPECT_NEAR(percentile(z, 0.999), 773.0, 5.0);
 
-  const auto surface = build_surface(r.twin, 0, r.m.cloud, 4.0);
+  const auto surface = build_surface(r.twin, 0, r.m.cloud, MeasuredShape{.smoothing_px = 4.0}).mesh;
   std::printf("surface: %zu vertices, %zu triangles\n", surface->vertices_mm.size(),
               surface->triangles.size());
   EXPECT_GT(surface->triangles.size(), 19 * r.m.cloud.size() / 10);

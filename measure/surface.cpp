@@ -4,7 +4,6 @@
 #include "measure/surface.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -144,24 +143,27 @@ class Vertices {
       if (std::isfinite(normals_[i].x())) mesh_->vertex_normals[i] = normals_[i];
     SurfaceNoise noise;
     if (n_ > 0) {
-      const auto n = static_cast<double>(n_);
-      noise = {.leverage = leverage_ / n, .shading = std::sqrt(shading_ / n), .radius_px = radius_ / n};
+      noise.leverage = leverage_ / static_cast<double>(n_);
+      noise.radius_px = radius_ / static_cast<double>(n_);
     }
+    if (n_lit_ > 0) noise.shading = std::sqrt(shading_ / static_cast<double>(n_lit_));
     return {std::move(mesh_), noise};
   }
 
  private:
   void note_noise(int x, int y, const DepthFit& fit, const NormalOfFit& normal,
                   const Eigen::Vector3d& p_cam_mm) {
-    if (!light_mm_ || !std::isfinite(map_.z_mm(x, y))) return;
-    const Eigen::Vector3d to_light = *light_mm_ - p_cam_mm;
-    if (!(normal.normal.dot(to_light) > kLeastCosine * normal.normal.norm() * to_light.norm())) return;
-    const double of_one =
-        std::pow(static_cast<double>(map_.sigma_mm(x, y)) * fit.inverse_depth * fit.inverse_depth, 2);
+    if (!std::isfinite(map_.z_mm(x, y))) return;
     leverage_ += static_cast<double>(fit.leverage);
-    shading_ += of_one * normal.shading_variance(fit, to_light);
     radius_ += static_cast<double>(fit.radius_px);
     ++n_;
+    if (!light_mm_) return;
+    const Eigen::Vector3d to_light = *light_mm_ - p_cam_mm;
+    if (!(normal.normal.dot(to_light) > kLeastCosine * normal.normal.norm() * to_light.norm())) return;
+    const double sigma_of_one =
+        static_cast<double>(map_.sigma_mm(x, y)) * fit.inverse_depth * fit.inverse_depth;
+    shading_ += sigma_of_one * sigma_of_one * normal.shading_variance(fit, to_light);
+    ++n_lit_;
   }
 
   static constexpr double kLeastCosine = 0.1;  ///< of the normal and the light: flatter ones have hardly any
@@ -172,7 +174,7 @@ class Vertices {
   std::vector<Eigen::Vector3f> normals_;
   std::optional<Eigen::Vector3d> light_mm_;  ///< in the camera's frame
   double leverage_ = 0.0, shading_ = 0.0, radius_ = 0.0;
-  std::size_t n_ = 0;
+  std::size_t n_ = 0, n_lit_ = 0;
 };
 
 }  // namespace
@@ -202,22 +204,6 @@ MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointC
                     "the measured depth map has no two neighbouring points",
                     "check that the captures belong to this twin");
   return std::move(vertices).surface(std::move(triangles));
-}
-
-double smoothing_leverage(double smoothing_px) {
-  const std::vector<WindowOffset> offsets = window_of(smoothing_px);
-  if (offsets.size() < static_cast<std::size_t>(kPlanePoints)) return 1.0;
-  const bool quadratic = offsets.size() >= static_cast<std::size_t>(kQuadraticPoints);
-  if (!quadratic) return 1.0 / static_cast<double>(offsets.size());  // a plane's centre is the mean
-  double n = 0.0, xx = 0.0, xxxx = 0.0, xxyy = 0.0;
-  for (const WindowOffset& o : offsets) {
-    const double x2 = o.dx * o.dx, y2 = o.dy * o.dy;
-    n += 1.0, xx += x2, xxxx += x2 * x2, xxyy += x2 * y2;
-  }
-  // of 1, x^2 and y^2; the odd terms and xy are orthogonal to them
-  Eigen::Matrix3d normal;
-  normal << n, xx, xx, xx, xxxx, xxyy, xx, xxyy, xxxx;
-  return normal.inverse()(0, 0);
 }
 
 }  // namespace fringetwin::measure

@@ -29,8 +29,4 @@ struct MeasuredSurface {
 MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointCloud& cloud,
                               const MeasuredShape& shape);
 
-/// Returns the variance of a smoothed inverse depth over that of a single one, where the whole window is
-/// measured: 1 without smoothing.
-double smoothing_leverage(double smoothing_px);
-
 }  // namespace fringetwin::measure

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tolerances
 //   3e-5 mm    noiseless plane: vertices are floats near 260 (rounding 1.5e-5)
-//   1e-12      rounding of a 3 x 3 inverse
 //   noise / 2  a quadratic on a disc of radius 3 (29 points) leaves 0.45 of the noise at its centre
 #include "measure/surface.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 #include <cmath>
 #include <cstdio>
 
@@ -26,7 +24,7 @@ TEST(Surface, PlaneStaysPlaneAndFacesTheCamera) {
   const Twin twin = scaled_paper_rig(0.25);
   const Eigen::Vector3d n = Eigen::Vector3d(0.5, -0.2, -1).normalized(), at(0, 0, 260);
   const PointCloud cloud = triangulate_projector(twin, 0, ideal_decode(twin, 0, plane_surface(at, n)));
-  const auto mesh = build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 3.0});
+  const auto mesh = build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 3.0}).mesh;
   EXPECT_GE(mesh->vertices_mm.size(), cloud.size());
   EXPECT_GT(mesh->triangles.size(), 19 * cloud.size() / 10);
   for (const auto& v : mesh->vertices_mm) ASSERT_LT(std::abs(n.dot(v.cast<double>() - at)), 3e-5);
@@ -60,9 +58,9 @@ TEST(Surface, SmoothingTakesTheNoiseNotTheShape) {
     }
     return std::sqrt(sum / static_cast<double>(n));
   };
-  const double raw = rms(*build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 0.0})),
-               smoothed = rms(*build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 3.0})),
-               bias = rms(*build_surface(twin, 0, clean, MeasuredShape{.smoothing_px = 3.0}));
+  const double raw = rms(*build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 0.0}).mesh),
+               smoothed = rms(*build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 3.0}).mesh),
+               bias = rms(*build_surface(twin, 0, clean, MeasuredShape{.smoothing_px = 3.0}).mesh);
   std::printf("surface: raw %.4f, smoothed %.4f, bias %.1e mm\n", raw, smoothed, bias);
   EXPECT_LT(smoothed, 0.55 * raw);
   EXPECT_LT(bias, 1e-4);
@@ -82,29 +80,11 @@ TEST(Surface, DepthStepsStayOpenAndPinholesAreFilled) {
   cloud.p_world_mm.erase(cloud.p_world_mm.begin() + static_cast<std::ptrdiff_t>(hole));
   cloud.q_cam_px.erase(cloud.q_cam_px.begin() + static_cast<std::ptrdiff_t>(hole));
   cloud.sigma_mm.erase(cloud.sigma_mm.begin() + static_cast<std::ptrdiff_t>(hole));
-  const auto mesh = build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 3.0});
+  const auto mesh = build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 3.0}).mesh;
   for (const auto& t : mesh->triangles)
     for (int k = 0; k < 3; ++k)
       ASSERT_LT(std::abs(mesh->vertices_mm[t[k]].z() - mesh->vertices_mm[t[(k + 1) % 3]].z()), 6.0f);
   EXPECT_LT(std::abs(MeshDistance(*mesh).query(lost).signed_distance_mm), 1e-3);
-}
-
-// The response of the whole quadratic's centre to one value each, squared and summed.
-TEST(Surface, SmoothingLeavesThisMuchOfTheVariance) {
-  EXPECT_EQ(smoothing_leverage(0.0), 1.0);
-  EXPECT_DOUBLE_EQ(smoothing_leverage(1.0), 1.0 / 5.0);  // a plane through five points
-  std::vector<Eigen::Vector2d> at;
-  for (int y = -3; y <= 3; ++y)
-    for (int x = -3; x <= 3; ++x)
-      if (x * x + y * y <= 9) at.emplace_back(x, y);
-  Eigen::MatrixXd design(at.size(), 6);
-  for (std::size_t k = 0; k < at.size(); ++k) {
-    const double x = at[k].x(), y = at[k].y();
-    design.row(static_cast<Eigen::Index>(k)) << 1.0, x, y, x * x, x * y, y * y;
-  }
-  const Eigen::MatrixXd response =
-      design.colPivHouseholderQr().solve(Eigen::MatrixXd::Identity(design.rows(), design.rows()));
-  EXPECT_NEAR(smoothing_leverage(3.0), response.row(0).squaredNorm(), 1e-12);
 }
 
 TEST(Surface, NothingToBuildFrom) {

@@ -31,7 +31,7 @@ struct HeldOutInput {
   const std::vector<std::string>& asked;  ///< what is fitted: as `--refine`; empty: gain and black level
   const Fold& fold;
   /// Share of a gray value's variance that the shape has from each fitted step: 0 where no object is
-  /// measured, else smoothing_leverage() (measure/surface.hpp).
+  /// measured, else SurfaceNoise::leverage (measure/surface.hpp).
   double shape_leverage = 0.0;
 };
 

@@ -20,6 +20,7 @@ class Renderer;
 namespace fringetwin::compare {
 
 struct CalibrationCovariance;
+struct ShapeNoise;
 
 /// How one comparison is made.
 struct CompareOptions {
@@ -41,6 +42,8 @@ struct CompareOptions {
   std::uint64_t seed = 0;
   /// What twin.calibration_uncertainty names, where it has been read already.
   std::shared_ptr<const CalibrationCovariance> calibration;
+  /// Of the objects that were built from this capture; null: none were.
+  std::shared_ptr<const ShapeNoise> shape_noise;
   /// Of the twin, where it was refined before; passed on to the result.
   std::optional<Refinement> refinement;
   std::vector<HeldOutRow> held_out;  ///< what images were predicted to that took no part in a fit; passed on

@@ -41,6 +41,8 @@ constexpr const char* kOfPixels = "the pixels that a side sees with modulation";
 struct BlockSum {
   double sum = 0.0, variance = 0.0, weight = 0.0, weight2 = 0.0, calibration = 0.0;
   double together = 0.0;  ///< what a known effect adds to the sum
+  double shape = 0.0;     ///< what the shape's noise would add to the sum if all shared one standard error
+  double shape_share = 0.0;
   int pixels = 0;
   void add(double weight_of_one, double residual, double noise, double calibration_of_one) {
     sum += weight_of_one * residual;
@@ -52,7 +54,8 @@ struct BlockSum {
   void add_pixel(double variance_of_its_sum) { variance += variance_of_its_sum, ++pixels; }
   bool usable() const { return pixels >= kFewestInRegion && variance > 0.0; }
   double expected(double shared) const {
-    return variance + weight * weight * shared + weight2 * calibration + together * together;
+    return variance + weight * weight * shared + weight2 * calibration + together * together +
+           shape_share * shape * shape;
   }
   double chi2(double shared) const { return sum * sum / expected(shared); }
   double calibration_share(double shared) const { return weight2 * calibration / expected(shared); }
@@ -63,6 +66,7 @@ struct Sums {
   double r2 = 0.0, chi2 = 0.0, noise = 0.0, regional = 0.0;
   double noise_chi2 = 0.0;  ///< against noise and quantisation alone
   double texture = 0.0;     ///< of the phase: moved by texture within a pixel
+  double shape = 0.0;       ///< variance that the noise of a measured shape makes
   double taken = 0.0;  ///< of the noise chi2 of gray values: what a fit of each pixel's own numbers takes
   double calibration = 0.0, share = 0.0, regional_share = 0.0;  ///< shares: of the expected chi2
   std::uint64_t n = 0, n_regions = 0;
@@ -101,6 +105,7 @@ Sums sum_blocks(int width, int height, ImageF& regions, Block block) {
     total.calibration += part.calibration, total.share += part.share;
     total.regional_share += part.regional_share;
     total.noise_chi2 += part.noise_chi2, total.texture += part.texture, total.taken += part.taken;
+    total.shape += part.shape;
     total.n += part.n, total.n_regions += part.n_regions, total.n_inside += part.n_inside;
   }
   return total;
@@ -179,7 +184,7 @@ class GrayExplanation {
  public:
   GrayExplanation(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise, const ImageU8& interior,
                   const CameraDecode* simulated, const RenderingError& rendering, const ImageF* calibration,
-                  const SeenPixels& seen, const OwnOfPixels& own)
+                  const SeenPixels& seen, const OwnOfPixels& own, const ShapeNoise* shape, double ambient)
       : pair_(pair),
         fit_(fit),
         noise_(noise),
@@ -187,7 +192,12 @@ class GrayExplanation {
         rendering_(rendering),
         calibration_(calibration),
         seen_(seen),
-        own_(own) {
+        own_(own),
+        ambient_(ambient) {
+    if (shape && !own.kinds.factor) {  // a factor of each pixel has what its normal is off by
+      shading_ = shape->surface.shading;
+      shading_share_ = region_shares(shape->surface.radius_px, kRegion).slope;
+    }
     for (const PatternSpec& p : pair.patterns) steps_ = std::max(steps_, p.step + 1);
     for (const int image : pair.gain_images) {
       const PatternSpec& p = pair.patterns[image];
@@ -221,6 +231,7 @@ class GrayExplanation {
         {rendering_.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)",
          rendering_.gray_dn * rendering_.gray_dn + scatter_of_one_dn2_},
         {"fit of gain and black level", 2.0 * noise / n * std::pow(fit_.row.sigma_inflation, 2)}};
+    if (shading_ > 0.0) row.lines.push_back({kShapeLine, s.shape / n});
     if (calibration_) row.lines.push_back({kCalibrationLine, s.calibration / n});
     const double kept = 1.0 - s.taken / n;
     judge(s, noise_.known_to(), own_.from_here ? kept : 1.0, row);
@@ -239,6 +250,7 @@ class GrayExplanation {
   Sums block(int x0, int y0, int x1, int y1) const {
     Sums out;
     BlockSum level, contrast, shift;
+    for (BlockSum* b : {&level, &contrast, &shift}) b->shape_share = shading_share_;
     const double shared = rendering_.gray_dn * rendering_.gray_dn;
     for (int y = y0; y < y1; y += row_step(pair_.width(), pair_.height()))
       for (int x = x0; x < x1; ++x)
@@ -253,7 +265,7 @@ class GrayExplanation {
     const double calibration =
         calibration_ ? std::pow(fit_.row.gain_dn, 2) * static_cast<double>(calibration_->data[i]) : 0.0;
     out.n_inside += pair_.gain_images.size();
-    double squares = 0.0, noises = 0.0, taken = 0.0;
+    double squares = 0.0, noises = 0.0, taken = 0.0, shaded = 0.0;
     const OwnLightSums line = line_of(i);
     int values = 0;
     const auto n_images = scatter_dn2_.rows();
@@ -268,6 +280,9 @@ class GrayExplanation {
       const double r = y - predicted, noise = noise_.variance(predicted);
       squares += r * r, noises += noise, ++values;
       taken += noise * line.leverage_at(own_.kinds, pair_.irradiance_at(image, i));
+      const double off = shading_ * fit_.row.gain_dn * (pair_.irradiance_at(image, i) - ambient_);
+      shaded += off * off;
+      level.shape += off;
       level.add(1.0, r, noise, calibration);
       if (n_images > 0) weights(static_cast<Eigen::Index>(k), 0) = 1.0;
       if (!phases_[k] || std::isnan(phases_[k]->data[i])) continue;
@@ -280,10 +295,14 @@ class GrayExplanation {
       const double cosine = at.c * step.c - at.s * step.s, sine = at.s * step.c + at.c * step.s;
       contrast.add(cosine, r, noise, calibration);
       shift.add(sine, r, noise, calibration);
+      contrast.shape += cosine * off;
+      shift.shape += sine * off;
       if (n_images > 0) weights.row(static_cast<Eigen::Index>(k)).tail<2>() << cosine, sine;
     }
     if (values == 0) return;
-    out.add(squares, noises / values, noises / values + scatter_of_one_dn2_, shared, calibration, values);
+    out.add(squares, noises / values, noises / values + scatter_of_one_dn2_ + shaded / values, shared,
+            calibration, values);
+    out.shape += shaded;
     out.taken += taken * values / noises;
     const auto scatter_of = [&](int sum) { return weights.col(sum).dot(scatter_dn2_ * weights.col(sum)); };
     level.add_pixel(scatter_of(0)), contrast.add_pixel(scatter_of(1)), shift.add_pixel(scatter_of(2));
@@ -308,7 +327,9 @@ class GrayExplanation {
   const ImageF* calibration_;  ///< variance of the irradiance; may be null
   SeenPixels seen_;
   const OwnOfPixels& own_;
-  Eigen::MatrixXd scatter_dn2_;  ///< of pair.gain_images; empty where nothing scatters
+  double ambient_;                              ///< irradiance that no normal shades
+  double shading_ = 0.0, shading_share_ = 0.0;  ///< relative standard error of the other; region_shares()
+  Eigen::MatrixXd scatter_dn2_;                 ///< of pair.gain_images; empty where nothing scatters
   double scatter_of_one_dn2_ = 0.0;
   int steps_ = 1;
   struct Turn {
@@ -375,14 +396,17 @@ ExplainedRow not_compared(const std::string& quantity, const std::string& region
 ExplainedRow explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
                           const ImageU8& interior, const CameraDecode* simulated,
                           const RenderingError& rendering, const ImageF* calibration, const SeenPixels& seen,
-                          const OwnOfPixels& own) {
-  return GrayExplanation(pair, fit, noise, interior, simulated, rendering, calibration, seen, own).run();
+                          const OwnOfPixels& own, const ShapeNoise* shape, double ambient) {
+  return GrayExplanation(pair, fit, noise, interior, simulated, rendering, calibration, seen, own, shape,
+                         ambient)
+      .run();
 }
 
 ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& real,
                            const DirectionDecode& simulated, const ImageU8& interior,
-                           const RenderingError& rendering, const ImageF* calibration,
-                           const SeenPixels& seen) {
+                           const RenderingError& rendering, const ImageF* calibration, const SeenPixels& seen,
+                           const ShapeNoise* shape) {
+  const double shape_share = shape ? region_shares(shape->surface.radius_px, kRegion).depth : 0.0;
   const ImageF difference = phase_difference(real, simulated);
   const double per_px = kTwoPi / real.pitches_px[real.finest];
   const double shared = rendering.phase_rad * rendering.phase_rad;
@@ -397,6 +421,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
       sum_blocks(difference.width, difference.height, row.regions, [&](int x0, int y0, int x1, int y1) {
         Sums out;
         BlockSum mean;
+        mean.shape_share = shape_share;
         for (int y = y0; y < y1; ++y)
           for (int x = x0; x < x1; ++x) {
             const auto d = static_cast<double>(difference(x, y));
@@ -406,9 +431,13 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
             if (!(noise > 0.0)) continue;
             const double moved = calibration ? static_cast<double>(calibration->data[i]) : 0.0;
             const double textured = std::pow(static_cast<double>(texture.largest_rad.data[i]), 2);
+            const double of_shape =
+                shape ? shape->surface.leverage * shape->of_phase * variance(real, i) : 0.0;
             const double own = noise + textured;
             out.texture += textured;
-            out.add(d * d, noise, own, shared, moved);
+            out.shape += of_shape;
+            mean.shape += std::sqrt(of_shape);
+            out.add(d * d, noise, own + of_shape, shared, moved);
             mean.add(1.0, d, own, moved);
             mean.together += static_cast<double>(texture.signed_rad.data[i]);
             ++mean.pixels;
@@ -439,6 +468,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
       {"noise and quantisation of the simulated images", simulated_noise / n},
       {rendering.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)", shared}};
   if (s.texture > 0.0) row.lines.push_back({"texture within a pixel", s.texture / n});
+  if (shape) row.lines.push_back({kShapeLine, s.shape / n});
   if (calibration) row.lines.push_back({kCalibrationLine, s.calibration / n});
   const double known_to = std::hypot(real_noise * noise_known_to(real, false),
                                      simulated_noise * noise_known_to(simulated, true)) /
