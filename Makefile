@@ -7,7 +7,7 @@ OUT ?= out
 # $(call configured,PRESET,FOLDER): quiet unless it fails; the log goes with the build.
 configured = mkdir -p $(2) && cmake --preset $(1) >$(2)/configure.log 2>&1 || { cat $(2)/configure.log; exit 2; }
 
-.PHONY: help deps configure program package build demo captures test test-all fuzz trust trust-refine mesa25 test-mesa25 asan separate tidy format-check format studies bench clean
+.PHONY: help deps configure program package build demo captures test test-all fuzz trust trust-refine real mesa25 test-mesa25 asan separate tidy format-check format studies bench clean
 help:
 	@echo "make demo      install packages, build, run the paper's sphere, another renderer's images with a right and a wrong twin"
 	@echo "               (and a real capture if present), list the reports in out/index.html"
@@ -17,6 +17,7 @@ help:
 	@echo "make fuzz MINUTES=10   changed inputs into every reader of foreign files, with the sanitizers, on all cores"
 	@echo "make trust     rigs of known truth through the program; writes the tables of docs/TRUST.md (some minutes)"
 	@echo "make trust-refine   a part of those rigs with groups of their twins refined; writes that table of docs/TRUST.md"
+	@echo "make real      the program on the real captures that are here; writes docs/REAL_RIGS.md (some minutes)"
 	@echo "make mesa25    a newer, faster software driver beside the system's; test-mesa25: the device tests on it"
 	@echo "make studies   the studies of docs/STUDIES.md with their pages (half an hour)"
 	@echo "make tidy      clang-tidy over DIRS=\"twin cli\": naming rules, bug patterns (slow)"
@@ -67,6 +68,10 @@ test-all: build format-check separate
 # Every rig of the battery; the page is written also where some fail, and make then says so.
 trust: program
 	@tests/trust/battery.py --program build/fringetwin --out "$(OUT)/trust" --page docs/TRUST.md
+
+# Every real capture set that is here, with its best twin; writes the table of docs/REAL_RIGS.md.
+real: program
+	@FRINGETWIN_CAPTURES="$(CAPTURES)" scripts/real_rigs.py --program build/fringetwin --out "$(OUT)/real" --page docs/REAL_RIGS.md
 
 trust-refine: program
 	@tests/trust/battery.py --refine --program build/fringetwin --out "$(OUT)/trust-refine" --page docs/TRUST.md
