@@ -17,7 +17,7 @@ namespace {
 using Change = std::function<void(Twin&, double)>;
 
 constexpr int kStepsForHarmonics = 6, kMostHarmonics = 7;
-constexpr double kLeastContrast = 1e-3;
+constexpr double kSmallestContrast = 1e-3;
 constexpr double kLeastBlurPx2 = 1e-6;  ///< where the field of a blur is narrowest
 
 /// Returns the part of a harmonic that the fringes of a pitch have.
@@ -102,7 +102,7 @@ class ParameterList : private GroupList {
                   changed.contrast.resize(changed.pitches_px.size(), 1.0);
                   changed.contrast[p] += change;
                 });
-        parameter.smallest = kLeastContrast;
+        parameter.smallest = kSmallestContrast;
         parameter.largest = kLargestContrast;
       }
     }
