@@ -146,7 +146,7 @@ class Vertices {
       noise.leverage = leverage_ / static_cast<double>(n_);
       noise.radius_px = radius_ / static_cast<double>(n_);
     }
-    if (n_lit_ > 0) noise.shading = std::sqrt(shading_ / static_cast<double>(n_lit_));
+    if (light_ > 0.0) noise.shading = std::sqrt(shading_ / light_);
     return {std::move(mesh_), noise};
   }
 
@@ -159,11 +159,12 @@ class Vertices {
     ++n_;
     if (!light_mm_) return;
     const Eigen::Vector3d to_light = *light_mm_ - p_cam_mm;
-    if (!(normal.normal.dot(to_light) > kLeastCosine * normal.normal.norm() * to_light.norm())) return;
+    const double cosine = normal.normal.dot(to_light) / (normal.normal.norm() * to_light.norm());
+    if (!(cosine > kLeastCosine)) return;
     const double sigma_of_one =
         static_cast<double>(map_.sigma_mm(x, y)) * fit.inverse_depth * fit.inverse_depth;
-    shading_ += sigma_of_one * sigma_of_one * normal.shading_variance(fit, to_light);
-    ++n_lit_;
+    shading_ += std::pow(sigma_of_one * cosine, 2) * normal.shading_variance(fit, to_light);
+    light_ += cosine * cosine;
   }
 
   static constexpr double kLeastCosine = 0.1;  ///< of the normal and the light: flatter ones have hardly any
@@ -173,8 +174,8 @@ class Vertices {
   std::shared_ptr<Mesh> mesh_;
   std::vector<Eigen::Vector3f> normals_;
   std::optional<Eigen::Vector3d> light_mm_;  ///< in the camera's frame
-  double leverage_ = 0.0, shading_ = 0.0, radius_ = 0.0;
-  std::size_t n_ = 0, n_lit_ = 0;
+  double leverage_ = 0.0, shading_ = 0.0, light_ = 0.0, radius_ = 0.0;
+  std::size_t n_ = 0;
 };
 
 }  // namespace

@@ -444,6 +444,7 @@ Twin everything() {
     c.sensor.electrons_per_dn = 40.0;
     c.sensor.read_noise_dn = 0.5;
     c.sensor.black_level_dn = 3.0;
+    c.sensor.response = knee_response(120.0, 0.85);
     c.psf_px = 0.4;
     c.vignetting.kind = Vignetting::Kind::cos4;
     const auto texture = std::make_shared<PixelTexture>();
