@@ -35,7 +35,7 @@ using CameraResponseFile = TwinFile;
 
 TEST_F(CameraResponseFile, FormsAndRefusals) {
   const auto text = [](const std::string& value) {
-    return kHead + kCamera + "[camera.sensor]\nresponse = " + value + "\n";
+    return kHead + kCamera + "[camera.sensor]\nresponse = " + value + "\n" + kFringes;
   };
   EXPECT_TRUE(load(text("\"linear\"")).cameras[0].sensor.response.straight());
   const CameraResponse knee = load(text("{ knee_dn = 120, slope = 0.85 }")).cameras[0].sensor.response;
