@@ -112,7 +112,7 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
         explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
                      calibration ? &calibration->irradiance[c] : nullptr,
                      seen_pixels(real_decode, simulated_decode), own_of_pixels(twin, options, c),
-                     options.shape_noise.get(), twin.projector ? twin.projector->ambient : 0.0);
+                     {options.shape_noise.get(), c, twin.projector ? twin.projector->ambient : 0.0});
     if (!fit.row.usable && row.state != kNotCompared)  // along a provisional line nothing is explained
       row.worsen(kNotExplained, fit.row.why);
     out.explained.push_back(std::move(row));
@@ -260,7 +260,7 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
       }
       out.explained.push_back(explain_phase(real_decode->camera, r, *s, interior, rendering,
                                             calibration ? &calibration->phase_rad2[c][d] : nullptr, seen,
-                                            options.shape_noise.get()));
+                                            {options.shape_noise.get(), c}));
       if (const auto ripple = test_ripple(twin, r, *s, options.use_steps, interior))
         judge_ripple(*ripple, rendering, r, *s, out.explained.back());
       if (out.explained.back().brightness_chi2 > out.explained.back().ripple_limit)

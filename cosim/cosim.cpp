@@ -66,8 +66,10 @@ Run load_run(const CosimRequest& request) {
     if (const auto noise = build_measured_shapes(run.twin, run.real.images)) {
       const std::size_t n = run.options.use_steps.size();
       const double compared = n > 0 ? static_cast<double>(n) : run.twin.fringes.steps;
-      run.options.shape_noise = std::make_shared<compare::ShapeNoise>(
-          compare::ShapeNoise{*noise, built_from > 0.0 ? compared / built_from : 1.0});
+      auto shape_noise = std::make_shared<compare::ShapeNoise>();
+      shape_noise->surface = *noise;
+      if (built_from > 0.0) shape_noise->of_phase = compared / built_from;
+      run.options.shape_noise = std::move(shape_noise);
     }
   }
   check_refine(run.twin, request.refine);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "cosim/load.hpp"
@@ -41,6 +42,12 @@ std::vector<CameraImages> with_plain_fringes(const Twin& twin, const Object& obj
   return out;
 }
 
+/// Puts the larger one of both into each pixel of `to`, which may be empty; NaN is none.
+void put_larger(const ImageF& from, ImageF& to) {
+  if (to.empty()) to = from;
+  for (std::size_t i = 0; i < from.size(); ++i) to.data[i] = std::fmax(to.data[i], from.data[i]);
+}
+
 }  // namespace
 
 bool has_measured_shape(const Twin& twin) {
@@ -71,6 +78,8 @@ std::optional<measure::SurfaceNoise> build_measured_shapes(Twin& twin, const std
     noise->leverage = std::max(noise->leverage, surface.noise.leverage);
     noise->shading = std::max(noise->shading, surface.noise.shading);
     noise->radius_px = std::max(noise->radius_px, surface.noise.radius_px);
+    put_larger(surface.noise.leverage_of_pixel, noise->leverage_of_pixel);
+    put_larger(surface.noise.shading_of_pixel, noise->shading_of_pixel);
     object.shape = MeshShape{.smooth = true, .mesh = surface.mesh};
   }
   return noise;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kTile = 128;              ///< px: side of what one thread works on
 constexpr double kGrowth = 1.41;        ///< of the radius from one window to the next
-constexpr double kAgree = 2.0;          ///< standard errors: intervals of so much must meet
+constexpr double kAgree = 3.0;          ///< standard errors: intervals of so much must meet
 constexpr double kKnownFraction = 0.7;  ///< of a window that must be measured
 /// Inverse depths as whole numbers below 2^30: times the square of a place in a tile (2^18) and added up
 /// over its row (2^9), 2^57.

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -113,7 +114,12 @@ struct NormalOfFit {
 class Vertices {
  public:
   Vertices(const Twin& twin, const Camera& camera, const DepthMap& map)
-      : lens_(camera.lens), T_world_cam_(camera.T_cam_world.inverse()), map_(map), mesh_(new Mesh) {
+      : lens_(camera.lens),
+        T_world_cam_(camera.T_cam_world.inverse()),
+        map_(map),
+        mesh_(new Mesh),
+        leverage_of_pixel_(map.z_mm.width, map.z_mm.height, std::numeric_limits<float>::quiet_NaN()),
+        shading_of_pixel_(leverage_of_pixel_) {
     if (twin.projector)
       light_mm_ = camera.T_cam_world * twin.projector->T_proj_world.inverse() * Eigen::Vector3d::Zero();
   }
@@ -142,6 +148,8 @@ class Vertices {
     for (std::size_t i = 0; i < normals_.size(); ++i)
       if (std::isfinite(normals_[i].x())) mesh_->vertex_normals[i] = normals_[i];
     SurfaceNoise noise;
+    noise.leverage_of_pixel = std::move(leverage_of_pixel_);
+    noise.shading_of_pixel = std::move(shading_of_pixel_);
     if (n_ > 0) {
       noise.leverage = leverage_ / static_cast<double>(n_);
       noise.radius_px = radius_ / static_cast<double>(n_);
@@ -155,6 +163,7 @@ class Vertices {
                   const Eigen::Vector3d& p_cam_mm) {
     if (!std::isfinite(map_.z_mm(x, y))) return;
     leverage_ += static_cast<double>(fit.leverage);
+    leverage_of_pixel_(x, y) = fit.leverage;
     radius_ += static_cast<double>(fit.radius_px);
     ++n_;
     if (!light_mm_) return;
@@ -163,7 +172,9 @@ class Vertices {
     if (!(cosine > kLeastCosine)) return;
     const double sigma_of_one =
         static_cast<double>(map_.sigma_mm(x, y)) * fit.inverse_depth * fit.inverse_depth;
-    shading_ += std::pow(sigma_of_one * cosine, 2) * normal.shading_variance(fit, to_light);
+    const double relative = sigma_of_one * std::sqrt(normal.shading_variance(fit, to_light));
+    shading_of_pixel_(x, y) = static_cast<float>(relative);
+    shading_ += std::pow(relative * cosine, 2);
     light_ += cosine * cosine;
   }
 
@@ -172,6 +183,7 @@ class Vertices {
   Pose T_world_cam_;
   const DepthMap& map_;
   std::shared_ptr<Mesh> mesh_;
+  ImageF leverage_of_pixel_, shading_of_pixel_;
   std::vector<Eigen::Vector3f> normals_;
   std::optional<Eigen::Vector3d> light_mm_;  ///< in the camera's frame
   double leverage_ = 0.0, shading_ = 0.0, light_ = 0.0, radius_ = 0.0;

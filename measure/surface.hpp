@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "measure/points/points.hpp"
+#include "twin/image/image.hpp"
 #include "twin/mesh/mesh.hpp"
 #include "twin/twin.hpp"
 
@@ -16,6 +17,9 @@ struct SurfaceNoise {
   double leverage = 1.0;   ///< mean variance of a vertex' inverse depth over that of a single pixel's
   double shading = 0.0;    ///< rms error of the light that the normals catch from the projector, over its rms
   double radius_px = 0.0;  ///< mean radius of the windows: neighbours within share their errors
+  /// Of each pixel of the camera whose depths these are: leverage, and relative standard error of the
+  /// projector's light; NaN where there is no vertex, or no light.
+  ImageF leverage_of_pixel = {}, shading_of_pixel = {};
 };
 
 struct MeasuredSurface {

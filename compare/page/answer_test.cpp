@@ -51,7 +51,7 @@ TEST(Answer, NothingJudgedIsNothingSaid) {
 
 TEST(Answer, SaysInWhatTheyAgreeAndByHowMuchTheyDiffer) {
   EXPECT_EQ(answer_sentence(gray_differs()),
-            "Twin and rig agree in phase and geometry; gray differs by 4.7 DN rms, 2.3 times what noise and "
+            "Twin and rig agree in phase and geometry; gray differs by 4.70 DN rms, 2.3 times what noise and "
             "budget allow");
   Comparison c;
   c.explained = {row_of("gray", kExplained), row_of("phase", kExplained), row_of("coverage", kExplained)};
@@ -60,8 +60,8 @@ TEST(Answer, SaysInWhatTheyAgreeAndByHowMuchTheyDiffer) {
             "allow");
   c.explained = {row_of("phase", kNotExplained, 0.03, 4.0), row_of("gray", kNotCompared)};
   EXPECT_EQ(answer_sentence(c),
-            "Twin and rig agree in nothing that was compared: phase differs by 0.03 rad "
-            "rms, 2 times what noise and budget allow; gray could not be compared");
+            "Twin and rig agree in nothing that was compared: phase differs by 0.0300 rad "
+            "rms, 2.0 times what noise and budget allow; gray could not be compared");
 }
 
 TEST(Answer, SaysWhatIsBeyondALimitThatSingleValuesAreWithin) {
@@ -70,8 +70,8 @@ TEST(Answer, SaysWhatIsBeyondALimitThatSingleValuesAreWithin) {
   regions.regional_chi2 = 9.0;
   c.explained = {regions};
   EXPECT_THAT(answer_sentence(c),
-              HasSubstr("gray differs by 1.3 DN rms, no more than noise in single values, "
-                        "but 3 times as much in regions"));
+              HasSubstr("gray differs by 1.30 DN rms, no more than noise in single values, "
+                        "but 3.0 times as much in regions"));
   ExplainedRow ripple = row_of("phase", kNotExplained, 0.02);
   ripple.why = "the phase ripples 4 times per fringe; more";
   c.explained = {ripple};
@@ -79,11 +79,11 @@ TEST(Answer, SaysWhatIsBeyondALimitThatSingleValuesAreWithin) {
   ExplainedRow ball = row_of("geometry", kNotExplained, 0.0123, 49.0);
   ball.worst = "radius_mm", ball.region = "ball";
   c.explained = {ball};
-  EXPECT_THAT(answer_sentence(c), HasSubstr("radius_mm of ball differs by 12.3 µm, 7 standard errors"));
+  EXPECT_THAT(answer_sentence(c), HasSubstr("radius_mm of ball differs by 12.3 µm, 7.0 standard errors"));
   ExplainedRow wide = row_of("gray", kTooWide);
   wide.too_wide_factor = 6.0;
   c.explained = {wide};
-  EXPECT_THAT(answer_sentence(c), HasSubstr("the budget of gray is too wide to tell: 6 times the noise"));
+  EXPECT_THAT(answer_sentence(c), HasSubstr("the budget of gray is too wide to tell: 6.0 times the noise"));
 }
 
 TEST(Answer, NamesTheCauseAndTheCommandThatFitsIt) {

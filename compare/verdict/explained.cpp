@@ -184,7 +184,7 @@ class GrayExplanation {
  public:
   GrayExplanation(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise, const ImageU8& interior,
                   const CameraDecode* simulated, const RenderingError& rendering, const ImageF* calibration,
-                  const SeenPixels& seen, const OwnOfPixels& own, const ShapeNoise* shape, double ambient)
+                  const SeenPixels& seen, const OwnOfPixels& own, const ShapeInView& shape)
       : pair_(pair),
         fit_(fit),
         noise_(noise),
@@ -193,10 +193,10 @@ class GrayExplanation {
         calibration_(calibration),
         seen_(seen),
         own_(own),
-        ambient_(ambient) {
-    if (shape && !own.kinds.factor) {  // a factor of each pixel has what its normal is off by
-      shading_ = shape->surface.shading;
-      shading_share_ = region_shares(shape->surface.radius_px, kRegion).slope;
+        shape_(shape) {
+    if (own.kinds.factor) shape_.noise = nullptr;  // a factor has what its pixel's normal is off by
+    if (shape_.noise) {
+      shading_share_ = region_shares(shape_.noise->surface.radius_px, kRegion).slope;
     }
     for (const PatternSpec& p : pair.patterns) steps_ = std::max(steps_, p.step + 1);
     for (const int image : pair.gain_images) {
@@ -231,7 +231,7 @@ class GrayExplanation {
         {rendering_.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)",
          rendering_.gray_dn * rendering_.gray_dn + scatter_of_one_dn2_},
         {"fit of gain and black level", 2.0 * noise / n * std::pow(fit_.row.sigma_inflation, 2)}};
-    if (shading_ > 0.0) row.lines.push_back({kShapeLine, s.shape / n});
+    if (shape_.noise) row.lines.push_back({kShapeLine, s.shape / n});
     if (calibration_) row.lines.push_back({kCalibrationLine, s.calibration / n});
     const double kept = 1.0 - s.taken / n;
     judge(s, noise_.known_to(), own_.from_here ? kept : 1.0, row);
@@ -267,6 +267,7 @@ class GrayExplanation {
     out.n_inside += pair_.gain_images.size();
     double squares = 0.0, noises = 0.0, taken = 0.0, shaded = 0.0;
     const OwnLightSums line = line_of(i);
+    const double shading = shape_.noise ? shape_.noise->shading_at(shape_.camera, i) * fit_.row.gain_dn : 0.0;
     int values = 0;
     const auto n_images = scatter_dn2_.rows();
     Eigen::MatrixX3d weights = Eigen::MatrixX3d::Zero(n_images, 3);  // of the images in each sum
@@ -280,7 +281,7 @@ class GrayExplanation {
       const double r = y - predicted, noise = noise_.variance(predicted);
       squares += r * r, noises += noise, ++values;
       taken += noise * line.leverage_at(own_.kinds, pair_.irradiance_at(image, i));
-      const double off = shading_ * fit_.row.gain_dn * (pair_.irradiance_at(image, i) - ambient_);
+      const double off = shading * (pair_.irradiance_at(image, i) - shape_.ambient);
       shaded += off * off;
       level.shape += off;
       level.add(1.0, r, noise, calibration);
@@ -327,9 +328,9 @@ class GrayExplanation {
   const ImageF* calibration_;  ///< variance of the irradiance; may be null
   SeenPixels seen_;
   const OwnOfPixels& own_;
-  double ambient_;                              ///< irradiance that no normal shades
-  double shading_ = 0.0, shading_share_ = 0.0;  ///< relative standard error of the other; region_shares()
-  Eigen::MatrixXd scatter_dn2_;                 ///< of pair.gain_images; empty where nothing scatters
+  ShapeInView shape_;
+  double shading_share_ = 0.0;   ///< region_shares()
+  Eigen::MatrixXd scatter_dn2_;  ///< of pair.gain_images; empty where nothing scatters
   double scatter_of_one_dn2_ = 0.0;
   int steps_ = 1;
   struct Turn {
@@ -396,17 +397,16 @@ ExplainedRow not_compared(const std::string& quantity, const std::string& region
 ExplainedRow explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
                           const ImageU8& interior, const CameraDecode* simulated,
                           const RenderingError& rendering, const ImageF* calibration, const SeenPixels& seen,
-                          const OwnOfPixels& own, const ShapeNoise* shape, double ambient) {
-  return GrayExplanation(pair, fit, noise, interior, simulated, rendering, calibration, seen, own, shape,
-                         ambient)
+                          const OwnOfPixels& own, const ShapeInView& shape) {
+  return GrayExplanation(pair, fit, noise, interior, simulated, rendering, calibration, seen, own, shape)
       .run();
 }
 
 ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& real,
                            const DirectionDecode& simulated, const ImageU8& interior,
                            const RenderingError& rendering, const ImageF* calibration, const SeenPixels& seen,
-                           const ShapeNoise* shape) {
-  const double shape_share = shape ? region_shares(shape->surface.radius_px, kRegion).depth : 0.0;
+                           const ShapeInView& shape) {
+  const double shape_share = shape.noise ? region_shares(shape.noise->surface.radius_px, kRegion).depth : 0.0;
   const ImageF difference = phase_difference(real, simulated);
   const double per_px = kTwoPi / real.pitches_px[real.finest];
   const double shared = rendering.phase_rad * rendering.phase_rad;
@@ -431,8 +431,9 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
             if (!(noise > 0.0)) continue;
             const double moved = calibration ? static_cast<double>(calibration->data[i]) : 0.0;
             const double textured = std::pow(static_cast<double>(texture.largest_rad.data[i]), 2);
-            const double of_shape =
-                shape ? shape->surface.leverage * shape->of_phase * variance(real, i) : 0.0;
+            const double of_shape = shape.noise ? shape.noise->leverage_at(shape.camera, i) *
+                                                      shape.noise->of_phase * variance(real, i)
+                                                : 0.0;
             const double own = noise + textured;
             out.texture += textured;
             out.shape += of_shape;
@@ -468,7 +469,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
       {"noise and quantisation of the simulated images", simulated_noise / n},
       {rendering.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)", shared}};
   if (s.texture > 0.0) row.lines.push_back({"texture within a pixel", s.texture / n});
-  if (shape) row.lines.push_back({kShapeLine, s.shape / n});
+  if (shape.noise) row.lines.push_back({kShapeLine, s.shape / n});
   if (calibration) row.lines.push_back({kCalibrationLine, s.calibration / n});
   const double known_to = std::hypot(real_noise * noise_known_to(real, false),
                                      simulated_noise * noise_known_to(simulated, true)) /

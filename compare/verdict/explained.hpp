@@ -61,20 +61,19 @@ ExplainedRow not_compared(const std::string& quantity, const std::string& region
 /// Judges the gray values of the interior pixels after the gain fit. `simulated`: its phases tell level,
 /// contrast and shift of the fringe apart; null: levels only. `own`: what of each pixel was
 /// fitted to the real phase steps, all of them: then the values scatter less than their noise, which both
-/// limits count. `shape`: noise of the measured shape that is seen; null: none; `ambient`: irradiance of
-/// the room, which no normal shades.
+/// limits count. `shape`: noise of the measured shape that is seen.
 ExplainedRow explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
                           const ImageU8& interior, const measure::CameraDecode* simulated,
                           const RenderingError& rendering, const ImageF* calibration = nullptr,
                           const SeenPixels& seen = {}, const OwnOfPixels& own = {},
-                          const ShapeNoise* shape = nullptr, double ambient = 0.0);
+                          const ShapeInView& shape = {});
 
 /// Judges the phase difference of one direction over the interior pixels. `shape`: noise of the measured
-/// shape that is seen; null: none.
+/// shape that is seen.
 ExplainedRow explain_phase(const std::string& camera, const measure::DirectionDecode& real,
                            const measure::DirectionDecode& simulated, const ImageU8& interior,
                            const RenderingError& rendering, const ImageF* calibration = nullptr,
-                           const SeenPixels& seen = {}, const ShapeNoise* shape = nullptr);
+                           const SeenPixels& seen = {}, const ShapeInView& shape = {});
 
 /// Judges the ripples of a phase row that was compared: they show a wrong brightness or waveform of the
 /// images where single values and regions do not. Not where the noise is hardly more than rounding, which

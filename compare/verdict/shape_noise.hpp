@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the noise of a measured shape adds to the budgets of phase and gray values: neighbours share it, since
-// each vertex is told by a window of pixels (docs/metrics/verdict.md, "Noise of a measured shape").
+// each vertex is told by a window of pixels (docs/metrics/verdict.md, "Explained").
 #pragma once
+#include <cmath>
+#include <cstddef>
+
 #include "measure/surface.hpp"
 
 namespace fringetwin::compare {
@@ -12,6 +15,22 @@ struct ShapeNoise {
   /// Variance of a phase from the steps that the shape was built from over that from the steps that are
   /// compared.
   double of_phase = 1.0;
+
+  /// Returns the leverage of a pixel of this camera, that of the whole surface where nothing is known of the
+  /// pixel: the surface is the first camera's.
+  double leverage_at(std::size_t camera, std::size_t pixel) const {
+    return at(camera, surface.leverage_of_pixel, pixel, surface.leverage);
+  }
+  /// Returns the relative standard error of the projector's light on a pixel.
+  double shading_at(std::size_t camera, std::size_t pixel) const {
+    return at(camera, surface.shading_of_pixel, pixel, surface.shading);
+  }
+
+ private:
+  static double at(std::size_t camera, const ImageF& of_pixel, std::size_t pixel, double mean) {
+    const bool is_known = camera == 0 && pixel < of_pixel.size() && !std::isnan(of_pixel.data[pixel]);
+    return is_known ? static_cast<double>(of_pixel.data[pixel]) : mean;
+  }
 };
 
 /// Variance of the mean over a square region over that of a single pixel: 1 where all share the error.
@@ -23,5 +42,12 @@ struct RegionShares {
 /// Returns what windows of this radius leave in the mean over a square of so many pixels a side, from white
 /// noise.
 RegionShares region_shares(double radius_px, int region_px);
+
+/// The noise of a measured shape in one camera's comparison; without one, nothing.
+struct ShapeInView {
+  const ShapeNoise* noise = nullptr;
+  std::size_t camera = 0;
+  double ambient = 0.0;  ///< irradiance of the room, which no normal shades
+};
 
 }  // namespace fringetwin::compare

@@ -15,14 +15,15 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kBall = "shape = \"sphere\"\ncenter_mm = [0, 0, 270]\nradius_mm = 19\n";
+constexpr const char* kBall = "shape = \"sphere\"\ncenter_mm = [0, 0, 330]\nradius_mm = 60\n";
 
-/// 62,000 pixels of a ball, 8 steps, so that even and odd ones tell it by themselves.
+/// A ball that fills the image (its outline would tell more of windows than of noise), 8 steps, so that even
+/// and odd ones tell it by themselves.
 std::string twin_of(const std::string& object, const std::string& fringes, const std::string& extra) {
   return small_twin({{"gain_dn = 20", "gain_dn = 15\nelectrons_per_dn = 60\nread_noise_dn = 0.5"},
                      {"imagersize = [160, 120]\nintrinsics = [260, 260, 79.5, 59.5",
                       "imagersize = [320, 320]\nintrinsics = [2000, 2000, 159.5, 159.5"},
-                     {kBall, object},
+                     {"shape = \"sphere\"\ncenter_mm = [0, 0, 270]\nradius_mm = 19\n", object},
                      {"steps = 4", "steps = 8\n" + fringes},
                      {"[[measure.fit]]\nobject = \"ball\"\n", ""}},
                     extra);
