@@ -13,6 +13,7 @@
 #include "calib/solve/calibrate.hpp"
 #include "cli/commands.hpp"
 #include "cli/option_values.hpp"
+#include "cli/projector_from.hpp"
 #include "cli/starting_twin.hpp"
 #include "compare/result/provenance.hpp"
 #include "compare/verdict/limits.hpp"
@@ -36,7 +37,7 @@ constexpr const char* kAuto = "auto";
 
 struct CalibrateCommand {
   std::string corners, focal, imagersize, sigma, names, out, outlier_sigma = "5", projector = "projector";
-  std::string twin, board = "chessboard";
+  std::string twin, board = "chessboard", projector_from, captures;
   calib::BoardPattern pattern;
   bool has_weights = false, skip_regularization = false, keep_regularization = false, skip_rejection = false,
        skip_warp = false;
@@ -164,7 +165,33 @@ void check_sources(const CalibrateCommand& o) {
     if (value.empty()) throw UserError(ExitCode::usage, option, "is needed without --twin", "");
 }
 
+/// --projector-from needs no board: what only a board needs is refused, or not asked for.
+int run_without_board(const CalibrateCommand& o, const Invocation& invocation) {
+  if (o.captures.empty())
+    throw UserError(ExitCode::usage, "--captures", "is needed with --projector-from", "");
+  if (!o.globs.empty() || !o.twin.empty())
+    throw UserError(ExitCode::usage, "--projector-from", "goes without globs and --twin",
+                    "give the folder of images by --captures");
+  if (o.calibrate.lensmodel != "LENSMODEL_PINHOLE" && o.calibrate.lensmodel != "LENSMODEL_OPENCV4")
+    throw UserError(ExitCode::usage, "--lensmodel",
+                    "with --projector-from LENSMODEL_PINHOLE or LENSMODEL_OPENCV4 "
+                    "(k1 alone)",
+                    "");
+  ProjectorFromCommand command{.twin = o.projector_from, .captures = o.captures, .out = o.out};
+  if (!o.imagersize.empty()) command.imagersize_px = size_of(o.imagersize);
+  command.solve_k1 = o.calibrate.lensmodel == "LENSMODEL_OPENCV4";
+  return run_projector_from(command, invocation);
+}
+
 int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
+  if (!o.projector_from.empty()) return run_without_board(o, invocation);
+  if (!o.captures.empty())
+    throw UserError(ExitCode::usage, "--captures", "goes with --projector-from",
+                    "with --twin, give the folders without an option");
+  for (const auto& [option, given] : {std::pair{"--object-spacing", o.spacing_m > 0.0},
+                                      {"--object-width-n", o.width_n > 0},
+                                      {"--object-height-n", o.height_n > 0}})
+    if (!given) throw UserError(ExitCode::usage, option, "is required", "describe the board");
   join_imagersize(o);
   check_sources(o);
   check_out_folder(o.out);
@@ -246,6 +273,13 @@ void add_calibrate(CLI::App& app, Invocation& invocation) {
                   "Calibrate from captures of the board under the fringes of this twin.toml; its lenses need "
                   "only be rough")
       ->type_name("TWIN.toml");
+  sub->add_option(
+         "--projector-from", o->projector_from,
+         "Solve the projector alone, without a board: from --captures of any scene of several depths, "
+         "whose shape the two calibrated cameras of this twin.toml measure")
+      ->type_name("TWIN.toml");
+  sub->add_option("--captures", o->captures, "With --projector-from: the folder of captures")
+      ->type_name("DIR");
   sub->add_option("--board", o->board,
                   "What to look for in pictures: chessboard, circles, asymmetric-circles, charuco")
       ->type_name("NAME")
@@ -270,14 +304,13 @@ void add_calibrate(CLI::App& app, Invocation& invocation) {
   sub->add_option("--imagersize", o->imagersize, "WIDTHxHEIGHT; one for all, or one per device: AxB,CxD")
       ->type_name("WIDTHxHEIGHT");
   sub->add_option("--object-spacing", o->spacing_m, "Distance of the board's corners in METRES")
-      ->type_name("M")
-      ->required();
+      ->type_name("M");
   sub->add_option(
          "--circle-diameter", o->circle_diameter_m,
          "Diameter of a circle grid's circles in METRES: their centres are corrected for perspective")
       ->type_name("M");
-  sub->add_option("--object-width-n", o->width_n, "Corners per row")->type_name("N")->required();
-  sub->add_option("--object-height-n", o->height_n, "Rows of corners")->type_name("N")->required();
+  sub->add_option("--object-width-n", o->width_n, "Corners per row")->type_name("N");
+  sub->add_option("--object-height-n", o->height_n, "Rows of corners")->type_name("N");
   sub->add_option("--outdir,--out", o->out,
                   "Folder for the .cameramodel files, calibration.json, calibration.html")
       ->type_name("DIR")

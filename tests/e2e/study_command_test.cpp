@@ -110,16 +110,20 @@ TEST(StudyCommand, KilledAtRandomTheTableIsThatOfAnUnbrokenRun) {
   ASSERT_EQ(run_study(dir, "unbroken").exit_code, 0);
   const double whole_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   std::mt19937 random(11);
-  std::uniform_real_distribution<double> moment(0.15 * whole_s, 0.8 * whole_s);
-  constexpr int wanted = 10;
+  std::uniform_real_distribution<double> moment(0.15, 0.8);
+  constexpr int wanted = 10, wanted_halfway = 4;
+  // What else runs on the machine changes how long a study takes: the moments follow.
+  double scale_s = whole_s;
   int kills = 0, halfway = 0, rounds = 0;
   bool ended = false;
-  for (int attempt = 0; attempt < 100 && (kills < wanted || !ended); ++attempt) {
-    ended = run_until(dir, "KILL", kills < wanted ? moment(random) : 300.0);  // at last undisturbed
+  const auto enough = [&] { return kills >= wanted && halfway >= wanted_halfway; };
+  for (int attempt = 0; attempt < 100 && !(enough() && ended); ++attempt) {
+    ended = run_until(dir, "KILL", enough() ? 300.0 : moment(random) * scale_s);  // at last undisturbed
     if (!ended) {
       ++kills;
       const int n = fs::exists(dir / "killed/study.db") ? stored(dir) : 0;
       halfway += n > 0 && n < 240 ? 1 : 0;
+      if (n == 0) scale_s *= 1.3;
       // the table comes last but for the page
       if (fs::exists(dir / "killed/study.csv")) {
         EXPECT_EQ(read_file(dir / "killed/study.csv"), read_file(dir / "unbroken/study.csv"))
@@ -128,12 +132,13 @@ TEST(StudyCommand, KilledAtRandomTheTableIsThatOfAnUnbrokenRun) {
       continue;
     }
     ++rounds;
+    scale_s *= 0.8;
     ASSERT_EQ(read_file(dir / "killed/study.csv"), read_file(dir / "unbroken/study.csv"));
     fs::remove_all(dir / "killed");
   }
-  EXPECT_EQ(kills, wanted);
+  EXPECT_GE(kills, wanted);
   EXPECT_GT(rounds, 0);
-  EXPECT_GT(halfway, 3) << "the kills came before there was anything to lose";
+  EXPECT_GE(halfway, wanted_halfway) << "the kills came before there was anything to lose";
   std::printf("killed %d times, %d of them between points; %d tables completed\n", kills, halfway, rounds);
 }
 
