@@ -14,7 +14,7 @@
 #include "cli/commands.hpp"
 #include "cli/option_values.hpp"
 #include "cli/projector_from.hpp"
-#include "cli/starting_twin.hpp"
+#include "cli/start/starting_twin.hpp"
 #include "compare/result/provenance.hpp"
 #include "compare/verdict/limits.hpp"
 #include "report/text.hpp"

@@ -7,8 +7,8 @@
 #include <map>
 
 #include "cli/commands.hpp"
-#include "cli/new_twin.hpp"
 #include "cli/option_values.hpp"
+#include "cli/start/new_twin.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"

@@ -8,7 +8,7 @@
 
 #include "calib/import/check_import.hpp"
 #include "cli/option_values.hpp"
-#include "cli/starting_twin.hpp"
+#include "cli/start/starting_twin.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/paths.hpp"

@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <span>
+#include <utility>
 
 #include "render/base/disk_cache.hpp"
 #include "render/base/specialise.hpp"
@@ -122,12 +125,33 @@ Buffer& TraceDevice::reserve(std::size_t binding, std::size_t bytes) {
   return *slot;
 }
 
-// Uploads nodes and triangles of all meshes, one after the other. Boxes grow by the rounding of the slab test
-// for rays that come from `reach_mm` away.
-void TraceDevice::upload_geometry(const PackedScene& scene, const Shortcuts& shortcuts, double reach_mm) {
-  const auto pad = static_cast<float>(1e-6 * reach_mm);
+// Uploads nodes and triangles of all meshes, one after the other, unless they are there. Boxes grow by the
+// rounding of the slab test for rays that come from `reach_mm` away, rounded up to a power of two: so that a
+// camera or projector that moves a little finds them, and what a trace reads does not depend on those before
+// it.
+void TraceDevice::upload_meshes(const PackedScene& scene, double reach_mm) {
+  const auto pad = static_cast<float>(1e-6 * std::exp2(std::ceil(std::log2(std::max(reach_mm, 1e-3)))));
+  std::size_t n_nodes = 0, n_vertices = 0;
+  UploadedMeshes wanted{.pad_mm = pad, .corners = scene.corners};
+  for (const MeshGeometry* m : scene.meshes) {
+    n_nodes += m->bvh.nodes.size();
+    n_vertices += m->triangles.size();
+    wanted.meshes.emplace_back(m, m->mesh);
+  }
+  // FRINGETWIN_GEOMETRY=storage forces the variant for small devices, for tests.
+  const bool needs_storage = std::max(4 * n_nodes, n_vertices) > vulkan_.limits().maxTexelBufferElements ||
+                             environment_value("FRINGETWIN_GEOMETRY") == "storage";
+  if (needs_storage != storage_geometry_) {
+    storage_geometry_ = needs_storage;
+    for (const std::size_t b : {BIND_NODES, BIND_TRIANGLES, BIND_CORNERS, BIND_LINKS}) buffers_[b].reset();
+    uploaded_.reset();
+  }
+  if (uploaded_ && uploaded_->same_as(wanted)) return;
+  uploaded_.reset();
   std::vector<BvhNode> nodes;
   std::vector<gpu::vec4> triangles, corners;
+  nodes.reserve(n_nodes);
+  triangles.reserve(n_vertices);
   for (const MeshGeometry* m : scene.meshes) {
     const std::size_t first = nodes.size();
     nodes.insert(nodes.end(), m->bvh.nodes.begin(), m->bvh.nodes.end());
@@ -140,19 +164,22 @@ void TraceDevice::upload_geometry(const PackedScene& scene, const Shortcuts& sho
     triangles.insert(triangles.end(), m->triangles.begin(), m->triangles.end());
     if (scene.corners) corners.insert(corners.end(), m->corners.begin(), m->corners.end());
   }
-  const std::size_t largest = std::max(4 * nodes.size(), triangles.size());
-  // FRINGETWIN_GEOMETRY=storage forces the variant for small devices, for tests.
-  const bool needs_storage = largest > vulkan_.limits().maxTexelBufferElements ||
-                             environment_value("FRINGETWIN_GEOMETRY") == "storage";
-  if (needs_storage != storage_geometry_) {
-    storage_geometry_ = needs_storage;
-    for (const std::size_t b : {BIND_NODES, BIND_TRIANGLES, BIND_CORNERS, BIND_LINKS}) buffers_[b].reset();
-  }
   fill(BIND_NODES, nodes);
   fill(BIND_TRIANGLES, triangles);
   fill(BIND_CORNERS, corners);
-  fill(BIND_LINKS, shortcuts.links);
-  fill(BIND_STARTS, shortcuts.starts);
+  uploaded_ = std::move(wanted);
+}
+
+bool TraceDevice::UploadedMeshes::same_as(const UploadedMeshes& other) const {
+  if (pad_mm != other.pad_mm || corners != other.corners || meshes.size() != other.meshes.size())
+    return false;
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    // a mesh that is gone may have left its place to another
+    const auto mesh = meshes[i].second.lock();
+    if (!mesh || mesh != other.meshes[i].second.lock() || meshes[i].first != other.meshes[i].first)
+      return false;
+  }
+  return true;
 }
 
 ComputePipeline& TraceDevice::bound_kernel(Kernel kernel, const SpecConstants& constants) {
@@ -184,7 +211,9 @@ void TraceDevice::upload_scene(const TraceJob& job) {
   const Pose T_proj_cam = job.twin.projector->T_proj_world * job.camera.T_cam_world.inverse();
   const double reach_mm =
       job.scene.far_mm + T_proj_cam.translation_mm.norm() + lens_radius_mm(job.camera.optics);
-  upload_geometry(job.scene, job.shortcuts, reach_mm);
+  upload_meshes(job.scene, reach_mm);
+  fill(BIND_LINKS, job.shortcuts.links);
+  fill(BIND_STARTS, job.shortcuts.starts);
   std::vector<gpu::vec4> primitives;
   for (const auto& p : job.scene.primitives) {
     for (const Double4& v : p) primitives.push_back(rounded(v));

@@ -5,7 +5,9 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "render/trace/shader_params.hpp"
@@ -65,12 +67,21 @@ class TraceDevice : NotCopyable {
   bool dispatch(ComputePipeline& kernel, const gpu::Push& push, std::uint32_t groups, Transport* out);
 
  private:
-  void upload_geometry(const PackedScene& scene, const Shortcuts& shortcuts, double reach_mm);
+  void upload_meshes(const PackedScene& scene, double reach_mm);
+
+  /// What the geometry buffers hold.
+  struct UploadedMeshes {
+    std::vector<std::pair<const MeshGeometry*, std::weak_ptr<const Mesh>>> meshes = {};
+    float pad_mm = 0.0F;
+    bool corners = false;
+    bool same_as(const UploadedMeshes& other) const;
+  };
 
   VulkanDevice vulkan_;
   VkPipelineCache cache_ = VK_NULL_HANDLE;
   KernelStore kernels_;
   std::array<std::unique_ptr<Buffer>, BIND_COUNT> buffers_;
+  std::optional<UploadedMeshes> uploaded_;
   bool storage_geometry_ = false;  ///< geometry in storage buffers, because texel buffers are too small
   bool precise_ = false;
 };

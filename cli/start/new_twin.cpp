@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/new_twin.hpp"
+#include "cli/start/new_twin.hpp"
 
 #include <fmt/format.h>
 

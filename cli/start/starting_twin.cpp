@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/starting_twin.hpp"
+#include "cli/start/starting_twin.hpp"
 
 #include <fmt/format.h>
 
