@@ -95,7 +95,7 @@ TEST(DepthFit, StepsAndCreasesStayWhereTheyAre) {
       // a window beyond the crease or the step would be off by many times the noise of one pixel
       EXPECT_NEAR(of_roof(x, y).slope_x, away < 0 ? -1e-7 : 1e-7, 0.5 * kNoise) << x;
       EXPECT_NEAR(of_step(x, y).inverse_depth - 1.0 / 800.0, step(x, y), 2.0 * kNoise) << x;
-      EXPECT_LE(of_step(x, y).radius_px, std::abs(away) + 4.0F);
+      EXPECT_LE(of_step(x, y).radius_px, static_cast<float>(std::abs(away)) + 4.0F);
     }
 }
 

@@ -190,6 +190,44 @@ class Vertices {
   std::size_t n_ = 0;
 };
 
+/// Returns what the surfaces around a pixel without one say of it: the nearest of them, continued; unknown
+/// where there is none. A pixel on an outline sees a part of the surface and is measured, but has no point of
+/// its own (mixed_pixels.hpp).
+DepthFit continued(const DepthMap& map, const Image<DepthFit>& fits, int x, int y) {
+  struct Neighbour {
+    const DepthFit* fit;
+    double dx, dy;
+  };
+  std::array<Neighbour, 8> around{};
+  std::size_t n = 0;
+  const DepthFit* nearest = nullptr;
+  for (int dy = -1; dy <= 1; ++dy)
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int i = x - dx, j = y - dy;
+      if ((dx == 0 && dy == 0) || i < 0 || j < 0 || i >= fits.width || j >= fits.height) continue;
+      const DepthFit& fit = fits(i, j);
+      if (!fit.known() || !std::isfinite(fit.slope_x)) continue;
+      around[n++] = {&fit, static_cast<double>(dx), static_cast<double>(dy)};
+      if (!nearest || fit.inverse_depth > nearest->inverse_depth) nearest = &fit;
+    }
+  DepthFit out;
+  if (!nearest) return out;
+  double inverse_depth = 0.0, slope_x = 0.0, slope_y = 0.0, joined = 0.0;
+  for (std::size_t k = 0; k < n; ++k) {
+    const auto& [fit, dx, dy] = around[k];
+    if (!map.joined(1.0 / nearest->inverse_depth, 1.0 / fit->inverse_depth, 2.0, 0.0)) continue;
+    inverse_depth += fit->inverse_depth + fit->slope_x * dx + fit->slope_y * dy;
+    slope_x += fit->slope_x;
+    slope_y += fit->slope_y;
+    joined += 1.0;
+  }
+  if (!(inverse_depth > 0.0)) return out;
+  out.inverse_depth = inverse_depth / joined;
+  out.slope_x = slope_x / joined;
+  out.slope_y = slope_y / joined;
+  return out;
+}
+
 }  // namespace
 
 MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointCloud& cloud,
@@ -200,7 +238,13 @@ MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointC
     throw UserError(ExitCode::usage, twin.file.string(), "smoothing_px must lie between 0 and 50");
   const Camera& cam = twin.cameras[camera];
   DepthMap map = make_depth_map(cam, cloud);
-  const Image<DepthFit> fits = fit_depths(map, shape.smoothing_px, shape.most_smoothing_px);
+  Image<DepthFit> fits = fit_depths(map, shape.smoothing_px, shape.most_smoothing_px);
+  {
+    const Image<DepthFit> measured = fits;
+    for (int y = 0; y < fits.height; ++y)
+      for (int x = 0; x < fits.width; ++x)
+        if (!measured(x, y).known()) fits(x, y) = continued(map, measured, x, y);
+  }
   Vertices vertices(twin, cam, map);
   const int width = fits.width, height = fits.height;
   Image<int> vertex(width, height, -1);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tolerances
-//   3e-5 mm    noiseless plane: vertices are floats near 260 (rounding 1.5e-5)
+//   6e-5 mm    noiseless plane: vertices are floats near 260 (rounding 1.5e-5); in the pixel beyond the points its
+//              1/z goes on as a line, and bends by 2e-5 with the distortion of the lens
 //   noise / 2  a quadratic on a disc of radius 3 (29 points) leaves 0.45 of the noise at its centre
 #include "measure/surface.hpp"
 
@@ -27,7 +28,7 @@ TEST(Surface, PlaneStaysPlaneAndFacesTheCamera) {
   const auto mesh = build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 3.0}).mesh;
   EXPECT_GE(mesh->vertices_mm.size(), cloud.size());
   EXPECT_GT(mesh->triangles.size(), 19 * cloud.size() / 10);
-  for (const auto& v : mesh->vertices_mm) ASSERT_LT(std::abs(n.dot(v.cast<double>() - at)), 3e-5);
+  for (const auto& v : mesh->vertices_mm) ASSERT_LT(std::abs(n.dot(v.cast<double>() - at)), 6e-5);
   for (const auto& t : mesh->triangles) {
     const Eigen::Vector3d a = mesh->vertices_mm[t[0]].cast<double>(),
                           b = mesh->vertices_mm[t[1]].cast<double>(),

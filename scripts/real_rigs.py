@@ -27,6 +27,9 @@ RUNS = [
     ("cpsd-plane-4freq12step", "cpsd-plane-4freq12step/twin-rig.toml",
      "no calibration: a relative rig solved from the set's own phase, whose lengths mean nothing (datasets/README.md)",
      ["--hold-out", "3", "--refine", "exposure,contrast,blur,harmonics,texture,offset"]),
+    ("slsdk-stereo-statue", "slsdk-stereo-statue/twin-rig.toml",
+     "stereo calibration of the set, whose cameras measure the shape; the projector solved from that shape by `calibrate --projector-from` (docs/CALIBRATION.md)",
+     ["--hold-out", "4", "--refine", "exposure,texture,offset"]),
 ]
 
 
