@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tolerances
-//   6e-5 mm    noiseless plane: vertices are floats near 260 (rounding 1.5e-5); in the pixel beyond the points its
-//              1/z goes on as a line, and bends by 2e-5 with the distortion of the lens
+//   1.5e-4 mm  noiseless plane: vertices are floats near 260 (rounding 1.5e-5); the pixel beyond the points
+//   goes
+//              on as a line of 1/z, which the lens bends by 3 k1 x (px/f)^2 = 3e-7, 5e-5 mm on this slope,
+//              from a window on one side, whose slope is off by as much again
 //   noise / 2  a quadratic on a disc of radius 3 (29 points) leaves 0.45 of the noise at its centre
 #include "measure/surface.hpp"
 
@@ -28,7 +30,7 @@ TEST(Surface, PlaneStaysPlaneAndFacesTheCamera) {
   const auto mesh = build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 3.0}).mesh;
   EXPECT_GE(mesh->vertices_mm.size(), cloud.size());
   EXPECT_GT(mesh->triangles.size(), 19 * cloud.size() / 10);
-  for (const auto& v : mesh->vertices_mm) ASSERT_LT(std::abs(n.dot(v.cast<double>() - at)), 6e-5);
+  for (const auto& v : mesh->vertices_mm) ASSERT_LT(std::abs(n.dot(v.cast<double>() - at)), 1.5e-4);
   for (const auto& t : mesh->triangles) {
     const Eigen::Vector3d a = mesh->vertices_mm[t[0]].cast<double>(),
                           b = mesh->vertices_mm[t[1]].cast<double>(),
