@@ -51,8 +51,11 @@ std::string size_text(const ExplainedRow& row) {
                           : report::number(rms, 3) + (row.unit.empty() ? "" : " " + row.unit);
 }
 
-/// Returns the first of the sentences on the row's state.
-std::string first_reason(const ExplainedRow& row) { return row.why.substr(0, row.why.find("; ")); }
+/// Returns the first of the sentences on the row's state; of one on coverage, which goes on to say where the
+/// pixels lie, how many they are.
+std::string first_reason(const ExplainedRow& row) {
+  return row.why.substr(0, row.why.find_first_of(row.quantity == "coverage" ? ",;" : ";"));
+}
 
 std::string difference_text(const ExplainedRow& row) {
   if (row.quantity == "geometry" && std::isfinite(row.chi2))

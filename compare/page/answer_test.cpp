@@ -76,6 +76,12 @@ TEST(Answer, SaysWhatIsBeyondALimitThatSingleValuesAreWithin) {
   ripple.why = "the phase ripples 4 times per fringe; more";
   c.explained = {ripple};
   EXPECT_THAT(answer_sentence(c), HasSubstr("phase differs: the phase ripples 4 times per fringe"));
+  ExplainedRow holes = row_of("coverage", kNotExplained);
+  holes.why = "1739 pixels (0.8 %) are measured on the real side only, 788 of them away from outlines; more";
+  c.explained = {holes};
+  EXPECT_EQ(answer_sentence(c),
+            "Twin and rig agree in nothing that was compared: coverage differs: 1739 pixels "
+            "(0.8 %) are measured on the real side only");
   ExplainedRow ball = row_of("geometry", kNotExplained, 0.0123, 49.0);
   ball.worst = "radius_mm", ball.region = "ball";
   c.explained = {ball};
