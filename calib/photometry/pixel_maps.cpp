@@ -161,19 +161,21 @@ std::optional<PixelMapEstimate> pixel_factors(const std::vector<ImageF>& flat, c
                          [](double v, double level, double all) { return v * all / level; });
   for (double& v : means.mean.data)
     if (!(v > 0.0)) v = std::numeric_limits<double>::quiet_NaN();
+  std::size_t n_known = 0;
+  const double over_field = spread_of(means.mean, n_known).first;  // not 1 where the response bends the field
+  if (n_known == 0) return std::nullopt;
   divide_by_what_is_around(means.mean);
   PixelMapEstimate out{.map = ImageF(width, height, 1.0F), .n_images = flat.size()};
-  std::size_t n_known = 0;
   const auto [mean, spread] = spread_of(means.mean, n_known);
-  if (n_known == 0) return std::nullopt;
   out.n_unknown = out.map.size() - n_known;
   for (std::size_t i = 0; i < out.map.size(); ++i)
     if (std::isfinite(means.mean.data[i])) out.map.data[i] = static_cast<float>(means.mean.data[i] / mean);
   // An offset that is not well known is a factor that is not, by what it is of the light.
-  const double level_dn = light.field.level_dn.value,
+  const double field_dn = light.field.level_dn.value, light_dn = over_field * field_dn,
                of_offsets_dn = light.offsets ? light.offsets->noise : 0.0,
-               rounding_dn = rounding_that_stays_dn(means.variance * level_dn * level_dn);
-  out.noise = std::hypot(std::sqrt(means.variance_of_mean), of_offsets_dn / level_dn, rounding_dn / level_dn);
+               rounding_dn = rounding_that_stays_dn(means.variance * field_dn * field_dn);
+  out.noise = std::hypot(std::sqrt(means.variance_of_mean) / over_field, of_offsets_dn / light_dn,
+                         rounding_dn / light_dn);
   out.rms = without_noise(spread / mean, out.noise);
   return out;
 }

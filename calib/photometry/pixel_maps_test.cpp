@@ -85,8 +85,9 @@ double mean(const ImageF& map) {
   return std::accumulate(map.data.begin(), map.data.end(), 0.0) / static_cast<double>(map.size());
 }
 double rms_about_mean(const ImageF& map) {
+  const double middle = mean(map);
   double squares = 0.0;
-  for (const float v : map.data) squares += std::pow(static_cast<double>(v) - mean(map), 2);
+  for (const float v : map.data) squares += std::pow(static_cast<double>(v) - middle, 2);
   return std::sqrt(squares / static_cast<double>(map.size()));
 }
 /// The rms of what a map differs from the truth by, but for a constant.
