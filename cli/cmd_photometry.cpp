@@ -143,6 +143,12 @@ void print_summary(const calib::Photometry& p) {
           r.held_out_rms_dn, r.held_out_rms_own_light_dn);
     }
     if (c.flat) fmt::print("{}: {:.4f} of the light at the corners\n", c.camera, c.flat->corner);
+    if (c.factors)
+      fmt::print("{}: gains of the pixels differ by {:.3g} % rms, each known to {:.2g} %\n", c.camera,
+                 100.0 * c.factors->rms, 100.0 * c.factors->noise);
+    if (c.offsets)
+      fmt::print("{}: offsets of the pixels differ by {:.3g} DN rms, each known to {:.2g} DN\n", c.camera,
+                 c.offsets->rms, c.offsets->noise);
     if (c.light) {
       const auto [least, most] = std::ranges::minmax(c.light->factor);
       const double sigma = measure::largest_told(c.light->sigma);
@@ -160,6 +166,16 @@ void print_summary(const calib::Photometry& p) {
   }
 }
 
+/// Writes the maps of pixels that photometry.toml names.
+void write_maps(const fs::path& dir, const calib::Photometry& photometry) {
+  for (const calib::CameraPhotometry& c : photometry.cameras) {
+    if (c.factors && c.factors->is_told())
+      write_exr(dir / calib::pixel_map_file("prnu", c.camera), {{"factor", &c.factors->map}});
+    if (c.offsets && c.offsets->is_told())
+      write_exr(dir / calib::pixel_map_file("dsnu", c.camera), {{"offset_dn", &c.offsets->map}});
+  }
+}
+
 int run_photometry(const PhotometryCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
   const Twin twin = compare::load_checked_twin(o.twin);
@@ -169,6 +185,7 @@ int run_photometry(const PhotometryCommand& o, const Invocation& invocation) {
   const calib::Origin origin{invocation.argv, version_string(), compare::sha256_of_files(inputs)};
   const fs::path dir = o.out;
   begin_output(dir, {"photometry.json"});
+  write_maps(dir, photometry);
   write_text_file(dir / "photometry.toml", calib::photometry_toml(photometry));
   write_text_file(dir / "photometry.html", calib::photometry_html(photometry, origin));
   write_text_file(dir / "photometry.json", calib::photometry_json(photometry, origin));
@@ -194,7 +211,8 @@ void add_photometry(CLI::App& app, Invocation& invocation) {
       ->type_name("FILES");
   sub->add_option("--dark", o->dark, "[CAMERA=]GLOB: images with the lens covered")->type_name("FILES");
   sub->add_option("--flat", o->flat, "[CAMERA=]GLOB: images of an evenly lit surface")->type_name("FILES");
-  sub->add_option("--out", o->out, "Folder for photometry.toml, photometry.json, photometry.html")
+  sub->add_option("--out", o->out,
+                  "Folder for photometry.toml, photometry.json, photometry.html and the maps of pixels")
       ->type_name("DIR")
       ->required();
   run_when_chosen(*sub, invocation, o, run_photometry);

@@ -2,6 +2,8 @@
 #include "twin/effects.hpp"
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 namespace fringetwin {
 namespace {
@@ -16,6 +18,10 @@ void widen_sensor(Sensor& sensor) {
   if (sensor.electrons_per_dn) *sensor.electrons_per_dn /= scale;
   if (sensor.read_noise_dn) *sensor.read_noise_dn *= scale;
   sensor.response = sensor.response.scaled(scale);
+  if (!sensor.dsnu.values) return;
+  ImageF offsets_dn = *sensor.dsnu.values;
+  for (float& offset_dn : offsets_dn.data) offset_dn *= static_cast<float>(scale);
+  sensor.dsnu.values = std::make_shared<const ImageF>(std::move(offsets_dn));
 }
 
 /// True for one analytic object that cannot shade itself: the renderer leaves the shadow rays off by itself.
@@ -197,6 +203,14 @@ std::vector<Effect> make_effects() {
           [](const Camera& c) { return !c.sensor.response.straight(); },
           [](Camera& c) { c.sensor.response = {}; },
           "[camera.sensor] response = { knee_dn = 120.0, slope = 0.85 } or { table = [[...], ...] }"),
+      of_each(
+          &Twin::cameras, EffectStage::sensor, "gain of pixels", "pixels that all have the same gain",
+          [](const Camera& c) { return c.sensor.prnu.given(); }, [](Camera& c) { c.sensor.prnu = {}; },
+          "[camera.sensor] prnu = \"FILE.exr\""),
+      of_each(
+          &Twin::cameras, EffectStage::sensor, "offset of pixels",
+          "pixels that all have the same black level", [](const Camera& c) { return c.sensor.dsnu.given(); },
+          [](Camera& c) { c.sensor.dsnu = {}; }, "[camera.sensor] dsnu = \"FILE.exr\""),
       in_noise_theory(of_each(
           &Twin::cameras, EffectStage::sensor, "sensor noise", "a sensor without shot and read noise",
           [](const Camera& c) { return c.sensor.has_noise(); },

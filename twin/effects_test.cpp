@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,6 +36,12 @@ std::vector<Way> all_ways() {
        }},
       {"camera response", "of the second camera alone",
        [](Twin& t) { second(t).sensor.response = knee_response(90.0, 0.8); }},
+      {"gain of pixels", "of the second camera alone",
+       [](Twin& t) { second(t).sensor.prnu.values = std::make_shared<const ImageF>(40, 30, 1.0F); }},
+      {"offset of pixels", "of the second camera alone",
+       [](Twin& t) { second(t).sensor.dsnu.values = std::make_shared<const ImageF>(40, 30, 1.0F); }},
+      {"gain of pixels", "a file that is not read yet",
+       [](Twin& t) { second(t).sensor.prnu.file = "prnu.exr"; }},
       {"sensor noise", "electrons alone", [](Twin& t) { second(t).sensor.electrons_per_dn = 40.0; }},
       {"sensor noise", "read noise alone", [](Twin& t) { second(t).sensor.read_noise_dn = 0.5; }},
       {"sensor rounding", "of the second camera alone", [](Twin& t) { second(t).sensor.bit_depth = 12; }},

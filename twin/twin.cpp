@@ -87,16 +87,41 @@ class Loader {
     camera.texture = std::make_shared<const PixelTexture>(std::move(texture));
   }
 
-  /// Takes over a mesh or a texture that is read already.
+  /// Loads what the sensor's pixels have of their own.
+  void load_maps(Camera& camera) {
+    const MappedCamera mapped{camera.name, camera.lens.width(), camera.lens.height()};
+    Sensor& sensor = camera.sensor;
+    load_map(sensor.prnu, factors_, mapped, [&] { return read_pixel_factors(sensor.prnu.file, mapped); });
+    load_map(sensor.dsnu, offsets_, mapped,
+             [&] { return read_pixel_offsets(sensor.dsnu.file, mapped, sensor.max_dn()); });
+  }
+
+  /// Takes over what is read already.
   void know(const MeshShape& shape) { meshes_[{shape.file, shape.unit}] = shape.mesh; }
   void know(const Camera& camera) {
     if (camera.texture && !camera.texture_file.empty()) textures_[camera.texture_file] = camera.texture;
+    if (camera.sensor.prnu.values) factors_[camera.sensor.prnu.file] = camera.sensor.prnu.values;
+    if (camera.sensor.dsnu.values) offsets_[camera.sensor.dsnu.file] = camera.sensor.dsnu.values;
   }
 
  private:
   std::map<std::pair<fs::path, std::string>, std::shared_ptr<const Mesh>> meshes_;
   std::map<fs::path, std::shared_ptr<const ImageF>> maps_;
   std::map<fs::path, std::shared_ptr<const PixelTexture>> textures_;
+  std::map<fs::path, std::shared_ptr<const ImageF>> factors_, offsets_;  ///< of sensors
+
+  /// A map of another size is read again, to be refused as the file of this camera.
+  template <class Read>
+  void load_map(PixelMap& map, std::map<fs::path, std::shared_ptr<const ImageF>>& known,
+                const MappedCamera& camera, Read read) {
+    if (map.file.empty() || map.values) return;
+    std::shared_ptr<const ImageF>& values = known[map.file];
+    if (!values || values->width != camera.width || values->height != camera.height) {
+      values = read();
+      map_files.push_back(map.file);
+    }
+    map.values = values;
+  }
 
   /// Returns whether a texture has the size of the camera.
   static bool is_of(const PixelTexture& texture, const Camera& camera) {
@@ -162,7 +187,7 @@ void load_meshes(Twin& twin, const Twin* known) {
   if (known)
     for (const Camera& camera : known->cameras) loader.know(camera);
   for (Object& object : twin.objects) std::visit([&](auto& shape) { loader.load(shape); }, object.shape);
-  for (Camera& camera : twin.cameras) loader.load_texture(camera);
+  for (Camera& camera : twin.cameras) loader.load_texture(camera), loader.load_maps(camera);
   for (const auto& files : {loader.mesh_files, loader.map_files})
     twin.input_files.insert(twin.input_files.end(), files.begin(), files.end());
 }

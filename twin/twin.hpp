@@ -17,6 +17,7 @@
 #include "twin/lens/pose.hpp"
 #include "twin/mesh/mesh.hpp"
 #include "twin/number/number_range.hpp"
+#include "twin/pixel_map.hpp"
 #include "twin/shape/shape.hpp"
 
 namespace fringetwin {
@@ -33,8 +34,13 @@ struct Sensor {
   std::optional<double> electrons_per_dn;  ///< shot noise on when given
   std::optional<double> read_noise_dn;
   CameraResponse response = {};  ///< of the signal gain_dn E, before black level and noise
+  PixelMap prnu = {};            ///< factor of each pixel's gain_dn, mean 1
+  PixelMap dsnu = {};            ///< what each pixel has more than black_level_dn, DN
   double max_dn() const { return static_cast<double>((1 << bit_depth) - 1); }
   bool has_noise() const { return electrons_per_dn.has_value() || read_noise_dn.value_or(0.0) > 0.0; }
+  bool has_maps() const { return prnu.values || dsnu.values; }
+  /// Returns whether all pixels give gray values that are the same straight line of the light.
+  bool straight() const { return response.straight() && !has_maps(); }
 };
 template <class Keys>
 void list_keys(Keys& keys, const Sensor*) {
@@ -44,7 +50,7 @@ void list_keys(Keys& keys, const Sensor*) {
   keys("black_level_dn");
   keys("electrons_per_dn", &Sensor::electrons_per_dn, NumberRange::positive());
   keys("read_noise_dn", &Sensor::read_noise_dn, NumberRange::not_negative());
-  keys("response");
+  keys("response"), keys("prnu"), keys("dsnu");
 }
 
 /// Thin lens; the aperture diameter is focal_length_mm / f_number, the focus plane lies at camera
@@ -269,8 +275,8 @@ Twin load_twin(const std::filesystem::path& file);
 /// "camera[0]"), "fringes.pitches_px[0]". A path that leads nowhere is an UnknownKey.
 Twin load_twin(const std::filesystem::path& file, const std::map<std::string, std::string>& settings);
 
-/// Loads the files of all MeshShapes, albedo maps and textures of cameras that are not there yet; one file is
-/// read once and shared. The meshes that `known` has read already are taken from there.
+/// Loads the files of all MeshShapes, albedo maps, textures of cameras and maps of sensors that are not there
+/// yet; one file is read once and shared. What `known` has read already is taken from there.
 void load_meshes(Twin& twin, const Twin* known = nullptr);
 
 /// Returns the root of the real captures: $FRINGETWIN_CAPTURES, or shared/captures beside the checkout of a

@@ -68,6 +68,16 @@ std::string camera_response_toml(const ResponseFit& fit) {
          "response = { table = [" + points + "] }\n";
 }
 
+/// The file of a map as a key of [camera.sensor]; nothing where noise outweighs it.
+std::string map_toml(const std::string& name, const std::optional<PixelMapEstimate>& map, double scale,
+                     const std::string& unit, const std::string& camera) {
+  if (!map || !map->is_told()) return "";
+  return key(
+      name, fmt::format("\"{}\"", pixel_map_file(name, camera)),
+      fmt::format("pixels differ by {:.3g} {} rms, each known to ± {:.2g} (noise of the means of {} images)",
+                  scale * map->rms, unit, scale * map->noise, map->n_images));
+}
+
 std::string factors_toml(const std::string& name, const std::vector<double>& factors) {
   return fmt::format("{} = [{:.6f}]\n", name, fmt::join(factors, ", "));
 }
@@ -82,7 +92,8 @@ std::string camera_toml(const CameraPhotometry& c, const std::vector<double>& ex
                fmt::format("± {:.2g}, {:.2g}, {:.2g}; {:.3f} at the corners", a[0].sigma, a[1].sigma,
                            a[2].sigma, c.flat->corner));
   }
-  return out + sensor_toml(c) + (c.response ? camera_response_toml(*c.response) : "");
+  return out + sensor_toml(c) + (c.response ? camera_response_toml(*c.response) : "") +
+         map_toml("prnu", c.factors, 100.0, "%", c.camera) + map_toml("dsnu", c.offsets, 1.0, "DN", c.camera);
 }
 
 std::string response_toml(const ProjectorPhotometry& p) {
@@ -227,6 +238,16 @@ Json flat_json(const CameraPhotometry& c) {
   return out;
 }
 
+Json map_json(const std::optional<PixelMapEstimate>& map, const std::string& unit) {
+  if (!map) return nullptr;
+  const std::string tail = unit.empty() ? "" : "_" + unit;
+  return {{"rms" + tail, json_number(map->rms)},
+          {"noise" + tail, json_number(map->noise)},
+          {"n_images", map->n_images},
+          {"n_unknown", map->n_unknown},
+          {"written", map->is_told()}};
+}
+
 Json light_json(const CameraPhotometry& c) {
   if (!c.light) return nullptr;
   const measure::LightFactors& l = *c.light;
@@ -320,6 +341,8 @@ std::string photometry_json(const Photometry& photometry, const Origin& origin) 
     camera["exposure_linearity"] = linearity_json(c);
     camera["camera_response"] = camera_response_json(c);
     camera["flat_field"] = flat_json(c);
+    camera["prnu"] = map_json(c.factors, "");
+    camera["dsnu"] = map_json(c.offsets, "dn");
     camera["light"] = light_json(c);
     camera["projector"] = Json::array();
     for (const ProjectorPhotometry& p : c.directions) camera["projector"].push_back(direction_json(p));

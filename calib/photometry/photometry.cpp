@@ -262,6 +262,36 @@ void measure_flat(const CameraFrames& frames, double saturation_dn, CameraPhotom
                             saturation_dn, "camera " + out.camera);
 }
 
+/// Says of a map that it is no better than none.
+std::string no_map(const std::string& key, const PixelMapEstimate& map, double scale, const std::string& unit,
+                   const std::string& camera) {
+  return fmt::format(
+      "camera {}: the pixels differ by {:.2g} {}, which the means of {} images tell to {:.2g}: no {} map is "
+      "written; give more images",
+      camera, scale * map.rms, unit, map.n_images, scale * map.noise, key);
+}
+
+/// What each pixel has of its own, from repeated dark and flat images.
+void measure_maps(const CameraFrames& frames, double saturation_dn, CameraPhotometry& out,
+                  std::vector<std::string>& warnings) {
+  if (out.black_measured) out.offsets = pixel_offsets(frames.dark);
+  if (out.offsets && !out.offsets->is_told())
+    warnings.push_back(no_map("dsnu", *out.offsets, 1.0, "DN", out.camera));
+  if (!out.flat) return;
+  out.factors = pixel_factors(
+      frames.flat,
+      {.black_level_dn = out.black_measured ? out.black_level_dn.value : out.sensor.black_level_dn,
+       .saturation_dn = saturation_dn,
+       .response = out.sensor.response,
+       .offsets = out.offsets && out.offsets->is_told() ? &*out.offsets : nullptr,
+       .field = *out.flat});
+  if (out.factors && !out.factors->is_told())
+    warnings.push_back(no_map("prnu", *out.factors, 100.0, "%", out.camera));
+  if (out.factors && !out.offsets)
+    warnings.push_back(fmt::format(
+        "camera {}: without two dark images the pixels' offsets are in their factors (prnu)", out.camera));
+}
+
 /// The light of each image, by the phase steps; black level and noise as far as they are known by now.
 void measure_light(const Twin& twin, const CameraFrames& frames, CameraPhotometry& out) {
   if (frames.captures.empty()) return;
@@ -363,6 +393,7 @@ Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>&
     camera.linearity = exposure_linearity(frames[c]);
     measure_response(frames[c], saturation, camera, out.warnings);
     measure_flat(frames[c], saturation, camera);
+    measure_maps(frames[c], saturation, camera, out.warnings);
     measure_projector(twin, c, frames[c], saturation, camera, out.warnings);
     update_sensor(camera);
     measure_light(twin, frames[c], camera);

@@ -7,6 +7,7 @@
 
 #include "calib/photometry/flat_field.hpp"
 #include "calib/photometry/photon_transfer.hpp"
+#include "calib/photometry/pixel_maps.hpp"
 #include "calib/photometry/projector_response.hpp"
 #include "calib/photometry/response_fit.hpp"
 #include "measure/decode/light_factors.hpp"
@@ -48,7 +49,8 @@ struct CameraPhotometry {
   std::optional<ExposureLinearity> linearity;
   std::optional<ResponseFit> response;
   std::optional<FlatField> flat;
-  std::vector<ProjectorPhotometry> directions;  ///< what this camera says of the projector
+  std::optional<PixelMapEstimate> offsets, factors;  ///< of the pixels (dsnu, DN, and prnu)
+  std::vector<ProjectorPhotometry> directions;       ///< what this camera says of the projector
   /// The light of each image of the first capture; nothing where its steps do not tell.
   std::optional<measure::LightFactors> light;
 };

@@ -10,6 +10,7 @@
 #include "compare/causes/parameters.hpp"
 #include "compare/causes/refine_guard.hpp"
 #include "compare/causes/refine_start.hpp"
+#include "compare/gray/gray_pair.hpp"
 #include "compare/gray/interior_mask.hpp"
 #include "compare/gray/own_light.hpp"
 #include "compare/verdict/explained.hpp"
@@ -383,7 +384,11 @@ void apply_texture(const Refinement& refinement, const std::vector<CameraImages>
     if (!refinement.texture[c]) continue;
     const double gain_dn = refinement.texture[c]->gain_dn,
                  black_level_dn = refinement.texture[c]->black_level_dn;
-    const double saturation_dn = real[c].saturation_dn();
+    const Sensor& sensor = twin.cameras[c].sensor;
+    const bool as_taken = real[c].radiance || sensor.straight();
+    const auto straight = as_taken ? nullptr : straightened(real[c], sensor);
+    const CameraImages& seen = straight ? *straight : real[c];
+    const double saturation_dn = seen.saturation_dn();
     const std::vector<double>& exposures = twin.cameras[c].exposure_factors;
     std::vector<ImageF>& e = irradiance[c].images;
     const PixelTexture before = twin.cameras[c].texture ? *twin.cameras[c].texture : PixelTexture{};
@@ -398,7 +403,7 @@ void apply_texture(const Refinement& refinement, const std::vector<CameraImages>
       OwnLightSums sums;
       for (const int image : images) {
         const auto k = static_cast<std::size_t>(image);
-        const auto y = static_cast<double>(real[c].images[k].data[i]), x = static_cast<double>(e[k].data[i]);
+        const auto y = static_cast<double>(seen.images[k].data[i]), x = static_cast<double>(e[k].data[i]);
         const double exposure = factor_of(exposures, k);  // lets in what the pixel has of its own, too
         if (y < saturation_dn) sums.add(x / exposure, (y - black_level_dn) / exposure);
       }

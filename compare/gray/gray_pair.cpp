@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kLeastMarginDn = 2.0;  // from a clip
 constexpr double kMostMargin = 0.25;    // of the range: noise that asks for more is no sensor's
+constexpr double kLowestPixels = 1e-3;  // hot and dead ones: they do not bound the range of all others
 
 /// Returns whether the Gray-code images have the exposure of the phase steps: one gain cannot fit two
 /// exposures.
@@ -68,6 +69,34 @@ void check_images(const CameraImages& images, const GrayPair& pair, const char* 
                       "use captures of this rig");
 }
 
+/// What a camera whose pixels are all alike, and whose response is straight, would have said of the light.
+class Straightening {
+ public:
+  explicit Straightening(const Sensor& sensor)
+      : sensor_(sensor), factors_(sensor.prnu.values.get()), offsets_(sensor.dsnu.values.get()) {}
+
+  double operator()(double dn, std::size_t pixel) const {
+    const double offset_dn = offsets_ ? static_cast<double>(offsets_->data[pixel]) : 0.0,
+                 factor = factors_ ? static_cast<double>(factors_->data[pixel]) : 1.0;
+    return sensor_.black_level_dn +
+           sensor_.response.inverse(dn - sensor_.black_level_dn - offset_dn) / factor;
+  }
+
+  /// Returns the straightened value that most pixels reach with a gray value of `dn`.
+  double reached_by_most(double dn) const {
+    if (!sensor_.has_maps()) return (*this)(dn, 0);
+    std::vector<double> reached(factors_ ? factors_->size() : offsets_->size());
+    for (std::size_t i = 0; i < reached.size(); ++i) reached[i] = (*this)(dn, i);
+    const auto lowest = static_cast<std::ptrdiff_t>(kLowestPixels * static_cast<double>(reached.size()));
+    std::nth_element(reached.begin(), reached.begin() + lowest, reached.end());
+    return reached[static_cast<std::size_t>(lowest)];
+  }
+
+ private:
+  const Sensor& sensor_;
+  const ImageF *factors_, *offsets_;
+};
+
 /// Puts straightened images in the place of those that were taken; irradiance is straight.
 void straighten(GrayPair& pair) {
   const Sensor& sensor = pair.camera->sensor;
@@ -84,15 +113,20 @@ void straighten(GrayPair& pair) {
 }  // namespace
 
 std::shared_ptr<const CameraImages> straightened(const CameraImages& images, const Sensor& sensor) {
-  const auto straight = [&](double dn) {
-    return sensor.black_level_dn + sensor.response.inverse(dn - sensor.black_level_dn);
-  };
+  const Straightening straight(sensor);
+  const double saturation_dn = images.saturation_dn();
+  // Compared with straightened values, which are floats: the bound is rounded as they are.
+  const auto bound = static_cast<float>(straight.reached_by_most(saturation_dn));
   auto out = std::make_shared<CameraImages>(images);
   for (ImageF& image : out->images)
-    for (float& value : image.data) value = static_cast<float>(straight(static_cast<double>(value)));
-  // Compared with straightened values, which are floats: the bound is rounded as they are.
-  const auto saturated = static_cast<float>(straight(images.saturation_dn()));
-  out->clip = Clip{static_cast<double>(saturated), images.clip ? images.clip->n : 0};
+    for (std::size_t i = 0; i < image.size(); ++i) {
+      const auto dn = static_cast<double>(image.data[i]);
+      const auto value = static_cast<float>(straight(dn, i));
+      image.data[i] = dn >= saturation_dn ? std::max(value, bound)
+                      : dn <= 0.0         ? std::min(value, 0.0F)
+                                          : value;
+    }
+  out->clip = Clip{static_cast<double>(bound), images.clip ? images.clip->n : 0};
   return out;
 }
 
@@ -135,7 +169,7 @@ std::vector<GrayPair> pair_gray(const Twin& twin, const Side& real, const Side& 
     pair.camera = &twin.cameras[c];
     pair.real = &real.images[c];
     if (!simulated.images.empty()) pair.simulated = &simulated.images.at(c);
-    if (!pair.camera->sensor.response.straight()) straighten(pair);
+    if (!pair.camera->sensor.straight()) straighten(pair);
     pair.irradiance = has_irradiance ? &simulated.irradiance.at(c) : pair.simulated;
     const Sensor& sensor = pair.camera->sensor;
     if (!pair.irradiance->radiance) {

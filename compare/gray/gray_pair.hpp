@@ -17,7 +17,7 @@ namespace fringetwin::compare {
 /// Holds what both sides have of one camera. Points into Twin and Side, which must outlive it.
 struct GrayPair {
   const Camera* camera = nullptr;
-  const CameraImages* real = nullptr;  ///< straightened where the twin's camera has a response
+  const CameraImages* real = nullptr;  ///< straightened where the twin's camera has a response or maps
   const CameraImages* simulated =
       nullptr;  ///< DN as rendered with the twin's sensor, straightened; may be null
   const CameraImages* irradiance = nullptr;  ///< never null: irradiance, or the simulated DN themselves
@@ -43,7 +43,9 @@ struct GrayPair {
   double irradiance_at(int image, std::size_t i) const { return e_scale * source_at(image, i) + e_offset; }
 };
 
-/// Returns the images as a camera whose response is straight would have taken them: black + f^-1(DN - black).
+/// Returns the images as a camera whose response is straight and whose pixels are all alike would have taken
+/// them: black + f^-1(DN - black - the pixel's offset)/the pixel's factor. What is clipped stays beyond the
+/// bounds, of which the upper one is what 999 of 1000 pixels reach.
 std::shared_ptr<const CameraImages> straightened(const CameraImages& images, const Sensor& sensor);
 
 /// Returns a mask that is 1 where no decode of either side calls the pixel invalid.

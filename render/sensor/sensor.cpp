@@ -45,24 +45,51 @@ struct Curve {
   }
 };
 
+/// Gain and black level of a sensor whose pixels are all alike.
+struct LikePixels {
+  static constexpr bool kAllAlike = true;
+  double gain, black;
+  explicit LikePixels(const Sensor& sensor) : gain(sensor.gain_dn), black(sensor.black_level_dn) {}
+  double gain_dn(std::size_t) const { return gain; }
+  double black_level_dn(std::size_t) const { return black; }
+};
+
+/// Gain and black level of a sensor whose pixels have a factor, an offset or both of their own.
+struct OwnPixels {
+  static constexpr bool kAllAlike = false;
+  const Sensor& sensor;
+  explicit OwnPixels(const Sensor& of) : sensor(of) {}
+  double gain_dn(std::size_t pixel) const {
+    return sensor.prnu.values ? sensor.gain_dn * static_cast<double>(sensor.prnu.values->data[pixel])
+                              : sensor.gain_dn;
+  }
+  double black_level_dn(std::size_t pixel) const {
+    return sensor.dsnu.values ? sensor.black_level_dn + static_cast<double>(sensor.dsnu.values->data[pixel])
+                              : sensor.black_level_dn;
+  }
+};
+
 /// The formula of sensor.hpp with a sensor's numbers.
-template <class Response>
+template <class Response, class Pixels>
 struct Formula {
-  double gain_dn, black_level_dn, shot_per_light, read_variance, max_dn;
+  double shot_per_light, read_variance, max_dn;
   Response response;
+  Pixels pixels;
 
   explicit Formula(const Sensor& sensor)
-      : gain_dn(sensor.gain_dn),
-        black_level_dn(sensor.black_level_dn),
-        shot_per_light(sensor.electrons_per_dn ? 1.0 / *sensor.electrons_per_dn : 0.0),
+      : shot_per_light(sensor.electrons_per_dn ? 1.0 / *sensor.electrons_per_dn : 0.0),
         read_variance(std::pow(sensor.read_noise_dn.value_or(0.0), 2)),
         max_dn(sensor.max_dn()),
-        response(sensor) {}
+        response(sensor),
+        pixels(sensor) {}
 
-  double light_dn(float irradiance) const { return gain_dn * static_cast<double>(irradiance); }
+  double light_dn(float irradiance, std::size_t pixel) const {
+    return pixels.gain_dn(pixel) * static_cast<double>(irradiance);
+  }
   double signal_dn(double light) const { return response.signal_dn(light); }
-  float noiseless(float irradiance) const {
-    return stored(signal_dn(light_dn(irradiance)) + black_level_dn, max_dn);
+  double black_level_dn(std::size_t pixel) const { return pixels.black_level_dn(pixel); }
+  float noiseless(float irradiance, std::size_t pixel) const {
+    return stored(signal_dn(light_dn(irradiance, pixel)) + black_level_dn(pixel), max_dn);
   }
   double sigma_dn(double light) const {
     return std::sqrt(response.shot_variance(light, shot_per_light) + read_variance);
@@ -71,54 +98,65 @@ struct Formula {
 
 using Block = std::array<double, kMostDeviates>;
 
-template <class Response>
-float exact_value(const Formula<Response>& formula, float irradiance, double deviate) {
-  const double light = formula.light_dn(irradiance);
-  return stored(formula.signal_dn(light) + formula.black_level_dn + formula.sigma_dn(light) * deviate,
+template <class SensorFormula>
+float exact_value(const SensorFormula& formula, float irradiance, std::size_t pixel, double deviate) {
+  const double light = formula.light_dn(irradiance, pixel);
+  return stored(formula.signal_dn(light) + formula.black_level_dn(pixel) + formula.sigma_dn(light) * deviate,
                 formula.max_dn);
 }
 
 /// Computes gray values from near deviates, NaN where another one is possible with the exact deviate.
 /// Rounding is monotone: a value is sure where both ends of the deviate's error are stored alike.
-template <class Response>
-void near_values(const Formula<Response>& formula, std::span<const float> irradiance, const Block& deviates,
-                 float* gray) {
+template <class SensorFormula>
+void near_values(const SensorFormula& formula, std::size_t first, std::span<const float> irradiance,
+                 const Block& deviates, float* gray) {
   constexpr double kArithmetic = 1e-14;  // of the formula's own rounding, a few units of 1.1e-16 of each term
   for (std::size_t i = 0; i < irradiance.size(); ++i) {
-    const double light = formula.light_dn(irradiance[i]), sigma = formula.sigma_dn(light),
-                 signal = formula.signal_dn(light);
-    const double dn = signal + formula.black_level_dn + sigma * deviates[i];
-    const double error =
-        kDeviateError * sigma + kArithmetic * (std::abs(signal) + std::abs(formula.black_level_dn));
+    const double light = formula.light_dn(irradiance[i], first + i), sigma = formula.sigma_dn(light),
+                 signal = formula.signal_dn(light), black_dn = formula.black_level_dn(first + i);
+    const double dn = signal + black_dn + sigma * deviates[i];
+    const double error = kDeviateError * sigma + kArithmetic * (std::abs(signal) + std::abs(black_dn));
     const float low = stored(dn - error, formula.max_dn), high = stored(dn + error, formula.max_dn);
     gray[i] = low == high ? low : std::numeric_limits<float>::quiet_NaN();
   }
 }
 
 /// Exposes up to kMostDeviates pixels from pixel `first` on.
-template <class Response>
-void expose_block(const Formula<Response>& formula, const DeviateSource& source, std::uint64_t first,
+template <class SensorFormula>
+void expose_block(const SensorFormula& formula, const DeviateSource& source, std::size_t first,
                   std::span<const float> irradiance, float* gray) {
   Block deviates;
   near_deviates(source, first, &deviates);
-  near_values(formula, irradiance, deviates, gray);
+  near_values(formula, first, irradiance, deviates, gray);
   for (std::size_t i = 0; i < irradiance.size(); ++i)
-    if (std::isnan(gray[i])) gray[i] = exact_value(formula, irradiance[i], exact_deviate(source, first + i));
+    if (std::isnan(gray[i]))
+      gray[i] = exact_value(formula, irradiance[i], first + i, exact_deviate(source, first + i));
+}
+
+/// Exposes pixels without light, from pixel `first` on, of a sensor without read noise.
+template <class Response, class Pixels>
+void expose_dark(const Formula<Response, Pixels>& formula, std::size_t first, std::span<float> gray) {
+  if constexpr (Pixels::kAllAlike) {
+    std::ranges::fill(gray, formula.noiseless(0.0F, first));
+  } else {
+    for (std::size_t i = 0; i < gray.size(); ++i) gray[i] = formula.noiseless(0.0F, first + i);
+  }
 }
 
 bool dark(std::span<const float> irradiance) {
   return std::ranges::all_of(irradiance, [](float e) { return e == 0.0F; });
 }
 
-template <class Response>
+template <class Response, class Pixels>
 ImageF expose_by(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
                  std::uint32_t image) {
   ImageF gray(irradiance.width, irradiance.height);
   const auto n = static_cast<std::int64_t>(irradiance.size());
-  const Formula<Response> formula(sensor);
+  const Formula<Response, Pixels> formula(sensor);
   if (!sensor.has_noise()) {
 #pragma omp parallel for schedule(static)
-    for (std::int64_t i = 0; i < n; ++i) gray.data[i] = formula.noiseless(irradiance.data[i]);
+    for (std::int64_t i = 0; i < n; ++i)
+      gray.data[i] = formula.noiseless(irradiance.data[i], static_cast<std::size_t>(i));
     return gray;
   }
   const DeviateSource source{
@@ -130,11 +168,18 @@ ImageF expose_by(const ImageF& irradiance, const Sensor& sensor, std::uint64_t s
     const std::span lit(irradiance.data.data() + at, static_cast<std::size_t>(std::min(kBlock, n - first)));
     // Most blocks of most images are dark: without light there is no shot noise.
     if (formula.read_variance == 0.0 && dark(lit))
-      std::fill_n(gray.data.data() + at, lit.size(), formula.noiseless(0.0F));
+      expose_dark(formula, at, {gray.data.data() + at, lit.size()});
     else
       expose_block(formula, source, at, lit, gray.data.data() + at);
   }
   return gray;
+}
+
+template <class Pixels>
+ImageF expose_pixels(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
+                     std::uint32_t image) {
+  return sensor.response.straight() ? expose_by<StraightLine, Pixels>(irradiance, sensor, seed, camera, image)
+                                    : expose_by<Curve, Pixels>(irradiance, sensor, seed, camera, image);
 }
 
 }  // namespace
@@ -142,8 +187,10 @@ ImageF expose_by(const ImageF& irradiance, const Sensor& sensor, std::uint64_t s
 ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
               std::uint32_t image) {
   FT_CHECK(sensor.bit_depth >= 1 && sensor.bit_depth <= 16, "sensor bit depth");
-  return sensor.response.straight() ? expose_by<StraightLine>(irradiance, sensor, seed, camera, image)
-                                    : expose_by<Curve>(irradiance, sensor, seed, camera, image);
+  if (!sensor.has_maps()) return expose_pixels<LikePixels>(irradiance, sensor, seed, camera, image);
+  for (const PixelMap* map : {&sensor.prnu, &sensor.dsnu})
+    FT_CHECK(!map->values || map->values->same_size(irradiance), "a sensor's map has the size of the image");
+  return expose_pixels<OwnPixels>(irradiance, sensor, seed, camera, image);
 }
 
 CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::size_t camera_index,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Turns the irradiance E at the sensor into gray values (docs/CONVENTIONS.md, "Light"):
-// DN = clamp(round(f(gain E) + black + noise), 0, 2^bits - 1), f the camera's response, f(x) = x without one.
+// DN = clamp(round(f(gain E) + black + noise), 0, 2^bits - 1), f the camera's response, f(x) = x without one;
+// gain and black level are the pixel's own where the sensor has maps of them.
 #pragma once
 #include <cstdint>
 

@@ -14,11 +14,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <random>
+#include <string>
+#include <utility>
 
 #include "render/base/normal_deviates.hpp"
 #include "render/base/philox.hpp"
+#include "render/reference/reference_sensor.hpp"
 
 namespace fringetwin::render::sensor_test {
 namespace {
@@ -153,6 +157,65 @@ TEST(Expose, ResponseBelowItsKneeChangesNoBit) {
   const ImageF without = expose(uniform(5.0), sensor, 7, 0, 3);
   sensor.response = knee_response(250.0, 0.5);
   EXPECT_EQ(expose(uniform(5.0), sensor, 7, 0, 3).data, without.data);
+}
+
+/// A sensor whose pixels differ in gain by 1 % and in black level by 2 DN, with a knee.
+Sensor uneven_sensor(int n_columns, int n_rows) {
+  Sensor sensor = make_sensor(16, 5000.0, 200.0);
+  sensor.response = knee_response(20000.0, 0.7);
+  std::mt19937 random(11);
+  std::normal_distribution<float> normal;
+  ImageF factors(n_columns, n_rows), offsets_dn(n_columns, n_rows);
+  for (float& factor : factors.data) factor = 1.0F + 0.01F * normal(random);
+  for (float& offset_dn : offsets_dn.data) offset_dn = 2.0F * normal(random);
+  sensor.prnu.values = std::make_shared<const ImageF>(std::move(factors));
+  sensor.dsnu.values = std::make_shared<const ImageF>(std::move(offsets_dn));
+  return sensor;
+}
+
+// Below and beyond the knee, to the last gray value of 16 bits; a light that the two formulas round to
+// different sides is one in 10^8.
+TEST(Expose, PixelsOfTheirOwnAreThoseOfTheReference) {
+  Sensor sensor = uneven_sensor(width, height);
+  ImageF light(width, height);
+  for (std::size_t i = 0; i < light.size(); ++i) light.data[i] = 1e-3F * static_cast<float>(i % 9000);
+  const auto expect_reference = [&](const std::string& what) {
+    const ImageF gray = expose(light, sensor, 1, 0, 0);
+    for (std::size_t i = 0; i < light.size(); ++i)
+      ASSERT_EQ(gray.data[i],
+                std::floor(reference_mean_dn(sensor, static_cast<double>(light.data[i]), i) + 0.5))
+          << what << ", pixel " << i;
+  };
+  expect_reference("factors and offsets");
+  const PixelMap offsets = std::exchange(sensor.dsnu, {});
+  expect_reference("factors alone");
+  sensor.prnu = {}, sensor.dsnu = offsets, sensor.response = {};
+  expect_reference("offsets alone");
+}
+
+// The shot noise of a pixel is that of its own electrons.
+TEST(Expose, NoiseOfAPixelIsThatOfItsOwnGain) {
+  Sensor sensor = make_sensor(16, 1000.0, 100.0, 5.0, 3.0);
+  sensor.prnu.values = std::make_shared<const ImageF>(width, height, 1.5F);
+  sensor.dsnu.values = std::make_shared<const ImageF>(width, height, -40.0F);
+  const Statistics s = statistics(expose(uniform(2.0), sensor, 3, 0, 0));
+  const double variance = 3000.0 / 5.0 + 9.0 + 1.0 / 12.0;
+  EXPECT_NEAR(s.mean, 3060.0, 4.5 * std::sqrt(variance / n_pixels));
+  EXPECT_NEAR(s.variance, variance, 4.5 * variance * std::sqrt(2.0 / n_pixels));
+  // blocks without light have their offsets, too
+  sensor.read_noise_dn.reset();
+  EXPECT_THAT(expose(uniform(0.0), sensor, 3, 0, 0).data, ::testing::Each(60.0F));
+}
+
+// Maps that change nothing change no bit, with noise and without.
+TEST(Expose, PixelsThatAreAllAlikeChangeNoBit) {
+  for (const bool noisy : {false, true}) {
+    Sensor sensor = noisy ? make_sensor(8, 20.0, 10.0, 8.0, 2.0) : make_sensor(8, 20.0, 10.0);
+    const ImageF without = expose(uniform(5.3), sensor, 7, 0, 3);
+    sensor.prnu.values = std::make_shared<const ImageF>(width, height, 1.0F);
+    sensor.dsnu.values = std::make_shared<const ImageF>(width, height, 0.0F);
+    EXPECT_EQ(expose(uniform(5.3), sensor, 7, 0, 3).data, without.data) << noisy;
+  }
 }
 
 TEST(Expose, ShotAndReadNoiseEachAlone) {

@@ -31,9 +31,9 @@ std::string_view key_of_camera(std::string_view path) {
 
 bool is_after_the_light(std::string_view path) {
   return path == "name" || path.starts_with("measure.") || path.starts_with("limits.") ||
-         is_one_of(key_of_camera(path),
-                   {"sensor", "sensor.bit_depth", "sensor.exposure_ms", "sensor.gain_dn",
-                    "sensor.black_level_dn", "sensor.electrons_per_dn", "sensor.read_noise_dn"});
+         is_one_of(key_of_camera(path), {"sensor", "sensor.bit_depth", "sensor.exposure_ms", "sensor.gain_dn",
+                                         "sensor.black_level_dn", "sensor.electrons_per_dn",
+                                         "sensor.read_noise_dn", "sensor.prnu", "sensor.dsnu"});
 }
 
 // The key of a list, or of one number in it.

@@ -38,6 +38,8 @@ TEST(TraceShare, SensorStepsAndMeasurementLeaveTheLightAlone) {
                                            {"camera[0].sensor.gain_dn", "300.0"},
                                            {"camera.left.sensor.electrons_per_dn", "40"},
                                            {"camera.left.sensor", "{ bit_depth = 10 }"},
+                                           {"camera.left.sensor.prnu", "\"factors.exr\""},
+                                           {"camera.left.sensor.dsnu", "\"offsets.exr\""},
                                            {"fringes.steps", "8"},
                                            {"fringes.amplitude", "0.3"},
                                            {"camera.left.psf_px", "0.7"},

@@ -445,6 +445,8 @@ Twin everything() {
     c.sensor.read_noise_dn = 0.5;
     c.sensor.black_level_dn = 3.0;
     c.sensor.response = knee_response(120.0, 0.85);
+    c.sensor.prnu.values = std::make_shared<const ImageF>(c.lens.width(), c.lens.height(), 1.01F);
+    c.sensor.dsnu.values = std::make_shared<const ImageF>(c.lens.width(), c.lens.height(), 0.25F);
     c.psf_px = 0.4;
     c.vignetting.kind = Vignetting::Kind::cos4;
     const auto texture = std::make_shared<PixelTexture>();
@@ -509,6 +511,8 @@ TEST(Effects, WithoutRoundingTheSensorKeepsItsRange) {
   EXPECT_EQ(after.bit_depth, 16);
   EXPECT_EQ(scale, 256.0);
   EXPECT_EQ(after.black_level_dn / scale, before.black_level_dn);
+  EXPECT_EQ(static_cast<double>(after.dsnu.values->data[0]) / scale, 0.25);
+  EXPECT_EQ(before.dsnu.values->data[0], 0.25F) << "the twin before has its own";
   EXPECT_EQ(*after.read_noise_dn / scale, *before.read_noise_dn);
   // variance gain E / electrons_per_dn, in DN of the first
   EXPECT_EQ(after.gain_dn / *after.electrons_per_dn / (scale * scale),

@@ -6,11 +6,15 @@
 // |----------------------------------|-------------------|-------------------------------------|
 // | gain, read noise, gamma, blur    | 4 sigma           | put into the twin; its own sigma    |
 // | largest sigma: gain, gamma, blur | 8 %, 0.03, 0.1 px | what so small a rig can tell        |
+// | rms of pixels                    | 5 %, 3 %          | 19,200 pixels: 0.5 %; the light around each is |
+// |                                  |                   | told by 961 of them, fewer at borders: 0.3 %   |
+// | offset of one pixel              | 5 sigma           | 1 DN and rounding, of 16 images                |
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "tests/support/program/small_twin.hpp"
 #include "twin/image/image_io.hpp"
@@ -81,6 +85,47 @@ TEST(PhotometryCommand, ARenderedRigComesBack) {
   EXPECT_EQ(twin.cameras[0].sensor.black_level_dn, 10.0);
   EXPECT_EQ(twin.projector->response.kind, ProjectorResponse::Kind::gamma);
   EXPECT_NEAR(twin.projector->blur_px, 3.0, 0.4);
+}
+
+// Dark and flat images of pixels that differ: the maps that are written are those of a twin that names them,
+// which cannot do without them.
+TEST(PhotometryCommand, MapsOfPixelsAreWrittenForTheTwin) {
+  const fs::path dir = scratch_folder("photometry-maps");
+  write_file(dir / "twin.toml", rig());
+  std::mt19937 random(5);
+  std::normal_distribution<float> normal;
+  ImageF factor(160, 120), offset_dn(160, 120);
+  for (float& f : factor.data) f = 1.0F + 0.02F * normal(random);
+  for (float& o : offset_dn.data) o = 1.5F * normal(random);
+  for (int k = 0; k < 16; ++k)
+    for (const auto& [name, light_dn] : {std::pair{"dark", 0.0F}, {"flat", 150.0F}}) {
+      ImageF image(160, 120);
+      for (std::size_t i = 0; i < image.size(); ++i)
+        image.data[i] = std::round(20.0F + offset_dn.data[i] + light_dn * factor.data[i] + normal(random));
+      write_gray_png(dir / (name + std::to_string(k) + ".png"), image, 8);
+    }
+  const RunResult run =
+      photometry(dir, {"--dark", (dir / "dark*.png").string(), "--flat", (dir / "flat*.png").string()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("gains of the pixels differ by"));
+  const auto camera = read_json(dir / "found" / "photometry.json")["cameras"][0];
+  EXPECT_NEAR(camera["prnu"]["rms"].get<double>(), 0.02, 0.001);
+  EXPECT_NEAR(camera["dsnu"]["rms_dn"].get<double>(), 1.5, 0.05);
+  EXPECT_NEAR(camera["dsnu"]["noise_dn"].get<double>(), std::sqrt(1.0 + 1.0 / 12.0) / 4.0, 0.01);
+  EXPECT_EQ(camera["prnu"]["n_images"].get<int>(), 16);
+  const std::string toml = read_file(dir / "found" / "photometry.toml");
+  EXPECT_THAT(toml, HasSubstr("prnu = \"prnu_left.exr\""));
+  EXPECT_THAT(toml, HasSubstr("dsnu = \"dsnu_left.exr\""));
+  write_file(dir / "mapped.toml",
+             small_twin({{"gain_dn = 20",
+                          "gain_dn = 20\nblack_level_dn = 10\nprnu = \"found/prnu_left.exr\"\ndsnu = "
+                          "\"found/dsnu_left.exr\""}}));
+  Twin twin = load_twin(dir / "mapped.toml");
+  load_meshes(twin);
+  EXPECT_NEAR(twin.cameras[0].sensor.dsnu.values->data[777], offset_dn.data[777], 5.0 * 0.26);
+  fs::remove(dir / "found" / "dsnu_left.exr");
+  expect_refused(run_fringetwin({"render", (dir / "mapped.toml").string(), "--out", (dir / "out").string()}),
+                 2, {"[camera.sensor] dsnu = ", "dsnu_left.exr", "of camera \"left\""});
 }
 
 TEST(PhotometryCommand, FaultsEndInOneSentence) {

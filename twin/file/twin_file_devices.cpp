@@ -174,13 +174,15 @@ CameraResponse read_camera_response(const TomlTable& sensor) {
   return read_response_table(table);
 }
 
-Sensor read_sensor(const TomlTable& table) {
+Sensor read_sensor(const TomlTable& table, const TwinFileContext& context) {
   table.allow(names_of_keys<Sensor>());
   Sensor sensor;
   read_plain_keys(table, sensor);
   sensor.black_level_dn =
       table.number_or("black_level_dn", sensor.black_level_dn, NumberRange::between(0.0, sensor.max_dn()));
   sensor.response = read_camera_response(table);
+  if (table.has("prnu")) sensor.prnu.file = context.resolve(table, "prnu");
+  if (table.has("dsnu")) sensor.dsnu.file = context.resolve(table, "dsnu");
   return sensor;
 }
 
@@ -237,7 +239,7 @@ Camera read_camera(const TomlTable& table, const TwinFileContext& context, bool 
   const std::string name = table.required_name();
   const Device device = read_device(table, context, first);
   Camera camera{name, device.lens, device.T_device_world, {}, {}};
-  if (const auto sensor = table.table("sensor")) camera.sensor = read_sensor(*sensor);
+  if (const auto sensor = table.table("sensor")) camera.sensor = read_sensor(*sensor, context);
   if (const auto optics = table.table("optics")) camera.optics = read_optics(*optics);
   read_plain_keys(table, camera);
   camera.vignetting = read_vignetting(table);

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// A camera whose pixels differ in gain and offset, and whose gray values bend at a knee, as the
+// double-precision reference and formulas that are written out here see it: the twin that knows of both is
+// explained; one that lacks the maps, the knee or both is not, and what it lacks is named.
+//
+// | check             | tolerance | origin                                                     |
+// |-------------------|-----------|------------------------------------------------------------|
+// | gain, black level | 4 sigma   | two numbers, normal: one seed in 8,000                     |
+// | gain's sigma      | 1 %       | so that 4 sigma tell the knee, which moves it by 5 %       |
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "render/reference/reference.hpp"
+#include "tests/support/program/cli_runner.hpp"
+#include "tests/support/program/small_twin.hpp"
+#include "twin/image/image_io.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::testing::uneven_pixels_test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+constexpr int kWidth = 160, kHeight = 120;
+constexpr double kGainDn = 20.0, kBlackDn = 12.0, kElectronsPerDn = 400.0, kReadDn = 0.5;
+constexpr double kPrnu = 0.01, kDsnuDn = 0.7, kKneeDn = 100.0, kSlope = 0.85;
+
+const std::string kMaps = "prnu = \"factors.exr\"\ndsnu = \"offsets.exr\"\n",
+                  kKnee = "response = { knee_dn = 100, slope = 0.85 }\n";
+
+/// The rig with these keys of its sensor besides.
+std::string rig(const std::string& sensor) {
+  return small_twin({{"gain_dn = 20",
+                      "gain_dn = 20\nblack_level_dn = 12\nelectrons_per_dn = 400\n"
+                      "read_noise_dn = 0.5\n" +
+                          sensor},
+                     {"intrinsics = [260, 260", "intrinsics = [800, 800"}},  // a fringe is 6 pixels wide
+                    "[real]\ncaptures = \"real\"\n");
+}
+
+class UnevenPixels : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    FT_NEED_DEVICE();
+    draw_pixels();
+    write_file(dir_ / "light.toml", rig(""));
+    record(load_twin(dir_ / "light.toml"));
+  }
+
+  void draw_pixels() {
+    std::normal_distribution<double> normal;
+    for (float& f : factor_.data) f = static_cast<float>(1.0 + kPrnu * normal(random_));
+    for (float& o : offset_dn_.data) o = static_cast<float>(kDsnuDn * normal(random_));
+    write_exr(dir_ / "factors.exr", {{"factor", &factor_}});
+    write_exr(dir_ / "offsets.exr", {{"offset_dn", &offset_dn_}});
+  }
+
+  /// What a pixel says of its light.
+  float gray_value(double irradiance, std::size_t i) {
+    std::normal_distribution<double> normal;
+    const double light_dn = kGainDn * static_cast<double>(factor_.data[i]) * irradiance;
+    const bool beyond = light_dn > kKneeDn;
+    const double bent_dn = beyond ? kKneeDn + kSlope * (light_dn - kKneeDn) : light_dn;
+    const double shot_dn = (beyond ? kSlope : 1.0) * std::sqrt(light_dn / kElectronsPerDn);
+    const double dn = bent_dn + kBlackDn + static_cast<double>(offset_dn_.data[i]) +
+                      std::hypot(shot_dn, kReadDn) * normal(random_);
+    return static_cast<float>(std::clamp(std::round(dn), 0.0, 255.0));
+  }
+
+  void record(const Twin& light) {
+    const render::Reference reference(light);
+    std::vector<ImageF> images(expand_sequence(light.fringes).size(), ImageF(kWidth, kHeight));
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const render::ReferencePixel pixel = reference.pixel(0, x, y, {.gauss_n = 4});
+        for (std::size_t k = 0; k < images.size(); ++k)
+          images[k](x, y) = gray_value(pixel.irradiance[k], images[k].index(x, y));
+      }
+    fs::create_directories(dir_ / "real" / "left");
+    for (std::size_t k = 0; k < images.size(); ++k) {
+      const std::string number = std::to_string(k);
+      write_gray_png(dir_ / "real" / "left" / (std::string(4 - number.size(), '0') + number + ".png"),
+                     images[k], 8);
+    }
+    write_file(
+        dir_ / "real" / "capture.toml",
+        "schema = \"fringetwin-captures/1\"\n[[camera]]\nname = \"left\"\npattern = \"left/%04d.png\"\n");
+  }
+
+  json compared(const std::string& sensor, const std::vector<std::string>& more = {}) const {
+    write_file(dir_ / "twin.toml", rig(sensor));
+    std::vector<std::string> args{"cosim", (dir_ / "twin.toml").string(), "--out", (dir_ / "out").string()};
+    args.insert(args.end(), more.begin(), more.end());
+    const RunResult run = run_fringetwin(args);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return read_json(dir_ / "out" / "result.json");
+  }
+
+  std::mt19937_64 random_{4};
+  ImageF factor_{kWidth, kHeight}, offset_dn_{kWidth, kHeight};
+  fs::path dir_ = scratch_folder("uneven-pixels");
+};
+
+TEST_F(UnevenPixels, AreExplainedByTheTwinThatHasThem) {
+  const json result = compared(kMaps + kKnee);
+  for (const char* quantity : {"gray", "phase", "geometry"})
+    EXPECT_EQ(result["budget_verdict"][quantity], "explained") << result["explained"].dump(1);
+  const json& gain = result["gain"][0];
+  EXPECT_NEAR(gain["gain_dn"].get<double>(), kGainDn, 4.0 * gain["gain_sigma_dn"].get<double>());
+  EXPECT_LT(gain["gain_sigma_dn"].get<double>(), 0.01 * kGainDn);
+  EXPECT_NEAR(gain["black_level_dn"].get<double>(), kBlackDn,
+              4.0 * gain["black_level_sigma_dn"].get<double>());
+}
+
+TEST_F(UnevenPixels, TellWhatATwinLacks) {
+  for (const auto& [sensor, what] :
+       {std::pair{kKnee, "no maps"}, {kMaps, "no knee"}, {std::string(), "neither"}}) {
+    SCOPED_TRACE(what);
+    const json result = compared(sensor);
+    EXPECT_EQ(result["budget_verdict"]["gray"], "not explained") << result["explained"].dump(1);
+    std::cout << what << ": " << result["budget_verdict"].dump() << " named "
+              << result["causes"]["named"].dump() << " together " << result["causes"]["together"].dump()
+              << "\n";
+  }
+}
+
+}  // namespace
+}  // namespace fringetwin::testing::uneven_pixels_test
