@@ -66,7 +66,7 @@ std::vector<std::string> per_device(const std::string& option, const std::string
 
 std::array<int, 2> size_of(const std::string& text) {
   const std::optional<std::array<int, 2>> size = parse_size(text);
-  if (!size)
+  if (!size || (*size)[0] <= 0 || (*size)[1] <= 0)
     throw UserError(ExitCode::usage, "--imagersize", "\"" + text + "\" is not a size",
                     "write e.g. 1440x1080,1280x720");
   return *size;
@@ -165,8 +165,20 @@ void check_sources(const CalibrateCommand& o) {
     if (value.empty()) throw UserError(ExitCode::usage, option, "is needed without --twin", "");
 }
 
-/// --projector-from needs no board: what only a board needs is refused, or not asked for.
-int run_without_board(const CalibrateCommand& o, const Invocation& invocation) {
+/// --projector-from needs no board: what describes one is refused.
+int run_without_board(CalibrateCommand o, const Invocation& invocation) {
+  join_imagersize(o);
+  for (const auto& [option, given] : {std::pair{"--object-spacing", o.spacing_m != 0.0},
+                                      {"--object-width-n", o.width_n != 0},
+                                      {"--object-height-n", o.height_n != 0},
+                                      {"--circle-diameter", o.circle_diameter_m != 0.0},
+                                      {"--corners-cache", !o.corners.empty()},
+                                      {"--focal", !o.focal.empty()},
+                                      {"--sigma", !o.sigma.empty()},
+                                      {"--names", !o.names.empty()}})
+    if (given)
+      throw UserError(ExitCode::usage, option, "says nothing with --projector-from, which needs no board",
+                      "");
   if (o.captures.empty())
     throw UserError(ExitCode::usage, "--captures", "is needed with --projector-from", "");
   if (!o.globs.empty() || !o.twin.empty())
@@ -191,7 +203,7 @@ int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
   for (const auto& [option, given] : {std::pair{"--object-spacing", o.spacing_m > 0.0},
                                       {"--object-width-n", o.width_n > 0},
                                       {"--object-height-n", o.height_n > 0}})
-    if (!given) throw UserError(ExitCode::usage, option, "is required", "describe the board");
+    if (!given) throw UserError(ExitCode::usage, option, "must be given and positive", "describe the board");
   join_imagersize(o);
   check_sources(o);
   check_out_folder(o.out);
@@ -311,8 +323,10 @@ void add_calibrate(CLI::App& app, Invocation& invocation) {
       ->type_name("M");
   sub->add_option("--object-width-n", o->width_n, "Corners per row")->type_name("N");
   sub->add_option("--object-height-n", o->height_n, "Rows of corners")->type_name("N");
-  sub->add_option("--outdir,--out", o->out,
-                  "Folder for the .cameramodel files, calibration.json, calibration.html")
+  sub->add_option(
+         "--outdir,--out", o->out,
+         "Folder for the .cameramodel files, calibration.json, calibration.html (of --projector-from "
+         "projector.json and a picture)")
       ->type_name("DIR")
       ->required();
   sub->add_option("--names", o->names,

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
+#include <vector>
 
 #include "calib/page/projector_result.hpp"
 #include "calib/solve/lit_points.hpp"
@@ -43,6 +45,34 @@ std::array<int, 2> size_of_projector(const ProjectorFromCommand& o, const Twin& 
   return {twin.projector->lens.width(), twin.projector->lens.height()};
 }
 
+/// What is written must not take the place of what the twin is read from.
+void check_not_read(const Twin& twin, const fs::path& out) {
+  for (const fs::path& file : twin.input_files)
+    if (fs::weakly_canonical(file) == fs::weakly_canonical(out / "projector.cameramodel"))
+      throw UserError(ExitCode::usage, "--out",
+                      "projector.cameramodel there is what the twin reads: it would be overwritten",
+                      "choose another folder");
+}
+
+/// Measures with the cameras alone: a projector that the twin already has would choose among matches, and its
+/// objects would be fitted.
+measure::Measurement measure_by_stereo(Twin twin, const std::vector<CameraImages>& images,
+                                       std::array<int, 2> projector_size) {
+  twin.projector.reset();
+  twin.objects.clear();
+  twin.measure.fits.clear();
+  twin.measure.triangulate = Triangulate::stereo;
+  std::vector<measure::CameraDecode> decodes;
+  for (std::size_t c = 0; c < images.size(); ++c) {
+    throw_if_cancelled();
+    measure::DecodeOptions options = measure::decode_options(twin, twin.cameras[c], images[c]);
+    options.projector_width_px = projector_size[0];
+    options.projector_height_px = projector_size[1];
+    decodes.push_back(measure::decode(images[c], twin.fringes, options));
+  }
+  return measure::measure_decoded(twin, std::move(decodes));
+}
+
 /// Puts the rows that are lit into the middle of the projector's image, where rows were not decoded.
 void centre_rows(const fs::path& twin, std::array<int, 2> size, calib::ProjectorFromPoints& solved) {
   if (solved.rows) return;
@@ -62,10 +92,10 @@ int run_projector_from(const ProjectorFromCommand& o, const Invocation& invocati
   check_out_folder(o.out);
   Twin twin = cosim::load_for_run(o.twin);
   check_rig(twin);
+  check_not_read(twin, o.out);
   const std::array<int, 2> size = size_of_projector(o, twin);
-  twin.measure.triangulate = Triangulate::stereo;
   const cosim::Captures captures = cosim::load_captures(twin, o.captures);
-  const measure::Measurement measured = measure::measure(twin, captures.cameras);
+  const measure::Measurement measured = measure_by_stereo(twin, captures.cameras, size);
   for (const std::string& warning : measured.warnings) warn(warning);
   calib::ProjectorFromPoints solved = calib::projector_from_points(
       calib::lit_points(measured),
@@ -77,7 +107,9 @@ int run_projector_from(const ProjectorFromCommand& o, const Invocation& invocati
 
   const fs::path dir = o.out;
   begin_output(dir, {"projector.json"});
-  const calib::Origin origin{invocation.argv, version_string(), compare::sha256_of_files(captures.files)};
+  std::vector<fs::path> inputs = twin.input_files;
+  inputs.insert(inputs.end(), captures.files.begin(), captures.files.end());
+  const calib::Origin origin{invocation.argv, version_string(), compare::sha256_of_files(inputs)};
   calib::write_projector(solved,
                          {.dir = dir,
                           .imagersize_px = size,

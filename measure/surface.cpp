@@ -42,7 +42,9 @@ DepthMap make_depth_map(const Camera& camera, const PointCloud& cloud) {
 }
 
 /// Adds the triangles of one pixel cell, counter-clockwise for the viewer: the normals face the camera.
-void add_cell(const DepthMap& map, const Image<int>& vertex, int x, int y,
+/// `anchor_mm`: depth of the measured surface that a pixel belongs to or continues; two surfaces that are
+/// both continued into a gap between them are not joined there.
+void add_cell(const DepthMap& map, const ImageD& anchor_mm, const Image<int>& vertex, int x, int y,
               std::vector<std::array<int, 3>>& triangles) {
   struct Corner {
     int id, x, y;
@@ -53,7 +55,9 @@ void add_cell(const DepthMap& map, const Image<int>& vertex, int x, int y,
                              {vertex(x + 1, y), x + 1, y}};
   const auto joined = [&](int i, int j) {
     const Corner &a = corners[i], &b = corners[j];
-    return map.joined(map.z_mm(a.x, a.y), map.z_mm(b.x, b.y), std::hypot(a.x - b.x, a.y - b.y), 0.0);
+    const double pixels = std::hypot(a.x - b.x, a.y - b.y);
+    return map.joined(map.z_mm(a.x, a.y), map.z_mm(b.x, b.y), pixels, 0.0) &&
+           map.joined(anchor_mm(a.x, a.y), anchor_mm(b.x, b.y), pixels, 0.0);
   };
   const auto add = [&](int i, int j, int k) {
     if (corners[i].id < 0 || corners[j].id < 0 || corners[k].id < 0) return false;
@@ -192,8 +196,8 @@ class Vertices {
 
 /// Returns what the surfaces around a pixel without one say of it: the nearest of them, continued; unknown
 /// where there is none. A pixel on an outline sees a part of the surface and is measured, but has no point of
-/// its own (mixed_pixels.hpp).
-DepthFit continued(const DepthMap& map, const Image<DepthFit>& fits, int x, int y) {
+/// its own (mixed_pixels.hpp). `anchor_mm`: depth of the pixel that the surface is continued from.
+DepthFit continued(const DepthMap& map, const Image<DepthFit>& fits, int x, int y, double& anchor_mm) {
   struct Neighbour {
     const DepthFit* fit;
     double dx, dy;
@@ -222,6 +226,8 @@ DepthFit continued(const DepthMap& map, const Image<DepthFit>& fits, int x, int 
     joined += 1.0;
   }
   if (!(inverse_depth > 0.0)) return out;
+  if (!map.joined(1.0 / nearest->inverse_depth, joined / inverse_depth, 2.0, 0.0)) return out;
+  anchor_mm = 1.0 / nearest->inverse_depth;
   out.inverse_depth = inverse_depth / joined;
   out.slope_x = slope_x / joined;
   out.slope_y = slope_y / joined;
@@ -239,11 +245,15 @@ MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointC
   const Camera& cam = twin.cameras[camera];
   DepthMap map = make_depth_map(cam, cloud);
   Image<DepthFit> fits = fit_depths(map, shape.smoothing_px, shape.most_smoothing_px);
+  ImageD anchor_mm(fits.width, fits.height, DepthFit::kUnknown);
   {
     const Image<DepthFit> measured = fits;
     for (int y = 0; y < fits.height; ++y)
       for (int x = 0; x < fits.width; ++x)
-        if (!measured(x, y).known()) fits(x, y) = continued(map, measured, x, y);
+        if (measured(x, y).known())
+          anchor_mm(x, y) = 1.0 / measured(x, y).inverse_depth;
+        else
+          fits(x, y) = continued(map, measured, x, y, anchor_mm(x, y));
   }
   Vertices vertices(twin, cam, map);
   const int width = fits.width, height = fits.height;
@@ -255,7 +265,7 @@ MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointC
     map.z_mm.data[i] = fits.data[i].known() ? 1.0 / fits.data[i].inverse_depth : DepthFit::kUnknown;
   std::vector<std::array<int, 3>> triangles;
   for (int y = 0; y + 1 < height; ++y)
-    for (int x = 0; x + 1 < width; ++x) add_cell(map, vertex, x, y, triangles);
+    for (int x = 0; x + 1 < width; ++x) add_cell(map, anchor_mm, vertex, x, y, triangles);
   if (triangles.empty())
     throw UserError(ExitCode::input, twin.file.string(),
                     "the measured depth map has no two neighbouring points",

@@ -374,5 +374,35 @@ TEST_F(RendererTest, WalksAndSearchesAgree) {
   }
 }
 
+// A mesh stays on the device from one trace to the next; another one, its other normals, another kind of
+// buffer and another precision do not find it there.
+TEST_F(RendererTest, WhatWasTracedBeforeChangesNothing) {
+  const auto part = std::make_shared<Mesh>(testing::make_bumpy_icosphere(4, 20.0, testing::default_bumps()));
+  const auto scene = [](const std::shared_ptr<const Mesh>& mesh, bool smooth, double z_mm) {
+    return with_object(simple_rig(), "part", mesh_at(mesh, {0, 0, z_mm}, smooth));
+  };
+  Renderer used;
+  const auto expect_as_new = [&](const Twin& twin, const char* what) {
+    const Transport found = used.trace(twin, 0, {Sampler::gauss, 4});
+    Renderer fresh;
+    EXPECT_TRUE(same_bits(found, fresh.trace(twin, 0, {Sampler::gauss, 4}))) << what;
+  };
+  expect_as_new(scene(part, false, 280.0), "first");
+  expect_as_new(scene(part, false, 280.0), "again");
+  expect_as_new(scene(part, true, 280.0), "smooth");
+  expect_as_new(scene(part, false, 700.0), "farther away");
+  for (int i = 0; i < 4; ++i) {  // each may lie where the one before was
+    const auto other = std::make_shared<Mesh>(icosphere(3, 12.0 + i));
+    expect_as_new(scene(other, false, 280.0), "another mesh");
+  }
+  {
+    const Environment storage("FRINGETWIN_GEOMETRY", "storage");
+    expect_as_new(scene(part, true, 280.0), "in storage buffers");
+  }
+  expect_as_new(scene(part, true, 280.0), "in texel buffers");
+  EXPECT_THROW(used.trace(scene(std::make_shared<Mesh>(), false, 280.0), 0, {Sampler::gauss, 4}), UserError);
+  expect_as_new(scene(part, false, 280.0), "after an error");
+}
+
 }  // namespace
 }  // namespace fringetwin::render::renderer_test

@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <numeric>
+#include <span>
 
 #include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"
@@ -27,8 +28,11 @@ constexpr std::size_t kFewestTiles = 30;
 constexpr double kHuber = 1.345;        ///< 95 % efficient for normal noise (Huber 1981)
 constexpr double kOutlierSigmas = 5.0;  ///< of normal noise, one in 1.7 million lies beyond
 constexpr double kMostFocalSigma = 0.1;
-constexpr const char* kMoreDepth = "capture a scene of several depths that fills the image";
-constexpr double kLeastReliefOverNoise = 10.0;  ///< 1 % of the relief's variance is noise then
+constexpr const char* kMoreDepth =
+    "capture a scene of several depths that fills the image, or smooth it ([measure] smoothing_px)";
+/// Noise of the depths, which least squares takes for relief, draws the answer to one side. With 10,000
+/// points of 100 times their noise by a third of the standard errors, of 20 times by two to three of them.
+constexpr double kLeastReliefOverNoise = 100.0;
 
 /// Column and row of a point of the world; false behind the projector.
 template <class T>
@@ -81,27 +85,47 @@ std::vector<int> held(bool rows, bool solve_k1) {
                   kMoreDepth);
 }
 
-/// Refuses points whose distances from their best plane are mostly noise of their depths.
-void check_relief(const std::vector<LitPoint>& points, const std::string& where) {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  double noise = 0.0;
-  for (const LitPoint& p : points) {
-    mean += p.p_world_mm;
-    noise += p.depth_sigma_mm * p.depth_sigma_mm;
+/// Distances of the points from their plane, mm: the plane of the nearest four fifths, found anew five times.
+std::vector<double> distances_from_plane(const std::vector<LitPoint>& points) {
+  std::vector<double> distance_mm(points.size(), 0.0);
+  std::vector<std::size_t> order(points.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::size_t used = points.size();
+  for (int round = 0; round < 6; ++round) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < used; ++k) mean += points[order[k]].p_world_mm;
+    mean /= static_cast<double>(used);
+    Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+    for (std::size_t k = 0; k < used; ++k) {
+      const Eigen::Vector3d d = points[order[k]].p_world_mm - mean;
+      scatter += d * d.transpose();
+    }
+    const Eigen::Vector3d normal =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(0);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      distance_mm[i] = std::abs(normal.dot(points[i].p_world_mm - mean));
+    used = points.size() * 4 / 5;
+    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(used), order.end(),
+                     [&](std::size_t i, std::size_t j) { return distance_mm[i] < distance_mm[j]; });
   }
-  const auto n = static_cast<double>(points.size());
-  mean /= n;
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const LitPoint& p : points) scatter += (p.p_world_mm - mean) * (p.p_world_mm - mean).transpose() / n;
-  const double relief_mm =
-      std::sqrt(std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvalues()[0]));
-  const double noise_mm = std::sqrt(noise / n);
-  if (relief_mm < kLeastReliefOverNoise * noise_mm)
+  return distance_mm;
+}
+
+/// Refuses points whose distances from their plane are too much noise of their depths. The nearest nine
+/// tenths speak: some false matches make no relief.
+void check_relief(const std::vector<LitPoint>& points, const std::string& where) {
+  constexpr double kShare = 0.9, kSigmasOfShare = 1.645;  // of a normal distribution
+  std::vector<double> distance_mm = distances_from_plane(points), noise_mm;
+  const auto rank = static_cast<std::size_t>(kShare * static_cast<double>(points.size() - 1));
+  for (const LitPoint& p : points) noise_mm.push_back(p.depth_sigma_mm);
+  const double relief = nth_smallest(std::span(distance_mm), rank) / kSigmasOfShare, noise = median(noise_mm);
+  if (!(relief >= kLeastReliefOverNoise * noise))
     throw UserError(
         ExitCode::input, where,
-        fmt::format("the points leave their best plane by {:.3g} mm rms, and {:.2g} mm of that is noise: "
-                    "too flat a part to tell the projector's focal length",
-                    relief_mm, noise_mm),
+        fmt::format(
+            "nine tenths of the points lie within {:.3g} mm of a plane, and the noise of their depths "
+            "is {:.2g} mm: too flat a part to tell the projector's focal length",
+            kSigmasOfShare * relief, noise),
         kMoreDepth);
 }
 
@@ -222,7 +246,7 @@ void add_rows(const std::vector<LitPoint>& points, Parameters& x, const std::str
   if (!(solution[0] > 0.0))
     throw UserError(ExitCode::input, where,
                     "columns and rows of the projector run as in a mirror, which no projector does",
-                    "one direction's phases run backwards: check the order of its images (steps_sign)");
+                    "one direction's phases run backwards: reverse the order of its images");
   x[P::fy] = solution[0];
   x[P::t + 1] = solution[1] / solution[0];
   x[P::cy] = solution[2];
@@ -242,7 +266,7 @@ std::vector<double> residuals_of(const std::vector<LitPoint>& points, bool rows,
 double robust_scale(std::vector<double> residuals) { return mad_sigma(residuals); }
 
 void minimise(const std::vector<LitPoint>& points, bool rows, const std::vector<int>& constant, double huber,
-              Parameters& x) {
+              const std::string& where, Parameters& x) {
   ceres::Problem problem;
   for (const LitPoint& p : points)
     problem.AddResidualBlock(cost_of(p, rows), huber > 0.0 ? new ceres::HuberLoss(huber) : nullptr, x.data());
@@ -256,6 +280,40 @@ void minimise(const std::vector<LitPoint>& points, bool rows, const std::vector<
   solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
+  if (!summary.IsSolutionUsable() || summary.termination_type != ceres::CONVERGENCE)
+    throw UserError(ExitCode::no_convergence, where,
+                    "no projector was found that the points converge to: " + summary.message,
+                    "check the cameras' calibration and [fringes]");
+}
+
+/// Returns the points whose residuals are all within the limit.
+std::vector<LitPoint> within(const std::vector<LitPoint>& points, bool rows, const Parameters& x,
+                             double limit) {
+  const std::vector<double> residuals = residuals_of(points, rows, x);
+  const std::size_t per_point = rows ? 2 : 1;
+  std::vector<LitPoint> out;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto first = residuals.begin() + static_cast<std::ptrdiff_t>(i * per_point);
+    if (std::all_of(first, first + static_cast<std::ptrdiff_t>(per_point),
+                    [&](double r) { return std::abs(r) <= limit; }))
+      out.push_back(points[i]);
+  }
+  return out;
+}
+
+void check_number(const std::vector<LitPoint>& points, const std::string& what, const std::string& where) {
+  if (points.size() < kFewestPoints)
+    throw UserError(ExitCode::input, where,
+                    fmt::format("{} {} are too few to solve a projector; {} are needed", points.size(), what,
+                                kFewestPoints),
+                    "check light, min_modulation_dn and the cameras' calibration");
+  std::map<int, std::size_t> tiles;
+  for (const LitPoint& p : points) ++tiles[p.tile];
+  if (tiles.size() < kFewestTiles)
+    throw UserError(ExitCode::input, where,
+                    fmt::format("the {} fill {} tiles of the image; {} are needed for an uncertainty", what,
+                                tiles.size(), kFewestTiles),
+                    "capture a scene that fills the image");
 }
 
 /// Covariance of the free parameters from what the tiles say: H^-1 (sum g g^T) H^-1, g the gradient of a
@@ -374,18 +432,7 @@ std::vector<double> ProjectorFromPoints::intrinsics() const {
 
 ProjectorFromPoints projector_from_points(const std::vector<LitPoint>& points,
                                           const ProjectorFromOptions& options, const std::string& where) {
-  if (points.size() < kFewestPoints)
-    throw UserError(ExitCode::input, where,
-                    fmt::format("{} lit points are too few to solve a projector; {} are needed",
-                                points.size(), kFewestPoints),
-                    "check light, min_modulation_dn and the cameras' calibration");
-  std::map<int, std::size_t> tiles;
-  for (const LitPoint& p : points) ++tiles[p.tile];
-  if (tiles.size() < kFewestTiles)
-    throw UserError(ExitCode::input, where,
-                    fmt::format("the lit points fill {} tiles of the image; {} are needed for an uncertainty",
-                                tiles.size(), kFewestTiles),
-                    "capture a scene that fills the image");
+  check_number(points, "lit points", where);
   check_relief(points, where);
   ProjectorFromPoints s;
   s.rows = std::ranges::all_of(points, [](const LitPoint& p) { return std::isfinite(p.q_projector_px.y()); });
@@ -394,24 +441,19 @@ ProjectorFromPoints projector_from_points(const std::vector<LitPoint>& points,
   s.parameters = from_pencil(column_pencil(points, options.imagersize_px[0], where), options);
   if (s.rows) add_rows(points, s.parameters, where);
 
-  // first all free parameters but the distortion, which a poor start could lead astray
+  // first all free parameters but the distortion, which a poor start could lead astray; what a false match
+  // puts behind the projector has no residual
   const double scale = robust_scale(residuals_of(points, s.rows, s.parameters));
-  minimise(points, s.rows, held(s.rows, false), kHuber * std::max(scale, 1.0), s.parameters);
+  minimise(within(points, s.rows, s.parameters, std::numeric_limits<double>::max()), s.rows,
+           held(s.rows, false), kHuber * std::max(scale, 1.0), where, s.parameters);
   const std::vector<int> constant = held(s.rows, solve_k1);
   std::vector<LitPoint> inliers;
   for (int round = 0; round < 3; ++round) {
-    const std::vector<double> residuals = residuals_of(points, s.rows, s.parameters);
-    const double limit = kOutlierSigmas * robust_scale(residuals);
-    inliers.clear();
-    const std::size_t per_point = s.rows ? 2 : 1;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const auto first = residuals.begin() + static_cast<std::ptrdiff_t>(i * per_point);
-      if (std::all_of(first, first + static_cast<std::ptrdiff_t>(per_point),
-                      [&](double r) { return std::abs(r) <= limit; }))
-        inliers.push_back(points[i]);
-    }
+    inliers = within(points, s.rows, s.parameters,
+                     kOutlierSigmas * robust_scale(residuals_of(points, s.rows, s.parameters)));
+    check_number(inliers, "points that one projector can have lit", where);
     if (!s.rows) place_along_columns(options.near_world_mm, s.parameters);
-    minimise(inliers, s.rows, constant, 0.0, s.parameters);
+    minimise(inliers, s.rows, constant, 0.0, where, s.parameters);
   }
   if (!s.rows) s.parameters[P::fy] = s.parameters[P::fx];  // square pixels
   const Eigen::MatrixXd covariance = clustered_covariance(inliers, s.rows, constant, s.parameters);

@@ -61,8 +61,9 @@ struct ProjectorFromPoints {
 
 /// Solves by a closed form, then robust least squares (Huber, then without points beyond five robust sigmas).
 /// A column u = fx X/Z + cx depends on seven numbers: fx, cx, the rotation and two of the translation.
-/// Throws UserError(input), naming `where`, for fewer than 500 points or 30 tiles, and where the points lie
-/// so nearly in a plane that fx is not known to 10 %.
+/// Throws UserError(input), naming `where`, for fewer than 500 points or 30 tiles, where nine tenths of the
+/// points leave a plane by less than a hundred times the noise of their depths, and where fx is not known to
+/// 10 %; UserError(no_convergence).
 ProjectorFromPoints projector_from_points(const std::vector<LitPoint>& points,
                                           const ProjectorFromOptions& options, const std::string& where);
 

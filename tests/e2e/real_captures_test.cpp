@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/program/cli_runner.hpp"
@@ -118,15 +120,22 @@ TEST(Slsdk, TheProjectorIsSolvedFromTheShape) {
   FT_NEED_CAPTURES("slsdk-stereo-statue");
   const fs::path set = dataset_twin("slsdk-stereo-statue").parent_path(),
                  out = scratch_folder("slsdk_projector");
-  const RunResult run = run_fringetwin({"calibrate", "--projector-from", (set / "twin-rig.toml").string(),
-                                        "--captures", set.string(), "--out", out.string()});
+  // the cameras and fringes of twin-rig.toml, without what was solved before
+  std::ifstream in(set / "twin-rig.toml");
+  std::string rig(std::istreambuf_iterator<char>(in), {});
+  const auto from = rig.find("[projector]"), to = rig.find("[fringes]");
+  ASSERT_LT(from, to);
+  rig.erase(from, to - from);
+  const fs::path rough = scratch_folder("slsdk_rough") / "rough.toml";
+  write_file(rough, rig);
+  const RunResult run = run_fringetwin({"calibrate", "--projector-from", rough.string(), "--captures",
+                                        set.string(), "--imagersize", "1024x768", "--out", out.string()});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json found = read_json(out / "projector.json");
-  // an independent decode of the set finds phase noise of 0.038 rad, 0.19 px of these fringes
-  EXPECT_LT(found["rms_px"], 0.28);
-  EXPECT_LT(found["chi2"], 1.3 * 1.3);
+  // an independent decode finds phase noise of 0.038 rad; 1.3 times as much, with the scatter of the points
+  EXPECT_LT(found["chi2"].get<double>(), 1.3 * 1.3);
   // what noise makes of tiles is 0.048; a lens without distortion leaves 0.175
-  EXPECT_LT(found["tile_rms_px"], 0.09);
+  EXPECT_LT(found["tile_rms_px"].get<double>(), 0.09);
   // the twin of the set has these numbers
   const Twin twin = load_twin(set / "twin-rig.toml");
   for (const auto& [name, k] : {std::pair{"fx", 0}, {"cx", 2}, {"k1", 4}})
