@@ -92,7 +92,8 @@ TEST(Straightened, WhatIsClippedStaysClipped) {
   EXPECT_LT(bound, uneven.sensor.response.inverse(255.0 - 20.0) + 20.0);
   for (const float value : white->images[0].data) ASSERT_GE(static_cast<double>(value), bound);
   const CameraImages black{.images = {ImageF(UnevenSensor::kWidth, UnevenSensor::kHeight, 0.0F)}};
-  for (const float value : straightened(black, uneven.sensor)->images[0].data) ASSERT_LE(value, 0.0F);
+  const auto dark = straightened(black, uneven.sensor);
+  for (const float value : dark->images[0].data) ASSERT_LE(value, 0.0F);
 }
 
 }  // namespace
