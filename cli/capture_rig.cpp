@@ -12,6 +12,7 @@
 #include "capture/open_display.hpp"
 #include "capture/rehearse/simulated_rig.hpp"
 #include "capture/v4l2/v4l2_camera.hpp"
+#include "cli/option_groups.hpp"
 #include "cli/render_flags.hpp"
 #include "compare/result/provenance.hpp"
 #include "cosim/load.hpp"
@@ -183,25 +184,32 @@ OpenedRig open_devices(const Twin& twin, const RigFlags& flags) {
 }
 
 void add_device_flags(CLI::App& sub, RigFlags& flags) {
-  sub.add_option(
-         "--format", flags.format,
-         "Pixel format: GREY, Y10, Y12, Y16, Y16-BE, YUYV, MJPG (default: the deepest offered); of GenICam "
-         "cameras: Mono8, Mono12p, BayerRG8 ... (default: of the twin's depth, else the deepest Mono)")
-      ->type_name("NAME");
-  sub.add_option(
-         "--trigger", flags.trigger,
-         "GenICam cameras: software (default), each frame is asked for; off, frames come by themselves")
+  sub.add_option("--format", flags.format,
+                 "Pixel format: GREY, Y10, Y12, Y16, Y16-BE, YUYV, MJPG; of GenICam cameras: Mono8, Mono12p, "
+                 "BayerRG8 "
+                 "...")
       ->type_name("NAME")
-      ->check(CLI::IsMember({"software", "off"}));
-  sub.add_option("--rate", flags.rate_hz, "Frames per second")->type_name("HZ");
-  sub.add_option("--gain", flags.gain, "Gain, in the camera's own units")->type_name("N");
+      ->default_str(
+          "the deepest offered; of GenICam cameras that of the twin's depth, else the deepest Mono");
+  sub.add_option("--trigger", flags.trigger,
+                 "GenICam cameras: software, each frame is asked for; off, frames come by themselves")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"software", "off"}))
+      ->default_str("software");
+  sub.add_option("--rate", flags.rate_hz, "Frames per second")
+      ->type_name("HZ")
+      ->default_str("as the camera stands");
+  sub.add_option("--gain", flags.gain, "Gain, in the camera's own units")
+      ->type_name("N")
+      ->default_str("as the camera stands");
   sub.add_option("--control", flags.controls, "[CAMERA:]NAME=VALUE: any other control; once per control")
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
   sub.add_option("--shift", flags.shift,
                  "Lowest bits of a word that carry nothing (12 bit values in the high bits of Y16: 4)")
       ->type_name("BITS")
-      ->check(CLI::Range(0, 8));
+      ->check(CLI::Range(0, 8))
+      ->capture_default_str();
   sub.add_option("--buffers", flags.buffers, "Frames that the driver may hold")
       ->type_name("N")
       ->check(CLI::Range(2, 32))
@@ -211,6 +219,7 @@ void add_device_flags(CLI::App& sub, RigFlags& flags) {
 }  // namespace
 
 void add_rig_flags(CLI::App& sub, RigFlags& flags) {
+  begin_group(sub, "Rig");
   sub.add_option(
          "--camera", flags.cameras,
          "[NAME=]DEVICE, e.g. left=/dev/video0 or left=genicam:SERIAL, once per camera; or twin:TWIN.toml: a "
@@ -220,12 +229,14 @@ void add_rig_flags(CLI::App& sub, RigFlags& flags) {
   sub.add_option("--display", flags.display,
                  "The projector: kms[:CARD[:CONNECTOR]], window[:N], v4l2:DEVICE; several with +")
       ->type_name("NAME");
+  begin_group(sub, "Cameras");
   add_device_flags(sub, flags);
-  add_render_flags(sub, flags.render);
+  begin_group(sub, "Rehearsal with twin:TWIN.toml");
   sub.add_option("--simulated-latency-ms", flags.simulated_latency_ms,
                  "twin: from a pattern's showing until its light")
       ->type_name("MS")
       ->capture_default_str();
+  add_render_flags(sub, flags.render);
 }
 
 OpenedRig open_rig(const Twin& twin, const RigFlags& flags) {

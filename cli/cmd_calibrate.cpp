@@ -12,9 +12,11 @@
 #include "calib/page/calibration_findings.hpp"
 #include "calib/solve/calibrate.hpp"
 #include "cli/commands.hpp"
+#include "cli/option_groups.hpp"
 #include "cli/option_values.hpp"
 #include "cli/projector_from.hpp"
 #include "cli/start/starting_twin.hpp"
+#include "cli/twin_argument.hpp"
 #include "compare/result/provenance.hpp"
 #include "compare/verdict/limits.hpp"
 #include "report/text.hpp"
@@ -271,6 +273,84 @@ int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
   return static_cast<int>(ExitCode::ok);
 }
 
+void add_input_options(CLI::App& sub, CalibrateCommand& o) {
+  begin_group(sub, kInput);
+  add_twin_option(sub, "--twin", o.twin,
+                  "Calibrate from captures of the board under the fringes of this twin.toml; its lenses need "
+                  "only be rough");
+  sub.add_option("--corners-cache", o.corners,
+                 "Corner file (.vnl: filename x y level); made from the pictures when it is not there")
+      ->type_name("FILE");
+  sub.add_flag("--corners-cache-has-weights", o.has_weights,
+               "The last column is a weight even if its legend says level");
+  sub.add_option("--imagersize", o.imagersize, "WIDTHxHEIGHT in px; one for all, or one per device: AxB,CxD")
+      ->type_name("WIDTHxHEIGHT");
+}
+
+void add_board_options(CLI::App& sub, CalibrateCommand& o) {
+  begin_group(sub, "Board");
+  sub.add_option("--board", o.board,
+                 "What to look for in pictures: chessboard, circles, asymmetric-circles, charuco")
+      ->type_name("NAME")
+      ->capture_default_str();
+  sub.add_option("--object-width-n", o.width_n, "Corners per row")->type_name("N");
+  sub.add_option("--object-height-n", o.height_n, "Rows of corners")->type_name("N");
+  sub.add_option("--object-spacing", o.spacing_m, "Distance of the board's corners in METRES")
+      ->type_name("M");
+  sub.add_option("--circle-diameter", o.circle_diameter_m,
+                 "Diameter of a circle grid's circles in METRES: their centres are corrected for perspective")
+      ->type_name("M")
+      ->default_str("no correction");
+  sub.add_option("--charuco-dictionary", o.pattern.dictionary, "ArUco dictionary of a ChArUco board")
+      ->type_name("NAME")
+      ->capture_default_str();
+  sub.add_option("--charuco-marker", o.pattern.marker_to_square,
+                 "Side of a ChArUco board's marker / side of its square")
+      ->type_name("RATIO")
+      ->capture_default_str();
+  sub.add_flag("--skip-calobject-warp-solve", o.skip_warp, "Take the board as flat");
+}
+
+void add_projector_from_options(CLI::App& sub, CalibrateCommand& o) {
+  begin_group(sub, "Projector without a board");
+  add_twin_option(
+      sub, "--projector-from", o.projector_from,
+      "Solve the projector alone: from --captures of any scene of several depths, whose shape the "
+      "two calibrated cameras of this twin.toml measure");
+  sub.add_option("--captures", o.captures, "The folder of these captures")->type_name("DIR");
+}
+
+void add_solve_options(CLI::App& sub, CalibrateCommand& o) {
+  begin_group(sub, "Solve");
+  sub.add_option("--lensmodel", o.calibrate.lensmodel, "Lens model of all devices")
+      ->type_name("NAME")
+      ->capture_default_str();
+  sub.add_option("--focal", o.focal, "Rough focal length in px; one for all, or one per device: A,B,C")
+      ->type_name("PX")
+      ->default_str("of the lenses, with --twin");
+  auto* keep = sub.add_flag("--keep-regularization", o.keep_regularization,
+                            "Regularisation in the last solve too, as mrcal does (default: only where the "
+                            "corners leave a parameter open)");
+  sub.add_flag("--skip-regularization", o.skip_regularization,
+               "Never regularisation in the last solve; parameters left open are an error")
+      ->excludes(keep);
+  begin_group(sub, "Noise and outliers");
+  sub.add_option("--sigma", o.sigma,
+                 "Noise of a corner, relative; one for all, one per device, or \"auto\": as the residuals "
+                 "of each scatter")
+      ->type_name("SIGMAS")
+      ->default_str("1, with --twin auto");
+  sub.add_flag("--skip-outlier-rejection", o.skip_rejection, "Keep every corner");
+  sub.add_option("--outlier-sigma", o.outlier_sigma,
+                 "A corner further off than this many sigmas of its device is an outlier; one for all, or "
+                 "one per device")
+      ->type_name("SIGMAS")
+      ->capture_default_str();
+  sub.add_option("--max-rms", o.calibrate.max_rms_px, "Largest rms of a device (px, 2-norm) that is accepted")
+      ->type_name("PX")
+      ->capture_default_str();
+}
+
 }  // namespace
 
 void add_calibrate(CLI::App& app, Invocation& invocation) {
@@ -281,80 +361,22 @@ void add_calibrate(CLI::App& app, Invocation& invocation) {
   sub->add_option("globs", o->globs,
                   "Per device: which images are its (quote it); with --twin: folders of captures")
       ->type_name("GLOB|DIR");
-  sub->add_option("--twin", o->twin,
-                  "Calibrate from captures of the board under the fringes of this twin.toml; its lenses need "
-                  "only be rough")
-      ->type_name("TWIN.toml");
-  sub->add_option(
-         "--projector-from", o->projector_from,
-         "Solve the projector alone, without a board: from --captures of any scene of several depths, "
-         "whose shape the two calibrated cameras of this twin.toml measure")
-      ->type_name("TWIN.toml");
-  sub->add_option("--captures", o->captures, "With --projector-from: the folder of captures")
-      ->type_name("DIR");
-  sub->add_option("--board", o->board,
-                  "What to look for in pictures: chessboard, circles, asymmetric-circles, charuco")
-      ->type_name("NAME")
-      ->capture_default_str();
-  sub->add_option("--charuco-dictionary", o->pattern.dictionary, "ArUco dictionary of a ChArUco board")
-      ->type_name("NAME")
-      ->capture_default_str();
-  sub->add_option("--charuco-marker", o->pattern.marker_to_square,
-                  "Side of a ChArUco board's marker / side of its square")
-      ->type_name("RATIO")
-      ->capture_default_str();
-  sub->add_option("--corners-cache", o->corners,
-                  "Corner file (.vnl: filename x y level); made from the pictures when it is not there")
-      ->type_name("FILE");
-  sub->add_flag("--corners-cache-has-weights", o->has_weights,
-                "The last column is a weight even if its legend says level");
-  sub->add_option("--lensmodel", o->calibrate.lensmodel, "Lens model of all devices")
-      ->type_name("NAME")
-      ->capture_default_str();
-  sub->add_option("--focal", o->focal, "Rough focal length in px; one for all, or one per device: A,B,C")
-      ->type_name("PX");
-  sub->add_option("--imagersize", o->imagersize, "WIDTHxHEIGHT; one for all, or one per device: AxB,CxD")
-      ->type_name("WIDTHxHEIGHT");
-  sub->add_option("--object-spacing", o->spacing_m, "Distance of the board's corners in METRES")
-      ->type_name("M");
-  sub->add_option(
-         "--circle-diameter", o->circle_diameter_m,
-         "Diameter of a circle grid's circles in METRES: their centres are corrected for perspective")
-      ->type_name("M");
-  sub->add_option("--object-width-n", o->width_n, "Corners per row")->type_name("N");
-  sub->add_option("--object-height-n", o->height_n, "Rows of corners")->type_name("N");
+  add_input_options(*sub, *o);
+  add_board_options(*sub, *o);
+  add_solve_options(*sub, *o);
+  add_projector_from_options(*sub, *o);
+  begin_group(*sub, kOutput);
   sub->add_option(
          "--outdir,--out", o->out,
          "Folder for the .cameramodel files, calibration.json, calibration.html (of --projector-from "
          "projector.json and a picture)")
       ->type_name("DIR")
       ->required();
-  sub->add_option("--names", o->names,
-                  "Names of the devices: left,right,projector (default: camera-0,camera-1,...)")
-      ->type_name("NAMES");
+  sub->add_option("--names", o->names, "Names of the devices: left,right,projector")
+      ->type_name("NAMES")
+      ->default_str("camera-0,camera-1,...");
   sub->add_option("--projector", o->projector, "Name of the device that becomes [projector] in twin.toml")
       ->type_name("NAME")
-      ->capture_default_str();
-  sub->add_option("--sigma", o->sigma,
-                  "Noise of a corner, relative; one for all, one per device, or \"auto\": as the residuals "
-                  "of each scatter (default: 1, with --twin auto)")
-      ->type_name("SIGMAS");
-  auto* keep = sub->add_flag("--keep-regularization", o->keep_regularization,
-                             "Regularisation in the last solve too, as mrcal does (default: only where the "
-                             "corners leave a parameter open)");
-  sub->add_flag("--skip-regularization", o->skip_regularization,
-                "Never regularisation in the last solve; parameters left open are an error")
-      ->excludes(keep);
-  sub->add_flag("--skip-outlier-rejection", o->skip_rejection, "Keep every corner");
-  sub->add_flag("--skip-calobject-warp-solve", o->skip_warp, "Take the board as flat");
-  sub->add_option("--outlier-sigma", o->outlier_sigma,
-                  "A corner further off than this many sigmas of its device is an outlier; one for all, or "
-                  "one per device")
-      ->type_name("SIGMAS")
-      ->capture_default_str();
-  sub->add_option("--max-rms", o->calibrate.max_rms_px,
-                  "Largest rms of a device (px, 2-norm) that is accepted")
-      ->type_name("PX")
       ->capture_default_str();
   run_when_chosen(*sub, invocation, o, run_calibrate);
 }

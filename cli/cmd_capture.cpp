@@ -17,6 +17,7 @@
 #include "capture/v4l2/v4l2_list.hpp"
 #include "cli/capture_rig.hpp"
 #include "cli/commands.hpp"
+#include "cli/option_groups.hpp"
 #include "cli/twin_argument.hpp"
 #include "cosim/load.hpp"
 #include "twin/base/errors.hpp"
@@ -180,31 +181,45 @@ int run_capture(CaptureCommand o, const Invocation& invocation) {
   return run_record(o, invocation);
 }
 
-void add_plan_options(CLI::App& sub, CaptureCommand& o) {
-  capture::CapturePlan& plan = o.plan;
-  sub.add_option("--settle", o.settle_frames,
-                 "Frames left out after a pattern has come on (default: 2; 0 with triggered cameras where "
-                 "--latency-ms is given)")
-      ->type_name("N");
-  sub.add_option("--latency-ms", plan.latency_ms,
-                 "From a pattern's showing until its light (see --calibrate-latency)")
-      ->type_name("MS")
+void add_instead_options(CLI::App& sub, CaptureCommand& o) {
+  begin_group(sub, "Instead of a recording");
+  sub.add_flag("--list", o.list, "List cameras and displays");
+  sub.add_flag("--preview", o.preview,
+               "Print saturation, modulation, contrast and focus, again and again, until Ctrl-C");
+  sub.add_option("--preview-looks", o.preview_looks, "So many times (0: until Ctrl-C)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
+  sub.add_option("--verify", o.verify,
+                 "Check a recorded set: every image whole, with its checksum (exit code 3 if not)")
+      ->type_name("DIR");
+}
+
+void add_image_options(CLI::App& sub, CaptureCommand& o) {
+  capture::CapturePlan& plan = o.plan;
+  begin_group(sub, "Images");
   sub.add_option("--average", plan.average, "Frames averaged for one image")
       ->type_name("N")
       ->capture_default_str();
   sub.add_option("--repeats", plan.repeats, "Images of each pattern, a set each: for `photometry --captures`")
       ->type_name("N")
       ->capture_default_str();
-  sub.add_option("--exposure-ms", plan.exposures_ms, "Exposure; several: a set each, and one merged")
-      ->type_name("MS")
-      ->delimiter(',')
-      ->allow_extra_args(false);
   sub.add_flag("--references", plan.references, "White and black images besides");
   sub.add_option("--dark", plan.dark_frames, "So many frames with the projector black, into dark/")
-      ->type_name("N");
+      ->type_name("N")
+      ->capture_default_str();
   sub.add_option("--flat", plan.flat_frames, "So many frames with the projector white, into flat/")
-      ->type_name("N");
+      ->type_name("N")
+      ->capture_default_str();
+}
+
+void add_exposure_options(CLI::App& sub, CaptureCommand& o) {
+  begin_group(sub, "Exposure");
+  sub.add_option("--exposure-ms", o.plan.exposures_ms, "Exposure; several: a set each, and one merged")
+      ->type_name("MS")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->default_str("as the cameras stand");
   sub.add_flag(
       "--auto-exposure", o.auto_exposure,
       "First the longest exposure that the projector's white does not saturate; without --out: that alone");
@@ -215,12 +230,25 @@ void add_plan_options(CLI::App& sub, CaptureCommand& o) {
       ->capture_default_str();
   sub.add_option("--exposure-unit-ms", o.exposure_unit_ms,
                  "--auto-exposure takes multiples of it: the projector's frame time, against flicker")
-      ->type_name("MS");
+      ->type_name("MS")
+      ->default_str("none");
+}
+
+void add_timing_options(CLI::App& sub, CaptureCommand& o) {
+  capture::CapturePlan& plan = o.plan;
+  begin_group(sub, "Timing");
+  sub.add_option("--settle", o.settle_frames, "Frames left out after a pattern has come on")
+      ->type_name("N")
+      ->default_str("2; 0 with triggered cameras where --latency-ms is given");
+  sub.add_option("--latency-ms", plan.latency_ms,
+                 "From a pattern's showing until its light (see --calibrate-latency)")
+      ->type_name("MS")
+      ->capture_default_str();
   sub.add_flag("--calibrate-latency", o.calibrate_latency,
                "First measure --latency-ms and --settle from images; without --out: that alone");
-  sub.add_option("--max-skew-ms", plan.max_skew_ms,
-                 "Most that the cameras' exposures may be apart (default: one frame period)")
-      ->type_name("MS");
+  sub.add_option("--max-skew-ms", plan.max_skew_ms, "Most that the cameras' exposures may be apart")
+      ->type_name("MS")
+      ->default_str("one frame period");
   sub.add_option("--timeout-ms", o.timeout_ms, "For one frame, and for a lost signal to come back")
       ->type_name("MS")
       ->check(CLI::Range(1, 600'000))
@@ -235,21 +263,15 @@ void add_capture(CLI::App& app, Invocation& invocation) {
       "capture",
       "Project the sequence and record it: V4L2 or GenICam cameras and a projector, or a simulated rig");
   add_twin_argument(*sub, o->twin, "The twin.toml: the sequence, image sizes, bit depths");
+  begin_group(*sub, kOutput);
   sub->add_option("--out", o->out, "Folder for the capture set (made if missing)")->type_name("DIR");
-  sub->add_option("--verify", o->verify,
-                  "Check a recorded set instead: every image whole, with its checksum (exit code 3 if not)")
-      ->type_name("DIR");
-  sub->add_flag("--preview", o->preview,
-                "Print saturation, modulation, contrast and focus instead, again and again, until Ctrl-C");
-  sub->add_option("--preview-looks", o->preview_looks, "So many times (0: until Ctrl-C)")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1'000'000))
-      ->capture_default_str();
-  sub->add_flag("--list", o->list, "List cameras and displays instead");
   sub->add_flag("--resume", o->resume, "Go on with a recording that was broken off");
   sub->add_flag("--overwrite", o->overwrite, "Replace a recording that is there already");
+  add_instead_options(*sub, *o);
+  add_image_options(*sub, *o);
+  add_exposure_options(*sub, *o);
+  add_timing_options(*sub, *o);
   add_rig_flags(*sub, o->rig);
-  add_plan_options(*sub, *o);
   run_when_chosen(*sub, invocation, o, run_capture);
 }
 

@@ -2,6 +2,7 @@
 // compare: measure two capture sets and compare them.
 
 #include "cli/commands.hpp"
+#include "cli/option_groups.hpp"
 #include "cli/tell_comparison.hpp"
 #include "cli/twin_argument.hpp"
 #include "cosim/compare_captures.hpp"
@@ -28,8 +29,10 @@ void add_compare(CLI::App& app, Invocation& invocation) {
   auto options = std::make_shared<CompareCommand>();
   CLI::App* sub = app.add_subcommand("compare", "Measure two capture sets and compare them");
   add_twin_argument(*sub, options->twin, "The twin.toml")->required();
+  begin_group(*sub, kInput);
   sub->add_option("--real", options->real, "Capture set of the rig")->type_name("DIR")->required();
   sub->add_option("--sim", options->sim, "Capture set of the twin")->type_name("DIR")->required();
+  begin_group(*sub, kOutput);
   sub->add_option("--out", options->out, "Folder for result.json, report.html and the maps")
       ->type_name("DIR")
       ->required();

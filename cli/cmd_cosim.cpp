@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
+#include "cli/option_groups.hpp"
 #include "cli/render_flags.hpp"
 #include "cli/tell_comparison.hpp"
 #include "cli/twin_argument.hpp"
 #include "compare/causes/refine.hpp"
 #include "cosim/cosim.hpp"
+#include "cosim/refined_into_twin.hpp"
 #include "cosim/write_results.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
@@ -17,7 +19,7 @@ namespace fringetwin::cli {
 namespace {
 
 struct CosimCommand {
-  std::string twin, out;
+  std::string twin, out, into;
   cosim::CosimRequest request;
   bool radiance = false;
 };
@@ -29,13 +31,16 @@ int run_cosim(CosimCommand& o, const Invocation& invocation) {
                     "fringetwin cosim TWIN.toml --out DIR");
   check_out_folder(o.out);
   o.request.twin = o.twin;
+  o.request.into = o.into;
   cosim::Run run = cosim::run_cosim(o.request);
   say(fmt::format("simulated measurement of {} images: render {:.2f} s + measure {:.2f} s on {}",
                   run.simulated.images.size() * run.simulated.images.front().images.size(),
                   run.timer.seconds["render"], run.timer.seconds["measure_simulated"], run.rendering.device));
   cosim::write_simulated_side(o.out, run, o.radiance);
-  return tell_comparison(
+  const int code = tell_comparison(
       o.out, run, cosim::compare_and_write(o.out, run, {invocation.argv, version_string()}), invocation.argv);
+  if (!o.into.empty()) cosim::put_refined_into_twin(o.out, run, o.into);
+  return code;
 }
 
 }  // namespace
@@ -44,23 +49,30 @@ void add_cosim(CLI::App& app, Invocation& invocation) {
   auto options = std::make_shared<CosimCommand>();
   CLI::App* sub = app.add_subcommand("cosim", "The main job: render, measure both, compare, report");
   add_twin_argument(*sub, options->twin, "The twin.toml");
+  begin_group(*sub, kOutput);
   sub->add_option("--out", options->out,
                   "Folder for result.json, report.html, maps and the simulated capture set")
       ->type_name("DIR");
+  sub->add_flag("--radiance", options->radiance, "Also write float32 EXR images (E before the sensor)");
+  begin_group(*sub, kComparison);
+  sub->add_option("--steps", options->request.steps, "Compare every second phase step only")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"even", "odd"}))
+      ->default_str("all");
+  sub->add_option("--hold-out", options->request.hold_out,
+                  "Deal the phase steps to K folds and predict each from a fit to the others")
+      ->type_name("K")
+      ->check(CLI::Range(2, 64))
+      ->default_str("what the twin's [compare] says, else none");
+  begin_group(*sub, kRefinement);
   sub->add_option("--refine", options->request.refine,
                   "Fit these to the real images first: " + compare::refine_names() +
                       ", or a parameter by its name (projector.k1)")
       ->type_name("NAMES")
       ->delimiter(',');
-  sub->add_option("--steps", options->request.steps, "Compare every second phase step only")
-      ->type_name("NAME")
-      ->check(CLI::IsMember({"even", "odd"}));
-  sub->add_option("--hold-out", options->request.hold_out,
-                  "Deal the phase steps to K folds and predict each from a fit to the others")
-      ->type_name("K")
-      ->check(CLI::Range(2, 64));
+  add_twin_option(*sub, "--into", options->into,
+                  "Put the values that --refine finds into this twin.toml; all its other lines stay");
   add_render_flags(*sub, options->request.render);
-  sub->add_flag("--radiance", options->radiance, "Also write float32 EXR images (E before the sensor)");
   run_when_chosen(*sub, invocation, options, run_cosim);
 }
 

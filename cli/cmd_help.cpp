@@ -8,6 +8,7 @@
 #include "cli/manual/completions.hpp"
 #include "cli/manual/help_page.hpp"
 #include "cli/manual/man_page.hpp"
+#include "cli/option_groups.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::cli {
@@ -63,6 +64,7 @@ void add_man(CLI::App& app, Invocation& invocation) {
   auto options = std::make_shared<ManOptions>();
   CLI::App* sub = app.add_subcommand("man", "The page of a command for man(1), in troff");
   sub->add_option("command", options->command, "Which command: measure, import opencv")->type_name("COMMAND");
+  begin_group(*sub, kOutput);
   sub->add_flag("--list", options->list, "The files of all pages, each with its command, instead");
   run_when_chosen(*sub, invocation, options,
                   [&app](const ManOptions& chosen) { return print_man_page(app, chosen); });

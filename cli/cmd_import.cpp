@@ -200,8 +200,9 @@ void add_import(CLI::App& app, Invocation& invocation) {
   kalibr->add_option("file", o->files, "The camchain")->type_name("FILE")->required()->expected(1);
   kalibr->add_option("--projector", o->projector, "The cam that is the projector, e.g. cam2")
       ->type_name("DEVICE");
-  kalibr->add_option("--names", o->names, "Names of the cameras: left,right (default: cam0,cam1)")
-      ->type_name("NAMES");
+  kalibr->add_option("--names", o->names, "Names of the cameras: left,right")
+      ->type_name("NAMES")
+      ->default_str("cam0,cam1");
 
   o = std::make_shared<ImportCommand>();
   o->unit = "m";
@@ -210,8 +211,9 @@ void add_import(CLI::App& app, Invocation& invocation) {
       ->type_name("FILE")
       ->required();
   mrcal->add_option("--projector", o->projector, "The projector's model")->type_name("DEVICE");
-  mrcal->add_option("--names", o->names, "Names of the cameras (default: those of the files)")
-      ->type_name("NAMES");
+  mrcal->add_option("--names", o->names, "Names of the cameras: left,right")
+      ->type_name("NAMES")
+      ->default_str("those of the files");
   add_unit(*mrcal, *o);
 
   add_import_captures(*import, invocation);

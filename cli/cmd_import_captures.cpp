@@ -9,6 +9,7 @@
 
 #include "capture/record/journal.hpp"
 #include "cli/commands.hpp"
+#include "cli/option_groups.hpp"
 #include "cli/option_values.hpp"
 #include "cli/twin_argument.hpp"
 #include "compare/verdict/limits.hpp"
@@ -194,6 +195,7 @@ void add_import_captures(CLI::App& import, Invocation& invocation) {
   CLI::App* sub = import.add_subcommand(
       "captures", "Images that another program recorded: described where they lie, not copied");
   add_twin_argument(*sub, o->twin, "The twin.toml: its cameras and its sequence")->required();
+  begin_group(*sub, kInput);
   sub->add_option("--map", o->maps,
                   "CAMERA=GLOB, in natural order (img2 before img10), or CAMERA=NAME%02dNAME[@FIRST], "
                   "numbered from FIRST (0); once per camera, quoted")
@@ -202,14 +204,17 @@ void add_import_captures(CLI::App& import, Invocation& invocation) {
   sub->add_option("--order", o->orders,
                   "[CAMERA=]LIST: which image is each of the sequence, e.g. 0-11,14,12: places in the glob "
                   "from 0, or numbers in the names")
-      ->type_name("LIST");
+      ->type_name("LIST")
+      ->default_str("as they are counted");
   sub->add_option("--white", o->white, "CAMERA=FILE: the image with the projector's white field")
       ->type_name("FILE");
   sub->add_option("--black", o->black, "CAMERA=FILE: the image with the projector's black field")
       ->type_name("FILE");
   sub->add_option("--gray-code-exposure", o->gray_code_exposure,
                   "Exposure of the Gray-code images relative to the phase steps, or \"different\"")
-      ->type_name("FACTOR");
+      ->type_name("FACTOR")
+      ->default_str("1");
+  begin_group(*sub, kOutput);
   sub->add_option("--out", o->out, "Folder for capture.toml")->type_name("DIR")->required();
   sub->add_flag("--overwrite", o->overwrite, "Replace a capture.toml that is there");
   run_when_chosen(*sub, invocation, o, run_import_captures);

@@ -8,6 +8,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/library_versions.hpp"
+#include "cli/option_groups.hpp"
 #include "render/base/device_info.hpp"
 #include "twin/base/plain_text.hpp"
 #include "twin/twin.hpp"
@@ -55,6 +56,7 @@ void add_info(CLI::App& app, Invocation& invocation) {
   auto as_json = std::make_shared<bool>(false);
   CLI::App* sub = app.add_subcommand(
       "info", "Versions, Vulkan devices, where real captures are looked for, where the data sets are");
+  begin_group(*sub, kOutput);
   sub->add_flag("--json", *as_json, "As JSON");
   run_when_chosen(*sub, invocation, as_json, run_info);
 }

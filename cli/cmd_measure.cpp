@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
+#include "cli/option_groups.hpp"
 #include "cli/tell_comparison.hpp"
 #include "cli/twin_argument.hpp"
 #include "compare/result/result_json.hpp"
@@ -64,12 +65,15 @@ void add_measure(CLI::App& app, Invocation& invocation) {
   CLI::App* sub =
       app.add_subcommand("measure", "Capture set -> phase, points, fits (real and simulated alike)");
   add_twin_argument(*sub, options->twin, "The twin.toml")->required();
+  begin_group(*sub, kInput);
   sub->add_option("--captures", options->captures, "Folder with a capture.toml")
       ->type_name("DIR")
       ->required();
+  begin_group(*sub, kOutput);
   sub->add_option("--out", options->out, "Folder for points.ply, phase_<camera>.exr, result.json")
       ->type_name("DIR")
       ->required();
+  begin_group(*sub, "Uncertainty");
   sub->add_flag("--method-bias", options->method_bias,
                 "Render the twin once and state what the method itself adds to each fit");
   run_when_chosen(*sub, invocation, options, run_measure);

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "cli/commands.hpp"
+#include "cli/option_groups.hpp"
 #include "cli/option_values.hpp"
 #include "cli/start/new_twin.hpp"
 #include "report/text.hpp"
@@ -67,9 +68,11 @@ void add_new(CLI::App& app, Invocation& invocation) {
   auto o = std::make_shared<NewCommand>();
   CLI::App* sub = app.add_subcommand(
       "new", "A commented twin.toml of a rig that is still to be built (of a calibrated one: import)");
+  begin_group(*sub, kOutput);
   sub->add_option("--out", o->out, "Folder for twin.toml; one that is there is not overwritten")
       ->type_name("DIR")
       ->required();
+  begin_group(*sub, "Rig");
   sub->add_option("--camera", o->camera, "WIDTHxHEIGHT in px, or 1.3MP, 2MP, 3MP, 5MP, 12MP, 20MP")
       ->type_name("SIZE")
       ->capture_default_str();
@@ -89,10 +92,10 @@ void add_new(CLI::App& app, Invocation& invocation) {
       ->type_name("MM")
       ->check(CLI::Range(0.1, 1e5))
       ->capture_default_str();
-  sub->add_option("--field", o->field_mm,
-                  "Width that the first camera sees at the distance (default: half the distance)")
+  sub->add_option("--field", o->field_mm, "Width that the first camera sees at the distance")
       ->type_name("MM")
-      ->check(CLI::Range(0.1, 1e5));
+      ->check(CLI::Range(0.1, 1e5))
+      ->default_str("half the distance");
   run_when_chosen(*sub, invocation, o, run_new);
 }
 

@@ -8,6 +8,7 @@
 
 #include "calib/page/photometry_page.hpp"
 #include "cli/commands.hpp"
+#include "cli/option_groups.hpp"
 #include "cli/option_values.hpp"
 #include "cli/twin_argument.hpp"
 #include "compare/result/provenance.hpp"
@@ -17,6 +18,7 @@
 #include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
+#include "twin/merge/merge_into_twin.hpp"
 #include "twin/number/parse_number.hpp"
 
 namespace fringetwin::cli {
@@ -25,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct PhotometryCommand {
-  std::string twin, out;
+  std::string twin, out, into;
   std::vector<std::string> captures, dark, flat, series;
 };
 
@@ -176,9 +178,32 @@ void write_maps(const fs::path& dir, const calib::Photometry& photometry) {
   }
 }
 
+/// Returns the tables, without keys, that photometry of the twin may have values for.
+std::vector<TomlBlock> photometry_tables(const Twin& twin) {
+  std::vector<TomlBlock> tables;
+  for (const Camera& camera : twin.cameras)
+    tables.push_back({.table = {"camera", "sensor"}, .entry = camera.name});
+  if (twin.projector) tables.push_back({.table = {"projector"}});
+  return tables;
+}
+
+/// Puts the values into the twin; the maps of pixels, which lie in `out`, by their path from there.
+void put_into_twin(const calib::Photometry& photometry, const std::string& into, const fs::path& out) {
+  std::vector<TomlBlock> blocks = calib::photometry_blocks(photometry);
+  const fs::path beside = fs::proximate(out, fs::absolute(into).parent_path());
+  for (TomlBlock& block : blocks)
+    for (TomlKey& key : block.keys)
+      if (key.name == "prnu" || key.name == "dsnu")
+        key.value =
+            fmt::format("\"{}\"", (beside / key.value.substr(1, key.value.size() - 2)).generic_string());
+  const std::size_t n = merge_into_twin(into, blocks);
+  say(fmt::format("{} measured {} put into {}", n, n == 1 ? "value" : "values", into));
+}
+
 int run_photometry(const PhotometryCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
   const Twin twin = compare::load_checked_twin(o.twin);
+  if (!o.into.empty()) check_merge_into_twin(o.into, photometry_tables(twin));
   std::vector<fs::path> inputs = twin.input_files;
   const std::vector<calib::CameraFrames> frames = load_frames(twin, o, inputs);
   const calib::Photometry photometry = calib::analyse_photometry(twin, frames);
@@ -192,6 +217,7 @@ int run_photometry(const PhotometryCommand& o, const Invocation& invocation) {
   for (const auto& warning : photometry.warnings) warn(warning);
   print_summary(photometry);
   say("blocks for twin.toml: " + (dir / "photometry.toml").string());
+  if (!o.into.empty()) put_into_twin(photometry, o.into, dir);
   return static_cast<int>(ExitCode::ok);
 }
 
@@ -202,19 +228,23 @@ void add_photometry(CLI::App& app, Invocation& invocation) {
   CLI::App* sub = app.add_subcommand(
       "photometry", "Captures -> sensor noise and gain, projector response, fringe contrast, vignetting");
   add_twin_argument(*sub, o->twin, "The twin.toml: image sizes, bit depths, fringes")->required();
+  begin_group(*sub, kInput);
   sub->add_option("--captures", o->captures,
-                  "Folder with a capture.toml; several folders: repeats of one still scene (default: the "
-                  "twin's [real])")
-      ->type_name("DIR");
+                  "Folder with a capture.toml; several folders: repeats of one still scene")
+      ->type_name("DIR")
+      ->default_str("the twin's [real]");
   sub->add_option("--series", o->series,
                   "[CAMERA=]GLOB[@EXPOSURE_MS]: repeated images of one level of light; once per level")
       ->type_name("FILES");
   sub->add_option("--dark", o->dark, "[CAMERA=]GLOB: images with the lens covered")->type_name("FILES");
   sub->add_option("--flat", o->flat, "[CAMERA=]GLOB: images of an evenly lit surface")->type_name("FILES");
+  begin_group(*sub, kOutput);
   sub->add_option("--out", o->out,
                   "Folder for photometry.toml, photometry.json, photometry.html and the maps of pixels")
       ->type_name("DIR")
       ->required();
+  add_twin_option(*sub, "--into", o->into,
+                  "Put what was measured into this twin.toml; all its other lines stay");
   run_when_chosen(*sub, invocation, o, run_photometry);
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
+#include "cli/option_groups.hpp"
 #include "cli/render_flags.hpp"
 #include "cli/twin_argument.hpp"
 #include "cosim/load.hpp"
@@ -52,9 +53,10 @@ void add_render(CLI::App& app, Invocation& invocation) {
   CLI::App* sub =
       app.add_subcommand("render", "Render every image of the sequence as each camera would record it");
   add_twin_argument(*sub, options->twin, "The twin.toml");
+  begin_group(*sub, kOutput);
   sub->add_option("--out", options->out, "Folder for the capture set (made if missing)")->type_name("DIR");
-  add_render_flags(*sub, options->request);
   sub->add_flag("--radiance", options->radiance, "Also write float32 EXR images (E before the sensor)");
+  add_render_flags(*sub, options->request);
   run_when_chosen(*sub, invocation, options, run_render);
 }
 

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "cli/commands.hpp"
+#include "cli/option_groups.hpp"
 #include "study/engine/local_engine.hpp"
 #include "study/engine/worker.hpp"
 #include "study/kind/run_study.hpp"
@@ -82,28 +83,35 @@ void add_study(CLI::App& app, Invocation& invocation) {
                                      "Many virtual measurements: varies keys of a twin over a design and "
                                      "records results; run again, it goes on where it stopped");
   sub->add_option("study", o->study, "The STUDY.toml")->type_name("STUDY.toml")->required();
+  begin_group(*sub, kOutput);
   sub->add_option("--out", o->out, "Folder for study.db, study.csv and report.html")
       ->type_name("DIR")
       ->required();
+  sub->add_flag("--figures", o->figures, "Write the report's drawings as SVG files, too (DIR/figures)");
+  begin_group(*sub, kComputing);
   sub->add_option("--engine", o->engine,
                   "local: this machine; slurm: job arrays of a cluster (docs/CLUSTER.md)")
       ->type_name("NAME")
-      ->check(CLI::IsMember({"local", "slurm"}));
-  sub->add_option("--jobs", o->jobs,
-                  "Points at a time; default: one per core. slurm: of a task, a core each; default 1")
+      ->check(CLI::IsMember({"local", "slurm"}))
+      ->capture_default_str();
+  sub->add_option("--jobs", o->jobs, "Points at a time; slurm: of a task, a core each")
       ->type_name("N")
-      ->check(CLI::Range(1, 1024));
-  sub->add_option("--device", o->device, "A part of a Vulkan device's name")->type_name("NAME");
-  sub->add_option("--shards", o->shards, "slurm: tasks of an array; default: one per 16 points, at most 64")
+      ->check(CLI::Range(1, 1024))
+      ->default_str("one per core; slurm: 1");
+  sub->add_option("--device", o->device, "A part of a Vulkan device's name")
+      ->type_name("NAME")
+      ->default_str("FRINGETWIN_DEVICE, else the CPU");
+  begin_group(*sub, "Slurm");
+  sub->add_option("--shards", o->shards, "Tasks of an array")
       ->type_name("N")
-      ->check(CLI::Range(1, 10000));
+      ->check(CLI::Range(1, 10000))
+      ->default_str("one per 16 points, at most 64");
   sub->add_option("--slurm-args", o->slurm_args,
-                  "slurm: further arguments of sbatch, \"--partition=long --time=4:00:00\"")
+                  "Further arguments of sbatch, \"--partition=long --time=4:00:00\"")
       ->type_name("WORDS");
-  sub->add_option("--slurm-dir", o->slurm_dir,
-                  "slurm: folder on a disk that the nodes share; default: slurm in --out")
-      ->type_name("DIR");
-  sub->add_flag("--figures", o->figures, "Write the report's drawings as SVG files, too (DIR/figures)");
+  sub->add_option("--slurm-dir", o->slurm_dir, "Folder on a disk that the nodes share")
+      ->type_name("DIR")
+      ->default_str("slurm in --out");
   run_when_chosen(*sub, invocation, o, run_study);
 
   CLI::App* worker = app.add_subcommand("study-worker", "Runs points for `study`");

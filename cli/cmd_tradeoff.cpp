@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
+#include "cli/option_groups.hpp"
 #include "cli/twin_argument.hpp"
 #include "cosim/measured_shapes.hpp"
 #include "cosim/write_results.hpp"
@@ -71,6 +72,7 @@ int run_pareto(TradeoffCommand<tradeoff::ParetoOptions> o, const Invocation& inv
 /// Adds the options that both have behind their own.
 template <class Options>
 void add_sampling_options(CLI::App& sub, TradeoffCommand<Options>& o, const std::string& rounds) {
+  begin_group(sub, "Pixels and rounds");
   sub.add_option("--windows", o.options.subset.windows_per_camera, "Windows of pixels looked at per camera")
       ->type_name("N")
       ->check(CLI::Range(1, 10000))
@@ -82,7 +84,10 @@ void add_sampling_options(CLI::App& sub, TradeoffCommand<Options>& o, const std:
   sub.add_option("--seed", o.options.seed, "Seed of the pixel choice, of noise and random samplers")
       ->type_name("N")
       ->capture_default_str();
-  sub.add_option("--device", o.device, "A part of a Vulkan device's name")->type_name("NAME");
+  begin_group(sub, kComputing);
+  sub.add_option("--device", o.device, "A part of a Vulkan device's name")
+      ->type_name("NAME")
+      ->default_str("FRINGETWIN_DEVICE, else the CPU");
 }
 
 }  // namespace
@@ -92,7 +97,9 @@ void add_needs(CLI::App& app, Invocation& invocation) {
   CLI::App* sub = app.add_subcommand(
       "needs", "What each effect changes and costs on this scene; the smallest model for a tolerance");
   add_twin_argument(*sub, o->twin, "The twin.toml")->required();
+  begin_group(*sub, kOutput);
   sub->add_option("--out", o->out, "Folder for needs.json and needs.html")->type_name("DIR")->required();
+  begin_group(*sub, "Tolerance");
   tradeoff::Tolerance& tolerance = o->options.tolerance;
   for (const auto& [name, value, text] :
        {std::tuple{"--phase-tolerance", &tolerance.phase_rad, "Largest change of the phase, rad rms"},
@@ -113,7 +120,9 @@ void add_pareto(CLI::App& app, Invocation& invocation) {
   CLI::App* sub = app.add_subcommand(
       "pareto", "Error against time for every sampling scheme, sample count and precision on this scene");
   add_twin_argument(*sub, o->twin, "The twin.toml")->required();
+  begin_group(*sub, kOutput);
   sub->add_option("--out", o->out, "Folder for pareto.json and pareto.html")->type_name("DIR")->required();
+  begin_group(*sub, "Pixels and rounds");
   sub->add_flag("--quick", o->options.quick, "Few schemes, few pixels, one timing");
   sub->add_option(
          "--longest", o->options.longest_point_s,

@@ -7,6 +7,8 @@
 #include <filesystem>
 
 #include "calib/import/check_import.hpp"
+#include "calib/import/swapped_size.hpp"
+#include "cli/option_groups.hpp"
 #include "cli/option_values.hpp"
 #include "cli/start/starting_twin.hpp"
 #include "twin/base/errors.hpp"
@@ -36,6 +38,7 @@ void check_devices(const ImportedRig& rig) {
       throw UserError(ExitCode::usage, d.where, "the name " + fault, kNameHint);
     if (const std::string fault = pose_fault(d.T_device_ref); !fault.empty())
       throw UserError(ExitCode::input, d.where, fault, "check the numbers and --unit");
+    if (const std::string doubt = calib::swapped_size_doubt(d); !doubt.empty()) warn(doubt);
     // Refuses a lens that does not invert, before anything is written.
     (void)Lens(d.lensmodel, d.intrinsics, {d.imagersize_px[0], d.imagersize_px[1]}, d.where);
     for (std::size_t k = 0; k < i; ++k) {
@@ -98,13 +101,15 @@ void write_model(const std::filesystem::path& file, const calib::ImportedDevice&
 }  // namespace
 
 void add_rig_options(CLI::App& sub, RigOptions& options) {
+  begin_group(sub, kOutput);
   sub.add_option("--out", options.out, "Folder for the .cameramodel files and twin.toml")->type_name("DIR");
+  begin_group(sub, "Poses");
   sub.add_option("--check", options.check,
                  "Observations of the same points (.vnl corner file, or a table of two columns per device): "
                  "says which way R, T fit, and refuses when it is not as given")
       ->type_name("FILE");
   sub.add_option("--check-max-px", options.check_max_px,
-                 "Largest rms distance from the epipolar lines that fits")
+                 "Largest rms distance from the epipolar lines that fits, px")
       ->type_name("PX")
       ->capture_default_str();
   sub.add_option("--poses", options.poses,
@@ -112,6 +117,7 @@ void add_rig_options(CLI::App& sub, RigOptions& options) {
       ->type_name("NAME")
       ->check(CLI::IsMember({kForward, kBackward}))
       ->capture_default_str();
+  begin_group(sub, kInput);
 }
 
 void check_rig_options(const RigOptions& o) {

@@ -160,7 +160,8 @@ int main(int argc, char** argv) {
   CLI::App app{"fringetwin: a digital twin of fringe-projection rigs, checked against real captures."};
   app.require_subcommand(1);
   app.fallthrough();  // -q is understood after the subcommand, too
-  app.set_version_flag("--version", fringetwin::cli::version_string());
+  app.set_version_flag("--version", fringetwin::cli::version_string())
+      ->group(fringetwin::cli::kCommonOptions);
   app.formatter(fringetwin::cli::help_formatter());
   bool quiet = false;
   app.add_flag("-q,--quiet", quiet, "No narration on stderr (warnings and errors stay)")
@@ -171,6 +172,7 @@ int main(int argc, char** argv) {
                  "that you trust")
       ->check(CLI::Range(1.0, 1e6).description("1 ... 1e6"))
       ->type_name("FACTOR")
+      ->capture_default_str()
       ->group(fringetwin::cli::kCommonOptions);
 
   fringetwin::cli::Invocation invocation;

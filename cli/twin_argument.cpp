@@ -5,17 +5,27 @@
 #include <filesystem>
 
 namespace fringetwin::cli {
+namespace {
 
-CLI::Option* add_twin_argument(CLI::App& sub, std::string& twin, const std::string& meaning) {
+CLI::Option* takes_folder(CLI::Option* option) {
   const auto file_of_folder = [](std::string& text) -> std::string {
     std::error_code ignored;
     const std::filesystem::path file = std::filesystem::path(text) / "twin.toml";
     if (std::filesystem::is_regular_file(file, ignored)) text = file.string();
     return "";
   };
-  return sub.add_option("twin", twin, meaning + ", or the folder that holds it")
-      ->transform(CLI::Validator(file_of_folder, ""))
-      ->type_name("TWIN.toml");
+  return option->transform(CLI::Validator(file_of_folder, ""))->type_name("TWIN.toml");
+}
+
+}  // namespace
+
+CLI::Option* add_twin_argument(CLI::App& sub, std::string& twin, const std::string& meaning) {
+  return takes_folder(sub.add_option("twin", twin, meaning + ", or the folder that holds it"));
+}
+
+CLI::Option* add_twin_option(CLI::App& sub, const std::string& name, std::string& twin,
+                             const std::string& meaning) {
+  return takes_folder(sub.add_option(name, twin, meaning));
 }
 
 }  // namespace fringetwin::cli

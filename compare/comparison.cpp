@@ -25,6 +25,7 @@
 #include "compare/phase/phase_budget.hpp"
 #include "compare/phase/phase_rows.hpp"
 #include "compare/phase/shift_field.hpp"
+#include "compare/result/milestones.hpp"
 #include "compare/verdict/calibration_budget.hpp"
 #include "compare/verdict/coverage.hpp"
 #include "compare/verdict/explained.hpp"
@@ -76,13 +77,14 @@ OwnOfPixels own_of_pixels(const Twin& twin, const CompareOptions& options, std::
 
 std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const Side& simulated,
                                       const CompareOptions& options, const CalibrationBudget* calibration,
-                                      Comparison& out) {
+                                      Milestones& progress, Comparison& out) {
   std::vector<GridSamples> samples;
   const std::vector<GrayPair> pairs = pair_gray(twin, real, simulated, options, out.warnings);
   std::vector<std::optional<GrayNoise>> noises(pairs.size());
   for_each_parallel(static_cast<int>(pairs.size()),
                     [&](int c) { noises[c].emplace(pairs[c], decode_of(real, c), options.use_steps); });
   for (std::size_t c = 0; c < pairs.size(); ++c) {
+    progress.step();
     const GrayPair& pair = pairs[c];
     const measure::CameraDecode *real_decode = decode_of(real, c),
                                 *simulated_decode = decode_of(simulated, c);
@@ -237,11 +239,13 @@ void predict_brightness(const Twin& twin, std::size_t camera, const Side& real, 
 /// Fills the phase tables, with their budgets or without. Returns whether the real fringes lie so far beside
 /// the twin's that no cause can be fitted to gray values.
 bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
-                   const CalibrationBudget* calibration, bool with_budgets, Comparison& out) {
+                   const CalibrationBudget* calibration, bool with_budgets, Milestones* progress,
+                   Comparison& out) {
   bool is_far_off = false;
   out.phase = phase_rows(twin, *real.measurement, *simulated.measurement);
   auto phase = out.phase.cbegin();  // has the same cameras and directions in the same order
   for (std::size_t c = 0; c < real.measurement->cameras.size(); ++c) {
+    if (progress) progress->step();
     const measure::CameraDecode *real_decode = decode_of(real, c),
                                 *simulated_decode = decode_of(simulated, c);
     const ImageU8 interior =
@@ -323,16 +327,20 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
         out.warnings.push_back((side == &real ? "real: " : "simulated: ") + warning);
   if (out.refinement)
     out.warnings.insert(out.warnings.end(), out.refinement->warnings.begin(), out.refinement->warnings.end());
+  Milestones progress("compare",
+                      2 * twin.cameras.size() + 3);  // gray and phase of each camera, and what is around
   out.fits = fit_rows(twin, real, simulated, out.warnings);
   out.indicators = indicators(twin, out.fits);
   if (real.measurement) add_light_rows(*real.measurement, "real", out.light);
   if (simulated.measurement) add_light_rows(*simulated.measurement, "simulated", out.light);
   const std::optional<CalibrationBudget> budget = calibration_of(twin, real, simulated, options, out);
   const CalibrationBudget* calibration = budget ? &*budget : nullptr;
-  std::vector<GridSamples> samples = compare_gray(twin, real, simulated, options, calibration, out);
+  progress.step();
+  std::vector<GridSamples> samples = compare_gray(twin, real, simulated, options, calibration, progress, out);
   out.noise = all_noise_rows(twin, real, simulated, options);
   const bool is_far_off = real.measurement && simulated.measurement &&
-                          compare_phase(twin, real, simulated, options, calibration, true, out);
+                          compare_phase(twin, real, simulated, options, calibration, true, &progress, out);
+  progress.step();
   out.coverage = coverage_rows(twin, real, simulated);
   for (ExplainedRow& row : explain_coverage(twin, out.coverage)) out.explained.push_back(std::move(row));
   for (std::string& warning : coverage_warnings(out.coverage)) out.warnings.push_back(std::move(warning));
@@ -343,6 +351,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
     for (std::size_t c = 0; c < twin.cameras.size(); ++c)
       if (twin.cameras[c].name == row.camera) own.push_back(own_of_pixels(twin, options, c).kinds);
   trust_gains(out, own);
+  progress.finish();
   look_for_causes(twin, options, std::move(samples), options.shows_other_fringes || is_far_off, out);
   out.limits = check_limits(twin.limits, out);
   for (const LimitRow& row : out.limits)
@@ -356,7 +365,7 @@ std::vector<ExplainedRow> explain_phases(const Twin& twin, const Side& real, con
                                          const CompareOptions& options) {
   Comparison out;
   if (real.measurement && simulated.measurement)
-    compare_phase(twin, real, simulated, options, nullptr, false, out);
+    compare_phase(twin, real, simulated, options, nullptr, false, nullptr, out);
   return std::move(out.explained);
 }
 

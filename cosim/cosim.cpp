@@ -15,6 +15,7 @@
 #include "cosim/load.hpp"
 #include "cosim/measured_shapes.hpp"
 #include "cosim/notes.hpp"
+#include "cosim/refined_into_twin.hpp"
 #include "measure/measurement.hpp"
 #include "render/sensor/sensor.hpp"
 #include "twin/base/errors.hpp"
@@ -39,6 +40,7 @@ Run load_run(const CosimRequest& request) {
   run.timer.start("load");
   run.twin = load_for_run(request.twin, request.settings);
   check_renderable(run.twin);
+  if (!request.into.empty()) check_refined_into_twin(run.twin, request.refine, request.into);
   if (run.twin.calibration_uncertainty)  // may be refused, before the work
     run.options.calibration = std::make_shared<const compare::CalibrationCovariance>(
         compare::read_calibration_covariance(run.twin));
@@ -152,6 +154,7 @@ void refine(Run& run, const CosimRequest& request) {
   compare::Refined refined = compare::refine(run.twin, run.real, run.simulated, options, request.refine);
   run.timer.stop();
   run.refined_toml = compare::refined_toml(refined.report, run.twin, refined.twin);
+  run.refined_blocks = compare::refined_blocks(run.twin, refined.twin);
   const bool is_as_before = refined.report.taken_back;
   run.options.refinement = std::move(refined.report);
   if (is_as_before) return;
@@ -176,6 +179,7 @@ void refine(Run& run, const CosimRequest& request) {
   run.twin = before;
   run.options.refinement = std::move(back.report);
   run.refined_toml = compare::refined_toml(*run.options.refinement, before, before);
+  run.refined_blocks.clear();
   run.simulated = simulated;
   run.noise_free = noise_free;
   run.rendering = rendering;

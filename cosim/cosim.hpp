@@ -16,6 +16,7 @@ struct CosimRequest {
   std::map<std::string, std::string>
       settings;                     ///< in the place of some of its keys, as load_twin() takes them
   std::vector<std::string> refine;  ///< what to fit to the real images first (compare/causes/refine.hpp)
+  std::filesystem::path into;       ///< a twin.toml that the refined values go into; empty: none
   std::string steps;                ///< "even" | "odd": compare these phase steps; empty = all that may be
   int hold_out = 0;                 ///< folds; 0: what the twin's [compare] says
   RenderRequest render;
@@ -23,8 +24,8 @@ struct CosimRequest {
 
 /// Loads the twin and its real captures, renders and exposes every camera, measures both sides and refines
 /// the twin where that is asked for; then compare_and_write() (cosim/write_results.hpp) does the rest.
-/// What the twin, its captures, --steps and --refine can be refused for is refused before a device is opened.
-/// Throws UserError and Cancelled.
+/// What the twin, its captures, --steps, --refine and --into can be refused for is refused before a device is
+/// opened. Throws UserError and Cancelled.
 Run run_cosim(const CosimRequest& request);
 
 }  // namespace fringetwin::cosim

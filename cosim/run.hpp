@@ -13,6 +13,7 @@
 #include "measure/points/points.hpp"
 #include "render/renderer.hpp"
 #include "twin/base/stopwatch.hpp"
+#include "twin/merge/toml_block.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::cosim {
@@ -26,7 +27,8 @@ struct Run {
   Rendering rendering;                               ///< of the simulated side; without a device: none
   measure::PointCloud noise_free;                    ///< measure::noise_free_points() of the simulated side
   std::unique_ptr<render::Renderer> renderer;        ///< that options.renderer points to
-  std::string refined_toml;  ///< the text of refined.toml; empty when nothing was refined
+  std::string refined_toml;               ///< the text of refined.toml; empty when nothing was refined
+  std::vector<TomlBlock> refined_blocks;  ///< the same for a twin.toml that is there
   StageTimer timer;
 };
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "report/plot_axes.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
 
@@ -132,7 +133,8 @@ Drawing drawing(const HeatMap& map) {
   s += "set xlabel " + gnuplot_text(map.x_label) + "\nset ylabel " + gnuplot_text(map.y_label) + "\n";
   s += palette(map.scale);
   s += fmt::format("set cbrange [{:.10g}:{:.10g}]\n", map.limits.low, map.limits.high);
-  s += "set format cb \"%g\"\n";
+  s += fmt::format("set format cb \"%.{}g\"\n",
+                   std::max(6, digits_that_tell(map.limits.low, map.limits.high)));
   if (map.log_color) s += "set logscale cb\n";
   const std::size_t nx = map.x_names.size(), ny = map.y_names.size();
   s += fmt::format("set xrange [-0.5:{}.5]\nset yrange [-0.5:{}.5]\n", nx - 1, ny - 1);

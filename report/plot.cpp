@@ -10,6 +10,7 @@
 #include <cstring>
 #include <sstream>
 
+#include "report/plot_axes.hpp"
 #include "report/process.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
@@ -202,7 +203,8 @@ std::string gnuplot_head(int width_px, int height_px) {
          "set boxwidth 0.95 relative\nset minussign\nset lmargin 11\nset rmargin 3\n";
 }
 
-std::string gnuplot_script(const Plot& plot) {
+std::string gnuplot_script(const Plot& as_given) {
+  const Plot plot = with_fitting_units(as_given);
   std::string s = gnuplot_head(plot.width_px, plot.height_px);
   if (!plot.title.empty()) s += "set title " + quoted(plot.title) + "\n";
   s += "set xlabel " + quoted(plot.x_label) + "\nset ylabel " + quoted(plot.y_label) + "\n";
@@ -213,7 +215,13 @@ std::string gnuplot_script(const Plot& plot) {
         std::string("set ") + (plot.y_tics.empty() ? "x" : "y") + "zeroaxis lt 1 lw 0.8 lc rgb \"#888888\"\n";
   if (plot.x_range)
     s += fmt::format("set xrange [{:.9g}:{:.9g}]\n", plot.x_range->first, plot.x_range->second);
-  if (plot.many_digits) s += "set format y \"%.10g\"\nset lmargin 14\n";
+  const auto [x_low, x_high] = x_extent(plot);
+  const auto [y_low, y_high] = y_extent(plot);
+  const std::string x_format = plot.log_x || !plot.x_tics.empty() ? "" : tic_format(x_low, x_high),
+                    y_format = plot.log_y || !plot.y_tics.empty() ? "" : tic_format(y_low, y_high);
+  if (!x_format.empty()) s += "set format x " + quoted(x_format) + "\n";
+  if (!y_format.empty()) s += "set format y " + quoted(y_format) + "\nset lmargin 14\n";
+  if (plot.many_digits && y_format.empty()) s += "set format y \"%.10g\"\nset lmargin 14\n";
   if (!plot.x_tics.empty())
     s += fmt::format("set xtics ({}){}\nset boxwidth 0.7 absolute\n", named_tics(plot.x_tics),
                      too_long_for_a_row(plot) ? " rotate by 25 right" : "");

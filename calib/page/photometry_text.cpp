@@ -22,118 +22,159 @@ std::string digits(double value, double sigma) {
 }
 std::string digits(const Estimate& e) { return digits(e.value, e.sigma); }
 
-std::string key(const std::string& name, const std::string& value, const std::string& comment) {
-  const std::string left = name + " = " + value;
-  return fmt::format("{:<32}# {}\n", left, comment);
+/// A line of a block: what was measured may take the place of what a twin says, what was taken over from the
+/// twin stands there for reading only.
+struct BlockLine {
+  TomlKey key;
+  bool is_measured = true;
+  std::string above = {};  ///< a comment on the line before, where the value is long
+};
+using BlockLines = std::vector<BlockLine>;
+
+std::string text_of(const BlockLines& lines) {
+  std::string out;
+  for (const BlockLine& line : lines) {
+    if (!line.above.empty()) out += "# " + line.above + "\n";
+    const std::string left = line.key.name + " = " + line.key.value;
+    out += line.key.comment.empty() ? left + "\n" : fmt::format("{:<32}# {}\n", left, line.key.comment);
+  }
+  return out;
+}
+
+/// Leaves out what was not measured.
+std::vector<TomlKey> measured(const BlockLines& lines) {
+  std::vector<TomlKey> keys;
+  for (const BlockLine& line : lines)
+    if (line.is_measured) keys.push_back(line.key);
+  return keys;
 }
 
 std::string plus_minus(const Estimate& e) {
   return std::isfinite(e.sigma) ? fmt::format("± {:.2g}", e.sigma) : "sigma unknown";
 }
 
-std::string sensor_toml(const CameraPhotometry& c) {
+/// The camera's response as a key of [camera.sensor].
+BlockLine camera_response_line(const ResponseFit& fit) {
+  std::string points;
+  for (const CameraResponse::Corner& c : fit.response.corners)
+    points += fmt::format("{}[{:.3f}, {:.3f}]", points.empty() ? "" : ", ", c.in_dn, c.out_dn);
+  return {.key = {"response", "{ table = [" + points + "] }"},
+          .above = fmt::format("predicts every second exposure to {:.2g} DN rms from the others",
+                               fit.held_out_rms_dn)};
+}
+
+/// The file of a map as a key of [camera.sensor], beside photometry.toml; nothing where noise outweighs it.
+void add_map_line(BlockLines& lines, const std::string& name, const std::optional<PixelMapEstimate>& map,
+                  double scale, const std::string& unit, const std::string& camera) {
+  if (!map || !map->is_told()) return;
+  lines.push_back(
+      {{name, fmt::format("\"{}\"", pixel_map_file(name, camera)),
+        fmt::format(
+            "pixels differ by {:.3g} {} rms, each known to ± {:.2g} (noise of the means of {} images)",
+            scale * map->rms, unit, scale * map->noise, map->n_images)}});
+}
+
+BlockLines sensor_lines(const CameraPhotometry& c) {
   const Sensor& s = c.sensor;
-  std::string out = "[camera.sensor]\n";
-  out += fmt::format("bit_depth = {}\n", s.bit_depth);
-  if (s.exposure_ms) out += fmt::format("exposure_ms = {}\n", *s.exposure_ms);
-  out += key("gain_dn", fmt::format("{}", s.gain_dn), "the twin's: `fringetwin cosim` fits it");
-  out += c.black_measured ? key("black_level_dn", digits(c.black_level_dn),
-                                plus_minus(c.black_level_dn) + ", mean of the dark images")
-                          : key("black_level_dn", fmt::format("{}", s.black_level_dn),
-                                "the twin's: not measured without dark images");
+  BlockLines out;
+  out.push_back({{"bit_depth", fmt::format("{}", s.bit_depth)}, false});
+  if (s.exposure_ms) out.push_back({{"exposure_ms", fmt::format("{}", *s.exposure_ms)}, false});
+  out.push_back({{"gain_dn", fmt::format("{}", s.gain_dn), "the twin's: `fringetwin cosim` fits it"}, false});
+  if (c.black_measured)
+    out.push_back({{"black_level_dn", digits(c.black_level_dn),
+                    plus_minus(c.black_level_dn) + ", mean of the dark images"}});
+  else
+    out.push_back({{"black_level_dn", fmt::format("{}", s.black_level_dn),
+                    "the twin's: not measured without dark images"},
+                   false});
   if (c.transfer) {
     const PhotonTransfer& t = *c.transfer;
-    out += key("electrons_per_dn", digits(t.electrons_per_dn),
-               fmt::format("{}; {:.5g} ± {:.2g} DN per electron, from {} over {:.0f}...{:.0f} DN",
-                           plus_minus(t.electrons_per_dn), t.dn_per_electron.value, t.dn_per_electron.sigma,
-                           c.noise_from, t.low_dn, t.high_dn));
-    out += key("read_noise_dn", digits(t.read_noise_dn),
-               fmt::format("{}, without rounding; {:.2g} electrons{}", plus_minus(t.read_noise_dn),
-                           t.read_noise_electrons.value,
-                           std::isfinite(c.dark_noise_dn.value) ? ", from the dark images" : ""));
+    out.push_back({{"electrons_per_dn", digits(t.electrons_per_dn),
+                    fmt::format("{}; {:.5g} ± {:.2g} DN per electron, from {} over {:.0f}...{:.0f} DN",
+                                plus_minus(t.electrons_per_dn), t.dn_per_electron.value,
+                                t.dn_per_electron.sigma, c.noise_from, t.low_dn, t.high_dn)}});
+    out.push_back({{"read_noise_dn", digits(t.read_noise_dn),
+                    fmt::format("{}, without rounding; {:.2g} electrons{}", plus_minus(t.read_noise_dn),
+                                t.read_noise_electrons.value,
+                                std::isfinite(c.dark_noise_dn.value) ? ", from the dark images" : "")}});
   } else if (std::isfinite(c.dark_noise_dn.value)) {
-    out +=
-        key("read_noise_dn", digits(c.dark_noise_dn), plus_minus(c.dark_noise_dn) + ", from the dark images");
+    out.push_back(
+        {{"read_noise_dn", digits(c.dark_noise_dn), plus_minus(c.dark_noise_dn) + ", from the dark images"}});
+  }
+  if (c.response) out.push_back(camera_response_line(*c.response));
+  add_map_line(out, "prnu", c.factors, 100.0, "%", c.camera);
+  add_map_line(out, "dsnu", c.offsets, 1.0, "DN", c.camera);
+  return out;
+}
+
+TomlKey factors_key(const std::string& name, const std::vector<double>& factors) {
+  return {name, fmt::format("[{:.6f}]", fmt::join(factors, ", "))};
+}
+
+/// `exposure_factors`: empty where the camera has none of its own.
+BlockLines camera_lines(const CameraPhotometry& c, const std::vector<double>& exposure_factors) {
+  BlockLines out;
+  if (!exposure_factors.empty()) out.push_back({factors_key("exposure_factors", exposure_factors)});
+  if (c.flat) {
+    const auto& a = c.flat->a;
+    out.push_back({{"vignetting", fmt::format("[{}, {}, {}]", digits(a[0]), digits(a[1]), digits(a[2])),
+                    fmt::format("± {:.2g}, {:.2g}, {:.2g}; {:.3f} at the corners", a[0].sigma, a[1].sigma,
+                                a[2].sigma, c.flat->corner)}});
   }
   return out;
 }
 
-/// The camera's response as a key of [camera.sensor].
-std::string camera_response_toml(const ResponseFit& fit) {
-  std::string points;
-  for (const CameraResponse::Corner& c : fit.response.corners)
-    points += fmt::format("{}[{:.3f}, {:.3f}]", points.empty() ? "" : ", ", c.in_dn, c.out_dn);
-  return fmt::format("# predicts every second exposure to {:.2g} DN rms from the others\n",
-                     fit.held_out_rms_dn) +
-         "response = { table = [" + points + "] }\n";
-}
-
-/// The file of a map as a key of [camera.sensor]; nothing where noise outweighs it.
-std::string map_toml(const std::string& name, const std::optional<PixelMapEstimate>& map, double scale,
-                     const std::string& unit, const std::string& camera) {
-  if (!map || !map->is_told()) return "";
-  return key(
-      name, fmt::format("\"{}\"", pixel_map_file(name, camera)),
-      fmt::format("pixels differ by {:.3g} {} rms, each known to ± {:.2g} (noise of the means of {} images)",
-                  scale * map->rms, unit, scale * map->noise, map->n_images));
-}
-
-std::string factors_toml(const std::string& name, const std::vector<double>& factors) {
-  return fmt::format("{} = [{:.6f}]\n", name, fmt::join(factors, ", "));
-}
-
-/// `exposure_factors`: empty where the camera has none of its own.
-std::string camera_toml(const CameraPhotometry& c, const std::vector<double>& exposure_factors) {
-  std::string out = fmt::format("[[camera]]\nname = \"{}\"\n", c.camera);
-  if (!exposure_factors.empty()) out += factors_toml("exposure_factors", exposure_factors);
-  if (c.flat) {
-    const auto& a = c.flat->a;
-    out += key("vignetting", fmt::format("[{}, {}, {}]", digits(a[0]), digits(a[1]), digits(a[2])),
-               fmt::format("± {:.2g}, {:.2g}, {:.2g}; {:.3f} at the corners", a[0].sigma, a[1].sigma,
-                           a[2].sigma, c.flat->corner));
-  }
-  return out + sensor_toml(c) + (c.response ? camera_response_toml(*c.response) : "") +
-         map_toml("prnu", c.factors, 100.0, "%", c.camera) + map_toml("dsnu", c.offsets, 1.0, "DN", c.camera);
-}
-
-std::string response_toml(const ProjectorPhotometry& p) {
+BlockLine response_line(const ProjectorPhotometry& p) {
   const std::string gamma = fmt::format("gamma {} {}, which leaves {:.2g} of the range", digits(p.gamma),
                                         plus_minus(p.gamma), p.gamma_misfit);
   switch (p.response.kind) {
     case ProjectorResponse::Kind::linear:
-      return key("response", "\"linear\"", gamma);
+      return {{"response", "\"linear\"", gamma}};
     case ProjectorResponse::Kind::gamma:
-      return key("response", fmt::format("{{ gamma = {} }}", digits(p.gamma)), gamma);
+      return {{"response", fmt::format("{{ gamma = {} }}", digits(p.gamma)), gamma}};
     case ProjectorResponse::Kind::table:
       break;
   }
   double sigma = 0.0;
   for (const double s : p.curve_sigma) sigma = std::max(sigma, s);
-  return fmt::format("# ± {:.2g} (largest); nearest gamma: {}\n", sigma, gamma) +
-         fmt::format("response = {{ table = [{:.5g}] }}\n", fmt::join(p.response.table, ", "));
+  return {.key = {"response", fmt::format("{{ table = [{:.5g}] }}", fmt::join(p.response.table, ", "))},
+          .above = fmt::format("± {:.2g} (largest); nearest gamma: {}", sigma, gamma)};
 }
 
-std::string light_toml(const LightOfImages& light) {
-  return fmt::format("# ± {:.2g} (largest), one for each image of the first capture; another has others\n",
-                     measure::largest_told(light.sigma)) +
-         factors_toml("light_factors", light.light_factors);
+BlockLines projector_lines(const Photometry& photometry) {
+  BlockLines out;
+  if (const std::optional<LightOfImages> light = light_of_images(photometry))
+    out.push_back({.key = factors_key("light_factors", light->light_factors),
+                   .above = fmt::format(
+                       "± {:.2g} (largest), one for each image of the first capture; another has others",
+                       measure::largest_told(light->sigma))});
+  const ProjectorPhotometry* p = photometry.projector();
+  if (p == nullptr) return out;
+  if (p->response_known) out.push_back(response_line(*p));
+  if (std::isfinite(p->blur_px.value))
+    out.push_back({{"blur_px", digits(p->blur_px),
+                    fmt::format("{}; the contrasts are {:.1f} % off a Gaussian's", plus_minus(p->blur_px),
+                                100.0 * p->blur_misfit)}});
+  return out;
 }
 
 std::string projector_toml(const Photometry& photometry) {
+  const BlockLines lines = projector_lines(photometry);
+  if (lines.empty()) return "";
   const ProjectorPhotometry* p = photometry.projector();
-  const std::optional<LightOfImages> light = light_of_images(photometry);
   const bool has_keys = p != nullptr && (p->response_known || std::isfinite(p->blur_px.value));
-  if (!has_keys) return light ? "\n[projector]\n" + light_toml(*light) : "";
-  std::string out =
-      fmt::format("\n# Keys of [projector], from camera \"{}\", direction {}\n[projector]\n",
-                  photometry.cameras[photometry.projector_camera].camera, axis_name(p->harmonics.axis));
-  if (light) out += light_toml(*light);
-  if (p->response_known) out += response_toml(*p);
-  if (std::isfinite(p->blur_px.value))
-    out += key("blur_px", digits(p->blur_px),
-               fmt::format("{}; the contrasts are {:.1f} % off a Gaussian's", plus_minus(p->blur_px),
-                           100.0 * p->blur_misfit));
-  return out;
+  const std::string from = has_keys ? fmt::format("# Keys of [projector], from camera \"{}\", direction {}\n",
+                                                  photometry.cameras[photometry.projector_camera].camera,
+                                                  axis_name(p->harmonics.axis))
+                                    : "";
+  return "\n" + from + "[projector]\n" + text_of(lines);
+}
+
+/// The factors of each camera's images, where its light differs; empty lists where it does not.
+std::vector<std::vector<double>> exposures(const Photometry& photometry) {
+  const std::optional<LightOfImages> light = light_of_images(photometry);
+  if (light && !light->exposure_factors.empty()) return light->exposure_factors;
+  return std::vector<std::vector<double>>(photometry.cameras.size());
 }
 
 void put(Json& out, const std::string& name, const std::string& unit, const Estimate& e) {
@@ -316,14 +357,32 @@ Json direction_json(const ProjectorPhotometry& p) {
 
 std::string photometry_toml(const Photometry& photometry) {
   std::string out =
-      "# Measured by fringetwin photometry: put these keys into the tables of the same name in twin.toml.\n"
-      "# ± is one standard error.\n";
-  const std::optional<LightOfImages> light = light_of_images(photometry);
-  for (std::size_t c = 0; c < photometry.cameras.size(); ++c)
-    out += "\n" + camera_toml(photometry.cameras[c], light && !light->exposure_factors.empty()
-                                                         ? light->exposure_factors[c]
-                                                         : std::vector<double>());
+      "# Measured by fringetwin photometry: put these keys into the tables of the same name in twin.toml\n"
+      "# (`--into twin.toml` puts what was measured there). ± is one standard error.\n";
+  const std::vector<std::vector<double>> exposure_factors = exposures(photometry);
+  for (std::size_t c = 0; c < photometry.cameras.size(); ++c) {
+    const CameraPhotometry& camera = photometry.cameras[c];
+    out += fmt::format("\n[[camera]]\nname = \"{}\"\n", camera.camera) +
+           text_of(camera_lines(camera, exposure_factors[c])) + "[camera.sensor]\n" +
+           text_of(sensor_lines(camera));
+  }
   return out + projector_toml(photometry);
+}
+
+std::vector<TomlBlock> photometry_blocks(const Photometry& photometry) {
+  std::vector<TomlBlock> out;
+  const std::vector<std::vector<double>> exposure_factors = exposures(photometry);
+  for (std::size_t c = 0; c < photometry.cameras.size(); ++c) {
+    const CameraPhotometry& camera = photometry.cameras[c];
+    out.push_back({.table = {"camera"},
+                   .entry = camera.camera,
+                   .keys = measured(camera_lines(camera, exposure_factors[c]))});
+    out.push_back(
+        {.table = {"camera", "sensor"}, .entry = camera.camera, .keys = measured(sensor_lines(camera))});
+  }
+  if (const BlockLines lines = projector_lines(photometry); !lines.empty())
+    out.push_back({.table = {"projector"}, .keys = measured(lines)});
+  return out;
 }
 
 std::string photometry_json(const Photometry& photometry, const Origin& origin) {

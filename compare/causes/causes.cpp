@@ -11,6 +11,7 @@
 
 #include "compare/causes/cause_fit.hpp"
 #include "compare/causes/parameters.hpp"
+#include "compare/result/milestones.hpp"
 #include "report/text.hpp"
 
 namespace fringetwin::compare {
@@ -27,6 +28,9 @@ constexpr double kPairShare = 0.5;   ///< of the excess that the linear step of 
 constexpr double kAsCurved = 10.0, kAlikeShare = 0.02, kAlikeChi2 = 50.0;
 constexpr std::size_t kMostAlone = 6, kMostFirst = 3, kMostPairs = 3;
 constexpr std::size_t kEvery = 4;  ///< pixel, where pairs are only chosen
+
+/// Parts of the work of a search, in percent: what has ended when each of them begins.
+constexpr std::size_t kColumnsDone = 40, kAloneDone = 70, kPairsDone = 90, kAll = 100;
 
 struct Group {
   std::string name;
@@ -75,14 +79,18 @@ class CauseSearch {
     if (!values_fail_ && std::ranges::all_of(regions_before_, &CauseRegion::passes)) return out;
     const auto pose = std::ranges::find(groups_, "pose", &Group::name);
     columns_ = sensitivity_.columns_of_all_groups(
-        twin_, parameters_, start_, pose == groups_.end() ? std::vector<std::size_t>{} : pose->at);
+        twin_, parameters_, start_, pose == groups_.end() ? std::vector<std::size_t>{} : pose->at,
+        [&](std::size_t done) { progress_.reach(done * kColumnsDone / (parameters_.size() + 1)); });
     weigh_by_the_nearest();
     judge_twin(out);
+    progress_.reach(kColumnsDone);
     equations_ = sensitivity_.equations_at(base_, columns_, FreePerPixel::nothing);
     for (std::size_t g = 0; g < groups_.size(); ++g) out.rows.push_back(make_row(g, solve(equations_, {g})));
     try_alone(out.rows);
+    progress_.reach(kAloneDone);
     std::vector<std::size_t> named = alike();
     if (named.empty()) try_pairs(out.rows);
+    progress_.reach(kPairsDone);
     if (named.empty()) named = alike();
     if (named.empty() && !sensitivity_.has_free_factors()) try_fields(out.rows);
     if (named.empty()) named = alike();
@@ -94,6 +102,7 @@ class CauseSearch {
       list_in_order(out);
     else
       list_named(named, out);
+    progress_.finish();
     return out;
   }
 
@@ -236,7 +245,9 @@ class CauseSearch {
     groups.resize(std::min(groups.size(), kMostAlone));
     double least = 0.0;  // that a rival's linear step must take away
     try_where_fits_are(rows, groups, least);
-    for (const std::size_t g : groups) {
+    for (std::size_t k = 0; k < groups.size(); ++k) {
+      const std::size_t g = groups[k];
+      progress_.reach(kColumnsDone + k * (kAloneDone - kColumnsDone) / groups.size());
       if (rows[g].removed < least) break;
       fit_alone(g, g == nearest_ && !is_switch(g) ? &*begin_ : nullptr, rows[g], least);
     }
@@ -322,6 +333,7 @@ class CauseSearch {
         return t.groups.size() == 2 && std::ranges::is_permutation(t.groups, both);
       };
       if (n_tried == kMostPairs || std::ranges::any_of(tried_, is_same)) continue;
+      progress_.reach(kAloneDone + n_tried * (kPairsDone - kAloneDone) / kMostPairs);
       ++n_tried;
       const CauseFit begin = tried_[first].fit;  // tried_ grows
       try_fit(both, nullptr, &begin);
@@ -495,6 +507,7 @@ class CauseSearch {
     return row;
   }
 
+  Milestones progress_{"causes", kAll};
   Sensitivity& sensitivity_;
   const Twin& twin_;
   const std::vector<FitRow>& fits_;

@@ -9,6 +9,7 @@
 #include "compare/result/options.hpp"
 #include "compare/result/refined.hpp"
 #include "compare/result/side.hpp"
+#include "twin/merge/toml_block.hpp"
 
 namespace fringetwin::compare {
 
@@ -48,8 +49,13 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
 void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,
                    const std::vector<int>& images, Twin& twin, std::vector<CameraImages>& irradiance);
 
-/// Returns what to write into twin.toml: every key that differs, in the words of that file, under its table;
-/// the refined values with their standard errors as comments above.
+/// Returns every key that differs, with its value afterwards, in the words of twin.toml.
+std::vector<TomlBlock> refined_blocks(const Twin& before, const Twin& after);
+/// Returns the tables, without keys, that any refinement of the twin may have values for.
+std::vector<TomlBlock> refinable_tables(const Twin& twin);
+
+/// Returns what to write into twin.toml: refined_blocks() as text, the refined values with their standard
+/// errors as comments above.
 std::string refined_toml(const Refinement& refinement, const Twin& before, const Twin& after);
 
 }  // namespace fringetwin::compare

@@ -8,6 +8,7 @@
 #include "compare/causes/parameters.hpp"
 #include "compare/causes/refine_guard.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/merge/toml_merge.hpp"
 
 namespace fringetwin::compare::refine_test {
 namespace {
@@ -258,6 +259,32 @@ TEST(Refine, EveryKeyIsWrittenUnderItsTable) {
       "blur_px = 1.5\nresponse = { gamma = 2.25 }\n\n"
       "[[object]]  # \"ball\"\ncenter_mm = [7, 8, 271]\n\n"
       "[object.material]  # \"ball\"\ndiffuse = 0.625\n\n[render]\nbounces = 1\n\n");
+}
+
+// A twin whose lenses come from files gets all of a lens of its own, once a number of it is.
+TEST(Refine, ALensOfAFileIsMergedWhole) {
+  Twin before = ball_at(5.0);
+  const auto lens = [](double f_px) {
+    return Lens("LENSMODEL_PINHOLE", {f_px, f_px, 31.5, 23.5}, {64, 48}, "test");
+  };
+  before.cameras = {{"left", lens(900.0), Pose{}, Sensor{}, std::nullopt}};
+  before.projector = Projector{.lens = lens(700.0), .T_proj_world = Pose{}, .response = {}};
+  Twin after = before;
+  after.cameras[0].lens = lens(901.0);
+  after.projector->T_proj_world.translation_mm = {4.0, 5.0, 6.0};
+  after.render.bounces = 1;
+  const std::string text =
+      "[[camera]]\nname = \"left\"\nmodel = \"left.cameramodel\"\n[projector]\nposition_mm = [0, 0, 0]\n"
+      "look_at_mm = [0, 0, 1]\nlensmodel = \"LENSMODEL_PINHOLE\"\n[[object]]\nname = \"ball\"\n";
+  EXPECT_EQ(
+      merge_toml(text, refined_blocks(before, after), "twin.toml"),
+      "[[camera]]\nname = \"left\"\n# model = \"left.cameramodel\"\nintrinsics = [901, 901, 31.5, 23.5]\n"
+      "lensmodel = \"LENSMODEL_PINHOLE\"\nimagersize = [64, 48]\nrt_cam_world = [0, 0, 0, 0, 0, 0]\n"
+      "[projector]\n# position_mm = [0, 0, 0]\n# look_at_mm = [0, 0, 1]\nlensmodel = "
+      "\"LENSMODEL_PINHOLE\"\nrt_cam_world = [0, 0, 0, 4, 5, 6]\n[[object]]\nname = \"ball\"\n"
+      "\n[render]\nbounces = 1\n");
+  EXPECT_EQ(merge_toml(text, refinable_tables(after), "twin.toml"), text);
+  EXPECT_TRUE(refined_blocks(after, after).empty());
 }
 
 TEST(Refine, HarmonicsAreWrittenAsTheTwinHasThem) {

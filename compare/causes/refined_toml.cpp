@@ -21,18 +21,43 @@ std::string numbers(const Pose& pose) {
   return numbers(std::vector<double>(rt.data(), rt.data() + 6));
 }
 
-/// Writes the lines of one table; nothing where none of its keys changed.
-class TableText {
+/// Collects the keys of one table that changed.
+class ChangedKeys {
  public:
-  explicit TableText(std::string head) : head_(std::move(head)) {}
+  explicit ChangedKeys(TomlBlock block) : block_(std::move(block)) {}
   void key(const std::string& name, const std::string& before, const std::string& after) {
-    if (before != after) lines_ += fmt::format("{} = {}\n", name, after);
+    if (before != after) block_.keys.push_back({name, after});
   }
-  std::string text() const { return lines_.empty() ? "" : head_ + "\n" + lines_ + "\n"; }
+  bool has(const std::string& name) const {
+    return std::ranges::find(block_.keys, name, &TomlKey::name) != block_.keys.end();
+  }
+  /// Where the file has these keys, it needs those instead.
+  void exclude(std::vector<std::string> keys, std::vector<TomlKey> instead) {
+    block_.exclusions.push_back({std::move(keys), std::move(instead)});
+  }
+  void append_to(std::vector<TomlBlock>& blocks) const {
+    if (!block_.keys.empty()) blocks.push_back(block_);
+  }
 
  private:
-  std::string head_, lines_;
+  TomlBlock block_;
 };
+
+std::string quoted(const std::string& text) { return "\"" + text + "\""; }
+
+/// Lens and pose of a camera or the projector. A file may have them from elsewhere, as whole.
+void add_device(ChangedKeys& keys, const Lens& lens_before, const Pose& pose_before, const Lens& lens,
+                const Pose& pose) {
+  keys.key("lensmodel", quoted(lens_before.model()), quoted(lens.model()));
+  keys.key("intrinsics", numbers(lens_before.intrinsics()), numbers(lens.intrinsics()));
+  keys.key("rt_cam_world", numbers(pose_before), numbers(pose));
+  if (keys.has("lensmodel") || keys.has("intrinsics") || keys.has("rt_cam_world"))
+    keys.exclude({"model", "opencv"}, {{"lensmodel", quoted(lens.model())},
+                                       {"imagersize", fmt::format("[{}, {}]", lens.width(), lens.height())},
+                                       {"intrinsics", numbers(lens.intrinsics())},
+                                       {"rt_cam_world", numbers(pose)}});
+  if (keys.has("rt_cam_world")) keys.exclude({"position_mm", "look_at_mm", "up"}, {});
+}
 
 std::string response_text(const ProjectorResponse& r) {
   if (r.kind == ProjectorResponse::Kind::gamma) return fmt::format("{{ gamma = {} }}", r.gamma);
@@ -40,38 +65,35 @@ std::string response_text(const ProjectorResponse& r) {
   return "\"linear\"";
 }
 
-std::string camera_text(const Camera& before, const Camera& after) {
-  TableText t("[[camera]]  # \"" + after.name + "\"");
-  t.key("lensmodel", "\"" + before.lens.model() + "\"", "\"" + after.lens.model() + "\"");
-  t.key("intrinsics", numbers(before.lens.intrinsics()), numbers(after.lens.intrinsics()));
-  t.key("rt_cam_world", numbers(before.T_cam_world), numbers(after.T_cam_world));
+void add_camera(std::vector<TomlBlock>& blocks, const Camera& before, const Camera& after) {
+  ChangedKeys camera({.table = {"camera"}, .entry = after.name});
+  add_device(camera, before.lens, before.T_cam_world, after.lens, after.T_cam_world);
   const auto polynomial = [](const Camera& c) {
     return numbers(std::vector<double>(c.vignetting.a.begin(), c.vignetting.a.end()));
   };
   const auto tilt = [](const Camera& c) {
     return numbers(std::vector<double>(c.vignetting.tilt.begin(), c.vignetting.tilt.end()));
   };
-  t.key("exposure_factors", numbers(before.exposure_factors), numbers(after.exposure_factors));
-  t.key("texture", fmt::format("\"{}\"", plain_text(before.texture_file.string())),
-        fmt::format("\"{}\"", plain_text(after.texture_file.string())));
-  t.key("vignetting", polynomial(before), polynomial(after));
-  t.key("vignetting_tilt", tilt(before), tilt(after));
-  TableText sensor("[camera.sensor]  # \"" + after.name + "\"");
+  camera.key("exposure_factors", numbers(before.exposure_factors), numbers(after.exposure_factors));
+  camera.key("texture", quoted(plain_text(before.texture_file.string())),
+             quoted(plain_text(after.texture_file.string())));
+  camera.key("vignetting", polynomial(before), polynomial(after));
+  camera.key("vignetting_tilt", tilt(before), tilt(after));
+  camera.append_to(blocks);
+  ChangedKeys sensor({.table = {"camera", "sensor"}, .entry = after.name});
   sensor.key("gain_dn", fmt::format("{}", before.sensor.gain_dn), fmt::format("{}", after.sensor.gain_dn));
   sensor.key("black_level_dn", fmt::format("{}", before.sensor.black_level_dn),
              fmt::format("{}", after.sensor.black_level_dn));
-  return t.text() + sensor.text();
+  sensor.append_to(blocks);
 }
 
-std::string projector_text(const Projector& before, const Projector& after) {
-  TableText t("[projector]");
-  t.key("lensmodel", "\"" + before.lens.model() + "\"", "\"" + after.lens.model() + "\"");
-  t.key("intrinsics", numbers(before.lens.intrinsics()), numbers(after.lens.intrinsics()));
-  t.key("rt_cam_world", numbers(before.T_proj_world), numbers(after.T_proj_world));
-  t.key("blur_px", fmt::format("{}", before.blur_px), fmt::format("{}", after.blur_px));
-  t.key("response", response_text(before.response), response_text(after.response));
-  t.key("light_factors", numbers(before.light_factors), numbers(after.light_factors));
-  return t.text();
+void add_projector(std::vector<TomlBlock>& blocks, const Projector& before, const Projector& after) {
+  ChangedKeys keys({.table = {"projector"}});
+  add_device(keys, before.lens, before.T_proj_world, after.lens, after.T_proj_world);
+  keys.key("blur_px", fmt::format("{}", before.blur_px), fmt::format("{}", after.blur_px));
+  keys.key("response", response_text(before.response), response_text(after.response));
+  keys.key("light_factors", numbers(before.light_factors), numbers(after.light_factors));
+  keys.append_to(blocks);
 }
 
 std::string harmonics_text(const Harmonics& list) {
@@ -95,40 +117,77 @@ std::vector<double> contrasts(const DirectionFringes& direction) {
 }
 
 /// The keys of each direction that differ: they win over those of [fringes].
-std::string fringes_text(const Fringes& before, const Fringes& after) {
-  std::string text;
+void add_fringes(std::vector<TomlBlock>& blocks, const Fringes& before, const Fringes& after) {
   for (std::size_t d = 0; d < after.directions.size(); ++d) {
     const DirectionFringes &now = after.directions[d], &then = before.directions[d];
-    TableText t(fmt::format("[fringes.{}]", axis_name(now.axis)));
-    t.key("harmonics", harmonics_text(then), harmonics_text(now));
-    t.key("contrast", numbers(contrasts(then)), numbers(contrasts(now)));
-    text += t.text();
+    ChangedKeys keys({.table = {"fringes", axis_name(now.axis)}});
+    keys.key("harmonics", harmonics_text(then), harmonics_text(now));
+    keys.key("contrast", numbers(contrasts(then)), numbers(contrasts(now)));
+    keys.append_to(blocks);
   }
-  return text;
 }
 
-std::string object_text(const Object& before, const Object& after) {
-  TableText t("[[object]]  # \"" + after.name + "\"");
+void add_object(std::vector<TomlBlock>& blocks, const Object& before, const Object& after) {
+  ChangedKeys object({.table = {"object"}, .entry = after.name});
   std::visit(
       [&]<class S>(const S& shape) {
         const std::vector<PlaceKey> old = place_keys(std::get<S>(before.shape)), now = place_keys(shape);
         for (std::size_t i = 0; i < now.size(); ++i)
-          t.key(now[i].key, numbers(old.at(i).values), numbers(now[i].values));
+          object.key(now[i].key, numbers(old.at(i).values), numbers(now[i].values));
       },
       after.shape);
   const std::vector<PlaceKey> old_size = size_keys(before.shape), size = size_keys(after.shape);
   for (std::size_t i = 0; i < size.size(); ++i)
-    t.key(size[i].key, fmt::format("{}", old_size.at(i).values[0]), fmt::format("{}", size[i].values[0]));
-  t.key("motion", motion_text(before), motion_text(after));
-  TableText material("[object.material]  # \"" + after.name + "\"");
+    object.key(size[i].key, fmt::format("{}", old_size.at(i).values[0]),
+               fmt::format("{}", size[i].values[0]));
+  object.key("motion", motion_text(before), motion_text(after));
+  object.append_to(blocks);
+  ChangedKeys material({.table = {"object", "material"}, .entry = after.name});
   material.key("diffuse", fmt::format("{}", before.material.diffuse),
                fmt::format("{}", after.material.diffuse));
   material.key("specular", fmt::format("{}", before.material.specular),
                fmt::format("{}", after.material.specular));
-  return t.text() + material.text();
+  material.append_to(blocks);
+}
+
+/// Returns "[camera.sensor]  # \"left\"" with the keys below it.
+std::string text_of(const TomlBlock& block) {
+  const bool is_list = block.table.size() == 1 && !block.entry.empty();
+  std::string text = fmt::format("[{}]", fmt::join(block.table, "."));
+  if (is_list) text = "[" + text + "]";
+  if (!block.entry.empty()) text += "  # " + quoted(block.entry);
+  text += "\n";
+  for (const TomlKey& key : block.keys) text += fmt::format("{} = {}\n", key.name, key.value);
+  return text + "\n";
 }
 
 }  // namespace
+
+std::vector<TomlBlock> refined_blocks(const Twin& before, const Twin& after) {
+  std::vector<TomlBlock> blocks;
+  for (std::size_t c = 0; c < after.cameras.size(); ++c)
+    add_camera(blocks, before.cameras[c], after.cameras[c]);
+  if (after.projector) add_projector(blocks, *before.projector, *after.projector);
+  add_fringes(blocks, before.fringes, after.fringes);
+  for (std::size_t k = 0; k < after.objects.size(); ++k)
+    add_object(blocks, before.objects[k], after.objects[k]);
+  ChangedKeys render({.table = {"render"}, .may_be_new = true});
+  render.key("bounces", fmt::format("{}", before.render.bounces), fmt::format("{}", after.render.bounces));
+  render.append_to(blocks);
+  return blocks;
+}
+
+std::vector<TomlBlock> refinable_tables(const Twin& twin) {
+  std::vector<TomlBlock> tables;
+  for (const Camera& camera : twin.cameras)
+    tables.push_back({.table = {"camera", "sensor"}, .entry = camera.name});
+  if (twin.projector) tables.push_back({.table = {"projector"}});
+  for (const DirectionFringes& direction : twin.fringes.directions)
+    tables.push_back({.table = {"fringes", axis_name(direction.axis)}});
+  for (const Object& object : twin.objects)
+    tables.push_back({.table = {"object", "material"}, .entry = object.name});
+  return tables;
+}
 
 std::string refined_toml(const Refinement& r, const Twin& before, const Twin& after) {
   std::string text = fmt::format("# Refined from {} (--refine {}): chi2 per gray value {:.5g} -> {:.5g}{}.\n",
@@ -137,16 +196,9 @@ std::string refined_toml(const Refinement& r, const Twin& before, const Twin& af
   for (const RefinedRow& row : r.rows)
     text += fmt::format("#   {}: {:.10g} -> {:.10g} {}, standard error {:.2g}\n", row.name, row.before,
                         row.after, row.unit, row.sigma);
-  text += "# Keys to replace in the twin's tables:\n\n";
-  for (std::size_t c = 0; c < after.cameras.size(); ++c)
-    text += camera_text(before.cameras[c], after.cameras[c]);
-  if (after.projector) text += projector_text(*before.projector, *after.projector);
-  text += fringes_text(before.fringes, after.fringes);
-  for (std::size_t k = 0; k < after.objects.size(); ++k)
-    text += object_text(before.objects[k], after.objects[k]);
-  TableText render("[render]");
-  render.key("bounces", fmt::format("{}", before.render.bounces), fmt::format("{}", after.render.bounces));
-  return text + render.text();
+  text += "# Keys to replace in the twin's tables (`--into twin.toml` does so):\n\n";
+  for (const TomlBlock& block : refined_blocks(before, after)) text += text_of(block);
+  return text;
 }
 
 }  // namespace fringetwin::compare

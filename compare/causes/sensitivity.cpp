@@ -388,14 +388,18 @@ void Sensitivity::take_pose_slopes(const Columns& columns, const std::vector<std
 Sensitivity::Columns Sensitivity::columns_of_all_groups(const Twin& twin,
                                                         const std::vector<Parameter>& parameters,
                                                         const Eigen::VectorXd& values,
-                                                        const std::vector<std::size_t>& pose) {
+                                                        const std::vector<std::size_t>& pose,
+                                                        const std::function<void(std::size_t)>& after) {
   Columns out{predicted(twin, parameters, values, kDerivativeSamples), {}, {}};
   for (const Parameter& p : parameters) out.steps.push_back(p.step);
   out.each.resize(parameters.size());
+  std::size_t done = 0;
   const auto fill = [&](bool closed) {
-    for (std::size_t k = 0; k < parameters.size(); ++k)
-      if (static_cast<bool>(parameters[k].effect) == closed)
-        out.each[k] = column(twin, parameters, values, k, out.rough, Derivative::quick, out.steps[k]);
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      if (static_cast<bool>(parameters[k].effect) != closed) continue;
+      out.each[k] = column(twin, parameters, values, k, out.rough, Derivative::quick, out.steps[k]);
+      after(++done);
+    }
   };
   fill(false);
   take_pose_slopes(out, pose);

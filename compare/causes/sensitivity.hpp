@@ -4,6 +4,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -151,9 +152,10 @@ class Sensitivity {
   /// pose; `pose`: their places among the columns.
   void take_pose_slopes(const Columns& columns, const std::vector<std::size_t>& pose);
   /// Returns the columns of the parameters of all groups, those of motion with the slopes of `pose`, the
-  /// places of a pose's parameters among them.
+  /// places of a pose's parameters among them. Calls `after` with how many are done, after each.
   Columns columns_of_all_groups(const Twin& twin, const std::vector<Parameter>& parameters,
-                                const Eigen::VectorXd& values, const std::vector<std::size_t>& pose);
+                                const Eigen::VectorXd& values, const std::vector<std::size_t>& pose,
+                                const std::function<void(std::size_t)>& after);
   /// Returns the equations of these columns where `base` is predicted, with the robust scale as it is; of
   /// every `every`-th pixel only, which counts as often.
   NormalEquations equations_at(const Values& base, const Columns& columns, FreePerPixel free,

@@ -8,6 +8,7 @@
 #include "compare/page/field_table.hpp"
 #include "compare/page/report_gain.hpp"
 #include "compare/page/report_parts.hpp"
+#include "compare/result/milestones.hpp"
 #include "compare/result/tables.hpp"
 #include "compare/verdict/overall.hpp"
 #include "report/cloud_canvas.hpp"
@@ -72,20 +73,32 @@ std::string footer_html(const Twin& twin, const Provenance& p) {
          "real.</p>";
 }
 
-void add(Page& page, const std::string& id, const std::string& title, const std::string& body) {
-  if (!body.empty()) page.sections.push_back({id, title, body});
-}
+constexpr std::size_t kSections = 13;  ///< that take their time, each with plots or maps
 
-/// Adds a section for every table of the result that says it is one.
-void add_plain_tables(Page& page, const Comparison& c) {
-  for (const Table& of : tables()) {
-    if (of.heading.empty()) continue;
-    const std::vector<const void*> rows = of.rows_of_comparison(c);
-    report::Table table = field_table(of.fields(), rows);
-    table.caption = of.caption;
-    add(page, of.key, of.heading, rows.empty() ? "" : table.html());
+/// Adds sections to a page, and shows how far it is.
+class Sections {
+ public:
+  explicit Sections(Page& page) : page_(page) {}
+  void add(const std::string& id, const std::string& title, const std::string& body) {
+    if (!body.empty()) page_.sections.push_back({id, title, body});
+    progress_.step();
   }
-}
+  /// Adds a section for every table of the result that says it is one.
+  void add_plain_tables(const Comparison& c) {
+    for (const Table& of : tables()) {
+      const std::vector<const void*> rows =
+          of.heading.empty() ? std::vector<const void*>{} : of.rows_of_comparison(c);
+      if (rows.empty()) continue;
+      report::Table table = field_table(of.fields(), rows);
+      table.caption = of.caption;
+      page_.sections.push_back({of.key, of.heading, table.html()});
+    }
+  }
+
+ private:
+  Page& page_;
+  Milestones progress_{"page", kSections};
+};
 
 std::string subtitle(const Twin& twin, const ReportInput& in) {
   std::string cameras;
@@ -129,21 +142,23 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
                       explained_summary_html(comparison) + glance_html(comparison);
   page.note = options.note;
   page.warnings = comparison.warnings;
-  add(page, "refined", "Refined values", refinement_html(comparison));
-  add(page, "causes", "What the budget does not explain", causes_html(comparison) + pattern_html(comparison));
-  add(page, "coverage", "Coverage", coverage_html(in));
-  add(page, "fits", "Fitted geometry", fits_html(in) + indicators_html(comparison));
-  add(page, "gain", "Gain", gain_table_html(comparison) + gain_checks_html(comparison));
-  add(page, "images", "Fringe images", gray_figures_html(in));
-  add(page, "budget", "What the gray residual is made of", budget_html(comparison));
-  add(page, "noise", "Noise", noise_html(in));
-  add(page, "shift", "Shift between the images", shift_html(in));
+  Sections sections(page);
+  sections.add("refined", "Refined values", refinement_html(comparison));
+  sections.add("causes", "What the budget does not explain",
+               causes_html(comparison) + pattern_html(comparison));
+  sections.add("coverage", "Coverage", coverage_html(in));
+  sections.add("fits", "Fitted geometry", fits_html(in) + indicators_html(comparison));
+  sections.add("gain", "Gain", gain_table_html(comparison) + gain_checks_html(comparison));
+  sections.add("images", "Fringe images", gray_figures_html(in));
+  sections.add("budget", "What the gray residual is made of", budget_html(comparison));
+  sections.add("noise", "Noise", noise_html(in));
+  sections.add("shift", "Shift between the images", shift_html(in));
   const std::string phase_table = phase_table_html(comparison);
-  add(page, "phase", "Phase", phase_table + phase_budget_html(comparison) + phase_figures_html(in));
-  add(page, "deviation", "Deviation from the fitted surface", geometry_figures_html(in));
-  add(page, "explained", "Uncertainty budget", explained_html(comparison));
-  add_plain_tables(page, comparison);
-  add(page, "timing", "Timing", timing_html(timing_s));
+  sections.add("phase", "Phase", phase_table + phase_budget_html(comparison) + phase_figures_html(in));
+  sections.add("deviation", "Deviation from the fitted surface", geometry_figures_html(in));
+  sections.add("explained", "Uncertainty budget", explained_html(comparison));
+  sections.add_plain_tables(comparison);
+  sections.add("timing", "Timing", timing_html(timing_s));
   page.footer_html = footer_html(twin, provenance);
   page.script = report::cloud_script();
   write_text_file(dir / "report.html", page.html());

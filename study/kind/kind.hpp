@@ -40,6 +40,8 @@ class Kind {
 
   /// Returns what is said of the results on stdout, in whole lines.
   virtual std::string tell(const StudyRecord& study, const EngineSummary& summary) const = 0;
+  /// Returns what can be said on stdout of a study that was stopped, from its rows so far, in whole lines.
+  virtual std::string tell_stopped(const std::vector<StoredPoint>& /*rows*/) const { return {}; }
   /// Returns the exit code, after a warning unless it is `ok`; called last.
   virtual ExitCode verdict() const { return ExitCode::ok; }
 };

@@ -16,6 +16,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kMostReasons = 5;
+/// The table of a study that was stopped: study.csv is there only of one that is finished.
+constexpr const char* kUnfinished = "unfinished.csv";
 
 /// Returns the names of the drawings in a folder, which may not exist.
 std::vector<std::string> drawings_in(const fs::path& dir) {
@@ -29,12 +31,26 @@ std::vector<std::string> drawings_in(const fs::path& dir) {
 
 /// The last files of an earlier run go only once the folder is known to be of this study.
 void take_away_last_files(const Kind& kind, const fs::path& out) {
-  std::vector<std::string> files = {"report.html", "study.csv"};
+  std::vector<std::string> files = {"report.html", "study.csv", kUnfinished};
   if (kind.has_result()) files.emplace_back("result.json");
   begin_output(out, files, Writers::several);
 }
 
-void run_until_stopped(Kind& kind, KeptPoints& points, const StudyStore& store) {
+/// Shows what there is so far. A table that cannot be written is a warning: what was asked for is the end.
+void show_unfinished(const Kind& kind, const StudyStore& store, const StudyRun& run) {
+  try {
+    std::vector<StoredPoint> rows = store.rows(0);
+    std::erase_if(rows, [](const StoredPoint& row) { return row.status == PointStatus::pending; });
+    if (rows.empty()) return;
+    run.print(plain_lines(kind.tell_stopped(rows)));
+    write_text_file(run.out / kUnfinished, study_csv(rows));
+    say("table so far: " + (run.out / kUnfinished).string());
+  } catch (const UserError& fault) {
+    warn(fault.what());
+  }
+}
+
+void run_until_stopped(Kind& kind, KeptPoints& points, const StudyStore& store, const StudyRun& run) {
   try {
     kind.run(points);
   } catch (const Cancelled&) {
@@ -44,6 +60,7 @@ void run_until_stopped(Kind& kind, KeptPoints& points, const StudyStore& store) 
     say(fmt::format("stopped {}; the same command goes on from there",
                     all ? fmt::format("with {} of {} finished", finished, points_text(*all))
                         : "after " + points_text(finished)));
+    show_unfinished(kind, store, run);
     throw;
   }
 }
@@ -94,7 +111,7 @@ ExitCode run_study(Kind& kind, const StudyHead& head, const StudyRun& run) {
   if (const auto all = kind.points_in_all()) store.refuse_rows_from(static_cast<std::int64_t>(*all));
   take_away_last_files(kind, run.out);
   KeptPoints points(kind.task(), run.engine, store);
-  run_until_stopped(kind, points, store);
+  run_until_stopped(kind, points, store, run);
 
   const std::vector<StoredPoint> rows = store.finished_rows();
   const StudyRecord study{head, rows, identity, run.argv, run.version};

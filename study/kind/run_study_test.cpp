@@ -53,6 +53,9 @@ class SumKind final : public Kind {
   std::string tell(const StudyRecord&, const EngineSummary& summary) const override {
     return points_text(summary.finished) + "\n";
   }
+  std::string tell_stopped(const std::vector<StoredPoint>& rows) const override {
+    return points_text(rows.size()) + " so far\n";
+  }
   ExitCode verdict() const override { return ExitCode::no_convergence; }
 
  private:
@@ -100,9 +103,14 @@ TEST_F(RunStudyTest, GoesOnWhereItStopped) {
   engine_.most = 3;
   EXPECT_THROW(run(), Cancelled);
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html")) << "of a study that is not complete";
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/study.csv"));
+  EXPECT_EQ(said_, "3 points so far\n");
+  EXPECT_THAT(read_file(folder_ / "out/unfinished.csv"), HasSubstr("\r\n2,1,done,,2\r\n"));
+  EXPECT_THAT(read_file(folder_ / "out/unfinished.csv"), ::testing::Not(HasSubstr("\r\n3,")));
   engine_.most = 1;
   run();
   EXPECT_THAT(said_, HasSubstr("1 point\n"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/unfinished.csv"));
 }
 
 TEST_F(RunStudyTest, WithoutAMeasuredPointItIsNoSuccess) {

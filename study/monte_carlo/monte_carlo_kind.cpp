@@ -22,12 +22,22 @@ std::string number_line(const std::string& name, const MonteCarloNumber& n, cons
   return out + (n.convergence.reached ? "\n" : " (not converged)\n");
 }
 
-/// Says what comes next: a block of trials or, after the last one, the points of the Sobol indices.
-std::string trials_text(const std::vector<StudyPoint>& batch, const MonteCarloPlan& plan) {
+/// Returns a number to two digits, as it is told: 1900 of 1873.
+std::size_t rounded_up(std::size_t n) {
+  std::size_t unit = 1;
+  while (n / unit >= 100) unit *= 10;
+  return (n + unit - 1) / unit * unit;
+}
+
+/// Says what comes next: a block of trials or, after the last one, the points of the Sobol indices. `needed`:
+/// trials in all, as far as that can be told.
+std::string trials_text(const std::vector<StudyPoint>& batch, const MonteCarloPlan& plan,
+                        std::optional<std::size_t> needed) {
   const std::int64_t first = batch.front().id, last = batch.back().id;
   if (static_cast<std::size_t>(first) >= plan.most_trials)
     return points_text(batch.size()) + " for the shares of the inputs";
-  return fmt::format("trials {} ... {} of at most {}", first + 1, last + 1, plan.most_trials);
+  return fmt::format("trials {} ... {} of at most {}{}", first + 1, last + 1, plan.most_trials,
+                     needed ? fmt::format("; about {} will be needed", rounded_up(*needed)) : "");
 }
 
 class MonteCarloKind final : public Kind {
@@ -46,10 +56,35 @@ class MonteCarloKind final : public Kind {
   void run(KeptPoints& kept) override {
     say(fmt::format("study \"{}\": blocks of {} trials, at most {}", head_.name,
                     plan_.rule.trials_per_block(), plan_.most_trials));
-    result_ = run_monte_carlo(plan_, [&](const std::vector<StudyPoint>& batch) {
-      say(trials_text(batch, plan_));
-      return kept.run(batch);
-    });
+    std::optional<std::size_t> needed;
+    bool is_warned = false;
+    result_ = run_monte_carlo(
+        plan_,
+        [&](const std::vector<StudyPoint>& batch) {
+          say(trials_text(batch, plan_, needed));
+          return kept.run(batch);
+        },
+        [&](const MonteCarloResult& so_far) {
+          needed = so_far.converged ? std::nullopt : trials_foreseen(so_far);
+          if (is_warned || needed.value_or(0) <= plan_.most_trials) return;
+          is_warned = true;
+          warn(
+              fmt::format("about {} trials will be needed, and most_trials is {}: ask for fewer digits, or "
+                          "give more in a study of its own (another --out)",
+                          rounded_up(*needed), plan_.most_trials));
+        });
+  }
+
+  std::string tell_stopped(const std::vector<StoredPoint>& rows) const override {
+    const MonteCarloResult so_far = monte_carlo_so_far(plan_, rows);
+    const std::optional<std::size_t> needed = trials_foreseen(so_far);
+    std::string out = fmt::format(
+        "study \"{}\", stopped: {} of at most {} trials, {} failed{}\n", head_.name, so_far.trials,
+        plan_.most_trials, so_far.failed,
+        !needed || so_far.converged ? "" : fmt::format("; about {} will be needed", rounded_up(*needed)));
+    for (const auto& [name, number] : so_far.numbers)
+      out += number_line(name, number, so_far, plan_.rule.coverage);
+    return out;
   }
 
   std::string write() const override { return monte_carlo_json(plan_, result_); }

@@ -50,8 +50,9 @@ Series upright(double x, double top, const std::string& title, const char* color
 /// Values are drawn as deviations from the mean: their differences are what is of interest.
 Plot histogram_plot(const Quantity& q, double coverage) {
   const SampleSummary& s = q.number.summary;
-  Plot plot{.title = "trials of " + shortened(q.name, 48),
-            .x_label = with_unit(fmt::format("difference from the mean, {}", number(s.mean, 8)), q.unit),
+  Plot plot{.title = fmt::format("trials of {}, mean {}{}", shortened(q.name, 48), number(s.mean, 8),
+                                 q.unit.empty() ? "" : " " + q.unit),
+            .x_label = with_unit("difference from the mean", q.unit),
             .y_label = "trials [%]",
             .width_px = 980,
             .height_px = 360};

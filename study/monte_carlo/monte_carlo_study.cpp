@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <set>
+#include <utility>
 
 #include "report/json.hpp"
 #include "twin/base/errors.hpp"
@@ -75,11 +76,22 @@ SobolIndices indices(const MonteCarloPlan& plan, const Outcomes& outcomes, const
   return sobol_indices(sample, plan.rule.coverage, plan.seed);
 }
 
+/// Fills in how far each number is known after `out.trials` trials.
+void judge(const MonteCarloPlan& plan, const Outcomes& outcomes, MonteCarloResult& out) {
+  out.converged = !outcomes.names().empty();
+  for (const std::string& name : outcomes.names()) {
+    MonteCarloNumber& n = out.numbers[name];
+    n.convergence = convergence(outcomes.trials(name, out.trials), plan.rule);
+    out.converged = out.converged && n.convergence.reached;
+  }
+}
+
 Json interval(const Interval& i) { return report::json_numbers(std::array{i.low, i.high}); }
 
 }  // namespace
 
-MonteCarloResult run_monte_carlo(const MonteCarloPlan& plan, const RunPoints& run) {
+MonteCarloResult run_monte_carlo(const MonteCarloPlan& plan, const RunPoints& run,
+                                 const std::function<void(const MonteCarloResult&)>& after_block) {
   FT_CHECK(plan.sensitivity_rows <= plan.most_trials, "rows of the sensitivity are trials");
   Outcomes outcomes;
   MonteCarloResult out;
@@ -91,12 +103,8 @@ MonteCarloResult run_monte_carlo(const MonteCarloPlan& plan, const RunPoints& ru
       points.push_back(point_of(plan.inputs, static_cast<std::int64_t>(i), trial_draw(plan, i)));
     outcomes.add(run(points));
     out.trials = end;
-    out.converged = !outcomes.names().empty();
-    for (const std::string& name : outcomes.names()) {
-      MonteCarloNumber& n = out.numbers[name];
-      n.convergence = convergence(outcomes.trials(name, out.trials), plan.rule);
-      out.converged = out.converged && n.convergence.reached;
-    }
+    judge(plan, outcomes, out);
+    if (after_block) after_block(out);
   }
   if (plan.sensitivity_rows > 0) outcomes.add(run(row_points(plan)));
   for (std::size_t i = 0; i < out.trials; ++i) out.failed += !outcomes.has(static_cast<std::int64_t>(i));
@@ -105,6 +113,36 @@ MonteCarloResult run_monte_carlo(const MonteCarloPlan& plan, const RunPoints& ru
     if (plan.sensitivity_rows > 0) n.sensitivity = indices(plan, outcomes, name);
   }
   return out;
+}
+
+MonteCarloResult monte_carlo_so_far(const MonteCarloPlan& plan, const std::vector<StoredPoint>& rows) {
+  Outcomes outcomes;
+  MonteCarloResult out;
+  out.factors = plan.inputs.factors();
+  std::size_t end = 0;  // behind the last trial that has finished
+  for (const StoredPoint& row : rows) {
+    const auto id = static_cast<std::size_t>(row.point.id);
+    if (row.status == PointStatus::pending || id >= plan.most_trials) continue;
+    outcomes.add({row.outcome});
+    end = std::max(end, id + 1);
+    ++out.trials;
+    out.failed += row.outcome.failed ? 1 : 0;
+  }
+  const std::size_t finished = std::exchange(out.trials, end);  // those between are numbers that are missing
+  judge(plan, outcomes, out);
+  out.trials = finished;
+  for (auto& [name, n] : out.numbers) n.summary = summarise(outcomes.trials(name, end), plan.rule.coverage);
+  return out;
+}
+
+std::optional<std::size_t> trials_foreseen(const MonteCarloResult& result) {
+  std::size_t most = 0;
+  for (const auto& [name, n] : result.numbers) {
+    const std::optional<std::size_t> needed = trials_foreseen(n.convergence, result.trials);
+    if (!needed) return std::nullopt;
+    most = std::max(most, *needed);
+  }
+  return most > 0 ? std::optional(most) : std::nullopt;
 }
 
 std::string monte_carlo_json(const MonteCarloPlan& plan, const MonteCarloResult& result) {

@@ -3,8 +3,10 @@
 // say which input the spread comes from. Who runs the points, and where they are kept, is the caller's.
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,9 +37,18 @@ struct MonteCarloResult {
   std::map<std::string, MonteCarloNumber> numbers;
 };
 
-/// Runs the trials by `run`. Ids are those of the plan whatever was run before: a caller that keeps outcomes
-/// repeats none. The rows of the sensitivity take the first trials as their first sample.
-MonteCarloResult run_monte_carlo(const MonteCarloPlan& plan, const RunPoints& run);
+/// Returns how many trials all numbers will need, going by those that there are; nothing where that cannot be
+/// told yet.
+std::optional<std::size_t> trials_foreseen(const MonteCarloResult& result);
+
+/// Runs the trials by `run`, and calls `after_block` with what is known after each block. Ids are those of
+/// the plan whatever was run before: a caller that keeps outcomes repeats none. The rows of the sensitivity
+/// take the first trials as their first sample.
+MonteCarloResult run_monte_carlo(const MonteCarloPlan& plan, const RunPoints& run,
+                                 const std::function<void(const MonteCarloResult&)>& after_block = {});
+
+/// Returns what the trials say that have finished, of a study that was stopped: without sensitivities.
+MonteCarloResult monte_carlo_so_far(const MonteCarloPlan& plan, const std::vector<StoredPoint>& rows);
 
 /// Returns result.json: {"trials", "failed", "converged", "numbers": [{"name", "n", "mean", "sigma",
 /// "symmetric", "shortest",

@@ -112,6 +112,56 @@ TEST(MonteCarloStudy, FailedAndMissingPointsAreCounted) {
   EXPECT_NEAR(result.numbers.at("y").summary.sigma, std::sqrt(14.0), 0.5);
 }
 
+// Half of the trials stand for a study that was stopped: what is said of them is what they say.
+TEST(MonteCarloStudy, TellsWhatAStoppedOneHasSoFar) {
+  const MonteCarloPlan p = plan();
+  std::vector<StoredPoint> rows;
+  const auto store = [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      StoredPoint row;
+      row.point = point_of(p.inputs, static_cast<std::int64_t>(i),
+                           draw_inputs(p.inputs, p.seed, DrawStream::trials, i));
+      row.outcome = measured(row.point);
+      row.status = PointStatus::done;
+      rows.push_back(row);
+    }
+  };
+  store(0, 850);
+  rows[3].status = PointStatus::failed;
+  rows[3].outcome.failed = true;
+  store(852, 853);  // the one after two that were running
+  const MonteCarloResult so_far = monte_carlo_so_far(p, rows);
+  EXPECT_EQ(so_far.trials, 851u);
+  EXPECT_EQ(so_far.failed, 1u);
+  EXPECT_FALSE(so_far.converged);
+  const MonteCarloNumber& y = so_far.numbers.at("y");
+  EXPECT_EQ(y.summary.n, 850u);
+  EXPECT_EQ(y.convergence.blocks, 4u);
+  EXPECT_NEAR(y.summary.mean, 5.0, 5.0 * std::sqrt(14.0 / 850.0));
+  EXPECT_NEAR(y.summary.sigma, std::sqrt(14.0), 5.0 * std::sqrt(14.0 / 1700.0));
+  EXPECT_TRUE(monte_carlo_so_far(p, {}).numbers.empty());
+  rows.resize(1);
+  EXPECT_FALSE(trials_foreseen(monte_carlo_so_far(p, rows)).has_value());
+}
+
+// What is foreseen after each block against what it took: the scatter of few blocks is known to a third.
+TEST(MonteCarloStudy, ForeseesHowManyTrialsItTakes) {
+  MonteCarloPlan p = plan();
+  p.rule.block_trials = 20;
+  std::vector<std::optional<std::size_t>> foreseen;
+  const auto result = run_monte_carlo(
+      p, run_all, [&](const MonteCarloResult& so_far) { foreseen.push_back(trials_foreseen(so_far)); });
+  ASSERT_TRUE(result.converged);
+  ASSERT_EQ(foreseen.size(), result.trials / 20);
+  EXPECT_FALSE(foreseen[1].has_value()) << "of two blocks nothing can be told";
+  EXPECT_EQ(foreseen.back(), result.trials);
+  ASSERT_GT(foreseen.size(), 20u);
+  for (std::size_t k = 9; k < foreseen.size(); ++k) {
+    EXPECT_GT(*foreseen[k], result.trials / 3) << k;
+    EXPECT_LT(*foreseen[k], 3 * result.trials) << k;
+  }
+}
+
 TEST(MonteCarloStudy, EndsWithoutConvergenceAtItsLimit) {
   MonteCarloPlan p = plan();
   p.rule.digits = 3;

@@ -107,6 +107,15 @@ Convergence convergence(const std::vector<double>& trials, const AdaptiveRule& r
   return out;
 }
 
+std::optional<std::size_t> trials_foreseen(const Convergence& c, std::size_t trials) {
+  constexpr std::size_t kFewestBlocks = 4;
+  if (c.reached) return trials;
+  const double times = std::pow(std::max({c.mean, c.sigma, c.low, c.high}) / c.tolerance, 2);
+  if (c.blocks < kFewestBlocks || !std::isfinite(times)) return std::nullopt;
+  const double most = std::ceil(std::max(times, 1.0) * static_cast<double>(trials));
+  return most < 1e15 ? std::optional(static_cast<std::size_t>(most)) : std::nullopt;
+}
+
 std::vector<ConvergenceStep> convergence_steps(const std::vector<double>& trials, const AdaptiveRule& rule,
                                                std::size_t most) {
   AdaptiveRule any = rule;

@@ -4,6 +4,7 @@
 // Carlo").
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "study/plan/study_point.hpp"
@@ -57,6 +58,11 @@ struct Convergence {
 /// JCGM 101, 7.9.4, for one quantity whose trials are given in their order; an unfinished block is left out.
 /// A quantity that is the same in every trial has converged.
 Convergence convergence(const std::vector<double>& trials, const AdaptiveRule& rule);
+
+/// Returns how many trials the rule will ask for, going by these, of which there were `trials`: the averages
+/// over the blocks scatter as one over the root of their number. Nothing with fewer than four blocks, whose
+/// scatter says little, or without scatter; `trials` where the rule is met.
+std::optional<std::size_t> trials_foreseen(const Convergence& convergence, std::size_t trials);
 
 /// How it came there: after so many trials the estimates and the convergence.
 struct ConvergenceStep {

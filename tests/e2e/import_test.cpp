@@ -112,6 +112,19 @@ TEST_F(Import, NamesSizesAndKeysThatCannotBe) {
   EXPECT_FALSE(fs::exists(dir_ / "out"));
 }
 
+TEST_F(Import, SwappedSidesAreDoubted) {
+  const RunResult swapped = import({"--camera", "left=M1,D1@48x64"});
+  EXPECT_EQ(swapped.exit_code, 0) << swapped.err;
+  EXPECT_THAT(swapped.err,
+              HasSubstr("left: the principal point (31.5, 23.5) px lies in the middle of 64x48, not of "
+                        "48x64: are width and height swapped?"));
+  // as it is, square, and a projector whose image lies above its axis
+  for (const char* size : {"64x48", "64x64", "64x32", "64x24"})
+    EXPECT_THAT(import({"--camera", std::string("left=M1,D1@") + size}).err,
+                ::testing::Not(HasSubstr("swapped")))
+        << size;
+}
+
 // Plain matrices whose R, T map the other way: --check says so, nothing is written; with --poses they come
 // in.
 TEST_F(Import, CheckTellsInvertedPoses) {

@@ -37,6 +37,27 @@ std::string rig() {
        {"[measure]\ntriangulate = \"projector\"\n[[measure.fit]]\nobject = \"ball\"\n", ""}});
 }
 
+std::string replaced(std::string text, const std::vector<std::pair<std::string, std::string>>& pairs) {
+  for (const auto& [from, to] : pairs) {
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    if (at != std::string::npos) text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
+/// Returns the line of a key as photometry.toml has it, and its value without the comment.
+std::string line_of(const std::string& text, const std::string& key) {
+  const auto at = text.find("\n" + key + " = ") + 1;
+  return text.substr(at, text.find('\n', at) - at);
+}
+std::string value_of(const std::string& text, const std::string& key) {
+  const std::string line = line_of(text, key);
+  const auto end =
+      line.find('#') == std::string::npos ? line.size() : line.find_last_not_of(' ', line.find('#') - 1) + 1;
+  return line.substr(key.size() + 3, end - key.size() - 3);
+}
+
 RunResult photometry(const fs::path& dir, std::vector<std::string> more) {
   more.insert(more.begin(), {"photometry", (dir / "twin.toml").string(), "--out", (dir / "found").string()});
   return run_fringetwin(more);
@@ -46,7 +67,12 @@ TEST(PhotometryCommand, ARenderedRigComesBack) {
   FT_NEED_DEVICE();
   const fs::path dir = scratch_folder("photometry");
   ASSERT_EQ(render_twin(rig(), dir).exit_code, 0);
-  const RunResult run = photometry(dir, {"--captures", (dir / "out").string()});
+  const std::string mine = replaced(rig(), {{"electrons_per_dn = 30", "electrons_per_dn = 99 # data sheet"},
+                                            {"\nread_noise_dn = 0.8", ""},
+                                            {"blur_px = 3.0", "blur_px=0.5  # a guess"}});
+  write_file(dir / "mine.toml", mine);
+  const RunResult run =
+      photometry(dir, {"--captures", (dir / "out").string(), "--into", (dir / "mine.toml").string()});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("from phase steps"));
   const auto json = read_json(dir / "found" / "photometry.json");
@@ -64,6 +90,16 @@ TEST(PhotometryCommand, ARenderedRigComesBack) {
   near(projector["response"], "gamma", "gamma_sigma", 1.9, 0.03);
   near(projector, "blur_px", "blur_sigma_px", 3.0, 0.1);
   EXPECT_THAT(read_file(dir / "found" / "photometry.html"), HasSubstr("Photon transfer"));
+
+  // The twin that they were put into: what was measured, and all else as it was.
+  EXPECT_THAT(run.err, HasSubstr("put into " + (dir / "mine.toml").string()));
+  const std::string blocks = read_file(dir / "found" / "photometry.toml");
+  EXPECT_EQ(read_file(dir / "mine.toml"),
+            replaced(mine, {{"electrons_per_dn = 99 #",
+                             "electrons_per_dn = " + value_of(blocks, "electrons_per_dn") + " #"},
+                            {"[projector]", line_of(blocks, "read_noise_dn") + "\n[projector]"},
+                            {"{ gamma = 1.9 }", value_of(blocks, "response")},
+                            {"blur_px=0.5", "blur_px=" + value_of(blocks, "blur_px")}}));
 
   // The blocks under the lenses of a twin.
   std::string toml = read_file(dir / "found" / "photometry.toml");

@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Man pages and completions, against what --help says and what the sources define.
 
-manual_test.py CHECK --program build/fringetwin --source .      CHECK: man, bash, zsh, fish
+manual_test.py CHECK --program build/fringetwin --source .      CHECK: help, man, bash, zsh, fish
 
 Every command of the program, and every option of it, is in its manual page, which groff formats without a warning, and
-is what each shell offers, asked as it asks itself. Exit code 77: the shell or the formatter is not installed.
+is what each shell offers, asked as it asks itself. Help groups options by what they are for, and says what a number is
+where none is given. Exit code 77: the shell or the formatter is not installed.
 """
 import argparse
 import os
@@ -20,6 +21,8 @@ import tempfile
 import time
 
 OPTION = re.compile(r"^  (-[^ ].*?)(?:  |$)", re.MULTILINE)
+# Names of values that are numbers.
+NUMBERS = {"N", "K", "MS", "MM", "M", "RAD", "DN", "PX", "S", "HZ", "BITS", "RATIO", "SHARE", "FACTOR", "SIGMAS", "SIZE"}
 # Processes that the program starts of itself.
 HIDDEN = {"study-worker", "study-shard"}
 
@@ -55,9 +58,36 @@ def source_words(source):
     for file in pathlib.Path(source, "cli").glob("*.cpp"):
         text = file.read_text(encoding="utf-8")
         words |= set(re.findall(r'add_subcommand\(\s*"([\w-]+)"', text)) - HIDDEN
-        for names in re.findall(r'add_(?:option|flag)\(\s*"([^"]+)"', text):
+        for names in re.findall(r'add_(?:option|flag|twin_option)\((?:\*?sub, )?\s*"([^"]+)"', text):
             words |= {name for name in names.split(",") if name.startswith("-")}
     return words
+
+
+def help_entries(page):
+    """Of a help page: for each option its section, its names, its value and its sentence."""
+    for section, body in re.findall(r"^(\w[^\n]*):\n((?:  [^\n]*\n)+)", page, re.MULTILINE):
+        for entry in re.findall(r"^  -[^\n]*\n(?:   +[^\n]*\n)*", body, re.MULTILINE):
+            head = re.match(r"  (.*?)(?:  |\n)", entry)[1]
+            names = [word.strip(",") for word in head.split() if word.startswith("-")]
+            value = head.split()[-1].rstrip(".")
+            yield section, names, "" if value in names else value, " ".join(entry[len(head) + 2:].split())
+
+
+def check_help(program, _scratch):
+    wrong, seen = [], 0
+    for path, (_, options) in program.pages.items():
+        page = run([program.program, "help", *path])
+        entries = list(help_entries(page))
+        listed = {name for _, names, _, _ in entries for name in names}
+        wrong += [f"{' '.join(path)} {option}: not understood on the page" for option in sorted(options - listed)]
+        for section, names, value, sentence in entries:
+            what = f"{' '.join(path)} {names[-1]}"
+            seen += value in NUMBERS
+            if section.lower() == "options":
+                wrong.append(f"{what}: in no group that says what it is for")
+            if value in NUMBERS and not re.search(r"\brequired\b|default: \S", sentence):
+                wrong.append(f"{what} {value}: says no default")
+    return wrong if seen > 50 else [f"only {seen} options with numbers were found"]
 
 
 def check_man(program, _scratch):
@@ -167,11 +197,11 @@ def check_bash(program, scratch):
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("check", choices=["man", "bash", "zsh", "fish"])
+    parser.add_argument("check", choices=["help", "man", "bash", "zsh", "fish"])
     parser.add_argument("--program", required=True)
     parser.add_argument("--source", required=True)
     chosen = parser.parse_args()
-    tool = {"man": "groff"}.get(chosen.check, chosen.check)
+    tool = {"man": "groff", "help": "sh"}.get(chosen.check, chosen.check)
     if not shutil.which(tool):
         print(f"skipped: {tool} is not installed")
         sys.exit(77)
@@ -179,7 +209,9 @@ def main():
     known = {word for path, (commands, options) in program.pages.items() for word in commands | options}
     wrong = [f"--help lacks {word}, which the sources add" for word in sorted(source_words(chosen.source) - known)]
     with tempfile.TemporaryDirectory() as scratch:
-        if chosen.check == "man":
+        if chosen.check == "help":
+            wrong += check_help(program, scratch)
+        elif chosen.check == "man":
             wrong += check_man(program, scratch)
         elif chosen.check == "bash":
             wrong += check_bash(program, scratch)
