@@ -34,6 +34,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Help on what only --projector-from goes without
+constexpr const char* kOfABoard = "none: a board needs it";
 /// --sigma auto: as each device's residuals scatter
 constexpr const char* kAuto = "auto";
 
@@ -293,10 +295,11 @@ void add_board_options(CLI::App& sub, CalibrateCommand& o) {
                  "What to look for in pictures: chessboard, circles, asymmetric-circles, charuco")
       ->type_name("NAME")
       ->capture_default_str();
-  sub.add_option("--object-width-n", o.width_n, "Corners per row")->type_name("N");
-  sub.add_option("--object-height-n", o.height_n, "Rows of corners")->type_name("N");
+  sub.add_option("--object-width-n", o.width_n, "Corners per row")->type_name("N")->default_str(kOfABoard);
+  sub.add_option("--object-height-n", o.height_n, "Rows of corners")->type_name("N")->default_str(kOfABoard);
   sub.add_option("--object-spacing", o.spacing_m, "Distance of the board's corners in METRES")
-      ->type_name("M");
+      ->type_name("M")
+      ->default_str(kOfABoard);
   sub.add_option("--circle-diameter", o.circle_diameter_m,
                  "Diameter of a circle grid's circles in METRES: their centres are corrected for perspective")
       ->type_name("M")
