@@ -69,6 +69,7 @@ def picture(out, name):
     try:
         import cv2
     except ImportError:
+        print("no picture: this python3 has no OpenCV (cv2)", file=sys.stderr)
         return None
     if not maps:
         return None
