@@ -24,13 +24,12 @@ body { margin: 0; color: var(--ink); background: var(--paper); line-height: 1.5;
   font-family: "Helvetica Neue", Helvetica, Arial, "Liberation Sans", "DejaVu Sans", sans-serif; }
 .page { max-width: 1120px; margin: 0 auto; padding: 0 28px 60px; }
 header { padding: 34px 0 16px; border-bottom: 3px solid var(--ink); }
-.head { display: flex; flex-wrap: wrap; align-items: flex-start; justify-content: space-between; gap: 12px 24px; }
 h1 { font-size: 28px; line-height: 1.2; margin: 0; font-weight: 650; letter-spacing: -0.01em; }
 .answer { font-size: 17px; margin: 8px 0 0; }
 .next code { overflow-wrap: anywhere; }
 .subtitle { color: var(--soft); margin: 6px 0 0; }
 .verdict { font-weight: 700; letter-spacing: .08em; text-transform: uppercase; font-size: 17px; padding: 9px 20px;
-  border-radius: 5px; color: #fff; }
+  border-radius: 5px; color: #fff; width: fit-content; margin-top: 12px; }
 .verdict.pass { background: var(--pass); } .verdict.fail { background: var(--fail); }
 .verdict.none { background: var(--soft); }
 h2 { font-size: 20px; margin: 44px 0 12px; padding-bottom: 5px; border-bottom: 1px solid var(--line); font-weight: 650; }
@@ -106,7 +105,7 @@ footer details { margin-top: 8px; } summary { cursor: pointer; }
 </head>
 <body>
 <div class="page">
-<header><div class="head"><h1>{{title}}</h1>{{#verdict}}<div class="verdict {{verdict_class}}">{{verdict}}</div>{{/verdict}}</div>{{#answer}}<p class="answer">{{answer}}</p>{{/answer}}<p class="subtitle">{{subtitle}}</p></header>
+<header><h1>{{title}}</h1>{{#answer}}<p class="answer">{{answer}}</p>{{/answer}}{{#verdict}}<div class="verdict {{verdict_class}}">{{verdict}}</div>{{/verdict}}<p class="subtitle">{{subtitle}}</p></header>
 <nav aria-label="Contents">{{#sections}}<a href="#{{id}}">{{title}}</a>{{/sections}}<a href="#provenance">Provenance</a></nav>
 {{{summary}}}
 {{#note}}<div class="note"><p>{{note}}</p></div>
