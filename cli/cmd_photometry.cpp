@@ -190,12 +190,7 @@ std::vector<TomlBlock> photometry_tables(const Twin& twin) {
 /// Puts the values into the twin; the maps of pixels, which lie in `out`, by their path from there.
 void put_into_twin(const calib::Photometry& photometry, const std::string& into, const fs::path& out) {
   std::vector<TomlBlock> blocks = calib::photometry_blocks(photometry);
-  const fs::path beside = fs::proximate(out, fs::absolute(into).parent_path());
-  for (TomlBlock& block : blocks)
-    for (TomlKey& key : block.keys)
-      if (key.name == "prnu" || key.name == "dsnu")
-        key.value =
-            fmt::format("\"{}\"", (beside / key.value.substr(1, key.value.size() - 2)).generic_string());
+  name_files_from(into, out, {"prnu", "dsnu"}, blocks);
   const std::size_t n = merge_into_twin(into, blocks);
   say(fmt::format("{} measured {} put into {}", n, n == 1 ? "value" : "values", into));
 }

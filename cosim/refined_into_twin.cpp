@@ -5,22 +5,11 @@
 
 #include "compare/causes/refine.hpp"
 #include "twin/base/errors.hpp"
-#include "twin/base/paths.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/merge/merge_into_twin.hpp"
 
 namespace fringetwin::cosim {
 namespace fs = std::filesystem;
-namespace {
-
-/// A texture lies beside refined.toml; the twin has another folder.
-std::string texture_from(const fs::path& dir, const std::string& value, const fs::path& into) {
-  const fs::path name = value.substr(1, value.size() - 2);  // "NAME", quoted
-  const fs::path folder = tidy_path(into).parent_path();
-  return "\"" + (tidy_path(dir) / name).lexically_relative(folder).generic_string() + "\"";
-}
-
-}  // namespace
 
 void check_refined_into_twin(const Twin& twin, const std::vector<std::string>& refine, const fs::path& into) {
   if (refine.empty())
@@ -43,9 +32,7 @@ void put_refined_into_twin(const fs::path& dir, const Run& run, const fs::path& 
     return;
   }
   std::vector<TomlBlock> blocks = run.refined_blocks;
-  for (TomlBlock& block : blocks)
-    for (TomlKey& key : block.keys)
-      if (key.name == "texture") key.value = texture_from(dir, key.value, into);
+  name_files_from(into, dir, {"texture"}, blocks);  // which lies beside refined.toml
   const std::size_t n = merge_into_twin(into, blocks);
   say(fmt::format("{} refined {} put into {}", n, n == 1 ? "value" : "values", into.string()));
 }

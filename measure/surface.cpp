@@ -246,15 +246,14 @@ MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointC
   DepthMap map = make_depth_map(cam, cloud);
   Image<DepthFit> fits = fit_depths(map, shape.smoothing_px, shape.most_smoothing_px);
   ImageD anchor_mm(fits.width, fits.height, DepthFit::kUnknown);
-  {
-    const Image<DepthFit> measured = fits;
-    for (int y = 0; y < fits.height; ++y)
-      for (int x = 0; x < fits.width; ++x)
-        if (measured(x, y).known())
-          anchor_mm(x, y) = 1.0 / measured(x, y).inverse_depth;
-        else
-          fits(x, y) = continued(map, measured, x, y, anchor_mm(x, y));
-  }
+  std::vector<std::pair<std::size_t, DepthFit>> beyond;  // entered when all have looked at what is measured
+  for (int y = 0; y < fits.height; ++y)
+    for (int x = 0; x < fits.width; ++x)
+      if (fits(x, y).known())
+        anchor_mm(x, y) = 1.0 / fits(x, y).inverse_depth;
+      else if (const DepthFit fit = continued(map, fits, x, y, anchor_mm(x, y)); fit.known())
+        beyond.emplace_back(static_cast<std::size_t>(y) * fits.width + x, fit);
+  for (const auto& [pixel, fit] : beyond) fits.data[pixel] = fit;
   Vertices vertices(twin, cam, map);
   const int width = fits.width, height = fits.height;
   Image<int> vertex(width, height, -1);

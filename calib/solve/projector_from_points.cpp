@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <numeric>
+#include <set>
 #include <span>
 
 #include "twin/base/errors.hpp"
@@ -85,11 +86,24 @@ std::vector<int> held(bool rows, bool solve_k1) {
                   kMoreDepth);
 }
 
+/// Puts the four fifths of the points whose errors are least first in `order`. Returns how many they are.
+std::size_t take_best(const std::vector<double>& error, std::vector<std::size_t>& order) {
+  const std::size_t n = order.size() * 4 / 5;
+  std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(n), order.end(),
+                   [&](std::size_t a, std::size_t b) { return error[a] < error[b]; });
+  return n;
+}
+
+std::vector<std::size_t> every_index(const std::vector<LitPoint>& points) {
+  std::vector<std::size_t> order(points.size());
+  std::iota(order.begin(), order.end(), 0);
+  return order;
+}
+
 /// Distances of the points from their plane, mm: the plane of the nearest four fifths, found anew five times.
 std::vector<double> distances_from_plane(const std::vector<LitPoint>& points) {
   std::vector<double> distance_mm(points.size(), 0.0);
-  std::vector<std::size_t> order(points.size());
-  std::iota(order.begin(), order.end(), 0);
+  std::vector<std::size_t> order = every_index(points);
   std::size_t used = points.size();
   for (int round = 0; round < 6; ++round) {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -104,9 +118,7 @@ std::vector<double> distances_from_plane(const std::vector<LitPoint>& points) {
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(0);
     for (std::size_t i = 0; i < points.size(); ++i)
       distance_mm[i] = std::abs(normal.dot(points[i].p_world_mm - mean));
-    used = points.size() * 4 / 5;
-    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(used), order.end(),
-                     [&](std::size_t i, std::size_t j) { return distance_mm[i] < distance_mm[j]; });
+    used = take_best(distance_mm, order);
   }
   return distance_mm;
 }
@@ -151,17 +163,23 @@ struct Pencil {
 Pencil column_pencil(const std::vector<LitPoint>& points, double width_px, const std::string& where) {
   const Scaled scaled(points);
   const double half = 0.5 * width_px;
-  std::vector<std::size_t> used(points.size());
-  std::iota(used.begin(), used.end(), 0);
+  const auto homogeneous = [&](const LitPoint& p) {
+    Eigen::Vector4d h;
+    h << (p.p_world_mm - scaled.mean_mm) / scaled.scale_mm, 1.0;
+    return h;
+  };
+  const auto column = [&](const LitPoint& p) { return p.q_projector_px.x() / half - 1.0; };
+  std::vector<std::size_t> order = every_index(points);
+  std::size_t used = points.size();
   Eigen::Matrix<double, 8, 1> x;
   std::vector<double> error(points.size());
   for (int round = 0; round < 6; ++round) {
     Eigen::Matrix<double, 8, 8> m = Eigen::Matrix<double, 8, 8>::Zero();
-    for (const std::size_t i : used) {
+    for (std::size_t k = 0; k < used; ++k) {
+      const LitPoint& p = points[order[k]];
       Eigen::Matrix<double, 8, 1> row;
-      const double u = points[i].q_projector_px.x() / half - 1.0;
-      row.head<4>() << (points[i].p_world_mm - scaled.mean_mm) / scaled.scale_mm, 1.0;
-      row.tail<4>() = -u * row.head<4>();
+      row.head<4>() = homogeneous(p);
+      row.tail<4>() = -column(p) * row.head<4>();
       m += row * row.transpose();
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 8, 8>> solver(m);
@@ -170,17 +188,10 @@ Pencil column_pencil(const std::vector<LitPoint>& points, double width_px, const
       refuse_flat(where, std::numeric_limits<double>::quiet_NaN());
     x = solver.eigenvectors().col(0);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      Eigen::Vector4d h;
-      h << (points[i].p_world_mm - scaled.mean_mm) / scaled.scale_mm, 1.0;
-      error[i] =
-          std::abs(x.head<4>().dot(h) / x.tail<4>().dot(h) - points[i].q_projector_px.x() / half + 1.0);
+      const Eigen::Vector4d h = homogeneous(points[i]);
+      error[i] = std::abs(x.head<4>().dot(h) / x.tail<4>().dot(h) - column(points[i]));
     }
-    std::vector<std::size_t> order(points.size());
-    std::iota(order.begin(), order.end(), 0);
-    const auto keep = static_cast<std::ptrdiff_t>(points.size() * 4 / 5);
-    std::nth_element(order.begin(), order.begin() + keep, order.end(),
-                     [&](std::size_t a, std::size_t b) { return error[a] < error[b]; });
-    used.assign(order.begin(), order.begin() + keep);
+    used = take_best(error, order);
   }
   // back to px and mm: u = half (u' + 1)
   Pencil out;
@@ -199,6 +210,12 @@ Pencil column_pencil(const std::vector<LitPoint>& points, double width_px, const
   return out;
 }
 
+/// Takes the centre nearest to a place, of those that the columns leave open.
+void place_along_columns(const Eigen::Vector3d& near_world_mm, Parameters& x) {
+  const Eigen::Matrix3d R = rotation_from_vector(Eigen::Vector3d(x[P::r], x[P::r + 1], x[P::r + 2]));
+  x[P::t + 1] = -R.row(1).dot(near_world_mm);
+}
+
 /// Lens and pose of a pencil of columns. p3 = s (r3, t3), p1 = s (fx r1 + cx r3, fx t1 + cx t3).
 Parameters from_pencil(Pencil pencil, const ProjectorFromOptions& options) {
   const double s = pencil.p3.head<3>().norm();
@@ -212,23 +229,15 @@ Parameters from_pencil(Pencil pencil, const ProjectorFromOptions& options) {
   Eigen::Matrix3d R;
   R << r1.transpose(), r2.transpose(), r3.transpose();
   const Eigen::Vector3d rotation = vector_from_rotation(R);
-  return {fx,
-          fx,
-          cx,
-          0.5 * (options.imagersize_px[1] - 1),
-          rotation.x(),
-          rotation.y(),
-          rotation.z(),
-          (pencil.p1[3] - cx * pencil.p3[3]) / fx,
-          -r2.dot(options.near_world_mm),
-          pencil.p3[3],
-          0.0};
-}
-
-/// Takes the centre nearest to a place, of those that the columns leave open.
-void place_along_columns(const Eigen::Vector3d& near_world_mm, Parameters& x) {
-  const Eigen::Matrix3d R = rotation_from_vector(Eigen::Vector3d(x[P::r], x[P::r + 1], x[P::r + 2]));
-  x[P::t + 1] = -R.row(1).dot(near_world_mm);
+  Parameters x{};
+  x[P::fx] = x[P::fy] = fx;
+  x[P::cx] = cx;
+  x[P::cy] = 0.5 * (options.imagersize_px[1] - 1);
+  std::ranges::copy(rotation, x.begin() + P::r);
+  x[P::t] = (pencil.p1[3] - cx * pencil.p3[3]) / fx;
+  x[P::t + 2] = pencil.p3[3];
+  place_along_columns(options.near_world_mm, x);
+  return x;
 }
 
 /// fy, cy and t2 by the linear equations v z = fy (r2 X) + fy t2 + cy z.
@@ -286,11 +295,10 @@ void minimise(const std::vector<LitPoint>& points, bool rows, const std::vector<
                     "check the cameras' calibration and [fringes]");
 }
 
-/// Returns the points whose residuals are all within the limit.
-std::vector<LitPoint> within(const std::vector<LitPoint>& points, bool rows, const Parameters& x,
+/// Returns the points whose residuals (residuals_of) are all within the limit.
+std::vector<LitPoint> within(const std::vector<LitPoint>& points, const std::vector<double>& residuals,
                              double limit) {
-  const std::vector<double> residuals = residuals_of(points, rows, x);
-  const std::size_t per_point = rows ? 2 : 1;
+  const std::size_t per_point = residuals.size() / points.size();
   std::vector<LitPoint> out;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto first = residuals.begin() + static_cast<std::ptrdiff_t>(i * per_point);
@@ -307,8 +315,8 @@ void check_number(const std::vector<LitPoint>& points, const std::string& what, 
                     fmt::format("{} {} are too few to solve a projector; {} are needed", points.size(), what,
                                 kFewestPoints),
                     "check light, min_modulation_dn and the cameras' calibration");
-  std::map<int, std::size_t> tiles;
-  for (const LitPoint& p : points) ++tiles[p.tile];
+  std::set<int> tiles;
+  for (const LitPoint& p : points) tiles.insert(p.tile);
   if (tiles.size() < kFewestTiles)
     throw UserError(ExitCode::input, where,
                     fmt::format("the {} fill {} tiles of the image; {} are needed for an uncertainty", what,
@@ -436,21 +444,20 @@ ProjectorFromPoints projector_from_points(const std::vector<LitPoint>& points,
   check_relief(points, where);
   ProjectorFromPoints s;
   s.rows = std::ranges::all_of(points, [](const LitPoint& p) { return std::isfinite(p.q_projector_px.y()); });
-  const bool solve_k1 = options.solve_k1;
-  s.lensmodel = solve_k1 ? "LENSMODEL_OPENCV4" : "LENSMODEL_PINHOLE";
+  s.lensmodel = options.solve_k1 ? "LENSMODEL_OPENCV4" : "LENSMODEL_PINHOLE";
   s.parameters = from_pencil(column_pencil(points, options.imagersize_px[0], where), options);
   if (s.rows) add_rows(points, s.parameters, where);
 
   // first all free parameters but the distortion, which a poor start could lead astray; what a false match
   // puts behind the projector has no residual
-  const double scale = robust_scale(residuals_of(points, s.rows, s.parameters));
-  minimise(within(points, s.rows, s.parameters, std::numeric_limits<double>::max()), s.rows,
-           held(s.rows, false), kHuber * std::max(scale, 1.0), where, s.parameters);
-  const std::vector<int> constant = held(s.rows, solve_k1);
+  std::vector<double> residuals = residuals_of(points, s.rows, s.parameters);
+  minimise(within(points, residuals, std::numeric_limits<double>::max()), s.rows, held(s.rows, false),
+           kHuber * std::max(robust_scale(residuals), 1.0), where, s.parameters);
+  const std::vector<int> constant = held(s.rows, options.solve_k1);
   std::vector<LitPoint> inliers;
   for (int round = 0; round < 3; ++round) {
-    inliers = within(points, s.rows, s.parameters,
-                     kOutlierSigmas * robust_scale(residuals_of(points, s.rows, s.parameters)));
+    residuals = residuals_of(points, s.rows, s.parameters);
+    inliers = within(points, residuals, kOutlierSigmas * robust_scale(residuals));
     check_number(inliers, "points that one projector can have lit", where);
     if (!s.rows) place_along_columns(options.near_world_mm, s.parameters);
     minimise(inliers, s.rows, constant, 0.0, where, s.parameters);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "twin/merge/merge_into_twin.hpp"
 
+#include <algorithm>
+
 #include "twin/base/errors.hpp"
+#include "twin/base/paths.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/image/image_io.hpp"
 #include "twin/merge/toml_merge.hpp"
@@ -33,6 +36,17 @@ void check_merge_into_twin(const fs::path& file, const std::vector<TomlBlock>& b
   std::vector<TomlBlock> tables = blocks;
   for (TomlBlock& table : tables) table.keys.clear();
   (void)merge_toml(text_of(file), tables, file.string());
+}
+
+void name_files_from(const fs::path& into, const fs::path& dir, const std::vector<std::string>& keys,
+                     std::vector<TomlBlock>& blocks) {
+  const fs::path folder = tidy_path(into).parent_path();
+  for (TomlBlock& block : blocks)
+    for (TomlKey& key : block.keys)
+      if (std::ranges::find(keys, key.name) != keys.end()) {
+        const fs::path name = key.value.substr(1, key.value.size() - 2);
+        key.value = "\"" + (tidy_path(dir) / name).lexically_relative(folder).generic_string() + "\"";
+      }
 }
 
 std::size_t merge_into_twin(const fs::path& file, const std::vector<TomlBlock>& blocks) {
