@@ -151,6 +151,8 @@ std::vector<Effect> make_effects() {
       in_noise_theory(of_projector(
           "ambient light", "a dark room", [](const Projector& p) { return p.ambient > 0.0; },
           [](Projector& p) { p.ambient = 0.0; }, "[projector] ambient")),
+      {"room lamp", EffectStage::light, "no lamp besides the projector",
+       [](const Twin& t) { return t.room.has_lamp(); }, [](Twin& t) { t.room = {}; }, "[room] lamp"},
       light_per_image(),
       in_noise_theory(of_projector(
           "projector falloff", "the same light at every distance",
@@ -163,6 +165,10 @@ std::vector<Effect> make_effects() {
           "blur field", "the same blur all over the projector's image",
           [](const Projector& p) { return p.has_blur_field(); }, [](Projector& p) { p.blur_field_px2 = {}; },
           "[projector] blur_field_px2"),
+      of_projector(
+          "light field", "the same light all over the projector's image",
+          [](const Projector& p) { return p.has_light_field(); }, [](Projector& p) { p.light_field.clear(); },
+          "[projector] light_field"),
       of_projector(
           "projector response", "a linear projector",
           [](const Projector& p) { return p.response.kind != ProjectorResponse::Kind::linear; },

@@ -2,6 +2,7 @@
 // The whole twin: what twin.toml says (docs/formats/twin.md), read and checked, and the meshes it names.
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <map>
@@ -122,6 +123,14 @@ struct ProjectorResponse {
   double operator()(double value) const;
 };
 
+/// Orders (i, j) of the terms of Projector::light_field, up to the fourth.
+using LegendreOrders = std::array<unsigned, 2>;
+inline constexpr std::array kLightFieldTerms{LegendreOrders{1, 0}, LegendreOrders{0, 1}, LegendreOrders{2, 0},
+                                             LegendreOrders{1, 1}, LegendreOrders{0, 2}, LegendreOrders{3, 0},
+                                             LegendreOrders{2, 1}, LegendreOrders{1, 2}, LegendreOrders{0, 3},
+                                             LegendreOrders{4, 0}, LegendreOrders{3, 1}, LegendreOrders{2, 2},
+                                             LegendreOrders{1, 3}, LegendreOrders{0, 4}};
+
 struct Projector {
   Lens lens;
   Pose T_proj_world;
@@ -140,11 +149,19 @@ struct Projector {
   /// What the blur's variance has more at (u, v) than in the middle, px^2: b0 u + b1 v + b2 u^2 + b3 uv +
   /// b4 v^2, u and v from -1 to 1 across the projector's image.
   std::array<double, 5> blur_field_px2 = {};
+  /// ln of the light at a place of the projector's image over its geometric mean there: the sum of these
+  /// times Legendre's P_i(u) P_j(v), (i, j) as in kLightFieldTerms, u and v from -1 to 1 across the image;
+  /// missing ones are 0.
+  std::vector<double> light_field = {};
   /// Of each image of the sequence (a lamp that flickers or drifts): the projector's light, and the ambient
   /// light; empty: 1.
   std::vector<double> light_factors = {}, ambient_factors = {};
   Eigen::Vector3d center_world_mm() const { return T_proj_world.inverse().translation_mm; }
   bool has_blur_field() const { return blur_field_px2 != std::array<double, 5>{}; }
+  bool has_light_field() const {
+    return std::ranges::any_of(light_field, [](double c) { return c != 0.0; });
+  }
+  double light_field_term(std::size_t k) const { return k < light_field.size() ? light_field[k] : 0.0; }
   /// Returns the variance of the blur at a place of the projector's image; 0 at least.
   double blur_variance_px2(const Eigen::Vector2d& q_px) const;
   /// Returns the smallest blur over the image.
@@ -155,7 +172,7 @@ void list_keys(Keys& keys, const Projector*) {
   keys("intensity", &Projector::intensity, NumberRange::positive());
   keys("falloff"), keys("reference_distance_mm");
   keys("blur_px", &Projector::blur_px, NumberRange{.min = 0.0, .largest = 1e4});
-  keys("blur_field_px2"), keys("response");
+  keys("blur_field_px2"), keys("light_field"), keys("response");
   keys("ambient", &Projector::ambient, NumberRange::not_negative());
   keys("optics");
   keys("pixel_structure", &Projector::pixel_structure);
@@ -189,6 +206,18 @@ struct Object {
   /// the last (moving.hpp); empty: at rest.
   std::vector<double> motion = {};
 };
+
+/// Light of the room that is not the same everywhere, besides Projector::ambient, whose factors it has.
+struct Room {
+  /// Points to a lamp so far away that its light comes from one direction; its length is the irradiance that
+  /// a white surface (diffuse = 1) shows which faces the lamp. Diffuse light only, shadowed by the objects.
+  Eigen::Vector3d lamp_world = Eigen::Vector3d::Zero();
+  bool has_lamp() const { return lamp_world != Eigen::Vector3d::Zero(); }
+};
+template <class Keys>
+void list_keys(Keys& keys, const Room*) {
+  keys("lamp");
+}
 
 enum class Sampler { gauss, multi_jittered, sobol, adaptive };
 
@@ -253,6 +282,7 @@ struct Twin {
   std::optional<Projector> projector;
   Fringes fringes;
   std::vector<Object> objects;
+  Room room = {};
   RenderOptions render;
   MeasureOptions measure;
   ComparisonOptions compare;

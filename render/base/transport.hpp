@@ -49,7 +49,7 @@ struct StageCost {
 /// b_k add sum_k b_k (cosine_k sin(k delta) + sine_k cos(k delta)).
 struct Transport : TraceRecord {
   ImageF mean;     ///< mean of w over the pixel (pattern value 1 everywhere)
-  ImageF ambient;  ///< ambient irradiance x hit fraction
+  ImageF ambient;  ///< light of the room: ambient irradiance x hit fraction, and a lamp's
   /// [direction][pitch]: mean of w cos(theta), w sin(theta), theta = 2 pi (x - origin)/pitch; the
   /// fundamental with the blur attenuation already in it. Empty where the steps are evaluated directly.
   std::vector<std::vector<ImageF>> cosine, sine;

@@ -119,6 +119,7 @@ struct Reference::Impl {
   std::optional<SceneHit> nearest(const Ray& ray) const;
   bool in_shadow(const SceneHit& own, bool outside, const Ray& to_light, double distance) const;
   void light(const Ray& ray, const SceneHit& hit, bool lobe, PixelSample& sample) const;
+  double lamp(const SceneHit& hit, const PixelSample& sample) const;
   void gather(const SceneHit& hit, int bounce_n, PixelSample& sample) const;
   void add_light(const IndirectLight& light, ReferencePixel& pixel) const;
   PixelSample trace(const Ray& ray, int bounce_n = 0) const;
@@ -263,8 +264,22 @@ void Reference::Impl::light(const Ray& ray, const SceneHit& hit, bool lobe, Pixe
     const Eigen::Vector3d mirror = 2.0 * cosine * N - L;
     reflected += material.specular * std::pow(std::max(0.0, -mirror.dot(ray.direction)), material.shininess);
   }
-  sample.weight = projector.intensity * falloff * reflected * reference_pixel_gaps(projector, *q);
+  sample.weight = projector.intensity * falloff * reflected * reference_pixel_gaps(projector, *q) *
+                  reference_light_field(projector, *q);
   sample.defocus_px = reference_defocus_px(projector, (projector.T_proj_world * sample.point_world_mm).z());
+}
+
+// Lambert's law alone, for parallel light.
+double Reference::Impl::lamp(const SceneHit& hit, const PixelSample& sample) const {
+  if (!twin.room.has_lamp()) return 0.0;
+  const Eigen::Vector3d L = twin.room.lamp_world.normalized();
+  if (!(sample.normal_world.dot(L) > 0.0)) return 0.0;
+  const bool turned = hit.shading.dot(sample.normal_world) < 0.0;
+  const double cosine = (turned ? -1.0 : 1.0) * hit.shading.dot(L);
+  if (!(cosine > 0.0)) return 0.0;
+  const bool outside = hit.normal.dot(sample.normal_world) > 0.0;
+  if (twin.render.shadow && in_shadow(hit, outside, {sample.point_world_mm, L}, kInfinity)) return 0.0;
+  return twin.room.lamp_world.norm() * twin.objects[hit.object].material.diffuse * hit.albedo * cosine;
 }
 
 // The hemisphere around the shading normal, by the cosine: sin^2 of the polar angle is uniform.
@@ -303,13 +318,14 @@ PixelSample Reference::Impl::trace(const Ray& ray, int bounce_n) const {
   sample.point_world_mm = ray.origin_mm + hit->t_mm * ray.direction;
   sample.normal_world = hit->normal.dot(ray.direction) > 0.0 ? Eigen::Vector3d(-hit->normal) : hit->normal;
   if (twin.projector) light(ray, *hit, true, sample);
+  sample.lamp = lamp(*hit, sample);
   if (twin.projector && bounce_n > 0) gather(*hit, bounce_n, sample);
   return sample;
 }
 
 void Reference::Impl::add(const PixelSample& s, double weight, ReferencePixel& pixel) const {
   if (s.object < 0 || !twin.projector) return;
-  const double ambient = weight * twin.projector->ambient;
+  const double ambient = weight * (twin.projector->ambient + s.lamp);
   pixel.ambient += ambient;
   for (std::size_t i = 0; i < pixel.irradiance.size(); ++i) {
     const std::vector<double>& room = twin.projector->ambient_factors;

@@ -26,6 +26,7 @@ struct PixelSample {
   Eigen::Vector3d normal_world = Eigen::Vector3d::Zero();  ///< geometric, faces the viewer
   bool lit = false;     ///< N.L > 0, visible from the projector, inside its image
   double weight = 0.0;  ///< w: irradiance per unit pattern value
+  double lamp = 0.0;    ///< irradiance by the room's lamp
   Eigen::Vector2d projector_px = Eigen::Vector2d::Zero();  ///< where lit
   Eigen::Vector2d defocus_px = Eigen::Vector2d::Zero();    ///< circle of confusion, radius per axis
   std::vector<IndirectLight> indirect = {};                ///< with [render] bounces, in pixel() only

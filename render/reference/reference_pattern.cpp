@@ -66,6 +66,18 @@ double reference_pixel_gaps(const Projector& projector, const Eigen::Vector2d& q
   return factor;
 }
 
+double reference_light_field(const Projector& projector, const Eigen::Vector2d& q_px) {
+  const double u = 2.0 * (q_px.x() + 0.5) / projector.lens.width() - 1.0,
+               v = 2.0 * (q_px.y() + 0.5) / projector.lens.height() - 1.0;
+  double ln = 0.0;
+  std::size_t k = 0;
+  for (unsigned order = 1; order <= 4; ++order)
+    for (unsigned j = 0; j <= order; ++j, ++k)
+      if (k < projector.light_field.size())
+        ln += projector.light_field[k] * std::legendre(order - j, u) * std::legendre(j, v);
+  return std::exp(ln);
+}
+
 ReferencePattern::ReferencePattern(const Twin& twin, const PatternSpec& pattern)
     : projector_(*twin.projector), fringes_(twin.fringes), spec_(pattern) {
   const DirectionFringes& d = fringes_.directions.at(spec_.direction);

@@ -17,7 +17,10 @@ Eigen::Vector2d reference_defocus_px(const Projector& projector, double z_mm);
 /// Factor of a white image by the dark gaps between the projector's pixels; 1 without them.
 double reference_pixel_gaps(const Projector& projector, const Eigen::Vector2d& q_px);
 
-/// One image of the sequence, without the factor of the gaps.
+/// Factor of everything projected at q by the field of the projector's light; 1 without it.
+double reference_light_field(const Projector& projector, const Eigen::Vector2d& q_px);
+
+/// One image of the sequence, without the factors of gaps and field.
 class ReferencePattern {
  public:
   ReferencePattern(const Twin& twin, const PatternSpec& pattern);

@@ -58,3 +58,15 @@ float pixel_gaps(real2 u) {
     return all(lessThanEqual(abs(t - 0.5), vec2(0.5 * fill))) ? 1.0 / (fill * fill) : 0.0;
   return waveform(0, t.x * n) * waveform(0, t.y * n);
 }
+
+// Light at u over its geometric mean in the projector's image: exp of Legendre's products.
+float light_field(vec2 u) {
+  vec4 edge = params.projector_edge, a = params.light_field_0, b = params.light_field_1, c = params.light_field_2;
+  vec2 p1 = (2.0 * u - (edge.xz + edge.yw)) / (edge.yw - edge.xz), s = p1 * p1;
+  vec2 p2 = 1.5 * s - 0.5, p3 = p1 * (2.5 * s - 1.5), p4 = (4.375 * s - 3.75) * s + 0.375;
+  float first = a.x * p1.x + a.y * p1.y, second = a.z * p2.x + a.w * p1.x * p1.y + b.x * p2.y;
+  float third = b.y * p3.x + b.z * p2.x * p1.y + b.w * p1.x * p2.y + c.x * p3.y;
+  float fourth = c.y * p4.x + c.z * p3.x * p1.y + c.w * p2.x * p2.y;
+  fourth += params.light_field_3.x * p1.x * p3.y + params.light_field_3.y * p4.y;
+  return exp(first + second + third + fourth);
+}

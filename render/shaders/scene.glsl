@@ -126,27 +126,28 @@ Hit closest_hit(vec3 o, vec3 d) {
   return hit;
 }
 
-bool mesh_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light, bool enabled) {
+bool mesh_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light, bool enabled, bool linked_light) {
   float t = 1.0;
   bool own = g.index == hit.primitive;
   int skip = own ? hit.triangle : -1;
-  if ((LINKS & LINKS_SHADOW) != 0)
+  if ((LINKS & LINKS_SHADOW) != 0 && linked_light)
     enabled = enabled && !(own && (FETCH_LINK(int(g.d.z) + max(hit.triangle, 0)).w & LINK_LIT) != 0);
   return traverse(to_object(g, o, 1.0), to_object(g, to_light, 0.0), t, int(g.d.x),
                   int(g.d.y), true, skip, enabled) >= 0;
 }
 
-// Is anything between the hit and the projector centre at hit.p + to_light? Only asked for points
+// Is anything between the hit and the light at hit.p + to_light? Only asked for points
 // whose lit side is seen, so a sphere, a plane or the outside of a cylinder cannot hide itself.
-bool occluded(const Hit hit, vec3 to_light, bool enabled) {
+// `linked_light`: it is the projector, of which the links between triangles know.
+bool occluded(const Hit hit, vec3 to_light, bool enabled, bool linked_light) {
   vec3 o = hit.p + hit.n_geometric * (params.light.y * max(max(abs(hit.p.x), abs(hit.p.y)), abs(hit.p.z)));
   bool blocked = false;
 #define BLOCK(kind, g) blocked = kind##_blocks(g, hit, o, to_light) || blocked
 #define BLOCK_KIND(number, KIND, kind, first) FOR_EACH(KIND, kind, BLOCK)
   ANALYTIC_KINDS(BLOCK_KIND)
-  if (N_MESHES > 0) blocked = mesh_blocks(instance, hit, o, to_light, enabled && !blocked) || blocked;
+  if (N_MESHES > 0) blocked = mesh_blocks(instance, hit, o, to_light, enabled && !blocked, linked_light) || blocked;
   if (N_MESHES > 1)
     for (int i = FIRST_MESH + 1; i < FIRST_MESH + N_MESHES; ++i)
-      blocked = mesh_blocks(fetch_primitive(i), hit, o, to_light, enabled && !blocked) || blocked;
+      blocked = mesh_blocks(fetch_primitive(i), hit, o, to_light, enabled && !blocked, linked_light) || blocked;
   return blocked;
 }

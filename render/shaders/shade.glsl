@@ -30,7 +30,7 @@ float shade(const Hit hit, real3 p, vec3 d, out real2 u, inout uint shadow_rays)
   lit = lit && hit.primitive >= 0 && cos_l > 0.0 && dot(hit.n_geometric, l) > 0.0;
   if (SHADOW != 0) {
     shadow_rays += lit ? 1 : 0;
-    lit = !occluded(hit, to_light, lit) && lit;
+    lit = !occluded(hit, to_light, lit, true) && lit;
   }
   float w = hit.material.x * (1.0 / PI) * cos_l;
   if (SPECULAR != 0) {
@@ -44,5 +44,18 @@ float shade(const Hit hit, real3 p, vec3 d, out real2 u, inout uint shadow_rays)
   }
   if (FALLOFF != 0) w *= params.light.x / distance_sq;
   if (PIXEL_GAPS != 0) w *= pixel_gaps(u);
+  if (LIGHT_FIELD != 0) w *= light_field(vec2(u));
   return lit ? w * params.projector_center.w : 0.0;
+}
+
+// Irradiance that a hit has of the room: ambient light, and that of a far lamp where nothing hides it.
+float room_light(const Hit hit, inout uint shadow_rays) {
+  vec3 way = params.lamp.xyz, l = way / sqrt(dot(way, way));
+  float cos_l = dot(hit.n, l);
+  bool lit = hit.primitive >= 0 && cos_l > 0.0 && dot(hit.n_geometric, l) > 0.0;
+  if (SHADOW != 0) {
+    shadow_rays += lit ? 1 : 0;
+    lit = !occluded(hit, way, lit, false) && lit;
+  }
+  return params.lamp_rest.x + (lit ? params.lamp.w * hit.material.x * cos_l : 0.0);
 }

@@ -88,7 +88,9 @@ struct uvec4 {
   X(24, ALBEDO_MAPS, 0, !scene.maps.empty()) \
   X(25, BOUNCES, 0, scene.one_convex ? 0 : directions(twin.render)) /* directions per sample, 0: none */ \
   X(26, LINKS, 0, links) /* LINKS_ bits */ \
-  X(27, BLUR_FIELD, 0, projector.has_blur_field()) /* the blur varies over the projector's image */
+  X(27, BLUR_FIELD, 0, projector.has_blur_field()) /* the blur varies over the projector's image */ \
+  X(28, LIGHT_FIELD, 0, projector.has_light_field()) /* and so does the light */ \
+  X(29, LAMP, 0, twin.room.has_lamp()) /* room light from a direction */
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
 #define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
@@ -149,6 +151,14 @@ struct uvec4 {
   /* what the variance of the blur has more at (u, v) of the projector's image: of u, v, u^2, uv; of v^2, the least that there can be */ \
   X(blur_field, projector.blur_field_px2[0], projector.blur_field_px2[1], projector.blur_field_px2[2], projector.blur_field_px2[3]) \
   X(blur_field_rest, projector.blur_field_px2[4], -projector.blur_px * projector.blur_px, 0.0, 0.0) \
+  /* ln of the light at (u, v) over its mean: of P1(u), P1(v), P2(u), P1(u) P1(v); P2(v), third order but P3(v); P3(v), fourth order, P4(v) last */ \
+  X(light_field_0, projector.light_field_term(0), projector.light_field_term(1), projector.light_field_term(2), projector.light_field_term(3)) \
+  X(light_field_1, projector.light_field_term(4), projector.light_field_term(5), projector.light_field_term(6), projector.light_field_term(7)) \
+  X(light_field_2, projector.light_field_term(8), projector.light_field_term(9), projector.light_field_term(10), projector.light_field_term(11)) \
+  X(light_field_3, projector.light_field_term(12), projector.light_field_term(13), 0.0, 0.0) \
+  /* the way to the room's lamp, beyond all objects; what it sends from a surface of diffuse = 1 that faces it. Ambient light beside it */ \
+  X(lamp, lamp_way_mm(job).x(), lamp_way_mm(job).y(), lamp_way_mm(job).z(), twin.room.lamp_world.norm()) \
+  X(lamp_rest, projector.ambient, 0.0, 0.0, 0.0) \
   /* samples of the table, lit side of a pixel, phase of the pixel raster at the principal point x, y */ \
   X(projector_gaps, gap_samples(pass), projector.pixel_fill, raster_phase(setup.cx), raster_phase(setup.cy))
 #define DECLARE_NUMBERS(member, x, y, z, w) vec4 member;
@@ -197,9 +207,9 @@ struct Push {
 
 #ifdef __cplusplus
 static_assert(sizeof(vec4) == 16 && sizeof(uvec4) == 16);
-static_assert(offsetof(Params, pitch) == 24 * 16);
-static_assert(offsetof(Params, direct) == (24 + MAX_PITCHES + MAX_PITCHES / 4) * 16);
-static_assert(sizeof(Params) == (24 + MAX_PITCHES + MAX_PITCHES / 4 + 2 * MAX_DIRECT) * 16);
+static_assert(offsetof(Params, pitch) == 30 * 16);
+static_assert(offsetof(Params, direct) == (30 + MAX_PITCHES + MAX_PITCHES / 4) * 16);
+static_assert(sizeof(Params) == (30 + MAX_PITCHES + MAX_PITCHES / 4 + 2 * MAX_DIRECT) * 16);
 static_assert(sizeof(Push) == 32);
 static_assert(2 * sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);

@@ -47,7 +47,9 @@ void main() {
     float w = shade(hit, p, vec3(d), u, shadow_rays) * sample_.weight;
     if (N_GRAY + N_IMAGES > 0 && SAMPLER == SAMPLER_TABLE) set_footprint(rays, sample_, hit, p, vec3(d), u);
     mean += w;
-    hits += hit.primitive >= 0 ? sample_.weight : 0.0;
+    float seen = hit.primitive >= 0 ? sample_.weight : 0.0;
+    if (LAMP != 0) seen *= room_light(hit, shadow_rays);  // a sum of light, not of hits
+    hits += seen;
     add_patterns(w, w != 0.0 ? u : real2(0.0), cosine, sine, direct);
     if (BOUNCES > 0)
       add_bounces(hit, sample_.weight, hash(pixel_seed ^ s), mean, cosine, sine, direct, shadow_rays);

@@ -96,6 +96,15 @@ double per_focus_mm(const std::optional<Optics>& optics) {
   return optics ? 1.0 / optics->focus_distance_mm : 0.0;
 }
 
+// Returns a way to the room's lamp that leads beyond all objects of a rig, in the camera's frame.
+Vector3d lamp_way_mm(const TraceJob& job) {
+  constexpr double kBeyondAllMm = 1e5;
+  const Vector3d& lamp_world = job.twin.room.lamp_world;
+  return job.twin.room.has_lamp()
+             ? Vector3d(job.camera.T_cam_world.rotation * lamp_world.normalized() * kBeyondAllMm)
+             : Vector3d::UnitZ();
+}
+
 template <class... Number>
 Double4 as_doubles(Number... number) {
   return {static_cast<double>(number)...};

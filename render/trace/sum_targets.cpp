@@ -10,9 +10,10 @@
 namespace fringetwin::render {
 
 std::vector<SumTarget> sum_targets(const Twin& twin, const PassPlan& pass, bool first_pass, Transport* out) {
-  std::vector<SumTarget> targets{
-      {first_pass ? &out->mean : nullptr, 1.0F},
-      {first_pass ? &out->ambient : nullptr, static_cast<float>(twin.projector->ambient)}};
+  // with a lamp the kernel adds up light, else hits
+  const auto per_hit = static_cast<float>(twin.room.has_lamp() ? 1.0 : twin.projector->ambient);
+  std::vector<SumTarget> targets{{first_pass ? &out->mean : nullptr, 1.0F},
+                                 {first_pass ? &out->ambient : nullptr, per_hit}};
   for (const PitchSlot& p : pass.pitches) {
     const double pitch_px = twin.fringes.directions[p.direction].pitches_px[p.pitch];
     const auto blur = static_cast<float>(blur_attenuation(p.harmonic, twin.projector->blur_px, pitch_px));

@@ -312,6 +312,12 @@ TEST(Adaptive, StandsBackWhereItDoesNotApply) {
   twin = ball_before_wall(24, 16);
   twin.projector->blur_field_px2 = {0.0, 0.0, 1.0, 0.0, 0.0};
   EXPECT_EQ(sampler(twin), Sampler::gauss);
+  twin = ball_before_wall(24, 16);
+  twin.room.lamp_world = {0.0, 0.0, -1.0};
+  EXPECT_EQ(sampler(twin), Sampler::gauss);
+  twin = ball_before_wall(24, 16);
+  twin.projector->light_field = {0.1, 0.0, -0.5, 0.0, -0.5};
+  EXPECT_EQ(sampler(twin), Sampler::adaptive);
 }
 
 // Outline before nothing and terminator, both clipped: across the part from one to the other.

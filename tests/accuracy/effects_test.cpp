@@ -460,6 +460,8 @@ Twin everything() {
   p.reference_distance_mm = 270.0;
   p.blur_px = 1.0;
   p.blur_field_px2 = {0.1, 0.0, 0.2, 0.0, 0.0};
+  p.light_field = {0.1, 0.0};
+  twin.room.lamp_world = {0.0, 0.1, -0.2};
   p.response = {ProjectorResponse::Kind::gamma, 2.2, {}};
   p.optics = Optics{2.0, 15.0, 270.0};
   p.pixel_structure = true;

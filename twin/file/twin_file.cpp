@@ -16,8 +16,8 @@ Twin load_twin(const fs::path& file) { return load_twin(file, {}); }
 Twin load_twin(const fs::path& file, const std::map<std::string, std::string>& settings) {
   const TomlTable root = TomlTable::parse_file(file, ExitCode::usage, settings);
   const std::vector<std::string> keys = {
-      "schema", "name",    "cameramodel_unit", "camera", "projector",   "fringes", "object",
-      "render", "measure", "compare",          "real",   "uncertainty", "limits"};
+      "schema", "name",   "cameramodel_unit", "camera",  "projector", "fringes",     "object",
+      "room",   "render", "measure",          "compare", "real",      "uncertainty", "limits"};
   if (!root.has("schema")) root.allow(keys);  // a misspelt "schema" is named as such
   if (root.required_string("schema") != kTwinSchema)
     root.fail("schema",
@@ -34,6 +34,7 @@ Twin load_twin(const fs::path& file, const std::map<std::string, std::string>& s
   twin.projector = read_projector(root, context);
   twin.fringes = read_fringes(root);
   twin.fringes.images = read_pattern_images(root, twin.projector, context);
+  twin.room = read_room(root, twin);
   read_light_factors(root, twin);
   twin.objects = read_objects(root, context);
   twin.render = read_render(root);

@@ -298,6 +298,19 @@ void read_blur_field(const TomlTable& table, Projector& projector) {
         "the variance must be positive everywhere");
 }
 
+/// Reads the field of the light: complete orders of terms.
+void read_light_field(const TomlTable& table, Projector& projector) {
+  static const std::string key = "light_field";
+  constexpr double kMost = 50.0;  // of an exponent: beyond, single precision ends
+  const auto field = table.numbers(key, NumberRange::between(-kMost, kMost));
+  if (!field) return;
+  constexpr std::size_t kComplete[] = {2, 5, 9, kLightFieldTerms.size()};
+  if (std::ranges::find(kComplete, field->size()) == std::end(kComplete))
+    table.fail(key, fmt::format("has {} numbers", field->size()),
+               "give 2, 5, 9 or 14: all terms up to the first, second, third or fourth order");
+  projector.light_field = *field;
+}
+
 }  // namespace
 
 std::vector<Camera> read_cameras(const TomlTable& root, const TwinFileContext& context) {
@@ -332,6 +345,7 @@ std::optional<Projector> read_projector(const TomlTable& root, const TwinFileCon
   if (const auto optics = table->table("optics")) projector.optics = read_optics(*optics);
   check_pixels(*table, projector);
   read_blur_field(*table, projector);
+  read_light_field(*table, projector);
   return projector;
 }
 

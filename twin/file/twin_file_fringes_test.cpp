@@ -74,6 +74,42 @@ TEST_F(TwinFileFringes, BlurFieldOfTheProjector) {
               HasSubstr("cannot be combined with pixel_structure"));
 }
 
+TEST_F(TwinFileFringes, LightFieldOfTheProjector) {
+  const std::string head = kHead + kCamera + kFringes;
+  const auto field = [&](const std::string& numbers) {
+    return *load(head + with(kProjector, "blur_px", "light_field = " + numbers)).projector;
+  };
+  EXPECT_FALSE(load(head + kProjector).projector->has_light_field());
+  EXPECT_FALSE(field("[0, 0]").has_light_field());
+  EXPECT_TRUE(field("[0, 0.1]").has_light_field());
+  const Projector p = field("[0.1, 0, -0.5, 0, 0.25]");
+  EXPECT_EQ(p.light_field, (std::vector<double>{0.1, 0.0, -0.5, 0.0, 0.25}));
+  EXPECT_EQ(p.light_field_term(4), 0.25);
+  EXPECT_EQ(p.light_field_term(13), 0.0);
+  EXPECT_EQ(field("[0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.25]").light_field_term(13), 0.25);
+  const auto wrong = [&](const std::string& numbers) {
+    return error(head + with(kProjector, "blur_px", "light_field = " + numbers), "light_field");
+  };
+  EXPECT_THAT(wrong("[0.1, 0, 0]"), HasSubstr("has 3 numbers"));
+  EXPECT_THAT(wrong("[0.1, 0, 0]"), HasSubstr("give 2, 5, 9 or 14"));
+  EXPECT_THAT(wrong("[0.1, 60]"), HasSubstr("<= 50, is 60"));
+  EXPECT_THAT(wrong("0.1"), HasSubstr("light_field"));
+}
+
+TEST_F(TwinFileFringes, LampOfTheRoom) {
+  const std::string with_projector = kHead + kCamera + kProjector + kFringes;
+  EXPECT_FALSE(load(with_projector).room.has_lamp());
+  EXPECT_FALSE(load(with_projector + "[room]\nlamp = [0, 0, 0]\n").room.has_lamp());
+  const Room room = load(with_projector + "[room]\nlamp = [0.5, 0, -1]\n").room;
+  EXPECT_TRUE(room.has_lamp());
+  EXPECT_EQ(room.lamp_world, Eigen::Vector3d(0.5, 0.0, -1.0));
+  const auto wrong = [&](const std::string& line) { return error(with_projector + "[room]\n" + line, line); };
+  EXPECT_THAT(wrong("lamp = [1, 2]\n"), HasSubstr("must have 3 numbers, has 2"));
+  EXPECT_THAT(wrong("lamb = [1, 2, 3]\n"), HasSubstr("did you mean \"lamp\"?"));
+  EXPECT_THAT(error(kHead + kCamera + kFringes + "[room]\nlamp = [0, 0, -1]\n", "lamp"),
+              HasSubstr("has no effect without [projector]"));
+}
+
 TEST_F(TwinFileFringes, WaveformOfTheFringes) {
   const std::string head = kHead + kCamera + kFringes;
   const auto waveform = [&](const std::string& value) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Factors of each image of the sequence: light_factors, ambient_factors and exposure_factors of twin.toml.
+// Light of the room, and factors of each image of the sequence: [room], light_factors, ambient_factors and
+// exposure_factors of twin.toml.
 #include <fmt/format.h>
 
+#include "twin/file/plain_keys.hpp"
 #include "twin/file/twin_file.hpp"
 
 namespace fringetwin {
@@ -9,6 +11,7 @@ namespace {
 
 /// A lamp that flickers, or an exposure that is not kept, stays well within this.
 constexpr double kSmallest = 1e-3, kLargest = 1e3;
+constexpr double kBrightestLamp = 1e9;
 
 /// Returns the factors of a key, none where it is left out. Refuses any other number of them than that of the
 /// sequence's images.
@@ -24,6 +27,19 @@ std::vector<double> read_factors(const TomlTable& table, const std::string& key,
 
 }  // namespace
 
+Room read_room(const TomlTable& root, const Twin& twin) {
+  const auto table = root.table("room");
+  if (!table) return {};
+  table->allow(names_of_keys<Room>());
+  Room room;
+  if (const auto lamp = table->vector("lamp", 3, NumberRange::between(-kBrightestLamp, kBrightestLamp)))
+    room.lamp_world = *lamp;
+  if (room.has_lamp() && !twin.projector)
+    table->fail("lamp", "has no effect without [projector]: without one nothing is rendered",
+                "add [projector], or leave out [room]");
+  return room;
+}
+
 void read_light_factors(const TomlTable& root, Twin& twin) {
   const std::size_t n = expand_sequence(twin.fringes).size();
   const NumberRange positive{.min = kSmallest, .max = kLargest}, or_none{.min = 0.0, .max = kLargest};
@@ -34,8 +50,8 @@ void read_light_factors(const TomlTable& root, Twin& twin) {
   const TomlTable projector = *root.table("projector");
   twin.projector->light_factors = read_factors(projector, "light_factors", positive, n);
   twin.projector->ambient_factors = read_factors(projector, "ambient_factors", or_none, n);
-  if (!twin.projector->ambient_factors.empty() && twin.projector->ambient == 0.0)
-    projector.fail("ambient_factors", "has no effect without ambient > 0");
+  if (!twin.projector->ambient_factors.empty() && twin.projector->ambient == 0.0 && !twin.room.has_lamp())
+    projector.fail("ambient_factors", "has no effect without ambient > 0 or [room] lamp");
 }
 
 }  // namespace fringetwin

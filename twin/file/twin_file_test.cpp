@@ -186,7 +186,7 @@ TEST_F(TwinFile, LightOfImages) {
   EXPECT_THAT(error(text("exposure_factors = 1.0\n", ""), "exposure_factors"), HasSubstr("exposure_factors"));
   EXPECT_THAT(error(kHead + kCamera + kProjectorLens + "ambient_factors = " + nine + "\n" + kSteps,
                     "ambient_factors"),
-              HasSubstr("has no effect without ambient > 0"));
+              HasSubstr("has no effect without ambient > 0 or [room] lamp"));
 }
 
 TEST_F(TwinFile, MotionOfObjects) {
