@@ -164,6 +164,7 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
     return;
   }
   find_projector_places(*options.renderer, twin, samples);
+  find_room_light(*options.renderer, twin, samples);
   Sensitivity sensitivity(*options.renderer, std::move(samples));
   sensitivity.add_scatter_of(twin);
   // what the pixels have of their own is taken from these images: no evidence

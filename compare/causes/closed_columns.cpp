@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <span>
@@ -19,12 +20,13 @@ namespace {
 using Eigen::Vector2d;
 using Effect = std::function<void(const EffectInput&, std::vector<float>&)>;
 
-constexpr int kFieldOrder = 4;
 constexpr double kFullSignal = 0.75;    ///< of full scale: the middle of the response's polynomials' range is
 constexpr double kLargestSignal = 1.2;  ///< half of it; they stay as they are beyond this many times
-constexpr double kSmallestSignal = 1e-6;  ///< of full scale: below, a power is not taken
-constexpr double kMostBlurPx = 10.0;      ///< its sums take 100 sigma^2 of the pixels around each
-constexpr int kPitchOverWidth = 4;        ///< the phase stays within a quarter of a period
+constexpr double kSmallestSignal = 1e-6;   ///< of full scale: below, a power is not taken
+constexpr double kMostBlurPx = 10.0;       ///< its sums take 100 sigma^2 of the pixels around each
+constexpr double kLargestExponent = 50.0;  ///< of a term of the light field: what twin.toml takes
+constexpr int kRoomPoints = 9;             ///< per pixel, as residuals have
+constexpr int kPitchOverWidth = 4;         ///< the phase stays within a quarter of a period
 
 /// Calls f(pixel, its values in the order of the samples' images) for all pixels.
 template <class Function>
@@ -141,17 +143,17 @@ Effect response_term_effect(double range_dn, int order) {
   };
 }
 
-/// The projector's light is multiplied by 1 + value P_i(a) P_j(b), Legendre's polynomials of its coordinates,
-/// -1 to 1 from border to border.
-Effect field_effect(unsigned i, unsigned j, Vector2d size_px) {
+/// The projector's light is multiplied by exp(value P_i(a) P_j(b)), Legendre's polynomials of its
+/// coordinates, -1 to 1 from border to border.
+Effect field_effect(LegendreOrders order, Vector2d size_px) {
   return [=](const EffectInput& in, std::vector<float>& irradiance) {
     if (in.samples.projector_px.empty()) return;
     for_pixels(in.samples, irradiance, [&](std::size_t pixel, std::span<float> values) {
       const Eigen::Array2d at =
           (in.samples.projector_px[pixel].cast<double>().array() + 0.5) / size_px.array() * 2.0 - 1.0;
       const Eigen::Array2d inside = at.max(-1.0).min(1.0);
-      const double term = std::legendre(i, inside.x()) * std::legendre(j, inside.y());
-      const double factor = (1.0 + in.to * term) / (1.0 + in.from * term);
+      const double term = std::legendre(order[0], inside.x()) * std::legendre(order[1], inside.y());
+      const double factor = std::exp((in.to - in.from) * term);
       for (std::size_t k = 0; k < values.size(); ++k)
         scale_over(values[k], factor, unprojected_light(in.twin, in.samples, pixel, in.samples.images[k]));
     });
@@ -349,10 +351,20 @@ class ClosedList : private GroupList {
 
   void add_field() {
     if (!twin_.projector) return;
-    for (unsigned i = 0; i <= kFieldOrder; ++i)
-      for (unsigned j = i == 0 ? 1 : 0; i + j <= kFieldOrder; ++j)
-        add(fmt::format("projector.field.{}_{}", i, j), "", 0.0, 0.01,
-            field_effect(i, j, size_px(twin_.projector->lens)));
+    for (std::size_t k = 0; k < kLightFieldTerms.size(); ++k) {
+      const LegendreOrders& order = kLightFieldTerms[k];
+      Parameter& p = add(fmt::format("projector.light_field.{}_{}", order[0], order[1]), "",
+                         twin_.projector->light_field_term(k), 0.01,
+                         field_effect(order, size_px(twin_.projector->lens)));
+      p.change = [k](Twin& t, double d) {
+        std::vector<double>& field = t.projector->light_field;
+        field.resize(kLightFieldTerms.size());
+        field[k] += d;
+      };
+      // light that comes over another surface has passed another place of the projector's image
+      p.is_closed = twin_.render.bounces == 0;
+      p.largest = kLargestExponent, p.smallest = -kLargestExponent;
+    }
   }
 
   void add_image_shifts() {
@@ -394,10 +406,12 @@ double unprojected_light(const Twin& twin, const GridSamples& samples, std::size
   const Camera& camera = twin.cameras[samples.camera];
   const Projector& projector = *twin.projector;
   const double offset = texture_offset(twin, samples, pixel, image);
-  if (!(projector.ambient > 0.0)) return offset;
+  if (!(projector.ambient > 0.0) && samples.room_light.empty()) return offset;
   const Vector2d at = place_px(samples, pixel);
   const auto i = static_cast<std::size_t>(image);
-  const double ambient = projector.ambient * render::vignetting_factor(camera, at.x(), at.y()) *
+  const double room =
+      samples.room_light.empty() ? projector.ambient : static_cast<double>(samples.room_light[pixel]);
+  const double ambient = room * render::vignetting_factor(camera, at.x(), at.y()) *
                          factor_of(projector.ambient_factors, i) * factor_of(camera.exposure_factors, i);
   return camera.texture ? camera.texture->factor_at(texture_pixel(camera, samples, pixel)) * ambient + offset
                         : ambient;
@@ -428,12 +442,29 @@ Effect factor_effect() {
   };
 }
 
+void find_room_light(render::Renderer& renderer, const Twin& twin, std::vector<GridSamples>& samples) {
+  if (!twin.projector || !twin.room.has_lamp()) return;
+  constexpr double kAsGoodAsDark = 1e-30;
+  Twin view = twin;
+  view.projector->intensity = kAsGoodAsDark;
+  view.projector->ambient_factors.clear(), view.projector->light_factors.clear();
+  view.render.bounces = 0;
+  for (Camera& camera : view.cameras)
+    camera.vignetting = {}, camera.texture = nullptr, camera.exposure_factors.clear();
+  for (GridSamples& s : samples) {
+    const ImageF image = render_grid(renderer, view, s.camera, s.grid, kRoomPoints).front();
+    s.room_light.clear();
+    for (const std::size_t cell : s.cell) s.room_light.push_back(image.data[cell]);
+  }
+}
+
 void find_projector_places(render::Renderer& renderer, const Twin& twin, std::vector<GridSamples>& samples) {
   FT_CHECK(twin.projector.has_value(), "a projector that lights the samples");
   Twin view = twin;
   view.projector =
       Projector{.lens = twin.projector->lens, .T_proj_world = twin.projector->T_proj_world, .response = {}};
   view.render.bounces = 0;
+  view.room = {};
   for (Camera& camera : view.cameras)
     camera.vignetting = {}, camera.texture = nullptr, camera.exposure_factors.clear();
   const Vector2d pitch_px = kPitchOverWidth * size_px(twin.projector->lens);

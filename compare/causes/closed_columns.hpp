@@ -9,12 +9,14 @@ namespace fringetwin::compare {
 
 /// Returns the parameters of the groups light and exposure (of the phase steps `use_steps`, all where it is
 /// empty), room_light, camera_response, projector_field, image_shift, motion and camera_psf, whose `instead`
-/// is empty; none of others. `change` is empty, too, but for light and exposure, which are closed.
+/// is empty; none of others. `change` is empty, too, but for light, exposure and projector_field, which are
+/// closed.
 std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
                                          const std::vector<int>& use_steps);
 
 /// Returns the irradiance of a pixel in an image of the sequence that the projector's light factor leaves as
-/// it is: the twin's ambient light, and the offset of the camera's texture.
+/// it is: the twin's light of the room (with a lamp: find_room_light()), and the offset of the camera's
+/// texture.
 double unprojected_light(const Twin& twin, const GridSamples& samples, std::size_t pixel, int image);
 
 /// Returns the effect of a parameter of a camera's vignetting, which `change` changes.
@@ -22,6 +24,9 @@ std::function<void(const EffectInput&, std::vector<float>&)> vignetting_effect(
     std::size_t camera, std::function<void(Twin&, double)> change);
 /// Returns the effect of a parameter that all light is in proportion to.
 std::function<void(const EffectInput&, std::vector<float>&)> factor_effect();
+
+/// Fills GridSamples::room_light of all samples where the twin has a lamp beside the projector.
+void find_room_light(render::Renderer& renderer, const Twin& twin, std::vector<GridSamples>& samples);
 
 /// Fills GridSamples::projector_px of all samples: from one rendering of fringes so wide that their phase
 /// tells the place in the projector's image, four points per pixel.

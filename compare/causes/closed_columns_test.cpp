@@ -80,7 +80,8 @@ void expect_effect(const std::string& group, const std::string& name, double val
     s.projector_px[p] = projector_px(x, y).cast<float>();
     for (const int image : s.images) before.push_back(static_cast<float>(light(x, y, image)));
   }
-  const bool is_kept = group == "light" || group == "exposure";  // by a key of twin.toml
+  const bool is_kept =
+      group == "light" || group == "exposure" || group == "projector_field";  // by a key of twin.toml
   for (const Parameter& parameter : parameters_of(twin, group)) {
     if (parameter.name != name) continue;
     ASSERT_TRUE(parameter.effect);
@@ -202,13 +203,14 @@ TEST(ClosedColumns, TheProjectorsFieldFollowsItsOwnImage) {
     return [field](double x, double y, int image, double value) {
       const Eigen::Vector2d p = projector_px(x, y);
       return light(x, y, image) *
-             (1.0 + value * field((p.x() + 0.5) / 640.0 - 1.0, (p.y() + 0.5) / 360.0 - 1.0));
+             std::exp(value * field((p.x() + 0.5) / 640.0 - 1.0, (p.y() + 0.5) / 360.0 - 1.0));
     };
   };
-  expect_effect("projector_field", "projector.field.1_0", 0.2, after([](double a, double) { return a; }));
-  expect_effect("projector_field", "projector.field.0_2", -0.2,
+  expect_effect("projector_field", "projector.light_field.1_0", 0.2,
+                after([](double a, double) { return a; }));
+  expect_effect("projector_field", "projector.light_field.0_2", -0.2,
                 after([](double, double b) { return 1.5 * b * b - 0.5; }));
-  expect_effect("projector_field", "projector.field.3_1", 0.3,
+  expect_effect("projector_field", "projector.light_field.3_1", 0.3,
                 after([](double a, double b) { return (2.5 * a * a * a - 1.5 * a) * b; }));
   EXPECT_EQ(parameters_of(two_cameras(), "projector_field").size(), 14u);
 }

@@ -50,6 +50,9 @@ struct GridSamples {
   const CameraImages* frame = nullptr;
   std::vector<Eigen::Vector2f>
       projector_px;  ///< that lights each pixel; empty unless find_projector_places()
+  /// Of each pixel: irradiance of the room in an image without factors, before the lens's vignetting; empty
+  /// unless find_room_light().
+  std::vector<float> room_light = {};
   /// Derivatives of the irradiance by each parameter of the group pose, laid out as real_dn, which copies
   /// share; null unless Sensitivity::take_pose_slopes().
   std::shared_ptr<const std::vector<std::vector<float>>> pose_slopes = {};

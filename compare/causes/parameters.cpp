@@ -54,6 +54,7 @@ class ParameterList : private GroupList {
     if (group_ == "albedo") add_albedo();
     if (group_ == "specular") add_specular();
     if (group_ == "bounce") add_bounce();
+    if (group_ == "lamp") add_lamp();
     return std::move(list_);
   }
 
@@ -184,6 +185,15 @@ class ParameterList : private GroupList {
     p.largest = 1.0;
   }
 
+  /// From no lamp at all there is no way to one: what it would light is not known.
+  void add_lamp() {
+    if (!twin_.projector || !twin_.room.has_lamp()) return;
+    const double step = 0.01 * twin_.room.lamp_world.norm();
+    for (int i = 0; i < 3; ++i)
+      add(fmt::format("room.lamp.{}", "xyz"[i]), "", twin_.room.lamp_world[i], step,
+          [i](Twin& t, double d) { t.room.lamp_world[i] += d; });
+  }
+
   const Twin& twin_;
 };
 
@@ -212,15 +222,16 @@ const std::vector<ParameterGroup>& parameter_groups() {
        "have it taken out by [measure] light = \"corrected\", or record again with a steady lamp or "
        "exposures of "
        "whole periods of the mains"},
+      {"lamp", "direction and light of the room's lamp", "the lamp beside the projector (room.lamp)"},
       {"room_light", "light over each camera's image that is the same in all images",
        "light that is no projector's (room light, a lamp, scattering)",
-       "record again in the dark, or subtract an image of the dark room"},
+       "record again in the dark, or subtract an image of the dark room; a lamp far away is [room] lamp"},
       {"camera_response", "curve of each camera's gray values over the light",
        "a camera's gray values do not follow the light in proportion (its response)",
        "switch gamma and other curves off in the camera, and keep its values below the bend"},
-      {"projector_field", "brightness over the projector's image",
-       "the projector is brighter here than there (its own vignetting)",
-       "refine texture: a factor per pixel takes it away"},
+      {"projector_field", "light over the projector's image, to the fourth order",
+       "the projector is brighter here than there (hot spot, its own vignetting: light_field)", "",
+       "texture in its place: a factor per pixel takes it away"},
       {"image_shift", "shift of the fringes of each image",
        "the fringes moved from image to image (vibration, wrong phase steps)",
        "record again on a firm base; check the projector's phase steps"},

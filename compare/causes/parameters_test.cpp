@@ -123,6 +123,9 @@ Numbers numbers_of(const Twin& twin) {
   out["projector.blur"] = p.blur_px;
   out["projector.gamma"] = p.response.gamma;
   out["projector.ambient"] = p.ambient;
+  for (std::size_t i = 0; i < kLightFieldTerms.size(); ++i)
+    out[fmt::format("projector.light_field{}", i)] = p.light_field_term(i);
+  put(out, "room.lamp", twin.room.lamp_world);
   const Harmonics& harmonics = twin.fringes.directions[0].harmonics_of(0);
   for (std::size_t i = 0; i < harmonics.size(); ++i) {
     out[fmt::format("projector.harmonic{}", i + 2)] = harmonics[i].cosine;
@@ -201,6 +204,9 @@ TEST(Parameters, EveryNumberIsMovedByTheChangeItself) {
       {"projector.k1", "projector.lens.intrinsics4"},
       {"projector.k2", "projector.lens.intrinsics5"},
       {"projector.gamma", "projector.gamma"},
+      {"projector.light_field.1_0", "projector.light_field0"},
+      {"projector.light_field.2_1", "projector.light_field6"},
+      {"projector.light_field.0_4", "projector.light_field13"},
       {"projector.harmonic.2", "projector.harmonic2"},
       {"projector.harmonic.4", "projector.harmonic4"},
       {"projector.harmonic.3.quadrature", "projector.quadrature3"},

@@ -13,6 +13,8 @@
 // | its sigma             | 2e-3           | a tenth of the least that is planted, 0.02            |
 // | sigma                 | 0.1 planted    | 0.3 DN of 200: planted are 17 sigma and more          |
 // | light refined back    | 3 sigma        | required; 11 numbers: one seed in 34                  |
+// | field, lamp           | 3 sigma        | required; 5 numbers: one seed in 74                   |
+// | field and rendering   | 2e-4           | 0.1 px of 640, 0.08 per half image, of 12: 1.5e-4     |
 // | motion refined back   | 3 sigma        | required; 3 numbers: one seed in 120                  |
 // | effect and rendering  | 2e-5           | irradiance of 12 in single precision, 7e-7 each, added|
 // | projector's pixel     | 0.1 px         | phase in single precision: 5e-5 rad of 5120 px: 0.04  |
@@ -238,12 +240,68 @@ TEST(PlantedGroups, FieldOfTheProjector) {
                                                                  static_cast<int>(s.cell[p]) / kWidth))
                     .norm(),
                 0.1);
-  expect_found(twin, "projector_field", {{"projector.field.1_0", 0.02}, {"projector.field.0_1", -0.03}},
-               truth, [&](double e, std::size_t camera, int, int x, int y) {
-                 const Eigen::Vector2d at = projector_px(reference, camera, x, y);
-                 return e * (1.0 + 0.02 * ((at.x() + 0.5) / 640.0 - 1.0)) *
-                        (1.0 - 0.03 * ((at.y() + 0.5) / 360.0 - 1.0));
-               });
+  expect_found(
+      twin, "projector_field", {{"projector.light_field.1_0", 0.02}, {"projector.light_field.0_1", -0.03}},
+      truth, [&](double e, std::size_t camera, int, int x, int y) {
+        const Eigen::Vector2d at = projector_px(reference, camera, x, y);
+        return e * std::exp(0.02 * ((at.x() + 0.5) / 640.0 - 1.0) - 0.03 * ((at.y() + 0.5) / 360.0 - 1.0));
+      });
+}
+
+// The reference sees a ball that a hot spot lights; what `--refine projector_field` does finds its terms
+// beside each other and the gain, and the twin that it writes shows these images.
+TEST(PlantedGroups, FieldOfTheProjectorIsRefinedBack) {
+  const Twin twin = window_on_the_sphere();
+  Twin truth = twin;
+  truth.projector->light_field = {0.05, -0.08, -0.3, 0.0, -0.2};
+  const Images recorded = traced_by_reference(truth);
+  const std::vector<CameraImages> frames = frames_of(recorded);
+  std::vector<GridSamples> samples = samples_of(recorded, same, frames);
+  find_projector_places(renderer(), twin, samples);
+  Sensitivity sensitivity(renderer(), std::move(samples));
+  std::vector<Parameter> parameters = parameters_of(twin, "projector_field");
+  parameters.resize(2);  // of the part that the ball fills a curve hardly differs from more light
+  Twin known = twin;
+  known.projector->light_field = truth.projector->light_field;
+  known.projector->light_field[0] = known.projector->light_field[1] = 0.0;
+  for (Parameter& p : parameters) EXPECT_EQ(p.start, 0.0);
+  GroupFit fit(sensitivity, known, parameters, {.exact = true});
+  fit.run();
+  EXPECT_TRUE(fit.converged());
+  EXPECT_NEAR(fit.chi2(), 1.0, 0.02);  // as for the light
+  for (std::size_t k = 0; k < 2; ++k) {
+    const GroupFit::Known& found = fit.known()[k];
+    EXPECT_NEAR(found.value, truth.projector->light_field[k], 3.0 * found.sigma) << fit.parameters()[k].name;
+    EXPECT_LT(found.sigma, 0.1 * std::abs(truth.projector->light_field[k]));
+    EXPECT_EQ(fit.twin().projector->light_field[k], found.value);
+  }
+  const Sensitivity::Values rendered = sensitivity.irradiance(fit.twin(), Sensitivity::kResidualSamples);
+  for (std::size_t c = 0; c < 2; ++c)
+    for (std::size_t i = 0; i < rendered[c].size(); ++i)
+      ASSERT_NEAR(fit.predicted()[c][i], rendered[c][i], 2e-4);
+}
+
+// The lamp is turned by 11 degrees and brighter by 20 % than the twin has it; both cast shadows.
+TEST(PlantedGroups, LampIsRefinedBack) {
+  Twin twin = window_on_the_sphere();
+  twin.room.lamp_world = {0.5, -0.3, -1.0};
+  Twin truth = twin;
+  truth.room.lamp_world = {0.4, -0.5, -1.2};
+  const Images recorded = traced_by_reference(truth);
+  const std::vector<CameraImages> frames = frames_of(recorded);
+  Sensitivity sensitivity(renderer(), samples_of(recorded, same, frames));
+  GroupFit fit(sensitivity, twin, parameters_of(twin, "lamp"), {.exact = true});
+  fit.run();
+  EXPECT_TRUE(fit.converged());
+  EXPECT_NEAR(fit.chi2(), 1.0, 0.02);  // as for the light
+  ASSERT_EQ(fit.parameters().size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const GroupFit::Known& found = fit.known()[k];
+    EXPECT_NEAR(found.value, truth.room.lamp_world[static_cast<Eigen::Index>(k)], 3.0 * found.sigma)
+        << fit.parameters()[k].name;
+    EXPECT_EQ(fit.twin().room.lamp_world[static_cast<Eigen::Index>(k)], found.value);
+  }
+  EXPECT_TRUE(parameters_of(window_on_the_sphere(), "lamp").empty());
 }
 
 TEST(PlantedGroups, ShiftOfImages) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compare/causes/closed_columns.hpp"
 #include "compare/causes/parameters.hpp"
 #include "compare/causes/refine_guard.hpp"
 #include "compare/causes/refine_start.hpp"
@@ -33,13 +34,17 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
 }
 
 /// A device's or an object's name alone asks for what is told apart from the rest of it: not for its size,
-/// its gloss, its intrinsics or its motion, nor for what no key holds.
+/// its gloss, its intrinsics, its motion or the field of its light, nor for what no key holds.
 bool matches(const Parameter& p, const std::string& asked) {
   const bool by_itself = p.group == "size" || p.group == "specular" || p.group == "intrinsics" ||
-                         p.group == "motion" || !p.change;
+                         p.group == "motion" || p.group == "projector_field" || !p.change;
   return p.group == asked || p.name == asked ||
          (p.name.starts_with(asked + ".") && (!by_itself || asked.find('.') != std::string::npos));
 }
+
+bool is_of_field(const Parameter& p) { return p.group == "projector_field"; }
+/// Returns the order of a term of the light field by its name, "projector.light_field.3_1".
+int order_of_term(const std::string& name) { return name[name.size() - 3] - '0' + name.back() - '0'; }
 
 /// Returns the parameters asked for, in the order of the groups. Throws for a name that means nothing here.
 std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std::string>& asked,
@@ -68,10 +73,12 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
   if (albedo && texture)
     throw UserError(ExitCode::usage, "--refine",
                     "texture, a factor per pixel, contains the albedo of the objects", "refine one of them");
-  if (texture && std::ranges::any_of(chosen, [](const Parameter& p) { return p.group == "vignetting"; }))
-    throw UserError(ExitCode::usage, "--refine",
-                    "the images cannot tell vignetting and texture apart: a factor per pixel contains it",
-                    "refine one of them");
+  for (const char* group : {"vignetting", "projector_field"})
+    if (texture && std::ranges::any_of(chosen, [=](const Parameter& p) { return p.group == group; }))
+      throw UserError(
+          ExitCode::usage, "--refine",
+          fmt::format("the images cannot tell {} and texture apart: a factor per pixel contains it", group),
+          "refine one of them");
   if ((albedo || texture) && is_asked(asked, "gain"))
     throw UserError(
         ExitCode::usage, "--refine",
@@ -88,7 +95,10 @@ class Refiner {
  public:
   Refiner(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
           const std::vector<std::string>& asked)
-      : twin_(twin), real_(real), simulated_(simulated), sensitivity_(*options.renderer, collect(options)) {
+      : twin_(twin),
+        real_(real),
+        simulated_(simulated),
+        sensitivity_(*options.renderer, collect(options, asked)) {
     keeps_gain_ = is_asked(asked, "gain");
     keeps_black_ = is_asked(asked, "black");
     report_.asked = asked;
@@ -122,6 +132,7 @@ class Refiner {
     settle_switches(begin);
     GroupFit fit(sensitivity_, twin_, parameters_, {.hold_gain = hold_gain_, .exact = true});
     fit.start_at(begin);
+    lower_the_field(fit);
     refuse_what_cannot_be_told(fit);
     fit_what_is_told(fit);
     refuse_what_cannot_be_told(fit);
@@ -138,7 +149,7 @@ class Refiner {
   }
 
  private:
-  std::vector<GridSamples> collect(const CompareOptions& options) {
+  std::vector<GridSamples> collect(const CompareOptions& options, const std::vector<std::string>& asked) {
     std::vector<std::string> warnings;
     std::string reasons;
     std::vector<GridSamples> samples;
@@ -168,6 +179,9 @@ class Refiner {
           ExitCode::input, "--refine",
           "no camera has gray values to refine by" + (reasons.empty() ? "" : " (" + reasons + ")"),
           "compare without --refine first and look at the report");
+    if (std::ranges::any_of(chosen_parameters(twin_, asked), is_of_field))
+      find_projector_places(*options.renderer, twin_, samples);
+    find_room_light(*options.renderer, twin_, samples);
     return samples;
   }
 
@@ -210,6 +224,19 @@ class Refiner {
     if (const std::string alike = fit.cannot_be_told(); !alike.empty())
       throw UserError(ExitCode::usage, "--refine", "the images cannot tell these apart: " + alike,
                       "refine fewer of them at a time");
+  }
+
+  /// Holds the highest orders of the light field while the images cannot tell all apart: what is seen of the
+  /// projector's image may be too little for them.
+  void lower_the_field(GroupFit& fit) const {
+    for (int order = 4; order > 1; --order) {
+      std::vector<std::size_t> of_order;
+      for (std::size_t k = 0; k < parameters_.size(); ++k)
+        if (is_of_field(parameters_[k]) && order_of_term(parameters_[k].name) == order) of_order.push_back(k);
+      if (of_order.empty()) continue;
+      if (fit.cannot_be_told().empty()) return;
+      fit.hold(of_order);
+    }
   }
 
   /// Fits, and fits again without what these images hardly tell: a vignetting of 92 with a standard error of

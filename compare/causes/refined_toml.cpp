@@ -92,6 +92,7 @@ void add_projector(std::vector<TomlBlock>& blocks, const Projector& before, cons
   add_device(keys, before.lens, before.T_proj_world, after.lens, after.T_proj_world);
   keys.key("blur_px", fmt::format("{}", before.blur_px), fmt::format("{}", after.blur_px));
   keys.key("response", response_text(before.response), response_text(after.response));
+  keys.key("light_field", numbers(before.light_field), numbers(after.light_field));
   keys.key("light_factors", numbers(before.light_factors), numbers(after.light_factors));
   keys.append_to(blocks);
 }
@@ -171,6 +172,12 @@ std::vector<TomlBlock> refined_blocks(const Twin& before, const Twin& after) {
   add_fringes(blocks, before.fringes, after.fringes);
   for (std::size_t k = 0; k < after.objects.size(); ++k)
     add_object(blocks, before.objects[k], after.objects[k]);
+  ChangedKeys room({.table = {"room"}});
+  const auto lamp = [](const Twin& t) {
+    return numbers(std::vector<double>(t.room.lamp_world.begin(), t.room.lamp_world.end()));
+  };
+  room.key("lamp", lamp(before), lamp(after));
+  room.append_to(blocks);
   ChangedKeys render({.table = {"render"}, .may_be_new = true});
   render.key("bounces", fmt::format("{}", before.render.bounces), fmt::format("{}", after.render.bounces));
   render.append_to(blocks);
@@ -184,6 +191,7 @@ std::vector<TomlBlock> refinable_tables(const Twin& twin) {
   if (twin.projector) tables.push_back({.table = {"projector"}});
   for (const DirectionFringes& direction : twin.fringes.directions)
     tables.push_back({.table = {"fringes", axis_name(direction.axis)}});
+  if (twin.room.has_lamp()) tables.push_back({.table = {"room"}});
   for (const Object& object : twin.objects)
     tables.push_back({.table = {"object", "material"}, .entry = object.name});
   return tables;

@@ -253,7 +253,9 @@ std::vector<HeldOutRow> predict_held_out(const HeldOutInput& in) {
   of_all.use_steps.clear();
   const Refined refined = refine(in.twin, real, in.simulated, of_fitted,
                                  without_images(in.twin, in.asked, in.fold.fitted), WhatIsWorse::stays);
-  Sensitivity sensitivity(*in.options.renderer, samples_of(in, real, refined.report, of_fitted, of_all));
+  std::vector<GridSamples> samples = samples_of(in, real, refined.report, of_fitted, of_all);
+  find_room_light(*in.options.renderer, refined.twin, samples);
+  Sensitivity sensitivity(*in.options.renderer, std::move(samples));
   sensitivity.leave_out_edges(refined.twin);
   const Sensitivity::Values e = sensitivity.irradiance(refined.twin, Sensitivity::kResidualSamples);
   std::vector<HeldOutRow> rows;
