@@ -4,6 +4,7 @@ import numpy as np
 
 import solids
 from cases import add_case, nothing, planted
+from rig import legendre_field, unit
 
 
 def right(name, rig=None, what="nothing", plant=nothing, **more):
@@ -47,6 +48,26 @@ right("right_some_saturated", dict(scene="ball+wall"), what="nothing; some pixel
       plant=both_overexposed)
 right("right_gain_unknown", what="gain 15 % and black level 3 DN off in the twin: they are fitted",
       plant=other_gain_in_twin)
+
+
+HOT_SPOT = [0.06, -0.04, -0.18, 0.03, -0.12]  # brightest beside the middle, by 35 % over two of the corners
+
+
+def field_known(rig, twin, random):
+    rig.projector_field, twin.light_field = legendre_field(HOT_SPOT), HOT_SPOT
+
+
+def lamp_known(rig, twin, random):
+    rig.lamp = twin.lamp = unit(np.array((0.5, -0.4, -0.77))), 0.6
+
+
+right("right_light_field", dict(scene="ball+wall", small=True), plant=field_known,
+      what="nothing; a hot spot of the projector, as the twin has it")
+right("right_light_field_two_cameras", dict(scene="ball+wall", small=True, cameras=2), plant=field_known,
+      what="nothing; two cameras, a hot spot of the projector, as the twin has it")
+right("right_lamp", plant=lamp_known, what="nothing; a lamp at the side, as the twin has it")
+right("right_lamp_wall", dict(scene="ball+wall", small=True), plant=lamp_known,
+      what="nothing; a lamp at the side, as the twin has it: the sphere's shadow of it lies on the wall")
 
 
 def coverage(what, rig=None, **expected):

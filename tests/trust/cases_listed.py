@@ -5,6 +5,7 @@ import numpy as np
 
 from cases import add_case
 from projection import rotation, vector
+from rig import legendre_field
 
 BALL, WALL, BOTH = dict(scene="ball"), dict(scene="wall", small=True), dict(scene="ball+wall", small=True)
 FULL_BOTH = dict(scene="ball+wall")
@@ -218,6 +219,18 @@ def hot_spot(height, width_px):
     return plant
 
 
+def field(coefficients):
+    """In the words of the twin's key."""
+    def plant(rig, twin, random):
+        rig.projector_field = legendre_field(coefficients)
+    return plant
+
+
+def field_values(coefficients):
+    names = [f"projector.light_field.{order - j}_{j}" for order in range(1, 5) for j in range(order + 1)]
+    return dict(zip(names, [*coefficients, *[0.0] * (len(names) - len(coefficients))]))
+
+
 def field_tilt(rig, twin, random):
     rig.projector_field = lambda u, v: 1 + 0.1 * (u - 400) / 400 + 0.05 * (v - 300) / 300
 
@@ -258,9 +271,15 @@ def believed_bounce(rig, twin, random):
     twin.bounces = 1
 
 
+BROAD = (0.06, -0.04, -0.18, 0.03, -0.12)
 FIELD, SHIFT = "projector_field texture factor", "image_shift"
 listed("field_tilt_two_cameras", "two cameras, the projector is brighter at one side by 20 %", field_tilt, TWO,
        "projector_field", **VARIES)
+listed("light_field", "a hot spot of the projector, 35 % and as wide as its image", field(BROAD), BOTH, FIELD, **VARIES)
+listed("light_field_flat", "one flat wall: a hot spot of the projector, which vignetting may be, too", field(BROAD), WALL,
+       FIELD + " vignetting", **VARIES)
+listed("light_field_two_cameras", "two cameras, a hot spot of the projector, 35 % and as wide as its image", field(BROAD), TWO,
+       "projector_field", **VARIES, values=field_values(BROAD))
 listed("hot_spot_small", "a hot spot of the projector, 3 %, 120 px wide", hot_spot(0.03, 120), WALL, FIELD, gain=False)
 listed("camera_defocus", "the camera is out of focus by 0.9 px", defocus(0.9), BALL, "camera_psf", verdict=GRAY)
 listed("camera_defocus_n5", "N = 5, the camera is out of focus by 0.9 px", defocus(0.9), dict(scene="wall") | N5,

@@ -44,7 +44,7 @@ def write_twin(folder, twin, file="twin.toml", name="trust", comment=()):
                   f'gain_dn = {sensor["gain_dn"]}', f'black_level_dn = {sensor["black_dn"]}',
                   f'electrons_per_dn = {sensor["electrons_per_dn"]}', f'read_noise_dn = {sensor["read_noise_dn"]}']
     lines += ["[projector]", *device_lines(twin.projector), f"intensity = {twin.intensity}", f"blur_px = {twin.blur_px}",
-              "[fringes]", f'directions = ["{twin.direction}"]', f"pitches_px = {twin.pitches_px}",
+              *([f"light_field = {numbers(twin.light_field)}"] if twin.light_field else []), "[fringes]", f'directions = ["{twin.direction}"]', f"pitches_px = {twin.pitches_px}",
               f"steps = {twin.steps}", f'unwrap = "{twin.unwrap}"', f"mean = {twin.mean}",
               f"amplitude = {twin.amplitude}", f"phase_origin_px = {twin.origin_px}"]
     if twin.unwrap == "gray":
@@ -59,6 +59,8 @@ def write_twin(folder, twin, file="twin.toml", name="trust", comment=()):
         lines += [f"{key} = {numbers(thing[key])}"
                   for key in ("center_mm", "radius_mm", "point_mm", "normal", "rt_world_object") if key in thing]
         lines += ["[object.material]", f'diffuse = {thing["albedo"]}']
+    if twin.lamp:
+        lines += ["[room]", f"lamp = {numbers(twin.lamp[0] * twin.lamp[1])}"]
     if twin.bounces:
         lines += ["[render]", f"bounces = {twin.bounces}"]
     lines += ["[real]", 'captures = "real"']

@@ -12,6 +12,7 @@ from projection import Device, aimed_at, vector
 
 PROJECTOR_SIZE = (800, 600)
 CAMERA_NAMES = ("left", "right")
+BEYOND_MM = 1e4  # on the way to a far lamp: behind all objects
 
 
 def unit(vectors):
@@ -27,6 +28,20 @@ def blurred(images, sigma_px, reach):
         size = images.shape[axis] - 2 * reach
         images = sum(weight * images.take(range(i, i + size), axis) for i, weight in enumerate(kernel))
     return images
+
+
+def legendre_field(coefficients):
+    """(u, v) -> factor whose logarithm is a sum of Legendre's P_i P_j, by rising order i + j and falling i, over the projector's
+    image from -1 to 1."""
+    orders = [(order - j, j) for order in range(1, 5) for j in range(order + 1)]
+
+    def factor(u, v):
+        table = np.zeros((5, 5))
+        for (i, j), c in zip(orders, coefficients):
+            table[i, j] = c
+        a, b = (2 * (x + 0.5) / size - 1 for x, size in zip((u, v), PROJECTOR_SIZE))
+        return np.exp(np.polynomial.legendre.legval2d(np.clip(a, -1, 1), np.clip(b, -1, 1), table))
+    return factor
 
 
 def things_of(scene):
@@ -63,6 +78,7 @@ class Rig:
         self.specular, self.shininess = 0.0, 10.0  # Phong's lobe, as docs/PHYSICS.md has it, on every object
         self.scatter = 0.0  # the share of the light that comes out of the surface elsewhere: fringes become their mean
         self.projector_field = None  # (u, v) -> factor on the projector's light
+        self.light_field = []  # what a twin believes of it: ln of the factor, terms of Legendre's products
         self.room_light = None  # (pixel columns) -> irradiance beside the projector's
         self.lamp = None  # unit vector towards a far lamp that is on all the time, and its irradiance on a white surface
         self.besides_factor = None  # a factor on the light of room and lamp in each image
@@ -156,7 +172,10 @@ class Rig:
             factor = factor * self.projector_field(u, v)
         besides = np.where(which >= 0, self.room_light(X), 0) if self.room_light else 0
         if self.lamp:
-            besides = besides + albedo[which] * self.lamp[1] * np.maximum(N @ self.lamp[0], 0)
+            shines = np.maximum(N @ self.lamp[0], 0)
+            start = P + N * 1e-3
+            shines *= ~solids.in_shadow(things, start, start + BEYOND_MM * self.lamp[0])
+            besides = besides + albedo[which] * self.lamp[1] * shines
         if self.scatter:
             besides = besides + factor * self.scatter * self.mean
             factor = factor * (1 - self.scatter)
