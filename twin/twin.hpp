@@ -156,8 +156,18 @@ struct Projector {
   /// Of each image of the sequence (a lamp that flickers or drifts): the projector's light, and the ambient
   /// light; empty: 1.
   std::vector<double> light_factors = {}, ambient_factors = {};
+  /// Of each image of the sequence (vibration, wrong phase steps): by how much its pattern lies further along
+  /// its axis; empty: 0.
+  std::vector<double> image_shifts_px = {};
   Eigen::Vector3d center_world_mm() const { return T_proj_world.inverse().translation_mm; }
   bool has_blur_field() const { return blur_field_px2 != std::array<double, 5>{}; }
+  /// Returns the shift of an image of the sequence.
+  double image_shift_px(std::size_t image) const {
+    return image < image_shifts_px.size() ? image_shifts_px[image] : 0.0;
+  }
+  bool has_image_shifts() const {
+    return std::ranges::any_of(image_shifts_px, [](double px) { return px != 0.0; });
+  }
   bool has_light_field() const {
     return std::ranges::any_of(light_field, [](double c) { return c != 0.0; });
   }
@@ -179,7 +189,7 @@ void list_keys(Keys& keys, const Projector*) {
   keys("pixel_fill", &Projector::pixel_fill,
        NumberRange{.min = 0.0, .max = 1.0, .min_excluded = true, .smallest = 0.01});
   keys("quantise_bits", &Projector::quantise_bits, 1, 16);
-  keys("light_factors"), keys("ambient_factors");
+  keys("light_factors"), keys("ambient_factors"), keys("image_shifts_px");
 }
 
 struct Material {
