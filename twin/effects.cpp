@@ -114,6 +114,17 @@ Effect light_per_image() {
           "[projector] light_factors, ambient_factors; [[camera]] exposure_factors"};
 }
 
+Effect shift_per_image() {
+  return {"shift per image",
+          EffectStage::light,
+          "patterns that lie where they should in every image",
+          [](const Twin& t) { return t.projector && t.projector->has_image_shifts(); },
+          [](Twin& t) {
+            if (t.projector) t.projector->image_shifts_px.clear();
+          },
+          "[projector] image_shifts_px"};
+}
+
 /// Says of an effect that the closed form of the noise counts with it.
 Effect in_noise_theory(Effect effect) {
   effect.in_noise_theory = true;

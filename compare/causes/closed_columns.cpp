@@ -160,9 +160,10 @@ Effect field_effect(LegendreOrders order, Vector2d size_px) {
   };
 }
 
-/// The fringes of one image lie `value` projector pixels further. E over the steps psi of its pitch is
-/// m + A cos psi + B sin psi, fitted; moved by the phase e the first harmonic A cos psi + B sin psi becomes
-/// cos e (A cos psi + B sin psi) + sin e (A sin psi - B cos psi).
+/// The fringes of one image lie `value` projector pixels further. E over the steps psi of its pitch, those
+/// that the twin's own shifts leave of them, is m + A cos psi + B sin psi, fitted; moved by the phase e the
+/// first harmonic A cos psi + B sin psi becomes cos e (A cos psi + B sin psi) + sin e (A sin psi - B cos
+/// psi).
 Effect image_shift_effect(int image, PatternSpec pattern, double pitch_px) {
   return [=](const EffectInput& in, std::vector<float>& irradiance) {
     const GridSamples& s = in.samples;
@@ -170,11 +171,16 @@ Effect image_shift_effect(int image, PatternSpec pattern, double pitch_px) {
         steps_of_pitches(s, in.twin.fringes)[{pattern.direction, pattern.pitch}];
     const auto at = std::ranges::find(s.images, image);
     if (steps.size() < 3 || at == s.images.end()) return;
+    const auto shown_rad = [&](double step_rad, int of_image) {
+      const double shift_px = in.twin.projector->image_shift_px(static_cast<std::size_t>(of_image));
+      return step_rad - 2.0 * std::numbers::pi * shift_px / pitch_px;
+    };
     Eigen::MatrixXd design(steps.size(), 3);
-    for (std::size_t q = 0; q < steps.size(); ++q)
-      design.row(static_cast<Eigen::Index>(q)) << 1.0, std::cos(steps[q].step_rad),
-          std::sin(steps[q].step_rad);
-    const double psi = 2.0 * std::numbers::pi * pattern.step / in.twin.fringes.steps,
+    for (std::size_t q = 0; q < steps.size(); ++q) {
+      const double of_step = shown_rad(steps[q].step_rad, s.images[steps[q].at]);
+      design.row(static_cast<Eigen::Index>(q)) << 1.0, std::cos(of_step), std::sin(of_step);
+    }
+    const double psi = shown_rad(2.0 * std::numbers::pi * pattern.step / in.twin.fringes.steps, image),
                  moved = 2.0 * std::numbers::pi * (in.to - in.from) / pitch_px, lost = std::cos(moved) - 1.0,
                  across = std::sin(moved);
     // the change is linear in (m, A, B), and these in the pixel's values
@@ -368,12 +374,20 @@ class ClosedList : private GroupList {
   }
 
   void add_image_shifts() {
-    for (const int image : phase_steps()) {
+    if (!twin_.projector) return;
+    for (const int image : compared_images()) {
       const PatternSpec& pattern = patterns_[static_cast<std::size_t>(image)];
       const DirectionFringes& direction =
           twin_.fringes.directions[static_cast<std::size_t>(pattern.direction)];
-      add(fmt::format("image_{}.shift_px", image), "px", 0.0, 0.03,
+      const auto at = static_cast<std::size_t>(image);
+      Parameter& p = add(
+          fmt::format("image_{}.shift_px", image), "px", twin_.projector->image_shift_px(at), 0.03,
           image_shift_effect(image, pattern, direction.pitches_px[static_cast<std::size_t>(pattern.pitch)]));
+      if (twin_.projector->pixel_structure) continue;  // its raster would stay, and twin.toml takes no shifts
+      p.change = [at, n = patterns_.size()](Twin& t, double d) {
+        t.projector->image_shifts_px.resize(n, 0.0);
+        t.projector->image_shifts_px[at] += d;
+      };
     }
   }
 

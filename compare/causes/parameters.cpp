@@ -233,7 +233,7 @@ const std::vector<ParameterGroup>& parameter_groups() {
        "the projector is brighter here than there (hot spot, its own vignetting: light_field)", "",
        "texture in its place: a factor per pixel takes it away"},
       {"image_shift", "shift of the fringes of each image",
-       "the fringes moved from image to image (vibration, wrong phase steps)",
+       "the fringes moved from image to image (vibration, wrong phase steps)", "",
        "record again on a firm base; check the projector's phase steps"},
       {"motion", "steady motion of each object while the images are taken",
        "an object moved while the images were taken", "", "record again with everything at rest, or faster"},

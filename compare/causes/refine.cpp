@@ -249,8 +249,8 @@ class Refiner {
       const GroupFit::Known& known = fit.known()[k];
       const double sigma = p.shown_sigma(known.value, known.sigma), value = p.shown(known.value);
       // a place, and the light of an image beside that of the others: nothing may be its finding
-      const bool may_be_none =
-          (is_geometric(p.group) && p.group != "lens") || p.group == "light" || p.group == "exposure";
+      const bool may_be_none = (is_geometric(p.group) && p.group != "lens") || p.group == "light" ||
+                               p.group == "exposure" || p.group == "image_shift";
       if (known.told &&
           (may_be_none || sigma <= std::max(std::abs(value), std::abs(value - p.shown(p.start)))))
         continue;

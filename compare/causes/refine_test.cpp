@@ -215,6 +215,27 @@ TEST(Refine, LightOfImagesIsWrittenAsItIsRead) {
   EXPECT_NEAR(odd.projector->light_factors[1], 1.0 / 1.1, 1e-15);
 }
 
+TEST(Refine, ShiftsOfImagesAreWrittenAsTheyAreRead) {
+  const Lens lens("LENSMODEL_PINHOLE", {900, 905, 31.5, 23.5}, {64, 48}, "test");
+  Twin before = ball_at(5.0);
+  before.projector = Projector{.lens = lens, .T_proj_world = Pose{}, .response = {}};
+  before.projector->image_shifts_px = {0.0, 0.25, 0.0, 0.0};
+  before.fringes.directions = {{Axis::x, {13}, {0}, {}}};
+  before.fringes.unwrap = Unwrap::none;
+  const std::vector<Parameter> shifts = parameters_of(before, "image_shift");
+  ASSERT_EQ(shifts.size(), 4u);
+  EXPECT_EQ(shifts[1].start, 0.25);
+  const Twin after = with_values(before, shifts, Eigen::Vector4d(0.5, 0.25, -0.125, 0.0));
+  EXPECT_EQ(after.projector->image_shifts_px, (std::vector<double>{0.5, 0.25, -0.125, 0.0}));
+  EXPECT_THAT(refined_toml({}, before, after),
+              ::testing::HasSubstr("[projector]\nimage_shifts_px = [0.5, 0.25, -0.125, 0]\n"));
+  // steps that are not compared tell nothing of theirs
+  EXPECT_EQ(parameters_of(before, "image_shift", {1, 3}).size(), 2u);
+  // a raster of pixels stays where it is: no key holds what moves without it
+  before.projector->pixel_structure = true;
+  EXPECT_FALSE(parameters_of(before, "image_shift").front().change);
+}
+
 TEST(Refine, SizeAndGlossAreWrittenWhereTheTwinHasThem) {
   const Twin before = ball_at(5.0);
   Twin after = before;

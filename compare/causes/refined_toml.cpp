@@ -94,6 +94,7 @@ void add_projector(std::vector<TomlBlock>& blocks, const Projector& before, cons
   keys.key("response", response_text(before.response), response_text(after.response));
   keys.key("light_field", numbers(before.light_field), numbers(after.light_field));
   keys.key("light_factors", numbers(before.light_factors), numbers(after.light_factors));
+  keys.key("image_shifts_px", numbers(before.image_shifts_px), numbers(after.image_shifts_px));
   keys.append_to(blocks);
 }
 

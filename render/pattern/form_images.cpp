@@ -74,7 +74,9 @@ Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSp
   }
   FT_CHECK(!spec.is_gray() && !transport.cosine.empty(), "transport without the image's sums");
   const auto d = static_cast<std::size_t>(spec.direction), p = static_cast<std::size_t>(spec.pitch);
-  const double delta = kTwoPi * spec.step / twin.fringes.steps;
+  const double pitch_px = twin.fringes.directions[d].pitches_px[p];
+  const double delta = kTwoPi * (static_cast<double>(spec.step) / twin.fringes.steps -
+                                 twin.projector->image_shift_px(index) / pitch_px);
   const PhaseSeries& series = transport.series[d][p];
   const std::vector<double>& a = series.a;
   FT_CHECK(a.size() >= 2, "a response has a mean and a fundamental");

@@ -257,7 +257,9 @@ std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, d
       continue;
     }
     const auto d = static_cast<std::size_t>(spec.direction), p = static_cast<std::size_t>(spec.pitch);
-    const double center = twin.fringes.directions[d].axis == Axis::x ? center_x_px : center_y_px;
+    // a pattern that lies further is met where an unmoved one is met earlier
+    const double center = (twin.fringes.directions[d].axis == Axis::x ? center_x_px : center_y_px) -
+                          twin.projector->image_shift_px(i);
     if (twin.projector->pixel_structure) {
       direct.push_back(twin.projector->blur_px > 0.0 ? axis_slot(twin, spec, i, center)
                                                      : pixel_slot(twin, spec, i, center));

@@ -78,8 +78,8 @@ double reference_light_field(const Projector& projector, const Eigen::Vector2d& 
   return std::exp(ln);
 }
 
-ReferencePattern::ReferencePattern(const Twin& twin, const PatternSpec& pattern)
-    : projector_(*twin.projector), fringes_(twin.fringes), spec_(pattern) {
+ReferencePattern::ReferencePattern(const Twin& twin, const PatternSpec& pattern, double shift_px)
+    : projector_(*twin.projector), fringes_(twin.fringes), spec_(pattern), shift_px_(shift_px) {
   const DirectionFringes& d = fringes_.directions.at(spec_.direction);
   axis_ = d.axis;
   const std::size_t p = spec_.is_gray() ? 0 : static_cast<std::size_t>(spec_.pitch);
@@ -219,7 +219,7 @@ double ReferencePattern::operator()(const Eigen::Vector2d& q_px, const Eigen::Ve
 
 // The light of a fringe that has all its contrast.
 double ReferencePattern::full_contrast(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const {
-  const double x = axis_ == Axis::x ? q_px.x() : q_px.y();
+  const double x = (axis_ == Axis::x ? q_px.x() : q_px.y()) - shift_px_;
   const double radius = axis_ == Axis::x ? defocus_px.x() : defocus_px.y();
   const double sigma =
       projector_.has_blur_field() ? std::sqrt(projector_.blur_variance_px2(q_px)) : projector_.blur_px;

@@ -23,7 +23,8 @@ double reference_light_field(const Projector& projector, const Eigen::Vector2d& 
 /// One image of the sequence, without the factors of gaps and field.
 class ReferencePattern {
  public:
-  ReferencePattern(const Twin& twin, const PatternSpec& pattern);
+  /// `shift_px`: by how much it lies further along its axis.
+  ReferencePattern(const Twin& twin, const PatternSpec& pattern, double shift_px = 0.0);
   double operator()(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const;
 
  private:
@@ -41,7 +42,7 @@ class ReferencePattern {
   Fringes fringes_;
   PatternSpec spec_;
   Axis axis_ = Axis::x;
-  double pitch_px_ = 1.0, origin_px_ = 0.0;
+  double pitch_px_ = 1.0, origin_px_ = 0.0, shift_px_ = 0.0;
   double contrast_ = 1.0, mean_ = 0.0;  ///< of the pitch; the mean over a period, where a contrast is stated
   std::vector<double> fourier_;         ///< of the response over one period
 };

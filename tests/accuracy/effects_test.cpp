@@ -473,6 +473,7 @@ Twin everything() {
   twin.fringes.waveform = {Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}};
   twin.render.bounces = 1;
   give_light_factors(twin);
+  p.image_shifts_px.assign(12, 0.1);
   std::get<PlaneShape>(twin.objects[1].shape).albedo_map = std::make_shared<ImageF>(2, 2, 0.5F);
   return twin;
 }

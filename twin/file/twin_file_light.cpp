@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light of the room, and factors of each image of the sequence: [room], light_factors, ambient_factors and
-// exposure_factors of twin.toml.
+// exposure_factors and image_shifts_px of twin.toml.
 #include <fmt/format.h>
 
 #include "twin/file/plain_keys.hpp"
@@ -12,17 +12,33 @@ namespace {
 /// A lamp that flickers, or an exposure that is not kept, stays well within this.
 constexpr double kSmallest = 1e-3, kLargest = 1e3;
 constexpr double kBrightestLamp = 1e9;
+constexpr double kMostShiftPx = 1e4;
 
-/// Returns the factors of a key, none where it is left out. Refuses any other number of them than that of the
+/// Returns the numbers of a key, none where it is left out. Refuses any other number of them than that of the
 /// sequence's images.
-std::vector<double> read_factors(const TomlTable& table, const std::string& key, const NumberRange& range,
-                                 std::size_t n_images) {
-  const auto factors = table.numbers(key, range);
-  if (!factors) return {};
-  if (factors->size() != n_images)
-    table.fail(key, fmt::format("has {} numbers, the sequence has {} images", factors->size(), n_images),
-               "give a factor for each image, in the order of their numbers");
-  return *factors;
+std::vector<double> read_of_images(const TomlTable& table, const std::string& key, const NumberRange& range,
+                                   std::size_t n_images, const char* each = "a factor") {
+  const auto numbers = table.numbers(key, range);
+  if (!numbers) return {};
+  if (numbers->size() != n_images)
+    table.fail(key, fmt::format("has {} numbers, the sequence has {} images", numbers->size(), n_images),
+               fmt::format("give {} for each image, in the order of their numbers", each));
+  return *numbers;
+}
+
+/// Shifts are those of patterns that run along an axis: not of images, nor of a raster, which stays.
+void read_image_shifts(const TomlTable& table, Twin& twin) {
+  static const std::string key = "image_shifts_px";
+  const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
+  twin.projector->image_shifts_px = read_of_images(
+      table, key, NumberRange::between(-kMostShiftPx, kMostShiftPx), sequence.size(), "a shift");
+  if (!twin.projector->has_image_shifts()) return;
+  if (twin.projector->pixel_structure)
+    table.fail(key, "cannot be combined with pixel_structure: the raster of pixels stays where it is");
+  for (std::size_t i = 0; i < sequence.size(); ++i)
+    if (sequence[i].is_image() && twin.projector->image_shift_px(i) != 0.0)
+      table.fail(key, fmt::format("moves image {}, which is a pattern image and runs along no axis", i),
+                 "use 0");
 }
 
 }  // namespace
@@ -45,13 +61,14 @@ void read_light_factors(const TomlTable& root, Twin& twin) {
   const NumberRange positive{.min = kSmallest, .max = kLargest}, or_none{.min = 0.0, .max = kLargest};
   const std::vector<TomlTable> cameras = root.tables("camera");
   for (std::size_t c = 0; c < twin.cameras.size(); ++c)
-    twin.cameras[c].exposure_factors = read_factors(cameras.at(c), "exposure_factors", positive, n);
+    twin.cameras[c].exposure_factors = read_of_images(cameras.at(c), "exposure_factors", positive, n);
   if (!twin.projector) return;
   const TomlTable projector = *root.table("projector");
-  twin.projector->light_factors = read_factors(projector, "light_factors", positive, n);
-  twin.projector->ambient_factors = read_factors(projector, "ambient_factors", or_none, n);
+  twin.projector->light_factors = read_of_images(projector, "light_factors", positive, n);
+  twin.projector->ambient_factors = read_of_images(projector, "ambient_factors", or_none, n);
   if (!twin.projector->ambient_factors.empty() && twin.projector->ambient == 0.0 && !twin.room.has_lamp())
     projector.fail("ambient_factors", "has no effect without ambient > 0 or [room] lamp");
+  read_image_shifts(projector, twin);
 }
 
 }  // namespace fringetwin

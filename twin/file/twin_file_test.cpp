@@ -177,6 +177,13 @@ TEST_F(TwinFile, LightOfImages) {
                 HasSubstr(key + " has 10 numbers, the sequence has 9 images"));
     EXPECT_THAT(error(text("", key + " = [1, 1, 1, 1, -1, 1, 1, 1, 1]\n"), key), HasSubstr("must be >= 0"));
   }
+  EXPECT_FALSE(none.projector->has_image_shifts());
+  const std::string shifts = "image_shifts_px = [0, 0.5, 0, 0, -1.25, 0, 0, 0, 0]\n";
+  EXPECT_EQ(load(text("", shifts)).projector->image_shift_px(4), -1.25);
+  EXPECT_THAT(error(text("", "image_shifts_px = " + ten + "\n"), "image_shifts_px"),
+              HasSubstr("give a shift for each image"));
+  EXPECT_THAT(error(text("", "pixel_structure = true\n" + shifts), "image_shifts_px"),
+              HasSubstr("cannot be combined with pixel_structure"));
   EXPECT_THAT(error(text("exposure_factors = " + ten + "\n", ""), "exposure_factors"),
               HasSubstr("exposure_factors has 10 numbers, the sequence has 9 images"));
   EXPECT_FALSE(load(kMinimal).measure.correct_light);
