@@ -18,19 +18,21 @@
 namespace fringetwin::cosim {
 namespace {
 
-/// Returns the images that the object is measured from with the light, where it differs by more than chance,
-/// and the waveform taken out that all their phase steps tell. Warns where they do not, and leaves a camera's
-/// images as they are.
+/// Returns the images that the object is measured from with the light and the shifts, where they differ by
+/// more than chance, and the waveform taken out that all their phase steps tell. Warns where they do not, and
+/// leaves a camera's images as they are.
 std::vector<CameraImages> with_plain_fringes(const Twin& twin, const Object& object,
                                              const std::vector<CameraImages>& real,
                                              const std::vector<int>& steps) {
   std::vector<CameraImages> out = real;
   for (std::size_t c = 0; c < out.size(); ++c) {
-    const measure::LightOptions options =
+    measure::LightOptions options =
         measure::light_options(twin.cameras[c].sensor, twin.measure.min_modulation_dn);
+    options.with_shifts = true;
     auto light = measure::estimate_light(real[c], twin.fringes, options);
     // what differs by chance alone would stand in the shape as a ripple
     if (light && !light->differ()) std::ranges::fill(light->factor, 1.0);
+    if (light && !light->are_shifted()) light->shift_rad.clear();
     if (light)
       out[c] = measure::with_plain_fringes(std::move(out[c]), twin.fringes, *light, options, steps);
     else

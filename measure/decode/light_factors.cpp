@@ -88,7 +88,7 @@ struct LightSums {
 class PitchLight {
  public:
   PitchLight(const PitchSteps& pitch, const LightOptions& options, double saturation)
-      : pitch_(pitch), options_(options), steps_(static_cast<int>(pitch.image.size())) {
+      : pitch_(pitch), options_(options), steps_(static_cast<int>(pitch.image.size()), options.with_shifts) {
     choose(saturation);
   }
 
@@ -102,7 +102,7 @@ class PitchLight {
       throw_if_cancelled();
       sum_up();
       if (i < kWaveformFirst) {
-        steps_.waveform += of_waveform().tail(m);
+        steps_.waveform += of_waveform().segment(n, m);
         continue;
       }
       if (i == kWaveformFirst) before_ = mean_square(of_waveform());
@@ -111,15 +111,18 @@ class PitchLight {
       const Eigen::VectorXd step = solution.head(n);
       if (step.cwiseAbs().maxCoeff() < kSettledFactor) break;
       log_factor_ += step.cwiseMax(-0.5).cwiseMin(0.5);
-      steps_.waveform += solution.tail(m);
+      steps_.waveform += solution.segment(n, m);
+      steps_.move_by(solution.tail(steps_.of_shifts()).cwiseMax(-0.2).cwiseMin(0.2));
     }
     after_ = mean_square(solution);
     set_sigma(solution);
-    return sigma_.maxCoeff() < kNotTold;
+    return sigma_.head(n).maxCoeff() < kNotTold;
   }
 
   const Eigen::VectorXd& log_factor() const { return log_factor_; }
   const Eigen::VectorXd& sigma() const { return sigma_; }
+  const Eigen::VectorXd& shift_rad() const { return steps_.shift_rad; }
+  const Eigen::VectorXd& shift_sigma_rad() const { return shift_sigma_; }
   std::vector<double> waveform() const { return {steps_.waveform.begin(), steps_.waveform.end()}; }
   double before() const { return before_; }
   double after() const { return after_; }
@@ -232,12 +235,12 @@ class PitchLight {
   }
 
   void sum_up_block(std::size_t block) {
-    const Eigen::Index n = steps_.count(), m = steps_.of_harmonics();
+    const Eigen::Index n = steps_.count(), m = steps_.of_harmonics(), q = steps_.of_shifts(), all = n + m + q;
     LightSums& out = sums_[block];
-    out.normal = Eigen::MatrixXd::Zero(n + m, n + m);
-    out.right = Eigen::VectorXd::Zero(n + m);
+    out.normal = Eigen::MatrixXd::Zero(all, all);
+    out.right = Eigen::VectorXd::Zero(all);
     out.scores = out.normal;
-    Eigen::VectorXd score(n + m);
+    Eigen::VectorXd score(all);
     for (std::size_t i = 0; i < chosen_.blocks[block].size(); ++i) {
       const Eigen::VectorXd y = values(chosen_.blocks[block][i]);
       StepFringe& fringe = fringes_[block][i];
@@ -249,16 +252,23 @@ class PitchLight {
       const double noise = weight(fringe), squares = noise * left.squaredNorm(), w = noise * trust(squares);
       // a factor changes its step by the signal there: (P diag s)^T (P diag s) = P s s^T, entry by entry
       out.normal.topLeftCorner(n, n) += w * free.cwiseProduct(e.signal * e.signal.transpose());
-      out.normal.topRightCorner(n, m).noalias() += w * e.signal.asDiagonal() * harmonics;
-      out.normal.bottomRightCorner(m, m).noalias() += w * harmonics.transpose() * harmonics;
-      score << w * e.signal.cwiseProduct(left), w * harmonics.transpose() * left;
+      out.normal.block(0, n, n, m).noalias() += w * e.signal.asDiagonal() * harmonics;
+      out.normal.block(n, n, m, m).noalias() += w * harmonics.transpose() * harmonics;
+      score.head(n + m) << w * e.signal.cwiseProduct(left), w * harmonics.transpose() * left;
+      if (q > 0) {
+        const Eigen::MatrixXd shifts = free * e.by_phase.asDiagonal() * steps_.shift_basis;
+        out.normal.topRightCorner(n, q).noalias() += w * e.signal.asDiagonal() * shifts;
+        out.normal.block(n, n + m, m, q).noalias() += w * harmonics.transpose() * shifts;
+        out.normal.bottomRightCorner(q, q).noalias() += w * shifts.transpose() * shifts;
+        score.tail(q) = w * shifts.transpose() * left;
+      }
       out.right += score;
       out.scores.noalias() += score * score.transpose();
       out.squares += w * left.squaredNorm();
       out.weight += w / noise;
       out.of_pixels.push_back(static_cast<float>(squares));
     }
-    out.normal.bottomLeftCorner(m, n) = out.normal.topRightCorner(n, m).transpose().eval();
+    out.normal.triangularView<Eigen::StrictlyLower>() = out.normal.transpose();
   }
 
   /// Solves the equations, all factors alike left out: no steps tell them. Empty where more is not told.
@@ -289,9 +299,9 @@ class PitchLight {
 
   /// Returns the solution of the waveform alone, the factors held.
   Eigen::VectorXd of_waveform() const {
-    const Eigen::Index n = steps_.count(), m = steps_.unknowns() - n;
-    Eigen::VectorXd out = Eigen::VectorXd::Zero(n + m);
-    if (m > 0) out.tail(m) = total_.normal.bottomRightCorner(m, m).ldlt().solve(total_.right.tail(m));
+    const Eigen::Index n = steps_.count(), m = steps_.of_harmonics();
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(steps_.unknowns());
+    if (m > 0) out.segment(n, m) = total_.normal.block(n, n, m, m).ldlt().solve(total_.right.segment(n, m));
     return out;
   }
 
@@ -318,10 +328,19 @@ class PitchLight {
     const auto blocks = static_cast<double>(sums_.size());
     const Eigen::MatrixXd sandwich = blocks / (blocks - 1.0) * covariance_ * scores * covariance_;
     const double chance = 1.0 + 3.0 * std::sqrt(2.0 / (blocks - 1.0));
+    const bool may_scatter = sums_.size() >= kFewestLightBlocks;
+    const auto sigma = [&](double by_blocks, double by_pixels) {
+      return std::sqrt(may_scatter && by_blocks > chance * by_pixels ? by_blocks : by_pixels);
+    };
     sigma_.resize(n);
+    shift_sigma_ = Eigen::VectorXd::Zero(n);
+    const int q = steps_.of_shifts();
     for (int k = 0; k < n; ++k) {
-      const bool scatters = sums_.size() >= kFewestLightBlocks && sandwich(k, k) > chance * noise(k, k);
-      sigma_[k] = std::sqrt(scatters ? sandwich(k, k) : noise(k, k));
+      sigma_[k] = sigma(sandwich(k, k), noise(k, k));
+      if (q == 0) continue;
+      const Eigen::RowVectorXd of_step = steps_.shift_basis.row(k);
+      shift_sigma_[k] = sigma(of_step * sandwich.bottomRightCorner(q, q) * of_step.transpose(),
+                              of_step * noise.bottomRightCorner(q, q) * of_step.transpose());
     }
   }
 
@@ -334,7 +353,7 @@ class PitchLight {
   std::vector<LightSums> sums_;
   LightSums total_;
   Eigen::MatrixXd covariance_;  ///< for noise of variance 1 over the weights
-  Eigen::VectorXd log_factor_, sigma_;
+  Eigen::VectorXd log_factor_, sigma_, shift_sigma_;
 };
 
 /// Finds by how much brighter each pitch was shown than all in the mean, ln, from the means of the first
@@ -406,6 +425,12 @@ bool LightFactors::differ() const {
   return false;
 }
 
+bool LightFactors::are_shifted() const {
+  for (std::size_t i = 0; i < shift_rad.size(); ++i)
+    if (shift_sigma_rad[i] > 0.0 && std::abs(shift_rad[i]) > kDiffer * shift_sigma_rad[i]) return true;
+  return false;
+}
+
 double largest_told(const std::vector<double>& sigma) {
   double most = 0.0;
   for (const double s : sigma)
@@ -432,6 +457,7 @@ std::optional<LightFactors> estimate_light(const CameraImages& images, const Fri
   std::vector<const PitchSteps*> of_pitch;
   LightFactors out{.factor = std::vector<double>(images.images.size(), 1.0),
                    .sigma = std::vector<double>(images.images.size(), 0.0)};
+  if (options.with_shifts) out.shift_rad = out.shift_sigma_rad = out.sigma;
   for (const PitchSteps& pitch : steps) {
     PitchLight light(pitch, options, images.saturation_dn());
     if (light.run()) {
@@ -456,6 +482,9 @@ std::optional<LightFactors> estimate_light(const CameraImages& images, const Fri
       of_steps.push_back(std::exp(light.log_factor()[at]));
       out.factor[index[k]] = std::exp(light.log_factor()[at] + levels.log_level[p]);
       out.sigma[index[k]] = std::hypot(light.sigma()[at], levels.sigma[p]);
+      if (!options.with_shifts) continue;
+      out.shift_rad[index[k]] = light.shift_rad()[at];
+      out.shift_sigma_rad[index[k]] = light.shift_sigma_rad()[at];
     }
     const double share = 1.0 / static_cast<double>(pitches.size());
     out.residual_before += share * light.before();

@@ -21,6 +21,8 @@ struct LightOptions {
   double min_amplitude = 5.0;   ///< of a fringe that counts
   /// Variance of a gray value, var = a + b DN; its scale does not matter.
   double variance_offset_dn2 = 1.0, variance_per_dn = 0.0;
+  /// Whether shifts of the fringes from image to image are told, too (six steps or more).
+  bool with_shifts = false;
   bool operator==(const LightOptions&) const = default;
 };
 
@@ -37,6 +39,10 @@ struct LightFactors {
   /// Of each pitch, in the order of the sequence: cosine and sine of the harmonics 2, 3 ... that its fringes
   /// have besides their cosine, over the amplitude; empty where it is not told.
   std::vector<std::vector<double>> waveform = {};
+  /// Per image: what its fringes are ahead of their step, rad, and the standard errors, where they were asked
+  /// for; 0 of what is no phase step. Of each pitch without the mean and the first harmonic of its steps,
+  /// which the phases and the factors hold.
+  std::vector<double> shift_rad = {}, shift_sigma_rad = {};
   /// Mean square of the residuals of the N-step fits per degree of freedom, with a steady light and with
   /// these factors, DN^2 (times 1/var where the options have a line). Harmonics of the fringe stay out of
   /// both.
@@ -46,6 +52,8 @@ struct LightFactors {
   double phase_rms_rad = 0.0;
   /// Returns whether a factor differs from 1 by more than chance lets the farthest of them.
   bool differ() const;
+  /// The same of the shifts and 0.
+  bool are_shifted() const;
 };
 
 /// Returns the largest of standard errors of factors but those that are infinite; infinity where none is

@@ -3,6 +3,7 @@
 // its values owe to it to first order: the equations of light_factors.cpp.
 #pragma once
 #include <Eigen/Core>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -18,20 +19,23 @@ struct StepFringe {
   double mean = 0.0, amplitude = 0.0, phase = 0.0;
 };
 
-/// All steps of a pitch, and the waveform that its fringes have in common.
+/// All steps of a pitch, and the waveform and the errors of the steps that its fringes have in common.
 class LightSteps {
  public:
   static constexpr int kMostHarmonic = 7;
 
-  explicit LightSteps(int n) : n_(n), turn_(static_cast<std::size_t>(n)) {
-    for (int k = 0; k < n; ++k) turn_[static_cast<std::size_t>(k)] = std::polar(1.0, kTwoPi * k / n);
+  explicit LightSteps(int n, bool with_shifts = false) : n_(n) {
     waveform = Eigen::VectorXd::Zero(of_harmonics());
+    if (with_shifts && n >= kFewestShiftSteps) shift_basis = contrasts_of(n);
+    move_by(Eigen::VectorXd::Zero(shift_basis.cols()));
   }
 
   int count() const { return n_; }
   /// Cosine and sine of the harmonics 2, 3, ... that the steps tell.
   int of_harmonics() const { return 2 * (std::min(kMostHarmonic, n_ - 2) - 1); }
-  int unknowns() const { return n_ + of_harmonics(); }
+  int of_shifts() const { return static_cast<int>(shift_basis.cols()); }
+  /// Factors, then harmonics, then shifts.
+  int unknowns() const { return n_ + of_harmonics() + of_shifts(); }
   double freedom() const { return n_ - 3.0; }
 
   /// Returns the sinusoid nearest to the values.
@@ -41,10 +45,29 @@ class LightSteps {
     return {values.mean(), 2.0 / n_ * std::abs(sum), std::arg(sum)};
   }
 
-  Eigen::VectorXd waveform;  ///< cosine and sine of each harmonic, over the amplitude
+  /// Moves the steps by shifts of this basis.
+  void move_by(const Eigen::VectorXd& change) {
+    if (shift_rad.size() == 0) shift_rad = Eigen::VectorXd::Zero(n_);
+    if (change.size() > 0) shift_rad += shift_basis * change;
+    turn_.clear();
+    for (int k = 0; k < n_; ++k) turn_.push_back(std::polar(1.0, kTwoPi * k / n_ + shift_rad[k]));
+  }
+
+  Eigen::VectorXd waveform;   ///< cosine and sine of each harmonic, over the amplitude
+  Eigen::VectorXd shift_rad;  ///< what each step's phase is ahead of 2 pi k/N
+  /// The shifts that these steps tell. A common one is a phase of the pixel, and shifts sin(2 pi k/N - t) do
+  /// what factors cos(2 pi k/N - t) do: those are the light's.
+  Eigen::MatrixXd shift_basis = {};
 
  private:
   friend struct PixelEquations;
+  static constexpr int kFewestShiftSteps = 6;
+  /// Returns an orthonormal basis of what N steps have besides a constant and their first harmonic.
+  static Eigen::MatrixXd contrasts_of(int n) {
+    Eigen::MatrixXd own(n, 3);
+    for (int k = 0; k < n; ++k) own.row(k) << 1.0, std::cos(kTwoPi * k / n), std::sin(kTwoPi * k / n);
+    return Eigen::MatrixXd(own.householderQr().householderQ()).rightCols(n - 3);
+  }
   int n_;
   std::vector<std::complex<double>> turn_;  ///< e^(i d_k)
 };
@@ -52,6 +75,7 @@ class LightSteps {
 /// What a pixel's values owe to its own fringe, to the factors and to the waveform, to first order.
 struct PixelEquations {
   Eigen::VectorXd residual, signal;  ///< values less the fringe; the fringe
+  Eigen::VectorXd by_phase;          ///< of the fringe
   Eigen::MatrixXd harmonics;         ///< by the waveform
   Eigen::MatrixXd own;               ///< orthonormal, of what mean, amplitude and phase do
   Eigen::Matrix3d own_size;          ///< own * own_size: by mean, amplitude and phase
@@ -64,17 +88,18 @@ struct PixelEquations {
       const std::complex<double> first =
           std::polar(1.0, fringe.phase) * steps.turn_[static_cast<std::size_t>(k)];
       std::complex<double> power = first;
-      double w = first.real(), by_phase = -first.imag();
+      double w = first.real(), slope = -first.imag();
       for (int h = 0; h < m; h += 2) {
         power *= first;
         const double order = 2.0 + h / 2, a = steps.waveform[h], b = steps.waveform[h + 1];
         w += a * power.real() + b * power.imag();
-        by_phase += order * (b * power.real() - a * power.imag());
+        slope += order * (b * power.real() - a * power.imag());
         harmonics(k, h) = fringe.amplitude * power.real();
         harmonics(k, h + 1) = fringe.amplitude * power.imag();
       }
-      by_own.row(k) << 1.0, w, fringe.amplitude * by_phase;
+      by_own.row(k) << 1.0, w, fringe.amplitude * slope;
     }
+    by_phase = by_own.col(2);
     signal = fringe.mean + fringe.amplitude * by_own.col(1).array();
     residual = values - signal;
     own = by_own;

@@ -18,13 +18,17 @@ namespace {
 constexpr int kPasses = 4;
 constexpr std::size_t kMostSteps = kMostLightSteps;
 
-/// Takes the harmonics out of one pitch's steps.
+/// Takes the harmonics and the shifts out of one pitch's steps.
 class PitchPlain {
  public:
+  /// `shift_rad`: of each of these steps.
   PitchPlain(const std::vector<int>& steps, int steps_total, const std::vector<double>& waveform,
-             std::vector<ImageF*> images)
+             const std::vector<double>& shift_rad, std::vector<ImageF*> images)
       : solver_(steps, steps_total), waveform_(waveform), images_(std::move(images)) {
-    for (int i = 0; i < solver_.count(); ++i) turn_.emplace_back(solver_.basis_cos(i), -solver_.basis_sin(i));
+    for (int i = 0; i < solver_.count(); ++i) {
+      step_.emplace_back(solver_.basis_cos(i), -solver_.basis_sin(i));
+      turn_.push_back(step_.back() * std::polar(1.0, shift_rad[static_cast<std::size_t>(i)]));
+    }
   }
 
   void run(double clipped_dn, double min_amplitude) {
@@ -51,7 +55,9 @@ class PitchPlain {
       const double amplitude = std::hypot(c, s);
       if (!(amplitude >= min_amplitude)) return;
       const std::complex<double> at_first = std::complex<double>(c, s) / amplitude;
-      for (std::size_t i = 0; i < n; ++i) added[i] = amplitude * harmonics_at(at_first * turn_[i]);
+      for (std::size_t i = 0; i < n; ++i)
+        added[i] =
+            amplitude * (harmonics_at(at_first * turn_[i]) + (at_first * (turn_[i] - step_[i])).real());
     }
     for (std::size_t i = 0; i < n; ++i) images_[i]->data[pixel] = static_cast<float>(value[i] - added[i]);
   }
@@ -69,8 +75,8 @@ class PitchPlain {
 
   StepSolver solver_;
   const std::vector<double>& waveform_;
-  std::vector<ImageF*> images_;             ///< of these steps
-  std::vector<std::complex<double>> turn_;  ///< e^(i 2 pi n/N)
+  std::vector<ImageF*> images_;                    ///< of these steps
+  std::vector<std::complex<double>> step_, turn_;  ///< e^(i 2 pi n/N), and with the shift of the step
 };
 
 }  // namespace
@@ -81,16 +87,18 @@ CameraImages with_plain_fringes(CameraImages images, const Fringes& fringes, con
   images = with_steady_light(std::move(images), light, options.black_level_dn);
   const std::vector<PatternSpec> sequence = expand_sequence(fringes);
   std::vector<std::vector<ImageF*>> of_pitch;
+  std::vector<std::vector<double>> shifts;
   for (std::size_t k = 0; k < sequence.size(); ++k) {
     if (sequence[k].kind != PatternSpec::Kind::phase_step) continue;
-    if (sequence[k].step == 0) of_pitch.emplace_back();
-    if (std::ranges::find(steps, sequence[k].step) != steps.end())
-      of_pitch.back().push_back(&images.images.at(k));
+    if (sequence[k].step == 0) of_pitch.emplace_back(), shifts.emplace_back();
+    if (std::ranges::find(steps, sequence[k].step) == steps.end()) continue;
+    of_pitch.back().push_back(&images.images.at(k));
+    shifts.back().push_back(light.shift_rad.empty() ? 0.0 : light.shift_rad.at(k));
   }
   FT_CHECK(light.waveform.size() == of_pitch.size(), "a waveform of each pitch");
   for (std::size_t p = 0; p < of_pitch.size(); ++p)
     if (!light.waveform[p].empty())
-      PitchPlain(steps, fringes.steps, light.waveform[p], of_pitch[p])
+      PitchPlain(steps, fringes.steps, light.waveform[p], shifts[p], of_pitch[p])
           .run(images.saturation_dn(), options.min_amplitude);
   return images;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Harmonics and light that are planted into fringes of plain numbers are taken out of some of their steps.
+// Harmonics, light and shifts that are planted into fringes of plain numbers are taken out of some of their
+// steps.
 //
 // | check                | tolerance      | origin                                                          |
 // |----------------------|----------------|-----------------------------------------------------------------|
@@ -28,8 +29,13 @@ const Fringes kFringes{
 
 double phase_rad(int x, int y) { return 0.37 * x + 0.011 * y; }
 
+/// Returns a shift of a step besides the mean and the first harmonic of all: orders 2 and 5 of 0.04 rad.
+double planted_shift_rad(int n) {
+  return 0.04 * (std::sin(1.0 + 4.0 * kPi * n / kSteps) + std::cos(0.5 + 10.0 * kPi * n / kSteps));
+}
+
 /// Returns the images of a lamp that flickers, of fringes with harmonics, with noise.
-CameraImages recorded(double noise_dn) {
+CameraImages recorded(double noise_dn, bool is_shifted = false) {
   std::mt19937 random(5);
   std::normal_distribution<double> noise(0.0, 1.0);
   CameraImages out;
@@ -39,7 +45,7 @@ CameraImages recorded(double noise_dn) {
     ImageF image(kWidth, kHeight);
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
-        const double t = phase_rad(x, y) + 2.0 * kPi * n / kSteps,
+        const double t = phase_rad(x, y) + 2.0 * kPi * n / kSteps + (is_shifted ? planted_shift_rad(n) : 0.0),
                      wave = std::cos(t) + 0.05 * std::cos(2.0 * t) + 0.02 * std::cos(5.0 * t) -
                             0.01 * std::sin(7.0 * t);
         image(x, y) =
@@ -87,6 +93,39 @@ TEST(PlainFringes, HaveThePhasesOfASteadyLightAndASinusoid) {
       EXPECT_LT(after, noise_dn > 0.0 ? 1.05 * noise_rad : 2e-4);
     }
   }
+}
+
+TEST(PlainFringes, LieAtTheirSteps) {
+  const std::vector<int> even{0, 2, 4, 6, 8, 10};
+  const LightOptions blind{.black_level_dn = kBlack, .variance_offset_dn2 = 0.25};
+  LightOptions options = blind;
+  options.with_shifts = true;
+  for (const double noise_dn : {0.0, 0.5}) {
+    const CameraImages images = recorded(noise_dn, true);
+    const auto light = estimate_light(images, kFringes, options);
+    ASSERT_TRUE(light);
+    EXPECT_TRUE(light->are_shifted());
+    for (int n = 0; n < kSteps; ++n) {
+      const auto k = static_cast<std::size_t>(n);
+      EXPECT_NEAR(light->shift_rad[k], planted_shift_rad(n), 4.0 * light->shift_sigma_rad[k] + 2e-5) << n;
+      EXPECT_LT(light->shift_sigma_rad[k], noise_dn > 0.0 ? 3e-4 : 1e-5);  // 0.5/60 of 7680 pixels: 1e-4 each
+      EXPECT_NEAR(std::log(light->factor[k] / light->factor[0]),
+                  std::log((1.0 + 0.02 * std::sin(1.0 + 2.3 * n)) / (1.0 + 0.02 * std::sin(1.0))),
+                  6.0 * light->sigma[k] + 2e-5)
+          << n;
+    }
+    const double noise_rad = noise_dn / kAmplitude * std::sqrt(2.0 / 6.0);
+    EXPECT_LT(wrong_by_rad(with_plain_fringes(images, kFringes, *light, options, even), even),
+              noise_dn > 0.0 ? 1.05 * noise_rad : 2e-4);
+    const auto without = estimate_light(images, kFringes, blind);
+    ASSERT_TRUE(without);
+    EXPECT_GT(wrong_by_rad(with_plain_fringes(images, kFringes, *without, blind, even), even),
+              3.0 * noise_rad + 0.01);
+  }
+  // fringes that are not shifted are not
+  const auto straight = estimate_light(recorded(0.5), kFringes, options);
+  ASSERT_TRUE(straight);
+  EXPECT_FALSE(straight->are_shifted());
 }
 
 TEST(PlainFringes, LeaveOtherStepsAndClippedPixelsAlone) {

@@ -25,7 +25,8 @@ Twin window() {
 Twin with_shifts(Twin twin) {
   const std::size_t n = expand_sequence(twin.fringes).size();
   for (std::size_t i = 0; i < n; ++i)
-    twin.projector->image_shifts_px.push_back(i % 3 == 2 ? 0.0 : 1.7 * std::sin(1.0 + static_cast<double>(i)));
+    twin.projector->image_shifts_px.push_back(i % 3 == 2 ? 0.0
+                                                         : 1.7 * std::sin(1.0 + static_cast<double>(i)));
   return twin;
 }
 /// The rig whose patterns all lie so much further.
@@ -45,7 +46,8 @@ void expect_each_moved(const Twin& twin) {
     const double shift_px = shifted.projector->image_shifts_px[i];
     const ImageF expected = render_fixed(moved(twin, shift_px)).irradiance[i];
     for (std::size_t k = 0; k < expected.size(); ++k) {
-      const auto e = static_cast<double>(expected.data[k]), e0 = static_cast<double>(unmoved.irradiance[i].data[k]);
+      const auto e = static_cast<double>(expected.data[k]),
+                 e0 = static_cast<double>(unmoved.irradiance[i].data[k]);
       ASSERT_NEAR(static_cast<double>(all.irradiance[i].data[k]), e, 2e-6 * (e + e0 + 40.0)) << i << ' ' << k;
       changed = std::max(changed, std::abs(e - e0));
     }
