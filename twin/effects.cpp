@@ -165,6 +165,7 @@ std::vector<Effect> make_effects() {
       {"room lamp", EffectStage::light, "no lamp besides the projector",
        [](const Twin& t) { return t.room.has_lamp(); }, [](Twin& t) { t.room = {}; }, "[room] lamp"},
       light_per_image(),
+      shift_per_image(),
       in_noise_theory(of_projector(
           "projector falloff", "the same light at every distance",
           [](const Projector& p) { return p.inverse_square; }, [](Projector& p) { p.inverse_square = false; },

@@ -391,7 +391,9 @@ bool Reference::is_whole(std::size_t camera, int x, int y) const {
       for (const Eigen::Vector2d& uv : lens) {
         const PixelSample s = sample(camera, {x + half * rule.nodes[i], y + half * rule.nodes[j]}, uv);
         if (!first) first = s;
-        if (!s.lit || s.object != first->object || s.triangle != first->triangle) return false;
+        const bool same = s.object == first->object && s.triangle == first->triangle &&
+                          (s.lamp > 0.0) == (first->lamp > 0.0);
+        if (!s.lit || !same) return false;
       }
   return true;
 }
