@@ -134,8 +134,10 @@ Numbers numbers_of(const Twin& twin) {
   const DirectionFringes& fringes = twin.fringes.directions[0];
   for (std::size_t i = 0; i < fringes.pitches_px.size(); ++i)
     out[fmt::format("projector.contrast{}", i)] = fringes.contrast_of(i);
-  for (std::size_t i = 0; i < expand_sequence(twin.fringes).size(); ++i)
+  for (std::size_t i = 0; i < expand_sequence(twin.fringes).size(); ++i) {
     out[fmt::format("image_{}.light", i)] = factor_of(p.light_factors, i);
+    out[fmt::format("image_{}.shift", i)] = p.image_shift_px(i);
+  }
   for (const Object& object : twin.objects) {
     put(out, object.name, object.shape);
     out[object.name + ".diffuse"] = object.material.diffuse;
