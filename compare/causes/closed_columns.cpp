@@ -24,7 +24,7 @@ constexpr double kFullSignal = 0.75;    ///< of full scale: the middle of the re
 constexpr double kLargestSignal = 1.2;  ///< half of it; they stay as they are beyond this many times
 constexpr double kSmallestSignal = 1e-6;   ///< of full scale: below, a power is not taken
 constexpr double kMostBlurPx = 10.0;       ///< its sums take 100 sigma^2 of the pixels around each
-constexpr double kLargestExponent = 50.0;  ///< of a term of the light field: what twin.toml takes
+constexpr double kMostField = 1.0;         ///< that a term of the light field moves by: e times the light
 constexpr int kRoomPoints = 9;             ///< per pixel, as residuals have
 constexpr int kPitchOverWidth = 4;         ///< the phase stays within a quarter of a period
 
@@ -369,7 +369,7 @@ class ClosedList : private GroupList {
       };
       // light that comes over another surface has passed another place of the projector's image
       p.is_closed = twin_.render.bounces == 0;
-      p.largest = kLargestExponent, p.smallest = -kLargestExponent;
+      p.largest = p.start + kMostField, p.smallest = p.start - kMostField;
     }
   }
 
