@@ -22,11 +22,11 @@ using Effect = std::function<void(const EffectInput&, std::vector<float>&)>;
 
 constexpr double kFullSignal = 0.75;    ///< of full scale: the middle of the response's polynomials' range is
 constexpr double kLargestSignal = 1.2;  ///< half of it; they stay as they are beyond this many times
-constexpr double kSmallestSignal = 1e-6;   ///< of full scale: below, a power is not taken
-constexpr double kMostBlurPx = 10.0;       ///< its sums take 100 sigma^2 of the pixels around each
-constexpr double kMostField = 1.0;         ///< that a term of the light field moves by: e times the light
-constexpr int kRoomPoints = 9;             ///< per pixel, as residuals have
-constexpr int kPitchOverWidth = 4;         ///< the phase stays within a quarter of a period
+constexpr double kSmallestSignal = 1e-6;  ///< of full scale: below, a power is not taken
+constexpr double kMostBlurPx = 10.0;      ///< its sums take 100 sigma^2 of the pixels around each
+constexpr double kMostField = 1.0;        ///< that a term of the light field moves by: e times the light
+constexpr int kRoomPoints = 9;            ///< per pixel, as residuals have
+constexpr int kPitchOverWidth = 4;        ///< the phase stays within a quarter of a period
 
 /// Calls f(pixel, its values in the order of the samples' images) for all pixels.
 template <class Function>
