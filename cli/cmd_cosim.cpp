@@ -7,7 +7,7 @@
 #include "cli/render_flags.hpp"
 #include "cli/tell_comparison.hpp"
 #include "cli/twin_argument.hpp"
-#include "compare/causes/refine.hpp"
+#include "compare/refine/refine.hpp"
 #include "cosim/cosim.hpp"
 #include "cosim/refined_into_twin.hpp"
 #include "cosim/write_results.hpp"

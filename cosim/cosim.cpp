@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "compare/causes/refine.hpp"
-#include "compare/causes/refine_guard.hpp"
 #include "compare/comparison.hpp"
+#include "compare/refine/refine.hpp"
+#include "compare/refine/refine_guard.hpp"
 #include "compare/verdict/calibration_covariance.hpp"
 #include "compare/verdict/shape_noise.hpp"
 #include "cosim/compared_steps.hpp"

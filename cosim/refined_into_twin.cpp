@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "compare/causes/refine.hpp"
+#include "compare/refine/refine.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/merge/merge_into_twin.hpp"

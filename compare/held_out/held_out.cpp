@@ -9,10 +9,10 @@
 #include <span>
 
 #include "compare/causes/closed_columns.hpp"
-#include "compare/causes/refine.hpp"
 #include "compare/causes/sensitivity.hpp"
 #include "compare/gray/interior_mask.hpp"
 #include "compare/gray/own_light.hpp"
+#include "compare/refine/refine.hpp"
 #include "compare/verdict/explained.hpp"
 #include "twin/base/errors.hpp"
 

@@ -17,8 +17,8 @@
 #include <cmath>
 #include <random>
 
-#include "compare/causes/refine.hpp"
 #include "compare/comparison.hpp"
+#include "compare/refine/refine.hpp"
 #include "measure/measurement.hpp"
 #include "render/reference/reference.hpp"
 #include "render/sensor/sensor.hpp"

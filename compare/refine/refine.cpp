@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/causes/refine.hpp"
+#include "compare/refine/refine.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,11 +9,11 @@
 
 #include "compare/causes/closed_columns.hpp"
 #include "compare/causes/parameters.hpp"
-#include "compare/causes/refine_guard.hpp"
-#include "compare/causes/refine_start.hpp"
 #include "compare/gray/gray_pair.hpp"
 #include "compare/gray/interior_mask.hpp"
 #include "compare/gray/own_light.hpp"
+#include "compare/refine/refine_guard.hpp"
+#include "compare/refine/refine_start.hpp"
 #include "compare/verdict/explained.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"

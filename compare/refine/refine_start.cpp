@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/causes/refine_start.hpp"
+#include "compare/refine/refine_start.hpp"
 
 #include <fmt/format.h>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // A refinement never leaves a twin that fits worse than the one it began with.
-#include "compare/causes/refine.hpp"
+#include "compare/refine/refine.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "compare/causes/parameters.hpp"
-#include "compare/causes/refine_guard.hpp"
+#include "compare/refine/refine_guard.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/merge/toml_merge.hpp"
 

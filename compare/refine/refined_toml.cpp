@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "compare/causes/parameters_geometry.hpp"
-#include "compare/causes/refine.hpp"
+#include "compare/refine/refine.hpp"
 #include "twin/base/plain_text.hpp"
 #include "twin/moving.hpp"
 

@@ -6,7 +6,7 @@
 // |                                |           | mm of 1e-15; Newton's steps shrink errors 1e4-fold each   |
 // | places of sphere, plane, tube  | 1e-8 mm   | the fits find noiseless points to 1e-9 (fits_test.cpp)    |
 // | place of the mesh              | 1e-5 mm   | its vertices are floats: 4e-6 at 30 mm                    |
-#include "compare/causes/refine_start.hpp"
+#include "compare/refine/refine_start.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/causes/refine_guard.hpp"
+#include "compare/refine/refine_guard.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
