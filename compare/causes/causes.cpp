@@ -43,10 +43,12 @@ struct PixelField {
   const char *name, *cause;
 };
 constexpr PixelField kFields[] = {
-    {FreePerPixel::offset, "offset", "an offset per pixel (room light, scattering, a lamp beside)"},
+    {FreePerPixel::offset, "offset",
+     "an offset per pixel (room light, scattering, a lamp beside, pixels of unequal black level)"},
     {FreePerPixel::factor, "texture",
-     "a factor per pixel (texture, gloss, a projector that lights unevenly)"},
-    {FreePerPixel::factor_and_offset, "texture and offset", "a factor and an offset per pixel"}};
+     "a factor per pixel (texture, gloss, a projector that lights unevenly, pixels of unequal gain)"},
+    {FreePerPixel::factor_and_offset, "texture and offset",
+     "a factor and an offset per pixel (uneven surface and room light, or pixels that are not alike)"}};
 
 /// One explanation that was tried: groups, and a field of what every pixel has of its own.
 struct Tried {

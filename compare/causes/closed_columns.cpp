@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <span>
 
+#include "compare/causes/camera_knee.hpp"
 #include "compare/causes/parameters_geometry.hpp"
 #include "render/pattern/camera_effects.hpp"
 #include "twin/base/errors.hpp"
@@ -273,6 +275,7 @@ class ClosedList : private GroupList {
       if (group_ == "exposure") add_exposure(c);
       if (group_ == "room_light") add_room_light(twin_.cameras[c]);
       if (group_ == "camera_response") add_response(twin_.cameras[c]);
+      if (group_ == "camera_knee") std::ranges::move(knee_parameters(twin_, c), std::back_inserter(list_));
       if (group_ == "camera_psf") add_psf(twin_.cameras[c]);
       for (std::size_t k = first; k < list_.size(); ++k) list_[k].camera = c;
     }
@@ -345,14 +348,17 @@ class ClosedList : private GroupList {
   void add_response(const Camera& camera) {
     const double range_dn = camera.sensor.max_dn() - camera.sensor.black_level_dn;
     Parameter& gamma = add(camera.name + ".response.gamma", "", 1.0, 0.01, response_gamma_effect(range_dn));
+    gamma.is_of_sensor = true;
     gamma.smallest = 0.2;
     gamma.largest = 5.0;
-    for (const int order : {2, 3, 4})
-      add(fmt::format("{}.response.{}", camera.name,
-                      order == 2   ? "square"
-                      : order == 3 ? "cubic"
-                                   : "quartic"),
-          "", 0.0, 0.01, response_term_effect(range_dn, order));
+    for (const int order : {2, 3, 4}) {
+      Parameter& term = add(fmt::format("{}.response.{}", camera.name,
+                                        order == 2   ? "square"
+                                        : order == 3 ? "cubic"
+                                                     : "quartic"),
+                            "", 0.0, 0.01, response_term_effect(range_dn, order));
+      term.is_of_sensor = true;
+    }
   }
 
   void add_field() {

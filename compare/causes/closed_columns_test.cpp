@@ -80,7 +80,8 @@ void expect_effect(const std::string& group, const std::string& name, double val
     s.projector_px[p] = projector_px(x, y).cast<float>();
     for (const int image : s.images) before.push_back(static_cast<float>(light(x, y, image)));
   }
-  const bool is_exact = group == "light" || group == "exposure" || group == "projector_field",
+  const bool is_exact = group == "light" || group == "exposure" || group == "projector_field" ||
+                        group == "camera_knee",
              is_kept = is_exact || group == "image_shift";  // by a key of twin.toml
   for (const Parameter& parameter : parameters_of(twin, group)) {
     if (parameter.name != name) continue;
@@ -89,10 +90,10 @@ void expect_effect(const std::string& group, const std::string& name, double val
     EXPECT_EQ(parameter.is_closed, is_exact);  // harmonics of the fringes move along with them
     EXPECT_EQ(static_cast<bool>(parameter.change), is_kept);
     std::vector<float> after = before;
-    parameter.effect({twin, s, before, parameter.start, value}, after);
+    parameter.effect({twin, twin, s, before, parameter.start, value}, after);
     const std::vector<float> between = after;
     std::vector<float> back = after;
-    parameter.effect({twin, s, between, value, parameter.start}, back);
+    parameter.effect({twin, twin, s, between, value, parameter.start}, back);
     for (std::size_t p = 0, i = 0; p < s.n_pixels(); ++p)
       for (std::size_t k = 0; k < s.images.size(); ++k, ++i) {
         const auto [x, y] = place(s, p);
@@ -155,7 +156,7 @@ TEST(ClosedColumns, LightOfOneImageLeavesTheRoomsLight) {
   const std::vector<Parameter> all = parameters_of(twin, "light");
   const auto parameter = std::ranges::find(all, name, &Parameter::name);
   ASSERT_NE(parameter, all.end());
-  parameter->effect({twin, s, before, 0.0, 0.03}, after);
+  parameter->effect({twin, twin, s, before, 0.0, 0.03}, after);
   for (std::size_t p = 0, i = 0; p < s.n_pixels(); ++p)
     for (const int image : s.images) {
       const double factor = std::exp(image == 6   ? 0.03
@@ -198,6 +199,58 @@ TEST(ClosedColumns, ACamerasResponseIsOfItsSignal) {
                 after([&](double r) { return r + 0.01 * chebyshev(4, r); }));
 }
 
+TEST(ClosedColumns, AKneeIsOfItsSignal) {
+  const double at_dn = 0.4 * kRangeDn;  // where the search begins
+  expect_effect("camera_knee", "right.response.slope", 0.7, [=](double x, double y, int image, double slope) {
+    const double dn = kGain * light(x, y, image);
+    return (dn > at_dn ? at_dn + slope * (dn - at_dn) : dn) / kGain;
+  });
+}
+
+// Place and slope one after the other, as a prediction has them, of a camera without a response and of one
+// with a knee, whose gray values are straightened by that.
+TEST(ClosedColumns, AKneeGoesFromThatOfTheTwinToAnother) {
+  constexpr double kAtDn = 60.0, kSlope = 0.8;
+  for (const bool has_knee : {false, true}) {
+    Twin twin = two_cameras();
+    if (has_knee) twin.cameras[1].sensor.response = knee_response(80.0, 0.6);
+    std::vector<Parameter> knee = parameters_of(twin, "camera_knee");
+    std::erase_if(knee, [](const Parameter& p) { return p.camera != 1u; });
+    ASSERT_EQ(knee.size(), 2u);
+    EXPECT_EQ(knee[0].name, "right.response.slope");
+    EXPECT_EQ(knee[0].start, has_knee ? 0.6 : 1.0);
+    EXPECT_EQ(knee[1].name, "right.response.knee_dn");
+    if (has_knee) {
+      EXPECT_EQ(knee[1].start, 80.0);
+    }
+    const Eigen::Vector2d values(kSlope, kAtDn);
+    const Twin fitted = with_values(twin, knee, values);
+    const CameraResponse& response = fitted.cameras[1].sensor.response;
+    ASSERT_EQ(response.corners.size(), 1u);
+    EXPECT_DOUBLE_EQ(response.corners[0].in_dn, kAtDn);
+    EXPECT_DOUBLE_EQ(response.last_slope, kSlope);
+    const GridSamples s = samples();
+    std::vector<float> before;
+    for (std::size_t p = 0; p < s.n_pixels(); ++p)
+      for (const int image : s.images)
+        before.push_back(static_cast<float>(light(place(s, p).x, place(s, p).y, image)));
+    std::vector<float> after = before;
+    for (Eigen::Index k = 0; k < 2; ++k) {
+      const Parameter& p = knee[static_cast<std::size_t>(k)];
+      p.effect({twin, fitted, s, before, p.start, values[k]}, after);
+    }
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      const double dn = kGain * static_cast<double>(before[i]),
+                   seen = dn > kAtDn ? kAtDn + kSlope * (dn - kAtDn) : dn,
+                   straightened = has_knee && seen > 80.0 ? 80.0 + (seen - 80.0) / 0.6 : seen;
+      ASSERT_NEAR(static_cast<double>(after[i]), straightened / kGain, 5e-6 * (straightened / kGain + 1.0));
+    }
+  }
+  Twin table = two_cameras();
+  table.cameras[1].sensor.response = {{{40.0, 40.0}, {90.0, 80.0}}, 0.5};
+  EXPECT_EQ(parameters_of(table, "camera_knee").size(), 2u) << "of the other camera";
+}
+
 TEST(ClosedColumns, TheProjectorsFieldFollowsItsOwnImage) {
   const auto after = [](const std::function<double(double, double)>& field) {
     return [field](double x, double y, int image, double value) {
@@ -237,7 +290,7 @@ TEST(ClosedColumns, ACamerasBlurTakesContrastAway) {
     GridSamples s = samples();
     s.frame = &frame;
     std::vector<float> before(s.real_dn.size(), 4.0F), after = before;
-    parameters_of(twin, "camera_psf").at(1).effect({twin, s, before, 0.0, variance}, after);
+    parameters_of(twin, "camera_psf").at(1).effect({twin, twin, s, before, 0.0, variance}, after);
     for (std::size_t p = 0; p < s.n_pixels(); ++p) {
       const auto [x, y] = place(s, p);
       if (x < 10 || y < 10 || x > kWidth - 11 || y > kHeight - 11) continue;
@@ -250,7 +303,7 @@ TEST(ClosedColumns, ACamerasBlurTakesContrastAway) {
 
 TEST(ClosedColumns, OneCamerasEffectsAreItsOwn) {
   const Twin twin = two_cameras();
-  for (const char* group : {"room_light", "camera_response", "camera_psf"})
+  for (const char* group : {"room_light", "camera_response", "camera_knee", "camera_psf"})
     for (const Parameter& p : parameters_of(twin, group)) {
       ASSERT_TRUE(p.camera.has_value()) << p.name;
       EXPECT_TRUE(p.name.starts_with(twin.cameras[*p.camera].name)) << p.name;

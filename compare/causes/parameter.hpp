@@ -19,7 +19,8 @@ namespace fringetwin::compare {
 
 /// What an effect on the irradiance of one camera is given.
 struct EffectInput {
-  const Twin& twin;                  ///< with the values of all parameters that change a twin
+  const Twin& twin;    ///< what was rendered: with the values of all parameters but those that are closed
+  const Twin& fitted;  ///< with the values of all parameters that change a twin
   const GridSamples& samples;        ///< of the camera
   const std::vector<float>& before;  ///< irradiance, laid out as GridSamples::real_dn, before any effect
   double from = 0.0, to = 0.0;       ///< values of the parameter
@@ -42,6 +43,9 @@ struct Parameter {
   /// gives derivatives, to 1e-3 of them, unless `is_closed`.
   std::function<void(const EffectInput&, std::vector<float>&)> effect = {};
   bool is_closed = false;  ///< `effect` is all that `change` does to the images: nothing is rendered for it
+  bool is_of_sensor = false;  ///< a camera's curve: its effect follows those of all light
+  /// Changes nothing by itself: only where another parameter of its group has left its start.
+  bool acts_beside_others = false;
   std::optional<std::size_t> camera = {};  ///< the only one whose images change; all without
   std::string instead = {};  ///< what to do where refined.toml cannot hold the value; empty where it can
 

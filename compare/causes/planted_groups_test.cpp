@@ -32,78 +32,17 @@
 #include "render/pattern/camera_effects.hpp"
 #include "render/reference/reference.hpp"
 #include "tests/support/agreement.hpp"
+#include "tests/support/compare/planted_samples.hpp"
 #include "tests/support/paper_rig.hpp"
 
 namespace fringetwin::compare::planted_groups_test {
 namespace {
 
-constexpr int kWidth = 48, kHeight = 40;
-constexpr double kGain = 20.0, kBlack = 7.0, kNoiseDn = 0.3;
+using namespace planted_samples;
 
 Twin window_on_the_sphere() { return testing::window_on_the_sphere(kWidth, kHeight); }
 
 render::Renderer& renderer() { return testing::needed_renderer(); }
-
-using Images = std::vector<std::vector<ImageF>>;  ///< irradiance per camera and image
-
-Images rendered(const Twin& twin) {
-  Images out;
-  for (std::size_t c = 0; c < twin.cameras.size(); ++c)
-    out.push_back(render_grid(renderer(), twin, c, {1, 0, 0, kWidth, kHeight}, 9));
-  return out;
-}
-
-/// What is done to the irradiance of a pixel of a camera in an image.
-using Error = std::function<double(double e, std::size_t camera, int image, int x, int y)>;
-
-/// Returns samples of gray values with the error and noise, and the twin's own images as their frame.
-std::vector<GridSamples> samples_of(const Images& truth, const Error& error,
-                                    const std::vector<CameraImages>& frames) {
-  std::vector<GridSamples> all;
-  std::mt19937 random(3);
-  std::normal_distribution<double> noise(0.0, kNoiseDn);
-  for (std::size_t c = 0; c < truth.size(); ++c) {
-    GridSamples s;
-    s.camera = c;
-    s.grid = {1, 0, 0, kWidth, kHeight};
-    s.gain_dn = kGain;
-    s.black_level_dn = kBlack;
-    s.frame = &frames[c];
-    for (int k = 0; k < static_cast<int>(truth[c].size()); ++k) s.images.push_back(k);
-    for (std::size_t i = 0; i < truth[c][0].size(); ++i) {
-      s.cell.push_back(i);
-      for (const int k : s.images) {
-        const double e = error(static_cast<double>(truth[c][static_cast<std::size_t>(k)].data[i]), c, k,
-                               static_cast<int>(i) % kWidth, static_cast<int>(i) / kWidth);
-        s.real_dn.push_back(static_cast<float>(kGain * e + kBlack + noise(random)));
-        s.weight.push_back(static_cast<float>(1.0 / kNoiseDn));
-      }
-    }
-    all.push_back(std::move(s));
-  }
-  return all;
-}
-
-/// Returns irradiance by the double-precision reference, which knows no Fourier series of a pattern.
-Images traced_by_reference(const Twin& truth) {
-  const render::Reference reference(truth);
-  Images images(truth.cameras.size(),
-                std::vector<ImageF>(expand_sequence(truth.fringes).size(), ImageF(kWidth, kHeight, 0.0F)));
-  for (std::size_t c = 0; c < images.size(); ++c)
-#pragma omp parallel for schedule(dynamic)
-    for (int i = 0; i < kWidth * kHeight; ++i) {
-      const auto pixel = reference.pixel(c, i % kWidth, i / kWidth, {.gauss_n = 4});
-      for (std::size_t k = 0; k < images[c].size(); ++k)
-        images[c][k].data[static_cast<std::size_t>(i)] = static_cast<float>(pixel.irradiance[k]);
-    }
-  return images;
-}
-
-std::vector<CameraImages> frames_of(const Images& images) {
-  std::vector<CameraImages> frames;
-  for (const std::vector<ImageF>& camera : images) frames.push_back({.images = camera, .radiance = true});
-  return frames;
-}
 
 struct Planted {
   std::string name;
@@ -137,8 +76,6 @@ void expect_found(const Twin& twin, const std::string& group, const std::vector<
   }
   EXPECT_LT(step.chi2, 1.05 * static_cast<double>(e.n));
 }
-
-double same(double e, std::size_t, int, int, int) { return e; }
 
 TEST(PlantedGroups, SizeIntrinsicsAndGloss) {
   const Twin twin = window_on_the_sphere();

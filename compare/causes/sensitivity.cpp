@@ -226,14 +226,16 @@ Sensitivity::Values Sensitivity::predicted(const Twin& twin, const std::vector<P
   Values before;
   for (std::size_t c = 0; c < samples_.size(); ++c)
     before.push_back(is_other(c) ? (*others)[c] : irradiance_of(changed, samples_[c], samples));
+  const Twin fitted = with_values(twin, parameters, values);
   Values out = before;
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
-    const Parameter& p = parameters[k];
-    if ((p.change && !p.is_closed) || values[k] == p.start) continue;
-    for (std::size_t c = 0; c < samples_.size(); ++c)
-      if (!is_other(c) && (!p.camera || *p.camera == samples_[c].camera))
-        p.effect({changed, samples_[c], before[c], p.start, values[k]}, out[c]);
-  }
+  for (const bool of_sensor : {false, true})
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      const Parameter& p = parameters[k];
+      if ((p.change && !p.is_closed) || values[k] == p.start || p.is_of_sensor != of_sensor) continue;
+      for (std::size_t c = 0; c < samples_.size(); ++c)
+        if (!is_other(c) && (!p.camera || *p.camera == samples_[c].camera))
+          p.effect({changed, fitted, samples_[c], before[c], p.start, values[k]}, out[c]);
+    }
   return out;
 }
 
@@ -297,16 +299,37 @@ Sensitivity::Values zeros(const Sensitivity::Values& like) {
 }
 }  // namespace
 
-Sensitivity::Values Sensitivity::closed_column(const Twin& changed, const Parameter& parameter, double value,
+Sensitivity::Values Sensitivity::closed_column(const Twin& twin, const std::vector<Parameter>& parameters,
+                                               const Eigen::VectorXd& values, std::size_t at,
                                                const Values& base) const {
-  const double up = std::min(value + parameter.step, parameter.largest),
-               down = std::max(value - parameter.step, parameter.smallest);
+  const Parameter& parameter = parameters[at];
+  const double up = std::min(values[at] + parameter.step, parameter.largest),
+               down = std::max(values[at] - parameter.step, parameter.smallest);
+  const Twin fitted = with_values(twin, parameters, values);
+  Eigen::VectorXd by_sensors = start_values(parameters);  // and nothing else
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    if (parameters[k].is_of_sensor && !parameter.is_of_sensor) by_sensors[k] = values[k];
+  const bool sensors_bend = by_sensors != start_values(parameters);
   Values out = zeros(base);
   for (std::size_t c = 0; c < samples_.size(); ++c) {
     if (parameter.camera && *parameter.camera != samples_[c].camera) continue;
-    std::vector<float> more = base[c], less = base[c];
-    parameter.effect({changed, samples_[c], base[c], value, up}, more);
-    parameter.effect({changed, samples_[c], base[c], value, down}, less);
+    std::vector<float> light = base[c];
+    const auto see = [&](std::vector<float>& seen, bool is_back) {
+      const std::size_t n = parameters.size();
+      for (std::size_t i = 0; sensors_bend && i < n; ++i) {
+        const std::size_t k = is_back ? n - 1 - i : i;
+        const Parameter& p = parameters[k];
+        if (by_sensors[k] == p.start || (p.camera && *p.camera != samples_[c].camera)) continue;
+        p.effect({twin, fitted, samples_[c], seen, is_back ? by_sensors[k] : p.start,
+                  is_back ? p.start : by_sensors[k]},
+                 seen);
+      }
+    };
+    see(light, true);
+    std::vector<float> more = light, less = light;
+    parameter.effect({fitted, fitted, samples_[c], light, values[at], up}, more);
+    parameter.effect({fitted, fitted, samples_[c], light, values[at], down}, less);
+    see(more, false), see(less, false);
     for (std::size_t i = 0; i < more.size(); ++i)
       out[c][i] =
           static_cast<float>((static_cast<double>(more[i]) - static_cast<double>(less[i])) / (up - down));
@@ -318,8 +341,7 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
                                         const Eigen::VectorXd& values, std::size_t at, const Values& base,
                                         Derivative derivative, double& found) const {
   const Parameter& parameter = parameters[at];
-  if (parameter.effect)
-    return closed_column(with_values(twin, parameters, values), parameter, values[at], base);
+  if (parameter.effect) return closed_column(twin, parameters, values, at, base);
   const double wanted = derivative == Derivative::exact ? kExactChange : kWantedChange,
                longer = wanted / kWantedChange;  // than a quick derivative's step
   // as far as a step may grow: a thousand times what suits a rig of usual size

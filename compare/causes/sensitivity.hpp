@@ -190,9 +190,10 @@ class Sensitivity {
   /// `step`: where the search begins, and where it ended.
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                 std::size_t at, const Values& base, Derivative derivative, double& step) const;
-  /// The column of a parameter with an effect of its own: nothing is rendered.
-  Values closed_column(const Twin& changed, const Parameter& parameter, double value,
-                       const Values& base) const;
+  /// The column of a parameter with an effect of its own: nothing is rendered. What light does is done to
+  /// the light before the cameras' fitted curves, and seen through them.
+  Values closed_column(const Twin& twin, const std::vector<Parameter>& parameters,
+                       const Eigen::VectorXd& values, std::size_t at, const Values& base) const;
   std::vector<float> irradiance_of(const Twin& twin, const GridSamples& samples, int points) const;
   /// Returns the change of the images of one camera, or of all, as part of their size.
   double relative_change(const Values& from, const Values& to, std::optional<std::size_t> camera) const;

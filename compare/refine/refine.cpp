@@ -34,10 +34,11 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
 }
 
 /// A device's or an object's name alone asks for what is told apart from the rest of it: not for its size,
-/// its gloss, its intrinsics, its motion or the field of its light, nor for what no key holds.
+/// its gloss, its intrinsics, its motion, the field of its light or its knee, nor for what no key holds.
 bool matches(const Parameter& p, const std::string& asked) {
   const bool by_itself = p.group == "size" || p.group == "specular" || p.group == "intrinsics" ||
-                         p.group == "motion" || p.group == "projector_field" || !p.change;
+                         p.group == "motion" || p.group == "projector_field" || p.group == "camera_knee" ||
+                         !p.change;
   return p.group == asked || p.name == asked ||
          (p.name.starts_with(asked + ".") && (!by_itself || asked.find('.') != std::string::npos));
 }
@@ -218,7 +219,7 @@ class Refiner {
 
   void refuse_what_cannot_be_told(GroupFit& fit) const {
     for (std::size_t k = 0; k < parameters_.size(); ++k)
-      if (fit.changes_nothing(k))
+      if (!parameters_[k].acts_beside_others && fit.changes_nothing(k))
         throw UserError(ExitCode::usage, "--refine " + parameters_[k].name, "changes nothing in these images",
                         "leave it out");
     if (const std::string alike = fit.cannot_be_told(); !alike.empty())

@@ -65,6 +65,15 @@ std::string response_text(const ProjectorResponse& r) {
   return "\"linear\"";
 }
 
+std::string response_text(const CameraResponse& r) {
+  if (r.straight()) return "\"linear\"";
+  if (r.corners.size() == 1)
+    return fmt::format("{{ knee_dn = {}, slope = {} }}", r.corners[0].in_dn, r.last_slope);
+  std::vector<std::string> points;
+  for (const CameraResponse::Corner& c : r.corners) points.push_back(numbers({c.in_dn, c.out_dn}));
+  return fmt::format("{{ table = [{}] }}", fmt::join(points, ", "));
+}
+
 void add_camera(std::vector<TomlBlock>& blocks, const Camera& before, const Camera& after) {
   ChangedKeys camera({.table = {"camera"}, .entry = after.name});
   add_device(camera, before.lens, before.T_cam_world, after.lens, after.T_cam_world);
@@ -84,6 +93,7 @@ void add_camera(std::vector<TomlBlock>& blocks, const Camera& before, const Came
   sensor.key("gain_dn", fmt::format("{}", before.sensor.gain_dn), fmt::format("{}", after.sensor.gain_dn));
   sensor.key("black_level_dn", fmt::format("{}", before.sensor.black_level_dn),
              fmt::format("{}", after.sensor.black_level_dn));
+  sensor.key("response", response_text(before.sensor.response), response_text(after.sensor.response));
   sensor.append_to(blocks);
 }
 

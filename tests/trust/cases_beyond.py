@@ -35,6 +35,10 @@ double("size_and_blur_wall", "the radius of the sphere before a wall is 0.05 mm 
        [one.radius(0.05), one.blur(1.5)], FULL_BOTH, "size blur")
 double("blur_and_light", "the projector's blur is 1.5 px, and the light flickers by 1 %", [one.blur(1.5), one.flicker(0.01)],
        BALL, "blur light")
+double("knee_and_light", "the sensor's line bends by 20 % at 55 % of its scale, and the light flickers by 1 %",
+       [one.knee(0.8), one.flicker(0.01)], WALL, "camera_knee light")
+double("knee_and_pose", "the sensor's line bends by 20 % at 55 % of its scale, and the sphere is 0.037 mm off",
+       [one.knee(0.8), MOVED], BALL, "camera_knee pose")
 double("light_drift_and_gamma", "the light rises by 4 % from the first image to the last, the projector's gamma is 1.08",
        [one.light_drift(0.02), one.gamma(1.08)], WALL, "light response")
 double("texture_and_gamma", "waves of 10 % in the albedo, and the projector's gamma is 1.08",

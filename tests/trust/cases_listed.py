@@ -183,10 +183,10 @@ def side_lamp(rig, twin, random):
     rig.lamp = vector(0.5, -0.4, -0.77) / np.linalg.norm((0.5, -0.4, -0.77)), 0.6
 
 
-def knee(slope):
-    """Above 55 % of the scale the sensor's line is less steep."""
+def knee(slope, at=0.55):
+    """Above this part of the scale the sensor's line is less steep."""
     def plant(rig, twin, random):
-        rig.camera_response = lambda x: np.where(x > 0.55, 0.55 + slope * (x - 0.55), x)
+        rig.camera_response = lambda x: np.where(x > at, at + slope * (x - at), x)
     return plant
 
 
@@ -196,7 +196,23 @@ def camera_gamma(exponent):
     return plant
 
 
-ROOM, SENSOR = "room_light ambient offset", "camera_response sensor_response"
+def knee_values(slope, at=0.55, bits=12):
+    """In the program's names: the rig's black level is 2 % of full scale."""
+    full = 2**bits - 1
+    return {"left.response.knee_dn": at * (full - round(0.02 * full)), "left.response.slope": slope}
+
+
+def uneven_pixels(factor, offset_share):
+    """Factors that scatter by this share, and offsets by this share of full scale; their means stay 1 and 0."""
+    def plant(rig, twin, random):
+        shape = rig.cameras[0].height, rig.cameras[0].width
+        factors, offsets = 1 + factor * random.standard_normal(shape), random.standard_normal(shape)
+        rig.pixel_factor = factors / factors.mean()
+        rig.pixel_offset_dn = offset_share * rig.full * (offsets - offsets.mean())
+    return plant
+
+
+ROOM, SENSOR = "room_light ambient offset", "camera_response camera_knee sensor_response"
 listed("room_light_small", "room light with a gradient over the image, up to 1 % of the full light", room(0.01), WALL,
        ROOM, gain=False)
 listed("side_lamp", "a lamp at the side shines on the sphere, 6 % of the full light", side_lamp, BALL, ROOM, **VARIES)
@@ -207,8 +223,19 @@ listed("light_drift", "the light rises by 4 % from the first image to the last",
        verdict=GRAY, values=light_values(0.02))
 listed("light_drift_small", "the light rises by 1 % from the first image to the last", light_drift(0.005), WALL,
        "light flicker", values=light_values(0.005))
-listed("knee", "the sensor's line bends by 10 % at 55 % of its scale", knee(0.9), BALL, SENSOR, **VARIES)
-listed("knee_small", "the sensor's line bends by 3 % at 55 % of its scale", knee(0.97), WALL, SENSOR, gain=False)
+listed("knee", "the sensor's line bends by 10 % at 55 % of its scale", knee(0.9), BALL, SENSOR, verdict=GRAY,
+       values=knee_values(0.9))
+listed("knee_small", "the sensor's line bends by 3 % at 55 % of its scale", knee(0.97), WALL, SENSOR, gain=False,
+       values=knee_values(0.97))
+listed("knee_strong", "the sensor's line bends by 40 % at 45 % of its scale", knee(0.6, 0.45), WALL, "camera_knee",
+       verdict=GRAY, values=knee_values(0.6, 0.45))
+listed("knee_early", "the sensor's line bends by 15 % at 20 % of its scale", knee(0.85, 0.2), BOTH, "camera_knee",
+       verdict=GRAY, values=knee_values(0.85, 0.2))
+listed("uneven_gain", "the gains of the pixels scatter by 1 %", uneven_pixels(0.01, 0.0), WALL, PER_PIXEL, **VARIES)
+listed("uneven_pixels", "gains of the pixels scatter by 1 %, offsets by 0.1 % of full scale", uneven_pixels(0.01, 1e-3), BALL,
+       PER_PIXEL, **VARIES)
+listed("uneven_offsets", "the offsets of the pixels scatter by 0.2 % of full scale", uneven_pixels(0.0, 2e-3), BALL, "offset",
+       **VARIES)
 listed("camera_gamma_small", "the camera's gamma is 0.99", camera_gamma(0.99), WALL, SENSOR, gain=False)
 
 

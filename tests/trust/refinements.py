@@ -15,7 +15,8 @@ RIGS = ("right_sphere_n4", "right_plane_n4", "right_small_two_cameras", "pose_40
         "camera_middle", "gamma_n4", "blur_missing", "vignetting", "albedo", "texture_small", "side_lamp", "flicker", "knee",
         "camera_gamma", "hot_spot", "camera_defocus", "vibration", "gloss", "subsurface", "pose_and_gamma_wall",
         "motion")
-ALSO = {"motion": ("motion", "pose_40um", "right_sphere_n4")}  # a group that only these rigs are refined by
+ALSO = {"motion": ("motion", "pose_40um", "right_sphere_n4"),
+        "camera_knee": ("knee", "camera_gamma", "right_sphere_n4")}  # groups that only these rigs are refined by
 COLUMNS = (*GROUPS, *ALSO)
 FARTHEST = 4.0  # standard errors between a refined value and the truth
 WARNED = r"refine|converge|not told|told apart|not to be trusted"

@@ -89,6 +89,7 @@ class Rig:
         self.camera_blur_px = 0.0  # sigma of the camera's own blur
         self.projector_response = None  # drive level -> light
         self.camera_response = None  # 0..1 -> 0..1, before noise
+        self.pixel_factor = self.pixel_offset_dn = None  # of each pixel of all cameras (PRNU, DSNU)
         self.full_well_dn = None  # gray value at which a pixel is full
         self.image_order = None  # recorded image k shows pattern image_order[k]
         self.inverted_image = None  # the image that is shown as its negative
@@ -202,10 +203,14 @@ class Rig:
         if self.image_factor is not None:
             E = E * self.image_factor[:, None, None]
         signal = sensor["gain_dn"] * np.maximum(E, 0)
+        if self.pixel_factor is not None:
+            signal = signal * self.pixel_factor
         if self.camera_response:
             scale = self.full - sensor["black_dn"]
             signal = scale * self.camera_response(signal / scale)
         signal = signal + np.sqrt(signal / sensor["electrons_per_dn"]) * random.standard_normal(signal.shape)
+        if self.pixel_offset_dn is not None:
+            signal = signal + self.pixel_offset_dn
         values = signal + sensor["black_dn"] + sensor["read_noise_dn"] * random.standard_normal(signal.shape)
         if self.full_well_dn:
             values = np.minimum(values, self.full_well_dn)
