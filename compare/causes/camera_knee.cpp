@@ -45,8 +45,11 @@ std::vector<Parameter> knee_parameters(const Twin& twin, std::size_t camera) {
   const auto set = [=](Twin& t, const Knee& knee) { t.cameras[camera].sensor.response = knee.curve(); };
   const std::string& name = twin.cameras[camera].name;
 
-  Parameter slope{
-      .group = "camera_knee", .name = name + ".response.slope", .start = start.slope, .step = kSlopeStep};
+  Parameter slope{.group = "camera_knee",
+                  .name = name + ".response.slope",
+                  .unit = "",
+                  .start = start.slope,
+                  .step = kSlopeStep};
   slope.smallest = kLeastSlope, slope.largest = kMostSlope;
   slope.change = [=](Twin& t, double d) {
     Knee knee = knee_in(t);
