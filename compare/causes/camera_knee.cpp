@@ -22,8 +22,7 @@ Knee knee_of(const CameraResponse& response, double else_at_dn) {
   return {response.corners.front().in_dn, response.last_slope};
 }
 
-/// Light whose values are predicted as a camera with the response `as_given` would straighten them goes
-/// through one knee instead of another.
+/// Light goes through one knee instead of another, as a camera with the response `as_given` is straightened.
 void bend(const CameraResponse& as_given, const Knee& from, const Knee& to, double gain_dn,
           std::vector<float>& irradiance) {
   const CameraResponse before = from.curve(), after = to.curve();
@@ -59,7 +58,7 @@ std::vector<Parameter> knee_parameters(const Twin& twin, std::size_t camera) {
   // before the place moves, in a prediction: `in.twin` has closed parameters at their start
   slope.effect = [=, as_given = sensor.response](const EffectInput& in, std::vector<float>& irradiance) {
     const double at_dn = knee_in(in.twin).at_dn;
-    bend(as_given, {at_dn, in.from}, {at_dn, in.to}, in.samples.gain_dn, irradiance);
+    bend(as_given, {at_dn, in.from}, {at_dn, in.to}, in.samples.curve_gain_dn(), irradiance);
   };
 
   Parameter place{.group = "camera_knee",
@@ -75,9 +74,9 @@ std::vector<Parameter> knee_parameters(const Twin& twin, std::size_t camera) {
   };
   place.effect = [=, as_given = sensor.response](const EffectInput& in, std::vector<float>& irradiance) {
     const double s = knee_in(in.fitted).slope;
-    bend(as_given, {in.from, s}, {in.to, s}, in.samples.gain_dn, irradiance);
+    bend(as_given, {in.from, s}, {in.to, s}, in.samples.curve_gain_dn(), irradiance);
   };
-  place.acts_beside_others = true;
+  place.acts_beside_others = place.grows_with_gain = true;
   for (Parameter* p : {&slope, &place}) p->is_closed = p->is_of_sensor = true, p->camera = camera;
   return {slope, place};
 }

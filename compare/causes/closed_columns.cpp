@@ -122,7 +122,7 @@ Effect room_light_effect(int power_x, int power_y, Vector2d size_px) {
 /// The signal r, as a part of the sensor's range above black, becomes r^value.
 Effect response_gamma_effect(double range_dn) {
   return [=](const EffectInput& in, std::vector<float>& irradiance) {
-    const double unit = range_dn / in.samples.gain_dn;
+    const double unit = range_dn / in.samples.curve_gain_dn();
     for (float& value : irradiance) {
       const double r = std::max(static_cast<double>(value) / unit, kSmallestSignal);
       value = static_cast<float>(unit * std::pow(r, in.to / in.from));
@@ -133,7 +133,7 @@ Effect response_gamma_effect(double range_dn) {
 /// The signal r grows by value r^2 (order 2) or by value T_order(2 r/0.75 - 1), Chebyshev's polynomial.
 Effect response_term_effect(double range_dn, int order) {
   return [=](const EffectInput& in, std::vector<float>& irradiance) {
-    const double unit = range_dn / in.samples.gain_dn;
+    const double unit = range_dn / in.samples.curve_gain_dn();
     for (float& value : irradiance) {
       const double r = std::max(static_cast<double>(value) / unit, 0.0);
       const double z = 2.0 * std::min(r / kFullSignal, kLargestSignal) - 1.0;

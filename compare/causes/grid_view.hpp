@@ -38,9 +38,13 @@ struct GridSamples {
   std::vector<float> real_dn;
   std::vector<float> weight;                   ///< 1 / standard deviation; 0 where not usable
   std::vector<bool> at_texture_edge;           ///< of each pixel: find_texture_edges(); may be empty
-  double gain_dn = 1.0, black_level_dn = 0.0;  ///< of the gain fit
-  double rendering_dn = 0.0;                   ///< rms rendering error, part of the weights
-  Eigen::MatrixXd scatter_dn2;                 ///< of RenderingError, of these images; part of the weights
+  double gain_dn = 1.0, black_level_dn = 0.0;  ///< of the gain fit, and then of whatever is fitted
+  /// Gain at which the curves of a camera's gray values are told: it stays as the gain is fitted, so that a
+  /// prediction holds with any. 0: that of gain_dn.
+  double reference_gain_dn = 0.0;
+  double curve_gain_dn() const { return reference_gain_dn > 0.0 ? reference_gain_dn : gain_dn; }
+  double rendering_dn = 0.0;    ///< rms rendering error, part of the weights
+  Eigen::MatrixXd scatter_dn2;  ///< of RenderingError, of these images; part of the weights
   double known_to = 0.05;       ///< relative standard uncertainty of the noise's variance, of single values
   double mean_known_to = 0.05;  ///< the same on average over the pixels' means: of sums over regions
   /// Returns the variance of the noise of a gray value of this level; empty: the weights stay as they are.

@@ -70,9 +70,13 @@ class GroupFit {
 
   bool converged() const { return converged_; }
   int steps() const { return n_steps_; }
-  Twin twin() const { return with_values(twin_, parameters_, values_); }
+  /// Returns the twin with the values that are shown.
+  Twin twin() const { return with_values(twin_, parameters_, shown_values()); }
   const std::vector<Parameter>& parameters() const { return parameters_; }
+  /// Returns the values as they are fitted: where another fit may begin.
   const Eigen::VectorXd& values() const { return values_; }
+  /// Returns them with the gain as it is: other than values() for what grows with it.
+  Eigen::VectorXd shown_values() const;
   /// Returns the irradiance predicted by them.
   const Sensitivity::Values& predicted() const { return base_; }
   /// Returns what is known of each parameter after run(), in their order. Sigma grows with the root of what
@@ -130,6 +134,10 @@ class GroupFit {
   };
 
   void set_values(const Eigen::VectorXd& values);
+  double growth_of(std::size_t parameter) const;
+  bool refers_curves_to_gain();
+  Eigen::MatrixXd shown_by_unknowns(const std::vector<std::size_t>& told,
+                                    const std::vector<std::size_t>& unknowns) const;
   FreePerPixel free_of(const Block& block) const;
   std::vector<std::size_t> sensors_of(FreePerPixel free) const;
   std::vector<std::size_t> told_of(const Block& block) const;

@@ -83,7 +83,7 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
   GridSamples out;
   out.camera = camera_index;
   out.images = pair.gain_images;
-  out.gain_dn = fit.row.gain_dn;
+  out.gain_dn = out.reference_gain_dn = fit.row.gain_dn;
   out.black_level_dn = fit.row.black_level_dn;
   out.rendering_dn = rendering_dn;
   out.noise_dn2 = [noise](double gray_dn) { return noise.variance(gray_dn); };
@@ -158,6 +158,10 @@ Sensitivity::Sensitivity(render::Renderer& renderer, std::vector<GridSamples> sa
 void Sensitivity::set_sensor(std::size_t index, double gain_dn, double black_level_dn) {
   samples_.at(index).gain_dn = gain_dn;
   samples_.at(index).black_level_dn = black_level_dn;
+}
+
+void Sensitivity::refer_curves_to_gain() {
+  for (GridSamples& s : samples_) s.reference_gain_dn = s.gain_dn;
 }
 
 void Sensitivity::take_exposures(const Twin& twin) {

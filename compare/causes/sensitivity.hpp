@@ -83,6 +83,8 @@ class Sensitivity {
   const std::vector<GridSamples>& samples() const { return samples_; }
   /// Sets gain and black level of a camera; `index`: into samples().
   void set_sensor(std::size_t index, double gain_dn, double black_level_dn);
+  /// Tells the cameras' curves at the gain as it is now (GridSamples::reference_gain_dn).
+  void refer_curves_to_gain();
 
   /// Returns what a mean of n squares over their noise must not exceed, as in the verdict on the gray values,
   /// with the noise of the camera that it is known worst of.

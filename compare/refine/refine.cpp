@@ -302,16 +302,17 @@ class Refiner {
 
   /// Reports values, standard errors, covariance and what is hardly told apart.
   Refined finish(GroupFit& fit) {
+    fit.settle_sensors();
+    const Eigen::VectorXd values = fit.shown_values();
     std::vector<std::size_t> told;
     for (std::size_t k = 0; k < parameters_.size(); ++k) {
       if (!fit.known()[k].told) continue;
       const Parameter& p = parameters_[k];
       told.push_back(k);
-      report_.rows.push_back({p.name, p.unit, p.shown(p.start), p.shown(fit.values()[k]),
-                              p.shown_sigma(fit.values()[k], fit.known()[k].sigma)});
+      report_.rows.push_back({p.name, p.unit, p.shown(p.start), p.shown(values[k]),
+                              p.shown_sigma(values[k], fit.known()[k].sigma)});
     }
     note_correlations(fit, told);
-    fit.settle_sensors();
     Refined out{fit.twin(), {}};
     for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c)
       keep_sensor(c, fit.sensor_sigma(c), out.twin);
