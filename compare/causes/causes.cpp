@@ -241,18 +241,30 @@ class CauseSearch {
     std::vector<std::size_t> groups;
     double most = values_fail_ ? excess_ : 0.0;
     for (const CauseRow& row : rows) most = std::max(most, row.removed);
+    std::vector<double> promised;
+    for (const CauseRow& row : rows) promised.push_back(row.removed);
+    promise_of_a_knee(promised);
     for (std::size_t g = 0; g < rows.size(); ++g)
-      if (rows[g].removed >= std::max(kWorthATry * most, worth_naming(1.0))) groups.push_back(g);
-    std::ranges::stable_sort(groups, [&](auto a, auto b) { return rows[a].removed > rows[b].removed; });
+      if (promised[g] >= std::max(kWorthATry * most, worth_naming(1.0))) groups.push_back(g);
+    std::ranges::stable_sort(groups, [&](auto a, auto b) { return promised[a] > promised[b]; });
     groups.resize(std::min(groups.size(), kMostAlone));
     double least = 0.0;  // that a rival's linear step must take away
     try_where_fits_are(rows, groups, least);
     for (std::size_t k = 0; k < groups.size(); ++k) {
       const std::size_t g = groups[k];
       progress_.reach(kColumnsDone + k * (kAloneDone - kColumnsDone) / groups.size());
-      if (rows[g].removed < least) break;
+      if (promised[g] < least) break;
       fit_alone(g, g == nearest_ && !is_switch(g) ? &*begin_ : nullptr, rows[g], least);
     }
+  }
+  /// A knee's linear step knows nothing of its place: it may take away as much as smooth curves do.
+  void promise_of_a_knee(std::vector<double>& removed_by_group) const {
+    const auto at = [this](const char* name) {
+      return static_cast<std::size_t>(std::ranges::find(groups_, name, &Group::name) - groups_.begin());
+    };
+    const std::size_t knee = at("camera_knee"), curves = at("camera_response");
+    if (knee < groups_.size() && curves < groups_.size())
+      removed_by_group[knee] = std::max(removed_by_group[knee], removed_by_group[curves]);
   }
   /// `first`: as in try_fit(). Raises `least` where the group passes.
   void fit_alone(std::size_t g, const CauseFit* first, CauseRow& row, double& least) {
@@ -318,33 +330,48 @@ class CauseSearch {
       const std::size_t g = tried_[k].groups[0];
       Sensitivity there = fit.sensors;
       const NormalEquations e = there.equations_at(fit.predicted, columns_, FreePerPixel::nothing, kEvery);
+      std::vector<double> removed(groups_.size(), 0.0);
+      for (std::size_t other = 0; other < groups_.size(); ++other)
+        if (other != g && !is_switch(other))
+          removed[other] = removed_by(e, {g, other}, kEvery) - removed_by(e, {g}, kEvery);
+      promise_of_a_knee(removed);
       for (std::size_t other = 0; other < groups_.size(); ++other) {
         if (other == g || is_switch(other)) continue;
-        const double more = removed_by(e, {g, other}, kEvery) - removed_by(e, {g}, kEvery),
-                     left = fit.tried.chi2 - more;
+        const double more = removed[other], left = fit.tried.chi2 - more;
         if (more >= worth_naming(static_cast<double>(groups_[other].at.size())) &&
             (!values_fail_ || before_ - left >= kPairShare * excess_))
           pairs.push_back({k, other, left});
       }
     }
     std::ranges::stable_sort(pairs, [](const Pair& a, const Pair& b) { return a.left < b.left; });
+    const auto numbers = [this](const Pair& p) {
+      return groups_[tried_[p.first].groups[0]].at.size() + groups_[p.second].at.size();
+    };
+    const Pair* passed =
+        nullptr;  // one that a linear step does not tell apart, of fewer numbers, is its rival
+    const auto is_rival = [&](const Pair& p) {
+      return passed && numbers(p) < numbers(*passed) && p.left <= passed->left + kAlikeShare * excess_;
+    };
     std::size_t n_tried = 0;
-    for (const auto& [first, second, left] : pairs) {
+    for (const Pair& pair : pairs) {
+      const auto& [first, second, left] = pair;
       std::vector<std::size_t> both{tried_[first].groups[0], second};
       const auto is_same = [&](const Tried& t) {
         return t.groups.size() == 2 && std::ranges::is_permutation(t.groups, both);
       };
-      if (n_tried == kMostPairs || std::ranges::any_of(tried_, is_same)) continue;
-      progress_.reach(kAloneDone + n_tried * (kPairsDone - kAloneDone) / kMostPairs);
+      if (n_tried >= (is_rival(pair) ? 2 * kMostPairs : kMostPairs) || std::ranges::any_of(tried_, is_same))
+        continue;
+      progress_.reach(kAloneDone + n_tried * (kPairsDone - kAloneDone) / (2 * kMostPairs));
       ++n_tried;
       const CauseFit begin = tried_[first].fit;  // tried_ grows
       try_fit(both, nullptr, &begin);
-      TriedCause& pair = tried_.back().fit.tried;
+      TriedCause& tried = tried_.back().fit.tried;
       for (const std::size_t k : {0u, 1u}) {
         const double alone = before_ - rows[both[1 - k]].removed;
-        if (alone - pair.chi2 < worth_naming(static_cast<double>(groups_[both[k]].at.size())))
-          pair.passes = false;  // one of them is for nothing
+        if (alone - tried.chi2 < worth_naming(static_cast<double>(groups_[both[k]].at.size())))
+          tried.passes = false;  // one of them is for nothing
       }
+      if (tried.passes) passed = &pair;
       if (rows[both[1]].removed > rows[both[0]].removed)
         std::swap(tried_.back().groups[0], tried_.back().groups[1]);
     }

@@ -233,7 +233,7 @@ listed("knee_early", "the sensor's line bends by 15 % at 20 % of its scale", kne
        verdict=GRAY, values=knee_values(0.85, 0.2))
 listed("uneven_gain", "the gains of the pixels scatter by 1 %", uneven_pixels(0.01, 0.0), WALL, PER_PIXEL, **VARIES)
 listed("uneven_pixels", "gains of the pixels scatter by 1 %, offsets by 0.1 % of full scale", uneven_pixels(0.01, 1e-3), BALL,
-       PER_PIXEL, **VARIES)
+       PER_PIXEL + " offset", **VARIES)
 listed("uneven_offsets", "the offsets of the pixels scatter by 0.2 % of full scale", uneven_pixels(0.0, 2e-3), BALL, "offset",
        **VARIES)
 listed("camera_gamma_small", "the camera's gamma is 0.99", camera_gamma(0.99), WALL, SENSOR, gain=False)
