@@ -92,7 +92,9 @@ std::string GroupFit::alike_groups(const NormalEquations& e, FreePerPixel free) 
 std::string GroupFit::alike_lights(const NormalEquations& e, FreePerPixel free) const {
   std::vector<std::size_t> all;
   for (std::size_t k = 0; k < parameters_.size(); ++k)
-    if (known_[k].told && !is_geometric(parameters_[k].group)) all.push_back(k);
+    if (known_[k].told && !is_geometric(parameters_[k].group) &&
+        (e.normal(k, k) > 0.0 || !parameters_[k].acts_beside_others))
+      all.push_back(k);
   if (all.empty()) return "";
   for (const std::size_t at : sensors_of(free)) all.push_back(at);
   const ScaledEigen scaled(e.normal_of(all));
