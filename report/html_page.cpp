@@ -3,6 +3,7 @@
 
 #include <kainjow/mustache.hpp>
 
+#include "report/glossary.hpp"
 #include "report/page_template.hpp"
 #include "report/text.hpp"
 
@@ -63,7 +64,9 @@ std::string Page::html() const {
   data.set("has_warnings",
            warnings.empty() ? mustache::data::type::bool_false : mustache::data::type::bool_true);
   data.set("warnings", texts);
-  data.set("footer", footer_html);
+  std::string content = summary_html;
+  for (const Section& section : sections) content += section.body_html;
+  data.set("footer", footer_html + glossary_html(content));
   set_if(data, "script", script);
   return rendered(kPageTemplate, data);
 }

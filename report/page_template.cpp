@@ -16,8 +16,14 @@ const char* const kPageTemplate = R"html(<!DOCTYPE html>
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'">
 <title>{{title}}</title>
 <style>
-:root { --ink: #1d2329; --soft: #5b6670; --line: #d9dee3; --paper: #ffffff; --wash: #f5f7f9; --accent: #0b5c8a;
-  --pass: #1a7f4b; --fail: #b3261e; --warn: #8a5a00; }
+:root { color-scheme: light; --ink: #1d2329; --soft: #57626c; --line: #d9dee3; --paper: #ffffff; --wash: #f5f7f9;
+  --accent: #0b5c8a; --pass: #1a7f4b; --fail: #b3261e; --warn: #8a5a00; --code: #39424a; --command: #5b6670;
+  --note: #eef5fa; --warning: #fff8e5; --badge: #ffffff; --sheet: transparent; }
+@media screen and (prefers-color-scheme: dark) {
+  :root { color-scheme: dark; --ink: #e4e8ec; --soft: #a3aeb8; --line: #3a434c; --paper: #15191d; --wash: #1f252b;
+    --accent: #6db7e3; --pass: #5cc98f; --fail: #ff8a80; --warn: #e8b64c; --code: #c3ccd4; --command: #a3aeb8;
+    --note: #1a2a36; --warning: #332a12; --badge: #15191d; --sheet: #ffffff; }
+}
 * { box-sizing: border-box; }
 html { scroll-behavior: smooth; }
 body { margin: 0; color: var(--ink); background: var(--paper); line-height: 1.5; font-size: 15px;
@@ -29,14 +35,14 @@ h1 { font-size: 28px; line-height: 1.2; margin: 0; font-weight: 650; letter-spac
 .next code { overflow-wrap: anywhere; }
 .subtitle { color: var(--soft); margin: 6px 0 0; }
 .verdict { font-weight: 700; letter-spacing: .08em; text-transform: uppercase; font-size: 17px; padding: 9px 20px;
-  border-radius: 5px; color: #fff; width: fit-content; margin-top: 12px; }
+  border-radius: 5px; color: var(--badge); width: fit-content; margin-top: 12px; }
 .verdict.pass { background: var(--pass); } .verdict.fail { background: var(--fail); }
 .verdict.none { background: var(--soft); }
 h2 { font-size: 20px; margin: 44px 0 12px; padding-bottom: 5px; border-bottom: 1px solid var(--line); font-weight: 650; }
 h3 { font-size: 16px; margin: 26px 0 8px; font-weight: 650; }
 p { margin: 8px 0; max-width: 80ch; }
-.note { border-left: 4px solid var(--accent); background: #eef5fa; padding: 10px 16px; margin: 18px 0; }
-.warnings { border-left: 4px solid #e0a100; background: #fff8e5; padding: 10px 16px; margin: 18px 0; }
+.note { border-left: 4px solid var(--accent); background: var(--note); padding: 10px 16px; margin: 18px 0; }
+.warnings { border-left: 4px solid #e0a100; background: var(--warning); padding: 10px 16px; margin: 18px 0; }
 .warnings ul { margin: 4px 0; padding-left: 20px; }
 .note p, .warnings p { margin: 0; max-width: none; }
 nav { margin: 18px 0 0; padding: 10px 16px; background: var(--wash); border-radius: 5px; font-size: 14px; }
@@ -59,9 +65,11 @@ tr.pass td:last-child { color: var(--pass); font-weight: 650; } tr.fail td:last-
 figure { margin: 16px 0 26px; break-inside: avoid; }
 figcaption { color: var(--soft); font-size: 13px; margin-top: 6px; max-width: 110ch; }
 figcaption code { display: block; margin-top: 3px; }
-code { font: 12px/1.45 "DejaVu Sans Mono", Menlo, Consolas, monospace; color: #39424a; overflow-wrap: anywhere; }
-code.command { color: #6a7580; }
-figure svg { width: 100%; height: auto; display: block; }
+code { font: 12px/1.45 "DejaVu Sans Mono", Menlo, Consolas, monospace; color: var(--code); overflow-wrap: anywhere; }
+code.command { color: var(--command); }
+figure svg { width: 100%; height: auto; display: block; background: var(--sheet); }
+abbr { text-decoration: underline dotted var(--soft); text-underline-offset: 3px; cursor: help; }
+.words dt { font-weight: 650; margin-top: 6px; } .words dd { margin: 0 0 0 18px; max-width: 80ch; }
 .maps { display: flex; flex-wrap: wrap; gap: 18px; }
 .map { flex: 1 1 320px; min-width: 0; max-width: 720px; }
 .map .map { max-width: none; }
@@ -75,7 +83,7 @@ figure svg { width: 100%; height: auto; display: block; }
 .scale { display: flex; align-items: center; gap: 8px; font-size: 12px; color: var(--soft); margin-top: 4px; }
 .scale span { height: 6px; border: 1.5px solid var(--ink); border-top: 0; }
 .cloud canvas, .cloud .hint { display: none; }
-.cloud.live canvas { display: block; width: 100%; height: auto; border: 1px solid var(--line); cursor: grab; touch-action: pan-y; }
+.cloud.live canvas { display: block; width: 100%; height: auto; border: 1px solid var(--line); cursor: grab; touch-action: pan-y; background: var(--sheet); }
 .cloud.live .hint { display: block; font-size: 12px; color: var(--soft); margin: 4px 0 0; } .cloud.live .still { display: none; }
 .slider { flex: 1 1 320px; min-width: 0; max-width: 720px; }
 .stack { position: relative; border: 1px solid var(--line); overflow: hidden; }
@@ -89,6 +97,12 @@ figure svg { width: 100%; height: auto; display: block; }
 footer { margin-top: 56px; padding-top: 12px; border-top: 1.5px solid var(--ink); font-size: 13px; color: var(--soft); }
 footer table { font-size: 12px; } footer td { overflow-wrap: anywhere; }
 footer details { margin-top: 8px; } summary { cursor: pointer; }
+@media (max-width: 560px) {
+  .page { padding: 0 14px 40px; } header { padding-top: 20px; } h1 { font-size: 22px; overflow-wrap: anywhere; }
+  .answer, .verdict { font-size: 15px; } .verdict { padding: 7px 12px; letter-spacing: .04em; }
+  .map, .slider, .wide { flex-basis: 100%; } td, th { padding-right: 10px; } td.share { min-width: 90px; }
+  nav a { margin-right: 14px; padding: 3px 0; }
+}
 @media print {
   @page { size: A4; margin: 14mm 13mm; }
   body { font-size: 10.5pt; } .page { max-width: none; padding: 0; }

@@ -262,7 +262,11 @@ Drawing drawing(const Plot& plot) {
 std::string drawing_svg(const Drawing& drawing, const std::string& id) {
   if (drawing.script.empty())
     throw UserError(ExitCode::input, "plot \"" + drawing.title + "\"", "there are no data to draw");
-  return inline_svg(run_gnuplot(drawing), id);
+  std::string svg = inline_svg(run_gnuplot(drawing), id);
+  // for readers who hear the page
+  const std::string label = drawing.title.empty() ? "plot" : drawing.title;
+  svg.insert(std::string_view("<svg").size(), " role=\"img\" aria-label=\"" + escape_html(label) + "\"");
+  return svg;
 }
 
 std::string plot_svg(const Plot& plot, const std::string& id) { return drawing_svg(drawing(plot), id); }

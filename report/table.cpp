@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/table.hpp"
 
+#include "report/glossary.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
 
@@ -8,6 +9,13 @@ namespace fringetwin::report {
 namespace {
 
 const char* align_class(Align align) { return align == Align::left ? "l" : "r"; }
+
+/// Returns a column's head; pointed at, a word of the glossary says what it means.
+std::string head_html(const std::string& header) {
+  const std::string_view meaning = meaning_of(header);
+  if (meaning.empty()) return escape_html(header);
+  return "<abbr title=\"" + escape_html(std::string(meaning)) + "\">" + escape_html(header) + "</abbr>";
+}
 
 }  // namespace
 
@@ -23,7 +31,7 @@ std::string Table::html() const {
   out += "<thead><tr>";
   for (const Column& column : columns) {
     out += std::string("<th scope=\"col\" class=\"") + align_class(column.align) + "\">" +
-           escape_html(column.header);
+           head_html(column.header);
     if (!column.unit.empty()) out += "<span class=\"unit\">" + escape_html(column.unit) + "</span>";
     out += "</th>";
   }

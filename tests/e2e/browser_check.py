@@ -22,6 +22,30 @@ for (const v of d) { hash = (Math.imul(hash, 31) + v) | 0; counts.set(v, (counts
 const back = d[d.length - c.width];  // a corner of the picture
 return {hash: hash, drawn: 1 - counts.get(back) / d.length, colors: counts.size};"""
 
+# Words whose contrast with what lies behind them is less than WCAG's level AA asks for: 4.5, of large ones 3.
+FAINT = """const channels = (text) => text.match(/[0-9.]+/g).map(Number);
+const over = (c, behind) => { const a = c.length > 3 ? c[3] : 1; return [0, 1, 2].map((i) => a * c[i] + (1 - a) * behind[i]); };
+const light = (c) => { const [r, g, b] = c.map((v) => v / 255).map((v) => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
+  return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
+const behind = (e) => e === null ? [255, 255, 255] : over(channels(getComputedStyle(e).backgroundColor), behind(e.parentElement));
+document.querySelectorAll('details').forEach((d) => { d.open = true; });
+const faint = [];
+let n = 0;
+for (const e of document.body.querySelectorAll('*')) {
+  if (e.closest('svg, script, style') || !e.getClientRects().length) continue;
+  const text = [...e.childNodes].filter((c) => c.nodeType === 3).map((c) => c.textContent.trim()).join('');
+  if (!text) continue;
+  ++n;
+  const style = getComputedStyle(e), size = parseFloat(style.fontSize);
+  const back = behind(e), front = over(channels(style.color), back);
+  const [a, b] = [light(front), light(back)].sort((x, y) => y - x), ratio = (a + 0.05) / (b + 0.05);
+  const large = size >= 24 || (size >= 18.66 && Number(style.fontWeight) >= 700);
+  if (ratio < (large ? 3 : 4.5)) faint.push(`${ratio.toFixed(2)} ${e.tagName}.${e.className}: ${text.slice(0, 40)}`);
+}
+return {words: n, faint: faint, back: getComputedStyle(document.body).backgroundColor};"""
+SILENT = """return [...document.querySelectorAll('img'), ...document.querySelectorAll('figure svg')].filter((e) =>
+  !(e.getAttribute('alt') || e.getAttribute('aria-label'))).map((e) => e.outerHTML.slice(0, 80));"""
+
 
 class Browser:
     def __init__(self, profile):
@@ -133,6 +157,11 @@ def visible(b):
     return {"canvas": b.displayed(".cloud canvas"), "still": b.displayed(".cloud .still")}
 
 
+def shot_from_the_top(b, shot, name):
+    b.settled("window.scrollTo({top: 0, behavior: 'instant'});")
+    shot(name)
+
+
 def main():
     page = pathlib.Path(sys.argv[1]).resolve().as_uri()
     shots = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else None
@@ -158,6 +187,16 @@ def main():
                 seen["slider"] = slider(b)
                 seen["cloud"] = cloud(b, shot)
                 seen["screen"] = visible(b)
+            seen["pictures_without_words"] = b.script(SILENT)
+            seen["light"] = b.script(FAINT)
+            b.devtools("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+            seen["dark"] = b.script(FAINT)
+            shot_from_the_top(b, shot, "dark")
+            b.devtools("Emulation.setEmulatedMedia", features=[])
+            b.devtools("Emulation.setDeviceMetricsOverride", width=400, height=800, deviceScaleFactor=1, mobile=False)
+            seen["narrow_overflow_px"] = b.settled("return document.documentElement.scrollWidth - 400;")
+            shot_from_the_top(b, shot, "narrow")
+            b.devtools("Emulation.clearDeviceMetricsOverride")
             b.devtools("Emulation.setEmulatedMedia", media="print")
             if comparison:
                 seen["print"] = visible(b)

@@ -3,6 +3,8 @@
 //
 // | check                  | limit | origin                                                        |
 // |------------------------|-------|---------------------------------------------------------------|
+// | contrast of words      | AA    | WCAG 2.1, 1.4.3: 4.5 : 1, of large words 3 : 1                |
+// | width of a phone       | 400 px| asked for                                                     |
 // | cloud fills the canvas | 5 %   | the sphere's cap is fitted to the canvas; axes alone are 0.1 % |
 // | colours on the canvas  | 20    | 253 levels of the scale; a blank canvas has 1                 |
 #include <gmock/gmock.h>
@@ -68,6 +70,18 @@ double cut_percent(const std::string& clip) {
   return at == std::string::npos ? -1.0 : std::strtod(clip.c_str() + at, nullptr);
 }
 
+/// Everyone can read it: by day, at night, on a phone, and those who hear it.
+void expect_readable(const json& seen) {
+  EXPECT_EQ(seen["overflow_px"], 0);  // nothing to scroll sideways
+  EXPECT_EQ(seen["narrow_overflow_px"], 0);
+  EXPECT_EQ(seen["pictures_without_words"], json::array());
+  for (const char* scheme : {"light", "dark"}) {
+    EXPECT_GT(seen[scheme]["words"].get<int>(), 50);
+    EXPECT_EQ(seen[scheme]["faint"], json::array()) << scheme;
+  }
+  EXPECT_NE(seen["light"]["back"], seen["dark"]["back"]);
+}
+
 TEST(Browser, ThePageMovesPrintsAndLoadsNothing) {
   FT_NEED_DEVICE();
   FT_NEED_BROWSER();
@@ -75,7 +89,7 @@ TEST(Browser, ThePageMovesPrintsAndLoadsNothing) {
   const json seen = look_at(report);
   SCOPED_TRACE(seen.dump(1));
   EXPECT_EQ(seen["title"], "small");
-  EXPECT_EQ(seen["overflow_px"], 0);  // nothing to scroll sideways
+  expect_readable(seen);
   EXPECT_EQ(seen["console"], json::array());
 
   const json& slider = seen["slider"];
@@ -128,7 +142,7 @@ void expect_quiet_page(const fs::path& report, int drawings) {
   const json seen = look_at(report);
   SCOPED_TRACE(seen.dump(1));
   EXPECT_EQ(seen["title"], "Study “a <b>”");
-  EXPECT_EQ(seen["overflow_px"], 0);
+  expect_readable(seen);
   EXPECT_EQ(seen["console"], json::array());
   EXPECT_EQ(seen["images"], drawings);
   EXPECT_GT(seen["pdf"]["pages"].get<int>(), 1);

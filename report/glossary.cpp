@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/glossary.hpp"
+
+#include <algorithm>
+
+#include "report/text.hpp"
+
+namespace fringetwin::report {
+namespace {
+
+struct Term {
+  std::string_view word, meaning;
+};
+
+/// By rising alphabet, Greek letters where their names stand. The formulas are in docs/METRICS.md.
+constexpr Term kTerms[] = {
+    {"beyond Huber", "share of the values so far off that they count less in the fit"},
+    {"budget too wide",
+     "what was expected is so much larger than what was observed that agreement would prove little"},
+    {"χ² of regions",
+     "the same as χ² of values of means over regions: it sees errors that are smaller than a pixel's noise"},
+    {"χ² of values",
+     "mean square of the differences over their expected variance: 1 where the twin explains them"},
+    {"covered", "share of the pixels that either side measured which both measured"},
+    {"explained",
+     "the differences are no larger than noise, rendering and calibration, which are known, make them"},
+    {"explains alone", "share of what is not explained that this cause takes away by itself"},
+    {"gain", "gray values per unit of simulated irradiance: the photoelectric gain coefficient"},
+    {"P99 of |d|", "99 of 100 differences are smaller than this, whatever their sign"},
+    {"R²", "share of the variance of the real gray values that the simulated ones predict"},
+    {"rms", "root of the mean square"},
+    {"σ", "standard deviation or standard uncertainty: about two of three values lie within it"},
+    {"σ inflation", "by how much more the standard uncertainty is than noise alone would make it"},
+    {"z", "difference over its standard uncertainty: beyond 3 it is hardly chance"},
+};
+
+}  // namespace
+
+std::string_view meaning_of(std::string_view word) {
+  const auto* term = std::ranges::find(kTerms, word, &Term::word);
+  return term == std::end(kTerms) ? std::string_view{} : term->meaning;
+}
+
+std::string glossary_html(const std::string& page_html) {
+  std::string list;
+  for (const auto& [word, meaning] : kTerms) {
+    // as a cell, a head or a letter of a formula that stands by itself
+    const std::string text = escape_html(std::string(word));
+    const auto occurs = [&](const char* before, const char* after) {
+      return page_html.find(before + text + after) != std::string::npos;
+    };
+    if (occurs(">", "<") || occurs(" ", " ") || occurs(" ", "<"))
+      list += "<dt>" + text + "</dt><dd>" + escape_html(std::string(meaning)) + "</dd>";
+  }
+  return list.empty() ? ""
+                      : "<details class=\"words\"><summary>Words on this page</summary><dl>" + list +
+                            "</dl></details>";
+}
+
+}  // namespace fringetwin::report

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/glossary.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "report/html_page.hpp"
+#include "report/table.hpp"
+
+namespace fringetwin::report::glossary_test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST(Glossary, AHeadSaysWhatItMeans) {
+  Table table;
+  table.columns = {text_column("object"), {"σ inflation"}, {"P99 of |d|", "DN"}};
+  const std::string html = table.html();
+  EXPECT_THAT(html,
+              HasSubstr("<abbr title=\"" + std::string(meaning_of("σ inflation")) + "\">σ inflation</abbr>"));
+  EXPECT_THAT(html, HasSubstr("P99 of |d|</abbr><span class=\"unit\">DN</span>"));
+  EXPECT_THAT(html, HasSubstr("class=\"l\">object</th>"));
+  EXPECT_TRUE(meaning_of("object").empty());
+}
+
+TEST(Glossary, APageListsTheWordsThatItUses) {
+  Table table;
+  table.columns = {text_column("quantity"), {"χ² of values"}};
+  table.add_row({"gray", "1.02"});
+  Page page{.title = "t", .subtitle = "s", .summary_html = table.html()};
+  const std::string html = page.html();
+  EXPECT_THAT(html, HasSubstr("<dt>χ² of values</dt><dd>mean square of the differences"));
+  EXPECT_THAT(html, Not(HasSubstr("<dt>R²</dt>")));
+  EXPECT_THAT(glossary_html("<td>nothing of it</td>"), "");
+  EXPECT_THAT(glossary_html("<td>explained</td>"), HasSubstr("<dt>explained</dt>"));
+}
+
+}  // namespace
+}  // namespace fringetwin::report::glossary_test
